@@ -1,0 +1,59 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+namespace mono_pose_tracker {
+
+enum class DistortionModel { kNone, kPlumbBob, kRationalPolynomial, kEquidistant };
+
+/// The fields of a calibration, as in sensor_msgs/CameraInfo and the YAML of camera_calibration.
+struct CameraParameters {
+  int width = 0;                          // px
+  int height = 0;                         // px
+  double fx = 0, fy = 0, cx = 0, cy = 0;  // px; the centre of the first pixel is (0, 0)
+  std::string distortion_model = "plumb_bob";  // "", plumb_bob, rational_polynomial, equidistant
+  std::vector<double> distortion;         // k1 k2 p1 p2 k3 [k4 k5 k6] or the four of equidistant
+
+  bool operator==(const CameraParameters& other) const;
+  bool operator!=(const CameraParameters& other) const { return !(*this == other); }
+};
+
+/// Maps pixels to unit bearings and back. Camera axes are optical: x right, y down, z forward.
+class CameraModel {
+ public:
+  CameraModel() = default;
+  /// Throws std::invalid_argument, naming the field, its value and what was expected, on parameters of no camera.
+  explicit CameraModel(const CameraParameters& parameters);
+
+  const CameraParameters& parameters() const { return parameters_; }
+  int width() const { return parameters_.width; }
+  int height() const { return parameters_.height; }
+
+  /// Unit bearing of a pixel, distortion removed.
+  Eigen::Vector3d bearing(const Eigen::Vector2d& pixel) const;
+
+  /// Pixel of a point in the camera's frame, distortion applied. False (pixel untouched) when the point is behind
+  /// the camera or beyond where the distortion polynomial can be trusted (it must grow with the radius).
+  bool project(const Eigen::Vector3d& x_in_camera, Eigen::Vector2d* pixel) const;
+
+  /// As project, with d pixel / d x_in_camera.
+  bool project(const Eigen::Vector3d& x_in_camera, Eigen::Vector2d* pixel,
+               Eigen::Matrix<double, 2, 3>* jacobian) const;
+
+  bool in_image(const Eigen::Vector2d& pixel, double margin_px = 0) const {
+    return pixel.x() >= margin_px - 0.5 && pixel.y() >= margin_px - 0.5 &&
+           pixel.x() < width() - 0.5 - margin_px && pixel.y() < height() - 0.5 - margin_px;
+  }
+
+  /// Mean focal length in px: one pixel is 1 / focal() radians at the image centre.
+  double focal() const { return 0.5 * (parameters_.fx + parameters_.fy); }
+
+ private:
+  CameraParameters parameters_;
+  DistortionModel model_ = DistortionModel::kNone;
+  double max_radius_ = 0;  // of the undistorted normalised plane (equidistant: the angle in radians)
+};
+
+}  // namespace mono_pose_tracker
