@@ -10,15 +10,17 @@ namespace mono_pose_tracker {
 
 /// Lowe, "Distinctive image features from scale-invariant keypoints" (2004).
 struct SiftOptions {
-  std::string implementation = "own";  // own: ours; opencv: cv::SIFT, the reference (slower, its first octave is -1)
-  int first_octave = 0;                // -1: the image is doubled first (finer, slower); 0; 1: halved
-  int max_features = 1500;             // the strongest are kept, spread over the image; 0: all
-  float contrast_threshold = 0.04f;    // of the grey range [0, 1]; as in cv::SIFT (divided by layers per octave)
-  float edge_threshold = 10.0f;        // ratio of principal curvatures
+  std::string implementation =
+      "own";                // own: ours; opencv: cv::SIFT, the reference (slower; always from octave -1)
+  int first_octave = 0;     // -1: the image is doubled first (finer, slower); 0; 1: halved
+  int max_features = 1500;  // the strongest are kept, spread over the image; 0: all
+  float contrast_threshold =
+      0.04f;                     // of the grey range [0, 1]; as in cv::SIFT (divided by layers per octave)
+  float edge_threshold = 10.0f;  // ratio of principal curvatures
   int octave_layers = 3;
-  float sigma = 1.6f;                  // px, of the first octave's base
-  bool root_sift = true;               // Arandjelovic and Zisserman (2012): Hellinger distance
-  int min_features = 0;                // own: the contrast threshold is lowered (to a quarter at most) below this many
+  float sigma = 1.6f;     // px, of the first octave's base
+  bool root_sift = true;  // Arandjelovic and Zisserman (2012): Hellinger distance
+  int min_features = 0;   // own: the contrast threshold is lowered (to a quarter at most) below this many
   int num_threads = 1;
 
   /// Throws std::invalid_argument naming key, value and range.
@@ -29,8 +31,9 @@ struct SiftOptions {
 class FeatureExtractor {
  public:
   virtual ~FeatureExtractor() = default;
-  /// gray: CV_8UC1. mask: empty, or CV_8UC1 of the same size, 0 = no feature here. Deterministic: features come
-  /// ordered by falling response. Bearings are left empty. An image too small for one octave gives no feature.
+  /// gray: CV_8UC1. mask: empty, or CV_8UC1 of the same size, 0 = no feature here. Deterministic: features
+  /// come ordered by falling response. Bearings are left empty. An image too small for one octave gives no
+  /// feature.
   virtual void extract(const cv::Mat& gray, const cv::Mat& mask, FeatureSet* features) = 0;
 };
 

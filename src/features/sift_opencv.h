@@ -1,0 +1,13 @@
+#pragma once
+
+#include <memory>
+
+#include "mono_pose_tracker/features/sift.h"
+
+namespace mono_pose_tracker {
+
+/// cv::SIFT behind our interface. Its first octave is always -1; first_octave, min_features and num_threads
+/// are not heeded.
+std::unique_ptr<FeatureExtractor> make_opencv_sift(const SiftOptions& options);
+
+}  // namespace mono_pose_tracker

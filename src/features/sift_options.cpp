@@ -1,0 +1,40 @@
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "mono_pose_tracker/features/sift.h"
+#include "sift_opencv.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+template <typename T>
+void check_range(const char* key, T value, T low, T high) {
+  if (value >= low && value <= high) return;  // false for NaN as well
+  std::ostringstream text;
+  text << key << " is " << value << ", expected " << low << " to " << high;
+  throw std::invalid_argument(text.str());
+}
+
+}  // namespace
+
+void SiftOptions::validate() const {
+  if (implementation != "own" && implementation != "opencv") {
+    throw std::invalid_argument("implementation is '" + implementation + "', expected own or opencv");
+  }
+  check_range("first_octave", first_octave, -1, 1);
+  check_range("max_features", max_features, 0, 1000000);
+  check_range("contrast_threshold", contrast_threshold, 0.0f, 1.0f);
+  check_range("edge_threshold", edge_threshold, 1.0f, 1000.0f);
+  check_range("octave_layers", octave_layers, 1, 10);
+  check_range("sigma", sigma, 0.8f, 10.0f);
+  check_range("min_features", min_features, 0, 1000000);
+  check_range("num_threads", num_threads, 1, 256);
+}
+
+std::unique_ptr<FeatureExtractor> make_sift_extractor(const SiftOptions& options) {
+  options.validate();
+  return make_opencv_sift(options);
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,183 @@
+#include "mono_pose_tracker/features/sift.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+#include <set>
+#include <stdexcept>
+
+#include "mono_pose_tracker/common/random.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+// Smooth random texture with structure at many scales.
+cv::Mat random_texture(int width, int height, std::uint64_t seed) {
+  Random random(seed);
+  cv::Mat sum = cv::Mat::zeros(height, width, CV_32F);
+  for (const double sigma : {1.5, 3.0, 6.0, 12.0}) {
+    cv::Mat noise(height, width, CV_32F);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) noise.at<float>(y, x) = static_cast<float>(random.normal());
+    }
+    cv::GaussianBlur(noise, noise, cv::Size(), sigma);
+    sum += noise * (25.0 * sigma);
+  }
+  cv::Mat gray;
+  sum.convertTo(gray, CV_8U, 1.0, 128.0);
+  return gray;
+}
+
+bool same_bytes(const FeatureSet& a, const FeatureSet& b) {
+  return a.size() == b.size() && cv::countNonZero(a.descriptors != b.descriptors) == 0 &&
+         std::memcmp(a.features.data(), b.features.data(), a.features.size() * sizeof(Feature)) == 0;
+}
+
+FeatureSet extract(const SiftOptions& options, const cv::Mat& gray, const cv::Mat& mask = cv::Mat()) {
+  FeatureSet set;
+  make_sift_extractor(options)->extract(gray, mask, &set);
+  return set;
+}
+
+// Median of (position in the image) + (position in the image turned by 180 degrees) - (width - 1, height - 1)
+// over features that correspond: twice the bias of the localisation.
+Eigen::Vector2f turn_bias(const SiftOptions& options, const cv::Mat& gray) {
+  cv::Mat turned;
+  cv::rotate(gray, turned, cv::ROTATE_180);
+  const FeatureSet a = extract(options, gray);
+  const FeatureSet b = extract(options, turned);
+  const Eigen::Vector2f corner(gray.cols - 1.0f, gray.rows - 1.0f);
+  std::vector<float> dx, dy;
+  for (const Feature& f : a.features) {
+    for (const Feature& g : b.features) {
+      const Eigen::Vector2f d = f.pixel + g.pixel - corner;
+      if (d.norm() > 1.0f || std::abs(f.scale / g.scale - 1.0f) > 0.05f) continue;
+      dx.push_back(d.x());
+      dy.push_back(d.y());
+    }
+  }
+  EXPECT_GT(dx.size(), a.features.size() / 2);
+  std::nth_element(dx.begin(), dx.begin() + dx.size() / 2, dx.end());
+  std::nth_element(dy.begin(), dy.begin() + dy.size() / 2, dy.end());
+  return {dx[dx.size() / 2], dy[dy.size() / 2]};
+}
+
+class SiftTest : public testing::TestWithParam<const char*> {
+ protected:
+  SiftOptions options() const {
+    SiftOptions options;
+    options.implementation = GetParam();
+    return options;
+  }
+};
+
+TEST(SiftOptionsTest, ValidateNamesTheKeyAtFault) {
+  SiftOptions options;
+  EXPECT_NO_THROW(options.validate());
+  options.first_octave = 2;
+  try {
+    options.validate();
+    FAIL() << "first_octave 2 was accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(), "first_octave is 2, expected -1 to 1");
+  }
+  options = SiftOptions();
+  options.contrast_threshold = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THROW(options.validate(), std::invalid_argument);
+  options = SiftOptions();
+  options.implementation = "other";
+  EXPECT_THROW(make_sift_extractor(options), std::invalid_argument);
+}
+
+TEST_P(SiftTest, HasNoBiasWhenTheImageIsTurned) {
+  const Eigen::Vector2f bias = turn_bias(options(), random_texture(320, 240, 1));
+  EXPECT_NEAR(bias.x(), 0.0f, 0.01f);
+  EXPECT_NEAR(bias.y(), 0.0f, 0.01f);
+}
+
+TEST_P(SiftTest, IsOrderedByResponseAndRepeats) {
+  const cv::Mat gray = random_texture(320, 240, 2);
+  const FeatureSet first = extract(options(), gray);
+  const auto extractor = make_sift_extractor(options());
+  FeatureSet again;
+  extractor->extract(random_texture(200, 300, 3), cv::Mat(), &again);
+  extractor->extract(gray, cv::Mat(), &again);
+  ASSERT_GT(first.size(), 100);
+  EXPECT_TRUE(same_bytes(first, again));
+  for (int i = 1; i < first.size(); ++i)
+    EXPECT_GE(first.features[i - 1].response, first.features[i].response);
+}
+
+TEST_P(SiftTest, MaskHidesItsZeros) {
+  const cv::Mat gray = random_texture(320, 240, 4);
+  cv::Mat mask = cv::Mat::zeros(gray.size(), CV_8U);
+  mask(cv::Rect(0, 0, 160, 240)).setTo(255);
+  const FeatureSet all = extract(options(), gray);
+  const FeatureSet left = extract(options(), gray, mask);
+  const auto in_left = [](const Feature& f) { return f.pixel.x() < 159.5f; };
+  EXPECT_TRUE(std::all_of(left.features.begin(), left.features.end(), in_left));
+  EXPECT_EQ(left.size(), std::count_if(all.features.begin(), all.features.end(), in_left));
+  EXPECT_GT(left.size(), 50);
+}
+
+TEST_P(SiftTest, BudgetIsKeptAndSpread) {
+  // The left half has three times the contrast of the right: by strength alone the right would get little.
+  cv::Mat gray = random_texture(640, 480, 5);
+  cv::Mat right = gray(cv::Rect(320, 0, 320, 480));
+  right.convertTo(right, CV_8U, 0.35, 80);
+  SiftOptions limited = options();
+  limited.max_features = 300;
+  limited.contrast_threshold = 0.01f;
+  const FeatureSet set = extract(limited, gray);
+  EXPECT_EQ(set.size(), 300);
+  EXPECT_EQ(set.descriptors.rows, 300);
+  const auto in_right = std::count_if(set.features.begin(), set.features.end(),
+                                      [](const Feature& f) { return f.pixel.x() > 320; });
+  EXPECT_GT(in_right, 60);
+  SiftOptions unlimited = limited;
+  unlimited.max_features = 0;
+  const FeatureSet all = extract(unlimited, gray);
+  EXPECT_GT(all.size(), 300);
+  EXPECT_EQ(set.features.front().response, all.features.front().response);
+}
+
+TEST_P(SiftTest, RootSiftIsTheSquareRoot) {
+  const cv::Mat gray = random_texture(320, 240, 6);
+  SiftOptions plain = options();
+  plain.root_sift = false;
+  const FeatureSet root = extract(options(), gray);
+  const FeatureSet sift = extract(plain, gray);
+  ASSERT_EQ(root.size(), sift.size());
+  for (int i = 0; i < root.size(); ++i) {
+    double sum = 0;
+    for (int k = 0; k < 128; ++k) sum += sift.descriptor(i)[k];
+    for (int k = 0; k < 128; ++k) {
+      const double expected = 512.0 * std::sqrt(sift.descriptor(i)[k] / sum);
+      // The plain descriptor was rounded to whole numbers: half a unit, seen through the square root.
+      if (sift.descriptor(i)[k] <= 4 || expected >= 255) continue;
+      EXPECT_NEAR(root.descriptor(i)[k], expected, 8.0);
+    }
+  }
+}
+
+TEST_P(SiftTest, ImagesWithoutFeaturesGiveNone) {
+  EXPECT_EQ(extract(options(), cv::Mat(240, 320, CV_8U, cv::Scalar(100))).size(), 0);
+  EXPECT_EQ(extract(options(), cv::Mat()).size(), 0);
+  EXPECT_EQ(extract(options(), cv::Mat(1, 1, CV_8U, cv::Scalar(100))).size(), 0);
+  EXPECT_EQ(extract(options(), cv::Mat(3, 200, CV_8U, cv::Scalar(7))).size(), 0);
+  cv::Mat all_hidden = cv::Mat::zeros(240, 320, CV_8U);
+  EXPECT_EQ(extract(options(), random_texture(320, 240, 7), all_hidden).size(), 0);
+}
+
+TEST_P(SiftTest, WrongImagesAreMisuse) {
+  EXPECT_THROW(extract(options(), cv::Mat(24, 32, CV_8UC3)), std::invalid_argument);
+  EXPECT_THROW(extract(options(), cv::Mat(24, 32, CV_8U), cv::Mat(24, 31, CV_8U)), std::invalid_argument);
+}
+
+INSTANTIATE_TEST_SUITE_P(Implementations, SiftTest, testing::Values("own", "opencv"));
+
+}  // namespace
+}  // namespace mono_pose_tracker
