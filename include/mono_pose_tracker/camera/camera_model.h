@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -10,11 +11,11 @@ enum class DistortionModel { kNone, kPlumbBob, kRationalPolynomial, kEquidistant
 
 /// The fields of a calibration, as in sensor_msgs/CameraInfo and the YAML of camera_calibration.
 struct CameraParameters {
-  int width = 0;                          // px
-  int height = 0;                         // px
-  double fx = 0, fy = 0, cx = 0, cy = 0;  // px; the centre of the first pixel is (0, 0)
+  int width = 0;                               // px
+  int height = 0;                              // px
+  double fx = 0, fy = 0, cx = 0, cy = 0;       // px; the centre of the first pixel is (0, 0)
   std::string distortion_model = "plumb_bob";  // "", plumb_bob, rational_polynomial, equidistant
-  std::vector<double> distortion;         // k1 k2 p1 p2 k3 [k4 k5 k6] or the four of equidistant
+  std::vector<double> distortion;              // k1 k2 p1 p2 k3 [k4 k5 k6] or the four of equidistant
 
   bool operator==(const CameraParameters& other) const;
   bool operator!=(const CameraParameters& other) const { return !(*this == other); }
@@ -24,18 +25,21 @@ struct CameraParameters {
 class CameraModel {
  public:
   CameraModel() = default;
-  /// Throws std::invalid_argument, naming the field, its value and what was expected, on parameters of no camera.
+  /// Throws std::invalid_argument, naming the field, its value and what was expected, on parameters of no
+  /// camera.
   explicit CameraModel(const CameraParameters& parameters);
 
   const CameraParameters& parameters() const { return parameters_; }
   int width() const { return parameters_.width; }
   int height() const { return parameters_.height; }
 
-  /// Unit bearing of a pixel, distortion removed.
+  /// Unit bearing of a pixel, distortion removed (to 1e-9 px). A pixel beyond what the distortion polynomial
+  /// can reach gets the bearing at the end of the trusted range in its direction.
   Eigen::Vector3d bearing(const Eigen::Vector2d& pixel) const;
 
-  /// Pixel of a point in the camera's frame, distortion applied. False (pixel untouched) when the point is behind
-  /// the camera or beyond where the distortion polynomial can be trusted (it must grow with the radius).
+  /// Pixel of a point in the camera's frame, distortion applied. False (pixel untouched) when the point is
+  /// behind the camera or beyond where the distortion polynomial can be trusted (it must grow with the
+  /// radius). An equidistant camera may see past 90 degrees: there z alone does not tell.
   bool project(const Eigen::Vector3d& x_in_camera, Eigen::Vector2d* pixel) const;
 
   /// As project, with d pixel / d x_in_camera.
@@ -53,6 +57,7 @@ class CameraModel {
  private:
   CameraParameters parameters_;
   DistortionModel model_ = DistortionModel::kNone;
+  std::array<double, 8> coefficients_{};  // the parameters' distortion, zero-padded
   double max_radius_ = 0;  // of the undistorted normalised plane (equidistant: the angle in radians)
 };
 

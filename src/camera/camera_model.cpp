@@ -1,0 +1,128 @@
+#include "mono_pose_tracker/camera/camera_model.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "distortion.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+[[noreturn]] void refuse(const std::string& field, const std::string& value, const std::string& expected) {
+  throw std::invalid_argument(field + " is " + value + ": expected " + expected);
+}
+
+std::string text(double value) {
+  std::ostringstream out;
+  out << value;
+  return out.str();
+}
+
+void check_numbers(const CameraParameters& p) {
+  if (p.width <= 0) refuse("width", std::to_string(p.width), "a positive number of pixels");
+  if (p.height <= 0) refuse("height", std::to_string(p.height), "a positive number of pixels");
+  for (const auto& [name, value] : {std::pair("fx", p.fx), std::pair("fy", p.fy)}) {
+    if (!(value > 0) || !std::isfinite(value)) {
+      refuse(name, text(value),
+             "a positive focal length in px (zero is what an uncalibrated camera reports)");
+    }
+  }
+  for (const auto& [name, value] : {std::pair("cx", p.cx), std::pair("cy", p.cy)}) {
+    if (!std::isfinite(value)) refuse(name, text(value), "a finite number of pixels");
+  }
+  for (double value : p.distortion) {
+    if (!std::isfinite(value)) refuse("distortion", text(value), "finite coefficients");
+  }
+}
+
+void check_length(const CameraParameters& p, std::initializer_list<std::size_t> lengths,
+                  const char* expected) {
+  if (std::find(lengths.begin(), lengths.end(), p.distortion.size()) == lengths.end()) {
+    refuse("distortion", "of length " + std::to_string(p.distortion.size()),
+           std::string(expected) + " for the distortion model " + p.distortion_model);
+  }
+}
+
+DistortionModel checked_model(const CameraParameters& p) {
+  const bool all_zero =
+      std::all_of(p.distortion.begin(), p.distortion.end(), [](double value) { return value == 0; });
+  if (p.distortion_model.empty()) {
+    if (!all_zero) refuse("distortion_model", "empty", "a name, as the distortion coefficients are not zero");
+    return DistortionModel::kNone;
+  }
+  if (p.distortion_model == "plumb_bob") {
+    check_length(p, {0, 4, 5}, "4 or 5 coefficients (k1 k2 p1 p2 [k3])");
+    return all_zero ? DistortionModel::kNone : DistortionModel::kPlumbBob;
+  }
+  if (p.distortion_model == "rational_polynomial") {
+    check_length(p, {0, 8}, "8 coefficients (k1 k2 p1 p2 k3 k4 k5 k6)");
+    return all_zero ? DistortionModel::kNone : DistortionModel::kRationalPolynomial;
+  }
+  if (p.distortion_model == "equidistant") {
+    check_length(p, {4}, "4 coefficients (k1 k2 k3 k4)");
+    return DistortionModel::kEquidistant;
+  }
+  refuse("distortion_model", "'" + p.distortion_model + "'", "plumb_bob, rational_polynomial or equidistant");
+}
+
+}  // namespace
+
+bool CameraParameters::operator==(const CameraParameters& other) const {
+  return width == other.width && height == other.height && fx == other.fx && fy == other.fy &&
+         cx == other.cx && cy == other.cy && distortion_model == other.distortion_model &&
+         distortion == other.distortion;
+}
+
+CameraModel::CameraModel(const CameraParameters& parameters) : parameters_(parameters) {
+  check_numbers(parameters);
+  model_ = checked_model(parameters);
+  std::copy(parameters.distortion.begin(), parameters.distortion.end(), coefficients_.begin());
+  max_radius_ = model_ == DistortionModel::kEquidistant ? equidistant::max_angle(coefficients_)
+                                                        : polynomial::max_radius(coefficients_);
+}
+
+Eigen::Vector3d CameraModel::bearing(const Eigen::Vector2d& pixel) const {
+  const Eigen::Vector2d distorted((pixel.x() - parameters_.cx) / parameters_.fx,
+                                  (pixel.y() - parameters_.cy) / parameters_.fy);
+  switch (model_) {
+    case DistortionModel::kNone:
+      return distorted.homogeneous().normalized();
+    case DistortionModel::kEquidistant:
+      return equidistant::bearing(coefficients_, max_radius_, distorted);
+    default:
+      return polynomial::undistort(coefficients_, max_radius_, distorted).homogeneous().normalized();
+  }
+}
+
+bool CameraModel::project(const Eigen::Vector3d& x_in_camera, Eigen::Vector2d* pixel) const {
+  return project(x_in_camera, pixel, nullptr);
+}
+
+bool CameraModel::project(const Eigen::Vector3d& x_in_camera, Eigen::Vector2d* pixel,
+                          Eigen::Matrix<double, 2, 3>* jacobian) const {
+  Eigen::Vector2d distorted;
+  if (model_ == DistortionModel::kEquidistant) {
+    if (!equidistant::project(coefficients_, max_radius_, x_in_camera, &distorted, jacobian)) return false;
+  } else {
+    if (!(x_in_camera.z() > 0)) return false;
+    const Eigen::Vector2d plane = x_in_camera.hnormalized();
+    if (!(plane.squaredNorm() <= max_radius_ * max_radius_)) return false;  // also when not a number
+    distorted = plane;
+    Eigen::Matrix2d by_plane = Eigen::Matrix2d::Identity();
+    if (model_ != DistortionModel::kNone) {
+      distorted = polynomial::distort(coefficients_, plane, jacobian ? &by_plane : nullptr);
+    }
+    if (jacobian) {
+      const double inverse_z = 1 / x_in_camera.z();
+      *jacobian << by_plane * inverse_z, -by_plane * plane * inverse_z;
+    }
+  }
+  if (jacobian) *jacobian = Eigen::Vector2d(parameters_.fx, parameters_.fy).asDiagonal() * *jacobian;
+  *pixel << parameters_.fx * distorted.x() + parameters_.cx, parameters_.fy * distorted.y() + parameters_.cy;
+  return true;
+}
+
+}  // namespace mono_pose_tracker
