@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "mono_pose_tracker/common/colored_point.h"
 #include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/common/stage_timer.h"
 #include "mono_pose_tracker/common/status.h"
@@ -36,11 +37,6 @@ struct FrameReport {
   int landmarks = 0;
   int worker_backlog = 0;  // keyframes that wait for the mapper
   StageTimes stages;
-};
-
-struct ColoredPoint {
-  Eigen::Vector3f x_in_map;
-  std::uint8_t r = 0, g = 0, b = 0;
 };
 
 struct KeyframePose {
