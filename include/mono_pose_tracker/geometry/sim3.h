@@ -17,9 +17,9 @@ struct Sim3 {
   }
 };
 
-/// b_from_a with the least sum of squared distances (Umeyama, PAMI 1991; Eigen's implementation). False when there are
-/// fewer than three pairs or all points coincide.
-bool align_sim3(const std::vector<Eigen::Vector3d>& points_in_a, const std::vector<Eigen::Vector3d>& points_in_b,
-                Sim3* b_from_a);
+/// b_from_a with the least sum of squared distances (Umeyama, PAMI 1991; Eigen's implementation). False when
+/// there are fewer than three pairs or all points coincide.
+bool align_sim3(const std::vector<Eigen::Vector3d>& points_in_a,
+                const std::vector<Eigen::Vector3d>& points_in_b, Sim3* b_from_a);
 
 }  // namespace mono_pose_tracker

@@ -1,0 +1,120 @@
+#include "mono_pose_tracker/geometry/five_point.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <functional>
+#include <limits>
+
+#include "geometry/random_problems.h"
+#include "mono_pose_tracker/geometry/essential.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+using Problem = TwoViewProblem<5>;
+
+struct Outcome {
+  int missed = 0;
+  double worst_residual = 0;
+};
+
+double residual(const Problem& problem, const Eigen::Matrix3d& e) {
+  const Eigen::Matrix3d eet = e * e.transpose();
+  double worst = (eet * e - 0.5 * eet.trace() * e).cwiseAbs().maxCoeff();
+  worst = std::max(worst, std::abs(e.norm() - 1));
+  for (int i = 0; i < 5; ++i) {
+    worst = std::max(worst, std::abs(problem.bearings2[i].dot(e * problem.bearings1[i])));
+  }
+  return worst;
+}
+
+Outcome solve(int trials, double tolerance, const std::function<Problem(Random&)>& make) {
+  Random random(1);
+  Outcome outcome;
+  for (int trial = 0; trial < trials; ++trial) {
+    const Problem problem = make(random);
+    const Eigen::Matrix3d truth = essential_matrix(problem.second_from_first);
+    std::array<Eigen::Matrix3d, 10> found;
+    const int count = five_point(problem.bearings1, problem.bearings2, &found);
+    double best = 2;
+    for (int i = 0; i < count; ++i) {
+      best = std::min(best, distance_up_to_sign(found[i], truth));
+      outcome.worst_residual = std::max(outcome.worst_residual, residual(problem, found[i]));
+    }
+    outcome.missed += best > tolerance;
+  }
+  return outcome;
+}
+
+constexpr int kTrials = 5000;
+
+TEST(FivePoint, FindsTheTruthInBoxes) {
+  for (const double depth_by_width : {0.01, 0.1, 1.0}) {
+    const Outcome outcome =
+        solve(kTrials, 1e-6, [&](Random& random) { return box_problem<5>(random, depth_by_width); });
+    EXPECT_LE(outcome.missed, 2) << depth_by_width;
+    EXPECT_LT(outcome.worst_residual, 1e-8) << depth_by_width;
+  }
+}
+
+TEST(FivePoint, FindsTheTruthForAnyMotion) {
+  const Outcome outcome = solve(
+      kTrials, 1e-6, [](Random& random) { return motion_problem<5>(random, random_direction(random)); });
+  EXPECT_LE(outcome.missed, 2);
+}
+
+TEST(FivePoint, FindsTheTruthForSidewaysAndForwardMotion) {
+  EXPECT_LE(
+      solve(kTrials, 1e-6, [](Random& r) { return motion_problem<5>(r, Eigen::Vector3d::UnitX()); }).missed,
+      2);
+  EXPECT_LE(
+      solve(kTrials, 1e-6, [](Random& r) { return motion_problem<5>(r, Eigen::Vector3d::UnitZ()); }).missed,
+      4);
+}
+
+TEST(FivePoint, DoesNotMindTheLengthOfBearings) {
+  Random random(2);
+  const Problem problem = box_problem<5>(random, 1.0);
+  std::array<Eigen::Vector3d, 5> x1, x2;
+  for (int i = 0; i < 5; ++i) {
+    x1[i] = problem.bearings1[i] / problem.bearings1[i].z();
+    x2[i] = -300 * problem.bearings2[i];
+  }
+  std::array<Eigen::Matrix3d, 10> unit, scaled;
+  const int count = five_point(problem.bearings1, problem.bearings2, &unit);
+  ASSERT_GT(count, 0);
+  ASSERT_EQ(five_point(x1, x2, &scaled), count);
+  for (int i = 0; i < count; ++i) {
+    double nearest = 2;
+    for (int j = 0; j < count; ++j) nearest = std::min(nearest, distance_up_to_sign(unit[i], scaled[j]));
+    EXPECT_LT(nearest, 1e-8);
+  }
+}
+
+TEST(FivePoint, RefusesDegenerateInput) {
+  Random random(3);
+  std::array<Eigen::Matrix3d, 10> found;
+  Problem twice = box_problem<5>(random, 1.0);
+  twice.bearings1[4] = twice.bearings1[1];
+  twice.bearings2[4] = twice.bearings2[1];
+  EXPECT_EQ(five_point(twice.bearings1, twice.bearings2, &found), 0);
+
+  Problem zero = box_problem<5>(random, 1.0);
+  zero.bearings1[0].setZero();
+  EXPECT_EQ(five_point(zero.bearings1, zero.bearings2, &found), 0);
+}
+
+TEST(FivePoint, RefusesNumbersThatAreNotFinite) {
+  std::array<Eigen::Matrix3d, 10> found;
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    Random random(4);
+    Problem problem = box_problem<5>(random, 1.0);
+    problem.bearings2[3].y() = bad;
+    EXPECT_EQ(five_point(problem.bearings1, problem.bearings2, &found), 0);
+  }
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker

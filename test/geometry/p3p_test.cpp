@@ -1,0 +1,114 @@
+#include "mono_pose_tracker/geometry/p3p.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "geometry/random_problems.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+struct Problem {
+  Rigid3 camera_from_map;
+  std::array<Eigen::Vector3d, 3> bearings, points;
+};
+
+/// Points in a 90 degree view at depths 1 to 10, given in a map turned and shifted at random.
+Problem random_problem(Random& random) {
+  Problem problem;
+  problem.camera_from_map = Rigid3(random_rotation(random), 3 * random_direction(random));
+  const Rigid3 map_from_camera = problem.camera_from_map.inverse();
+  for (int i = 0; i < 3; ++i) {
+    const double depth = random.uniform(1, 10);
+    const Eigen::Vector3d x(random.uniform(-depth, depth), random.uniform(-depth, depth), depth);
+    problem.points[i] = map_from_camera * x;
+    problem.bearings[i] = x.normalized();
+  }
+  return problem;
+}
+
+double pose_distance(const Rigid3& a, const Rigid3& b) {
+  return (a.rotation_matrix() - b.rotation_matrix()).norm() + (a.translation - b.translation).norm();
+}
+
+TEST(P3P, FindsTheTruthAndOnlySolutions) {
+  Random random(1);
+  int missed = 0, duplicates = 0;
+  double worst_sine = 0, least_cosine = 1;
+  for (int trial = 0; trial < 50000; ++trial) {
+    const Problem problem = random_problem(random);
+    std::array<Rigid3, 4> found;
+    const int count = p3p(problem.bearings, problem.points, &found);
+    double best = 10;
+    for (int i = 0; i < count; ++i) {
+      best = std::min(best, pose_distance(found[i], problem.camera_from_map));
+      for (int k = 0; k < 3; ++k) {
+        const Eigen::Vector3d seen = (found[i] * problem.points[k]).normalized();
+        worst_sine = std::max(worst_sine, seen.cross(problem.bearings[k]).norm());
+        least_cosine = std::min(least_cosine, seen.dot(problem.bearings[k]));
+      }
+      for (int j = 0; j < i; ++j) duplicates += pose_distance(found[i], found[j]) < 1e-7;
+    }
+    missed += best > 1e-6;
+  }
+  EXPECT_LE(missed, 1);
+  EXPECT_EQ(duplicates, 0);
+  EXPECT_LT(worst_sine, 1e-9);
+  EXPECT_GT(least_cosine, 0.9);
+}
+
+TEST(P3P, FindsThreeEqualSides) {
+  // Seen along the axis of an equilateral triangle the laws are symmetric: the truth is a multiple root of
+  // the cubic.
+  Problem problem;
+  problem.camera_from_map.translation = Eigen::Vector3d(0, 0, 3);
+  for (int i = 0; i < 3; ++i) {
+    const double angle = 2 * 3.14159265358979 / 3 * i;
+    problem.points[i] = Eigen::Vector3d(std::cos(angle), std::sin(angle), 0);
+    problem.bearings[i] = (problem.camera_from_map * problem.points[i]).normalized();
+  }
+  std::array<Rigid3, 4> found;
+  const int count = p3p(problem.bearings, problem.points, &found);
+  double best = 10;
+  for (int i = 0; i < count; ++i) best = std::min(best, pose_distance(found[i], problem.camera_from_map));
+  EXPECT_LT(best, 1e-6);
+}
+
+TEST(P3P, RefusesCollinearAndCoincidentPoints) {
+  Random random(2);
+  std::array<Rigid3, 4> found;
+  for (int trial = 0; trial < 100; ++trial) {
+    Problem problem = random_problem(random);
+    Problem collinear = problem;
+    collinear.points[2] = 0.3 * collinear.points[0] + 0.7 * collinear.points[1];
+    collinear.bearings[2] = (collinear.camera_from_map * collinear.points[2]).normalized();
+    EXPECT_EQ(p3p(collinear.bearings, collinear.points, &found), 0);
+
+    Problem coincident = problem;
+    coincident.points[1] = coincident.points[0];
+    coincident.bearings[1] = coincident.bearings[0];
+    EXPECT_EQ(p3p(coincident.bearings, coincident.points, &found), 0);
+
+    Problem parallel = problem;
+    parallel.bearings[1] = parallel.bearings[0];
+    EXPECT_EQ(p3p(parallel.bearings, parallel.points, &found), 0);
+  }
+}
+
+TEST(P3P, RefusesNumbersThatAreNotFinite) {
+  std::array<Rigid3, 4> found;
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    Random random(3);
+    Problem problem = random_problem(random);
+    Problem bearing = problem, point = problem;
+    bearing.bearings[2].z() = bad;
+    point.points[0].x() = bad;
+    EXPECT_EQ(p3p(bearing.bearings, bearing.points, &found), 0);
+    EXPECT_EQ(p3p(point.bearings, point.points, &found), 0);
+  }
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
