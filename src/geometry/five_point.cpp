@@ -3,7 +3,9 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
+#include <limits>
 
+#include "mono_pose_tracker/geometry/essential.h"
 #include "mono_pose_tracker/geometry/polynomial_roots.h"
 #include "null_space.h"
 
@@ -125,6 +127,41 @@ bool back_substitute(const ZSystem& b, double z, double* x, double* y) {
   return std::isfinite(*x) && std::isfinite(*y);
 }
 
+/// Newton's method on the five epipolar constraints over rotation and direction of translation, which keeps E
+/// an essential matrix. Far from a solution, or where solutions meet, it stops where it got.
+bool polish(const std::array<Eigen::Vector3d, 5>& x1, const std::array<Eigen::Vector3d, 5>& x2,
+            Eigen::Matrix3d* e) {
+  std::array<Rigid3, 4> poses;
+  if (!decompose_essential(*e, &poses)) return false;
+  Eigen::Matrix3d rotation = poses[0].rotation_matrix();
+  Eigen::Vector3d t = poses[0].translation;
+  double last_norm = std::numeric_limits<double>::infinity();
+  for (int iteration = 0; iteration < 8; ++iteration) {
+    const Eigen::Vector3d u = t.unitOrthogonal(), v = t.cross(u);
+    Eigen::Matrix<double, 5, 5> jacobian;
+    Eigen::Matrix<double, 5, 1> residual;
+    for (int i = 0; i < 5; ++i) {
+      const Eigen::Vector3d turned1 = rotation * x1[i];
+      const Eigen::Vector3d normal = turned1.cross(x2[i]);
+      residual[i] = normal.dot(t);
+      jacobian.row(i) << turned1.cross(x2[i].cross(t)).transpose(), normal.dot(u), normal.dot(v);
+    }
+    const double norm = residual.norm();
+    if (!(norm < 0.5 * last_norm)) break;
+    last_norm = norm;
+    const Eigen::Matrix<double, 5, 1> step = jacobian.partialPivLu().solve(-residual);
+    // A step of a tenth of a radian is none of a polish.
+    if (!step.allFinite() || step.norm() > 0.1) break;
+    const Eigen::Quaterniond turn(1, step[0] / 2, step[1] / 2, step[2] / 2);
+    rotation = turn.normalized().toRotationMatrix() * rotation;
+    t = (t + step[3] * u + step[4] * v).normalized();
+  }
+  *e = essential_matrix(Rigid3(rotation, t));
+  // What is left of an E whose polish failed is no solution: 1e-9 rad is far below any pixel, far above
+  // rounding.
+  return last_norm < 1e-9;
+}
+
 }  // namespace
 
 int five_point(const std::array<Eigen::Vector3d, 5>& x1, const std::array<Eigen::Vector3d, 5>& x2,
@@ -141,12 +178,18 @@ int five_point(const std::array<Eigen::Vector3d, 5>& x1, const std::array<Eigen:
   double n[11], roots[10];
   determinant(b, n);
   const int root_count = real_roots_degree10(n, roots);
+  std::array<Eigen::Vector3d, 5> bearings1, bearings2;
+  for (int i = 0; i < 5; ++i) {
+    bearings1[i] = x1[i].normalized();
+    bearings2[i] = x2[i].normalized();
+  }
   int count = 0;
   for (int i = 0; i < root_count; ++i) {
     double x, y;
     if (!back_substitute(b, roots[i], &x, &y)) continue;
     const Eigen::Matrix<double, 9, 1> e = basis * Eigen::Vector4d(x, y, roots[i], 1);
-    (*essentials)[count++] = as_matrix3(e).normalized();
+    Eigen::Matrix3d essential = as_matrix3(e);
+    if (polish(bearings1, bearings2, &essential)) (*essentials)[count++] = essential;
   }
   return count;
 }
