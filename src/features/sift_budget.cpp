@@ -13,13 +13,12 @@ namespace {
 // features of a budget of 1,000 to 2,000.
 constexpr int kCellsAlongLongerSide = 12;
 
-// Total order, so that equal responses do not make the result depend on the order found.
+}  // namespace
+
 bool is_stronger(const Feature& a, const Feature& b) {
   return std::make_tuple(-a.response, a.pixel.y(), a.pixel.x(), a.scale, a.angle) <
          std::make_tuple(-b.response, b.pixel.y(), b.pixel.x(), b.scale, b.angle);
 }
-
-}  // namespace
 
 const std::vector<int>& FeatureBudget::choose(const std::vector<Feature>& features, const cv::Size& image,
                                               int budget) {
@@ -27,7 +26,9 @@ const std::vector<int>& FeatureBudget::choose(const std::vector<Feature>& featur
   order_.resize(features.size());
   std::iota(order_.begin(), order_.end(), 0);
   std::sort(order_.begin(), order_.end(), by_response);
-  if (budget <= 0 || static_cast<int>(features.size()) <= budget) return order_;
+  const auto is_same = [&](int a, int b) { return !by_response(a, b); };  // of neighbours in that order
+  order_.erase(std::unique(order_.begin(), order_.end(), is_same), order_.end());
+  if (budget <= 0 || static_cast<int>(order_.size()) <= budget) return order_;
 
   score_by_cell(features, image, budget);
   const auto by_score = [&](int a, int b) {

@@ -7,12 +7,16 @@
 
 namespace mono_pose_tracker {
 
+/// By falling response; a total order, so that no result depends on the order in which features were found.
+bool is_stronger(const Feature& a, const Feature& b);
+
 /// Chooses which features to keep: the strongest, spread over the image. A cell of a grid asks more of each
 /// further feature: the k-th strongest in its cell counts with response / (1 + k / q)^2, q being the cell's
 /// even share of the budget. Thus texture gets more than its share, but never at the price of all the rest.
 class FeatureBudget {
  public:
-  /// Indices of the chosen features, ordered by falling response. budget 0: all. Valid until the next call.
+  /// Indices of the chosen features, ordered by falling response, of equal ones the first. budget 0: all.
+  /// Valid until the next call.
   const std::vector<int>& choose(const std::vector<Feature>& features, const cv::Size& image, int budget);
 
  private:

@@ -4,6 +4,7 @@
 
 #include "mono_pose_tracker/features/sift.h"
 #include "sift_opencv.h"
+#include "sift_own.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -34,7 +35,7 @@ void SiftOptions::validate() const {
 
 std::unique_ptr<FeatureExtractor> make_sift_extractor(const SiftOptions& options) {
   options.validate();
-  return make_opencv_sift(options);
+  return options.implementation == "opencv" ? make_opencv_sift(options) : make_own_sift(options);
 }
 
 }  // namespace mono_pose_tracker

@@ -1,0 +1,201 @@
+#include "sift_extrema.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "sift_budget.h"
+#include "sift_parallel.h"
+#include "sift_vector.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr int kBorder = 5;    // px of an octave: nearer to the border, mirrored pixels shape the extremum
+constexpr int kMaxSteps = 5;  // of the refinement, a pixel or a level each; more are rare and end on edges
+constexpr float kMaxOffset = 0.5f;  // px and levels: further, and a neighbour is the nearer sample
+
+// Refinement raises the contrast of an extremum over that of its sample: less than to the double (as in
+// cv::SIFT).
+constexpr float kSampleContrastShare = 0.5f;
+
+MPT_SIFT_CLONES
+void subtract_rows(const float* a, const float* b, int width, float* __restrict out) {
+  for (int x = 0; x < width; x += 8) MPT_SIFT_STORE(out + x, MPT_SIFT_LOAD(a + x) - MPT_SIFT_LOAD(b + x));
+}
+
+// A row of a difference image with its neighbours above, below, and the same row one level finer and coarser.
+struct RowNeighbourhood {
+  const float* row;
+  const float* above;
+  const float* below;
+  const float* finer;
+  const float* coarser;
+};
+
+// Writes the first x of each run of eight that holds a sample beyond the threshold which no neighbour within
+// the row, above, below, finer or coarser exceeds. Returns how many.
+MPT_SIFT_CLONES
+int find_runs(const RowNeighbourhood& rows, float threshold, int begin, int end, int* runs) {
+  int count = 0;
+  for (int x = begin; x < end; x += 8) {
+    const Floats8 v = MPT_SIFT_LOAD(rows.row + x);
+    const Ints8 bright = v > threshold;
+    const Ints8 dark = v < -threshold;
+    const Floats8 left = MPT_SIFT_LOAD(rows.row + x - 1), right = MPT_SIFT_LOAD(rows.row + x + 1);
+    const Floats8 above = MPT_SIFT_LOAD(rows.above + x), below = MPT_SIFT_LOAD(rows.below + x);
+    const Floats8 finer = MPT_SIFT_LOAD(rows.finer + x), coarser = MPT_SIFT_LOAD(rows.coarser + x);
+    const Ints8 high =
+        (v >= left) & (v >= right) & (v >= above) & (v >= below) & (v >= finer) & (v >= coarser) & bright;
+    const Ints8 low =
+        (v <= left) & (v <= right) & (v <= above) & (v <= below) & (v <= finer) & (v <= coarser) & dark;
+    using Longs4 = long long __attribute__((vector_size(32)));
+    const Longs4 any = reinterpret_cast<Longs4>(high | low);
+    if (any[0] | any[1] | any[2] | any[3]) runs[count++] = x;
+  }
+  return count;
+}
+
+bool is_extremum(const float* const* three_rows_of_three_levels, int x) {
+  const float v = three_rows_of_three_levels[4][x];
+  const float sign = v > 0 ? 1.0f : -1.0f;
+  for (int i = 0; i < 9; ++i) {
+    const float* row = three_rows_of_three_levels[i] + x;
+    if (sign * row[-1] > sign * v || sign * row[0] > sign * v || sign * row[1] > sign * v) return false;
+  }
+  return true;
+}
+
+// The 27 differences around a sample of level (1: the second difference image) and their quadratic fit.
+class Neighbourhood {
+ public:
+  Neighbourhood(const ScaleSpace& space, int octave, int level, int x, int y) {
+    for (int s = 0; s < 3; ++s) {
+      for (int r = 0; r < 3; ++r) {
+        const float* fine = space.gaussian(octave, level + s - 1).row(y + r - 1) + x - 1;
+        const float* coarse = space.gaussian(octave, level + s).row(y + r - 1) + x - 1;
+        for (int c = 0; c < 3; ++c) d_[s][r][c] = coarse[c] - fine[c];
+      }
+    }
+  }
+  float value() const { return d_[1][1][1]; }
+  Eigen::Vector3f gradient() const {  // along x, y, level
+    return 0.5f *
+           Eigen::Vector3f(d_[1][1][2] - d_[1][1][0], d_[1][2][1] - d_[1][0][1], d_[2][1][1] - d_[0][1][1]);
+  }
+  Eigen::Matrix3f hessian() const {
+    const float v2 = 2 * value();
+    const float xx = d_[1][1][2] + d_[1][1][0] - v2;
+    const float yy = d_[1][2][1] + d_[1][0][1] - v2;
+    const float ss = d_[2][1][1] + d_[0][1][1] - v2;
+    const float xy = 0.25f * (d_[1][2][2] - d_[1][2][0] - d_[1][0][2] + d_[1][0][0]);
+    const float xs = 0.25f * (d_[2][1][2] - d_[2][1][0] - d_[0][1][2] + d_[0][1][0]);
+    const float ys = 0.25f * (d_[2][2][1] - d_[2][0][1] - d_[0][2][1] + d_[0][0][1]);
+    Eigen::Matrix3f h;
+    h << xx, xy, xs, xy, yy, ys, xs, ys, ss;
+    return h;
+  }
+
+ private:
+  float d_[3][3][3];
+};
+
+bool is_on_edge(const Eigen::Matrix3f& hessian, float edge_threshold) {
+  const float trace = hessian(0, 0) + hessian(1, 1);
+  const float determinant = hessian(0, 0) * hessian(1, 1) - hessian(0, 1) * hessian(0, 1);
+  const float r = edge_threshold;
+  return determinant <= 0 || trace * trace * r >= (r + 1) * (r + 1) * determinant;
+}
+
+// Section 4: steps to the sample nearest to the fitted extremum; false when it leaves the octave, does not
+// settle, is of low contrast or on an edge.
+bool refine(const ScaleSpace& space, const SiftOptions& options, float contrast_threshold, int octave,
+            int level, int x, int y, Extremum* extremum) {
+  const Plane& plane = space.gaussian(octave, 0);
+  for (int step = 0; step < kMaxSteps; ++step) {
+    const Neighbourhood neighbourhood(space, octave, level, x, y);
+    const Eigen::Vector3f gradient = neighbourhood.gradient();
+    const Eigen::Matrix3f hessian = neighbourhood.hessian();
+    const Eigen::Vector3f offset = -(hessian.inverse() * gradient);
+    if (!offset.allFinite() || offset.cwiseAbs().maxCoeff() > static_cast<float>(plane.width())) return false;
+    if (offset.cwiseAbs().maxCoeff() <= kMaxOffset) {
+      const float contrast = std::abs(neighbourhood.value() + 0.5f * gradient.dot(offset));
+      if (contrast * options.octave_layers < contrast_threshold) return false;
+      if (is_on_edge(hessian, options.edge_threshold)) return false;
+      extremum->octave = octave;
+      extremum->level = level;
+      extremum->x = x + offset.x();
+      extremum->y = y + offset.y();
+      extremum->sigma = space.sigma_of_level(level + offset.z());
+      const float pixel_size = space.pixel_size(octave);
+      extremum->feature.pixel = pixel_size * Eigen::Vector2f(extremum->x, extremum->y);
+      extremum->feature.scale = pixel_size * extremum->sigma;
+      extremum->feature.response = contrast;
+      return true;
+    }
+    x += cvRound(offset.x());
+    y += cvRound(offset.y());
+    level += cvRound(offset.z());
+    if (level < 1 || level > options.octave_layers || x < kBorder || x >= plane.width() - kBorder ||
+        y < kBorder || y >= plane.height() - kBorder) {
+      return false;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+void ExtremaFinder::find(const ScaleSpace& space, const cv::Mat& mask, float contrast_threshold,
+                         std::vector<Extremum>* extrema) {
+  extrema->clear();
+  for (int octave = 0; octave < space.octaves(); ++octave) {
+    const int rows = space.gaussian(octave, 0).height() - 2 * kBorder;
+    for_parts(rows, options_.num_threads, [&](int part, int begin, int end) {
+      parts_[part].extrema.clear();
+      find_in_rows(space, mask, contrast_threshold, octave, begin + kBorder, end + kBorder, &parts_[part]);
+    });
+    for (const Part& part : parts_) extrema->insert(extrema->end(), part.extrema.begin(), part.extrema.end());
+  }
+}
+
+void ExtremaFinder::find_in_rows(const ScaleSpace& space, const cv::Mat& mask, float contrast_threshold,
+                                 int octave, int begin, int end, Part* part) const {
+  const int stride = space.gaussian(octave, 0).stride();
+  const int width = space.gaussian(octave, 0).width();
+  const int differences = space.layers() + 2;
+  const float sample_threshold =
+      kSampleContrastShare * contrast_threshold / static_cast<float>(space.layers());
+  part->differences.resize(static_cast<std::size_t>(3) * differences * stride + kPlaneBlock);
+  part->runs.resize(stride / 8 + 1);
+  const auto ring_row = [&](int d, int y) { return part->differences.data() + (3 * d + y % 3) * stride; };
+  const auto subtract = [&](int y) {
+    for (int d = 0; d < differences; ++d) {
+      subtract_rows(space.gaussian(octave, d + 1).row(y), space.gaussian(octave, d).row(y), stride,
+                    ring_row(d, y));
+    }
+  };
+  const auto examine = [&](int level, int y, int x, const float* const* rows) {
+    Extremum extremum;
+    if (std::abs(rows[4][x]) <= sample_threshold || !is_extremum(rows, x)) return;
+    if (!refine(space, options_, contrast_threshold, octave, level, x, y, &extremum)) return;
+    if (!is_masked_out(mask, extremum.feature.pixel)) part->extrema.push_back(extremum);
+  };
+
+  for (int y = begin - 1; y < begin + 1; ++y) subtract(y);
+  for (int y = begin; y < end; ++y) {
+    subtract(y + 1);
+    for (int level = 1; level <= space.layers(); ++level) {
+      const float* rows[9];
+      for (int i = 0; i < 9; ++i) rows[i] = ring_row(level + i / 3 - 1, y + i % 3 - 1);
+      const int runs = find_runs({rows[4], rows[3], rows[5], rows[1], rows[7]}, sample_threshold, kBorder,
+                                 width - kBorder, part->runs.data());
+      for (int i = 0; i < runs; ++i) {
+        const int run = part->runs[i];
+        for (int x = run; x < std::min(run + 8, width - kBorder); ++x) examine(level, y, x, rows);
+      }
+    }
+  }
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,114 @@
+#include "sift_own.h"
+
+#include <algorithm>
+#include <array>
+
+#include "sift_budget.h"
+#include "sift_descriptor.h"
+#include "sift_extrema.h"
+#include "sift_normalisation.h"
+#include "sift_orientation.h"
+#include "sift_parallel.h"
+#include "sift_scale_space.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+// How far the contrast threshold is lowered at most for min_features: further down, 8-bit noise makes key
+// points.
+constexpr float kLowestContrastShare = 0.25f;
+
+class OwnSift : public FeatureExtractor {
+ public:
+  explicit OwnSift(const SiftOptions& options) : options_(options), space_(options), finder_(options) {}
+
+  void extract(const cv::Mat& gray, const cv::Mat& mask, FeatureSet* set) override {
+    check_images(gray, mask);
+    set->features.clear();
+    set->bearings.clear();
+    space_.build(gray);
+    find_extrema(mask);
+    spend_budget(gray.size());
+    assign_orientations();
+    describe(gray.size(), set);
+  }
+
+ private:
+  void find_extrema(const cv::Mat& mask) {
+    finder_.find(space_, mask, options_.contrast_threshold, &extrema_);
+    if (static_cast<int>(extrema_.size()) >= options_.min_features) return;
+    finder_.find(space_, mask, kLowestContrastShare * options_.contrast_threshold, &extrema_);
+    if (static_cast<int>(extrema_.size()) <= options_.min_features) return;
+    const auto last = extrema_.begin() + options_.min_features;
+    std::nth_element(extrema_.begin(), last, extrema_.end(),
+                     [](const Extremum& a, const Extremum& b) { return is_stronger(a.feature, b.feature); });
+    extrema_.erase(last, extrema_.end());
+  }
+
+  // Before orientation and descriptors, which are the larger part of the work.
+  void spend_budget(const cv::Size& image) {
+    candidates_.clear();
+    for (const Extremum& extremum : extrema_) candidates_.push_back(extremum.feature);
+    const std::vector<int>& chosen = budget_.choose(candidates_, image, options_.max_features);
+    chosen_.clear();
+    for (const int i : chosen) chosen_.push_back(extrema_[i]);
+  }
+
+  // An extremum becomes a feature for each of its orientations.
+  void assign_orientations() {
+    const int count = static_cast<int>(chosen_.size());
+    angles_.resize(count);
+    angle_counts_.resize(count);
+    for_parts(count, options_.num_threads, [&](int, int begin, int end) {
+      for (int i = begin; i < end; ++i) {
+        const Extremum& e = chosen_[i];
+        angle_counts_[i] =
+            find_orientations(space_.gaussian(e.octave, e.level), e.x, e.y, e.sigma, &angles_[i]);
+      }
+    });
+    candidates_.clear();
+    sources_.clear();
+    for (int i = 0; i < count; ++i) {
+      for (int k = 0; k < angle_counts_[i]; ++k) {
+        candidates_.push_back(chosen_[i].feature);
+        candidates_.back().angle = angles_[i][k];
+        sources_.push_back(i);
+      }
+    }
+  }
+
+  void describe(const cv::Size& image, FeatureSet* set) {
+    const std::vector<int>& kept = budget_.choose(candidates_, image, options_.max_features);
+    const int count = static_cast<int>(kept.size());
+    set->descriptors.create(count, kDescriptorSize, CV_8U);
+    for (const int i : kept) set->features.push_back(candidates_[i]);
+    for_parts(count, options_.num_threads, [&](int, int begin, int end) {
+      for (int i = begin; i < end; ++i) {
+        const Extremum& e = chosen_[sources_[kept[i]]];
+        float histogram[kDescriptorSize];
+        compute_histogram(space_.gaussian(e.octave, e.level), e.x, e.y, e.sigma, set->features[i].angle,
+                          histogram);
+        quantise_descriptor(histogram, options_.root_sift, set->descriptors.ptr<std::uint8_t>(i));
+      }
+    });
+  }
+
+  SiftOptions options_;
+  ScaleSpace space_;
+  ExtremaFinder finder_;
+  FeatureBudget budget_;
+  std::vector<Extremum> extrema_;
+  std::vector<Extremum> chosen_;
+  std::vector<Feature> candidates_;
+  std::vector<std::array<float, kMaxOrientations>> angles_;
+  std::vector<int> angle_counts_;
+  std::vector<int> sources_;  // [candidate] in chosen_
+};
+
+}  // namespace
+
+std::unique_ptr<FeatureExtractor> make_own_sift(const SiftOptions& options) {
+  return std::make_unique<OwnSift>(options);
+}
+
+}  // namespace mono_pose_tracker

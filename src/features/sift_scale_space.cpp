@@ -1,0 +1,119 @@
+#include "sift_scale_space.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sift_parallel.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr float kInputSigma =
+    0.5f;  // px: the blur that an image is taken to come with (Lowe 2004, section 3.3)
+constexpr float kHalvingSigma =
+    1.6f;  // px of the input: blurred to this it can be halved, with 0.8 px left there
+
+float added_sigma(float from, float to) { return std::sqrt(std::max(to * to - from * from, 0.01f)); }
+
+void halve(const Plane& in, Plane* out) {
+  out->resize((in.width() + 1) / 2, (in.height() + 1) / 2);
+  for (int y = 0; y < out->height(); ++y) {
+    const float* from = in.row(2 * y);
+    float* to = out->row(y);
+    for (int x = 0; x < out->width(); ++x) to[x] = from[2 * x];
+  }
+}
+
+}  // namespace
+
+ScaleSpace::ScaleSpace(const SiftOptions& options) : options_(options), filters_(options.num_threads) {
+  for (int level = 1; level < layers() + 3; ++level) {
+    level_kernels_.push_back(gaussian_kernel(
+        added_sigma(sigma_of_level(level - 1.0f), sigma_of_level(static_cast<float>(level)))));
+  }
+  if (options_.first_octave < 0) {
+    const float sigma = added_sigma(kInputSigma, 0.5f * options_.sigma);
+    base_kernel_ = gaussian_kernel(sigma);
+    base_kernel_between_ = gaussian_kernel(sigma, true);
+  } else if (options_.first_octave == 0) {
+    base_kernel_ = gaussian_kernel(added_sigma(kInputSigma, options_.sigma));
+  } else {
+    base_kernel_ = gaussian_kernel(added_sigma(kInputSigma, kHalvingSigma));
+    halved_kernel_ = gaussian_kernel(added_sigma(0.5f * kHalvingSigma, options_.sigma));
+  }
+}
+
+float ScaleSpace::pixel_size(int octave) const {
+  return std::exp2(static_cast<float>(options_.first_octave + octave));
+}
+
+float ScaleSpace::sigma_of_level(float level) const {
+  return options_.sigma * std::exp2(level / static_cast<float>(layers()));
+}
+
+void ScaleSpace::build(const cv::Mat& gray) {
+  octaves_ = 0;
+  const float scale = 1.0f / pixel_size(0);
+  for (float side = scale * std::min(gray.cols, gray.rows); side >= kSmallestOctave; side *= 0.5f) ++octaves_;
+  planes_.resize(static_cast<std::size_t>(octaves_) * (layers() + 3));
+  if (octaves_ == 0) return;
+
+  build_base(gray);
+  for (int octave = 0; octave < octaves_; ++octave) {
+    Plane* levels = &planes_[octave * (layers() + 3)];
+    if (octave > 0) halve(gaussian(octave - 1, layers()), &levels[0]);
+    for (int level = 1; level < layers() + 3; ++level) {
+      blur(levels[level - 1], level_kernels_[level - 1], 1, &levels[level]);
+    }
+  }
+}
+
+void ScaleSpace::build_base(const cv::Mat& gray) {
+  input_.resize(gray.cols, gray.rows);
+  for (int y = 0; y < gray.rows; ++y) {
+    const std::uint8_t* from = gray.ptr<std::uint8_t>(y);
+    float* to = input_.row(y);
+    for (int x = 0; x < gray.cols; ++x) to[x] = static_cast<float>(from[x]) * (1.0f / 255.0f);
+  }
+  if (options_.first_octave < 0) {
+    build_doubled_base(&planes_[0]);
+  } else if (options_.first_octave == 0) {
+    blur(input_, base_kernel_, 1, &planes_[0]);
+  } else {
+    build_halved_base(&planes_[0]);
+  }
+}
+
+// Doubles and blurs in one step: the Gaussian is sampled at whole and half pixels of the input.
+// (Interpolating linearly first blurs the pixels in between more than the others, which pulls key points
+// towards the grid.)
+void ScaleSpace::build_doubled_base(Plane* base) {
+  base->resize(2 * input_.width() - 1, 2 * input_.height() - 1);
+  for_parts(base->height(), options_.num_threads, [&](int part, int begin, int end) {
+    for (int y = begin; y < end; ++y) {
+      const PairKernel& vertical = y % 2 ? base_kernel_between_ : base_kernel_;
+      filters_[part].filter_doubled(input_, y / 2, vertical, base_kernel_, base_kernel_between_,
+                                    base->width(), base->row(y));
+    }
+  });
+}
+
+void ScaleSpace::build_halved_base(Plane* base) {
+  blur(input_, base_kernel_, 2, &smoothed_);
+  Plane& halved = input_;  // no longer needed
+  halved.resize((smoothed_.width() + 1) / 2, smoothed_.height());
+  for (int y = 0; y < halved.height(); ++y) {
+    for (int x = 0; x < halved.width(); ++x) halved.row(y)[x] = smoothed_.row(y)[2 * x];
+  }
+  blur(halved, halved_kernel_, 1, base);
+}
+
+// Row y of the output is row y * row_step of the input, blurred.
+void ScaleSpace::blur(const Plane& in, const PairKernel& kernel, int row_step, Plane* out) {
+  out->resize(in.width(), (in.height() + row_step - 1) / row_step);
+  for_parts(out->height(), options_.num_threads, [&](int part, int begin, int end) {
+    for (int y = begin; y < end; ++y) filters_[part].filter(in, y * row_step, kernel, kernel, out->row(y));
+  });
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "mono_pose_tracker/features/sift.h"
+#include "sift_gaussian.h"
+#include "sift_plane.h"
+
+namespace mono_pose_tracker {
+
+/// Lowe (2004), section 3: octaves of octave_layers + 3 images, level s blurred to sigma * 2^(s /
+/// octave_layers) px of its octave. Grey values are in [0, 1]. Pixel (0, 0) of every octave lies on pixel (0,
+/// 0) of the input.
+class ScaleSpace {
+ public:
+  explicit ScaleSpace(const SiftOptions& options);
+
+  /// Octaves end where the shorter side would have fewer than kSmallestOctave px.
+  void build(const cv::Mat& gray);
+
+  int octaves() const { return octaves_; }
+  int layers() const { return options_.octave_layers; }
+  const Plane& gaussian(int octave, int level) const { return planes_[octave * (layers() + 3) + level]; }
+  /// Input px in one px of the octave.
+  float pixel_size(int octave) const;
+  /// Gaussian sigma, in px of the octave, of a level that need not be whole.
+  float sigma_of_level(float level) const;
+
+ private:
+  void build_base(const cv::Mat& gray);
+  void build_doubled_base(Plane* base);
+  void build_halved_base(Plane* base);
+  void blur(const Plane& in, const PairKernel& kernel, int row_step, Plane* out);
+
+  static constexpr int kSmallestOctave = 12;  // px; extrema keep 5 px off the border
+
+  SiftOptions options_;
+  int octaves_ = 0;
+  std::vector<PairKernel> level_kernels_;  // [s - 1] takes level s - 1 to level s
+  PairKernel base_kernel_;                 // input to base, in px of the input
+  PairKernel base_kernel_between_;         // the same half a pixel further
+  PairKernel halved_kernel_;               // halved input to base
+  Plane input_;
+  Plane smoothed_;
+  std::vector<Plane> planes_;
+  std::vector<RowFilter> filters_;  // one a thread
+};
+
+}  // namespace mono_pose_tracker
