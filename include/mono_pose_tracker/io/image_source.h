@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <string>
+
+namespace mono_pose_tracker {
+
+/// The next image of a recording, or why there is none.
+struct SourceImage {
+  enum class Kind { kImage, kSkipped, kEnd };
+  Kind kind = Kind::kEnd;
+  std::int64_t stamp_ns = 0;
+  std::string name;     // file name, or the frame's number with six digits: what mask files are named after
+  cv::Mat image;        // kImage: CV_8UC1 or CV_8UC3 (BGR)
+  std::string problem;  // kSkipped: one line that names the file or frame
+};
+
+/// A recording, read image by image in order. An image that cannot be read is skipped; the rest follows.
+class ImageSource {
+ public:
+  virtual ~ImageSource() = default;
+  virtual SourceImage next() = 0;
+  /// How many images there are, or -1 when that is not known.
+  virtual int size() const { return -1; }
+};
+
+/// Image files of a folder sorted by name, stamped with their index in seconds. Throws std::runtime_error,
+/// one line, when there is no such folder or no image in it.
+std::unique_ptr<ImageSource> open_image_folder(const std::string& path);
+
+/// Images named by a text file: lines `timestamp path` or just `path` (then the index in seconds is the
+/// stamp), # comments, paths relative to the file. Throws std::runtime_error, one line, when the list cannot
+/// be read or names nothing.
+std::unique_ptr<ImageSource> open_image_list(const std::string& path);
+
+/// A folder or a list.
+std::unique_ptr<ImageSource> open_images(const std::string& path);
+
+/// A video file: frame i is stamped i / fps. Throws std::runtime_error, one line, when it cannot be opened.
+std::unique_ptr<ImageSource> open_video(const std::string& path);
+
+}  // namespace mono_pose_tracker

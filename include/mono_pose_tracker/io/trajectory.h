@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "mono_pose_tracker/common/rigid3.h"
+
+namespace mono_pose_tracker {
+
+struct StampedPose {
+  std::int64_t stamp_ns = 0;
+  Rigid3 map_from_camera;
+};
+
+/// Reads TUM lines `timestamp tx ty tz qx qy qz qw` (map_from_camera; # comments and blank lines allowed) and
+/// sorts them by stamp. Quaternions are normalised. Throws std::runtime_error, one line naming the file, the
+/// line and what was expected.
+std::vector<StampedPose> read_tum(const std::string& path);
+
+/// Writes TUM lines with 9 decimals, sorted by stamp. Throws std::runtime_error naming the path when it
+/// cannot.
+void write_tum(const std::string& path, std::vector<StampedPose> poses);
+
+/// Writes TUM lines one by one, each handed to the system before append returns, so that a killed process
+/// keeps all of them.
+class TrajectoryWriter {
+ public:
+  /// Replaces the file. Throws std::runtime_error naming the path when it cannot.
+  explicit TrajectoryWriter(const std::string& path);
+  void append(const StampedPose& pose);
+
+ private:
+  std::string path_;
+  std::ofstream stream_;
+};
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,67 @@
+#include "mono_pose_tracker/io/mask_folder.h"
+
+#include <filesystem>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+#include <vector>
+
+#include "mono_pose_tracker/io/image_decoding.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string text(const cv::Size& size) {
+  return std::to_string(size.width) + " x " + std::to_string(size.height);
+}
+
+/// 255 wherever any channel is not zero.
+cv::Mat nonzero(const cv::Mat& image) {
+  std::vector<cv::Mat> channels;
+  cv::split(image, channels);
+  cv::Mat mask = channels[0] != 0;
+  for (std::size_t i = 1; i < channels.size(); ++i) mask |= channels[i] != 0;
+  return mask;
+}
+
+}  // namespace
+
+MaskFolder::MaskFolder(const std::string& folder) : folder_(folder) {
+  std::error_code error;
+  fs::directory_iterator entries(folder, error);
+  if (error)
+    throw std::runtime_error(folder + ": cannot be read (" + error.message() +
+                             "): expected a folder of masks");
+  for (const fs::directory_entry& entry : entries) {
+    if (!has_image_extension(entry.path().string())) continue;
+    std::string& path = path_by_base_name_[entry.path().stem().string()];
+    // Of two masks with one base name the first by name: the order of a folder is no order.
+    if (path.empty() || entry.path().string() < path) path = entry.path().string();
+  }
+  if (path_by_base_name_.empty()) {
+    throw std::runtime_error(folder + ": holds no image: expected masks named like the images");
+  }
+}
+
+cv::Mat MaskFolder::mask_of(const std::string& image_name, const cv::Size& size, std::string* problem) const {
+  problem->clear();
+  const auto found = path_by_base_name_.find(fs::path(image_name).stem().string());
+  if (found == path_by_base_name_.end()) {
+    *problem = folder_ + ": has no mask for " + image_name;
+    return {};
+  }
+  const DecodedImage decoded = read_image(found->second);
+  if (!decoded.problem.empty()) {
+    *problem = decoded.problem;
+    return {};
+  }
+  if (decoded.image.size() != size) {
+    *problem = found->second + ": is " + text(decoded.image.size()) + ": expected " + text(size) +
+               ", the size of the image";
+    return {};
+  }
+  return nonzero(decoded.image);
+}
+
+}  // namespace mono_pose_tracker

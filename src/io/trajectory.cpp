@@ -1,0 +1,98 @@
+#include "mono_pose_tracker/io/trajectory.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <iomanip>
+#include <locale>
+#include <sstream>
+#include <stdexcept>
+
+#include "mono_pose_tracker/io/atomic_file.h"
+#include "mono_pose_tracker/io/stamp.h"
+#include "mono_pose_tracker/io/text_file.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr const char* kLayout = "timestamp tx ty tz qx qy qz qw";
+
+/// Problem of the line, or empty.
+std::string parse_line(const std::string& line, StampedPose* pose) {
+  std::istringstream words(line);
+  words.imbue(std::locale::classic());
+  std::string stamp;
+  words >> stamp;
+  if (!parse_stamp(stamp, &pose->stamp_ns)) return "'" + stamp + "' is no time stamp in seconds";
+  std::array<double, 7> v;
+  for (double& value : v) {
+    if (!(words >> value)) return "has not 8 numbers";
+  }
+  std::string rest;
+  if (words >> rest) return "goes on with '" + rest + "'";
+  const Eigen::Quaterniond rotation(v[6], v[3], v[4], v[5]);
+  // Files are written with few decimals, not with wrong lengths: far from 1 is another column order or no
+  // rotation.
+  if (std::abs(rotation.norm() - 1) > 0.01) return "has a quaternion that is not of unit length";
+  pose->map_from_camera = Rigid3(rotation.normalized(), {v[0], v[1], v[2]});
+  return {};
+}
+
+void write_line(std::ostream& out, const StampedPose& pose) {
+  const Eigen::Vector3d& t = pose.map_from_camera.translation;
+  Eigen::Quaterniond q = pose.map_from_camera.rotation;
+  if (q.w() < 0) q.coeffs() = -q.coeffs();  // the same rotation, written one way
+  out << format_stamp(pose.stamp_ns) << std::fixed << std::setprecision(9);
+  for (double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) out << ' ' << value;
+  out << '\n';
+}
+
+}  // namespace
+
+std::vector<StampedPose> read_tum(const std::string& path) {
+  std::istringstream lines(read_text_file(path, std::string("lines `") + kLayout + "`"));
+  std::vector<StampedPose> poses;
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    const std::size_t start = line.find_first_not_of(" \t\r");
+    if (start == std::string::npos || line[start] == '#') continue;
+    StampedPose pose;
+    const std::string problem = parse_line(line, &pose);
+    if (!problem.empty()) {
+      throw std::runtime_error(path + ": line " + std::to_string(number) + " " + problem + ": expected `" +
+                               kLayout + "`");
+    }
+    poses.push_back(pose);
+  }
+  std::stable_sort(poses.begin(), poses.end(),
+                   [](const StampedPose& a, const StampedPose& b) { return a.stamp_ns < b.stamp_ns; });
+  return poses;
+}
+
+void write_tum(const std::string& path, std::vector<StampedPose> poses) {
+  std::stable_sort(poses.begin(), poses.end(),
+                   [](const StampedPose& a, const StampedPose& b) { return a.stamp_ns < b.stamp_ns; });
+  write_file_atomically(path, [&](std::ostream& out) {
+    for (const StampedPose& pose : poses) write_line(out, pose);
+  });
+}
+
+TrajectoryWriter::TrajectoryWriter(const std::string& path) : path_(path) {
+  errno = 0;
+  stream_.open(path, std::ios::binary | std::ios::trunc);
+  if (!stream_) {
+    throw std::runtime_error(path + ": cannot be written (" +
+                             (errno ? std::strerror(errno) : "unknown reason") + ")");
+  }
+  stream_.imbue(std::locale::classic());
+}
+
+void TrajectoryWriter::append(const StampedPose& pose) {
+  write_line(stream_, pose);
+  stream_.flush();
+  if (!stream_) throw std::runtime_error(path_ + ": cannot be written further");
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,71 @@
+#include <cmath>
+#include <filesystem>
+#include <iomanip>
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/videoio.hpp>
+#include <sstream>
+#include <stdexcept>
+
+#include "mono_pose_tracker/io/image_decoding.h"
+#include "mono_pose_tracker/io/image_source.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+class VideoFile : public ImageSource {
+ public:
+  explicit VideoFile(const std::string& path) : path_(path) {
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(path, ignored)) {
+      throw std::runtime_error(path + ": is no file: expected a video");
+    }
+    if (!open_quietly(path))
+      throw std::runtime_error(path + ": cannot be opened as a video: expected a format that OpenCV reads");
+    frames_per_second_ = capture_.get(cv::CAP_PROP_FPS);
+    if (!(frames_per_second_ > 0) || !std::isfinite(frames_per_second_)) {
+      throw std::runtime_error(path + ": states no frame rate: expected a video that does");
+    }
+  }
+
+  SourceImage next() override {
+    cv::Mat frame;
+    if (!capture_.read(frame) || frame.empty()) return {};
+    SourceImage result;
+    std::ostringstream name;
+    name << std::setw(6) << std::setfill('0') << index_;
+    result.name = name.str();
+    result.stamp_ns = std::llround(static_cast<double>(index_++) * 1e9 / frames_per_second_);
+    // A copy: the capture reuses its buffer for the next frame.
+    DecodedImage decoded = to_8_bit(frame.clone());
+    result.image = decoded.image;
+    result.kind = decoded.problem.empty() ? SourceImage::Kind::kImage : SourceImage::Kind::kSkipped;
+    if (!decoded.problem.empty()) result.problem = path_ + ": frame " + result.name + " " + decoded.problem;
+    return result;
+  }
+
+  int size() const override {
+    const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
+    return count > 0 && count < 1e9 ? static_cast<int>(count) : -1;  // streams give nonsense or nothing
+  }
+
+ private:
+  /// OpenCV logs each backend that cannot read the file, though the next one may.
+  bool open_quietly(const std::string& path) {
+    namespace logging = cv::utils::logging;
+    const logging::LogLevel level = logging::setLogLevel(logging::LOG_LEVEL_SILENT);
+    const bool opened = capture_.open(path);
+    logging::setLogLevel(level);
+    return opened;
+  }
+
+  std::string path_;
+  cv::VideoCapture capture_;
+  double frames_per_second_ = 0;
+  std::int64_t index_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<ImageSource> open_video(const std::string& path) { return std::make_unique<VideoFile>(path); }
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,192 @@
+#include "mono_pose_tracker/io/image_source.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+
+#include "mono_pose_tracker/io/image_decoding.h"
+#include "mono_pose_tracker/io/mask_folder.h"
+#include "support/expect_error.h"
+#include "support/temporary_folder.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+using Kind = SourceImage::Kind;
+
+cv::Mat grey(int value) { return cv::Mat(4, 6, CV_8UC1, cv::Scalar(value)); }
+
+TEST(ImageFolder, ImagesByNameStampedWithTheirIndex) {
+  TemporaryFolder folder;
+  cv::imwrite(folder / "b.png", grey(2));
+  cv::imwrite(folder / "a.PNG", grey(1));
+  cv::imwrite(folder / "c.pgm", grey(3));
+  folder.write("notes.txt", "no image");
+  folder.write(".hidden.png", "");
+  const auto source = open_images(folder.path());
+  EXPECT_EQ(source->size(), 3);
+  const char* const names[] = {"a.PNG", "b.png", "c.pgm"};
+  for (int i = 0; i < 3; ++i) {
+    const SourceImage image = source->next();
+    ASSERT_EQ(image.kind, Kind::kImage) << image.problem;
+    EXPECT_EQ(image.name, names[i]);
+    EXPECT_EQ(image.stamp_ns, i * 1000000000ll);
+    EXPECT_EQ(image.image.type(), CV_8UC1);
+    EXPECT_EQ(image.image.at<uchar>(2, 3), i + 1);
+  }
+  EXPECT_EQ(source->next().kind, Kind::kEnd);
+  EXPECT_EQ(source->next().kind, Kind::kEnd);
+}
+
+TEST(ImageList, StampsCommentsAndRelativePaths) {
+  TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "images");
+  cv::imwrite(folder / "images/one two.png", grey(1));
+  cv::imwrite(folder / "images/7.png", grey(2));
+  const std::string list = folder.write(
+      "images.txt", "# stamp path\n1403715273.262142976 images/one two.png\n\nimages/7.png\r\n5\t" +
+                        (folder / "images/7.png") + "\n");
+  const auto source = open_images(list);
+  EXPECT_EQ(source->size(), 3);
+  const std::int64_t stamps[] = {1403715273262142976, 1000000000, 5000000000};
+  for (std::int64_t stamp : stamps) {
+    const SourceImage image = source->next();
+    EXPECT_EQ(image.kind, Kind::kImage) << image.problem;
+    EXPECT_EQ(image.stamp_ns, stamp);
+  }
+  EXPECT_EQ(source->next().kind, Kind::kEnd);
+}
+
+TEST(ImageList, SkipsWhatCannotBeReadAndNamesIt) {
+  TemporaryFolder folder;
+  cv::imwrite(folder / "good.png", grey(1));
+  folder.write("text.png", "this is no image");
+  folder.write("empty.png", "");
+  const auto source =
+      open_images(folder.write("list.txt", "good.png\nmissing.png\ntext.png\nempty.png\n.\ngood.png\n"));
+  EXPECT_EQ(source->next().kind, Kind::kImage);
+  for (const char* name : {"missing.png", "text.png", "empty.png", "/."}) {
+    const SourceImage image = source->next();
+    EXPECT_EQ(image.kind, Kind::kSkipped);
+    EXPECT_NE(image.problem.find(name), std::string::npos) << image.problem;
+    EXPECT_EQ(image.problem.find('\n'), std::string::npos) << image.problem;
+    EXPECT_TRUE(image.image.empty());
+  }
+  const SourceImage last = source->next();
+  EXPECT_EQ(last.kind, Kind::kImage);
+  EXPECT_EQ(last.stamp_ns, 5000000000);
+  EXPECT_EQ(source->next().kind, Kind::kEnd);
+}
+
+TEST(Images, NothingToReadIsAnError) {
+  TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "empty");
+  expect_error([&] { open_images(folder / "empty"); }, {"empty", "holds no image", "expected"});
+  expect_error([&] { open_images(folder / "none"); }, {"none", "does not exist", "expected"});
+  expect_error([&] { open_image_folder(folder / "none"); }, {"none", "expected"});
+  expect_error([&] { open_image_list(folder / "none"); }, {"none", "expected"});
+  expect_error([&] { open_images(folder.write("list.txt", "# nothing\n\n")); },
+               {"list.txt", "names no image"});
+  cv::imwrite(folder / "image.png", grey(1));
+  expect_error([&] { open_images(folder / "image.png"); }, {"image.png", "is no text"});
+  expect_error([&] { open_video(folder / "none.avi"); }, {"none.avi", "is no file"});
+  expect_error([&] { open_video(folder.write("text.avi", "no video")); }, {"text.avi", "cannot be opened"});
+}
+
+TEST(ImageDecoding, AllKindsBecome8BitGreyOrColour) {
+  TemporaryFolder folder;
+  const auto read = [&](const cv::Mat& image, const std::string& name) {
+    cv::imwrite(folder / name, image);
+    const DecodedImage decoded = read_image(folder / name);
+    EXPECT_EQ(decoded.problem, "");
+    return decoded.image;
+  };
+  const cv::Mat wide = read(cv::Mat(4, 6, CV_16UC1, cv::Scalar(256 * 200 + 17)), "grey16.png");
+  EXPECT_EQ(wide.type(), CV_8UC1);
+  EXPECT_EQ(wide.at<uchar>(0, 0), 200);
+  const cv::Mat clear = read(cv::Mat(4, 6, CV_8UC4, cv::Scalar(1, 2, 3, 0)), "alpha.png");
+  EXPECT_EQ(clear.type(), CV_8UC3);
+  EXPECT_EQ(clear.at<cv::Vec3b>(0, 0), cv::Vec3b(1, 2, 3));
+  EXPECT_EQ(read(cv::Mat(4, 6, CV_16UC3, cv::Scalar::all(65535)), "colour16.png").at<cv::Vec3b>(0, 0),
+            cv::Vec3b(255, 255, 255));
+  EXPECT_EQ(read(cv::Mat(4, 6, CV_8UC3, cv::Scalar(9, 8, 7)), "colour.bmp").type(), CV_8UC3);
+  cv::imwrite(folder / "float.tiff", cv::Mat(4, 6, CV_32FC1, cv::Scalar(0.5)));
+  EXPECT_NE(read_image(folder / "float.tiff").problem.find("CV_32FC1"), std::string::npos);
+}
+
+TEST(ImageDecoding, ACutFileIsNoImage) {
+  TemporaryFolder folder;
+  cv::Mat noise(200, 300, CV_8UC3);
+  cv::theRNG().state = 1;
+  cv::randu(noise, 0, 255);
+  for (const char* extension : {".jpg", ".png"}) {
+    std::vector<uchar> bytes;
+    cv::imencode(extension, noise, bytes);
+    EXPECT_EQ(decode_image(bytes).problem, "") << extension;
+    bytes.resize(bytes.size() / 2);
+    EXPECT_NE(decode_image(bytes).problem, "") << extension;
+  }
+}
+
+TEST(ImageDecoding, IgnoresTheOrientationTag) {
+  std::vector<uchar> bytes;
+  cv::imencode(".jpg", cv::Mat(16, 32, CV_8UC1, cv::Scalar(50)), bytes);
+  // An APP1 segment: TIFF header, one entry: orientation (0x0112) = 6, turned by 90 degrees.
+  const uchar exif[] = {0xff, 0xe1, 0,    34,   'E', 'x', 'i', 'f', 0, 0, 'I', 'I', 42, 0, 8, 0, 0, 0,
+                        1,    0,    0x12, 0x01, 3,   0,   1,   0,   0, 0, 6,   0,   0,  0, 0, 0, 0, 0};
+  bytes.insert(bytes.begin() + 2, std::begin(exif), std::end(exif));
+  ASSERT_EQ(cv::imdecode(bytes, cv::IMREAD_COLOR).size(), cv::Size(16, 32));  // the tag is understood
+  EXPECT_EQ(decode_image(bytes).image.size(), cv::Size(32, 16));
+}
+
+TEST(Video, FramesStampedByTheirRate) {
+  TemporaryFolder folder;
+  const std::string path = folder / "video.avi";
+  cv::VideoWriter writer(path, cv::CAP_OPENCV_MJPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 25,
+                         {64, 48});
+  ASSERT_TRUE(writer.isOpened());
+  for (int i = 0; i < 5; ++i) writer.write(cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(40 * i)));
+  writer.release();
+  const auto source = open_video(path);
+  EXPECT_EQ(source->size(), 5);
+  for (int i = 0; i < 5; ++i) {
+    const SourceImage image = source->next();
+    ASSERT_EQ(image.kind, Kind::kImage);
+    EXPECT_EQ(image.stamp_ns, i * 40000000ll);
+    EXPECT_EQ(image.name, "00000" + std::to_string(i));
+    EXPECT_EQ(image.image.size(), cv::Size(64, 48));
+    EXPECT_NEAR(image.image.at<cv::Vec3b>(10, 10)[0], 40 * i, 3);
+  }
+  EXPECT_EQ(source->next().kind, Kind::kEnd);
+}
+
+TEST(Masks, AreFoundByBaseName) {
+  TemporaryFolder folder;
+  cv::Mat mask = grey(0);
+  mask.at<uchar>(1, 2) = 1;
+  cv::imwrite(folder / "a.b.png", mask);
+  cv::imwrite(folder / "000003.bmp", cv::Mat(4, 6, CV_8UC3, cv::Scalar(0, 0, 5)));
+  folder.write("bad.png", "no image");
+  const MaskFolder masks(folder.path());
+  std::string problem;
+  const cv::Mat found = masks.mask_of("a.b.jpg", {6, 4}, &problem);
+  ASSERT_EQ(problem, "");
+  EXPECT_EQ(found.type(), CV_8UC1);
+  EXPECT_EQ(cv::countNonZero(found), 1);
+  EXPECT_EQ(found.at<uchar>(1, 2), 255);
+  EXPECT_EQ(cv::countNonZero(masks.mask_of("000003", {6, 4}, &problem)), 24);
+  for (const auto& [name, size, part] :
+       {std::tuple("c.png", cv::Size(6, 4), "no mask for c.png"),
+        std::tuple("a.b.png", cv::Size(4, 6), "a.b.png: is 6 x 4: expected 4 x 6"),
+        std::tuple("bad.png", cv::Size(6, 4), "bad.png")}) {
+    EXPECT_TRUE(masks.mask_of(name, size, &problem).empty());
+    EXPECT_NE(problem.find(part), std::string::npos) << problem;
+  }
+  std::filesystem::create_directory(folder / "empty");
+  expect_error([&] { MaskFolder(folder / "empty"); }, {"empty", "holds no image"});
+  expect_error([&] { MaskFolder(folder / "none"); }, {"none"});
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker

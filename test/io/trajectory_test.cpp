@@ -1,0 +1,95 @@
+#include "mono_pose_tracker/io/trajectory.h"
+
+#include <gtest/gtest.h>
+
+#include "mono_pose_tracker/common/random.h"
+#include "support/expect_error.h"
+#include "support/temporary_folder.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+std::vector<StampedPose> random_poses(int count) {
+  Random random(5);
+  std::vector<StampedPose> poses(count);
+  for (int i = 0; i < count; ++i) {
+    poses[i].stamp_ns = 1403715273262142976 + i * 33333333;
+    Eigen::Vector4d q;
+    for (double& value : q) value = random.normal();
+    poses[i].map_from_camera.rotation = Eigen::Quaterniond(q).normalized();
+    for (double& value : poses[i].map_from_camera.translation) value = random.uniform(-10, 10);
+  }
+  return poses;
+}
+
+void expect_near(const StampedPose& a, const StampedPose& b) {
+  EXPECT_EQ(a.stamp_ns, b.stamp_ns);
+  EXPECT_LT((a.map_from_camera.translation - b.map_from_camera.translation).norm(), 1e-8);
+  EXPECT_LT(rotation_angle_between(a.map_from_camera.rotation, b.map_from_camera.rotation), 1e-8);
+}
+
+TEST(Trajectory, IsReadAsWritten) {
+  TemporaryFolder folder;
+  const std::vector<StampedPose> poses = random_poses(20);
+  write_tum(folder / "t.txt", {poses.rbegin(), poses.rend()});
+  const std::vector<StampedPose> read = read_tum(folder / "t.txt");
+  ASSERT_EQ(read.size(), poses.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) expect_near(read[i], poses[i]);
+}
+
+TEST(Trajectory, LinesAreTum) {
+  TemporaryFolder folder;
+  write_tum(folder / "t.txt", {{1500000001, Rigid3(Eigen::Quaterniond(-1, 0, 0, 0), {1, -2.5, 1.0 / 3})}});
+  EXPECT_EQ(folder.read("t.txt").substr(0, 47), "1.500000001 1.000000000 -2.500000000 0.33333333");
+  EXPECT_EQ(folder.read("t.txt").substr(folder.read("t.txt").rfind(' ')), " 1.000000000\n");
+}
+
+TEST(Trajectory, ReadsCommentsBlankLinesAndAnyOrder) {
+  TemporaryFolder folder;
+  const std::string path = folder.write("t.txt",
+                                        "# timestamp tx ...\r\n\n2 0 0 1 0 0 0 1\r\n"
+                                        "  # more\n1\t0 0 2 0 0 0.70710678 0.70710678\n");
+  const std::vector<StampedPose> poses = read_tum(path);
+  ASSERT_EQ(poses.size(), 2u);
+  EXPECT_EQ(poses[0].stamp_ns, 1000000000);
+  EXPECT_EQ(poses[0].map_from_camera.translation.z(), 2);
+  EXPECT_NEAR(poses[0].map_from_camera.rotation.norm(), 1, 1e-15);
+  EXPECT_EQ(poses[1].stamp_ns, 2000000000);
+}
+
+TEST(Trajectory, ErrorsNameFileAndLine) {
+  TemporaryFolder folder;
+  const auto expect = [&](const std::string& line, const std::string& problem) {
+    const std::string path = folder.write("bad.txt", "# comment\n1 0 0 0 0 0 0 1\n" + line + "\n");
+    expect_error([&] { read_tum(path); }, {path + ": line 3 ", problem, "expected"});
+  };
+  expect("2 0 0 0 0 0 0", "8 numbers");
+  expect("2 0 0 0 0 0 0 1 9", "'9'");
+  expect("2 0 0 nan 0 0 0 1", "8 numbers");
+  expect("two 0 0 0 0 0 0 1", "'two'");
+  expect("2,0,0,0,0,0,0,1", "'2,0,0,0,0,0,0,1'");
+  expect("2 0 0 0 0 0 0 0", "quaternion");
+  expect_error([&] { read_tum(folder / "none.txt"); }, {"none.txt", "expected"});
+}
+
+TEST(TrajectoryWriter, EachLineIsInTheFileAtOnce) {
+  TemporaryFolder folder;
+  const std::vector<StampedPose> poses = random_poses(3);
+  TrajectoryWriter writer(folder / "live.txt");
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    writer.append(poses[i]);
+    const std::vector<StampedPose> read = read_tum(folder / "live.txt");
+    ASSERT_EQ(read.size(), i + 1);
+    expect_near(read.back(), poses[i]);
+  }
+}
+
+TEST(Trajectory, SaysWhenItCannotWrite) {
+  TemporaryFolder folder;
+  expect_error([&] { write_tum(folder / "no/t.txt", {}); }, {"no/t.txt", "cannot be written"});
+  expect_error([&] { TrajectoryWriter writer(folder / "no/t.txt"); }, {"no/t.txt", "cannot be written"});
+  expect_error([&] { TrajectoryWriter("/dev/full").append({}); }, {"/dev/full"});
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
