@@ -39,6 +39,12 @@ struct FrameReport {
   StageTimes stages;
 };
 
+struct PosedFrame {
+  std::int64_t index = 0;
+  std::int64_t stamp_ns = 0;
+  Rigid3 map_from_camera;
+};
+
 struct KeyframePose {
   std::int64_t stamp_ns = 0;
   Rigid3 map_from_camera;

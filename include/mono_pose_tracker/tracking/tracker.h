@@ -3,15 +3,17 @@
 #include <cstdint>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 
 namespace mono_pose_tracker {
 
-/// Tracks one camera against the map it builds: bootstraps, resects every frame, hands keyframes to the mapper, which
-/// runs inline (repeatable) or on a worker thread of its own.
+/// Tracks one camera against the map it builds: bootstraps, resects every frame, hands keyframes to the
+/// mapper, which runs inline (repeatable) or on a worker thread of its own.
 ///
 /// Threads: process and reset are called from one thread; snapshot and revision from any.
 class Tracker {
@@ -24,7 +26,8 @@ class Tracker {
   Tracker(const Tracker&) = delete;
   Tracker& operator=(const Tracker&) = delete;
 
-  /// image: CV_8UC1 or CV_8UC3 (BGR), of the camera's size. mask: empty, or CV_8UC1 of the same size, 0 = ignore.
+  /// image: CV_8UC1 or CV_8UC3 (BGR), of the camera's size. mask: empty, or CV_8UC1 of the same size, 0 =
+  /// ignore.
   FrameReport process(std::int64_t stamp_ns, const cv::Mat& image, const cv::Mat& mask = cv::Mat());
 
   /// Drops the map; the epoch grows by one.
@@ -32,6 +35,22 @@ class Tracker {
 
   std::uint64_t revision() const;
   std::shared_ptr<const MapSnapshot> snapshot() const;
+
+  /// Every frame posed against the current map, by index. A frame that is no keyframe rides on its reference
+  /// keyframe.
+  std::vector<PosedFrame> trajectory() const;
+
+  /// For the end of a recording. Waits for the mapper, completes tracks, adjusts everything. Where two frames
+  /// alone gave no confirmed map, the two-view result becomes the map. False when there is no map; the last
+  /// report says why.
+  bool finish();
+  /// Poses an image against the finished map, wherever it was in the recording; it joins the trajectory.
+  FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const cv::Mat& image,
+                           const cv::Mat& mask = cv::Mat());
+  /// The finished map.
+  const Map& map() const;
+  /// True when the map rests on two views that no third has confirmed.
+  bool is_unconfirmed() const;
 
  private:
   class Impl;

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace mono_pose_tracker {
+
+/// Squared Euclidean distance of two descriptors of 128 bytes.
+int descriptor_distance2(const std::uint8_t* a, const std::uint8_t* b);
+
+/// The nearest of the candidates offered and the distance of the second nearest.
+struct NearestTwo {
+  int index = -1;
+  int best = std::numeric_limits<int>::max();
+  int second = std::numeric_limits<int>::max();
+
+  void offer(int candidate, int distance2) {
+    if (distance2 < best) {
+      second = best;
+      best = distance2;
+      index = candidate;
+    } else if (distance2 < second) {
+      second = distance2;
+    }
+  }
+};
+
+struct Match {
+  int first = -1;
+  int second = -1;
+  int distance2 = 0;  // squared descriptor distance
+  float ratio = 0;    // nearest over second nearest distance, in (0, 1]; smaller is more distinct
+};
+
+struct MatchOptions {
+  double min_ratio = 1.25;  // second nearest over nearest distance at least (the paper, step 3a)
+  bool mutual = true;       // the nearest of the second must be the first, too
+  int max_distance2 = 1 << 30;
+};
+
+/// Putative matches (paper, step 3a): rows of `first` to rows of `second` (N x 128, CV_8U), ordered by first.
+/// A row is matched at most once on either side when mutual. Neighbours are exact (exhaustive search).
+std::vector<Match> match_descriptors(const cv::Mat& first, const cv::Mat& second,
+                                     const MatchOptions& options);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/features/feature_grid.h"
+#include "mono_pose_tracker/features/feature_set.h"
+
+namespace mono_pose_tracker {
+
+/// All that is kept of an image: its features, undistorted to unit bearings (paper, step 1 on features, not
+/// pixels).
+struct ImageFeatures {
+  FeatureSet set;
+  FeatureGrid grid;
+  /// d pixel / d bearing at each feature: turns a small error of a bearing into pixels, whatever the
+  /// distortion.
+  std::vector<Eigen::Matrix<double, 2, 3>> pixel_from_bearing;
+  std::vector<float> sigma_px;       // expected localisation error of each feature
+  std::vector<cv::Vec3b> color_rgb;  // of the image at each feature
+
+  int size() const { return set.size(); }
+};
+
+using ImageFeaturesPtr = std::shared_ptr<const ImageFeatures>;
+
+/// Adds bearings, grid, Jacobians and colours to the features of an image (CV_8UC1 or BGR CV_8UC3). Features
+/// whose pixels the camera model can't undistort are left out.
+ImageFeaturesPtr make_image_features(FeatureSet features, const cv::Mat& image, const CameraModel& camera);
+
+/// Reprojection error in px of a point against feature i, to first order in the error; 1e6 px when it is
+/// behind.
+inline Eigen::Vector2d reprojection_error(const ImageFeatures& image, int i,
+                                          const Eigen::Vector3d& x_in_camera) {
+  const double along = image.set.bearings[i].dot(x_in_camera);
+  if (along <= 1e-12) return Eigen::Vector2d::Constant(1e6);
+  return image.pixel_from_bearing[i] * x_in_camera / along;
+}
+
+}  // namespace mono_pose_tracker

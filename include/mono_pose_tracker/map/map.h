@@ -1,0 +1,118 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <map>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/map/image_features.h"
+
+namespace mono_pose_tracker {
+
+using KeyframeId = int;
+using LandmarkId = int;
+constexpr LandmarkId kNoLandmark = -1;
+
+/// Feature `feature` of a keyframe sees the landmark.
+struct Observation {
+  KeyframeId keyframe = -1;
+  int feature = -1;
+};
+
+struct Landmark {
+  LandmarkId id = kNoLandmark;
+  Eigen::Vector3d x_in_map = Eigen::Vector3d::Zero();
+  std::vector<Observation> observations;  // by keyframe, at most one for each
+  KeyframeId created_by = -1;             // the keyframe that was newest then
+};
+
+struct Keyframe {
+  KeyframeId id = -1;
+  std::int64_t frame_index = 0;
+  std::int64_t stamp_ns = 0;
+  Rigid3 camera_from_map;
+  ImageFeaturesPtr image;
+  std::vector<LandmarkId> landmark_of_feature;  // kNoLandmark where there is none
+
+  Eigen::Vector3d center_in_map() const { return camera_from_map.inverse().translation; }
+};
+
+/// Where a keyframe that was removed stood, relative to one that may still be there.
+struct KeyframeLink {
+  std::int64_t frame_index = 0;
+  KeyframeId parent = -1;
+  Rigid3 removed_from_parent;
+};
+
+/// Pose of a keyframe found through the links of removed ones; false when the walk ends nowhere.
+template <typename Keyframes>
+bool resolve_keyframe(const Keyframes& keyframes, const std::map<KeyframeId, KeyframeLink>& removed,
+                      KeyframeId id, Rigid3* camera_from_map) {
+  Rigid3 camera_from_ancestor;
+  while (true) {
+    const auto found = keyframes.find(id);
+    if (found != keyframes.end()) {
+      *camera_from_map = camera_from_ancestor * found->second.camera_from_map;
+      return true;
+    }
+    const auto link = removed.find(id);
+    if (link == removed.end()) return false;
+    camera_from_ancestor = camera_from_ancestor * link->second.removed_from_parent;
+    id = link->second.parent;
+  }
+}
+
+/// Keyframes, landmarks and who sees what. Data and its invariants, no algorithm: an observation is known to
+/// both its keyframe and its landmark, a feature sees one landmark at most, and a landmark is seen once by a
+/// keyframe at most. Not shared between threads.
+class Map {
+ public:
+  KeyframeId add_keyframe(std::int64_t frame_index, std::int64_t stamp_ns, const Rigid3& camera_from_map,
+                          ImageFeaturesPtr image);
+  LandmarkId add_landmark(const Eigen::Vector3d& x_in_map);
+
+  /// False, and nothing changed, when either is gone, the feature is taken, or the keyframe sees the landmark
+  /// already.
+  bool add_observation(LandmarkId landmark, KeyframeId keyframe, int feature);
+  void remove_observation(LandmarkId landmark, KeyframeId keyframe);
+
+  void remove_landmark(LandmarkId landmark);
+  /// The observations of `from` go to `into` where they don't conflict; `from` is removed.
+  void merge_landmarks(LandmarkId from, LandmarkId into);
+  /// The keyframe's observations are removed, its place is remembered relative to `parent`.
+  void remove_keyframe(KeyframeId keyframe, KeyframeId parent);
+
+  const std::map<KeyframeId, Keyframe>& keyframes() const { return keyframes_; }
+  const std::unordered_map<LandmarkId, Landmark>& landmarks() const { return landmarks_; }
+  std::vector<LandmarkId> landmark_ids() const;  // sorted
+
+  Keyframe* keyframe(KeyframeId id);
+  const Keyframe* keyframe(KeyframeId id) const;
+  Landmark* landmark(LandmarkId id);
+  const Landmark* landmark(LandmarkId id) const;
+
+  /// Keyframes that share landmarks with this one and how many, most first (ties: newest first).
+  std::vector<std::pair<KeyframeId, int>> covisible(KeyframeId keyframe) const;
+
+  /// Pose of a keyframe, also of one that was removed. False for one that never was.
+  bool camera_from_map(KeyframeId keyframe, Rigid3* camera_from_map) const;
+  const std::map<KeyframeId, KeyframeLink>& removed_keyframes() const { return removed_; }
+
+  /// All lengths times scale.
+  void rescale(double scale);
+
+  /// Throws std::logic_error naming the first invariant that does not hold. For tests.
+  void check() const;
+
+ private:
+  KeyframeId next_keyframe_ = 0;
+  LandmarkId next_landmark_ = 0;
+  std::map<KeyframeId, Keyframe> keyframes_;
+  std::unordered_map<LandmarkId, Landmark> landmarks_;
+  std::map<KeyframeId, KeyframeLink> removed_;
+};
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "mono_pose_tracker/common/rigid3.h"
+
+namespace mono_pose_tracker {
+
+struct BundleCamera {
+  Rigid3 camera_from_map;
+  bool constant = false;
+};
+
+/// The residual is pixel_from_bearing * x_in_camera / (bearing . x_in_camera) / sigma_px: the reprojection
+/// error to first order, the same for every camera model.
+struct BundleObservation {
+  int camera = -1;
+  int point = -1;
+  Eigen::Vector3d bearing;
+  Eigen::Matrix<double, 2, 3> pixel_from_bearing;
+  double sigma_px = 1;
+};
+
+struct BundleProblem {
+  std::vector<BundleCamera> cameras;
+  std::vector<Eigen::Vector3d> points;  // in the map's frame
+  std::vector<BundleObservation> observations;
+};
+
+struct BundleOptions {
+  int max_iterations = 20;
+  double max_seconds = 1e9;  // wall time; offline it must not bind, or results would not repeat
+  double loss_width = 2.0;   // Cauchy loss, in sigmas; 0: squared loss
+  double function_tolerance = 1e-6;
+  int num_threads = 1;  // Ceres does not repeat its sums on more than one
+
+  /// Throws std::invalid_argument naming key, value and range.
+  void validate() const;
+};
+
+struct BundleReport {
+  bool usable = false;  // the solution is no worse than the start
+  double initial_cost = 0;
+  double final_cost = 0;
+  int iterations = 0;
+};
+
+/// Bundle adjustment (paper, steps 3d and 4d; Triggs et al. 1999) with Ceres, Schur complement, analytic
+/// derivatives. The gauge is held by the constant cameras; with none constant, the first camera is, and the
+/// distance from the first to the farthest camera is restored afterwards. Observations behind their camera
+/// are ignored.
+BundleReport adjust_bundle(const BundleOptions& options, BundleProblem* problem);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <vector>
+
+#include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/optimization/bundle_adjustment.h"
+
+namespace mono_pose_tracker {
+
+/// Bundle adjustment of the given keyframes and all landmarks they see; other keyframes that see these stay
+/// where they are and hold the gauge (at most max_fixed of them, those that see most). The loss width is
+/// options.loss_width times the residuals' own spread (median), so that sharp images are held to tighter
+/// errors than blurred ones.
+BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<KeyframeId>& free_keyframes,
+                              int max_fixed, Map* map);
+
+/// Bundle adjustment of everything. The oldest keyframe stays, and so does its distance to the farthest.
+BundleReport adjust_map(const BundleOptions& options, Map* map);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/common/status.h"
+#include "mono_pose_tracker/tracking/frame.h"
+#include "mono_pose_tracker/tracking/tracker_options.h"
+
+namespace mono_pose_tracker {
+
+struct ViewSet;
+
+/// The first views and points of a map; the first view is the map's frame.
+struct InitialMap {
+  struct View {
+    Frame frame;
+    Rigid3 camera_from_map;
+  };
+  struct Point {
+    Eigen::Vector3d x_in_map;
+    std::vector<std::pair<int, int>> observations;  // view, feature
+  };
+  std::vector<View> views;  // by stamp; the newest is the frame that was added last
+  std::vector<Point> points;
+};
+
+struct BootstrapReport {
+  Reason reason = Reason::kFirstFrame;
+  std::string text;
+  int matches = 0;
+  int inliers = 0;
+  double median_parallax_deg = 0;
+  std::optional<InitialMap> map;
+};
+
+/// Makes the first map (paper, step 3): 5-point RANSAC between a reference frame and the newest one. A
+/// two-view geometry may have a rival that fits as well (a plane's twin; narrow views): all are kept until a
+/// third view decides.
+class Bootstrapper {
+ public:
+  Bootstrapper(const TrackerOptions& options, const CameraModel& camera)
+      : options_(options), camera_(camera) {}
+
+  /// The reason is kOk when the report holds a map.
+  BootstrapReport add(const Frame& frame);
+
+  /// The two-view result of the first and last frame, for want of a third. Without a map where there is none.
+  BootstrapReport unconfirmed() const;
+
+  void reset() { candidates_.clear(); }
+
+ private:
+  struct Candidate {
+    Frame frame;
+    std::vector<int> feature_of_reference;  // matched feature of each of the reference's, -1 where none
+    int matches = 0;
+  };
+
+  int match_to_reference(Candidate* candidate) const;
+  bool replace_reference();
+  void thin_out();
+  std::vector<int> third_views(std::size_t second) const;
+  ViewSet collect(const std::vector<int>& used, std::vector<Frame>* frames) const;
+
+  TrackerOptions options_;
+  CameraModel camera_;
+  std::deque<Candidate> candidates_;  // the reference first
+};
+
+}  // namespace mono_pose_tracker

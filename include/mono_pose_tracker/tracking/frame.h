@@ -1,0 +1,16 @@
+#pragma once
+
+#include <cstdint>
+
+#include "mono_pose_tracker/map/image_features.h"
+
+namespace mono_pose_tracker {
+
+/// One image on its way through the tracker.
+struct Frame {
+  std::int64_t index = 0;  // counts the images
+  std::int64_t stamp_ns = 0;
+  ImageFeaturesPtr image;
+};
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/tracking/bootstrapper.h"
+#include "mono_pose_tracker/tracking/resector.h"
+#include "mono_pose_tracker/tracking/tracker_options.h"
+#include "mono_pose_tracker/tracking/tracking_map.h"
+
+namespace mono_pose_tracker {
+
+/// A resected frame that shall become a keyframe; its pose is given relative to a keyframe, which may move
+/// meanwhile.
+struct KeyframeCandidate {
+  Frame frame;
+  KeyframeId reference = -1;
+  Rigid3 camera_from_reference;
+  std::vector<FrameObservation> observations;
+};
+
+/// Builds the map (paper, steps 4c and 4d): guided matching against the keyframes that share view,
+/// triangulation, longer tracks, windowed bundle adjustment, culling. The only one to change the map: what
+/// others read is the TrackingMap that every change ends with. Not shared between threads.
+class Mapper {
+ public:
+  Mapper(const TrackerOptions& options, const CameraModel& camera) : options_(options), camera_(camera) {}
+
+  /// Begins a map. Its scale: the median depth of the first view's points is 1.
+  void initialize(const InitialMap& initial, std::uint32_t epoch);
+  void insert(const KeyframeCandidate& candidate);
+
+  /// Last optimisation of a recording: tracks are completed between all keyframes that share view, and
+  /// everything is bundle-adjusted.
+  void finish();
+
+  const Map& map() const { return map_; }
+  TrackingMapPtr tracking_map() const { return tracking_map_; }
+
+ private:
+  std::vector<KeyframeId> neighbors(KeyframeId id, int count) const;
+  void extend_tracks(KeyframeId newest, const std::vector<KeyframeId>& neighbors);
+  void create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& neighbors);
+  void fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks);
+  void adjust_window(KeyframeId newest);
+  void cull_observations(const std::vector<LandmarkId>& landmarks);
+  void cull_young_landmarks(KeyframeId newest);
+  void cull_keyframes(KeyframeId newest);
+  void publish();
+
+  TrackerOptions options_;
+  CameraModel camera_;
+  Map map_;
+  std::uint32_t epoch_ = 0;
+  std::uint64_t revision_ = 0;
+  TrackingMapPtr tracking_map_;
+};
+
+}  // namespace mono_pose_tracker

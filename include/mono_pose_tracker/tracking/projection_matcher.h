@@ -1,0 +1,46 @@
+#pragma once
+
+#include <vector>
+
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/map/map.h"
+
+namespace mono_pose_tracker {
+
+/// A landmark that a view may see, with the descriptor of one of its observations.
+struct LandmarkCandidate {
+  LandmarkId id = kNoLandmark;
+  Eigen::Vector3d x_in_map;
+  const std::uint8_t* descriptor = nullptr;
+  Eigen::Vector3d seen_from;        // unit, from the landmark to the camera that gave the descriptor
+  double scale_times_distance = 0;  // px * map units: over the distance, the scale to expect
+};
+
+struct LandmarkMatch {
+  int candidate = -1;
+  int feature = -1;
+  int distance2 = 0;
+};
+
+struct ProjectionMatchOptions {
+  double radius_px = 10;
+  int max_distance2 = 0;
+  double min_ratio = 1.0;      // second nearest in the neighbourhood over nearest
+  double max_scale_ratio = 2;  // between expected and found scale: more than an octave is another structure
+  double max_view_angle_deg =
+      60;  // between the directions of view: SIFT holds to about 50 degrees on a plane
+};
+
+/// The candidate that feature `feature` of a keyframe makes of its landmark.
+LandmarkCandidate make_candidate(LandmarkId id, const Eigen::Vector3d& x_in_map, const ImageFeatures& image,
+                                 int feature, const Eigen::Vector3d& center_in_map);
+
+/// Guided matching (paper, step 4c): each candidate is projected by the pose and compared with the features
+/// round its pixel; a feature that several candidates claim goes to the nearest. `taken[f]` features are left
+/// out (empty: none).
+std::vector<LandmarkMatch> match_by_projection(const std::vector<LandmarkCandidate>& candidates,
+                                               const ImageFeatures& image, const CameraModel& camera,
+                                               const Rigid3& camera_from_map, const std::vector<char>& taken,
+                                               const ProjectionMatchOptions& options);
+
+}  // namespace mono_pose_tracker

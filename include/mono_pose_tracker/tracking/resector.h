@@ -1,0 +1,65 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/common/status.h"
+#include "mono_pose_tracker/tracking/frame.h"
+#include "mono_pose_tracker/tracking/frame_report.h"
+#include "mono_pose_tracker/tracking/projection_matcher.h"
+#include "mono_pose_tracker/tracking/tracker_options.h"
+#include "mono_pose_tracker/tracking/tracking_map.h"
+
+namespace mono_pose_tracker {
+
+/// Feature `feature` of the frame sees the landmark.
+struct FrameObservation {
+  int feature = -1;
+  LandmarkId landmark = kNoLandmark;
+};
+
+struct ResectionReport {
+  bool success = false;
+  Reason reason = Reason::kTooFewMatches;
+  std::string text;
+  Rigid3 camera_from_map;
+  Matrix6d covariance = Matrix6d::Zero();  // of map_from_camera, as FrameReport::covariance
+  int matches = 0;
+  int inliers = 0;
+  double rms_px = 0;
+  std::vector<FrameObservation> observations;  // the inliers
+};
+
+/// Poses a frame against the map (paper, steps 4a and 4b): putative matches to landmarks, P3P RANSAC, guided
+/// matching round the pose found, robust motion-only refinement. Keeps no state between frames.
+class Resector {
+ public:
+  Resector(const TrackerOptions& options, const CameraModel& camera) : options_(options), camera_(camera) {}
+
+  /// Against the landmarks of the reference keyframe and those that share view with it. The prediction only
+  /// guides the matching; where there is none or it fails, descriptors alone decide.
+  ResectionReport resect(const Frame& frame, const TrackingMap& map, KeyframeId reference,
+                         const std::optional<Rigid3>& predicted_camera_from_map) const;
+
+  /// Against keyframes anywhere in the map, by descriptors alone: `budget` of them, starting at the cursor-th
+  /// newest. The cursor moves on, so that calls for one frame after the other search the whole map.
+  ResectionReport relocalize(const Frame& frame, const TrackingMap& map, int budget,
+                             std::size_t* cursor) const;
+
+ private:
+  std::vector<LandmarkCandidate> local_candidates(const TrackingMap& map, KeyframeId reference) const;
+  ResectionReport by_prediction(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
+                                const Rigid3& predicted) const;
+  ResectionReport by_descriptors(const Frame& frame, const std::vector<LandmarkCandidate>& candidates) const;
+  ResectionReport pose_from_matches(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
+                                    const std::vector<LandmarkMatch>& matches) const;
+  void refine(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
+              ResectionReport* report) const;
+
+  TrackerOptions options_;
+  CameraModel camera_;
+};
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "mono_pose_tracker/map/map.h"
+
+namespace mono_pose_tracker {
+
+/// What resection needs of a keyframe.
+struct KeyframeView {
+  KeyframeId id = -1;
+  std::int64_t frame_index = 0;
+  std::int64_t stamp_ns = 0;
+  Rigid3 camera_from_map;
+  ImageFeaturesPtr image;
+  std::vector<LandmarkId> landmark_of_feature;
+  std::vector<KeyframeId> covisible;  // most shared landmarks first
+};
+
+/// The map as the mapper last left it: made once, never changed, shared by pointer. Resection reads it
+/// without a lock while the mapper, the only one to change the map, works on.
+struct TrackingMap {
+  std::uint32_t epoch = 0;
+  std::uint64_t revision = 0;
+  std::map<KeyframeId, KeyframeView> keyframes;
+  std::unordered_map<LandmarkId, Eigen::Vector3d> landmarks;  // x_in_map
+  std::map<KeyframeId, KeyframeLink> removed_keyframes;
+
+  /// Pose of a keyframe, also of one that was removed; false for one that never was.
+  bool camera_from_map(KeyframeId id, Rigid3* camera_from_map) const {
+    return resolve_keyframe(keyframes, removed_keyframes, id, camera_from_map);
+  }
+};
+
+using TrackingMapPtr = std::shared_ptr<const TrackingMap>;
+
+}  // namespace mono_pose_tracker

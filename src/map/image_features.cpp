@@ -1,0 +1,55 @@
+#include "mono_pose_tracker/map/image_features.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace mono_pose_tracker {
+
+namespace {
+
+cv::Vec3b color_at(const cv::Mat& image, const Eigen::Vector2f& pixel) {
+  const int x = std::clamp(static_cast<int>(std::lround(pixel.x())), 0, image.cols - 1);
+  const int y = std::clamp(static_cast<int>(std::lround(pixel.y())), 0, image.rows - 1);
+  if (image.channels() == 1) {
+    const std::uint8_t v = image.at<std::uint8_t>(y, x);
+    return {v, v, v};
+  }
+  const cv::Vec3b bgr = image.at<cv::Vec3b>(y, x);
+  return {bgr[2], bgr[1], bgr[0]};
+}
+
+}  // namespace
+
+ImageFeaturesPtr make_image_features(FeatureSet features, const cv::Mat& image, const CameraModel& camera) {
+  auto result = std::make_shared<ImageFeatures>();
+  const int n = features.size();
+  result->pixel_from_bearing.reserve(n);
+  result->sigma_px.reserve(n);
+  result->color_rgb.reserve(n);
+  FeatureSet& kept = result->set;
+  kept.features.reserve(n);
+  kept.bearings.reserve(n);
+  kept.descriptors = features.descriptors.empty() ? cv::Mat() : cv::Mat(features.descriptors.size(), CV_8U);
+  for (int i = 0; i < n; ++i) {
+    const Feature& feature = features.features[i];
+    const Eigen::Vector3d bearing = camera.bearing(feature.pixel.cast<double>());
+    Eigen::Vector2d pixel;
+    Eigen::Matrix<double, 2, 3> jacobian;
+    if (!bearing.allFinite() || !camera.project(bearing, &pixel, &jacobian)) continue;
+    // Undistortion that did not return to its pixel is beyond where the model can be trusted: half a pixel is
+    // far above its numerical error and below what matters to a match.
+    if ((pixel - feature.pixel.cast<double>()).norm() > 0.5) continue;
+    features.descriptors.row(i).copyTo(kept.descriptors.row(kept.size()));
+    kept.features.push_back(feature);
+    kept.bearings.push_back(bearing);
+    result->pixel_from_bearing.push_back(jacobian);
+    result->sigma_px.push_back(1.0f);
+    result->color_rgb.push_back(color_at(image, feature.pixel));
+  }
+  if (!kept.descriptors.empty()) kept.descriptors = kept.descriptors.rowRange(0, kept.size());
+  result->grid = FeatureGrid(kept, camera.width(), camera.height());
+  return result;
+}
+
+}  // namespace mono_pose_tracker

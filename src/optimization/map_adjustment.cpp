@@ -1,0 +1,127 @@
+#include "mono_pose_tracker/optimization/map_adjustment.h"
+
+#include <algorithm>
+#include <set>
+#include <unordered_map>
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// A bundle problem and where its blocks came from.
+struct MapProblem {
+  BundleProblem bundle;
+  std::vector<KeyframeId> keyframes;
+  std::vector<LandmarkId> landmarks;
+};
+
+std::vector<LandmarkId> seen_by(const Map& map, const std::vector<KeyframeId>& keyframes) {
+  std::set<LandmarkId> seen;
+  for (const KeyframeId id : keyframes) {
+    for (const LandmarkId l : map.keyframe(id)->landmark_of_feature) {
+      if (l != kNoLandmark && map.landmark(l)->observations.size() >= 2) seen.insert(l);
+    }
+  }
+  return {seen.begin(), seen.end()};
+}
+
+// Keyframes that see the landmarks but are not free, those that see most, sorted.
+std::vector<KeyframeId> fixed_keyframes(const Map& map, const std::vector<LandmarkId>& landmarks,
+                                        const std::vector<KeyframeId>& free, int max_fixed) {
+  std::map<KeyframeId, int> count;
+  for (const LandmarkId l : landmarks) {
+    for (const Observation& o : map.landmark(l)->observations) ++count[o.keyframe];
+  }
+  for (const KeyframeId id : free) count.erase(id);
+  std::vector<std::pair<int, KeyframeId>> order;
+  for (const auto& [id, n] : count) order.emplace_back(-n, id);
+  std::sort(order.begin(), order.end());
+  std::vector<KeyframeId> fixed;
+  for (const auto& entry : order) {
+    if (static_cast<int>(fixed.size()) < max_fixed) fixed.push_back(entry.second);
+  }
+  std::sort(fixed.begin(), fixed.end());
+  return fixed;
+}
+
+MapProblem build(const Map& map, const std::vector<KeyframeId>& free, const std::vector<KeyframeId>& fixed,
+                 const std::vector<LandmarkId>& landmarks) {
+  MapProblem problem;
+  std::unordered_map<KeyframeId, int> camera_of;
+  const auto add_camera = [&](KeyframeId id, bool constant) {
+    camera_of[id] = static_cast<int>(problem.keyframes.size());
+    problem.keyframes.push_back(id);
+    problem.bundle.cameras.push_back({map.keyframe(id)->camera_from_map, constant});
+  };
+  for (const KeyframeId id : free) add_camera(id, false);
+  for (const KeyframeId id : fixed) add_camera(id, true);
+  problem.landmarks = landmarks;
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    const Landmark& l = *map.landmark(landmarks[i]);
+    problem.bundle.points.push_back(l.x_in_map);
+    for (const Observation& o : l.observations) {
+      const auto camera = camera_of.find(o.keyframe);
+      if (camera == camera_of.end()) continue;
+      const ImageFeatures& image = *map.keyframe(o.keyframe)->image;
+      problem.bundle.observations.push_back(
+          {camera->second, static_cast<int>(i), image.set.bearings[o.feature],
+           image.pixel_from_bearing[o.feature], static_cast<double>(image.sigma_px[o.feature])});
+    }
+  }
+  return problem;
+}
+
+// Spread (sigma of each coordinate) of the residuals: their lengths' median over that of a Rayleigh
+// distribution.
+double residual_spread(const BundleProblem& problem) {
+  std::vector<double> errors;
+  errors.reserve(problem.observations.size());
+  for (const BundleObservation& o : problem.observations) {
+    const Eigen::Vector3d x = problem.cameras[o.camera].camera_from_map * problem.points[o.point];
+    errors.push_back((o.pixel_from_bearing * x / o.bearing.dot(x)).norm() / o.sigma_px);
+  }
+  if (errors.empty()) return 1;
+  std::nth_element(errors.begin(), errors.begin() + errors.size() / 2, errors.end());
+  return errors[errors.size() / 2] / 1.1774;
+}
+
+BundleReport solve(BundleOptions options, MapProblem* problem, Map* map) {
+  // Below a tenth of a pixel it is the features' own quantisation that speaks; above one, outliers.
+  options.loss_width *= std::clamp(residual_spread(problem->bundle), 0.1, 1.0);
+  const BundleReport report = adjust_bundle(options, &problem->bundle);
+  if (!report.usable) return report;
+  for (std::size_t i = 0; i < problem->keyframes.size(); ++i) {
+    map->keyframe(problem->keyframes[i])->camera_from_map = problem->bundle.cameras[i].camera_from_map;
+  }
+  for (std::size_t i = 0; i < problem->landmarks.size(); ++i) {
+    map->landmark(problem->landmarks[i])->x_in_map = problem->bundle.points[i];
+  }
+  return report;
+}
+
+}  // namespace
+
+BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<KeyframeId>& free_keyframes,
+                              int max_fixed, Map* map) {
+  std::vector<KeyframeId> free = free_keyframes;
+  std::sort(free.begin(), free.end());
+  const std::vector<LandmarkId> landmarks = seen_by(*map, free);
+  std::vector<KeyframeId> fixed = fixed_keyframes(*map, landmarks, free, max_fixed);
+  // One fixed camera leaves the scale free, and two that share little hold it badly: then the window is a map
+  // of its own whose first camera and size are kept.
+  if (fixed.size() == 1) {
+    free.insert(std::lower_bound(free.begin(), free.end(), fixed[0]), fixed[0]);
+    fixed.clear();
+  }
+  MapProblem problem = build(*map, free, fixed, landmarks);
+  return solve(options, &problem, map);
+}
+
+BundleReport adjust_map(const BundleOptions& options, Map* map) {
+  std::vector<KeyframeId> all;
+  for (const auto& entry : map->keyframes()) all.push_back(entry.first);
+  MapProblem problem = build(*map, all, {}, seen_by(*map, all));
+  return solve(options, &problem, map);
+}
+
+}  // namespace mono_pose_tracker

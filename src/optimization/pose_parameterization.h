@@ -1,0 +1,97 @@
+#pragma once
+
+#include <ceres/ceres.h>
+#include <ceres/version.h>
+
+#include <Eigen/Geometry>
+
+namespace mono_pose_tracker {
+
+// The one place that knows how this Ceres moves a pose block [qx qy qz qw tx ty tz]: by a left rotation
+// vector w, q' = exp(w) q, and t' = t + v. The Jacobians of cost functions are written with respect to (w, v)
+// in their first six columns; the plus-Jacobian is [I; 0], so that Ceres passes them on unchanged.
+inline void pose_plus(const double* x, const double* delta, double* x_plus_delta) {
+  const Eigen::Map<const Eigen::Quaterniond> q(x);
+  const Eigen::Map<const Eigen::Vector3d> w(delta);
+  const double angle = w.norm();
+  const Eigen::Quaterniond dq = angle > 1e-300 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle))
+                                               : Eigen::Quaterniond::Identity();
+  Eigen::Map<Eigen::Quaterniond> result(x_plus_delta);
+  result = (dq * q).normalized();
+  for (int i = 4; i < 7; ++i) x_plus_delta[i] = x[i] + delta[i - 1];
+}
+
+inline void identity_plus_jacobian(double* jacobian) {
+  Eigen::Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>> j(jacobian);
+  j.setZero();
+  j.topRows<6>().setIdentity();
+}
+
+#if CERES_VERSION_MAJOR > 2 || (CERES_VERSION_MAJOR == 2 && CERES_VERSION_MINOR >= 1)
+
+class PoseManifold : public ceres::Manifold {
+ public:
+  int AmbientSize() const override { return 7; }
+  int TangentSize() const override { return 6; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
+    pose_plus(x, delta, x_plus_delta);
+    return true;
+  }
+  bool PlusJacobian(const double*, double* jacobian) const override {
+    identity_plus_jacobian(jacobian);
+    return true;
+  }
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override {
+    const Eigen::Map<const Eigen::Quaterniond> qy(y), qx(x);
+    const Eigen::AngleAxisd aa(qy * qx.conjugate());
+    Eigen::Map<Eigen::Matrix<double, 6, 1>> d(y_minus_x);
+    d.head<3>() = aa.angle() * aa.axis();
+    for (int i = 4; i < 7; ++i) d[i - 1] = y[i] - x[i];
+    return true;
+  }
+  bool MinusJacobian(const double*, double* jacobian) const override {
+    Eigen::Map<Eigen::Matrix<double, 6, 7, Eigen::RowMajor>> j(jacobian);
+    j.setZero();
+    j.leftCols<6>().setIdentity();
+    return true;
+  }
+};
+
+inline void set_pose_parameterization(double* block, ceres::Problem* problem) {
+  problem->SetManifold(block, new PoseManifold);
+}
+
+#else
+
+class PoseParameterization : public ceres::LocalParameterization {
+ public:
+  int GlobalSize() const override { return 7; }
+  int LocalSize() const override { return 6; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
+    pose_plus(x, delta, x_plus_delta);
+    return true;
+  }
+  bool ComputeJacobian(const double*, double* jacobian) const override {
+    identity_plus_jacobian(jacobian);
+    return true;
+  }
+};
+
+inline void set_pose_parameterization(double* block, ceres::Problem* problem) {
+  problem->SetParameterization(block, new PoseParameterization);
+}
+
+#endif
+
+// d residual / d (w, v) of x_in_camera = exp(w) rotated + t + v, from d residual / d x_in_camera.
+template <typename Jacobian>
+void pose_jacobian(const Eigen::Matrix<double, 2, 3>& dr_dx, const Eigen::Vector3d& rotated, Jacobian* j) {
+  for (int row = 0; row < 2; ++row) {
+    const Eigen::Vector3d d = dr_dx.row(row).transpose();
+    j->template block<1, 3>(row, 0) = rotated.cross(d).transpose();
+    j->template block<1, 3>(row, 3) = d.transpose();
+    (*j)(row, 6) = 0;
+  }
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,276 @@
+#include "mono_pose_tracker/tracking/bootstrapper.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "mono_pose_tracker/robust/relative_pose.h"
+#include "view_hypothesis.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+
+template <typename... Args>
+std::string text(const char* format, Args... args) {
+  char buffer[256];
+  std::snprintf(buffer, sizeof buffer, format, args...);
+  return buffer;
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return values[values.size() / 2];
+}
+
+// Tracks seen by the first two views, and the pair's bearings.
+void collect_pair(const ViewSet& views, std::vector<Eigen::Vector3d>* bearings1,
+                  std::vector<Eigen::Vector3d>* bearings2) {
+  for (const Track& track : views.tracks) {
+    bearings1->push_back(views.images[0]->set.bearings[track.feature_of_view[0]]);
+    bearings2->push_back(views.images[1]->set.bearings[track.feature_of_view[1]]);
+  }
+}
+
+RelativePoseReport relative_pose(const ViewSet& views, const TrackerOptions& options,
+                                 BootstrapReport* report) {
+  std::vector<Eigen::Vector3d> bearings1, bearings2;
+  collect_pair(views, &bearings1, &bearings2);
+  RelativePoseOptions pose_options;
+  pose_options.ransac.threshold = options.inlier_threshold_px / views.focal_px;
+  pose_options.ransac.confidence = options.confidence;
+  pose_options.ransac.max_iterations = options.max_iterations;
+  pose_options.ransac.seed = options.seed;
+  RelativePoseReport pose = estimate_relative_pose(bearings1, bearings2, pose_options);
+
+  // What a translation would have to explain: the movement that the best rotation leaves over.
+  std::vector<double> moved, left_over;
+  for (std::size_t i = 0; i < bearings1.size(); ++i) {
+    moved.push_back(std::acos(std::clamp(bearings1[i].dot(bearings2[i]), -1.0, 1.0)));
+    left_over.push_back(
+        std::acos(std::clamp((pose.rotation_only * bearings1[i]).dot(bearings2[i]), -1.0, 1.0)));
+  }
+  const double rotation_share = static_cast<double>(pose.rotation_only_inliers) / bearings1.size();
+  const double moved_px = median(moved) * views.focal_px;
+  report->matches = static_cast<int>(bearings1.size());
+  report->inliers = pose.success ? pose.hypotheses[0].num_inliers : 0;
+  report->median_parallax_deg = median(left_over) / kDegree;
+  if (moved_px < options.bootstrap.min_parallax_px) {
+    report->reason = Reason::kLowParallax;
+    report->text = text("too little parallax: the image moved by %.1f px since the reference, %.1f needed",
+                        moved_px, options.bootstrap.min_parallax_px);
+  } else if (rotation_share > options.bootstrap.max_rotation_only) {
+    report->reason = Reason::kRotationOnly;
+    report->text =
+        text("too little parallax: a rotation alone explains %.0f %% of %d matches, %.0f %% at most",
+             100 * rotation_share, report->matches, 100 * options.bootstrap.max_rotation_only);
+  } else if (!pose.success || report->inliers < options.bootstrap.min_landmarks) {
+    report->reason = Reason::kTooFewInliers;
+    report->text = text("%d of %d matches fit one rigid motion, %d needed", report->inliers, report->matches,
+                        options.bootstrap.min_landmarks);
+  } else {
+    report->reason = Reason::kOk;
+  }
+  return pose;
+}
+
+// Grown hypotheses, the cheapest first, each geometry once.
+std::vector<ViewHypothesis> grow_all(const ViewSet& views, const RelativePoseReport& pose,
+                                     const TrackerOptions& options) {
+  std::vector<ViewHypothesis> grown;
+  for (const RelativePoseHypothesis& h : pose.hypotheses) {
+    grown.push_back(grow_hypothesis(views, h.second_from_first, h.inliers, options));
+  }
+  std::stable_sort(grown.begin(), grown.end(), [](const auto& a, const auto& b) { return a.cost < b.cost; });
+  std::vector<ViewHypothesis> distinct;
+  for (ViewHypothesis& h : grown) {
+    const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const ViewHypothesis& d) {
+      return is_same_geometry(d.cameras_from_map[1], h.cameras_from_map[1]);
+    });
+    if (!known) distinct.push_back(std::move(h));
+  }
+  return distinct;
+}
+
+// Whether the best of the hypotheses is good enough for a map; says why not.
+bool judge(const ViewSet& views, const std::vector<ViewHypothesis>& hypotheses,
+           const BootstrapOptions& options, BootstrapReport* report) {
+  const ViewHypothesis& best = hypotheses[0];
+  const double parallax = median_parallax(views, best);
+  report->median_parallax_deg = parallax / kDegree;
+  report->inliers = best.num_points;
+  if (best.num_points < options.min_landmarks) {
+    report->reason = Reason::kTooFewInliers;
+    report->text = text("%d points agree in all views, %d needed", best.num_points, options.min_landmarks);
+  } else if (report->median_parallax_deg < options.min_parallax_deg ||
+             parallax * views.focal_px < options.min_parallax_px) {
+    report->reason = Reason::kLowParallax;
+    report->text = text("too little parallax: median %.2f deg (%.1f px), %.2f deg and %.1f px needed",
+                        report->median_parallax_deg, parallax * views.focal_px, options.min_parallax_deg,
+                        options.min_parallax_px);
+  } else if (best.confirmed < options.min_confirmed) {
+    report->reason = Reason::kAwaitingConfirmation;
+    report->text = text("a third view confirms %.0f %% of the points, %.0f %% needed", 100 * best.confirmed,
+                        100 * options.min_confirmed);
+  } else if (hypotheses.size() > 1 && hypotheses[1].cost < (1 + options.min_evidence) * best.cost) {
+    report->reason = Reason::kAmbiguousPose;
+    report->text = text("a rival geometry fits within %.1f %% of the best, %.1f %% needed",
+                        100 * (hypotheses[1].cost / best.cost - 1), 100 * options.min_evidence);
+  } else {
+    report->reason = Reason::kOk;
+    report->text = text("map of %d points from %d views, median parallax %.2f deg", best.num_points,
+                        static_cast<int>(views.images.size()), report->median_parallax_deg);
+    return true;
+  }
+  return false;
+}
+
+InitialMap to_map(const ViewSet& views, const std::vector<Frame>& frames, const ViewHypothesis& h) {
+  InitialMap map;
+  std::vector<int> order(frames.size());
+  for (std::size_t v = 0; v < frames.size(); ++v) order[v] = static_cast<int>(v);
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return frames[a].index < frames[b].index; });
+  for (const int v : order) map.views.push_back({frames[v], h.cameras_from_map[v]});
+  for (std::size_t i = 0; i < views.tracks.size(); ++i) {
+    if (!h.is_point[i]) continue;
+    InitialMap::Point point;
+    point.x_in_map = h.points[i];
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      const int f = views.tracks[i].feature_of_view[order[k]];
+      if (f >= 0) point.observations.emplace_back(static_cast<int>(k), f);
+    }
+    map.points.push_back(std::move(point));
+  }
+  return map;
+}
+
+}  // namespace
+
+int Bootstrapper::match_to_reference(Candidate* candidate) const {
+  const ImageFeatures& reference = *candidates_.front().frame.image;
+  candidate->feature_of_reference.assign(reference.size(), -1);
+  const std::vector<Match> matches = match_descriptors(
+      reference.set.descriptors, candidate->frame.image->set.descriptors, options_.matching);
+  for (const Match& m : matches) candidate->feature_of_reference[m.first] = m.second;
+  candidate->matches = static_cast<int>(matches.size());
+  return candidate->matches;
+}
+
+// The oldest kept frame that the newest still shares enough matches with becomes the reference. False when
+// none does.
+bool Bootstrapper::replace_reference() {
+  while (candidates_.size() > 1) {
+    candidates_.pop_front();
+    if (candidates_.size() == 1) break;
+    if (match_to_reference(&candidates_.back()) < options_.bootstrap.min_matches) continue;
+    for (std::size_t i = 1; i + 1 < candidates_.size(); ++i) match_to_reference(&candidates_[i]);
+    return true;
+  }
+  match_to_reference(&candidates_.front());
+  return false;
+}
+
+// A camera that stands still for long keeps no more frames than the third views need: every other one goes.
+void Bootstrapper::thin_out() {
+  if (static_cast<int>(candidates_.size()) <= options_.bootstrap.max_frames) return;
+  std::deque<Candidate> kept;
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    if (i % 2 == 0 || i + 1 == candidates_.size()) kept.push_back(std::move(candidates_[i]));
+  }
+  candidates_ = std::move(kept);
+}
+
+// Up to three views between the reference and the second: at the middle and the quarters.
+std::vector<int> Bootstrapper::third_views(std::size_t second) const {
+  std::vector<int> chosen;
+  for (const double share : {0.5, 0.25, 0.75}) {
+    const int i = static_cast<int>(std::lround(share * second));
+    if (i <= 0 || i >= static_cast<int>(second)) continue;
+    if (std::find(chosen.begin(), chosen.end(), i) != chosen.end()) continue;
+    if (candidates_[i].matches >= options_.bootstrap.min_matches) chosen.push_back(i);
+  }
+  return chosen;
+}
+
+// Tracks of the reference's features that the second of the used views (the pair's other half) sees, too.
+ViewSet Bootstrapper::collect(const std::vector<int>& used, std::vector<Frame>* frames) const {
+  ViewSet views;
+  views.focal_px = camera_.focal();
+  for (const int i : used) {
+    views.images.push_back(candidates_[i].frame.image);
+    frames->push_back(candidates_[i].frame);
+  }
+  const std::vector<int>& second = candidates_[used[1]].feature_of_reference;
+  for (std::size_t f = 0; f < second.size(); ++f) {
+    if (second[f] < 0) continue;
+    Track track;
+    for (const int i : used) {
+      track.feature_of_view.push_back(i == 0 ? static_cast<int>(f) : candidates_[i].feature_of_reference[f]);
+    }
+    views.tracks.push_back(std::move(track));
+  }
+  return views;
+}
+
+BootstrapReport Bootstrapper::add(const Frame& frame) {
+  BootstrapReport report;
+  if (frame.image->size() < options_.bootstrap.min_features) {
+    report.reason = Reason::kTooFewFeatures;
+    report.text = text("%d features, %d needed", frame.image->size(), options_.bootstrap.min_features);
+    return report;
+  }
+  candidates_.push_back({frame, {}, 0});
+  if (candidates_.size() == 1) {
+    match_to_reference(&candidates_.front());
+    report.reason = Reason::kFirstFrame;
+    report.text = "first frame: the reference for the map to come";
+    return report;
+  }
+  thin_out();
+  const int matches = match_to_reference(&candidates_.back());
+  if (matches < options_.bootstrap.min_matches && !replace_reference()) {
+    report.reason = Reason::kTooFewMatches;
+    report.matches = matches;
+    report.text = text("%d matches to the reference frame, %d needed: it is replaced", matches,
+                       options_.bootstrap.min_matches);
+    return report;
+  }
+
+  std::vector<int> used = third_views(candidates_.size() - 1);
+  used.insert(used.begin(), {0, static_cast<int>(candidates_.size()) - 1});
+  std::vector<Frame> frames;
+  const ViewSet views = collect(used, &frames);
+  const RelativePoseReport pose = relative_pose(views, options_, &report);
+  if (report.reason != Reason::kOk) return report;
+  const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_);
+  if (judge(views, hypotheses, options_.bootstrap, &report))
+    report.map = to_map(views, frames, hypotheses[0]);
+  return report;
+}
+
+BootstrapReport Bootstrapper::unconfirmed() const {
+  BootstrapReport report;
+  if (candidates_.size() < 2) {
+    report.text = "fewer than two frames share matches";
+    report.reason = Reason::kTooFewMatches;
+    return report;
+  }
+  std::vector<Frame> frames;
+  const ViewSet views = collect({0, static_cast<int>(candidates_.size()) - 1}, &frames);
+  const RelativePoseReport pose = relative_pose(views, options_, &report);
+  if (report.reason != Reason::kOk) return report;
+  const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_);
+  BootstrapOptions two_view = options_.bootstrap;
+  two_view.min_confirmed = 0;
+  two_view.min_evidence = 0;
+  if (judge(views, hypotheses, two_view, &report)) {
+    report.map = to_map(views, frames, hypotheses[0]);
+  }
+  return report;
+}
+
+}  // namespace mono_pose_tracker

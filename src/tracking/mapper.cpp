@@ -1,0 +1,279 @@
+#include "mono_pose_tracker/tracking/mapper.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <unordered_map>
+
+#include "epipolar_matcher.h"
+#include "mono_pose_tracker/geometry/triangulation.h"
+#include "mono_pose_tracker/optimization/map_adjustment.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+
+int stored_distance2(double unit_distance) { return static_cast<int>(std::pow(512 * unit_distance, 2)); }
+
+double error_px(const Keyframe& keyframe, int feature, const Eigen::Vector3d& x_in_map) {
+  return reprojection_error(*keyframe.image, feature, keyframe.camera_from_map * x_in_map).norm() /
+         keyframe.image->sigma_px[feature];
+}
+
+// The largest angle between two of the rays that see the landmark.
+double max_parallax(const Map& map, const Landmark& landmark) {
+  double largest = 0;
+  for (std::size_t i = 0; i < landmark.observations.size(); ++i) {
+    for (std::size_t j = i + 1; j < landmark.observations.size(); ++j) {
+      largest =
+          std::max(largest, parallax_angle(landmark.x_in_map,
+                                           map.keyframe(landmark.observations[i].keyframe)->center_in_map(),
+                                           map.keyframe(landmark.observations[j].keyframe)->center_in_map()));
+    }
+  }
+  return largest;
+}
+
+std::vector<LandmarkId> landmarks_of(const Keyframe& keyframe) {
+  std::vector<LandmarkId> ids;
+  for (const LandmarkId l : keyframe.landmark_of_feature) {
+    if (l != kNoLandmark) ids.push_back(l);
+  }
+  return ids;
+}
+
+}  // namespace
+
+std::vector<KeyframeId> Mapper::neighbors(KeyframeId id, int count) const {
+  std::vector<KeyframeId> result;
+  for (const auto& [other, shared] : map_.covisible(id)) {
+    if (static_cast<int>(result.size()) < count) result.push_back(other);
+  }
+  return result;
+}
+
+void Mapper::initialize(const InitialMap& initial, std::uint32_t epoch) {
+  map_ = Map();
+  epoch_ = epoch;
+  std::vector<KeyframeId> ids;
+  for (const InitialMap::View& view : initial.views) {
+    ids.push_back(
+        map_.add_keyframe(view.frame.index, view.frame.stamp_ns, view.camera_from_map, view.frame.image));
+  }
+  std::vector<double> depths;
+  for (const InitialMap::Point& point : initial.points) {
+    const LandmarkId l = map_.add_landmark(point.x_in_map);
+    for (const auto& [view, feature] : point.observations) map_.add_observation(l, ids[view], feature);
+    depths.push_back((initial.views[0].camera_from_map * point.x_in_map).z());
+  }
+  std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
+  map_.rescale(1 / depths[depths.size() / 2]);
+  for (const KeyframeId id : ids) {
+    const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
+    create_landmarks(id, near);
+  }
+  adjust_window(ids.back());
+  publish();
+}
+
+void Mapper::insert(const KeyframeCandidate& candidate) {
+  Rigid3 reference_from_map;
+  if (!map_.camera_from_map(candidate.reference, &reference_from_map)) return;
+  const KeyframeId id =
+      map_.add_keyframe(candidate.frame.index, candidate.frame.stamp_ns,
+                        candidate.camera_from_reference * reference_from_map, candidate.frame.image);
+  for (const FrameObservation& o : candidate.observations) map_.add_observation(o.landmark, id, o.feature);
+  const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
+  extend_tracks(id, near);
+  create_landmarks(id, near);
+  for (const KeyframeId n : near) fuse(n, landmarks_of(*map_.keyframe(id)));
+  adjust_window(id);
+  cull_young_landmarks(id);
+  cull_keyframes(id);
+  publish();
+}
+
+// Longer tracks: landmarks that the neighbours see are looked for in the newest keyframe.
+void Mapper::extend_tracks(KeyframeId newest, const std::vector<KeyframeId>& near) {
+  std::set<LandmarkId> seen;
+  for (const KeyframeId n : near) {
+    for (const LandmarkId l : landmarks_of(*map_.keyframe(n))) seen.insert(l);
+  }
+  for (const LandmarkId l : landmarks_of(*map_.keyframe(newest))) seen.erase(l);
+  fuse(newest, {seen.begin(), seen.end()});
+}
+
+// Landmarks are projected into the target keyframe; one that finds a feature there gains an observation, or,
+// where the feature sees another landmark already, the two become one if both agree with all that is seen of
+// them.
+void Mapper::fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks) {
+  Keyframe& keyframe = *map_.keyframe(target);
+  const Eigen::Vector3d center = keyframe.center_in_map();
+  std::vector<LandmarkCandidate> candidates;
+  for (const LandmarkId l : landmarks) {
+    const Landmark& landmark = *map_.landmark(l);
+    const Observation* nearest = nullptr;
+    double best_cosine = -2;
+    bool seen = false;
+    for (const Observation& o : landmark.observations) {
+      if (o.keyframe == target) seen = true;
+      const Eigen::Vector3d ray = map_.keyframe(o.keyframe)->center_in_map() - landmark.x_in_map;
+      const double cosine = ray.normalized().dot((center - landmark.x_in_map).normalized());
+      if (cosine > best_cosine) best_cosine = cosine, nearest = &o;
+    }
+    if (seen || !nearest) continue;
+    const Keyframe& from = *map_.keyframe(nearest->keyframe);
+    candidates.push_back(
+        make_candidate(l, landmark.x_in_map, *from.image, nearest->feature, from.center_in_map()));
+  }
+  ProjectionMatchOptions guided;
+  guided.radius_px = options_.mapping.max_reprojection_px;
+  guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
+  for (const LandmarkMatch& m :
+       match_by_projection(candidates, *keyframe.image, camera_, keyframe.camera_from_map, {}, guided)) {
+    const LandmarkId l = candidates[m.candidate].id;
+    const LandmarkId held = keyframe.landmark_of_feature[m.feature];
+    if (held == kNoLandmark) {
+      map_.add_observation(l, target, m.feature);
+    } else if (held != l) {
+      const Landmark& a = *map_.landmark(l);
+      const Landmark& b = *map_.landmark(held);
+      const auto agrees = [&](const Observation& o) {
+        return error_px(*map_.keyframe(o.keyframe), o.feature, b.x_in_map) <
+               options_.mapping.max_reprojection_px;
+      };
+      if (std::all_of(a.observations.begin(), a.observations.end(), agrees)) map_.merge_landmarks(l, held);
+    }
+  }
+}
+
+// New points by metric triangulation of features matched along epipolar lines.
+void Mapper::create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& near) {
+  EpipolarMatchOptions guided;
+  guided.max_error_rad = options_.mapping.max_reprojection_px / camera_.focal();
+  guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
+  guided.min_ratio = options_.matching.min_ratio;
+  for (const KeyframeId n : near) {
+    const Keyframe& first = *map_.keyframe(newest);
+    const Keyframe& second = *map_.keyframe(n);
+    const Rigid3 second_from_first = second.camera_from_map * first.camera_from_map.inverse();
+    const Rigid3 map_from_first = first.camera_from_map.inverse();
+    for (const Match& m : match_along_epipolar_lines(first, second, guided)) {
+      Eigen::Vector3d x_in_first;
+      if (!triangulate_two_views(second_from_first, first.image->set.bearings[m.first],
+                                 second.image->set.bearings[m.second], &x_in_first)) {
+        continue;
+      }
+      const Eigen::Vector3d x_in_map = map_from_first * x_in_first;
+      if (parallax_angle(x_in_map, first.center_in_map(), second.center_in_map()) <
+              options_.mapping.min_parallax_deg * kDegree ||
+          error_px(first, m.first, x_in_map) > options_.mapping.max_reprojection_px ||
+          error_px(second, m.second, x_in_map) > options_.mapping.max_reprojection_px) {
+        continue;
+      }
+      const LandmarkId l = map_.add_landmark(x_in_map);
+      map_.add_observation(l, newest, m.first);
+      map_.add_observation(l, n, m.second);
+    }
+  }
+}
+
+void Mapper::adjust_window(KeyframeId newest) {
+  std::vector<KeyframeId> window = neighbors(newest, options_.mapping.window_keyframes - 1);
+  window.push_back(newest);
+  BundleOptions bundle = options_.bundle;
+  bundle.max_seconds = options_.mapping.bundle_seconds;
+  adjust_keyframes(bundle, window, 3 * options_.mapping.window_keyframes, &map_);
+  std::set<LandmarkId> touched;
+  for (const KeyframeId id : window) {
+    for (const LandmarkId l : landmarks_of(*map_.keyframe(id))) touched.insert(l);
+  }
+  cull_observations({touched.begin(), touched.end()});
+}
+
+// Observations too far from their landmark go; a landmark that is then seen once, or under too small an
+// angle, goes.
+void Mapper::cull_observations(const std::vector<LandmarkId>& landmarks) {
+  for (const LandmarkId l : landmarks) {
+    const Landmark* landmark = map_.landmark(l);
+    if (!landmark) continue;
+    for (const Observation& o : std::vector<Observation>(landmark->observations)) {
+      if (error_px(*map_.keyframe(o.keyframe), o.feature, landmark->x_in_map) >
+          options_.mapping.max_reprojection_px) {
+        map_.remove_observation(l, o.keyframe);
+      }
+    }
+    // Half the angle that creation asks for: bundle adjustment may move a point a little farther away.
+    if (landmark->observations.size() < 2 ||
+        max_parallax(map_, *landmark) < 0.5 * options_.mapping.min_parallax_deg * kDegree) {
+      map_.remove_landmark(l);
+    }
+  }
+}
+
+// A landmark that two keyframes saw and none of the three that came since is more often a wrong match than
+// not: two views can't contradict each other along the epipolar line.
+void Mapper::cull_young_landmarks(KeyframeId newest) {
+  for (const LandmarkId l : map_.landmark_ids()) {
+    const Landmark& landmark = *map_.landmark(l);
+    if (landmark.observations.size() == 2 && newest - landmark.created_by == 3) map_.remove_landmark(l);
+  }
+}
+
+// A keyframe goes whose landmarks at least three others see, too.
+void Mapper::cull_keyframes(KeyframeId newest) {
+  for (const KeyframeId id : neighbors(newest, options_.mapping.window_keyframes)) {
+    if (map_.keyframes().size() <= 3 || id == map_.keyframes().begin()->first) continue;
+    const std::vector<LandmarkId> seen = landmarks_of(*map_.keyframe(id));
+    const auto redundant = std::count_if(
+        seen.begin(), seen.end(), [&](LandmarkId l) { return map_.landmark(l)->observations.size() >= 4; });
+    if (redundant < options_.mapping.redundant_overlap * seen.size()) continue;
+    const std::vector<KeyframeId> nearest = neighbors(id, 1);
+    if (nearest.empty()) continue;
+    map_.remove_keyframe(id, nearest[0]);
+  }
+}
+
+void Mapper::finish() {
+  if (map_.keyframes().empty()) return;
+  std::vector<KeyframeId> ids;
+  for (const auto& entry : map_.keyframes()) ids.push_back(entry.first);
+  for (const KeyframeId id : ids) {
+    const std::vector<KeyframeId> near = neighbors(id, 2 * options_.mapping.matching_keyframes);
+    extend_tracks(id, near);
+    create_landmarks(id, near);
+  }
+  BundleOptions bundle = options_.bundle;
+  bundle.max_iterations = 100;
+  bundle.function_tolerance = 1e-8;
+  for (int round = 0; round < 2; ++round) {
+    adjust_map(bundle, &map_);
+    cull_observations(map_.landmark_ids());
+  }
+  adjust_map(bundle, &map_);
+  publish();
+}
+
+void Mapper::publish() {
+  auto view = std::make_shared<TrackingMap>();
+  view->epoch = epoch_;
+  view->revision = ++revision_;
+  for (const auto& [id, k] : map_.keyframes()) {
+    KeyframeView& v = view->keyframes[id];
+    v.id = id;
+    v.frame_index = k.frame_index;
+    v.stamp_ns = k.stamp_ns;
+    v.camera_from_map = k.camera_from_map;
+    v.image = k.image;
+    v.landmark_of_feature = k.landmark_of_feature;
+    for (const auto& [other, shared] : map_.covisible(id)) v.covisible.push_back(other);
+  }
+  view->landmarks.reserve(map_.landmarks().size());
+  for (const auto& [id, l] : map_.landmarks()) view->landmarks.emplace(id, l.x_in_map);
+  view->removed_keyframes = map_.removed_keyframes();
+  tracking_map_ = std::move(view);
+}
+
+}  // namespace mono_pose_tracker

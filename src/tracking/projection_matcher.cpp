@@ -1,0 +1,62 @@
+#include "mono_pose_tracker/tracking/projection_matcher.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "mono_pose_tracker/features/matching.h"
+
+namespace mono_pose_tracker {
+
+LandmarkCandidate make_candidate(LandmarkId id, const Eigen::Vector3d& x_in_map, const ImageFeatures& image,
+                                 int feature, const Eigen::Vector3d& center_in_map) {
+  LandmarkCandidate c;
+  c.id = id;
+  c.x_in_map = x_in_map;
+  c.descriptor = image.set.descriptor(feature);
+  const Eigen::Vector3d ray = center_in_map - x_in_map;
+  const double distance = ray.norm();
+  c.seen_from = ray / distance;
+  c.scale_times_distance = image.set.features[feature].scale * distance;
+  return c;
+}
+
+std::vector<LandmarkMatch> match_by_projection(const std::vector<LandmarkCandidate>& candidates,
+                                               const ImageFeatures& image, const CameraModel& camera,
+                                               const Rigid3& camera_from_map, const std::vector<char>& taken,
+                                               const ProjectionMatchOptions& options) {
+  const Eigen::Vector3d center = camera_from_map.inverse().translation;
+  const double min_cosine = std::cos(options.max_view_angle_deg * M_PI / 180);
+  const double min_ratio2 = options.min_ratio * options.min_ratio;
+  std::vector<LandmarkMatch> claim(image.size());  // of each feature
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const LandmarkCandidate& c = candidates[i];
+    Eigen::Vector2d pixel;
+    if (!camera.project(camera_from_map * c.x_in_map, &pixel) || !camera.in_image(pixel)) continue;
+    const Eigen::Vector3d ray = center - c.x_in_map;
+    const double distance = ray.norm();
+    if (ray.dot(c.seen_from) < min_cosine * distance) continue;
+    const double scale = c.scale_times_distance / distance;
+    NearestTwo nearest;
+    image.grid.visit_near(pixel, options.radius_px, [&](int f) {
+      if (!taken.empty() && taken[f]) return;
+      const double found = image.set.features[f].scale;
+      if (found > scale * options.max_scale_ratio || scale > found * options.max_scale_ratio) return;
+      nearest.offer(f, descriptor_distance2(c.descriptor, image.set.descriptor(f)));
+    });
+    if (nearest.index < 0 || nearest.best > options.max_distance2) continue;
+    if (nearest.second != std::numeric_limits<int>::max() && nearest.best * min_ratio2 > nearest.second)
+      continue;
+    LandmarkMatch& held = claim[nearest.index];
+    if (held.candidate < 0 || nearest.best < held.distance2) {
+      held = {static_cast<int>(i), nearest.index, nearest.best};
+    }
+  }
+  std::vector<LandmarkMatch> matches;
+  for (const LandmarkMatch& m : claim) {
+    if (m.candidate >= 0) matches.push_back(m);
+  }
+  return matches;
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,214 @@
+#include "mono_pose_tracker/tracking/resector.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <unordered_set>
+
+#include "mono_pose_tracker/features/matching.h"
+#include "mono_pose_tracker/robust/absolute_pose.h"
+#include "mono_pose_tracker/robust/motion_refinement.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Unit descriptors are stored with length 512.
+int stored_distance2(double unit_distance) { return static_cast<int>(std::pow(512 * unit_distance, 2)); }
+
+std::string shortfall(int found, int needed, const char* what) {
+  char buffer[160];
+  std::snprintf(buffer, sizeof buffer, "%d %s, %d needed", found, what, needed);
+  return buffer;
+}
+
+// A frame is refined against what it saw: bearings, points and their expected errors in radians.
+struct Sight {
+  std::vector<Eigen::Vector3d> bearings, points;
+  std::vector<double> sigmas;
+};
+
+Sight gather(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
+             const std::vector<LandmarkMatch>& matches, double focal_px) {
+  Sight sight;
+  for (const LandmarkMatch& m : matches) {
+    sight.bearings.push_back(frame.image->set.bearings[m.feature]);
+    sight.points.push_back(candidates[m.candidate].x_in_map);
+    sight.sigmas.push_back(frame.image->sigma_px[m.feature] / focal_px);
+  }
+  return sight;
+}
+
+double error_px(const Frame& frame, const LandmarkCandidate& candidate, int feature,
+                const Rigid3& camera_from_map) {
+  return reprojection_error(*frame.image, feature, camera_from_map * candidate.x_in_map).norm() /
+         frame.image->sigma_px[feature];
+}
+
+std::vector<LandmarkMatch> keep_inliers(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
+                                        const std::vector<LandmarkMatch>& matches,
+                                        const Rigid3& camera_from_map, double threshold_px) {
+  std::vector<LandmarkMatch> inliers;
+  for (const LandmarkMatch& m : matches) {
+    if (error_px(frame, candidates[m.candidate], m.feature, camera_from_map) < threshold_px)
+      inliers.push_back(m);
+  }
+  return inliers;
+}
+
+Matrix6d covariance_of_map_from_camera(const Matrix6d& of_camera_from_map, const Rigid3& camera_from_map) {
+  Matrix6d rotation = Matrix6d::Zero();
+  rotation.topLeftCorner<3, 3>() = camera_from_map.rotation_matrix().transpose();
+  rotation.bottomRightCorner<3, 3>() = rotation.topLeftCorner<3, 3>();
+  return rotation * of_camera_from_map * rotation.transpose();
+}
+
+}  // namespace
+
+std::vector<LandmarkCandidate> Resector::local_candidates(const TrackingMap& map,
+                                                          KeyframeId reference) const {
+  std::vector<LandmarkCandidate> candidates;
+  const auto found = map.keyframes.find(reference);
+  if (found == map.keyframes.end()) return candidates;
+  std::vector<KeyframeId> local = {reference};
+  for (const KeyframeId id : found->second.covisible) {
+    if (static_cast<int>(local.size()) >= options_.resection.max_local_keyframes) break;
+    local.push_back(id);
+  }
+  std::unordered_set<LandmarkId> known;
+  for (const KeyframeId id : local) {
+    const KeyframeView& keyframe = map.keyframes.at(id);
+    const Eigen::Vector3d center = keyframe.camera_from_map.inverse().translation;
+    for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
+      const LandmarkId l = keyframe.landmark_of_feature[f];
+      if (l == kNoLandmark || !known.insert(l).second) continue;
+      const auto landmark = map.landmarks.find(l);
+      if (landmark == map.landmarks.end()) continue;
+      candidates.push_back(make_candidate(l, landmark->second, *keyframe.image, static_cast<int>(f), center));
+    }
+  }
+  return candidates;
+}
+
+ResectionReport Resector::pose_from_matches(const Frame& frame,
+                                            const std::vector<LandmarkCandidate>& candidates,
+                                            const std::vector<LandmarkMatch>& matches) const {
+  ResectionReport report;
+  report.matches = static_cast<int>(matches.size());
+  if (report.matches < options_.resection.min_inliers) {
+    report.reason = Reason::kTooFewMatches;
+    report.text = shortfall(report.matches, options_.resection.min_inliers, "matches to landmarks");
+    return report;
+  }
+  const Sight sight = gather(frame, candidates, matches, camera_.focal());
+  AbsolutePoseOptions pose_options;
+  pose_options.ransac.threshold = options_.inlier_threshold_px / camera_.focal();
+  pose_options.ransac.confidence = options_.confidence;
+  pose_options.ransac.max_iterations = options_.max_iterations;
+  pose_options.ransac.seed = options_.seed + static_cast<std::uint64_t>(frame.index);
+  for (const LandmarkMatch& m : matches) pose_options.quality.push_back(static_cast<float>(m.distance2));
+  const AbsolutePoseReport pose = estimate_absolute_pose(sight.bearings, sight.points, pose_options);
+  report.inliers = pose.num_inliers;
+  const int needed = std::max(options_.resection.min_inliers,
+                              static_cast<int>(options_.resection.min_inlier_ratio * report.matches));
+  if (!pose.success || pose.num_inliers < needed) {
+    report.reason = Reason::kTooFewInliers;
+    report.text = shortfall(pose.num_inliers, needed, "inliers");
+    return report;
+  }
+  report.success = true;
+  report.reason = Reason::kOk;
+  report.camera_from_map = pose.camera_from_map;
+  return report;
+}
+
+void Resector::refine(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
+                      ResectionReport* report) const {
+  ProjectionMatchOptions guided;
+  guided.radius_px = options_.resection.refine_radius_px * std::max(1.0, camera_.width() / 640.0);
+  guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
+  std::vector<LandmarkMatch> matches, inliers;
+  for (int round = 0; round < 2; ++round) {
+    matches = match_by_projection(candidates, *frame.image, camera_, report->camera_from_map, {}, guided);
+    const Sight sight = gather(frame, candidates, matches, camera_.focal());
+    const MotionRefinementReport refined =
+        refine_absolute_pose(sight.bearings, sight.points, sight.sigmas, report->camera_from_map, {});
+    if (refined.converged) {
+      report->camera_from_map = refined.camera_from_map;
+      report->covariance = covariance_of_map_from_camera(refined.covariance, refined.camera_from_map);
+    }
+  }
+  inliers = keep_inliers(frame, candidates, matches, report->camera_from_map, options_.inlier_threshold_px);
+  report->matches = static_cast<int>(matches.size());
+  report->inliers = static_cast<int>(inliers.size());
+  double sum = 0;
+  for (const LandmarkMatch& m : inliers) {
+    sum += std::pow(error_px(frame, candidates[m.candidate], m.feature, report->camera_from_map), 2);
+    report->observations.push_back({m.feature, candidates[m.candidate].id});
+  }
+  if (report->inliers < options_.resection.min_inliers) {
+    report->success = false;
+    report->reason = Reason::kTooFewInliers;
+    report->text = shortfall(report->inliers, options_.resection.min_inliers, "inliers after refinement");
+    return;
+  }
+  report->rms_px = std::sqrt(sum / inliers.size());
+}
+
+ResectionReport Resector::by_prediction(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
+                                        const Rigid3& predicted) const {
+  ProjectionMatchOptions guided;
+  guided.radius_px = options_.resection.search_radius * camera_.width();
+  guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
+  guided.min_ratio =
+      1.1;  // within a few per cent of the image a look-alike is rare: less than the paper's 1.25
+  return pose_from_matches(frame, candidates,
+                           match_by_projection(candidates, *frame.image, camera_, predicted, {}, guided));
+}
+
+ResectionReport Resector::by_descriptors(const Frame& frame,
+                                         const std::vector<LandmarkCandidate>& candidates) const {
+  cv::Mat descriptors(static_cast<int>(candidates.size()), 128, CV_8U);
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    std::memcpy(descriptors.ptr(static_cast<int>(i)), candidates[i].descriptor, 128);
+  }
+  std::vector<LandmarkMatch> matches;
+  for (const Match& m : match_descriptors(frame.image->set.descriptors, descriptors, options_.matching)) {
+    matches.push_back({m.second, m.first, m.distance2});
+  }
+  return pose_from_matches(frame, candidates, matches);
+}
+
+ResectionReport Resector::resect(const Frame& frame, const TrackingMap& map, KeyframeId reference,
+                                 const std::optional<Rigid3>& predicted) const {
+  const std::vector<LandmarkCandidate> candidates = local_candidates(map, reference);
+  ResectionReport report;
+  if (predicted) {
+    report = by_prediction(frame, candidates, *predicted);
+    if (report.success) refine(frame, candidates, &report);
+  }
+  if (!report.success) {
+    report = by_descriptors(frame, candidates);
+    if (report.success) refine(frame, candidates, &report);
+  }
+  return report;
+}
+
+ResectionReport Resector::relocalize(const Frame& frame, const TrackingMap& map, int budget,
+                                     std::size_t* cursor) const {
+  std::vector<KeyframeId> newest_first;
+  for (const auto& entry : map.keyframes) newest_first.push_back(entry.first);
+  std::reverse(newest_first.begin(), newest_first.end());
+  ResectionReport best;
+  best.text = "the map is empty";
+  for (int i = 0; i < std::min(budget, static_cast<int>(newest_first.size())); ++i) {
+    const KeyframeId id = newest_first[(*cursor)++ % newest_first.size()];
+    ResectionReport report = resect(frame, map, id, std::nullopt);
+    if (report.success) return report;
+    if (report.inliers >= best.inliers) best = std::move(report);
+  }
+  return best;
+}
+
+}  // namespace mono_pose_tracker

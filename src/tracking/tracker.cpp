@@ -1,0 +1,468 @@
+#include "mono_pose_tracker/tracking/tracker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <unordered_set>
+
+#include "mono_pose_tracker/features/sift.h"
+#include "mono_pose_tracker/geometry/triangulation.h"
+#include "mono_pose_tracker/tracking/bootstrapper.h"
+#include "mono_pose_tracker/tracking/mapping_worker.h"
+#include "mono_pose_tracker/tracking/resector.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+
+// Where a posed frame stands: it moves with its reference keyframe.
+struct FrameRecord {
+  std::int64_t stamp_ns = 0;
+  KeyframeId reference = -1;
+  Rigid3 camera_from_reference;
+};
+
+// How a frame relates to a keyframe.
+struct Overlap {
+  double parallax_deg = 0;  // median, of the landmarks that the frame sees
+  double in_view = 1;       // share of the keyframe's landmarks that the frame could see
+  int shared = 0;           // landmarks that both see
+  int keyframe_landmarks = 0;
+};
+
+}  // namespace
+
+class Tracker::Impl {
+ public:
+  Impl(const TrackerOptions& options, const CameraModel& camera, Mapping mapping)
+      : options_(options),
+        camera_(camera),
+        extractor_(make_sift_extractor(options.sift)),
+        bootstrapper_(options, camera),
+        resector_(options, camera),
+        worker_(options, camera, mapping == Mapping::kThreaded) {}
+
+  FrameReport process(std::int64_t stamp_ns, const cv::Mat& image, const cv::Mat& mask);
+  void reset();
+  std::shared_ptr<const MapSnapshot> snapshot() const;
+  std::vector<PosedFrame> trajectory() const;
+  bool finish();
+  FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const cv::Mat& image,
+                           const cv::Mat& mask);
+
+  MappingWorker& worker() { return worker_; }
+  const MappingWorker& worker() const { return worker_; }
+  bool is_unconfirmed() const { return unconfirmed_; }
+
+ private:
+  std::optional<Frame> make_frame(std::int64_t index, std::int64_t stamp_ns, const cv::Mat& image,
+                                  const cv::Mat& mask, FrameReport* report);
+  void bootstrap(const Frame& frame, FrameReport* report);
+  void track(const Frame& frame, FrameReport* report);
+  void lose(FrameReport* report);
+  void accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
+              FrameReport* report);
+  Overlap overlap_with(const TrackingMap& map, KeyframeId id, const ResectionReport& resection) const;
+  KeyframeId choose_reference(const TrackingMap& map, const ResectionReport& resection) const;
+  bool is_keyframe_due(const TrackingMap& map, const Overlap& overlap) const;
+  void start_map(const InitialMap& initial);
+  void describe(const ResectionReport& resection, FrameReport* report) const;
+  void finish_report(FrameReport* report) const;
+
+  const TrackerOptions options_;
+  const CameraModel camera_;
+  std::unique_ptr<FeatureExtractor> extractor_;
+  Bootstrapper bootstrapper_;
+  Resector resector_;
+  MappingWorker worker_;
+
+  State state_ = State::kBootstrapping;
+  std::uint32_t epoch_ = 0;
+  std::int64_t next_index_ = 0;
+  bool unconfirmed_ = false;
+
+  // The last posed frame and its movement since the one before.
+  KeyframeId reference_ = -1;
+  Rigid3 camera_from_reference_;
+  std::optional<Rigid3> motion_;  // camera now from camera one frame ago
+  KeyframeId newest_keyframe_sent_for_ = -1;
+  int frames_lost_ = 0;
+  std::size_t relocalization_cursor_ = 0;
+
+  std::map<std::int64_t, FrameRecord> records_;  // by frame index
+};
+
+std::optional<Frame> Tracker::Impl::make_frame(std::int64_t index, std::int64_t stamp_ns,
+                                               const cv::Mat& image, const cv::Mat& mask,
+                                               FrameReport* report) {
+  report->stamp_ns = stamp_ns;
+  if (image.cols != camera_.width() || image.rows != camera_.height()) {
+    char text[128];
+    std::snprintf(text, sizeof text, "image is %dx%d, the camera %dx%d", image.cols, image.rows,
+                  camera_.width(), camera_.height());
+    report->reason = Reason::kImageSizeMismatch;
+    report->reason_text = text;
+    return std::nullopt;
+  }
+  cv::Mat gray = image;
+  if (image.channels() == 3) cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
+  Frame frame;
+  frame.index = index;
+  frame.stamp_ns = stamp_ns;
+  FeatureSet features;
+  {
+    const StageTimer timer(report->stages, "features");
+    extractor_->extract(gray, mask, &features);
+  }
+  const StageTimer timer(report->stages, "undistort");
+  frame.image = make_image_features(std::move(features), image, camera_);
+  report->features = frame.image->size();
+  return frame;
+}
+
+FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const cv::Mat& image, const cv::Mat& mask) {
+  FrameReport report;
+  const std::optional<Frame> frame = make_frame(next_index_++, stamp_ns, image, mask, &report);
+  if (frame) {
+    if (state_ == State::kBootstrapping) {
+      const StageTimer timer(report.stages, "bootstrap");
+      bootstrap(*frame, &report);
+    } else {
+      track(*frame, &report);
+    }
+  }
+  finish_report(&report);
+  return report;
+}
+
+void Tracker::Impl::finish_report(FrameReport* report) const {
+  report->state = state_;
+  report->epoch = epoch_;
+  report->worker_backlog = worker_.backlog();
+  if (const TrackingMapPtr map = worker_.latest()) {
+    report->keyframes = static_cast<int>(map->keyframes.size());
+    report->landmarks = static_cast<int>(map->landmarks.size());
+  }
+}
+
+void Tracker::Impl::start_map(const InitialMap& initial) {
+  worker_.initialize(initial, epoch_);
+  const TrackingMapPtr map = worker_.latest();
+  for (const auto& [id, keyframe] : map->keyframes) {
+    records_[keyframe.frame_index] = {keyframe.stamp_ns, id, Rigid3()};
+  }
+  reference_ = map->keyframes.rbegin()->first;
+  camera_from_reference_ = Rigid3();
+  motion_.reset();
+  newest_keyframe_sent_for_ = -1;
+  frames_lost_ = 0;
+  state_ = State::kTracking;
+}
+
+void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
+  const BootstrapReport bootstrap = bootstrapper_.add(frame);
+  report->reason = bootstrap.reason;
+  report->reason_text = bootstrap.text;
+  report->matches = bootstrap.matches;
+  report->inliers = bootstrap.inliers;
+  report->median_parallax_deg = bootstrap.median_parallax_deg;
+  if (!bootstrap.map) return;
+  start_map(*bootstrap.map);
+  bootstrapper_.reset();
+  // Against the map just made: the pose gets its covariance and the whole map's points.
+  const TrackingMapPtr map = worker_.latest();
+  const ResectionReport resection =
+      resector_.resect(frame, *map, reference_, map->keyframes.at(reference_).camera_from_map);
+  if (!resection.success) {
+    reset();
+    report->reason = resection.reason;
+    report->reason_text = "the new map does not hold: " + resection.text;
+    return;
+  }
+  const std::string text = report->reason_text;
+  describe(resection, report);
+  report->reason_text = text;
+  report->is_keyframe = true;
+}
+
+void Tracker::Impl::describe(const ResectionReport& resection, FrameReport* report) const {
+  report->reason = resection.reason;
+  report->reason_text = resection.text;
+  report->matches = resection.matches;
+  report->inliers = resection.inliers;
+  report->reprojection_rms_px = resection.rms_px;
+  if (!resection.success) return;
+  report->map_from_camera = resection.camera_from_map.inverse();
+  report->covariance = resection.covariance;
+}
+
+void Tracker::Impl::track(const Frame& frame, FrameReport* report) {
+  const TrackingMapPtr map = worker_.latest();
+  ResectionReport resection;
+  {
+    const StageTimer timer(report->stages, "resect");
+    Rigid3 reference_from_map;
+    if (frames_lost_ == 0 && map->camera_from_map(reference_, &reference_from_map)) {
+      const Rigid3 last = camera_from_reference_ * reference_from_map;
+      resection = resector_.resect(
+          frame, *map, map->keyframes.count(reference_) ? reference_ : map->keyframes.rbegin()->first,
+          motion_ ? *motion_ * last : last);
+    }
+    if (!resection.success) {
+      ResectionReport elsewhere = resector_.relocalize(
+          frame, *map, options_.resection.relocalization_keyframes, &relocalization_cursor_);
+      if (elsewhere.success || resection.text.empty()) resection = std::move(elsewhere);
+    }
+  }
+  describe(resection, report);
+  if (resection.success) {
+    accept(frame, *map, resection, report);
+  } else {
+    lose(report);
+  }
+}
+
+void Tracker::Impl::lose(FrameReport* report) {
+  state_ = State::kLost;
+  motion_.reset();
+  const TrackingMapPtr map = worker_.latest();
+  if (++frames_lost_ >= options_.young_map_patience &&
+      static_cast<int>(map->keyframes.size()) <= options_.young_map_keyframes) {
+    reset();
+    report->reason_text += "; the young map is dropped, a new one begun";
+  }
+}
+
+void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
+                           FrameReport* report) {
+  Rigid3 reference_from_map;
+  const bool continuous = frames_lost_ == 0 && map.camera_from_map(reference_, &reference_from_map);
+  if (continuous) {
+    motion_ = resection.camera_from_map * (camera_from_reference_ * reference_from_map).inverse();
+  } else {
+    motion_.reset();
+  }
+  frames_lost_ = 0;
+  relocalization_cursor_ = 0;
+  state_ = State::kTracking;
+
+  reference_ = choose_reference(map, resection);
+  camera_from_reference_ = resection.camera_from_map * map.keyframes.at(reference_).camera_from_map.inverse();
+  records_[frame.index] = {frame.stamp_ns, reference_, camera_from_reference_};
+  const Overlap overlap = overlap_with(map, reference_, resection);
+  report->median_parallax_deg = overlap.parallax_deg;
+  if (!is_keyframe_due(map, overlap)) return;
+  const StageTimer timer(report->stages, "keyframe");
+  report->is_keyframe = worker_.insert({frame, reference_, camera_from_reference_, resection.observations});
+  if (!report->is_keyframe) return;
+  newest_keyframe_sent_for_ = map.keyframes.rbegin()->first;
+  // Inline, the keyframe is there already and has been adjusted: go on from it.
+  const TrackingMapPtr now = worker_.latest();
+  if (now->revision != map.revision && now->keyframes.rbegin()->second.frame_index == frame.index) {
+    reference_ = now->keyframes.rbegin()->first;
+    camera_from_reference_ = Rigid3();
+    records_[frame.index] = {frame.stamp_ns, reference_, camera_from_reference_};
+  }
+}
+
+// The keyframe that shares most landmarks with the frame.
+KeyframeId Tracker::Impl::choose_reference(const TrackingMap& map, const ResectionReport& resection) const {
+  std::unordered_set<LandmarkId> seen;
+  for (const FrameObservation& o : resection.observations) seen.insert(o.landmark);
+  const auto current = map.keyframes.find(reference_);
+  std::vector<KeyframeId> local;
+  if (current != map.keyframes.end() && frames_lost_ == 0) {
+    local.push_back(reference_);
+    for (const KeyframeId id : current->second.covisible) {
+      if (static_cast<int>(local.size()) < options_.resection.max_local_keyframes) local.push_back(id);
+    }
+  }
+  const KeyframeId newest = map.keyframes.rbegin()->first;
+  if (std::find(local.begin(), local.end(), newest) == local.end()) local.push_back(newest);
+  const auto shared = [&](KeyframeId id) {
+    const std::vector<LandmarkId>& landmarks = map.keyframes.at(id).landmark_of_feature;
+    return std::count_if(landmarks.begin(), landmarks.end(), [&](LandmarkId l) { return seen.count(l) > 0; });
+  };
+  KeyframeId best = local.front();
+  auto most = shared(best);
+  const auto consider = [&](KeyframeId id) {
+    const auto n = shared(id);
+    if (n > most || (n == most && id > best)) most = n, best = id;
+  };
+  for (const KeyframeId id : local) consider(id);
+  if (most == 0) {  // relocalised elsewhere
+    for (const auto& entry : map.keyframes) consider(entry.first);
+  }
+  return best;
+}
+
+Overlap Tracker::Impl::overlap_with(const TrackingMap& map, KeyframeId id,
+                                    const ResectionReport& resection) const {
+  Overlap overlap;
+  const KeyframeView& keyframe = map.keyframes.at(id);
+  const Eigen::Vector3d there = keyframe.camera_from_map.inverse().translation;
+  const Eigen::Vector3d here = resection.camera_from_map.inverse().translation;
+  std::vector<double> angles;
+  std::unordered_set<LandmarkId> seen;
+  for (const FrameObservation& o : resection.observations) {
+    const auto landmark = map.landmarks.find(o.landmark);
+    if (landmark == map.landmarks.end()) continue;
+    seen.insert(o.landmark);
+    angles.push_back(parallax_angle(landmark->second, there, here));
+  }
+  if (!angles.empty()) {
+    std::nth_element(angles.begin(), angles.begin() + angles.size() / 2, angles.end());
+    overlap.parallax_deg = angles[angles.size() / 2] / kDegree;
+  }
+  int in_view = 0;
+  for (const LandmarkId l : keyframe.landmark_of_feature) {
+    const auto landmark = map.landmarks.find(l);
+    if (landmark == map.landmarks.end()) continue;
+    ++overlap.keyframe_landmarks;
+    overlap.shared += seen.count(l) > 0;
+    Eigen::Vector2d pixel;
+    in_view +=
+        camera_.project(resection.camera_from_map * landmark->second, &pixel) && camera_.in_image(pixel);
+  }
+  if (overlap.keyframe_landmarks > 0)
+    overlap.in_view = static_cast<double>(in_view) / overlap.keyframe_landmarks;
+  return overlap;
+}
+
+bool Tracker::Impl::is_keyframe_due(const TrackingMap& map, const Overlap& overlap) const {
+  // One candidate at a time: until the last one is in the map, the next would tell it little.
+  if (newest_keyframe_sent_for_ >= 0 && newest_keyframe_sent_for_ == map.keyframes.rbegin()->first)
+    return false;
+  // A young map's points were made from little parallax: it wants more views early.
+  const bool young = static_cast<int>(map.keyframes.size()) <= options_.young_map_keyframes;
+  const double parallax = options_.mapping.keyframe_parallax_deg / (young ? 3 : 1);
+  if (overlap.parallax_deg > parallax || overlap.in_view < options_.mapping.keyframe_overlap) return true;
+  // Fewer than half of the landmarks are found though they are in view: another side, another scale or light.
+  // Below a tenth of the parallax a new view of them would add nothing.
+  return overlap.shared < 0.5 * overlap.in_view * overlap.keyframe_landmarks &&
+         overlap.parallax_deg > 0.1 * parallax;
+}
+
+void Tracker::Impl::reset() {
+  ++epoch_;
+  worker_.reset(epoch_);
+  bootstrapper_.reset();
+  records_.clear();
+  state_ = State::kBootstrapping;
+  reference_ = -1;
+  motion_.reset();
+  frames_lost_ = 0;
+}
+
+std::shared_ptr<const MapSnapshot> Tracker::Impl::snapshot() const {
+  auto snapshot = std::make_shared<MapSnapshot>();
+  const TrackingMapPtr map = worker_.latest();
+  if (!map) return snapshot;
+  snapshot->epoch = map->epoch;
+  snapshot->revision = map->revision;
+  std::unordered_set<LandmarkId> known;
+  for (const auto& [id, keyframe] : map->keyframes) {
+    snapshot->keyframes.push_back({keyframe.stamp_ns, keyframe.camera_from_map.inverse()});
+    for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
+      const auto landmark = map->landmarks.find(keyframe.landmark_of_feature[f]);
+      if (landmark == map->landmarks.end() || !known.insert(landmark->first).second) continue;
+      const cv::Vec3b& rgb = keyframe.image->color_rgb[f];
+      snapshot->points.push_back({landmark->second.cast<float>(), rgb[0], rgb[1], rgb[2]});
+    }
+  }
+  return snapshot;
+}
+
+std::vector<PosedFrame> Tracker::Impl::trajectory() const {
+  std::vector<PosedFrame> frames;
+  const TrackingMapPtr map = worker_.latest();
+  if (!map) return frames;
+  std::map<std::int64_t, KeyframeId> keyframe_of_frame;
+  for (const auto& [id, link] : map->removed_keyframes) keyframe_of_frame[link.frame_index] = id;
+  for (const auto& [id, keyframe] : map->keyframes) keyframe_of_frame[keyframe.frame_index] = id;
+  for (const auto& [index, record] : records_) {
+    const auto own = keyframe_of_frame.find(index);
+    Rigid3 keyframe_from_map;
+    if (own != keyframe_of_frame.end() && map->camera_from_map(own->second, &keyframe_from_map)) {
+      frames.push_back({index, record.stamp_ns, keyframe_from_map.inverse()});
+    } else if (map->camera_from_map(record.reference, &keyframe_from_map)) {
+      frames.push_back(
+          {index, record.stamp_ns, (record.camera_from_reference * keyframe_from_map).inverse()});
+    }
+  }
+  return frames;
+}
+
+bool Tracker::Impl::finish() {
+  worker_.wait();
+  if (state_ == State::kBootstrapping) {
+    const BootstrapReport two_views = next_index_ == 2 ? bootstrapper_.unconfirmed() : BootstrapReport();
+    if (!two_views.map) return false;
+    start_map(*two_views.map);
+    unconfirmed_ = true;
+  }
+  worker_.mapper().finish();
+  worker_.publish_mapper();
+  return true;
+}
+
+FrameReport Tracker::Impl::resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const cv::Mat& image,
+                                        const cv::Mat& mask) {
+  FrameReport report;
+  const std::optional<Frame> frame = make_frame(frame_index, stamp_ns, image, mask, &report);
+  const TrackingMapPtr map = worker_.latest();
+  if (frame && map) {
+    std::size_t cursor = 0;
+    const ResectionReport resection =
+        resector_.relocalize(*frame, *map, static_cast<int>(map->keyframes.size()), &cursor);
+    describe(resection, &report);
+    if (resection.success) {
+      const KeyframeId reference = choose_reference(*map, resection);
+      records_[frame_index] = {
+          stamp_ns, reference,
+          resection.camera_from_map * map->keyframes.at(reference).camera_from_map.inverse()};
+    }
+  }
+  finish_report(&report);
+  return report;
+}
+
+Tracker::Tracker(const TrackerOptions& options, const CameraModel& camera, Mapping mapping) {
+  options.validate();
+  impl_ = std::make_unique<Impl>(options, camera, mapping);
+}
+
+Tracker::~Tracker() = default;
+
+FrameReport Tracker::process(std::int64_t stamp_ns, const cv::Mat& image, const cv::Mat& mask) {
+  return impl_->process(stamp_ns, image, mask);
+}
+
+void Tracker::reset() { impl_->reset(); }
+
+std::uint64_t Tracker::revision() const {
+  const TrackingMapPtr map = impl_->worker().latest();
+  return map ? map->revision : 0;
+}
+
+std::shared_ptr<const MapSnapshot> Tracker::snapshot() const { return impl_->snapshot(); }
+
+std::vector<PosedFrame> Tracker::trajectory() const { return impl_->trajectory(); }
+
+bool Tracker::finish() { return impl_->finish(); }
+
+FrameReport Tracker::resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const cv::Mat& image,
+                                  const cv::Mat& mask) {
+  return impl_->resect_again(frame_index, stamp_ns, image, mask);
+}
+
+const Map& Tracker::map() const { return impl_->worker().mapper().map(); }
+
+bool Tracker::is_unconfirmed() const { return impl_->is_unconfirmed(); }
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,143 @@
+#include "view_hypothesis.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mono_pose_tracker/geometry/triangulation.h"
+#include "mono_pose_tracker/optimization/bundle_adjustment.h"
+#include "mono_pose_tracker/robust/absolute_pose.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+
+void triangulate_pair(const ViewSet& views, const std::vector<char>& inliers, ViewHypothesis* h) {
+  const Rigid3 second_from_first = h->cameras_from_map[1] * h->cameras_from_map[0].inverse();
+  for (std::size_t i = 0; i < views.tracks.size(); ++i) {
+    const Track& track = views.tracks[i];
+    h->is_point[i] =
+        inliers[i] &&
+        triangulate_two_views(second_from_first, views.images[0]->set.bearings[track.feature_of_view[0]],
+                              views.images[1]->set.bearings[track.feature_of_view[1]], &h->points[i]);
+  }
+}
+
+void adjust(const ViewSet& views, int num_views, const TrackerOptions& options, ViewHypothesis* h) {
+  BundleProblem problem;
+  problem.points = h->points;
+  for (int v = 0; v < num_views; ++v) problem.cameras.push_back({h->cameras_from_map[v], false});
+  for (std::size_t i = 0; i < views.tracks.size(); ++i) {
+    if (!h->is_point[i]) continue;
+    for (int v = 0; v < num_views; ++v) {
+      const int f = views.tracks[i].feature_of_view[v];
+      if (f < 0) continue;
+      const ImageFeatures& image = *views.images[v];
+      problem.observations.push_back({v, static_cast<int>(i), image.set.bearings[f],
+                                      image.pixel_from_bearing[f], static_cast<double>(image.sigma_px[f])});
+    }
+  }
+  adjust_bundle(options.bundle, &problem);
+  h->points = problem.points;
+  for (int v = 0; v < num_views; ++v) h->cameras_from_map[v] = problem.cameras[v].camera_from_map;
+}
+
+bool resect(const ViewSet& views, int v, const TrackerOptions& options, ViewHypothesis* h) {
+  std::vector<Eigen::Vector3d> bearings, points;
+  for (std::size_t i = 0; i < views.tracks.size(); ++i) {
+    const int f = views.tracks[i].feature_of_view[v];
+    if (f < 0 || !h->is_point[i]) continue;
+    bearings.push_back(views.images[v]->set.bearings[f]);
+    points.push_back(h->points[i]);
+  }
+  AbsolutePoseOptions pose_options;
+  pose_options.ransac.threshold = options.inlier_threshold_px / views.focal_px;
+  pose_options.ransac.confidence = options.confidence;
+  pose_options.ransac.max_iterations = options.max_iterations;
+  pose_options.ransac.seed = options.seed;
+  const AbsolutePoseReport report = estimate_absolute_pose(bearings, points, pose_options);
+  if (!report.success) return false;
+  h->cameras_from_map[v] = report.camera_from_map;
+  h->confirmed =
+      std::min(h->confirmed, static_cast<double>(report.num_inliers) / static_cast<double>(points.size()));
+  return true;
+}
+
+// Every track gets its best point under the cameras, so that hypotheses are compared on the same
+// observations.
+void score(const ViewSet& views, const TrackerOptions& options, ViewHypothesis* h) {
+  const double cap = options.inlier_threshold_px * options.inlier_threshold_px;
+  h->cost = 0;
+  h->num_points = 0;
+  for (std::size_t i = 0; i < views.tracks.size(); ++i) {
+    std::vector<Rigid3> cameras;
+    std::vector<Eigen::Vector3d> bearings;
+    for (std::size_t v = 0; v < views.images.size(); ++v) {
+      const int f = views.tracks[i].feature_of_view[v];
+      if (f < 0) continue;
+      cameras.push_back(h->cameras_from_map[v]);
+      bearings.push_back(views.images[v]->set.bearings[f]);
+    }
+    Eigen::Vector3d x_in_map;
+    const bool found = triangulate_multi_view(cameras, bearings, &x_in_map);
+    bool agreed = found;
+    for (std::size_t v = 0; v < views.images.size(); ++v) {
+      const int f = views.tracks[i].feature_of_view[v];
+      if (f < 0) continue;
+      const double e2 =
+          found ? reprojection_error(*views.images[v], f, h->cameras_from_map[v] * x_in_map).squaredNorm()
+                : cap;
+      agreed = agreed && e2 < cap;
+      h->cost += std::min(e2, cap);
+    }
+    h->is_point[i] = agreed;
+    h->num_points += agreed;
+    if (agreed) h->points[i] = x_in_map;
+  }
+}
+
+}  // namespace
+
+ViewHypothesis grow_hypothesis(const ViewSet& views, const Rigid3& second_from_first,
+                               const std::vector<char>& inliers, const TrackerOptions& options) {
+  ViewHypothesis h;
+  const int num_views = static_cast<int>(views.images.size());
+  h.cameras_from_map.assign(num_views, Rigid3());
+  h.cameras_from_map[1] = second_from_first;
+  h.points.assign(views.tracks.size(), Eigen::Vector3d::Zero());
+  h.is_point.assign(views.tracks.size(), 0);
+  h.confirmed = num_views > 2 ? 1 : 0;
+  triangulate_pair(views, inliers, &h);
+  adjust(views, 2, options, &h);
+  for (int v = 2; v < num_views; ++v) {
+    if (!resect(views, v, options, &h)) {
+      h.confirmed = 0;
+      h.cost = std::numeric_limits<double>::infinity();
+      return h;
+    }
+  }
+  if (num_views > 2) adjust(views, num_views, options, &h);
+  score(views, options, &h);
+  return h;
+}
+
+bool is_same_geometry(const Rigid3& a, const Rigid3& b) {
+  if (rotation_angle_between(a.rotation, b.rotation) > 0.5 * kDegree) return false;
+  const double cosine = a.translation.normalized().dot(b.translation.normalized());
+  return std::acos(std::clamp(cosine, -1.0, 1.0)) < 5 * kDegree;
+}
+
+double median_parallax(const ViewSet& views, const ViewHypothesis& h) {
+  std::vector<double> angles;
+  const Eigen::Vector3d center0 = h.cameras_from_map[0].inverse().translation;
+  const Eigen::Vector3d center1 = h.cameras_from_map[1].inverse().translation;
+  for (std::size_t i = 0; i < views.tracks.size(); ++i) {
+    if (h.is_point[i]) angles.push_back(parallax_angle(h.points[i], center0, center1));
+  }
+  if (angles.empty()) return 0;
+  std::nth_element(angles.begin(), angles.begin() + angles.size() / 2, angles.end());
+  return angles[angles.size() / 2];
+}
+
+}  // namespace mono_pose_tracker
