@@ -22,8 +22,8 @@ struct AbsolutePoseReport {
   int iterations = 0;
 };
 
-/// Pose of a camera from matches of unit bearings to map points: RANSAC with the P3P solver and local optimisation.
-/// Throws std::invalid_argument on options out of range or sizes that differ.
+/// Pose of a camera from matches of unit bearings to map points: RANSAC with the P3P solver and local
+/// optimisation. Throws std::invalid_argument on options out of range or sizes that differ.
 AbsolutePoseReport estimate_absolute_pose(const std::vector<Eigen::Vector3d>& bearings_in_camera,
                                           const std::vector<Eigen::Vector3d>& points_in_map,
                                           const AbsolutePoseOptions& options);

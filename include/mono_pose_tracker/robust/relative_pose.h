@@ -9,19 +9,19 @@
 namespace mono_pose_tracker {
 
 struct RelativePoseOptions {
-  RansacOptions ransac;       // threshold: Sampson error in radians
-  int max_hypotheses = 4;     // distinct local optima kept, the best among them
-  double distinct_rotation = 0.0175;     // rad (1 degree): hypotheses nearer in both are one
-  double distinct_translation = 0.175;   // rad (10 degrees): of the translations' directions
-  std::vector<float> quality;  // empty, or one value a pair, smaller is better (PROSAC order)
+  RansacOptions ransac;                 // threshold: Sampson error in radians
+  int max_hypotheses = 4;               // distinct local optima kept, the best among them
+  double distinct_rotation = 0.0175;    // rad (1 degree): hypotheses nearer in both are one
+  double distinct_translation = 0.175;  // rad (10 degrees): of the translations' directions
+  std::vector<float> quality;           // empty, or one value a pair, smaller is better (PROSAC order)
 };
 
 /// One two-view geometry that the matches may have; the translation is of unit length.
 struct RelativePoseHypothesis {
   Rigid3 second_from_first;
-  double score = 0;            // MSAC: sum of min(e^2, threshold^2), in rad^2, smaller is better
+  double score = 0;  // MSAC: sum of min(e^2, threshold^2), in rad^2, smaller is better
   int num_inliers = 0;
-  std::vector<char> inliers;   // one flag a pair: error below the threshold and in front of both cameras
+  std::vector<char> inliers;  // one flag a pair: error below the threshold and in front of both cameras
 };
 
 struct RelativePoseReport {
@@ -29,14 +29,15 @@ struct RelativePoseReport {
   std::vector<RelativePoseHypothesis> hypotheses;  // best first; empty when not successful
   int iterations = 0;
   // Degeneracies, measured on the inliers of the best hypothesis.
-  int rotation_only_inliers = 0;     // matches that a rotation without translation explains within the threshold
+  int rotation_only_inliers = 0;  // matches that a rotation without translation explains within the threshold
   Eigen::Quaterniond rotation_only = Eigen::Quaterniond::Identity();  // second_from_first of that rotation
-  int plane_inliers = 0;             // matches that one plane (a homography) explains within the threshold
+  int plane_inliers = 0;  // matches that one plane (a homography) explains within the threshold
 };
 
-/// Relative pose of two calibrated views from putative matches of unit bearings: RANSAC with the 5-point solver,
-/// cheirality while ranking, and non-linear local optimisation. bearings1[i] matches bearings2[i].
-/// Throws std::invalid_argument on options out of range or sizes that differ. Bearings that are not finite are outliers.
+/// Relative pose of two calibrated views from putative matches of unit bearings: RANSAC with the 5-point
+/// solver, cheirality while ranking, and non-linear local optimisation. bearings1[i] matches bearings2[i].
+/// Throws std::invalid_argument on options out of range or sizes that differ. Bearings that are not finite
+/// are outliers.
 RelativePoseReport estimate_relative_pose(const std::vector<Eigen::Vector3d>& bearings1,
                                           const std::vector<Eigen::Vector3d>& bearings2,
                                           const RelativePoseOptions& options);

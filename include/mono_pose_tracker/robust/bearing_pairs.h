@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/robust/ransac.h"
+
+namespace mono_pose_tracker {
+
+/// Matched unit bearings of two views, coordinate by coordinate (what compilers make vector code of), in a
+/// seeded random order (so that the first few are a fair sample), without pairs that are not finite.
+class BearingPairs {
+ public:
+  BearingPairs(const std::vector<Eigen::Vector3d>& bearings1, const std::vector<Eigen::Vector3d>& bearings2,
+               std::uint64_t seed);
+
+  int size() const { return static_cast<int>(source_.size()); }
+  Eigen::Vector3d first(int i) const { return {first_[0][i], first_[1][i], first_[2][i]}; }
+  Eigen::Vector3d second(int i) const { return {second_[0][i], second_[1][i], second_[2][i]}; }
+  int source(int i) const { return source_[i]; }  // index in the vectors this was made of
+
+  const double* first(int axis, int i) const { return &first_[axis][i]; }
+  const double* second(int axis, int i) const { return &second_[axis][i]; }
+
+ private:
+  std::vector<double> first_[3], second_[3];
+  std::vector<int> source_;
+};
+
+/// A two-view geometry; the translation is of unit length.
+struct TwoViewModel {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // second_from_first
+  Eigen::Vector3d translation = Eigen::Vector3d::UnitZ();
+};
+
+/// True when the rays meet in front of both cameras, or may do so within an angular error (radians): the rays
+/// of a far point are parallel but for noise.
+bool may_be_in_front(const TwoViewModel& model, const Eigen::Vector3d& bearing1,
+                     const Eigen::Vector3d& bearing2, double tolerance);
+
+/// MSAC: the sum of min(e^2, threshold^2) over Sampson errors e on the unit sphere (radians); pairs behind a
+/// camera count as outliers. Gives up with a cost >= cost_bound when it must exceed that. inliers, if given,
+/// gets a flag a pair.
+RansacScore score_two_views(const BearingPairs& pairs, const TwoViewModel& model, double threshold,
+                            double cost_bound, std::vector<char>* inliers = nullptr);
+
+/// Levenberg-Marquardt on rotation and direction of translation (5 parameters) over the truncated squares of
+/// the Sampson errors; pairs beyond the threshold at an iteration have no say in it. Returns the truncated
+/// cost reached.
+double refine_two_views(const BearingPairs& pairs, double threshold, int max_iterations, TwoViewModel* model);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,232 @@
+#include "mono_pose_tracker/robust/relative_pose.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "mono_pose_tracker/geometry/five_point.h"
+#include "mono_pose_tracker/robust/bearing_pairs.h"
+#include "mono_pose_tracker/robust/ransac.h"
+#include "mono_pose_tracker/robust/sampler.h"
+#include "mono_pose_tracker/robust/two_view_ambiguity.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+using ScoredTwoViews = ScoredModel<TwoViewModel>;
+
+constexpr int kLocalIterations = 4;      // of a model just sampled: enough to reach the basin's floor roughly
+constexpr int kFinalIterations = 25;     // of the hypotheses returned: narrow views have long flat valleys
+constexpr int kRivalsPerHypothesis = 3;  // several samples lead to one optimum
+constexpr double kTurnFactors[] = {-1.0, 0.4,
+                                   2.0};  // Necker's reversal, and down and up the bas-relief valley
+
+double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+double rotation_angle(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+  // |A - B| = 2 sqrt(2) sin(angle / 2)
+  return 2 * std::asin(std::min(1.0, (a - b).norm() / std::sqrt(8.0)));
+}
+
+class TwoViewEstimator {
+ public:
+  using Model = TwoViewModel;
+  static constexpr int kSampleSize = 5;
+  static constexpr int kMaxModels = 40;
+
+  TwoViewEstimator(const BearingPairs& pairs, const RelativePoseOptions& options)
+      : pairs_(pairs), options_(options), threshold_(options.ransac.threshold) {}
+
+  int num_data() const { return pairs_.size(); }
+
+  int solve(const std::array<int, 5>& sample, std::array<TwoViewModel, 40>* models) const {
+    std::array<Eigen::Vector3d, 5> x1, x2;
+    for (int k = 0; k < 5; ++k) {
+      x1[k] = pairs_.first(sample[k]);
+      x2[k] = pairs_.second(sample[k]);
+    }
+    std::array<Eigen::Matrix3d, 10> essentials;
+    const int num_essentials = five_point(x1, x2, &essentials);
+    int count = 0;
+    for (int k = 0; k < num_essentials; ++k) {
+      count += poses_with_sample_in_front(essentials[k], x1, x2, &(*models)[count]);
+    }
+    return count;
+  }
+
+  RansacScore score(const TwoViewModel& model, double cost_bound) const {
+    return score_two_views(pairs_, model, threshold_, cost_bound);
+  }
+
+  void optimize(TwoViewModel* model) const { refine_two_views(pairs_, threshold_, kLocalIterations, model); }
+
+  bool alike(const TwoViewModel& a, const TwoViewModel& b) const {
+    return rotation_angle(a.rotation, b.rotation) < options_.distinct_rotation &&
+           angle_between(a.translation, b.translation) < options_.distinct_translation;
+  }
+
+ private:
+  // E = [t]x R (of norm sqrt(2)) has t in the null space of E^T, R = cof(E) - [t]x E, and the three poses
+  // that go with it.
+  int poses_with_sample_in_front(const Eigen::Matrix3d& essential, const std::array<Eigen::Vector3d, 5>& x1,
+                                 const std::array<Eigen::Vector3d, 5>& x2, TwoViewModel* poses) const {
+    const Eigen::Matrix3d e = std::sqrt(2.0) * essential;
+    Eigen::Matrix3d cofactors;
+    cofactors.col(0) = e.col(1).cross(e.col(2));
+    cofactors.col(1) = e.col(2).cross(e.col(0));
+    cofactors.col(2) = e.col(0).cross(e.col(1));
+    int longest;
+    cofactors.colwise().squaredNorm().maxCoeff(&longest);
+    const Eigen::Vector3d t = cofactors.col(longest).normalized();
+    Eigen::Matrix3d t_cross_e;
+    for (int c = 0; c < 3; ++c) {
+      t_cross_e.col(c) = t.cross(e.col(c));
+    }
+    int count = 0;
+    for (const double sign : {1.0, -1.0}) {
+      TwoViewModel pose;
+      pose.rotation = cofactors - sign * t_cross_e;
+      for (const double direction : {1.0, -1.0}) {
+        pose.translation = direction * t;
+        bool in_front = pose.rotation.allFinite();
+        for (int k = 0; k < 5 && in_front; ++k) {
+          in_front = may_be_in_front(pose, x1[k], x2[k], threshold_);
+        }
+        if (in_front) {
+          poses[count++] = pose;
+        }
+      }
+    }
+    return count;
+  }
+
+  const BearingPairs& pairs_;
+  const RelativePoseOptions& options_;
+  double threshold_;
+};
+
+void validate(const std::vector<Eigen::Vector3d>& bearings1, const std::vector<Eigen::Vector3d>& bearings2,
+              const RelativePoseOptions& options) {
+  options.ransac.validate();
+  if (options.max_hypotheses < 1) {
+    throw std::invalid_argument("RelativePoseOptions: max_hypotheses is " +
+                                std::to_string(options.max_hypotheses) + ", expected at least 1");
+  }
+  if (!(options.distinct_rotation >= 0) || !(options.distinct_translation >= 0)) {
+    throw std::invalid_argument(
+        "RelativePoseOptions: distinct_rotation and distinct_translation must be at least 0");
+  }
+  if (bearings1.size() != bearings2.size()) {
+    throw std::invalid_argument("estimate_relative_pose: " + std::to_string(bearings1.size()) +
+                                " bearings match " + std::to_string(bearings2.size()));
+  }
+  if (!options.quality.empty() && options.quality.size() != bearings1.size()) {
+    throw std::invalid_argument("RelativePoseOptions: quality has " + std::to_string(options.quality.size()) +
+                                " values for " + std::to_string(bearings1.size()) + " pairs");
+  }
+}
+
+RansacReport<TwoViewModel> sample_consensus(const BearingPairs& pairs, const RelativePoseOptions& options,
+                                            TwoViewEstimator& estimator) {
+  const int num_rivals = options.max_hypotheses > 1 ? kRivalsPerHypothesis * options.max_hypotheses : 0;
+  if (options.quality.empty()) {
+    UniformSampler sampler(pairs.size(), TwoViewEstimator::kSampleSize);
+    return ransac(options.ransac, estimator, sampler, num_rivals);
+  }
+  std::vector<float> quality(pairs.size());
+  for (int i = 0; i < pairs.size(); ++i) {
+    quality[i] = options.quality[pairs.source(i)];
+  }
+  ProsacSampler sampler(quality, TwoViewEstimator::kSampleSize);
+  return ransac(options.ransac, estimator, sampler, num_rivals);
+}
+
+// Motions that the matches may hardly tell from the best one: the twin of the dominant plane, and its turn
+// reversed or scaled.
+std::vector<TwoViewModel> ambiguous_motions(const BearingPairs& pairs, const TwoViewModel& best,
+                                            const std::vector<char>& inliers, const PlaneFit& plane) {
+  std::vector<TwoViewModel> motions;
+  TwoViewModel motion;
+  if (plane.success && planar_twin(best, plane.normal, &motion)) {
+    motions.push_back(motion);
+  }
+  for (const double factor : kTurnFactors) {
+    if (turn_scaled(pairs, inliers, best, factor, &motion)) {
+      motions.push_back(motion);
+    }
+  }
+  return motions;
+}
+
+RelativePoseHypothesis to_hypothesis(const BearingPairs& pairs, const ScoredTwoViews& scored,
+                                     double threshold, std::size_t num_matches) {
+  RelativePoseHypothesis hypothesis;
+  std::vector<char> inliers;
+  const RansacScore score =
+      score_two_views(pairs, scored.model, threshold, std::numeric_limits<double>::infinity(), &inliers);
+  hypothesis.second_from_first = Rigid3(scored.model.rotation, scored.model.translation);
+  hypothesis.second_from_first.rotation.normalize();
+  hypothesis.score = score.cost + (num_matches - pairs.size()) * threshold * threshold;
+  hypothesis.num_inliers = score.num_inliers;
+  hypothesis.inliers.assign(num_matches, 0);
+  for (int i = 0; i < pairs.size(); ++i) {
+    hypothesis.inliers[pairs.source(i)] = inliers[i];
+  }
+  return hypothesis;
+}
+
+}  // namespace
+
+RelativePoseReport estimate_relative_pose(const std::vector<Eigen::Vector3d>& bearings1,
+                                          const std::vector<Eigen::Vector3d>& bearings2,
+                                          const RelativePoseOptions& options) {
+  validate(bearings1, bearings2, options);
+  RelativePoseReport report;
+  const double threshold = options.ransac.threshold;
+  const BearingPairs pairs(bearings1, bearings2, options.ransac.seed);
+  if (pairs.size() < TwoViewEstimator::kSampleSize) {
+    return report;
+  }
+  TwoViewEstimator estimator(pairs, options);
+  RansacReport<TwoViewModel> sampled = sample_consensus(pairs, options, estimator);
+  report.iterations = sampled.iterations;
+  // Any five pairs fit some pose: only a sixth says anything.
+  if (sampled.best.score.num_inliers <= TwoViewEstimator::kSampleSize) {
+    return report;
+  }
+
+  const auto alike = [&](const TwoViewModel& a, const TwoViewModel& b) { return estimator.alike(a, b); };
+  ModelPool<TwoViewModel> optima(options.max_hypotheses);
+  const auto refine_and_keep = [&](TwoViewModel model) {
+    refine_two_views(pairs, threshold, kFinalIterations, &model);
+    optima.insert({model, estimator.score(model, std::numeric_limits<double>::infinity())}, alike);
+  };
+  refine_and_keep(sampled.best.model);
+  for (const ScoredTwoViews& rival : sampled.rivals) {
+    refine_and_keep(rival.model);
+  }
+
+  const TwoViewModel best = optima.models().front().model;
+  std::vector<char> inliers;
+  score_two_views(pairs, best, threshold, std::numeric_limits<double>::infinity(), &inliers);
+  const PlaneFit plane = fit_plane(pairs, inliers, best, threshold, options.ransac.seed);
+  const RotationFit rotation = fit_rotation(pairs, inliers, threshold, options.ransac.seed);
+  report.plane_inliers = plane.num_inliers;
+  report.rotation_only_inliers = rotation.num_inliers;
+  report.rotation_only = Eigen::Quaterniond(rotation.rotation).normalized();
+  for (const TwoViewModel& motion : ambiguous_motions(pairs, best, inliers, plane)) {
+    refine_and_keep(motion);
+  }
+  for (const ScoredTwoViews& optimum : optima.models()) {
+    report.hypotheses.push_back(to_hypothesis(pairs, optimum, threshold, bearings1.size()));
+  }
+  report.success = true;
+  return report;
+}
+
+}  // namespace mono_pose_tracker

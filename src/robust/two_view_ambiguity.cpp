@@ -1,0 +1,258 @@
+#include "mono_pose_tracker/robust/two_view_ambiguity.h"
+
+#include <Eigen/Dense>
+#include <array>
+
+#include "mono_pose_tracker/robust/sampler.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// A fit within a set that already agrees on a pose: a few hundred samples find half the set with 2 or 3 draws
+// each.
+RansacOptions fit_options(double threshold, std::uint64_t seed) {
+  RansacOptions options;
+  options.threshold = threshold;
+  options.confidence = 0.999;
+  options.min_iterations = 10;
+  options.max_iterations = 200;
+  options.seed = seed;
+  return options;
+}
+
+// Half the squared angle between a mapped first bearing and the second: the noise of both views adds up in
+// it, which makes it comparable with a Sampson error.
+double transfer_error(const Eigen::Vector3d& mapped, const Eigen::Vector3d& bearing2) {
+  return mapped.dot(bearing2) > 0 ? 0.5 * mapped.cross(bearing2).squaredNorm() / mapped.squaredNorm() : 1.0;
+}
+
+// MSAC over the matches of a map from first to second bearings.
+template <class Map>
+RansacScore score_map(const std::vector<Eigen::Vector3d>& x1, const std::vector<Eigen::Vector3d>& x2,
+                      double threshold, double cost_bound, const Map& map) {
+  const double squared_threshold = threshold * threshold;
+  RansacScore score;
+  score.cost = 0;
+  for (std::size_t i = 0; i < x1.size() && score.cost < cost_bound; ++i) {
+    const double squared = transfer_error(map(x1[i]), x2[i]);
+    score.cost += std::min(squared, squared_threshold);
+    score.num_inliers += squared < squared_threshold;
+  }
+  return score;
+}
+
+// With the motion known, n . x1 is the inverse distance of the point along x1, in units of the baseline.
+struct PlaneEstimator {
+  using Model = Eigen::Vector3d;
+  static constexpr int kSampleSize = 3;
+  static constexpr int kMaxModels = 1;
+
+  PlaneEstimator(const BearingPairs& pairs, const std::vector<char>& members, const TwoViewModel& model,
+                 double threshold)
+      : motion(model), threshold(threshold) {
+    for (int i = 0; i < pairs.size(); ++i) {
+      if (!members[i]) {
+        continue;
+      }
+      x1.push_back(pairs.first(i));
+      x2.push_back(pairs.second(i));
+      const Eigen::Vector3d across = x2.back().cross(motion.translation);
+      const Eigen::Vector3d shift = x2.back().cross(motion.rotation * x1.back());
+      inverse_distance.push_back(-across.dot(shift) / std::max(across.squaredNorm(), 1e-12));
+    }
+  }
+
+  int num_data() const { return static_cast<int>(x1.size()); }
+
+  int solve(const std::array<int, 3>& sample, std::array<Eigen::Vector3d, 1>* models) const {
+    Eigen::Matrix3d a;
+    Eigen::Vector3d b;
+    for (int k = 0; k < 3; ++k) {
+      a.row(k) = x1[sample[k]];
+      b[k] = inverse_distance[sample[k]];
+    }
+    (*models)[0] = a.inverse() * b;
+    return (*models)[0].allFinite() ? 1 : 0;
+  }
+
+  RansacScore score(const Eigen::Vector3d& normal, double cost_bound) const {
+    return score_map(x1, x2, threshold, cost_bound, [&](const Eigen::Vector3d& x) {
+      return (motion.rotation * x + motion.translation * normal.dot(x)).eval();
+    });
+  }
+
+  // Linear least squares of the inverse distances, weighted with how well the pair fixes each (its angle to
+  // t).
+  void optimize(Eigen::Vector3d* normal) const {
+    Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d b = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < x1.size(); ++i) {
+      const Eigen::Vector3d mapped = motion.rotation * x1[i] + motion.translation * normal->dot(x1[i]);
+      if (transfer_error(mapped, x2[i]) < threshold * threshold) {
+        const double weight = x2[i].cross(motion.translation).squaredNorm() / mapped.squaredNorm();
+        a += weight * x1[i] * x1[i].transpose();
+        b += weight * inverse_distance[i] * x1[i];
+      }
+    }
+    const Eigen::Vector3d refined = a.ldlt().solve(b);
+    if (refined.allFinite()) {
+      *normal = refined;
+    }
+  }
+
+  bool alike(const Eigen::Vector3d&, const Eigen::Vector3d&) const { return false; }
+
+  TwoViewModel motion;
+  double threshold;
+  std::vector<Eigen::Vector3d> x1, x2;
+  std::vector<double> inverse_distance;
+};
+
+// The rotation with the least sum of squared distances of the mapped vectors (Kabsch 1976).
+Eigen::Matrix3d rotation_from_covariance(const Eigen::Matrix3d& sum_of_x2_x1) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum_of_x2_x1, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);
+  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+}
+
+struct RotationEstimator {
+  using Model = Eigen::Matrix3d;
+  static constexpr int kSampleSize = 2;
+  static constexpr int kMaxModels = 1;
+
+  RotationEstimator(const BearingPairs& pairs, const std::vector<char>& members, double threshold)
+      : threshold(threshold) {
+    for (int i = 0; i < pairs.size(); ++i) {
+      if (members[i]) {
+        x1.push_back(pairs.first(i));
+        x2.push_back(pairs.second(i));
+      }
+    }
+  }
+
+  int num_data() const { return static_cast<int>(x1.size()); }
+
+  int solve(const std::array<int, 2>& sample, std::array<Eigen::Matrix3d, 1>* models) const {
+    const int i = sample[0], j = sample[1];
+    (*models)[0] = rotation_from_covariance(x2[i] * x1[i].transpose() + x2[j] * x1[j].transpose());
+    return 1;
+  }
+
+  RansacScore score(const Eigen::Matrix3d& rotation, double cost_bound) const {
+    return score_map(x1, x2, threshold, cost_bound,
+                     [&](const Eigen::Vector3d& x) { return (rotation * x).eval(); });
+  }
+
+  void optimize(Eigen::Matrix3d* rotation) const {
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    for (std::size_t i = 0; i < x1.size(); ++i) {
+      if (transfer_error(*rotation * x1[i], x2[i]) < threshold * threshold) {
+        sum += x2[i] * x1[i].transpose();
+      }
+    }
+    *rotation = rotation_from_covariance(sum);
+  }
+
+  bool alike(const Eigen::Matrix3d&, const Eigen::Matrix3d&) const { return false; }
+
+  double threshold;
+  std::vector<Eigen::Vector3d> x1, x2;
+};
+
+// A rotation that takes the z axis to the direction.
+Eigen::Matrix3d frame_along(const Eigen::Vector3d& direction) {
+  return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), direction).toRotationMatrix();
+}
+
+}  // namespace
+
+PlaneFit fit_plane(const BearingPairs& pairs, const std::vector<char>& members, const TwoViewModel& model,
+                   double threshold, std::uint64_t seed) {
+  PlaneEstimator estimator(pairs, members, model, threshold);
+  PlaneFit fit;
+  if (estimator.num_data() < PlaneEstimator::kSampleSize) {
+    return fit;
+  }
+  UniformSampler sampler(estimator.num_data(), PlaneEstimator::kSampleSize);
+  const auto report = ransac(fit_options(threshold, seed), estimator, sampler);
+  fit.success = std::isfinite(report.best.score.cost);
+  if (fit.success) {
+    fit.normal = report.best.model;
+    fit.num_inliers = report.best.score.num_inliers;
+  }
+  return fit;
+}
+
+bool planar_twin(const TwoViewModel& model, const Eigen::Vector3d& normal, TwoViewModel* twin) {
+  // H = R (I + s n^T), and H^T H = I + n u^T + u n^T with u = s + |s|^2 n / 2 does not know n from u.
+  const Eigen::Vector3d s = model.rotation.transpose() * model.translation;
+  const Eigen::Vector3d u = s + 0.5 * s.squaredNorm() * normal;
+  const double u_norm = u.norm();
+  if (!(u_norm > 1e-9) || !(normal.norm() > 1e-9)) {
+    return false;
+  }
+  const Eigen::Vector3d twin_normal = u / u_norm;
+  // Of the two s' that solve u' = s' + |s'|^2 n' / 2 for u' = |u| n, the one that leaves det H as it is.
+  const Eigen::Vector3d twin_s = u_norm * normal - 0.5 * s.squaredNorm() * normal.squaredNorm() * twin_normal;
+  const Eigen::Matrix3d homography = model.rotation * (Eigen::Matrix3d::Identity() + s * normal.transpose());
+  const Eigen::Matrix3d stretch = Eigen::Matrix3d::Identity() + twin_s * twin_normal.transpose();
+  if (!(std::abs(stretch.determinant()) > 1e-9) || !(twin_s.norm() > 1e-9)) {
+    return false;
+  }
+  twin->rotation =
+      Eigen::Quaterniond(Eigen::Matrix3d(homography * stretch.inverse())).normalized().toRotationMatrix();
+  twin->translation = (twin->rotation * twin_s).normalized();
+  return twin->rotation.allFinite();
+}
+
+bool turn_scaled(const BearingPairs& pairs, const std::vector<char>& members, const TwoViewModel& model,
+                 double factor, TwoViewModel* scaled) {
+  Eigen::Vector3d middle1 = Eigen::Vector3d::Zero(), middle2 = Eigen::Vector3d::Zero();
+  for (int i = 0; i < pairs.size(); ++i) {
+    if (members[i]) {
+      middle1 += pairs.first(i);
+      middle2 += pairs.second(i);
+    }
+  }
+  middle1.normalize();
+  middle2.normalize();
+  // Distances of the middle point from both cameras: lambda1 R m1 + t = lambda2 m2 in the least squares
+  // sense.
+  Eigen::Matrix<double, 3, 2> rays;
+  rays << model.rotation * middle1, -middle2;
+  const Eigen::Vector2d distances =
+      -(rays.transpose() * rays).ldlt().solve(rays.transpose() * model.translation);
+  if (!distances.allFinite() || !(distances.minCoeff() > 0)) {
+    return false;
+  }
+  // R = A Rz(a) Ry(turn) Rz(b) B^T, with A and B looking along the middle of each view.
+  const Eigen::Matrix3d a = frame_along(middle2), b = frame_along(middle1);
+  const Eigen::Vector3d angles = (a.transpose() * model.rotation * b).eulerAngles(2, 1, 2);
+  const Eigen::Matrix3d turned = (Eigen::AngleAxisd(angles[0], Eigen::Vector3d::UnitZ()) *
+                                  Eigen::AngleAxisd(factor * angles[1], Eigen::Vector3d::UnitY()) *
+                                  Eigen::AngleAxisd(angles[2], Eigen::Vector3d::UnitZ()))
+                                     .toRotationMatrix();
+  scaled->rotation = a * turned * b.transpose();
+  const Eigen::Vector3d translation = distances[1] * middle2 - distances[0] * (scaled->rotation * middle1);
+  scaled->translation = translation.normalized();
+  return translation.norm() > 1e-9 && scaled->rotation.allFinite();
+}
+
+RotationFit fit_rotation(const BearingPairs& pairs, const std::vector<char>& members, double threshold,
+                         std::uint64_t seed) {
+  RotationEstimator estimator(pairs, members, threshold);
+  RotationFit fit;
+  if (estimator.num_data() < RotationEstimator::kSampleSize) {
+    return fit;
+  }
+  UniformSampler sampler(estimator.num_data(), RotationEstimator::kSampleSize);
+  const auto report = ransac(fit_options(threshold, seed), estimator, sampler);
+  if (std::isfinite(report.best.score.cost)) {
+    fit.rotation = report.best.model;
+    fit.num_inliers = report.best.score.num_inliers;
+  }
+  return fit;
+}
+
+}  // namespace mono_pose_tracker

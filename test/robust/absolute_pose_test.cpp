@@ -1,0 +1,123 @@
+#include "mono_pose_tracker/robust/absolute_pose.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "robust/two_view_scene.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+AbsolutePoseOptions default_options(std::uint64_t seed = 0) {
+  AbsolutePoseOptions options;
+  options.ransac.threshold = 3 * kPixel;
+  options.ransac.confidence = 0.999;
+  options.ransac.seed = seed;
+  return options;
+}
+
+TwoViewScene make_scene(double outlier_ratio, double noise, std::uint64_t seed) {
+  TwoViewSceneOptions options;
+  options.num_points = 300;
+  options.outlier_ratio = outlier_ratio;
+  options.noise = noise;
+  return make_two_view_scene(options, seed);
+}
+
+TEST(AbsolutePose, IsExactOnExactMatches) {
+  const TwoViewScene scene = make_scene(0.3, 0, 1);
+  const auto report = estimate_absolute_pose(scene.bearings2, scene.points_in_first, default_options());
+  ASSERT_TRUE(report.success);
+  EXPECT_LT(rotation_error(report.camera_from_map, scene.second_from_first), 1e-8);
+  EXPECT_LT((report.camera_from_map.translation - scene.second_from_first.translation).norm(), 1e-8);
+  EXPECT_EQ(std::count(report.inliers.begin(), report.inliers.end(), 1), report.num_inliers);
+  for (std::size_t i = 0; i < scene.is_inlier.size(); ++i) {
+    EXPECT_TRUE(report.inliers[i] || !scene.is_inlier[i]);
+  }
+}
+
+TEST(AbsolutePose, IsAccurateAtHalfOutliers) {
+  std::vector<double> errors;
+  for (int seed = 0; seed < 100; ++seed) {
+    const TwoViewScene scene = make_scene(0.5, kPixel, seed);
+    const auto report = estimate_absolute_pose(scene.bearings2, scene.points_in_first, default_options(seed));
+    ASSERT_TRUE(report.success);
+    errors.push_back(rotation_error(report.camera_from_map, scene.second_from_first));
+  }
+  std::sort(errors.begin(), errors.end());
+  EXPECT_LT(errors[50], 0.04 * kDegree);
+  EXPECT_LT(errors.back(), 0.3 * kDegree);
+}
+
+TEST(AbsolutePose, SameSeedSameBytes) {
+  const TwoViewScene scene = make_scene(0.5, kPixel, 3);
+  const auto a = estimate_absolute_pose(scene.bearings2, scene.points_in_first, default_options(4));
+  const auto b = estimate_absolute_pose(scene.bearings2, scene.points_in_first, default_options(4));
+  EXPECT_EQ(a.camera_from_map.rotation.coeffs(), b.camera_from_map.rotation.coeffs());
+  EXPECT_EQ(a.camera_from_map.translation, b.camera_from_map.translation);
+  EXPECT_EQ(a.inliers, b.inliers);
+  EXPECT_EQ(a.iterations, b.iterations);
+}
+
+TEST(AbsolutePose, MatchesThatAreNotFiniteAreOutliers) {
+  TwoViewScene scene = make_scene(0, kPixel, 5);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  scene.bearings2[1].x() = nan;
+  scene.points_in_first[2].z() = nan;
+  scene.points_in_first[3].y() = std::numeric_limits<double>::infinity();
+  const auto report = estimate_absolute_pose(scene.bearings2, scene.points_in_first, default_options());
+  ASSERT_TRUE(report.success);
+  EXPECT_FALSE(report.inliers[1] || report.inliers[2] || report.inliers[3]);
+  EXPECT_LT(rotation_error(report.camera_from_map, scene.second_from_first), 0.2 * kDegree);
+}
+
+TEST(AbsolutePose, PointsBehindTheCameraAreOutliers) {
+  TwoViewScene scene = make_scene(0, kPixel, 6);
+  for (int i = 0; i < 50; ++i) {  // on the bearing's line, on its other side
+    scene.points_in_first[i] =
+        scene.second_from_first.inverse() * (-(scene.second_from_first * scene.points_in_first[i]));
+  }
+  const auto report = estimate_absolute_pose(scene.bearings2, scene.points_in_first, default_options());
+  ASSERT_TRUE(report.success);
+  EXPECT_EQ(std::count(report.inliers.begin(), report.inliers.begin() + 50, 1), 0);
+  EXPECT_GT(report.num_inliers, 230);
+}
+
+TEST(AbsolutePose, GoodMatchesFirstNeedFewerSamples) {
+  const TwoViewScene scene = make_scene(0.9, kPixel, 7);
+  AbsolutePoseOptions options = default_options();
+  options.ransac.min_iterations = options.ransac.max_iterations = 20;  // by chance a good sample in 1,100
+  for (const char inlier : scene.is_inlier) {
+    options.quality.push_back(inlier ? 0.5f : 0.7f);
+  }
+  const auto report = estimate_absolute_pose(scene.bearings2, scene.points_in_first, options);
+  ASSERT_TRUE(report.success);
+  EXPECT_LT(rotation_error(report.camera_from_map, scene.second_from_first), 0.3 * kDegree);
+}
+
+TEST(AbsolutePose, FailsWhereThereIsNoPose) {
+  EXPECT_FALSE(estimate_absolute_pose({}, {}, default_options()).success);
+  const TwoViewScene scene = make_scene(0, kPixel, 8);
+  const std::vector<Eigen::Vector3d> same_point(scene.bearings2.size(), Eigen::Vector3d(0, 0, 4));
+  EXPECT_FALSE(estimate_absolute_pose(scene.bearings2, same_point, default_options()).success);
+}
+
+TEST(AbsolutePose, RefusesBadOptions) {
+  const TwoViewScene scene = make_scene(0, kPixel, 9);
+  AbsolutePoseOptions options = default_options();
+  options.ransac.confidence = 1.5;
+  EXPECT_THROW(estimate_absolute_pose(scene.bearings2, scene.points_in_first, options),
+               std::invalid_argument);
+  options = default_options();
+  options.quality.assign(1, 0.f);
+  EXPECT_THROW(estimate_absolute_pose(scene.bearings2, scene.points_in_first, options),
+               std::invalid_argument);
+  EXPECT_THROW(estimate_absolute_pose(scene.bearings2, {}, default_options()), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker

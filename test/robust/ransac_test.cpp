@@ -1,0 +1,206 @@
+#include "mono_pose_tracker/robust/ransac.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "mono_pose_tracker/robust/sampler.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+// The "model" is a number, the data are numbers; a sample of two equal data proposes their value.
+struct MockEstimator {
+  using Model = double;
+  static constexpr int kSampleSize = 2;
+  static constexpr int kMaxModels = 1;
+
+  int num_data() const { return static_cast<int>(data.size()); }
+
+  int solve(const std::array<int, 2>& sample, std::array<double, 1>* models) {
+    ++solved;
+    if (data[sample[0]] != data[sample[1]]) {
+      return 0;
+    }
+    (*models)[0] = data[sample[0]] + offset;
+    return 1;
+  }
+
+  RansacScore score(const double& model, double cost_bound) const {
+    RansacScore score;
+    score.cost = 0;
+    for (const double datum : data) {
+      const double error = std::abs(datum - model);
+      score.cost += std::min(error, 1.0);
+      score.num_inliers += error < 1.0;
+      if (score.cost > cost_bound) {
+        break;
+      }
+    }
+    return score;
+  }
+
+  void optimize(double* model) const {
+    ++optimized;
+    *model -= offset;
+  }
+
+  bool alike(const double& a, const double& b) const { return std::abs(a - b) < 0.5; }
+
+  std::vector<double> data;
+  double offset = 0;  // how far solve is off what optimize would find
+  int solved = 0;
+  mutable int optimized = 0;
+};
+
+// `inliers` data of value 0, the others all different.
+MockEstimator mock(int inliers, int outliers) {
+  MockEstimator estimator;
+  estimator.data.assign(inliers, 0.0);
+  for (int i = 0; i < outliers; ++i) {
+    estimator.data.push_back(10.0 * (i + 1));
+  }
+  return estimator;
+}
+
+RansacReport<double> run(MockEstimator& estimator, const RansacOptions& options, int num_rivals = 0) {
+  UniformSampler sampler(estimator.num_data(), 2);
+  return ransac(options, estimator, sampler, num_rivals);
+}
+
+TEST(RansacIterationsNeeded, IsTheTextbookFormula) {
+  EXPECT_NEAR(ransac_iterations_needed(0.5, 5, 0.99), std::log(0.01) / std::log(1 - 1.0 / 32), 1e-9);
+  EXPECT_EQ(ransac_iterations_needed(1.0, 5, 0.99), 1);
+  EXPECT_TRUE(std::isinf(ransac_iterations_needed(0.0, 5, 0.99)));
+}
+
+TEST(Ransac, StopsWhenConfident) {
+  MockEstimator estimator = mock(50, 50);
+  RansacOptions options;
+  options.min_iterations = 0;
+  options.confidence = 0.99;
+  const auto report = run(estimator, options);
+  EXPECT_EQ(report.best.model, 0.0);
+  EXPECT_EQ(report.best.score.num_inliers, 50);
+  // log(0.01) / log(1 - 0.25) = 16.008 samples are needed; the model is surely found among them by this seed.
+  EXPECT_EQ(report.iterations, 17);
+  EXPECT_EQ(estimator.solved, report.iterations);
+}
+
+TEST(Ransac, FindsTheModelAsOftenAsItsConfidenceSays) {
+  RansacOptions options;
+  options.min_iterations = 0;
+  options.max_iterations = 17;  // a sample of two inliers among 20 + 80: 0.0384 each
+  int found = 0;
+  const int trials = 4000;
+  for (int seed = 0; seed < trials; ++seed) {
+    MockEstimator estimator = mock(20, 80);
+    options.seed = seed;
+    found += run(estimator, options).best.score.num_inliers == 20;
+  }
+  const double p = 1 - std::pow(1 - 0.2 * 19 / 99, 17);
+  EXPECT_NEAR(found / double(trials), p, 4 * std::sqrt(p * (1 - p) / trials));
+}
+
+TEST(Ransac, RunsItsLeastAndItsMostIterations) {
+  MockEstimator all_inliers = mock(10, 0);
+  RansacOptions options;
+  options.min_iterations = 30;
+  EXPECT_EQ(run(all_inliers, options).iterations, 30);
+  MockEstimator no_inliers = mock(0, 50);
+  options.max_iterations = 200;
+  const auto report = run(no_inliers, options);
+  EXPECT_EQ(report.iterations, 200);
+  EXPECT_TRUE(std::isinf(report.best.score.cost));
+}
+
+TEST(Ransac, ReturnsTheOptimizedModel) {
+  MockEstimator estimator = mock(50, 50);
+  estimator.offset = 0.3;
+  const auto report = run(estimator, RansacOptions());
+  EXPECT_EQ(report.best.model, 0.0);
+  EXPECT_NEAR(report.best.score.cost, 50.0, 1e-12);
+  // Only a better sample is worth optimising, not every one.
+  EXPECT_EQ(estimator.optimized, 1);
+}
+
+TEST(Ransac, SameSeedSameResult) {
+  RansacOptions options;
+  options.max_iterations = 40;
+  std::set<int> iterations;
+  for (int seed = 0; seed < 20; ++seed) {
+    options.seed = seed;
+    options.min_iterations = 0;
+    MockEstimator a = mock(60, 140), b = mock(60, 140);
+    const auto first = run(a, options), second = run(b, options);
+    EXPECT_EQ(first.iterations, second.iterations);
+    EXPECT_EQ(first.best.score.cost, second.best.score.cost);
+    iterations.insert(static_cast<int>(first.best.score.num_inliers));
+  }
+  EXPECT_GE(iterations.size(), 1u);
+}
+
+TEST(Ransac, KeepsRivalsThatDiffer) {
+  MockEstimator estimator;
+  estimator.data.assign(40, 0.0);
+  estimator.data.insert(estimator.data.end(), 30, 5.0);
+  estimator.data.insert(estimator.data.end(), 30, 9.0);
+  RansacOptions options;
+  options.min_iterations = 200;
+  const auto report = run(estimator, options, 2);
+  ASSERT_EQ(report.rivals.size(), 2u);
+  EXPECT_EQ(report.rivals[0].model, 0.0);
+  EXPECT_TRUE(report.rivals[1].model == 5.0 || report.rivals[1].model == 9.0);
+}
+
+TEST(ModelPool, MergesTheAlikeAndKeepsTheBest) {
+  const auto alike = [](double a, double b) { return std::abs(a - b) < 1; };
+  ModelPool<double> pool(2);
+  EXPECT_TRUE(std::isinf(pool.cost_bound()));
+  pool.insert({0.0, {5.0, 1}}, alike);
+  pool.insert({0.5, {4.0, 1}}, alike);  // like the first, and better
+  pool.insert({0.2, {4.5, 1}}, alike);  // like it, and worse
+  ASSERT_EQ(pool.models().size(), 1u);
+  EXPECT_EQ(pool.models()[0].model, 0.5);
+  pool.insert({10.0, {6.0, 1}}, alike);
+  pool.insert({20.0, {3.0, 1}}, alike);
+  ASSERT_EQ(pool.models().size(), 2u);
+  EXPECT_EQ(pool.models()[0].model, 20.0);
+  EXPECT_EQ(pool.models()[1].model, 0.5);
+  EXPECT_EQ(pool.cost_bound(), 4.0);
+}
+
+TEST(RansacOptions, RefusesWhatIsOutOfRangeByName) {
+  const auto message_of = [](const RansacOptions& options) -> std::string {
+    try {
+      options.validate();
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(message_of(RansacOptions()), "");
+  RansacOptions options;
+  options.threshold = 0;
+  EXPECT_NE(message_of(options).find("threshold"), std::string::npos);
+  options = RansacOptions();
+  options.threshold = std::nan("");
+  EXPECT_NE(message_of(options).find("threshold"), std::string::npos);
+  options = RansacOptions();
+  options.confidence = 1;
+  EXPECT_NE(message_of(options).find("confidence"), std::string::npos);
+  options = RansacOptions();
+  options.min_iterations = -1;
+  EXPECT_NE(message_of(options).find("min_iterations"), std::string::npos);
+  options = RansacOptions();
+  options.max_iterations = 49;
+  EXPECT_NE(message_of(options).find("max_iterations"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
