@@ -15,6 +15,9 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 constexpr double kMinDistance = 1e-9;  // a point nearer to the camera's centre has no direction
 
+// Share of the cost that a step lowers it by, below which the cost is taken for a parabola.
+constexpr double kNewtonBelow = 0.05;
+
 struct Matches {
   const std::vector<Eigen::Vector3d>& bearings;
   const std::vector<Eigen::Vector3d>& points;
@@ -31,8 +34,9 @@ struct Matches {
 // Residual of a match: the chord p / |p| - b between the direction to the point p and the bearing b, which is
 // the angle between them to second order and, unlike it, smooth everywhere.
 struct Linearization {
-  double cost = 0;    // sum of 1/2 c^2 log(1 + s / c^2) over squared residuals s in units of sigma
-  Matrix6d weighted;  // of the robustly weighted residuals: drives the iteration
+  double cost = 0;      // sum of 1/2 c^2 log(1 + s / c^2) over squared residuals s in units of sigma
+  Matrix6d majorizing;  // weights rho' = w: steps that descend from afar, but end slowly
+  Matrix6d newton;  // weights rho' + s rho'' = w^2, averaged over directions: ends fast, overshoots from afar
   Vector6d gradient;
   Matrix6d information;      // of all residuals, not weighted down: for the covariance
   double sum_influence = 0;  // of squared influence (w r)^2
@@ -81,7 +85,8 @@ double robust_cost(const Matches& matches, const Rigid3& pose, double squared_wi
 // J = (I - u u^T) / |p| * [I, -[p]x] for the direction u = p / |p|; its products are short in closed form.
 Linearization linearize(const Matches& matches, const Rigid3& pose, double squared_width) {
   Linearization sum;
-  sum.weighted.setZero();
+  sum.majorizing.setZero();
+  sum.newton.setZero();
   sum.gradient.setZero();
   sum.information.setZero();
   const Eigen::Matrix3d rotation = pose.rotation_matrix();
@@ -104,13 +109,14 @@ Linearization linearize(const Matches& matches, const Rigid3& pose, double squar
     jtj.topRightCorner<3, 3>() = -cross_matrix(u) / distance;
     jtj.bottomLeftCorner<3, 3>() = -jtj.topRightCorner<3, 3>();
     jtj.bottomRightCorner<3, 3>() = across;
-    sum.weighted += (w * by_sigma) * jtj;
+    sum.majorizing += (w * by_sigma) * jtj;
+    sum.newton += (w * w * by_sigma) * jtj;
     sum.information += by_sigma * jtj;
     sum.gradient.head<3>() -= (w * by_sigma / distance) * (across * matches.bearings[i]);
     sum.gradient.tail<3>() -= (w * by_sigma) * u.cross(matches.bearings[i]);
     sum.cost += 0.5 * squared_width * std::log1p(s / squared_width);
     sum.sum_influence += w * w * s;
-    sum.sum_slope += w - w * w * s / squared_width;
+    sum.sum_slope += w * w;
     ++sum.count;
   }
   return sum;
@@ -168,16 +174,19 @@ bool minimize(const Matches& matches, const MotionRefinementOptions& options, Ri
   const double squared_width = options.loss_width * options.loss_width;
   *at = linearize(matches, *pose, squared_width);
   double damping = 1e-4;
+  bool newton = false;
   for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
-    Matrix6d damped = at->weighted;
+    Matrix6d damped = newton ? at->newton : at->majorizing;
     damped.diagonal() *= 1 + damping;
     const Vector6d step = -damped.ldlt().solve(at->gradient);
     if (!step.allFinite()) {
       return false;
     }
-    // A step that would lower the cost by less than 1e-6 moves the pose by about a thousandth of its
-    // deviation.
-    const bool settled = -0.5 * at->gradient.dot(step) < 1e-6;
+    const double expected_decrease = -0.5 * at->gradient.dot(step);
+    // A full step that would lower the cost by less than 1e-5 moves the pose by less than a hundredth of its
+    // deviation; a damped one may just be short.
+    const bool settled = expected_decrease < 1e-5 && damping < 1;
+    newton = expected_decrease < kNewtonBelow * at->cost;
     const Rigid3 candidate = perturbed(*pose, step);
     if (robust_cost(matches, candidate, squared_width) < at->cost) {
       *pose = candidate;

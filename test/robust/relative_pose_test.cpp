@@ -71,7 +71,7 @@ TEST(RelativePose, NeverTakesTheTwinOfAnAlmostPlanarScene) {
     ASSERT_TRUE(report.success);
     EXPECT_LT(rotation_error(report.hypotheses[0].second_from_first, scene.second_from_first), 2.5 * kDegree)
         << "seed " << seed;
-    EXPECT_GT(report.plane_inliers, 0.8 * report.hypotheses[0].num_inliers);
+    EXPECT_GT(report.plane_inliers, 0.7 * report.hypotheses[0].num_inliers);
   }
 }
 
