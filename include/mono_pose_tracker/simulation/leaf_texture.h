@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "mono_pose_tracker/simulation/scene.h"
+
+namespace mono_pose_tracker {
+
+/// Looks of a surface strewn with flat shapes of all sizes, the large below the small: the "dead leaves"
+/// model, whose statistics are those of natural images (Lee, Mumford, Huang 2001). No two places look alike.
+struct LeafStyle {
+  Color base = Color(0.6f, 0.6f, 0.6f);
+  std::vector<Color> palette;  // the shapes' colours; not empty
+  float largest = 0.5f;        // m, cell size of the coarsest layer
+  float smallest = 0.01f;      // m, of the finest
+  float density = 0.5f;        // share of the cells that hold a shape
+  float opacity = 0.7f;        // greatest opacity of a shape
+  float grain = 0.05f;         // amplitude of the noise over everything
+};
+
+/// Colour at (u, v) metres of the surface, averaged over about `footprint` metres.
+Color leaf_texture(const LeafStyle& style, std::uint32_t seed, float u, float v, float footprint);
+
+}  // namespace mono_pose_tracker

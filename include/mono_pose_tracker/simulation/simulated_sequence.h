@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/simulation/renderer.h"
+#include "mono_pose_tracker/simulation/scene.h"
+
+namespace mono_pose_tracker {
+
+enum class SceneKind { kHead, kRoom, kPlane };
+enum class BackgroundKind { kPlain, kTextured };
+
+/// What to simulate. Poses are map_from_camera; the map of the head scene is the head's own frame.
+struct SequenceOptions {
+  SceneKind scene = SceneKind::kHead;
+  BackgroundKind background = BackgroundKind::kPlain;  // behind the head; stands still in the image
+  int frames = 120;                                    // with a path: at most so many of its poses
+  CameraParameters camera;                             // see default_camera
+  bool lights_move_with_camera = true;  // as when the object turns; the room's lights are its own
+  double noise_grey_levels = 0;         // standard deviation, of 255, the same in the three colours
+  double blur_px = 0;                   // standard deviation of a Gaussian
+  double exposure_drift = 0;            // greatest relative change of brightness, either way
+  std::uint64_t seed = 1;               // of textures, path and noise
+  double rate_hz = 30;
+  double first_stamp_s = 1;                  // not 0, which ROS takes for no stamp
+  int samples = 2;                           // per pixel side
+  int threads = 0;                           // 0: as many as the machine has; no result depends on it
+  std::vector<double> path_stamps_s;         // a path of one's own: as many stamps
+  std::vector<Rigid3> path_map_from_camera;  // as poses; empty: the scene's own path
+
+  /// Throws std::invalid_argument naming key, value and what was expected.
+  void validate() const;
+};
+
+/// Without distortion, the principal point in the middle, a focal length that suits the scene's own path.
+CameraParameters default_camera(SceneKind scene, int width, int height);
+
+struct SimulatedFrame {
+  double stamp_s = 0;
+  Rigid3 map_from_camera;
+  cv::Mat image;  // CV_8UC3, blue green red
+  cv::Mat mask;   // CV_8UC1, 255 where the pixel's centre is on the object
+};
+
+/// A sequence whose frames are rendered when asked for, in any order, each the same for one seed whatever was
+/// rendered before and however many threads render it. Const after construction: may be shared between
+/// threads.
+class SimulatedSequence {
+ public:
+  /// Throws std::invalid_argument as SequenceOptions::validate and CameraModel do.
+  explicit SimulatedSequence(const SequenceOptions& options);
+
+  int size() const { return static_cast<int>(map_from_camera_.size()); }
+  double stamp_s(int frame) const { return stamps_s_.at(frame); }
+  const Rigid3& map_from_camera(int frame) const { return map_from_camera_.at(frame); }
+  const CameraModel& camera() const { return camera_; }
+  const Scene& scene() const { return *scene_; }
+
+  SimulatedFrame render(int frame) const;
+
+ private:
+  void make_path();
+  Lighting lighting(int frame) const;
+
+  SequenceOptions options_;
+  CameraModel camera_;
+  std::shared_ptr<const Scene> scene_;
+  Renderer renderer_;
+  cv::Mat background_;
+  std::vector<double> stamps_s_;
+  std::vector<Rigid3> map_from_camera_;
+};
+
+}  // namespace mono_pose_tracker

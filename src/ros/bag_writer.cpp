@@ -1,0 +1,75 @@
+#include "mono_pose_tracker/ros/bag_writer.h"
+
+#include <cv_bridge/cv_bridge.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/image_encodings.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace mono_pose_tracker {
+namespace {
+
+sensor_msgs::CameraInfo to_camera_info(const CameraParameters& camera) {
+  sensor_msgs::CameraInfo info;
+  info.header.frame_id = "camera_optical";
+  info.width = camera.width;
+  info.height = camera.height;
+  info.distortion_model = camera.distortion_model;
+  info.D = camera.distortion;
+  info.K = {camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1};
+  info.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  info.P = {camera.fx, 0, camera.cx, 0, 0, camera.fy, camera.cy, 0, 0, 0, 1, 0};
+  return info;
+}
+
+/// A bag refuses a record at time 0, which a header may well hold.
+ros::Time record_time(const ros::Time& stamp) { return std::max(stamp, ros::TIME_MIN); }
+
+}  // namespace
+
+BagWriter::BagWriter(const std::string& path, const CameraParameters& camera)
+    : path_(path), info_(to_camera_info(camera)) {
+  try {
+    bag_.open(path, rosbag::bagmode::Write);
+  } catch (const rosbag::BagException& error) {
+    throw std::runtime_error(path + ": cannot be written (" + error.what() + ")");
+  }
+}
+
+void BagWriter::write_image(const std::string& topic, double stamp_s, const cv::Mat& image) {
+  namespace encodings = sensor_msgs::image_encodings;
+  std_msgs::Header header;
+  header.frame_id = info_.header.frame_id;
+  header.stamp.fromSec(stamp_s);
+  const cv_bridge::CvImage message(header, image.channels() == 1 ? encodings::MONO8 : encodings::BGR8, image);
+  try {
+    bag_.write(topic, record_time(header.stamp), *message.toImageMsg());
+  } catch (const rosbag::BagException& error) {
+    throw std::runtime_error(path_ + ": cannot be written (" + error.what() + ")");
+  }
+}
+
+void BagWriter::write(double stamp_s, const cv::Mat& image) {
+  write_image("/camera/image_raw", stamp_s, image);
+  info_.header.stamp.fromSec(stamp_s);
+  try {
+    bag_.write("/camera/camera_info", record_time(info_.header.stamp), info_);
+  } catch (const rosbag::BagException& error) {
+    throw std::runtime_error(path_ + ": cannot be written (" + error.what() + ")");
+  }
+}
+
+void BagWriter::write_mask(double stamp_s, const cv::Mat& mask) {
+  write_image("/camera/mask", stamp_s, mask);
+}
+
+void BagWriter::close() {
+  try {
+    bag_.close();
+  } catch (const rosbag::BagException& error) {
+    throw std::runtime_error(path_ + ": cannot be written (" + error.what() + ")");
+  }
+}
+
+}  // namespace mono_pose_tracker

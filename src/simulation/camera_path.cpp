@@ -1,0 +1,123 @@
+#include "mono_pose_tracker/simulation/camera_path.h"
+
+#include <cmath>
+
+#include "mono_pose_tracker/common/random.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Vector3d;
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kDegree = kPi / 180;
+
+/// 0 to 1 as s goes from 0 to 1, starting and stopping gently.
+double ease(double s) { return 0.5 - 0.5 * std::cos(kPi * std::min(std::max(s, 0.0), 1.0)); }
+
+/// A smooth wandering of amplitude about 1: a few sines of seeded phase. Its argument is the share of the
+/// path done.
+class Wander {
+ public:
+  /// `slowest` and `fastest` in cycles over the path.
+  Wander(double slowest, double fastest, Random* random) {
+    for (int i = 0; i < kSines; ++i) {
+      frequency_[i] = random->uniform(slowest, fastest);
+      phase_[i] = random->uniform(0, 2 * kPi);
+    }
+  }
+  double operator()(double s) const {
+    double sum = 0;
+    for (int i = 0; i < kSines; ++i) sum += std::sin(2 * kPi * frequency_[i] * s + phase_[i]);
+    return sum / kSines;
+  }
+
+ private:
+  static constexpr int kSines = 4;
+  double frequency_[kSines];
+  double phase_[kSines];
+};
+
+class Wander3 {
+ public:
+  Wander3(double slowest, double fastest, Random* random)
+      : x_(slowest, fastest, random), y_(slowest, fastest, random), z_(slowest, fastest, random) {}
+  Vector3d operator()(double s) const { return {x_(s), y_(s), z_(s)}; }
+
+ private:
+  Wander x_, y_, z_;
+};
+
+double share_done(int frame, int frames) {
+  return frames > 1 ? static_cast<double>(frame) / (frames - 1) : 0.0;
+}
+
+Eigen::Quaterniond small_rotation(const Vector3d& rotation_vector) {
+  const double angle = rotation_vector.norm();
+  return angle > 0 ? Eigen::Quaterniond(AngleAxisd(angle, rotation_vector / angle))
+                   : Eigen::Quaterniond::Identity();
+}
+
+/// Camera at `position` that looks at `target`, its image upright in a map with z up.
+Rigid3 looking_at(const Vector3d& position, const Vector3d& target) {
+  Eigen::Matrix3d map_from_camera;
+  map_from_camera.col(2) = (target - position).normalized();
+  map_from_camera.col(0) = map_from_camera.col(2).cross(Vector3d::UnitZ()).normalized();
+  map_from_camera.col(1) = map_from_camera.col(2).cross(map_from_camera.col(0));
+  return {map_from_camera, position};
+}
+
+/// From start to end on a bow, swaying by centimetres, shaking by millimetres and tenths of a degree.
+std::vector<Rigid3> handheld_path(int frames, std::uint64_t seed, const Vector3d& start, const Vector3d& end,
+                                  const Vector3d& bow, const Vector3d& target) {
+  Random random(seed);
+  const Wander3 sway(0.5, 2.0, &random), shake(5, 14, &random), glance(0.5, 1.5, &random),
+      twitch(5, 14, &random);
+  std::vector<Rigid3> path;
+  path.reserve(frames);
+  for (int frame = 0; frame < frames; ++frame) {
+    const double s = share_done(frame, frames);
+    const Vector3d position =
+        start + s * (end - start) + std::sin(kPi * s) * bow + 0.02 * sway(s) + 0.002 * shake(s);
+    Rigid3 pose = looking_at(position, target + 0.15 * glance(s));
+    pose.rotation = (pose.rotation * small_rotation(0.3 * kDegree * twitch(s))).normalized();
+    path.push_back(pose);
+  }
+  return path;
+}
+
+}  // namespace
+
+std::vector<Rigid3> head_path(int frames, double distance, std::uint64_t seed) {
+  Random random(seed);
+  const Wander3 sway(0.5, 3.0, &random), tilt(0.5, 3.0, &random);
+  const Vector3d neck(0, 0.06, 0.02);  // m in the head's frame: what the head turns about
+  std::vector<Rigid3> path;
+  path.reserve(frames);
+  for (int frame = 0; frame < frames; ++frame) {
+    // Of the 120 frames of the paper's sequence 40 each for: right, back, down.
+    const double third = 3 * share_done(frame, frames);
+    const double yaw = 45 * kDegree * (third < 1 ? ease(third) : ease(2 - third));
+    const double pitch = 20 * kDegree * ease(third - 2);
+    // Its own right is the image's left; the camera's x is to the right, y down.
+    const Eigen::Quaterniond turn = AngleAxisd(yaw, Vector3d::UnitY()) *
+                                    AngleAxisd(pitch, Vector3d::UnitX()) *
+                                    small_rotation(0.4 * kDegree * tilt(third / 3));
+    const Vector3d neck_in_camera = neck + Vector3d(0, 0, distance) + 0.0015 * sway(third / 3);
+    const Rigid3 camera_from_head(turn, neck_in_camera - turn * neck);
+    path.push_back(camera_from_head.inverse());
+  }
+  return path;
+}
+
+std::vector<Rigid3> handheld_room_path(int frames, std::uint64_t seed) {
+  return handheld_path(frames, seed, {-0.25, 1.2, 1.35}, {0.25, 1.35, 1.45}, {0, 0.08, 0.06},
+                       {0.05, 4.2, 0.95});
+}
+
+std::vector<Rigid3> handheld_plane_path(int frames, std::uint64_t seed) {
+  return handheld_path(frames, seed, {-0.3, -2.1, 0.1}, {0.25, -1.85, -0.05}, {0, 0.1, 0.1}, {0, 0, 0});
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,74 @@
+#include "mono_pose_tracker/simulation/leaf_texture.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mono_pose_tracker/simulation/noise.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+/// Each layer's cells over those of the layer before: sizes close enough for detail at every scale.
+constexpr float kLayerRatio = 0.55f;
+
+/// Shapes reach at most this many cells from their centre, which lies in [0.3, 0.7] of the cell: so a place
+/// is touched by the shapes of the nearest 2 x 2 cells only.
+constexpr float kLargestRadius = 0.8f;
+
+/// Signed distance, in cells, from the edge of the cell's shape: a disc, a ring, a rectangle or a triangle.
+float shape_distance(std::uint32_t h, float x, float y, float radius) {
+  const std::uint32_t kind = h & 7u;
+  const float r = std::sqrt(x * x + y * y);
+  if (kind < 2) return r - radius;
+  if (kind == 2) return std::fabs(r - 0.75f * radius) - 0.2f * radius;
+  const float angle = 6.2831853f * unit_float(rehash(h));
+  const float c = std::cos(angle), s = std::sin(angle);
+  const float px = c * x + s * y, py = c * y - s * x;
+  if (kind < 6) {
+    const float half = radius * (0.25f + 0.5f * unit_float(h * 0x9e3779b1u));
+    return std::max(std::fabs(px) - 0.8f * radius, std::fabs(py) - std::min(half, 0.58f * radius));
+  }
+  return std::max(std::max(0.866f * px + 0.5f * py, -0.866f * px + 0.5f * py), -py) - 0.48f * radius;
+}
+
+void blend_cell(const LeafStyle& style, std::uint32_t h, float x, float y, float softness, float weight,
+                Color* color) {
+  if (unit_float(h) > style.density) return;
+  const std::uint32_t h1 = rehash(h), h2 = rehash(h1);
+  x -= 0.3f + 0.4f * unit_float(h1);
+  y -= 0.3f + 0.4f * unit_float(h2);
+  const float radius = kLargestRadius * (0.35f + 0.65f * unit_float(h * 0x85ebca6bu));
+  if (x * x + y * y > (radius + softness) * (radius + softness)) return;
+  const float coverage = smooth_step(softness, -softness, shape_distance(rehash(h2), x, y, radius));
+  const std::size_t index = static_cast<std::size_t>(h1 & 0xffu) * style.palette.size() >> 8;
+  const float shade = 0.8f + 0.4f * unit_float(h2 * 0x85ebca6bu);
+  const float opacity = style.opacity * (0.4f + 0.6f * unit_float(h1 * 0x9e3779b1u));
+  *color += weight * opacity * coverage * (shade * style.palette[index] - *color);
+}
+
+}  // namespace
+
+Color leaf_texture(const LeafStyle& style, std::uint32_t seed, float u, float v, float footprint) {
+  Color color = style.base * (1.f + 0.15f * value_noise(seed, 2.f * u, 2.f * v));
+  std::uint32_t layer_seed = seed;
+  for (float cell = style.largest; cell >= style.smallest; cell *= kLayerRatio) {
+    layer_seed = rehash(layer_seed);
+    // Shapes of a layer are about a cell across: they fade as the cell nears two samples.
+    const float weight = smooth_step(1.5f, 3.f, cell / footprint);
+    if (weight <= 0) break;
+    const float softness = 0.6f * footprint / cell;
+    const float x = u / cell, y = v / cell;
+    const int x0 = floor_int(x - 0.5f), y0 = floor_int(y - 0.5f);
+    for (int j = y0; j <= y0 + 1; ++j) {
+      for (int i = x0; i <= x0 + 1; ++i) {
+        blend_cell(style, hash_cell(layer_seed, i, j), x - i, y - j, softness, weight, &color);
+      }
+    }
+  }
+  if (style.grain > 0) {
+    color *= 1.f + style.grain * fractal_noise(seed + 7u, u, v, 4.f * style.smallest, 4, footprint);
+  }
+  return color;
+}
+
+}  // namespace mono_pose_tracker

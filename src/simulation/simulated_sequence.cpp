@@ -1,0 +1,158 @@
+#include "mono_pose_tracker/simulation/simulated_sequence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <thread>
+
+#include "mono_pose_tracker/common/random.h"
+#include "mono_pose_tracker/simulation/camera_path.h"
+#include "mono_pose_tracker/simulation/head_scene.h"
+#include "mono_pose_tracker/simulation/leaf_texture.h"
+#include "mono_pose_tracker/simulation/panel_scene.h"
+#include "mono_pose_tracker/simulation/parallel.h"
+#include "mono_pose_tracker/simulation/sensor.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+/// From the camera to the middle of the head, m: the head fills three quarters of the image's height.
+constexpr double kHeadDistance = 0.55;
+
+void require(bool holds, const char* key, double value, const char* expected) {
+  if (holds) return;
+  throw std::invalid_argument(std::string(key) + " = " + std::to_string(value) + ", expected " + expected);
+}
+
+/// A stream of its own for each use of the sequence's seed.
+std::uint64_t derived_seed(std::uint64_t seed, std::uint64_t use) {
+  return Random(seed * 0x2545f4914f6cdd1dull + use).next();
+}
+
+int thread_count(int asked) {
+  return asked > 0 ? asked : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+}
+
+std::shared_ptr<const Scene> make_scene(SceneKind kind, std::uint64_t seed) {
+  const auto texture_seed = static_cast<std::uint32_t>(derived_seed(seed, 0));
+  switch (kind) {
+    case SceneKind::kRoom:
+      return std::make_shared<PanelScene>(make_room_scene(texture_seed));
+    case SceneKind::kPlane:
+      return std::make_shared<PanelScene>(make_plane_scene(texture_seed));
+    default:
+      return std::make_shared<HeadScene>(texture_seed);
+  }
+}
+
+/// A dark cloth, or a wall of strong texture a few decimetres behind the head.
+cv::Mat make_background(const CameraModel& camera, BackgroundKind kind, std::uint64_t seed, int threads) {
+  cv::Mat background(camera.height(), camera.width(), CV_32FC3, cv::Scalar(0.085, 0.075, 0.07));
+  if (kind == BackgroundKind::kPlain) return background;
+  LeafStyle style;
+  style.base = Color(0.45f, 0.48f, 0.50f);
+  style.palette = {
+      {0.25f, 0.30f, 0.36f}, {0.62f, 0.58f, 0.48f}, {0.48f, 0.30f, 0.26f}, {0.34f, 0.44f, 0.36f}};
+  style.largest = 0.25f;
+  style.smallest = 0.008f;
+  const auto texture_seed = static_cast<std::uint32_t>(derived_seed(seed, 1));
+  constexpr double kWallDistance = 1.0;  // m
+  parallel_for(camera.height(), threads, [&](int row) {
+    for (int column = 0; column < camera.width(); ++column) {
+      const Eigen::Vector3d ray = camera.bearing(Eigen::Vector2d(column, row));
+      const double scale = kWallDistance / std::max(ray.z(), 0.1);
+      const Color color =
+          leaf_texture(style, texture_seed, static_cast<float>(scale * ray.x()),
+                       static_cast<float>(scale * ray.y()), static_cast<float>(scale / camera.focal()));
+      background.at<cv::Vec3f>(row, column) = cv::Vec3f(color.z(), color.y(), color.x()) * 0.6f;
+    }
+  });
+  return background;
+}
+
+}  // namespace
+
+void SequenceOptions::validate() const {
+  require(frames >= 1, "frames", frames, "at least 1");
+  require(noise_grey_levels >= 0, "noise_grey_levels", noise_grey_levels, "0 or more");
+  require(blur_px >= 0 && blur_px <= 50, "blur_px", blur_px, "0 to 50");
+  require(exposure_drift >= 0 && exposure_drift < 1, "exposure_drift", exposure_drift,
+          "0 or more and less than 1");
+  require(rate_hz > 0, "rate_hz", rate_hz, "more than 0");
+  require(first_stamp_s >= 0, "first_stamp_s", first_stamp_s, "0 or more");
+  require(samples >= 1 && samples <= 8, "samples", samples, "1 to 8");
+  require(threads >= 0, "threads", threads, "0 (all) or more");
+  require(path_stamps_s.size() == path_map_from_camera.size(), "path_stamps_s", path_stamps_s.size(),
+          "as many as poses");
+}
+
+CameraParameters default_camera(SceneKind scene, int width, int height) {
+  CameraParameters camera;
+  camera.width = width;
+  camera.height = height;
+  camera.fx = camera.fy = (scene == SceneKind::kHead ? 1.2 : 0.82) * width;  // 45 and 63 degrees wide
+  camera.cx = 0.5 * (width - 1);
+  camera.cy = 0.5 * (height - 1);
+  camera.distortion = {0, 0, 0, 0, 0};
+  return camera;
+}
+
+SimulatedSequence::SimulatedSequence(const SequenceOptions& options)
+    : options_((options.validate(), options)),
+      camera_(options.camera),
+      scene_(make_scene(options.scene, options.seed)),
+      renderer_(camera_, options.samples, thread_count(options.threads)) {
+  options_.threads = thread_count(options.threads);
+  background_ = make_background(camera_, options_.background, options_.seed, options_.threads);
+  make_path();
+}
+
+void SimulatedSequence::make_path() {
+  if (!options_.path_map_from_camera.empty()) {
+    const std::size_t count =
+        std::min(options_.path_stamps_s.size(), static_cast<std::size_t>(options_.frames));
+    stamps_s_.assign(options_.path_stamps_s.begin(), options_.path_stamps_s.begin() + count);
+    map_from_camera_.assign(options_.path_map_from_camera.begin(),
+                            options_.path_map_from_camera.begin() + count);
+    return;
+  }
+  const std::uint64_t seed = derived_seed(options_.seed, 2);
+  switch (options_.scene) {
+    case SceneKind::kHead:
+      map_from_camera_ = head_path(options_.frames, kHeadDistance, seed);
+      break;
+    case SceneKind::kRoom:
+      map_from_camera_ = handheld_room_path(options_.frames, seed);
+      break;
+    case SceneKind::kPlane:
+      map_from_camera_ = handheld_plane_path(options_.frames, seed);
+      break;
+  }
+  for (int i = 0; i < options_.frames; ++i)
+    stamps_s_.push_back(options_.first_stamp_s + i / options_.rate_hz);
+}
+
+Lighting SimulatedSequence::lighting(int frame) const {
+  Eigen::Vector3f key = Eigen::Vector3f(-0.5f, -0.75f, -0.8f).normalized();
+  Eigen::Vector3f fill = Eigen::Vector3f(0.4f, -0.3f, -0.8f).normalized();
+  if (options_.scene != SceneKind::kHead)
+    return {Eigen::Vector3f(-0.4f, -0.5f, 0.75f).normalized(), -Eigen::Vector3f::UnitY()};
+  if (!options_.lights_move_with_camera) return {key, fill};
+  const Eigen::Matrix3f map_from_camera = map_from_camera_.at(frame).rotation_matrix().cast<float>();
+  return {map_from_camera * key, map_from_camera * fill};
+}
+
+SimulatedFrame SimulatedSequence::render(int frame) const {
+  const Rigid3& pose = map_from_camera_.at(frame);
+  const Renderer::Picture picture = renderer_.render(*scene_, pose, lighting(frame), background_);
+  SensorEffects effects;
+  effects.blur_px = options_.blur_px;
+  // One and a half periods over the sequence: brighter, darker, brighter again.
+  const double phase = size() > 1 ? 3 * 3.14159265358979 * frame / (size() - 1) : 0;
+  effects.gain = 1 + options_.exposure_drift * std::sin(phase);
+  effects.noise_grey_levels = options_.noise_grey_levels;
+  effects.noise_seed = derived_seed(options_.seed, 1000 + static_cast<std::uint64_t>(frame));
+  return {stamps_s_.at(frame), pose, expose(picture.color, effects, options_.threads), picture.mask};
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,145 @@
+// Renders a sequence with exact ground truth.
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
+
+#include "mono_pose_tracker/io/atomic_file.h"
+#include "mono_pose_tracker/io/camera_yaml.h"
+#include "mono_pose_tracker/ros/bag_writer.h"
+#include "mono_pose_tracker/simulation/simulated_sequence.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace mono_pose_tracker;
+
+struct Arguments {
+  std::string scene = "head", background = "plain", output;
+  int width = 640, height = 480;
+  double focal_px = 0, hfov_deg = 0;
+  std::string distortion_model = "plumb_bob";
+  std::vector<double> distortion;
+  std::string bag;
+  bool bag_masks = false, quiet = false;
+  SequenceOptions sequence;
+};
+
+void write_image(const fs::path& path, const cv::Mat& image) {
+  bool written = false;
+  try {
+    written = cv::imwrite(path.string(), image);
+  } catch (const cv::Exception&) {
+  }
+  if (!written) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+void make_folder(const fs::path& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error) throw std::runtime_error(path.string() + ": cannot be made (" + error.message() + ")");
+}
+
+void declare(CLI::App& app, Arguments& a) {
+  SequenceOptions& s = a.sequence;
+  app.add_option("--output", a.output, "folder to write to (made when missing)")->required();
+  app.add_option("--scene", a.scene, "head, room or plane")->check(CLI::IsMember({"head", "room", "plane"}));
+  app.add_option("--background", a.background, "behind the head")
+      ->check(CLI::IsMember({"plain", "textured"}));
+  app.add_option("--frames", s.frames, "number of images [120]");
+  app.add_option("--width", a.width, "px [640]");
+  app.add_option("--height", a.height, "px [480]");
+  auto* focal = app.add_option("--focal", a.focal_px, "focal length, px [head 768, room and plane 525]");
+  app.add_option("--hfov", a.hfov_deg, "horizontal field of view, degrees, in place of --focal")
+      ->excludes(focal);
+  app.add_option("--distortion", a.distortion, "coefficients: k1,k2,p1,p2,k3 of plumb_bob")->delimiter(',');
+  app.add_option("--distortion-model", a.distortion_model, "plumb_bob, rational_polynomial or equidistant");
+  app.add_option("--noise", s.noise_grey_levels, "pixel noise, standard deviation in grey levels of 255 [0]");
+  app.add_option("--blur", s.blur_px, "Gaussian blur, standard deviation in px [0]");
+  app.add_option("--exposure-drift", s.exposure_drift,
+                 "greatest relative change of brightness, such as 0.2 [0]");
+  app.add_option("--seed", s.seed, "of textures, path and noise [1]");
+  app.add_option("--rate", s.rate_hz, "frames a second [30]");
+  app.add_option("--first-stamp", s.first_stamp_s, "time stamp of the first image, s [1]");
+  app.add_option("--samples", s.samples, "samples per pixel side [2]");
+  app.add_option("--threads", s.threads, "0: all [0]; the result is the same");
+  app.add_option("--bag", a.bag, "bag to write [sequence.bag in the output folder]");
+  app.add_flag("--bag-masks", a.bag_masks, "the masks into the bag too, on /camera/mask");
+  app.add_flag("--quiet", a.quiet, "say nothing");
+}
+
+CameraParameters camera_of(const Arguments& a) {
+  CameraParameters camera = default_camera(a.sequence.scene, a.width, a.height);
+  if (a.hfov_deg != 0) {
+    if (a.hfov_deg <= 0 || a.hfov_deg >= 180)
+      throw std::invalid_argument("--hfov: expected degrees between 0 and 180");
+    camera.fx = camera.fy = 0.5 * a.width / std::tan(a.hfov_deg * 3.14159265358979 / 360);
+  }
+  if (a.focal_px != 0) camera.fx = camera.fy = a.focal_px;
+  camera.distortion_model = a.distortion_model;
+  if (!a.distortion.empty()) camera.distortion = a.distortion;
+  return camera;
+}
+
+void render_to(const Arguments& a, const SimulatedSequence& sequence) {
+  const fs::path folder(a.output);
+  make_folder(folder / "images");
+  make_folder(folder / "masks");
+  write_camera_yaml((folder / "camera.yaml").string(), "simulated", sequence.camera().parameters());
+  BagWriter bag(a.bag.empty() ? (folder / "sequence.bag").string() : a.bag, sequence.camera().parameters());
+  std::string list, poses;
+  char line[256];
+  for (int i = 0; i < sequence.size(); ++i) {
+    const SimulatedFrame frame = sequence.render(i);
+    std::snprintf(line, sizeof line, "%04d.png", i);
+    const std::string name = line;
+    write_image(folder / "images" / name, frame.image);
+    write_image(folder / "masks" / name, frame.mask);
+    bag.write(frame.stamp_s, frame.image);
+    if (a.bag_masks) bag.write_mask(frame.stamp_s, frame.mask);
+    std::snprintf(line, sizeof line, "%.9f images/%s\n", frame.stamp_s, name.c_str());
+    list += line;
+    const Eigen::Vector3d& t = frame.map_from_camera.translation;
+    const Eigen::Quaterniond& q = frame.map_from_camera.rotation;
+    std::snprintf(line, sizeof line, "%.9f %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n", frame.stamp_s, t.x(), t.y(),
+                  t.z(), q.x(), q.y(), q.z(), q.w());
+    poses += line;
+    if (!a.quiet) std::fprintf(stderr, "\r%d of %d images", i + 1, sequence.size());
+  }
+  if (!a.quiet) std::fprintf(stderr, "\n");
+  bag.close();
+  write_file_atomically((folder / "images.txt").string(), [&](std::ostream& out) { out << list; });
+  write_file_atomically((folder / "groundtruth.txt").string(), [&](std::ostream& out) { out << poses; });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Arguments a;
+  CLI::App app("Renders a sequence with exact ground truth: images, masks, camera.yaml, groundtruth.txt.");
+  declare(app, a);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    std::cerr << "simulate_sequence: " << error.what() << "\n";
+    return 2;
+  }
+  try {
+    a.sequence.scene = a.scene == "room"    ? SceneKind::kRoom
+                       : a.scene == "plane" ? SceneKind::kPlane
+                                            : SceneKind::kHead;
+    a.sequence.background = a.background == "textured" ? BackgroundKind::kTextured : BackgroundKind::kPlain;
+    a.sequence.camera = camera_of(a);
+    render_to(a, SimulatedSequence(a.sequence));
+  } catch (const std::exception& error) {
+    std::cerr << "simulate_sequence: " << error.what() << "\n";
+    return 2;
+  }
+  return 0;
+}
