@@ -2,81 +2,154 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "mono_pose_tracker/geometry/essential.h"
 #include "mono_pose_tracker/geometry/polynomial_roots.h"
 #include "null_space.h"
 
 namespace mono_pose_tracker {
 namespace {
 
-using Linear = Eigen::Matrix<double, 4, 1>;      // x y z 1
-using Quadratic = Eigen::Matrix<double, 10, 1>;  // xx xy yy xz yz zz x y z 1
-using Cubic = Eigen::Matrix<double, 20, 1>;      // Nister's order, below
-using Null = Eigen::Matrix<double, 9, 4>;
+using Quadratic = Eigen::Array<double, 10, 1>;  // xx xy yy xz yz zz x y z 1
+using Lanes = Eigen::Array<double, 4, 1>;       // three entries of a row of E, and one unused
+constexpr int kXX = 0, kXY = 1, kYY = 2, kXZ = 3, kYZ = 4, kZZ = 5, kX = 6, kY = 7, kZ = 8, kOne = 9;
+constexpr int kQuadraticOf[4][4] = {
+    {kXX, kXY, kXZ, kX}, {kXY, kYY, kYZ, kY}, {kXZ, kYZ, kZZ, kZ}, {kX, kY, kZ, kOne}};
 
-// xxx yyy xxy xyy xxz xx yyz yy xyz xy xzz xz x yzz yz y zzz zz z 1
-constexpr int kCubicOf[10][4] = {{0, 2, 4, 5},     {2, 3, 8, 9},     {3, 1, 6, 7},   {4, 8, 10, 11},
-                                 {8, 6, 13, 14},   {10, 13, 16, 17}, {5, 9, 11, 12}, {9, 7, 14, 15},
-                                 {11, 14, 17, 18}, {12, 15, 18, 19}};
-constexpr int kQuadraticOf[4][4] = {{0, 1, 3, 6}, {1, 2, 4, 7}, {3, 4, 5, 8}, {6, 7, 8, 9}};
+/// The 10x20 matrix of the constraints on E = x X + y Y + z Z + W, columns in Nister's order:
+/// xxx yyy xxy xyy xxz xx yyz yy xyz xy | xzz xz x yzz yz y zzz zz z 1
+using Constraints = Eigen::Matrix<double, 10, 20, Eigen::RowMajor>;
 
-Quadratic product(const Linear& a, const Linear& b) {
-  Quadratic result = Quadratic::Zero();
-  for (int i = 0; i < 4; ++i) {
-    for (int j = 0; j < 4; ++j) result[kQuadraticOf[i][j]] += a[i] * b[j];
+/// The rows of E: three linear polynomials a row (lanes), their coefficients of x, y, z and 1.
+struct LinearRows {
+  Lanes row[3][4];
+};
+
+LinearRows linear_rows(const Row10 (&basis)[4]) {
+  LinearRows e;
+  for (int k = 0; k < 4; ++k) {
+    for (int i = 0; i < 3; ++i) e.row[i][k] << basis[k][3 * i], basis[k][3 * i + 1], basis[k][3 * i + 2], 0;
   }
-  return result;
+  return e;
 }
 
-void add_product(const Quadratic& a, const Linear& b, Cubic* sum) {
-  for (int i = 0; i < 10; ++i) {
-    for (int j = 0; j < 4; ++j) (*sum)[kCubicOf[i][j]] += a[i] * b[j];
-  }
-}
-
-/// The ten cubic constraints on E = x X + y Y + z Z + W: det E = 0 and E E^T E - 1/2 tr(E E^T) E = 0.
-Eigen::Matrix<double, 10, 20> constraints(const Null& basis) {
-  const auto e = [&basis](int r, int c) -> Linear { return basis.row(3 * r + c).transpose(); };
-  Quadratic eet[3][3];
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j <= i; ++j) {
-      eet[i][j] = product(e(i, 0), e(j, 0)) + product(e(i, 1), e(j, 1)) + product(e(i, 2), e(j, 2));
-      eet[j][i] = eet[i][j];
+/// Entry (i, j) of E E^T.
+Quadratic gram(const LinearRows& e, int i, int j) {
+  Quadratic q;
+  for (int k = 0; k < 4; ++k) {
+    q[kQuadraticOf[k][k]] = (e.row[i][k] * e.row[j][k]).sum();
+    for (int l = k + 1; l < 4; ++l) {
+      q[kQuadraticOf[k][l]] = (e.row[i][k] * e.row[j][l] + e.row[i][l] * e.row[j][k]).sum();
     }
   }
-  const Quadratic half_trace = 0.5 * (eet[0][0] + eet[1][1] + eet[2][2]);
-  for (int i = 0; i < 3; ++i) eet[i][i] -= half_trace;
-
-  Eigen::Matrix<double, 10, 20> m;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      Cubic row = Cubic::Zero();
-      for (int k = 0; k < 3; ++k) add_product(eet[i][k], e(k, j), &row);
-      m.row(3 * i + j) = row.transpose();
-    }
-  }
-  Cubic determinant = Cubic::Zero();
-  for (int k = 0; k < 3; ++k) {
-    const int k1 = (k + 1) % 3, k2 = (k + 2) % 3;
-    add_product(product(e(1, k1), e(2, k2)) - product(e(1, k2), e(2, k1)), e(0, k), &determinant);
-  }
-  m.row(9) = determinant.transpose();
-  return m;
+  return q;
 }
 
-/// B(z) of the paper: three rows (a polynomial for x, one for y: degree 3; one for 1: degree 4), ascending
-/// powers.
+/// sum += q (a[0] x + a[1] y + a[2] z + a[3]), for every lane.
+void add_product(const Quadratic& q, const Lanes (&a)[4], Lanes (&sum)[20]) {
+  sum[0] += q[kXX] * a[0];
+  sum[1] += q[kYY] * a[1];
+  sum[2] += q[kXX] * a[1] + q[kXY] * a[0];
+  sum[3] += q[kXY] * a[1] + q[kYY] * a[0];
+  sum[4] += q[kXX] * a[2] + q[kXZ] * a[0];
+  sum[5] += q[kXX] * a[3] + q[kX] * a[0];
+  sum[6] += q[kYY] * a[2] + q[kYZ] * a[1];
+  sum[7] += q[kYY] * a[3] + q[kY] * a[1];
+  sum[8] += q[kXY] * a[2] + q[kXZ] * a[1] + q[kYZ] * a[0];
+  sum[9] += q[kXY] * a[3] + q[kX] * a[1] + q[kY] * a[0];
+  sum[10] += q[kXZ] * a[2] + q[kZZ] * a[0];
+  sum[11] += q[kXZ] * a[3] + q[kX] * a[2] + q[kZ] * a[0];
+  sum[12] += q[kX] * a[3] + q[kOne] * a[0];
+  sum[13] += q[kYZ] * a[2] + q[kZZ] * a[1];
+  sum[14] += q[kYZ] * a[3] + q[kY] * a[2] + q[kZ] * a[1];
+  sum[15] += q[kY] * a[3] + q[kOne] * a[1];
+  sum[16] += q[kZZ] * a[2];
+  sum[17] += q[kZZ] * a[3] + q[kZ] * a[2];
+  sum[18] += q[kZ] * a[3] + q[kOne] * a[2];
+  sum[19] += q[kOne] * a[3];
+}
+
+/// E E^T E - 1/2 tr(E E^T) E = 0, nine rows.
+void trace_constraints(const LinearRows& e, Constraints* m) {
+  Quadratic q[3][3];
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) q[i][j] = gram(e, i, j);
+  }
+  const Quadratic half_trace = 0.5 * (q[0][0] + q[1][1] + q[2][2]);
+  for (int i = 0; i < 3; ++i) q[i][i] -= half_trace;
+  for (int i = 0; i < 3; ++i) {
+    Lanes sum[20];
+    for (Lanes& s : sum) s.setZero();
+    for (int k = 0; k < 3; ++k) add_product(q[std::min(i, k)][std::max(i, k)], e.row[k], sum);
+    for (int c = 0; c < 20; ++c) {
+      for (int j = 0; j < 3; ++j) (*m)(3 * i + j, c) = sum[c][j];
+    }
+  }
+}
+
+/// det E = 0: the third row times the cross product of the first two.
+void determinant_constraint(const LinearRows& e, Constraints* m) {
+  Lanes sum[20];
+  for (Lanes& s : sum) s.setZero();
+  for (int c = 0; c < 3; ++c) {
+    const int c1 = (c + 1) % 3, c2 = (c + 2) % 3;
+    const auto minor = [&](int k, int l) {
+      return e.row[0][k][c1] * e.row[1][l][c2] - e.row[0][k][c2] * e.row[1][l][c1];
+    };
+    Quadratic q;
+    Lanes a[4];
+    for (int k = 0; k < 4; ++k) {
+      a[k] = Lanes::Constant(e.row[2][k][c]);
+      q[kQuadraticOf[k][k]] = minor(k, k);
+      for (int l = k + 1; l < 4; ++l) q[kQuadraticOf[k][l]] = minor(k, l) + minor(l, k);
+    }
+    add_product(q, a, sum);
+  }
+  for (int c = 0; c < 20; ++c) (*m)(9, c) = sum[c][0];
+}
+
+/// Gauss-Jordan elimination with partial pivoting. Of the ten rows only the six led by xxz xx yyz yy xyz xy
+/// are needed, so the first four are not cleared of later columns. rows[k] is where the row of leading
+/// monomial k ended up. Returns the smallest pivot against the largest.
+double eliminate(Constraints* m, int (&rows)[10]) {
+  for (int k = 0; k < 10; ++k) rows[k] = k;
+  double least = std::numeric_limits<double>::infinity(), largest = 0;
+  for (int k = 0; k < 10; ++k) {
+    int best = k;
+    for (int r = k + 1; r < 10; ++r) {
+      if (std::abs((*m)(rows[r], k)) > std::abs((*m)(rows[best], k))) best = r;
+    }
+    std::swap(rows[k], rows[best]);
+    double* pivot_row = &(*m)(rows[k], 0);
+    const double pivot = pivot_row[k];
+    least = std::min(least, std::abs(pivot));
+    largest = std::max(largest, std::abs(pivot));
+    const double inverse = 1 / pivot;
+    const int first = (k + 1) & ~1;  // even, so that pairs stay aligned
+    for (int c = first; c < 20; ++c) pivot_row[c] *= inverse;
+    for (int r = k < 4 ? k + 1 : 4; r < 10; ++r) {
+      if (r == k) continue;
+      double* row = &(*m)(rows[r], 0);
+      const double factor = row[k];
+      for (int c = first; c < 20; ++c) row[c] -= factor * pivot_row[c];
+    }
+  }
+  return least / largest;
+}
+
+/// B(z) of the paper: three rows of a polynomial for x, one for y (degree 3) and one for 1 (degree 4),
+/// ascending.
 struct ZSystem {
   double x[3][4], y[3][4], one[3][5];
 };
 
-ZSystem z_system(const Eigen::Matrix<double, 6, 10>& rows) {
+ZSystem z_system(const Constraints& m, const int (&rows)[10]) {
   ZSystem b;
   for (int i = 0; i < 3; ++i) {
-    const auto e = rows.row(2 * i), f = rows.row(2 * i + 1);  // <k> = <e> - z <f>
+    const double* e = &m(rows[4 + 2 * i], 10);  // <e>, <g>, <i>
+    const double* f = &m(rows[5 + 2 * i], 10);  // <f>, <h>, <j>; <k> = <e> - z <f> and so on
     const double x[4] = {e[2], e[1] - f[2], e[0] - f[1], -f[0]};
     const double y[4] = {e[5], e[4] - f[5], e[3] - f[4], -f[3]};
     const double one[5] = {e[9], e[8] - f[9], e[7] - f[8], e[6] - f[7], -f[6]};
@@ -87,56 +160,80 @@ ZSystem z_system(const Eigen::Matrix<double, 6, 10>& rows) {
   return b;
 }
 
-template <int N, int M>
-void add_product(const double (&a)[N], const double (&b)[M], double sign, double* sum) {
-  for (int i = 0; i < N; ++i) {
-    for (int j = 0; j < M; ++j) sum[i + j] += sign * a[i] * b[j];
-  }
-}
-
-/// <n> of the paper: det B(z), of degree ten.
+/// <n> of the paper: det B(z), of degree ten, ascending.
 void determinant(const ZSystem& b, double n[11]) {
   std::fill(n, n + 11, 0.0);
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3, k = (i + 2) % 3;
     double minor[7] = {};
-    add_product(b.x[j], b.y[k], 1, minor);
-    add_product(b.x[k], b.y[j], -1, minor);
-    add_product(minor, b.one[i], 1, n);
+    for (int p = 0; p < 4; ++p) {
+      for (int q = 0; q < 4; ++q) minor[p + q] += b.x[j][p] * b.y[k][q] - b.x[k][p] * b.y[j][q];
+    }
+    for (int p = 0; p < 7; ++p) {
+      for (int q = 0; q < 5; ++q) n[p + q] += minor[p] * b.one[i][q];
+    }
   }
 }
 
-double evaluate(const double* c, int degree, double z) {
-  double value = c[degree];
-  for (int i = degree - 1; i >= 0; --i) value = value * z + c[i];
+/// c[0] + c[1] z + ..., or its reverse for a root given as 1/z.
+template <int N>
+double evaluate(const double (&c)[N], const ProjectiveRoot& root) {
+  double value = root.is_inverse ? c[0] : c[N - 1];
+  for (int i = 1; i < N; ++i) value = value * root.value + (root.is_inverse ? c[i] : c[N - 1 - i]);
   return value;
 }
 
-/// x and y from the null vector of B(z): the longest cross product of two rows.
-bool back_substitute(const ZSystem& b, double z, double* x, double* y) {
+/// (x, y, z, 1) up to scale from the null vector of B(z): the longest cross product of two of its rows.
+Eigen::Vector4d back_substitute(const ZSystem& b, const ProjectiveRoot& root) {
   Eigen::Vector3d row[3];
   for (int i = 0; i < 3; ++i)
-    row[i] << evaluate(b.x[i], 3, z), evaluate(b.y[i], 3, z), evaluate(b.one[i], 4, z);
+    row[i] << evaluate(b.x[i], root), evaluate(b.y[i], root), evaluate(b.one[i], root);
   Eigen::Vector3d best = row[0].cross(row[1]);
   for (int i = 1; i < 3; ++i) {
     const Eigen::Vector3d candidate = row[i].cross(row[(i + 1) % 3]);
     if (candidate.squaredNorm() > best.squaredNorm()) best = candidate;
   }
-  *x = best.x() / best.z();
-  *y = best.y() / best.z();
-  return std::isfinite(*x) && std::isfinite(*y);
+  // For z = 1/w the null vector is (x w, y w, 1).
+  if (root.is_inverse) return {best.x(), best.y(), best.z(), best.z() * root.value};
+  return {best.x(), best.y(), best.z() * root.value, best.z()};
 }
 
-/// Newton's method on the five epipolar constraints over rotation and direction of translation, which keeps E
-/// an essential matrix. Far from a solution, or where solutions meet, it stops where it got.
+/// A rotation and the direction of a translation.
+struct Motion {
+  Eigen::Matrix3d rotation;
+  Eigen::Vector3d t;
+};
+
+/// The closest motion, roughly: exact for an essential matrix.
+bool motion_of(const Eigen::Matrix3d& essential, Motion* motion) {
+  const Eigen::Matrix3d e = essential * std::sqrt(2 / essential.squaredNorm());
+  Eigen::Matrix3d cofactor;
+  cofactor << e.col(1).cross(e.col(2)), e.col(2).cross(e.col(0)), e.col(0).cross(e.col(1));
+  int longest;
+  const double length2 = cofactor.colwise().squaredNorm().maxCoeff(&longest);
+  if (!(length2 > 0)) return false;
+  const Eigen::Vector3d t = cofactor.col(longest) / std::sqrt(length2);
+  Eigen::Matrix3d r;
+  for (int i = 0; i < 3; ++i) r.col(i) = cofactor.col(i) - t.cross(e.col(i));
+  // Newton's iteration for the orthogonal factor squares the error: once below 1e-8 it is below rounding
+  // after.
+  for (int i = 0; i < 5; ++i) {
+    const Eigen::Matrix3d gram = r.transpose() * r;
+    r = 1.5 * r - 0.5 * r * gram;
+    if ((gram - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-8) break;
+  }
+  motion->rotation = r;
+  motion->t = t;
+  return true;
+}
+
+/// Newton's method on the five epipolar constraints over rotation and direction of translation, so that E
+/// stays an essential matrix. False when it does not converge.
 bool polish(const std::array<Eigen::Vector3d, 5>& x1, const std::array<Eigen::Vector3d, 5>& x2,
-            Eigen::Matrix3d* e) {
-  std::array<Rigid3, 4> poses;
-  if (!decompose_essential(*e, &poses)) return false;
-  Eigen::Matrix3d rotation = poses[0].rotation_matrix();
-  Eigen::Vector3d t = poses[0].translation;
-  double last_norm = std::numeric_limits<double>::infinity();
-  for (int iteration = 0; iteration < 8; ++iteration) {
+            Motion* motion) {
+  Eigen::Matrix3d& rotation = motion->rotation;
+  Eigen::Vector3d& t = motion->t;
+  for (int iteration = 0; iteration < 10; ++iteration) {
     const Eigen::Vector3d u = t.unitOrthogonal(), v = t.cross(u);
     Eigen::Matrix<double, 5, 5> jacobian;
     Eigen::Matrix<double, 5, 1> residual;
@@ -146,50 +243,49 @@ bool polish(const std::array<Eigen::Vector3d, 5>& x1, const std::array<Eigen::Ve
       residual[i] = normal.dot(t);
       jacobian.row(i) << turned1.cross(x2[i].cross(t)).transpose(), normal.dot(u), normal.dot(v);
     }
-    const double norm = residual.norm();
-    if (!(norm < 0.5 * last_norm)) break;
-    last_norm = norm;
     const Eigen::Matrix<double, 5, 1> step = jacobian.partialPivLu().solve(-residual);
+    const double step2 = step.squaredNorm();
     // A step of a tenth of a radian is none of a polish.
-    if (!step.allFinite() || step.norm() > 0.1) break;
+    if (!(step2 < 0.01)) return false;
     const Eigen::Quaterniond turn(1, step[0] / 2, step[1] / 2, step[2] / 2);
     rotation = turn.normalized().toRotationMatrix() * rotation;
     t = (t + step[3] * u + step[4] * v).normalized();
+    // Newton's method squares the error: the next step would be below rounding.
+    if (step2 < 1e-18) return true;
   }
-  *e = essential_matrix(Rigid3(rotation, t));
-  // What is left of an E whose polish failed is no solution: 1e-9 rad is far below any pixel, far above
-  // rounding.
-  return last_norm < 1e-9;
+  return false;
 }
+
+// Reflects the null space, whose own axes can miss a solution of a symmetric scene: any generic vector does.
+const Eigen::Vector4d kMirror(0.2887, -0.6471, 0.4563, 0.5384);
 
 }  // namespace
 
 int five_point(const std::array<Eigen::Vector3d, 5>& x1, const std::array<Eigen::Vector3d, 5>& x2,
                std::array<Eigen::Matrix3d, 10>* essentials) {
-  Null basis;
-  if (!epipolar_null_space<5>(x1, x2, &basis)) return 0;
+  Row10 basis[4];
+  if (!epipolar_null_space<5>(x1, x2, kMirror, basis)) return 0;
+  const LinearRows e = linear_rows(basis);
+  Constraints m;
+  trace_constraints(e, &m);
+  determinant_constraint(e, &m);
+  int rows[10];
+  const double pivots = eliminate(&m, rows);
+  if (!(pivots > 0)) return 0;
 
-  const Eigen::Matrix<double, 10, 20> m = constraints(basis);
-  const Eigen::PartialPivLU<Eigen::Matrix<double, 10, 10>> lu(m.leftCols<10>());
-  const Eigen::Matrix<double, 10, 10> reduced = lu.solve(m.rightCols<10>());
-  if (!reduced.allFinite()) return 0;
-
-  const ZSystem b = z_system(reduced.bottomRows<6>());
-  double n[11], roots[10];
+  const ZSystem b = z_system(m, rows);
+  double n[11];
   determinant(b, n);
+  ProjectiveRoot roots[10];
   const int root_count = real_roots_degree10(n, roots);
-  std::array<Eigen::Vector3d, 5> bearings1, bearings2;
-  for (int i = 0; i < 5; ++i) {
-    bearings1[i] = x1[i].normalized();
-    bearings2[i] = x2[i].normalized();
-  }
   int count = 0;
   for (int i = 0; i < root_count; ++i) {
-    double x, y;
-    if (!back_substitute(b, roots[i], &x, &y)) continue;
-    const Eigen::Matrix<double, 9, 1> e = basis * Eigen::Vector4d(x, y, roots[i], 1);
-    Eigen::Matrix3d essential = as_matrix3(e);
-    if (polish(bearings1, bearings2, &essential)) (*essentials)[count++] = essential;
+    const Eigen::Vector4d c = back_substitute(b, roots[i]);
+    const Row10 solution = c[0] * basis[0] + c[1] * basis[1] + c[2] * basis[2] + c[3] * basis[3];
+    Motion motion;
+    if (!motion_of(as_matrix3(solution), &motion) || !polish(x1, x2, &motion)) continue;
+    Eigen::Matrix3d& essential = (*essentials)[count++];
+    for (int k = 0; k < 3; ++k) essential.col(k) = std::sqrt(0.5) * motion.t.cross(motion.rotation.col(k));
   }
   return count;
 }

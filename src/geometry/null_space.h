@@ -1,36 +1,51 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/QR>
 #include <array>
+#include <cmath>
 
 namespace mono_pose_tracker {
 
-/// An orthonormal basis of the matrices M with x2[i]^T M x1[i] = 0, as columns of row-major 3x3 matrices.
-/// False when the N conditions are not finite or depend on each other.
+/// A 3x3 matrix row by row, and a tenth number, zero, that makes five pairs of it.
+using Row10 = Eigen::Matrix<double, 10, 1>;
+
+/// An orthonormal basis of the matrices M with x2[i]^T M x1[i] = 0: the last columns of the Q of a
+/// Householder QR decomposition, mirrored along `mirror`. False when the N conditions are not finite or
+/// depend on each other.
 template <int N>
 bool epipolar_null_space(const std::array<Eigen::Vector3d, N>& x1, const std::array<Eigen::Vector3d, N>& x2,
-                         Eigen::Matrix<double, 9, 9 - N>* basis) {
-  Eigen::Matrix<double, 9, N> conditions;
+                         const Eigen::Matrix<double, 9 - N, 1>& mirror, Row10 (&basis)[9 - N]) {
+  // The conditions have unit length: what the reflections before it leave of one is the sine of its angle to
+  // them.
+  constexpr double kLeastSine2 = 1e-24;
+  Row10 columns[N];
   for (int i = 0; i < N; ++i) {
-    conditions.col(i) << x2[i].x() * x1[i], x2[i].y() * x1[i], x2[i].z() * x1[i];
-    conditions.col(i).normalize();
+    const Eigen::Vector3d &a = x1[i], &b = x2[i];
+    columns[i] << b.x() * a, b.y() * a, b.z() * a, 0;
+    columns[i] *= 1 / std::sqrt(a.squaredNorm() * b.squaredNorm());
   }
-  if (!conditions.allFinite()) return false;
-  const Eigen::ColPivHouseholderQR<Eigen::Matrix<double, 9, N>> qr(conditions);
-  // The conditions have unit length: what is left of the last one is how far it is from depending on the
-  // others.
-  if (std::abs(qr.matrixR()(N - 1, N - 1)) < 1e-12) return false;
-  const Eigen::Matrix<double, 9, 9> q = qr.householderQ();
-  *basis = q.template rightCols<9 - N>();
+  // Reflections I - v v^T; the entries before k stay as they are, v has zeros there.
+  for (int k = 0; k < N; ++k) {
+    Row10& v = columns[k];
+    for (int i = 0; i < k; ++i) v[i] = 0;
+    const double length2 = v.squaredNorm();
+    if (!(length2 > kLeastSine2 && length2 < 2)) return false;
+    const double length = std::sqrt(length2);
+    v[k] += std::copysign(length, v[k]);
+    v *= 1 / std::sqrt(length * std::abs(v[k]));
+    for (int j = k + 1; j < N; ++j) columns[j] -= v.dot(columns[j]) * v;
+  }
+  for (int j = 0; j < 9 - N; ++j) {
+    basis[j].setZero();
+    basis[j].template segment<9 - N>(N) = mirror * (-2 * mirror[j] / mirror.squaredNorm());
+    basis[j][N + j] += 1;
+    for (int k = N - 1; k >= 0; --k) basis[j] -= columns[k].dot(basis[j]) * columns[k];
+  }
   return true;
 }
 
-template <typename Vector>
-Eigen::Matrix3d as_matrix3(const Vector& v) {
-  Eigen::Matrix3d m;
-  m << v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8];
-  return m;
+inline Eigen::Matrix3d as_matrix3(const Row10& v) {
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(v.data());
 }
 
 }  // namespace mono_pose_tracker

@@ -1,8 +1,9 @@
 #include "mono_pose_tracker/geometry/polynomial_roots.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 
 namespace mono_pose_tracker {
 namespace {
@@ -21,6 +22,113 @@ double polished_cubic_root(const double c[4], double x) {
     x = next;
   }
   return x;
+}
+
+constexpr int kDegree = 10;
+// Halvings of [0, 1] before roots that crowd an interval are taken for a double root: 1e-6, where rounding
+// makes the difference between two real roots and a complex pair.
+constexpr int kDeepest = 20;
+
+/// Bernstein coefficients of a polynomial on an interval.
+struct Piece {
+  double b[kDegree + 1];
+  double start, width;
+  int depth;
+};
+
+/// sum c[i] z^i on [0, 1].
+Piece bernstein(const double c[kDegree + 1]) {
+  constexpr double kBinomial[kDegree + 1] = {1, 10, 45, 120, 210, 252, 210, 120, 45, 10, 1};
+  Piece piece;
+  for (int i = 0; i <= kDegree; ++i) piece.b[i] = c[i] / kBinomial[i];
+  for (int level = 0; level < kDegree; ++level) {
+    for (int i = kDegree; i > level; --i) piece.b[i] += piece.b[i - 1];
+  }
+  piece.start = 0;
+  piece.width = 1;
+  piece.depth = 0;
+  return piece;
+}
+
+/// De Casteljau's algorithm: `piece` becomes its own left half, `right` the right one.
+void halve(Piece* piece, Piece* right) {
+  double b[kDegree + 1];
+  std::copy(piece->b, piece->b + kDegree + 1, b);
+  double scale = 1;
+  right->b[kDegree] = b[kDegree];
+#pragma GCC unroll 10
+  for (int level = 1; level <= kDegree; ++level) {
+#pragma GCC unroll 10
+    for (int i = kDegree; i >= level; --i) b[i] += b[i - 1];
+    scale *= 0.5;
+    piece->b[level] = scale * b[level];
+    right->b[kDegree - level] = scale * b[kDegree];
+  }
+  piece->width *= 0.5;
+  piece->depth += 1;
+  right->start = piece->start + piece->width;
+  right->width = piece->width;
+  right->depth = piece->depth;
+}
+
+int sign_changes(const double b[kDegree + 1]) {
+  std::uint64_t bits[kDegree + 1];
+  std::memcpy(bits, b, sizeof(bits));
+  std::uint64_t changes = 0;
+  for (int i = 0; i < kDegree; ++i) changes += (bits[i] ^ bits[i + 1]) >> 63;
+  return static_cast<int>(changes);
+}
+
+/// Where the control polygon with one change of sign crosses zero, in [0, 1].
+double crossing(const double b[kDegree + 1]) {
+  int i = 0;
+  while (i < kDegree - 1 && std::signbit(b[i]) == std::signbit(b[i + 1])) ++i;
+  return (i + b[i] / (b[i] - b[i + 1])) / kDegree;
+}
+
+/// Newton's method from z, kept within the bracket [low, high] of one change of sign.
+double refined(const double c[kDegree + 1], double low, double high, bool low_is_negative, double z) {
+  for (int iteration = 0; iteration < 40; ++iteration) {
+    double value = c[kDegree], slope = 0;
+    for (int i = kDegree - 1; i >= 0; --i) {
+      slope = slope * z + value;
+      value = value * z + c[i];
+    }
+    ((value < 0) == low_is_negative ? low : high) = z;
+    double next = z - value / slope;
+    if (!(next >= low && next <= high)) next = 0.5 * (low + high);
+    const double step = std::abs(next - z);
+    z = next;
+    // Newton's method squares the error.
+    if (step < 1e-6) break;
+  }
+  return z;
+}
+
+/// Roots of sum c[i] z^i in [0, 1].
+int roots_in_unit_interval(const double c[kDegree + 1], double roots[kDegree]) {
+  Piece stack[kDeepest + 2];
+  stack[0] = bernstein(c);
+  int size = 1, count = 0;
+  while (size > 0 && count < kDegree - 1) {
+    Piece& piece = stack[size - 1];
+    const int changes = sign_changes(piece.b);
+    if (changes == 0) {
+      --size;
+    } else if (changes == 1) {
+      roots[count++] = refined(c, piece.start, piece.start + piece.width, std::signbit(piece.b[0]),
+                               piece.start + piece.width * crossing(piece.b));
+      --size;
+    } else if (piece.depth == kDeepest) {
+      roots[count++] = piece.start;
+      roots[count++] = piece.start + piece.width;
+      --size;
+    } else {
+      halve(&piece, &stack[size]);
+      ++size;
+    }
+  }
+  return count;
 }
 
 }  // namespace
@@ -68,18 +176,22 @@ int real_cubic_roots(const double c[4], double roots[3]) {
   return count;
 }
 
-int real_roots_degree10(const double c[11], double roots[10]) {
-  Eigen::Matrix<double, 10, 10> companion = Eigen::Matrix<double, 10, 10>::Zero();
-  for (int i = 0; i < 10; ++i) companion(0, i) = -c[9 - i] / c[10];
-  companion.diagonal<-1>().setOnes();
-  if (!companion.allFinite()) return 0;
-  const Eigen::EigenSolver<Eigen::Matrix<double, 10, 10>> solver(companion, false);
-  if (solver.info() != Eigen::Success) return 0;
+int real_roots_degree10(const double c[11], ProjectiveRoot roots[10]) {
+  double largest = 0;
+  for (int i = 0; i <= kDegree; ++i) largest = std::max(largest, std::abs(c[i]));
+  if (!(largest > 0) || !std::isfinite(largest)) return 0;
+
+  // The real line in four: z in [0, 1] and [-1, 0], 1/z in [0, 1] and [-1, 0].
   int count = 0;
-  for (int i = 0; i < 10; ++i) {
-    const auto root = solver.eigenvalues()[i];
-    // A double root splits by the square root of the rounding.
-    if (std::abs(root.imag()) <= 1e-7 * (1 + std::abs(root.real()))) roots[count++] = root.real();
+  for (const bool is_inverse : {false, true}) {
+    double ascending[kDegree + 1];
+    for (int i = 0; i <= kDegree; ++i) ascending[i] = is_inverse ? c[kDegree - i] : c[i];
+    for (const double sign : {1.0, -1.0}) {
+      for (int i = 1; i <= kDegree; i += 2) ascending[i] *= sign;
+      double found[kDegree];
+      const int found_count = roots_in_unit_interval(ascending, found);
+      for (int i = 0; i < found_count && count < kDegree; ++i) roots[count++] = {sign * found[i], is_inverse};
+    }
   }
   return count;
 }

@@ -7,13 +7,19 @@
 #include "null_space.h"
 
 namespace mono_pose_tracker {
+namespace {
+
+// Any vector that favours neither axis of the null space.
+const Eigen::Vector2d kMirror(0.31, 0.83);
+
+}  // namespace
 
 int seven_point(const std::array<Eigen::Vector3d, 7>& x1, const std::array<Eigen::Vector3d, 7>& x2,
                 std::array<Eigen::Matrix3d, 3>* fundamentals) {
-  Eigen::Matrix<double, 9, 2> basis;
-  if (!epipolar_null_space<7>(x1, x2, &basis)) return 0;
-  const Eigen::Matrix3d f1 = as_matrix3(basis.col(0));
-  const Eigen::Matrix3d f2 = as_matrix3(basis.col(1));
+  Row10 basis[2];
+  if (!epipolar_null_space<7>(x1, x2, kMirror, basis)) return 0;
+  const Eigen::Matrix3d f1 = as_matrix3(basis[0]);
+  const Eigen::Matrix3d f2 = as_matrix3(basis[1]);
 
   // det(a F1 + F2) as a polynomial in a, the middle coefficients by its expansion in rows.
   const auto mixed = [](const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
