@@ -34,6 +34,7 @@ const char* to_string(Reason reason) {
     case Reason::kPaused: return "PAUSED";
     case Reason::kUnreadableImage: return "UNREADABLE_IMAGE";
     case Reason::kTimeJump: return "TIME_JUMP";
+    case Reason::kInternalError: return "INTERNAL_ERROR";
   }
   return "UNKNOWN";
 }

@@ -26,6 +26,7 @@ enum class Reason {
   kPaused,
   kUnreadableImage,
   kTimeJump,
+  kInternalError,
 };
 
 /// "TRACKING", "LOW_PARALLAX", ...: the spelling of TrackerStatus.msg.

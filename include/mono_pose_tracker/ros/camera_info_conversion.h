@@ -1,0 +1,29 @@
+#pragma once
+
+#include <sensor_msgs/CameraInfo.h>
+
+#include <string>
+
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/common/status.h"
+
+namespace mono_pose_tracker {
+
+struct ConvertedCamera {
+  CameraParameters parameters;  // of the image as it is sent: binning and region of interest are applied
+  Reason reason = Reason::kOk;
+  std::string error;  // one line that says what to do, when reason is not kOk
+};
+
+/// K and D of the message; when the images are rectified P and no distortion. kUncalibrated when the matrix
+/// is zero (what drivers send before calibration).
+ConvertedCamera convert_camera_info(const sensor_msgs::CameraInfo& info, bool rectified);
+
+/// Reads a calibration file (YAML or INI, as camera_calibration writes it). url: a path, file://PATH or
+/// package://PACKAGE/PATH. Throws std::runtime_error naming the file.
+sensor_msgs::CameraInfo load_camera_info(const std::string& url);
+
+/// A leading ~ becomes the home folder, package://PACKAGE/ the package's folder, file:// is taken off.
+std::string expand_path(const std::string& path);
+
+}  // namespace mono_pose_tracker

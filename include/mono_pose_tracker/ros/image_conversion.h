@@ -1,0 +1,32 @@
+#pragma once
+
+#include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/Image.h>
+
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "mono_pose_tracker/common/status.h"
+
+namespace mono_pose_tracker {
+
+/// An image as the tracker takes it, or why there is none.
+struct ConvertedImage {
+  cv::Mat image;  // CV_8UC1 or CV_8UC3 (BGR); may share the message's memory
+  Reason reason = Reason::kOk;
+  std::string error;  // one line, when reason is not kOk
+};
+
+/// mono8, mono16, 8UC1, 16UC1, 8UC3, rgb8, bgr8, rgba8, bgra8, the 8-bit bayer patterns and yuv422 (UYVY and
+/// YUY2). 16-bit grey is divided by 256. Anything else: kUnsupportedEncoding; a message that contradicts
+/// itself (empty, or shorter than its size says): kUnreadableImage. The message outlives what it shares.
+ConvertedImage convert_image(const sensor_msgs::ImageConstPtr& message);
+
+/// A mask as the tracker takes it: CV_8UC1, 0 = ignore.
+ConvertedImage convert_mask(const sensor_msgs::ImageConstPtr& message);
+
+/// Decodes a jpeg or png into an image message (mono8 or bgr8) with the same header; empty data when that
+/// fails.
+sensor_msgs::ImagePtr decode_image(const sensor_msgs::CompressedImage& message);
+
+}  // namespace mono_pose_tracker

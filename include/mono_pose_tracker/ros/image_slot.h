@@ -1,0 +1,90 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace mono_pose_tracker {
+
+/// Where images wait for the processing thread: with room for one (the default) only the newest does. Carries
+/// commands too, so that whatever touches the tracker runs on that thread. All members may be called from any
+/// thread.
+template <typename Item>
+class ImageSlot {
+ public:
+  using Command = std::function<void()>;
+
+  explicit ImageSlot(std::size_t capacity = 1) : capacity_(capacity > 0 ? capacity : 1) {}
+
+  /// Returns the item that had to leave to make room, if any (the item itself once the slot is closed).
+  std::optional<Item> put(Item item) {
+    std::optional<Item> displaced;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (closed_) return item;
+      if (items_.size() == capacity_) {
+        displaced = std::move(items_.front());
+        items_.pop_front();
+      }
+      items_.push_back(std::move(item));
+    }
+    changed_.notify_one();
+    return displaced;
+  }
+
+  /// Commands run before the next item, in their order. False once the slot is closed.
+  bool post(Command command) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (closed_) return false;
+      commands_.push_back(std::move(command));
+    }
+    changed_.notify_one();
+    return true;
+  }
+
+  /// Waits for commands, which it runs, and for an item, which it returns; nothing once the slot is closed.
+  std::optional<Item> take() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    while (true) {
+      changed_.wait(lock, [this] { return closed_ || !commands_.empty() || !items_.empty(); });
+      if (closed_) return std::nullopt;
+      if (!commands_.empty()) {
+        const std::vector<Command> commands = std::exchange(commands_, {});
+        lock.unlock();
+        for (const Command& command : commands) command();
+        lock.lock();
+        continue;
+      }
+      std::optional<Item> item = std::move(items_.front());
+      items_.pop_front();
+      return item;
+    }
+  }
+
+  /// Wakes the waiting thread for good. What still waits is dropped.
+  void close() {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      closed_ = true;
+      items_.clear();
+      commands_.clear();
+    }
+    changed_.notify_all();
+  }
+
+ private:
+  const std::size_t capacity_;
+  std::mutex mutex_;  // guards all below
+  std::condition_variable changed_;
+  std::deque<Item> items_;
+  std::vector<Command> commands_;
+  bool closed_ = false;
+};
+
+}  // namespace mono_pose_tracker

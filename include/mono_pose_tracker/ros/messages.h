@@ -1,0 +1,45 @@
+#pragma once
+
+#include <geometry_msgs/Pose.h>
+#include <geometry_msgs/PoseWithCovariance.h>
+#include <geometry_msgs/TransformStamped.h>
+#include <mono_pose_tracker/TrackerStatus.h>
+#include <nav_msgs/Odometry.h>
+#include <ros/time.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <string>
+#include <vector>
+
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/tracking/frame_report.h"
+
+namespace mono_pose_tracker {
+
+inline ros::Time to_ros_time(std::int64_t stamp_ns) {
+  return ros::Time().fromNSec(static_cast<std::uint64_t>(stamp_ns));
+}
+
+geometry_msgs::Pose to_pose(const Rigid3& b_from_a);
+geometry_msgs::PoseWithCovariance to_pose_with_covariance(const Rigid3& map_from_camera,
+                                                          const Matrix6d& covariance);
+geometry_msgs::TransformStamped to_transform(const std_msgs::Header& header, const std::string& child_frame,
+                                             const Rigid3& parent_from_child);
+
+/// x y z rgb, as rviz reads it.
+sensor_msgs::PointCloud2 to_point_cloud(const std_msgs::Header& header,
+                                        const std::vector<ColoredPoint>& points);
+
+/// One marker of line segments: every keyframe's frustum, `depth` map units deep.
+visualization_msgs::MarkerArray to_frusta(const std_msgs::Header& header, const CameraParameters& camera,
+                                          const std::vector<KeyframePose>& keyframes, double depth);
+
+/// The velocity between two posed frames, in the camera's frame, with the covariance that their poses give
+/// it.
+geometry_msgs::TwistWithCovariance to_twist(const FrameReport& previous, const FrameReport& current);
+
+/// All of a report but the header and the node's own counts.
+TrackerStatus to_status(const FrameReport& report);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <ros/node_handle.h>
+
+#include <string>
+
+#include "mono_pose_tracker/tracking/tracker_options.h"
+
+namespace mono_pose_tracker {
+
+/// The private parameters of the nodelet that are no options of the tracker; the tracker's own stand beside
+/// them.
+struct NodeParameters {
+  std::string image_transport = "raw";
+  std::string camera_info_url;  // calibration file, used while no camera_info arrives; empty: none
+  bool rectified = false;       // the images are rectified: P of the calibration, no distortion
+
+  std::string map_frame = "map";
+  std::string camera_frame;  // empty: the image's frame_id
+  bool publish_tf = true;
+
+  int queue_size = 1;      // images that may wait; more than one trades latency for fewer drops
+  double time_jump = 1.0;  // s: a larger step back of the stamps is a new start, a smaller one a stale image
+  double mask_timeout = 0.1;    // s an image waits for its mask, while somebody publishes masks
+  double input_timeout = 5.0;   // s without images or camera_info before a warning
+  double publish_period = 0.5;  // s between two publications of map, keyframes and path
+  int path_max_length = 20000;  // poses kept for ~path, ~camera_positions and ~save_trajectory
+  std::string trajectory_file;  // written as it grows; empty: none
+  std::string save_trajectory_path = "trajectory.txt";  // where ~save_trajectory writes
+
+  TrackerOptions tracker;
+};
+
+/// Throws std::invalid_argument listing every value out of range or of another type, with key and range.
+NodeParameters read_parameters(const ros::NodeHandle& private_handle);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <image_transport/image_transport.h>
+#include <ros/node_handle.h>
+#include <std_msgs/Header.h>
+#include <tf2_ros/transform_broadcaster.h>
+
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/ros/parameters.h"
+#include "mono_pose_tracker/tracking/frame_report.h"
+
+namespace mono_pose_tracker {
+
+/// Everything the nodelet says but ~status and /diagnostics. publish_frame is called by the processing
+/// thread, publish_map and publish_path by a timer; the mutex guards the poses they share.
+class Publishers {
+ public:
+  Publishers(const NodeParameters& parameters, ros::NodeHandle private_handle);
+
+  /// header: the image's. A report without a pose publishes nothing (but starts the path anew with a new
+  /// map).
+  void publish_frame(const std_msgs::Header& header, const FrameReport& report);
+
+  bool debug_image_wanted() const { return debug_image_.getNumSubscribers() > 0; }
+  void publish_debug_image(const std_msgs::Header& header, const cv::Mat& bgr) const;
+
+  void publish_map(const MapSnapshot& snapshot, const CameraParameters& camera) const;
+
+  /// Path and camera positions, if there are new ones.
+  void publish_path();
+
+  /// The poses of the present map, as they were reported, by stamp (the last path_max_length ones).
+  std::vector<KeyframePose> trajectory() const;
+
+ private:
+  void remember(const FrameReport& report);
+  std_msgs::Header map_header() const;
+  std::string camera_frame_of(const std_msgs::Header& image_header) const;
+
+  const NodeParameters parameters_;
+  tf2_ros::TransformBroadcaster broadcaster_;
+  ros::Publisher pose_, odometry_, path_, points_, camera_positions_, keyframes_;
+  image_transport::Publisher debug_image_;
+
+  std::optional<FrameReport> previous_;  // last posed frame; the processing thread's own
+
+  mutable std::mutex mutex_;  // guards what follows
+  std::deque<KeyframePose> poses_;
+  std::int64_t newest_stamp_ns_ = 0;
+  std::uint32_t epoch_ = 0;
+  bool path_changed_ = false;
+};
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <nodelet/nodelet.h>
+#include <std_srvs/Trigger.h>
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "mono_pose_tracker/ros/camera_source.h"
+#include "mono_pose_tracker/ros/image_slot.h"
+#include "mono_pose_tracker/ros/image_subscriber.h"
+#include "mono_pose_tracker/ros/live_tracker.h"
+#include "mono_pose_tracker/ros/mask_source.h"
+#include "mono_pose_tracker/ros/parameters.h"
+#include "mono_pose_tracker/ros/publishers.h"
+#include "mono_pose_tracker/ros/status_board.h"
+#include "mono_pose_tracker/ros/time_guard.h"
+#include "mono_pose_tracker/ros/trajectory_log.h"
+
+namespace mono_pose_tracker {
+
+/// The tracker as a nodelet. Three threads meet here: the nodelet's queue takes images and calibrations in
+/// and runs the timer; the processing thread alone works the tracker; services come from the manager's pool
+/// and hand what concerns the tracker to the processing thread.
+class TrackerNodelet : public nodelet::Nodelet {
+ public:
+  ~TrackerNodelet() override;
+
+ private:
+  using Clock = StatusBoard::Clock;
+
+  /// An image that waits to be processed.
+  struct Frame {
+    sensor_msgs::ImageConstPtr image;
+    Clock::time_point arrival;
+    std::string restart;  // why the map has to be dropped first; empty: it stays
+  };
+
+  void onInit() override;
+  void set_up();
+  void subscribe();
+  void advertise_services();
+
+  void take_image(const sensor_msgs::ImageConstPtr& image);
+  bool clock_went_back();
+
+  void process_images();
+  void process(const Frame& frame);
+  void draw(const Frame& frame, const FrameReport& report);
+  void say_state(const FrameReport& report);
+
+  void on_timer();
+  void check_inputs();
+  void publish_map();
+  void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
+
+  using Answer = std::function<std::string()>;  // what was done; throws what went wrong
+  void advertise(const std::string& name, Answer answer);
+  void on_processing_thread(std::function<void()> command);
+
+  NodeParameters parameters_;
+  std::unique_ptr<CameraSource> cameras_;
+  MaskSource masks_;
+  std::unique_ptr<StatusBoard> board_;
+  std::unique_ptr<Publishers> publishers_;
+  std::unique_ptr<TrajectoryLog> trajectory_;
+  std::unique_ptr<LiveTracker> tracker_;
+  std::unique_ptr<ImageSlot<Frame>> slot_;
+  std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
+
+  ImageSubscriber image_subscriber_;
+  ros::Subscriber camera_info_subscriber_, mask_subscriber_;
+  std::vector<ros::ServiceServer> services_;
+  ros::WallTimer timer_;
+
+  const Clock::time_point started_ = Clock::now();
+
+  // Of the nodelet's queue
+  std::unique_ptr<TimeGuard> time_guard_;
+  ros::Time last_clock_;
+  std::string input_problem_;
+  Clock::time_point last_input_warning_;
+  std::optional<MapVersion> published_map_;
+
+  // Of the processing thread
+  std::optional<State> said_state_;
+  std::uint32_t said_epoch_ = 0;
+
+  std::atomic<bool> paused_{false};
+  std::thread processing_;  // joined by the destructor
+};
+
+}  // namespace mono_pose_tracker

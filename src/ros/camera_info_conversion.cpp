@@ -1,0 +1,81 @@
+#include "mono_pose_tracker/ros/camera_info_conversion.h"
+
+#include <camera_calibration_parsers/parse.h>
+#include <image_geometry/pinhole_camera_model.h>
+#include <ros/package.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <stdexcept>
+
+namespace mono_pose_tracker {
+namespace {
+
+bool starts_with(const std::string& text, const std::string& prefix) { return text.rfind(prefix, 0) == 0; }
+
+/// The linear part of the camera of the image as sent, by image_geometry's conventions for binning and region
+/// of interest. Distortion is kept from it: it knows fewer models than we do.
+image_geometry::PinholeCameraModel linear_model(sensor_msgs::CameraInfo info) {
+  info.distortion_model = "plumb_bob";
+  info.D.clear();
+  image_geometry::PinholeCameraModel model;
+  model.fromCameraInfo(info);
+  return model;
+}
+
+}  // namespace
+
+ConvertedCamera convert_camera_info(const sensor_msgs::CameraInfo& info, bool rectified) {
+  const char* matrix = rectified ? "P" : "K";
+  if (!(rectified ? info.P[0] > 0 && info.P[5] > 0 : info.K[0] > 0 && info.K[4] > 0)) {
+    return {{},
+            Reason::kUncalibrated,
+            std::string("the camera is not calibrated: ") + matrix +
+                " of its camera_info has no focal length. Calibrate it (rosrun camera_calibration "
+                "cameracalibrator.py), or give a calibration file by ~camera_info_url"};
+  }
+  const image_geometry::PinholeCameraModel model = linear_model(info);
+  ConvertedCamera camera;
+  CameraParameters& parameters = camera.parameters;
+  const cv::Size size = model.reducedResolution();
+  parameters.width = size.width;
+  parameters.height = size.height;
+  const cv::Matx33d K = rectified ? model.projectionMatrix().get_minor<3, 3>(0, 0) : model.intrinsicMatrix();
+  parameters.fx = K(0, 0);
+  parameters.fy = K(1, 1);
+  parameters.cx = K(0, 2);
+  parameters.cy = K(1, 2);
+  parameters.distortion_model = rectified ? "" : info.distortion_model;
+  if (!rectified) parameters.distortion = info.D;
+  return camera;
+}
+
+std::string expand_path(const std::string& path) {
+  if (starts_with(path, "file://")) return path.substr(7);
+  if (starts_with(path, "package://")) {
+    const std::size_t slash = path.find('/', 10);
+    const std::string package = path.substr(10, slash == std::string::npos ? slash : slash - 10);
+    const std::string folder = ros::package::getPath(package);
+    if (folder.empty()) throw std::runtime_error(path + ": no package \"" + package + "\" is found");
+    return slash == std::string::npos ? folder : folder + path.substr(slash);
+  }
+  const char* home = std::getenv("HOME");
+  if (home != nullptr && (path == "~" || starts_with(path, "~/"))) return home + path.substr(1);
+  return path;
+}
+
+sensor_msgs::CameraInfo load_camera_info(const std::string& url) {
+  const std::string path = expand_path(url);
+  if (!std::filesystem::is_regular_file(path)) {
+    throw std::runtime_error("camera_info_url " + url + ": no such file: " + path);
+  }
+  sensor_msgs::CameraInfo info;
+  std::string name;
+  if (!camera_calibration_parsers::readCalibration(path, name, info)) {
+    throw std::runtime_error("camera_info_url " + url +
+                             ": not a calibration as camera_calibration writes it");
+  }
+  return info;
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,51 @@
+#include "mono_pose_tracker/ros/diagnostics.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+using diagnostic_msgs::DiagnosticStatus;
+
+void fill_summary(const Health& health, diagnostic_updater::DiagnosticStatusWrapper& status) {
+  const TrackerStatus& last = health.last;
+  const std::string words =
+      last.state_name +
+      (last.reason == TrackerStatus::OK ? "" : ": " + last.reason_name + ", " + last.reason_text);
+  if (!health.input_problem.empty()) {
+    status.summary(DiagnosticStatus::ERROR, health.input_problem);
+  } else if (last.frames_received == 0) {
+    status.summary(DiagnosticStatus::WARN, "no image yet");
+  } else if (last.state == TrackerStatus::LOST || last.reason == TrackerStatus::UNCALIBRATED ||
+             last.reason == TrackerStatus::UNSUPPORTED_ENCODING ||
+             last.reason == TrackerStatus::IMAGE_SIZE_MISMATCH) {
+    status.summary(DiagnosticStatus::ERROR, words);
+  } else if (last.state != TrackerStatus::TRACKING) {
+    status.summary(DiagnosticStatus::WARN, words);
+  } else if (10 * last.frames_dropped > last.frames_received) {  // a tenth: seen as jerks
+    status.summary(DiagnosticStatus::WARN, "tracking, but more than a tenth of the images is dropped");
+  } else {
+    status.summary(DiagnosticStatus::OK, words);
+  }
+}
+
+}  // namespace
+
+void fill_diagnostics(const Health& health, diagnostic_updater::DiagnosticStatusWrapper& status) {
+  fill_summary(health, status);
+  const TrackerStatus& last = health.last;
+  status.add("state", last.state_name);
+  status.add("reason", last.reason_name);
+  status.add("epoch", last.epoch);
+  status.add("frames received", last.frames_received);
+  status.add("frames posed", last.frames_posed);
+  status.add("frames dropped", last.frames_dropped);
+  status.addf("frame rate (Hz)", "%.1f", health.frames_per_second);
+  status.addf("seconds since the last image", "%.1f", health.seconds_since_image);
+  status.addf("latency (ms)", "%.1f", last.latency_ms);
+  status.add("inliers", last.inliers);
+  status.addf("reprojection rms (px)", "%.2f", last.reprojection_rms_px);
+  status.add("keyframes", last.keyframes);
+  status.add("landmarks", last.landmarks);
+  status.add("worker backlog", last.worker_backlog);
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,109 @@
+#include "mono_pose_tracker/ros/image_conversion.h"
+
+#include <cv_bridge/cv_bridge.h>
+#include <sensor_msgs/image_encodings.h>
+
+#include <boost/make_shared.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace mono_pose_tracker {
+namespace {
+
+namespace enc = sensor_msgs::image_encodings;
+
+constexpr const char* kKnownEncodings =
+    "mono8, mono16, 8UC1, 16UC1, 8UC3, rgb8, bgr8, rgba8, bgra8, bayer_*8 and yuv422";
+
+ConvertedImage refuse(Reason reason, const std::string& error) { return {cv::Mat(), reason, error}; }
+
+bool is_8bit_bayer(const std::string& encoding) {
+  return enc::isBayer(encoding) && enc::bitDepth(encoding) == 8;
+}
+
+/// The encoding cv_bridge shall convert to; empty: the pixels are taken as they are.
+std::string target_encoding(const std::string& encoding) {
+  if (encoding == enc::MONO8 || encoding == enc::TYPE_8UC1 || encoding == enc::BGR8 ||
+      encoding == enc::TYPE_8UC3 || encoding == enc::MONO16 || encoding == enc::TYPE_16UC1) {
+    return "";
+  }
+  return enc::BGR8;
+}
+
+bool is_known(const std::string& encoding) {
+  return target_encoding(encoding).empty() || encoding == enc::RGB8 || encoding == enc::RGBA8 ||
+         encoding == enc::BGRA8 || encoding == enc::YUV422 || encoding == "yuv422_yuy2" ||
+         is_8bit_bayer(encoding);
+}
+
+bool is_complete(const sensor_msgs::Image& image) {
+  const std::size_t bytes_per_pixel = enc::numChannels(image.encoding) * enc::bitDepth(image.encoding) / 8;
+  return image.width > 0 && image.height > 0 && image.step >= image.width * bytes_per_pixel &&
+         image.data.size() >= static_cast<std::size_t>(image.step) * image.height;
+}
+
+std::string describe(const sensor_msgs::Image& image) {
+  return std::to_string(image.width) + "x" + std::to_string(image.height) + ", step " +
+         std::to_string(image.step) + ", encoding \"" + image.encoding + "\", " +
+         std::to_string(image.data.size()) + " bytes";
+}
+
+/// cv_bridge of Noetic does not know YUY2, the order that most USB cameras send.
+cv::Mat yuy2_to_bgr(const sensor_msgs::Image& image) {
+  const cv::Mat yuy2(static_cast<int>(image.height), static_cast<int>(image.width), CV_8UC2,
+                     const_cast<std::uint8_t*>(image.data.data()), image.step);
+  cv::Mat bgr;
+  cv::cvtColor(yuy2, bgr, cv::COLOR_YUV2BGR_YUY2);
+  return bgr;
+}
+
+cv::Mat to_8bit(const cv::Mat& image) {
+  if (image.depth() == CV_8U) return image;
+  cv::Mat result;
+  image.convertTo(result, CV_8U, 1.0 / 256);  // a fixed factor: grey must not change with the image's content
+  return result;
+}
+
+}  // namespace
+
+ConvertedImage convert_image(const sensor_msgs::ImageConstPtr& message) {
+  if (!is_known(message->encoding)) {
+    return refuse(Reason::kUnsupportedEncoding,
+                  "encoding \"" + message->encoding + "\" is not supported (known: " + kKnownEncodings + ")");
+  }
+  const bool yuy2 = message->encoding == "yuv422_yuy2";
+  if (yuy2 ? message->step < 2 * message->width || message->data.size() < message->step * message->height ||
+                 message->data.empty()
+           : !is_complete(*message)) {
+    return refuse(Reason::kUnreadableImage, "the image contradicts itself: " + describe(*message));
+  }
+  try {
+    if (yuy2) return {yuy2_to_bgr(*message), Reason::kOk, ""};
+    return {to_8bit(cv_bridge::toCvShare(message, target_encoding(message->encoding))->image), Reason::kOk,
+            ""};
+  } catch (const std::exception& e) {
+    return refuse(Reason::kUnreadableImage, describe(*message) + ": " + e.what());
+  }
+}
+
+ConvertedImage convert_mask(const sensor_msgs::ImageConstPtr& message) {
+  ConvertedImage mask = convert_image(message);
+  if (mask.image.channels() == 3) cv::cvtColor(mask.image, mask.image, cv::COLOR_BGR2GRAY);
+  return mask;
+}
+
+sensor_msgs::ImagePtr decode_image(const sensor_msgs::CompressedImage& message) {
+  cv_bridge::CvImage image;
+  image.header = message.header;
+  if (!message.data.empty()) image.image = cv::imdecode(message.data, cv::IMREAD_ANYCOLOR);
+  image.encoding = image.image.channels() == 3 ? enc::BGR8 : enc::MONO8;
+  if (image.image.empty()) {
+    sensor_msgs::ImagePtr nothing = boost::make_shared<sensor_msgs::Image>();
+    nothing->header = message.header;
+    nothing->encoding = enc::MONO8;
+    return nothing;
+  }
+  return image.toImageMsg();
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,127 @@
+#include "mono_pose_tracker/ros/live_tracker.h"
+
+#include <utility>
+
+#include "mono_pose_tracker/ros/image_conversion.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+// The first image waits this long for its camera_info, which drivers and bags send just after it.
+constexpr std::chrono::milliseconds kCameraInfoTimeout{200};
+
+std::string size_text(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
+
+}  // namespace
+
+LiveTracker::LiveTracker(const TrackerOptions& options, CameraSource& cameras, MaskSource& masks,
+                         std::chrono::milliseconds mask_timeout, std::function<bool()> mask_wanted, Warn warn)
+    : options_(options),
+      cameras_(cameras),
+      masks_(masks),
+      mask_timeout_(mask_timeout),
+      mask_wanted_(std::move(mask_wanted)),
+      warn_(std::move(warn)) {}
+
+FrameReport LiveTracker::process(const sensor_msgs::ImageConstPtr& message) {
+  FrameReport report;
+  try {
+    report = track(message);
+  } catch (const std::exception& e) {
+    report = refuse(Reason::kInternalError, e.what());
+  }
+  report.stamp_ns = static_cast<std::int64_t>(message->header.stamp.toNSec());
+  state_ = report.state;
+  epoch_ = report.epoch;
+  return report;
+}
+
+FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
+  ConvertedImage converted = convert_image(message);
+  if (converted.reason != Reason::kOk) return refuse(converted.reason, converted.error);
+  image_ = converted.image;
+
+  const std::optional<ConvertedCamera> camera =
+      cameras_.wait(std::exchange(first_image_, false) ? kCameraInfoTimeout : std::chrono::milliseconds(0));
+  if (!camera) return refuse(Reason::kNoCameraInfo, "no camera_info has arrived");
+  if (camera->reason != Reason::kOk) return refuse(camera->reason, camera->error);
+  const CameraParameters& parameters = camera->parameters;
+  if (image_.cols != parameters.width || image_.rows != parameters.height) {
+    return refuse(Reason::kImageSizeMismatch, "the image is " + size_text(image_.cols, image_.rows) +
+                                                  ", the calibration is for " +
+                                                  size_text(parameters.width, parameters.height));
+  }
+  if (!tracker_ || camera_.parameters() != parameters) use_camera(parameters);
+
+  FrameReport report = tracker_->process(static_cast<std::int64_t>(message->header.stamp.toNSec()), image_,
+                                         mask_for(*message));
+  report.epoch += epoch_base_;
+  return report;
+}
+
+FrameReport LiveTracker::refuse(Reason reason, const std::string& text) const {
+  FrameReport report;
+  report.state = state_;
+  report.reason = reason;
+  report.reason_text = text;
+  report.epoch = epoch_;
+  return report;
+}
+
+void LiveTracker::use_camera(const CameraParameters& parameters) {
+  const CameraModel camera(parameters);
+  auto tracker = std::make_shared<Tracker>(options_, camera, Tracker::Mapping::kThreaded);
+  if (tracker_) {
+    warn_("the calibration has changed: the map is dropped");
+    epoch_base_ = epoch_ + 1;
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  tracker_ = std::move(tracker);
+  camera_ = camera;
+  ++trackers_;
+}
+
+cv::Mat LiveTracker::mask_for(const sensor_msgs::Image& message) {
+  if (!mask_wanted_()) return {};
+  const sensor_msgs::ImageConstPtr mask = masks_.wait(message.header.stamp, mask_timeout_);
+  if (!mask) {
+    warn_("no mask has the image's stamp: the image is used unmasked");
+    return {};
+  }
+  ConvertedImage converted = convert_mask(mask);
+  if (converted.reason == Reason::kOk && converted.image.size() != image_.size()) {
+    converted.error = "its size is " + size_text(converted.image.cols, converted.image.rows);
+  }
+  if (!converted.error.empty()) {
+    warn_("the mask can't be used (" + converted.error + "): the image is used unmasked");
+    return {};
+  }
+  return converted.image.clone();  // the message may go before the tracker is done with it
+}
+
+void LiveTracker::reset() {
+  if (tracker_) {
+    tracker_->reset();
+    state_ = State::kBootstrapping;
+  }
+}
+
+MapVersion LiveTracker::map_version() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return {trackers_, tracker_ ? tracker_->revision() : 0};
+}
+
+std::optional<MapView> LiveTracker::map_view() const {
+  std::shared_ptr<Tracker> tracker;
+  MapView view;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!tracker_) return std::nullopt;
+    tracker = tracker_;
+    view.camera = camera_;
+  }
+  view.snapshot = tracker->snapshot();
+  return view;
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,162 @@
+#include "mono_pose_tracker/ros/messages.h"
+
+#include <sensor_msgs/point_cloud2_iterator.h>
+
+#include <algorithm>
+
+namespace mono_pose_tracker {
+namespace {
+
+geometry_msgs::Point to_point(const Eigen::Vector3d& x) {
+  geometry_msgs::Point point;
+  point.x = x.x();
+  point.y = x.y();
+  point.z = x.z();
+  return point;
+}
+
+geometry_msgs::Vector3 to_vector(const Eigen::Vector3d& x) {
+  geometry_msgs::Vector3 vector;
+  vector.x = x.x();
+  vector.y = x.y();
+  vector.z = x.z();
+  return vector;
+}
+
+geometry_msgs::Quaternion to_quaternion(const Eigen::Quaterniond& q) {
+  geometry_msgs::Quaternion quaternion;
+  quaternion.x = q.x();
+  quaternion.y = q.y();
+  quaternion.z = q.z();
+  quaternion.w = q.w();
+  return quaternion;
+}
+
+void copy_row_major(const Matrix6d& matrix, boost::array<double, 36>& out) {
+  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(out.data()) = matrix;
+}
+
+/// The corners of the image on the plane `depth` in front of the camera, clockwise. Distortion is left aside.
+std::vector<Eigen::Vector3d> frustum_corners(const CameraParameters& camera, double depth) {
+  std::vector<Eigen::Vector3d> corners;
+  for (const auto& [u, v] :
+       {std::pair{0, 0}, {camera.width, 0}, {camera.width, camera.height}, {0, camera.height}}) {
+    corners.emplace_back(depth * (u - camera.cx) / camera.fx, depth * (v - camera.cy) / camera.fy, depth);
+  }
+  return corners;
+}
+
+}  // namespace
+
+geometry_msgs::Pose to_pose(const Rigid3& b_from_a) {
+  geometry_msgs::Pose pose;
+  pose.position = to_point(b_from_a.translation);
+  pose.orientation = to_quaternion(b_from_a.rotation);
+  return pose;
+}
+
+geometry_msgs::PoseWithCovariance to_pose_with_covariance(const Rigid3& map_from_camera,
+                                                          const Matrix6d& covariance) {
+  geometry_msgs::PoseWithCovariance pose;
+  pose.pose = to_pose(map_from_camera);
+  copy_row_major(covariance, pose.covariance);
+  return pose;
+}
+
+geometry_msgs::TransformStamped to_transform(const std_msgs::Header& header, const std::string& child_frame,
+                                             const Rigid3& parent_from_child) {
+  geometry_msgs::TransformStamped transform;
+  transform.header = header;
+  transform.child_frame_id = child_frame;
+  transform.transform.translation = to_vector(parent_from_child.translation);
+  transform.transform.rotation = to_quaternion(parent_from_child.rotation);
+  return transform;
+}
+
+sensor_msgs::PointCloud2 to_point_cloud(const std_msgs::Header& header,
+                                        const std::vector<ColoredPoint>& points) {
+  sensor_msgs::PointCloud2 cloud;
+  cloud.header = header;
+  cloud.is_dense = true;
+  sensor_msgs::PointCloud2Modifier modifier(cloud);
+  modifier.setPointCloud2FieldsByString(2, "xyz", "rgb");
+  modifier.resize(points.size());
+  sensor_msgs::PointCloud2Iterator<float> x(cloud, "x");
+  sensor_msgs::PointCloud2Iterator<std::uint8_t> b(cloud, "rgb");  // little endian: b g r
+  for (const ColoredPoint& point : points) {
+    std::copy_n(point.x_in_map.data(), 3, &x[0]);
+    b[0] = point.b;
+    b[1] = point.g;
+    b[2] = point.r;
+    ++x;
+    ++b;
+  }
+  return cloud;
+}
+
+visualization_msgs::MarkerArray to_frusta(const std_msgs::Header& header, const CameraParameters& camera,
+                                          const std::vector<KeyframePose>& keyframes, double depth) {
+  visualization_msgs::Marker marker;
+  marker.header = header;
+  marker.ns = "keyframes";
+  marker.type = visualization_msgs::Marker::LINE_LIST;
+  marker.action = keyframes.empty() ? visualization_msgs::Marker::DELETE : visualization_msgs::Marker::ADD;
+  marker.pose.orientation.w = 1;
+  marker.scale.x = 0.02 * depth;
+  marker.color.g = 0.6f;
+  marker.color.b = marker.color.a = 1.0f;
+  const std::vector<Eigen::Vector3d> corners = frustum_corners(camera, depth);
+  for (const KeyframePose& keyframe : keyframes) {
+    const geometry_msgs::Point centre = to_point(keyframe.map_from_camera.translation);
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const geometry_msgs::Point corner = to_point(keyframe.map_from_camera * corners[i]);
+      const geometry_msgs::Point next =
+          to_point(keyframe.map_from_camera * corners[(i + 1) % corners.size()]);
+      marker.points.insert(marker.points.end(), {centre, corner, corner, next});
+    }
+  }
+  visualization_msgs::MarkerArray array;
+  array.markers.push_back(std::move(marker));
+  return array;
+}
+
+geometry_msgs::TwistWithCovariance to_twist(const FrameReport& previous, const FrameReport& current) {
+  geometry_msgs::TwistWithCovariance twist;
+  const double seconds = 1e-9 * static_cast<double>(current.stamp_ns - previous.stamp_ns);
+  const Rigid3 previous_from_current = previous.map_from_camera->inverse() * *current.map_from_camera;
+  const Eigen::Matrix3d camera_from_map = current.map_from_camera->rotation.conjugate().toRotationMatrix();
+  const Eigen::AngleAxisd turn(previous_from_current.rotation);
+  const Eigen::Vector3d step = current.map_from_camera->translation - previous.map_from_camera->translation;
+  twist.twist.linear = to_vector(camera_from_map * step / seconds);
+  twist.twist.angular = to_vector(turn.angle() * turn.axis() / seconds);
+  Matrix6d rotate = Matrix6d::Zero();
+  rotate.topLeftCorner<3, 3>() = rotate.bottomRightCorner<3, 3>() = camera_from_map;
+  const Matrix6d sum = previous.covariance + current.covariance;
+  copy_row_major(rotate * sum * rotate.transpose() / (seconds * seconds), twist.covariance);
+  return twist;
+}
+
+TrackerStatus to_status(const FrameReport& report) {
+  TrackerStatus status;
+  status.state = static_cast<std::uint8_t>(report.state);
+  status.state_name = to_string(report.state);
+  status.reason = static_cast<std::uint8_t>(report.reason);
+  status.reason_name = to_string(report.reason);
+  status.reason_text = report.reason_text;
+  status.epoch = report.epoch;
+  status.features = static_cast<std::uint32_t>(report.features);
+  status.matches = static_cast<std::uint32_t>(report.matches);
+  status.inliers = static_cast<std::uint32_t>(report.inliers);
+  status.median_parallax_deg = static_cast<float>(report.median_parallax_deg);
+  status.reprojection_rms_px = static_cast<float>(report.reprojection_rms_px);
+  status.keyframes = static_cast<std::uint32_t>(report.keyframes);
+  status.landmarks = static_cast<std::uint32_t>(report.landmarks);
+  status.worker_backlog = static_cast<std::uint32_t>(report.worker_backlog);
+  for (const auto& [name, milliseconds] : report.stages) {
+    status.stage_names.push_back(name);
+    status.stage_ms.push_back(static_cast<float>(milliseconds));
+  }
+  return status;
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,311 @@
+#include "mono_pose_tracker/ros/tracker_nodelet.h"
+
+#include <image_transport/camera_common.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <future>
+#include <pluginlib/class_list_macros.hpp>
+#include <stdexcept>
+#include <utility>
+
+#include "mono_pose_tracker/ros/camera_info_conversion.h"
+#include "mono_pose_tracker/ros/debug_image.h"
+#include "mono_pose_tracker/ros/diagnostics.h"
+#include "mono_pose_tracker/ros/messages.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+// A warning that goes on is repeated this often.
+constexpr double kRepeatSeconds = 30.0;
+
+// A service waits this long for its turn between two images; an image takes some tens of milliseconds.
+constexpr std::chrono::seconds kServiceTimeout{10};
+
+double seconds_since(StatusBoard::Clock::time_point then) {
+  return std::chrono::duration<double>(StatusBoard::Clock::now() - then).count();
+}
+
+std::string format_seconds(double seconds) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.3f s", seconds);
+  return text;
+}
+
+/// The camera_info beside the image, unless the user has remapped camera_info.
+std::string camera_info_topic(const ros::NodeHandle& handle, const std::string& image_topic) {
+  const std::string remapped = handle.resolveName("camera_info");
+  if (remapped != handle.resolveName("camera_info", false)) return remapped;
+  return image_transport::getCameraInfoTopic(handle.resolveName(image_topic));
+}
+
+}  // namespace
+
+TrackerNodelet::~TrackerNodelet() {
+  if (slot_) slot_->close();
+  if (processing_.joinable()) processing_.join();
+}
+
+void TrackerNodelet::onInit() {
+  try {
+    set_up();
+  } catch (const std::exception& e) {
+    NODELET_FATAL("%s", e.what());
+    throw;  // the loader says that the nodelet could not be loaded
+  }
+}
+
+void TrackerNodelet::set_up() {
+  parameters_ = read_parameters(getPrivateNodeHandle());
+  const NodeParameters& p = parameters_;
+  cameras_ = std::make_unique<CameraSource>(p.rectified);
+  if (!p.camera_info_url.empty()) cameras_->set_file(load_camera_info(p.camera_info_url));
+  if (!p.trajectory_file.empty()) {
+    trajectory_ = std::make_unique<TrajectoryLog>(expand_path(p.trajectory_file));
+  }
+  board_ = std::make_unique<StatusBoard>(getPrivateNodeHandle());
+  publishers_ = std::make_unique<Publishers>(p, getPrivateNodeHandle());
+  time_guard_ = std::make_unique<TimeGuard>(static_cast<std::int64_t>(1e9 * p.time_jump));
+  slot_ = std::make_unique<ImageSlot<Frame>>(static_cast<std::size_t>(p.queue_size));
+  tracker_ = std::make_unique<LiveTracker>(
+      p.tracker, *cameras_, masks_, std::chrono::milliseconds(static_cast<int>(1e3 * p.mask_timeout)),
+      [this] { return mask_subscriber_.getNumPublishers() > 0; },
+      [this](const std::string& text) { NODELET_WARN_THROTTLE(5, "%s", text.c_str()); });
+  diagnostics_ =
+      std::make_unique<diagnostic_updater::Updater>(getNodeHandle(), getPrivateNodeHandle(), getName());
+  diagnostics_->setHardwareID("none");
+  diagnostics_->add("tracker", [this](diagnostic_updater::DiagnosticStatusWrapper& s) { diagnose(s); });
+  last_input_warning_ = Clock::now() - std::chrono::hours(1);
+  subscribe();
+  processing_ = std::thread([this] { process_images(); });
+  advertise_services();
+  timer_ = getPrivateNodeHandle().createWallTimer(ros::WallDuration(p.publish_period),
+                                                  [this](const ros::WallTimerEvent&) { on_timer(); });
+}
+
+void TrackerNodelet::subscribe() {
+  ros::NodeHandle& handle = getNodeHandle();
+  camera_info_subscriber_ = handle.subscribe<sensor_msgs::CameraInfo>(
+      camera_info_topic(handle, "image"), 5,
+      [this](const sensor_msgs::CameraInfoConstPtr& info) { cameras_->set_message(info); });
+  mask_subscriber_ = handle.subscribe<sensor_msgs::Image>(
+      "mask", 20, [this](const sensor_msgs::ImageConstPtr& mask) { masks_.put(mask); });
+  image_subscriber_.subscribe(handle, getPrivateNodeHandle(), "image", parameters_.image_transport,
+                              [this](const sensor_msgs::ImageConstPtr& image) { take_image(image); });
+  NODELET_INFO("images from %s (%s), calibration from %s", image_subscriber_.topic().c_str(),
+               parameters_.image_transport.c_str(),
+               parameters_.camera_info_url.empty() ? camera_info_subscriber_.getTopic().c_str()
+                                                   : parameters_.camera_info_url.c_str());
+}
+
+// ---- the nodelet's queue
+
+void TrackerNodelet::take_image(const sensor_msgs::ImageConstPtr& image) {
+  const Clock::time_point arrival = Clock::now();
+  const std_msgs::Header& header = image->header;
+  board_->count_received();
+  if (paused_) {
+    board_->publish_unprocessed(header, Reason::kPaused, "paused by ~pause; ~resume goes on", arrival);
+    return;
+  }
+  const bool clock_back = clock_went_back();
+  const std::int64_t stamp_ns = static_cast<std::int64_t>(header.stamp.toNSec());
+  const std::int64_t step_back_ns = time_guard_->last().value_or(stamp_ns) - stamp_ns;
+  if (clock_back) time_guard_->restart();
+  const TimeGuard::Verdict verdict = time_guard_->check(stamp_ns);
+  const std::string step_back = format_seconds(1e-9 * static_cast<double>(step_back_ns));
+  if (verdict == TimeGuard::Verdict::kStale) {
+    board_->publish_unprocessed(header, Reason::kStaleStamp,
+                                "the stamp is not newer than the last one (by " + step_back + ")", arrival);
+    return;
+  }
+  Frame frame{image, arrival, ""};
+  if (verdict == TimeGuard::Verdict::kJumpedBack)
+    frame.restart = "the stamps have jumped back by " + step_back;
+  if (clock_back) frame.restart = "the clock has jumped back";
+  std::optional<Frame> displaced = slot_->put(std::move(frame));
+  if (displaced) {
+    board_->publish_unprocessed(displaced->image->header, Reason::kDropped,
+                                "a newer image came while this one waited", displaced->arrival);
+  }
+}
+
+bool TrackerNodelet::clock_went_back() {
+  if (!ros::Time::isSimTime()) return false;
+  const ros::Time now = ros::Time::now();
+  return now < std::exchange(last_clock_, now);
+}
+
+// ---- the processing thread
+
+void TrackerNodelet::process_images() {
+  while (std::optional<Frame> frame = slot_->take()) {
+    try {
+      process(*frame);
+    } catch (const std::exception& e) {
+      NODELET_ERROR_THROTTLE(5, "%s", e.what());
+    }
+  }
+}
+
+void TrackerNodelet::process(const Frame& frame) {
+  if (!frame.restart.empty()) {
+    NODELET_WARN("%s: the map is dropped, tracking starts anew", frame.restart.c_str());
+    tracker_->reset();
+  }
+  FrameReport report = tracker_->process(frame.image);
+  if (!frame.restart.empty() && !report.map_from_camera) {
+    report.reason = Reason::kTimeJump;
+    report.reason_text = frame.restart;
+  }
+  publishers_->publish_frame(frame.image->header, report);
+  board_->publish(frame.image->header, report, frame.arrival);
+  say_state(report);
+  if (trajectory_) trajectory_->append(report);
+  if (publishers_->debug_image_wanted()) draw(frame, report);
+}
+
+void TrackerNodelet::draw(const Frame& frame, const FrameReport& report) {
+  const std::optional<MapView> view = tracker_->map_view();
+  if (!view || tracker_->image().empty()) return;
+  publishers_->publish_debug_image(
+      frame.image->header, draw_debug_image(tracker_->image(), report, view->camera, *view->snapshot));
+}
+
+void TrackerNodelet::say_state(const FrameReport& report) {
+  switch (report.reason) {
+    case Reason::kUnsupportedEncoding:
+    case Reason::kUnreadableImage:
+    case Reason::kUncalibrated:
+    case Reason::kImageSizeMismatch:
+    case Reason::kInternalError:
+      NODELET_ERROR_THROTTLE(10, "%s", report.reason_text.c_str());
+      break;
+    default:
+      break;
+  }
+  if (said_state_ == report.state && said_epoch_ == report.epoch) return;
+  said_state_ = report.state;
+  said_epoch_ = report.epoch;
+  const std::string why = report.reason == Reason::kOk ? "" : " (" + report.reason_text + ")";
+  NODELET_INFO("%s, map %u%s", to_string(report.state), report.epoch, why.c_str());
+}
+
+// ---- the timer, on the nodelet's queue
+
+void TrackerNodelet::on_timer() {
+  try {
+    publish_map();
+    check_inputs();
+    diagnostics_->update();
+  } catch (const std::exception& e) {
+    NODELET_ERROR_THROTTLE(5, "%s", e.what());
+  }
+}
+
+void TrackerNodelet::publish_map() {
+  publishers_->publish_path();
+  const MapVersion version = tracker_->map_version();
+  if (published_map_ && *published_map_ == version) return;
+  const std::optional<MapView> view = tracker_->map_view();
+  if (!view) return;
+  publishers_->publish_map(*view->snapshot, view->camera.parameters());
+  published_map_ = version;
+}
+
+void TrackerNodelet::check_inputs() {
+  input_problem_.clear();
+  if (seconds_since(board_->summary().last_arrival) > parameters_.input_timeout) {
+    const std::string topic = image_subscriber_.topic();
+    input_problem_ =
+        "no image on " + topic +
+        (image_subscriber_.publishers() > 0 ? " although it is published"
+                                            : ": nobody publishes it (remap image, or set ~image_transport)");
+  } else if (!cameras_->has_calibration() && board_->summary().last.frames_received > 0) {
+    input_problem_ = "no camera_info on " + camera_info_subscriber_.getTopic() +
+                     ": publish it beside the images, or give a calibration file by ~camera_info_url "
+                     "(rosrun camera_calibration cameracalibrator.py makes one)";
+    if (seconds_since(started_) < parameters_.input_timeout) return;
+  }
+  if (input_problem_.empty() || seconds_since(last_input_warning_) < kRepeatSeconds) return;
+  last_input_warning_ = Clock::now();
+  NODELET_WARN("%s", input_problem_.c_str());
+}
+
+void TrackerNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  const StatusBoard::Summary summary = board_->summary();
+  Health health;
+  health.last = summary.last;
+  health.seconds_since_image = seconds_since(summary.last_arrival);
+  health.frames_per_second = summary.frames_per_second;
+  health.input_problem = input_problem_;
+  fill_diagnostics(health, status);
+}
+
+// ---- services, on threads of the manager
+
+void TrackerNodelet::advertise_services() {
+  advertise("reset", [this] {
+    on_processing_thread([this] { tracker_->reset(); });
+    NODELET_WARN("reset by ~reset: the map is dropped, tracking starts anew");
+    return std::string("the map is dropped");
+  });
+  advertise("pause", [this] {
+    paused_ = true;
+    return std::string("paused: images are answered, not tracked");
+  });
+  advertise("resume", [this] {
+    paused_ = false;
+    return std::string("tracking goes on");
+  });
+  advertise("save_trajectory", [this] {
+    const std::string path = expand_path(parameters_.save_trajectory_path);
+    const std::vector<KeyframePose> poses = publishers_->trajectory();
+    write_tum_trajectory(path, poses);
+    return std::to_string(poses.size()) + " poses in " + std::filesystem::absolute(path).string();
+  });
+  for (const char* name : {"save_map", "load_map"}) {
+    advertise(name, []() -> std::string { throw std::runtime_error("maps can't be saved or loaded yet"); });
+  }
+}
+
+void TrackerNodelet::advertise(const std::string& name, Answer answer) {
+  using Request = std_srvs::Trigger::Request;
+  using Response = std_srvs::Trigger::Response;
+  // On the manager's pool of threads: a service that waits for the tracker must not hold images up.
+  services_.push_back(getMTPrivateNodeHandle().advertiseService<Request, Response>(
+      name,
+      boost::function<bool(Request&, Response&)>([answer = std::move(answer)](Request&, Response& response) {
+        try {
+          response.message = answer();
+          response.success = true;
+        } catch (const std::exception& e) {
+          response.message = e.what();
+          response.success = false;
+        }
+        return true;
+      })));
+}
+
+void TrackerNodelet::on_processing_thread(std::function<void()> command) {
+  const auto done = std::make_shared<std::promise<void>>();
+  std::future<void> result = done->get_future();
+  const bool posted = slot_->post([done, command = std::move(command)] {
+    try {
+      command();
+      done->set_value();
+    } catch (...) {
+      done->set_exception(std::current_exception());
+    }
+  });
+  if (!posted) throw std::runtime_error("the tracker shuts down");
+  if (result.wait_for(kServiceTimeout) != std::future_status::ready) {
+    throw std::runtime_error("the tracker is busy: it will be done after the present image");
+  }
+  result.get();
+}
+
+}  // namespace mono_pose_tracker
+
+PLUGINLIB_EXPORT_CLASS(mono_pose_tracker::TrackerNodelet, nodelet::Nodelet)
