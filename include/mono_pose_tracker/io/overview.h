@@ -1,0 +1,28 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "mono_pose_tracker/common/colored_point.h"
+
+namespace mono_pose_tracker {
+
+/// What a map looks like at a glance. Positions are in the map, whose axes are optical (x right, y down, z
+/// forward).
+struct Overview {
+  std::string title;
+  std::vector<ColoredPoint> points;           // drawn in red
+  std::vector<Eigen::Vector3d> cameras;       // by time, drawn in green
+  std::vector<Eigen::Vector3d> true_cameras;  // drawn in blue; may be empty
+};
+
+/// Two panels with equal axes: from above (x, z) and from the side (z, -y). The view holds every camera, and
+/// the points but for the few farthest.
+cv::Mat draw_overview(const Overview& overview);
+
+/// Writes draw_overview's picture. Throws std::runtime_error naming the path when it cannot.
+void write_overview(const std::string& path, const Overview& overview);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+namespace mono_pose_tracker {
+
+struct PlotSeries {
+  std::string name;  // for the legend; empty: not in it
+  std::vector<Eigen::Vector2d> points;
+  cv::Scalar color;      // BGR
+  double radius_px = 2;  // of the dots; 0: none
+  bool connected = false;
+};
+
+struct PlotRange {
+  double low = 0, high = 1;
+};
+
+/// One diagram: x to the right, y upwards.
+struct PlotPanel {
+  std::string title, x_label, y_label;
+  PlotRange x, y;
+  bool equal_axes = false;  // one unit is as long on both axes: the ranges grow as needed
+  std::vector<PlotSeries> series;
+};
+
+/// The range that holds all but the given shares of the values at either end. Empty input: 0 to 1.
+PlotRange range_of(std::vector<double> values, double share_below = 0, double share_above = 0);
+
+/// The smallest range that holds both.
+PlotRange united(const PlotRange& a, const PlotRange& b);
+
+/// The range grown by a share of its length at both ends; an empty one gets a length.
+PlotRange with_margin(const PlotRange& range, double share);
+
+/// Draws a panel with its axes, scale, title and legend into a part of a CV_8UC3 picture. What lies outside
+/// the ranges is cut.
+void draw_panel(const PlotPanel& panel, const cv::Rect& area, cv::Mat* picture);
+
+/// Writes a picture in the format of the name's extension, atomically. Throws std::runtime_error naming the
+/// path when it cannot.
+void write_picture(const std::string& path, const cv::Mat& picture);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,81 @@
+#include "mono_pose_tracker/evaluation/trajectory_plot.h"
+
+#include <cstdio>
+#include <opencv2/imgproc.hpp>
+
+#include "mono_pose_tracker/io/plot.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+const cv::Scalar kReference(215, 110, 30), kEstimate(30, 140, 20), kError(40, 40, 215);
+
+PlotRange range_of_axis(const std::vector<PlotSeries>& all, int axis) {
+  std::vector<double> values;
+  for (const PlotSeries& series : all) {
+    for (const Eigen::Vector2d& point : series.points) values.push_back(point[axis]);
+  }
+  return with_margin(range_of(values), 0.05);
+}
+
+/// Both trajectories in the first reference camera's frame, seen along one of its axes.
+PlotPanel view(const TrajectoryError& error, int x_axis, int y_axis, double y_sign) {
+  const Rigid3 first_from_map = error.reference_from_first_camera.inverse();
+  PlotSeries reference = {"reference", {}, kReference, 3, true};
+  PlotSeries estimate = {"estimate, aligned", {}, kEstimate, 2.5, true};
+  for (const MatchedPosition& p : error.positions) {
+    const Eigen::Vector3d r = first_from_map * p.reference, e = first_from_map * p.estimate;
+    reference.points.emplace_back(r[x_axis], y_sign * r[y_axis]);
+    estimate.points.emplace_back(e[x_axis], y_sign * e[y_axis]);
+  }
+  PlotPanel panel;
+  panel.equal_axes = true;
+  panel.series = {reference, estimate};
+  panel.x = range_of_axis(panel.series, 0);
+  panel.y = range_of_axis(panel.series, 1);
+  return panel;
+}
+
+PlotPanel error_over_time(const TrajectoryError& error) {
+  PlotSeries errors = {"", {}, kError, 2.5, true};
+  for (const MatchedPosition& p : error.positions) {
+    const double seconds = 1e-9 * static_cast<double>(p.stamp_ns - error.positions.front().stamp_ns);
+    errors.points.emplace_back(seconds, (p.estimate - p.reference).norm());
+  }
+  char title[96];
+  std::snprintf(title, sizeof title, "position error: rmse %.4g (%.3g %% of the path)", error.position_rmse,
+                error.position_rmse_percent);
+  PlotPanel panel;
+  panel.title = title;
+  panel.x_label = "s since the first matched frame";
+  panel.y_label = "error (units of the reference)";
+  panel.series = {errors};
+  panel.x = range_of_axis(panel.series, 0);
+  panel.y = {0, std::max(1.05 * error.position_max, 1e-12)};
+  return panel;
+}
+
+}  // namespace
+
+cv::Mat draw_trajectory_plot(const TrajectoryError& error) {
+  PlotPanel above = view(error, 0, 2, 1);
+  above.title = "from above";
+  above.x_label = "x of the first camera, to the right";
+  above.y_label = "z, forward";
+  PlotPanel side = view(error, 2, 1, -1);
+  side.title = "from the side";
+  side.x_label = "z of the first camera, forward";
+  side.y_label = "-y, up";
+  const int size = 700, below = 360;
+  cv::Mat picture(size + below, 2 * size, CV_8UC3, cv::Scalar::all(255));
+  draw_panel(above, {0, 0, size, size}, &picture);
+  draw_panel(side, {size, 0, size, size}, &picture);
+  draw_panel(error_over_time(error), {0, size, 2 * size, below}, &picture);
+  return picture;
+}
+
+void write_trajectory_plot(const std::string& path, const TrajectoryError& error) {
+  write_picture(path, draw_trajectory_plot(error));
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,173 @@
+#include "mono_pose_tracker/evaluation/trajectory_error.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "mono_pose_tracker/common/random.h"
+#include "support/expect_error.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr std::int64_t kMillisecond = 1000000;
+constexpr std::int64_t kTolerance = 10 * kMillisecond;
+
+Eigen::Quaterniond turn(double degrees, const Eigen::Vector3d& axis) {
+  return Eigen::Quaterniond(Eigen::AngleAxisd(degrees * M_PI / 180, axis.normalized()));
+}
+
+/// A camera that walks along a helix and looks about.
+std::vector<StampedPose> walk(int count) {
+  std::vector<StampedPose> poses(count);
+  for (int i = 0; i < count; ++i) {
+    const double t = 0.1 * i;
+    poses[i].stamp_ns = 100 * kMillisecond * i;
+    poses[i].map_from_camera = Rigid3(turn(20 * t, {1, t, 0.3}), {3 * std::cos(t), 3 * std::sin(t), 0.5 * t});
+  }
+  return poses;
+}
+
+/// The same cameras in another map.
+std::vector<StampedPose> seen_from(const Sim3& other_from_map, std::vector<StampedPose> poses) {
+  for (StampedPose& pose : poses) {
+    pose.map_from_camera = Rigid3(other_from_map.rotation * pose.map_from_camera.rotation,
+                                  other_from_map * pose.map_from_camera.translation);
+  }
+  return poses;
+}
+
+Sim3 some_map() {
+  Sim3 sim;
+  sim.scale = 0.25;
+  sim.rotation = turn(130, {1, 2, -3});
+  sim.translation = {5, -6, 7};
+  return sim;
+}
+
+TEST(TrajectoryError, AnotherMapIsNoError) {
+  const std::vector<StampedPose> reference = walk(50);
+  const TrajectoryError error = evaluate_trajectory(reference, seen_from(some_map(), reference), kTolerance);
+  EXPECT_EQ(error.frames_reference, 50);
+  EXPECT_EQ(error.frames_matched, 50);
+  EXPECT_NEAR(error.reference_from_estimate.scale, 4, 1e-12);
+  EXPECT_LT(error.position_max, 1e-12);
+  EXPECT_LT(error.rotation_max_deg, 1e-5);
+  EXPECT_LT(error.relative_rotation_median_deg, 1e-5);
+  EXPECT_LT(error.relative_direction_median_deg, 1e-5);
+  // A helix: 49 chords of radius 3, 0.1 rad and 0.05 rise.
+  EXPECT_NEAR(error.path_length, 49 * std::hypot(6 * std::sin(0.05), 0.05), 1e-12);
+}
+
+TEST(TrajectoryError, PositionErrorOfKnownSize) {
+  // Points at +-1 on each axis moved outwards by 0.1 along x only: worked out by hand below.
+  std::vector<StampedPose> reference(6), estimate(6);
+  for (int i = 0; i < 6; ++i) {
+    reference[i].stamp_ns = estimate[i].stamp_ns = i * 100 * kMillisecond;
+    reference[i].map_from_camera.translation[i / 2] = i % 2 ? 1 : -1;
+    estimate[i].map_from_camera.translation = reference[i].map_from_camera.translation;
+  }
+  estimate[0].map_from_camera.translation.x() = -1.1;
+  estimate[1].map_from_camera.translation.x() = 1.1;
+  const TrajectoryError error = evaluate_trajectory(reference, estimate, kTolerance);
+  // Least squares scale: sum(r.e) / sum(e.e) = (2 * 1.1 + 4) / (2 * 1.21 + 4).
+  const double scale = 6.2 / 6.42;
+  EXPECT_NEAR(error.reference_from_estimate.scale, scale, 1e-12);
+  const double along_x = 1.1 * scale - 1, else_ = 1 - scale;
+  EXPECT_NEAR(error.position_max, std::max(along_x, else_), 1e-12);
+  EXPECT_NEAR(error.position_median, else_, 1e-12);
+  EXPECT_NEAR(error.position_rmse, std::sqrt((2 * along_x * along_x + 4 * else_ * else_) / 6), 1e-12);
+  const double path = 2 + std::sqrt(2) + 2 + std::sqrt(2) + 2;
+  EXPECT_NEAR(error.position_rmse_percent, 100 * error.position_rmse / path, 1e-12);
+}
+
+TEST(TrajectoryError, OneTurnedCamera) {
+  const std::vector<StampedPose> reference = walk(41);
+  std::vector<StampedPose> estimate = seen_from(some_map(), reference);
+  Rigid3& turned = estimate[20].map_from_camera;
+  turned.rotation = turned.rotation * turn(10, {0, 1, 0});
+  const TrajectoryError error = evaluate_trajectory(reference, estimate, kTolerance);
+  // The mean rotation follows by about 1 / 41 of the 10 degrees.
+  EXPECT_NEAR(error.rotation_max_deg, 10 * 40 / 41., 0.02);
+  EXPECT_NEAR(error.rotation_median_deg, 10 / 41., 0.02);
+  EXPECT_LT(error.relative_rotation_median_deg, 1e-5);
+  EXPECT_LT(error.position_max, 1e-12);
+}
+
+TEST(TrajectoryError, CamerasThatAllLookElsewhere) {
+  // Turned about their own axes by the same 5 degrees: no single rotation of the map can undo that, as they
+  // look about.
+  const std::vector<StampedPose> reference = walk(41);
+  std::vector<StampedPose> estimate = reference;
+  for (StampedPose& pose : estimate) {
+    pose.map_from_camera.rotation = pose.map_from_camera.rotation * turn(5, {1, 0, 0});
+  }
+  const TrajectoryError error = evaluate_trajectory(reference, estimate, kTolerance);
+  // The steps are seen from frames that are turned by 5 degrees about x.
+  std::vector<double> directions;
+  for (std::size_t i = 0; i + 1 < reference.size(); ++i) {
+    const Eigen::Vector3d step =
+        (reference[i].map_from_camera.inverse() * reference[i + 1].map_from_camera).translation;
+    const Eigen::Vector3d seen = turn(-5, {1, 0, 0}) * step;
+    directions.push_back(std::acos(step.dot(seen) / step.squaredNorm()) * 180 / M_PI);
+  }
+  std::sort(directions.begin(), directions.end());
+  EXPECT_NEAR(error.relative_direction_median_deg, 0.5 * (directions[19] + directions[20]), 1e-6);
+  EXPECT_GT(error.rotation_median_deg, 0.5);
+}
+
+TEST(TrajectoryError, PathRunsOverAllReferenceFramesBetweenTheMatched) {
+  const std::vector<StampedPose> reference = walk(50);
+  std::vector<StampedPose> estimate;
+  for (int i = 10; i <= 30; i += 5) estimate.push_back(reference[i]);
+  const TrajectoryError error = evaluate_trajectory(reference, estimate, kTolerance);
+  EXPECT_EQ(error.frames_reference, 50);
+  EXPECT_EQ(error.frames_matched, 5);
+  EXPECT_NEAR(error.path_length, 20 * std::hypot(6 * std::sin(0.05), 0.05), 1e-12);
+}
+
+TEST(TrajectoryError, StampsMatchTheNearestWithinTheTolerance) {
+  const std::vector<StampedPose> reference = walk(10);
+  std::vector<StampedPose> estimate = {reference[1], reference[2], reference[3], reference[4]};
+  estimate[0].stamp_ns += 9 * kMillisecond;   // within
+  estimate[1].stamp_ns -= 10 * kMillisecond;  // just within
+  estimate[2].stamp_ns += 11 * kMillisecond;  // beyond
+  EXPECT_EQ(evaluate_trajectory(reference, estimate, kTolerance).frames_matched, 3);
+  // Of two that are near one reference frame the nearer counts, whatever the other says.
+  StampedPose wrong = reference[4];
+  wrong.stamp_ns += kMillisecond;
+  wrong.map_from_camera.translation.x() += 100;
+  estimate.push_back(wrong);
+  const TrajectoryError error = evaluate_trajectory(reference, estimate, kTolerance);
+  EXPECT_EQ(error.frames_matched, 3);
+  EXPECT_LT(error.position_max, 1e-12);
+}
+
+TEST(TrajectoryError, StepsWithoutReferenceMotionHaveNoDirection) {
+  std::vector<StampedPose> reference = walk(11), estimate;
+  for (int i = 6; i < 11; ++i) {
+    reference[i].map_from_camera = Rigid3(turn(i, {0, 1, 0}), reference[5].map_from_camera.translation);
+  }
+  estimate = reference;
+  for (int i = 6; i < 11; ++i) estimate[i].map_from_camera.translation.z() += 1e-9 * (i % 2);
+  EXPECT_LT(evaluate_trajectory(reference, estimate, kTolerance).relative_direction_median_deg, 1e-3);
+  // An estimate that stands still has no direction to be right about.
+  for (int i = 1; i < 5; ++i)
+    estimate[i].map_from_camera.translation = estimate[0].map_from_camera.translation;
+  EXPECT_EQ(evaluate_trajectory(reference, estimate, kTolerance).relative_direction_median_deg, 180);
+}
+
+TEST(TrajectoryError, RefusesWhatCannotBeCompared) {
+  const std::vector<StampedPose> reference = walk(10);
+  const std::vector<StampedPose> two(reference.begin(), reference.begin() + 2);
+  expect_error([&] { evaluate_trajectory(reference, two, kTolerance); }, {"2 of 2", "expected 3"});
+  expect_error([&] { evaluate_trajectory({}, reference, kTolerance); }, {"0 of 10", "expected 3"});
+  expect_error([&] { evaluate_trajectory(reference, {}, kTolerance); }, {"0 of 0"});
+  std::vector<StampedPose> still = reference;
+  for (StampedPose& pose : still) pose.map_from_camera.translation.setOnes();
+  expect_error([&] { evaluate_trajectory(reference, still, kTolerance); }, {"cannot be aligned", "expected"});
+  expect_error([&] { evaluate_trajectory(still, reference, kTolerance); }, {"cannot be aligned", "expected"});
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
