@@ -21,8 +21,8 @@ PlotRange range_of_axis(const std::vector<PlotSeries>& all, int axis) {
 /// Both trajectories in the first reference camera's frame, seen along one of its axes.
 PlotPanel view(const TrajectoryError& error, int x_axis, int y_axis, double y_sign) {
   const Rigid3 first_from_map = error.reference_from_first_camera.inverse();
-  PlotSeries reference = {"reference", {}, kReference, 3, true};
-  PlotSeries estimate = {"estimate, aligned", {}, kEstimate, 2.5, true};
+  PlotSeries reference = {"reference", {}, kReference, 2, 4};
+  PlotSeries estimate = {"estimate, aligned", {}, kEstimate, 2, 1};
   for (const MatchedPosition& p : error.positions) {
     const Eigen::Vector3d r = first_from_map * p.reference, e = first_from_map * p.estimate;
     reference.points.emplace_back(r[x_axis], y_sign * r[y_axis]);
@@ -37,7 +37,7 @@ PlotPanel view(const TrajectoryError& error, int x_axis, int y_axis, double y_si
 }
 
 PlotPanel error_over_time(const TrajectoryError& error) {
-  PlotSeries errors = {"", {}, kError, 2.5, true};
+  PlotSeries errors = {"", {}, kError, 2, 1};
   for (const MatchedPosition& p : error.positions) {
     const double seconds = 1e-9 * static_cast<double>(p.stamp_ns - error.positions.front().stamp_ns);
     errors.points.emplace_back(seconds, (p.estimate - p.reference).norm());

@@ -48,9 +48,9 @@ PlotPanel make_panel(const Overview& overview, const View& view) {
   panel.x_label = view.x_label;
   panel.y_label = view.y_label;
   panel.equal_axes = true;
-  panel.series = {{"points", view(positions(overview.points)), kRed, 1, false},
-                  {"true camera positions", view(overview.true_cameras), kBlue, 2.5, true},
-                  {"camera positions", view(overview.cameras), kGreen, 3.5, false}};
+  panel.series = {{"points", view(positions(overview.points)), kRed, 1, 0},
+                  {"true camera positions", view(overview.true_cameras), kBlue, 2.5, 2},
+                  {"camera positions", view(overview.cameras), kGreen, 3.5, 0}};
   panel.x = view_range(panel, 0);
   panel.y = view_range(panel, 1);
   return panel;

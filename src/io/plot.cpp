@@ -98,8 +98,8 @@ void draw_series(const PlotSeries& series, const Axes& axes, cv::Mat* box) {
   for (const Eigen::Vector2d& point : series.points) {
     if (point.allFinite()) pixels.push_back(to_subpixels(axes.x_px(point.x()), axes.y_px(point.y())));
   }
-  if (series.connected) {
-    cv::polylines(*box, pixels, false, series.color, 2, cv::LINE_AA, kSubpixelBits);
+  if (series.line_px > 0) {
+    cv::polylines(*box, pixels, false, series.color, series.line_px, cv::LINE_AA, kSubpixelBits);
   }
   if (series.radius_px <= 0) return;
   const int radius = cvRound(series.radius_px * (1 << kSubpixelBits));

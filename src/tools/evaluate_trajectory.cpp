@@ -4,6 +4,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/evaluation/trajectory_plot.h"
@@ -47,9 +48,10 @@ nlohmann::ordered_json to_json(const TrajectoryError& e) {
 }
 
 void run(const Arguments& arguments) {
+  const std::vector<StampedPose> reference = read_tum(arguments.reference);
+  const std::vector<StampedPose> estimate = read_tum(arguments.estimate);
   const TrajectoryError error =
-      evaluate_trajectory(read_tum(arguments.reference), read_tum(arguments.estimate),
-                          std::llround(arguments.max_difference * 1e9));
+      evaluate_trajectory(reference, estimate, std::llround(arguments.max_difference * 1e9));
   print_table(error);
   if (!arguments.json.empty()) {
     write_file_atomically(arguments.json, [&](std::ostream& out) { out << to_json(error).dump(2) << '\n'; });

@@ -12,7 +12,7 @@ struct PlotSeries {
   std::vector<Eigen::Vector2d> points;
   cv::Scalar color;      // BGR
   double radius_px = 2;  // of the dots; 0: none
-  bool connected = false;
+  int line_px = 0;       // thickness of the line that joins them; 0: none
 };
 
 struct PlotRange {

@@ -1,0 +1,38 @@
+#include "mono_pose_tracker/evaluation/trajectory_plot.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "support/expect_error.h"
+#include "support/temporary_folder.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+TrajectoryError two_lines(double distance) {
+  TrajectoryError error;
+  for (int i = 0; i < 10; ++i)
+    error.positions.push_back({i * 1000000000ll, {1.0 * i, 0, 0}, {1.0 * i, 0, distance}});
+  error.position_max = distance;
+  return error;
+}
+
+TEST(TrajectoryPlot, ShowsBothAndTheirDistance) {
+  TemporaryFolder folder;
+  write_trajectory_plot(folder / "plot.png", two_lines(0.5));
+  const cv::Mat apart = cv::imread(folder / "plot.png");
+  ASSERT_FALSE(apart.empty());
+  EXPECT_EQ(cv::norm(apart, draw_trajectory_plot(two_lines(0.5)), cv::NORM_INF), 0);
+  EXPECT_GT(cv::norm(apart, draw_trajectory_plot(two_lines(0.1)), cv::NORM_INF), 50);
+}
+
+TEST(TrajectoryPlot, NoErrorAtAllIsAPictureToo) { EXPECT_FALSE(draw_trajectory_plot(two_lines(0)).empty()); }
+
+TEST(TrajectoryPlot, SaysWhenItCannotWrite) {
+  expect_error([&] { write_trajectory_plot("/no/such/folder/plot.png", two_lines(1)); },
+               {"/no/such/folder/plot.png"});
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
