@@ -46,6 +46,34 @@ class ReprojectionCost : public ceres::SizedCostFunction<2, 7, 3> {
   BundleObservation o_;
 };
 
+// What holds a problem without constant cameras: its first camera, and of the camera farthest from it the
+// coordinate of the translation that a change of scale would move most.
+struct Gauge {
+  static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  std::size_t fixed_camera = kNone;
+  std::size_t scale_camera = kNone;
+  int scale_coordinate = -1;  // in (w, v)
+};
+
+Gauge choose_gauge(const std::vector<BundleCamera>& cameras) {
+  Gauge gauge;
+  if (std::any_of(cameras.begin(), cameras.end(), [](const BundleCamera& c) { return c.constant; }))
+    return gauge;
+  gauge.fixed_camera = 0;
+  const Eigen::Vector3d first_center = cameras[0].camera_from_map.inverse().translation;
+  double farthest = 0;
+  for (std::size_t i = 1; i < cameras.size(); ++i) {
+    // Scaling about the first centre moves the translation along this.
+    const Eigen::Vector3d moved = cameras[i].camera_from_map * first_center;
+    if (moved.norm() <= farthest) continue;
+    farthest = moved.norm();
+    gauge.scale_camera = i;
+    moved.cwiseAbs().maxCoeff(&gauge.scale_coordinate);
+    gauge.scale_coordinate += 3;
+  }
+  return gauge;
+}
+
 using PoseBlock = std::array<double, 7>;
 
 PoseBlock to_block(const Rigid3& pose) {
@@ -63,8 +91,8 @@ bool is_in_front(const BundleProblem& problem, const BundleObservation& o) {
   return o.bearing.dot(x_in_camera) > 1e-6 * x_in_camera.norm();
 }
 
-void add_observations(const BundleOptions& options, BundleProblem* problem, std::vector<PoseBlock>* blocks,
-                      ceres::Problem* ceres_problem) {
+void add_observations(const BundleOptions& options, const Gauge& gauge, BundleProblem* problem,
+                      std::vector<PoseBlock>* blocks, ceres::Problem* ceres_problem) {
   ceres::LossFunction* loss = options.loss_width > 0 ? new ceres::CauchyLoss(options.loss_width) : nullptr;
   std::vector<char> camera_used(problem->cameras.size(), 0);
   bool loss_used = false;
@@ -78,10 +106,11 @@ void add_observations(const BundleOptions& options, BundleProblem* problem, std:
   if (!loss_used) delete loss;
   for (std::size_t i = 0; i < blocks->size(); ++i) {
     if (!camera_used[i]) continue;
-    if (problem->cameras[i].constant) {
+    if (problem->cameras[i].constant || i == gauge.fixed_camera) {
       ceres_problem->SetParameterBlockConstant((*blocks)[i].data());
     } else {
-      set_pose_parameterization((*blocks)[i].data(), ceres_problem);
+      const int held = i == gauge.scale_camera ? gauge.scale_coordinate : -1;
+      set_pose_parameterization((*blocks)[i].data(), held, ceres_problem);
     }
   }
 }
@@ -100,20 +129,6 @@ ceres::Solver::Options solver_options(const BundleOptions& options, const Bundle
   return solver;
 }
 
-// Restores the scale that a problem without constant cameras leaves free.
-void restore_scale(const Eigen::Vector3d& first_center, std::size_t farthest, double distance,
-                   BundleProblem* problem) {
-  const double now = (problem->cameras[farthest].camera_from_map.inverse().translation - first_center).norm();
-  if (!(now > 0) || !(distance > 0)) return;
-  const double scale = distance / now;
-  for (BundleCamera& camera : problem->cameras) {
-    const Eigen::Vector3d center = camera.camera_from_map.inverse().translation;
-    const Eigen::Vector3d moved = first_center + scale * (center - first_center);
-    camera.camera_from_map.translation = -(camera.camera_from_map.rotation * moved);
-  }
-  for (Eigen::Vector3d& x : problem->points) x = first_center + scale * (x - first_center);
-}
-
 }  // namespace
 
 void BundleOptions::validate() const {
@@ -130,24 +145,12 @@ void BundleOptions::validate() const {
 BundleReport adjust_bundle(const BundleOptions& options, BundleProblem* problem) {
   BundleReport report;
   if (problem->cameras.empty() || problem->observations.empty()) return report;
-  const bool gauge_free = std::none_of(problem->cameras.begin(), problem->cameras.end(),
-                                       [](const BundleCamera& c) { return c.constant; });
-  const Eigen::Vector3d first_center = problem->cameras[0].camera_from_map.inverse().translation;
-  std::size_t farthest = 0;
-  double distance = 0;
-  if (gauge_free) {
-    problem->cameras[0].constant = true;
-    for (std::size_t i = 1; i < problem->cameras.size(); ++i) {
-      const double d = (problem->cameras[i].camera_from_map.inverse().translation - first_center).norm();
-      if (d > distance) distance = d, farthest = i;
-    }
-  }
   std::vector<PoseBlock> blocks;
   blocks.reserve(problem->cameras.size());
   for (const BundleCamera& camera : problem->cameras) blocks.push_back(to_block(camera.camera_from_map));
 
   ceres::Problem ceres_problem;
-  add_observations(options, problem, &blocks, &ceres_problem);
+  add_observations(options, choose_gauge(problem->cameras), problem, &blocks, &ceres_problem);
   if (ceres_problem.NumResidualBlocks() == 0) return report;
   ceres::Solver::Summary summary;
   ceres::Solve(solver_options(options, *problem), &ceres_problem, &summary);
@@ -157,10 +160,6 @@ BundleReport adjust_bundle(const BundleOptions& options, BundleProblem* problem)
   report.iterations = static_cast<int>(summary.iterations.size());
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     if (!problem->cameras[i].constant) problem->cameras[i].camera_from_map = from_block(blocks[i]);
-  }
-  if (gauge_free) {
-    problem->cameras[0].constant = false;
-    restore_scale(first_center, farthest, distance, problem);
   }
   return report;
 }

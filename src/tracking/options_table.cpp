@@ -1,0 +1,216 @@
+#include "mono_pose_tracker/tracking/options_table.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <sstream>
+#include <stdexcept>
+#include <type_traits>
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr double kUnbounded = 1e12;
+
+template <typename T>
+bool parse(const std::string& text, T* value) {
+  try {
+    *value = YAML::Load(text).as<T>();
+    return true;
+  } catch (const YAML::Exception&) {
+    return false;
+  }
+}
+
+std::string number_text(double value) {
+  std::ostringstream stream;
+  stream << value;
+  return stream.str();
+}
+
+void collect_leaves(const YAML::Node& node, const std::string& prefix,
+                    std::map<std::string, std::string>* leaves) {
+  for (const auto& entry : node) {
+    const std::string key = prefix + entry.first.as<std::string>();
+    if (entry.second.IsMap()) {
+      collect_leaves(entry.second, key + "/", leaves);
+    } else {
+      (*leaves)[key] = entry.second.IsScalar() ? entry.second.Scalar() : YAML::Dump(entry.second);
+    }
+  }
+}
+
+int edit_distance(const std::string& a, const std::string& b) {
+  std::vector<int> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), 0);
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    int diagonal = row[0];
+    row[0] = static_cast<int>(i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const int changed = diagonal + (a[i - 1] != b[j - 1]);
+      diagonal = row[j];
+      row[j] = std::min({changed, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+std::vector<OptionEntry> option_table(TrackerOptions* o) {
+  return {
+      {"seed", &o->seed, 0, kUnbounded, {}},
+      {"inlier_threshold_px", &o->inlier_threshold_px, 0.1, 50, {}},
+      {"confidence", &o->confidence, 0.5, 0.999999999, {}},
+      {"max_iterations", &o->max_iterations, 10, 1e6, {}},
+      {"young_map_keyframes", &o->young_map_keyframes, 0, 1000, {}},
+      {"young_map_patience", &o->young_map_patience, 1, 1e6, {}},
+      {"sift/implementation", &o->sift.implementation, 0, 0, {"own", "opencv"}},
+      {"sift/first_octave", &o->sift.first_octave, -1, 1, {}},
+      {"sift/max_features", &o->sift.max_features, 0, 1e6, {}},
+      {"sift/contrast_threshold", &o->sift.contrast_threshold, 0, 1, {}},
+      {"sift/edge_threshold", &o->sift.edge_threshold, 1, 1000, {}},
+      {"sift/octave_layers", &o->sift.octave_layers, 1, 10, {}},
+      {"sift/sigma", &o->sift.sigma, 0.6, 10, {}},
+      {"sift/root_sift", &o->sift.root_sift, 0, 1, {}},
+      {"sift/min_features", &o->sift.min_features, 0, 1e6, {}},
+      {"sift/num_threads", &o->sift.num_threads, 1, 64, {}},
+      {"matching/min_ratio", &o->matching.min_ratio, 1, 10, {}},
+      {"matching/mutual", &o->matching.mutual, 0, 1, {}},
+      {"bootstrap/min_features", &o->bootstrap.min_features, 8, 1e6, {}},
+      {"bootstrap/min_matches", &o->bootstrap.min_matches, 8, 1e6, {}},
+      {"bootstrap/min_landmarks", &o->bootstrap.min_landmarks, 6, 1e6, {}},
+      {"bootstrap/min_parallax_deg", &o->bootstrap.min_parallax_deg, 0, 90, {}},
+      {"bootstrap/min_parallax_px", &o->bootstrap.min_parallax_px, 0, 1000, {}},
+      {"bootstrap/max_rotation_only", &o->bootstrap.max_rotation_only, 0, 1, {}},
+      {"bootstrap/min_confirmed", &o->bootstrap.min_confirmed, 0, 1, {}},
+      {"bootstrap/min_evidence", &o->bootstrap.min_evidence, 0, 100, {}},
+      {"bootstrap/max_frames", &o->bootstrap.max_frames, 3, 1000, {}},
+      {"resection/search_radius", &o->resection.search_radius, 0.001, 1, {}},
+      {"resection/refine_radius_px", &o->resection.refine_radius_px, 0.5, 1000, {}},
+      {"resection/min_inliers", &o->resection.min_inliers, 6, 1e6, {}},
+      {"resection/min_inlier_ratio", &o->resection.min_inlier_ratio, 0, 1, {}},
+      {"resection/max_local_keyframes", &o->resection.max_local_keyframes, 1, 1e6, {}},
+      {"resection/relocalization_keyframes", &o->resection.relocalization_keyframes, 1, 1e6, {}},
+      {"mapping/keyframe_overlap", &o->mapping.keyframe_overlap, 0, 1, {}},
+      {"mapping/keyframe_parallax_deg", &o->mapping.keyframe_parallax_deg, 0, 90, {}},
+      {"mapping/matching_keyframes", &o->mapping.matching_keyframes, 1, 1000, {}},
+      {"mapping/window_keyframes", &o->mapping.window_keyframes, 2, 1000, {}},
+      {"mapping/min_parallax_deg", &o->mapping.min_parallax_deg, 0, 90, {}},
+      {"mapping/max_reprojection_px", &o->mapping.max_reprojection_px, 0.1, 100, {}},
+      {"mapping/max_descriptor_distance", &o->mapping.max_descriptor_distance, 0.05, 1.5, {}},
+      {"mapping/redundant_overlap", &o->mapping.redundant_overlap, 0, 1.01, {}},
+      {"mapping/bundle_seconds", &o->mapping.bundle_seconds, 0.001, kUnbounded, {}},
+      {"bundle/max_iterations", &o->bundle.max_iterations, 1, 10000, {}},
+      {"bundle/loss_width", &o->bundle.loss_width, 0, 1000, {}},
+      {"bundle/function_tolerance", &o->bundle.function_tolerance, 0, 1, {}},
+      {"bundle/num_threads", &o->bundle.num_threads, 1, 64, {}},
+  };
+}
+
+bool set_option(const OptionEntry& entry, const std::string& text) {
+  return std::visit(
+      [&](auto* target) {
+        using T = std::remove_pointer_t<decltype(target)>;
+        if constexpr (std::is_same_v<T, std::string>) {
+          *target = text;
+          return true;
+        } else {
+          T value;
+          if (!parse(text, &value)) return false;
+          *target = value;
+          return true;
+        }
+      },
+      entry.value);
+}
+
+std::string option_text(const OptionEntry& entry) {
+  return std::visit(
+      [](auto* value) -> std::string {
+        using T = std::remove_pointer_t<decltype(value)>;
+        if constexpr (std::is_same_v<T, std::string>) {
+          return *value;
+        } else if constexpr (std::is_same_v<T, bool>) {
+          return *value ? "true" : "false";
+        } else if constexpr (std::is_integral_v<T>) {
+          return std::to_string(*value);
+        } else {
+          return number_text(*value);
+        }
+      },
+      entry.value);
+}
+
+std::string expected_value(const OptionEntry& entry) {
+  if (std::holds_alternative<bool*>(entry.value)) return "true or false";
+  if (std::holds_alternative<std::string*>(entry.value)) {
+    std::string text = "one of";
+    for (const std::string& choice : entry.choices) text += " " + choice;
+    return text;
+  }
+  const bool whole =
+      std::holds_alternative<int*>(entry.value) || std::holds_alternative<std::uint64_t*>(entry.value);
+  const std::string kind = whole ? "a whole number" : "a number";
+  if (entry.max >= kUnbounded) return kind + " of at least " + number_text(entry.min);
+  return kind + " from " + number_text(entry.min) + " to " + number_text(entry.max);
+}
+
+bool is_in_range(const OptionEntry& entry) {
+  return std::visit(
+      [&](auto* value) {
+        using T = std::remove_pointer_t<decltype(value)>;
+        if constexpr (std::is_same_v<T, std::string>) {
+          return std::find(entry.choices.begin(), entry.choices.end(), *value) != entry.choices.end();
+        } else if constexpr (std::is_same_v<T, bool>) {
+          return true;
+        } else if constexpr (std::is_same_v<T, std::uint64_t>) {
+          return true;
+        } else {
+          // The bounds as the option's own type holds them.
+          return *value >= static_cast<T>(entry.min) &&
+                 (entry.max >= static_cast<double>(std::numeric_limits<T>::max()) ||
+                  *value <= static_cast<T>(entry.max));
+        }
+      },
+      entry.value);
+}
+
+std::string nearest_key(const std::vector<OptionEntry>& table, const std::string& key) {
+  const OptionEntry* nearest = &table.front();
+  for (const OptionEntry& entry : table) {
+    if (edit_distance(key, entry.key) < edit_distance(key, nearest->key)) nearest = &entry;
+  }
+  return nearest->key;
+}
+
+void read_options_yaml(const std::string& path, TrackerOptions* options) {
+  std::map<std::string, std::string> leaves;
+  try {
+    const YAML::Node root = YAML::LoadFile(path);
+    if (!root.IsMap() && !root.IsNull()) throw std::runtime_error(path + ": expected a map of options");
+    collect_leaves(root, "", &leaves);
+  } catch (const YAML::BadFile&) {
+    throw std::runtime_error(path + ": cannot be read");
+  } catch (const YAML::Exception& e) {
+    throw std::runtime_error(path + ": not YAML: " + e.what());
+  }
+  const std::vector<OptionEntry> table = option_table(options);
+  std::string problems;
+  for (const auto& [key, text] : leaves) {
+    const auto entry =
+        std::find_if(table.begin(), table.end(), [&](const OptionEntry& e) { return e.key == key; });
+    if (entry == table.end()) {
+      problems += "; unknown key " + key + ", did you mean " + nearest_key(table, key) + "?";
+    } else if (!set_option(*entry, text) || !is_in_range(*entry)) {
+      problems += "; " + key + " = " + text + ", expected " + expected_value(*entry);
+    }
+  }
+  if (!problems.empty()) throw std::runtime_error(path + ": " + problems.substr(2));
+}
+
+}  // namespace mono_pose_tracker
