@@ -1,181 +1,283 @@
 #include "mono_pose_tracker/geometry/p3p.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 
 #include "mono_pose_tracker/geometry/polynomial_roots.h"
 
 namespace mono_pose_tracker {
 namespace {
 
-// Sine of the angle below which three points count as collinear, or two bearings as parallel: a
-// ten-thousandth of an arc second, where the distances could no longer be told to 1e-6 anyway.
-constexpr double kLeastSine = 1e-9;
+// Square of the sine below which three points count as collinear: 1e-9 rad, where the pose could no longer be
+// told to 1e-6. Of bearings the cosines are used, which tell angles to 1.5e-8 rad: 3e-8 rad is the least.
+constexpr double kLeastSine2OfPoints = 1e-18;
+constexpr double kLeastSine2OfBearings = 1e-15;
 // Two solutions whose distances agree to this share of their length are one: a double root splits by the
 // square root of the rounding, 1e-8.
 constexpr double kSame = 1e-7;
-// Largest relative residual of the three cosine laws after polishing.
+// Residual of the three cosine laws, against the distances squared, from which a last step of Newton's method
+// is taken.
 constexpr double kLargestResidual = 1e-9;
 
-/// The triangle of points and its cosine laws s_i^2 + s_j^2 - 2 s_i s_j c_ij = d_ij^2 in the distances s.
+/// The law of cosines in the distances s1, s2, s3 to the three points, for each side, in units of the side
+/// 13: s1^2 + s2^2 - 2 c12 s1 s2 = b, s2^2 + s3^2 - 2 c23 s2 s3 = a, s1^2 + s3^2 - 2 c13 s1 s3 = 1.
 struct Triangle {
+  double a, b;           // at most 1: the side 13 is the longest
   double c12, c13, c23;  // cosines of the angles between the bearings
-  double d12, d13, d23;  // squared lengths of the sides
 };
 
-/// det(l A + B) as a cubic in l.
-void pencil_determinant(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b, double c[4]) {
-  const auto mixed = [](const Eigen::Matrix3d& p, const Eigen::Matrix3d& q) {
-    return p.col(0).dot(q.col(1).cross(q.col(2))) + p.col(1).dot(q.col(2).cross(q.col(0))) +
-           p.col(2).dot(q.col(0).cross(q.col(1)));
-  };
-  c[0] = a.determinant();
-  c[1] = mixed(b, a);
-  c[2] = mixed(a, b);
-  c[3] = b.determinant();
+/// A homogeneous conic in (s1, s2, s3), symmetric.
+struct Conic {
+  double m[3][3];
+};
+
+/// The laws of the sides 12 and 23, each less its multiple of the law of side 13; their pencil l first +
+/// second.
+Conic first_conic(const Triangle& t) {
+  return {{{1 - t.b, -t.c12, t.b * t.c13}, {-t.c12, 1, 0}, {t.b * t.c13, 0, -t.b}}};
 }
 
-/// The two real lines of a conic of rank two; false when they are complex. `quality` is largest for the pair
-/// that stands out best from rounding.
-bool split_conic(const Eigen::Matrix3d& conic, Eigen::Vector3d lines[2], double* quality) {
-  const Eigen::Matrix3d m = conic / conic.norm();
-  Eigen::Matrix3d adjugate;
-  adjugate << m.row(1).cross(m.row(2)), m.row(2).cross(m.row(0)), m.row(0).cross(m.row(1));
+Conic second_conic(const Triangle& t) {
+  return {{{-t.a, 0, t.a * t.c13}, {0, 1, -t.c23}, {t.a * t.c13, -t.c23, 1 - t.a}}};
+}
+
+Conic combination(double l, const Conic& first, double k, const Conic& second) {
+  Conic d;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) d.m[i][j] = l * first.m[i][j] + k * second.m[i][j];
+  }
+  return d;
+}
+
+/// det(l first + second) = k[0] l^3 + ... + k[3].
+void pencil_determinant(const Triangle& t, double k[4]) {
+  const double a = t.a, b = t.b, product = 2 * t.c12 * t.c13 * t.c23;
+  const double square12 = t.c12 * t.c12, square13 = t.c13 * t.c13, square23 = t.c23 * t.c23;
+  k[0] = b * (b * (1 - square13) - (1 - square12));
+  k[1] = (1 - b) * (1 - a - b) + a * b - (1 - a) * square12 + b * (product - square13 * (2 * a + b));
+  k[2] = (1 - b) * (1 - a - square23) - a * (1 - a - b) + a * (product - square13 * (a + 2 * b));
+  k[3] = a * (a * (1 - square13) - (1 - square23));
+}
+
+/// The two lines g and h of a conic of rank two. False when they are complex.
+bool split(const Conic& conic, double g[3], double h[3]) {
+  const auto& d = conic.m;
+  const double adjugate[3] = {d[1][1] * d[2][2] - d[1][2] * d[1][2], d[2][2] * d[0][0] - d[0][2] * d[0][2],
+                              d[0][0] * d[1][1] - d[0][1] * d[0][1]};
+  // The lines meet in a point, whose largest coordinate is that of the largest diagonal entry of the
+  // adjugate.
   int i = 0;
-  adjugate.diagonal().cwiseAbs().maxCoeff(&i);
-  *quality = -adjugate(i, i);
-  if (!(*quality > 0)) return false;
-  // The adjugate of g h^T + h g^T is -(g x h)(g x h)^T; adding [g x h]x leaves one line in each row and
-  // column.
-  const Eigen::Vector3d p = adjugate.col(i) / std::sqrt(*quality);
-  Eigen::Matrix3d one = m;
-  one(0, 1) -= p.z();
-  one(0, 2) += p.y();
-  one(1, 0) += p.z();
-  one(1, 2) -= p.x();
-  one(2, 0) -= p.y();
-  one(2, 1) += p.x();
-  int row, column;
-  one.cwiseAbs().maxCoeff(&row, &column);
-  lines[0] = one.row(row).transpose();
-  lines[1] = one.col(column);
+  if (std::abs(adjugate[1]) > std::abs(adjugate[i])) i = 1;
+  if (std::abs(adjugate[2]) > std::abs(adjugate[i])) i = 2;
+  if (!(adjugate[i] < 0)) return false;
+  const int j = (i + 1) % 3, k = (i + 2) % 3;
+  const double inverse = -1 / adjugate[i];
+  const double point_j = (d[j][k] * d[i][k] - d[i][j] * d[k][k]) * inverse;  // against coordinate i, negated
+  const double point_k = (d[i][j] * d[j][k] - d[i][k] * d[j][j]) * inverse;
+  const double q = d[j][k] + std::copysign(std::sqrt(-adjugate[i]), d[j][k]);
+  g[j] = d[j][j];
+  g[k] = q;
+  g[i] = g[j] * point_j + g[k] * point_k;
+  h[j] = q;
+  h[k] = d[k][k];
+  h[i] = h[j] * point_j + h[k] * point_k;
   return true;
 }
 
-/// Points of the conic on the line, up to scale.
-int intersect(const Eigen::Matrix3d& conic, const Eigen::Vector3d& line, Eigen::Vector3d points[2]) {
+/// Points of the conic on a line, up to scale and of one sign. Returns how many.
+int intersect(const Conic& conic, const double line[3], double points[2][3]) {
+  const auto& d = conic.m;
   int i = 0;
-  line.cwiseAbs().maxCoeff(&i);
+  if (std::abs(line[1]) > std::abs(line[i])) i = 1;
+  if (std::abs(line[2]) > std::abs(line[i])) i = 2;
   const int j = (i + 1) % 3, k = (i + 2) % 3;
-  Eigen::Vector3d u = Eigen::Vector3d::Zero(), v = Eigen::Vector3d::Zero();  // two points of the line
-  u[j] = 1;
-  u[i] = -line[j] / line[i];
-  v[k] = 1;
-  v[i] = -line[k] / line[i];
-  // (u + r v) and (r u + v) on the conic, whichever leads with the larger coefficient.
-  double c[3] = {v.dot(conic * v), 2 * u.dot(conic * v), u.dot(conic * u)};
-  if (std::abs(c[0]) < std::abs(c[2])) {
-    std::swap(c[0], c[2]);
-    std::swap(u, v);
+  const double inverse = -1 / line[i];
+  const double m = line[j] * inverse, n = line[k] * inverse;  // s_i = m s_j + n s_k
+  const double p = d[i][i] * m + d[i][j], r = d[i][i] * n + d[i][k];
+  const double jj = d[j][j] + m * (p + d[i][j]);
+  const double jk = d[j][k] + n * p + m * d[i][k];
+  const double kk = d[k][k] + n * (r + d[i][k]);
+  double discriminant = jk * jk - jj * kk;
+  // A camera on the danger cylinder: the line touches the conic.
+  if (discriminant < 0 && discriminant > -1e-13 * jk * jk) discriminant = 0;
+  if (!(discriminant >= 0)) return 0;
+  const double q = -jk - std::copysign(std::sqrt(discriminant), jk);
+  const double s_j[2] = {q, kk}, s_k[2] = {jj, q};
+  int count = 0;
+  for (int root = 0; root < (discriminant > 0 ? 2 : 1); ++root) {
+    const double s_i = m * s_j[root] + n * s_k[root];
+    if (!(s_j[root] * s_k[root] > 0 && s_i * s_k[root] > 0)) continue;
+    points[count][i] = std::abs(s_i);
+    points[count][j] = std::abs(s_j[root]);
+    points[count][k] = std::abs(s_k[root]);
+    ++count;
   }
-  double roots[2];
-  if (c[0] == 0) return 0;
-  const int count = real_quadratic_roots(c, roots);
-  for (int n = 0; n < count; ++n) points[n] = u + roots[n] * v;
   return count;
 }
 
-/// Scales the distances and polishes them by Newton's method on the three cosine laws.
-bool polish(const Triangle& t, Eigen::Vector3d* distances) {
-  Eigen::Vector3d s = *distances;
-  if (s.sum() < 0) s = -s;
-  const double scale =
-      2 * s.squaredNorm() - 2 * (s[0] * s[1] * t.c12 + s[0] * s[2] * t.c13 + s[1] * s[2] * t.c23);
-  s *= std::sqrt((t.d12 + t.d13 + t.d23) / scale);
-  double error = 0;
-  for (int iteration = 0; iteration < 4; ++iteration) {
-    const Eigen::Vector3d residual(s[0] * s[0] + s[1] * s[1] - 2 * s[0] * s[1] * t.c12 - t.d12,
-                                   s[0] * s[0] + s[2] * s[2] - 2 * s[0] * s[2] * t.c13 - t.d13,
-                                   s[1] * s[1] + s[2] * s[2] - 2 * s[1] * s[2] * t.c23 - t.d23);
-    error = residual.cwiseAbs().maxCoeff();
-    Eigen::Matrix3d jacobian;
-    jacobian << s[0] - s[1] * t.c12, s[1] - s[0] * t.c12, 0, s[0] - s[2] * t.c13, 0, s[2] - s[0] * t.c13, 0,
-        s[1] - s[2] * t.c23, s[2] - s[1] * t.c23;
-    const Eigen::Vector3d step = jacobian.inverse() * (0.5 * residual);
-    if (!step.allFinite() || step.norm() > 0.1 * s.norm()) break;
-    s -= step;
+/// Scales the distances and polishes them by Newton's method on the three cosine laws. False when it fails.
+bool polish(const Triangle& t, double s[3]) {
+  const double sum =
+      2 * (s[0] * (s[0] - t.c12 * s[1]) + s[1] * (s[1] - t.c23 * s[2]) + s[2] * (s[2] - t.c13 * s[0]));
+  const double scale = std::sqrt((1 + t.a + t.b) / sum);
+  double s1 = scale * s[0], s2 = scale * s[1], s3 = scale * s[2];
+  bool converged = false;
+  for (int iteration = 0; iteration < 6 && !converged; ++iteration) {
+    const double u12 = s1 - t.c12 * s2, u21 = s2 - t.c12 * s1;  // half the derivatives
+    const double u13 = s1 - t.c13 * s3, u31 = s3 - t.c13 * s1;
+    const double u23 = s2 - t.c23 * s3, u32 = s3 - t.c23 * s2;
+    const double r12 = 0.5 * (s1 * u12 + s2 * u21 - t.b);
+    const double r13 = 0.5 * (s1 * u13 + s3 * u31 - 1);
+    const double r23 = 0.5 * (s2 * u23 + s3 * u32 - t.a);
+    const double error = std::max({std::abs(r12), std::abs(r13), std::abs(r23)});
+    // Newton's method squares the error: the step below leaves nothing but rounding.
+    converged = error <= kLargestResidual * (s1 * s1 + s2 * s2 + s3 * s3);
+    const double inverse = 1 / (u12 * u31 * u23 + u21 * u13 * u32);
+    s1 -= inverse * (r12 * u23 * u31 + u21 * (r13 * u32 - r23 * u31));
+    s2 -= inverse * (u12 * (u31 * r23 - u32 * r13) + r12 * u13 * u32);
+    s3 -= inverse * (u12 * u23 * r13 + u13 * (u21 * r23 - u23 * r12));
   }
-  *distances = s;
-  return s.minCoeff() > 0 && error <= kLargestResidual * s.squaredNorm();
+  s[0] = s1;
+  s[1] = s2;
+  s[2] = s3;
+  return converged && s1 > 0 && s2 > 0 && s3 > 0;
 }
 
-/// An orthonormal frame of the triangle, its third axis the normal.
-Eigen::Matrix3d frame_of(const Eigen::Vector3d& side12, const Eigen::Vector3d& side13) {
-  Eigen::Matrix3d frame;
-  frame.col(0) = side12.normalized();
-  frame.col(2) = side12.cross(side13).normalized();
-  frame.col(1) = frame.col(2).cross(frame.col(0));
-  return frame;
+/// Cube root of x > 0 to a few parts in 1e5: a third of the exponent, then Halley's method once.
+double rough_cube_root(double x) {
+  std::uint64_t bits;
+  std::memcpy(&bits, &x, sizeof(bits));
+  bits = bits / 3 + 0x2a9f7893782da1ceull;
+  double y;
+  std::memcpy(&y, &bits, sizeof(y));
+  const double cube = y * y * y;
+  return y * (cube + 2 * x) / (2 * cube + x);
 }
 
-bool is_degenerate(const std::array<Eigen::Vector3d, 3>& f, const std::array<Eigen::Vector3d, 3>& x) {
-  const Eigen::Vector3d side12 = x[1] - x[0], side13 = x[2] - x[0], side23 = x[2] - x[1];
-  const double longest2 = std::max({side12.squaredNorm(), side13.squaredNorm(), side23.squaredNorm()});
-  const double sine = std::min({f[0].cross(f[1]).norm(), f[0].cross(f[2]).norm(), f[1].cross(f[2]).norm()});
-  return !(side12.cross(side13).norm() > kLeastSine * longest2) || !(sine > kLeastSine) ||
-         !std::isfinite(longest2);
+/// The best separated real root of k[0] l^3 + ... + k[3], k[0] != 0: a start from the cubic's closed form,
+/// then Newton.
+double separated_cubic_root(const double k[4]) {
+  const double inverse = 1 / k[0];
+  const double a = k[1] * inverse, b = k[2] * inverse, d = k[3] * inverse;
+  const double third = a * (1.0 / 3);
+  // x^3 - 3 q x + 2 r = 0 with x = l + a / 3.
+  const double q = third * third - b * (1.0 / 3);
+  const double r = third * third * third - 0.5 * (third * b - d);
+  const double q3 = q * q * q;
+  double x;
+  if (r * r < q3) {
+    // cos(acos(w) / 3) for w in [0, 1], to 1e-4.
+    const double length = std::sqrt(q), w = std::abs(r) / (length * q);
+    x = 2 * length * (0.8660254 + w * (0.1666667 + w * (-0.0425206 + w * 0.0098286)));
+  } else {
+    const double s = rough_cube_root(std::abs(r) + std::sqrt(r * r - q3));
+    x = s + q / s;
+  }
+  const double root = -std::copysign(x, r) - third;
+  const double value = ((root + a) * root + b) * root + d;
+  const double slope = (3 * root + 2 * a) * root + b;
+  return root - value / slope;
+}
+
+/// The member of the pencil that falls into two lines g and h. Returns the conic to meet them with, or
+/// nullptr.
+const Conic* split_pencil(const Triangle& t, const Conic& first, const Conic& second, double g[3],
+                          double h[3]) {
+  double k[4];
+  pencil_determinant(t, k);
+  // The closed form divides by k[0]. Where that nearly vanishes, so that `first` itself is nearly degenerate,
+  // every root gets its trial.
+  if (std::abs(k[0]) > 1e-4 * (std::abs(k[1]) + std::abs(k[2]) + std::abs(k[3]))) {
+    const double l = separated_cubic_root(k);
+    if (std::isfinite(l)) {
+      return split(combination(l, first, 1, second), g, h) ? (std::abs(l) > 1 ? &second : &first) : nullptr;
+    }
+  }
+  std::swap(k[0], k[3]);
+  std::swap(k[1], k[2]);
+  double roots[3];
+  const int count = real_cubic_roots(k, roots);
+  for (int i = 0; i < count; ++i) {
+    if (split(combination(1, first, roots[i], second), g, h))
+      return std::abs(roots[i]) > 1 ? &first : &second;
+  }
+  return nullptr;
+}
+
+/// The unit quaternion of a rotation matrix. The matrix holds 4 q q^T; its rows summed are 4 q times the sum
+/// of q's entries, which needs no choice among the rows unless that sum nearly vanishes.
+Eigen::Quaterniond quaternion_of(const Eigen::Matrix3d& r) {
+  const double xx = r(0, 0), yy = r(1, 1), zz = r(2, 2);
+  const double xy = r(1, 0) + r(0, 1), xz = r(2, 0) + r(0, 2), yz = r(2, 1) + r(1, 2);
+  const double wx = r(2, 1) - r(1, 2), wy = r(0, 2) - r(2, 0), wz = r(1, 0) - r(0, 1);
+  const double x = 1 + xx - yy - zz + xy + xz + wx, y = 1 - xx + yy - zz + xy + yz + wy;
+  const double z = 1 - xx - yy + zz + xz + yz + wz, w = 1 + xx + yy + zz + wx + wy + wz;
+  const double norm2 = x * x + y * y + z * z + w * w;
+  // 16 times the squared sum of entries; a sum of 0.1 costs a digit.
+  if (norm2 < 0.16) return Eigen::Quaterniond(r).normalized();
+  const double scale = 1 / std::sqrt(norm2);
+  return Eigen::Quaterniond(scale * w, scale * x, scale * y, scale * z);
+}
+
+Eigen::Matrix3d columns(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  Eigen::Matrix3d m;
+  m << a, b, c;
+  return m;
 }
 
 }  // namespace
 
-int p3p(const std::array<Eigen::Vector3d, 3>& f, const std::array<Eigen::Vector3d, 3>& x,
-        std::array<Rigid3, 4>* cameras_from_map) {
-  if (is_degenerate(f, x)) return 0;
-  const Triangle t = {f[0].dot(f[1]),
-                      f[0].dot(f[2]),
-                      f[1].dot(f[2]),
-                      (x[1] - x[0]).squaredNorm(),
-                      (x[2] - x[0]).squaredNorm(),
-                      (x[2] - x[1]).squaredNorm()};
+int p3p(const std::array<Eigen::Vector3d, 3>& bearings_in_camera,
+        const std::array<Eigen::Vector3d, 3>& points_in_map, std::array<Rigid3, 4>* cameras_from_map) {
+  // Order the points so that the side 13 is the longest.
+  const auto& points = points_in_map;
+  const double side01 = (points[1] - points[0]).squaredNorm(), side02 = (points[2] - points[0]).squaredNorm(),
+               side12 = (points[2] - points[1]).squaredNorm();
+  const int middle = side02 >= side01 && side02 >= side12 ? 1 : (side01 >= side12 ? 2 : 0);
+  const int first = middle == 0 ? 1 : 0, last = middle == 2 ? 1 : 2;
+  const Eigen::Vector3d &f1 = bearings_in_camera[first], &f2 = bearings_in_camera[middle],
+                        &f3 = bearings_in_camera[last];
+  const Eigen::Vector3d x12 = points[middle] - points[first], x13 = points[last] - points[first];
+  const Eigen::Vector3d normal = x12.cross(x13);
+  const double d13 = x13.squaredNorm(), normal2 = normal.squaredNorm();
+  if (!(normal2 > kLeastSine2OfPoints * d13 * d13) || !std::isfinite(normal2)) return 0;
+  const double inverse_d13 = 1 / d13;
+  const Triangle t = {(points[last] - points[middle]).squaredNorm() * inverse_d13,
+                      x12.squaredNorm() * inverse_d13, f1.dot(f2), f1.dot(f3), f2.dot(f3)};
+  const double largest_cosine = std::max({std::abs(t.c12), std::abs(t.c13), std::abs(t.c23)});
+  if (!(1 - largest_cosine * largest_cosine > kLeastSine2OfBearings)) return 0;
 
-  // Two homogeneous conics in the distances: the cosine laws of sides 12 and 23, each against that of
-  // side 13.
-  Eigen::Matrix3d conic1, conic2;
-  conic1 << t.d13 - t.d12, -t.c12 * t.d13, t.c13 * t.d12, -t.c12 * t.d13, t.d13, 0, t.c13 * t.d12, 0, -t.d12;
-  conic2 << -t.d23, 0, t.c13 * t.d23, 0, t.d13, -t.c23 * t.d13, t.c13 * t.d23, -t.c23 * t.d13, t.d13 - t.d23;
+  const Conic conic1 = first_conic(t), conic2 = second_conic(t);
+  double lines[2][3];
+  const Conic* conic = split_pencil(t, conic1, conic2, lines[0], lines[1]);
+  if (!conic) return 0;
 
-  // Finsterwalder: the l at which conic1 + l conic2 falls into two lines.
-  double cubic[4], roots[3];
-  pencil_determinant(conic2, conic1, cubic);
-  const int root_count = real_cubic_roots(cubic, roots);
-  Eigen::Vector3d lines[2];
-  double best_quality = 0;
-  for (int i = 0; i < root_count; ++i) {
-    Eigen::Vector3d candidate[2];
-    double quality;
-    if (split_conic(conic1 + roots[i] * conic2, candidate, &quality) && quality > best_quality) {
-      best_quality = quality;
-      std::copy(candidate, candidate + 2, lines);
-    }
-  }
-  if (best_quality == 0) return 0;
-
-  const Eigen::Matrix3d map_frame = frame_of(x[1] - x[0], x[2] - x[0]);
-  Eigen::Vector3d found[4];
+  // R maps the triangle's two sides and normal, so R is their images times the inverse of the three.
+  const double inverse2 = 1 / normal2, unit = std::sqrt(d13);
+  const Eigen::Matrix3d inverse_map =
+      columns(x13.cross(normal) * inverse2, normal.cross(x12) * inverse2, normal * inverse2).transpose();
+  double found[4][3];
   int count = 0;
-  for (const Eigen::Vector3d& line : lines) {
-    Eigen::Vector3d candidates[2];
-    const int candidate_count = intersect(conic1.norm() > conic2.norm() ? conic1 : conic2, line, candidates);
+  for (const auto& line : lines) {
+    double candidates[2][3];
+    const int candidate_count = intersect(*conic, line, candidates);
     for (int i = 0; i < candidate_count; ++i) {
-      Eigen::Vector3d s = candidates[i];
-      if (!polish(t, &s)) continue;
-      const auto same = [&s](const Eigen::Vector3d& other) { return (other - s).norm() <= kSame * s.norm(); };
+      double* s = candidates[i];
+      if (!polish(t, s)) continue;
+      const auto same = [s](const double* other) {
+        return std::abs(s[0] - other[0]) + std::abs(s[1] - other[1]) + std::abs(s[2] - other[2]) <=
+               kSame * (s[0] + s[1] + s[2]);
+      };
       if (std::any_of(found, found + count, same)) continue;
-      const Eigen::Vector3d y[3] = {s[0] * f[0], s[1] * f[1], s[2] * f[2]};
-      const Eigen::Matrix3d rotation = frame_of(y[1] - y[0], y[2] - y[0]) * map_frame.transpose();
-      (*cameras_from_map)[count] = Rigid3(rotation, y[0] - rotation * x[0]);
-      found[count++] = s;
+      std::copy(s, s + 3, found[count]);
+      const Eigen::Vector3d y1 = unit * s[0] * f1, y12 = unit * s[1] * f2 - y1, y13 = unit * s[2] * f3 - y1;
+      const Eigen::Matrix3d rotation = columns(y12, y13, y12.cross(y13)) * inverse_map;
+      Rigid3& pose = (*cameras_from_map)[count++];
+      pose.rotation = quaternion_of(rotation);
+      pose.translation = y1 - rotation * points[first];
     }
   }
   return count;
