@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/io/image_source.h"
+
+namespace mono_pose_tracker {
+
+/// The images of one topic of a bag, raw or compressed, in the bag's order. The stamp is header.stamp (the
+/// time of recording where that is zero), the name the image's number with six digits.
+class BagImageSource : public ImageSource {
+ public:
+  /// Takes messages of `image_topic`, or of `image_topic`/compressed when there are none. An empty topic
+  /// stands for the bag's only one. Throws std::runtime_error, one line that names the file, when it is no
+  /// sound bag or has no such images: then it lists the image topics there are.
+  BagImageSource(const std::string& path, const std::string& image_topic);
+  ~BagImageSource() override;
+
+  SourceImage next() override;
+  int size() const override;
+
+  /// The topic that is read, as it is called in the bag.
+  const std::string& topic() const { return topic_; }
+
+  /// The camera by the first CameraInfo message of a topic (empty: the camera_info beside the image topic).
+  /// For rectified images (image_rect*) that is its projection matrix, without distortion. What it returns
+  /// makes a CameraModel. Throws std::runtime_error, one line, when there is no such message or it is of no
+  /// calibrated camera.
+  CameraParameters read_camera(const std::string& camera_info_topic = "") const;
+
+ private:
+  struct Bag;
+
+  std::string path_, topic_;
+  std::unique_ptr<Bag> bag_;
+  std::int64_t index_ = 0;
+};
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,182 @@
+#include "mono_pose_tracker/ros/bag_image_source.h"
+
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/Image.h>
+
+#include <filesystem>
+#include <iomanip>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+#include "mono_pose_tracker/io/image_decoding.h"
+#include "mono_pose_tracker/ros/camera_info_conversion.h"
+#include "mono_pose_tracker/ros/image_conversion.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+const char* const kCompressed = "/compressed";
+
+bool ends_with(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+/// Topics in a bag are absolute more often than not, and users leave the slash away.
+bool same_topic(const std::string& a, const std::string& b) {
+  const auto start = [](const std::string& topic) { return topic.find_first_not_of('/'); };
+  return start(a) != std::string::npos && start(b) != std::string::npos &&
+         a.compare(start(a), std::string::npos, b, start(b), std::string::npos) == 0;
+}
+
+std::string one_line(std::string text) {
+  for (char& c : text) {
+    if (c == '\n' || c == '\r') c = ' ';
+  }
+  return text;
+}
+
+void open(const std::string& path, rosbag::Bag* bag) {
+  const auto fail = [&](const std::string& problem) { throw std::runtime_error(path + ": " + problem); };
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) fail("is no file: expected a bag");
+  try {
+    bag->open(path, rosbag::bagmode::Read);
+  } catch (const rosbag::BagUnindexedException&) {
+    fail("has no index (the recording was cut): expected a closed bag; `rosbag reindex` mends it");
+  } catch (const std::exception& error) {
+    fail("cannot be read as a bag (" + one_line(error.what()) + "): expected a bag of format 2.0");
+  }
+}
+
+/// Topics whose messages are of one of the given types.
+std::set<std::string> topics_of(const rosbag::Bag& bag, const std::set<std::string>& types) {
+  rosbag::View all(bag);
+  std::set<std::string> topics;
+  for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
+    if (types.count(connection->datatype)) topics.insert(connection->topic);
+  }
+  return topics;
+}
+
+std::string listed(const std::set<std::string>& topics) {
+  std::string text;
+  for (const std::string& topic : topics) text += (text.empty() ? "" : ", ") + topic;
+  return text.empty() ? "none" : text;
+}
+
+std::string choose_image_topic(const std::string& path, const rosbag::Bag& bag, const std::string& wanted) {
+  const std::set<std::string> topics = topics_of(bag, {"sensor_msgs/Image", "sensor_msgs/CompressedImage"});
+  if (wanted.empty() && topics.size() == 1) return *topics.begin();
+  for (const std::string& name : {wanted, wanted + kCompressed}) {
+    for (const std::string& topic : topics) {
+      if (same_topic(topic, name)) return topic;
+    }
+  }
+  throw std::runtime_error(path + ": " +
+                           (wanted.empty() ? "has not one image topic" : "has no images on " + wanted) +
+                           ": expected one of its image topics, which are: " + listed(topics));
+}
+
+/// The camera's own name space, by image_transport's rules: /camera/image_raw/compressed -> /camera.
+std::string camera_of(std::string image_topic) {
+  if (ends_with(image_topic, kCompressed))
+    image_topic.resize(image_topic.size() - std::string(kCompressed).size());
+  const std::size_t slash = image_topic.rfind('/');
+  return slash == std::string::npos ? "" : image_topic.substr(0, slash);
+}
+
+bool is_rectified(const std::string& image_topic) {
+  return image_topic.find("/image_rect", camera_of(image_topic).size()) == camera_of(image_topic).size();
+}
+
+/// Fills in image or problem, and the stamp.
+void read_raw(const rosbag::MessageInstance& message, SourceImage* result) {
+  const sensor_msgs::ImageConstPtr image = message.instantiate<sensor_msgs::Image>();
+  if (!image) throw std::runtime_error("is of another version of sensor_msgs/Image");
+  result->stamp_ns = static_cast<std::int64_t>(image->header.stamp.toNSec());
+  const ConvertedImage converted = convert_image(image);
+  result->image = converted.image.clone();  // it may share the message's memory
+  result->problem = converted.error;
+}
+
+void read_compressed(const rosbag::MessageInstance& message, SourceImage* result) {
+  const sensor_msgs::CompressedImageConstPtr image = message.instantiate<sensor_msgs::CompressedImage>();
+  if (!image) throw std::runtime_error("is of another version of sensor_msgs/CompressedImage");
+  result->stamp_ns = static_cast<std::int64_t>(image->header.stamp.toNSec());
+  const DecodedImage decoded = decode_image(image->data);
+  result->image = decoded.image;
+  result->problem = decoded.problem;
+}
+
+}  // namespace
+
+struct BagImageSource::Bag {
+  rosbag::Bag file;
+  std::unique_ptr<rosbag::View> images;
+  rosbag::View::iterator position;
+};
+
+BagImageSource::BagImageSource(const std::string& path, const std::string& image_topic)
+    : path_(path), bag_(std::make_unique<Bag>()) {
+  open(path, &bag_->file);
+  topic_ = choose_image_topic(path, bag_->file, image_topic);
+  bag_->images = std::make_unique<rosbag::View>(bag_->file, rosbag::TopicQuery(topic_));
+  bag_->position = bag_->images->begin();
+}
+
+BagImageSource::~BagImageSource() = default;
+
+int BagImageSource::size() const { return static_cast<int>(bag_->images->size()); }
+
+SourceImage BagImageSource::next() {
+  if (bag_->position == bag_->images->end()) return {};
+  SourceImage result;
+  std::ostringstream name;
+  name << std::setw(6) << std::setfill('0') << index_++;
+  result.name = name.str();
+  try {
+    const rosbag::MessageInstance& message = *bag_->position;
+    (message.getDataType() == "sensor_msgs/Image" ? read_raw : read_compressed)(message, &result);
+  } catch (const std::exception& error) {  // a damaged part of the file
+    result.problem = one_line(error.what());
+  }
+  if (result.stamp_ns == 0) result.stamp_ns = static_cast<std::int64_t>(bag_->position->getTime().toNSec());
+  ++bag_->position;
+  result.kind = result.problem.empty() ? SourceImage::Kind::kImage : SourceImage::Kind::kSkipped;
+  if (!result.problem.empty()) {
+    result.problem = path_ + ": image " + result.name + " of " + topic_ + ": " + result.problem;
+    result.image.release();
+  }
+  return result;
+}
+
+CameraParameters BagImageSource::read_camera(const std::string& camera_info_topic) const {
+  const std::string wanted =
+      camera_info_topic.empty() ? camera_of(topic_) + "/camera_info" : camera_info_topic;
+  const std::set<std::string> topics = topics_of(bag_->file, {"sensor_msgs/CameraInfo"});
+  const auto fail = [&](const std::string& problem) { throw std::runtime_error(path_ + ": " + problem); };
+  for (const std::string& topic : topics) {
+    if (!same_topic(topic, wanted)) continue;
+    rosbag::View view(bag_->file, rosbag::TopicQuery(topic));
+    if (view.begin() == view.end()) break;
+    try {
+      const sensor_msgs::CameraInfoConstPtr info = view.begin()->instantiate<sensor_msgs::CameraInfo>();
+      if (!info) throw std::runtime_error("is of another version of sensor_msgs/CameraInfo");
+      const ConvertedCamera camera = convert_camera_info(*info, is_rectified(topic_));
+      if (camera.reason != Reason::kOk) throw std::runtime_error(camera.error);
+      return CameraModel(camera.parameters).parameters();
+    } catch (const std::exception& error) {
+      fail(topic + ": " + one_line(error.what()));
+    }
+  }
+  fail("has no CameraInfo on " + wanted +
+       ": expected one of its CameraInfo topics, which are: " + listed(topics) + "; or a calibration file");
+  return {};
+}
+
+}  // namespace mono_pose_tracker
