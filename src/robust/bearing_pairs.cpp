@@ -1,15 +1,21 @@
 #include "mono_pose_tracker/robust/bearing_pairs.h"
 
-#include <numeric>
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "mono_pose_tracker/common/random.h"
+#include "mono_pose_tracker/robust/early_rejection.h"
 
 namespace mono_pose_tracker {
 
 namespace {
 
 constexpr int kBlock = 64;  // pairs whose errors are computed at once; scoring may give up between blocks
+constexpr int kLanes = 4;
+using Lanes = Eigen::Array<double, kLanes, 1>;
 
 struct BlockErrors {
   double squared[kBlock];  // Sampson errors, rad^2
@@ -17,30 +23,60 @@ struct BlockErrors {
   double along2[kBlock];   // t . x2
 };
 
+// Four vectors at a time.
+struct LaneVector {
+  Lanes x, y, z;
+};
+
+LaneVector load(const BearingPairs& pairs, bool second, int i) {
+  const auto axis = [&](int a) {
+    return Eigen::Map<const Lanes>(second ? pairs.second(a, i) : pairs.first(a, i));
+  };
+  return {axis(0), axis(1), axis(2)};
+}
+
+LaneVector operator*(const Eigen::Matrix3d& m, const LaneVector& v) {
+  return {m(0, 0) * v.x + m(0, 1) * v.y + m(0, 2) * v.z, m(1, 0) * v.x + m(1, 1) * v.y + m(1, 2) * v.z,
+          m(2, 0) * v.x + m(2, 1) * v.y + m(2, 2) * v.z};
+}
+
+Lanes dot(const LaneVector& a, const LaneVector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+Lanes dot(const Eigen::Vector3d& a, const LaneVector& b) { return a.x() * b.x + a.y() * b.y + a.z() * b.z; }
+
+LaneVector cross(const LaneVector& a, const LaneVector& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+LaneVector cross(const LaneVector& a, const Eigen::Vector3d& b) {
+  return {a.y * b.z() - a.z * b.y(), a.z * b.x() - a.x * b.z(), a.x * b.y() - a.y * b.x()};
+}
+
+Eigen::Matrix3d essential_of(const TwoViewModel& model) {
+  Eigen::Matrix3d essential;
+  for (int c = 0; c < 3; ++c) {
+    essential.col(c) = model.translation.cross(model.rotation.col(c));
+  }
+  return essential;
+}
+
+// Keeps a pair at both epipoles, which says nothing, from dividing zero by zero.
+constexpr double kTinySine = 1e-15;
+
 // e = x2 . (t x R x1) / sqrt(|t x R x1|^2 + |t x x2|^2): the distance, on both unit spheres together, to the
 // nearest pair that satisfies the epipolar constraint.
-void sampson_errors(const BearingPairs& pairs, const TwoViewModel& model, int begin, int count,
-                    BlockErrors* block) {
-  const Eigen::Vector3d& t = model.translation;
-  Eigen::Matrix3d cross;
-  cross << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
-  const Eigen::Matrix3d e = cross * model.rotation;
-  const Eigen::Vector3d t1 = model.rotation.transpose() * t;
-  const double *x1 = pairs.first(0, begin), *y1 = pairs.first(1, begin), *z1 = pairs.first(2, begin);
-  const double *x2 = pairs.second(0, begin), *y2 = pairs.second(1, begin), *z2 = pairs.second(2, begin);
-  const double e00 = e(0, 0), e01 = e(0, 1), e02 = e(0, 2), e10 = e(1, 0), e11 = e(1, 1), e12 = e(1, 2),
-               e20 = e(2, 0), e21 = e(2, 1), e22 = e(2, 2);
-  const double t1x = t1.x(), t1y = t1.y(), t1z = t1.z(), t2x = t.x(), t2y = t.y(), t2z = t.z();
-  for (int i = 0; i < count; ++i) {
-    const double constraint = x2[i] * (e00 * x1[i] + e01 * y1[i] + e02 * z1[i]) +
-                              y2[i] * (e10 * x1[i] + e11 * y1[i] + e12 * z1[i]) +
-                              z2[i] * (e20 * x1[i] + e21 * y1[i] + e22 * z1[i]);
-    const double along1 = t1x * x1[i] + t1y * y1[i] + t1z * z1[i];
-    const double along2 = t2x * x2[i] + t2y * y2[i] + t2z * z2[i];
-    // The last term keeps a pair at both epipoles, which says nothing, from dividing zero by zero.
-    block->squared[i] = constraint * constraint / (2 - along1 * along1 - along2 * along2 + 1e-15);
-    block->along1[i] = along1;
-    block->along2[i] = along2;
+void sampson_errors(const BearingPairs& pairs, const TwoViewModel& model, const Eigen::Matrix3d& essential,
+                    int begin, int count, BlockErrors* block) {
+  const Eigen::Vector3d t_in_first = model.rotation.transpose() * model.translation;
+  for (int i = 0; i < count; i += kLanes) {
+    const LaneVector x1 = load(pairs, false, begin + i);
+    const LaneVector x2 = load(pairs, true, begin + i);
+    const Lanes constraint = dot(x2, essential * x1);
+    const Lanes along1 = dot(t_in_first, x1);
+    const Lanes along2 = dot(model.translation, x2);
+    Eigen::Map<Lanes>(block->squared + i) =
+        constraint * constraint / ((2 + kTinySine) - along1 * along1 - along2 * along2);
+    Eigen::Map<Lanes>(block->along1 + i) = along1;
+    Eigen::Map<Lanes>(block->along2 + i) = along2;
   }
 }
 
@@ -67,16 +103,17 @@ Eigen::Matrix<double, 3, 2> tangent_basis(const Eigen::Vector3d& direction) {
 }
 
 double truncated_cost(const BearingPairs& pairs, const TwoViewModel& model, double squared_threshold) {
+  const Eigen::Matrix3d essential = essential_of(model);
   BlockErrors block;
-  double cost = 0;
+  Lanes cost = Lanes::Zero();
   for (int begin = 0; begin < pairs.size(); begin += kBlock) {
     const int count = std::min(kBlock, pairs.size() - begin);
-    sampson_errors(pairs, model, begin, count, &block);
-    for (int i = 0; i < count; ++i) {
-      cost += std::min(block.squared[i], squared_threshold);
+    sampson_errors(pairs, model, essential, begin, count, &block);
+    for (int i = 0; i < count; i += kLanes) {
+      cost += Eigen::Map<const Lanes>(block.squared + i).min(squared_threshold);
     }
   }
-  return cost;
+  return cost.sum();
 }
 
 struct NormalEquations {
@@ -84,35 +121,51 @@ struct NormalEquations {
   Eigen::Matrix<double, 5, 1> gradient;
 };
 
-// Parameters: R' = exp(w) R, t' = (t + basis d) normalised; order w, d.
+// Parameters: R' = exp(w) R, t' = (t + basis d) normalised; order w, d. The padding adds rows of zeros.
 NormalEquations linearize(const BearingPairs& pairs, const TwoViewModel& model,
                           const Eigen::Matrix<double, 3, 2>& basis, double squared_threshold) {
-  NormalEquations sum;
-  sum.information.setZero();
-  sum.gradient.setZero();
   const Eigen::Vector3d& t = model.translation;
-  for (int i = 0; i < pairs.size(); ++i) {
-    const Eigen::Vector3d x2 = pairs.second(i);
-    const Eigen::Vector3d r = model.rotation * pairs.first(i);
-    const Eigen::Vector3d r_cross_x2 = r.cross(x2);
-    const Eigen::Vector3d x2_cross_t = x2.cross(t);
-    const double constraint = r.dot(x2_cross_t);
-    const double along1 = t.dot(r);
-    const double along2 = t.dot(x2);
-    const double inverse = 1 / (2 - along1 * along1 - along2 * along2 + 1e-15);
-    if (!(constraint * constraint * inverse < squared_threshold)) {
-      continue;
+  const Eigen::Vector3d basis0 = basis.col(0), basis1 = basis.col(1);
+  Lanes sums[20];  // the lower triangle of the information row by row, each row followed by its gradient
+  std::fill(std::begin(sums), std::end(sums), Lanes::Zero());
+  for (int i = 0; i < pairs.size(); i += kLanes) {
+    const LaneVector x2 = load(pairs, true, i);
+    const LaneVector r = model.rotation * load(pairs, false, i);
+    const LaneVector x2_cross_t = cross(x2, t);
+    const Lanes constraint = dot(r, x2_cross_t);
+    const Lanes along1 = dot(t, r);
+    const Lanes along2 = dot(t, x2);
+    const Lanes inverse = 1 / ((2 + kTinySine) - along1 * along1 - along2 * along2);
+    const Lanes weight =
+        (constraint * constraint * inverse < squared_threshold).select(inverse, Lanes::Zero());
+    const Lanes shape = constraint * inverse;  // how the error's denominator changes it
+    const Lanes shape1 = shape * along1, shape2 = shape * along2;
+    const LaneVector by_rotation = cross(
+        r, {x2_cross_t.x + shape1 * t.x(), x2_cross_t.y + shape1 * t.y(), x2_cross_t.z + shape1 * t.z()});
+    LaneVector by_translation = cross(r, x2);
+    by_translation.x += shape1 * r.x + shape2 * x2.x;
+    by_translation.y += shape1 * r.y + shape2 * x2.y;
+    by_translation.z += shape1 * r.z + shape2 * x2.z;
+    const Lanes row[5] = {by_rotation.x, by_rotation.y, by_rotation.z, dot(basis0, by_translation),
+                          dot(basis1, by_translation)};
+    int k = 0;
+    for (int a = 0; a < 5; ++a) {
+      const Lanes weighted = weight * row[a];
+      for (int b = 0; b <= a; ++b) {
+        sums[k++] += weighted * row[b];
+      }
+      sums[k++] += weighted * constraint;
     }
-    const double scale = std::sqrt(inverse);
-    const double shape = constraint * inverse;
-    const Eigen::Vector3d by_translation = r_cross_x2 + shape * (along1 * r + along2 * x2);
-    Eigen::Matrix<double, 5, 1> row;
-    row.head<3>() = scale * r.cross(x2_cross_t + (shape * along1) * t);
-    row.tail<2>() = scale * (basis.transpose() * by_translation);
-    sum.information.selfadjointView<Eigen::Lower>().rankUpdate(row);
-    sum.gradient += (scale * constraint) * row;
   }
-  return sum;
+  NormalEquations equations;
+  int k = 0;
+  for (int a = 0; a < 5; ++a) {
+    for (int b = 0; b <= a; ++b) {
+      equations.information(a, b) = equations.information(b, a) = sums[k++].sum();
+    }
+    equations.gradient[a] = sums[k++].sum();
+  }
+  return equations;
 }
 
 }  // namespace
@@ -130,8 +183,8 @@ BearingPairs::BearingPairs(const std::vector<Eigen::Vector3d>& bearings1,
     std::swap(source_[i], source_[random.index(static_cast<std::uint32_t>(i + 1))]);
   }
   for (int axis = 0; axis < 3; ++axis) {
-    first_[axis].resize(source_.size());
-    second_[axis].resize(source_.size());
+    first_[axis].resize((source_.size() + kLanes - 1) / kLanes * kLanes, 0.0);
+    second_[axis].resize(first_[axis].size(), 0.0);
   }
   for (int i = 0; i < size(); ++i) {
     const Eigen::Vector3d x1 = bearings1[source_[i]].normalized();
@@ -153,15 +206,17 @@ bool may_be_in_front(const TwoViewModel& model, const Eigen::Vector3d& bearing1,
 RansacScore score_two_views(const BearingPairs& pairs, const TwoViewModel& model, double threshold,
                             double cost_bound, std::vector<char>* inliers) {
   const double squared_threshold = threshold * threshold;
+  const double mean_bound = cost_bound / (squared_threshold * pairs.size());
   if (inliers != nullptr) {
     inliers->assign(pairs.size(), 0);
   }
+  const Eigen::Matrix3d essential = essential_of(model);
   RansacScore score;
   score.cost = 0;
   BlockErrors block;
-  for (int begin = 0; begin < pairs.size() && score.cost < cost_bound; begin += kBlock) {
+  for (int begin = 0; begin < pairs.size(); begin += kBlock) {
     const int count = std::min(kBlock, pairs.size() - begin);
-    sampson_errors(pairs, model, begin, count, &block);
+    sampson_errors(pairs, model, essential, begin, count, &block);
     for (int i = 0; i < count; ++i) {
       if (!(block.squared[i] < squared_threshold)) {
         score.cost += squared_threshold;
@@ -177,6 +232,11 @@ RansacScore score_two_views(const BearingPairs& pairs, const TwoViewModel& model
       if (inliers != nullptr) {
         (*inliers)[begin + i] = 1;
       }
+    }
+    const int scored = begin + count;
+    if (score.cost >= cost_bound ||
+        is_hopeless(score.cost / (squared_threshold * scored), scored, mean_bound)) {
+      return RansacScore();
     }
   }
   return score;
@@ -195,8 +255,7 @@ double refine_two_views(const BearingPairs& pairs, double threshold, int max_ite
       Eigen::Matrix<double, 5, 5> damped = equations.information;
       damped.diagonal() *= 1 + damping;
       damped.diagonal().array() += 1e-12;  // keeps directions that no pair constrains solvable
-      const Eigen::Matrix<double, 5, 1> step =
-          -damped.selfadjointView<Eigen::Lower>().ldlt().solve(equations.gradient);
+      const Eigen::Matrix<double, 5, 1> step = -damped.ldlt().solve(equations.gradient);
       TwoViewModel candidate;
       candidate.rotation = rotation_of(step.head<3>()) * model->rotation;
       candidate.translation = (model->translation + basis * step.tail<2>()).normalized();

@@ -18,9 +18,11 @@ namespace {
 
 using ScoredTwoViews = ScoredModel<TwoViewModel>;
 
-constexpr int kLocalIterations = 4;      // of a model just sampled: enough to reach the basin's floor roughly
-constexpr int kFinalIterations = 25;     // of the hypotheses returned: narrow views have long flat valleys
-constexpr int kRivalsPerHypothesis = 3;  // several samples lead to one optimum
+constexpr int kLocalIterations = 4;   // of a model just sampled: enough to reach the basin's floor roughly
+constexpr int kFinalIterations = 25;  // of the hypotheses returned: narrow views have long flat valleys
+// A rival with fewer inliers than this share of the best one's explains another part of the scene, if
+// anything.
+constexpr double kRivalInlierShare = 0.5;
 constexpr double kTurnFactors[] = {-1.0, 0.4,
                                    2.0};  // Necker's reversal, and down and up the bas-relief valley
 
@@ -110,6 +112,45 @@ class TwoViewEstimator {
   double threshold_;
 };
 
+// The distinct local optima that models lead to, best first.
+class LocalOptima {
+ public:
+  LocalOptima(const BearingPairs& pairs, const TwoViewEstimator& estimator,
+              const RelativePoseOptions& options)
+      : pairs_(pairs),
+        estimator_(estimator),
+        threshold_(options.ransac.threshold),
+        pool_(options.max_hypotheses) {}
+
+  // Gives a model up as soon as it is on its way into an optimum known already.
+  void add(TwoViewModel model) {
+    if (is_known(model)) {
+      return;
+    }
+    for (const int iterations : {kLocalIterations, kFinalIterations}) {
+      refine_two_views(pairs_, threshold_, iterations, &model);
+      if (is_known(model)) {
+        break;
+      }
+    }
+    const RansacScore score = estimator_.score(model, std::numeric_limits<double>::infinity());
+    pool_.insert({model, score}, [&](const auto& a, const auto& b) { return estimator_.alike(a, b); });
+  }
+
+  const std::vector<ScoredTwoViews>& models() { return pool_.models(); }
+
+ private:
+  bool is_known(const TwoViewModel& model) {
+    return std::any_of(pool_.models().begin(), pool_.models().end(),
+                       [&](const ScoredTwoViews& known) { return estimator_.alike(known.model, model); });
+  }
+
+  const BearingPairs& pairs_;
+  const TwoViewEstimator& estimator_;
+  double threshold_;
+  ModelPool<TwoViewModel> pool_;
+};
+
 void validate(const std::vector<Eigen::Vector3d>& bearings1, const std::vector<Eigen::Vector3d>& bearings2,
               const RelativePoseOptions& options) {
   options.ransac.validate();
@@ -133,7 +174,7 @@ void validate(const std::vector<Eigen::Vector3d>& bearings1, const std::vector<E
 
 RansacReport<TwoViewModel> sample_consensus(const BearingPairs& pairs, const RelativePoseOptions& options,
                                             TwoViewEstimator& estimator) {
-  const int num_rivals = options.max_hypotheses > 1 ? kRivalsPerHypothesis * options.max_hypotheses : 0;
+  const int num_rivals = options.max_hypotheses > 1 ? options.max_hypotheses : 0;
   if (options.quality.empty()) {
     UniformSampler sampler(pairs.size(), TwoViewEstimator::kSampleSize);
     return ransac(options.ransac, estimator, sampler, num_rivals);
@@ -200,17 +241,11 @@ RelativePoseReport estimate_relative_pose(const std::vector<Eigen::Vector3d>& be
     return report;
   }
 
-  const auto alike = [&](const TwoViewModel& a, const TwoViewModel& b) { return estimator.alike(a, b); };
-  ModelPool<TwoViewModel> optima(options.max_hypotheses);
-  const auto refine_and_keep = [&](TwoViewModel model) {
-    refine_two_views(pairs, threshold, kFinalIterations, &model);
-    optima.insert({model, estimator.score(model, std::numeric_limits<double>::infinity())}, alike);
-  };
-  refine_and_keep(sampled.best.model);
+  LocalOptima optima(pairs, estimator, options);
+  optima.add(sampled.best.model);
   for (const ScoredTwoViews& rival : sampled.rivals) {
-    refine_and_keep(rival.model);
+    optima.add(rival.model);
   }
-
   const TwoViewModel best = optima.models().front().model;
   std::vector<char> inliers;
   score_two_views(pairs, best, threshold, std::numeric_limits<double>::infinity(), &inliers);
@@ -220,10 +255,12 @@ RelativePoseReport estimate_relative_pose(const std::vector<Eigen::Vector3d>& be
   report.rotation_only_inliers = rotation.num_inliers;
   report.rotation_only = Eigen::Quaterniond(rotation.rotation).normalized();
   for (const TwoViewModel& motion : ambiguous_motions(pairs, best, inliers, plane)) {
-    refine_and_keep(motion);
+    optima.add(motion);
   }
   for (const ScoredTwoViews& optimum : optima.models()) {
-    report.hypotheses.push_back(to_hypothesis(pairs, optimum, threshold, bearings1.size()));
+    if (optimum.score.num_inliers >= kRivalInlierShare * optima.models().front().score.num_inliers) {
+      report.hypotheses.push_back(to_hypothesis(pairs, optimum, threshold, bearings1.size()));
+    }
   }
   report.success = true;
   return report;

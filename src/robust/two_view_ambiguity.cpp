@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <array>
 
+#include "mono_pose_tracker/robust/early_rejection.h"
 #include "mono_pose_tracker/robust/sampler.h"
 
 namespace mono_pose_tracker {
@@ -16,7 +17,7 @@ RansacOptions fit_options(double threshold, std::uint64_t seed) {
   options.threshold = threshold;
   options.confidence = 0.999;
   options.min_iterations = 10;
-  options.max_iterations = 200;
+  options.max_iterations = 100;
   options.seed = seed;
   return options;
 }
@@ -31,13 +32,19 @@ double transfer_error(const Eigen::Vector3d& mapped, const Eigen::Vector3d& bear
 template <class Map>
 RansacScore score_map(const std::vector<Eigen::Vector3d>& x1, const std::vector<Eigen::Vector3d>& x2,
                       double threshold, double cost_bound, const Map& map) {
+  constexpr std::size_t kBlock = 32;
   const double squared_threshold = threshold * threshold;
+  const double mean_bound = cost_bound / (squared_threshold * x1.size());
   RansacScore score;
   score.cost = 0;
-  for (std::size_t i = 0; i < x1.size() && score.cost < cost_bound; ++i) {
+  for (std::size_t i = 0; i < x1.size(); ++i) {
     const double squared = transfer_error(map(x1[i]), x2[i]);
     score.cost += std::min(squared, squared_threshold);
     score.num_inliers += squared < squared_threshold;
+    const int scored = static_cast<int>(i) + 1;
+    if (scored % kBlock == 0 && is_hopeless(score.cost / (squared_threshold * scored), scored, mean_bound)) {
+      return RansacScore();
+    }
   }
   return score;
 }

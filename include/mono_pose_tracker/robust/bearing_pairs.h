@@ -20,6 +20,7 @@ class BearingPairs {
   Eigen::Vector3d second(int i) const { return {second_[0][i], second_[1][i], second_[2][i]}; }
   int source(int i) const { return source_[i]; }  // index in the vectors this was made of
 
+  /// Coordinates from pair i on. The arrays go on with zeros to the next multiple of four.
   const double* first(int axis, int i) const { return &first_[axis][i]; }
   const double* second(int axis, int i) const { return &second_[axis][i]; }
 
@@ -40,8 +41,8 @@ bool may_be_in_front(const TwoViewModel& model, const Eigen::Vector3d& bearing1,
                      const Eigen::Vector3d& bearing2, double tolerance);
 
 /// MSAC: the sum of min(e^2, threshold^2) over Sampson errors e on the unit sphere (radians); pairs behind a
-/// camera count as outliers. Gives up with a cost >= cost_bound when it must exceed that. inliers, if given,
-/// gets a flag a pair.
+/// camera count as outliers. Gives up with an infinite cost when it exceeds cost_bound or is all but sure to.
+/// inliers, if given, gets a flag a pair.
 RansacScore score_two_views(const BearingPairs& pairs, const TwoViewModel& model, double threshold,
                             double cost_bound, std::vector<char>* inliers = nullptr);
 
