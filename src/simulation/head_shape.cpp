@@ -12,9 +12,12 @@ double sphere(const Vector3d& p, const Vector3d& centre, double radius) {
   return (p - centre).norm() - radius;
 }
 
-/// Never more than the distance: the gradient of |p / radii| is at most 1 / the smallest radius.
+/// First-order distance F / |grad F| of the convex F = |p / radii| - 1: outside never more than the distance.
 double ellipsoid(const Vector3d& p, const Vector3d& centre, const Vector3d& radii) {
-  return ((p - centre).cwiseQuotient(radii).norm() - 1) * radii.minCoeff();
+  const Vector3d scaled = (p - centre).cwiseQuotient(radii);
+  const double norm = scaled.norm();
+  const double gradient = scaled.cwiseQuotient(radii).norm();
+  return gradient > 0 ? (norm - 1) * norm / gradient : -radii.minCoeff();
 }
 
 /// A capsule whose radius goes from radius_a at a to radius_b at b.
@@ -37,21 +40,21 @@ double carve(double a, double hole, double width) { return -blend(-a, hole, widt
 double skull(const Vector3d& p) {
   double d = ellipsoid(p, {0, -0.025, 0.012}, {0.076, 0.092, 0.098});
   d = blend(d, ellipsoid(p, {0, 0.030, -0.018}, {0.063, 0.085, 0.074}), 0.03);
-  d = blend(d, ellipsoid(p, {0, 0.066, -0.030}, {0.052, 0.050, 0.055}), 0.03);
-  d = blend(d, tapered_capsule(p, {0, 0.06, 0.030}, {0, 0.30, 0.045}, 0.054, 0.060), 0.03);
+  d = blend(d, ellipsoid(p, {0, 0.066, -0.030}, {0.056, 0.050, 0.056}), 0.03);
+  d = blend(d, tapered_capsule(p, {0, 0.06, 0.030}, {0, 0.30, 0.050}, 0.052, 0.078), 0.04);
   return d;
 }
 
 double face(const Vector3d& p, double d) {
   d = blend(d, sphere(p, {0, 0.101, -0.070}, 0.018), 0.03);
-  d = blend(d, sphere(p, {0.042, 0.030, -0.060}, 0.025), 0.03);
-  d = blend(d, ellipsoid(p, {0.027, -0.021, -0.080}, {0.027, 0.009, 0.013}), 0.02);
+  d = blend(d, sphere(p, {0.041, 0.028, -0.060}, 0.024), 0.04);
+  d = blend(d, ellipsoid(p, {0.027, -0.021, -0.080}, {0.026, 0.007, 0.011}), 0.025);
   d = carve(d, sphere(p, {0.033, 0.002, -0.110}, 0.019), 0.015);
   d = blend(d, sphere(p, {0.032, 0.003, -0.0775}, 0.0140), 0.004);
   d = blend(d, tapered_capsule(p, {0, -0.012, -0.085}, {0, 0.036, -0.110}, 0.007, 0.0105), 0.014);
-  d = blend(d, sphere(p, {0.0115, 0.041, -0.098}, 0.0085), 0.007);
+  d = blend(d, sphere(p, {0.0110, 0.0405, -0.0985}, 0.0075), 0.010);
   d = blend(d, ellipsoid(p, {0, 0.0665, -0.083}, {0.024, 0.0065, 0.010}), 0.008);
-  d = blend(d, ellipsoid(p, {0, 0.0770, -0.081}, {0.020, 0.0075, 0.010}), 0.004);
+  d = blend(d, ellipsoid(p, {0, 0.0770, -0.081}, {0.020, 0.0075, 0.010}), 0.007);
   return d;
 }
 
@@ -77,7 +80,7 @@ double head_distance(const Vector3d& x_in_head) {
   const double to_face = sphere(p, {0, 0.035, -0.070}, 0.09);
   d = to_face < 0.03 ? face(p, d) : std::min(d, to_face - 0.008);
   const double to_ear = sphere(p, {0.082, 0.012, 0.020}, 0.036);
-  return to_ear < 0.01 ? blend(d, ear(p), 0.008) : std::min(d, to_ear - 0.002);
+  return to_ear < 0.03 ? blend(d, ear(p), 0.008) : std::min(d, to_ear - 0.002);
 }
 
 Vector3d head_normal(const Vector3d& x) {

@@ -47,7 +47,7 @@ void paint(float weight, const Vector3f& over, Vector3f* color) { *color += weig
 
 /// Skin: redder on cheeks, nose and ears, uneven at all scales, with moles, freckles and pores.
 Vector3f skin(unsigned seed, const Vector3f& x, float footprint) {
-  Vector3f color(0.78f, 0.60f, 0.50f);
+  Vector3f color(0.80f, 0.63f, 0.53f);
   const float cheek =
       std::exp(-(Vector3f(std::fabs(x.x()) - 0.045f, x.y() - 0.04f, x.z() + 0.07f)).squaredNorm() / 8e-4f);
   const float nose = std::exp(-(x - Vector3f(0, 0.036f, -0.118f)).squaredNorm() / 3e-4f);
@@ -55,9 +55,9 @@ Vector3f skin(unsigned seed, const Vector3f& x, float footprint) {
   paint(0.35f * std::min(1.f, cheek + nose + ear), Vector3f(0.78f, 0.46f, 0.40f), &color);
   color *= 1.f + 0.06f * fractal_noise(seed, x.x(), x.y(), x.z(), 0.03f, 3, footprint);
   color *= 1.f + 0.05f * fractal_noise(seed + 1, x.x(), x.y(), x.z(), 0.006f, 3, footprint);
-  const Spots moles{0.024f, 0.0014f, 0.0014f, 0.5f, 0.45f};
-  const Spots freckles{0.008f, 0.0010f, 0.0010f, 0.7f, 0.26f};
-  const Spots small_freckles{0.0045f, 0.0006f, 0.0007f, 0.7f, 0.26f};
+  const Spots moles{0.024f, 0.0012f, 0.0012f, 0.4f, 0.40f};
+  const Spots freckles{0.009f, 0.0009f, 0.0009f, 0.7f, 0.22f};
+  const Spots small_freckles{0.0045f, 0.0005f, 0.0007f, 0.7f, 0.22f};
   const float darkness = spot_darkness(moles, seed + 2, x, footprint) +
                          spot_darkness(freckles, seed + 3, x, footprint) +
                          spot_darkness(small_freckles, seed + 4, x, footprint);
@@ -66,12 +66,17 @@ Vector3f skin(unsigned seed, const Vector3f& x, float footprint) {
       Vector3f(1.f - 0.8f * darkness, 1.f - darkness, 1.f - 1.1f * darkness).cwiseMax(0.15f));
 }
 
+/// Strands that run down from the crown: thin around the head, long along it.
 Vector3f hair(unsigned seed, const Vector3f& x, float footprint) {
-  // Tufts: long along the skull, thin across.
-  const float lock =
-      fractal_noise(seed + 10, x.x() * 1.0f, 0.35f * x.y(), 0.35f * x.z(), 0.012f, 2, footprint);
-  const float strand = fractal_noise(seed + 11, x.x(), 0.3f * x.y(), 0.3f * x.z(), 0.004f, 2, footprint);
-  return Vector3f(0.27f, 0.20f, 0.15f) * (1.f + 0.35f * lock + 0.45f * strand);
+  constexpr float kRadius = 0.08f;  // m, of the skull: makes lengths of azimuths
+  const float z = x.z() - 0.02f;
+  const float around = kRadius * std::atan2(x.x(), -z);
+  const float off_axis = std::max(std::hypot(x.x(), z), 0.01f);
+  const float along = 0.25f * x.y() + 0.2f * off_axis;
+  const float squeezed = std::max(footprint, footprint * kRadius / off_axis);  // azimuths crowd at the crown
+  const float lock = fractal_noise(seed + 10, around, along, 0.012f, 2, squeezed);
+  const float strand = fractal_noise(seed + 11, around, along, 0.003f, 2, squeezed);
+  return Vector3f(0.30f, 0.22f, 0.16f) * (1.f + 0.25f * lock + 0.65f * strand);
 }
 
 /// 1 on the scalp, 0 on the face, the neck and the ears.
@@ -105,17 +110,17 @@ void paint_brows(unsigned seed, const Vector3f& x, float footprint, Vector3f* co
   const float u = (std::fabs(x.x()) - 0.034f) / 0.021f;
   const float arch = -0.0235f - 0.004f * (1.f - u * u) + 0.002f * u;
   const float ragged = 0.0012f * value_noise(seed + 13, 900 * x.x(), 300 * x.y(), 300 * x.z());
-  const float edge =
-      std::max(std::fabs(x.y() - arch) - 0.0036f * (1.1f - 0.5f * u), 0.021f * (std::fabs(u) - 1.f));
+  const float edge = std::max(std::fabs(x.y() - arch) - 0.0042f * std::sqrt(std::max(0.f, 1.f - u * u)),
+                              0.021f * (std::fabs(u) - 1.f));
   paint(0.8f * inside(edge + ragged, 0.0012f + 0.5f * footprint), hair(seed + 20, x, footprint), color);
 }
 
 void paint_lips(const Vector3f& x, float footprint, Vector3f* color) {
   if (x.z() > -0.06f) return;
   const float u = x.x() / 0.025f;
-  const float half = 0.0115f * std::max(0.f, 1.f - u * u);
+  const float half = 0.0100f * std::max(0.f, 1.f - u * u);
   const float softness = 0.0012f + 0.5f * footprint;
-  paint(0.6f * inside(std::fabs(x.y() - 0.0715f) - half, softness), Vector3f(0.66f, 0.34f, 0.33f), color);
+  paint(0.6f * inside(std::fabs(x.y() - 0.0715f) - half, softness), Vector3f(0.72f, 0.42f, 0.39f), color);
   paint(
       0.6f * inside(std::fabs(x.y() - 0.0718f) - 0.0008f, 0.0005f + 0.5f * footprint) * (std::fabs(u) < 1.f),
       Vector3f(0.30f, 0.14f, 0.14f), color);

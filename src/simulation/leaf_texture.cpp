@@ -15,58 +15,67 @@ constexpr float kLayerRatio = 0.55f;
 /// is touched by the shapes of the nearest 2 x 2 cells only.
 constexpr float kLargestRadius = 0.8f;
 
+/// One layer as seen by one sample; lengths in cells.
+struct Layer {
+  float density, softness, weight;
+};
+
 /// Signed distance, in cells, from the edge of the cell's shape: a disc, a ring, a rectangle or a triangle.
-float shape_distance(std::uint32_t h, float x, float y, float radius) {
-  const std::uint32_t kind = h & 7u;
-  const float r = std::sqrt(x * x + y * y);
-  if (kind < 2) return r - radius;
-  if (kind == 2) return std::fabs(r - 0.75f * radius) - 0.2f * radius;
+float shape_distance(std::uint32_t h, float x, float y, float radius, bool upright) {
+  const std::uint32_t kind = h & 15u;
+  const float half = radius * (0.25f + 0.5f * unit_float(h * 0x9e3779b1u));
+  if (upright) return std::max(std::fabs(x) - half, std::fabs(y) - 0.66f * radius);
+  if (kind < 4) return std::sqrt(x * x + y * y) - radius;
+  if (kind == 4) return std::fabs(std::sqrt(x * x + y * y) - 0.75f * radius) - 0.2f * radius;
   const float angle = 6.2831853f * unit_float(rehash(h));
   const float c = std::cos(angle), s = std::sin(angle);
   const float px = c * x + s * y, py = c * y - s * x;
-  if (kind < 6) {
-    const float half = radius * (0.25f + 0.5f * unit_float(h * 0x9e3779b1u));
+  if (kind < 12)
     return std::max(std::fabs(px) - 0.8f * radius, std::fabs(py) - std::min(half, 0.58f * radius));
-  }
   return std::max(std::max(0.866f * px + 0.5f * py, -0.866f * px + 0.5f * py), -py) - 0.48f * radius;
 }
 
-void blend_cell(const LeafStyle& style, std::uint32_t h, float x, float y, float softness, float weight,
-                Color* color) {
-  if (unit_float(h) > style.density) return;
+void blend_cell(const LeafStyle& style, const Layer& layer, std::uint32_t h, float x, float y, Color* color) {
+  if (unit_float(h) > layer.density) return;
   const std::uint32_t h1 = rehash(h), h2 = rehash(h1);
   x -= 0.3f + 0.4f * unit_float(h1);
   y -= 0.3f + 0.4f * unit_float(h2);
   const float radius = kLargestRadius * (0.35f + 0.65f * unit_float(h * 0x85ebca6bu));
-  if (x * x + y * y > (radius + softness) * (radius + softness)) return;
-  const float coverage = smooth_step(softness, -softness, shape_distance(rehash(h2), x, y, radius));
+  const float reach = radius + layer.softness;
+  if (x * x + y * y > reach * reach) return;
+  const float distance = shape_distance(rehash(h2), x, y, radius, style.upright);
+  const float coverage = smooth_step(layer.softness, -layer.softness, distance);
   const std::size_t index = static_cast<std::size_t>(h1 & 0xffu) * style.palette.size() >> 8;
   const float shade = 0.8f + 0.4f * unit_float(h2 * 0x85ebca6bu);
   const float opacity = style.opacity * (0.4f + 0.6f * unit_float(h1 * 0x9e3779b1u));
-  *color += weight * opacity * coverage * (shade * style.palette[index] - *color);
+  *color += layer.weight * opacity * coverage * (shade * style.palette[index] - *color);
 }
 
 }  // namespace
 
 Color leaf_texture(const LeafStyle& style, std::uint32_t seed, float u, float v, float footprint) {
   Color color = style.base * (1.f + 0.15f * value_noise(seed, 2.f * u, 2.f * v));
+  const float decay_ratio = std::pow(kLayerRatio, style.decay);
+  const float stretched_u = u / style.stretch_u, stretched_v = v / style.stretch_v;
   std::uint32_t layer_seed = seed;
-  for (float cell = style.largest; cell >= style.smallest; cell *= kLayerRatio) {
+  Layer layer{style.density, 0, 0};
+  for (float cell = style.largest; cell >= style.smallest;
+       cell *= kLayerRatio, layer.density *= decay_ratio) {
     layer_seed = rehash(layer_seed);
     // Shapes of a layer are about a cell across: they fade as the cell nears two samples.
-    const float weight = smooth_step(1.5f, 3.f, cell / footprint);
-    if (weight <= 0) break;
-    const float softness = 0.6f * footprint / cell;
-    const float x = u / cell, y = v / cell;
+    layer.weight = smooth_step(1.5f, 3.f, cell / footprint);
+    if (layer.weight <= 0) break;
+    layer.softness = 0.6f * footprint / cell;
+    const float x = stretched_u / cell, y = stretched_v / cell;
     const int x0 = floor_int(x - 0.5f), y0 = floor_int(y - 0.5f);
     for (int j = y0; j <= y0 + 1; ++j) {
-      for (int i = x0; i <= x0 + 1; ++i) {
-        blend_cell(style, hash_cell(layer_seed, i, j), x - i, y - j, softness, weight, &color);
-      }
+      for (int i = x0; i <= x0 + 1; ++i)
+        blend_cell(style, layer, hash_cell(layer_seed, i, j), x - i, y - j, &color);
     }
   }
   if (style.grain > 0) {
-    color *= 1.f + style.grain * fractal_noise(seed + 7u, u, v, 4.f * style.smallest, 4, footprint);
+    color *= 1.f + style.grain *
+                       fractal_noise(seed + 7u, stretched_u, stretched_v, 4 * style.smallest, 3, footprint);
   }
   return color;
 }

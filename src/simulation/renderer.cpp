@@ -13,6 +13,10 @@ using Eigen::Vector3d;
 
 constexpr int kTileSize = 8;  // px
 
+/// Cosine of the slant up to which one sample does for a pixel: textures average over its footprint
+/// themselves, which is as wide as long. Steeper surfaces are sampled as finely as edges.
+constexpr double kFacing = 0.6;
+
 cv::Vec3f to_bgr(const Color& color) { return {color.z(), color.y(), color.x()}; }
 
 }  // namespace
@@ -183,17 +187,22 @@ cv::Vec3f Renderer::shade_surface(const Scene& scene, const Rigid3& map_from_cam
                                   int row, int column, const Geometry& geometry) const {
   const auto& pixel = geometry.pixels[static_cast<std::size_t>(row) * camera_.width() + column];
   const Vector3d center = center_ray(row, column);
-  const float footprint = sample_footprint(pixel.hit, pixel.normal_in_camera.dot(center));
-  Color albedo = Color::Zero();
+  const Vector3d x_in_map = map_from_camera * Vector3d(pixel.hit.distance * center);
+  const Color light = scene.irradiance(pixel.hit, x_in_map, lighting);
+  const double cosine = -pixel.normal_in_camera.dot(center);
+  if (cosine > kFacing) {
+    const float footprint = pixel_footprint(pixel.hit.distance, cosine);
+    return to_bgr(light.cwiseProduct(scene.albedo(pixel.hit, x_in_map, footprint)));
+  }
+  const float footprint = pixel_footprint(pixel.hit.distance, cosine) / samples_;
   const int count = samples_ * samples_;
+  Color albedo = Color::Zero();
   for (int k = 0; k < count; ++k) {
     const Vector3d ray = sample_ray(row, column, k);
     const double distance = distance_to_plane(ray, center, pixel.hit.distance, pixel.normal_in_camera);
     albedo += scene.albedo(pixel.hit, map_from_camera * Vector3d(distance * ray), footprint);
   }
-  const Vector3d x_in_map = map_from_camera * Vector3d(pixel.hit.distance * center);
-  return to_bgr(
-      scene.irradiance(pixel.hit, x_in_map, lighting).cwiseProduct(albedo / static_cast<float>(count)));
+  return to_bgr(light.cwiseProduct(albedo / static_cast<float>(count)));
 }
 
 cv::Vec3f Renderer::shade_edge(const Scene& scene, const Rigid3& map_from_camera, const Lighting& lighting,
@@ -209,7 +218,7 @@ cv::Vec3f Renderer::shade_edge(const Scene& scene, const Rigid3& map_from_camera
       continue;
     }
     const Vector3d x_in_map = ray.origin + hit.distance * ray.direction;
-    const float footprint = sample_footprint(hit, hit.normal_in_map.dot(ray.direction));
+    const float footprint = pixel_footprint(hit.distance, -hit.normal_in_map.dot(ray.direction)) / samples_;
     sum += to_bgr(
         scene.irradiance(hit, x_in_map, lighting).cwiseProduct(scene.albedo(hit, x_in_map, footprint)));
   }
@@ -220,11 +229,10 @@ double Renderer::first_start(const Geometry& geometry, int row, int column) cons
   return geometry.tile_start[static_cast<std::size_t>(row / kTileSize) * tile_columns_ + column / kTileSize];
 }
 
-float Renderer::sample_footprint(const Hit& hit, double cosine) const {
-  // Slanted surfaces stretch a sample one way: the mean of the two sides, up to a slant where it is a smear
+float Renderer::pixel_footprint(double distance, double cosine) const {
+  // Slanted surfaces stretch a pixel one way: the mean of the two sides, up to a slant where it is a smear
   // anyway.
-  const double stretch = 1 / std::sqrt(std::max(std::fabs(cosine), 0.05));
-  return static_cast<float>(hit.distance / (camera_.focal() * samples_) * stretch);
+  return static_cast<float>(distance / (camera_.focal() * std::sqrt(std::max(cosine, 0.05))));
 }
 
 }  // namespace mono_pose_tracker

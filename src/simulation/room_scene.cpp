@@ -4,45 +4,51 @@
 namespace mono_pose_tracker {
 namespace {
 
-enum RoomStyle { kWall, kFloor, kPicture, kWood, kCardboard, kCloth };
+enum RoomStyle { kWall, kFloor, kPicture, kWood, kCardboard, kCloth, kBooks, kStyles };
+
+LeafStyle style(const Color& base, const std::vector<Color>& palette, float largest, float smallest,
+                float opacity) {
+  LeafStyle result;
+  result.base = base;
+  result.palette = palette;
+  result.largest = largest;
+  result.smallest = smallest;
+  result.opacity = opacity;
+  return result;
+}
+
+const std::vector<Color> kBright = {{0.70f, 0.24f, 0.18f}, {0.16f, 0.32f, 0.50f}, {0.86f, 0.68f, 0.28f},
+                                    {0.16f, 0.17f, 0.19f}, {0.28f, 0.46f, 0.32f}, {0.90f, 0.87f, 0.80f}};
 
 std::vector<LeafStyle> room_styles() {
-  std::vector<LeafStyle> styles(6);
-  LeafStyle& wall = styles[kWall];
-  wall.base = Color(0.72f, 0.70f, 0.64f);
-  wall.palette = {{0.80f, 0.78f, 0.72f}, {0.62f, 0.64f, 0.60f}, {0.70f, 0.62f, 0.52f}, {0.52f, 0.57f, 0.60f}};
-  wall.density = 0.4f;
-  wall.largest = 0.4f;
-  wall.opacity = 0.6f;
-  LeafStyle& floor = styles[kFloor];
-  floor.base = Color(0.45f, 0.36f, 0.27f);
-  floor.palette = {
-      {0.60f, 0.48f, 0.34f}, {0.34f, 0.24f, 0.17f}, {0.66f, 0.60f, 0.48f}, {0.40f, 0.42f, 0.40f}};
-  LeafStyle& picture = styles[kPicture];
-  picture.base = Color(0.85f, 0.84f, 0.80f);
-  picture.palette = {{0.75f, 0.25f, 0.20f}, {0.16f, 0.32f, 0.50f}, {0.90f, 0.72f, 0.28f},
-                     {0.20f, 0.22f, 0.24f}, {0.30f, 0.52f, 0.36f}, {0.92f, 0.90f, 0.86f}};
-  picture.largest = 0.2f;
-  picture.smallest = 0.006f;
-  picture.density = 0.65f;
-  picture.opacity = 0.95f;
-  LeafStyle& wood = styles[kWood];
-  wood.base = Color(0.55f, 0.40f, 0.26f);
-  wood.palette = {{0.66f, 0.50f, 0.34f}, {0.38f, 0.26f, 0.17f}, {0.74f, 0.62f, 0.46f}};
-  wood.largest = 0.25f;
-  wood.smallest = 0.006f;
-  LeafStyle& cardboard = styles[kCardboard];
-  cardboard.base = Color(0.64f, 0.52f, 0.38f);
-  cardboard.palette = {
-      {0.75f, 0.66f, 0.52f}, {0.30f, 0.26f, 0.22f}, {0.88f, 0.86f, 0.82f}, {0.58f, 0.30f, 0.22f}};
-  cardboard.largest = 0.15f;
-  cardboard.smallest = 0.006f;
-  LeafStyle& cloth = styles[kCloth];
-  cloth.base = Color(0.30f, 0.36f, 0.46f);
-  cloth.palette = {
-      {0.22f, 0.26f, 0.36f}, {0.46f, 0.52f, 0.60f}, {0.66f, 0.62f, 0.52f}, {0.50f, 0.26f, 0.26f}};
-  cloth.largest = 0.2f;
-  cloth.smallest = 0.006f;
+  std::vector<LeafStyle> styles(kStyles);
+  styles[kWall] =
+      style({0.72f, 0.69f, 0.62f},
+            {{0.82f, 0.79f, 0.72f}, {0.58f, 0.58f, 0.52f}, {0.66f, 0.58f, 0.48f}, {0.50f, 0.54f, 0.55f}},
+            0.35f, 0.012f, 0.5f);
+  styles[kFloor] =
+      style({0.47f, 0.36f, 0.26f},
+            {{0.60f, 0.47f, 0.33f}, {0.32f, 0.23f, 0.16f}, {0.64f, 0.54f, 0.42f}, {0.40f, 0.32f, 0.24f}},
+            0.14f, 0.008f, 0.8f);
+  styles[kFloor].upright = true;
+  styles[kFloor].stretch_v = 4;
+  styles[kPicture] = style({0.85f, 0.82f, 0.75f}, kBright, 0.25f, 0.008f, 0.95f);
+  styles[kWood] =
+      style({0.55f, 0.40f, 0.26f}, {{0.66f, 0.50f, 0.34f}, {0.36f, 0.25f, 0.16f}, {0.74f, 0.60f, 0.44f}},
+            0.12f, 0.006f, 0.7f);
+  styles[kWood].stretch_u = 3;
+  styles[kCardboard] =
+      style({0.64f, 0.52f, 0.38f},
+            {{0.75f, 0.66f, 0.52f}, {0.30f, 0.26f, 0.22f}, {0.88f, 0.86f, 0.82f}, {0.58f, 0.30f, 0.22f}},
+            0.12f, 0.006f, 0.8f);
+  styles[kCloth] =
+      style({0.30f, 0.36f, 0.46f},
+            {{0.20f, 0.25f, 0.36f}, {0.46f, 0.52f, 0.60f}, {0.66f, 0.62f, 0.52f}, {0.52f, 0.27f, 0.26f}},
+            0.18f, 0.007f, 0.85f);
+  styles[kBooks] = style({0.30f, 0.24f, 0.20f}, kBright, 0.06f, 0.008f, 0.95f);
+  styles[kBooks].upright = true;
+  styles[kBooks].stretch_v = 5;
+  styles[kBooks].density = 0.95f;
   return styles;
 }
 
@@ -69,9 +75,9 @@ class RoomBuilder {
     const Eigen::Vector3d low = base - 0.5 * size.x() * x - 0.5 * size.y() * y;
     const Eigen::Vector3d high = low + size.x() * x + size.y() * y;
     add(low, x, z, size.x(), size.z(), style);
-    add(low, z, y, size.z(), size.y(), style);
+    add(low + size.y() * y, -y, z, size.y(), size.z(), style);
     add(high, -x, z, size.x(), size.z(), style);
-    add(high, z, -y, size.z(), size.y(), style);
+    add(low + size.x() * x, y, z, size.y(), size.z(), style);
     add(low + size.z() * z, x, y, size.x(), size.y(), style);
   }
 
@@ -101,10 +107,10 @@ PanelScene make_room_scene(std::uint32_t seed) {
   room.add_box({0.3, 3.6, 0}, {1.4, 0.7, 0.74}, 0.12, kWood);
   room.add_box({0.0, 3.6, 0.74}, {0.35, 0.28, 0.26}, 0.5, kCardboard);
   room.add_box({0.65, 3.65, 0.74}, {0.3, 0.3, 0.42}, -0.3, kPicture);
-  room.add_box({-1.7, 4.75, 0}, {1.1, 0.45, 1.0}, 0, kWood);
+  room.add_box({-1.7, 4.75, 0}, {1.1, 0.45, 1.0}, 0, kBooks);
   room.add_box({-1.9, 4.75, 1.0}, {0.3, 0.25, 0.2}, 0.3, kPicture);
   room.add_box({-1.0, 3.0, 0}, {0.5, 0.5, 0.45}, 0.6, kCloth);
-  room.add_box({2.2, 4.2, 0}, {0.7, 0.9, 1.3}, -0.1, kWood);
+  room.add_box({2.2, 4.2, 0}, {0.7, 0.9, 1.3}, -0.1, kBooks);
   room.add_box({1.5, 2.7, 0}, {0.45, 0.4, 0.55}, -0.5, kCardboard);
   return room.finish();
 }

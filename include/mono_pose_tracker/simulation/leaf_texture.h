@@ -14,9 +14,13 @@ struct LeafStyle {
   std::vector<Color> palette;  // the shapes' colours; not empty
   float largest = 0.5f;        // m, cell size of the coarsest layer
   float smallest = 0.01f;      // m, of the finest
-  float density = 0.5f;        // share of the cells that hold a shape
+  float density = 0.7f;        // share of the coarsest layer's cells that hold a shape
+  float decay = 0.35f;         // density of a layer goes with its cell size to this power
   float opacity = 0.7f;        // greatest opacity of a shape
-  float grain = 0.05f;         // amplitude of the noise over everything
+  float stretch_u = 1;         // shapes are so many times longer along u: the grain of wood
+  float stretch_v = 1;         // and along v
+  bool upright = false;        // only rectangles with sides along u and v
+  float grain = 0.08f;         // amplitude of the noise over everything
 };
 
 /// Colour at (u, v) metres of the surface, averaged over about `footprint` metres.

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <cmath>
+#include <algorithm>
 #include <cstdint>
 
 namespace mono_pose_tracker {
@@ -30,7 +30,7 @@ inline int floor_int(float x) {
 
 /// 0 below a, 1 above b, smooth between.
 inline float smooth_step(float a, float b, float x) {
-  const float t = std::fmin(std::fmax((x - a) / (b - a), 0.f), 1.f);
+  const float t = std::clamp((x - a) / (b - a), 0.f, 1.f);
   return t * t * (3.f - 2.f * t);
 }
 

@@ -9,9 +9,10 @@
 
 namespace mono_pose_tracker {
 
-/// Casts rays through the pixels of a camera. Each pixel is the mean of samples^2 samples spread evenly over
-/// its square, so the image is symmetric about the pixel centres that the ground truth is exact for. Const
-/// after construction: may be shared between threads. The result does not depend on the number of threads.
+/// Casts rays through the pixels of a camera. A pixel is the mean over its square, taken by samples^2 samples
+/// spread evenly wherever edges or a steep slant need them, so the image is symmetric about the pixel centres
+/// that the ground truth is exact for. Const after construction: may be shared between threads. The result
+/// does not depend on the number of threads.
 class Renderer {
  public:
   /// `samples` per pixel side, 1 to 8; `threads` >= 1.
@@ -44,7 +45,7 @@ class Renderer {
   cv::Vec3f shade_edge(const Scene& scene, const Rigid3& map_from_camera, const Lighting& lighting,
                        const cv::Vec3f& behind, int row, int column, const Geometry& geometry) const;
   double first_start(const Geometry& geometry, int row, int column) const;
-  float sample_footprint(const Hit& hit, double cosine) const;
+  float pixel_footprint(double distance, double cosine) const;
   bool even_surface(const Geometry& geometry, int row, int column) const;
   Eigen::Vector3d center_ray(int row, int column) const;
   Eigen::Vector3d sample_ray(int row, int column, int sample) const;
