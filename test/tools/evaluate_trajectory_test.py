@@ -1,0 +1,97 @@
+#!/usr/bin/python3
+"""What evaluate_trajectory prints, writes and exits with. PROGRAMS names the folder of the program."""
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import rosunit
+
+KEYS = [
+    "frames_reference", "frames_matched", "scale", "position_rmse", "position_median", "position_max", "path_length",
+    "position_rmse_percent", "rotation_median_deg", "rotation_max_deg", "relative_rotation_median_deg",
+    "relative_direction_median_deg"
+]
+
+
+def helix(count, scale=1.0):
+    """TUM lines of a camera on a helix that turns about z."""
+    lines = []
+    for i in range(count):
+        t = 0.1 * i
+        lines.append("%.9f %.9f %.9f %.9f 0 0 %.9f %.9f\n" % (1403715273.25 + t, scale * math.cos(t), scale * math.sin(t),
+                                                         scale * t, math.sin(t / 2), math.cos(t / 2)))
+    return "".join(lines)
+
+
+class EvaluateTrajectory(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.reference = self.file("reference.txt", "# a comment\n" + helix(30))
+
+    def file(self, name, content):
+        path = os.path.join(self.folder.name, name)
+        with open(path, "w") as f:
+            f.write(content)
+        return path
+
+    def run_program(self, *arguments):
+        program = os.path.join(os.environ["PROGRAMS"], "evaluate_trajectory")
+        return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=60)
+
+    def expect_refused(self, parts, *arguments):
+        result = self.run_program(*arguments)
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+        for part in parts:
+            self.assertIn(part, result.stderr)
+
+    def test_another_scale_is_no_error(self):
+        figures, plot = os.path.join(self.folder.name, "e.json"), os.path.join(self.folder.name, "e.png")
+        result = self.run_program("--reference", self.reference, "--estimate", self.file("e.txt", helix(20, 0.5)), "--json",
+                                  figures, "--plot", plot)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("20 matched, 30 in the reference", result.stdout)
+        with open(figures) as f:
+            error = json.load(f)
+        self.assertEqual(list(error), KEYS)
+        self.assertEqual((error["frames_reference"], error["frames_matched"]), (30, 20))
+        self.assertAlmostEqual(error["scale"], 2, places=6)
+        self.assertAlmostEqual(error["path_length"], 19 * math.hypot(2 * math.sin(0.05), 0.1), places=6)
+        for key in KEYS[3:6] + KEYS[7:]:
+            self.assertAlmostEqual(error[key], 0, places=5, msg=key)
+        with open(plot, "rb") as f:
+            self.assertEqual(f.read(4), b"\x89PNG")
+
+    def test_stamps_further_apart_than_allowed_do_not_match(self):
+        late = self.file("late.txt", helix(20).replace("1403715", "1403716"))
+        self.expect_refused(["0 of 20", "expected 3"], "--reference", self.reference, "--estimate", late)
+        result = self.run_program("--reference", self.reference, "--estimate", late, "--max-difference", "1001")
+        self.assertEqual(result.returncode, 2)  # all of them nearest to one frame
+        self.assertIn("1 of 20", result.stderr)
+
+    def test_bad_input_is_named_in_one_line(self):
+        reference = ["--reference", self.reference]
+        self.expect_refused(["--estimate"], *reference)
+        self.expect_refused(["none.txt", "expected"], *reference, "--estimate", "none.txt")
+        self.expect_refused(["bad.txt: line 3"], *reference, "--estimate", self.file("bad.txt", helix(2) + "1 2 3\n"))
+        self.expect_refused(["2 of 2", "expected 3"], *reference, "--estimate", self.file("two.txt", helix(2)))
+        self.expect_refused(["0 of 0"], *reference, "--estimate", self.file("empty.txt", ""))
+        good = [*reference, "--estimate", self.reference]
+        self.expect_refused(["/no/such/e.json"], *good, "--json", "/no/such/e.json")
+        self.expect_refused(["e.xyz", ".png"], *good, "--plot", os.path.join(self.folder.name, "e.xyz"))
+        self.expect_refused(["--max-difference"], *good, "--max-difference", "-1")
+        self.expect_refused(["--nonsense"], *good, "--nonsense")
+
+    def test_help(self):
+        result = self.run_program("--help")
+        self.assertEqual(result.returncode, 0)
+        self.assertIn("--max-difference", result.stdout)
+
+
+if __name__ == "__main__":
+    rosunit.unitrun("mono_pose_tracker", "evaluate_trajectory", EvaluateTrajectory, sysargs=sys.argv)
