@@ -12,6 +12,17 @@
 namespace mono_pose_tracker {
 namespace {
 
+// Each mirrors the basis of the null space, whose own axes can miss a solution of a symmetric scene: generic
+// vectors.
+const Eigen::Vector4d kMirrors[4] = {{0.2887, -0.6471, 0.4563, 0.5384},
+                                     {-0.7311, 0.1937, 0.6173, 0.2236},
+                                     {0.5124, 0.6308, -0.1729, 0.5561},
+                                     {0.1453, 0.4019, 0.7466, -0.5098}};
+// Of the smallest pivot against the largest: below it the constraints keep too few of their digits.
+constexpr double kLeastPivot = 1e-4;
+// In radians: a solution that the polish moves further came from a polynomial whose rounding may hide others.
+constexpr double kLargestMove = 1e-6;
+
 using Quadratic = Eigen::Array<double, 10, 1>;  // xx xy yy xz yz zz x y z 1
 using Lanes = Eigen::Array<double, 4, 1>;       // three entries of a row of E, and one unused
 constexpr int kXX = 0, kXY = 1, kYY = 2, kXZ = 3, kYZ = 4, kZZ = 5, kX = 6, kY = 7, kZ = 8, kOne = 9;
@@ -228,11 +239,13 @@ bool motion_of(const Eigen::Matrix3d& essential, Motion* motion) {
 }
 
 /// Newton's method on the five epipolar constraints over rotation and direction of translation, so that E
-/// stays an essential matrix. False when it does not converge.
-bool polish(const std::array<Eigen::Vector3d, 5>& x1, const std::array<Eigen::Vector3d, 5>& x2,
-            Motion* motion) {
+/// stays an essential matrix. Returns the length of the first step in radians: how far off it found the
+/// motion; infinity when it does not converge.
+double polish(const std::array<Eigen::Vector3d, 5>& x1, const std::array<Eigen::Vector3d, 5>& x2,
+              Motion* motion) {
   Eigen::Matrix3d& rotation = motion->rotation;
   Eigen::Vector3d& t = motion->t;
+  double first_step2 = 0;
   for (int iteration = 0; iteration < 10; ++iteration) {
     const Eigen::Vector3d u = t.unitOrthogonal(), v = t.cross(u);
     Eigen::Matrix<double, 5, 5> jacobian;
@@ -245,47 +258,70 @@ bool polish(const std::array<Eigen::Vector3d, 5>& x1, const std::array<Eigen::Ve
     }
     const Eigen::Matrix<double, 5, 1> step = jacobian.partialPivLu().solve(-residual);
     const double step2 = step.squaredNorm();
+    if (iteration == 0) first_step2 = step2;
     // A step of a tenth of a radian is none of a polish.
-    if (!(step2 < 0.01)) return false;
+    if (!(step2 < 0.01)) break;
     const Eigen::Quaterniond turn(1, step[0] / 2, step[1] / 2, step[2] / 2);
     rotation = turn.normalized().toRotationMatrix() * rotation;
     t = (t + step[3] * u + step[4] * v).normalized();
     // Newton's method squares the error: the next step would be below rounding.
-    if (step2 < 1e-18) return true;
+    if (step2 < 1e-18) return std::sqrt(first_step2);
   }
-  return false;
+  return std::numeric_limits<double>::infinity();
 }
 
-// Reflects the null space, whose own axes can miss a solution of a symmetric scene: any generic vector does.
-const Eigen::Vector4d kMirror(0.2887, -0.6471, 0.4563, 0.5384);
+/// Adds a solution unless it is there already (up to sign): the polished ones agree to 1e-12 where they are
+/// one.
+void add_if_new(const Eigen::Matrix3d& essential, std::array<Eigen::Matrix3d, 10>* essentials, int* count) {
+  for (int i = 0; i < *count; ++i) {
+    const double cosine = (*essentials)[i].cwiseProduct(essential).sum();
+    if (((*essentials)[i] - std::copysign(1.0, cosine) * essential).squaredNorm() < 1e-16) return;
+  }
+  if (*count < 10) (*essentials)[(*count)++] = essential;
+}
 
-}  // namespace
-
-int five_point(const std::array<Eigen::Vector3d, 5>& x1, const std::array<Eigen::Vector3d, 5>& x2,
-               std::array<Eigen::Matrix3d, 10>* essentials) {
+/// Nister's method in the basis of the null space mirrored along `mirror`. Adds the solutions not there yet;
+/// false when there is reason to think that some were lost to rounding.
+bool solve_in_basis(const std::array<Eigen::Vector3d, 5>& x1, const std::array<Eigen::Vector3d, 5>& x2,
+                    const Eigen::Vector4d& mirror, std::array<Eigen::Matrix3d, 10>* essentials, int* count) {
   Row10 basis[4];
-  if (!epipolar_null_space<5>(x1, x2, kMirror, basis)) return 0;
+  if (!epipolar_null_space<5>(x1, x2, mirror, basis)) return true;
   const LinearRows e = linear_rows(basis);
   Constraints m;
   trace_constraints(e, &m);
   determinant_constraint(e, &m);
   int rows[10];
-  const double pivots = eliminate(&m, rows);
-  if (!(pivots > 0)) return 0;
+  bool sound = eliminate(&m, rows) > kLeastPivot;
 
   const ZSystem b = z_system(m, rows);
   double n[11];
   determinant(b, n);
   ProjectiveRoot roots[10];
   const int root_count = real_roots_degree10(n, roots);
-  int count = 0;
   for (int i = 0; i < root_count; ++i) {
     const Eigen::Vector4d c = back_substitute(b, roots[i]);
     const Row10 solution = c[0] * basis[0] + c[1] * basis[1] + c[2] * basis[2] + c[3] * basis[3];
     Motion motion;
-    if (!motion_of(as_matrix3(solution), &motion) || !polish(x1, x2, &motion)) continue;
-    Eigen::Matrix3d& essential = (*essentials)[count++];
+    if (!motion_of(as_matrix3(solution), &motion)) continue;
+    const double moved = polish(x1, x2, &motion);
+    sound = sound && moved < kLargestMove;
+    if (!std::isfinite(moved)) continue;
+    Eigen::Matrix3d essential;
     for (int k = 0; k < 3; ++k) essential.col(k) = std::sqrt(0.5) * motion.t.cross(motion.rotation.col(k));
+    add_if_new(essential, essentials, count);
+  }
+  return sound && *count % 2 == 0;
+}
+
+}  // namespace
+
+int five_point(const std::array<Eigen::Vector3d, 5>& x1, const std::array<Eigen::Vector3d, 5>& x2,
+               std::array<Eigen::Matrix3d, 10>* essentials) {
+  // Solutions get lost where the elimination pivots badly or roots crowd, and that depends on the basis: what
+  // one loses another finds.
+  int count = 0;
+  for (const Eigen::Vector4d& mirror : kMirrors) {
+    if (solve_in_basis(x1, x2, mirror, essentials, &count)) break;
   }
   return count;
 }
