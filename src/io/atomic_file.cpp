@@ -3,26 +3,39 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <locale>
 #include <stdexcept>
 
 namespace mono_pose_tracker {
 
+namespace {
+
+/// A device, a pipe or a link (/dev/stdout) is written through: to rename onto it would replace it.
+bool is_replaceable(const std::string& path) {
+  std::error_code ignored;
+  const std::filesystem::file_status status = std::filesystem::symlink_status(path, ignored);
+  return !std::filesystem::exists(status) || std::filesystem::is_regular_file(status);
+}
+
+}  // namespace
+
 void write_file_atomically(const std::string& path, const std::function<void(std::ostream&)>& write) {
-  const std::string temporary = path + ".part";
+  const bool replace = is_replaceable(path);
+  const std::string written = replace ? path + ".part" : path;
   const auto fail = [&] {
     const std::string reason = errno ? std::strerror(errno) : "write error";
-    std::remove(temporary.c_str());
+    if (replace) std::remove(written.c_str());
     throw std::runtime_error(path + ": cannot be written (" + reason + ")");
   };
   errno = 0;
-  std::ofstream stream(temporary, std::ios::binary | std::ios::trunc);
+  std::ofstream stream(written, std::ios::binary | std::ios::trunc);
   if (!stream) fail();
   stream.imbue(std::locale::classic());
   write(stream);
   stream.close();
-  if (!stream || std::rename(temporary.c_str(), path.c_str()) != 0) fail();
+  if (!stream || (replace && std::rename(written.c_str(), path.c_str()) != 0)) fail();
 }
 
 }  // namespace mono_pose_tracker

@@ -20,6 +20,32 @@ bool is_cut_jpeg(const std::vector<unsigned char>& bytes) {
   return std::find_end(bytes.begin(), bytes.end(), end_of_image, end_of_image + 2) == bytes.end();
 }
 
+DecodedImage decode_unchanged(const std::vector<unsigned char>& bytes) {
+  if (bytes.empty()) return {{}, "is empty"};
+  if (is_cut_jpeg(bytes)) return {{}, "is a JPEG that ends too early"};
+  cv::Mat image;
+  try {
+    image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);  // unchanged: orientation tags are ignored as well
+  } catch (const cv::Exception&) {
+    // A header that promises more pixels than OpenCV allows: no image either.
+  }
+  if (image.empty()) return {{}, "is no image that can be decoded"};
+  return {image, {}};
+}
+
+DecodedImage read_with(DecodedImage (*decode)(const std::vector<unsigned char>&), const std::string& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return {{}, path + ": is a folder"};
+  errno = 0;
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) {
+    return {{}, path + ": cannot be read (" + (errno ? std::strerror(errno) : "unknown reason") + ")"};
+  }
+  DecodedImage decoded = decode({std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()});
+  if (!decoded.problem.empty()) decoded.problem = path + ": " + decoded.problem;
+  return decoded;
+}
+
 }  // namespace
 
 bool has_image_extension(const std::string& path) {
@@ -47,29 +73,12 @@ DecodedImage to_8_bit(const cv::Mat& image) {
 }
 
 DecodedImage decode_image(const std::vector<unsigned char>& bytes) {
-  if (bytes.empty()) return {{}, "is empty"};
-  if (is_cut_jpeg(bytes)) return {{}, "is a JPEG that ends too early"};
-  cv::Mat image;
-  try {
-    image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);  // unchanged: orientation tags are ignored as well
-  } catch (const cv::Exception&) {
-    // A header that promises more pixels than OpenCV allows: no image either.
-  }
-  if (image.empty()) return {{}, "is no image that can be decoded"};
-  return to_8_bit(image);
+  DecodedImage decoded = decode_unchanged(bytes);
+  return decoded.problem.empty() ? to_8_bit(decoded.image) : decoded;
 }
 
-DecodedImage read_image(const std::string& path) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) return {{}, path + ": is a folder"};
-  errno = 0;
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream)
-    return {{}, path + ": cannot be read (" + (errno ? std::strerror(errno) : "unknown reason") + ")"};
-  DecodedImage decoded =
-      decode_image({std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()});
-  if (!decoded.problem.empty()) decoded.problem = path + ": " + decoded.problem;
-  return decoded;
-}
+DecodedImage read_unchanged(const std::string& path) { return read_with(decode_unchanged, path); }
+
+DecodedImage read_image(const std::string& path) { return read_with(decode_image, path); }
 
 }  // namespace mono_pose_tracker

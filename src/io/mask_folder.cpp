@@ -1,5 +1,6 @@
 #include "mono_pose_tracker/io/mask_folder.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
@@ -16,12 +17,12 @@ std::string text(const cv::Size& size) {
   return std::to_string(size.width) + " x " + std::to_string(size.height);
 }
 
-/// 255 wherever any channel is not zero.
+/// 255 wherever any channel but transparency is not zero.
 cv::Mat nonzero(const cv::Mat& image) {
   std::vector<cv::Mat> channels;
   cv::split(image, channels);
   cv::Mat mask = channels[0] != 0;
-  for (std::size_t i = 1; i < channels.size(); ++i) mask |= channels[i] != 0;
+  for (std::size_t i = 1; i < std::min<std::size_t>(channels.size(), 3); ++i) mask |= channels[i] != 0;
   return mask;
 }
 
@@ -51,7 +52,7 @@ cv::Mat MaskFolder::mask_of(const std::string& image_name, const cv::Size& size,
     *problem = folder_ + ": has no mask for " + image_name;
     return {};
   }
-  const DecodedImage decoded = read_image(found->second);
+  const DecodedImage decoded = read_unchanged(found->second);
   if (!decoded.problem.empty()) {
     *problem = decoded.problem;
     return {};

@@ -168,6 +168,8 @@ TEST(Masks, AreFoundByBaseName) {
   cv::imwrite(folder / "a.b.png", mask);
   cv::imwrite(folder / "000003.bmp", cv::Mat(4, 6, CV_8UC3, cv::Scalar(0, 0, 5)));
   folder.write("bad.png", "no image");
+  cv::imwrite(folder / "labels.png", cv::Mat(4, 6, CV_16UC1, cv::Scalar(1)));
+  cv::imwrite(folder / "clear.png", cv::Mat(4, 6, CV_8UC4, cv::Scalar(0, 0, 0, 255)));
   const MaskFolder masks(folder.path());
   std::string problem;
   const cv::Mat found = masks.mask_of("a.b.jpg", {6, 4}, &problem);
@@ -176,6 +178,9 @@ TEST(Masks, AreFoundByBaseName) {
   EXPECT_EQ(cv::countNonZero(found), 1);
   EXPECT_EQ(found.at<uchar>(1, 2), 255);
   EXPECT_EQ(cv::countNonZero(masks.mask_of("000003", {6, 4}, &problem)), 24);
+  EXPECT_EQ(cv::countNonZero(masks.mask_of("labels.jpg", {6, 4}, &problem)), 24);
+  EXPECT_EQ(cv::countNonZero(masks.mask_of("clear.jpg", {6, 4}, &problem)), 0);
+  EXPECT_EQ(problem, "");
   for (const auto& [name, size, part] :
        {std::tuple("c.png", cv::Size(6, 4), "no mask for c.png"),
         std::tuple("a.b.png", cv::Size(4, 6), "a.b.png: is 6 x 4: expected 4 x 6"),

@@ -7,8 +7,8 @@
 namespace mono_pose_tracker {
 
 /// Calls `write` with a stream on a temporary file beside `path`, then renames it to `path`: a reader sees
-/// the old file or the whole new one. Throws std::runtime_error naming the path and the reason when it
-/// cannot.
+/// the old file or the whole new one. Devices, pipes and links are written through instead. Throws
+/// std::runtime_error naming the path and the reason when it cannot.
 void write_file_atomically(const std::string& path, const std::function<void(std::ostream&)>& write);
 
 }  // namespace mono_pose_tracker

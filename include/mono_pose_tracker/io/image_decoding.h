@@ -19,6 +19,9 @@ bool has_image_extension(const std::string& path);
 /// file.
 DecodedImage read_image(const std::string& path);
 
+/// As read_image, with all bits and channels of the file.
+DecodedImage read_unchanged(const std::string& path);
+
 /// As read_image, from the file's bytes.
 DecodedImage decode_image(const std::vector<unsigned char>& bytes);
 
