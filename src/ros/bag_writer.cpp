@@ -37,11 +37,11 @@ BagWriter::BagWriter(const std::string& path, const CameraParameters& camera)
   }
 }
 
-void BagWriter::write_image(const std::string& topic, double stamp_s, const cv::Mat& image) {
+void BagWriter::write_image(const std::string& topic, std::int64_t stamp_ns, const cv::Mat& image) {
   namespace encodings = sensor_msgs::image_encodings;
   std_msgs::Header header;
   header.frame_id = info_.header.frame_id;
-  header.stamp.fromSec(stamp_s);
+  header.stamp.fromNSec(stamp_ns);
   const cv_bridge::CvImage message(header, image.channels() == 1 ? encodings::MONO8 : encodings::BGR8, image);
   try {
     bag_.write(topic, record_time(header.stamp), *message.toImageMsg());
@@ -50,9 +50,9 @@ void BagWriter::write_image(const std::string& topic, double stamp_s, const cv::
   }
 }
 
-void BagWriter::write(double stamp_s, const cv::Mat& image) {
-  write_image("/camera/image_raw", stamp_s, image);
-  info_.header.stamp.fromSec(stamp_s);
+void BagWriter::write(std::int64_t stamp_ns, const cv::Mat& image) {
+  write_image("/camera/image_raw", stamp_ns, image);
+  info_.header.stamp.fromNSec(stamp_ns);
   try {
     bag_.write("/camera/camera_info", record_time(info_.header.stamp), info_);
   } catch (const rosbag::BagException& error) {
@@ -60,8 +60,8 @@ void BagWriter::write(double stamp_s, const cv::Mat& image) {
   }
 }
 
-void BagWriter::write_mask(double stamp_s, const cv::Mat& mask) {
-  write_image("/camera/mask", stamp_s, mask);
+void BagWriter::write_mask(std::int64_t stamp_ns, const cv::Mat& mask) {
+  write_image("/camera/mask", stamp_ns, mask);
 }
 
 void BagWriter::close() {

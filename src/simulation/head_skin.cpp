@@ -28,8 +28,10 @@ float spot_darkness(const Spots& spots, unsigned seed, const Vector3f& x, float 
     const unsigned h = hash_cell(seed, i, j, k);
     if (unit_float(h) > spots.density) continue;
     const unsigned h1 = rehash(h), h2 = rehash(h1), h3 = rehash(h2);
-    const Vector3f centre(i + 0.3f + 0.4f * unit_float(h1), j + 0.3f + 0.4f * unit_float(h2),
-                          k + 0.3f + 0.4f * unit_float(h3));
+    // No nearer than a twentieth of a cell to its sides: spots of up to half a cell stay within the nearest
+    // 2^3 cells.
+    const Vector3f centre(i + 0.05f + 0.9f * unit_float(h1), j + 0.05f + 0.9f * unit_float(h2),
+                          k + 0.05f + 0.9f * unit_float(h3));
     const float radius = spots.smallest_radius + spots.spread * unit_float(h1 * 0x9e3779b1u);
     const float softness = 0.25f * radius + 0.5f * footprint;
     const float distance = spots.cell * (q - centre).norm();
@@ -56,8 +58,8 @@ Vector3f skin(unsigned seed, const Vector3f& x, float footprint) {
   color *= 1.f + 0.06f * fractal_noise(seed, x.x(), x.y(), x.z(), 0.03f, 3, footprint);
   color *= 1.f + 0.05f * fractal_noise(seed + 1, x.x(), x.y(), x.z(), 0.006f, 3, footprint);
   const Spots moles{0.024f, 0.0012f, 0.0012f, 0.4f, 0.40f};
-  const Spots freckles{0.009f, 0.0009f, 0.0009f, 0.7f, 0.22f};
-  const Spots small_freckles{0.0045f, 0.0005f, 0.0007f, 0.7f, 0.22f};
+  const Spots freckles{0.008f, 0.0009f, 0.0009f, 0.8f, 0.32f};
+  const Spots small_freckles{0.0041f, 0.0006f, 0.0007f, 0.9f, 0.32f};
   const float darkness = spot_darkness(moles, seed + 2, x, footprint) +
                          spot_darkness(freckles, seed + 3, x, footprint) +
                          spot_darkness(small_freckles, seed + 4, x, footprint);
@@ -76,7 +78,7 @@ Vector3f hair(unsigned seed, const Vector3f& x, float footprint) {
   const float squeezed = std::max(footprint, footprint * kRadius / off_axis);  // azimuths crowd at the crown
   const float lock = fractal_noise(seed + 10, around, along, 0.012f, 2, squeezed);
   const float strand = fractal_noise(seed + 11, around, along, 0.003f, 2, squeezed);
-  return Vector3f(0.30f, 0.22f, 0.16f) * (1.f + 0.25f * lock + 0.65f * strand);
+  return Vector3f(0.30f, 0.22f, 0.16f) * (1.f + 0.30f * lock + 0.80f * strand);
 }
 
 /// 1 on the scalp, 0 on the face, the neck and the ears.
@@ -112,7 +114,8 @@ void paint_brows(unsigned seed, const Vector3f& x, float footprint, Vector3f* co
   const float ragged = 0.0012f * value_noise(seed + 13, 900 * x.x(), 300 * x.y(), 300 * x.z());
   const float edge = std::max(std::fabs(x.y() - arch) - 0.0042f * std::sqrt(std::max(0.f, 1.f - u * u)),
                               0.021f * (std::fabs(u) - 1.f));
-  paint(0.8f * inside(edge + ragged, 0.0012f + 0.5f * footprint), hair(seed + 20, x, footprint), color);
+  paint(0.8f * inside(edge + ragged, 0.0012f + 0.5f * footprint), 0.85f * hair(seed + 20, x, footprint),
+        color);
 }
 
 void paint_lips(const Vector3f& x, float footprint, Vector3f* color) {

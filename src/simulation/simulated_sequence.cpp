@@ -7,6 +7,7 @@
 
 #include "mono_pose_tracker/common/random.h"
 #include "mono_pose_tracker/simulation/camera_path.h"
+#include "mono_pose_tracker/simulation/hand_occluder.h"
 #include "mono_pose_tracker/simulation/head_scene.h"
 #include "mono_pose_tracker/simulation/leaf_texture.h"
 #include "mono_pose_tracker/simulation/panel_scene.h"
@@ -18,6 +19,9 @@ namespace {
 
 /// From the camera to the middle of the head, m: the head fills three quarters of the image's height.
 constexpr double kHeadDistance = 0.55;
+
+constexpr int kFrames = 120;  // of the paper's sequence
+constexpr double kPi = 3.14159265358979323846;
 
 void require(bool holds, const char* key, double value, const char* expected) {
   if (holds) return;
@@ -45,6 +49,19 @@ std::shared_ptr<const Scene> make_scene(SceneKind kind, std::uint64_t seed) {
   }
 }
 
+std::vector<Rigid3> scene_path(SceneKind kind, int frames, std::uint64_t seed) {
+  switch (kind) {
+    case SceneKind::kRoom:
+      return handheld_room_path(frames, seed);
+    case SceneKind::kPlane:
+      return handheld_plane_path(frames, seed);
+    default:
+      return head_path(frames, kHeadDistance, seed);
+  }
+}
+
+std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
+
 /// A dark cloth, or a wall of strong texture a few decimetres behind the head.
 cv::Mat make_background(const CameraModel& camera, BackgroundKind kind, std::uint64_t seed, int threads) {
   cv::Mat background(camera.height(), camera.width(), CV_32FC3, cv::Scalar(0.085, 0.075, 0.07));
@@ -55,6 +72,7 @@ cv::Mat make_background(const CameraModel& camera, BackgroundKind kind, std::uin
       {0.25f, 0.30f, 0.36f}, {0.62f, 0.58f, 0.48f}, {0.48f, 0.30f, 0.26f}, {0.34f, 0.44f, 0.36f}};
   style.largest = 0.25f;
   style.smallest = 0.008f;
+  style.opacity = 0.95f;
   const auto texture_seed = static_cast<std::uint32_t>(derived_seed(seed, 1));
   constexpr double kWallDistance = 1.0;  // m
   parallel_for(camera.height(), threads, [&](int row) {
@@ -64,7 +82,7 @@ cv::Mat make_background(const CameraModel& camera, BackgroundKind kind, std::uin
       const Color color =
           leaf_texture(style, texture_seed, static_cast<float>(scale * ray.x()),
                        static_cast<float>(scale * ray.y()), static_cast<float>(scale / camera.focal()));
-      background.at<cv::Vec3f>(row, column) = cv::Vec3f(color.z(), color.y(), color.x()) * 0.6f;
+      background.at<cv::Vec3f>(row, column) = cv::Vec3f(color.z(), color.y(), color.x()) * 0.75f;
     }
   });
   return background;
@@ -73,7 +91,7 @@ cv::Mat make_background(const CameraModel& camera, BackgroundKind kind, std::uin
 }  // namespace
 
 void SequenceOptions::validate() const {
-  require(frames >= 1, "frames", frames, "at least 1");
+  require(frames >= 0, "frames", frames, "0 (all) or more");
   require(noise_grey_levels >= 0, "noise_grey_levels", noise_grey_levels, "0 or more");
   require(blur_px >= 0 && blur_px <= 50, "blur_px", blur_px, "0 to 50");
   require(exposure_drift >= 0 && exposure_drift < 1, "exposure_drift", exposure_drift,
@@ -82,8 +100,6 @@ void SequenceOptions::validate() const {
   require(first_stamp_s >= 0, "first_stamp_s", first_stamp_s, "0 or more");
   require(samples >= 1 && samples <= 8, "samples", samples, "1 to 8");
   require(threads >= 0, "threads", threads, "0 (all) or more");
-  require(path_stamps_s.size() == path_map_from_camera.size(), "path_stamps_s", path_stamps_s.size(),
-          "as many as poses");
 }
 
 CameraParameters default_camera(SceneKind scene, int width, int height) {
@@ -108,51 +124,46 @@ SimulatedSequence::SimulatedSequence(const SequenceOptions& options)
 }
 
 void SimulatedSequence::make_path() {
-  if (!options_.path_map_from_camera.empty()) {
-    const std::size_t count =
-        std::min(options_.path_stamps_s.size(), static_cast<std::size_t>(options_.frames));
-    stamps_s_.assign(options_.path_stamps_s.begin(), options_.path_stamps_s.begin() + count);
-    map_from_camera_.assign(options_.path_map_from_camera.begin(),
-                            options_.path_map_from_camera.begin() + count);
+  if (!options_.path.empty()) {
+    path_ = options_.path;
+    if (options_.frames > 0 && options_.frames < static_cast<int>(path_.size()))
+      path_.resize(options_.frames);
     return;
   }
-  const std::uint64_t seed = derived_seed(options_.seed, 2);
-  switch (options_.scene) {
-    case SceneKind::kHead:
-      map_from_camera_ = head_path(options_.frames, kHeadDistance, seed);
-      break;
-    case SceneKind::kRoom:
-      map_from_camera_ = handheld_room_path(options_.frames, seed);
-      break;
-    case SceneKind::kPlane:
-      map_from_camera_ = handheld_plane_path(options_.frames, seed);
-      break;
+  const int frames = options_.frames > 0 ? options_.frames : kFrames;
+  std::int64_t index = 0;
+  for (const Rigid3& pose : scene_path(options_.scene, frames, derived_seed(options_.seed, 2))) {
+    path_.push_back({nanoseconds(options_.first_stamp_s + index++ / options_.rate_hz), pose});
   }
-  for (int i = 0; i < options_.frames; ++i)
-    stamps_s_.push_back(options_.first_stamp_s + i / options_.rate_hz);
 }
 
 Lighting SimulatedSequence::lighting(int frame) const {
-  Eigen::Vector3f key = Eigen::Vector3f(-0.5f, -0.75f, -0.8f).normalized();
-  Eigen::Vector3f fill = Eigen::Vector3f(0.4f, -0.3f, -0.8f).normalized();
   if (options_.scene != SceneKind::kHead)
     return {Eigen::Vector3f(-0.4f, -0.5f, 0.75f).normalized(), -Eigen::Vector3f::UnitY()};
+  // A lamp to the upper left of the camera, a window to its right.
+  const Eigen::Vector3f key = Eigen::Vector3f(-0.5f, -0.75f, -0.8f).normalized();
+  const Eigen::Vector3f fill = Eigen::Vector3f(0.4f, -0.3f, -0.8f).normalized();
   if (!options_.lights_move_with_camera) return {key, fill};
-  const Eigen::Matrix3f map_from_camera = map_from_camera_.at(frame).rotation_matrix().cast<float>();
-  return {map_from_camera * key, map_from_camera * fill};
+  const Eigen::Matrix3f rotation = path_.at(frame).map_from_camera.rotation_matrix().cast<float>();
+  return {rotation * key, rotation * fill};
 }
 
 SimulatedFrame SimulatedSequence::render(int frame) const {
-  const Rigid3& pose = map_from_camera_.at(frame);
-  const Renderer::Picture picture = renderer_.render(*scene_, pose, lighting(frame), background_);
+  const StampedPose& pose = path_.at(frame);
+  const double done = size() > 1 ? static_cast<double>(frame) / (size() - 1) : 0;
+  Renderer::Picture picture = renderer_.render(*scene_, pose.map_from_camera, lighting(frame), background_);
+  if (options_.occluder) {
+    const auto texture_seed = static_cast<std::uint32_t>(derived_seed(options_.seed, 3));
+    draw_hand(camera_, done, texture_seed, options_.threads, &picture.color, &picture.mask);
+  }
   SensorEffects effects;
   effects.blur_px = options_.blur_px;
   // One and a half periods over the sequence: brighter, darker, brighter again.
-  const double phase = size() > 1 ? 3 * 3.14159265358979 * frame / (size() - 1) : 0;
-  effects.gain = 1 + options_.exposure_drift * std::sin(phase);
+  effects.gain = 1 + options_.exposure_drift * std::sin(3 * kPi * done);
   effects.noise_grey_levels = options_.noise_grey_levels;
   effects.noise_seed = derived_seed(options_.seed, 1000 + static_cast<std::uint64_t>(frame));
-  return {stamps_s_.at(frame), pose, expose(picture.color, effects, options_.threads), picture.mask};
+  return {pose.stamp_ns, pose.map_from_camera, expose(picture.color, effects, options_.threads),
+          picture.mask};
 }
 
 }  // namespace mono_pose_tracker

@@ -10,6 +10,8 @@
 
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
+#include "mono_pose_tracker/io/stamp.h"
+#include "mono_pose_tracker/io/trajectory.h"
 #include "mono_pose_tracker/ros/bag_writer.h"
 #include "mono_pose_tracker/simulation/simulated_sequence.h"
 
@@ -19,7 +21,7 @@ namespace fs = std::filesystem;
 using namespace mono_pose_tracker;
 
 struct Arguments {
-  std::string scene = "head", background = "plain", output;
+  std::string scene = "head", background = "plain", lights = "camera", path, output;
   int width = 640, height = 480;
   double focal_px = 0, hfov_deg = 0;
   std::string distortion_model = "plumb_bob";
@@ -44,13 +46,27 @@ void make_folder(const fs::path& path) {
   if (error) throw std::runtime_error(path.string() + ": cannot be made (" + error.message() + ")");
 }
 
+std::string image_name(int index) {
+  char name[32];
+  std::snprintf(name, sizeof name, "%06d.png", index);
+  return name;
+}
+
 void declare(CLI::App& app, Arguments& a) {
   SequenceOptions& s = a.sequence;
   app.add_option("--output", a.output, "folder to write to (made when missing)")->required();
   app.add_option("--scene", a.scene, "head, room or plane")->check(CLI::IsMember({"head", "room", "plane"}));
   app.add_option("--background", a.background, "behind the head")
       ->check(CLI::IsMember({"plain", "textured"}));
-  app.add_option("--frames", s.frames, "number of images [120]");
+  app.add_option("--lights", a.lights,
+                 "of the head: standing still with the camera, or with the object [camera]")
+      ->check(CLI::IsMember({"camera", "object"}));
+  app.add_option(
+      "--path", a.path,
+      "camera path of one's own: TUM lines `timestamp tx ty tz qx qy qz qw`, map_from_camera, in metres; "
+      "the head's map is the head's own frame: origin between the ears, x to its left, y down, z back");
+  app.add_option("--frames", s.frames, "number of images [120, or the whole path]")
+      ->check(CLI::PositiveNumber);
   app.add_option("--width", a.width, "px [640]");
   app.add_option("--height", a.height, "px [480]");
   auto* focal = app.add_option("--focal", a.focal_px, "focal length, px [head 768, room and plane 525]");
@@ -62,6 +78,7 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--blur", s.blur_px, "Gaussian blur, standard deviation in px [0]");
   app.add_option("--exposure-drift", s.exposure_drift,
                  "greatest relative change of brightness, such as 0.2 [0]");
+  app.add_flag("--occluder", s.occluder, "a hand passes before the object (and is 0 in the masks)");
   app.add_option("--seed", s.seed, "of textures, path and noise [1]");
   app.add_option("--rate", s.rate_hz, "frames a second [30]");
   app.add_option("--first-stamp", s.first_stamp_s, "time stamp of the first image, s [1]");
@@ -85,35 +102,38 @@ CameraParameters camera_of(const Arguments& a) {
   return camera;
 }
 
+void complete(Arguments& a) {
+  SequenceOptions& s = a.sequence;
+  s.scene = a.scene == "room" ? SceneKind::kRoom : a.scene == "plane" ? SceneKind::kPlane : SceneKind::kHead;
+  s.background = a.background == "textured" ? BackgroundKind::kTextured : BackgroundKind::kPlain;
+  s.lights_move_with_camera = a.lights == "camera";
+  s.camera = camera_of(a);
+  if (a.path.empty()) return;
+  s.path = read_tum(a.path);
+  if (s.path.empty()) throw std::invalid_argument(a.path + ": no pose in it, expected TUM lines");
+}
+
 void render_to(const Arguments& a, const SimulatedSequence& sequence) {
   const fs::path folder(a.output);
   make_folder(folder / "images");
   make_folder(folder / "masks");
   write_camera_yaml((folder / "camera.yaml").string(), "simulated", sequence.camera().parameters());
   BagWriter bag(a.bag.empty() ? (folder / "sequence.bag").string() : a.bag, sequence.camera().parameters());
-  std::string list, poses;
-  char line[256];
+  std::string list;
   for (int i = 0; i < sequence.size(); ++i) {
     const SimulatedFrame frame = sequence.render(i);
-    std::snprintf(line, sizeof line, "%04d.png", i);
-    const std::string name = line;
+    const std::string name = image_name(i);
     write_image(folder / "images" / name, frame.image);
     write_image(folder / "masks" / name, frame.mask);
-    bag.write(frame.stamp_s, frame.image);
-    if (a.bag_masks) bag.write_mask(frame.stamp_s, frame.mask);
-    std::snprintf(line, sizeof line, "%.9f images/%s\n", frame.stamp_s, name.c_str());
-    list += line;
-    const Eigen::Vector3d& t = frame.map_from_camera.translation;
-    const Eigen::Quaterniond& q = frame.map_from_camera.rotation;
-    std::snprintf(line, sizeof line, "%.9f %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n", frame.stamp_s, t.x(), t.y(),
-                  t.z(), q.x(), q.y(), q.z(), q.w());
-    poses += line;
+    bag.write(frame.stamp_ns, frame.image);
+    if (a.bag_masks) bag.write_mask(frame.stamp_ns, frame.mask);
+    list += format_stamp(frame.stamp_ns) + " images/" + name + "\n";
     if (!a.quiet) std::fprintf(stderr, "\r%d of %d images", i + 1, sequence.size());
   }
   if (!a.quiet) std::fprintf(stderr, "\n");
   bag.close();
   write_file_atomically((folder / "images.txt").string(), [&](std::ostream& out) { out << list; });
-  write_file_atomically((folder / "groundtruth.txt").string(), [&](std::ostream& out) { out << poses; });
+  write_tum((folder / "groundtruth.txt").string(), sequence.path());
 }
 
 }  // namespace
@@ -131,11 +151,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    a.sequence.scene = a.scene == "room"    ? SceneKind::kRoom
-                       : a.scene == "plane" ? SceneKind::kPlane
-                                            : SceneKind::kHead;
-    a.sequence.background = a.background == "textured" ? BackgroundKind::kTextured : BackgroundKind::kPlain;
-    a.sequence.camera = camera_of(a);
+    complete(a);
     render_to(a, SimulatedSequence(a.sequence));
   } catch (const std::exception& error) {
     std::cerr << "simulate_sequence: " << error.what() << "\n";

@@ -3,6 +3,7 @@
 #include <rosbag/bag.h>
 #include <sensor_msgs/CameraInfo.h>
 
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <string>
 
@@ -19,16 +20,16 @@ class BagWriter {
   BagWriter(const std::string& path, const CameraParameters& camera);
 
   /// `image`: CV_8UC3 (blue green red) or CV_8UC1. Throws std::runtime_error naming the path.
-  void write(double stamp_s, const cv::Mat& image);
+  void write(std::int64_t stamp_ns, const cv::Mat& image);
 
   /// `mask`: CV_8UC1, 0 = ignore; on /camera/mask.
-  void write_mask(double stamp_s, const cv::Mat& mask);
+  void write_mask(std::int64_t stamp_ns, const cv::Mat& mask);
 
   /// Without it the bag lacks its index until destruction. Throws std::runtime_error naming the path.
   void close();
 
  private:
-  void write_image(const std::string& topic, double stamp_s, const cv::Mat& image);
+  void write_image(const std::string& topic, std::int64_t stamp_ns, const cv::Mat& image);
 
   std::string path_;
   rosbag::Bag bag_;

@@ -8,6 +8,7 @@
 
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/io/trajectory.h"
 #include "mono_pose_tracker/simulation/renderer.h"
 #include "mono_pose_tracker/simulation/scene.h"
 
@@ -20,7 +21,7 @@ enum class BackgroundKind { kPlain, kTextured };
 struct SequenceOptions {
   SceneKind scene = SceneKind::kHead;
   BackgroundKind background = BackgroundKind::kPlain;  // behind the head; stands still in the image
-  int frames = 120;                                    // with a path: at most so many of its poses
+  int frames = 0;                                      // 0: 120, or all poses of the path
   CameraParameters camera;                             // see default_camera
   bool lights_move_with_camera = true;  // as when the object turns; the room's lights are its own
   double noise_grey_levels = 0;         // standard deviation, of 255, the same in the three colours
@@ -28,11 +29,11 @@ struct SequenceOptions {
   double exposure_drift = 0;            // greatest relative change of brightness, either way
   std::uint64_t seed = 1;               // of textures, path and noise
   double rate_hz = 30;
-  double first_stamp_s = 1;                  // not 0, which ROS takes for no stamp
-  int samples = 2;                           // per pixel side
-  int threads = 0;                           // 0: as many as the machine has; no result depends on it
-  std::vector<double> path_stamps_s;         // a path of one's own: as many stamps
-  std::vector<Rigid3> path_map_from_camera;  // as poses; empty: the scene's own path
+  double first_stamp_s = 1;       // not 0, which ROS takes for no stamp
+  int samples = 2;                // per pixel side
+  int threads = 0;                // 0: as many as the machine has; no result depends on it
+  bool occluder = false;          // a hand that passes before the object
+  std::vector<StampedPose> path;  // a path of one's own; empty: the scene's
 
   /// Throws std::invalid_argument naming key, value and what was expected.
   void validate() const;
@@ -42,10 +43,10 @@ struct SequenceOptions {
 CameraParameters default_camera(SceneKind scene, int width, int height);
 
 struct SimulatedFrame {
-  double stamp_s = 0;
+  std::int64_t stamp_ns = 0;
   Rigid3 map_from_camera;
   cv::Mat image;  // CV_8UC3, blue green red
-  cv::Mat mask;   // CV_8UC1, 255 where the pixel's centre is on the object
+  cv::Mat mask;   // CV_8UC1, 255 where the pixel's centre is on the object and nothing is before it
 };
 
 /// A sequence whose frames are rendered when asked for, in any order, each the same for one seed whatever was
@@ -56,9 +57,9 @@ class SimulatedSequence {
   /// Throws std::invalid_argument as SequenceOptions::validate and CameraModel do.
   explicit SimulatedSequence(const SequenceOptions& options);
 
-  int size() const { return static_cast<int>(map_from_camera_.size()); }
-  double stamp_s(int frame) const { return stamps_s_.at(frame); }
-  const Rigid3& map_from_camera(int frame) const { return map_from_camera_.at(frame); }
+  int size() const { return static_cast<int>(path_.size()); }
+  /// Ground truth: map_from_camera of each frame.
+  const std::vector<StampedPose>& path() const { return path_; }
   const CameraModel& camera() const { return camera_; }
   const Scene& scene() const { return *scene_; }
 
@@ -73,8 +74,7 @@ class SimulatedSequence {
   std::shared_ptr<const Scene> scene_;
   Renderer renderer_;
   cv::Mat background_;
-  std::vector<double> stamps_s_;
-  std::vector<Rigid3> map_from_camera_;
+  std::vector<StampedPose> path_;
 };
 
 }  // namespace mono_pose_tracker

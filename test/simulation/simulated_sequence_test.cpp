@@ -1,0 +1,287 @@
+#include "mono_pose_tracker/simulation/simulated_sequence.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "mono_pose_tracker/simulation/head_shape.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+SequenceOptions small_options(SceneKind scene, int width = 200, int height = 150) {
+  SequenceOptions options;
+  options.scene = scene;
+  options.camera = default_camera(scene, width, height);
+  options.threads = 2;
+  return options;
+}
+
+/// The scene's point a pixel sees; false where it sees none.
+bool point_seen(const SimulatedSequence& sequence, int frame, const Eigen::Vector2d& pixel,
+                Eigen::Vector3d* x_in_map) {
+  const Rigid3& map_from_camera = sequence.path()[frame].map_from_camera;
+  const Ray ray{map_from_camera.translation, map_from_camera.rotation * sequence.camera().bearing(pixel)};
+  Hit hit;
+  if (!sequence.scene().intersect(ray, 0, &hit)) return false;
+  *x_in_map = ray.origin + hit.distance * ray.direction;
+  return true;
+}
+
+/// Whether the surface about a pixel is smooth: near edges of depth the blurred image mixes what moves
+/// differently.
+bool smooth_surface(const SimulatedSequence& sequence, int frame, const Eigen::Vector2d& pixel) {
+  const Eigen::Vector3d camera = sequence.path()[frame].map_from_camera.translation;
+  const auto distance = [&](double dx, double dy) {
+    Eigen::Vector3d point;
+    return point_seen(sequence, frame, pixel + Eigen::Vector2d(dx, dy), &point) ? (point - camera).norm()
+                                                                                : 1e9;
+  };
+  const double here = distance(0, 0), reach = 4;  // px: four deviations of the blur
+  return std::fabs(distance(reach, 0) + distance(-reach, 0) - 2 * here) < 0.01 * here &&
+         std::fabs(distance(0, reach) + distance(0, -reach) - 2 * here) < 0.01 * here;
+}
+
+double grey(const cv::Mat& image, const Eigen::Vector2d& pixel) {
+  cv::Mat patch;
+  cv::getRectSubPix(image, {1, 1}, cv::Point2f(static_cast<float>(pixel.x()), static_cast<float>(pixel.y())),
+                    patch);
+  return patch.at<float>(0, 0);
+}
+
+cv::Mat smooth_grey(const cv::Mat& image) {
+  cv::Mat result;
+  cv::cvtColor(image, result, cv::COLOR_BGR2GRAY);
+  result.convertTo(result, CV_32F);
+  cv::GaussianBlur(result, result, {}, 1.0);
+  return result;
+}
+
+/// How far (px) what frame b shows lies, over the whole image, from where ground truth and the scene's shape
+/// say that what frame a shows must be: the one shift that explains the grey level differences best (Lucas
+/// and Kanade).
+Eigen::Vector2d misplacement(const SimulatedSequence& sequence, int a, int b) {
+  const cv::Mat image_a = smooth_grey(sequence.render(a).image),
+                image_b = smooth_grey(sequence.render(b).image);
+  const Rigid3 b_from_map = sequence.path()[b].map_from_camera.inverse();
+  Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d right = Eigen::Vector2d::Zero();
+  for (int y = 4; y < image_a.rows - 4; y += 2) {
+    for (int x = 4; x < image_a.cols - 4; x += 2) {
+      Eigen::Vector3d point, back;
+      Eigen::Vector2d p;
+      if (!point_seen(sequence, a, Eigen::Vector2d(x, y), &point)) continue;
+      if (!sequence.camera().project(b_from_map * point, &p) || !sequence.camera().in_image(p, 3)) continue;
+      if (!point_seen(sequence, b, p, &back) || (back - point).norm() > 1e-4) continue;  // hidden in b
+      const Eigen::Vector2d gradient(
+          0.5 * (grey(image_b, p + Eigen::Vector2d(1, 0)) - grey(image_b, p - Eigen::Vector2d(1, 0))),
+          0.5 * (grey(image_b, p + Eigen::Vector2d(0, 1)) - grey(image_b, p - Eigen::Vector2d(0, 1))));
+      if (!smooth_surface(sequence, a, Eigen::Vector2d(x, y)) || !smooth_surface(sequence, b, p)) continue;
+      const double difference = image_a.at<float>(y, x) - grey(image_b, p);
+      normal += gradient * gradient.transpose();
+      right += gradient * difference;
+    }
+  }
+  return normal.ldlt().solve(right);
+}
+
+TEST(SimulatedSequence, ImagesAgreeWithPosesAndShape) {
+  for (const SceneKind scene : {SceneKind::kHead, SceneKind::kRoom, SceneKind::kPlane}) {
+    SequenceOptions options = small_options(scene);
+    options.lights_move_with_camera = false;  // else brightness changes would pass for shifts
+    const SimulatedSequence sequence(options);
+    for (const auto& [a, b] : {std::pair(10, 12), std::pair(100, 106)}) {
+      const Eigen::Vector2d shift = misplacement(sequence, a, b);
+      EXPECT_LT(shift.norm(), 0.03) << "scene " << static_cast<int>(scene) << ", frames " << a << " and "
+                                    << b;
+    }
+  }
+}
+
+TEST(SimulatedSequence, ImagesAgreeWithPosesUnderDistortion) {
+  SequenceOptions options = small_options(SceneKind::kRoom);
+  options.camera.distortion = {-0.28, 0.07, 0.0002, 0.00002, 0};
+  EXPECT_LT(misplacement(SimulatedSequence(options), 10, 12).norm(), 0.03);
+  options.camera.distortion_model = "equidistant";
+  options.camera.distortion = {0.01, -0.005, 0.001, 0};
+  EXPECT_LT(misplacement(SimulatedSequence(options), 10, 12).norm(), 0.03);
+}
+
+TEST(SimulatedSequence, HitsLieOnTheHeadAndProjectBack) {
+  const SimulatedSequence sequence(small_options(SceneKind::kHead));
+  int hits = 0;
+  for (const int frame : {0, 40, 119}) {
+    const Rigid3 camera_from_map = sequence.path()[frame].map_from_camera.inverse();
+    for (int y = 0; y < 150; y += 7) {
+      for (int x = 0; x < 200; x += 7) {
+        Eigen::Vector3d point;
+        Eigen::Vector2d pixel;
+        if (!point_seen(sequence, frame, Eigen::Vector2d(x, y), &point)) continue;
+        ++hits;
+        EXPECT_LT(std::fabs(head_distance(point)), 1e-6);
+        ASSERT_TRUE(sequence.camera().project(camera_from_map * point, &pixel));
+        EXPECT_LT((pixel - Eigen::Vector2d(x, y)).norm(), 1e-6);
+      }
+    }
+  }
+  EXPECT_GT(hits, 300);
+}
+
+TEST(SimulatedSequence, MasksAreTheSilhouettes) {
+  const SimulatedSequence head(small_options(SceneKind::kHead));
+  for (const int frame : {0, 40, 119}) {
+    const cv::Mat mask = head.render(frame).mask;
+    int wrong = 0;
+    for (int y = 0; y < mask.rows; ++y) {
+      for (int x = 0; x < mask.cols; ++x) {
+        Eigen::Vector3d point;
+        const bool object = point_seen(head, frame, Eigen::Vector2d(x, y), &point);
+        wrong += mask.at<std::uint8_t>(y, x) != (object ? 255 : 0);
+      }
+    }
+    // A ray that grazes the head within the micrometres it is cast to may fall either way.
+    EXPECT_LE(wrong, 2) << "frame " << frame;
+  }
+  for (const SceneKind scene : {SceneKind::kRoom, SceneKind::kPlane}) {
+    EXPECT_EQ(cv::countNonZero(SimulatedSequence(small_options(scene)).render(60).mask), 200 * 150);
+  }
+}
+
+TEST(SimulatedSequence, TheHeadTurnsAsInThePaper) {
+  const SimulatedSequence sequence(small_options(SceneKind::kHead));
+  ASSERT_EQ(sequence.size(), 120);
+  const auto face_in_camera = [&](int frame) {  // where the face looks
+    return Eigen::Vector3d(sequence.path()[frame].map_from_camera.rotation.conjugate() *
+                           Eigen::Vector3d(0, 0, -1));
+  };
+  const double degree = M_PI / 180, sway = 1.5 * degree;
+  EXPECT_NEAR(std::atan2(face_in_camera(0).x(), -face_in_camera(0).z()), 0, sway);
+  EXPECT_NEAR(std::atan2(face_in_camera(40).x(), -face_in_camera(40).z()), -45 * degree, sway);
+  EXPECT_NEAR(std::atan2(face_in_camera(79).x(), -face_in_camera(79).z()), 0, sway);
+  EXPECT_NEAR(std::asin(face_in_camera(79).y()), 0, sway);
+  EXPECT_NEAR(std::asin(face_in_camera(119).y()), 20 * degree, sway);
+  for (int i = 1; i < 120; ++i) {
+    const double step = rotation_angle_between(sequence.path()[i - 1].map_from_camera.rotation,
+                                               sequence.path()[i].map_from_camera.rotation);
+    EXPECT_LT(step, 2.5 * degree) << "frame " << i;
+  }
+}
+
+TEST(SimulatedSequence, SameSeedSameBytesWhateverTheThreads) {
+  for (const SceneKind scene : {SceneKind::kHead, SceneKind::kRoom}) {
+    SequenceOptions options = small_options(scene);
+    options.noise_grey_levels = 2;
+    options.blur_px = 0.7;
+    options.exposure_drift = 0.2;
+    options.occluder = true;
+    options.threads = 1;
+    const SimulatedFrame one = SimulatedSequence(options).render(70);
+    options.threads = 3;
+    const SimulatedSequence again(options);
+    again.render(3);  // frames do not depend on those rendered before
+    const SimulatedFrame three = again.render(70);
+    EXPECT_EQ(cv::norm(one.image, three.image, cv::NORM_INF), 0);
+    EXPECT_EQ(cv::norm(one.mask, three.mask, cv::NORM_INF), 0);
+    EXPECT_EQ(one.stamp_ns, three.stamp_ns);
+    options.seed = 2;
+    EXPECT_GT(cv::norm(one.image, SimulatedSequence(options).render(70).image, cv::NORM_INF), 20);
+  }
+}
+
+TEST(SimulatedSequence, NoiseHasTheDeviationAskedFor) {
+  SequenceOptions options = small_options(SceneKind::kPlane);
+  const cv::Mat clean = SimulatedSequence(options).render(5).image;
+  options.noise_grey_levels = 4;
+  const SimulatedSequence noisy(options);
+  cv::Mat grey_clean, grey_noisy, grey_next;
+  cv::cvtColor(clean, grey_clean, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(noisy.render(5).image, grey_noisy, cv::COLOR_BGR2GRAY);
+  cv::Mat difference;
+  cv::subtract(grey_noisy, grey_clean, difference, cv::noArray(), CV_32F);
+  cv::Scalar mean, deviation;
+  // Where no colour can leave the range of 8 bits.
+  cv::Mat inner;
+  cv::inRange(clean, cv::Scalar(25, 25, 25), cv::Scalar(230, 230, 230), inner);
+  cv::meanStdDev(difference, mean, deviation, inner);
+  EXPECT_NEAR(mean[0], 0, 0.15);
+  EXPECT_NEAR(deviation[0], 4, 0.2);
+}
+
+TEST(SimulatedSequence, ExposureDriftsByTheShareAskedFor) {
+  SequenceOptions options = small_options(SceneKind::kRoom);
+  options.frames = 7;  // the first maximum is at frame 1
+  const double plain = cv::mean(SimulatedSequence(options).render(1).image)[1];
+  options.exposure_drift = 0.1;
+  EXPECT_NEAR(cv::mean(SimulatedSequence(options).render(1).image)[1] / plain, 1.1, 0.01);
+}
+
+TEST(SimulatedSequence, TheBackgroundStandsStill) {
+  SequenceOptions options = small_options(SceneKind::kHead);
+  options.background = BackgroundKind::kTextured;
+  const SimulatedSequence sequence(options);
+  const SimulatedFrame a = sequence.render(0), b = sequence.render(40);
+  cv::Mat behind_both;
+  cv::dilate(a.mask | b.mask, behind_both, cv::Mat(), {-1, -1}, 2);
+  behind_both = behind_both == 0;
+  EXPECT_EQ(cv::norm(a.image, b.image, cv::NORM_INF, behind_both), 0);
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(a.image, mean, deviation, behind_both);
+  EXPECT_GT(deviation[1], 15) << "texture worth the name";
+  EXPECT_GT(cv::norm(a.image, b.image, cv::NORM_INF, a.mask & b.mask), 20);
+}
+
+TEST(SimulatedSequence, TheOccluderIsNoObject) {
+  SequenceOptions options = small_options(SceneKind::kHead);
+  const cv::Mat free = SimulatedSequence(options).render(60).mask;
+  options.occluder = true;
+  const SimulatedSequence sequence(options);
+  const cv::Mat covered = sequence.render(60).mask;
+  EXPECT_EQ(cv::countNonZero(covered & ~free), 0);
+  EXPECT_LT(cv::countNonZero(covered), 0.95 * cv::countNonZero(free));
+  EXPECT_EQ(cv::norm(sequence.render(0).image,
+                     SimulatedSequence(small_options(SceneKind::kHead)).render(0).image, cv::NORM_INF),
+            0);
+}
+
+TEST(SimulatedSequence, TakesAPathOfOnesOwn) {
+  SequenceOptions options = small_options(SceneKind::kPlane);
+  const Eigen::Quaterniond upright(Eigen::AngleAxisd(-M_PI / 2, Eigen::Vector3d::UnitX()));  // looks along +y
+  options.path = {{5, Rigid3(upright, Eigen::Vector3d(0, -2, 0))},
+                  {7, Rigid3(upright, Eigen::Vector3d(0.1, -2, 0.1))}};
+  const SimulatedSequence sequence(options);
+  ASSERT_EQ(sequence.size(), 2);
+  EXPECT_EQ(sequence.render(1).stamp_ns, 7);
+  EXPECT_EQ(sequence.render(1).map_from_camera.translation, Eigen::Vector3d(0.1, -2, 0.1));
+  EXPECT_LT(misplacement(sequence, 0, 1).norm(), 0.03);
+}
+
+TEST(SimulatedSequence, TheHeadHasFeaturesForASiftTracker) {
+  const SimulatedSequence sequence(small_options(SceneKind::kHead, 640, 480));
+  for (const int frame : {0, 40, 119}) {
+    const SimulatedFrame rendered = sequence.render(frame);
+    cv::Mat image;
+    cv::cvtColor(rendered.image, image, cv::COLOR_BGR2GRAY);
+    std::vector<cv::KeyPoint> features;
+    cv::SIFT::create()->detect(image, features, rendered.mask);
+    EXPECT_GE(features.size(), 400u) << "frame " << frame;
+  }
+}
+
+TEST(SimulatedSequence, RefusesOptionsByName) {
+  SequenceOptions options = small_options(SceneKind::kHead);
+  options.noise_grey_levels = -1;
+  try {
+    SimulatedSequence sequence(options);
+    FAIL() << "taken";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("noise_grey_levels = -1"), std::string::npos) << error.what();
+  }
+  options = small_options(SceneKind::kHead);
+  options.camera.fx = 0;
+  EXPECT_THROW(SimulatedSequence{options}, std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
