@@ -218,10 +218,14 @@ void TrackerNodelet::check_inputs() {
   input_problem_.clear();
   if (seconds_since(board_->summary().last_arrival) > parameters_.input_timeout) {
     const std::string topic = image_subscriber_.topic();
-    input_problem_ =
-        "no image on " + topic +
-        (image_subscriber_.publishers() > 0 ? " although it is published"
-                                            : ": nobody publishes it (remap image, or set ~image_transport)");
+    input_problem_ = "no image on " + topic;
+    if (image_subscriber_.publishers() > 0) {
+      input_problem_ += " although it is published";
+    } else if (board_->summary().last.frames_received > 0) {
+      input_problem_ += " any more: its publisher has gone";
+    } else {
+      input_problem_ += ": nobody publishes it (remap image, or set ~image_transport)";
+    }
   } else if (!cameras_->has_calibration() && board_->summary().last.frames_received > 0) {
     input_problem_ = "no camera_info on " + camera_info_subscriber_.getTopic() +
                      ": publish it beside the images, or give a calibration file by ~camera_info_url "

@@ -1,0 +1,131 @@
+#!/usr/bin/python3
+"""Plays a simulated recording through the nodelet: what it says on tf is where the camera was."""
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+import rospy
+import rostest
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from sensor_msgs.msg import PointCloud2
+from tf2_msgs.msg import TFMessage
+
+from mono_pose_tracker.msg import TrackerStatus
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import sim3  # noqa: E402
+
+FRAMES = 60
+TIMEOUT = 150  # s, of the wall; on a busy machine an image takes a second
+
+
+def read_tum(path):
+    """{stamp in ns: (position, quaternion)}"""
+    poses = {}
+    with open(path) as lines:
+        for line in lines:
+            fields = line.split()
+            values = [float(v) for v in fields[1:]]
+            seconds, fraction = fields[0].split(".")
+            poses[int(seconds) * 10**9 + int(fraction.ljust(9, "0"))] = (values[:3], values[3:])
+    return poses
+
+
+class Listener:
+    """Collects what the tracker says, and lets a test wait for a number of statuses."""
+
+    def __init__(self):
+        self.changed = threading.Condition()
+        self.statuses, self.transforms, self.poses, self.points = [], [], [], None
+        self.subscribers = [
+            rospy.Subscriber("tracker/status", TrackerStatus, self.on_status, queue_size=1000),
+            rospy.Subscriber("/tf", TFMessage, lambda m: self.transforms.extend(m.transforms), queue_size=1000),
+            rospy.Subscriber("tracker/pose", PoseWithCovarianceStamped, self.poses.append, queue_size=1000),
+            rospy.Subscriber("tracker/points", PointCloud2, self.on_points, queue_size=10)]
+
+    def on_status(self, status):
+        with self.changed:
+            self.statuses.append(status)
+            self.changed.notify_all()
+
+    def on_points(self, points):
+        with self.changed:
+            self.points = points
+            self.changed.notify_all()
+
+    def wait_until(self, condition):
+        deadline = time.monotonic() + TIMEOUT
+        with self.changed:
+            return self.changed.wait_for(condition, deadline - time.monotonic())
+
+    def wait_for_connections(self):
+        deadline = time.monotonic() + TIMEOUT
+        while any(s.get_num_connections() == 0 for s in self.subscribers if s.name != "/tf"):
+            if time.monotonic() > deadline:
+                return False
+            time.sleep(0.05)
+        return True
+
+
+class BagTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node("bag_test")
+        cls.folder = tempfile.TemporaryDirectory()
+        listener = cls.listener = Listener()
+        folder = cls.folder.name
+        subprocess.run(["rosrun", "mono_pose_tracker", "simulate_sequence", "--scene", "room", "--output", folder,
+                        "--frames", str(FRAMES), "--width", "320", "--height", "240", "--quiet"], check=True)
+        cls.truth = read_tum(os.path.join(folder, "groundtruth.txt"))
+        cls.connected = listener.wait_for_connections()
+        subprocess.run(["rosbag", "play", "--quiet", "--clock", "--wait-for-subscribers", "--bags",
+                        os.path.join(folder, "sequence.bag"), "--topics", "/camera/image_raw",
+                        "/camera/camera_info"], check=True)
+        listener.wait_until(lambda: len(listener.statuses) >= FRAMES)
+        listener.wait_until(lambda: listener.points is not None and listener.points.width > 0)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_every_image_is_answered_by_one_status(self):
+        self.assertTrue(self.connected)
+        stamps = [s.header.stamp.to_nsec() for s in self.listener.statuses]
+        self.assertEqual(sorted(stamps), sorted(self.truth))
+        self.assertEqual({s.frames_dropped for s in self.listener.statuses}, {0})
+
+    def test_tf_is_where_the_camera_was(self):
+        estimate = {}
+        for transform in self.listener.transforms:
+            self.assertEqual(transform.header.frame_id, "map")
+            self.assertEqual(transform.child_frame_id, "camera_optical")
+            t, q = transform.transform.translation, transform.transform.rotation
+            estimate[transform.header.stamp.to_nsec()] = ([t.x, t.y, t.z], [q.x, q.y, q.z, q.w])
+        self.assertLessEqual(set(estimate), set(self.truth), "stamps are those of the images")
+        # The map needs some parallax to start: 110 of 120 images of this path is the bound at 640x480.
+        self.assertGreaterEqual(len(estimate), 0.8 * FRAMES)
+        position, rotation_deg = sim3.errors(estimate, self.truth)
+        # Twice what may be wrong live at 640x480 (1 % and 0.4 degrees), the image being half as large.
+        self.assertLess(position, 0.02)
+        self.assertLess(rotation_deg, 0.8)
+
+    def test_poses_and_statuses_agree(self):
+        tracked = [s.header.stamp for s in self.listener.statuses if s.state == TrackerStatus.TRACKING]
+        self.assertEqual([p.header.stamp for p in self.listener.poses], tracked)
+        self.assertEqual([t.header.stamp for t in self.listener.transforms], tracked)
+        for pose in self.listener.poses:
+            variances = [pose.pose.covariance[7 * i] for i in range(6)]
+            self.assertGreater(min(variances), 0)
+
+    def test_the_map_is_published(self):
+        self.assertEqual(self.listener.points.header.frame_id, "map")
+        self.assertGreater(self.listener.points.width, 100)
+        self.assertEqual([f.name for f in self.listener.points.fields], ["x", "y", "z", "rgb"])
+
+
+if __name__ == "__main__":
+    rostest.rosrun("mono_pose_tracker", "bag_test", BagTest)

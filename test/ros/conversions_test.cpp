@@ -1,0 +1,229 @@
+#include <gtest/gtest.h>
+#include <sensor_msgs/image_encodings.h>
+#include <sensor_msgs/point_cloud2_iterator.h>
+
+#include <boost/make_shared.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "mono_pose_tracker/ros/camera_info_conversion.h"
+#include "mono_pose_tracker/ros/image_conversion.h"
+#include "mono_pose_tracker/ros/messages.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+/// A 2x2 image of one colour.
+sensor_msgs::ImagePtr image_of(const std::string& encoding, const std::vector<std::uint8_t>& pixel) {
+  auto image = boost::make_shared<sensor_msgs::Image>();
+  image->width = image->height = 2;
+  image->encoding = encoding;
+  image->step = static_cast<std::uint32_t>(2 * pixel.size());
+  for (int i = 0; i < 4; ++i) image->data.insert(image->data.end(), pixel.begin(), pixel.end());
+  return image;
+}
+
+void expect_bgr(const std::string& encoding, const std::vector<std::uint8_t>& pixel, const cv::Vec3b& bgr) {
+  const ConvertedImage converted = convert_image(image_of(encoding, pixel));
+  ASSERT_EQ(converted.reason, Reason::kOk) << encoding << ": " << converted.error;
+  ASSERT_EQ(converted.image.type(), CV_8UC3) << encoding;
+  EXPECT_EQ(converted.image.at<cv::Vec3b>(1, 1), bgr) << encoding;
+}
+
+TEST(ImageConversion, ColoursComeOutBlueGreenRed) {
+  expect_bgr("bgr8", {10, 20, 30}, {10, 20, 30});
+  expect_bgr("8UC3", {10, 20, 30}, {10, 20, 30});
+  expect_bgr("rgb8", {30, 20, 10}, {10, 20, 30});
+  expect_bgr("rgba8", {30, 20, 10, 255}, {10, 20, 30});
+  expect_bgr("bgra8", {10, 20, 30, 255}, {10, 20, 30});
+}
+
+TEST(ImageConversion, YuvOrdersAreTold) {
+  const ConvertedImage uyvy = convert_image(image_of("yuv422", {128, 235}));       // u and y, white
+  const ConvertedImage yuy2 = convert_image(image_of("yuv422_yuy2", {235, 128}));  // y and u, white
+  EXPECT_EQ(uyvy.image.at<cv::Vec3b>(0, 0), cv::Vec3b(255, 255, 255));
+  EXPECT_EQ(yuy2.image.at<cv::Vec3b>(0, 0), cv::Vec3b(255, 255, 255));
+}
+
+TEST(ImageConversion, GreyStaysGreyAndSixteenBitsAreDividedBy256) {
+  for (const char* encoding : {"mono8", "8UC1"}) {
+    const ConvertedImage converted = convert_image(image_of(encoding, {77}));
+    ASSERT_EQ(converted.image.type(), CV_8UC1);
+    EXPECT_EQ(converted.image.at<std::uint8_t>(1, 1), 77);
+  }
+  for (const char* encoding : {"mono16", "16UC1"}) {
+    const ConvertedImage converted = convert_image(image_of(encoding, {0, 100}));  // little endian 25600
+    ASSERT_EQ(converted.image.type(), CV_8UC1);
+    EXPECT_EQ(converted.image.at<std::uint8_t>(1, 1), 100);
+  }
+}
+
+TEST(ImageConversion, UnknownEncodingIsNamed) {
+  const ConvertedImage converted = convert_image(image_of("32FC1", {0, 0, 0, 0}));
+  EXPECT_EQ(converted.reason, Reason::kUnsupportedEncoding);
+  EXPECT_NE(converted.error.find("32FC1"), std::string::npos);
+}
+
+TEST(ImageConversion, AMessageThatContradictsItselfIsRefused) {
+  for (const char* encoding : {"mono8", "bgr8", "yuv422_yuy2"}) {
+    sensor_msgs::ImagePtr image = image_of(encoding, std::vector<std::uint8_t>(3, 0));
+    image->data.pop_back();
+    EXPECT_EQ(convert_image(image).reason, Reason::kUnreadableImage) << encoding;
+    image->step = 0;
+    EXPECT_EQ(convert_image(image).reason, Reason::kUnreadableImage) << encoding;
+    image->data.clear();
+    image->width = image->height = 0;
+    EXPECT_EQ(convert_image(image).reason, Reason::kUnreadableImage) << encoding;
+  }
+}
+
+TEST(ImageConversion, CompressedImagesAreDecoded) {
+  sensor_msgs::CompressedImage message;
+  message.header.stamp = ros::Time(3, 4);
+  cv::imencode(".png", cv::Mat(4, 6, CV_8UC3, cv::Scalar(1, 2, 3)), message.data);
+  const sensor_msgs::ImagePtr image = decode_image(message);
+  EXPECT_EQ(image->header.stamp, message.header.stamp);
+  EXPECT_EQ(image->encoding, "bgr8");
+  EXPECT_EQ(convert_image(image).image.at<cv::Vec3b>(3, 5), cv::Vec3b(1, 2, 3));
+  message.data.resize(10);
+  EXPECT_EQ(convert_image(decode_image(message)).reason, Reason::kUnreadableImage);
+}
+
+sensor_msgs::CameraInfo calibration() {
+  sensor_msgs::CameraInfo info;
+  info.width = 640;
+  info.height = 480;
+  info.distortion_model = "plumb_bob";
+  info.D = {0.1, 0.2, 0.3, 0.4, 0.5};
+  info.K = {500, 0, 320, 0, 510, 240, 0, 0, 1};
+  info.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  info.P = {400, 0, 310, 0, 0, 410, 230, 0, 0, 0, 1, 0};
+  return info;
+}
+
+TEST(CameraInfoConversion, RawImagesHaveKAndD) {
+  const ConvertedCamera camera = convert_camera_info(calibration(), false);
+  ASSERT_EQ(camera.reason, Reason::kOk) << camera.error;
+  EXPECT_EQ(camera.parameters.width, 640);
+  EXPECT_DOUBLE_EQ(camera.parameters.fx, 500);
+  EXPECT_DOUBLE_EQ(camera.parameters.fy, 510);
+  EXPECT_DOUBLE_EQ(camera.parameters.cx, 320);
+  EXPECT_DOUBLE_EQ(camera.parameters.cy, 240);
+  EXPECT_EQ(camera.parameters.distortion, (std::vector<double>{0.1, 0.2, 0.3, 0.4, 0.5}));
+}
+
+TEST(CameraInfoConversion, RectifiedImagesHavePAndNoDistortion) {
+  const ConvertedCamera camera = convert_camera_info(calibration(), true);
+  EXPECT_DOUBLE_EQ(camera.parameters.fx, 400);
+  EXPECT_DOUBLE_EQ(camera.parameters.cy, 230);
+  EXPECT_TRUE(camera.parameters.distortion.empty());
+}
+
+TEST(CameraInfoConversion, RegionOfInterestAndBinning) {
+  sensor_msgs::CameraInfo info = calibration();
+  info.roi.x_offset = 100;
+  info.roi.y_offset = 60;
+  info.roi.width = 400;
+  info.roi.height = 300;
+  info.binning_x = info.binning_y = 2;
+  info.distortion_model = "equidistant";  // unknown to image_geometry, which does the arithmetic
+  info.D = {0.1, 0.2, 0.3, 0.4};
+  const CameraParameters parameters = convert_camera_info(info, false).parameters;
+  EXPECT_EQ(parameters.width, 200);
+  EXPECT_EQ(parameters.height, 150);
+  EXPECT_DOUBLE_EQ(parameters.fx, 250);
+  EXPECT_DOUBLE_EQ(parameters.cx, 110);
+  EXPECT_DOUBLE_EQ(parameters.cy, 90);
+  EXPECT_EQ(parameters.distortion_model, "equidistant");
+}
+
+TEST(CameraInfoConversion, ZeroMatrixIsUncalibrated) {
+  sensor_msgs::CameraInfo info;
+  info.width = 640;
+  info.height = 480;
+  const ConvertedCamera camera = convert_camera_info(info, false);
+  EXPECT_EQ(camera.reason, Reason::kUncalibrated);
+  EXPECT_NE(camera.error.find("camera_info_url"), std::string::npos);
+}
+
+TEST(CameraInfoConversion, MissingFileIsNamed) {
+  try {
+    load_camera_info("/no/such/camera.yaml");
+    FAIL() << "a missing file was read";
+  } catch (const std::runtime_error& e) {
+    EXPECT_NE(std::string(e.what()).find("/no/such/camera.yaml"), std::string::npos);
+  }
+}
+
+TEST(Messages, TransformMapsTheChildIntoTheParent) {
+  const Rigid3 map_from_camera(Eigen::Quaterniond(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitY())),
+                               {1, 2, 3});
+  std_msgs::Header header;
+  header.frame_id = "map";
+  const geometry_msgs::TransformStamped transform = to_transform(header, "camera", map_from_camera);
+  EXPECT_EQ(transform.header.frame_id, "map");
+  EXPECT_EQ(transform.child_frame_id, "camera");
+  EXPECT_DOUBLE_EQ(transform.transform.translation.y, 2);
+  EXPECT_DOUBLE_EQ(transform.transform.rotation.y, std::sin(0.25));
+}
+
+TEST(Messages, CovarianceIsRowMajor) {
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance(0, 5) = 7;
+  EXPECT_DOUBLE_EQ(to_pose_with_covariance(Rigid3(), covariance).covariance[5], 7);
+}
+
+TEST(Messages, TwistIsInTheCamerasFrame) {
+  // Seen from the map the camera moves along x; it looks along x, so in its own frame it moves along z.
+  const Eigen::Quaterniond looks_along_x(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitY()));
+  FrameReport before, after;
+  before.map_from_camera = Rigid3(looks_along_x, Eigen::Vector3d(0, 0, 0));
+  const Eigen::Quaterniond turned(Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitZ()));
+  after.map_from_camera = Rigid3(looks_along_x * turned, Eigen::Vector3d(1, 0, 0));
+  after.stamp_ns = 500000000;
+  const geometry_msgs::TwistWithCovariance twist = to_twist(before, after);
+  EXPECT_NEAR(twist.twist.linear.z, 2, 1e-9);
+  EXPECT_NEAR(twist.twist.linear.x, 0, 1e-9);
+  EXPECT_NEAR(twist.twist.angular.z, 0.4, 1e-9);
+}
+
+TEST(Messages, CloudHoldsPositionsAndColours) {
+  ColoredPoint point;
+  point.x_in_map = {1, 2, 3};
+  point.r = 10;
+  point.g = 20;
+  point.b = 30;
+  const sensor_msgs::PointCloud2 cloud = to_point_cloud(std_msgs::Header(), {ColoredPoint(), point});
+  ASSERT_EQ(cloud.width * cloud.height, 2u);
+  sensor_msgs::PointCloud2ConstIterator<float> x(cloud, "x");
+  sensor_msgs::PointCloud2ConstIterator<std::uint8_t> r(cloud, "r"), g(cloud, "g"), b(cloud, "b");
+  EXPECT_EQ((x + 1)[2], 3.0f);
+  EXPECT_EQ((r + 1)[0], 10);
+  EXPECT_EQ((g + 1)[0], 20);
+  EXPECT_EQ((b + 1)[0], 30);
+}
+
+TEST(Messages, StatusNamesItsCodes) {
+  FrameReport report;
+  report.state = State::kLost;
+  report.reason = Reason::kTooFewMatches;
+  report.stages = {{"features", 12.5}};
+  const TrackerStatus status = to_status(report);
+  EXPECT_EQ(status.state, TrackerStatus::LOST);
+  EXPECT_EQ(status.state_name, "LOST");
+  EXPECT_EQ(status.reason, TrackerStatus::TOO_FEW_MATCHES);
+  EXPECT_EQ(status.reason_name, "TOO_FEW_MATCHES");
+  EXPECT_EQ(status.stage_names.at(0), "features");
+  EXPECT_FLOAT_EQ(status.stage_ms.at(0), 12.5f);
+}
+
+/// The numbers of the enumerations are those of the message.
+TEST(Messages, CodesAgree) {
+  EXPECT_EQ(static_cast<int>(State::kPaused), TrackerStatus::PAUSED);
+  EXPECT_EQ(static_cast<int>(Reason::kDropped), TrackerStatus::DROPPED);
+  EXPECT_EQ(static_cast<int>(Reason::kRelocalising), TrackerStatus::RELOCALISING);
+  EXPECT_EQ(static_cast<int>(Reason::kPaused), TrackerStatus::REASON_PAUSED);
+  EXPECT_EQ(static_cast<int>(Reason::kInternalError), TrackerStatus::INTERNAL_ERROR);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker

@@ -1,0 +1,79 @@
+#include "mono_pose_tracker/ros/image_slot.h"
+
+#include <gtest/gtest.h>
+
+#include <future>
+#include <thread>
+#include <vector>
+
+namespace mono_pose_tracker {
+namespace {
+
+TEST(ImageSlot, KeepsTheNewestAndReturnsTheDisplaced) {
+  ImageSlot<int> slot;
+  EXPECT_FALSE(slot.put(1));
+  EXPECT_EQ(slot.put(2), 1);
+  EXPECT_EQ(slot.put(3), 2);
+  EXPECT_EQ(slot.take(), 3);
+  EXPECT_FALSE(slot.put(4));
+  EXPECT_EQ(slot.take(), 4);
+}
+
+TEST(ImageSlot, WithMoreRoomKeepsTheOrder) {
+  ImageSlot<int> slot(2);
+  EXPECT_FALSE(slot.put(1));
+  EXPECT_FALSE(slot.put(2));
+  EXPECT_EQ(slot.put(3), 1);
+  EXPECT_EQ(slot.take(), 2);
+  EXPECT_EQ(slot.take(), 3);
+}
+
+TEST(ImageSlot, RunsCommandsBeforeTheItemOnTheTakersThread) {
+  ImageSlot<int> slot;
+  std::vector<int> ran;
+  std::thread::id thread;
+  slot.put(1);
+  ASSERT_TRUE(slot.post([&] { ran.push_back(1); }));
+  ASSERT_TRUE(slot.post([&] {
+    ran.push_back(2);
+    thread = std::this_thread::get_id();
+  }));
+  std::thread taker([&] {
+    EXPECT_EQ(slot.take(), 1);
+    EXPECT_EQ(thread, std::this_thread::get_id());
+  });
+  taker.join();
+  EXPECT_EQ(ran, (std::vector<int>{1, 2}));
+}
+
+TEST(ImageSlot, CloseWakesTheTakerAndHandsItemsBack) {
+  ImageSlot<int> slot;
+  std::future<std::optional<int>> taken = std::async(std::launch::async, [&] { return slot.take(); });
+  slot.close();
+  EXPECT_FALSE(taken.get());
+  EXPECT_EQ(slot.put(5), 5);
+  EXPECT_FALSE(slot.post([] {}));
+}
+
+TEST(ImageSlot, EveryItemIsTakenOrDisplaced) {
+  ImageSlot<int> slot;
+  constexpr int kItems = 2000;
+  std::vector<int> seen(kItems + 1, 0);
+  std::thread taker([&] {
+    std::optional<int> item;
+    do {
+      item = slot.take();
+      ++seen[static_cast<std::size_t>(*item)];
+    } while (*item != kItems);
+  });
+  std::vector<int> displaced;
+  for (int i = 0; i <= kItems; ++i) {
+    if (const std::optional<int> item = slot.put(i)) displaced.push_back(*item);
+  }
+  taker.join();
+  for (const int item : displaced) ++seen[static_cast<std::size_t>(item)];
+  EXPECT_EQ(seen, std::vector<int>(kItems + 1, 1));
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
