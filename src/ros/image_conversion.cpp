@@ -15,7 +15,7 @@ namespace enc = sensor_msgs::image_encodings;
 constexpr const char* kKnownEncodings =
     "mono8, mono16, 8UC1, 16UC1, 8UC3, rgb8, bgr8, rgba8, bgra8, bayer_*8 and yuv422";
 
-ConvertedImage refuse(Reason reason, const std::string& error) { return {cv::Mat(), reason, error}; }
+ConvertedImage refuse(Reason reason, const std::string& error) { return {cv::Mat(), reason, error, nullptr}; }
 
 bool is_8bit_bayer(const std::string& encoding) {
   return enc::isBayer(encoding) && enc::bitDepth(encoding) == 8;
@@ -78,9 +78,9 @@ ConvertedImage convert_image(const sensor_msgs::ImageConstPtr& message) {
     return refuse(Reason::kUnreadableImage, "the image contradicts itself: " + describe(*message));
   }
   try {
-    if (yuy2) return {yuy2_to_bgr(*message), Reason::kOk, ""};
-    return {to_8bit(cv_bridge::toCvShare(message, target_encoding(message->encoding))->image), Reason::kOk,
-            ""};
+    if (yuy2) return {yuy2_to_bgr(*message), Reason::kOk, "", message};
+    const cv::Mat image = cv_bridge::toCvShare(message, target_encoding(message->encoding))->image;
+    return {to_8bit(image), Reason::kOk, "", message};
   } catch (const std::exception& e) {
     return refuse(Reason::kUnreadableImage, describe(*message) + ": " + e.what());
   }

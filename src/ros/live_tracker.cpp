@@ -37,24 +37,24 @@ FrameReport LiveTracker::process(const sensor_msgs::ImageConstPtr& message) {
 }
 
 FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
-  ConvertedImage converted = convert_image(message);
-  if (converted.reason != Reason::kOk) return refuse(converted.reason, converted.error);
-  image_ = converted.image;
+  image_ = convert_image(message);
+  const cv::Mat& image = image_.image;
+  if (image_.reason != Reason::kOk) return refuse(image_.reason, image_.error);
 
   const std::optional<ConvertedCamera> camera =
       cameras_.wait(std::exchange(first_image_, false) ? kCameraInfoTimeout : std::chrono::milliseconds(0));
   if (!camera) return refuse(Reason::kNoCameraInfo, "no camera_info has arrived");
   if (camera->reason != Reason::kOk) return refuse(camera->reason, camera->error);
   const CameraParameters& parameters = camera->parameters;
-  if (image_.cols != parameters.width || image_.rows != parameters.height) {
-    return refuse(Reason::kImageSizeMismatch, "the image is " + size_text(image_.cols, image_.rows) +
+  if (image.cols != parameters.width || image.rows != parameters.height) {
+    return refuse(Reason::kImageSizeMismatch, "the image is " + size_text(image.cols, image.rows) +
                                                   ", the calibration is for " +
                                                   size_text(parameters.width, parameters.height));
   }
   if (!tracker_ || camera_.parameters() != parameters) use_camera(parameters);
 
-  FrameReport report = tracker_->process(static_cast<std::int64_t>(message->header.stamp.toNSec()), image_,
-                                         mask_for(*message));
+  FrameReport report = tracker_->process(static_cast<std::int64_t>(message->header.stamp.toNSec()), image,
+                                         mask_for(*message).image);
   report.epoch += epoch_base_;
   return report;
 }
@@ -81,7 +81,7 @@ void LiveTracker::use_camera(const CameraParameters& parameters) {
   ++trackers_;
 }
 
-cv::Mat LiveTracker::mask_for(const sensor_msgs::Image& message) {
+ConvertedImage LiveTracker::mask_for(const sensor_msgs::Image& message) {
   if (!mask_wanted_()) return {};
   const sensor_msgs::ImageConstPtr mask = masks_.wait(message.header.stamp, mask_timeout_);
   if (!mask) {
@@ -89,14 +89,14 @@ cv::Mat LiveTracker::mask_for(const sensor_msgs::Image& message) {
     return {};
   }
   ConvertedImage converted = convert_mask(mask);
-  if (converted.reason == Reason::kOk && converted.image.size() != image_.size()) {
+  if (converted.reason == Reason::kOk && converted.image.size() != image_.image.size()) {
     converted.error = "its size is " + size_text(converted.image.cols, converted.image.rows);
   }
   if (!converted.error.empty()) {
     warn_("the mask can't be used (" + converted.error + "): the image is used unmasked");
     return {};
   }
-  return converted.image.clone();  // the message may go before the tracker is done with it
+  return converted;
 }
 
 void LiveTracker::reset() {

@@ -59,6 +59,7 @@ void TrackerNodelet::onInit() {
 void TrackerNodelet::set_up() {
   parameters_ = read_parameters(getPrivateNodeHandle());
   const NodeParameters& p = parameters_;
+  for (const std::string& warning : p.warnings) NODELET_WARN("%s", warning.c_str());
   cameras_ = std::make_unique<CameraSource>(p.rectified);
   if (!p.camera_info_url.empty()) cameras_->set_file(load_camera_info(p.camera_info_url));
   if (!p.trajectory_file.empty()) {
@@ -99,8 +100,6 @@ void TrackerNodelet::subscribe() {
                                                    : parameters_.camera_info_url.c_str());
 }
 
-// ---- the nodelet's queue
-
 void TrackerNodelet::take_image(const sensor_msgs::ImageConstPtr& image) {
   const Clock::time_point arrival = Clock::now();
   const std_msgs::Header& header = image->header;
@@ -136,8 +135,6 @@ bool TrackerNodelet::clock_went_back() {
   const ros::Time now = ros::Time::now();
   return now < std::exchange(last_clock_, now);
 }
-
-// ---- the processing thread
 
 void TrackerNodelet::process_images() {
   while (std::optional<Frame> frame = slot_->take()) {
@@ -192,8 +189,6 @@ void TrackerNodelet::say_state(const FrameReport& report) {
   NODELET_INFO("%s, map %u%s", to_string(report.state), report.epoch, why.c_str());
 }
 
-// ---- the timer, on the nodelet's queue
-
 void TrackerNodelet::on_timer() {
   try {
     publish_map();
@@ -246,8 +241,6 @@ void TrackerNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& statu
   health.input_problem = input_problem_;
   fill_diagnostics(health, status);
 }
-
-// ---- services, on threads of the manager
 
 void TrackerNodelet::advertise_services() {
   advertise("reset", [this] {

@@ -192,7 +192,7 @@ TEST(Messages, CloudHoldsPositionsAndColours) {
   point.r = 10;
   point.g = 20;
   point.b = 30;
-  const sensor_msgs::PointCloud2 cloud = to_point_cloud(std_msgs::Header(), {ColoredPoint(), point});
+  const sensor_msgs::PointCloud2 cloud = to_point_cloud(std_msgs::Header(), {point, point});
   ASSERT_EQ(cloud.width * cloud.height, 2u);
   sensor_msgs::PointCloud2ConstIterator<float> x(cloud, "x");
   sensor_msgs::PointCloud2ConstIterator<std::uint8_t> r(cloud, "r"), g(cloud, "g"), b(cloud, "b");

@@ -25,15 +25,23 @@ def umeyama(source, target):
     return scale, rotation, mean_target - scale * rotation @ mean_source
 
 
+def mean_rotation(rotations):
+    """The rotation nearest to all of these (Frobenius)."""
+    u, _, vt = numpy.linalg.svd(sum(rotations))
+    return u @ numpy.diag([1, 1, numpy.linalg.det(u @ vt)]) @ vt
+
+
 def errors(estimate, reference):
-    """Both {stamp: (position, quaternion xyzw)}, the estimate's stamps among the reference's. Position RMSE after
-    alignment as a share of the reference's path, median angle in degrees between the aligned orientations."""
+    """Both {stamp: (position, quaternion xyzw)}, the estimate's stamps among the reference's. Position RMSE after Sim(3)
+    alignment as a share of the path; median angle in degrees between the orientations after the best single rotation;
+    and the angle between that rotation and the one that aligns the positions."""
     stamps = sorted(estimate)
     source = numpy.array([estimate[s][0] for s in stamps])
     target = numpy.array([reference[s][0] for s in stamps])
     scale, rotation, translation = umeyama(source, target)
     residuals = target - (scale * source @ rotation.T + translation)
     path = numpy.linalg.norm(numpy.diff(target, axis=0), axis=1).sum()
-    angles = [angle_deg(rotation_matrix(reference[s][1]).T @ rotation @ rotation_matrix(estimate[s][1]))
-              for s in stamps]
-    return numpy.sqrt((residuals ** 2).sum(1).mean()) / path, numpy.median(angles)
+    turns = [rotation_matrix(reference[s][1]) @ rotation_matrix(estimate[s][1]).T for s in stamps]
+    turn = mean_rotation(turns)
+    angles = [angle_deg(turn.T @ t) for t in turns]
+    return numpy.sqrt((residuals ** 2).sum(1).mean()) / path, numpy.median(angles), angle_deg(turn.T @ rotation)

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "mono_pose_tracker/ros/camera_source.h"
+#include "mono_pose_tracker/ros/image_conversion.h"
 #include "mono_pose_tracker/ros/mask_source.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 
@@ -41,7 +42,7 @@ class LiveTracker {
   /// Never throws: what went wrong is in the report. The converted image, for drawing, is kept until the next
   /// call.
   FrameReport process(const sensor_msgs::ImageConstPtr& message);
-  const cv::Mat& image() const { return image_; }
+  const cv::Mat& image() const { return image_.image; }
 
   void reset();
 
@@ -52,7 +53,7 @@ class LiveTracker {
   FrameReport track(const sensor_msgs::ImageConstPtr& message);
   FrameReport refuse(Reason reason, const std::string& text) const;
   void use_camera(const CameraParameters& parameters);
-  cv::Mat mask_for(const sensor_msgs::Image& message);
+  ConvertedImage mask_for(const sensor_msgs::Image& message);
 
   const TrackerOptions options_;
   CameraSource& cameras_;
@@ -61,7 +62,7 @@ class LiveTracker {
   const std::function<bool()> mask_wanted_;
   const Warn warn_;
 
-  cv::Mat image_;
+  ConvertedImage image_;
   bool first_image_ = true;
   State state_ = State::kWaitingForCameraInfo;
   std::uint32_t epoch_ = 0;       // last reported

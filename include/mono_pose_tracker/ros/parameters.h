@@ -3,6 +3,7 @@
 #include <ros/node_handle.h>
 
 #include <string>
+#include <vector>
 
 #include "mono_pose_tracker/tracking/tracker_options.h"
 
@@ -29,6 +30,8 @@ struct NodeParameters {
   std::string save_trajectory_path = "trajectory.txt";  // where ~save_trajectory writes
 
   TrackerOptions tracker;
+
+  std::vector<std::string> warnings;  // of parameters that nobody knows
 };
 
 /// Throws std::invalid_argument listing every value out of range or of another type, with key and range.
