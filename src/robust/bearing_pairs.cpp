@@ -14,42 +14,11 @@ namespace mono_pose_tracker {
 namespace {
 
 constexpr int kBlock = 64;  // pairs whose errors are computed at once; scoring may give up between blocks
-constexpr int kLanes = 4;
-using Lanes = Eigen::Array<double, kLanes, 1>;
-
 struct BlockErrors {
   double squared[kBlock];  // Sampson errors, rad^2
   double along1[kBlock];   // t . R x1
   double along2[kBlock];   // t . x2
 };
-
-// Four vectors at a time.
-struct LaneVector {
-  Lanes x, y, z;
-};
-
-LaneVector load(const BearingPairs& pairs, bool second, int i) {
-  const auto axis = [&](int a) {
-    return Eigen::Map<const Lanes>(second ? pairs.second(a, i) : pairs.first(a, i));
-  };
-  return {axis(0), axis(1), axis(2)};
-}
-
-LaneVector operator*(const Eigen::Matrix3d& m, const LaneVector& v) {
-  return {m(0, 0) * v.x + m(0, 1) * v.y + m(0, 2) * v.z, m(1, 0) * v.x + m(1, 1) * v.y + m(1, 2) * v.z,
-          m(2, 0) * v.x + m(2, 1) * v.y + m(2, 2) * v.z};
-}
-
-Lanes dot(const LaneVector& a, const LaneVector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-Lanes dot(const Eigen::Vector3d& a, const LaneVector& b) { return a.x() * b.x + a.y() * b.y + a.z() * b.z; }
-
-LaneVector cross(const LaneVector& a, const LaneVector& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
-LaneVector cross(const LaneVector& a, const Eigen::Vector3d& b) {
-  return {a.y * b.z() - a.z * b.y(), a.z * b.x() - a.x * b.z(), a.x * b.y() - a.y * b.x()};
-}
 
 Eigen::Matrix3d essential_of(const TwoViewModel& model) {
   Eigen::Matrix3d essential;
@@ -68,8 +37,8 @@ void sampson_errors(const BearingPairs& pairs, const TwoViewModel& model, const 
                     int begin, int count, BlockErrors* block) {
   const Eigen::Vector3d t_in_first = model.rotation.transpose() * model.translation;
   for (int i = 0; i < count; i += kLanes) {
-    const LaneVector x1 = load(pairs, false, begin + i);
-    const LaneVector x2 = load(pairs, true, begin + i);
+    const LaneVector x1 = pairs.first().lanes(begin + i);
+    const LaneVector x2 = pairs.second().lanes(begin + i);
     const Lanes constraint = dot(x2, essential * x1);
     const Lanes along1 = dot(t_in_first, x1);
     const Lanes along2 = dot(model.translation, x2);
@@ -129,8 +98,8 @@ NormalEquations linearize(const BearingPairs& pairs, const TwoViewModel& model,
   Lanes sums[20];  // the lower triangle of the information row by row, each row followed by its gradient
   std::fill(std::begin(sums), std::end(sums), Lanes::Zero());
   for (int i = 0; i < pairs.size(); i += kLanes) {
-    const LaneVector x2 = load(pairs, true, i);
-    const LaneVector r = model.rotation * load(pairs, false, i);
+    const LaneVector x2 = pairs.second().lanes(i);
+    const LaneVector r = model.rotation * pairs.first().lanes(i);
     const LaneVector x2_cross_t = cross(x2, t);
     const Lanes constraint = dot(r, x2_cross_t);
     const Lanes along1 = dot(t, r);
@@ -140,12 +109,12 @@ NormalEquations linearize(const BearingPairs& pairs, const TwoViewModel& model,
         (constraint * constraint * inverse < squared_threshold).select(inverse, Lanes::Zero());
     const Lanes shape = constraint * inverse;  // how the error's denominator changes it
     const Lanes shape1 = shape * along1, shape2 = shape * along2;
-    const LaneVector by_rotation = cross(
-        r, {x2_cross_t.x + shape1 * t.x(), x2_cross_t.y + shape1 * t.y(), x2_cross_t.z + shape1 * t.z()});
+    LaneVector by_rotation = x2_cross_t;
+    by_rotation += LaneVector{shape1 * t.x(), shape1 * t.y(), shape1 * t.z()};
+    by_rotation = cross(r, by_rotation);
     LaneVector by_translation = cross(r, x2);
-    by_translation.x += shape1 * r.x + shape2 * x2.x;
-    by_translation.y += shape1 * r.y + shape2 * x2.y;
-    by_translation.z += shape1 * r.z + shape2 * x2.z;
+    by_translation += shape1 * r;
+    by_translation += shape2 * x2;
     const Lanes row[5] = {by_rotation.x, by_rotation.y, by_rotation.z, dot(basis0, by_translation),
                           dot(basis1, by_translation)};
     int k = 0;
@@ -182,18 +151,15 @@ BearingPairs::BearingPairs(const std::vector<Eigen::Vector3d>& bearings1,
   for (int i = size() - 1; i > 0; --i) {
     std::swap(source_[i], source_[random.index(static_cast<std::uint32_t>(i + 1))]);
   }
-  for (int axis = 0; axis < 3; ++axis) {
-    first_[axis].resize((source_.size() + kLanes - 1) / kLanes * kLanes, 0.0);
-    second_[axis].resize(first_[axis].size(), 0.0);
+  std::vector<Eigen::Vector3d> first, second;
+  first.reserve(source_.size());
+  second.reserve(source_.size());
+  for (const int i : source_) {
+    first.push_back(bearings1[i].normalized());
+    second.push_back(bearings2[i].normalized());
   }
-  for (int i = 0; i < size(); ++i) {
-    const Eigen::Vector3d x1 = bearings1[source_[i]].normalized();
-    const Eigen::Vector3d x2 = bearings2[source_[i]].normalized();
-    for (int axis = 0; axis < 3; ++axis) {
-      first_[axis][i] = x1[axis];
-      second_[axis][i] = x2[axis];
-    }
-  }
+  first_ = VectorArray(first);
+  second_ = VectorArray(second);
 }
 
 bool may_be_in_front(const TwoViewModel& model, const Eigen::Vector3d& bearing1,
@@ -222,7 +188,7 @@ RansacScore score_two_views(const BearingPairs& pairs, const TwoViewModel& model
         score.cost += squared_threshold;
         continue;
       }
-      const double cosine = (model.rotation * pairs.first(begin + i)).dot(pairs.second(begin + i));
+      const double cosine = (model.rotation * pairs.first()[begin + i]).dot(pairs.second()[begin + i]);
       if (!distances_positive(block.along1[i], block.along2[i], cosine, threshold)) {
         score.cost += squared_threshold;
         continue;

@@ -49,8 +49,8 @@ class TwoViewEstimator {
   int solve(const std::array<int, 5>& sample, std::array<TwoViewModel, 40>* models) const {
     std::array<Eigen::Vector3d, 5> x1, x2;
     for (int k = 0; k < 5; ++k) {
-      x1[k] = pairs_.first(sample[k]);
-      x2[k] = pairs_.second(sample[k]);
+      x1[k] = pairs_.first()[sample[k]];
+      x2[k] = pairs_.second()[sample[k]];
     }
     std::array<Eigen::Matrix3d, 10> essentials;
     const int num_essentials = five_point(x1, x2, &essentials);

@@ -62,8 +62,8 @@ struct PlaneEstimator {
       if (!members[i]) {
         continue;
       }
-      x1.push_back(pairs.first(i));
-      x2.push_back(pairs.second(i));
+      x1.push_back(pairs.first()[i]);
+      x2.push_back(pairs.second()[i]);
       const Eigen::Vector3d across = x2.back().cross(motion.translation);
       const Eigen::Vector3d shift = x2.back().cross(motion.rotation * x1.back());
       inverse_distance.push_back(-across.dot(shift) / std::max(across.squaredNorm(), 1e-12));
@@ -132,8 +132,8 @@ struct RotationEstimator {
       : threshold(threshold) {
     for (int i = 0; i < pairs.size(); ++i) {
       if (members[i]) {
-        x1.push_back(pairs.first(i));
-        x2.push_back(pairs.second(i));
+        x1.push_back(pairs.first()[i]);
+        x2.push_back(pairs.second()[i]);
       }
     }
   }
@@ -218,8 +218,8 @@ bool turn_scaled(const BearingPairs& pairs, const std::vector<char>& members, co
   Eigen::Vector3d middle1 = Eigen::Vector3d::Zero(), middle2 = Eigen::Vector3d::Zero();
   for (int i = 0; i < pairs.size(); ++i) {
     if (members[i]) {
-      middle1 += pairs.first(i);
-      middle2 += pairs.second(i);
+      middle1 += pairs.first()[i];
+      middle2 += pairs.second()[i];
     }
   }
   middle1.normalize();

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/robust/lanes.h"
 #include "mono_pose_tracker/robust/ransac.h"
 
 namespace mono_pose_tracker {
@@ -16,16 +16,12 @@ class BearingPairs {
                std::uint64_t seed);
 
   int size() const { return static_cast<int>(source_.size()); }
-  Eigen::Vector3d first(int i) const { return {first_[0][i], first_[1][i], first_[2][i]}; }
-  Eigen::Vector3d second(int i) const { return {second_[0][i], second_[1][i], second_[2][i]}; }
+  const VectorArray& first() const { return first_; }
+  const VectorArray& second() const { return second_; }
   int source(int i) const { return source_[i]; }  // index in the vectors this was made of
 
-  /// Coordinates from pair i on. The arrays go on with zeros to the next multiple of four.
-  const double* first(int axis, int i) const { return &first_[axis][i]; }
-  const double* second(int axis, int i) const { return &second_[axis][i]; }
-
  private:
-  std::vector<double> first_[3], second_[3];
+  VectorArray first_, second_;
   std::vector<int> source_;
 };
 

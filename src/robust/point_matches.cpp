@@ -1,0 +1,180 @@
+#include "mono_pose_tracker/robust/point_matches.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "mono_pose_tracker/common/random.h"
+#include "mono_pose_tracker/robust/early_rejection.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr int kBlock = 64;  // matches whose errors are computed at once; scoring may give up between blocks
+
+// Keeps a point at the camera's centre from dividing zero by zero.
+constexpr double kTinySquare = 1e-300;
+
+// sin^2 of the angle between bearings and the directions to points p in the camera's frame; 1 behind the
+// camera.
+Lanes squared_angles(const LaneVector& p, const LaneVector& bearings) {
+  const LaneVector across = cross(p, bearings);
+  return (dot(p, bearings) > 0).select(dot(across, across) / dot(p, p), Lanes::Ones());
+}
+
+struct NormalEquations {
+  Eigen::Matrix<double, 6, 6> information;
+  Eigen::Matrix<double, 6, 1> gradient;
+};
+
+// Sums over matches of w (I - u u^T), by its six different elements.
+struct ProjectorSum {
+  Lanes xx = Lanes::Zero(), yy = Lanes::Zero(), zz = Lanes::Zero();
+  Lanes xy = Lanes::Zero(), xz = Lanes::Zero(), yz = Lanes::Zero();
+
+  void add(const Lanes& w, const LaneVector& u) {
+    const LaneVector wu = w * u;
+    xx += w - wu.x * u.x;
+    yy += w - wu.y * u.y;
+    zz += w - wu.z * u.z;
+    xy -= wu.x * u.y;
+    xz -= wu.x * u.z;
+    yz -= wu.y * u.z;
+  }
+
+  Eigen::Matrix3d matrix() const {
+    Eigen::Matrix3d m;
+    m << xx.sum(), xy.sum(), xz.sum(), xy.sum(), yy.sum(), yz.sum(), xz.sum(), yz.sum(), zz.sum();
+    return m;
+  }
+};
+
+// Residual u - b for the direction u to the point, nearly the angle between them; the perturbation is x' =
+// exp(w) x + v in the camera's frame, order v, w. With J of u, J^T J has the blocks (I - u u^T) / |p|^2,
+// -[u]x / |p|, I - u u^T.
+NormalEquations linearize(const PointMatches& matches, const CameraPose& pose, double squared_threshold) {
+  ProjectorSum by_shift, by_turn;
+  const Lanes zero = Lanes::Zero();
+  LaneVector mixed{zero, zero, zero}, shift_gradient{zero, zero, zero}, turn_gradient{zero, zero, zero};
+  for (int i = 0; i < matches.size(); i += kLanes) {
+    const LaneVector p = pose.rotation * matches.points().lanes(i) + pose.translation;
+    const LaneVector b = matches.bearings().lanes(i);
+    const Lanes weight = (squared_angles(p, b) < squared_threshold).select(Lanes::Ones(), zero);
+    const Lanes inverse = 1 / dot(p, p).max(kTinySquare).sqrt();
+    const LaneVector u = inverse * p;
+    const Lanes weight_inverse = weight * inverse;
+    const Lanes weight_inverse_squared = weight_inverse * inverse;
+    by_shift.add(weight_inverse_squared, u);
+    by_turn.add(weight, u);
+    mixed += weight_inverse * u;
+    const Lanes along = weight_inverse * dot(u, b);
+    shift_gradient += along * u;
+    shift_gradient -= weight_inverse * b;
+    turn_gradient -= weight * cross(u, b);
+  }
+  const Eigen::Vector3d m = sum(mixed);
+  NormalEquations equations;
+  equations.information.topLeftCorner<3, 3>() = by_shift.matrix();
+  equations.information.bottomRightCorner<3, 3>() = by_turn.matrix();
+  equations.information.bottomLeftCorner<3, 3>() << 0, -m.z(), m.y(), m.z(), 0, -m.x(), -m.y(), m.x(), 0;
+  equations.information.topRightCorner<3, 3>() = equations.information.bottomLeftCorner<3, 3>().transpose();
+  equations.gradient << sum(shift_gradient), sum(turn_gradient);
+  return equations;
+}
+
+CameraPose perturbed(const CameraPose& pose, const Eigen::Matrix<double, 6, 1>& step) {
+  const Eigen::Vector3d w = step.tail<3>();
+  const double angle = w.norm();
+  const Eigen::Matrix3d turn =
+      angle > 0 ? Eigen::AngleAxisd(angle, w / angle).toRotationMatrix() : Eigen::Matrix3d::Identity().eval();
+  return {turn * pose.rotation, turn * pose.translation + step.head<3>()};
+}
+
+}  // namespace
+
+PointMatches::PointMatches(const std::vector<Eigen::Vector3d>& bearings_in_camera,
+                           const std::vector<Eigen::Vector3d>& points_in_map, std::uint64_t seed) {
+  for (std::size_t i = 0; i < points_in_map.size(); ++i) {
+    const double norm = bearings_in_camera[i].norm();
+    if (points_in_map[i].allFinite() && std::isfinite(norm) && norm > 0) {
+      source_.push_back(static_cast<int>(i));
+    }
+  }
+  Random random(seed);
+  for (int i = size() - 1; i > 0; --i) {
+    std::swap(source_[i], source_[random.index(static_cast<std::uint32_t>(i + 1))]);
+  }
+  std::vector<Eigen::Vector3d> bearings, points;
+  bearings.reserve(source_.size());
+  points.reserve(source_.size());
+  for (const int i : source_) {
+    bearings.push_back(bearings_in_camera[i].normalized());
+    points.push_back(points_in_map[i]);
+  }
+  bearings_ = VectorArray(bearings);
+  points_ = VectorArray(points);
+}
+
+RansacScore score_camera_pose(const PointMatches& matches, const CameraPose& pose, double threshold,
+                              double cost_bound, std::vector<char>* inliers) {
+  const double squared_threshold = threshold * threshold;
+  const double mean_bound = cost_bound / (squared_threshold * matches.size());
+  if (inliers != nullptr) {
+    inliers->assign(matches.size(), 0);
+  }
+  RansacScore score;
+  score.cost = 0;
+  double squared[kBlock];
+  for (int begin = 0; begin < matches.size(); begin += kBlock) {
+    const int count = std::min(kBlock, matches.size() - begin);
+    for (int i = 0; i < count; i += kLanes) {
+      const LaneVector p = pose.rotation * matches.points().lanes(begin + i) + pose.translation;
+      Eigen::Map<Lanes>(squared + i) = squared_angles(p, matches.bearings().lanes(begin + i));
+    }
+    for (int i = 0; i < count; ++i) {
+      const bool inlier = squared[i] < squared_threshold;
+      score.cost += inlier ? squared[i] : squared_threshold;
+      score.num_inliers += inlier;
+      if (inliers != nullptr) {
+        (*inliers)[begin + i] = inlier;
+      }
+    }
+    const int scored = begin + count;
+    if (score.cost >= cost_bound ||
+        is_hopeless(score.cost / (squared_threshold * scored), scored, mean_bound)) {
+      return RansacScore();
+    }
+  }
+  return score;
+}
+
+void refine_camera_pose(const PointMatches& matches, double threshold, int max_iterations, CameraPose* pose) {
+  constexpr double kNoBound = std::numeric_limits<double>::infinity();
+  double cost = score_camera_pose(matches, *pose, threshold, kNoBound).cost;
+  double damping = 1e-4;
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    const NormalEquations equations = linearize(matches, *pose, threshold * threshold);
+    const double previous = cost;
+    while (damping < 1e6) {
+      Eigen::Matrix<double, 6, 6> damped = equations.information;
+      damped.diagonal() *= 1 + damping;
+      const CameraPose candidate = perturbed(*pose, -damped.ldlt().solve(equations.gradient));
+      const double candidate_cost = score_camera_pose(matches, candidate, threshold, kNoBound).cost;
+      if (candidate_cost < cost) {
+        *pose = candidate;
+        cost = candidate_cost;
+        damping = std::max(1e-9, damping * 0.1);
+        break;
+      }
+      damping *= 10;
+    }
+    if (!(previous - cost > 1e-6 * cost)) {
+      break;  // less than the sixth digit of the cost moves the pose far below its uncertainty
+    }
+  }
+}
+
+}  // namespace mono_pose_tracker
