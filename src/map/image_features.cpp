@@ -19,6 +19,10 @@ cv::Vec3b color_at(const cv::Mat& image, const Eigen::Vector2f& pixel) {
   return {bgr[2], bgr[1], bgr[0]};
 }
 
+// A coarse feature is found less exactly than a fine one, though not in proportion: its blob is also the
+// cleaner signal. In units of what a feature of 2 px has, of which the thresholds in px speak.
+float localisation_sigma(float scale_px) { return std::sqrt(std::max(scale_px / 2, 0.5f)); }
+
 }  // namespace
 
 ImageFeaturesPtr make_image_features(FeatureSet features, const cv::Mat& image, const CameraModel& camera) {
@@ -44,7 +48,7 @@ ImageFeaturesPtr make_image_features(FeatureSet features, const cv::Mat& image, 
     kept.features.push_back(feature);
     kept.bearings.push_back(bearing);
     result->pixel_from_bearing.push_back(jacobian);
-    result->sigma_px.push_back(1.0f);
+    result->sigma_px.push_back(localisation_sigma(feature.scale));
     result->color_rgb.push_back(color_at(image, feature.pixel));
   }
   if (!kept.descriptors.empty()) kept.descriptors = kept.descriptors.rowRange(0, kept.size());

@@ -22,18 +22,18 @@ double error_px(const Keyframe& keyframe, int feature, const Eigen::Vector3d& x_
          keyframe.image->sigma_px[feature];
 }
 
-// The largest angle between two of the rays that see the landmark.
-double max_parallax(const Map& map, const Landmark& landmark) {
-  double largest = 0;
-  for (std::size_t i = 0; i < landmark.observations.size(); ++i) {
-    for (std::size_t j = i + 1; j < landmark.observations.size(); ++j) {
-      largest =
-          std::max(largest, parallax_angle(landmark.x_in_map,
-                                           map.keyframe(landmark.observations[i].keyframe)->center_in_map(),
-                                           map.keyframe(landmark.observations[j].keyframe)->center_in_map()));
+// Whether two of the rays that see the landmark differ by at least the angle.
+bool has_parallax(const Map& map, const Landmark& landmark, double min_angle) {
+  std::vector<Eigen::Vector3d> rays;
+  const double max_cosine = std::cos(min_angle);
+  for (const Observation& o : landmark.observations) {
+    const Eigen::Vector3d ray = (map.keyframe(o.keyframe)->center_in_map() - landmark.x_in_map).normalized();
+    for (const Eigen::Vector3d& other : rays) {
+      if (ray.dot(other) <= max_cosine) return true;
     }
+    rays.push_back(ray);
   }
-  return largest;
+  return false;
 }
 
 std::vector<LandmarkId> landmarks_of(const Keyframe& keyframe) {
@@ -207,7 +207,7 @@ void Mapper::cull_observations(const std::vector<LandmarkId>& landmarks) {
     }
     // Half the angle that creation asks for: bundle adjustment may move a point a little farther away.
     if (landmark->observations.size() < 2 ||
-        max_parallax(map_, *landmark) < 0.5 * options_.mapping.min_parallax_deg * kDegree) {
+        !has_parallax(map_, *landmark, 0.5 * options_.mapping.min_parallax_deg * kDegree)) {
       map_.remove_landmark(l);
     }
   }
@@ -245,14 +245,14 @@ void Mapper::finish() {
     extend_tracks(id, near);
     create_landmarks(id, near);
   }
+  // Twice: wrong observations that the first run uncovers must not bend the second.
   BundleOptions bundle = options_.bundle;
-  bundle.max_iterations = 100;
-  bundle.function_tolerance = 1e-8;
-  for (int round = 0; round < 2; ++round) {
+  bundle.max_iterations = 50;
+  for (const double tolerance : {1e-5, 1e-7}) {
+    bundle.function_tolerance = tolerance;
     adjust_map(bundle, &map_);
     cull_observations(map_.landmark_ids());
   }
-  adjust_map(bundle, &map_);
   publish();
 }
 

@@ -15,10 +15,12 @@ struct SiftOptions {
   int first_octave = 0;     // -1: the image is doubled first (finer, slower); 0; 1: halved
   int max_features = 1500;  // the strongest are kept, spread over the image; 0: all
   float contrast_threshold =
-      0.04f;                     // of the grey range [0, 1]; as in cv::SIFT (divided by layers per octave)
+      0.03f;                     // of the grey range [0, 1]; as in cv::SIFT (divided by layers per octave)
   float edge_threshold = 10.0f;  // ratio of principal curvatures
   int octave_layers = 3;
-  float sigma = 1.6f;     // px, of the first octave's base
+  /// px, of the first octave's base. Lowe doubles the image and takes 1.6, which is 0.8 px of it; 1.0 without
+  /// doubling finds nearly as fine features in a quarter of the time.
+  float sigma = 1.0f;
   bool root_sift = true;  // Arandjelovic and Zisserman (2012): Hellinger distance
   int min_features = 0;   // own: the contrast threshold is lowered (to a quarter at most) below this many
   int num_threads = 1;

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "mono_pose_tracker/io/image_source.h"
+#include "mono_pose_tracker/io/mask_folder.h"
+#include "mono_pose_tracker/tracking/tracker.h"
+
+namespace mono_pose_tracker {
+
+/// A recording to be tracked: every image, in order, none dropped.
+struct Recording {
+  std::function<std::unique_ptr<ImageSource>()>
+      open;  // from its beginning; called once more for images to be posed later
+  const MaskFolder* masks = nullptr;
+  std::int64_t max_frames = -1;  // all
+};
+
+struct RecordingResult {
+  bool tracked = false;      // there is a map; otherwise `reason` says why not
+  bool unconfirmed = false;  // it rests on two views that no third has confirmed
+  std::string reason;
+  std::int64_t frames_total = 0;              // images that could be read
+  std::vector<std::string> problems;          // one line for each image skipped or mask missing
+  std::map<std::int64_t, std::string> names;  // of the images, by frame index
+  std::vector<PosedFrame> trajectory;         // after the last optimisation, by index
+  std::int64_t frames_posed_live = 0;
+  std::map<std::string, std::vector<double>> stage_ms;
+};
+
+/// Called with the report of each frame as it comes. `pass` 2: posed against the finished map.
+using FrameObserver = std::function<void(int pass, const FrameReport&)>;
+
+/// Tracks the recording with inline mapping, finishes the map and poses against it the images that have no
+/// pose yet.
+RecordingResult track_recording(const Recording& recording, const FrameObserver& observer, Tracker* tracker);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,294 @@
+// Tracks every frame of a recording and writes its poses and its map.
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+
+#include "mono_pose_tracker/io/atomic_file.h"
+#include "mono_pose_tracker/io/camera_yaml.h"
+#include "mono_pose_tracker/io/colmap.h"
+#include "mono_pose_tracker/io/overview.h"
+#include "mono_pose_tracker/io/ply.h"
+#include "mono_pose_tracker/io/trajectory.h"
+#include "mono_pose_tracker/ros/bag_image_source.h"
+#include "mono_pose_tracker/tracking/options_table.h"
+#include "mono_pose_tracker/tracking/recording.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace mono_pose_tracker;
+
+struct Arguments {
+  std::string images, video, bag, image_topic, camera_info_topic;
+  std::string camera, config, masks, output;
+  std::optional<std::uint64_t> seed;
+  std::int64_t max_frames = -1;
+  bool quiet = false;
+};
+
+void declare(CLI::App& app, Arguments& a) {
+  auto* images =
+      app.add_option("--images", a.images, "folder of images, or a list of `timestamp path` lines");
+  auto* video = app.add_option("--video", a.video, "video file")->excludes(images);
+  auto* bag = app.add_option("--bag", a.bag, "bag file")->excludes(images)->excludes(video);
+  app.add_option("--image-topic", a.image_topic, "of the bag [its only one]")->needs(bag);
+  app.add_option("--camera-info-topic", a.camera_info_topic, "of the bag [beside the images]")->needs(bag);
+  app.add_option("--camera", a.camera, "calibration, the YAML that camera_calibration writes");
+  app.add_option("--output", a.output, "folder to write to (made when missing)")->required();
+  app.add_option("--config", a.config, "tracker.yaml: options, see config/default.yaml");
+  app.add_option("--masks", a.masks, "folder of masks with the images' base names, 0 = ignore");
+  app.add_option("--seed", a.seed, "of all random choices [0]");
+  app.add_option("--max-frames", a.max_frames, "stop after so many images")->check(CLI::PositiveNumber);
+  app.add_flag("--quiet", a.quiet, "say nothing but errors");
+}
+
+// Progress: a bar on a terminal, plain lines elsewhere.
+class Progress {
+ public:
+  Progress(int total, bool quiet) : total_(total), quiet_(quiet), terminal_(isatty(STDERR_FILENO)) {}
+  ~Progress() {
+    if (terminal_ && !quiet_) std::fputc('\n', stderr);
+  }
+
+  void show(const FrameReport& report) {
+    ++count_;
+    if (quiet_) return;
+    const bool posed = report.map_from_camera.has_value();
+    if (terminal_) {
+      constexpr int kWidth = 30;
+      const int filled = total_ > 0 ? std::min(kWidth, kWidth * count_ / total_) : 0;
+      std::fprintf(stderr, "\r[%s%s] %d %s, %d keyframes, %d points   ", std::string(filled, '=').c_str(),
+                   std::string(kWidth - filled, ' ').c_str(), count_, to_string(report.state),
+                   report.keyframes, report.landmarks);
+    } else if (posed != was_posed_ || count_ % 50 == 0) {
+      std::fprintf(stderr, "image %d: %s%s%s, %d keyframes, %d points\n", count_, to_string(report.state),
+                   report.reason_text.empty() ? "" : ", ", report.reason_text.c_str(), report.keyframes,
+                   report.landmarks);
+    }
+    was_posed_ = posed;
+  }
+
+ private:
+  int total_ = -1, count_ = 0;
+  bool quiet_, terminal_, was_posed_ = false;
+};
+
+std::function<std::unique_ptr<ImageSource>()> source_of(const Arguments& a) {
+  if (!a.images.empty()) return [a] { return open_images(a.images); };
+  if (!a.video.empty()) return [a] { return open_video(a.video); };
+  if (!a.bag.empty()) return [a] { return std::make_unique<BagImageSource>(a.bag, a.image_topic); };
+  throw std::runtime_error("no input: give --images, --video or --bag");
+}
+
+CameraParameters camera_of(const Arguments& a) {
+  if (!a.camera.empty()) return read_camera_yaml(a.camera);
+  if (!a.bag.empty()) return BagImageSource(a.bag, a.image_topic).read_camera(a.camera_info_topic);
+  throw std::runtime_error("no calibration: give --camera, the YAML that camera_calibration writes");
+}
+
+void make_output_folder(const std::string& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error) throw std::runtime_error(path + ": cannot be made (" + error.message() + ")");
+  write_tum((fs::path(path) / "trajectory.txt").string(),
+            {});  // an unwritable folder is found before the work
+}
+
+// The size of the first image that can be read must be the camera's.
+void check_first_image(const std::function<std::unique_ptr<ImageSource>()>& open,
+                       const CameraParameters& camera) {
+  const std::unique_ptr<ImageSource> source = open();
+  SourceImage image = source->next();
+  while (image.kind == SourceImage::Kind::kSkipped) image = source->next();
+  if (image.kind == SourceImage::Kind::kEnd)
+    throw std::runtime_error("no image could be read: " + image.problem);
+  if (image.image.cols == camera.width && image.image.rows == camera.height) return;
+  throw std::runtime_error(image.name + ": is " + std::to_string(image.image.cols) + "x" +
+                           std::to_string(image.image.rows) + ", the calibration is for " +
+                           std::to_string(camera.width) + "x" + std::to_string(camera.height));
+}
+
+struct MapStatistics {
+  double mean_track_length = 0;
+  double reprojection_rms_px = 0;
+};
+
+MapStatistics map_statistics(const Map& map) {
+  double observations = 0, sum = 0;
+  for (const auto& [id, landmark] : map.landmarks()) {
+    for (const Observation& o : landmark.observations) {
+      const Keyframe& keyframe = *map.keyframe(o.keyframe);
+      sum += reprojection_error(*keyframe.image, o.feature, keyframe.camera_from_map * landmark.x_in_map)
+                 .squaredNorm();
+      ++observations;
+    }
+  }
+  if (observations == 0) return {};
+  return {observations / map.landmarks().size(), std::sqrt(sum / observations)};
+}
+
+void write_map_for_colmap(const std::string& folder, const CameraParameters& camera, const Map& map,
+                          const RecordingResult& result) {
+  std::vector<ColmapPoint> points;
+  std::map<LandmarkId, int> index_of;
+  for (const LandmarkId id : map.landmark_ids()) {
+    const Landmark& landmark = *map.landmark(id);
+    ColmapPoint point;
+    point.x_in_map = landmark.x_in_map;
+    for (const Observation& o : landmark.observations) {
+      const Keyframe& keyframe = *map.keyframe(o.keyframe);
+      point.error_px +=
+          reprojection_error(*keyframe.image, o.feature, keyframe.camera_from_map * landmark.x_in_map)
+              .norm() /
+          landmark.observations.size();
+    }
+    const Observation& first = landmark.observations.front();
+    const cv::Vec3b& rgb = map.keyframe(first.keyframe)->image->color_rgb[first.feature];
+    point.r = rgb[0], point.g = rgb[1], point.b = rgb[2];
+    index_of[id] = static_cast<int>(points.size());
+    points.push_back(point);
+  }
+  std::map<std::int64_t, const Keyframe*> keyframe_of;
+  for (const auto& entry : map.keyframes()) keyframe_of[entry.second.frame_index] = &entry.second;
+  std::vector<ColmapImage> images;
+  for (const PosedFrame& frame : result.trajectory) {
+    ColmapImage image;
+    image.name = result.names.at(frame.index);
+    image.camera_from_map = frame.map_from_camera.inverse();
+    const auto keyframe = keyframe_of.find(frame.index);
+    if (keyframe != keyframe_of.end()) {
+      const Keyframe& k = *keyframe->second;
+      for (int f = 0; f < k.image->size(); ++f) {
+        const LandmarkId l = k.landmark_of_feature[f];
+        if (l != kNoLandmark) {
+          image.observations.push_back({k.image->set.features[f].pixel.cast<double>(), index_of.at(l)});
+        }
+      }
+    }
+    images.push_back(std::move(image));
+  }
+  write_colmap_text(folder, camera, images, points);
+}
+
+nlohmann::ordered_json stage_statistics(std::map<std::string, std::vector<double>> stages) {
+  nlohmann::ordered_json json;
+  for (auto& [stage, ms] : stages) {
+    std::sort(ms.begin(), ms.end());
+    const auto at = [&ms = ms](double share) {
+      return ms[static_cast<std::size_t>(share * (ms.size() - 1))];
+    };
+    json[stage] = {{"median_ms", at(0.5)}, {"p95_ms", at(0.95)}, {"max_ms", ms.back()}, {"count", ms.size()}};
+  }
+  return json;
+}
+
+void write_report(const std::string& path, const RecordingResult& result, const Map& map, std::uint64_t seed,
+                  double wall_seconds) {
+  const MapStatistics statistics = map_statistics(map);
+  nlohmann::ordered_json json = {
+      {"tracked", result.tracked},
+      {"confirmed", result.tracked && !result.unconfirmed},
+      {"reason", result.unconfirmed ? "two views only: unconfirmed" : result.reason},
+      {"frames_total", result.frames_total},
+      {"frames_posed", result.trajectory.size()},
+      {"frames_posed_live", result.frames_posed_live},
+      {"keyframes", map.keyframes().size()},
+      {"points", map.landmarks().size()},
+      {"mean_track_length", statistics.mean_track_length},
+      {"reprojection_rms_px", statistics.reprojection_rms_px},
+      {"wall_seconds", wall_seconds},
+      {"seed", seed},
+      {"stages", stage_statistics(result.stage_ms)},
+      {"problems", result.problems}};
+  write_file_atomically(path, [&](std::ostream& out) { out << json.dump(2) << '\n'; });
+}
+
+void write_results(const fs::path& output, const CameraParameters& camera, const RecordingResult& result,
+                   const Tracker& tracker) {
+  std::vector<StampedPose> poses;
+  Overview overview;
+  for (const PosedFrame& frame : result.trajectory) {
+    poses.push_back({frame.stamp_ns, frame.map_from_camera});
+    overview.cameras.push_back(frame.map_from_camera.translation);
+  }
+  write_tum((output / "trajectory.txt").string(), poses);
+  overview.points = tracker.snapshot()->points;
+  overview.title = std::to_string(poses.size()) + " of " + std::to_string(result.frames_total) +
+                   " images posed, " + std::to_string(overview.points.size()) + " points";
+  write_ply((output / "points.ply").string(), overview.points);
+  write_overview((output / "overview.png").string(), overview);
+  write_map_for_colmap((output / "colmap").string(), camera, tracker.map(), result);
+}
+
+int run(const Arguments& a) {
+  const auto start = std::chrono::steady_clock::now();
+  TrackerOptions options;
+  if (!a.config.empty()) read_options_yaml(a.config, &options);
+  if (a.seed) options.seed = *a.seed;
+  Recording recording;
+  recording.open = source_of(a);
+  recording.max_frames = a.max_frames;
+  const CameraParameters camera = camera_of(a);
+  Tracker tracker(options, CameraModel(camera), Tracker::Mapping::kInline);
+  std::optional<MaskFolder> masks;
+  if (!a.masks.empty()) recording.masks = &masks.emplace(a.masks);
+  check_first_image(recording.open, camera);
+  make_output_folder(a.output);
+
+  const fs::path output = a.output;
+  TrajectoryWriter live((output / "trajectory_live.txt").string());
+  RecordingResult result;
+  {
+    Progress progress(recording.open()->size(), a.quiet);
+    const FrameObserver observer = [&](int pass, const FrameReport& report) {
+      if (pass == 1 && report.map_from_camera) live.append({report.stamp_ns, *report.map_from_camera});
+      if (pass == 1) progress.show(report);
+    };
+    result = track_recording(recording, observer, &tracker);
+  }
+  for (const std::string& problem : result.problems) std::fprintf(stderr, "%s\n", problem.c_str());
+  if (result.tracked) write_results(output, camera, result, tracker);
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
+  write_report((output / "report.json").string(), result, tracker.map(), options.seed, wall.count());
+  if (!result.tracked) {
+    std::fprintf(stderr, "no map could be made: %s\n", result.reason.c_str());
+    return 1;
+  }
+  if (!a.quiet) {
+    std::printf("%zu of %ld images posed (%ld as they came), %zu keyframes, %zu points, %.1f s%s: %s\n",
+                result.trajectory.size(), static_cast<long>(result.frames_total),
+                static_cast<long>(result.frames_posed_live), tracker.map().keyframes().size(),
+                tracker.map().landmarks().size(), wall.count(),
+                result.unconfirmed ? " (two views only: unconfirmed)" : "", a.output.c_str());
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Tracks every frame of a recording: poses, points, a COLMAP model, a picture.",
+               "track_sequence");
+  Arguments arguments;
+  declare(app, arguments);
+  try {
+    app.parse(argc, argv);
+    return run(arguments);
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == 0) return app.exit(e);
+    std::fprintf(stderr, "track_sequence: %s\n", e.what());
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "track_sequence: %s\n", e.what());
+  }
+  return 2;
+}
