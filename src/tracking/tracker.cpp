@@ -267,6 +267,7 @@ void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
     reference_ = now->keyframes.rbegin()->first;
     camera_from_reference_ = Rigid3();
     records_[frame.index] = {frame.stamp_ns, reference_, camera_from_reference_};
+    report->map_from_camera = now->keyframes.at(reference_).camera_from_map.inverse();
   }
 }
 
