@@ -12,12 +12,25 @@ double sphere(const Vector3d& p, const Vector3d& centre, double radius) {
   return (p - centre).norm() - radius;
 }
 
+struct Ellipsoid {
+  Ellipsoid(const Vector3d& c, const Vector3d& radii) : centre(c), inverse_radii(radii.cwiseInverse()) {}
+  Vector3d centre, inverse_radii;
+};
+
+const Ellipsoid kCranium({0, -0.025, 0.012}, {0.076, 0.092, 0.098});
+const Ellipsoid kMidface({0, 0.030, -0.018}, {0.063, 0.085, 0.074});
+const Ellipsoid kJaw({0, 0.066, -0.030}, {0.056, 0.050, 0.056});
+const Ellipsoid kBrow({0.027, -0.021, -0.080}, {0.026, 0.007, 0.011});
+const Ellipsoid kUpperLip({0, 0.0665, -0.083}, {0.024, 0.0065, 0.010});
+const Ellipsoid kLowerLip({0, 0.0770, -0.081}, {0.020, 0.0075, 0.010});
+const Ellipsoid kEar({0, 0, 0}, {0.009, 0.032, 0.020});
+
 /// First-order distance F / |grad F| of the convex F = |p / radii| - 1: outside never more than the distance.
-double ellipsoid(const Vector3d& p, const Vector3d& centre, const Vector3d& radii) {
-  const Vector3d scaled = (p - centre).cwiseQuotient(radii);
+double ellipsoid(const Vector3d& p, const Ellipsoid& e) {
+  const Vector3d scaled = (p - e.centre).cwiseProduct(e.inverse_radii);
   const double norm = scaled.norm();
-  const double gradient = scaled.cwiseQuotient(radii).norm();
-  return gradient > 0 ? (norm - 1) * norm / gradient : -radii.minCoeff();
+  const double gradient = scaled.cwiseProduct(e.inverse_radii).norm();
+  return gradient > 0 ? (norm - 1) * norm / gradient : -1 / e.inverse_radii.maxCoeff();
 }
 
 /// A capsule whose radius goes from radius_a at a to radius_b at b.
@@ -38,9 +51,9 @@ double blend(double a, double b, double width) {
 double carve(double a, double hole, double width) { return -blend(-a, hole, width); }
 
 double skull(const Vector3d& p) {
-  double d = ellipsoid(p, {0, -0.025, 0.012}, {0.076, 0.092, 0.098});
-  d = blend(d, ellipsoid(p, {0, 0.030, -0.018}, {0.063, 0.085, 0.074}), 0.03);
-  d = blend(d, ellipsoid(p, {0, 0.066, -0.030}, {0.056, 0.050, 0.056}), 0.03);
+  double d = ellipsoid(p, kCranium);
+  d = blend(d, ellipsoid(p, kMidface), 0.03);
+  d = blend(d, ellipsoid(p, kJaw), 0.03);
   d = blend(d, tapered_capsule(p, {0, 0.06, 0.030}, {0, 0.30, 0.050}, 0.052, 0.078), 0.04);
   return d;
 }
@@ -48,13 +61,13 @@ double skull(const Vector3d& p) {
 double face(const Vector3d& p, double d) {
   d = blend(d, sphere(p, {0, 0.101, -0.070}, 0.018), 0.03);
   d = blend(d, sphere(p, {0.041, 0.028, -0.060}, 0.024), 0.04);
-  d = blend(d, ellipsoid(p, {0.027, -0.021, -0.080}, {0.026, 0.007, 0.011}), 0.025);
+  d = blend(d, ellipsoid(p, kBrow), 0.025);
   d = carve(d, sphere(p, {0.033, 0.002, -0.110}, 0.019), 0.015);
   d = blend(d, sphere(p, {0.032, 0.003, -0.0775}, 0.0140), 0.004);
   d = blend(d, tapered_capsule(p, {0, -0.012, -0.085}, {0, 0.036, -0.110}, 0.007, 0.0105), 0.014);
   d = blend(d, sphere(p, {0.0110, 0.0405, -0.0985}, 0.0075), 0.010);
-  d = blend(d, ellipsoid(p, {0, 0.0665, -0.083}, {0.024, 0.0065, 0.010}), 0.008);
-  d = blend(d, ellipsoid(p, {0, 0.0770, -0.081}, {0.020, 0.0075, 0.010}), 0.007);
+  d = blend(d, ellipsoid(p, kUpperLip), 0.008);
+  d = blend(d, ellipsoid(p, kLowerLip), 0.007);
   return d;
 }
 
@@ -63,7 +76,7 @@ double ear(const Vector3d& p) {
   constexpr double c = 0.906, s = 0.423;
   const Vector3d q = p - Vector3d(0.080, 0.012, 0.020);
   const Vector3d r(c * q.x() - s * q.z(), q.y(), s * q.x() + c * q.z());
-  const double shell = ellipsoid(r, {0, 0, 0}, {0.009, 0.032, 0.020});
+  const double shell = ellipsoid(r, kEar);
   return carve(shell, sphere(r, {0.013, 0.002, -0.002}, 0.0125), 0.005);
 }
 

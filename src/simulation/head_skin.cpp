@@ -18,23 +18,30 @@ struct Spots {
   float darkest;          // change of brightness at most
 };
 
+/// Uniform in [0, 1) from ten bits.
+float unit_bits(unsigned bits) { return static_cast<float>(bits & 1023u) * 0x1.0p-10f; }
+
 /// Sum of the darkening by all spots at a point.
 float spot_darkness(const Spots& spots, unsigned seed, const Vector3f& x, float footprint) {
   const Vector3f q = x / spots.cell;
   const int x0 = floor_int(q.x() - 0.5f), y0 = floor_int(q.y() - 0.5f), z0 = floor_int(q.z() - 0.5f);
+  const float reach = (1.25f * (spots.smallest_radius + spots.spread) + 0.5f * footprint) / spots.cell;
+  const float reach_squared = reach * reach;
   float darkness = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const int i = x0 + (corner & 1), j = y0 + (corner >> 1 & 1), k = z0 + (corner >> 2);
     const unsigned h = hash_cell(seed, i, j, k);
-    if (unit_float(h) > spots.density) continue;
-    const unsigned h1 = rehash(h), h2 = rehash(h1), h3 = rehash(h2);
     // No nearer than a twentieth of a cell to its sides: spots of up to half a cell stay within the nearest
     // 2^3 cells.
-    const Vector3f centre(i + 0.05f + 0.9f * unit_float(h1), j + 0.05f + 0.9f * unit_float(h2),
-                          k + 0.05f + 0.9f * unit_float(h3));
-    const float radius = spots.smallest_radius + spots.spread * unit_float(h1 * 0x9e3779b1u);
+    const Vector3f centre(i + 0.05f + 0.9f * unit_bits(h), j + 0.05f + 0.9f * unit_bits(h >> 10),
+                          k + 0.05f + 0.9f * unit_bits(h >> 20));
+    const float distance_squared = (q - centre).squaredNorm();
+    if (distance_squared > reach_squared) continue;
+    const unsigned h1 = rehash(h), h2 = rehash(h1);
+    if (unit_float(h1) > spots.density) continue;
+    const float radius = spots.smallest_radius + spots.spread * unit_float(h2);
     const float softness = 0.25f * radius + 0.5f * footprint;
-    const float distance = spots.cell * (q - centre).norm();
+    const float distance = spots.cell * std::sqrt(distance_squared);
     const float strength = spots.darkest * (0.4f + 0.6f * unit_float(h2 * 0x9e3779b1u));
     darkness += strength * smooth_step(radius + softness, radius - softness, distance);
   }
