@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "geometry/random_problems.h"
+#include "mono_pose_tracker/simulation/two_view_problem.h"
 
 namespace mono_pose_tracker {
 namespace {

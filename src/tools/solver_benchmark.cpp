@@ -1,0 +1,179 @@
+#include <benchmark/benchmark.h>
+
+#include <CLI/CLI.hpp>
+#include <map>
+#include <memory>
+
+#include "mono_pose_tracker/geometry/essential.h"
+#include "mono_pose_tracker/simulation/two_view_problem.h"
+#include "study/minimal_solvers.h"
+#include "study/statistics.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+/// Problems of one kind and the true solution of each.
+template <class Problem, class Solution>
+struct ProblemSet {
+  std::string name;
+  std::vector<Problem> problems;
+  std::vector<Solution> truths;
+};
+
+/// How sound a solver is on a set of problems without noise.
+struct Soundness {
+  double missed_at_1e2 = 0, missed_at_1e6 = 0, median = 0, p99 = 0, solutions = 0;
+};
+
+template <int N, class Make>
+ProblemSet<BearingSample<N>, Eigen::Matrix3d> two_view_problems(const std::string& name, int count,
+                                                                Make make) {
+  ProblemSet<BearingSample<N>, Eigen::Matrix3d> set;
+  set.name = name;
+  Random random(1);
+  for (int i = 0; i < count; ++i) {
+    const TwoViewProblem<N> problem = make(random);
+    set.problems.push_back({problem.bearings1, problem.bearings2});
+    set.truths.push_back(essential_matrix(problem.second_from_first));
+  }
+  return set;
+}
+
+template <int N>
+std::vector<ProblemSet<BearingSample<N>, Eigen::Matrix3d>> two_view_problem_sets(int count) {
+  const auto box = [](double depth_by_width) {
+    return [depth_by_width](Random& random) { return box_problem<N>(random, depth_by_width); };
+  };
+  const auto motion = [](const Eigen::Vector3d& direction) {
+    return [direction](Random& random) { return motion_problem<N>(random, direction); };
+  };
+  return {
+      two_view_problems<N>("planar_box", count, box(0.01)),
+      two_view_problems<N>("semi_planar_box", count, box(0.1)),
+      two_view_problems<N>("general_box", count, box(1.0)),
+      two_view_problems<N>(
+          "random_motion", count,
+          [](Random& random) { return motion_problem<N>(random, random_direction(random)); }),
+      two_view_problems<N>("sideways_motion", count, motion(Eigen::Vector3d::UnitX())),
+      two_view_problems<N>("forward_motion", count, motion(Eigen::Vector3d::UnitZ())),
+  };
+}
+
+/// Points at depths 1 to 10 in a 90 degree view, the map turned and shifted at random.
+ProblemSet<PoseSample, Rigid3> pose_problems(int count) {
+  ProblemSet<PoseSample, Rigid3> set;
+  set.name = "random_pose";
+  Random random(1);
+  for (int i = 0; i < count; ++i) {
+    const Rigid3 camera_from_map(random_rotation(random), 3 * random_direction(random));
+    const Rigid3 map_from_camera = camera_from_map.inverse();
+    PoseSample sample;
+    for (int k = 0; k < 3; ++k) {
+      const double depth = random.uniform(1, 10);
+      const Eigen::Vector3d x(random.uniform(-depth, depth), random.uniform(-depth, depth), depth);
+      sample.points[k] = map_from_camera * x;
+      sample.bearings[k] = x.normalized();
+    }
+    set.problems.push_back(sample);
+    set.truths.push_back(camera_from_map);
+  }
+  return set;
+}
+
+double distance(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) { return distance_up_to_sign(a, b); }
+
+double distance(const Rigid3& a, const Rigid3& b) {
+  return (a.rotation_matrix() - b.rotation_matrix()).norm() + (a.translation - b.translation).norm();
+}
+
+template <class Prepared, class Solution>
+Soundness soundness(const Prepared& solver, const std::vector<Solution>& truths) {
+  Soundness result;
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < truths.size(); ++i) {
+    double best = 10;  // larger than any error there is: nothing found
+    const std::vector<Solution> solutions = solver.solutions(i);
+    for (const Solution& solution : solutions) {
+      const double error = distance(solution, truths[i]);
+      if (error < best) best = error;  // false for what is not a number
+    }
+    errors.push_back(best);
+    result.missed_at_1e2 += best > 1e-2;
+    result.missed_at_1e6 += best > 1e-6;
+    result.solutions += static_cast<double>(solutions.size());
+  }
+  std::sort(errors.begin(), errors.end());
+  result.median = quantile_of_sorted(errors, 0.5);
+  result.p99 = quantile_of_sorted(errors, 0.99);
+  result.solutions /= static_cast<double>(truths.size());
+  return result;
+}
+
+template <class Problem, class Solution>
+void register_benchmark(const std::string& method, const MinimalSolver<Problem, Solution>& solver,
+                        std::shared_ptr<const ProblemSet<Problem, Solution>> set) {
+  const std::string name = method + "/" + set->name + "/" + solver.name;
+  const auto run = [solver, set, name](benchmark::State& state) {
+    const auto prepared = solver.prepare(set->problems);
+    // Enough problems that no branch of theirs is learnt by heart, few enough for the cache.
+    const std::size_t timed = std::min<std::size_t>(set->problems.size(), 1000);
+    std::size_t i = 0;
+    for (auto _ : state) {
+      benchmark::DoNotOptimize(prepared.run(i));
+      i = i + 1 < timed ? i + 1 : 0;
+    }
+    // The benchmark is entered several times to find its number of iterations; the solutions stay the same.
+    static std::map<std::string, Soundness> known;
+    if (known.find(name) == known.end()) known[name] = soundness(prepared, set->truths);
+    const Soundness& s = known[name];
+    state.counters["missed_1e-2"] = s.missed_at_1e2;
+    state.counters["missed_1e-6"] = s.missed_at_1e6;
+    state.counters["log10_error_p50"] = std::log10(s.median);
+    state.counters["log10_error_p99"] = std::log10(s.p99);
+    state.counters["solutions"] = s.solutions;
+  };
+  benchmark::RegisterBenchmark(name.c_str(), run);
+}
+
+template <class Problem, class Solution>
+void register_all(const std::string& method, const std::vector<MinimalSolver<Problem, Solution>>& solvers,
+                  const std::vector<ProblemSet<Problem, Solution>>& sets) {
+  for (const auto& set : sets) {
+    const auto shared = std::make_shared<const ProblemSet<Problem, Solution>>(set);
+    for (const auto& solver : solvers) register_benchmark(method, solver, shared);
+  }
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
+
+int main(int argc, char** argv) {
+  using namespace mono_pose_tracker;
+  CLI::App app(
+      "Minimal solvers side by side: nanoseconds a call and, of so many problems without noise, those whose "
+      "best "
+      "solution misses the truth. Options of google-benchmark pass through, such as --benchmark_filter=REGEX "
+      "and "
+      "--benchmark_out=FILE.json");
+  app.allow_extras();
+  int trials = 10000;
+  app.add_option("--trials", trials, "problems of each kind")
+      ->check(CLI::Range(1, 10000000))
+      ->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+
+  register_all("five_point", five_point_solvers(), two_view_problem_sets<5>(trials));
+  register_all("seven_point", seven_point_solvers(), two_view_problem_sets<7>(trials));
+  register_all("p3p", p3p_solvers(), std::vector<ProblemSet<PoseSample, Rigid3>>{pose_problems(trials)});
+
+  std::vector<std::string> arguments = app.remaining();
+  arguments.insert(arguments.begin(), argv[0]);
+  arguments.insert(arguments.begin() + 1, "--benchmark_counters_tabular=true");
+  std::vector<char*> pointers;
+  for (std::string& argument : arguments) pointers.push_back(&argument[0]);
+  int count = static_cast<int>(pointers.size());
+  benchmark::Initialize(&count, pointers.data());
+  if (benchmark::ReportUnrecognizedArguments(count, pointers.data())) return 2;
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}
