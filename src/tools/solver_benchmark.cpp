@@ -160,7 +160,14 @@ int main(int argc, char** argv) {
   app.add_option("--trials", trials, "problems of each kind")
       ->check(CLI::Range(1, 10000000))
       ->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "solver_benchmark: %s\n", error.what());
+    return 2;
+  }
 
   register_all("five_point", five_point_solvers(), two_view_problem_sets<5>(trials));
   register_all("seven_point", seven_point_solvers(), two_view_problem_sets<7>(trials));
