@@ -33,7 +33,9 @@ float hand_distance(const Vector2f& p) {
 
 cv::Vec3f hand_color(std::uint32_t seed, const Vector2f& p, float distance, float footprint) {
   const float rounded = 0.55f + 0.45f * smooth_step(0.f, -0.012f, distance);  // darker towards its edges
-  const float texture = 1.f + 0.10f * fractal_noise(seed, p.x(), p.y(), 0.02f, 5, footprint);
+  // Strong enough for features of its own, which move otherwise than the object's.
+  const float texture = 1.f + 0.10f * fractal_noise(seed, p.x(), p.y(), 0.02f, 3, footprint) +
+                        0.22f * fractal_noise(seed + 50, p.x(), p.y(), 0.004f, 3, footprint);
   return cv::Vec3f(0.44f, 0.54f, 0.72f) * (rounded * texture);
 }
 
