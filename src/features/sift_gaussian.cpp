@@ -34,6 +34,10 @@ void sum_of_pairs(const float* const* before, const float* const* after, const f
   }
 }
 
+int mirrored(int i, int size) {
+  return i >= 0 && i < size ? i : cv::borderInterpolate(i, size, cv::BORDER_REFLECT_101);
+}
+
 }  // namespace
 
 PairKernel gaussian_kernel(float sigma, bool between_samples) {
@@ -80,16 +84,16 @@ void RowFilter::filter_vertically(const Plane& in, int y, const PairKernel& kern
   after_.resize(pairs);
   for (int i = 0; i < pairs; ++i) {
     const int below = y + i + (kernel.between_samples ? 1 : 0);
-    before_[i] = in.row(cv::borderInterpolate(y - i, in.height(), cv::BORDER_REFLECT_101));
-    after_[i] = in.row(cv::borderInterpolate(below, in.height(), cv::BORDER_REFLECT_101));
+    before_[i] = in.row(mirrored(y - i, in.height()));
+    after_[i] = in.row(mirrored(below, in.height()));
   }
   margin_ = margin;
   padded_row_.resize(in.stride() + 2 * margin + kPlaneBlock);
   float* row = padded_row_.data() + margin;
   sum_of_pairs(before_.data(), after_.data(), kernel.weights.data(), pairs, in.stride(), row);
   for (int i = 0; i < margin; ++i) {
-    row[-1 - i] = row[cv::borderInterpolate(-1 - i, in.width(), cv::BORDER_REFLECT_101)];
-    row[in.width() + i] = row[cv::borderInterpolate(in.width() + i, in.width(), cv::BORDER_REFLECT_101)];
+    row[-1 - i] = row[mirrored(-1 - i, in.width())];
+    row[in.width() + i] = row[mirrored(in.width() + i, in.width())];
   }
 }
 

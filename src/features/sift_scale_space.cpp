@@ -8,10 +8,8 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr float kInputSigma =
-    0.5f;  // px: the blur that an image is taken to come with (Lowe 2004, section 3.3)
-constexpr float kHalvingSigma =
-    1.6f;  // px of the input: blurred to this it can be halved, with 0.8 px left there
+// px of the input: blurred to this it can be halved, with 0.8 px left there
+constexpr float kHalvingSigma = 1.6f;
 
 float added_sigma(float from, float to) { return std::sqrt(std::max(to * to - from * from, 0.01f)); }
 
@@ -32,13 +30,13 @@ ScaleSpace::ScaleSpace(const SiftOptions& options) : options_(options), filters_
         added_sigma(sigma_of_level(level - 1.0f), sigma_of_level(static_cast<float>(level)))));
   }
   if (options_.first_octave < 0) {
-    const float sigma = added_sigma(kInputSigma, 0.5f * options_.sigma);
+    const float sigma = 0.5f * options_.sigma;
     base_kernel_ = gaussian_kernel(sigma);
     base_kernel_between_ = gaussian_kernel(sigma, true);
   } else if (options_.first_octave == 0) {
-    base_kernel_ = gaussian_kernel(added_sigma(kInputSigma, options_.sigma));
+    base_kernel_ = gaussian_kernel(options_.sigma);
   } else {
-    base_kernel_ = gaussian_kernel(added_sigma(kInputSigma, kHalvingSigma));
+    base_kernel_ = gaussian_kernel(kHalvingSigma);
     halved_kernel_ = gaussian_kernel(added_sigma(0.5f * kHalvingSigma, options_.sigma));
   }
 }

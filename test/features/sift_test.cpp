@@ -70,6 +70,8 @@ class SiftTest : public testing::TestWithParam<const char*> {
   SiftOptions options() const {
     SiftOptions options;
     options.implementation = GetParam();
+    options.sigma = 1.6f;
+    options.contrast_threshold = 0.04f;
     return options;
   }
 };
@@ -175,6 +177,155 @@ TEST_P(SiftTest, ImagesWithoutFeaturesGiveNone) {
 TEST_P(SiftTest, WrongImagesAreMisuse) {
   EXPECT_THROW(extract(options(), cv::Mat(24, 32, CV_8UC3)), std::invalid_argument);
   EXPECT_THROW(extract(options(), cv::Mat(24, 32, CV_8U), cv::Mat(24, 31, CV_8U)), std::invalid_argument);
+}
+
+struct Blob {
+  Eigen::Vector2d centre;
+  double sigma;
+};
+
+// Blobs of known centre and size, far enough apart not to move each other.
+cv::Mat draw_blobs(double smallest_sigma, double largest_sigma, std::vector<Blob>* blobs) {
+  Random random(8);
+  const double spacing = 10 * largest_sigma;
+  cv::Mat gray(480, 640, CV_8U);
+  for (double y = spacing / 2; y < gray.rows - spacing / 2; y += spacing) {
+    for (double x = spacing / 2; x < gray.cols - spacing / 2; x += spacing) {
+      blobs->push_back({{x + random.uniform(-1, 1), y + random.uniform(-1, 1)},
+                        random.uniform(smallest_sigma, largest_sigma)});
+    }
+  }
+  cv::Mat exact(gray.size(), CV_64F, cv::Scalar(60));
+  for (const Blob& blob : *blobs) {
+    const Eigen::Vector2i middle = blob.centre.cast<int>();
+    const int reach = static_cast<int>(7 * blob.sigma);
+    for (int y = std::max(middle.y() - reach, 0); y <= std::min(middle.y() + reach, gray.rows - 1); ++y) {
+      for (int x = std::max(middle.x() - reach, 0); x <= std::min(middle.x() + reach, gray.cols - 1); ++x) {
+        const double squared =
+            (Eigen::Vector2d(x, y) - blob.centre).squaredNorm() / (blob.sigma * blob.sigma);
+        exact.at<double>(y, x) += 150 * std::exp(-0.5 * squared);
+      }
+    }
+  }
+  exact.convertTo(gray, CV_8U);
+  return gray;
+}
+
+class OwnSiftOctaveTest : public testing::TestWithParam<int> {};
+
+TEST_P(OwnSiftOctaveTest, FindsBlobsWhereTheyAreAndAsLargeAsTheyAre) {
+  SiftOptions options;
+  options.first_octave = GetParam();
+  options.max_features = 0;
+  const double pixel = std::exp2(GetParam());
+  std::vector<Blob> blobs;
+  const cv::Mat gray = draw_blobs(2.2 * pixel, 4.5 * pixel, &blobs);
+  const FeatureSet set = extract(options, gray);
+  ASSERT_GE(blobs.size(), 30u);
+  int missed = 0;
+  for (const Blob& blob : blobs) {
+    const auto error = [&](const Feature& f) { return (f.pixel.cast<double>() - blob.centre).norm(); };
+    const auto nearest =
+        std::min_element(set.features.begin(), set.features.end(),
+                         [&](const Feature& f, const Feature& g) { return error(f) < error(g); });
+    ASSERT_NE(nearest, set.features.end());
+    if (error(*nearest) > 1.0) {
+      ++missed;
+      continue;
+    }
+    EXPECT_LT(error(*nearest), 0.02 * std::max(pixel, 1.0));  // px
+    // The difference of Gaussians k sigma and sigma answers a blob most where sigma = blob / sqrt(k).
+    const double expected_scale = blob.sigma / std::sqrt(std::exp2(1.0 / options.octave_layers));
+    EXPECT_NEAR(nearest->scale / expected_scale, 1.0, 0.03);
+  }
+  // Half-way between the last level of an octave and the first of the next, either may leave a blob to the
+  // other.
+  EXPECT_LE(missed, static_cast<int>(blobs.size()) / 100);
+}
+
+TEST_P(OwnSiftOctaveTest, ThreadsGiveTheSameBytesAsOne) {
+  const cv::Mat gray = random_texture(330, 250, 9);
+  SiftOptions options;
+  options.first_octave = GetParam();
+  const FeatureSet one = extract(options, gray);
+  options.num_threads = 3;
+  const FeatureSet three = extract(options, gray);
+  EXPECT_GT(one.size(), 20);
+  EXPECT_TRUE(same_bytes(one, three));
+}
+
+TEST_P(OwnSiftOctaveTest, SizesOfAllKindsAreTaken) {
+  SiftOptions options;
+  options.first_octave = GetParam();
+  options.contrast_threshold = 0.0f;
+  const auto extractor = make_sift_extractor(options);
+  for (const cv::Size& size : {cv::Size(1, 1), cv::Size(2, 400), cv::Size(12, 12), cv::Size(13, 47),
+                               cv::Size(400, 24), cv::Size(31, 33), cv::Size(257, 65)}) {
+    FeatureSet set;
+    extractor->extract(random_texture(size.width, size.height, 10), cv::Mat(), &set);
+    for (const Feature& f : set.features) {
+      EXPECT_TRUE(f.pixel.x() >= 0 && f.pixel.y() >= 0 && f.pixel.x() < size.width &&
+                  f.pixel.y() < size.height);
+      EXPECT_TRUE(f.angle >= 0 && f.angle < 6.2832f);
+      EXPECT_TRUE(std::isfinite(f.scale) && std::isfinite(f.response));
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(FirstOctaves, OwnSiftOctaveTest, testing::Values(-1, 0, 1));
+
+// Mutually nearest features, a clear second best excluded (ratio 0.8), that lie within 1.5 px of where
+// b_from_a says.
+int count_right_matches(const FeatureSet& a, const FeatureSet& b, const cv::Matx23d& b_from_a) {
+  const auto nearest = [](const FeatureSet& from, int i, const FeatureSet& to, double ratio) {
+    double best = std::numeric_limits<double>::max(), second = best;
+    int found = -1;
+    for (int j = 0; j < to.size(); ++j) {
+      const double d = cv::norm(from.descriptors.row(i), to.descriptors.row(j), cv::NORM_L2);
+      if (d < best) found = j;
+      second = std::min(second, std::max(d, best));
+      best = std::min(best, d);
+    }
+    return best < ratio * second ? found : -1;
+  };
+  int right = 0;
+  for (int i = 0; i < a.size(); ++i) {
+    const int j = nearest(a, i, b, 0.8);
+    if (j < 0 || nearest(b, j, a, 1.1) != i) continue;
+    const Eigen::Vector2f p = a.features[i].pixel;
+    const cv::Vec2d expected = b_from_a * cv::Vec3d(p.x(), p.y(), 1);
+    right += std::hypot(b.features[j].pixel.x() - expected[0], b.features[j].pixel.y() - expected[1]) < 1.5;
+  }
+  return right;
+}
+
+TEST(OwnSiftTest, MatchesTurnedAndScaledImagesAsWellAsOpencv) {
+  const cv::Mat gray = random_texture(360, 300, 11);
+  const cv::Matx23d b_from_a = cv::Mat(cv::getRotationMatrix2D(cv::Point2f(180, 150), 37, 0.75));
+  cv::Mat warped;
+  cv::warpAffine(gray, warped, b_from_a, gray.size(), cv::INTER_CUBIC, cv::BORDER_REFLECT_101);
+  SiftOptions options;
+  options.first_octave = -1;
+  options.sigma = 1.6f;
+  options.max_features = 300;
+  const int own = count_right_matches(extract(options, gray), extract(options, warped), b_from_a);
+  options.implementation = "opencv";
+  const int opencv = count_right_matches(extract(options, gray), extract(options, warped), b_from_a);
+  EXPECT_GT(opencv, 60);
+  EXPECT_GE(own, opencv);
+}
+
+TEST(OwnSiftTest, MinFeaturesLowersTheThresholdAsFarAsNeeded) {
+  cv::Mat gray = random_texture(320, 240, 12);
+  gray.convertTo(gray, CV_8U, 0.25, 100);
+  SiftOptions options;
+  options.contrast_threshold = 0.03f;
+  const FeatureSet few = extract(options, gray);
+  options.min_features = 2 * few.size() + 40;
+  const FeatureSet enough = extract(options, gray);
+  EXPECT_GE(enough.size(), options.min_features);
+  EXPECT_LT(enough.size(), 2 * options.min_features);
+  for (const Feature& f : enough.features) EXPECT_GE(f.response * options.octave_layers, 0.25f * 0.03f);
 }
 
 INSTANTIATE_TEST_SUITE_P(Implementations, SiftTest, testing::Values("own", "opencv"));

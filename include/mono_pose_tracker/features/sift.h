@@ -10,20 +10,21 @@ namespace mono_pose_tracker {
 
 /// Lowe, "Distinctive image features from scale-invariant keypoints" (2004).
 struct SiftOptions {
-  std::string implementation =
-      "own";                // own: ours; opencv: cv::SIFT, the reference (slower; always from octave -1)
-  int first_octave = 0;     // -1: the image is doubled first (finer, slower); 0; 1: halved
+  // own: ours. opencv: cv::SIFT, the reference: slower, always from octave -1, on OpenCV's own number of
+  // threads.
+  std::string implementation = "own";
+  int first_octave = 0;     // -1: the image is doubled first (finer, four times the work); 0; 1: halved
   int max_features = 1500;  // the strongest are kept, spread over the image; 0: all
-  float contrast_threshold =
-      0.03f;                     // of the grey range [0, 1]; as in cv::SIFT (divided by layers per octave)
+  // Of the grey range [0, 1], divided by the layers per octave as in cv::SIFT, whose 0.04 leaves fewer.
+  float contrast_threshold = 0.03f;
   float edge_threshold = 10.0f;  // ratio of principal curvatures
   int octave_layers = 3;
-  /// px, of the first octave's base. Lowe doubles the image and takes 1.6, which is 0.8 px of it; 1.0 without
-  /// doubling finds nearly as fine features in a quarter of the time.
+  // px of the first octave: blur of its base. Lowe doubles the image and takes 1.6, which is 0.8 px of
+  // it; 1.0 without doubling finds nearly as fine features in a third of the time.
   float sigma = 1.0f;
   bool root_sift = true;  // Arandjelovic and Zisserman (2012): Hellinger distance
   int min_features = 0;   // own: the contrast threshold is lowered (to a quarter at most) below this many
-  int num_threads = 1;
+  int num_threads = 1;    // own: the result is the same for any number
 
   /// Throws std::invalid_argument naming key, value and range.
   void validate() const;
