@@ -28,7 +28,7 @@ void SiftOptions::validate() const {
   check_range("contrast_threshold", contrast_threshold, 0.0f, 1.0f);
   check_range("edge_threshold", edge_threshold, 1.0f, 1000.0f);
   check_range("octave_layers", octave_layers, 1, 10);
-  check_range("sigma", sigma, 0.8f, 10.0f);
+  check_range("sigma", sigma, 0.6f, 10.0f);
   check_range("min_features", min_features, 0, 1000000);
   check_range("num_threads", num_threads, 1, 256);
 }
