@@ -111,19 +111,24 @@ void TrackerNodelet::take_image(const sensor_msgs::ImageConstPtr& image) {
   const bool clock_back = clock_went_back();
   const std::int64_t stamp_ns = static_cast<std::int64_t>(header.stamp.toNSec());
   const std::int64_t step_back_ns = time_guard_->last().value_or(stamp_ns) - stamp_ns;
-  if (clock_back) time_guard_->restart();
-  const TimeGuard::Verdict verdict = time_guard_->check(stamp_ns);
+  TimeGuard::Verdict verdict = time_guard_->check(stamp_ns);
+  if (verdict == TimeGuard::Verdict::kStale && clock_back) {
+    // A recording shorter than ~time_jump starts again.
+    time_guard_->restart();
+    time_guard_->check(stamp_ns);
+    verdict = TimeGuard::Verdict::kJumpedBack;
+  }
   const std::string step_back = format_seconds(1e-9 * static_cast<double>(step_back_ns));
   if (verdict == TimeGuard::Verdict::kStale) {
     board_->publish_unprocessed(header, Reason::kStaleStamp,
                                 "the stamp is not newer than the last one (by " + step_back + ")", arrival);
     return;
   }
-  Frame frame{image, arrival, ""};
-  if (verdict == TimeGuard::Verdict::kJumpedBack)
-    frame.restart = "the stamps have jumped back by " + step_back;
-  if (clock_back) frame.restart = "the clock has jumped back";
-  std::optional<Frame> displaced = slot_->put(std::move(frame));
+  if (verdict == TimeGuard::Verdict::kJumpedBack) {
+    ++recording_.number;
+    recording_.why = "the stamps have jumped back by " + step_back;
+  }
+  const std::optional<Frame> displaced = slot_->put(Frame{image, arrival, recording_});
   if (displaced) {
     board_->publish_unprocessed(displaced->image->header, Reason::kDropped,
                                 "a newer image came while this one waited", displaced->arrival);
@@ -147,14 +152,15 @@ void TrackerNodelet::process_images() {
 }
 
 void TrackerNodelet::process(const Frame& frame) {
-  if (!frame.restart.empty()) {
-    NODELET_WARN("%s: the map is dropped, tracking starts anew", frame.restart.c_str());
+  const bool restarts = std::exchange(tracked_recording_, frame.recording.number) != frame.recording.number;
+  if (restarts) {
+    NODELET_WARN("%s: the map is dropped, tracking starts anew", frame.recording.why.c_str());
     tracker_->reset();
   }
   FrameReport report = tracker_->process(frame.image);
-  if (!frame.restart.empty() && !report.map_from_camera) {
+  if (restarts && !report.map_from_camera) {
     report.reason = Reason::kTimeJump;
-    report.reason_text = frame.restart;
+    report.reason_text = frame.recording.why;
   }
   publishers_->publish_frame(frame.image->header, report);
   board_->publish(frame.image->header, report, frame.arrival);

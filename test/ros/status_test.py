@@ -3,10 +3,11 @@
 import threading
 import unittest
 
+import cv2
 import numpy
 import rospy
 import rostest
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
@@ -188,6 +189,25 @@ class StatusTest(unittest.TestCase):
         epoch = self.answer(self.image(self.next_seconds())).epoch
         self.assertTrue(self.call("reset").success)
         self.assertEqual(self.answer(self.image(self.next_seconds())).epoch, epoch + 1)
+
+    def test_compressed_images(self):
+        images = rospy.Publisher("/compressed_camera/image_raw/compressed", CompressedImage, queue_size=1)
+        pixels = self.noise.randint(0, 256, (HEIGHT, WIDTH, 3), dtype=numpy.uint8)
+        image = CompressedImage(format="png", data=cv2.imencode(".png", pixels)[1].tobytes())
+        image.header.stamp = rospy.Time.from_sec(self.next_seconds())
+        while images.get_num_connections() == 0 and not rospy.is_shutdown():
+            rospy.sleep(0.05)
+        found, arrived = [], threading.Event()
+        subscriber = rospy.Subscriber("/tracker_compressed/status", TrackerStatus,
+                                      lambda status: (found.append(status), arrived.set()))
+        while subscriber.get_num_connections() == 0 and not rospy.is_shutdown():
+            rospy.sleep(0.05)
+        infos = rospy.Publisher("/compressed_camera/camera_info", CameraInfo, queue_size=1, latch=True)
+        infos.publish(camera_info())
+        images.publish(image)
+        self.assertTrue(arrived.wait(TIMEOUT))
+        self.assertEqual(found[0].header.stamp, image.header.stamp)
+        self.assertNotEqual(found[0].reason, TrackerStatus.UNREADABLE_IMAGE)
 
     def test_save_trajectory_says_where(self):
         answer = self.call("save_trajectory")

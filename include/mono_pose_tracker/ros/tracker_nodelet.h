@@ -5,6 +5,7 @@
 #include <std_srvs/Trigger.h>
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -35,11 +36,18 @@ class TrackerNodelet : public nodelet::Nodelet {
  private:
   using Clock = StatusBoard::Clock;
 
+  /// Images whose stamps grow. Another one needs another map; every image says which is its own, so that none
+  /// is missed when the first is displaced.
+  struct Recording {
+    std::uint32_t number = 0;
+    std::string why;  // it began
+  };
+
   /// An image that waits to be processed.
   struct Frame {
     sensor_msgs::ImageConstPtr image;
     Clock::time_point arrival;
-    std::string restart;  // why the map has to be dropped first; empty: it stays
+    Recording recording;
   };
 
   void onInit() override;
@@ -84,11 +92,13 @@ class TrackerNodelet : public nodelet::Nodelet {
   // Of the nodelet's queue
   std::unique_ptr<TimeGuard> time_guard_;
   ros::Time last_clock_;
+  Recording recording_;
   std::string input_problem_;
   Clock::time_point last_input_warning_;
   std::optional<MapVersion> published_map_;
 
   // Of the processing thread
+  std::uint32_t tracked_recording_ = 0;
   std::optional<State> said_state_;
   std::uint32_t said_epoch_ = 0;
 
