@@ -7,9 +7,10 @@
 namespace mono_pose_tracker {
 namespace {
 
-// Images that may wait between two turns of the nodelet's queue. The callback only moves a pointer, so more
-// than one waits only while another callback runs; beyond this the machine is far too slow anyway.
-constexpr int kQueueSize = 20;
+// Images that may wait for their turn on the nodelet's queue: one that roscpp throws away gets no status. The
+// callback only moves a pointer, so that more than one waits only when the machine stalls: some seconds'
+// worth.
+constexpr int kQueueSize = 100;
 
 bool has_transport(const image_transport::ImageTransport& transports, const std::string& transport) {
   for (const std::string& name : transports.getLoadableTransports()) {
