@@ -149,11 +149,11 @@ int real_quadratic_roots(const double c[3], double roots[2]) {
 }
 
 int real_cubic_roots(const double c[4], double roots[3]) {
-  const double largest = std::max({std::abs(c[0]), std::abs(c[1]), std::abs(c[2]), std::abs(c[3])});
-  if (!std::isfinite(largest) || largest == 0) return 0;
-  if (std::abs(c[0]) <= kVanishing * largest) {
-    if (std::abs(c[1]) > kVanishing * largest) return real_quadratic_roots(c + 1, roots);
-    if (std::abs(c[2]) <= kVanishing * largest) return 0;
+  const double sum = std::abs(c[0]) + std::abs(c[1]) + std::abs(c[2]) + std::abs(c[3]);
+  if (!std::isfinite(sum) || sum == 0) return 0;
+  if (std::abs(c[0]) <= kVanishing * sum) {
+    if (std::abs(c[1]) > kVanishing * sum) return real_quadratic_roots(c + 1, roots);
+    if (std::abs(c[2]) <= kVanishing * sum) return 0;
     roots[0] = -c[3] / c[2];
     return 1;
   }
@@ -177,9 +177,9 @@ int real_cubic_roots(const double c[4], double roots[3]) {
 }
 
 int real_roots_degree10(const double c[11], ProjectiveRoot roots[10]) {
-  double largest = 0;
-  for (int i = 0; i <= kDegree; ++i) largest = std::max(largest, std::abs(c[i]));
-  if (!(largest > 0) || !std::isfinite(largest)) return 0;
+  double sum = 0;
+  for (int i = 0; i <= kDegree; ++i) sum += std::abs(c[i]);
+  if (!(sum > 0) || !std::isfinite(sum)) return 0;
 
   // The real line in four: z in [0, 1] and [-1, 0], 1/z in [0, 1] and [-1, 0].
   int count = 0;

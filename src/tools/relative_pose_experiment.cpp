@@ -12,6 +12,7 @@
 #include "mono_pose_tracker/simulation/two_view_problem.h"
 #include "study/minimal_solvers.h"
 #include "study/progress_bar.h"
+#include "study/robust_problems.h"
 #include "study/statistics.h"
 
 namespace mono_pose_tracker {
@@ -21,8 +22,6 @@ constexpr int kLargestSample = 7;
 constexpr double kDepthsByWidth[] = {0.01, 0.1, 1.0};
 constexpr double kNoiseStepPx = 0.25;
 constexpr int kNoiseSteps = 9;
-// 1296 px span the box's front, 45 degrees.
-const double kFocalPx = 648 / std::tan(22.5 * M_PI / 180);
 
 struct Settings {
   std::filesystem::path output;
@@ -69,13 +68,6 @@ std::vector<Row> rows_of(bool peers) {
   add(five_point_solvers(), "5-point");
   add(seven_point_solvers(), "7-point");
   return rows;
-}
-
-Eigen::Vector3d disturbed(const Eigen::Vector3d& bearing, double noise_px, Random& random) {
-  Eigen::Vector3d pixel = bearing / bearing.z();
-  pixel.x() += noise_px / kFocalPx * random.normal();
-  pixel.y() += noise_px / kFocalPx * random.normal();
-  return pixel.normalized();
 }
 
 /// The same points for every solver: each takes its sample from the front, and all check with the last ones.

@@ -4,9 +4,12 @@
 #include <map>
 #include <memory>
 
+#include "mono_pose_tracker/evaluation/relative_pose_choice.h"
 #include "mono_pose_tracker/geometry/essential.h"
 #include "mono_pose_tracker/simulation/two_view_problem.h"
 #include "study/minimal_solvers.h"
+#include "study/robust_estimators.h"
+#include "study/robust_problems.h"
 #include "study/statistics.h"
 
 namespace mono_pose_tracker {
@@ -144,13 +147,75 @@ void register_all(const std::string& method, const std::vector<MinimalSolver<Pro
   }
 }
 
+/// Milliseconds of an estimator on as many problems as there are trials, each solved once, and its errors.
+void register_estimator(const std::string& name, const RobustEstimator& estimator,
+                        std::shared_ptr<const std::vector<Matches>> problems, bool has_scale) {
+  const auto run = [=](benchmark::State& state) {
+    std::vector<Rigid3> poses(problems->size());
+    std::size_t i = 0;
+    for (auto _ : state) {
+      // A failure leaves the pose that is furthest from any truth here: looking the other way.
+      if (!estimator.estimate((*problems)[i], &poses[i])) {
+        poses[i] = Rigid3((*problems)[i].truth.rotation * Eigen::Quaterniond(0, 0, 1, 0),
+                          -(*problems)[i].truth.translation);
+      }
+      ++i;
+    }
+    std::vector<double> rotation, translation;
+    double gross = 0;
+    for (std::size_t k = 0; k < problems->size(); ++k) {
+      const PoseError error = pose_error(poses[k], (*problems)[k].truth);
+      rotation.push_back(error.rotation_deg);
+      translation.push_back(error.translation_deg);
+      gross += error.rotation_deg > 5;
+    }
+    std::sort(rotation.begin(), rotation.end());
+    std::sort(translation.begin(), translation.end());
+    state.counters["R_deg_p50"] = quantile_of_sorted(rotation, 0.5);
+    state.counters["R_deg_p95"] = quantile_of_sorted(rotation, 0.95);
+    if (!has_scale) {
+      state.counters["T_deg_p50"] = quantile_of_sorted(translation, 0.5);
+      state.counters["T_deg_p95"] = quantile_of_sorted(translation, 0.95);
+    }
+    state.counters["R_over_5_deg"] = gross;
+  };
+  benchmark::RegisterBenchmark(name.c_str(), run)
+      ->Iterations(static_cast<benchmark::IterationCount>(problems->size()))
+      ->Unit(benchmark::kMillisecond);
+}
+
+/// Robust estimators on 500 matches of two views and on 300 of a view and a map, 1 px of noise.
+void register_estimators(int trials) {
+  const std::map<std::string, double> scenes = {{"general_box", 1.0}, {"planar_box", 0.01}};
+  for (const auto& [scene, depth_by_width] : scenes) {
+    for (const int percent : {10, 30, 50, 70}) {
+      const std::string problem = scene + "/" + std::to_string(percent) + "%_outliers/";
+      Random random(static_cast<std::uint64_t>(percent));
+      std::vector<Matches> two_views, poses;
+      for (int i = 0; i < trials; ++i) {
+        two_views.push_back(two_view_matches(random, 500, percent / 100.0, depth_by_width));
+        poses.push_back(pose_matches(random, 300, percent / 100.0, depth_by_width));
+      }
+      const auto shared_two_views = std::make_shared<const std::vector<Matches>>(std::move(two_views));
+      const auto shared_poses = std::make_shared<const std::vector<Matches>>(std::move(poses));
+      for (const RobustEstimator& e : relative_pose_estimators()) {
+        register_estimator("relative_pose/" + problem + e.name, e, shared_two_views, false);
+      }
+      for (const RobustEstimator& e : absolute_pose_estimators()) {
+        register_estimator("absolute_pose/" + problem + e.name, e, shared_poses, true);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace mono_pose_tracker
 
 int main(int argc, char** argv) {
   using namespace mono_pose_tracker;
   CLI::App app(
-      "Minimal solvers side by side: nanoseconds a call and, of so many problems without noise, those whose "
+      "Minimal solvers and robust estimators side by side: nanoseconds a call and, of so many problems "
+      "without noise, those whose "
       "best "
       "solution misses the truth. Options of google-benchmark pass through, such as --benchmark_filter=REGEX "
       "and "
@@ -159,6 +224,10 @@ int main(int argc, char** argv) {
   int trials = 10000;
   app.add_option("--trials", trials, "problems of each kind")
       ->check(CLI::Range(1, 10000000))
+      ->capture_default_str();
+  int estimator_trials = 50;
+  app.add_option("--estimator-trials", estimator_trials, "problems of each kind for the robust estimators")
+      ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
   try {
     app.parse(argc, argv);
@@ -169,9 +238,12 @@ int main(int argc, char** argv) {
     return 2;
   }
 
+  cv::setNumThreads(1);
   register_all("five_point", five_point_solvers(), two_view_problem_sets<5>(trials));
   register_all("seven_point", seven_point_solvers(), two_view_problem_sets<7>(trials));
   register_all("p3p", p3p_solvers(), std::vector<ProblemSet<PoseSample, Rigid3>>{pose_problems(trials)});
+
+  register_estimators(estimator_trials);
 
   std::vector<std::string> arguments = app.remaining();
   arguments.insert(arguments.begin(), argv[0]);

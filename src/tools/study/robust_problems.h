@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cmath>
+
+#include "mono_pose_tracker/simulation/two_view_problem.h"
+#include "robust_estimators.h"
+
+namespace mono_pose_tracker {
+
+// 1296 px span 45 degrees, the front of the box.
+const double kFocalPx = 648 / std::tan(22.5 * M_PI / 180);
+constexpr double kNoisePx = 1;
+constexpr double kThresholdPx = 2;
+
+inline Eigen::Vector3d disturbed(const Eigen::Vector3d& bearing, double noise_px, Random& random) {
+  Eigen::Vector3d pixel = bearing / bearing.z();
+  pixel.x() += noise_px / kFocalPx * random.normal();
+  pixel.y() += noise_px / kFocalPx * random.normal();
+  return pixel.normalized();
+}
+
+/// Anywhere in the image.
+inline Eigen::Vector3d random_bearing(Random& random) {
+  const double half = 648 / kFocalPx;
+  return Eigen::Vector3d(random.uniform(-half, half), random.uniform(-half, half), 1).normalized();
+}
+
+/// Camera, thresholds and the types of OpenCV.
+inline void complete(Matches* matches) {
+  const double centre = 648;
+  matches->camera = cv::Matx33d(kFocalPx, 0, centre, 0, kFocalPx, centre, 0, 0, 1);
+  matches->threshold_px = kThresholdPx;
+  matches->threshold = kThresholdPx / kFocalPx;
+  const auto project = [centre](const Eigen::Vector3d& b) {
+    return cv::Point2d(centre + kFocalPx * b.x() / b.z(), centre + kFocalPx * b.y() / b.z());
+  };
+  for (const Eigen::Vector3d& b : matches->bearings1) matches->image1.push_back(project(b));
+  for (const Eigen::Vector3d& b : matches->bearings2) matches->image2.push_back(project(b));
+  for (const Eigen::Vector3d& x : matches->points) matches->object.emplace_back(x.x(), x.y(), x.z());
+}
+
+/// Two views of a box turned by 10 degrees; outliers match a random place of the second image.
+inline Matches two_view_matches(Random& random, int count, double outlier_ratio, double depth_by_width) {
+  Matches matches;
+  for (int i = 0; i < count; ++i) {
+    const auto problem = box_problem<1>(random, depth_by_width);
+    matches.truth = problem.second_from_first;
+    const bool is_outlier = random.uniform() < outlier_ratio;
+    matches.bearings1.push_back(disturbed(problem.bearings1[0], kNoisePx, random));
+    matches.bearings2.push_back(is_outlier ? random_bearing(random)
+                                           : disturbed(problem.bearings2[0], kNoisePx, random));
+  }
+  complete(&matches);
+  return matches;
+}
+
+/// A box seen from a random side; outliers are seen at a random place of the image.
+inline Matches pose_matches(Random& random, int count, double outlier_ratio, double depth_by_width) {
+  Matches matches;
+  const Rigid3 map_from_camera(random_rotation(random), 3 * random_direction(random));
+  matches.truth = map_from_camera.inverse();
+  for (int i = 0; i < count; ++i) {
+    const auto problem = box_problem<1>(random, depth_by_width);
+    const bool is_outlier = random.uniform() < outlier_ratio;
+    matches.points.push_back(map_from_camera * problem.x_in_first[0]);
+    matches.bearings1.push_back(is_outlier ? random_bearing(random)
+                                           : disturbed(problem.bearings1[0], kNoisePx, random));
+  }
+  complete(&matches);
+  return matches;
+}
+
+}  // namespace mono_pose_tracker
