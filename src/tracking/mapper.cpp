@@ -8,6 +8,7 @@
 #include "epipolar_matcher.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "view_linker.h"
 
 namespace mono_pose_tracker {
 
@@ -86,7 +87,7 @@ void Mapper::insert(const KeyframeCandidate& candidate) {
                         candidate.camera_from_reference * reference_from_map, candidate.frame.image);
   for (const FrameObservation& o : candidate.observations) map_.add_observation(o.landmark, id, o.feature);
   const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
-  extend_tracks(id, near);
+  fuse(id, unseen_landmarks(id));
   create_landmarks(id, near);
   for (const KeyframeId n : near) fuse(n, landmarks_of(*map_.keyframe(id)));
   adjust_window(id);
@@ -95,14 +96,15 @@ void Mapper::insert(const KeyframeCandidate& candidate) {
   publish();
 }
 
-// Longer tracks: landmarks that the neighbours see are looked for in the newest keyframe.
-void Mapper::extend_tracks(KeyframeId newest, const std::vector<KeyframeId>& near) {
-  std::set<LandmarkId> seen;
-  for (const KeyframeId n : near) {
-    for (const LandmarkId l : landmarks_of(*map_.keyframe(n))) seen.insert(l);
-  }
-  for (const LandmarkId l : landmarks_of(*map_.keyframe(newest))) seen.erase(l);
-  fuse(newest, {seen.begin(), seen.end()});
+// Longer tracks: every landmark that the keyframe does not see yet is looked for in it, whoever saw it and
+// however long ago.
+std::vector<LandmarkId> Mapper::unseen_landmarks(KeyframeId id) const {
+  std::vector<LandmarkId> unseen = map_.landmark_ids();
+  const std::vector<LandmarkId> seen_list = landmarks_of(*map_.keyframe(id));
+  const std::set<LandmarkId> seen(seen_list.begin(), seen_list.end());
+  unseen.erase(std::remove_if(unseen.begin(), unseen.end(), [&](LandmarkId l) { return seen.count(l) > 0; }),
+               unseen.end());
+  return unseen;
 }
 
 // Landmarks are projected into the target keyframe; one that finds a feature there gains an observation, or,
@@ -114,6 +116,9 @@ void Mapper::fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks) {
   std::vector<LandmarkCandidate> candidates;
   for (const LandmarkId l : landmarks) {
     const Landmark& landmark = *map_.landmark(l);
+    Eigen::Vector2d pixel;
+    if (!camera_.project(keyframe.camera_from_map * landmark.x_in_map, &pixel) || !camera_.in_image(pixel))
+      continue;
     const Observation* nearest = nullptr;
     double best_cosine = -2;
     bool seen = false;
@@ -181,8 +186,15 @@ void Mapper::create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& 
 }
 
 void Mapper::adjust_window(KeyframeId newest) {
-  std::vector<KeyframeId> window = neighbors(newest, options_.mapping.window_keyframes - 1);
-  window.push_back(newest);
+  // A map that two windows hold is adjusted as a whole: its first points come from the least parallax, and
+  // what they have wrong must still be able to move.
+  std::vector<KeyframeId> window;
+  if (static_cast<int>(map_.keyframes().size()) <= 2 * options_.mapping.window_keyframes) {
+    for (const auto& entry : map_.keyframes()) window.push_back(entry.first);
+  } else {
+    window = neighbors(newest, options_.mapping.window_keyframes - 1);
+    window.push_back(newest);
+  }
   BundleOptions bundle = options_.bundle;
   bundle.max_seconds = options_.mapping.bundle_seconds;
   adjust_keyframes(bundle, window, 3 * options_.mapping.window_keyframes, &map_);
@@ -240,15 +252,23 @@ void Mapper::finish() {
   if (map_.keyframes().empty()) return;
   std::vector<KeyframeId> ids;
   for (const auto& entry : map_.keyframes()) ids.push_back(entry.first);
-  for (const KeyframeId id : ids) {
-    const std::vector<KeyframeId> near = neighbors(id, 2 * options_.mapping.matching_keyframes);
-    extend_tracks(id, near);
-    create_landmarks(id, near);
-  }
-  // Twice: wrong observations that the first run uncovers must not bend the second.
   BundleOptions bundle = options_.bundle;
   bundle.max_iterations = 50;
+  if (link_views(options_, camera_, &map_) > 0) {
+    // What was tied is as far apart as the map drifted: a wide loss lets it pull, and nothing is culled yet.
+    BundleOptions wide = bundle;
+    wide.loss_width *= 10;
+    adjust_map(wide, &map_);
+    adjust_map(bundle, &map_);
+  }
+  // Twice: better poses find more, and wrong observations that the first run uncovers must not bend the
+  // second.
   for (const double tolerance : {1e-5, 1e-7}) {
+    for (const KeyframeId id : ids) {
+      const std::vector<KeyframeId> near = neighbors(id, 2 * options_.mapping.matching_keyframes);
+      fuse(id, unseen_landmarks(id));
+      create_landmarks(id, near);
+    }
     bundle.function_tolerance = tolerance;
     adjust_map(bundle, &map_);
     cull_observations(map_.landmark_ids());

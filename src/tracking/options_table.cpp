@@ -98,6 +98,7 @@ std::vector<OptionEntry> option_table(TrackerOptions* o) {
       {"resection/relocalization_keyframes", &o->resection.relocalization_keyframes, 1, 1e6, {}},
       {"mapping/keyframe_overlap", &o->mapping.keyframe_overlap, 0, 1, {}},
       {"mapping/keyframe_parallax_deg", &o->mapping.keyframe_parallax_deg, 0, 90, {}},
+      {"mapping/keyframe_found", &o->mapping.keyframe_found, 0, 1, {}},
       {"mapping/matching_keyframes", &o->mapping.matching_keyframes, 1, 1000, {}},
       {"mapping/window_keyframes", &o->mapping.window_keyframes, 2, 1000, {}},
       {"mapping/min_parallax_deg", &o->mapping.min_parallax_deg, 0, 90, {}},

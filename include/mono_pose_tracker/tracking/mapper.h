@@ -41,7 +41,7 @@ class Mapper {
 
  private:
   std::vector<KeyframeId> neighbors(KeyframeId id, int count) const;
-  void extend_tracks(KeyframeId newest, const std::vector<KeyframeId>& neighbors);
+  std::vector<LandmarkId> unseen_landmarks(KeyframeId id) const;
   void create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& neighbors);
   void fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks);
   void adjust_window(KeyframeId newest);

@@ -1,0 +1,124 @@
+#include "view_linker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "mono_pose_tracker/features/matching.h"
+#include "mono_pose_tracker/robust/absolute_pose.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr int kSampledLandmarks = 40;  // of a keyframe, to estimate how much of it another sees
+constexpr double kMinOverlap = 0.4;    // below, too few matches would be left to confirm
+constexpr int kLinksPerKeyframe = 4;   // the most overlapping ones; the rest follows through shared landmarks
+constexpr double kMinViewCosine = 0.7;  // 45 degrees between the views: SIFT's matches grow few beyond
+
+struct SeenLandmark {
+  LandmarkId id;
+  int feature;
+};
+
+std::vector<SeenLandmark> seen_landmarks(const Keyframe& keyframe) {
+  std::vector<SeenLandmark> seen;
+  for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
+    if (keyframe.landmark_of_feature[f] != kNoLandmark) {
+      seen.push_back({keyframe.landmark_of_feature[f], static_cast<int>(f)});
+    }
+  }
+  return seen;
+}
+
+// Share of a sample of the first keyframe's landmarks that the second has in view, from a similar side.
+double overlap(const Map& map, const CameraModel& camera, const Keyframe& first,
+               const std::vector<SeenLandmark>& landmarks, const Keyframe& second) {
+  if (landmarks.empty()) return 0;
+  const Eigen::Vector3d center1 = first.center_in_map(), center2 = second.center_in_map();
+  const std::size_t step = std::max<std::size_t>(1, landmarks.size() / kSampledLandmarks);
+  int in_view = 0, sampled = 0;
+  for (std::size_t i = 0; i < landmarks.size(); i += step) {
+    const Eigen::Vector3d& x_in_map = map.landmark(landmarks[i].id)->x_in_map;
+    Eigen::Vector2d pixel;
+    ++sampled;
+    if ((center1 - x_in_map).normalized().dot((center2 - x_in_map).normalized()) < kMinViewCosine) continue;
+    in_view += camera.project(second.camera_from_map * x_in_map, &pixel) && camera.in_image(pixel);
+  }
+  return static_cast<double>(in_view) / sampled;
+}
+
+int shared_landmarks(const Map& map, const std::vector<SeenLandmark>& landmarks, KeyframeId other) {
+  return static_cast<int>(std::count_if(landmarks.begin(), landmarks.end(), [&](const SeenLandmark& s) {
+    const std::vector<Observation>& observations = map.landmark(s.id)->observations;
+    return std::any_of(observations.begin(), observations.end(),
+                       [&](const Observation& o) { return o.keyframe == other; });
+  }));
+}
+
+bool link(const TrackerOptions& options, const CameraModel& camera, const Keyframe& first,
+          const Keyframe& second, Map* map) {
+  const std::vector<SeenLandmark> landmarks = seen_landmarks(first);
+  cv::Mat descriptors(static_cast<int>(landmarks.size()), 128, CV_8U);
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    std::memcpy(descriptors.ptr(static_cast<int>(i)), first.image->set.descriptor(landmarks[i].feature), 128);
+  }
+  const std::vector<Match> matches =
+      match_descriptors(descriptors, second.image->set.descriptors, options.matching);
+  std::vector<Eigen::Vector3d> bearings, points;
+  for (const Match& m : matches) {
+    bearings.push_back(second.image->set.bearings[m.second]);
+    points.push_back(map->landmark(landmarks[m.first].id)->x_in_map);
+  }
+  AbsolutePoseOptions pose_options;
+  pose_options.ransac.threshold = options.inlier_threshold_px / camera.focal();
+  pose_options.ransac.confidence = options.confidence;
+  pose_options.ransac.max_iterations = options.max_iterations;
+  pose_options.ransac.seed = options.seed;
+  const AbsolutePoseReport pose = estimate_absolute_pose(bearings, points, pose_options);
+  // As many as a resected frame needs, and half of the matches: a look-alike place gives neither.
+  if (!pose.success || pose.num_inliers < options.resection.min_inliers ||
+      2 * pose.num_inliers < static_cast<int>(matches.size())) {
+    return false;
+  }
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (!pose.inliers[i]) continue;
+    const LandmarkId l = landmarks[matches[i].first].id;
+    const LandmarkId held = second.landmark_of_feature[matches[i].second];
+    if (held == kNoLandmark) {
+      map->add_observation(l, second.id, matches[i].second);
+    } else {
+      map->merge_landmarks(l, held);
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+int link_views(const TrackerOptions& options, const CameraModel& camera, Map* map) {
+  std::vector<std::pair<KeyframeId, KeyframeId>> pairs;
+  for (const auto& [id, keyframe] : map->keyframes()) {
+    const std::vector<SeenLandmark> landmarks = seen_landmarks(keyframe);
+    std::vector<std::pair<double, KeyframeId>> overlapping;
+    for (const auto& [other_id, other] : map->keyframes()) {
+      if (other_id <= id) continue;
+      const double share = overlap(*map, camera, keyframe, landmarks, other);
+      if (share < kMinOverlap) continue;
+      // A tenth of the landmarks in common holds two keyframes together well enough.
+      if (10 * shared_landmarks(*map, landmarks, other_id) > static_cast<int>(landmarks.size())) continue;
+      overlapping.emplace_back(-share, other_id);
+    }
+    std::sort(overlapping.begin(), overlapping.end());
+    if (overlapping.size() > kLinksPerKeyframe) overlapping.resize(kLinksPerKeyframe);
+    for (const auto& entry : overlapping) pairs.emplace_back(id, entry.second);
+  }
+  int links = 0;
+  for (const auto& [first, second] : pairs) {
+    links += link(options, camera, *map->keyframe(first), *map->keyframe(second), map);
+  }
+  return links;
+}
+
+}  // namespace mono_pose_tracker

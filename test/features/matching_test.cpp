@@ -1,0 +1,88 @@
+#include "mono_pose_tracker/features/matching.h"
+
+#include <gtest/gtest.h>
+
+#include "mono_pose_tracker/common/random.h"
+#include "mono_pose_tracker/features/feature_grid.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+cv::Mat random_descriptors(int rows, std::uint64_t seed) {
+  Random random(seed);
+  cv::Mat m(rows, 128, CV_8U);
+  for (int i = 0; i < rows; ++i) {
+    for (int j = 0; j < 128; ++j) m.at<std::uint8_t>(i, j) = static_cast<std::uint8_t>(random.index(256));
+  }
+  return m;
+}
+
+TEST(Matching, DistanceIsTheSquaredEuclideanOne) {
+  const cv::Mat m = random_descriptors(2, 1);
+  int expected = 0;
+  for (int j = 0; j < 128; ++j) {
+    const int d = m.at<std::uint8_t>(0, j) - m.at<std::uint8_t>(1, j);
+    expected += d * d;
+  }
+  EXPECT_EQ(descriptor_distance2(m.ptr(0), m.ptr(1)), expected);
+}
+
+TEST(Matching, FindsTheShuffledCopies) {
+  const cv::Mat first = random_descriptors(300, 2);
+  cv::Mat second = random_descriptors(500, 3);
+  for (int i = 0; i < 200; ++i) first.row(i).copyTo(second.row(499 - i));
+  const std::vector<Match> matches = match_descriptors(first, second, MatchOptions());
+  ASSERT_EQ(matches.size(), 200u);
+  for (const Match& m : matches) EXPECT_EQ(m.second, 499 - m.first);
+}
+
+TEST(Matching, RefusesTheAmbiguous) {
+  const cv::Mat first = random_descriptors(1, 4);
+  cv::Mat second(2, 128, CV_8U);
+  first.row(0).copyTo(second.row(0));
+  first.row(0).copyTo(second.row(1));
+  second.at<std::uint8_t>(0, 0) ^= 4;
+  second.at<std::uint8_t>(1, 0) ^= 4;
+  EXPECT_TRUE(match_descriptors(first, second, MatchOptions()).empty());
+}
+
+TEST(Matching, MutualKeepsEachRowOnce) {
+  const cv::Mat one = random_descriptors(1, 5);
+  cv::Mat first(2, 128, CV_8U);
+  one.copyTo(first.row(0));
+  one.copyTo(first.row(1));
+  first.at<std::uint8_t>(1, 0) ^= 1;
+  MatchOptions options;
+  options.mutual = false;
+  EXPECT_EQ(match_descriptors(first, one, options).size(), 2u);
+  options.mutual = true;
+  EXPECT_EQ(match_descriptors(first, one, options).size(), 1u);
+}
+
+TEST(Matching, NothingMatchesNothing) {
+  EXPECT_TRUE(match_descriptors(cv::Mat(), random_descriptors(3, 6), MatchOptions()).empty());
+  EXPECT_TRUE(match_descriptors(random_descriptors(3, 6), cv::Mat(), MatchOptions()).empty());
+}
+
+TEST(FeatureGrid, FindsJustTheFeaturesWithinTheRadius) {
+  Random random(7);
+  FeatureSet set;
+  for (int i = 0; i < 500; ++i) {
+    Feature f;
+    f.pixel = {static_cast<float>(random.uniform(0, 640)), static_cast<float>(random.uniform(0, 480))};
+    set.features.push_back(f);
+  }
+  const FeatureGrid grid(set, 640, 480);
+  for (const double radius : {0.5, 10.0, 60.0, 900.0}) {
+    const Eigen::Vector2d pixel(random.uniform(-20, 660), random.uniform(-20, 500));
+    std::vector<char> found(set.size(), 0);
+    grid.visit_near(pixel, radius, [&](int i) { ++found[i]; });
+    for (int i = 0; i < set.size(); ++i) {
+      const bool near = (set.features[i].pixel.cast<double>() - pixel).norm() <= radius;
+      EXPECT_EQ(found[i], near ? 1 : 0);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker

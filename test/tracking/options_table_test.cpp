@@ -1,0 +1,89 @@
+#include "mono_pose_tracker/tracking/options_table.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <set>
+#include <stdexcept>
+
+#include "support/temporary_folder.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+std::string written(const TemporaryFolder& folder, const std::string& text) {
+  const std::string path = folder / "tracker.yaml";
+  std::ofstream(path) << text;
+  return path;
+}
+
+std::string problem_of(const std::string& text) {
+  const TemporaryFolder folder;
+  TrackerOptions options;
+  try {
+    read_options_yaml(written(folder, text), &options);
+  } catch (const std::runtime_error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(OptionsTable, DefaultsAreInRangeAndKeysAreUnique) {
+  TrackerOptions options;
+  std::set<std::string> keys;
+  for (const OptionEntry& entry : option_table(&options)) {
+    EXPECT_TRUE(is_in_range(entry)) << entry.key;
+    EXPECT_TRUE(keys.insert(entry.key).second) << entry.key;
+  }
+  EXPECT_NO_THROW(options.validate());
+}
+
+TEST(OptionsTable, ReadsGroupsAndFlatKeys) {
+  const TemporaryFolder folder;
+  TrackerOptions options;
+  read_options_yaml(written(folder, "seed: 7\nsift:\n  max_features: 900\nmapping/min_parallax_deg: 1.5\n"),
+                    &options);
+  EXPECT_EQ(options.seed, 7u);
+  EXPECT_EQ(options.sift.max_features, 900);
+  EXPECT_EQ(options.mapping.min_parallax_deg, 1.5);
+}
+
+TEST(OptionsTable, EveryOptionSurvivesATripThroughText) {
+  TrackerOptions a, b;
+  const std::vector<OptionEntry> from = option_table(&a), to = option_table(&b);
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    ASSERT_TRUE(set_option(to[i], option_text(from[i]))) << from[i].key;
+    EXPECT_EQ(option_text(from[i]), option_text(to[i]));
+  }
+}
+
+TEST(OptionsTable, NamesEveryKeyAtFaultWithWhatWasExpected) {
+  const std::string problem = problem_of("sift:\n  max_featurs: 3\n  first_octave: 5\nconfidence: high\n");
+  EXPECT_NE(problem.find("max_featurs, did you mean sift/max_features?"), std::string::npos) << problem;
+  EXPECT_NE(problem.find("sift/first_octave = 5, expected a whole number from -1 to 1"), std::string::npos)
+      << problem;
+  EXPECT_NE(problem.find("confidence = high, expected a number"), std::string::npos) << problem;
+  EXPECT_EQ(problem.find('\n'), std::string::npos);
+}
+
+TEST(OptionsTable, SaysWhatIsNoYaml) {
+  EXPECT_NE(problem_of("a: [1, 2"), "");
+  TrackerOptions options;
+  EXPECT_THROW(read_options_yaml("/nowhere/tracker.yaml", &options), std::runtime_error);
+}
+
+TEST(OptionsTable, ValidateListsAllAtOnce) {
+  TrackerOptions options;
+  options.inlier_threshold_px = -1;
+  options.bundle.max_iterations = 0;
+  try {
+    options.validate();
+    FAIL();
+  } catch (const std::invalid_argument& e) {
+    EXPECT_NE(std::string(e.what()).find("inlier_threshold_px"), std::string::npos);
+    EXPECT_NE(std::string(e.what()).find("bundle/max_iterations"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
