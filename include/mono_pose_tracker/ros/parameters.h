@@ -13,7 +13,7 @@ namespace mono_pose_tracker {
 /// them.
 struct NodeParameters {
   std::string image_transport = "raw";
-  std::string camera_info_url;  // calibration file, used while no camera_info arrives; empty: none
+  std::string camera_info_url;  // calibration file, used instead of camera_info; empty: none
   bool rectified = false;       // the images are rectified: P of the calibration, no distortion
 
   std::string map_frame = "map";

@@ -1,0 +1,41 @@
+#!/usr/bin/python3
+"""Parameters that can't be used stop the node at once, and all of them are told."""
+import subprocess
+import unittest
+
+import roslib.packages
+import rospy
+import rostest
+
+
+class ParametersTest(unittest.TestCase):
+    def refusal(self, *parameters):
+        """What the node says when it refuses these parameters."""
+        node = roslib.packages.find_node("mono_pose_tracker", "tracker_node")[0]
+        result = subprocess.run([node, *parameters], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                                timeout=30)
+        self.assertEqual(result.returncode, 1)
+        return result.stdout
+
+    def setUp(self):
+        if rospy.has_param("/tracker"):
+            rospy.delete_param("/tracker")
+
+    def test_all_values_out_of_range_are_named(self):
+        said = self.refusal("_queue_size:=0", "_sift/max_features:=-5")
+        self.assertIn("~queue_size is 0, not in [1, ", said)
+        self.assertIn("~sift/max_features is -5, expected a whole number", said)
+
+    def test_a_value_of_another_type_is_named(self):
+        self.assertIn("~publish_tf is not true or false", self.refusal("_publish_tf:=perhaps"))
+
+    def test_a_missing_calibration_file_is_named(self):
+        self.assertIn("/no/such/camera.yaml", self.refusal("_camera_info_url:=/no/such/camera.yaml"))
+
+    def test_an_unknown_key_is_answered_by_the_nearest(self):
+        said = self.refusal("_camera_frme:=lens", "_camera_info_url:=/no/such/camera.yaml")
+        self.assertIn("~camera_frme is no parameter of the tracker; did you mean ~camera_frame?", said)
+
+
+if __name__ == "__main__":
+    rostest.rosrun("mono_pose_tracker", "parameters_test", ParametersTest)
