@@ -49,7 +49,7 @@ void draw_map(const Rigid3& map_from_camera, const CameraModel& camera, const Ma
 
 void draw_text(const std::vector<std::string>& lines, const cv::Scalar& color, cv::Mat& canvas) {
   const double scale = std::max(0.35, canvas.cols / 900.0);  // readable in a small panel of rviz
-  const int line_height = cvRound(28 * scale) + 4;  // px
+  const int line_height = cvRound(28 * scale) + 4;           // px
   cv::Mat band = canvas.rowRange(0, std::min(canvas.rows, line_height * static_cast<int>(lines.size()) + 6));
   band *= 0.4;  // dark enough for the text to be read on any image
   for (std::size_t i = 0; i < lines.size(); ++i) {
