@@ -205,8 +205,7 @@ ResectionReport Resector::relocalize(const Frame& frame, const TrackingMap& map,
   for (int i = 0; i < std::min(budget, static_cast<int>(newest_first.size())); ++i) {
     const KeyframeId id = newest_first[(*cursor)++ % newest_first.size()];
     ResectionReport report = resect(frame, map, id, std::nullopt);
-    if (report.success) return report;
-    if (report.inliers >= best.inliers) best = std::move(report);
+    if (report.success >= best.success && report.inliers >= best.inliers) best = std::move(report);
   }
   return best;
 }

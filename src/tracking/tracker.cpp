@@ -31,8 +31,6 @@ struct FrameRecord {
 struct Overlap {
   double parallax_deg = 0;  // median, of the landmarks that the frame sees
   double in_view = 1;       // share of the keyframe's landmarks that the frame could see
-  int shared = 0;           // landmarks that both see
-  int keyframe_landmarks = 0;
 };
 
 }  // namespace
@@ -68,8 +66,9 @@ class Tracker::Impl {
   void accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
               FrameReport* report);
   Overlap overlap_with(const TrackingMap& map, KeyframeId id, const ResectionReport& resection) const;
+  ResectionReport resect_near(const Frame& frame, const TrackingMap& map) const;
   KeyframeId choose_reference(const TrackingMap& map, const ResectionReport& resection) const;
-  bool is_keyframe_due(const TrackingMap& map, const Overlap& overlap) const;
+  bool is_keyframe_due(const TrackingMap& map, const Overlap& overlap, int inliers);
   void start_map(const InitialMap& initial);
   void describe(const ResectionReport& resection, FrameReport* report) const;
   void finish_report(FrameReport* report) const;
@@ -91,6 +90,8 @@ class Tracker::Impl {
   Rigid3 camera_from_reference_;
   std::optional<Rigid3> motion_;  // camera now from camera one frame ago
   KeyframeId newest_keyframe_sent_for_ = -1;
+  KeyframeId newest_keyframe_ = -1;  // when the last frame came
+  int most_inliers_ = 0;             // of the frames since that keyframe
   int frames_lost_ = 0;
   std::size_t relocalization_cursor_ = 0;
 
@@ -256,7 +257,7 @@ void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   records_[frame.index] = {frame.stamp_ns, reference_, camera_from_reference_};
   const Overlap overlap = overlap_with(map, reference_, resection);
   report->median_parallax_deg = overlap.parallax_deg;
-  if (!is_keyframe_due(map, overlap)) return;
+  if (!is_keyframe_due(map, overlap, resection.inliers)) return;
   const StageTimer timer(report->stages, "keyframe");
   report->is_keyframe = worker_.insert({frame, reference_, camera_from_reference_, resection.observations});
   if (!report->is_keyframe) return;
@@ -309,44 +310,42 @@ Overlap Tracker::Impl::overlap_with(const TrackingMap& map, KeyframeId id,
   const Eigen::Vector3d there = keyframe.camera_from_map.inverse().translation;
   const Eigen::Vector3d here = resection.camera_from_map.inverse().translation;
   std::vector<double> angles;
-  std::unordered_set<LandmarkId> seen;
   for (const FrameObservation& o : resection.observations) {
     const auto landmark = map.landmarks.find(o.landmark);
     if (landmark == map.landmarks.end()) continue;
-    seen.insert(o.landmark);
     angles.push_back(parallax_angle(landmark->second, there, here));
   }
   if (!angles.empty()) {
     std::nth_element(angles.begin(), angles.begin() + angles.size() / 2, angles.end());
     overlap.parallax_deg = angles[angles.size() / 2] / kDegree;
   }
-  int in_view = 0;
+  int in_view = 0, landmarks = 0;
   for (const LandmarkId l : keyframe.landmark_of_feature) {
     const auto landmark = map.landmarks.find(l);
     if (landmark == map.landmarks.end()) continue;
-    ++overlap.keyframe_landmarks;
-    overlap.shared += seen.count(l) > 0;
+    ++landmarks;
     Eigen::Vector2d pixel;
     in_view +=
         camera_.project(resection.camera_from_map * landmark->second, &pixel) && camera_.in_image(pixel);
   }
-  if (overlap.keyframe_landmarks > 0)
-    overlap.in_view = static_cast<double>(in_view) / overlap.keyframe_landmarks;
+  if (landmarks > 0) overlap.in_view = static_cast<double>(in_view) / landmarks;
   return overlap;
 }
 
-bool Tracker::Impl::is_keyframe_due(const TrackingMap& map, const Overlap& overlap) const {
+bool Tracker::Impl::is_keyframe_due(const TrackingMap& map, const Overlap& overlap, int inliers) {
+  const KeyframeId newest = map.keyframes.rbegin()->first;
+  if (newest != newest_keyframe_) most_inliers_ = 0;
+  newest_keyframe_ = newest;
+  most_inliers_ = std::max(most_inliers_, inliers);
   // One candidate at a time: until the last one is in the map, the next would tell it little.
-  if (newest_keyframe_sent_for_ >= 0 && newest_keyframe_sent_for_ == map.keyframes.rbegin()->first)
-    return false;
+  if (newest_keyframe_sent_for_ >= 0 && newest_keyframe_sent_for_ == newest) return false;
   // A young map's points were made from little parallax: it wants more views early.
   const bool young = static_cast<int>(map.keyframes.size()) <= options_.young_map_keyframes;
   const double parallax = options_.mapping.keyframe_parallax_deg / (young ? 3 : 1);
   if (overlap.parallax_deg > parallax || overlap.in_view < options_.mapping.keyframe_overlap) return true;
-  // Fewer than half of the landmarks are found though they are in view: another side, another scale or light.
-  // Below a tenth of the parallax a new view of them would add nothing.
-  return overlap.shared < 0.5 * overlap.in_view * overlap.keyframe_landmarks &&
-         overlap.parallax_deg > 0.1 * parallax;
+  // Landmarks are found no more though they are in view: another side, another scale or light. Below a tenth
+  // of the parallax a new view of them would add nothing.
+  return inliers < options_.mapping.keyframe_found * most_inliers_ && overlap.parallax_deg > 0.1 * parallax;
 }
 
 void Tracker::Impl::reset() {
@@ -412,15 +411,29 @@ bool Tracker::Impl::finish() {
   return true;
 }
 
+// The best of the keyframes nearest in time; where none of them will do, of all.
+ResectionReport Tracker::Impl::resect_near(const Frame& frame, const TrackingMap& map) const {
+  std::vector<std::pair<std::int64_t, KeyframeId>> by_time;
+  for (const auto& [id, keyframe] : map.keyframes) {
+    by_time.emplace_back(std::abs(keyframe.frame_index - frame.index), id);
+  }
+  std::sort(by_time.begin(), by_time.end());
+  ResectionReport best;
+  for (std::size_t i = 0; i < by_time.size(); ++i) {
+    if (best.success && static_cast<int>(i) >= options_.resection.relocalization_keyframes) break;
+    ResectionReport report = resector_.resect(frame, map, by_time[i].second, std::nullopt);
+    if (report.success >= best.success && report.inliers >= best.inliers) best = std::move(report);
+  }
+  return best;
+}
+
 FrameReport Tracker::Impl::resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const cv::Mat& image,
                                         const cv::Mat& mask) {
   FrameReport report;
   const std::optional<Frame> frame = make_frame(frame_index, stamp_ns, image, mask, &report);
   const TrackingMapPtr map = worker_.latest();
   if (frame && map) {
-    std::size_t cursor = 0;
-    const ResectionReport resection =
-        resector_.relocalize(*frame, *map, static_cast<int>(map->keyframes.size()), &cursor);
+    const ResectionReport resection = resect_near(*frame, *map);
     describe(resection, &report);
     if (resection.success) {
       const KeyframeId reference = choose_reference(*map, resection);

@@ -15,9 +15,9 @@ struct BootstrapOptions {
   int min_matches = 30;    // fewer to the reference frame: it is lost from view, a later frame replaces it
   int min_landmarks = 25;  // points of the first map
   double min_parallax_deg = 0.3;  // median angle between the two rays of a match
-  double min_parallax_px = 2.5;   // the same in px: below, depth is lost in the noise of the features
+  double min_parallax_px = 3.0;   // the same in px: below, depth is lost in the noise of the features
   double max_rotation_only =
-      0.8;  // share of the matches that a rotation alone explains: above, no translation is seen
+      0.9;  // share of the matches that a rotation alone explains: above, no translation is seen
   double min_confirmed = 0.6;  // share of the two-view points that the third view must confirm
   double min_evidence =
       0.05;             // the runner-up's cost must be higher by this share, or another view is awaited
