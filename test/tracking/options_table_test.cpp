@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 #include <set>
 #include <stdexcept>
@@ -36,6 +37,22 @@ TEST(OptionsTable, DefaultsAreInRangeAndKeysAreUnique) {
     EXPECT_TRUE(keys.insert(entry.key).second) << entry.key;
   }
   EXPECT_NO_THROW(options.validate());
+}
+
+// config/default.yaml is the manual: it names every option with its default.
+TEST(OptionsTable, TheManualHoldsTheDefaults) {
+  const std::string manual = (std::filesystem::path(__FILE__).parent_path() / "../../config/default.yaml")
+                                 .lexically_normal()
+                                 .string();
+  TrackerOptions defaults, read;
+  for (const OptionEntry& entry : option_table(&read)) {
+    std::visit([](auto* value) { *value = {}; }, entry.value);
+  }
+  read_options_yaml(manual, &read);
+  const std::vector<OptionEntry> expected = option_table(&defaults), found = option_table(&read);
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(option_text(found[i]), option_text(expected[i])) << expected[i].key;
+  }
 }
 
 TEST(OptionsTable, ReadsGroupsAndFlatKeys) {
