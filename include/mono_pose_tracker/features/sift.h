@@ -22,9 +22,9 @@ struct SiftOptions {
   // px of the first octave: blur of its base. Lowe doubles the image and takes 1.6, which is 0.8 px of
   // it; 1.2 without doubling finds nearly as fine features in a third of the time. Below, JPEG blocks show.
   float sigma = 1.2f;
-  bool root_sift = true;  // Arandjelovic and Zisserman (2012): Hellinger distance
-  int min_features = 0;   // own: the contrast threshold is lowered (to a quarter at most) below this many
-  int num_threads = 1;    // own: the result is the same for any number
+  bool root_sift = true;   // Arandjelovic and Zisserman (2012): Hellinger distance
+  int min_features = 800;  // own: the contrast threshold is lowered (to a quarter at most) below this many
+  int num_threads = 1;     // own: the result is the same for any number
 
   /// Throws std::invalid_argument naming key, value and range.
   void validate() const;

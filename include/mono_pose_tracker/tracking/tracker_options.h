@@ -37,10 +37,10 @@ struct ResectionOptions {
 /// When a frame becomes a keyframe and what the mapper does with it (paper, steps 4c and 4d).
 struct MappingOptions {
   double keyframe_overlap =
-      0.7;  // a keyframe is due when fewer of the reference keyframe's landmarks are seen
-  double keyframe_parallax_deg = 3;  // or when the median landmark has turned by this much since
+      0.8;  // a keyframe is due when fewer of the reference keyframe's landmarks are seen
+  double keyframe_parallax_deg = 2;  // or when the median landmark has turned by this much since
   double keyframe_found =
-      0.75;  // or when fewer inliers are left than this share of the most since the last keyframe
+      0.85;  // or when fewer inliers are left than this share of the most since the last keyframe
   int matching_keyframes = 8;            // covisible keyframes that a new one is matched with
   int window_keyframes = 10;             // that the windowed bundle adjustment moves
   double min_parallax_deg = 0.6;         // of a new landmark's two rays
