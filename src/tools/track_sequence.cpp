@@ -109,9 +109,12 @@ void check_first_image(const std::function<std::unique_ptr<ImageSource>()>& open
                        const CameraParameters& camera) {
   const std::unique_ptr<ImageSource> source = open();
   SourceImage image = source->next();
+  const std::string first_problem = image.problem;
   while (image.kind == SourceImage::Kind::kSkipped) image = source->next();
-  if (image.kind == SourceImage::Kind::kEnd)
-    throw std::runtime_error("no image could be read: " + image.problem);
+  if (image.kind == SourceImage::Kind::kEnd) {
+    throw std::runtime_error("no image could be read: " +
+                             (first_problem.empty() ? "there is none" : first_problem));
+  }
   if (image.image.cols == camera.width && image.image.rows == camera.height) return;
   throw std::runtime_error(image.name + ": is " + std::to_string(image.image.cols) + "x" +
                            std::to_string(image.image.rows) + ", the calibration is for " +

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/common/random.h"
+#include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/tracking/frame.h"
+
+namespace mono_pose_tracker {
+
+inline CameraModel synthetic_camera() {
+  CameraParameters parameters;
+  parameters.width = 640;
+  parameters.height = 480;
+  parameters.fx = parameters.fy = 600;
+  parameters.cx = 319.5;
+  parameters.cy = 239.5;
+  return CameraModel(parameters);
+}
+
+/// Points each with a descriptor of its own. Two random descriptors are about as far apart as unrelated
+/// patches are (unit length is stored as 512).
+struct SyntheticScene {
+  std::vector<Eigen::Vector3d> x_in_map;
+  cv::Mat descriptors;  // N x 128, CV_8U
+
+  SyntheticScene(const std::vector<Eigen::Vector3d>& points, Random& random)
+      : x_in_map(points), descriptors(static_cast<int>(points.size()), 128, CV_8U) {
+    for (int i = 0; i < descriptors.rows; ++i) {
+      for (int k = 0; k < 128; ++k)
+        descriptors.at<std::uint8_t>(i, k) = static_cast<std::uint8_t>(random.index(80));
+    }
+  }
+};
+
+/// Points before a camera at the origin: x, y within 1.6 and 1.2, depths from 3 to 6.
+inline SyntheticScene box_scene(int points, Random& random) {
+  std::vector<Eigen::Vector3d> x_in_map;
+  for (int i = 0; i < points; ++i) {
+    x_in_map.emplace_back(random.uniform(-1.6, 1.6), random.uniform(-1.2, 1.2), random.uniform(3, 6));
+  }
+  return SyntheticScene(x_in_map, random);
+}
+
+/// Points of a plane that leans away to the right.
+inline SyntheticScene plane_scene(int points, Random& random) {
+  std::vector<Eigen::Vector3d> x_in_map;
+  for (int i = 0; i < points; ++i) {
+    const double x = random.uniform(-1.6, 1.6);
+    x_in_map.emplace_back(x, random.uniform(-1.2, 1.2), 4 + 0.5 * x);
+  }
+  return SyntheticScene(x_in_map, random);
+}
+
+/// What the camera sees of the scene, each point's pixel off by noise; features[k] is of point point_of[k].
+inline Frame synthetic_frame(const SyntheticScene& scene, const CameraModel& camera,
+                             const Rigid3& camera_from_map, double noise_px, std::int64_t index,
+                             Random& random, std::vector<int>* point_of = nullptr) {
+  FeatureSet set;
+  for (int i = 0; i < static_cast<int>(scene.x_in_map.size()); ++i) {
+    Eigen::Vector2d pixel;
+    if (!camera.project(camera_from_map * scene.x_in_map[i], &pixel)) continue;
+    pixel += noise_px * Eigen::Vector2d(random.normal(), random.normal());
+    if (!camera.in_image(pixel)) continue;
+    Feature feature;
+    feature.pixel = pixel.cast<float>();
+    feature.scale = 2;
+    feature.response = 1;
+    set.features.push_back(feature);
+    set.descriptors.push_back(scene.descriptors.row(i));
+    if (point_of) point_of->push_back(i);
+  }
+  const cv::Mat image(camera.height(), camera.width(), CV_8UC1, cv::Scalar(128));
+  return {index, index * 100000000, make_image_features(std::move(set), image, camera)};
+}
+
+/// A camera at `center_in_map` turned by `yaw` radians about its y axis.
+inline Rigid3 camera_at(const Eigen::Vector3d& center_in_map, double yaw = 0) {
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()));
+  return {turn, -(turn * center_in_map)};
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,153 @@
+#include "mono_pose_tracker/tracking/mapping_worker.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "support/synthetic_views.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+constexpr double kNoise = 0.3;  // px
+
+class MappingWorkerTest : public testing::Test {
+ protected:
+  Rigid3 pose(int frame) const { return camera_at({0.15 * frame, 0.02 * frame, 0}, 2 * kDegree * frame); }
+
+  // Two views and the points that both see.
+  InitialMap initial_map() {
+    InitialMap map;
+    std::vector<std::vector<int>> point_of(2);
+    for (int v = 0; v < 2; ++v) {
+      map.views.push_back(
+          {synthetic_frame(scene_, camera_, pose(v), kNoise, v, random_, &point_of[v]), pose(v)});
+    }
+    for (std::size_t i = 0; i < scene_.x_in_map.size(); ++i) {
+      InitialMap::Point point;
+      point.x_in_map = scene_.x_in_map[i];
+      for (int v = 0; v < 2; ++v) {
+        const auto found = std::find(point_of[v].begin(), point_of[v].end(), static_cast<int>(i));
+        if (found != point_of[v].end())
+          point.observations.emplace_back(v, static_cast<int>(found - point_of[v].begin()));
+      }
+      if (point.observations.size() == 2) map.points.push_back(point);
+    }
+    return map;
+  }
+
+  // A new view posed against the newest keyframe of the map.
+  KeyframeCandidate candidate(const TrackingMap& map, int index) {
+    const KeyframeView& newest = map.keyframes.rbegin()->second;
+    KeyframeCandidate candidate;
+    candidate.frame = synthetic_frame(scene_, camera_, pose(index), kNoise, index, random_);
+    const ResectionReport report =
+        Resector(TrackerOptions(), camera_).resect(candidate.frame, map, newest.id, std::nullopt);
+    EXPECT_TRUE(report.success) << report.text;
+    candidate.reference = newest.id;
+    candidate.camera_from_reference = report.camera_from_map * newest.camera_from_map.inverse();
+    candidate.observations = report.observations;
+    return candidate;
+  }
+
+  Random random_{17};
+  CameraModel camera_ = synthetic_camera();
+  SyntheticScene scene_ = box_scene(250, random_);
+};
+
+class OnAThreadOrInline : public MappingWorkerTest, public testing::WithParamInterface<bool> {};
+
+TEST_P(OnAThreadOrInline, KeyframesComeToTheMap) {
+  MappingWorker worker(TrackerOptions(), camera_, GetParam());
+  EXPECT_EQ(worker.latest(), nullptr);
+  worker.initialize(initial_map(), 3);
+  const TrackingMapPtr two = worker.latest();
+  ASSERT_NE(two, nullptr);
+  EXPECT_EQ(two->epoch, 3u);
+  EXPECT_EQ(two->keyframes.size(), 2u);
+  for (int i = 2; i < 6; ++i) {
+    ASSERT_TRUE(worker.insert(candidate(*worker.latest(), i)));
+    worker.wait();
+    EXPECT_EQ(worker.backlog(), 0);
+    const TrackingMapPtr map = worker.latest();
+    // A keyframe that three others make redundant goes, but its place is kept.
+    EXPECT_EQ(map->keyframes.size() + map->removed_keyframes.size(), static_cast<std::size_t>(i + 1));
+    EXPECT_EQ(map->keyframes.rbegin()->second.frame_index, i);
+  }
+  EXPECT_EQ(two->keyframes.size(), 2u) << "a map handed out never changes";
+  EXPECT_GT(worker.latest()->revision, two->revision);
+  worker.mapper().map().check();
+  // Turns between keyframes do not depend on the map's scale.
+  for (const auto& [id, keyframe] : worker.latest()->keyframes) {
+    const Eigen::Quaterniond turn =
+        keyframe.camera_from_map.rotation *
+        worker.latest()->keyframes.begin()->second.camera_from_map.rotation.conjugate();
+    const Eigen::Quaterniond truth =
+        pose(static_cast<int>(keyframe.frame_index)).rotation * pose(0).rotation.conjugate();
+    EXPECT_LT(rotation_angle_between(turn, truth), 0.2 * kDegree) << "keyframe " << id;
+  }
+}
+
+TEST_P(OnAThreadOrInline, ResetLeavesNoMap) {
+  MappingWorker worker(TrackerOptions(), camera_, GetParam());
+  worker.initialize(initial_map(), 0);
+  const KeyframeCandidate next = candidate(*worker.latest(), 2);
+  ASSERT_TRUE(worker.insert(next));
+  worker.reset(1);
+  EXPECT_EQ(worker.latest(), nullptr);
+  worker.wait();
+  EXPECT_EQ(worker.latest(), nullptr) << "what was under way belongs to the map before";
+  worker.initialize(initial_map(), 1);
+  ASSERT_NE(worker.latest(), nullptr);
+  EXPECT_EQ(worker.latest()->epoch, 1u);
+  EXPECT_EQ(worker.latest()->keyframes.size(), 2u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Mapping, OnAThreadOrInline, testing::Bool(),
+                         [](const auto& info) { return info.param ? "Threaded" : "Inline"; });
+
+TEST_F(MappingWorkerTest, NoMoreKeyframesWaitThanTheBacklogHolds) {
+  MappingWorker worker(TrackerOptions(), camera_, true);
+  worker.initialize(initial_map(), 0);
+  const KeyframeCandidate next = candidate(*worker.latest(), 2);
+  // Were insert to block, none would ever be refused. Mapping takes longer than queueing: a few calls do.
+  int accepted = 0, refused = 0;
+  for (int i = 0; i < 10000 && refused == 0; ++i) {
+    worker.insert(next) ? ++accepted : ++refused;
+    EXPECT_LE(worker.backlog(), MappingWorker::kMaxBacklog + 1) << "those that wait and the one under way";
+  }
+  EXPECT_EQ(refused, 1);
+  EXPECT_GE(accepted, MappingWorker::kMaxBacklog);
+  worker.wait();
+  EXPECT_TRUE(worker.insert(next)) << "there is room again";
+}
+
+TEST_F(MappingWorkerTest, JobsThatWaitDoNotKeepItAlive) {
+  for (int trial = 0; trial < 20; ++trial) {
+    MappingWorker worker(TrackerOptions(), camera_, true);
+    worker.initialize(initial_map(), 0);
+    const KeyframeCandidate next = candidate(*worker.latest(), 2);
+    for (int i = 0; i < MappingWorker::kMaxBacklog; ++i) worker.insert(next);
+  }
+}
+
+TEST_F(MappingWorkerTest, TwoHundredResetsUnderLoad) {
+  MappingWorker worker(TrackerOptions(), camera_, true);
+  const InitialMap initial = initial_map();
+  worker.initialize(initial, 0);
+  const KeyframeCandidate next = candidate(*worker.latest(), 2);
+  for (std::uint32_t epoch = 1; epoch <= 400; epoch += 2) {
+    worker.initialize(initial, epoch);
+    ASSERT_EQ(worker.latest()->epoch, epoch);
+    ASSERT_EQ(worker.latest()->keyframes.size(), 2u);
+    for (int i = 0; i < MappingWorker::kMaxBacklog; ++i) worker.insert(next);
+    worker.reset(epoch + 1);
+    ASSERT_LE(worker.backlog(), 1) << "only what is under way is left";
+    if (epoch % 20 == 1) worker.wait();  // what was under way has come
+    ASSERT_EQ(worker.latest(), nullptr);
+  }
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker

@@ -1,0 +1,149 @@
+#include "mono_pose_tracker/tracking/resector.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+
+#include "support/synthetic_views.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+constexpr double kNoise = 0.5;  // px, of a SIFT feature
+
+// A map of one keyframe at the origin that has every point of the scene for a landmark.
+TrackingMap map_of(const SyntheticScene& scene, const CameraModel& camera, Random& random) {
+  std::vector<int> point_of;
+  const Frame frame = synthetic_frame(scene, camera, Rigid3(), 0, 0, random, &point_of);
+  TrackingMap map;
+  KeyframeView keyframe;
+  keyframe.id = 0;
+  keyframe.image = frame.image;
+  keyframe.landmark_of_feature = point_of;
+  for (const int i : point_of) map.landmarks[i] = scene.x_in_map[i];
+  map.keyframes[0] = keyframe;
+  return map;
+}
+
+class ResectorTest : public testing::Test {
+ protected:
+  void expect_right(const ResectionReport& report, const Rigid3& camera_from_map) {
+    ASSERT_TRUE(report.success) << report.text;
+    EXPECT_EQ(report.reason, Reason::kOk);
+    // 0.5 px of 600 are 0.05 degrees for one feature; some hundred of them do better.
+    EXPECT_LT(rotation_angle_between(report.camera_from_map.rotation, camera_from_map.rotation),
+              0.05 * kDegree);
+    const Eigen::Vector3d offset =
+        report.camera_from_map.inverse().translation - camera_from_map.inverse().translation;
+    EXPECT_LT(offset.norm(), 0.005);
+    EXPECT_GT(report.inliers, 0.9 * report.matches);
+    EXPECT_EQ(report.inliers, static_cast<int>(report.observations.size()));
+    EXPECT_NEAR(report.rms_px, kNoise * std::sqrt(2), 0.15);
+  }
+
+  Random random_{3};
+  CameraModel camera_ = synthetic_camera();
+  SyntheticScene scene_ = box_scene(300, random_);
+  TrackingMap map_ = map_of(scene_, camera_, random_);
+  Resector resector_{TrackerOptions(), camera_};
+  const Rigid3 truth_ = camera_at({0.4, -0.1, 0.3}, 5 * kDegree);
+};
+
+TEST_F(ResectorTest, DescriptorsAloneGiveThePose) {
+  const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 7, random_);
+  expect_right(resector_.resect(frame, map_, 0, std::nullopt), truth_);
+}
+
+TEST_F(ResectorTest, PredictionGuidesTheMatching) {
+  const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 7, random_);
+  const Rigid3 predicted = camera_at({0.39, -0.11, 0.3}, 5.4 * kDegree);
+  expect_right(resector_.resect(frame, map_, 0, predicted), truth_);
+}
+
+TEST_F(ResectorTest, PredictionFarOffIsOvercome) {
+  const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 7, random_);
+  expect_right(resector_.resect(frame, map_, 0, camera_at({-2, 1, -3}, -40 * kDegree)), truth_);
+}
+
+TEST_F(ResectorTest, ObservationsNameTheLandmarksSeen) {
+  std::vector<int> point_of;
+  const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 7, random_, &point_of);
+  const ResectionReport report = resector_.resect(frame, map_, 0, std::nullopt);
+  ASSERT_GT(report.observations.size(), 100u);
+  for (const FrameObservation& o : report.observations) EXPECT_EQ(o.landmark, point_of[o.feature]);
+}
+
+TEST_F(ResectorTest, OutliersAreLeftOut) {
+  // A third of the landmarks have moved since.
+  for (auto& [id, x_in_map] : map_.landmarks) {
+    if (id % 3 == 0) x_in_map += 0.5 * Eigen::Vector3d(random_.normal(), random_.normal(), random_.normal());
+  }
+  const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 7, random_);
+  const ResectionReport report = resector_.resect(frame, map_, 0, std::nullopt);
+  ASSERT_TRUE(report.success) << report.text;
+  EXPECT_LT(rotation_angle_between(report.camera_from_map.rotation, truth_.rotation), 0.1 * kDegree);
+  int moved = 0;
+  for (const FrameObservation& o : report.observations) moved += o.landmark % 3 == 0;
+  EXPECT_LT(moved, 0.05 * report.observations.size());
+}
+
+TEST_F(ResectorTest, CovarianceTellsTheSpreadOfTheErrors) {
+  // Squared errors in units of a right covariance have the mean 6, the number of unknowns.
+  double sum = 0;
+  constexpr int kTrials = 60;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, trial, random_);
+    const ResectionReport report = resector_.resect(frame, map_, 0, truth_);
+    ASSERT_TRUE(report.success) << report.text;
+    const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(report.covariance);
+    ASSERT_GT(eigen.eigenvalues().minCoeff(), 0);
+    ASSERT_LT((report.covariance - report.covariance.transpose()).norm(), 1e-9 * report.covariance.norm());
+    const Rigid3 found = report.camera_from_map.inverse(), truth = truth_.inverse();
+    const Eigen::AngleAxisd turn(found.rotation * truth.rotation.conjugate());
+    Eigen::Matrix<double, 6, 1> error;
+    error << found.translation - truth.translation, turn.angle() * turn.axis();
+    sum += error.dot(report.covariance.ldlt().solve(error));
+  }
+  EXPECT_NEAR(sum / kTrials, 6, 2);  // four standard deviations of the mean of 60
+}
+
+TEST_F(ResectorTest, TooFewMatchesAreCounted) {
+  const SyntheticScene other = box_scene(300, random_);
+  const Frame frame = synthetic_frame(other, camera_, truth_, kNoise, 7, random_);
+  for (const std::optional<Rigid3>& predicted : {std::optional<Rigid3>(), std::optional<Rigid3>(truth_)}) {
+    const ResectionReport report = resector_.resect(frame, map_, 0, predicted);
+    EXPECT_FALSE(report.success);
+    EXPECT_EQ(report.reason, Reason::kTooFewMatches);
+    EXPECT_NE(report.text.find(" 15 needed"), std::string::npos) << report.text;
+  }
+}
+
+TEST_F(ResectorTest, MatchesWithoutAPoseAreTooFewInliers) {
+  for (auto& entry : map_.landmarks) {
+    entry.second = {random_.uniform(-1.6, 1.6), random_.uniform(-1.2, 1.2), random_.uniform(3, 6)};
+  }
+  const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 7, random_);
+  const ResectionReport report = resector_.resect(frame, map_, 0, std::nullopt);
+  EXPECT_FALSE(report.success);
+  EXPECT_EQ(report.reason, Reason::kTooFewInliers) << report.text;
+}
+
+TEST_F(ResectorTest, RelocalisationWalksThroughTheWholeMap) {
+  // Twelve newer keyframes of other places before the one that will do.
+  const KeyframeView good = map_.keyframes.at(0);
+  for (int id = 1; id <= 12; ++id) {
+    KeyframeView elsewhere = good;
+    elsewhere.id = id;
+    elsewhere.image = synthetic_frame(box_scene(100, random_), camera_, Rigid3(), 0, id, random_).image;
+    elsewhere.landmark_of_feature.assign(elsewhere.image->size(), kNoLandmark);
+    map_.keyframes[id] = elsewhere;
+  }
+  const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 20, random_);
+  std::size_t cursor = 0;
+  EXPECT_FALSE(resector_.relocalize(frame, map_, 8, &cursor).success);
+  expect_right(resector_.relocalize(frame, map_, 8, &cursor), truth_);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker

@@ -1,0 +1,187 @@
+#include "mono_pose_tracker/tracking/tracker.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "mono_pose_tracker/evaluation/trajectory_error.h"
+#include "mono_pose_tracker/simulation/simulated_sequence.h"
+#include "support/expect_error.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr int kFrames = 25;
+
+// A hand-held camera in a textured room, rendered once.
+struct Room {
+  CameraModel camera;
+  std::vector<SimulatedFrame> frames;
+  std::vector<StampedPose> truth;
+};
+
+const Room& room() {
+  static const Room room = [] {
+    SequenceOptions options;
+    options.scene = SceneKind::kRoom;
+    options.frames = kFrames;
+    options.camera = default_camera(SceneKind::kRoom, 320, 240);
+    options.noise_grey_levels = 1;
+    const SimulatedSequence sequence(options);
+    Room made{sequence.camera(), {}, sequence.path()};
+    for (int i = 0; i < sequence.size(); ++i) made.frames.push_back(sequence.render(i));
+    return made;
+  }();
+  return room;
+}
+
+std::vector<FrameReport> track_all(Tracker* tracker) {
+  std::vector<FrameReport> reports;
+  for (const SimulatedFrame& frame : room().frames) {
+    reports.push_back(tracker->process(frame.stamp_ns, frame.image));
+  }
+  return reports;
+}
+
+std::vector<StampedPose> posed(const std::vector<FrameReport>& reports) {
+  std::vector<StampedPose> poses;
+  for (const FrameReport& report : reports) {
+    if (report.map_from_camera) poses.push_back({report.stamp_ns, *report.map_from_camera});
+  }
+  return poses;
+}
+
+std::vector<StampedPose> posed(const std::vector<PosedFrame>& frames) {
+  std::vector<StampedPose> poses;
+  for (const PosedFrame& frame : frames) poses.push_back({frame.stamp_ns, frame.map_from_camera});
+  return poses;
+}
+
+// A pixel is 0.22 degrees here, and some hundred features average over it.
+void expect_accurate(const std::vector<StampedPose>& poses, double rotation_deg, double position_percent) {
+  const TrajectoryError error = evaluate_trajectory(room().truth, poses, 0);
+  EXPECT_EQ(error.frames_matched, static_cast<int>(poses.size()));
+  EXPECT_LT(error.rotation_median_deg, rotation_deg);
+  EXPECT_LT(error.position_rmse_percent, position_percent);
+}
+
+void expect_consistent(const FrameReport& report) {
+  EXPECT_EQ(report.reason == Reason::kOk, report.map_from_camera.has_value()) << to_string(report.reason);
+  if (report.map_from_camera) {
+    EXPECT_EQ(report.state, State::kTracking);
+    EXPECT_GE(report.inliers, 15);
+    EXPECT_GT(report.covariance.diagonal().minCoeff(), 0);
+    EXPECT_GE(report.keyframes, 3);
+  } else {
+    EXPECT_FALSE(report.reason_text.empty());
+  }
+}
+
+TEST(Tracker, PosesEveryImageOfARecording) {
+  Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
+  const std::vector<FrameReport> reports = track_all(&tracker);
+  ASSERT_EQ(reports.size(), static_cast<std::size_t>(kFrames));
+  EXPECT_EQ(reports[0].reason, Reason::kFirstFrame);
+  for (int i = 0; i < kFrames; ++i) {
+    EXPECT_EQ(reports[i].stamp_ns, room().frames[i].stamp_ns);
+    EXPECT_EQ(reports[i].worker_backlog, 0);
+    expect_consistent(reports[i]);
+  }
+  const std::vector<StampedPose> live = posed(reports);
+  EXPECT_GE(live.size(), kFrames - 8u);
+  expect_accurate(live, 0.8, 2);
+
+  ASSERT_TRUE(tracker.finish());
+  EXPECT_FALSE(tracker.is_unconfirmed());
+  tracker.map().check();
+  for (int i = 0; i < kFrames; ++i) {
+    const auto trajectory = tracker.trajectory();
+    const bool known = std::any_of(trajectory.begin(), trajectory.end(),
+                                   [&](const PosedFrame& frame) { return frame.index == i; });
+    if (!known) tracker.resect_again(i, room().frames[i].stamp_ns, room().frames[i].image);
+  }
+  const std::vector<PosedFrame> trajectory = tracker.trajectory();
+  ASSERT_EQ(trajectory.size(), static_cast<std::size_t>(kFrames));
+  for (int i = 0; i < kFrames; ++i) EXPECT_EQ(trajectory[i].index, i);
+  expect_accurate(posed(trajectory), 0.4, 1);
+  EXPECT_EQ(tracker.snapshot()->points.size(), tracker.map().landmarks().size());
+}
+
+TEST(Tracker, OneSeedGivesOneResult) {
+  std::vector<std::vector<StampedPose>> runs;
+  for (int run = 0; run < 2; ++run) {
+    Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
+    runs.push_back(posed(track_all(&tracker)));
+  }
+  ASSERT_EQ(runs[0].size(), runs[1].size());
+  for (std::size_t i = 0; i < runs[0].size(); ++i) {
+    EXPECT_EQ(runs[0][i].map_from_camera.translation, runs[1][i].map_from_camera.translation);
+    EXPECT_EQ(runs[0][i].map_from_camera.rotation.coeffs(), runs[1][i].map_from_camera.rotation.coeffs());
+  }
+}
+
+TEST(Tracker, ThreadedMappingAnswersEveryImage) {
+  Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kThreaded);
+  const std::vector<FrameReport> reports = track_all(&tracker);
+  ASSERT_EQ(reports.size(), static_cast<std::size_t>(kFrames));
+  for (const FrameReport& report : reports) expect_consistent(report);
+  const std::vector<StampedPose> live = posed(reports);
+  EXPECT_GE(live.size(), kFrames - 8u);
+  expect_accurate(live, 0.8, 2);
+}
+
+TEST(Tracker, ResetBeginsANewMap) {
+  for (const auto mapping : {Tracker::Mapping::kInline, Tracker::Mapping::kThreaded}) {
+    Tracker tracker(TrackerOptions(), room().camera, mapping);
+    ASSERT_FALSE(posed(track_all(&tracker)).empty());
+    tracker.reset();
+    EXPECT_TRUE(tracker.trajectory().empty());
+    EXPECT_TRUE(tracker.snapshot()->points.empty());
+    const std::vector<FrameReport> again = track_all(&tracker);
+    EXPECT_EQ(again[0].reason, Reason::kFirstFrame);
+    for (const FrameReport& report : again) EXPECT_EQ(report.epoch, 1u);
+    expect_accurate(posed(again), 0.8, 2);
+  }
+}
+
+TEST(Tracker, ImageFromElsewhereIsLostAndTrackingGoesOn) {
+  Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
+  track_all(&tracker);
+  const SimulatedFrame& last = room().frames.back();
+  const FrameReport blank =
+      tracker.process(last.stamp_ns + 1, cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(90)));
+  EXPECT_EQ(blank.state, State::kLost);
+  EXPECT_FALSE(blank.map_from_camera);
+  EXPECT_EQ(blank.reason, Reason::kTooFewMatches) << blank.reason_text;
+  const FrameReport found = tracker.process(last.stamp_ns + 2, last.image);
+  EXPECT_EQ(found.state, State::kTracking) << found.reason_text;
+  EXPECT_TRUE(found.map_from_camera);
+  EXPECT_EQ(found.epoch, 0u);
+}
+
+TEST(Tracker, ImageOfAnotherSizeIsNamed) {
+  Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
+  const FrameReport report = tracker.process(5, cv::Mat(120, 160, CV_8UC1, cv::Scalar(0)));
+  EXPECT_EQ(report.reason, Reason::kImageSizeMismatch);
+  EXPECT_EQ(report.stamp_ns, 5);
+  EXPECT_FALSE(report.map_from_camera);
+  EXPECT_NE(report.reason_text.find("160x120"), std::string::npos) << report.reason_text;
+  EXPECT_NE(report.reason_text.find("320x240"), std::string::npos) << report.reason_text;
+}
+
+TEST(Tracker, NoImagesNoMap) {
+  Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kThreaded);
+  EXPECT_FALSE(tracker.finish());
+  EXPECT_TRUE(tracker.trajectory().empty());
+  EXPECT_EQ(tracker.revision(), 0u);
+}
+
+TEST(Tracker, OptionsOutOfRangeAreNamed) {
+  TrackerOptions options;
+  options.confidence = 2;
+  expect_error<std::invalid_argument>([&] { Tracker(options, room().camera, Tracker::Mapping::kInline); },
+                                      {"confidence", "2"});
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
