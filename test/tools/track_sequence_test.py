@@ -1,0 +1,387 @@
+#!/usr/bin/python3
+"""What track_sequence writes, prints and exits with. PROGRAMS names the folder of the program."""
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import cv2
+import numpy
+import rosunit
+import yaml
+
+FRAMES = 20
+STAGE_KEYS = {"median_ms", "p95_ms", "max_ms", "count"}
+DATA = os.environ.get("MONO_POSE_TRACKER_DATA", "")
+
+
+def run_program(name, *arguments):
+    program = os.path.join(os.environ["PROGRAMS"], name)
+    return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=300)
+
+
+def content(*parts):
+    with open(os.path.join(*parts), "rb") as f:
+        return f.read()
+
+
+def lines(*parts):
+    return content(*parts).decode().splitlines()
+
+
+def rows(*parts):
+    """The columns of the lines of a text file that are no comment."""
+    return [line.split() for line in lines(*parts) if line and not line.startswith("#")]
+
+
+def report(output):
+    return json.loads(content(output, "report.json"))
+
+
+class TrackSequenceBase(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def path(self, *parts):
+        return os.path.join(self.folder.name, *parts)
+
+    def track(self, *arguments, status=0):
+        """Runs the program; the output folder and what it said."""
+        output = self.path("out%d" % len(os.listdir(self.folder.name)))
+        result = run_program("track_sequence", "--quiet", "--output", output, *arguments)
+        self.assertEqual(result.returncode, status, result.stderr)
+        self.assertEqual(result.stdout, "")
+        return output, result.stderr
+
+    def error_of(self, reference, output, name="trajectory.txt"):
+        result = run_program("evaluate_trajectory", "--reference", reference, "--estimate", os.path.join(output, name),
+                             "--json", os.path.join(output, "error.json"))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return json.loads(content(output, "error.json"))
+
+    def expect_trajectory(self, stamps, path):
+        poses = rows(path)
+        self.assertEqual([pose[0] for pose in poses], stamps)
+        for pose in poses:
+            self.assertEqual(len(pose), 8)
+            self.assertAlmostEqual(numpy.linalg.norm([float(q) for q in pose[4:]]), 1, places=6)
+
+
+class TrackSequence(TrackSequenceBase):
+    """A simulated room, made and tracked once."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.made = tempfile.TemporaryDirectory()
+        cls.sequence = os.path.join(cls.made.name, "room")
+        result = run_program("simulate_sequence", "--output", cls.sequence, "--scene", "room", "--frames", str(FRAMES),
+                             "--width", "320", "--height", "240", "--noise", "1", "--rate", "10", "--first-stamp", "7.5",
+                             "--quiet")
+        assert result.returncode == 0, result.stderr
+        cls.images = os.path.join(cls.sequence, "images")
+        cls.list = os.path.join(cls.sequence, "images.txt")
+        cls.camera = os.path.join(cls.sequence, "camera.yaml")
+        cls.truth = os.path.join(cls.sequence, "groundtruth.txt")
+        cls.names = sorted(os.listdir(cls.images))
+        cls.stamps = ["%.9f" % (7.5 + 0.1 * i) for i in range(FRAMES)]
+        cls.tracked = os.path.join(cls.made.name, "tracked")
+        cls.result = run_program("track_sequence", "--images", cls.list, "--camera", cls.camera, "--output", cls.tracked)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.made.cleanup()
+
+    def copy_of_images(self):
+        shutil.copytree(self.images, self.path("images"))
+        return self.path("images")
+
+    def list_of(self, names):
+        path = self.path("list.txt")
+        with open(path, "w") as f:
+            f.write("# a comment\n")
+            for i, name in enumerate(names):
+                f.write("%.9f %s\n" % (1 + 0.1 * i, os.path.join(self.images, name)))
+        return path
+
+    def resize(self, path):
+        cv2.imwrite(path, cv2.resize(cv2.imread(path), (160, 120)))
+
+    def changed_camera(self, change):
+        camera = yaml.safe_load(content(self.camera))
+        change(camera)
+        with open(self.path("camera.yaml"), "w") as f:
+            yaml.safe_dump(camera, f)
+        return self.path("camera.yaml")
+
+    def expect_refused(self, parts, *arguments, output=None):
+        """One line that names what is wrong, exit status 2, nothing written."""
+        output = output or self.path("refused")
+        result = run_program("track_sequence", "--output", output, *arguments)
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+        for part in parts:
+            self.assertIn(part, result.stderr)
+        self.assertFalse(os.path.exists(output))
+
+    def test_every_image_is_posed_as_the_truth_has_it(self):
+        self.assertEqual(self.result.returncode, 0, self.result.stderr)
+        self.assertIn("%d of %d images posed" % (FRAMES, FRAMES), self.result.stdout)
+        self.expect_trajectory(self.stamps, os.path.join(self.tracked, "trajectory.txt"))
+        # The 0.2 deg and 0.5 % that hold at 640 x 480: half the resolution has twice the angle a pixel, and a sixth
+        # of the images.
+        error = self.error_of(self.truth, self.tracked)
+        self.assertLess(error["rotation_median_deg"], 0.4)
+        self.assertLess(error["position_rmse_percent"], 1.0)
+
+    def test_live_poses_are_those_of_the_images_as_they_came(self):
+        live = rows(self.tracked, "trajectory_live.txt")
+        self.assertEqual(len(live), report(self.tracked)["frames_posed_live"])
+        self.assertGreaterEqual(len(live), FRAMES - 8)
+        self.expect_trajectory(self.stamps[-len(live):], os.path.join(self.tracked, "trajectory_live.txt"))
+        error = self.error_of(self.truth, self.tracked, "trajectory_live.txt")
+        self.assertLess(error["rotation_median_deg"], 0.8)
+        self.assertLess(error["position_rmse_percent"], 2.0)
+
+    def test_report_tells_the_figures_of_the_run(self):
+        figures = report(self.tracked)
+        self.assertEqual((figures["tracked"], figures["confirmed"]), (True, True))
+        self.assertEqual((figures["frames_total"], figures["frames_posed"], figures["seed"]), (FRAMES, FRAMES, 0))
+        self.assertGreaterEqual(figures["keyframes"], 3)
+        self.assertGreater(figures["points"], 100)
+        self.assertGreater(figures["mean_track_length"], 2)
+        self.assertGreater(figures["reprojection_rms_px"], 0)
+        self.assertLess(figures["reprojection_rms_px"], 2)  # the threshold of an inlier
+        self.assertGreater(figures["wall_seconds"], 0)
+        self.assertEqual(figures["problems"], [])
+        self.assertLessEqual({"features", "undistort", "bootstrap", "resect", "keyframe"}, set(figures["stages"]))
+        for stage in figures["stages"].values():
+            self.assertEqual(set(stage), STAGE_KEYS)
+            self.assertLessEqual(0, stage["median_ms"])
+            self.assertLessEqual(stage["median_ms"], stage["p95_ms"])
+            self.assertLessEqual(stage["p95_ms"], stage["max_ms"])
+        self.assertEqual(figures["stages"]["features"]["count"], FRAMES)
+
+    def test_points_and_picture(self):
+        header, _, body = content(self.tracked, "points.ply").partition(b"end_header\n")
+        header = header.decode().splitlines()
+        points = report(self.tracked)["points"]
+        self.assertEqual(header[:3], ["ply", "format binary_little_endian 1.0", "element vertex %d" % points])
+        self.assertEqual(header[3:], ["property float " + x for x in "xyz"] +
+                         ["property uchar " + color for color in ("red", "green", "blue")])
+        self.assertEqual(len(body), 15 * points)  # three floats and three bytes a point
+        vertices = numpy.frombuffer(body, [("x", "<f4", 3), ("rgb", "u1", 3)])
+        # The median depth in the first view is 1: the room is not larger than some of these.
+        self.assertLess(numpy.abs(vertices["x"]).max(), 20)
+        self.assertGreater(vertices["rgb"].std(), 1)
+        overview = cv2.imread(os.path.join(self.tracked, "overview.png"))
+        self.assertGreater(overview.std(), 1)  # something is drawn
+
+    def test_colmap_model_is_the_trajectory_and_the_points(self):
+        cameras = rows(self.tracked, "colmap", "cameras.txt")
+        self.assertEqual(len(cameras), 1)
+        self.assertEqual(cameras[0][2:4], ["320", "240"])
+        # Two lines an image, the second empty where it has no points.
+        image_lines = [line for line in lines(self.tracked, "colmap", "images.txt") if not line.startswith("#")]
+        self.assertEqual(len(image_lines), 2 * FRAMES)
+        images = [line.split() for line in image_lines[::2]]
+        self.assertEqual([image[9] for image in images], self.names)
+        first = numpy.array(rows(self.tracked, "trajectory.txt")[0][1:4], float)
+        w, x, y, z = (float(q) for q in images[0][1:5])  # camera_from_map: centre = -R^T t
+        rotation = numpy.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+        center = -rotation.T.dot(numpy.array(images[0][5:8], float))
+        numpy.testing.assert_allclose(center, first, atol=1e-6)
+        self.assertEqual(len(rows(self.tracked, "colmap", "points3D.txt")), report(self.tracked)["points"])
+
+    def test_folder_list_and_bag_give_the_same(self):
+        listed = rows(self.tracked, "trajectory.txt")
+        from_folder, _ = self.track("--images", self.images, "--camera", self.camera)
+        folder = rows(from_folder, "trajectory.txt")
+        self.assertEqual([pose[0] for pose in folder], ["%d.000000000" % i for i in range(FRAMES)])
+        self.assertEqual([pose[1:] for pose in folder], [pose[1:] for pose in listed])
+        # The bag's own CameraInfo is the calibration.
+        from_bag, _ = self.track("--bag", os.path.join(self.sequence, "sequence.bag"), "--image-topic", "/camera/image_raw")
+        self.assertEqual(content(from_bag, "trajectory.txt"), content(self.tracked, "trajectory.txt"))
+        self.assertEqual(content(from_bag, "points.ply"), content(self.tracked, "points.ply"))
+
+    def test_one_seed_gives_one_result(self):
+        arguments = ["--images", self.list, "--camera", self.camera, "--seed", "5"]
+        first, _ = self.track(*arguments)
+        second, _ = self.track(*arguments)
+        self.assertEqual(report(first)["seed"], 5)
+        for name in ("trajectory.txt", "trajectory_live.txt", "points.ply", "overview.png", "colmap/cameras.txt",
+                     "colmap/images.txt", "colmap/points3D.txt"):
+            self.assertEqual(content(first, name), content(second, name), name)
+
+    def test_video(self):
+        path = self.path("room.avi")
+        writer = cv2.VideoWriter(path, cv2.VideoWriter_fourcc(*"MJPG"), 10, (320, 240))
+        if not writer.isOpened():
+            self.skipTest("this OpenCV writes no MJPG")
+        for name in self.names:
+            writer.write(cv2.imread(os.path.join(self.images, name)))
+        writer.release()
+        output, _ = self.track("--video", path, "--camera", self.camera)
+        truth = self.path("truth.txt")
+        with open(truth, "w") as f:
+            for i, pose in enumerate(rows(self.truth)):
+                f.write(" ".join(["%.9f" % (0.1 * i), *pose[1:]]) + "\n")
+        self.expect_trajectory(["%.9f" % (0.1 * i) for i in range(FRAMES)], os.path.join(output, "trajectory.txt"))
+        # JPEG's blocks cost some accuracy.
+        error = self.error_of(truth, output)
+        self.assertLess(error["rotation_median_deg"], 0.8)
+        self.assertLess(error["position_rmse_percent"], 2.0)
+
+    def test_max_frames(self):
+        output, _ = self.track("--images", self.list, "--camera", self.camera, "--max-frames", "8")
+        self.assertEqual(report(output)["frames_total"], 8)
+        self.expect_trajectory(self.stamps[:8], os.path.join(output, "trajectory.txt"))
+
+    def test_two_images_give_an_unconfirmed_map(self):
+        output, _ = self.track("--images", self.list_of([self.names[0], self.names[4]]), "--camera", self.camera)
+        figures = report(output)
+        self.assertEqual((figures["tracked"], figures["confirmed"]), (True, False))
+        self.assertIn("unconfirmed", figures["reason"])
+        self.assertEqual((figures["frames_total"], figures["frames_posed"]), (2, 2))
+        self.expect_trajectory(["1.000000000", "1.100000000"], os.path.join(output, "trajectory.txt"))
+
+    def test_a_still_camera_has_too_little_parallax(self):
+        output, said = self.track("--images", self.list_of([self.names[0]] * 10), "--camera", self.camera, status=1)
+        self.assertEqual(said.count("\n"), 1, said)
+        self.assertIn("too little parallax", said)
+        figures = report(output)
+        self.assertEqual((figures["tracked"], figures["frames_total"], figures["frames_posed"]), (False, 10, 0))
+        self.assertIn("too little parallax", figures["reason"])
+        for name in ("trajectory.txt", "trajectory_live.txt"):
+            self.assertEqual(rows(output, name), [])
+
+    def test_masked_pixels_are_ignored(self):
+        os.mkdir(self.path("masks"))
+        for name in self.names:
+            mask = numpy.zeros((240, 320), numpy.uint8)
+            mask[:, :240] = 255
+            cv2.imwrite(self.path("masks", name), mask)
+        output, said = self.track("--images", self.list, "--camera", self.camera, "--masks", self.path("masks"))
+        self.assertEqual(said, "")
+        seen = []
+        for line in [l for l in lines(output, "colmap", "images.txt") if not l.startswith("#")][1::2]:
+            seen += [float(x) for x in line.split()[0::3]]
+        self.assertGreater(len(seen), 100)
+        self.assertLessEqual(max(seen), 241)  # the centre of its first pixel is at 0.5
+
+    def test_a_missing_image_is_named_and_the_rest_tracked(self):
+        names = list(self.names)
+        names[7] = "gone.png"
+        output, said = self.track("--images", self.list_of(names), "--camera", self.camera)
+        self.assertEqual(said.count("\n"), 1, said)
+        self.assertIn("gone.png", said)
+        self.assertEqual(report(output)["problems"], [said.strip()])
+        self.expect_trajectory(["%.9f" % (1 + 0.1 * i) for i in range(FRAMES) if i != 7],
+                               os.path.join(output, "trajectory.txt"))
+
+    def test_unreadable_image_is_named_and_the_rest_tracked(self):
+        images = self.copy_of_images()
+        with open(os.path.join(images, self.names[0]), "wb") as f:
+            f.write(b"no image")
+        self.resize(os.path.join(images, self.names[9]))
+        output, said = self.track("--images", images, "--camera", self.camera)
+        self.assertEqual(said.count("\n"), 2, said)
+        self.assertIn(self.names[0], said.splitlines()[0])
+        self.assertIn(self.names[9], said.splitlines()[1])
+        self.assertIn("160x120", said.splitlines()[1])
+        self.expect_trajectory(["%d.000000000" % i for i in range(FRAMES) if i not in (0, 9)],
+                               os.path.join(output, "trajectory.txt"))
+
+    def test_first_image_of_another_size_is_refused(self):
+        images = self.copy_of_images()
+        self.resize(os.path.join(images, self.names[0]))
+        self.expect_refused([self.names[0], "160x120", "320x240"], "--images", images, "--camera", self.camera)
+
+    def test_bad_calibration_is_refused(self):
+        images = ["--images", self.list]
+        self.expect_refused(["--camera"], *images)
+        self.expect_refused(["none.yaml"], *images, "--camera", "none.yaml")
+
+        def zero_focal_length(camera):
+            camera["camera_matrix"]["data"][0] = 0.0
+
+        def other_model(camera):
+            camera["distortion_model"] = "fisheye_of_mine"
+
+        self.expect_refused(["camera.yaml", "expected"], *images, "--camera", self.changed_camera(zero_focal_length))
+        self.expect_refused(["camera.yaml", "fisheye_of_mine", "plumb_bob"], *images, "--camera",
+                            self.changed_camera(other_model))
+
+    def test_bad_input_is_refused(self):
+        camera = ["--camera", self.camera]
+        self.expect_refused(["--images", "--video", "--bag"], *camera)
+        os.mkdir(self.path("empty"))
+        self.expect_refused([self.path("empty"), "no image"], *camera, "--images", self.path("empty"))
+        self.expect_refused(["/no/such/place"], *camera, "--images", "/no/such/place")
+        self.expect_refused(["gone.png"], *camera, "--images", self.list_of(["gone.png", "lost.png"]))
+        self.expect_refused(["none.avi"], *camera, "--video", "none.avi")
+        self.expect_refused(["none.bag"], "--bag", "none.bag")
+        self.expect_refused(["/camera/image_raw", "/no/topic"], "--bag", os.path.join(self.sequence, "sequence.bag"),
+                            "--image-topic", "/no/topic")
+        self.expect_refused(["--nonsense"], *camera, "--images", self.list, "--nonsense")
+        self.expect_refused(["--max-frames"], *camera, "--images", self.list, "--max-frames", "0")
+        self.expect_refused(["/no/masks"], *camera, "--images", self.list, "--masks", "/no/masks")
+
+    def test_unwritable_output_folder_is_refused(self):
+        with open(self.path("file"), "w") as f:
+            f.write("a file")
+        below = self.path("file", "out")
+        self.expect_refused([below], "--images", self.list, "--camera", self.camera, output=below)
+
+    def test_bad_options_are_refused(self):
+        images = ["--images", self.list, "--camera", self.camera, "--config"]
+        config = self.path("tracker.yaml")
+        for text, parts in (("confidense: 0.9\n", ["confidense", "confidence"]), ("confidence: 2\n", ["confidence", "2"]),
+                            ("confidence: [\n", [])):
+            with open(config, "w") as f:
+                f.write(text)
+            self.expect_refused([config, *parts], *images, config)
+        self.expect_refused(["none.yaml"], *images, "none.yaml")
+
+    def test_help(self):
+        result = run_program("track_sequence", "--help")
+        self.assertEqual(result.returncode, 0)
+        self.assertIn("--image-topic", result.stdout)
+
+
+@unittest.skipUnless(DATA, "MONO_POSE_TRACKER_DATA names no folder of real sequences")
+class TrackRealSequences(TrackSequenceBase):
+    def track_real(self, name, status=0):
+        folder = os.path.join(DATA, name)
+        output, said = self.track("--images", os.path.join(folder, "images.txt"), "--camera",
+                                  os.path.join(folder, "camera.yaml"), status=status)
+        return output, said, os.path.join(folder, "groundtruth.txt")
+
+    def expect_real(self, name, frames, frames_live, rotation_deg, position_percent):
+        output, _, truth = self.track_real(name)
+        figures = report(output)
+        self.assertEqual((figures["frames_total"], figures["frames_posed"]), (frames, frames))
+        self.assertGreaterEqual(figures["frames_posed_live"], frames_live)
+        final = self.error_of(truth, output)
+        self.assertLessEqual(final["rotation_median_deg"], rotation_deg)
+        self.assertLessEqual(final["position_rmse_percent"], position_percent)
+
+    def test_temple_ring_upright(self):
+        self.expect_real("templeRing_upright", 24, 20, 0.2, 0.08)
+
+    def test_fountain(self):
+        self.expect_real("fountain", 11, 8, 0.04, 0.025)
+
+    def test_still_camera(self):
+        output, said, _ = self.track_real("euroc_still_30", status=1)
+        self.assertIn("too little parallax", said)
+        self.assertEqual(report(output)["frames_posed"], 0)
+
+
+if __name__ == "__main__":
+    rosunit.unitrun("mono_pose_tracker", "track_sequence", "__main__", sysargs=sys.argv)
