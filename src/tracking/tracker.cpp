@@ -89,7 +89,6 @@ class Tracker::Impl {
   KeyframeId reference_ = -1;
   Rigid3 camera_from_reference_;
   std::optional<Rigid3> motion_;  // camera now from camera one frame ago
-  KeyframeId newest_keyframe_sent_for_ = -1;
   KeyframeId newest_keyframe_ = -1;  // when the last frame came
   int most_inliers_ = 0;             // of the frames since that keyframe
   int frames_lost_ = 0;
@@ -160,7 +159,6 @@ void Tracker::Impl::start_map(const InitialMap& initial) {
   reference_ = map->keyframes.rbegin()->first;
   camera_from_reference_ = Rigid3();
   motion_.reset();
-  newest_keyframe_sent_for_ = -1;
   frames_lost_ = 0;
   state_ = State::kTracking;
 }
@@ -261,7 +259,6 @@ void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   const StageTimer timer(report->stages, "keyframe");
   report->is_keyframe = worker_.insert({frame, reference_, camera_from_reference_, resection.observations});
   if (!report->is_keyframe) return;
-  newest_keyframe_sent_for_ = map.keyframes.rbegin()->first;
   // Inline, the keyframe is there already and has been adjusted: go on from it.
   const TrackingMapPtr now = worker_.latest();
   if (now->revision != map.revision && now->keyframes.rbegin()->second.frame_index == frame.index) {
@@ -338,7 +335,7 @@ bool Tracker::Impl::is_keyframe_due(const TrackingMap& map, const Overlap& overl
   newest_keyframe_ = newest;
   most_inliers_ = std::max(most_inliers_, inliers);
   // One candidate at a time: until the last one is in the map, the next would tell it little.
-  if (newest_keyframe_sent_for_ >= 0 && newest_keyframe_sent_for_ == newest) return false;
+  if (worker_.backlog() > 0) return false;
   // A young map's points were made from little parallax: it wants more views early.
   const bool young = static_cast<int>(map.keyframes.size()) <= options_.young_map_keyframes;
   const double parallax = options_.mapping.keyframe_parallax_deg / (young ? 3 : 1);
