@@ -320,6 +320,7 @@ TEST(OwnSiftTest, MinFeaturesLowersTheThresholdAsFarAsNeeded) {
   gray.convertTo(gray, CV_8U, 0.25, 100);
   SiftOptions options;
   options.contrast_threshold = 0.03f;
+  options.min_features = 0;
   const FeatureSet few = extract(options, gray);
   options.min_features = 2 * few.size() + 40;
   const FeatureSet enough = extract(options, gray);

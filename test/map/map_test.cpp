@@ -105,7 +105,9 @@ TEST(Map, InvariantsHoldUnderRandomOperations) {
       default:
         map.add_observation(l, k, static_cast<int>(random.index(20)));
     }
-    if (step % 50 == 0) ASSERT_NO_THROW(map.check()) << "step " << step;
+    if (step % 50 == 0) {
+      ASSERT_NO_THROW(map.check()) << "step " << step;
+    }
   }
 }
 

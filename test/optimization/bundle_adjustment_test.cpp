@@ -46,7 +46,7 @@ BundleProblem scene(int cameras, int points, double noise_px, std::uint64_t seed
 
 void disturb(BundleProblem* problem, double amount, std::uint64_t seed) {
   Random random(seed);
-  const auto noise = [&] {
+  const auto noise = [&]() -> Eigen::Vector3d {
     return Eigen::Vector3d(random.normal(), random.normal(), random.normal()) * amount;
   };
   for (std::size_t i = 1; i < problem->cameras.size(); ++i) {
