@@ -47,13 +47,13 @@ Outcome solve(int trials, double tolerance, const std::function<Problem(Random&)
   return outcome;
 }
 
-constexpr int kTrials = 20000;
+constexpr int kTrials = 100000;
 
 TEST(FivePoint, FindsTheTruthInBoxes) {
   for (const double depth_by_width : {0.01, 0.1, 1.0}) {
     const Outcome outcome =
         solve(kTrials, 1e-6, [&](Random& random) { return box_problem<5>(random, depth_by_width); });
-    EXPECT_LE(outcome.missed, 1) << depth_by_width;
+    EXPECT_LE(outcome.missed, 3) << depth_by_width;
     EXPECT_LT(outcome.worst_residual, 1e-12) << depth_by_width;
   }
 }
@@ -61,17 +61,17 @@ TEST(FivePoint, FindsTheTruthInBoxes) {
 TEST(FivePoint, FindsTheTruthForAnyMotion) {
   const Outcome outcome = solve(
       kTrials, 1e-6, [](Random& random) { return motion_problem<5>(random, random_direction(random)); });
-  EXPECT_LE(outcome.missed, 1);
+  EXPECT_LE(outcome.missed, 3);
   EXPECT_LT(outcome.worst_residual, 1e-12);
 }
 
 TEST(FivePoint, FindsTheTruthForSidewaysAndForwardMotion) {
   EXPECT_LE(
       solve(kTrials, 1e-6, [](Random& r) { return motion_problem<5>(r, Eigen::Vector3d::UnitX()); }).missed,
-      1);
+      3);
   EXPECT_LE(
       solve(kTrials, 1e-6, [](Random& r) { return motion_problem<5>(r, Eigen::Vector3d::UnitZ()); }).missed,
-      2);
+      10);  // double precision itself loses some
 }
 
 TEST(FivePoint, FindsTheTruthWithoutAnyRotation) {
@@ -84,7 +84,7 @@ TEST(FivePoint, FindsTheTruthWithoutAnyRotation) {
     }
     return problem;
   };
-  EXPECT_LE(solve(kTrials, 1e-6, translated).missed, 1);
+  EXPECT_LE(solve(kTrials, 1e-6, translated).missed, 3);
 }
 
 TEST(FivePoint, ReturnsNoSolutionTwice) {

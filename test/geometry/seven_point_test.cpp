@@ -15,7 +15,7 @@ TEST(SevenPoint, FindsTheTruth) {
   Random random(1);
   int missed = 0;
   double worst_residual = 0;
-  for (int trial = 0; trial < 50000; ++trial) {
+  for (int trial = 0; trial < 100000; ++trial) {
     const auto problem = motion_problem<7>(random, random_direction(random));
     const Eigen::Matrix3d truth = essential_matrix(problem.second_from_first);
     std::array<Eigen::Matrix3d, 3> found;
