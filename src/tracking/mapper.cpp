@@ -273,6 +273,13 @@ void Mapper::finish() {
     adjust_map(bundle, &map_);
     cull_observations(map_.landmark_ids());
   }
+  // Two views can't contradict each other along the epipolar line: what no third has seen is left out of the
+  // result, unless the map has hardly more views.
+  if (map_.keyframes().size() > 3) {
+    for (const LandmarkId l : map_.landmark_ids()) {
+      if (map_.landmark(l)->observations.size() == 2) map_.remove_landmark(l);
+    }
+  }
   publish();
 }
 
