@@ -107,8 +107,7 @@ BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<Ke
   std::sort(free.begin(), free.end());
   const std::vector<LandmarkId> landmarks = seen_by(*map, free);
   std::vector<KeyframeId> fixed = fixed_keyframes(*map, landmarks, free, max_fixed);
-  // One fixed camera leaves the scale free, and two that share little hold it badly: then the window is a map
-  // of its own whose first camera and size are kept.
+  // One fixed camera leaves the scale free: then the window is a map of its own.
   if (fixed.size() == 1) {
     free.insert(std::lower_bound(free.begin(), free.end(), fixed[0]), fixed[0]);
     fixed.clear();

@@ -213,7 +213,9 @@ void write_report(const std::string& path, const RecordingResult& result, const 
       {"seed", seed},
       {"stages", stage_statistics(result.stage_ms)},
       {"problems", result.problems}};
-  write_file_atomically(path, [&](std::ostream& out) { out << json.dump(2) << '\n'; });
+  write_file_atomically(path, [&](std::ostream& out) {
+    out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+  });
 }
 
 void write_results(const fs::path& output, const CameraParameters& camera, const RecordingResult& result,

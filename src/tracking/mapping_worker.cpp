@@ -30,6 +30,7 @@ bool MappingWorker::insert(const KeyframeCandidate& candidate) {
   std::uint32_t epoch;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
+    if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
     if (static_cast<int>(jobs_.size()) >= kMaxBacklog) return false;
     epoch = epoch_;
   }
@@ -40,6 +41,7 @@ bool MappingWorker::insert(const KeyframeCandidate& candidate) {
 void MappingWorker::reset(std::uint32_t epoch) {
   const std::lock_guard<std::mutex> lock(mutex_);
   jobs_.clear();
+  error_ = nullptr;
   epoch_ = epoch;
   latest_.reset();
 }
@@ -48,6 +50,7 @@ void MappingWorker::wait() {
   if (!threaded_) return;
   std::unique_lock<std::mutex> lock(mutex_);
   idle_.wait(lock, [this] { return jobs_.empty() && !busy_; });
+  if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
 TrackingMapPtr MappingWorker::latest() const {
@@ -86,8 +89,14 @@ void MappingWorker::run() {
     jobs_.pop_front();
     busy_ = true;
     lock.unlock();
-    run_job(job);
+    std::exception_ptr error;
+    try {
+      run_job(job);
+    } catch (...) {
+      error = std::current_exception();
+    }
     lock.lock();
+    if (error && job.epoch == epoch_) error_ = error;
     busy_ = false;
     idle_.notify_all();
   }

@@ -67,7 +67,8 @@ void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tr
   for (const PosedFrame& frame : tracker->trajectory()) posed.insert(frame.index);
   if (static_cast<std::int64_t>(posed.size()) == result->frames_total) return;
   Reader reader(recording, nullptr);
-  while (reader.next()) {
+  // A folder may have grown meanwhile: what the first pass did not see is left alone.
+  while (reader.index() + 1 < result->frames_total && reader.next()) {
     if (posed.count(reader.index())) continue;
     const FrameReport report =
         tracker->resect_again(reader.index(), reader.image().stamp_ns, reader.image().image, reader.mask());

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 #include <unordered_set>
+#include <utility>
 
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
@@ -65,6 +66,10 @@ Matrix6d covariance_of_map_from_camera(const Matrix6d& of_camera_from_map, const
 }
 
 }  // namespace
+
+bool is_better(const ResectionReport& a, const ResectionReport& b) {
+  return std::make_pair(a.success, a.inliers) >= std::make_pair(b.success, b.inliers);
+}
 
 std::vector<LandmarkCandidate> Resector::local_candidates(const TrackingMap& map,
                                                           KeyframeId reference) const {
@@ -129,12 +134,14 @@ void Resector::refine(const Frame& frame, const std::vector<LandmarkCandidate>& 
   guided.radius_px = options_.resection.refine_radius_px * std::max(1.0, camera_.width() / 640.0);
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
   std::vector<LandmarkMatch> matches, inliers;
+  bool converged = false;
   for (int round = 0; round < 2; ++round) {
     matches = match_by_projection(candidates, *frame.image, camera_, report->camera_from_map, {}, guided);
     const Sight sight = gather(frame, candidates, matches, camera_.focal());
     const MotionRefinementReport refined =
         refine_absolute_pose(sight.bearings, sight.points, sight.sigmas, report->camera_from_map, {});
     if (refined.converged) {
+      converged = true;
       report->camera_from_map = refined.camera_from_map;
       report->covariance = covariance_of_map_from_camera(refined.covariance, refined.camera_from_map);
     }
@@ -146,6 +153,12 @@ void Resector::refine(const Frame& frame, const std::vector<LandmarkCandidate>& 
   for (const LandmarkMatch& m : inliers) {
     sum += std::pow(error_px(frame, candidates[m.candidate], m.feature, report->camera_from_map), 2);
     report->observations.push_back({m.feature, candidates[m.candidate].id});
+  }
+  if (!converged) {
+    report->success = false;
+    report->reason = Reason::kTooFewInliers;
+    report->text = "the refinement of the pose did not converge";
+    return;
   }
   if (report->inliers < options_.resection.min_inliers) {
     report->success = false;
@@ -205,7 +218,7 @@ ResectionReport Resector::relocalize(const Frame& frame, const TrackingMap& map,
   for (int i = 0; i < std::min(budget, static_cast<int>(newest_first.size())); ++i) {
     const KeyframeId id = newest_first[(*cursor)++ % newest_first.size()];
     ResectionReport report = resect(frame, map, id, std::nullopt);
-    if (report.success >= best.success && report.inliers >= best.inliers) best = std::move(report);
+    if (is_better(report, best)) best = std::move(report);
   }
   return best;
 }

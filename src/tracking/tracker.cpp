@@ -88,7 +88,7 @@ class Tracker::Impl {
   // The last posed frame and its movement since the one before.
   KeyframeId reference_ = -1;
   Rigid3 camera_from_reference_;
-  std::optional<Rigid3> motion_;  // camera now from camera one frame ago
+  std::optional<Rigid3> motion_;     // camera now from camera one frame ago
   KeyframeId newest_keyframe_ = -1;  // when the last frame came
   int most_inliers_ = 0;             // of the frames since that keyframe
   int frames_lost_ = 0;
@@ -352,8 +352,13 @@ void Tracker::Impl::reset() {
   records_.clear();
   state_ = State::kBootstrapping;
   reference_ = -1;
+  camera_from_reference_ = Rigid3();
   motion_.reset();
+  newest_keyframe_ = -1;
+  most_inliers_ = 0;
+  relocalization_cursor_ = 0;
   frames_lost_ = 0;
+  unconfirmed_ = false;
 }
 
 std::shared_ptr<const MapSnapshot> Tracker::Impl::snapshot() const {
@@ -419,7 +424,7 @@ ResectionReport Tracker::Impl::resect_near(const Frame& frame, const TrackingMap
   for (std::size_t i = 0; i < by_time.size(); ++i) {
     if (best.success && static_cast<int>(i) >= options_.resection.relocalization_keyframes) break;
     ResectionReport report = resector_.resect(frame, map, by_time[i].second, std::nullopt);
-    if (report.success >= best.success && report.inliers >= best.inliers) best = std::move(report);
+    if (is_better(report, best)) best = std::move(report);
   }
   return best;
 }

@@ -48,9 +48,9 @@ struct BundleReport {
 };
 
 /// Bundle adjustment (paper, steps 3d and 4d; Triggs et al. 1999) with Ceres, Schur complement, analytic
-/// derivatives. The gauge is held by the constant cameras; with none constant, the first camera is, and the
-/// distance from the first to the farthest camera is restored afterwards. Observations behind their camera
-/// are ignored.
+/// derivatives. The gauge is held by the constant cameras; with none constant, the first camera stays, and of
+/// the camera farthest from it one coordinate of the translation. Observations behind their camera are
+/// ignored.
 BundleReport adjust_bundle(const BundleOptions& options, BundleProblem* problem);
 
 }  // namespace mono_pose_tracker

@@ -14,7 +14,8 @@ namespace mono_pose_tracker {
 BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<KeyframeId>& free_keyframes,
                               int max_fixed, Map* map);
 
-/// Bundle adjustment of everything. The oldest keyframe stays, and so does its distance to the farthest.
+/// Bundle adjustment of everything. The oldest keyframe stays, and one coordinate of the farthest holds the
+/// scale.
 BundleReport adjust_map(const BundleOptions& options, Map* map);
 
 }  // namespace mono_pose_tracker

@@ -2,6 +2,7 @@
 
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <functional>
 #include <mutex>
 #include <thread>
@@ -24,7 +25,7 @@ class MappingWorker {
 
   /// Begins a map; returns when it is there.
   void initialize(const InitialMap& initial, std::uint32_t epoch);
-  /// False, and nothing queued, when max_backlog keyframes wait already.
+  /// False, and nothing queued, when kMaxBacklog keyframes wait already.
   bool insert(const KeyframeCandidate& candidate);
   /// Drops the map and what waits. A result of work under way is dropped when it comes.
   void reset(std::uint32_t epoch);
@@ -60,6 +61,7 @@ class MappingWorker {
   bool stop_ = false;
   std::uint32_t epoch_ = 0;
   TrackingMapPtr latest_;
+  std::exception_ptr error_;  // of a job that failed: the caller's next insert or wait throws it
   std::thread thread_;
 };
 

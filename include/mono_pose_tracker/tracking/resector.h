@@ -32,6 +32,9 @@ struct ResectionReport {
   std::vector<FrameObservation> observations;  // the inliers
 };
 
+/// A success beats a failure, then more inliers fewer; of equals, a.
+bool is_better(const ResectionReport& a, const ResectionReport& b);
+
 /// Poses a frame against the map (paper, steps 4a and 4b): putative matches to landmarks, P3P RANSAC, guided
 /// matching round the pose found, robust motion-only refinement. Keeps no state between frames.
 class Resector {
