@@ -62,10 +62,8 @@ MapProblem build(const Map& map, const std::vector<KeyframeId>& free, const std:
     for (const Observation& o : l.observations) {
       const auto camera = camera_of.find(o.keyframe);
       if (camera == camera_of.end()) continue;
-      const ImageFeatures& image = *map.keyframe(o.keyframe)->image;
       problem.bundle.observations.push_back(
-          {camera->second, static_cast<int>(i), image.set.bearings[o.feature],
-           image.pixel_from_bearing[o.feature], static_cast<double>(image.sigma_px[o.feature])});
+          make_observation(camera->second, static_cast<int>(i), *map.keyframe(o.keyframe)->image, o.feature));
     }
   }
   return problem;
@@ -100,6 +98,11 @@ BundleReport solve(BundleOptions options, MapProblem* problem, Map* map) {
 }
 
 }  // namespace
+
+BundleObservation make_observation(int camera, int point, const ImageFeatures& image, int feature) {
+  return {camera, point, image.set.bearings[feature], image.pixel_from_bearing[feature],
+          static_cast<double>(image.sigma_px[feature])};
+}
 
 BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<KeyframeId>& free_keyframes,
                               int max_fixed, Map* map) {

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
 #include "view_hypothesis.h"
 
@@ -21,12 +22,6 @@ std::string text(const char* format, Args... args) {
   return buffer;
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
-}
-
 // Tracks seen by the first two views, and the pair's bearings.
 void collect_pair(const ViewSet& views, std::vector<Eigen::Vector3d>* bearings1,
                   std::vector<Eigen::Vector3d>* bearings2) {
@@ -41,10 +36,7 @@ RelativePoseReport relative_pose(const ViewSet& views, const TrackerOptions& opt
   std::vector<Eigen::Vector3d> bearings1, bearings2;
   collect_pair(views, &bearings1, &bearings2);
   RelativePoseOptions pose_options;
-  pose_options.ransac.threshold = options.inlier_threshold_px / views.focal_px;
-  pose_options.ransac.confidence = options.confidence;
-  pose_options.ransac.max_iterations = options.max_iterations;
-  pose_options.ransac.seed = options.seed;
+  pose_options.ransac = options.ransac(views.focal_px);
   RelativePoseReport pose = estimate_relative_pose(bearings1, bearings2, pose_options);
 
   // What a translation would have to explain: the movement that the best rotation leaves over.

@@ -16,11 +16,8 @@ namespace {
 
 constexpr double kDegree = M_PI / 180;
 
-int stored_distance2(double unit_distance) { return static_cast<int>(std::pow(512 * unit_distance, 2)); }
-
 double error_px(const Keyframe& keyframe, int feature, const Eigen::Vector3d& x_in_map) {
-  return reprojection_error(*keyframe.image, feature, keyframe.camera_from_map * x_in_map).norm() /
-         keyframe.image->sigma_px[feature];
+  return weighted_error(*keyframe.image, feature, keyframe.camera_from_map * x_in_map);
 }
 
 // Whether two of the rays that see the landmark differ by at least the angle.

@@ -15,9 +15,6 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Unit descriptors are stored with length 512.
-int stored_distance2(double unit_distance) { return static_cast<int>(std::pow(512 * unit_distance, 2)); }
-
 std::string shortfall(int found, int needed, const char* what) {
   char buffer[160];
   std::snprintf(buffer, sizeof buffer, "%d %s, %d needed", found, what, needed);
@@ -43,8 +40,7 @@ Sight gather(const Frame& frame, const std::vector<LandmarkCandidate>& candidate
 
 double error_px(const Frame& frame, const LandmarkCandidate& candidate, int feature,
                 const Rigid3& camera_from_map) {
-  return reprojection_error(*frame.image, feature, camera_from_map * candidate.x_in_map).norm() /
-         frame.image->sigma_px[feature];
+  return weighted_error(*frame.image, feature, camera_from_map * candidate.x_in_map);
 }
 
 std::vector<LandmarkMatch> keep_inliers(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
@@ -108,10 +104,8 @@ ResectionReport Resector::pose_from_matches(const Frame& frame,
   }
   const Sight sight = gather(frame, candidates, matches, camera_.focal());
   AbsolutePoseOptions pose_options;
-  pose_options.ransac.threshold = options_.inlier_threshold_px / camera_.focal();
-  pose_options.ransac.confidence = options_.confidence;
-  pose_options.ransac.max_iterations = options_.max_iterations;
-  pose_options.ransac.seed = options_.seed + static_cast<std::uint64_t>(frame.index);
+  pose_options.ransac = options_.ransac(camera_.focal());
+  pose_options.ransac.seed += static_cast<std::uint64_t>(frame.index);
   for (const LandmarkMatch& m : matches) pose_options.quality.push_back(static_cast<float>(m.distance2));
   const AbsolutePoseReport pose = estimate_absolute_pose(sight.bearings, sight.points, pose_options);
   report.inliers = pose.num_inliers;

@@ -8,6 +8,7 @@
 #include <optional>
 #include <unordered_set>
 
+#include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/features/sift.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/tracking/bootstrapper.h"
@@ -312,10 +313,7 @@ Overlap Tracker::Impl::overlap_with(const TrackingMap& map, KeyframeId id,
     if (landmark == map.landmarks.end()) continue;
     angles.push_back(parallax_angle(landmark->second, there, here));
   }
-  if (!angles.empty()) {
-    std::nth_element(angles.begin(), angles.begin() + angles.size() / 2, angles.end());
-    overlap.parallax_deg = angles[angles.size() / 2] / kDegree;
-  }
+  overlap.parallax_deg = median(std::move(angles)) / kDegree;
   int in_view = 0, landmarks = 0;
   for (const LandmarkId l : keyframe.landmark_of_feature) {
     const auto landmark = map.landmarks.find(l);

@@ -6,6 +6,15 @@
 
 namespace mono_pose_tracker {
 
+RansacOptions TrackerOptions::ransac(double focal_px) const {
+  RansacOptions ransac;
+  ransac.threshold = inlier_threshold_px / focal_px;
+  ransac.confidence = confidence;
+  ransac.max_iterations = max_iterations;
+  ransac.seed = seed;
+  return ransac;
+}
+
 void TrackerOptions::validate() const {
   TrackerOptions copy = *this;
   std::string problems;

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
-#include "mono_pose_tracker/optimization/bundle_adjustment.h"
+#include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
 
 namespace mono_pose_tracker {
@@ -33,9 +34,7 @@ void adjust(const ViewSet& views, int num_views, const TrackerOptions& options, 
     for (int v = 0; v < num_views; ++v) {
       const int f = views.tracks[i].feature_of_view[v];
       if (f < 0) continue;
-      const ImageFeatures& image = *views.images[v];
-      problem.observations.push_back({v, static_cast<int>(i), image.set.bearings[f],
-                                      image.pixel_from_bearing[f], static_cast<double>(image.sigma_px[f])});
+      problem.observations.push_back(make_observation(v, static_cast<int>(i), *views.images[v], f));
     }
   }
   adjust_bundle(options.bundle, &problem);
@@ -52,10 +51,7 @@ bool resect(const ViewSet& views, int v, const TrackerOptions& options, ViewHypo
     points.push_back(h->points[i]);
   }
   AbsolutePoseOptions pose_options;
-  pose_options.ransac.threshold = options.inlier_threshold_px / views.focal_px;
-  pose_options.ransac.confidence = options.confidence;
-  pose_options.ransac.max_iterations = options.max_iterations;
-  pose_options.ransac.seed = options.seed;
+  pose_options.ransac = options.ransac(views.focal_px);
   const AbsolutePoseReport report = estimate_absolute_pose(bearings, points, pose_options);
   if (!report.success) return false;
   h->cameras_from_map[v] = report.camera_from_map;
@@ -135,9 +131,7 @@ double median_parallax(const ViewSet& views, const ViewHypothesis& h) {
   for (std::size_t i = 0; i < views.tracks.size(); ++i) {
     if (h.is_point[i]) angles.push_back(parallax_angle(h.points[i], center0, center1));
   }
-  if (angles.empty()) return 0;
-  std::nth_element(angles.begin(), angles.begin() + angles.size() / 2, angles.end());
-  return angles[angles.size() / 2];
+  return median(std::move(angles));
 }
 
 }  // namespace mono_pose_tracker

@@ -72,10 +72,7 @@ bool link(const TrackerOptions& options, const CameraModel& camera, const Keyfra
     points.push_back(map->landmark(landmarks[m.first].id)->x_in_map);
   }
   AbsolutePoseOptions pose_options;
-  pose_options.ransac.threshold = options.inlier_threshold_px / camera.focal();
-  pose_options.ransac.confidence = options.confidence;
-  pose_options.ransac.max_iterations = options.max_iterations;
-  pose_options.ransac.seed = options.seed;
+  pose_options.ransac = options.ransac(camera.focal());
   const AbsolutePoseReport pose = estimate_absolute_pose(bearings, points, pose_options);
   // As many as a resected frame needs, and half of the matches: a look-alike place gives neither.
   if (!pose.success || pose.num_inliers < options.resection.min_inliers ||

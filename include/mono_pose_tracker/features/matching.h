@@ -10,6 +10,13 @@ namespace mono_pose_tracker {
 /// Squared Euclidean distance of two descriptors of 128 bytes.
 int descriptor_distance2(const std::uint8_t* a, const std::uint8_t* b);
 
+/// The stored squared distance of a distance between descriptors of unit length: they are stored with length
+/// 512.
+inline int stored_distance2(double unit_distance) {
+  const double stored = 512 * unit_distance;
+  return static_cast<int>(stored * stored);
+}
+
 /// The nearest of the candidates offered and the distance of the second nearest.
 struct NearestTwo {
   int index = -1;

@@ -40,4 +40,9 @@ inline Eigen::Vector2d reprojection_error(const ImageFeatures& image, int i,
   return image.pixel_from_bearing[i] * x_in_camera / along;
 }
 
+/// Its length in units of what the feature is expected to be off: what the thresholds in px are held against.
+inline double weighted_error(const ImageFeatures& image, int i, const Eigen::Vector3d& x_in_camera) {
+  return reprojection_error(image, i, x_in_camera).norm() / image.sigma_px[i];
+}
+
 }  // namespace mono_pose_tracker

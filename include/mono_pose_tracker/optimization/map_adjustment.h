@@ -7,6 +7,9 @@
 
 namespace mono_pose_tracker {
 
+/// Feature `feature` of an image as an observation of point `point` by camera `camera`.
+BundleObservation make_observation(int camera, int point, const ImageFeatures& image, int feature);
+
 /// Bundle adjustment of the given keyframes and all landmarks they see; other keyframes that see these stay
 /// where they are and hold the gauge (at most max_fixed of them, those that see most). The loss width is
 /// options.loss_width times the residuals' own spread (median), so that sharp images are held to tighter

@@ -6,6 +6,7 @@
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/features/sift.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
+#include "mono_pose_tracker/robust/ransac_options.h"
 
 namespace mono_pose_tracker {
 
@@ -65,6 +66,9 @@ struct TrackerOptions {
   BundleOptions bundle;
   int young_map_keyframes = 5;  // a map with no more keyframes that is lost is dropped, and a new one begun
   int young_map_patience = 10;  // frames that it may be lost before
+
+  /// Of RANSAC on bearings of a camera with this focal length.
+  RansacOptions ransac(double focal_px) const;
 
   /// Throws std::invalid_argument naming every key at fault, its value and range.
   void validate() const;
