@@ -60,6 +60,7 @@ void TrackerNodelet::set_up() {
   parameters_ = read_parameters(getPrivateNodeHandle());
   const NodeParameters& p = parameters_;
   for (const std::string& warning : p.warnings) NODELET_WARN("%s", warning.c_str());
+  NODELET_INFO("parameters: %s", p.effective.c_str());
   cameras_ = std::make_unique<CameraSource>(p.rectified);
   if (!p.camera_info_url.empty()) cameras_->set_file(load_camera_info(p.camera_info_url));
   if (!p.trajectory_file.empty()) {

@@ -36,6 +36,13 @@ class ParametersTest(unittest.TestCase):
         said = self.refusal("_camera_frme:=lens", "_camera_info_url:=/no/such/camera.yaml")
         self.assertIn("~camera_frme is no parameter of the tracker; did you mean ~camera_frame?", said)
 
+    def test_the_effective_set_is_printed_once(self):
+        said = self.refusal("_sift/max_features:=900", "_camera_info_url:=/no/such/camera.yaml")
+        lines = [line for line in said.splitlines() if "parameters: " in line]
+        self.assertEqual(len(lines), 1, said)
+        for value in ("sift/max_features: 900", "sift/min_features: 800", "publish_tf: true", "map_frame: map"):
+            self.assertIn(value, lines[0])
+
 
 if __name__ == "__main__":
     rostest.rosrun("mono_pose_tracker", "parameters_test", ParametersTest)

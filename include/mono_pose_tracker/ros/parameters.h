@@ -32,6 +32,7 @@ struct NodeParameters {
   TrackerOptions tracker;
 
   std::vector<std::string> warnings;  // of parameters that nobody knows
+  std::string effective;              // every parameter with the value in force, one line
 };
 
 /// Throws std::invalid_argument listing every value out of range or of another type, with key and range.

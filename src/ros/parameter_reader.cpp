@@ -1,0 +1,83 @@
+#include "mono_pose_tracker/ros/parameter_reader.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <stdexcept>
+
+namespace mono_pose_tracker {
+namespace {
+
+std::string to_text(XmlRpc::XmlRpcValue& value) {
+  char text[64];
+  switch (value.getType()) {
+    case XmlRpc::XmlRpcValue::TypeBoolean:
+      return static_cast<bool>(value) ? "true" : "false";
+    case XmlRpc::XmlRpcValue::TypeInt:
+      return std::to_string(static_cast<int>(value));
+    case XmlRpc::XmlRpcValue::TypeDouble:
+      std::snprintf(text, sizeof(text), "%.17g", static_cast<double>(value));
+      return text;
+    case XmlRpc::XmlRpcValue::TypeString:
+      return static_cast<std::string>(value);
+    default:
+      return value.toXml();
+  }
+}
+
+/// Parameters below the node's name that other libraries read.
+bool is_of_a_library(const std::string& key) {
+  return key == "diagnostic_period" || key == "num_worker_threads" || key.rfind("debug_image/", 0) == 0 ||
+         key.rfind("image_raw/", 0) == 0;
+}
+
+std::string joined(const std::vector<std::string>& parts, const char* separator) {
+  std::string text;
+  for (const std::string& part : parts) text += (text.empty() ? "" : separator) + part;
+  return text;
+}
+
+}  // namespace
+
+void ParameterReader::read(const OptionEntry& option) {
+  XmlRpc::XmlRpcValue value;
+  if (handle_.getParam(option.key, value)) {
+    const std::string text = to_text(value);
+    if (!set_option(option, text) || !is_in_range(option)) {
+      problems_.push_back("~" + option.key + " is " + text + ", expected " + expected_value(option));
+    }
+  }
+  values_.emplace_back(option.key, option_text(option));
+}
+
+void ParameterReader::check() const {
+  if (!problems_.empty()) throw std::invalid_argument(joined(problems_, "; "));
+}
+
+bool ParameterReader::is_known(const std::string& key) const {
+  return is_of_a_library(key) ||
+         std::any_of(values_.begin(), values_.end(), [&](const auto& v) { return v.first == key; });
+}
+
+std::vector<std::string> ParameterReader::unknown(const std::string& owner) const {
+  std::vector<OptionEntry> table;
+  for (const auto& value : values_) table.push_back({value.first, {}, 0, 0, {}});
+  std::vector<std::string> all, lines;
+  handle_.getParamNames(all);
+  const std::string prefix = handle_.getNamespace() + "/";
+  for (const std::string& name : all) {
+    if (name.rfind(prefix, 0) != 0) continue;
+    const std::string key = name.substr(prefix.size());
+    if (is_known(key)) continue;
+    lines.push_back("~" + key + " is no parameter of " + owner + "; did you mean ~" +
+                    nearest_key(table, key) + "?");
+  }
+  return lines;
+}
+
+std::string ParameterReader::effective() const {
+  std::vector<std::string> parts;
+  for (const auto& [key, text] : values_) parts.push_back(key + ": " + (text.empty() ? "''" : text));
+  return joined(parts, ", ");
+}
+
+}  // namespace mono_pose_tracker
