@@ -7,21 +7,10 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "mono_pose_tracker/ros/camera_info_conversion.h"
+
 namespace mono_pose_tracker {
 namespace {
-
-sensor_msgs::CameraInfo to_camera_info(const CameraParameters& camera) {
-  sensor_msgs::CameraInfo info;
-  info.header.frame_id = "camera_optical";
-  info.width = camera.width;
-  info.height = camera.height;
-  info.distortion_model = camera.distortion_model;
-  info.D = camera.distortion;
-  info.K = {camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1};
-  info.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  info.P = {camera.fx, 0, camera.cx, 0, 0, camera.fy, camera.cy, 0, 0, 0, 1, 0};
-  return info;
-}
 
 /// A bag refuses a record at time 0, which a header may well hold.
 ros::Time record_time(const ros::Time& stamp) { return std::max(stamp, ros::TIME_MIN); }

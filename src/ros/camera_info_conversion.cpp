@@ -64,6 +64,19 @@ std::string expand_path(const std::string& path) {
   return path;
 }
 
+sensor_msgs::CameraInfo to_camera_info(const CameraParameters& camera) {
+  sensor_msgs::CameraInfo info;
+  info.header.frame_id = "camera_optical";
+  info.width = camera.width;
+  info.height = camera.height;
+  info.distortion_model = camera.distortion_model;
+  info.D = camera.distortion;
+  info.K = {camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1};
+  info.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  info.P = {camera.fx, 0, camera.cx, 0, 0, camera.fy, camera.cy, 0, 0, 0, 1, 0};
+  return info;
+}
+
 sensor_msgs::CameraInfo load_camera_info(const std::string& url) {
   const std::string path = expand_path(url);
   if (!std::filesystem::is_regular_file(path)) {

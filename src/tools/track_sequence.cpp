@@ -22,6 +22,7 @@
 #include "mono_pose_tracker/ros/bag_image_source.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "mono_pose_tracker/tracking/recording.h"
+#include "pipeline/time_statistics.h"
 
 namespace {
 
@@ -183,18 +184,6 @@ void write_map_for_colmap(const std::string& folder, const CameraParameters& cam
   write_colmap_text(folder, camera, images, points);
 }
 
-nlohmann::ordered_json stage_statistics(std::map<std::string, std::vector<double>> stages) {
-  nlohmann::ordered_json json;
-  for (auto& [stage, ms] : stages) {
-    std::sort(ms.begin(), ms.end());
-    const auto at = [&ms = ms](double share) {
-      return ms[static_cast<std::size_t>(share * (ms.size() - 1))];
-    };
-    json[stage] = {{"median_ms", at(0.5)}, {"p95_ms", at(0.95)}, {"max_ms", ms.back()}, {"count", ms.size()}};
-  }
-  return json;
-}
-
 void write_report(const std::string& path, const RecordingResult& result, const Map& map, std::uint64_t seed,
                   double wall_seconds) {
   const MapStatistics statistics = map_statistics(map);
@@ -211,7 +200,7 @@ void write_report(const std::string& path, const RecordingResult& result, const 
       {"reprojection_rms_px", statistics.reprojection_rms_px},
       {"wall_seconds", wall_seconds},
       {"seed", seed},
-      {"stages", stage_statistics(result.stage_ms)},
+      {"stages", time_statistics(result.stage_ms)},
       {"problems", result.problems}};
   write_file_atomically(path, [&](std::ostream& out) {
     out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';

@@ -19,6 +19,9 @@ struct ConvertedCamera {
 /// is zero (what drivers send before calibration).
 ConvertedCamera convert_camera_info(const sensor_msgs::CameraInfo& info, bool rectified);
 
+/// The message that a driver of this camera would send, frame_id camera_optical, without a stamp.
+sensor_msgs::CameraInfo to_camera_info(const CameraParameters& camera);
+
 /// Reads a calibration file (YAML or INI, as camera_calibration writes it). url: a path, file://PATH or
 /// package://PACKAGE/PATH. Throws std::runtime_error naming the file.
 sensor_msgs::CameraInfo load_camera_info(const std::string& url);

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+#include "mono_pose_tracker/ros/camera_source.h"
+#include "mono_pose_tracker/ros/image_slot.h"
+#include "mono_pose_tracker/ros/live_tracker.h"
+#include "mono_pose_tracker/ros/mask_source.h"
+
+namespace mono_pose_tracker {
+
+/// What the nodelet does with images, without a roscore: a slot of one, a thread that tracks what it finds
+/// there, the mapper on a thread of its own.
+class LivePipeline {
+ public:
+  using Clock = std::chrono::steady_clock;
+  /// Called on the tracking thread after each image tracked; latency: since it was put into the slot.
+  using Observer = std::function<void(const FrameReport& report, double frame_ms, double latency_ms)>;
+
+  struct Counts {
+    int received = 0, tracked = 0, dropped = 0;
+  };
+
+  LivePipeline(const TrackerOptions& options, const CameraParameters& camera, Observer observer);
+  ~LivePipeline();
+  LivePipeline(const LivePipeline&) = delete;
+  LivePipeline& operator=(const LivePipeline&) = delete;
+
+  /// Called by one thread, the camera's. Never waits for the tracker.
+  void put(const sensor_msgs::ImageConstPtr& image);
+  /// Returns when every image has been tracked or dropped.
+  void wait();
+  Counts counts() const;
+
+ private:
+  struct Frame {
+    sensor_msgs::ImageConstPtr image;
+    Clock::time_point arrival;
+  };
+
+  void run();
+
+  CameraSource cameras_{false};
+  MaskSource masks_;
+  LiveTracker tracker_;
+  const Observer observer_;
+  ImageSlot<Frame> slot_;
+  mutable std::mutex mutex_;
+  std::condition_variable done_;
+  Counts counts_;  // guarded by mutex_
+  std::thread thread_;
+};
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,12 @@
+#pragma once
+
+namespace mono_pose_tracker {
+
+/// Resident memory of this process in MB (2^20 bytes), as Linux counts it; 0 where /proc does not tell.
+double resident_mb();
+
+/// The most it has been since the process began or since restart_peak().
+double peak_resident_mb();
+void restart_peak();
+
+}  // namespace mono_pose_tracker

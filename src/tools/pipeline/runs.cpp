@@ -1,0 +1,153 @@
+#include "runs.h"
+
+#include <malloc.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "live_pipeline.h"
+#include "memory_usage.h"
+#include "mono_pose_tracker/evaluation/trajectory_error.h"
+#include "mono_pose_tracker/tracking/recording.h"
+#include "time_statistics.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+using Clock = LivePipeline::Clock;
+
+// Largest difference of the stamps of one frame: those of lists are rounded differently.
+constexpr std::int64_t kMaxStampDifference = 10'000'000;  // ns
+
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+/// Resident memory before, at most and after: what earlier runs left is handed back first.
+class MemoryWatch {
+ public:
+  MemoryWatch() {
+    malloc_trim(0);
+    restart_peak();
+    before_ = resident_mb();
+  }
+  nlohmann::ordered_json result() const {
+    return {{"before", before_}, {"peak", peak_resident_mb()}, {"after", resident_mb()}};
+  }
+
+ private:
+  double before_ = 0;
+};
+
+/// Null without a reference, or where too little is posed to be compared.
+nlohmann::ordered_json position_error_percent(const std::vector<StampedPose>& reference,
+                                              const std::vector<StampedPose>& estimate) {
+  if (reference.empty()) return nullptr;
+  try {
+    return evaluate_trajectory(reference, estimate, kMaxStampDifference).position_rmse_percent;
+  } catch (const std::runtime_error&) {
+    return nullptr;
+  }
+}
+
+/// What is gathered from the frames' reports.
+struct Gathered {
+  std::vector<double> frame_ms;
+  std::map<std::string, std::vector<double>> stage_ms;
+  std::vector<StampedPose> poses;
+  int backlog_max = 0;
+  FrameReport last;
+
+  void add(const FrameReport& report, double ms) {
+    frame_ms.push_back(ms);
+    for (const auto& [stage, stage_time] : report.stages) stage_ms[stage].push_back(stage_time);
+    if (report.map_from_camera) poses.push_back({report.stamp_ns, *report.map_from_camera});
+    backlog_max = std::max(backlog_max, report.worker_backlog);
+    last = report;
+  }
+};
+
+}  // namespace
+
+nlohmann::ordered_json run_offline(const RunInput& input) {
+  const MemoryWatch memory;
+  Tracker tracker(input.options, CameraModel(input.camera), Tracker::Mapping::kInline);
+  Recording recording;
+  recording.open = [&] { return make_source(input.sequence); };
+  Gathered gathered;
+  const Clock::time_point start = Clock::now();
+  Clock::time_point last = start;
+  const FrameObserver observer = [&](int pass, const FrameReport& report) {
+    if (pass != 1) return;
+    gathered.add(report, ms_since(last));
+    last = Clock::now();
+  };
+  const RecordingResult result = track_recording(recording, observer, &tracker);
+  const double seconds = 1e-3 * ms_since(start);
+  std::vector<StampedPose> final_poses;
+  for (const PosedFrame& frame : result.trajectory) {
+    final_poses.push_back({frame.stamp_ns, frame.map_from_camera});
+  }
+  const auto posed = static_cast<std::int64_t>(result.trajectory.size());
+  return {{"frames_total", result.frames_total},
+          {"frames_posed", posed},
+          {"frames_not_posed", result.frames_total - posed},
+          {"frames_posed_as_they_came", result.frames_posed_live},
+          {"seconds", seconds},
+          {"frame", time_statistics(gathered.frame_ms)},
+          {"stages", time_statistics(gathered.stage_ms)},
+          {"keyframes", tracker.map().keyframes().size()},
+          {"landmarks", tracker.map().landmarks().size()},
+          {"memory_mb", memory.result()},
+          {"position_rmse_percent", position_error_percent(input.reference, final_poses)},
+          {"position_rmse_percent_as_they_came", position_error_percent(input.reference, gathered.poses)}};
+}
+
+nlohmann::ordered_json run_live(const RunInput& input, double rate_hz) {
+  const MemoryWatch memory;
+  Gathered gathered;
+  std::vector<double> latency_ms;
+  LivePipeline pipeline(input.options, input.camera,
+                        [&](const FrameReport& report, double ms, double latency) {
+                          gathered.add(report, ms);
+                          latency_ms.push_back(latency);
+                        });
+  const Clock::time_point start = Clock::now();
+  for (std::size_t i = 0; i < input.sequence.frames.size(); ++i) {
+    const std::chrono::duration<double> due(static_cast<double>(i) / rate_hz);
+    std::this_thread::sleep_until(start + std::chrono::duration_cast<Clock::duration>(due));
+    pipeline.put(input.sequence.frames[i].message);
+  }
+  pipeline.wait();
+  const LivePipeline::Counts counts = pipeline.counts();
+  const int posed = static_cast<int>(gathered.poses.size());
+  return {{"rate_hz", rate_hz},
+          {"frames_total", counts.received},
+          {"frames_posed", posed},
+          {"frames_not_posed", counts.tracked - posed},
+          {"frames_dropped", counts.dropped},
+          {"seconds", 1e-3 * ms_since(start)},
+          {"latency", time_statistics(latency_ms)},
+          {"frame", time_statistics(gathered.frame_ms)},
+          {"stages", time_statistics(gathered.stage_ms)},
+          {"backlog_max", gathered.backlog_max},
+          {"keyframes", gathered.last.keyframes},
+          {"landmarks", gathered.last.landmarks},
+          {"memory_mb", memory.result()},
+          {"position_rmse_percent", position_error_percent(input.reference, gathered.poses)}};
+}
+
+nlohmann::ordered_json median_run(std::vector<nlohmann::ordered_json> runs) {
+  const auto median_ms = [](const nlohmann::ordered_json& run) {
+    return run.at("frame").at("median_ms").get<double>();
+  };
+  std::sort(runs.begin(), runs.end(),
+            [&](const auto& a, const auto& b) { return median_ms(a) < median_ms(b); });
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  for (const auto& run : runs) all.push_back(median_ms(run));
+  nlohmann::ordered_json middle = runs[(runs.size() - 1) / 2];
+  middle["median_ms_of_runs"] = std::move(all);
+  return middle;
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,148 @@
+#!/usr/bin/python3
+"""What pipeline_benchmark counts, writes, prints and exits with. PROGRAMS names the folder of the program."""
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import rosunit
+
+FRAMES = 20
+
+
+def run_program(name, *arguments):
+    program = os.path.join(os.environ["PROGRAMS"], name)
+    return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=300)
+
+
+class PipelineBenchmark(unittest.TestCase):
+    """A small simulated room, measured once."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        room = cls.path("room")
+        made = run_program("simulate_sequence", "--output", room, "--scene", "room", "--frames", str(FRAMES), "--width",
+                           "320", "--height", "240", "--noise", "1", "--rate", "10", "--quiet")
+        assert made.returncode == 0, made.stderr
+        cls.input = ["--images", os.path.join(room, "images.txt"), "--camera", os.path.join(room, "camera.yaml")]
+        cls.reference = os.path.join(room, "groundtruth.txt")
+        cls.json = cls.path("result.json")
+        cls.result = run_program("pipeline_benchmark", *cls.input, "--reference", cls.reference, "--rate", "20", "--json",
+                                 cls.json)
+        assert cls.result.returncode == 0, cls.result.stderr
+        cls.figures = cls.read(cls.json)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    @classmethod
+    def path(cls, *parts):
+        return os.path.join(cls.folder.name, *parts)
+
+    @staticmethod
+    def read(path):
+        with open(path) as f:
+            return json.load(f)
+
+    def expect_refused(self, part, *arguments):
+        result = run_program("pipeline_benchmark", *arguments)
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+        self.assertIn(part, result.stderr)
+
+    def expect_times(self, times, count):
+        self.assertEqual(set(times), {"median_ms", "p95_ms", "max_ms", "count"})
+        self.assertEqual(times["count"], count)
+        self.assertLessEqual(times["median_ms"], times["p95_ms"])
+        self.assertLessEqual(times["p95_ms"], times["max_ms"])
+
+    def test_offline_uses_every_frame(self):
+        offline = self.figures["offline"]
+        self.assertEqual(offline["frames_total"], FRAMES)
+        self.assertEqual(offline["frames_posed"], FRAMES)
+        self.assertEqual(offline["frames_not_posed"], 0)
+        self.assertNotIn("frames_dropped", offline)
+        self.expect_times(offline["frame"], FRAMES)
+        self.expect_times(offline["stages"]["features"], FRAMES)
+        self.assertLess(offline["position_rmse_percent"], 1)
+        self.assertGreaterEqual(offline["memory_mb"]["peak"], offline["memory_mb"]["before"])
+
+    def test_live_every_frame_is_posed_or_accounted_for(self):
+        live = self.figures["live"]
+        self.assertEqual(live["frames_total"], FRAMES)
+        self.assertEqual(live["frames_posed"] + live["frames_not_posed"] + live["frames_dropped"], FRAMES)
+        tracked = FRAMES - live["frames_dropped"]
+        self.expect_times(live["latency"], tracked)
+        self.expect_times(live["frame"], tracked)
+        self.assertGreaterEqual(live["latency"]["median_ms"], live["frame"]["median_ms"])
+        self.assertEqual(live["rate_hz"], 20)
+        # The camera does not wait: the last image comes this long after the first.
+        self.assertGreaterEqual(live["seconds"], (FRAMES - 1) / 20)
+
+    def test_faster_than_it_can_be_frames_are_dropped_not_queued(self):
+        result = run_program("pipeline_benchmark", *self.input, "--only", "live", "--rate", "1000", "--quiet", "--json",
+                             self.path("fast.json"))
+        self.assertEqual((result.returncode, result.stdout), (0, ""), result.stderr)
+        live = self.read(self.path("fast.json"))["live"]
+        self.assertGreater(live["frames_dropped"], 0)
+        self.assertEqual(live["frames_posed"] + live["frames_not_posed"] + live["frames_dropped"], FRAMES)
+
+    def test_the_table_says_what_the_file_says(self):
+        for title, key in (("posed", "frames_posed"), ("dropped", "frames_dropped"), ("landmarks", "landmarks")):
+            row = re.search(r"^ *%s +(\S+) +(\S+)$" % title, self.result.stdout, re.MULTILINE)
+            self.assertIsNotNone(row, self.result.stdout)
+            for shown, run in zip(row.groups(), ("offline", "live")):
+                self.assertEqual(shown, str(self.figures[run].get(key, "-")))
+
+    def test_ratios_to_an_earlier_run(self):
+        earlier = json.loads(json.dumps(self.figures))
+        earlier["offline"]["landmarks"] *= 2
+        del earlier["offline"]["keyframes"]
+        with open(self.path("earlier.json"), "w") as f:
+            json.dump(earlier, f)
+        result = run_program("pipeline_benchmark", *self.input, "--only", "offline", "--quiet", "--compare",
+                             self.path("earlier.json"))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        rows = [line.split() for line in result.stdout.splitlines()]
+        table = {row[0]: row[1:] for row in rows if row and "/" in row[0]}
+        # Offline runs repeat exactly.
+        points = self.figures["offline"]["landmarks"]
+        self.assertEqual(table["offline/landmarks"], [str(2 * points), str(points), "0.500"])
+        self.assertEqual(table["offline/frames_posed"], ["20", "20", "1.000"])
+        self.assertIn("offline/frame/median_ms", table)
+        self.assertNotIn("offline/keyframes", table)
+        self.assertFalse([row for row in table if row.startswith("live")])
+
+    def test_of_several_runs_the_middle_one_is_given(self):
+        result = run_program("pipeline_benchmark", *self.input, "--only", "offline", "--max-frames", "5", "--repeat", "3",
+                             "--quiet", "--json", self.path("three.json"))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        offline = self.read(self.path("three.json"))["offline"]
+        medians = offline["median_ms_of_runs"]
+        self.assertEqual(len(medians), 3)
+        self.assertEqual(medians, sorted(medians))
+        self.assertEqual(offline["frame"]["median_ms"], medians[1])
+        self.assertEqual(offline["frames_total"], 5)
+
+    def test_refusals_name_what_is_wrong(self):
+        images, camera = self.input[:2], self.input[2:]
+        self.expect_refused("--images", *camera)
+        self.expect_refused("--camera", *images)
+        self.expect_refused("/nowhere", "--images", "/nowhere", *camera)
+        self.expect_refused("/nowhere", *images, "--camera", "/nowhere")
+        self.expect_refused("/nowhere", *self.input, "--compare", "/nowhere")
+        self.expect_refused(self.reference, *self.input, "--compare", self.reference)
+        self.expect_refused("/nowhere", *self.input, "--reference", "/nowhere")
+        self.expect_refused("/nowhere", *self.input, "--config", "/nowhere")
+        self.expect_refused("--rate", *self.input, "--rate", "0")
+        self.expect_refused("--only", *self.input, "--only", "both")
+        self.expect_refused("--repeat", *self.input, "--repeat", "0")
+
+
+if __name__ == "__main__":
+    rosunit.unitrun("mono_pose_tracker", "pipeline_benchmark", PipelineBenchmark, sysargs=sys.argv)
