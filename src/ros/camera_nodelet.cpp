@@ -1,0 +1,225 @@
+#include "mono_pose_tracker/ros/camera_nodelet.h"
+
+#include <cv_bridge/cv_bridge.h>
+
+#include <algorithm>
+#include <pluginlib/class_list_macros.hpp>
+#include <stdexcept>
+
+#include "mono_pose_tracker/ros/camera_info_conversion.h"
+#include "mono_pose_tracker/ros/parameter_reader.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+using diagnostic_msgs::DiagnosticStatus;
+
+// A camera that is not there is looked for this often at first, and never less often than the second.
+constexpr std::chrono::milliseconds kFirstRetry{250}, kSlowestRetry{4000};
+
+// Diagnostics are looked at this often; the updater publishes at its own ~diagnostic_period.
+constexpr double kDiagnosticSeconds = 0.25;
+
+/// As CameraInfoManager takes it: a path becomes file://PATH, an empty one stays
+/// (~/.ros/camera_info/NAME.yaml).
+std::string calibration_url(const std::string& url) {
+  if (url.empty() || url.find("://") != std::string::npos) return url;
+  return "file://" + expand_path(url);
+}
+
+std::string size_text(const cv::Size& size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
+
+}  // namespace
+
+CameraNodelet::~CameraNodelet() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    stopping_ = true;
+  }
+  stop_.notify_all();
+  if (capturing_.joinable()) capturing_.join();
+}
+
+void CameraNodelet::onInit() {
+  try {
+    read_settings();
+    advertise();
+  } catch (const std::exception& e) {
+    NODELET_FATAL("%s", e.what());
+    throw;  // the loader says that the nodelet could not be loaded
+  }
+  capturing_ = std::thread([this] { capture_images(); });
+}
+
+void CameraNodelet::read_settings() {
+  ParameterReader reader(getPrivateNodeHandle());
+  reader.read("device", &settings_.device);
+  reader.read("video", &settings_.video);
+  reader.read("loop", &settings_.loop);
+  reader.read("width", &settings_.width, 0, 100000);
+  reader.read("height", &settings_.height, 0, 100000);
+  reader.read("rate", &settings_.rate, 0.0, 1000.0);
+  reader.read("pixel_format", &settings_.pixel_format);
+  reader.read("frame_id", &frame_id_);
+  reader.read("camera_name", &camera_name_);
+  reader.read("camera_info_url", &camera_info_url_);
+  reader.check();
+  if (!settings_.pixel_format.empty() && settings_.pixel_format.size() != 4) {
+    throw std::invalid_argument("~pixel_format is " + settings_.pixel_format +
+                                ", expected four letters such as MJPG or YUYV");
+  }
+  settings_.video = expand_path(settings_.video);
+  for (const std::string& line : reader.unknown("the camera")) NODELET_WARN("%s", line.c_str());
+  NODELET_INFO("parameters: %s", reader.effective().c_str());
+}
+
+void CameraNodelet::advertise() {
+  ros::NodeHandle& handle = getPrivateNodeHandle();
+  const std::string url = calibration_url(camera_info_url_);
+  calibration_ = std::make_unique<camera_info_manager::CameraInfoManager>(handle, camera_name_, url);
+  if (!url.empty() && !calibration_->validateURL(url)) {
+    throw std::invalid_argument("~camera_info_url is " + camera_info_url_ +
+                                ", expected a path, file:// or package://");
+  }
+  publisher_ = image_transport::ImageTransport(handle).advertiseCamera("image_raw", 2);
+  diagnostics_ = std::make_unique<diagnostic_updater::Updater>(getNodeHandle(), handle, getName());
+  diagnostics_->setHardwareID(settings_.video.empty() ? settings_.device : settings_.video);
+  diagnostics_->add("camera", [this](diagnostic_updater::DiagnosticStatusWrapper& s) { diagnose(s); });
+  timer_ = handle.createWallTimer(ros::WallDuration(kDiagnosticSeconds),
+                                  [this](const ros::WallTimerEvent&) { diagnostics_->update(); });
+}
+
+void CameraNodelet::capture_images() {
+  Capture capture(settings_);
+  auto retry = kFirstRetry;
+  while (true) {
+    try {
+      capture.open();
+      const std::string differences = capture.differences();
+      if (!differences.empty()) NODELET_WARN("%s: %s", capture.name().c_str(), differences.c_str());
+      if (stream(capture)) return;
+      retry = kFirstRetry;
+      set_problem(capture.name() + " gives no more images; was it unplugged?");
+    } catch (const std::exception& e) {
+      set_problem(e.what());
+    }
+    capture.close();
+    if (!wait_until(Clock::now() + retry)) return;
+    retry = std::min(2 * retry, kSlowestRetry);
+  }
+}
+
+/// True when there is nothing more to do; false when the device has failed.
+bool CameraNodelet::stream(Capture& capture) {
+  // A device keeps its own time, a file is read as fast as one likes.
+  const auto period =
+      capture.is_video()
+          ? std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / capture.rate()))
+          : Clock::duration::zero();
+  Clock::time_point due = Clock::now();
+  while (wait_until(due)) {
+    cv::Mat image;
+    const Capture::Result result = capture.read(&image);
+    if (result == Capture::Result::kFailed) return false;
+    if (result == Capture::Result::kEnd) {
+      NODELET_INFO("%s has ended", capture.name().c_str());
+      const std::lock_guard<std::mutex> lock(mutex_);
+      health_.has_ended = true;
+      return true;
+    }
+    publish(image, capture.age_seconds());
+    // On a machine that is too slow the video slows down: no image is left out.
+    due = std::max(due + period, Clock::now() - period);
+  }
+  return true;
+}
+
+void CameraNodelet::publish(const cv::Mat& image, double age_seconds) {
+  auto message = boost::make_shared<sensor_msgs::Image>();
+  cv_bridge::CvImage bridge({}, "bgr8", image);
+  bridge.header.stamp = ros::Time::now();
+  // The clock of a simulation may not have come that far yet.
+  if (bridge.header.stamp.toSec() > age_seconds) bridge.header.stamp -= ros::Duration(age_seconds);
+  bridge.header.frame_id = frame_id_;
+  bridge.toImageMsg(*message);
+  auto info = boost::make_shared<sensor_msgs::CameraInfo>(calibration_->getCameraInfo());
+  info->header = bridge.header;
+  if (info->K[0] == 0) {  // not calibrated: what is known is the size
+    info->width = static_cast<std::uint32_t>(image.cols);
+    info->height = static_cast<std::uint32_t>(image.rows);
+  } else if (info->width != message->width || info->height != message->height) {
+    NODELET_ERROR_THROTTLE(30,
+                           "the images are %s, the calibration is for %ux%u: calibrate at the size you use",
+                           size_text(image.size()).c_str(), info->width, info->height);
+  }
+  publisher_.publish(message, info);
+  count_image(image.size());
+}
+
+void CameraNodelet::count_image(const cv::Size& size) {
+  bool is_back;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_back = !health_.problem.empty();
+    health_.problem.clear();
+    const Clock::time_point now = Clock::now();
+    const double seconds = std::chrono::duration<double>(now - health_.last_image).count();
+    if (is_back) {
+      health_.rate = 0;
+    } else if (seconds > 0) {
+      health_.rate += (health_.rate > 0 ? 0.1 : 1.0) * (1 / seconds - health_.rate);
+    }
+    health_.last_image = now;
+    health_.size = size;
+    ++health_.images;
+  }
+  if (is_back) {
+    const std::string& name = settings_.video.empty() ? settings_.device : settings_.video;
+    NODELET_INFO("%s gives images of %s", name.c_str(), size_text(size).c_str());
+  }
+}
+
+void CameraNodelet::set_problem(const std::string& problem) {
+  bool is_new;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_new = health_.problem != problem;
+    health_.problem = problem;
+    ++health_.failures;
+  }
+  if (is_new) NODELET_ERROR("%s (it is tried again)", problem.c_str());
+}
+
+/// False when the nodelet is to stop.
+bool CameraNodelet::wait_until(Clock::time_point when) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  return !stop_.wait_until(lock, when, [this] { return stopping_; });
+}
+
+void CameraNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  const bool calibrated = calibration_->isCalibrated();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (health_.has_ended) {
+    status.summary(DiagnosticStatus::OK, "the video has ended");
+  } else if (!health_.problem.empty()) {
+    status.summary(DiagnosticStatus::ERROR, health_.problem);
+  } else if (!calibrated) {
+    status.summary(DiagnosticStatus::WARN,
+                   "images come, but the camera is not calibrated: rosrun camera_calibration "
+                   "cameracalibrator.py, or set ~camera_info_url");
+  } else {
+    status.summary(DiagnosticStatus::OK, "images come");
+  }
+  status.add("source", settings_.video.empty() ? settings_.device : settings_.video);
+  status.add("size", size_text(health_.size));
+  status.addf("frame rate (Hz)", "%.1f", health_.rate);
+  status.add("images", health_.images);
+  status.add("failures", health_.failures);
+  status.add("calibrated", calibrated);
+}
+
+}  // namespace mono_pose_tracker
+
+PLUGINLIB_EXPORT_CLASS(mono_pose_tracker::CameraNodelet, nodelet::Nodelet)

@@ -1,0 +1,24 @@
+#include "mono_pose_tracker/ros/nodelet_node.h"
+
+#include <nodelet/loader.h>
+#include <ros/ros.h>
+
+namespace mono_pose_tracker {
+
+int run_nodelet(const std::string& type, const std::string& default_name, int argc, char** argv) {
+  ros::init(argc, argv, default_name);
+  nodelet::Loader loader(false);  // no services to load others
+  try {
+    if (!loader.load(ros::this_node::getName(), type, ros::names::getRemappings(),
+                     nodelet::V_string(argv + 1, argv + argc))) {
+      return 1;  // the loader has said why
+    }
+  } catch (const std::exception& e) {
+    ROS_FATAL("%s", e.what());
+    return 2;
+  }
+  ros::spin();
+  return 0;
+}
+
+}  // namespace mono_pose_tracker

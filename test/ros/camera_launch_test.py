@@ -1,0 +1,55 @@
+#!/usr/bin/python3
+"""A user's first hour with a camera: plugged in late, not calibrated, calibrated, tracked."""
+import glob
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import cv2
+import roslib.packages
+import rospy
+import rostest
+import yaml
+from sensor_msgs.msg import CameraInfo
+from sensor_msgs.srv import SetCameraInfo
+
+from mono_pose_tracker.msg import TrackerStatus
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from listening import Listener, write_video  # noqa: E402
+
+
+def read_calibration(path):
+    with open(path) as file:
+        content = yaml.safe_load(file)
+    info = CameraInfo(width=content["image_width"], height=content["image_height"],
+                      distortion_model=content["distortion_model"])
+    info.D = [float(v) for v in content["distortion_coefficients"]["data"]]
+    info.K = [float(v) for v in content["camera_matrix"]["data"]]
+    info.R = [1.0, 0, 0, 0, 1, 0, 0, 0, 1]
+    info.P = [*info.K[0:3], 0, *info.K[3:6], 0, *info.K[6:9], 0]
+    return info
+
+
+class CameraLaunchTest(unittest.TestCase):
+    def test_from_unplugged_to_tracked(self):
+        rospy.init_node("camera_launch_test")
+        statuses = Listener("tracker/status", TrackerStatus)
+        video, stored = rospy.get_param("camera/video"), rospy.get_param("camera/camera_info_url")[len("file://"):]
+        self.addCleanup(lambda: [os.remove(f) for f in (video, stored) if os.path.exists(f)])
+        with tempfile.TemporaryDirectory() as folder:
+            simulate_sequence = roslib.packages.find_node("mono_pose_tracker", "simulate_sequence")[0]
+            subprocess.run([simulate_sequence, "--scene", "room", "--output", folder, "--frames", "40", "--width", "320",
+                            "--height", "240", "--samples", "1", "--quiet"], check=True)
+            write_video(video, [cv2.imread(f) for f in sorted(glob.glob(folder + "/images/*"))])
+            calibration = read_calibration(folder + "/camera.yaml")
+        self.assertIsNotNone(statuses.wait_for(lambda s: s.reason == TrackerStatus.UNCALIBRATED))
+        self.assertTrue(rospy.ServiceProxy("camera/set_camera_info", SetCameraInfo)(calibration).success)
+        self.assertIsNotNone(statuses.wait_for(lambda s: s.state == TrackerStatus.TRACKING))
+        self.assertTrue(os.path.exists(stored))
+
+
+if __name__ == "__main__":
+    rostest.rosrun("mono_pose_tracker", "camera_launch_test", CameraLaunchTest)

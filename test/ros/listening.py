@@ -1,0 +1,51 @@
+"""What several rostests need: messages awaited, and videos written."""
+import os
+import threading
+
+import cv2
+import rospy
+
+TIMEOUT = 60  # s; on a busy machine everything takes its time
+VIDEO_FPS = 20.0
+
+
+class Listener:
+    """Collects the messages of a topic and lets a test wait for what it needs."""
+
+    def __init__(self, topic, message_type):
+        self.changed = threading.Condition()
+        self.messages = []
+        self.subscriber = rospy.Subscriber(topic, message_type, self.on_message, queue_size=1000)
+
+    def on_message(self, message):
+        with self.changed:
+            self.messages.append(message)
+            self.changed.notify_all()
+
+    def wait_for(self, condition, start=0):
+        """The first message that meets the condition, of those that came after `start` others, or still come; None
+        after the timeout."""
+        def found():
+            return next((m for m in self.messages[start:] if condition(m)), None)
+        with self.changed:
+            self.changed.wait_for(lambda: found() is not None, TIMEOUT)
+            return found()
+
+    def wait_for_number(self, number):
+        with self.changed:
+            return self.changed.wait_for(lambda: len(self.messages) >= number, TIMEOUT)
+
+    def wait_for_publisher(self):
+        while self.subscriber.get_num_connections() == 0 and not rospy.is_shutdown():
+            rospy.sleep(0.02)
+
+
+def write_video(path, images):
+    """In one step: nobody sees half of it."""
+    partial = os.path.splitext(path)[0] + "_partial.avi"
+    height, width = images[0].shape[:2]
+    writer = cv2.VideoWriter(partial, cv2.VideoWriter_fourcc(*"MJPG"), VIDEO_FPS, (width, height))
+    for image in images:
+        writer.write(image)
+    writer.release()
+    os.rename(partial, path)
