@@ -218,8 +218,6 @@ BootstrapReport Bootstrapper::add(const Frame& frame) {
   candidates_.push_back({frame, {}, 0});
   if (candidates_.size() == 1) {
     match_to_reference(&candidates_.front());
-    report.reason = Reason::kFirstFrame;
-    report.text = "first frame: the reference for the map to come";
     return report;
   }
   thin_out();

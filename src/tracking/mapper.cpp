@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 #include <unordered_map>
+#include <utility>
 
 #include "epipolar_matcher.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
@@ -68,26 +69,32 @@ void Mapper::initialize(const InitialMap& initial, std::uint32_t epoch) {
   }
   std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
   map_.rescale(1 / depths[depths.size() / 2]);
-  for (const KeyframeId id : ids) {
-    const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
-    create_landmarks(id, near);
+  {
+    const StageTimer timer(stages_, "map_match");
+    for (const KeyframeId id : ids) {
+      const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
+      create_landmarks(id, near);
+    }
   }
-  adjust_window(ids.back());
+  adjust_window(ids.back(), 0);
   publish();
 }
 
-void Mapper::insert(const KeyframeCandidate& candidate) {
+void Mapper::insert(const KeyframeCandidate& candidate, int waiting) {
   Rigid3 reference_from_map;
   if (!map_.camera_from_map(candidate.reference, &reference_from_map)) return;
   const KeyframeId id =
       map_.add_keyframe(candidate.frame.index, candidate.frame.stamp_ns,
                         candidate.camera_from_reference * reference_from_map, candidate.frame.image);
   for (const FrameObservation& o : candidate.observations) map_.add_observation(o.landmark, id, o.feature);
-  const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
-  fuse(id, unseen_landmarks(id));
-  create_landmarks(id, near);
-  for (const KeyframeId n : near) fuse(n, landmarks_of(*map_.keyframe(id)));
-  adjust_window(id);
+  {
+    const StageTimer timer(stages_, "map_match");
+    const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
+    fuse(id, unseen_landmarks(id));
+    create_landmarks(id, near);
+    for (const KeyframeId n : near) fuse(n, landmarks_of(*map_.keyframe(id)));
+  }
+  adjust_window(id, waiting);
   cull_young_landmarks(id);
   cull_keyframes(id);
   publish();
@@ -182,19 +189,23 @@ void Mapper::create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& 
   }
 }
 
-void Mapper::adjust_window(KeyframeId newest) {
+void Mapper::adjust_window(KeyframeId newest, int waiting) {
+  const StageTimer timer(stages_, "map_adjust");
   // A map that two windows hold is adjusted as a whole: its first points come from the least parallax, and
   // what they have wrong must still be able to move.
+  const int size = options_.mapping.window_keyframes / (1 + waiting);
   std::vector<KeyframeId> window;
-  if (static_cast<int>(map_.keyframes().size()) <= 2 * options_.mapping.window_keyframes) {
+  if (waiting == 0 && static_cast<int>(map_.keyframes().size()) <= 2 * size) {
     for (const auto& entry : map_.keyframes()) window.push_back(entry.first);
   } else {
-    window = neighbors(newest, options_.mapping.window_keyframes - 1);
+    window = neighbors(newest, size - 1);
     window.push_back(newest);
   }
-  BundleOptions bundle = options_.bundle;
-  bundle.max_seconds = options_.mapping.bundle_seconds;
-  adjust_keyframes(bundle, window, 3 * options_.mapping.window_keyframes, &map_);
+  if (waiting < 2) {
+    BundleOptions bundle = options_.bundle;
+    bundle.max_seconds = options_.mapping.bundle_seconds;
+    adjust_keyframes(bundle, window, 3 * size, &map_);
+  }
   std::set<LandmarkId> touched;
   for (const KeyframeId id : window) {
     for (const LandmarkId l : landmarks_of(*map_.keyframe(id))) touched.insert(l);
@@ -297,6 +308,7 @@ void Mapper::publish() {
   view->landmarks.reserve(map_.landmarks().size());
   for (const auto& [id, l] : map_.landmarks()) view->landmarks.emplace(id, l.x_in_map);
   view->removed_keyframes = map_.removed_keyframes();
+  view->stages = std::exchange(stages_, {});
   tracking_map_ = std::move(view);
 }
 

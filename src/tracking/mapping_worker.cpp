@@ -1,11 +1,26 @@
 #include "mono_pose_tracker/tracking/mapping_worker.h"
 
+#include <limits>
 #include <utility>
 
 namespace mono_pose_tracker {
 
-MappingWorker::MappingWorker(const TrackerOptions& options, const CameraModel& camera, bool threaded)
-    : mapper_(options, camera), threaded_(threaded) {
+namespace {
+
+// Inline nobody waits for the mapper, and a result cut short by the clock would not repeat.
+TrackerOptions without_time_budget(TrackerOptions options) {
+  options.mapping.bundle_seconds = std::numeric_limits<double>::max();
+  return options;
+}
+
+}  // namespace
+
+MappingWorker::MappingWorker(const TrackerOptions& options, const CameraModel& camera, bool threaded,
+                             std::function<void()> before_job)
+    : bootstrapper_(options, camera),
+      mapper_(threaded ? options : without_time_budget(options), camera),
+      threaded_(threaded),
+      before_job_(std::move(before_job)) {
   if (threaded_) thread_ = std::thread([this] { run(); });
 }
 
@@ -22,8 +37,28 @@ MappingWorker::~MappingWorker() {
 
 void MappingWorker::initialize(const InitialMap& initial, std::uint32_t epoch) {
   reset(epoch);
-  post({epoch, [initial, epoch](Mapper& mapper) { mapper.initialize(initial, epoch); }});
+  post({epoch, [this, initial, epoch] {
+          mapper_.initialize(initial, epoch);
+          publish(epoch);
+        }});
   wait();
+}
+
+bool MappingWorker::bootstrap(const Frame& frame) {
+  std::uint32_t epoch;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
+    if (busy_ || !jobs_.empty()) return false;
+    epoch = epoch_;
+  }
+  post({epoch, [this, frame, epoch] { bootstrap_with(frame, epoch); }});
+  return true;
+}
+
+std::optional<BootstrapReport> MappingWorker::take_bootstrap() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return std::exchange(bootstrap_, std::nullopt);
 }
 
 bool MappingWorker::insert(const KeyframeCandidate& candidate) {
@@ -34,7 +69,10 @@ bool MappingWorker::insert(const KeyframeCandidate& candidate) {
     if (static_cast<int>(jobs_.size()) >= kMaxBacklog) return false;
     epoch = epoch_;
   }
-  post({epoch, [candidate](Mapper& mapper) { mapper.insert(candidate); }});
+  post({epoch, [this, candidate, epoch] {
+          mapper_.insert(candidate, waiting());
+          publish(epoch);
+        }});
   return true;
 }
 
@@ -43,6 +81,7 @@ void MappingWorker::reset(std::uint32_t epoch) {
   jobs_.clear();
   error_ = nullptr;
   epoch_ = epoch;
+  bootstrap_.reset();
   latest_.reset();
 }
 
@@ -61,6 +100,11 @@ TrackingMapPtr MappingWorker::latest() const {
 int MappingWorker::backlog() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return static_cast<int>(jobs_.size()) + busy_;
+}
+
+int MappingWorker::waiting() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return static_cast<int>(jobs_.size());
 }
 
 void MappingWorker::publish_mapper() {
@@ -103,9 +147,26 @@ void MappingWorker::run() {
 }
 
 void MappingWorker::run_job(const Job& job) {
-  job.work(mapper_);
+  if (before_job_) before_job_();
+  job.work();
+}
+
+void MappingWorker::bootstrap_with(const Frame& frame, std::uint32_t epoch) {
+  if (std::exchange(bootstrapper_epoch_, epoch) != epoch) bootstrapper_.reset();
+  BootstrapReport report = bootstrapper_.add(frame);
+  if (report.map) {
+    mapper_.initialize(*report.map, epoch);
+    bootstrapper_.reset();
+  }
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (job.epoch == epoch_) latest_ = mapper_.tracking_map();
+  if (epoch != epoch_) return;
+  if (report.map) latest_ = mapper_.tracking_map();
+  bootstrap_ = std::move(report);
+}
+
+void MappingWorker::publish(std::uint32_t epoch) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (epoch == epoch_) latest_ = mapper_.tracking_map();
 }
 
 }  // namespace mono_pose_tracker

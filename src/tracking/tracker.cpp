@@ -38,13 +38,13 @@ struct Overlap {
 
 class Tracker::Impl {
  public:
-  Impl(const TrackerOptions& options, const CameraModel& camera, Mapping mapping)
+  Impl(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,
+       std::function<void()> before_mapping)
       : options_(options),
         camera_(camera),
         extractor_(make_sift_extractor(options.sift)),
-        bootstrapper_(options, camera),
         resector_(options, camera),
-        worker_(options, camera, mapping == Mapping::kThreaded) {}
+        worker_(options, camera, mapping == Mapping::kThreaded, std::move(before_mapping)) {}
 
   FrameReport process(std::int64_t stamp_ns, const cv::Mat& image, const cv::Mat& mask);
   void reset();
@@ -70,14 +70,13 @@ class Tracker::Impl {
   ResectionReport resect_near(const Frame& frame, const TrackingMap& map) const;
   KeyframeId choose_reference(const TrackingMap& map, const ResectionReport& resection) const;
   bool is_keyframe_due(const TrackingMap& map, const Overlap& overlap, int inliers);
-  void start_map(const InitialMap& initial);
+  void start_map();
   void describe(const ResectionReport& resection, FrameReport* report) const;
-  void finish_report(FrameReport* report) const;
+  void finish_report(FrameReport* report);
 
   const TrackerOptions options_;
   const CameraModel camera_;
   std::unique_ptr<FeatureExtractor> extractor_;
-  Bootstrapper bootstrapper_;
   Resector resector_;
   MappingWorker worker_;
 
@@ -85,6 +84,8 @@ class Tracker::Impl {
   std::uint32_t epoch_ = 0;
   std::int64_t next_index_ = 0;
   bool unconfirmed_ = false;
+  BootstrapReport bootstrap_;            // the last known
+  std::uint64_t reported_revision_ = 0;  // of the map whose mapping times were reported last
 
   // The last posed frame and its movement since the one before.
   KeyframeId reference_ = -1;
@@ -141,18 +142,21 @@ FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const cv::Mat& image, 
   return report;
 }
 
-void Tracker::Impl::finish_report(FrameReport* report) const {
+void Tracker::Impl::finish_report(FrameReport* report) {
   report->state = state_;
   report->epoch = epoch_;
   report->worker_backlog = worker_.backlog();
   if (const TrackingMapPtr map = worker_.latest()) {
     report->keyframes = static_cast<int>(map->keyframes.size());
     report->landmarks = static_cast<int>(map->landmarks.size());
+    if (std::exchange(reported_revision_, map->revision) != map->revision) {
+      report->stages.insert(report->stages.end(), map->stages.begin(), map->stages.end());
+    }
   }
 }
 
-void Tracker::Impl::start_map(const InitialMap& initial) {
-  worker_.initialize(initial, epoch_);
+// Goes on from the map that the worker has begun.
+void Tracker::Impl::start_map() {
   const TrackingMapPtr map = worker_.latest();
   for (const auto& [id, keyframe] : map->keyframes) {
     records_[keyframe.frame_index] = {keyframe.stamp_ns, id, Rigid3()};
@@ -165,15 +169,21 @@ void Tracker::Impl::start_map(const InitialMap& initial) {
 }
 
 void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
-  const BootstrapReport bootstrap = bootstrapper_.add(frame);
-  report->reason = bootstrap.reason;
-  report->reason_text = bootstrap.text;
-  report->matches = bootstrap.matches;
-  report->inliers = bootstrap.inliers;
-  report->median_parallax_deg = bootstrap.median_parallax_deg;
-  if (!bootstrap.map) return;
-  start_map(*bootstrap.map);
-  bootstrapper_.reset();
+  // On a thread, this is what became of an earlier frame, and the frames since then are passed over.
+  std::optional<BootstrapReport> known = worker_.take_bootstrap();
+  if (!known || !known->map) {
+    worker_.bootstrap(frame);
+    if (!known) known = worker_.take_bootstrap();
+  }
+  if (known) bootstrap_ = std::move(*known);
+  report->reason = bootstrap_.reason;
+  report->reason_text = bootstrap_.text;
+  report->matches = bootstrap_.matches;
+  report->inliers = bootstrap_.inliers;
+  report->median_parallax_deg = bootstrap_.median_parallax_deg;
+  if (!bootstrap_.map) return;
+  bootstrap_ = BootstrapReport();
+  start_map();
   // Against the map just made: the pose gets its covariance and the whole map's points.
   const TrackingMapPtr map = worker_.latest();
   const ResectionReport resection =
@@ -187,7 +197,11 @@ void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
   const std::string text = report->reason_text;
   describe(resection, report);
   report->reason_text = text;
-  report->is_keyframe = true;
+  report->is_keyframe = map->keyframes.at(reference_).frame_index == frame.index;
+  if (report->is_keyframe) return;
+  camera_from_reference_ =
+      resection.camera_from_map * map->keyframes.at(reference_).camera_from_map.inverse();
+  records_[frame.index] = {frame.stamp_ns, reference_, camera_from_reference_};
 }
 
 void Tracker::Impl::describe(const ResectionReport& resection, FrameReport* report) const {
@@ -332,8 +346,11 @@ bool Tracker::Impl::is_keyframe_due(const TrackingMap& map, const Overlap& overl
   if (newest != newest_keyframe_) most_inliers_ = 0;
   newest_keyframe_ = newest;
   most_inliers_ = std::max(most_inliers_, inliers);
-  // One candidate at a time: until the last one is in the map, the next would tell it little.
-  if (worker_.backlog() > 0) return false;
+  // One candidate at a time: until the last one is in the map, the next would tell it little - unless the
+  // view is about to leave what the map knows.
+  const bool urgent = overlap.in_view < 0.5 * options_.mapping.keyframe_overlap ||
+                      inliers < 0.5 * options_.mapping.keyframe_found * most_inliers_;
+  if (worker_.backlog() > 0 && !urgent) return false;
   // A young map's points were made from little parallax: it wants more views early.
   const bool young = static_cast<int>(map.keyframes.size()) <= options_.young_map_keyframes;
   const double parallax = options_.mapping.keyframe_parallax_deg / (young ? 3 : 1);
@@ -346,7 +363,7 @@ bool Tracker::Impl::is_keyframe_due(const TrackingMap& map, const Overlap& overl
 void Tracker::Impl::reset() {
   ++epoch_;
   worker_.reset(epoch_);
-  bootstrapper_.reset();
+  bootstrap_ = BootstrapReport();
   records_.clear();
   state_ = State::kBootstrapping;
   reference_ = -1;
@@ -401,10 +418,15 @@ std::vector<PosedFrame> Tracker::Impl::trajectory() const {
 bool Tracker::Impl::finish() {
   worker_.wait();
   if (state_ == State::kBootstrapping) {
-    const BootstrapReport two_views = next_index_ == 2 ? bootstrapper_.unconfirmed() : BootstrapReport();
-    if (!two_views.map) return false;
-    start_map(*two_views.map);
-    unconfirmed_ = true;
+    const std::optional<BootstrapReport> known = worker_.take_bootstrap();
+    if (!known || !known->map) {
+      if (next_index_ != 2) return false;
+      const BootstrapReport two_views = worker_.bootstrapper().unconfirmed();
+      if (!two_views.map) return false;
+      worker_.initialize(*two_views.map, epoch_);
+      unconfirmed_ = true;
+    }
+    start_map();
   }
   worker_.mapper().finish();
   worker_.publish_mapper();
@@ -446,9 +468,10 @@ FrameReport Tracker::Impl::resect_again(std::int64_t frame_index, std::int64_t s
   return report;
 }
 
-Tracker::Tracker(const TrackerOptions& options, const CameraModel& camera, Mapping mapping) {
+Tracker::Tracker(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,
+                 std::function<void()> before_mapping) {
   options.validate();
-  impl_ = std::make_unique<Impl>(options, camera, mapping);
+  impl_ = std::make_unique<Impl>(options, camera, mapping, std::move(before_mapping));
 }
 
 Tracker::~Tracker() = default;
@@ -456,6 +479,8 @@ Tracker::~Tracker() = default;
 FrameReport Tracker::process(std::int64_t stamp_ns, const cv::Mat& image, const cv::Mat& mask) {
   return impl_->process(stamp_ns, image, mask);
 }
+
+void Tracker::wait() { impl_->worker().wait(); }
 
 void Tracker::reset() { impl_->reset(); }
 

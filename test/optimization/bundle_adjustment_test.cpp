@@ -116,6 +116,19 @@ TEST(BundleAdjustment, TwoRunsGiveTheSameBytes) {
   for (std::size_t j = 0; j < a.points.size(); ++j) EXPECT_EQ(a.points[j], b.points[j]);
 }
 
+TEST(BundleAdjustment, TheTimeBudgetIsKeptWithinOneIteration) {
+  BundleProblem problem = scene(5, 60, 0.5, 9);
+  disturb(&problem, 0.02, 10);
+  BundleProblem unhurried = problem;
+  EXPECT_GT(adjust_bundle(BundleOptions(), &unhurried).iterations, 3);
+  BundleOptions options;
+  options.max_seconds = 1e-9;  // over before the first step
+  const BundleReport report = adjust_bundle(options, &problem);
+  EXPECT_TRUE(report.usable);
+  EXPECT_LE(report.iterations, 2) << "the start, and the step that was under way";
+  EXPECT_LE(report.final_cost, report.initial_cost);
+}
+
 TEST(BundleAdjustment, AnEmptyProblemIsNotUsable) {
   BundleProblem problem;
   EXPECT_FALSE(adjust_bundle(BundleOptions(), &problem).usable);

@@ -123,6 +123,34 @@ TEST_F(MappingWorkerTest, NoMoreKeyframesWaitThanTheBacklogHolds) {
   EXPECT_TRUE(worker.insert(next)) << "there is room again";
 }
 
+TEST_F(MappingWorkerTest, BehindInTimeItSolvesLessAndTheMapStaysConsistent) {
+  Mapper mapper(TrackerOptions(), camera_);
+  mapper.initialize(initial_map(), 0);
+  for (int i = 2; i < 6; ++i) mapper.insert(candidate(*mapper.tracking_map(), i));
+  for (const int waiting : {0, 1, 2, 3}) {
+    Mapper behind = mapper;
+    const KeyframeCandidate next = candidate(*behind.tracking_map(), 6);
+    std::map<KeyframeId, Rigid3> before;
+    for (const auto& [id, keyframe] : behind.map().keyframes()) before[id] = keyframe.camera_from_map;
+    behind.insert(next, waiting);
+    behind.map().check();
+    EXPECT_EQ(behind.tracking_map()->keyframes.rbegin()->second.frame_index, 6);
+    int moved = 0;
+    for (const auto& [id, keyframe] : behind.map().keyframes()) {
+      const auto known = before.find(id);
+      moved += known != before.end() && known->second.translation != keyframe.camera_from_map.translation;
+    }
+    if (waiting == 0) {
+      EXPECT_GT(moved, 0);
+    } else if (waiting >= 2) {
+      EXPECT_EQ(moved, 0) << "left to the next bundle adjustment";
+    }
+    // The next one in time makes up for it.
+    behind.insert(candidate(*behind.tracking_map(), 7));
+    behind.map().check();
+  }
+}
+
 TEST_F(MappingWorkerTest, JobsThatWaitDoNotKeepItAlive) {
   for (int trial = 0; trial < 20; ++trial) {
     MappingWorker worker(TrackerOptions(), camera_, true);

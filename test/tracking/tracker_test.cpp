@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <condition_variable>
+#include <mutex>
 
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/simulation/simulated_sequence.h"
+#include "mono_pose_tracker/tracking/mapping_worker.h"
 #include "support/expect_error.h"
 
 namespace mono_pose_tracker {
@@ -35,10 +38,12 @@ const Room& room() {
   return room;
 }
 
+// As a camera would that is slow enough for the mapper.
 std::vector<FrameReport> track_all(Tracker* tracker) {
   std::vector<FrameReport> reports;
   for (const SimulatedFrame& frame : room().frames) {
     reports.push_back(tracker->process(frame.stamp_ns, frame.image));
+    tracker->wait();
   }
   return reports;
 }
@@ -130,6 +135,71 @@ TEST(Tracker, ThreadedMappingAnswersEveryImage) {
   expect_accurate(live, 0.8, 2);
 }
 
+// Holds the mapper's thread up before a job, until it is let go.
+class Gate {
+ public:
+  void pass() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    changed_.wait(lock, [this] { return open_; });
+  }
+  void set(bool open) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    open_ = open;
+    changed_.notify_all();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool open_ = true;
+};
+
+TEST(Tracker, MappingThatStandsStillNeverBlocksTracking) {
+  Gate gate;
+  Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kThreaded, [&gate] { gate.pass(); });
+  int index = 0;
+  const auto next = [&] {
+    const SimulatedFrame& frame = room().frames[index++];
+    return tracker.process(frame.stamp_ns, frame.image);
+  };
+  while (index < kFrames - 8 && !next().map_from_camera) tracker.wait();
+  // The map is there. From now on no job ends: were a call to wait for one, it would never return.
+  gate.set(false);
+  const std::uint64_t revision = tracker.revision();
+  int posed_frames = 0, keyframes = 0;
+  for (int i = 0; i < 8; ++i) {
+    const FrameReport report = next();
+    posed_frames += report.map_from_camera.has_value();
+    keyframes += report.is_keyframe;
+    EXPECT_LE(report.worker_backlog, MappingWorker::kMaxBacklog + 1);
+    expect_consistent(report);
+  }
+  EXPECT_EQ(posed_frames, 8) << "against the map as it was";
+  EXPECT_GE(keyframes, 1);
+  EXPECT_EQ(tracker.revision(), revision);
+  gate.set(true);
+  tracker.wait();
+  EXPECT_GT(tracker.revision(), revision) << "what waited has been done";
+  tracker.map().check();
+}
+
+TEST(Tracker, BootstrapThatStandsStillNeverBlocksTracking) {
+  Gate gate;
+  gate.set(false);
+  Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kThreaded, [&gate] { gate.pass(); });
+  for (int i = 0; i < 5; ++i) {
+    const FrameReport report = tracker.process(room().frames[i].stamp_ns, room().frames[i].image);
+    EXPECT_EQ(report.state, State::kBootstrapping);
+    EXPECT_EQ(report.worker_backlog, 1) << "frames are passed over, not queued";
+  }
+  tracker.reset();
+  gate.set(true);
+  tracker.wait();
+  const FrameReport after = tracker.process(room().frames[5].stamp_ns, room().frames[5].image);
+  EXPECT_EQ(after.reason, Reason::kFirstFrame) << "what was under way belonged to the epoch before";
+  EXPECT_EQ(after.epoch, 1u);
+}
+
 TEST(Tracker, ResetBeginsANewMap) {
   for (const auto mapping : {Tracker::Mapping::kInline, Tracker::Mapping::kThreaded}) {
     Tracker tracker(TrackerOptions(), room().camera, mapping);
@@ -137,6 +207,7 @@ TEST(Tracker, ResetBeginsANewMap) {
     tracker.reset();
     EXPECT_TRUE(tracker.trajectory().empty());
     EXPECT_TRUE(tracker.snapshot()->points.empty());
+    tracker.wait();
     const std::vector<FrameReport> again = track_all(&tracker);
     EXPECT_EQ(again[0].reason, Reason::kFirstFrame);
     for (const FrameReport& report : again) EXPECT_EQ(report.epoch, 1u);

@@ -31,7 +31,7 @@ struct InitialMap {
 
 struct BootstrapReport {
   Reason reason = Reason::kFirstFrame;
-  std::string text;
+  std::string text = "first frame: the reference for the map to come";
   int matches = 0;
   int inliers = 0;
   double median_parallax_deg = 0;

@@ -30,7 +30,9 @@ class Mapper {
 
   /// Begins a map. Its scale: the median depth of the first view's points is 1.
   void initialize(const InitialMap& initial, std::uint32_t epoch);
-  void insert(const KeyframeCandidate& candidate);
+  /// waiting: keyframes that wait behind this one. The bundle adjustment's window is divided among them, and
+  /// with two or more it is left to the next; the map is consistent all the same.
+  void insert(const KeyframeCandidate& candidate, int waiting = 0);
 
   /// Last optimisation of a recording: tracks are completed between all keyframes that share view, and
   /// everything is bundle-adjusted.
@@ -44,7 +46,7 @@ class Mapper {
   std::vector<LandmarkId> unseen_landmarks(KeyframeId id) const;
   void create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& neighbors);
   void fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks);
-  void adjust_window(KeyframeId newest);
+  void adjust_window(KeyframeId newest, int waiting);
   void cull_observations(const std::vector<LandmarkId>& landmarks);
   void cull_young_landmarks(KeyframeId newest);
   void cull_keyframes(KeyframeId newest);
@@ -55,6 +57,7 @@ class Mapper {
   Map map_;
   std::uint32_t epoch_ = 0;
   std::uint64_t revision_ = 0;
+  StageTimes stages_;  // of the change under way
   TrackingMapPtr tracking_map_;
 };
 

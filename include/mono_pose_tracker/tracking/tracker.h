@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -20,8 +21,10 @@ class Tracker {
  public:
   enum class Mapping { kInline, kThreaded };
 
-  /// Throws std::invalid_argument on options out of range.
-  Tracker(const TrackerOptions& options, const CameraModel& camera, Mapping mapping);
+  /// Throws std::invalid_argument on options out of range. before_mapping is called before every job of the
+  /// mapper, where it runs: a test makes mapping slow with it.
+  Tracker(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,
+          std::function<void()> before_mapping = {});
   ~Tracker();  // joins the worker
   Tracker(const Tracker&) = delete;
   Tracker& operator=(const Tracker&) = delete;
@@ -29,6 +32,9 @@ class Tracker {
   /// image: CV_8UC1 or CV_8UC3 (BGR), of the camera's size. mask: empty, or CV_8UC1 of the same size, 0 =
   /// ignore.
   FrameReport process(std::int64_t stamp_ns, const cv::Mat& image, const cv::Mat& mask = cv::Mat());
+
+  /// Returns when the mapper has nothing left to do: a recording whose mapping is threaded may wait for it.
+  void wait();
 
   /// Drops the map; the epoch grows by one.
   void reset();

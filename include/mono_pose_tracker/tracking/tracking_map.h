@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "mono_pose_tracker/common/stage_timer.h"
 #include "mono_pose_tracker/map/map.h"
 
 namespace mono_pose_tracker {
@@ -30,6 +31,7 @@ struct TrackingMap {
   std::map<KeyframeId, KeyframeView> keyframes;
   std::unordered_map<LandmarkId, Eigen::Vector3d> landmarks;  // x_in_map
   std::map<KeyframeId, KeyframeLink> removed_keyframes;
+  StageTimes stages;  // of the change that this map is the result of
 
   /// Pose of a keyframe, also of one that was removed; false for one that never was.
   bool camera_from_map(KeyframeId id, Rigid3* camera_from_map) const {
