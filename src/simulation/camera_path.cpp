@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "mono_pose_tracker/common/random.h"
+#include "mono_pose_tracker/simulation/wander.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -15,39 +16,6 @@ constexpr double kDegree = kPi / 180;
 
 /// 0 to 1 as s goes from 0 to 1, starting and stopping gently.
 double ease(double s) { return 0.5 - 0.5 * std::cos(kPi * std::min(std::max(s, 0.0), 1.0)); }
-
-/// A smooth wandering of amplitude about 1: a few sines of seeded phase. Its argument is the share of the
-/// path done.
-class Wander {
- public:
-  /// `slowest` and `fastest` in cycles over the path.
-  Wander(double slowest, double fastest, Random* random) {
-    for (int i = 0; i < kSines; ++i) {
-      frequency_[i] = random->uniform(slowest, fastest);
-      phase_[i] = random->uniform(0, 2 * kPi);
-    }
-  }
-  double operator()(double s) const {
-    double sum = 0;
-    for (int i = 0; i < kSines; ++i) sum += std::sin(2 * kPi * frequency_[i] * s + phase_[i]);
-    return sum / kSines;
-  }
-
- private:
-  static constexpr int kSines = 4;
-  double frequency_[kSines];
-  double phase_[kSines];
-};
-
-class Wander3 {
- public:
-  Wander3(double slowest, double fastest, Random* random)
-      : x_(slowest, fastest, random), y_(slowest, fastest, random), z_(slowest, fastest, random) {}
-  Vector3d operator()(double s) const { return {x_(s), y_(s), z_(s)}; }
-
- private:
-  Wander x_, y_, z_;
-};
 
 double share_done(int frame, int frames) {
   return frames > 1 ? static_cast<double>(frame) / (frames - 1) : 0.0;
@@ -114,6 +82,17 @@ std::vector<Rigid3> head_path(int frames, double distance, std::uint64_t seed) {
 std::vector<Rigid3> handheld_room_path(int frames, std::uint64_t seed) {
   return handheld_path(frames, seed, {-0.25, 1.2, 1.35}, {0.25, 1.35, 1.45}, {0, 0.08, 0.06},
                        {0.05, 4.2, 0.95});
+}
+
+std::vector<Rigid3> room_lap(int frames) {
+  std::vector<Rigid3> path;
+  path.reserve(frames);
+  for (int frame = 0; frame < frames; ++frame) {
+    const double a = 2 * kPi * frame / frames;
+    const Vector3d position(0.35 * std::cos(a), 1.3 + 0.15 * std::sin(2 * a), 1.4 + 0.12 * std::sin(a));
+    path.push_back(looking_at(position, {0.4 * std::sin(a), 4.2, 0.95 + 0.15 * std::cos(2 * a)}));
+  }
+  return path;
 }
 
 std::vector<Rigid3> handheld_plane_path(int frames, std::uint64_t seed) {

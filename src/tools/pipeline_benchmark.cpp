@@ -1,4 +1,4 @@
-// Measures the tracker on a sequence: offline, and live at a given rate.
+// Measures the tracker on a sequence, offline and live at a given rate, or over a long simulated run.
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -9,74 +9,130 @@
 
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
+#include "mono_pose_tracker/simulation/simulated_sequence.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "pipeline/benchmark_report.h"
 #include "pipeline/runs.h"
+#include "pipeline/soak.h"
 
 namespace {
 
 using namespace mono_pose_tracker;
+using Json = nlohmann::ordered_json;
 
 struct Arguments {
-  std::string images, camera, config, reference, only, json, compare;
+  std::string images, camera, config, reference, only, json, compare, simulate;
   std::optional<std::uint64_t> seed;
   int max_frames = -1, repeat = 1;
-  double rate_hz = 30;
-  bool quiet = false;
+  double rate_hz = 30, minutes = 20;
+  int width = 640, height = 480;
+  bool unpaced = false, quiet = false;
 };
 
 void declare(CLI::App& app, Arguments& a) {
-  app.add_option("--images", a.images, "folder of images, or a list of `timestamp path` lines")->required();
-  app.add_option("--camera", a.camera, "calibration, the YAML that camera_calibration writes")->required();
+  auto* images =
+      app.add_option("--images", a.images, "folder of images, or a list of `timestamp path` lines");
+  auto* camera = app.add_option("--camera", a.camera, "calibration, the YAML that camera_calibration writes");
   app.add_option("--config", a.config, "tracker.yaml: options, see config/default.yaml");
-  app.add_option("--reference", a.reference, "the true poses (TUM file): position errors are given, too");
+  auto* reference =
+      app.add_option("--reference", a.reference, "the true poses (TUM file): position errors are given, too");
   app.add_option("--seed", a.seed, "of all random choices [0]");
-  app.add_option("--max-frames", a.max_frames, "only so many images")->check(CLI::Range(1, 1000000));
+  auto* most =
+      app.add_option("--max-frames", a.max_frames, "only so many images")->check(CLI::Range(1, 1000000));
   app.add_option("--rate", a.rate_hz, "images a second of the live run [30]")->check(CLI::Range(0.1, 1000.0));
-  app.add_option("--only", a.only, "offline or live [both]")->check(CLI::IsMember({"offline", "live"}));
-  app.add_option("--repeat", a.repeat, "runs of each; the one with the median time is given [1]")
-      ->check(CLI::Range(1, 1000000));
+  auto* only =
+      app.add_option("--only", a.only, "offline or live [both]")->check(CLI::IsMember({"offline", "live"}));
+  auto* repeat =
+      app.add_option("--repeat", a.repeat, "runs of each; the one with the median time is given [1]")
+          ->check(CLI::Range(1, 1000000));
+  auto* simulate =
+      app.add_option("--simulate", a.simulate,
+                     "room: a long live run instead of images. A hand-held camera goes round in a "
+                     "simulated room, lap after lap at a wandering speed. Each of the 360 "
+                     "positions of a lap is rendered once, at the beginning, and kept; a frame is "
+                     "such a view turned by the wandering hand, with fresh noise of 2 grey levels "
+                     "(grey images)")
+          ->check(CLI::IsMember({"room"}));
+  for (auto* option : {images, camera, reference, most, only, repeat}) simulate->excludes(option);
+  app.add_option("--minutes", a.minutes, "simulated [20]")->needs(simulate)->check(CLI::Range(0.01, 1e5));
+  app.add_option("--width", a.width, "of the simulated images, px [640]")
+      ->needs(simulate)
+      ->check(CLI::Range(80, 4000));
+  app.add_option("--height", a.height, "px [480]")->needs(simulate)->check(CLI::Range(60, 4000));
+  app.add_flag("--unpaced", a.unpaced,
+               "a simulated frame comes when the last is done, not as time passes: none is dropped")
+      ->needs(simulate);
   app.add_option("--json", a.json, "write the figures to this file");
   app.add_option("--compare", a.compare, "what --json wrote earlier: ratios now / earlier are printed");
   app.add_flag("--quiet", a.quiet, "say nothing but errors");
 }
 
-nlohmann::ordered_json measure(const Arguments& a) {
+TrackerOptions options_of(const Arguments& a) {
   TrackerOptions options;
   if (!a.config.empty()) read_options_yaml(a.config, &options);
   if (a.seed) options.seed = *a.seed;
+  return options;
+}
+
+Json describe(const Arguments& a, const CameraParameters& camera, const TrackerOptions& options) {
+  return {{"program", "pipeline_benchmark"},
+          {"images", a.images.empty() ? a.simulate : a.images},
+          {"config", a.config.empty() ? "default" : a.config},
+          {"width", camera.width},
+          {"height", camera.height},
+          {"seed", options.seed},
+          {"processors", std::thread::hardware_concurrency()}};
+}
+
+Json measure(const Arguments& a) {
+  if (a.images.empty()) throw std::runtime_error("no input: give --images, or --simulate room");
+  if (a.camera.empty()) {
+    throw std::runtime_error("no calibration: give --camera, the YAML that camera_calibration writes");
+  }
+  const TrackerOptions options = options_of(a);
   const CameraParameters camera = read_camera_yaml(a.camera);
   const std::vector<StampedPose> reference =
       a.reference.empty() ? std::vector<StampedPose>() : read_tum(a.reference);
   const DecodedSequence sequence = decode_images(a.images, a.max_frames, camera);
   for (const std::string& problem : sequence.problems) std::fprintf(stderr, "%s\n", problem.c_str());
-  nlohmann::ordered_json result = {{"program", "pipeline_benchmark"},
-                                   {"images", a.images},
-                                   {"config", a.config.empty() ? "default" : a.config},
-                                   {"width", camera.width},
-                                   {"height", camera.height},
-                                   {"seed", options.seed},
-                                   {"processors", std::thread::hardware_concurrency()}};
+  Json result = describe(a, camera, options);
   const RunInput input{sequence, camera, options, reference};
-  std::vector<nlohmann::ordered_json> offline, live;
+  std::vector<Json> offline, live;
   for (int i = 0; i < a.repeat; ++i) {
     if (a.only != "live") offline.push_back(run_offline(input));
     if (a.only != "offline") live.push_back(run_live(input, a.rate_hz));
   }
   if (!offline.empty()) result["offline"] = median_run(std::move(offline));
   if (!live.empty()) result["live"] = median_run(std::move(live));
+  if (!a.quiet) std::fputs(benchmark_table(result).c_str(), stdout);
+  return result;
+}
+
+Json soak(const Arguments& a) {
+  const TrackerOptions options = options_of(a);
+  SoakOptions soak;
+  soak.room.camera = default_camera(SceneKind::kRoom, a.width, a.height);
+  soak.room.rate_hz = a.rate_hz;
+  soak.minutes = a.minutes;
+  soak.paced = !a.unpaced;
+  Json result = describe(a, soak.room.camera, options);
+  const auto say = [&](const std::string& line) {
+    if (a.quiet) return;
+    std::fputs(line.c_str(), stdout);
+    std::fflush(stdout);
+  };
+  result["soak"] = run_soak(soak, options, say);
+  say(soak_ratios(result["soak"]));
   return result;
 }
 
 void run(const Arguments& a) {
   // What cannot be compared with is found before the work.
-  const nlohmann::ordered_json earlier =
-      a.compare.empty() ? nlohmann::ordered_json() : read_benchmark(a.compare);
-  const nlohmann::ordered_json result = measure(a);
+  const Json earlier = a.compare.empty() ? Json() : read_benchmark(a.compare);
+  const Json result = a.simulate.empty() ? measure(a) : soak(a);
   if (!a.json.empty()) {
     write_file_atomically(a.json, [&](std::ostream& out) { out << result.dump(2) << '\n'; });
   }
-  if (!a.quiet) std::fputs(benchmark_table(result).c_str(), stdout);
   if (!a.compare.empty()) std::printf("\n%s", comparison_table(earlier, result).c_str());
 }
 
@@ -86,7 +142,8 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Measures the tracker on a sequence of images, decoded beforehand: offline (every image, the mapper "
       "inline) and live (images come at a fixed rate, the newest waits in a slot of one, the mapper on its "
-      "own thread, as in the nodelet; no roscore is needed, and nothing is published).",
+      "own thread, as in the nodelet; no roscore is needed, and nothing is published). Or, with --simulate, "
+      "whether the cost of a long live run grows.",
       "pipeline_benchmark");
   Arguments arguments;
   declare(app, arguments);

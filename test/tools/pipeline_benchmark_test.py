@@ -129,6 +129,24 @@ class PipelineBenchmark(unittest.TestCase):
         self.assertEqual(offline["frame"]["median_ms"], medians[1])
         self.assertEqual(offline["frames_total"], 5)
 
+    def test_a_simulated_run_minute_by_minute(self):
+        # Three minutes of two frames a second.
+        result = run_program("pipeline_benchmark", "--simulate", "room", "--minutes", "3", "--rate", "2", "--unpaced",
+                             "--width", "120", "--height", "90", "--json", self.path("soak.json"))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        soak = self.read(self.path("soak.json"))["soak"]
+        self.assertEqual([minute["minute"] for minute in soak["minutes"]], [1, 2, 3])
+        for minute in soak["minutes"]:
+            self.assertEqual(minute["frames_total"], 120)
+            self.assertEqual(minute["frames_posed"] + minute["frames_not_posed"], 120)
+            self.assertEqual(minute["frames_dropped"], 0)
+            self.expect_times(minute["frame"], 120)
+        second, last = soak["minutes"][1], soak["minutes"][2]
+        ratios = soak["last_to_second"]
+        self.assertAlmostEqual(ratios["frame/median_ms"], last["frame"]["median_ms"] / second["frame"]["median_ms"])
+        self.assertAlmostEqual(ratios["memory_mb"], last["memory_mb"] / second["memory_mb"])
+        self.assertIn("frame/median_ms", result.stdout)
+
     def test_refusals_name_what_is_wrong(self):
         images, camera = self.input[:2], self.input[2:]
         self.expect_refused("--images", *camera)
@@ -142,6 +160,9 @@ class PipelineBenchmark(unittest.TestCase):
         self.expect_refused("--rate", *self.input, "--rate", "0")
         self.expect_refused("--only", *self.input, "--only", "both")
         self.expect_refused("--repeat", *self.input, "--repeat", "0")
+        self.expect_refused("--simulate", *self.input, "--simulate", "room")
+        self.expect_refused("--simulate", "--simulate", "attic")
+        self.expect_refused("--minutes", "--simulate", "room", "--minutes", "0")
 
 
 if __name__ == "__main__":

@@ -18,7 +18,11 @@ std::vector<Rigid3> head_path(int frames, double distance, std::uint64_t seed);
 /// looking at the far wall, with the jitter of a hand.
 std::vector<Rigid3> handheld_room_path(int frames, std::uint64_t seed);
 
-/// The same before the plane of make_plane_scene, 2 m off.
+/// A closed, smooth lap in the same part of the room, some 2.3 m long, looking at the far wall: the frame
+/// after the last is the first.
+std::vector<Rigid3> room_lap(int frames);
+
+/// As handheld_room_path before the plane of make_plane_scene, 2 m off.
 std::vector<Rigid3> handheld_plane_path(int frames, std::uint64_t seed);
 
 }  // namespace mono_pose_tracker
