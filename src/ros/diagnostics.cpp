@@ -5,6 +5,20 @@ namespace {
 
 using diagnostic_msgs::DiagnosticStatus;
 
+/// What no later image will mend.
+bool needs_help(std::uint8_t reason) {
+  switch (reason) {
+    case TrackerStatus::NO_CAMERA_INFO:
+    case TrackerStatus::UNCALIBRATED:
+    case TrackerStatus::UNSUPPORTED_ENCODING:
+    case TrackerStatus::IMAGE_SIZE_MISMATCH:
+    case TrackerStatus::INTERNAL_ERROR:
+      return true;
+    default:
+      return false;
+  }
+}
+
 void fill_summary(const Health& health, diagnostic_updater::DiagnosticStatusWrapper& status) {
   const TrackerStatus& last = health.last;
   const std::string words =
@@ -14,14 +28,12 @@ void fill_summary(const Health& health, diagnostic_updater::DiagnosticStatusWrap
     status.summary(DiagnosticStatus::ERROR, health.input_problem);
   } else if (last.frames_received == 0) {
     status.summary(DiagnosticStatus::WARN, "no image yet");
-  } else if (last.state == TrackerStatus::LOST || last.reason == TrackerStatus::UNCALIBRATED ||
-             last.reason == TrackerStatus::UNSUPPORTED_ENCODING ||
-             last.reason == TrackerStatus::IMAGE_SIZE_MISMATCH) {
+  } else if (needs_help(last.reason)) {
     status.summary(DiagnosticStatus::ERROR, words);
   } else if (last.state != TrackerStatus::TRACKING) {
     status.summary(DiagnosticStatus::WARN, words);
-  } else if (10 * last.frames_dropped > last.frames_received) {  // a tenth: seen as jerks
-    status.summary(DiagnosticStatus::WARN, "tracking, but more than a tenth of the images is dropped");
+  } else if (10 * health.recent_drops > health.recent_frames) {  // a tenth: seen as jerks
+    status.summary(DiagnosticStatus::WARN, words + ", but more than a tenth of the images is dropped");
   } else {
     status.summary(DiagnosticStatus::OK, words);
   }
@@ -41,7 +53,9 @@ void fill_diagnostics(const Health& health, diagnostic_updater::DiagnosticStatus
   status.addf("frame rate (Hz)", "%.1f", health.frames_per_second);
   status.addf("seconds since the last image", "%.1f", health.seconds_since_image);
   status.addf("latency (ms)", "%.1f", last.latency_ms);
+  status.add("calibration", health.calibration.empty() ? "none" : health.calibration);
   status.add("inliers", last.inliers);
+  status.addf("median parallax (deg)", "%.2f", last.median_parallax_deg);
   status.addf("reprojection rms (px)", "%.2f", last.reprojection_rms_px);
   status.add("keyframes", last.keyframes);
   status.add("landmarks", last.landmarks);

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "mono_pose_tracker/ros/image_conversion.h"
+#include "mono_pose_tracker/tracking/options_table.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -97,6 +98,11 @@ ConvertedImage LiveTracker::mask_for(const sensor_msgs::Image& message) {
     return {};
   }
   return converted;
+}
+
+void LiveTracker::set_options(const TrackerOptions& options) {
+  copy_changeable(options, &options_);
+  if (tracker_) tracker_->set_options(options_);
 }
 
 void LiveTracker::reset() {

@@ -42,7 +42,14 @@ void StatusBoard::publish_unprocessed(const std_msgs::Header& header, Reason rea
   report.keyframes = static_cast<int>(summary_.last.keyframes);
   report.landmarks = static_cast<int>(summary_.last.landmarks);
   if (reason == Reason::kDropped || reason == Reason::kStaleStamp) ++dropped_;
+  const TrackerStatus processed = summary_.last;
   publish_locked(to_status(report), header, arrival);
+  if (reason != Reason::kDropped) return;
+  // One image left out says nothing about how tracking goes: the summary stays that of the last one
+  // processed.
+  summary_.last = processed;
+  summary_.last.frames_received = received_;
+  summary_.last.frames_dropped = dropped_;
 }
 
 StatusBoard::Summary StatusBoard::summary() const {

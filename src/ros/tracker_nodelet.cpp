@@ -84,6 +84,23 @@ void TrackerNodelet::set_up() {
   advertise_services();
   timer_ = getPrivateNodeHandle().createWallTimer(ros::WallDuration(p.publish_period),
                                                   [this](const ros::WallTimerEvent&) { on_timer(); });
+  offer_live_options();
+}
+
+void TrackerNodelet::offer_live_options() {
+  live_options_.tracker = parameters_.tracker;
+  live_options_.publish_period = parameters_.publish_period;
+  // On the manager's pool of threads, as the services are.
+  live_server_ =
+      std::make_unique<dynamic_reconfigure::Server<LiveOptions>>(live_mutex_, getMTPrivateNodeHandle());
+  live_server_->setCallback([this](LiveOptions& options, std::uint32_t) {
+    const std::string changes = options.changes_since(live_options_);
+    if (changes.empty()) return;
+    on_processing_thread([this, &options] { tracker_->set_options(options.tracker); });
+    timer_.setPeriod(ros::WallDuration(options.publish_period));
+    live_options_ = options;
+    NODELET_INFO("changed: %s", changes.c_str());
+  });
 }
 
 void TrackerNodelet::subscribe() {
@@ -246,7 +263,21 @@ void TrackerNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& statu
   health.seconds_since_image = seconds_since(summary.last_arrival);
   health.frames_per_second = summary.frames_per_second;
   health.input_problem = input_problem_;
+  health.calibration = describe_calibration();
+  health.recent_frames = summary.last.frames_received - diagnosed_.frames_received;
+  health.recent_drops = summary.last.frames_dropped - diagnosed_.frames_dropped;
+  diagnosed_ = summary.last;
   fill_diagnostics(health, status);
+}
+
+std::string TrackerNodelet::describe_calibration() const {
+  const std::optional<ConvertedCamera> camera = cameras_->wait(std::chrono::milliseconds(0));
+  if (!camera || camera->reason != Reason::kOk) return "";
+  const CameraParameters& p = camera->parameters;
+  char text[96];
+  std::snprintf(text, sizeof text, "%dx%d, focal length %.1f px, from ", p.width, p.height, p.fx);
+  return text + (parameters_.camera_info_url.empty() ? camera_info_subscriber_.getTopic()
+                                                     : parameters_.camera_info_url);
 }
 
 void TrackerNodelet::advertise_services() {

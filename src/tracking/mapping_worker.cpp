@@ -146,9 +146,26 @@ void MappingWorker::run() {
   }
 }
 
+void MappingWorker::set_options(const TrackerOptions& options) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  new_options_ = options;
+}
+
 void MappingWorker::run_job(const Job& job) {
   if (before_job_) before_job_();
+  take_options();
   job.work();
+}
+
+void MappingWorker::take_options() {
+  std::optional<TrackerOptions> options;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    options = std::exchange(new_options_, std::nullopt);
+  }
+  if (!options) return;
+  bootstrapper_.set_options(*options);
+  mapper_.set_options(threaded_ ? *options : without_time_budget(*options));
 }
 
 void MappingWorker::bootstrap_with(const Frame& frame, std::uint32_t epoch) {

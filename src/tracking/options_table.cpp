@@ -113,6 +113,56 @@ std::vector<OptionEntry> option_table(TrackerOptions* o) {
   };
 }
 
+bool is_changeable(const std::string& key) { return changeable_keys().count(key) > 0; }
+
+const std::set<std::string>& changeable_keys() {
+  static const std::set<std::string> keys = {
+      "inlier_threshold_px",
+      "max_iterations",
+      "young_map_keyframes",
+      "young_map_patience",
+      "sift/max_features",
+      "sift/min_features",
+      "sift/contrast_threshold",
+      "sift/edge_threshold",
+      "sift/num_threads",
+      "matching/min_ratio",
+      "bootstrap/min_features",
+      "bootstrap/min_matches",
+      "bootstrap/min_landmarks",
+      "bootstrap/min_parallax_deg",
+      "bootstrap/min_parallax_px",
+      "bootstrap/min_confirmed",
+      "bootstrap/min_evidence",
+      "resection/search_radius",
+      "resection/min_inliers",
+      "resection/min_inlier_ratio",
+      "resection/max_local_keyframes",
+      "resection/relocalization_keyframes",
+      "mapping/keyframe_overlap",
+      "mapping/keyframe_parallax_deg",
+      "mapping/keyframe_found",
+      "mapping/matching_keyframes",
+      "mapping/window_keyframes",
+      "mapping/min_parallax_deg",
+      "mapping/max_reprojection_px",
+      "mapping/redundant_overlap",
+      "mapping/bundle_seconds",
+      "bundle/max_iterations",
+  };
+  return keys;
+}
+
+void copy_changeable(const TrackerOptions& from, TrackerOptions* to) {
+  TrackerOptions source = from;
+  const std::vector<OptionEntry> sources = option_table(&source), targets = option_table(to);
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    if (!is_changeable(targets[i].key)) continue;
+    std::visit([&](auto* target) { *target = *std::get<decltype(target)>(sources[i].value); },
+               targets[i].value);
+  }
+}
+
 bool set_option(const OptionEntry& entry, const std::string& text) {
   return std::visit(
       [&](auto* target) {

@@ -13,6 +13,7 @@
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/tracking/bootstrapper.h"
 #include "mono_pose_tracker/tracking/mapping_worker.h"
+#include "mono_pose_tracker/tracking/options_table.h"
 #include "mono_pose_tracker/tracking/resector.h"
 
 namespace mono_pose_tracker {
@@ -48,6 +49,7 @@ class Tracker::Impl {
 
   FrameReport process(std::int64_t stamp_ns, const cv::Mat& image, const cv::Mat& mask);
   void reset();
+  void set_options(const TrackerOptions& options);
   std::shared_ptr<const MapSnapshot> snapshot() const;
   std::vector<PosedFrame> trajectory() const;
   bool finish();
@@ -74,7 +76,7 @@ class Tracker::Impl {
   void describe(const ResectionReport& resection, FrameReport* report) const;
   void finish_report(FrameReport* report);
 
-  const TrackerOptions options_;
+  TrackerOptions options_;
   const CameraModel camera_;
   std::unique_ptr<FeatureExtractor> extractor_;
   Resector resector_;
@@ -376,6 +378,13 @@ void Tracker::Impl::reset() {
   unconfirmed_ = false;
 }
 
+void Tracker::Impl::set_options(const TrackerOptions& options) {
+  copy_changeable(options, &options_);
+  extractor_ = make_sift_extractor(options_.sift);
+  resector_ = Resector(options_, camera_);
+  worker_.set_options(options_);
+}
+
 std::shared_ptr<const MapSnapshot> Tracker::Impl::snapshot() const {
   auto snapshot = std::make_shared<MapSnapshot>();
   const TrackingMapPtr map = worker_.latest();
@@ -483,6 +492,11 @@ FrameReport Tracker::process(std::int64_t stamp_ns, const cv::Mat& image, const 
 void Tracker::wait() { impl_->worker().wait(); }
 
 void Tracker::reset() { impl_->reset(); }
+
+void Tracker::set_options(const TrackerOptions& options) {
+  options.validate();
+  impl_->set_options(options);
+}
 
 std::uint64_t Tracker::revision() const {
   const TrackingMapPtr map = impl_->worker().latest();

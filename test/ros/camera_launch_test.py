@@ -11,26 +11,12 @@ import cv2
 import roslib.packages
 import rospy
 import rostest
-import yaml
-from sensor_msgs.msg import CameraInfo
 from sensor_msgs.srv import SetCameraInfo
 
 from mono_pose_tracker.msg import TrackerStatus
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from listening import Listener, write_video  # noqa: E402
-
-
-def read_calibration(path):
-    with open(path) as file:
-        content = yaml.safe_load(file)
-    info = CameraInfo(width=content["image_width"], height=content["image_height"],
-                      distortion_model=content["distortion_model"])
-    info.D = [float(v) for v in content["distortion_coefficients"]["data"]]
-    info.K = [float(v) for v in content["camera_matrix"]["data"]]
-    info.R = [1.0, 0, 0, 0, 1, 0, 0, 0, 1]
-    info.P = [*info.K[0:3], 0, *info.K[3:6], 0, *info.K[6:9], 0]
-    return info
+from listening import Listener, read_calibration, write_video  # noqa: E402
 
 
 class CameraLaunchTest(unittest.TestCase):

@@ -1,9 +1,11 @@
-"""What several rostests need: messages awaited, and videos written."""
+"""What several rostests need: messages awaited, videos written, calibrations read."""
 import os
 import threading
 
 import cv2
 import rospy
+import yaml
+from sensor_msgs.msg import CameraInfo
 
 TIMEOUT = 60  # s; on a busy machine everything takes its time
 VIDEO_FPS = 20.0
@@ -49,3 +51,16 @@ def write_video(path, images):
         writer.write(image)
     writer.release()
     os.rename(partial, path)
+
+
+def read_calibration(path):
+    """CameraInfo of a file that camera_calibration or simulate_sequence wrote."""
+    with open(path) as file:
+        content = yaml.safe_load(file)
+    info = CameraInfo(width=content["image_width"], height=content["image_height"],
+                      distortion_model=content["distortion_model"])
+    info.D = [float(v) for v in content["distortion_coefficients"]["data"]]
+    info.K = [float(v) for v in content["camera_matrix"]["data"]]
+    info.R = [1.0, 0, 0, 0, 1, 0, 0, 0, 1]
+    info.P = [*info.K[0:3], 0, *info.K[3:6], 0, *info.K[6:9], 0]
+    return info

@@ -83,6 +83,27 @@ TEST(OptionsTable, NamesEveryKeyAtFaultWithWhatWasExpected) {
   EXPECT_EQ(problem.find('\n'), std::string::npos);
 }
 
+TEST(OptionsTable, ChangeableOptionsAreCopiedAndNoOthers) {
+  TrackerOptions from, to;
+  from.seed = 9;
+  from.sift.sigma = 2;
+  from.sift.max_features = 77;
+  from.mapping.keyframe_overlap = 0.5;
+  copy_changeable(from, &to);
+  EXPECT_EQ(to.seed, 0u);
+  EXPECT_EQ(to.sift.sigma, TrackerOptions().sift.sigma);
+  EXPECT_EQ(to.sift.max_features, 77);
+  EXPECT_EQ(to.mapping.keyframe_overlap, 0.5);
+}
+
+// A key that is no longer in the table would be changeable in name only.
+TEST(OptionsTable, EveryChangeableKeyIsAnOption) {
+  TrackerOptions options;
+  std::size_t changeable = 0;
+  for (const OptionEntry& entry : option_table(&options)) changeable += is_changeable(entry.key);
+  EXPECT_EQ(changeable, changeable_keys().size());
+}
+
 TEST(OptionsTable, SaysWhatIsNoYaml) {
   EXPECT_NE(problem_of("a: [1, 2"), "");
   TrackerOptions options;

@@ -3,7 +3,7 @@
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <mono_pose_tracker/TrackerStatus.h>
 
-#include <functional>
+#include <cstdint>
 #include <string>
 
 namespace mono_pose_tracker {
@@ -14,10 +14,13 @@ struct Health {
   double seconds_since_image = 0;
   double frames_per_second = 0;
   std::string input_problem;  // what to do about missing images or calibration; empty: none
+  std::string calibration;    // size, focal length and where it is from; empty: none
+  std::uint32_t recent_frames = 0, recent_drops = 0;  // since /diagnostics last told
 };
 
-/// OK while it tracks, WARN while it starts, is paused or has dropped a tenth of its images, ERROR while it
-/// is lost or has no input.
+/// OK while it tracks. WARN while it works but gives no poses (it starts, is lost, is paused) or drops a
+/// tenth of the images: that may pass by itself. ERROR when it can't work until somebody acts: no images, no
+/// usable calibration.
 void fill_diagnostics(const Health& health, diagnostic_updater::DiagnosticStatusWrapper& status);
 
 }  // namespace mono_pose_tracker

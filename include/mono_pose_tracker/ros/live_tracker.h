@@ -45,6 +45,7 @@ class LiveTracker {
   const cv::Mat& image() const { return image_.image; }
 
   void reset();
+  void set_options(const TrackerOptions& options);  // Tracker::set_options
 
   MapVersion map_version() const;
   std::optional<MapView> map_view() const;  // nothing before the first calibration
@@ -55,7 +56,7 @@ class LiveTracker {
   void use_camera(const CameraParameters& parameters);
   ConvertedImage mask_for(const sensor_msgs::Image& message);
 
-  const TrackerOptions options_;
+  TrackerOptions options_;
   CameraSource& cameras_;
   MaskSource& masks_;
   const std::chrono::milliseconds mask_timeout_;

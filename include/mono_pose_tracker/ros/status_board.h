@@ -31,7 +31,7 @@ class StatusBoard {
                            Clock::time_point arrival);
 
   struct Summary {
-    TrackerStatus last;
+    TrackerStatus last;              // of an image that was not merely displaced; counts of all
     Clock::time_point last_arrival;  // of an image; the construction before the first
     double frames_per_second = 0;    // of arrivals, smoothed over about ten
   };

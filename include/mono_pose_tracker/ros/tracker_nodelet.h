@@ -1,6 +1,7 @@
 #pragma once
 
 #include <diagnostic_updater/diagnostic_updater.h>
+#include <dynamic_reconfigure/server.h>
 #include <nodelet/nodelet.h>
 #include <std_srvs/Trigger.h>
 
@@ -16,6 +17,7 @@
 #include "mono_pose_tracker/ros/camera_source.h"
 #include "mono_pose_tracker/ros/image_slot.h"
 #include "mono_pose_tracker/ros/image_subscriber.h"
+#include "mono_pose_tracker/ros/live_options.h"
 #include "mono_pose_tracker/ros/live_tracker.h"
 #include "mono_pose_tracker/ros/mask_source.h"
 #include "mono_pose_tracker/ros/parameters.h"
@@ -54,6 +56,7 @@ class TrackerNodelet : public nodelet::Nodelet {
   void set_up();
   void subscribe();
   void advertise_services();
+  void offer_live_options();
 
   void take_image(const sensor_msgs::ImageConstPtr& image);
   bool clock_went_back();
@@ -66,6 +69,7 @@ class TrackerNodelet : public nodelet::Nodelet {
   void on_timer();
   void check_inputs();
   void publish_map();
+  std::string describe_calibration() const;
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   using Answer = std::function<std::string()>;  // what was done; throws what went wrong
@@ -87,6 +91,10 @@ class TrackerNodelet : public nodelet::Nodelet {
   std::vector<ros::ServiceServer> services_;
   ros::WallTimer timer_;
 
+  boost::recursive_mutex live_mutex_;  // guards live_options_, too
+  LiveOptions live_options_;
+  std::unique_ptr<dynamic_reconfigure::Server<LiveOptions>> live_server_;
+
   const Clock::time_point started_ = Clock::now();
 
   // Of the nodelet's queue
@@ -94,6 +102,7 @@ class TrackerNodelet : public nodelet::Nodelet {
   ros::Time last_clock_;
   Recording recording_;
   std::string input_problem_;
+  TrackerStatus diagnosed_;  // as /diagnostics last told it
   Clock::time_point last_input_warning_;
   std::optional<MapVersion> published_map_;
 

@@ -52,6 +52,7 @@ class Bootstrapper {
   /// The two-view result of the first and last frame, for want of a third. Without a map where there is none.
   BootstrapReport unconfirmed() const;
 
+  void set_options(const TrackerOptions& options) { options_ = options; }
   void reset() { candidates_.clear(); }
 
  private:

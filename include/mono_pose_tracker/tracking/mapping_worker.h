@@ -16,8 +16,8 @@ namespace mono_pose_tracker {
 /// a thread of its own, where no call but wait and initialize ever waits for work.
 ///
 /// Threads: one thread calls; latest and backlog may be called from any. mutex_ guards jobs_, busy_, stop_,
-/// epoch_, bootstrap_ and latest_; bootstrapper and mapper are touched by the worker only (inline: by the
-/// caller), and by the caller after wait().
+/// epoch_, new_options_, bootstrap_ and latest_; bootstrapper and mapper are touched by the worker only
+/// (inline: by the caller), and by the caller after wait().
 class MappingWorker {
  public:
   /// before_job is called before every job, where the job runs: a test makes mapping slow with it.
@@ -41,6 +41,9 @@ class MappingWorker {
   /// Returns when nothing waits.
   void wait();
 
+  /// From the next job on.
+  void set_options(const TrackerOptions& options);
+
   TrackingMapPtr latest() const;  // null: no map
   int backlog() const;
 
@@ -61,6 +64,7 @@ class MappingWorker {
   void post(Job job);
   void run();
   void run_job(const Job& job);
+  void take_options();
   void bootstrap_with(const Frame& frame, std::uint32_t epoch);
   void publish(std::uint32_t epoch);
   int waiting() const;
@@ -77,6 +81,7 @@ class MappingWorker {
   bool stop_ = false;
   std::uint32_t epoch_ = 0;
   std::optional<BootstrapReport> bootstrap_;
+  std::optional<TrackerOptions> new_options_;  // that bootstrapper and mapper do not have yet
   TrackingMapPtr latest_;
   std::exception_ptr error_;  // of a job that failed: the caller's next insert or wait throws it
   std::thread thread_;

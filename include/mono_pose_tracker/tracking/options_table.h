@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <string>
 #include <variant>
 #include <vector>
@@ -27,6 +28,14 @@ bool set_option(const OptionEntry& entry, const std::string& text);
 std::string option_text(const OptionEntry& entry);     // its value
 std::string expected_value(const OptionEntry& entry);  // "a number from 0 to 1", ...
 bool is_in_range(const OptionEntry& entry);
+
+/// Whether Tracker::set_options changes it: what a map that stands does not rest on. (Descriptors of other
+/// scales or of another norm would no longer match those in the map; a seed counts from the start.)
+bool is_changeable(const std::string& key);
+const std::set<std::string>& changeable_keys();
+
+/// Copies the changeable options.
+void copy_changeable(const TrackerOptions& from, TrackerOptions* to);
 
 /// The known key that is most like an unknown one (fewest letters changed).
 std::string nearest_key(const std::vector<OptionEntry>& table, const std::string& key);

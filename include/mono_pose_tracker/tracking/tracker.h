@@ -16,7 +16,7 @@ namespace mono_pose_tracker {
 /// Tracks one camera against the map it builds: bootstraps, resects every frame, hands keyframes to the
 /// mapper, which runs inline (repeatable) or on a worker thread of its own.
 ///
-/// Threads: process and reset are called from one thread; snapshot and revision from any.
+/// Threads: process, reset and set_options are called from one thread; snapshot and revision from any.
 class Tracker {
  public:
   enum class Mapping { kInline, kThreaded };
@@ -38,6 +38,10 @@ class Tracker {
 
   /// Drops the map; the epoch grows by one.
   void reset();
+
+  /// Changes what is_changeable (options_table.h), from the next image on; the map stays. Throws
+  /// std::invalid_argument on options out of range.
+  void set_options(const TrackerOptions& options);
 
   std::uint64_t revision() const;
   std::shared_ptr<const MapSnapshot> snapshot() const;
