@@ -81,6 +81,7 @@ class OwnSift : public FeatureExtractor {
     const std::vector<int>& kept = budget_.choose(candidates_, image, options_.max_features);
     const int count = static_cast<int>(kept.size());
     set->descriptors.create(count, kDescriptorSize, CV_8U);
+    set->features.reserve(kept.size());
     for (const int i : kept) set->features.push_back(candidates_[i]);
     for_parts(count, options_.num_threads, [&](int, int begin, int end) {
       for (int i = begin; i < end; ++i) {

@@ -10,26 +10,10 @@
 #include <stdexcept>
 
 #include "mono_pose_tracker/common/random.h"
+#include "support/random_texture.h"
 
 namespace mono_pose_tracker {
 namespace {
-
-// Smooth random texture with structure at many scales.
-cv::Mat random_texture(int width, int height, std::uint64_t seed) {
-  Random random(seed);
-  cv::Mat sum = cv::Mat::zeros(height, width, CV_32F);
-  for (const double sigma : {1.5, 3.0, 6.0, 12.0}) {
-    cv::Mat noise(height, width, CV_32F);
-    for (int y = 0; y < height; ++y) {
-      for (int x = 0; x < width; ++x) noise.at<float>(y, x) = static_cast<float>(random.normal());
-    }
-    cv::GaussianBlur(noise, noise, cv::Size(), sigma);
-    sum += noise * (25.0 * sigma);
-  }
-  cv::Mat gray;
-  sum.convertTo(gray, CV_8U, 1.0, 128.0);
-  return gray;
-}
 
 bool same_bytes(const FeatureSet& a, const FeatureSet& b) {
   return a.size() == b.size() && cv::countNonZero(a.descriptors != b.descriptors) == 0 &&

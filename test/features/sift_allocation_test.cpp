@@ -1,0 +1,107 @@
+// malloc and its kin, counted while a test asks for it. operator new, cv::Mat and Eigen all end there.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdlib>
+#include <opencv2/imgproc.hpp>
+
+#include "mono_pose_tracker/features/sift.h"
+#include "support/random_texture.h"
+
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+
+namespace {
+
+std::atomic<bool> counting{false};
+std::atomic<long> allocations{0};
+
+void note() {
+  if (counting.load(std::memory_order_relaxed)) ++allocations;
+}
+
+}  // namespace
+
+extern "C" {
+
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_realloc(void* old, std::size_t size);
+void* __libc_memalign(std::size_t alignment, std::size_t size);
+
+void* malloc(std::size_t size) {
+  note();
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) {
+  note();
+  return __libc_calloc(count, size);
+}
+void* realloc(void* old, std::size_t size) {
+  note();
+  return __libc_realloc(old, size);
+}
+void* memalign(std::size_t alignment, std::size_t size) {
+  note();
+  return __libc_memalign(alignment, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) { return memalign(alignment, size); }
+int posix_memalign(void** out, std::size_t alignment, std::size_t size) {
+  *out = memalign(alignment, size);
+  return *out ? 0 : ENOMEM;
+}
+
+}  // extern "C"
+
+namespace mono_pose_tracker {
+namespace {
+
+template <typename Work>
+long allocations_of(const Work& work) {
+  allocations = 0;
+  counting = true;
+  work();
+  counting = false;
+  return allocations;
+}
+
+TEST(SiftAllocationTest, TheCounterSeesEveryKindOfAllocation) {
+  EXPECT_GE(allocations_of([] { delete new std::vector<int>(1000); }), 1);
+  EXPECT_GE(allocations_of([] { cv::Mat(100, 100, CV_8U); }), 1);
+  EXPECT_EQ(allocations_of([] {}), 0);
+}
+
+class SiftWarmTest : public testing::TestWithParam<int> {};
+
+TEST_P(SiftWarmTest, AllocatesNothingForImagesOfASizeItKnows) {
+  SiftOptions options;
+  options.first_octave = GetParam();
+  options.max_features = 400;
+  options.min_features = 400;
+  const cv::Mat gray = random_texture(322, 241, 1);
+  cv::Mat turned;
+  cv::rotate(gray, turned, cv::ROTATE_180);
+  const auto extractor = make_sift_extractor(options);
+  FeatureSet set, other;
+  EXPECT_GT(allocations_of([&] { extractor->extract(gray, cv::Mat(), &set); }), 10);
+  extractor->extract(turned, cv::Mat(), &other);
+  ASSERT_GT(set.size(), 100);
+
+  // Into a set that has room already: nothing at all.
+  EXPECT_EQ(allocations_of([&] { extractor->extract(gray, cv::Mat(), &set); }), 0);
+  EXPECT_EQ(allocations_of([&] { extractor->extract(turned, cv::Mat(), &other); }), 0);
+
+  // Into a new set: what is returned, a few growing steps of it.
+  FeatureSet fresh;
+  const long returned = allocations_of([&] { extractor->extract(gray, cv::Mat(), &fresh); });
+  EXPECT_EQ(fresh.size(), set.size());
+  EXPECT_LE(returned, 3);  // features; descriptors and their header
+}
+
+INSTANTIATE_TEST_SUITE_P(FirstOctaves, SiftWarmTest, testing::Values(-1, 0, 1));
+
+}  // namespace
+}  // namespace mono_pose_tracker
+
+#endif
