@@ -4,72 +4,190 @@
 #include <cstdio>
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace mono_pose_tracker {
 namespace {
 
+using Fate = SeenFeature::Fate;
+
+// BGR
+const cv::Scalar kGreen(80, 220, 80), kRed(60, 60, 240), kBlue(230, 160, 60), kYellow(60, 210, 240),
+    kWhite(235, 235, 235);
+
+// Images over which a feature's tail reaches: a third of a second at 30 Hz.
+constexpr std::size_t kTailImages = 10;
+
+// Fixed-point bits of OpenCV's drawing: sixteenths of a pixel.
+constexpr int kShift = 4;
+
+cv::Point fixed(float x, float y) { return {cvRound(x * (1 << kShift)), cvRound(y * (1 << kShift))}; }
+
+cv::Scalar color_of(Fate fate) {
+  return fate == Fate::kInlier ? kGreen : fate == Fate::kOutlier ? kRed : kBlue;
+}
+
 cv::Scalar color_of(State state) {
-  switch (state) {
-    case State::kTracking:
-      return {80, 220, 80};
-    case State::kLost:
-      return {60, 60, 240};
-    default:
-      return {60, 200, 240};
+  return state == State::kTracking ? kGreen : state == State::kLost ? kRed : kYellow;
+}
+
+int dot_radius(const cv::Mat& canvas) { return std::max(1, canvas.cols / 320); }
+
+/// The unmatched first, so that they hide nothing.
+void draw_features(const std::vector<SeenFeature>& features, cv::Mat& canvas) {
+  for (const Fate fate : {Fate::kUnmatched, Fate::kOutlier, Fate::kInlier}) {
+    const int radius = fate == Fate::kUnmatched ? std::max(1, dot_radius(canvas) / 2) : dot_radius(canvas);
+    for (const SeenFeature& feature : features) {
+      if (feature.fate != fate) continue;
+      cv::circle(canvas, fixed(feature.x_px.x(), feature.x_px.y()), radius << kShift, color_of(fate),
+                 cv::FILLED, cv::LINE_AA, kShift);
+    }
   }
 }
 
-std::vector<std::string> describe(const FrameReport& report) {
-  char counts[160];
-  std::snprintf(counts, sizeof(counts), "features %d  matches %d  inliers %d  rms %.2f px", report.features,
-                report.matches, report.inliers, report.reprojection_rms_px);
-  char map[160];
-  std::snprintf(map, sizeof(map), "map %u: keyframes %d  points %d", report.epoch, report.keyframes,
-                report.landmarks);
+void draw_motions(const std::vector<SeenMotion>& motions, cv::Mat& canvas) {
+  for (const SeenMotion& motion : motions) {
+    cv::line(canvas, fixed(motion.from_px.x(), motion.from_px.y()), fixed(motion.to_px.x(), motion.to_px.y()),
+             kYellow, 1, cv::LINE_AA, kShift);
+  }
+}
+
+/// Words with their colour, side by side.
+using Line = std::vector<std::pair<std::string, cv::Scalar>>;
+
+template <typename... Args>
+std::string format(const char* text, Args... args) {
+  char buffer[160];
+  std::snprintf(buffer, sizeof buffer, text, args...);
+  return buffer;
+}
+
+Line counts_line(const FrameReport& report) {
+  const auto count = [&](Fate fate) {
+    return static_cast<int>(std::count_if(report.seen.begin(), report.seen.end(),
+                                          [&](const SeenFeature& f) { return f.fate == fate; }));
+  };
+  return {{format("%d inliers  ", count(Fate::kInlier)), kGreen},
+          {format("%d outliers  ", count(Fate::kOutlier)), kRed},
+          {format("%d unmatched", count(Fate::kUnmatched)), kBlue}};
+}
+
+std::vector<Line> describe(const FrameReport& report) {
   std::string head = to_string(report.state);
   if (report.reason != Reason::kOk) head += std::string(": ") + to_string(report.reason);
-  std::vector<std::string> lines{head, counts, map};
-  if (!report.reason_text.empty()) lines.insert(lines.begin() + 1, report.reason_text);
+  const std::string advice = what_to_do(report.reason);
+  if (!advice.empty()) head += " - " + advice;
+  std::vector<Line> lines{{{head, color_of(report.state)}}};
+  if (!report.reason_text.empty()) lines.push_back({{report.reason_text, kWhite}});
+  lines.push_back(counts_line(report));
+  if (report.map_from_camera) {
+    lines.push_back({{format("map %u: %d keyframes, %d points; error %.2f px", report.epoch, report.keyframes,
+                             report.landmarks, report.reprojection_rms_px),
+                      kWhite}});
+  }
   return lines;
 }
 
-void draw_map(const Rigid3& map_from_camera, const CameraModel& camera, const MapSnapshot& map,
-              cv::Mat& canvas) {
-  const Rigid3 camera_from_map = map_from_camera.inverse();
-  const int radius = std::max(1, canvas.cols / 400);
-  for (const ColoredPoint& point : map.points) {
-    Eigen::Vector2d pixel;
-    if (!camera.project(camera_from_map * point.x_in_map.cast<double>(), &pixel) || !camera.in_image(pixel))
-      continue;
-    const cv::Point centre(cvRound(pixel.x()), cvRound(pixel.y()));
-    cv::circle(canvas, centre, radius, {80, 220, 80}, cv::FILLED, cv::LINE_AA);
+int text_width(const Line& line, double scale) {
+  int width = 0;
+  for (const auto& words : line) {
+    width += cv::getTextSize(words.first, cv::FONT_HERSHEY_SIMPLEX, scale, 1, nullptr).width;
   }
+  return width;
 }
 
-void draw_text(const std::vector<std::string>& lines, const cv::Scalar& color, cv::Mat& canvas) {
-  const double scale = std::max(0.35, canvas.cols / 900.0);  // readable in a small panel of rviz
-  const int line_height = cvRound(28 * scale) + 4;           // px
-  cv::Mat band = canvas.rowRange(0, std::min(canvas.rows, line_height * static_cast<int>(lines.size()) + 6));
-  band *= 0.4;  // dark enough for the text to be read on any image
+void draw_text(const std::vector<Line>& lines, cv::Mat& canvas) {
+  const double normal = std::max(0.35, canvas.cols / 1100.0);  // readable in a small panel of rviz
+  const int height = cvRound(28 * normal) + 4;                 // px
+  const int margin = 6;                                        // px
+  cv::Mat band = canvas.rowRange(0, std::min(canvas.rows, height * static_cast<int>(lines.size()) + margin));
+  band *= 0.35;  // dark enough for the text to be read on any image
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    cv::putText(canvas, lines[i], {6, line_height * static_cast<int>(i + 1) - 4}, cv::FONT_HERSHEY_SIMPLEX,
-                scale, i == 0 ? color : cv::Scalar(230, 230, 230), scale > 0.8 ? 2 : 1, cv::LINE_AA);
+    // A line that is too long is set smaller.
+    const double fit =
+        static_cast<double>(canvas.cols - 2 * margin) / std::max(1, text_width(lines[i], normal));
+    const double scale = normal * std::min(1.0, fit);
+    cv::Point at(margin, height * static_cast<int>(i + 1) - 4);
+    for (const auto& [words, color] : lines[i]) {
+      cv::putText(canvas, words, at, cv::FONT_HERSHEY_SIMPLEX, scale, color, scale > 0.8 ? 2 : 1,
+                  cv::LINE_AA);
+      at.x += cv::getTextSize(words, cv::FONT_HERSHEY_SIMPLEX, scale, 1, nullptr).width;
+    }
   }
 }
 
 }  // namespace
 
-cv::Mat draw_debug_image(const cv::Mat& image, const FrameReport& report, const CameraModel& camera,
-                         const MapSnapshot& map) {
+const char* what_to_do(Reason reason) {
+  switch (reason) {
+    case Reason::kNoCameraInfo:
+      return "publish camera_info, or set ~camera_info_url";
+    case Reason::kUncalibrated:
+      return "calibrate the camera, or set ~camera_info_url";
+    case Reason::kImageSizeMismatch:
+      return "calibrate at the size you use";
+    case Reason::kUnsupportedEncoding:
+      return "convert the images";
+    case Reason::kTooFewFeatures:
+      return "more light, more texture, a steadier hand";
+    case Reason::kFirstFrame:
+    case Reason::kLowParallax:
+    case Reason::kRotationOnly:
+      return "move the camera sideways";
+    case Reason::kTooFewMatches:
+    case Reason::kRelocalising:
+      return "move slowly; go back to what was seen";
+    case Reason::kAwaitingConfirmation:
+      return "go on moving";
+    case Reason::kAmbiguousPose:
+      return "move in another direction";
+    case Reason::kTooFewInliers:
+      return "mask what moves by itself";
+    case Reason::kPaused:
+      return "call ~resume";
+    default:
+      return "";
+  }
+}
+
+void DebugImage::grow_tails(const FrameReport& report) {
+  if (report.epoch != std::exchange(epoch_, report.epoch)) tails_.clear();
+  std::map<std::int64_t, Tail> grown;
+  for (const SeenFeature& feature : report.seen) {
+    if (feature.fate != Fate::kInlier) continue;
+    const auto old = tails_.find(feature.landmark);
+    Tail tail = old == tails_.end() ? Tail() : std::move(old->second);
+    tail.emplace_back(feature.x_px.x(), feature.x_px.y());
+    if (tail.size() > kTailImages) tail.pop_front();
+    grown.emplace(feature.landmark, std::move(tail));
+  }
+  tails_ = std::move(grown);  // what is not seen any more has no tail
+}
+
+void DebugImage::draw_tails(cv::Mat& canvas) const {
+  for (const auto& entry : tails_) {
+    const Tail& tail = entry.second;
+    for (std::size_t i = 1; i < tail.size(); ++i) {
+      const double age = static_cast<double>(tail.size() - i) / kTailImages;  // old parts are darker
+      cv::line(canvas, fixed(tail[i - 1].x, tail[i - 1].y), fixed(tail[i].x, tail[i].y),
+               kGreen * (1 - 0.6 * age), 1, cv::LINE_AA, kShift);
+    }
+  }
+}
+
+cv::Mat DebugImage::draw(const cv::Mat& image, const FrameReport& report) {
   cv::Mat canvas;
   if (image.channels() == 1) {
     cv::cvtColor(image, canvas, cv::COLOR_GRAY2BGR);
   } else {
     canvas = image.clone();
   }
-  if (report.map_from_camera) draw_map(*report.map_from_camera, camera, map, canvas);
-  draw_text(describe(report), color_of(report.state), canvas);
+  grow_tails(report);
+  draw_tails(canvas);
+  draw_motions(report.motions, canvas);
+  draw_features(report.seen, canvas);
+  draw_text(describe(report), canvas);
   return canvas;
 }
 

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "mono_pose_tracker/ros/camera_info_conversion.h"
-#include "mono_pose_tracker/ros/debug_image.h"
 #include "mono_pose_tracker/ros/diagnostics.h"
 #include "mono_pose_tracker/ros/messages.h"
 
@@ -188,10 +187,8 @@ void TrackerNodelet::process(const Frame& frame) {
 }
 
 void TrackerNodelet::draw(const Frame& frame, const FrameReport& report) {
-  const std::optional<MapView> view = tracker_->map_view();
-  if (!view || tracker_->image().empty()) return;
-  publishers_->publish_debug_image(
-      frame.image->header, draw_debug_image(tracker_->image(), report, view->camera, *view->snapshot));
+  if (tracker_->image().empty()) return;
+  publishers_->publish_debug_image(frame.image->header, debug_image_.draw(tracker_->image(), report));
 }
 
 void TrackerNodelet::say_state(const FrameReport& report) {

@@ -242,6 +242,19 @@ BootstrapReport Bootstrapper::add(const Frame& frame) {
   return report;
 }
 
+std::vector<SeenMotion> Bootstrapper::motions() const {
+  std::vector<SeenMotion> motions;
+  if (candidates_.size() < 2) return motions;
+  const ImageFeatures& reference = *candidates_.front().frame.image;
+  const ImageFeatures& newest = *candidates_.back().frame.image;
+  const std::vector<int>& matched = candidates_.back().feature_of_reference;
+  for (std::size_t f = 0; f < matched.size(); ++f) {
+    if (matched[f] < 0) continue;
+    motions.push_back({reference.set.features[f].pixel, newest.set.features[matched[f]].pixel});
+  }
+  return motions;
+}
+
 BootstrapReport Bootstrapper::unconfirmed() const {
   BootstrapReport report;
   if (candidates_.size() < 2) {

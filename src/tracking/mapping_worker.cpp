@@ -171,6 +171,7 @@ void MappingWorker::take_options() {
 void MappingWorker::bootstrap_with(const Frame& frame, std::uint32_t epoch) {
   if (std::exchange(bootstrapper_epoch_, epoch) != epoch) bootstrapper_.reset();
   BootstrapReport report = bootstrapper_.add(frame);
+  report.motions = bootstrapper_.motions();
   if (report.map) {
     mapper_.initialize(*report.map, epoch);
     bootstrapper_.reset();

@@ -97,6 +97,7 @@ ResectionReport Resector::pose_from_matches(const Frame& frame,
                                             const std::vector<LandmarkMatch>& matches) const {
   ResectionReport report;
   report.matches = static_cast<int>(matches.size());
+  for (const LandmarkMatch& m : matches) report.matched.push_back(m.feature);
   if (report.matches < options_.resection.min_inliers) {
     report.reason = Reason::kTooFewMatches;
     report.text = shortfall(report.matches, options_.resection.min_inliers, "matches to landmarks");
@@ -142,6 +143,8 @@ void Resector::refine(const Frame& frame, const std::vector<LandmarkCandidate>& 
   }
   inliers = keep_inliers(frame, candidates, matches, report->camera_from_map, options_.inlier_threshold_px);
   report->matches = static_cast<int>(matches.size());
+  report->matched.clear();
+  for (const LandmarkMatch& m : matches) report->matched.push_back(m.feature);
   report->inliers = static_cast<int>(inliers.size());
   double sum = 0;
   for (const LandmarkMatch& m : inliers) {

@@ -126,6 +126,7 @@ std::optional<Frame> Tracker::Impl::make_frame(std::int64_t index, std::int64_t 
   const StageTimer timer(report->stages, "undistort");
   frame.image = make_image_features(std::move(features), image, camera_);
   report->features = frame.image->size();
+  for (const Feature& feature : frame.image->set.features) report->seen.push_back({feature.pixel, {}, -1});
   return frame;
 }
 
@@ -183,6 +184,7 @@ void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
   report->matches = bootstrap_.matches;
   report->inliers = bootstrap_.inliers;
   report->median_parallax_deg = bootstrap_.median_parallax_deg;
+  report->motions = bootstrap_.motions;
   if (!bootstrap_.map) return;
   bootstrap_ = BootstrapReport();
   start_map();
@@ -212,6 +214,12 @@ void Tracker::Impl::describe(const ResectionReport& resection, FrameReport* repo
   report->matches = resection.matches;
   report->inliers = resection.inliers;
   report->reprojection_rms_px = resection.rms_px;
+  report->motions.clear();
+  for (const int f : resection.matched) report->seen[f].fate = SeenFeature::Fate::kOutlier;
+  for (const FrameObservation& o : resection.observations) {
+    report->seen[o.feature].fate = SeenFeature::Fate::kInlier;
+    report->seen[o.feature].landmark = o.landmark;
+  }
   if (!resection.success) return;
   report->map_from_camera = resection.camera_from_map.inverse();
   report->covariance = resection.covariance;
@@ -247,7 +255,13 @@ void Tracker::Impl::lose(FrameReport* report) {
   state_ = State::kLost;
   motion_.reset();
   const TrackingMapPtr map = worker_.latest();
-  if (++frames_lost_ >= options_.young_map_patience &&
+  ++frames_lost_;
+  if (frames_lost_ > 1) {
+    // No longer the image that lost it: what counts is that none of the keyframes it was compared with fits.
+    report->reason = Reason::kRelocalising;
+    report->reason_text = "lost for " + std::to_string(frames_lost_) + " images: " + report->reason_text;
+  }
+  if (frames_lost_ >= options_.young_map_patience &&
       static_cast<int>(map->keyframes.size()) <= options_.young_map_keyframes) {
     reset();
     report->reason_text += "; the young map is dropped, a new one begun";

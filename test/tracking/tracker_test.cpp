@@ -224,10 +224,36 @@ TEST(Tracker, ImageFromElsewhereIsLostAndTrackingGoesOn) {
   EXPECT_EQ(blank.state, State::kLost);
   EXPECT_FALSE(blank.map_from_camera);
   EXPECT_EQ(blank.reason, Reason::kTooFewMatches) << blank.reason_text;
-  const FrameReport found = tracker.process(last.stamp_ns + 2, last.image);
+  const FrameReport searching =
+      tracker.process(last.stamp_ns + 2, cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(90)));
+  EXPECT_EQ(searching.reason, Reason::kRelocalising);
+  EXPECT_NE(searching.reason_text.find("lost for 2 images"), std::string::npos) << searching.reason_text;
+  const FrameReport found = tracker.process(last.stamp_ns + 3, last.image);
   EXPECT_EQ(found.state, State::kTracking) << found.reason_text;
   EXPECT_TRUE(found.map_from_camera);
   EXPECT_EQ(found.epoch, 0u);
+}
+
+// What a drawing shows of an image adds up to what the report says of it.
+TEST(Tracker, EveryFeatureIsSeenWithItsFate) {
+  Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
+  for (const FrameReport& report : track_all(&tracker)) {
+    EXPECT_EQ(static_cast<int>(report.seen.size()), report.features);
+    int inliers = 0, matched = 0;
+    for (const SeenFeature& feature : report.seen) {
+      inliers += feature.fate == SeenFeature::Fate::kInlier;
+      matched += feature.fate != SeenFeature::Fate::kUnmatched;
+      EXPECT_EQ(feature.landmark >= 0, feature.fate == SeenFeature::Fate::kInlier);
+    }
+    if (!report.map_from_camera) {
+      EXPECT_EQ(static_cast<int>(report.motions.size()),
+                report.reason == Reason::kFirstFrame ? 0 : report.matches);
+      continue;
+    }
+    EXPECT_EQ(inliers, report.inliers);
+    EXPECT_EQ(matched, report.matches);
+    EXPECT_TRUE(report.motions.empty());
+  }
 }
 
 TEST(Tracker, ImageOfAnotherSizeIsNamed) {

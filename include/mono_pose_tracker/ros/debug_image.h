@@ -1,15 +1,34 @@
 #pragma once
 
+#include <cstdint>
+#include <deque>
+#include <map>
 #include <opencv2/core.hpp>
 
-#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/common/status.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 
 namespace mono_pose_tracker {
 
-/// The image with what became of it in words, and the map's points where the pose sees them. image: CV_8UC1
-/// or CV_8UC3 (BGR). Returns CV_8UC3 (BGR) of the same size.
-cv::Mat draw_debug_image(const cv::Mat& image, const FrameReport& report, const CameraModel& camera,
-                         const MapSnapshot& map);
+/// What a user can do about a reason, a few words in the imperative; empty where there is nothing to do.
+const char* what_to_do(Reason reason);
+
+/// The image with its features (green: inliers, with tails to where they were in the last images drawn; red:
+/// outliers; blue: unmatched), the motion since the reference image while there is no map (yellow), and in
+/// words what became of the image and what the tracker waits for.
+class DebugImage {
+ public:
+  /// image: CV_8UC1 or CV_8UC3 (BGR). Returns CV_8UC3 (BGR) of the same size.
+  cv::Mat draw(const cv::Mat& image, const FrameReport& report);
+
+ private:
+  using Tail = std::deque<cv::Point2f>;  // px, the newest last
+
+  void grow_tails(const FrameReport& report);
+  void draw_tails(cv::Mat& canvas) const;
+
+  std::uint32_t epoch_ = 0;  // of the tails
+  std::map<std::int64_t, Tail> tails_;
+};
 
 }  // namespace mono_pose_tracker

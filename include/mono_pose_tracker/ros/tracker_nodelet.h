@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "mono_pose_tracker/ros/camera_source.h"
+#include "mono_pose_tracker/ros/debug_image.h"
 #include "mono_pose_tracker/ros/image_slot.h"
 #include "mono_pose_tracker/ros/image_subscriber.h"
 #include "mono_pose_tracker/ros/live_options.h"
@@ -107,6 +108,7 @@ class TrackerNodelet : public nodelet::Nodelet {
   std::optional<MapVersion> published_map_;
 
   // Of the processing thread
+  DebugImage debug_image_;
   std::uint32_t tracked_recording_ = 0;
   std::optional<State> said_state_;
   std::uint32_t said_epoch_ = 0;

@@ -9,6 +9,7 @@
 #include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/common/status.h"
 #include "mono_pose_tracker/tracking/frame.h"
+#include "mono_pose_tracker/tracking/frame_report.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 
 namespace mono_pose_tracker {
@@ -36,6 +37,7 @@ struct BootstrapReport {
   int inliers = 0;
   double median_parallax_deg = 0;
   std::optional<InitialMap> map;
+  std::vector<SeenMotion> motions;  // from the reference to the frame added
 };
 
 /// Makes the first map (paper, step 3): 5-point RANSAC between a reference frame and the newest one. A
@@ -54,6 +56,9 @@ class Bootstrapper {
 
   void set_options(const TrackerOptions& options) { options_ = options; }
   void reset() { candidates_.clear(); }
+
+  /// From the reference frame to the newest, for drawings.
+  std::vector<SeenMotion> motions() const;
 
  private:
   struct Candidate {

@@ -15,6 +15,19 @@ namespace mono_pose_tracker {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
+/// A feature of the image, as a drawing shows it.
+struct SeenFeature {
+  enum class Fate : std::uint8_t { kUnmatched, kOutlier, kInlier };
+  Eigen::Vector2f x_px;
+  Fate fate = Fate::kUnmatched;
+  std::int64_t landmark = -1;  // of an inlier
+};
+
+/// A match between the bootstrap's reference image and a later one.
+struct SeenMotion {
+  Eigen::Vector2f from_px, to_px;
+};
+
 /// What became of one image.
 struct FrameReport {
   std::int64_t stamp_ns = 0;
@@ -37,6 +50,9 @@ struct FrameReport {
   int landmarks = 0;
   int worker_backlog = 0;  // keyframes that wait for the mapper
   StageTimes stages;
+
+  std::vector<SeenFeature> seen;    // every feature of the image
+  std::vector<SeenMotion> motions;  // while there is no map: of the newest image that was compared
 };
 
 struct PosedFrame {

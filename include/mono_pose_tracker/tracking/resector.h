@@ -29,6 +29,7 @@ struct ResectionReport {
   int matches = 0;
   int inliers = 0;
   double rms_px = 0;
+  std::vector<int> matched;                    // features that were matched, inliers or not
   std::vector<FrameObservation> observations;  // the inliers
 };
 

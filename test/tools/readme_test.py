@@ -1,0 +1,62 @@
+#!/usr/bin/python3
+"""The README explains every reason, state, parameter and launch argument that there is, and no other reason."""
+import glob
+import os
+import re
+import sys
+import unittest
+from xml.etree import ElementTree
+
+import rosunit
+
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+
+
+def read(*path):
+    with open(os.path.join(ROOT, *path)) as file:
+        return file.read()
+
+
+def section(title):
+    return re.search(rf"^## {title}\n(.*?)(?=^## )", read("README.md"), re.M | re.S).group(1)
+
+
+class ReadmeTest(unittest.TestCase):
+    def test_every_reason_is_explained(self):
+        codes = set(re.findall(r'case Reason::\w+:\s*return "(\w+)"', read("src", "common", "status.cpp")))
+        self.assertIn("LOW_PARALLAX", codes)
+        rows = re.findall(r"^\| `([A-Z_]+)` \| (.+?) \| (.*?) ?\|$", section("States and reasons"), re.M)
+        self.assertEqual({code for code, _, _ in rows}, codes)
+        for code, meaning, advice in rows:
+            self.assertTrue(meaning.strip(), code)
+            self.assertTrue(advice.strip(), code)
+
+    def test_the_message_has_the_same_reasons(self):
+        codes = re.findall(r'case Reason::\w+:\s*return "(\w+)"', read("src", "common", "status.cpp"))
+        states = re.findall(r'case State::\w+:\s*return "(\w+)"', read("src", "common", "status.cpp"))
+        # Constants of one message share a name space: the reason PAUSED has the state of that name beside it.
+        names = ["REASON_" + code if code in states else code for code in codes]
+        constants = re.findall(r"^uint8 (\w+) = (\d+)", read("msg", "TrackerStatus.msg"), re.M)
+        self.assertEqual([c for c in constants if c[0] not in states],
+                         [(name, str(number)) for number, name in enumerate(names)])
+
+    def test_every_state_is_explained(self):
+        for state in re.findall(r'case State::\w+:\s*return "(\w+)"', read("src", "common", "status.cpp")):
+            self.assertRegex(section("States and reasons"), rf"(?m)^\| `{state}` \| .+ \|$")
+
+    def test_every_launch_argument_is_in_its_section(self):
+        for file, title in (("bag.launch", "A bag"), ("camera.launch", "A camera")):
+            text = section(title)
+            for arg in ElementTree.parse(os.path.join(ROOT, "launch", file)).getroot().findall("arg"):
+                self.assertIn("`" + arg.get("name") + "`", text, file)
+
+    def test_every_parameter_is_named(self):
+        text = read("README.md")
+        for path in glob.glob(os.path.join(ROOT, "src", "ros", "*.cpp")):
+            with open(path) as file:
+                for key in re.findall(r'reader\.read\("(\w+)"', file.read()):
+                    self.assertRegex(text, f"`~?{key}`", path)
+
+
+if __name__ == "__main__":
+    rosunit.unitrun("mono_pose_tracker", "readme", ReadmeTest, sysargs=sys.argv)
