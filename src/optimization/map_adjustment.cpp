@@ -8,6 +8,9 @@ namespace mono_pose_tracker {
 
 namespace {
 
+// Under cameras that stay, a point that was in its place before they moved a little is there in two or three.
+constexpr int kPointIterations = 4;
+
 // A bundle problem and where its blocks came from.
 struct MapProblem {
   BundleProblem bundle;
@@ -42,6 +45,25 @@ std::vector<KeyframeId> fixed_keyframes(const Map& map, const std::vector<Landma
   }
   std::sort(fixed.begin(), fixed.end());
   return fixed;
+}
+
+// Of each of these keyframes the landmarks that most keyframes see, at most so many; and the others.
+std::pair<std::vector<LandmarkId>, std::vector<LandmarkId>> split_by_track_length(
+    const Map& map, const std::vector<LandmarkId>& landmarks, const std::vector<KeyframeId>& keyframes,
+    int max_of_keyframe) {
+  std::set<LandmarkId> chosen;
+  for (const KeyframeId id : keyframes) {
+    std::vector<std::pair<int, LandmarkId>> order;
+    for (const LandmarkId l : map.keyframe(id)->landmark_of_feature) {
+      if (l != kNoLandmark) order.emplace_back(-static_cast<int>(map.landmark(l)->observations.size()), l);
+    }
+    const std::size_t count = std::min<std::size_t>(order.size(), max_of_keyframe);
+    std::partial_sort(order.begin(), order.begin() + count, order.end());
+    for (std::size_t i = 0; i < count; ++i) chosen.insert(order[i].second);
+  }
+  std::pair<std::vector<LandmarkId>, std::vector<LandmarkId>> split;
+  for (const LandmarkId l : landmarks) (chosen.count(l) ? split.first : split.second).push_back(l);
+  return split;
 }
 
 MapProblem build(const Map& map, const std::vector<KeyframeId>& free, const std::vector<KeyframeId>& fixed,
@@ -105,7 +127,7 @@ BundleObservation make_observation(int camera, int point, const ImageFeatures& i
 }
 
 BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<KeyframeId>& free_keyframes,
-                              int max_fixed, Map* map) {
+                              int max_fixed, int max_landmarks, Map* map) {
   std::vector<KeyframeId> free = free_keyframes;
   std::sort(free.begin(), free.end());
   const std::vector<LandmarkId> landmarks = seen_by(*map, free);
@@ -115,8 +137,17 @@ BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<Ke
     free.insert(std::lower_bound(free.begin(), free.end(), fixed[0]), fixed[0]);
     fixed.clear();
   }
-  MapProblem problem = build(*map, free, fixed, landmarks);
-  return solve(options, &problem, map);
+  const auto [longest, others] = split_by_track_length(*map, landmarks, free, max_landmarks);
+  MapProblem problem = build(*map, free, fixed, longest);
+  const BundleReport report = solve(options, &problem, map);
+  if (others.empty()) return report;
+  // The others follow, each by itself, under cameras that stay where they are now.
+  fixed.insert(fixed.end(), free.begin(), free.end());
+  MapProblem rest = build(*map, {}, fixed, others);
+  BundleOptions points_only = options;
+  points_only.max_iterations = kPointIterations;
+  solve(points_only, &rest, map);
+  return report;
 }
 
 BundleReport adjust_map(const BundleOptions& options, Map* map) {

@@ -204,7 +204,7 @@ void Mapper::adjust_window(KeyframeId newest, int waiting) {
   if (waiting < 2) {
     BundleOptions bundle = options_.bundle;
     bundle.max_seconds = options_.mapping.bundle_seconds;
-    adjust_keyframes(bundle, window, 3 * size, &map_);
+    adjust_keyframes(bundle, window, 3 * size, options_.mapping.window_landmarks, &map_);
   }
   std::set<LandmarkId> touched;
   for (const KeyframeId id : window) {
@@ -253,6 +253,7 @@ void Mapper::cull_keyframes(KeyframeId newest) {
     const std::vector<KeyframeId> nearest = neighbors(id, 1);
     if (nearest.empty()) continue;
     map_.remove_keyframe(id, nearest[0]);
+    cull_observations(seen);
   }
 }
 

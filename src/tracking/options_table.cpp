@@ -101,6 +101,7 @@ std::vector<OptionEntry> option_table(TrackerOptions* o) {
       {"mapping/keyframe_found", &o->mapping.keyframe_found, 0, 1, {}},
       {"mapping/matching_keyframes", &o->mapping.matching_keyframes, 1, 1000, {}},
       {"mapping/window_keyframes", &o->mapping.window_keyframes, 2, 1000, {}},
+      {"mapping/window_landmarks", &o->mapping.window_landmarks, 50, 1e6, {}},
       {"mapping/min_parallax_deg", &o->mapping.min_parallax_deg, 0, 90, {}},
       {"mapping/max_reprojection_px", &o->mapping.max_reprojection_px, 0.1, 100, {}},
       {"mapping/max_descriptor_distance", &o->mapping.max_descriptor_distance, 0.05, 1.5, {}},

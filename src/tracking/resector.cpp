@@ -69,16 +69,21 @@ bool is_better(const ResectionReport& a, const ResectionReport& b) {
 
 std::vector<LandmarkCandidate> Resector::local_candidates(const TrackingMap& map,
                                                           KeyframeId reference) const {
-  std::vector<LandmarkCandidate> candidates;
   const auto found = map.keyframes.find(reference);
-  if (found == map.keyframes.end()) return candidates;
+  if (found == map.keyframes.end()) return {};
   std::vector<KeyframeId> local = {reference};
   for (const KeyframeId id : found->second.covisible) {
     if (static_cast<int>(local.size()) >= options_.resection.max_local_keyframes) break;
     local.push_back(id);
   }
+  return candidates_of(map, local);
+}
+
+std::vector<LandmarkCandidate> Resector::candidates_of(const TrackingMap& map,
+                                                       const std::vector<KeyframeId>& keyframes) const {
+  std::vector<LandmarkCandidate> candidates;
   std::unordered_set<LandmarkId> known;
-  for (const KeyframeId id : local) {
+  for (const KeyframeId id : keyframes) {
     const KeyframeView& keyframe = map.keyframes.at(id);
     const Eigen::Vector3d center = keyframe.camera_from_map.inverse().translation;
     for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
@@ -214,7 +219,9 @@ ResectionReport Resector::relocalize(const Frame& frame, const TrackingMap& map,
   best.text = "the map is empty";
   for (int i = 0; i < std::min(budget, static_cast<int>(newest_first.size())); ++i) {
     const KeyframeId id = newest_first[(*cursor)++ % newest_first.size()];
-    ResectionReport report = resect(frame, map, id, std::nullopt);
+    // The keyframe's own landmarks tell whether this is the place; its neighbours' would cost ten times that.
+    ResectionReport report = by_descriptors(frame, candidates_of(map, {id}));
+    if (report.success) refine(frame, local_candidates(map, id), &report);
     if (is_better(report, best)) best = std::move(report);
   }
   return best;

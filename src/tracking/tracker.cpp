@@ -362,11 +362,11 @@ bool Tracker::Impl::is_keyframe_due(const TrackingMap& map, const Overlap& overl
   if (newest != newest_keyframe_) most_inliers_ = 0;
   newest_keyframe_ = newest;
   most_inliers_ = std::max(most_inliers_, inliers);
-  // One candidate at a time: until the last one is in the map, the next would tell it little - unless the
-  // view is about to leave what the map knows.
+  // One may wait. With more, until they are in the map the next would tell it little - unless the view is
+  // about to leave what the map knows.
   const bool urgent = overlap.in_view < 0.5 * options_.mapping.keyframe_overlap ||
                       inliers < 0.5 * options_.mapping.keyframe_found * most_inliers_;
-  if (worker_.backlog() > 0 && !urgent) return false;
+  if (worker_.backlog() > 1 && !urgent) return false;
   // A young map's points were made from little parallax: it wants more views early.
   const bool young = static_cast<int>(map.keyframes.size()) <= options_.young_map_keyframes;
   const double parallax = options_.mapping.keyframe_parallax_deg / (young ? 3 : 1);

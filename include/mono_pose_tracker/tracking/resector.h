@@ -54,6 +54,8 @@ class Resector {
 
  private:
   std::vector<LandmarkCandidate> local_candidates(const TrackingMap& map, KeyframeId reference) const;
+  std::vector<LandmarkCandidate> candidates_of(const TrackingMap& map,
+                                               const std::vector<KeyframeId>& keyframes) const;
   ResectionReport by_prediction(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
                                 const Rigid3& predicted) const;
   ResectionReport by_descriptors(const Frame& frame, const std::vector<LandmarkCandidate>& candidates) const;
