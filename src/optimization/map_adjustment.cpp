@@ -1,7 +1,9 @@
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 
 #include <algorithm>
+#include <array>
 #include <set>
+#include <tuple>
 #include <unordered_map>
 
 namespace mono_pose_tracker {
@@ -10,6 +12,9 @@ namespace {
 
 // Under cameras that stay, a point that was in its place before they moved a little is there in two or three.
 constexpr int kPointIterations = 4;
+
+// Of an image, to spread the landmarks that hold its pose: a few fall into each.
+constexpr int kCellsAcross = 8, kCellsDown = 6;
 
 // A bundle problem and where its blocks came from.
 struct MapProblem {
@@ -47,19 +52,47 @@ std::vector<KeyframeId> fixed_keyframes(const Map& map, const std::vector<Landma
   return fixed;
 }
 
-// Of each of these keyframes the landmarks that most keyframes see, at most so many; and the others.
-std::pair<std::vector<LandmarkId>, std::vector<LandmarkId>> split_by_track_length(
+// A keyframe's landmarks in the order in which they hold its pose best: the image's cells take turns, and
+// each gives the landmark that most keyframes see.
+std::vector<LandmarkId> by_hold(const Map& map, const Keyframe& keyframe) {
+  struct Entry {
+    int rank = 0, cell = 0, observations = 0;
+    LandmarkId id = kNoLandmark;
+  };
+  const std::vector<Feature>& features = keyframe.image->set.features;
+  float width = 1, height = 1;
+  for (const Feature& f : features)
+    width = std::max(width, f.pixel.x()), height = std::max(height, f.pixel.y());
+  std::vector<Entry> entries;
+  for (std::size_t f = 0; f < features.size(); ++f) {
+    const LandmarkId l = keyframe.landmark_of_feature[f];
+    if (l == kNoLandmark) continue;
+    const int column =
+        std::min(kCellsAcross - 1, static_cast<int>(features[f].pixel.x() / width * kCellsAcross));
+    const int row = std::min(kCellsDown - 1, static_cast<int>(features[f].pixel.y() / height * kCellsDown));
+    entries.push_back(
+        {0, row * kCellsAcross + column, static_cast<int>(map.landmark(l)->observations.size()), l});
+  }
+  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+    return std::make_tuple(-a.observations, a.id) < std::make_tuple(-b.observations, b.id);
+  });
+  std::array<int, kCellsAcross * kCellsDown> count{};
+  for (Entry& e : entries) e.rank = count[e.cell]++;
+  std::stable_sort(entries.begin(), entries.end(),
+                   [](const Entry& a, const Entry& b) { return a.rank < b.rank; });
+  std::vector<LandmarkId> ids;
+  for (const Entry& e : entries) ids.push_back(e.id);
+  return ids;
+}
+
+// The landmarks that hold these keyframes best, at most so many of each; and the others.
+std::pair<std::vector<LandmarkId>, std::vector<LandmarkId>> split_by_hold(
     const Map& map, const std::vector<LandmarkId>& landmarks, const std::vector<KeyframeId>& keyframes,
     int max_of_keyframe) {
   std::set<LandmarkId> chosen;
   for (const KeyframeId id : keyframes) {
-    std::vector<std::pair<int, LandmarkId>> order;
-    for (const LandmarkId l : map.keyframe(id)->landmark_of_feature) {
-      if (l != kNoLandmark) order.emplace_back(-static_cast<int>(map.landmark(l)->observations.size()), l);
-    }
-    const std::size_t count = std::min<std::size_t>(order.size(), max_of_keyframe);
-    std::partial_sort(order.begin(), order.begin() + count, order.end());
-    for (std::size_t i = 0; i < count; ++i) chosen.insert(order[i].second);
+    const std::vector<LandmarkId> order = by_hold(map, *map.keyframe(id));
+    chosen.insert(order.begin(), order.begin() + std::min<std::size_t>(order.size(), max_of_keyframe));
   }
   std::pair<std::vector<LandmarkId>, std::vector<LandmarkId>> split;
   for (const LandmarkId l : landmarks) (chosen.count(l) ? split.first : split.second).push_back(l);
@@ -137,7 +170,7 @@ BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<Ke
     free.insert(std::lower_bound(free.begin(), free.end(), fixed[0]), fixed[0]);
     fixed.clear();
   }
-  const auto [longest, others] = split_by_track_length(*map, landmarks, free, max_landmarks);
+  const auto [longest, others] = split_by_hold(*map, landmarks, free, max_landmarks);
   MapProblem problem = build(*map, free, fixed, longest);
   const BundleReport report = solve(options, &problem, map);
   if (others.empty()) return report;

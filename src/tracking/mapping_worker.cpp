@@ -7,9 +7,11 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Inline nobody waits for the mapper, and a result cut short by the clock would not repeat.
-TrackerOptions without_time_budget(TrackerOptions options) {
+// Inline nobody waits for the mapper: nothing is left out for the sake of time, and no result is cut short by
+// the clock, which would not repeat.
+TrackerOptions unhurried(TrackerOptions options) {
   options.mapping.bundle_seconds = std::numeric_limits<double>::max();
+  options.mapping.window_landmarks = std::numeric_limits<int>::max();
   return options;
 }
 
@@ -18,7 +20,7 @@ TrackerOptions without_time_budget(TrackerOptions options) {
 MappingWorker::MappingWorker(const TrackerOptions& options, const CameraModel& camera, bool threaded,
                              std::function<void()> before_job)
     : bootstrapper_(options, camera),
-      mapper_(threaded ? options : without_time_budget(options), camera),
+      mapper_(threaded ? options : unhurried(options), camera),
       threaded_(threaded),
       before_job_(std::move(before_job)) {
   if (threaded_) thread_ = std::thread([this] { run(); });
@@ -165,7 +167,7 @@ void MappingWorker::take_options() {
   }
   if (!options) return;
   bootstrapper_.set_options(*options);
-  mapper_.set_options(threaded_ ? *options : without_time_budget(*options));
+  mapper_.set_options(threaded_ ? *options : unhurried(*options));
 }
 
 void MappingWorker::bootstrap_with(const Frame& frame, std::uint32_t epoch) {

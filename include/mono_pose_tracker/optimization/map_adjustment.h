@@ -12,8 +12,8 @@ BundleObservation make_observation(int camera, int point, const ImageFeatures& i
 
 /// Bundle adjustment of the given keyframes and all landmarks they see; other keyframes that see these stay
 /// where they are and hold the gauge (at most max_fixed of them, those that see most). The cameras are
-/// adjusted with the max_landmarks of each free keyframe that most keyframes see: they hold the poses best,
-/// and converge soonest; the other points follow after that, under fixed cameras. The loss width is
+/// adjusted with max_landmarks of each free keyframe, spread over its image, that most keyframes see: they
+/// hold the poses best, and converge soonest; the other points follow, under fixed cameras. The loss width is
 /// options.loss_width times the residuals' own spread (median), so that sharp images are held to tighter
 /// errors than blurred ones.
 BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<KeyframeId>& free_keyframes,

@@ -42,11 +42,11 @@ struct MappingOptions {
   double keyframe_parallax_deg = 2;  // or when the median landmark has turned by this much since
   double keyframe_found =
       0.85;  // or when fewer inliers are left than this share of the most since the last keyframe
-  int matching_keyframes = 8;            // covisible keyframes that a new one is matched with
-  int window_keyframes = 10;             // that the windowed bundle adjustment moves
-  int window_landmarks = 200;            // of each of its keyframes that hold it: those seen most often
-  double min_parallax_deg = 0.6;         // of a new landmark's two rays
-  double max_reprojection_px = 2.5;      // of an observation
+  int matching_keyframes = 8;        // covisible keyframes that a new one is matched with
+  int window_keyframes = 10;         // that the windowed bundle adjustment moves
+  int window_landmarks = 200;        // of each of these, that hold the poses; the others follow; live only
+  double min_parallax_deg = 0.6;     // of a new landmark's two rays
+  double max_reprojection_px = 2.5;  // of an observation
   double max_descriptor_distance = 0.6;  // of an observation to its landmark, unit descriptors
   double redundant_overlap = 0.95;       // a keyframe goes when three others see this share of its landmarks
   double bundle_seconds = 0.25;  // budget of a windowed bundle adjustment, live only: offline results repeat

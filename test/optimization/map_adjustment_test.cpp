@@ -1,0 +1,97 @@
+#include "mono_pose_tracker/optimization/map_adjustment.h"
+
+#include <gtest/gtest.h>
+
+#include "support/synthetic_views.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr int kKeyframes = 6;
+
+// Keyframes on a line before a scene, everything where it belongs, seen without noise.
+class MapAdjustment : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::vector<LandmarkId> ids;
+    for (const Eigen::Vector3d& x : scene_.x_in_map) ids.push_back(map_.add_landmark(x));
+    for (int i = 0; i < kKeyframes; ++i) {
+      std::vector<int> point_of;
+      const Frame frame = synthetic_frame(scene_, camera_, pose(i), 0, i, random_, &point_of);
+      const KeyframeId id = map_.add_keyframe(i, i, pose(i), frame.image);
+      for (std::size_t f = 0; f < point_of.size(); ++f)
+        map_.add_observation(ids[point_of[f]], id, static_cast<int>(f));
+    }
+  }
+
+  static Rigid3 pose(int i) { return camera_at({0.2 * i, 0, 0}); }
+
+  // The last two keyframes and every point off by some per cent of the depth.
+  void disturb() {
+    for (int i = kKeyframes - 2; i < kKeyframes; ++i) {
+      map_.keyframe(i)->camera_from_map.translation +=
+          0.03 * Eigen::Vector3d(random_.normal(), random_.normal(), random_.normal());
+    }
+    for (const LandmarkId l : map_.landmark_ids()) {
+      map_.landmark(l)->x_in_map +=
+          0.02 * Eigen::Vector3d(random_.normal(), random_.normal(), random_.normal());
+    }
+  }
+
+  double worst_center() const {
+    double worst = 0;
+    for (int i = 0; i < kKeyframes; ++i) {
+      worst = std::max(worst, (map_.keyframe(i)->center_in_map() - pose(i).inverse().translation).norm());
+    }
+    return worst;
+  }
+
+  // Of those that the last two keyframes see.
+  double worst_point() const {
+    double worst = 0;
+    for (std::size_t i = 0; i < scene_.x_in_map.size(); ++i) {
+      const Landmark& landmark = *map_.landmark(static_cast<LandmarkId>(i));
+      if (landmark.observations.size() < 2 || landmark.observations.back().keyframe < kKeyframes - 2)
+        continue;
+      worst = std::max(worst, (landmark.x_in_map - scene_.x_in_map[i]).norm());
+    }
+    return worst;
+  }
+
+  static BundleOptions exact() {
+    BundleOptions options;
+    options.function_tolerance = 1e-14;
+    options.max_iterations = 100;
+    return options;
+  }
+
+  Random random_{3};
+  CameraModel camera_ = synthetic_camera();
+  SyntheticScene scene_ = box_scene(300, random_);
+  Map map_;
+};
+
+TEST_F(MapAdjustment, FreeKeyframesAndAllTheySeeComeBackToTheTruth) {
+  disturb();
+  EXPECT_GT(worst_center(), 0.02);
+  EXPECT_TRUE(adjust_keyframes(exact(), {4, 5}, 10, 1000, &map_).usable);
+  EXPECT_LT(worst_center(), 1e-5);
+  EXPECT_LT(worst_point(), 1e-4);
+}
+
+TEST_F(MapAdjustment, AFewLandmarksHoldThePosesAndTheOthersFollow) {
+  disturb();
+  EXPECT_TRUE(adjust_keyframes(exact(), {4, 5}, 10, 60, &map_).usable);
+  EXPECT_LT(worst_center(), 1e-5);
+  EXPECT_LT(worst_point(), 1e-3) << "four steps for the points, once the poses are right";
+}
+
+TEST_F(MapAdjustment, KeyframesThatAreNotFreeStay) {
+  disturb();
+  const Rigid3 before = map_.keyframe(1)->camera_from_map;
+  adjust_keyframes(exact(), {4, 5}, 10, 60, &map_);
+  EXPECT_EQ(map_.keyframe(1)->camera_from_map.translation, before.translation);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
