@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
 namespace mono_pose_tracker {
@@ -23,6 +24,17 @@ cv::Vec3b color_at(const cv::Mat& image, const Eigen::Vector2f& pixel) {
 // cleaner signal. In units of what a feature of 2 px has, of which the thresholds in px speak.
 float localisation_sigma(float scale_px) { return std::sqrt(std::max(scale_px / 2, 0.5f)); }
 
+// The bearing of a feature's pixel and how the pixel depends on it; false when the camera can't tell.
+bool undistort(const Eigen::Vector2f& feature_pixel, const CameraModel& camera, Eigen::Vector3d* bearing,
+               Eigen::Matrix<double, 2, 3>* jacobian) {
+  *bearing = camera.bearing(feature_pixel.cast<double>());
+  Eigen::Vector2d pixel;
+  if (!bearing->allFinite() || !camera.project(*bearing, &pixel, jacobian)) return false;
+  // Undistortion that did not return to its pixel is beyond where the model can be trusted: half a pixel is
+  // far above its numerical error and below what matters to a match.
+  return (pixel - feature_pixel.cast<double>()).norm() <= 0.5;
+}
+
 }  // namespace
 
 ImageFeaturesPtr make_image_features(FeatureSet features, const cv::Mat& image, const CameraModel& camera) {
@@ -37,13 +49,9 @@ ImageFeaturesPtr make_image_features(FeatureSet features, const cv::Mat& image, 
   kept.descriptors = features.descriptors.empty() ? cv::Mat() : cv::Mat(features.descriptors.size(), CV_8U);
   for (int i = 0; i < n; ++i) {
     const Feature& feature = features.features[i];
-    const Eigen::Vector3d bearing = camera.bearing(feature.pixel.cast<double>());
-    Eigen::Vector2d pixel;
+    Eigen::Vector3d bearing;
     Eigen::Matrix<double, 2, 3> jacobian;
-    if (!bearing.allFinite() || !camera.project(bearing, &pixel, &jacobian)) continue;
-    // Undistortion that did not return to its pixel is beyond where the model can be trusted: half a pixel is
-    // far above its numerical error and below what matters to a match.
-    if ((pixel - feature.pixel.cast<double>()).norm() > 0.5) continue;
+    if (!undistort(feature.pixel, camera, &bearing, &jacobian)) continue;
     features.descriptors.row(i).copyTo(kept.descriptors.row(kept.size()));
     kept.features.push_back(feature);
     kept.bearings.push_back(bearing);
@@ -53,6 +61,26 @@ ImageFeaturesPtr make_image_features(FeatureSet features, const cv::Mat& image, 
   }
   if (!kept.descriptors.empty()) kept.descriptors = kept.descriptors.rowRange(0, kept.size());
   result->grid = FeatureGrid(kept, camera.width(), camera.height());
+  return result;
+}
+
+ImageFeaturesPtr restore_image_features(FeatureSet features, std::vector<cv::Vec3b> color_rgb,
+                                        const CameraModel& camera) {
+  auto result = std::make_shared<ImageFeatures>();
+  result->set = std::move(features);
+  result->color_rgb = std::move(color_rgb);
+  for (const Feature& feature : result->set.features) {
+    Eigen::Vector3d bearing;
+    Eigen::Matrix<double, 2, 3> jacobian;
+    if (!feature.pixel.allFinite() || !camera.in_image(feature.pixel.cast<double>()) ||
+        !undistort(feature.pixel, camera, &bearing, &jacobian)) {
+      throw std::invalid_argument("a feature lies where the camera has no pixel");
+    }
+    result->set.bearings.push_back(bearing);
+    result->pixel_from_bearing.push_back(jacobian);
+    result->sigma_px.push_back(localisation_sigma(feature.scale));
+  }
+  result->grid = FeatureGrid(result->set, camera.width(), camera.height());
   return result;
 }
 

@@ -1,8 +1,10 @@
 #include "mono_pose_tracker/map/map.h"
 
 #include <algorithm>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace mono_pose_tracker {
 
@@ -13,7 +15,61 @@ std::vector<Observation>::iterator find_observation(Landmark& landmark, Keyframe
                           [](const Observation& o, KeyframeId id) { return o.keyframe < id; });
 }
 
+// Walks along links of removed keyframes must end.
+void check_links(const std::map<KeyframeId, Keyframe>& keyframes,
+                 const std::map<KeyframeId, KeyframeLink>& removed) {
+  std::set<KeyframeId> ends;
+  for (const auto& entry : removed) {
+    if (keyframes.count(entry.first)) {
+      throw std::invalid_argument("keyframe " + std::to_string(entry.first) + " is both there and removed");
+    }
+    std::set<KeyframeId> walked;
+    KeyframeId id = entry.first;
+    while (!keyframes.count(id) && !ends.count(id)) {
+      const auto link = removed.find(id);
+      if (link == removed.end() || !walked.insert(id).second) {
+        throw std::invalid_argument("removed keyframe " + std::to_string(entry.first) + " leads nowhere");
+      }
+      id = link->second.parent;
+    }
+    ends.merge(walked);
+  }
+}
+
 }  // namespace
+
+Map Map::restore(std::vector<Keyframe> keyframes, std::vector<Landmark> landmarks,
+                 std::map<KeyframeId, KeyframeLink> removed, ScaleSource scale_source) {
+  Map map;
+  map.scale_source_ = scale_source;
+  for (Keyframe& keyframe : keyframes) {
+    keyframe.landmark_of_feature.assign(keyframe.image->size(), kNoLandmark);
+    map.next_keyframe_ = std::max(map.next_keyframe_, keyframe.id + 1);
+    const KeyframeId id = keyframe.id;
+    if (!map.keyframes_.emplace(id, std::move(keyframe)).second) {
+      throw std::invalid_argument("keyframe " + std::to_string(id) + " is there twice");
+    }
+  }
+  map.removed_ = std::move(removed);
+  for (const auto& entry : map.removed_) map.next_keyframe_ = std::max(map.next_keyframe_, entry.first + 1);
+  check_links(map.keyframes_, map.removed_);
+  for (Landmark& landmark : landmarks) {
+    const LandmarkId id = landmark.id;
+    map.next_landmark_ = std::max(map.next_landmark_, id + 1);
+    const std::vector<Observation> observations = std::exchange(landmark.observations, {});
+    if (!map.landmarks_.emplace(id, std::move(landmark)).second) {
+      throw std::invalid_argument("landmark " + std::to_string(id) + " is there twice");
+    }
+    for (const Observation& o : observations) {
+      const Keyframe* keyframe = map.keyframe(o.keyframe);
+      const bool exists = keyframe && o.feature >= 0 && o.feature < keyframe->image->size();
+      if (!exists || !map.add_observation(id, o.keyframe, o.feature)) {
+        throw std::invalid_argument("landmark " + std::to_string(id) + " has an observation that can't be");
+      }
+    }
+  }
+  return map;
+}
 
 KeyframeId Map::add_keyframe(std::int64_t frame_index, std::int64_t stamp_ns, const Rigid3& camera_from_map,
                              ImageFeaturesPtr image) {
@@ -130,6 +186,11 @@ void Map::rescale(double scale) {
   for (auto& entry : keyframes_) entry.second.camera_from_map.translation *= scale;
   for (auto& entry : landmarks_) entry.second.x_in_map *= scale;
   for (auto& entry : removed_) entry.second.removed_from_parent.translation *= scale;
+}
+
+void Map::shift_frame_indices(std::int64_t offset) {
+  for (auto& entry : keyframes_) entry.second.frame_index += offset;
+  for (auto& entry : removed_) entry.second.frame_index += offset;
 }
 
 void Map::check() const {

@@ -2,16 +2,14 @@
 
 #include <camera_calibration_parsers/parse.h>
 #include <image_geometry/pinhole_camera_model.h>
-#include <ros/package.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
 
+#include "mono_pose_tracker/ros/paths.h"
+
 namespace mono_pose_tracker {
 namespace {
-
-bool starts_with(const std::string& text, const std::string& prefix) { return text.rfind(prefix, 0) == 0; }
 
 /// The linear part of the camera of the image as sent, by image_geometry's conventions for binning and region
 /// of interest. Distortion is kept from it: it knows fewer models than we do.
@@ -47,21 +45,12 @@ ConvertedCamera convert_camera_info(const sensor_msgs::CameraInfo& info, bool re
   parameters.cy = K(1, 2);
   parameters.distortion_model = rectified ? "" : info.distortion_model;
   if (!rectified) parameters.distortion = info.D;
-  return camera;
-}
-
-std::string expand_path(const std::string& path) {
-  if (starts_with(path, "file://")) return path.substr(7);
-  if (starts_with(path, "package://")) {
-    const std::size_t slash = path.find('/', 10);
-    const std::string package = path.substr(10, slash == std::string::npos ? slash : slash - 10);
-    const std::string folder = ros::package::getPath(package);
-    if (folder.empty()) throw std::runtime_error(path + ": no package \"" + package + "\" is found");
-    return slash == std::string::npos ? folder : folder + path.substr(slash);
+  try {
+    CameraModel{parameters};
+  } catch (const std::invalid_argument& e) {
+    return {{}, Reason::kUncalibrated, std::string("the camera's calibration can't be used: ") + e.what()};
   }
-  const char* home = std::getenv("HOME");
-  if (home != nullptr && (path == "~" || starts_with(path, "~/"))) return home + path.substr(1);
-  return path;
+  return camera;
 }
 
 sensor_msgs::CameraInfo to_camera_info(const CameraParameters& camera) {

@@ -4,26 +4,34 @@ namespace mono_pose_tracker {
 
 void CameraSource::set_file(const sensor_msgs::CameraInfo& info) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  from_file_ = true;
-  camera_ = convert_camera_info(info, rectified_);
+  file_ = convert_camera_info(info, rectified_);
 }
 
 void CameraSource::set_message(const sensor_msgs::CameraInfoConstPtr& info) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (from_file_) return;
-  camera_ = convert_camera_info(*info, rectified_);
+  message_ = convert_camera_info(*info, rectified_);
   arrived_.notify_all();
+}
+
+bool CameraSource::has_message() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return message_.has_value();
 }
 
 bool CameraSource::has_calibration() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return camera_.has_value();
+  return camera().has_value();
+}
+
+std::optional<ConvertedCamera> CameraSource::camera() const {
+  const bool calibrated = message_ && message_->reason == Reason::kOk;
+  return calibrated || !file_ ? message_ : file_;
 }
 
 std::optional<ConvertedCamera> CameraSource::wait(std::chrono::milliseconds timeout) const {
   std::unique_lock<std::mutex> lock(mutex_);
-  arrived_.wait_for(lock, timeout, [this] { return camera_.has_value(); });
-  return camera_;
+  arrived_.wait_for(lock, timeout, [this] { return message_.has_value(); });
+  return camera();
 }
 
 }  // namespace mono_pose_tracker

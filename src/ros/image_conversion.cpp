@@ -13,18 +13,20 @@ namespace {
 namespace enc = sensor_msgs::image_encodings;
 
 constexpr const char* kKnownEncodings =
-    "mono8, mono16, 8UC1, 16UC1, 8UC3, rgb8, bgr8, rgba8, bgra8, bayer_*8 and yuv422";
+    "mono8, mono16, 8UC1, 16UC1, 8UC3, rgb8, bgr8, rgba8, bgra8, bayer_*8, bayer_*16 and yuv422 (UYVY and "
+    "YUY2)";
 
 ConvertedImage refuse(Reason reason, const std::string& error) { return {cv::Mat(), reason, error, nullptr}; }
 
-bool is_8bit_bayer(const std::string& encoding) {
-  return enc::isBayer(encoding) && enc::bitDepth(encoding) == 8;
+bool is_16bit_bayer(const std::string& encoding) {
+  return enc::isBayer(encoding) && enc::bitDepth(encoding) == 16;
 }
 
 /// The encoding cv_bridge shall convert to; empty: the pixels are taken as they are.
 std::string target_encoding(const std::string& encoding) {
   if (encoding == enc::MONO8 || encoding == enc::TYPE_8UC1 || encoding == enc::BGR8 ||
-      encoding == enc::TYPE_8UC3 || encoding == enc::MONO16 || encoding == enc::TYPE_16UC1) {
+      encoding == enc::TYPE_8UC3 || encoding == enc::MONO16 || encoding == enc::TYPE_16UC1 ||
+      is_16bit_bayer(encoding)) {
     return "";
   }
   return enc::BGR8;
@@ -33,7 +35,7 @@ std::string target_encoding(const std::string& encoding) {
 bool is_known(const std::string& encoding) {
   return target_encoding(encoding).empty() || encoding == enc::RGB8 || encoding == enc::RGBA8 ||
          encoding == enc::BGRA8 || encoding == enc::YUV422 || encoding == "yuv422_yuy2" ||
-         is_8bit_bayer(encoding);
+         enc::isBayer(encoding);
 }
 
 bool is_complete(const sensor_msgs::Image& image) {
@@ -54,6 +56,17 @@ cv::Mat yuy2_to_bgr(const sensor_msgs::Image& image) {
                      const_cast<std::uint8_t*>(image.data.data()), image.step);
   cv::Mat bgr;
   cv::cvtColor(yuy2, bgr, cv::COLOR_YUV2BGR_YUY2);
+  return bgr;
+}
+
+/// cv_bridge takes the patterns of 16 bits as they are only. OpenCV names a pattern by its second row.
+cv::Mat demosaic(const cv::Mat& bayer, const std::string& encoding) {
+  int code = cv::COLOR_BayerBG2BGR;  // bayer_rggb16
+  if (encoding == enc::BAYER_BGGR16) code = cv::COLOR_BayerRG2BGR;
+  if (encoding == enc::BAYER_GBRG16) code = cv::COLOR_BayerGR2BGR;
+  if (encoding == enc::BAYER_GRBG16) code = cv::COLOR_BayerGB2BGR;
+  cv::Mat bgr;
+  cv::cvtColor(bayer, bgr, code);
   return bgr;
 }
 
@@ -80,6 +93,9 @@ ConvertedImage convert_image(const sensor_msgs::ImageConstPtr& message) {
   try {
     if (yuy2) return {yuy2_to_bgr(*message), Reason::kOk, "", message};
     const cv::Mat image = cv_bridge::toCvShare(message, target_encoding(message->encoding))->image;
+    if (is_16bit_bayer(message->encoding)) {
+      return {to_8bit(demosaic(image, message->encoding)), Reason::kOk, "", message};
+    }
     return {to_8bit(image), Reason::kOk, "", message};
   } catch (const std::exception& e) {
     return refuse(Reason::kUnreadableImage, describe(*message) + ": " + e.what());

@@ -1,5 +1,6 @@
 #include "mono_pose_tracker/ros/live_tracker.h"
 
+#include <stdexcept>
 #include <utility>
 
 #include "mono_pose_tracker/ros/image_conversion.h"
@@ -71,15 +72,44 @@ FrameReport LiveTracker::refuse(Reason reason, const std::string& text) const {
 
 void LiveTracker::use_camera(const CameraParameters& parameters) {
   const CameraModel camera(parameters);
-  auto tracker = std::make_shared<Tracker>(options_, camera, Tracker::Mapping::kThreaded);
+  std::shared_ptr<Tracker> tracker = std::make_shared<Tracker>(options_, camera, Tracker::Mapping::kThreaded);
   if (tracker_) {
     warn_("the calibration has changed: the map is dropped");
-    epoch_base_ = epoch_ + 1;
+    ++epoch_;
   }
   const std::lock_guard<std::mutex> lock(mutex_);
-  tracker_ = std::move(tracker);
+  epoch_base_ = epoch_;
+  tracker_.swap(tracker);  // the old one joins its worker: after the lock is gone
   camera_ = camera;
   ++trackers_;
+}
+
+void LiveTracker::need_tracker() {
+  const std::optional<ConvertedCamera> camera = cameras_.wait(std::chrono::milliseconds(0));
+  if (!camera) throw std::runtime_error("no camera_info has arrived yet");
+  if (camera->reason != Reason::kOk) throw std::runtime_error(camera->error);
+  if (!tracker_ || camera_.parameters() != camera->parameters) use_camera(camera->parameters);
+}
+
+MapOrigin LiveTracker::origin() {
+  need_tracker();
+  return tracker_->origin();
+}
+
+LiveTracker::SavedMap LiveTracker::copy_map() {
+  std::optional<Map> map;
+  if (tracker_) map = tracker_->copy_map();
+  if (!map) throw std::runtime_error("there is no map yet");
+  return {tracker_->origin(), std::move(*map)};
+}
+
+void LiveTracker::load_map(SavedMap saved) {
+  if (saved.origin.camera != origin().camera) {
+    throw std::runtime_error("the calibration has changed meanwhile");
+  }
+  tracker_->load_map(std::move(saved.map));
+  epoch_ = epoch_base_ + tracker_->epoch();
+  state_ = State::kLost;
 }
 
 ConvertedImage LiveTracker::mask_for(const sensor_msgs::Image& message) {
@@ -108,6 +138,7 @@ void LiveTracker::set_options(const TrackerOptions& options) {
 void LiveTracker::reset() {
   if (tracker_) {
     tracker_->reset();
+    epoch_ = epoch_base_ + tracker_->epoch();
     state_ = State::kBootstrapping;
   }
 }
@@ -120,13 +151,16 @@ MapVersion LiveTracker::map_version() const {
 std::optional<MapView> LiveTracker::map_view() const {
   std::shared_ptr<Tracker> tracker;
   MapView view;
+  std::uint32_t epoch_base = 0;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!tracker_) return std::nullopt;
     tracker = tracker_;
     view.camera = camera_;
+    epoch_base = epoch_base_;
   }
   view.snapshot = tracker->snapshot();
+  view.epoch = epoch_base + view.snapshot->epoch;
   return view;
 }
 

@@ -55,11 +55,10 @@ geometry_msgs::Pose to_pose(const Rigid3& b_from_a) {
   return pose;
 }
 
-geometry_msgs::PoseWithCovariance to_pose_with_covariance(const Rigid3& map_from_camera,
-                                                          const Matrix6d& covariance) {
+geometry_msgs::PoseWithCovariance to_pose_with_covariance(const PoseEstimate& b_from_a) {
   geometry_msgs::PoseWithCovariance pose;
-  pose.pose = to_pose(map_from_camera);
-  copy_row_major(covariance, pose.covariance);
+  pose.pose = to_pose(b_from_a.b_from_a);
+  copy_row_major(b_from_a.covariance, pose.covariance);
   return pose;
 }
 
@@ -120,18 +119,20 @@ visualization_msgs::MarkerArray to_frusta(const std_msgs::Header& header, const 
   return array;
 }
 
-geometry_msgs::TwistWithCovariance to_twist(const FrameReport& previous, const FrameReport& current) {
+geometry_msgs::TwistWithCovariance to_twist(const StampedEstimate& previous, const StampedEstimate& current) {
   geometry_msgs::TwistWithCovariance twist;
   const double seconds = 1e-9 * static_cast<double>(current.stamp_ns - previous.stamp_ns);
-  const Rigid3 previous_from_current = previous.map_from_camera->inverse() * *current.map_from_camera;
-  const Eigen::Matrix3d camera_from_map = current.map_from_camera->rotation.conjugate().toRotationMatrix();
+  const Rigid3& parent_from_previous = previous.parent_from_child.b_from_a;
+  const Rigid3& parent_from_current = current.parent_from_child.b_from_a;
+  const Rigid3 previous_from_current = parent_from_previous.inverse() * parent_from_current;
+  const Eigen::Matrix3d child_from_parent = parent_from_current.rotation.conjugate().toRotationMatrix();
   const Eigen::AngleAxisd turn(previous_from_current.rotation);
-  const Eigen::Vector3d step = current.map_from_camera->translation - previous.map_from_camera->translation;
-  twist.twist.linear = to_vector(camera_from_map * step / seconds);
+  const Eigen::Vector3d step = parent_from_current.translation - parent_from_previous.translation;
+  twist.twist.linear = to_vector(child_from_parent * step / seconds);
   twist.twist.angular = to_vector(turn.angle() * turn.axis() / seconds);
   Matrix6d rotate = Matrix6d::Zero();
-  rotate.topLeftCorner<3, 3>() = rotate.bottomRightCorner<3, 3>() = camera_from_map;
-  const Matrix6d sum = previous.covariance + current.covariance;
+  rotate.topLeftCorner<3, 3>() = rotate.bottomRightCorner<3, 3>() = child_from_parent;
+  const Matrix6d sum = previous.parent_from_child.covariance + current.parent_from_child.covariance;
   copy_row_major(rotate * sum * rotate.transpose() / (seconds * seconds), twist.covariance);
   return twist;
 }

@@ -9,9 +9,6 @@ void read_node(ParameterReader& reader, NodeParameters& p) {
   reader.read("image_transport", &p.image_transport);
   reader.read("camera_info_url", &p.camera_info_url);
   reader.read("rectified", &p.rectified);
-  reader.read("map_frame", &p.map_frame);
-  reader.read("camera_frame", &p.camera_frame);
-  reader.read("publish_tf", &p.publish_tf);
   reader.read("queue_size", &p.queue_size, 1, 1000000);
   reader.read("time_jump", &p.time_jump, 0.0, 1e9);
   reader.read("mask_timeout", &p.mask_timeout, 0.0, 10.0);
@@ -20,6 +17,21 @@ void read_node(ParameterReader& reader, NodeParameters& p) {
   reader.read("path_max_length", &p.path_max_length, 1, 10000000);
   reader.read("trajectory_file", &p.trajectory_file);
   reader.read("save_trajectory_path", &p.save_trajectory_path);
+  reader.read("map_path", &p.map_path);
+}
+
+void read_frames(ParameterReader& reader, FrameOptions& f) {
+  reader.read("map_frame", &f.map_frame);
+  reader.read("camera_frame", &f.camera_frame);
+  reader.read("base_frame", &f.base_frame);
+  reader.read("odom_frame", &f.odom_frame);
+  reader.read("object_mode", &f.object_mode);
+  reader.read("object_frame", &f.object_frame);
+  reader.read({"object_origin", &f.object_origin, 0, 0, {"first_camera", "centre"}});
+  reader.read({"map_orientation", &f.map_orientation, 0, 0, {"optical", "z_up"}});
+  reader.read("invert_tf", &f.invert_tf);
+  reader.read("publish_tf", &f.publish_tf);
+  for (const std::string& problem : normalize_frames(&f)) reader.add_problem(problem);
 }
 
 }  // namespace
@@ -28,6 +40,7 @@ NodeParameters read_parameters(const ros::NodeHandle& private_handle) {
   NodeParameters parameters;
   ParameterReader reader(private_handle);
   read_node(reader, parameters);
+  read_frames(reader, parameters.frames);
   for (const OptionEntry& option : option_table(&parameters.tracker)) reader.read(option);
   reader.check();
   parameters.tracker.validate();

@@ -36,8 +36,8 @@ ColoredPoint camera_position(const KeyframePose& pose, double age) {
 
 }  // namespace
 
-Publishers::Publishers(const NodeParameters& parameters, ros::NodeHandle private_handle)
-    : parameters_(parameters) {
+Publishers::Publishers(const OutputFrames& frames, int path_max_length, ros::NodeHandle private_handle)
+    : frames_(frames), path_max_length_(static_cast<std::size_t>(path_max_length)) {
   constexpr bool kLatched = true;
   pose_ = private_handle.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", 10);
   odometry_ = private_handle.advertise<nav_msgs::Odometry>("odometry", 10);
@@ -49,32 +49,36 @@ Publishers::Publishers(const NodeParameters& parameters, ros::NodeHandle private
 }
 
 void Publishers::publish_frame(const std_msgs::Header& image_header, const FrameReport& report) {
-  remember(report);
-  if (!report.map_from_camera) return;
-  std_msgs::Header header = image_header;
-  header.frame_id = parameters_.map_frame;
-  const std::string camera_frame = camera_frame_of(image_header);
-  if (parameters_.publish_tf) {
-    broadcaster_.sendTransform(to_transform(header, camera_frame, *report.map_from_camera));
-  }
+  std::optional<OutputFrames::BodyPose> body;
+  if (report.map_from_camera) body = frames_.body_pose(image_header, report);
+  remember(report, body);
+  if (body) publish_pose(image_header, report, *body);
+}
+
+void Publishers::publish_pose(const std_msgs::Header& image_header, const FrameReport& report,
+                              const OutputFrames::BodyPose& body) {
+  if (const auto transform = frames_.transform(image_header, body)) broadcaster_.sendTransform(*transform);
   geometry_msgs::PoseWithCovarianceStamped pose;
-  pose.header = header;
-  pose.pose = to_pose_with_covariance(*report.map_from_camera, report.covariance);
+  pose.header = image_header;
+  pose.header.frame_id = body.frame;
+  pose.pose = to_pose_with_covariance(body.frame_from_child);
   pose_.publish(pose);
   nav_msgs::Odometry odometry;
-  odometry.header = header;
-  odometry.child_frame_id = camera_frame;
+  odometry.header = pose.header;
+  odometry.child_frame_id = body.child_frame;
   odometry.pose = pose.pose;
-  if (previous_ && previous_->epoch == report.epoch && previous_->stamp_ns < report.stamp_ns) {
-    odometry.twist = to_twist(*previous_, report);
+  const StampedEstimate current{report.stamp_ns, body.frame_from_child};
+  if (previous_ && previous_epoch_ == report.epoch && previous_->stamp_ns < report.stamp_ns) {
+    odometry.twist = to_twist(*previous_, current);
   } else {
     odometry.twist.covariance[0] = -1;  // no velocity is known yet
   }
   odometry_.publish(odometry);
-  previous_ = report;
+  previous_ = current;
+  previous_epoch_ = report.epoch;
 }
 
-void Publishers::remember(const FrameReport& report) {
+void Publishers::remember(const FrameReport& report, const std::optional<OutputFrames::BodyPose>& body) {
   const std::lock_guard<std::mutex> lock(mutex_);
   newest_stamp_ns_ = report.stamp_ns;
   if (report.epoch != epoch_) {  // poses of another map have another origin and scale
@@ -83,27 +87,22 @@ void Publishers::remember(const FrameReport& report) {
     path_changed_ = true;
   }
   if (!report.map_from_camera) return;
-  poses_.push_back({report.stamp_ns, *report.map_from_camera});
-  if (poses_.size() > static_cast<std::size_t>(parameters_.path_max_length)) poses_.pop_front();
+  poses_.push_back({{report.stamp_ns, *report.map_from_camera}, body});
+  if (poses_.size() > path_max_length_) poses_.pop_front();
   path_changed_ = true;
-}
-
-/// tf takes neither an empty name nor the leading slash of older drivers.
-std::string Publishers::camera_frame_of(const std_msgs::Header& image_header) const {
-  if (!parameters_.camera_frame.empty()) return parameters_.camera_frame;
-  const std::string& frame = image_header.frame_id;
-  if (frame.empty() || frame == "/") return "camera";
-  return frame.front() == '/' ? frame.substr(1) : frame;
 }
 
 std::vector<KeyframePose> Publishers::trajectory() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return {poses_.begin(), poses_.end()};
+  std::vector<KeyframePose> poses;
+  poses.reserve(poses_.size());
+  for (const Posed& posed : poses_) poses.push_back(posed.camera);
+  return poses;
 }
 
 std_msgs::Header Publishers::map_header() const {
   std_msgs::Header header;
-  header.frame_id = parameters_.map_frame;
+  header.frame_id = frames_.world();
   const std::lock_guard<std::mutex> lock(mutex_);
   header.stamp = to_ros_time(newest_stamp_ns_);
   return header;
@@ -121,7 +120,7 @@ void Publishers::publish_map(const MapSnapshot& snapshot, const CameraParameters
 
 void Publishers::publish_path() {
   const std_msgs::Header header = map_header();
-  std::vector<KeyframePose> poses;
+  std::vector<Posed> poses;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!std::exchange(path_changed_, false)) return;
@@ -129,16 +128,16 @@ void Publishers::publish_path() {
   }
   nav_msgs::Path path;
   path.header = header;
-  path.poses.reserve(poses.size());
   std::vector<ColoredPoint> positions;
   for (std::size_t i = 0; i < poses.size(); ++i) {
+    const double age = 1 - static_cast<double>(i + 1) / static_cast<double>(poses.size());
+    positions.push_back(camera_position(poses[i].camera, age));
+    if (!poses[i].body) continue;
     geometry_msgs::PoseStamped pose;
-    pose.header.frame_id = header.frame_id;
-    pose.header.stamp = to_ros_time(poses[i].stamp_ns);
-    pose.pose = to_pose(poses[i].map_from_camera);
+    pose.header.frame_id = path.header.frame_id = poses[i].body->frame;
+    pose.header.stamp = to_ros_time(poses[i].camera.stamp_ns);
+    pose.pose = to_pose(poses[i].body->frame_from_child.b_from_a);
     path.poses.push_back(std::move(pose));
-    positions.push_back(
-        camera_position(poses[i], 1 - static_cast<double>(i + 1) / static_cast<double>(poses.size())));
   }
   path_.publish(path);
   camera_positions_.publish(to_point_cloud(header, positions));

@@ -52,6 +52,13 @@ void StatusBoard::publish_unprocessed(const std_msgs::Header& header, Reason rea
   summary_.last.frames_dropped = dropped_;
 }
 
+void StatusBoard::note(State state, std::uint32_t epoch) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  state_ = state;
+  summary_.last.epoch = epoch;
+  summary_.last.keyframes = summary_.last.landmarks = 0;
+}
+
 StatusBoard::Summary StatusBoard::summary() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return summary_;

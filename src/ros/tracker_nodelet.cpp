@@ -3,15 +3,16 @@
 #include <image_transport/camera_common.h>
 
 #include <cstdio>
-#include <filesystem>
 #include <future>
 #include <pluginlib/class_list_macros.hpp>
 #include <stdexcept>
 #include <utility>
 
+#include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/ros/camera_info_conversion.h"
 #include "mono_pose_tracker/ros/diagnostics.h"
 #include "mono_pose_tracker/ros/messages.h"
+#include "mono_pose_tracker/ros/paths.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -32,6 +33,11 @@ std::string format_seconds(double seconds) {
   return text;
 }
 
+std::string size_text(const Map& map) {
+  return std::to_string(map.keyframes().size()) + " keyframes and " + std::to_string(map.landmarks().size()) +
+         " landmarks";
+}
+
 /// The camera_info beside the image, unless the user has remapped camera_info.
 std::string camera_info_topic(const ros::NodeHandle& handle, const std::string& image_topic) {
   const std::string remapped = handle.resolveName("camera_info");
@@ -42,7 +48,14 @@ std::string camera_info_topic(const ros::NodeHandle& handle, const std::string& 
 }  // namespace
 
 TrackerNodelet::~TrackerNodelet() {
-  if (slot_) slot_->close();
+  if (slot_) slot_->close();  // services that wait for their turn give up
+  // Each of these returns when its callbacks under way have: none may meet a nodelet half gone.
+  services_.clear();
+  service_spinner_.stop();
+  image_subscriber_ = ImageSubscriber();
+  camera_info_subscriber_.shutdown();
+  mask_subscriber_.shutdown();
+  timer_.stop();
   if (processing_.joinable()) processing_.join();
 }
 
@@ -66,7 +79,9 @@ void TrackerNodelet::set_up() {
     trajectory_ = std::make_unique<TrajectoryLog>(expand_path(p.trajectory_file));
   }
   board_ = std::make_unique<StatusBoard>(getPrivateNodeHandle());
-  publishers_ = std::make_unique<Publishers>(p, getPrivateNodeHandle());
+  frames_ = std::make_unique<OutputFrames>(
+      p.frames, [this](const std::string& text) { NODELET_ERROR_THROTTLE(10, "%s", text.c_str()); });
+  publishers_ = std::make_unique<Publishers>(*frames_, p.path_max_length, getPrivateNodeHandle());
   time_guard_ = std::make_unique<TimeGuard>(static_cast<std::int64_t>(1e9 * p.time_jump));
   slot_ = std::make_unique<ImageSlot<Frame>>(static_cast<std::size_t>(p.queue_size));
   tracker_ = std::make_unique<LiveTracker>(
@@ -81,6 +96,7 @@ void TrackerNodelet::set_up() {
   subscribe();
   processing_ = std::thread([this] { process_images(); });
   advertise_services();
+  service_spinner_.start();
   timer_ = getPrivateNodeHandle().createWallTimer(ros::WallDuration(p.publish_period),
                                                   [this](const ros::WallTimerEvent&) { on_timer(); });
   offer_live_options();
@@ -111,10 +127,11 @@ void TrackerNodelet::subscribe() {
       "mask", 20, [this](const sensor_msgs::ImageConstPtr& mask) { masks_.put(mask); });
   image_subscriber_.subscribe(handle, getPrivateNodeHandle(), "image", parameters_.image_transport,
                               [this](const sensor_msgs::ImageConstPtr& image) { take_image(image); });
-  NODELET_INFO("images from %s (%s), calibration from %s", image_subscriber_.topic().c_str(),
-               parameters_.image_transport.c_str(),
-               parameters_.camera_info_url.empty() ? camera_info_subscriber_.getTopic().c_str()
-                                                   : parameters_.camera_info_url.c_str());
+  const std::string or_file =
+      parameters_.camera_info_url.empty() ? "" : ", or else " + parameters_.camera_info_url;
+  NODELET_INFO("images from %s (%s), calibration from %s%s", image_subscriber_.topic().c_str(),
+               parameters_.image_transport.c_str(), camera_info_subscriber_.getTopic().c_str(),
+               or_file.c_str());
 }
 
 void TrackerNodelet::take_image(const sensor_msgs::ImageConstPtr& image) {
@@ -179,10 +196,14 @@ void TrackerNodelet::process(const Frame& frame) {
     report.reason = Reason::kTimeJump;
     report.reason_text = frame.recording.why;
   }
-  publishers_->publish_frame(frame.image->header, report);
+  if (report.map_from_camera && frames_->wants_points(report.epoch)) {
+    frames_->set_points(report.epoch, tracker_->map_view()->snapshot->points);
+  }
+  const FrameReport in_world = frames_->in_world(report);
+  publishers_->publish_frame(frame.image->header, in_world);
   board_->publish(frame.image->header, report, frame.arrival);
   say_state(report);
-  if (trajectory_) trajectory_->append(report);
+  if (trajectory_) trajectory_->append(in_world);
   if (publishers_->debug_image_wanted()) draw(frame, report);
 }
 
@@ -226,7 +247,10 @@ void TrackerNodelet::publish_map() {
   if (published_map_ && *published_map_ == version) return;
   const std::optional<MapView> view = tracker_->map_view();
   if (!view) return;
-  publishers_->publish_map(*view->snapshot, view->camera.parameters());
+  if (!view->snapshot->points.empty() && frames_->wants_points(view->epoch)) {
+    frames_->set_points(view->epoch, view->snapshot->points);
+  }
+  publishers_->publish_map(frames_->in_world(*view->snapshot), view->camera.parameters());
   published_map_ = version;
 }
 
@@ -243,9 +267,12 @@ void TrackerNodelet::check_inputs() {
       input_problem_ += ": nobody publishes it (remap image, or set ~image_transport)";
     }
   } else if (!cameras_->has_calibration() && board_->summary().last.frames_received > 0) {
-    input_problem_ = "no camera_info on " + camera_info_subscriber_.getTopic() +
-                     ": publish it beside the images, or give a calibration file by ~camera_info_url "
-                     "(rosrun camera_calibration cameracalibrator.py makes one)";
+    input_problem_ =
+        "no camera_info on " + camera_info_subscriber_.getTopic() + " for the images on " +
+        image_subscriber_.topic() +
+        ": publish it beside them, or give a calibration file by ~camera_info_url. To calibrate: rosrun "
+        "camera_calibration cameracalibrator.py --size 8x6 --square 0.025 image:=" +
+        image_subscriber_.topic();
     if (seconds_since(started_) < parameters_.input_timeout) return;
   }
   if (input_problem_.empty() || seconds_since(last_input_warning_) < kRepeatSeconds) return;
@@ -279,7 +306,10 @@ std::string TrackerNodelet::describe_calibration() const {
 
 void TrackerNodelet::advertise_services() {
   advertise("reset", [this] {
-    on_processing_thread([this] { tracker_->reset(); });
+    on_processing_thread<void>([this] {
+      tracker_->reset();
+      board_->note(tracker_->state(), tracker_->epoch());
+    });
     NODELET_WARN("reset by ~reset: the map is dropped, tracking starts anew");
     return std::string("the map is dropped");
   });
@@ -295,18 +325,45 @@ void TrackerNodelet::advertise_services() {
     const std::string path = expand_path(parameters_.save_trajectory_path);
     const std::vector<KeyframePose> poses = publishers_->trajectory();
     write_tum_trajectory(path, poses);
-    return std::to_string(poses.size()) + " poses in " + std::filesystem::absolute(path).string();
+    return std::to_string(poses.size()) + " poses in " + path;
   });
-  for (const char* name : {"save_map", "load_map"}) {
-    advertise(name, []() -> std::string { throw std::runtime_error("maps can't be saved or loaded yet"); });
-  }
+  advertise_map_services();
+}
+
+void TrackerNodelet::advertise_map_services() {
+  // Files are written and read on the service's thread: images go on meanwhile.
+  advertise("save_map", [this] {
+    const std::string path = expand_path(parameters_.map_path);
+    const auto saved = on_processing_thread<LiveTracker::SavedMap>([this] { return tracker_->copy_map(); });
+    write_map_file(path, saved.origin, saved.map);
+    return size_text(saved.map) + " in " + path;
+  });
+  advertise("load_map", [this] {
+    const std::string path = expand_path(parameters_.map_path);
+    const auto origin = on_processing_thread<MapOrigin>([this] { return tracker_->origin(); });
+    const auto saved =
+        std::make_shared<LiveTracker::SavedMap>(LiveTracker::SavedMap{origin, read_map_file(path, origin)});
+    const std::string size = size_text(saved->map);
+    const auto epoch = on_processing_thread<std::uint32_t>([this, saved] {
+      tracker_->load_map(std::move(*saved));
+      board_->note(tracker_->state(), tracker_->epoch());
+      return tracker_->epoch();
+    });
+    NODELET_WARN("map %u is loaded from %s (%s): lost until an image is found in it", epoch, path.c_str(),
+                 size.c_str());
+    return size + " from " + path + "; lost until an image is found in it";
+  });
 }
 
 void TrackerNodelet::advertise(const std::string& name, Answer answer) {
   using Request = std_srvs::Trigger::Request;
   using Response = std_srvs::Trigger::Response;
-  // On the manager's pool of threads: a service that waits for the tracker must not hold images up.
-  services_.push_back(getMTPrivateNodeHandle().advertiseService<Request, Response>(
+  // Not on the nodelet's queue: a service that waits for the tracker must not hold images up. Nor on the
+  // manager's pool of threads: a callback there keeps a nodelet alive that is unloaded meanwhile, but not its
+  // other queue.
+  ros::NodeHandle handle(getPrivateNodeHandle());
+  handle.setCallbackQueue(&service_queue_);
+  services_.push_back(handle.advertiseService<Request, Response>(
       name,
       boost::function<bool(Request&, Response&)>([answer = std::move(answer)](Request&, Response& response) {
         try {
@@ -320,22 +377,21 @@ void TrackerNodelet::advertise(const std::string& name, Answer answer) {
       })));
 }
 
-void TrackerNodelet::on_processing_thread(std::function<void()> command) {
-  const auto done = std::make_shared<std::promise<void>>();
-  std::future<void> result = done->get_future();
-  const bool posted = slot_->post([done, command = std::move(command)] {
-    try {
-      command();
-      done->set_value();
-    } catch (...) {
-      done->set_exception(std::current_exception());
-    }
-  });
-  if (!posted) throw std::runtime_error("the tracker shuts down");
+template <typename Result>
+Result TrackerNodelet::on_processing_thread(std::function<Result()> command) {
+  auto task = std::make_shared<std::packaged_task<Result()>>(std::move(command));
+  std::future<Result> result = task->get_future();
+  const char* const shuts_down = "the tracker shuts down";
+  if (!slot_->post([task] { (*task)(); })) throw std::runtime_error(shuts_down);
+  task.reset();
   if (result.wait_for(kServiceTimeout) != std::future_status::ready) {
     throw std::runtime_error("the tracker is busy: it will be done after the present image");
   }
-  result.get();
+  try {
+    return result.get();
+  } catch (const std::future_error&) {  // the slot was closed and its commands dropped
+    throw std::runtime_error(shuts_down);
+  }
 }
 
 }  // namespace mono_pose_tracker

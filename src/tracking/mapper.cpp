@@ -80,6 +80,12 @@ void Mapper::initialize(const InitialMap& initial, std::uint32_t epoch) {
   publish();
 }
 
+void Mapper::restore(Map map, std::uint32_t epoch) {
+  map_ = std::move(map);
+  epoch_ = epoch;
+  publish();
+}
+
 void Mapper::insert(const KeyframeCandidate& candidate, int waiting) {
   Rigid3 reference_from_map;
   if (!map_.camera_from_map(candidate.reference, &reference_from_map)) return;

@@ -63,6 +63,15 @@ std::optional<BootstrapReport> MappingWorker::take_bootstrap() {
   return std::exchange(bootstrap_, std::nullopt);
 }
 
+void MappingWorker::restore(const Map& map, std::uint32_t epoch) {
+  reset(epoch);
+  post({epoch, [this, map, epoch] {
+          mapper_.restore(map, epoch);
+          publish(epoch);
+        }});
+  wait();
+}
+
 bool MappingWorker::insert(const KeyframeCandidate& candidate) {
   std::uint32_t epoch;
   {

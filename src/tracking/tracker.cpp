@@ -50,6 +50,10 @@ class Tracker::Impl {
   FrameReport process(std::int64_t stamp_ns, const cv::Mat& image, const cv::Mat& mask);
   void reset();
   void set_options(const TrackerOptions& options);
+  std::uint32_t epoch() const { return epoch_; }
+  std::optional<Map> copy_map();
+  void load_map(Map map);
+  MapOrigin origin() const;
   std::shared_ptr<const MapSnapshot> snapshot() const;
   std::vector<PosedFrame> trajectory() const;
   bool finish();
@@ -86,6 +90,7 @@ class Tracker::Impl {
   std::uint32_t epoch_ = 0;
   std::int64_t next_index_ = 0;
   bool unconfirmed_ = false;
+  bool loaded_ = false;  // the map comes from a file
   BootstrapReport bootstrap_;            // the last known
   std::uint64_t reported_revision_ = 0;  // of the map whose mapping times were reported last
 
@@ -261,7 +266,7 @@ void Tracker::Impl::lose(FrameReport* report) {
     report->reason = Reason::kRelocalising;
     report->reason_text = "lost for " + std::to_string(frames_lost_) + " images: " + report->reason_text;
   }
-  if (frames_lost_ >= options_.young_map_patience &&
+  if (frames_lost_ >= options_.young_map_patience && !loaded_ &&
       static_cast<int>(map->keyframes.size()) <= options_.young_map_keyframes) {
     reset();
     report->reason_text += "; the young map is dropped, a new one begun";
@@ -390,6 +395,31 @@ void Tracker::Impl::reset() {
   relocalization_cursor_ = 0;
   frames_lost_ = 0;
   unconfirmed_ = false;
+  loaded_ = false;
+}
+
+std::optional<Map> Tracker::Impl::copy_map() {
+  worker_.wait();
+  if (!worker_.latest()) return std::nullopt;
+  return worker_.mapper().map();
+}
+
+void Tracker::Impl::load_map(Map map) {
+  // What is tracked from now on is counted from next_index_: the map's own frames come before all of it.
+  std::int64_t end = 0;
+  for (const auto& entry : map.keyframes()) end = std::max(end, entry.second.frame_index + 1);
+  for (const auto& entry : map.removed_keyframes()) end = std::max(end, entry.second.frame_index + 1);
+  map.shift_frame_indices(-end);
+  reset();
+  worker_.restore(map, epoch_);
+  loaded_ = true;
+  state_ = State::kLost;
+  frames_lost_ = 1;
+  reference_ = map.keyframes().rbegin()->first;
+}
+
+MapOrigin Tracker::Impl::origin() const {
+  return {camera_.parameters(), options_.sift.root_sift ? "root_sift" : "sift"};
 }
 
 void Tracker::Impl::set_options(const TrackerOptions& options) {
@@ -511,6 +541,14 @@ void Tracker::set_options(const TrackerOptions& options) {
   options.validate();
   impl_->set_options(options);
 }
+
+std::uint32_t Tracker::epoch() const { return impl_->epoch(); }
+
+std::optional<Map> Tracker::copy_map() { return impl_->copy_map(); }
+
+void Tracker::load_map(Map map) { impl_->load_map(std::move(map)); }
+
+MapOrigin Tracker::origin() const { return impl_->origin(); }
 
 std::uint64_t Tracker::revision() const {
   const TrackingMapPtr map = impl_->worker().latest();

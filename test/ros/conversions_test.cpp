@@ -6,6 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "mono_pose_tracker/ros/camera_info_conversion.h"
+#include "mono_pose_tracker/ros/camera_source.h"
 #include "mono_pose_tracker/ros/image_conversion.h"
 #include "mono_pose_tracker/ros/messages.h"
 
@@ -55,6 +56,41 @@ TEST(ImageConversion, GreyStaysGreyAndSixteenBitsAreDividedBy256) {
     ASSERT_EQ(converted.image.type(), CV_8UC1);
     EXPECT_EQ(converted.image.at<std::uint8_t>(1, 1), 100);
   }
+}
+
+// Red, green or blue alone lights up: after demosaicing its channel is the brightest in the middle of the
+// image.
+TEST(ImageConversion, BayerPatternsGiveTheirColours) {
+  const int size = 8;
+  for (const std::string pattern : {"rggb", "bggr", "gbrg", "grbg"}) {
+    for (const int bytes : {1, 2}) {
+      for (int channel = 0; channel < 3; ++channel) {  // blue, green, red
+        auto image = boost::make_shared<sensor_msgs::Image>();
+        image->width = image->height = size;
+        image->encoding = "bayer_" + pattern + (bytes == 1 ? "8" : "16");
+        image->step = size * bytes;
+        for (int y = 0; y < size; ++y) {
+          for (int x = 0; x < size; ++x) {
+            const bool lit = pattern[2 * (y % 2) + x % 2] == "bgr"[channel];
+            if (bytes == 2) image->data.push_back(0);  // little endian
+            image->data.push_back(lit ? 200 : 0);
+          }
+        }
+        const ConvertedImage converted = convert_image(image);
+        ASSERT_EQ(converted.reason, Reason::kOk) << image->encoding << ": " << converted.error;
+        ASSERT_EQ(converted.image.type(), CV_8UC3) << image->encoding;
+        const cv::Vec3b middle = converted.image.at<cv::Vec3b>(3, 3);
+        EXPECT_EQ(middle[channel], 200) << image->encoding << ", channel " << channel;
+        EXPECT_EQ(middle[(channel + 1) % 3], 0) << image->encoding << ", channel " << channel;
+      }
+    }
+  }
+}
+
+TEST(ImageConversion, BigEndianIsTold) {
+  sensor_msgs::ImagePtr image = image_of("mono16", {100, 0});
+  image->is_bigendian = true;
+  EXPECT_EQ(convert_image(image).image.at<std::uint8_t>(1, 1), 100);
 }
 
 TEST(ImageConversion, UnknownEncodingIsNamed) {
@@ -136,6 +172,40 @@ TEST(CameraInfoConversion, RegionOfInterestAndBinning) {
   EXPECT_EQ(parameters.distortion_model, "equidistant");
 }
 
+TEST(CameraInfoConversion, ThreeModelsAreKnown) {
+  sensor_msgs::CameraInfo info = calibration();
+  for (const auto& [model, coefficients] :
+       {std::pair("plumb_bob", 5), std::pair("rational_polynomial", 8), std::pair("equidistant", 4)}) {
+    info.distortion_model = model;
+    info.D.assign(static_cast<std::size_t>(coefficients), 0.01);
+    const ConvertedCamera camera = convert_camera_info(info, false);
+    EXPECT_EQ(camera.reason, Reason::kOk) << camera.error;
+    EXPECT_EQ(camera.parameters.distortion_model, model);
+    EXPECT_EQ(camera.parameters.distortion, info.D);
+  }
+  info.distortion_model = "woodscape";
+  const ConvertedCamera other = convert_camera_info(info, false);
+  EXPECT_EQ(other.reason, Reason::kUncalibrated);
+  EXPECT_NE(other.error.find("woodscape"), std::string::npos) << other.error;
+}
+
+TEST(CameraSource, AFileCountsWhileNoCalibratedMessageHasCome) {
+  const std::chrono::milliseconds at_once(0);
+  CameraSource cameras(false);
+  EXPECT_FALSE(cameras.wait(at_once));
+  cameras.set_file(calibration());
+  EXPECT_EQ(cameras.wait(at_once)->parameters.fx, 500);
+  EXPECT_FALSE(cameras.has_message());
+  auto message = boost::make_shared<sensor_msgs::CameraInfo>(calibration());
+  message->K[0] = 0;
+  cameras.set_message(message);
+  EXPECT_EQ(cameras.wait(at_once)->parameters.fx, 500) << "the message is not calibrated";
+  message = boost::make_shared<sensor_msgs::CameraInfo>(calibration());
+  message->K[0] = 600;
+  cameras.set_message(message);
+  EXPECT_EQ(cameras.wait(at_once)->parameters.fx, 600);
+}
+
 TEST(CameraInfoConversion, ZeroMatrixIsUncalibrated) {
   sensor_msgs::CameraInfo info;
   info.width = 640;
@@ -169,16 +239,16 @@ TEST(Messages, TransformMapsTheChildIntoTheParent) {
 TEST(Messages, CovarianceIsRowMajor) {
   Matrix6d covariance = Matrix6d::Zero();
   covariance(0, 5) = 7;
-  EXPECT_DOUBLE_EQ(to_pose_with_covariance(Rigid3(), covariance).covariance[5], 7);
+  EXPECT_DOUBLE_EQ(to_pose_with_covariance({Rigid3(), covariance}).covariance[5], 7);
 }
 
-TEST(Messages, TwistIsInTheCamerasFrame) {
+TEST(Messages, TwistIsInTheChildsFrame) {
   // Seen from the map the camera moves along x; it looks along x, so in its own frame it moves along z.
   const Eigen::Quaterniond looks_along_x(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitY()));
-  FrameReport before, after;
-  before.map_from_camera = Rigid3(looks_along_x, Eigen::Vector3d(0, 0, 0));
+  StampedEstimate before, after;
+  before.parent_from_child.b_from_a = Rigid3(looks_along_x, Eigen::Vector3d(0, 0, 0));
   const Eigen::Quaterniond turned(Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitZ()));
-  after.map_from_camera = Rigid3(looks_along_x * turned, Eigen::Vector3d(1, 0, 0));
+  after.parent_from_child.b_from_a = Rigid3(looks_along_x * turned, Eigen::Vector3d(1, 0, 0));
   after.stamp_ns = 500000000;
   const geometry_msgs::TwistWithCovariance twist = to_twist(before, after);
   EXPECT_NEAR(twist.twist.linear.z, 2, 1e-9);

@@ -11,6 +11,8 @@ import rostest
 class ParametersTest(unittest.TestCase):
     def refusal(self, *parameters):
         """What the node says when it refuses these parameters."""
+        if rospy.has_param("/tracker"):  # of the call before
+            rospy.delete_param("/tracker")
         node = roslib.packages.find_node("mono_pose_tracker", "tracker_node")[0]
         result = subprocess.run([node, *parameters], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                                 timeout=30)
@@ -31,6 +33,16 @@ class ParametersTest(unittest.TestCase):
 
     def test_a_missing_calibration_file_is_named(self):
         self.assertIn("/no/such/camera.yaml", self.refusal("_camera_info_url:=/no/such/camera.yaml"))
+
+    def test_frames_with_two_parents_are_refused(self):
+        said = self.refusal("_odom_frame:=odom", "_invert_tf:=true")
+        self.assertIn("~odom_frame and ~invert_tf", said)
+        said = self.refusal("_odom_frame:=odom", "_object_mode:=true", "_map_orientation:=sideways")
+        self.assertIn("~odom_frame and ~object_mode", said)
+        self.assertIn("~map_orientation is sideways, expected one of optical z_up", said)
+        self.assertIn('~base_frame and ~map_frame are both "world"',
+                      self.refusal("_map_frame:=/world", "_base_frame:=world"))
+        self.assertIn("~object_origin is centre, which needs ~object_mode", self.refusal("_object_origin:=centre"))
 
     def test_an_unknown_key_is_answered_by_the_nearest(self):
         said = self.refusal("_camera_frme:=lens", "_camera_info_url:=/no/such/camera.yaml")

@@ -17,7 +17,9 @@ WIDTH, HEIGHT = 160, 120
 TIMEOUT = 30  # s; on a busy machine an image takes a second
 BYTES = {"mono8": 1, "8UC1": 1, "mono16": 2, "16UC1": 2, "rgb8": 3, "bgr8": 3, "8UC3": 3, "rgba8": 4, "bgra8": 4,
          "bayer_rggb8": 1, "bayer_bggr8": 1, "bayer_gbrg8": 1, "bayer_grbg8": 1, "yuv422": 2, "yuv422_yuy2": 2,
-         "32FC1": 4, "bayer_rggb16": 2, "no_such_encoding": 1}
+         "bayer_rggb16": 2, "bayer_bggr16": 2, "bayer_gbrg16": 2, "bayer_grbg16": 2, "32FC1": 4, "rgb16": 6,
+         "no_such_encoding": 1}
+UNSUPPORTED = ("32FC1", "rgb16", "no_such_encoding")
 
 
 def camera_info(focal=200.0, width=WIDTH, height=HEIGHT):
@@ -117,14 +119,14 @@ class StatusTest(unittest.TestCase):
 
     def test_unsupported_encodings(self):
         self.calibrate(camera_info())
-        for encoding in ("32FC1", "bayer_rggb16", "no_such_encoding"):
+        for encoding in UNSUPPORTED:
             status = self.answer(self.image(self.next_seconds(), encoding))
             self.assertEqual(status.reason, TrackerStatus.UNSUPPORTED_ENCODING, encoding)
             self.assertIn(encoding, status.reason_text)
 
     def test_supported_encodings(self):
         self.calibrate(camera_info())
-        for encoding in sorted(set(BYTES) - {"32FC1", "bayer_rggb16", "no_such_encoding"}):
+        for encoding in sorted(set(BYTES) - set(UNSUPPORTED)):
             status = self.answer(self.image(self.next_seconds(), encoding))
             self.assertIn(status.state, (TrackerStatus.BOOTSTRAPPING, TrackerStatus.TRACKING), encoding)
             self.assertGreater(status.features, 0, encoding)

@@ -10,6 +10,7 @@
 #include "mono_pose_tracker/simulation/simulated_sequence.h"
 #include "mono_pose_tracker/tracking/mapping_worker.h"
 #include "support/expect_error.h"
+#include "support/temporary_folder.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -253,6 +254,50 @@ TEST(Tracker, EveryFeatureIsSeenWithItsFate) {
     EXPECT_EQ(inliers, report.inliers);
     EXPECT_EQ(matched, report.matches);
     EXPECT_TRUE(report.motions.empty());
+  }
+}
+
+TEST(Tracker, GoesOnInASavedMap) {
+  for (const auto mapping : {Tracker::Mapping::kInline, Tracker::Mapping::kThreaded}) {
+    // Saved after two thirds of the recording; another tracker goes on with the last third.
+    const std::size_t part = 2 * kFrames / 3;
+    Tracker first(TrackerOptions(), room().camera, mapping);
+    EXPECT_FALSE(first.copy_map()) << "there is none yet";
+    std::vector<StampedPose> poses;
+    for (std::size_t i = 0; i < part; ++i) {
+      const FrameReport report = first.process(room().frames[i].stamp_ns, room().frames[i].image);
+      if (report.map_from_camera) poses.push_back({report.stamp_ns, *report.map_from_camera});
+    }
+    const TemporaryFolder folder;
+    const std::optional<Map> saved = first.copy_map();
+    ASSERT_TRUE(saved);
+    write_map_file(folder / "a.map", first.origin(), *saved);
+
+    Tracker second(TrackerOptions(), room().camera, mapping);
+    second.process(0, room().frames[0].image);
+    second.load_map(read_map_file(folder / "a.map", second.origin()));
+    EXPECT_EQ(second.epoch(), 1u);
+    EXPECT_EQ(second.snapshot()->points.size(), first.snapshot()->points.size());
+    const cv::Mat blank(240, 320, CV_8UC3, cv::Scalar::all(90));
+    for (int i = 1; i <= 2 * TrackerOptions().young_map_patience; ++i) {
+      const FrameReport lost = second.process(i, blank);
+      EXPECT_EQ(lost.state, State::kLost) << "a saved map is not dropped, however young";
+      EXPECT_EQ(lost.reason, Reason::kRelocalising);
+    }
+    for (int i = static_cast<int>(part); i < kFrames; ++i) {
+      const FrameReport report = second.process(room().frames[i].stamp_ns, room().frames[i].image);
+      EXPECT_EQ(report.state, State::kTracking) << report.reason_text;
+      EXPECT_EQ(report.epoch, 1u);
+      if (report.map_from_camera) poses.push_back({report.stamp_ns, *report.map_from_camera});
+    }
+    expect_accurate(poses, 0.8, 2);  // both parts in one map: one alignment
+    const std::optional<Map> grown = second.copy_map();
+    ASSERT_TRUE(grown);
+    grown->check();
+    EXPECT_GT(grown->keyframes().rbegin()->first, saved->keyframes().rbegin()->first) << "mapping goes on";
+    EXPECT_EQ(second.trajectory().size(), kFrames - part);
+    ASSERT_TRUE(second.finish());
+    second.map().check();
   }
 }
 

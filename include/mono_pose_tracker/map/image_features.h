@@ -31,6 +31,12 @@ using ImageFeaturesPtr = std::shared_ptr<const ImageFeatures>;
 /// whose pixels the camera model can't undistort are left out.
 ImageFeaturesPtr make_image_features(FeatureSet features, const cv::Mat& image, const CameraModel& camera);
 
+/// The same from what was stored of an image: features with descriptors and their colours. Bearings,
+/// Jacobians and grid are computed anew. Throws std::invalid_argument on a feature that the camera can't
+/// have.
+ImageFeaturesPtr restore_image_features(FeatureSet features, std::vector<cv::Vec3b> color_rgb,
+                                        const CameraModel& camera);
+
 /// Reprojection error in px of a point against feature i, to first order in the error; 1e6 px when it is
 /// behind.
 inline Eigen::Vector2d reprojection_error(const ImageFeatures& image, int i,

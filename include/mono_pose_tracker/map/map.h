@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/common/scale_source.h"
 #include "mono_pose_tracker/map/image_features.h"
 
 namespace mono_pose_tracker {
@@ -70,6 +71,11 @@ bool resolve_keyframe(const Keyframes& keyframes, const std::map<KeyframeId, Key
 /// keyframe at most. Not shared between threads.
 class Map {
  public:
+  /// A map made of its parts, which keep their ids; what each feature sees is taken from the observations.
+  /// Throws std::invalid_argument naming the first part that contradicts another.
+  static Map restore(std::vector<Keyframe> keyframes, std::vector<Landmark> landmarks,
+                     std::map<KeyframeId, KeyframeLink> removed, ScaleSource scale_source);
+
   KeyframeId add_keyframe(std::int64_t frame_index, std::int64_t stamp_ns, const Rigid3& camera_from_map,
                           ImageFeaturesPtr image);
   LandmarkId add_landmark(const Eigen::Vector3d& x_in_map);
@@ -103,6 +109,11 @@ class Map {
 
   /// All lengths times scale.
   void rescale(double scale);
+  ScaleSource scale_source() const { return scale_source_; }
+  void set_scale_source(ScaleSource source) { scale_source_ = source; }
+
+  /// The keyframes' frame indices moved by `offset`, so that they don't meet those of another recording.
+  void shift_frame_indices(std::int64_t offset);
 
   /// Throws std::logic_error naming the first invariant that does not hold. For tests.
   void check() const;
@@ -113,6 +124,7 @@ class Map {
   std::map<KeyframeId, Keyframe> keyframes_;
   std::unordered_map<LandmarkId, Landmark> landmarks_;
   std::map<KeyframeId, KeyframeLink> removed_;
+  ScaleSource scale_source_ = ScaleSource::kMapUnits;
 };
 
 }  // namespace mono_pose_tracker

@@ -16,7 +16,7 @@ struct ConvertedCamera {
 };
 
 /// K and D of the message; when the images are rectified P and no distortion. kUncalibrated when the matrix
-/// is zero (what drivers send before calibration).
+/// is zero (what drivers send before calibration) or the distortion of no known model.
 ConvertedCamera convert_camera_info(const sensor_msgs::CameraInfo& info, bool rectified);
 
 /// The message that a driver of this camera would send, frame_id camera_optical, without a stamp.
@@ -25,8 +25,5 @@ sensor_msgs::CameraInfo to_camera_info(const CameraParameters& camera);
 /// Reads a calibration file (YAML or INI, as camera_calibration writes it). url: a path, file://PATH or
 /// package://PACKAGE/PATH. Throws std::runtime_error naming the file.
 sensor_msgs::CameraInfo load_camera_info(const std::string& url);
-
-/// A leading ~ becomes the home folder, package://PACKAGE/ the package's folder, file:// is taken off.
-std::string expand_path(const std::string& path);
 
 }  // namespace mono_pose_tracker

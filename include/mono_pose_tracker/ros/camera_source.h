@@ -11,27 +11,29 @@
 
 namespace mono_pose_tracker {
 
-/// The calibration to use: that of a file when one was given, else that of the newest camera_info. May be
-/// called from any thread.
+/// The calibration to use: that of the newest camera_info; while none has come, or it is not calibrated, that
+/// of a file when one was given. May be called from any thread.
 class CameraSource {
  public:
   explicit CameraSource(bool rectified) : rectified_(rectified) {}
 
-  /// From now on the file's calibration counts, whatever camera_info says.
   void set_file(const sensor_msgs::CameraInfo& info);
   void set_message(const sensor_msgs::CameraInfoConstPtr& info);
 
+  bool has_message() const;  // whether a camera_info has come, calibrated or not
   bool has_calibration() const;
 
-  /// The calibration; waits for the first one at most this long (a driver sends it just after its image).
+  /// The calibration; waits for the first camera_info at most this long (a driver sends it just after its
+  /// image).
   std::optional<ConvertedCamera> wait(std::chrono::milliseconds timeout) const;
 
  private:
   const bool rectified_;
   mutable std::mutex mutex_;  // guards what follows
   mutable std::condition_variable arrived_;
-  bool from_file_ = false;
-  std::optional<ConvertedCamera> camera_;
+  std::optional<ConvertedCamera> file_, message_;
+
+  std::optional<ConvertedCamera> camera() const;  // the lock being held
 };
 
 }  // namespace mono_pose_tracker

@@ -18,6 +18,7 @@ namespace mono_pose_tracker {
 
 /// What a map drawn now would be drawn from.
 struct MapView {
+  std::uint32_t epoch = 0;  // as the reports count them
   std::shared_ptr<const MapSnapshot> snapshot;
   CameraModel camera;
 };
@@ -44,8 +45,25 @@ class LiveTracker {
   FrameReport process(const sensor_msgs::ImageConstPtr& message);
   const cv::Mat& image() const { return image_.image; }
 
+  /// Drops the map; the epoch grows by one when there was a tracker to have one.
   void reset();
   void set_options(const TrackerOptions& options);  // Tracker::set_options
+  State state() const { return state_; }
+  std::uint32_t epoch() const { return epoch_; }
+
+  /// A map to be written, or one that was read, with what it was made with.
+  struct SavedMap {
+    MapOrigin origin;
+    Map map;
+  };
+  /// Throws std::runtime_error while there is no map.
+  SavedMap copy_map();
+  /// What a map must have been made with to be loaded. Throws std::runtime_error before the first
+  /// calibration.
+  MapOrigin origin();
+  /// Goes on in this map, in a new epoch. Throws std::runtime_error, the running map untouched, when the
+  /// calibration is not (any more) the one that it was made with.
+  void load_map(SavedMap saved);
 
   MapVersion map_version() const;
   std::optional<MapView> map_view() const;  // nothing before the first calibration
@@ -53,6 +71,7 @@ class LiveTracker {
  private:
   FrameReport track(const sensor_msgs::ImageConstPtr& message);
   FrameReport refuse(Reason reason, const std::string& text) const;
+  void need_tracker();
   void use_camera(const CameraParameters& parameters);
   ConvertedImage mask_for(const sensor_msgs::Image& message);
 
@@ -66,10 +85,10 @@ class LiveTracker {
   ConvertedImage image_;
   bool first_image_ = true;
   State state_ = State::kWaitingForCameraInfo;
-  std::uint32_t epoch_ = 0;       // last reported
-  std::uint32_t epoch_base_ = 0;  // added to the present tracker's own: epochs grow across calibrations
+  std::uint32_t epoch_ = 0;  // last reported
 
-  mutable std::mutex mutex_;  // guards the pointer and the count (a Tracker locks for itself)
+  mutable std::mutex mutex_;      // guards what follows (a Tracker locks for itself)
+  std::uint32_t epoch_base_ = 0;  // added to the present tracker's own: epochs grow across calibrations
   std::shared_ptr<Tracker> tracker_;
   CameraModel camera_;
   std::uint32_t trackers_ = 0;

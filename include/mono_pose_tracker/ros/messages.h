@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/ros/pose_estimate.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 
 namespace mono_pose_tracker {
@@ -22,8 +23,7 @@ inline ros::Time to_ros_time(std::int64_t stamp_ns) {
 }
 
 geometry_msgs::Pose to_pose(const Rigid3& b_from_a);
-geometry_msgs::PoseWithCovariance to_pose_with_covariance(const Rigid3& map_from_camera,
-                                                          const Matrix6d& covariance);
+geometry_msgs::PoseWithCovariance to_pose_with_covariance(const PoseEstimate& b_from_a);
 geometry_msgs::TransformStamped to_transform(const std_msgs::Header& header, const std::string& child_frame,
                                              const Rigid3& parent_from_child);
 
@@ -35,9 +35,13 @@ sensor_msgs::PointCloud2 to_point_cloud(const std_msgs::Header& header,
 visualization_msgs::MarkerArray to_frusta(const std_msgs::Header& header, const CameraParameters& camera,
                                           const std::vector<KeyframePose>& keyframes, double depth);
 
-/// The velocity between two posed frames, in the camera's frame, with the covariance that their poses give
-/// it.
-geometry_msgs::TwistWithCovariance to_twist(const FrameReport& previous, const FrameReport& current);
+struct StampedEstimate {
+  std::int64_t stamp_ns = 0;
+  PoseEstimate parent_from_child;
+};
+
+/// The velocity of the child between two times, in its own frame, with the covariance that the poses give it.
+geometry_msgs::TwistWithCovariance to_twist(const StampedEstimate& previous, const StampedEstimate& current);
 
 /// All of a report but the header and the node's own counts.
 TrackerStatus to_status(const FrameReport& report);

@@ -31,6 +31,8 @@ class ParameterReader {
 
   void read(const OptionEntry& option);
 
+  void add_problem(const std::string& problem) { problems_.push_back(problem); }
+
   /// Throws std::invalid_argument that names every value out of range or of another type.
   void check() const;
 

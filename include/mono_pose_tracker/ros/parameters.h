@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "mono_pose_tracker/ros/frame_options.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 
 namespace mono_pose_tracker {
@@ -16,9 +17,7 @@ struct NodeParameters {
   std::string camera_info_url;  // calibration file, used instead of camera_info; empty: none
   bool rectified = false;       // the images are rectified: P of the calibration, no distortion
 
-  std::string map_frame = "map";
-  std::string camera_frame;  // empty: the image's frame_id
-  bool publish_tf = true;
+  FrameOptions frames;
 
   int queue_size = 1;      // images that may wait; more than one trades latency for fewer drops
   double time_jump = 1.0;  // s: a larger step back of the stamps is a new start, a smaller one a stale image
@@ -28,6 +27,7 @@ struct NodeParameters {
   int path_max_length = 20000;  // poses kept for ~path, ~camera_positions and ~save_trajectory
   std::string trajectory_file;  // written as it grows; empty: none
   std::string save_trajectory_path = "trajectory.txt";  // where ~save_trajectory writes
+  std::string map_path = "tracker.map";                 // where ~save_map writes and ~load_map reads
 
   TrackerOptions tracker;
 

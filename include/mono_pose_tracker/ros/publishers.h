@@ -8,12 +8,14 @@
 #include <cstdint>
 #include <deque>
 #include <mutex>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
-#include "mono_pose_tracker/ros/parameters.h"
+#include "mono_pose_tracker/ros/messages.h"
+#include "mono_pose_tracker/ros/output_frames.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 
 namespace mono_pose_tracker {
@@ -22,10 +24,10 @@ namespace mono_pose_tracker {
 /// thread, publish_map and publish_path by a timer; the mutex guards the poses they share.
 class Publishers {
  public:
-  Publishers(const NodeParameters& parameters, ros::NodeHandle private_handle);
+  Publishers(const OutputFrames& frames, int path_max_length, ros::NodeHandle private_handle);
 
-  /// header: the image's. A report without a pose publishes nothing (but starts the path anew with a new
-  /// map).
+  /// header: the image's; report and map: in the world's frame. A report without a pose publishes nothing
+  /// (but starts the path anew with a new map).
   void publish_frame(const std_msgs::Header& header, const FrameReport& report);
 
   bool debug_image_wanted() const { return debug_image_.getNumSubscribers() > 0; }
@@ -40,19 +42,28 @@ class Publishers {
   std::vector<KeyframePose> trajectory() const;
 
  private:
-  void remember(const FrameReport& report);
+  /// A frame's place on ~path, which is the body's, and on ~camera_positions.
+  struct Posed {
+    KeyframePose camera;
+    std::optional<OutputFrames::BodyPose> body;
+  };
+  void remember(const FrameReport& report, const std::optional<OutputFrames::BodyPose>& body);
+  void publish_pose(const std_msgs::Header& image_header, const FrameReport& report,
+                    const OutputFrames::BodyPose& body);
   std_msgs::Header map_header() const;
-  std::string camera_frame_of(const std_msgs::Header& image_header) const;
 
-  const NodeParameters parameters_;
+  const OutputFrames& frames_;
+  const std::size_t path_max_length_;
   tf2_ros::TransformBroadcaster broadcaster_;
   ros::Publisher pose_, odometry_, path_, points_, camera_positions_, keyframes_;
   image_transport::Publisher debug_image_;
 
-  std::optional<FrameReport> previous_;  // last posed frame; the processing thread's own
+  // Last posed frame; the processing thread's own
+  std::optional<StampedEstimate> previous_;
+  std::uint32_t previous_epoch_ = 0;
 
   mutable std::mutex mutex_;  // guards what follows
-  std::deque<KeyframePose> poses_;
+  std::deque<Posed> poses_;
   std::int64_t newest_stamp_ns_ = 0;
   std::uint32_t epoch_ = 0;
   bool path_changed_ = false;

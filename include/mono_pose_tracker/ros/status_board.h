@@ -30,6 +30,9 @@ class StatusBoard {
   void publish_unprocessed(const std_msgs::Header& header, Reason reason, const std::string& text,
                            Clock::time_point arrival);
 
+  /// What the next images that are not processed shall say, when a command has changed it.
+  void note(State state, std::uint32_t epoch);
+
   struct Summary {
     TrackerStatus last;              // of an image that was not merely displaced; counts of all
     Clock::time_point last_arrival;  // of an image; the construction before the first

@@ -3,6 +3,8 @@
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <dynamic_reconfigure/server.h>
 #include <nodelet/nodelet.h>
+#include <ros/callback_queue.h>
+#include <ros/spinner.h>
 #include <std_srvs/Trigger.h>
 
 #include <atomic>
@@ -21,6 +23,7 @@
 #include "mono_pose_tracker/ros/live_options.h"
 #include "mono_pose_tracker/ros/live_tracker.h"
 #include "mono_pose_tracker/ros/mask_source.h"
+#include "mono_pose_tracker/ros/output_frames.h"
 #include "mono_pose_tracker/ros/parameters.h"
 #include "mono_pose_tracker/ros/publishers.h"
 #include "mono_pose_tracker/ros/status_board.h"
@@ -30,7 +33,7 @@
 namespace mono_pose_tracker {
 
 /// The tracker as a nodelet. Three threads meet here: the nodelet's queue takes images and calibrations in
-/// and runs the timer; the processing thread alone works the tracker; services come from the manager's pool
+/// and runs the timer; the processing thread alone works the tracker; services run on a thread of their own
 /// and hand what concerns the tracker to the processing thread.
 class TrackerNodelet : public nodelet::Nodelet {
  public:
@@ -58,6 +61,7 @@ class TrackerNodelet : public nodelet::Nodelet {
   void subscribe();
   void advertise_services();
   void offer_live_options();
+  void advertise_map_services();
 
   void take_image(const sensor_msgs::ImageConstPtr& image);
   bool clock_went_back();
@@ -75,12 +79,16 @@ class TrackerNodelet : public nodelet::Nodelet {
 
   using Answer = std::function<std::string()>;  // what was done; throws what went wrong
   void advertise(const std::string& name, Answer answer);
-  void on_processing_thread(std::function<void()> command);
+  /// Runs the command between two images and returns what it returned or throws what it threw. The command
+  /// may still run when this has given up waiting: it must own what it uses.
+  template <typename Result>
+  Result on_processing_thread(std::function<Result()> command);
 
   NodeParameters parameters_;
   std::unique_ptr<CameraSource> cameras_;
   MaskSource masks_;
   std::unique_ptr<StatusBoard> board_;
+  std::unique_ptr<OutputFrames> frames_;
   std::unique_ptr<Publishers> publishers_;
   std::unique_ptr<TrajectoryLog> trajectory_;
   std::unique_ptr<LiveTracker> tracker_;
@@ -89,6 +97,8 @@ class TrackerNodelet : public nodelet::Nodelet {
 
   ImageSubscriber image_subscriber_;
   ros::Subscriber camera_info_subscriber_, mask_subscriber_;
+  ros::CallbackQueue service_queue_;
+  ros::AsyncSpinner service_spinner_{1, &service_queue_};
   std::vector<ros::ServiceServer> services_;
   ros::WallTimer timer_;
 

@@ -30,6 +30,8 @@ class Mapper {
 
   /// Begins a map. Its scale: the median depth of the first view's points is 1.
   void initialize(const InitialMap& initial, std::uint32_t epoch);
+  /// Goes on in a map that was saved.
+  void restore(Map map, std::uint32_t epoch);
   /// waiting: keyframes that wait behind this one. The bundle adjustment's window is divided among them, and
   /// with two or more it is left to the next; the map is consistent all the same.
   void insert(const KeyframeCandidate& candidate, int waiting = 0);

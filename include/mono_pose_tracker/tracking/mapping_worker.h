@@ -34,6 +34,8 @@ class MappingWorker {
 
   /// Begins a map; returns when it is there.
   void initialize(const InitialMap& initial, std::uint32_t epoch);
+  /// Goes on in a map that was saved; returns when it is there.
+  void restore(const Map& map, std::uint32_t epoch);
   /// False, and nothing queued, when kMaxBacklog keyframes wait already.
   bool insert(const KeyframeCandidate& candidate);
   /// Drops the map and what waits. A result of work under way is dropped when it comes.

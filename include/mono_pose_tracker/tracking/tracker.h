@@ -4,9 +4,11 @@
 #include <functional>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
@@ -16,7 +18,8 @@ namespace mono_pose_tracker {
 /// Tracks one camera against the map it builds: bootstraps, resects every frame, hands keyframes to the
 /// mapper, which runs inline (repeatable) or on a worker thread of its own.
 ///
-/// Threads: process, reset and set_options are called from one thread; snapshot and revision from any.
+/// Threads: process, reset, set_options, copy_map and load_map are called from one thread; snapshot, revision
+/// and origin from any.
 class Tracker {
  public:
   enum class Mapping { kInline, kThreaded };
@@ -38,6 +41,14 @@ class Tracker {
 
   /// Drops the map; the epoch grows by one.
   void reset();
+  std::uint32_t epoch() const;
+
+  /// The map as it is, when the keyframes that wait are in it. Nothing while there is none.
+  std::optional<Map> copy_map();
+  /// Goes on in a map that was made with the same origin; the epoch grows by one. LOST until a frame is found
+  /// in it; it is never dropped for being young.
+  void load_map(Map map);
+  MapOrigin origin() const;
 
   /// Changes what is_changeable (options_table.h), from the next image on; the map stays. Throws
   /// std::invalid_argument on options out of range.

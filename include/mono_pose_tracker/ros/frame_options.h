@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace mono_pose_tracker {
+
+/// Which frames the tracker's results are given in (private parameters of the nodelet, see the README).
+struct FrameOptions {
+  std::string map_frame = "map";
+  std::string camera_frame;  // empty: the image's frame_id
+  std::string base_frame;    // of the robot that carries the camera; empty: the camera stands for itself
+  std::string odom_frame;    // map -> odom is published, to correct it; empty: map -> camera or base
+  bool object_mode = false;  // the map is an object that turns before the camera
+  std::string object_frame = "object";         // what it is called then
+  std::string object_origin = "first_camera";  // or centre: of the object's points
+  std::string map_orientation = "optical";  // axes of the first camera: x right; or z_up: x forward, y left
+  bool invert_tf = false;                   // tf with parent and child changed over
+  bool publish_tf = true;
+};
+
+/// Takes off the leading slashes that tf2 does not know. Returns one line for each combination that can't be:
+/// a frame with two parents, or one that is its own parent.
+std::vector<std::string> normalize_frames(FrameOptions* options);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <geometry_msgs/TransformStamped.h>
+#include <std_msgs/Header.h>
+#include <tf2_ros/buffer.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "mono_pose_tracker/ros/frame_options.h"
+#include "mono_pose_tracker/ros/pose_estimate.h"
+#include "mono_pose_tracker/tracking/frame_report.h"
+
+namespace mono_pose_tracker {
+
+/// Turns the tracker's results, which are in the optical axes of the first camera, into the frames that the
+/// user wants. Two frames matter: the world (map, or the object), in which points and cameras are given; and
+/// the body (the camera, or the robot's base), whose pose is published.
+///
+/// May be called from any thread.
+class OutputFrames {
+ public:
+  using Warn = std::function<void(const std::string&)>;
+
+  /// options: normalised. warn: what a user should hear, which may be said again and again.
+  OutputFrames(const FrameOptions& options, Warn warn);
+
+  const std::string& world() const {
+    return options_.object_mode ? options_.object_frame : options_.map_frame;
+  }
+
+  /// Whether the world's origin in this map hangs on its points and has not been set.
+  bool wants_points(std::uint32_t epoch) const;
+  void set_points(std::uint32_t epoch, const std::vector<ColoredPoint>& points);
+
+  /// The same with poses, covariance and points in the world's frame.
+  FrameReport in_world(FrameReport report) const;
+  MapSnapshot in_world(const MapSnapshot& snapshot) const;
+
+  /// The body in the world; of an object, the object in the body's frame.
+  struct BodyPose {
+    std::string frame, child_frame;
+    PoseEstimate frame_from_child;
+  };
+  /// Of a report in the world's frame. Nothing when tf does not know where the base has its camera.
+  std::optional<BodyPose> body_pose(const std_msgs::Header& image_header, const FrameReport& report) const;
+
+  /// What tf shall get; nothing when it is not to have any, or must not: a frame would get a second parent.
+  std::optional<geometry_msgs::TransformStamped> transform(const std_msgs::Header& image_header,
+                                                           const BodyPose& pose) const;
+
+ private:
+  Rigid3 world_from_map() const;
+  std::string camera_frame(const std_msgs::Header& image_header) const;
+  std::optional<Rigid3> look_up(const std::string& parent, const std::string& child,
+                                const ros::Time& stamp) const;
+  std::string conflict(const std::string& parent, const std::string& child) const;
+
+  const FrameOptions options_;
+  const Warn warn_;
+  tf2_ros::Buffer buffer_;  // locks for itself
+  std::optional<tf2_ros::TransformListener> listener_;
+
+  mutable std::mutex mutex_;  // guards what follows
+  std::optional<std::uint32_t> centre_epoch_;
+  Eigen::Vector3d centre_in_map_ = Eigen::Vector3d::Zero();
+};
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,41 @@
+#include "mono_pose_tracker/ros/frame_options.h"
+
+#include <map>
+
+namespace mono_pose_tracker {
+
+std::vector<std::string> normalize_frames(FrameOptions* options) {
+  FrameOptions& o = *options;
+  std::vector<std::string> problems;
+  std::map<std::string, std::string> used;  // the parameter that took a name
+  const auto take = [&](const char* parameter, std::string* frame, bool counts) {
+    frame->erase(0, frame->find_first_not_of('/'));
+    if (!counts || frame->empty()) return;
+    const auto [other, first] = used.emplace(*frame, parameter);
+    if (!first) {
+      problems.push_back(std::string("~") + parameter + " and ~" + other->second + " are both \"" + *frame +
+                         "\": they must differ");
+    }
+  };
+  take("map_frame", &o.map_frame, !o.object_mode);
+  take("object_frame", &o.object_frame, o.object_mode);
+  take("camera_frame", &o.camera_frame, true);
+  take("base_frame", &o.base_frame, true);
+  take("odom_frame", &o.odom_frame, true);
+  if (o.map_frame.empty()) problems.push_back("~map_frame is empty");
+  if (o.object_frame.empty()) problems.push_back("~object_frame is empty");
+  if (!o.odom_frame.empty() && o.object_mode) {
+    problems.push_back("~odom_frame and ~object_mode: an object has no odometry, set one of them only");
+  } else if (!o.odom_frame.empty() && o.invert_tf) {
+    problems.push_back(
+        "~odom_frame and ~invert_tf: odom would get map below it and the robot's base beside it while map "
+        "can't be "
+        "the root, set one of them only");
+  }
+  if (o.object_origin == "centre" && !o.object_mode) {
+    problems.push_back("~object_origin is centre, which needs ~object_mode");
+  }
+  return problems;
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,182 @@
+#include "mono_pose_tracker/ros/output_frames.h"
+
+#include <ros/time.h>
+
+#include <chrono>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/ros/messages.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+// Odometry is often published a little later than the image of its time is here.
+constexpr std::chrono::milliseconds kTransformTimeout{50};
+
+/// REP-103: x forward, y left, z up, of a camera's optical axes (x right, y down, z forward).
+Eigen::Matrix3d z_up_from_optical() {
+  Eigen::Matrix3d R;
+  R << 0, 0, 1,  //
+      -1, 0, 0,  //
+      0, -1, 0;
+  return R;
+}
+
+/// Coordinate by coordinate: half of the points may be wherever they like.
+Eigen::Vector3d median_point(const std::vector<ColoredPoint>& points) {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (int i = 0; i < 3 && !points.empty(); ++i) {
+    std::vector<double> values;
+    values.reserve(points.size());
+    for (const ColoredPoint& point : points) values.push_back(point.x_in_map[i]);
+    centre[i] = median(std::move(values));
+  }
+  return centre;
+}
+
+Rigid3 to_rigid(const geometry_msgs::Transform& transform) {
+  const auto& q = transform.rotation;
+  const auto& t = transform.translation;
+  return {Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized(), Eigen::Vector3d(t.x, t.y, t.z)};
+}
+
+}  // namespace
+
+OutputFrames::OutputFrames(const FrameOptions& options, Warn warn)
+    : options_(options), warn_(std::move(warn)) {
+  if (options_.publish_tf || !options_.base_frame.empty()) listener_.emplace(buffer_);
+}
+
+bool OutputFrames::wants_points(std::uint32_t epoch) const {
+  if (options_.object_origin != "centre") return false;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return centre_epoch_ != epoch;
+}
+
+void OutputFrames::set_points(std::uint32_t epoch, const std::vector<ColoredPoint>& points) {
+  const Eigen::Vector3d centre = median_point(points);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (centre_epoch_ == epoch) return;
+  centre_epoch_ = epoch;
+  centre_in_map_ = centre;
+}
+
+Rigid3 OutputFrames::world_from_map() const {
+  Rigid3 world_from_map;
+  if (options_.map_orientation == "z_up")
+    world_from_map = Rigid3(z_up_from_optical(), Eigen::Vector3d::Zero());
+  const std::lock_guard<std::mutex> lock(mutex_);
+  world_from_map.translation = -(world_from_map.rotation * centre_in_map_);
+  return world_from_map;
+}
+
+FrameReport OutputFrames::in_world(FrameReport report) const {
+  if (!report.map_from_camera) return report;
+  const PoseEstimate pose = world_from_map() * PoseEstimate{*report.map_from_camera, report.covariance};
+  report.map_from_camera = pose.b_from_a;
+  report.covariance = pose.covariance;
+  return report;
+}
+
+MapSnapshot OutputFrames::in_world(const MapSnapshot& snapshot) const {
+  const Rigid3 world_from_map = this->world_from_map();
+  MapSnapshot result = snapshot;
+  for (ColoredPoint& point : result.points) {
+    point.x_in_map = (world_from_map * point.x_in_map.cast<double>()).cast<float>();
+  }
+  for (KeyframePose& keyframe : result.keyframes) {
+    keyframe.map_from_camera = world_from_map * keyframe.map_from_camera;
+  }
+  return result;
+}
+
+/// tf takes neither an empty name nor the leading slash of older drivers.
+std::string OutputFrames::camera_frame(const std_msgs::Header& image_header) const {
+  if (!options_.camera_frame.empty()) return options_.camera_frame;
+  const std::string frame = image_header.frame_id.substr(image_header.frame_id.rfind('/', 0) == 0 ? 1 : 0);
+  return frame.empty() ? "camera" : frame;
+}
+
+std::optional<Rigid3> OutputFrames::look_up(const std::string& parent, const std::string& child,
+                                            const ros::Time& stamp) const {
+  // By the wall clock: ROS time may stand still (a bag that is paused), and tf2's own waiting with it.
+  const auto deadline = std::chrono::steady_clock::now() + kTransformTimeout;
+  std::string why;
+  while (!buffer_.canTransform(parent, child, stamp, &why)) {
+    if (std::chrono::steady_clock::now() > deadline) {
+      warn_("tf does not know the transform from " + parent + " to " + child + ": " + why);
+      return std::nullopt;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  try {
+    return to_rigid(buffer_.lookupTransform(parent, child, stamp).transform);
+  } catch (const tf2::TransformException& e) {  // gone since: the clock has jumped
+    warn_(e.what());
+    return std::nullopt;
+  }
+}
+
+std::optional<OutputFrames::BodyPose> OutputFrames::body_pose(const std_msgs::Header& image_header,
+                                                              const FrameReport& report) const {
+  const std::string camera = camera_frame(image_header);
+  std::string body = camera;
+  PoseEstimate world_from_body{*report.map_from_camera, report.covariance};
+  if (!options_.base_frame.empty() && options_.base_frame != camera) {
+    const std::optional<Rigid3> camera_from_base = look_up(camera, options_.base_frame, ros::Time(0));
+    if (!camera_from_base) return std::nullopt;
+    world_from_body = world_from_body * *camera_from_base;
+    body = options_.base_frame;
+  }
+  if (options_.object_mode) return BodyPose{body, world(), inverse(world_from_body)};
+  return BodyPose{world(), body, world_from_body};
+}
+
+std::optional<geometry_msgs::TransformStamped> OutputFrames::transform(const std_msgs::Header& image_header,
+                                                                       const BodyPose& pose) const {
+  if (!options_.publish_tf) return std::nullopt;
+  std::string parent = pose.frame, child = pose.child_frame;
+  Rigid3 parent_from_child = pose.frame_from_child.b_from_a;
+  if (!options_.odom_frame.empty()) {
+    const std::optional<Rigid3> body_from_odom = look_up(child, options_.odom_frame, image_header.stamp);
+    if (!body_from_odom) return std::nullopt;
+    parent_from_child = parent_from_child * *body_from_odom;
+    child = options_.odom_frame;
+  }
+  if (options_.invert_tf) {
+    parent_from_child = parent_from_child.inverse();
+    parent.swap(child);
+  }
+  const std::string problem = conflict(parent, child);
+  if (!problem.empty()) {
+    warn_(problem);
+    return std::nullopt;
+  }
+  std_msgs::Header header = image_header;
+  header.frame_id = parent;
+  return to_transform(header, child, parent_from_child);
+}
+
+std::string OutputFrames::conflict(const std::string& parent, const std::string& child) const {
+  const std::string refused = "no tf is published from " + parent + " to " + child + ": ";
+  if (parent == child) return refused + "they are the same frame";
+  std::string other;
+  if (buffer_._getParent(child, ros::Time(0), other) && other != parent) {
+    return refused + child + " has the parent " + other +
+           " already, and a frame has one parent only (REP-105); set ~base_frame or ~odom_frame to the root "
+           "of its "
+           "tree, or ~invert_tf, or ~publish_tf to false";
+  }
+  // 100: deeper than any robot is; tf itself may hold a loop made by others.
+  std::string above = parent;
+  for (int i = 0; i < 100 && buffer_._getParent(above, ros::Time(0), other); ++i) {
+    if (other == child) return refused + parent + " is below " + child + " already, it would close a loop";
+    above = other;
+  }
+  return "";
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,122 @@
+"""For tests: a simulated recording, and trackers that are fed with it image by image, each answered before the next."""
+import os
+import subprocess
+import threading
+import time
+
+import rosbag
+import roslib.packages
+import rospy
+from sensor_msgs.msg import CameraInfo, Image
+from std_srvs.srv import Trigger
+
+from mono_pose_tracker.msg import TrackerStatus
+
+TIMEOUT = 60  # s, of the wall; on a busy machine an image takes a second
+
+
+def read_tum(path):
+    """{stamp in ns: (position, quaternion)}"""
+    poses = {}
+    with open(path) as lines:
+        for line in lines:
+            if line.startswith("#"):
+                continue
+            fields = line.split()
+            values = [float(v) for v in fields[1:]]
+            seconds, fraction = fields[0].split(".")
+            poses[int(seconds) * 10**9 + int(fraction.ljust(9, "0"))] = (values[:3], values[3:])
+    return poses
+
+
+class Recording:
+    """images and info: messages; truth: as read_tum gives it."""
+
+    def __init__(self, folder, frames, *options):
+        simulate_sequence = roslib.packages.find_node("mono_pose_tracker", "simulate_sequence")[0]
+        subprocess.run([simulate_sequence, "--scene", "room", "--output", folder, "--frames", str(frames),
+                        "--width", "320", "--height", "240", "--quiet", *options], check=True)
+        self.camera_yaml = os.path.join(folder, "camera.yaml")
+        self.truth = read_tum(os.path.join(folder, "groundtruth.txt"))
+        with rosbag.Bag(os.path.join(folder, "sequence.bag")) as bag:
+            messages = list(bag.read_messages())
+        # rosbag's own classes have the fields, not the type, of the messages: publishers want the type.
+        self.images = [as_type(Image, m.message) for m in messages if m.topic.endswith("image_raw")]
+        self.info = next(as_type(CameraInfo, m.message) for m in messages if m.topic.endswith("camera_info"))
+
+
+def as_type(kind, message):
+    result = kind()
+    for slot in kind.__slots__:
+        setattr(result, slot, getattr(message, slot))
+    return result
+
+
+def moved(image, seconds):
+    """The same image at a later time."""
+    copy = Image(height=image.height, width=image.width, encoding=image.encoding, step=image.step, data=image.data,
+                 is_bigendian=image.is_bigendian)
+    copy.header.frame_id = image.header.frame_id
+    copy.header.stamp = image.header.stamp + rospy.Duration(seconds)
+    return copy
+
+
+def wait_for_connections(*topics):
+    """Of publishers and subscribers."""
+    deadline = time.monotonic() + TIMEOUT
+    while any(topic.get_num_connections() == 0 for topic in topics):
+        if time.monotonic() > deadline:
+            raise AssertionError("nobody at the other end of " + ", ".join(t.resolved_name for t in topics))
+        time.sleep(0.02)
+
+
+class Tracker:
+    """What one tracker says."""
+
+    def __init__(self, name):
+        self.name = name
+        self.changed = threading.Condition()
+        self.statuses = []
+        self.subscriber = rospy.Subscriber(name + "/status", TrackerStatus, self.on_status, queue_size=1000)
+        wait_for_connections(self.subscriber)
+
+    def on_status(self, status):
+        with self.changed:
+            self.statuses.append(status)
+            self.changed.notify_all()
+
+    def wait_until(self, condition, timeout=TIMEOUT):
+        with self.changed:
+            return self.changed.wait_for(condition, timeout)
+
+    def call(self, service):
+        name = self.name + "/" + service
+        rospy.wait_for_service(name, TIMEOUT)
+        return rospy.ServiceProxy(name, Trigger)()
+
+
+class Camera:
+    """Publishes images and their calibration."""
+
+    def __init__(self, namespace, info):
+        self.images = rospy.Publisher(namespace + "/image_raw", Image, queue_size=1000)
+        self.infos = rospy.Publisher(namespace + "/camera_info", CameraInfo, queue_size=10)
+        wait_for_connections(self.images, self.infos)
+        self.set_calibration(info)
+
+    def set_calibration(self, info):
+        self.info = info
+
+    def show(self, image, *trackers):
+        """The trackers' answers to this image."""
+        before = [len(t.statuses) for t in trackers]
+        if self.info is not None:
+            self.info.header = image.header
+            self.infos.publish(self.info)
+        self.images.publish(image)
+        answers = []
+        for tracker, count in zip(trackers, before):
+            if not tracker.wait_until(lambda: len(tracker.statuses) > count):
+                raise AssertionError(tracker.name + " did not answer an image")
+            answers.append(tracker.statuses[count])
+        return answers[0] if len(answers) == 1 else answers

@@ -1,0 +1,244 @@
+#!/usr/bin/python3
+"""tf, poses and points in each mode of frames, held against where the camera was."""
+import os
+import sys
+import tempfile
+import unittest
+
+import numpy
+import rospy
+import rostest
+import tf2_ros
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
+from nav_msgs.msg import Odometry, Path
+from rosgraph_msgs.msg import Log
+from sensor_msgs import point_cloud2
+from sensor_msgs.msg import PointCloud2
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
+
+from mono_pose_tracker.msg import TrackerStatus
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import feeding  # noqa: E402
+import sim3  # noqa: E402
+
+FRAMES = 40
+MODES = ("plain", "z_up", "base", "odom", "inverted", "object", "conflict")
+
+# REP-103: x forward, y left, z up, of optical axes x right, y down, z forward.
+Z_UP_FROM_OPTICAL = numpy.array([[0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1.0]])
+# Where the robot has its camera: ahead, to the left, 0.4 up, looking forward and 10 degrees down. Lengths are in
+# units of the map, which has no scale.
+BASE_FROM_CAMERA = (0.2, 0.1, 0.4), (-0.560986, 0.560986, -0.430459, 0.430459)
+
+
+def matrix(position, quaternion):
+    result = numpy.eye(4)
+    result[:3, :3] = sim3.rotation_matrix(quaternion)
+    result[:3, 3] = position
+    return result
+
+
+def of_pose(pose):
+    p, q = pose.position, pose.orientation
+    return matrix((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
+
+
+def of_transform(transform):
+    t, q = transform.translation, transform.rotation
+    return matrix((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
+
+
+def stamped(parent, child, stamp, position, quaternion):
+    result = TransformStamped()
+    result.header.frame_id, result.child_frame_id, result.header.stamp = parent, child, stamp
+    t, q = result.transform.translation, result.transform.rotation
+    t.x, t.y, t.z = position
+    q.x, q.y, q.z, q.w = quaternion
+    return result
+
+
+def odometry(i):
+    """The robot's own idea of its way, which is wrong: odom_from_base at image i."""
+    angle = 0.01 * i
+    return (0.02 * i, 0.3, 0), (0, 0, numpy.sin(angle / 2), numpy.cos(angle / 2))
+
+
+class Outputs:
+    """What one tracker publishes."""
+
+    def __init__(self, mode):
+        self.tracker = feeding.Tracker("/" + mode + "/tracker")
+        self.poses, self.odometries, self.latest = {}, {}, {}
+        name = self.tracker.name
+        self.subscribers = [
+            rospy.Subscriber(name + "/pose", PoseWithCovarianceStamped, self.keep(self.poses), queue_size=1000),
+            rospy.Subscriber(name + "/odometry", Odometry, self.keep(self.odometries), queue_size=1000)]
+        for topic, kind in (("points", PointCloud2), ("path", Path), ("camera_positions", PointCloud2)):
+            self.subscribers.append(rospy.Subscriber(name + "/" + topic, kind, self.newest(topic)))
+        self.subscribers.append(rospy.Subscriber(name + "/keyframes", MarkerArray, self.newest("keyframes")))
+        feeding.wait_for_connections(*self.subscribers)
+
+    @staticmethod
+    def keep(messages):
+        return lambda m: messages.__setitem__(m.header.stamp.to_nsec(), m)
+
+    def newest(self, topic):
+        def take(message):
+            with self.tracker.changed:
+                self.latest[topic] = message
+                self.tracker.changed.notify_all()
+        return take
+
+
+class FramesTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node("frames_test")
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.recording = feeding.Recording(cls.folder.name, FRAMES)
+        cls.transforms, cls.log = [], []
+        cls.subscribers = [
+            rospy.Subscriber("/tf", TFMessage, lambda m: cls.transforms.extend(m.transforms), queue_size=1000),
+            rospy.Subscriber("/rosout", Log, lambda m: cls.log.append(m.msg), queue_size=1000)]
+        cls.outputs = {mode: Outputs(mode) for mode in MODES}
+        static = tf2_ros.StaticTransformBroadcaster()
+        static.sendTransform(
+            [stamped(mode + "_base", mode + "_camera", rospy.Time.now(), *BASE_FROM_CAMERA) for mode in ("base", "odom")] +
+            [stamped("conflict_mount", "conflict_camera", rospy.Time.now(), *BASE_FROM_CAMERA)])
+        moving = tf2_ros.TransformBroadcaster()
+        feeding.wait_for_connections(moving.pub_tf, static.pub_tf)
+        camera = feeding.Camera("/camera", cls.recording.info)
+        trackers = [o.tracker for o in cls.outputs.values()]
+        for i, image in enumerate(cls.recording.images):
+            moving.sendTransform(stamped("odom_odom", "odom_base", image.header.stamp, *odometry(i)))
+            camera.show(image, *trackers)
+        last = cls.recording.images[-1].header.stamp
+        for output in cls.outputs.values():
+            output.tracker.wait_until(
+                lambda: {"points", "path", "camera_positions", "keyframes"} <= set(output.latest) and
+                output.latest["path"].header.stamp == last)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def of_tf(self, parent, child):
+        """{stamp: parent_from_child} of all there was on tf; the child has no other parent there."""
+        result = {}
+        for t in self.transforms:
+            if t.child_frame_id == child:
+                self.assertEqual(t.header.frame_id, parent)
+                result[t.header.stamp.to_nsec()] = of_transform(t.transform)
+        return result
+
+    def expect_true(self, map_from_camera, offset=False):
+        """Given in the axes of the first camera (with an offset: of some other origin), the scale being free."""
+        self.assertGreater(len(map_from_camera), 0.7 * FRAMES)
+        self.assertLessEqual(set(map_from_camera), set(self.recording.truth), "stamps are those of the images")
+        stamps = sorted(map_from_camera)
+        truth = {s: matrix(*p) for s, p in self.recording.truth.items()}
+        first_from_world = numpy.linalg.inv(truth[min(truth)])
+        expected = numpy.array([first_from_world @ truth[s] for s in stamps])
+        found = numpy.array([map_from_camera[s] for s in stamps])
+        turned = [sim3.angle_deg(f[:3, :3].T @ e[:3, :3]) for f, e in zip(found, expected)]
+        self.assertLess(numpy.median(turned), 0.8)  # twice the bound at 640x480, the image being half as large
+        a, b = found[:, :3, 3], expected[:, :3, 3]
+        if offset:
+            a, b = a - a.mean(0), b - b.mean(0)
+        scale = (a * b).sum() / (a * a).sum()
+        path = numpy.linalg.norm(numpy.diff(expected[:, :3, 3], axis=0), axis=1).sum()
+        self.assertLess(numpy.sqrt(((scale * a - b) ** 2).sum(1).mean()), 0.02 * path)
+
+    def expect_poses(self, mode, frame, child, expected):
+        """~pose and ~odometry say the same; they are about the body."""
+        output = self.outputs[mode]
+        tracked = [s.header.stamp.to_nsec() for s in output.tracker.statuses if s.state == TrackerStatus.TRACKING]
+        self.assertEqual(sorted(output.poses), tracked)
+        self.assertEqual(sorted(output.odometries), tracked)
+        for stamp, pose in output.poses.items():
+            odom = output.odometries[stamp]
+            self.assertEqual((pose.header.frame_id, odom.header.frame_id, odom.child_frame_id), (frame, frame, child))
+            self.assertEqual(pose.pose, odom.pose)
+            if stamp in expected:
+                numpy.testing.assert_allclose(of_pose(pose.pose.pose), expected[stamp], atol=1e-9)
+
+    def expect_frame_ids(self, mode, world, path):
+        latest = self.outputs[mode].latest
+        self.assertEqual(latest["points"].header.frame_id, world)
+        self.assertEqual(latest["camera_positions"].header.frame_id, world)
+        self.assertEqual(latest["keyframes"].markers[0].header.frame_id, world)
+        self.assertEqual(latest["path"].header.frame_id, path)
+
+    def positions(self, mode):
+        return numpy.array(list(point_cloud2.read_points(self.outputs[mode].latest["camera_positions"], ("x", "y", "z"))))
+
+    def points(self, mode):
+        return numpy.array(list(point_cloud2.read_points(self.outputs[mode].latest["points"], ("x", "y", "z"))))
+
+    def test_plain(self):
+        found = self.of_tf("plain_map", "camera_optical")
+        self.expect_true(found)
+        self.expect_poses("plain", "plain_map", "camera_optical", found)
+        self.expect_frame_ids("plain", "plain_map", "plain_map")
+        self.assertGreater(numpy.median(self.points("plain")[:, 2]), 0, "points lie before the first camera")
+
+    def test_z_up(self):
+        found = self.of_tf("z_up_map", "z_up_camera")
+        self.expect_true({s: Z_UP_FROM_OPTICAL.T @ m for s, m in found.items()})
+        self.expect_poses("z_up", "z_up_map", "z_up_camera", found)
+        self.expect_frame_ids("z_up", "z_up_map", "z_up_map")
+        self.assertGreater(numpy.median(self.points("z_up")[:, 0]), 0, "points lie ahead of the first camera, x")
+        in_order = numpy.array([found[s][:3, 3] for s in sorted(found)])
+        numpy.testing.assert_allclose(self.positions("z_up"), in_order, atol=1e-5)
+        saved = self.outputs["z_up"].tracker.call("save_trajectory")
+        self.assertTrue(saved.success, saved.message)
+        path = saved.message.split(" in ")[1]
+        self.addCleanup(os.remove, path)
+        for stamp, pose in feeding.read_tum(path).items():
+            numpy.testing.assert_allclose(matrix(*pose), found[stamp], atol=1e-7)
+
+    def test_base(self):
+        found = self.of_tf("base_map", "base_base")
+        base_from_camera = matrix(*BASE_FROM_CAMERA)
+        self.expect_true({s: Z_UP_FROM_OPTICAL.T @ m @ base_from_camera for s, m in found.items()})
+        self.expect_poses("base", "base_map", "base_base", found)
+        self.expect_frame_ids("base", "base_map", "base_map")
+        in_order = numpy.array([(found[s] @ base_from_camera)[:3, 3] for s in sorted(found)])
+        numpy.testing.assert_allclose(self.positions("base"), in_order, atol=1e-5)
+
+    def test_odom(self):
+        odom_from_base = {image.header.stamp.to_nsec(): matrix(*odometry(i))
+                          for i, image in enumerate(self.recording.images)}
+        found = {s: m @ odom_from_base[s] for s, m in self.of_tf("odom_map", "odom_odom").items()}
+        self.expect_true({s: m @ matrix(*BASE_FROM_CAMERA) for s, m in found.items()})
+        self.expect_poses("odom", "odom_map", "odom_base", found)
+        self.of_tf("odom_odom", "odom_base")  # odometry's, nobody else's
+
+    def test_inverted(self):
+        found = {s: numpy.linalg.inv(m) for s, m in self.of_tf("inverted_camera", "inverted_map").items()}
+        self.expect_true(found)
+        self.assertFalse(self.of_tf("", "inverted_camera"))
+        self.expect_poses("inverted", "inverted_map", "inverted_camera", found)
+
+    def test_object(self):
+        camera_from_object = self.of_tf("object_camera", "object_object")
+        self.expect_true({s: numpy.linalg.inv(m) for s, m in camera_from_object.items()}, offset=True)
+        self.expect_poses("object", "object_camera", "object_object", camera_from_object)
+        self.expect_frame_ids("object", "object_object", "object_camera")
+        points = self.points("object")
+        # The centre is that of the first map's points: the later ones may lie elsewhere by some of the spread.
+        self.assertLess(numpy.linalg.norm(numpy.median(points, axis=0)), 0.5 * numpy.linalg.norm(points.std(axis=0)))
+        plain = numpy.median(self.points("plain"), axis=0)
+        self.assertGreater(numpy.linalg.norm(plain), 0.5, "in the first camera's frame it is far from the origin")
+
+    def test_no_second_parent(self):
+        self.assertFalse(self.of_tf("", "conflict_camera"), "its parent is conflict_mount, on tf_static")
+        self.expect_poses("conflict", "conflict_map", "conflict_camera", {})
+        self.assertGreater(len(self.outputs["conflict"].poses), 0.7 * FRAMES)
+        self.assertTrue([m for m in self.log if "conflict_camera has the parent conflict_mount already" in m])
+
+
+if __name__ == "__main__":
+    rostest.rosrun("mono_pose_tracker", "frames_test", FramesTest)

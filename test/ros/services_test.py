@@ -1,0 +1,148 @@
+#!/usr/bin/python3
+"""Services while images come, a node that is killed, and one that is unloaded in the middle of it all."""
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+
+import roslib.packages
+import rospy
+import rostest
+from std_srvs.srv import Trigger
+
+from mono_pose_tracker.msg import TrackerStatus
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import feeding  # noqa: E402
+
+FRAMES = 24
+
+
+class Stream:
+    """Images as fast as they are taken, from a thread of its own, until stop()."""
+
+    def __init__(self, camera, images):
+        self.camera, self.source, self.sent = camera, images, 0
+        self.stopped = threading.Event()
+        self.thread = threading.Thread(target=self.run)
+        self.thread.start()
+
+    def run(self):
+        while not self.stopped.wait(0.01):
+            image = feeding.moved(self.source[self.sent % len(self.source)], 10.0 * (self.sent // len(self.source)))
+            self.camera.info.header = image.header
+            self.camera.infos.publish(self.camera.info)
+            self.camera.images.publish(image)
+            self.sent += 1
+
+    def stop(self):
+        self.stopped.set()
+        self.thread.join()
+
+
+class ServicesTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node("services_test")
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.recording = feeding.Recording(cls.folder.name, FRAMES)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def start(self, name, *arguments):
+        program = roslib.packages.find_node("mono_pose_tracker", "tracker_node")[0]
+        node = subprocess.Popen([program, "__name:=" + name, "image:=/" + name + "_camera/image_raw", *arguments],
+                                cwd=self.folder.name)
+        self.addCleanup(node.wait)
+        self.addCleanup(node.kill)
+        tracker = feeding.Tracker("/" + name)
+        return node, tracker, feeding.Camera("/" + name + "_camera", self.recording.info)
+
+    def test_the_trajectory_survives_kill(self):
+        node, tracker, camera = self.start("killed", "_trajectory_file:=growing.txt")  # relative to the working folder
+        posed = [s for s in (camera.show(image, tracker) for image in self.recording.images)
+                 if s.state == TrackerStatus.TRACKING]
+        node.send_signal(signal.SIGKILL)
+        node.wait()
+        trajectory = feeding.read_tum(os.path.join(self.folder.name, "growing.txt"))
+        self.assertGreater(len(posed), 0.6 * FRAMES)
+        # The status leaves before its line is written: the last one may be missing.
+        stamps = {s.header.stamp.to_nsec() for s in posed}
+        self.assertLessEqual(stamps - set(trajectory), {posed[-1].header.stamp.to_nsec()})
+        self.assertLessEqual(set(trajectory), stamps)
+
+    def test_relative_paths_and_tilde(self):
+        _, tracker, camera = self.start("paths", "_save_trajectory_path:=saved.txt", "_map_path:=~/no_such_folder/a.map")
+        for image in self.recording.images:
+            camera.show(image, tracker)
+        saved = tracker.call("save_trajectory")
+        self.assertTrue(saved.success)
+        path = os.path.join(os.path.realpath(self.folder.name), "saved.txt")
+        self.assertTrue(saved.message.endswith(" poses in " + path), saved.message)
+        self.assertEqual(len(feeding.read_tum(path)), int(saved.message.split()[0]))
+        refused = tracker.call("save_map")
+        self.assertFalse(refused.success)
+        self.assertIn(os.path.expanduser("~/no_such_folder/a.map"), refused.message)
+
+    def test_200_resets_under_load(self):
+        _, tracker, camera = self.start("resets")
+        stream = Stream(camera, self.recording.images)
+        self.addCleanup(stream.stop)
+        self.assertTrue(tracker.wait_until(lambda: tracker.statuses))
+        rospy.wait_for_service("/resets/reset", feeding.TIMEOUT)
+        reset = rospy.ServiceProxy("/resets/reset", Trigger)
+        for _ in range(200):
+            self.assertTrue(reset().success)
+        stream.stop()
+        self.assertTrue(tracker.wait_until(lambda: len(tracker.statuses) == stream.sent), "every image is answered")
+        epochs = [s.epoch for s in tracker.statuses if s.reason != TrackerStatus.DROPPED]
+        self.assertEqual(epochs, sorted(epochs))
+        last = feeding.moved(self.recording.images[0], 1e5)
+        self.assertGreaterEqual(camera.show(last, tracker).epoch, 200)
+
+    def test_unloaded_while_services_wait(self):
+        """The manager lives on; who called is answered, or told that nobody is there any more."""
+        nodelet = roslib.packages.find_node("nodelet", "nodelet")[0]
+        camera = None
+        for i in range(5):
+            # Names of their own: the bond of one that is gone may take its successor with it.
+            name = "unloaded_%d" % i
+            loader = subprocess.Popen([nodelet, "load", "mono_pose_tracker/TrackerNodelet", "/manager",
+                                       "__name:=" + name, "image:=/unloaded_camera/image_raw"])
+            self.addCleanup(loader.kill)
+            camera = camera or feeding.Camera("/unloaded_camera", self.recording.info)
+            feeding.wait_for_connections(camera.images)
+            stream = Stream(camera, self.recording.images)
+            answers = []
+            callers = [threading.Thread(target=self.call_until_gone, args=(name, answers)) for _ in range(2)]
+            for caller in callers:
+                caller.start()
+            rospy.sleep(0.3)  # some calls into it
+            loader.send_signal(signal.SIGINT)  # it unloads the nodelet
+            loader.wait(feeding.TIMEOUT)
+            for caller in callers:
+                caller.join(feeding.TIMEOUT)
+                self.assertFalse(caller.is_alive(), "a call hangs")
+            stream.stop()
+            for success, message in answers:
+                self.assertTrue(success or message == "the tracker shuts down", message)
+
+    @staticmethod
+    def call_until_gone(name, answers):
+        reset = rospy.ServiceProxy("/" + name + "/reset", Trigger)
+        reset.wait_for_service(feeding.TIMEOUT)
+        try:
+            while True:
+                answer = reset()
+                answers.append((answer.success, answer.message))
+        except rospy.ServiceException:
+            pass
+
+
+if __name__ == "__main__":
+    rostest.rosrun("mono_pose_tracker", "services_test", ServicesTest)

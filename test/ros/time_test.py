@@ -1,0 +1,86 @@
+#!/usr/bin/python3
+"""Time as recordings and drivers have it: loops, jumps, pauses, stale and equal stamps."""
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import rospy
+import rostest
+from rosgraph_msgs.msg import Log
+
+from mono_pose_tracker.msg import TrackerStatus
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import feeding  # noqa: E402
+
+FRAMES = 24
+
+
+class TimeTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node("time_test")
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.recording = feeding.Recording(cls.folder.name, FRAMES)
+        cls.tracker = feeding.Tracker("/tracker")
+        cls.log = []
+        cls.log_subscriber = rospy.Subscriber("/rosout", Log, lambda m: cls.log.append(m.msg), queue_size=1000)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_1_a_bag_that_loops(self):
+        """Each round is a recording of its own, however many of its images are dropped; it is said aloud."""
+        rounds = 3
+        player = subprocess.Popen(["rosbag", "play", "--loop", "--quiet", "--clock", "--wait-for-subscribers", "--bags",
+                                   os.path.join(self.folder.name, "sequence.bag"), "--topics", "/camera/image_raw",
+                                   "/camera/camera_info"], stdin=subprocess.DEVNULL)
+        try:
+            statuses = self.tracker.statuses
+            self.assertTrue(self.tracker.wait_until(lambda: statuses and statuses[-1].epoch >= rounds))
+        finally:
+            player.terminate()
+            player.wait()
+        first = [next(s for s in statuses if s.epoch == epoch) for epoch in range(1, rounds + 1)]
+        begin = self.recording.images[0].header.stamp
+        for status in first:
+            self.assertEqual(status.reason, TrackerStatus.TIME_JUMP)
+            self.assertIn("jumped back", status.reason_text)
+            self.assertLess(status.header.stamp - begin, rospy.Duration(1))
+        self.assertEqual(sum(s.reason == TrackerStatus.TIME_JUMP for s in statuses if s.epoch <= rounds), rounds)
+        self.assertEqual(statuses[-1].epoch, rounds, "nothing but the jumps makes a new map")
+        self.assertGreaterEqual(sum("jumped back" in m for m in self.log), rounds)
+
+    def show(self, image, seconds=0.0):
+        """Later than all before by seconds, counted from the end of the bag."""
+        return self.camera.show(feeding.moved(image, 1000 + seconds), self.tracker)
+
+    def test_2_a_pause_and_stale_stamps(self):
+        TimeTest.camera = feeding.Camera("/camera", self.recording.info)
+        images = self.recording.images
+        epoch = self.tracker.call("reset") and self.show(images[0]).epoch
+        for image in images[1:]:
+            status = self.show(image)
+        self.assertEqual(status.state, TrackerStatus.TRACKING)
+        dropped, posed = status.frames_dropped, status.frames_posed
+
+        equal = self.show(images[-1])
+        self.assertEqual((equal.reason, equal.frames_dropped), (TrackerStatus.STALE_STAMP, dropped + 1))
+        stale = self.show(images[-1], -0.05)
+        self.assertEqual((stale.reason, stale.frames_dropped), (TrackerStatus.STALE_STAMP, dropped + 2))
+        self.assertEqual((stale.state, stale.epoch, stale.frames_posed), (TrackerStatus.TRACKING, epoch, posed))
+        self.assertIn("0.050 s", stale.reason_text)
+
+        for pause in (600, 600.1):  # seconds
+            again = self.show(images[-1], pause)
+            self.assertEqual((again.state, again.epoch), (TrackerStatus.TRACKING, epoch), again.reason_text)
+        back = self.show(images[-1], 1)
+        self.assertEqual((back.reason, back.epoch), (TrackerStatus.TIME_JUMP, epoch + 1))
+        self.assertIn("599.100 s", back.reason_text)
+
+
+if __name__ == "__main__":
+    rostest.rosrun("mono_pose_tracker", "time_test", TimeTest)
