@@ -8,6 +8,7 @@
 
 #include "mono_pose_tracker/ros/camera_info_conversion.h"
 #include "mono_pose_tracker/ros/parameter_reader.h"
+#include "mono_pose_tracker/ros/paths.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -28,6 +28,7 @@ std::string expand_prefix(const std::string& path) {
 }  // namespace
 
 std::string expand_path(const std::string& path) {
+  if (path.empty()) return path;
   return std::filesystem::absolute(expand_prefix(path)).lexically_normal().string();
 }
 

@@ -45,6 +45,20 @@ class Recording:
         self.info = next(as_type(CameraInfo, m.message) for m in messages if m.topic.endswith("camera_info"))
 
 
+    def walk(self):
+        """The images forth and back without end, at growing stamps; truth comes to know these."""
+        truth = [self.truth[image.header.stamp.to_nsec()] for image in self.images]
+        period = (self.images[1].header.stamp - self.images[0].header.stamp).to_sec()
+        last = len(self.images) - 1
+        step = 0
+        while True:
+            i = last - abs(last - step % (2 * last)) if last else 0
+            image = moved(self.images[i], period * (step - i))
+            self.truth[image.header.stamp.to_nsec()] = truth[i]
+            yield image
+            step += 1
+
+
 def as_type(kind, message):
     result = kind()
     for slot in kind.__slots__:
@@ -93,6 +107,17 @@ class Tracker:
         name = self.name + "/" + service
         rospy.wait_for_service(name, TIMEOUT)
         return rospy.ServiceProxy(name, Trigger)()
+
+
+def track(camera, tracker, images, posed):
+    """Shows images until so many have a pose: how long a map takes to begin hangs on how busy the machine is."""
+    answers = []
+    for image in images:
+        answers.append(camera.show(image, tracker))
+        if sum(a.state == TrackerStatus.TRACKING for a in answers) == posed:
+            return answers
+        if len(answers) > 20 * posed:
+            raise AssertionError("tracked %d of %d images" % (answers[-1].frames_posed, len(answers)))
 
 
 class Camera:

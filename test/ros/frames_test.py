@@ -23,7 +23,8 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import feeding  # noqa: E402
 import sim3  # noqa: E402
 
-FRAMES = 40
+FRAMES = 30
+POSED = 30  # images that every tracker has posed in the end
 MODES = ("plain", "z_up", "base", "odom", "inverted", "object", "conflict")
 
 # REP-103: x forward, y left, z up, of optical axes x right, y down, z forward.
@@ -111,10 +112,14 @@ class FramesTest(unittest.TestCase):
         feeding.wait_for_connections(moving.pub_tf, static.pub_tf)
         camera = feeding.Camera("/camera", cls.recording.info)
         trackers = [o.tracker for o in cls.outputs.values()]
-        for i, image in enumerate(cls.recording.images):
+        cls.shown = []
+        for i, image in enumerate(cls.recording.walk()):
             moving.sendTransform(stamped("odom_odom", "odom_base", image.header.stamp, *odometry(i)))
-            camera.show(image, *trackers)
-        last = cls.recording.images[-1].header.stamp
+            answers = camera.show(image, *trackers)
+            cls.shown.append(image.header.stamp)
+            if i == 20 * POSED or min(a.frames_posed for a in answers) >= POSED:
+                break
+        last = cls.shown[-1]
         for output in cls.outputs.values():
             output.tracker.wait_until(
                 lambda: {"points", "path", "camera_positions", "keyframes"} <= set(output.latest) and
@@ -135,8 +140,8 @@ class FramesTest(unittest.TestCase):
 
     def expect_true(self, map_from_camera, offset=False):
         """Given in the axes of the first camera (with an offset: of some other origin), the scale being free."""
-        self.assertGreater(len(map_from_camera), 0.7 * FRAMES)
-        self.assertLessEqual(set(map_from_camera), set(self.recording.truth), "stamps are those of the images")
+        self.assertGreaterEqual(len(map_from_camera), POSED)
+        self.assertLessEqual(set(map_from_camera), {s.to_nsec() for s in self.shown}, "stamps are those of the images")
         stamps = sorted(map_from_camera)
         truth = {s: matrix(*p) for s, p in self.recording.truth.items()}
         first_from_world = numpy.linalg.inv(truth[min(truth)])
@@ -209,8 +214,7 @@ class FramesTest(unittest.TestCase):
         numpy.testing.assert_allclose(self.positions("base"), in_order, atol=1e-5)
 
     def test_odom(self):
-        odom_from_base = {image.header.stamp.to_nsec(): matrix(*odometry(i))
-                          for i, image in enumerate(self.recording.images)}
+        odom_from_base = {stamp.to_nsec(): matrix(*odometry(i)) for i, stamp in enumerate(self.shown)}
         found = {s: m @ odom_from_base[s] for s, m in self.of_tf("odom_map", "odom_odom").items()}
         self.expect_true({s: m @ matrix(*BASE_FROM_CAMERA) for s, m in found.items()})
         self.expect_poses("odom", "odom_map", "odom_base", found)
@@ -236,7 +240,7 @@ class FramesTest(unittest.TestCase):
     def test_no_second_parent(self):
         self.assertFalse(self.of_tf("", "conflict_camera"), "its parent is conflict_mount, on tf_static")
         self.expect_poses("conflict", "conflict_map", "conflict_camera", {})
-        self.assertGreater(len(self.outputs["conflict"].poses), 0.7 * FRAMES)
+        self.assertGreaterEqual(len(self.outputs["conflict"].poses), POSED)
         self.assertTrue([m for m in self.log if "conflict_camera has the parent conflict_mount already" in m])
 
 
