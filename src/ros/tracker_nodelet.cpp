@@ -51,6 +51,7 @@ TrackerNodelet::~TrackerNodelet() {
   if (slot_) slot_->close();  // services that wait for their turn give up
   // Each of these returns when its callbacks under way have: none may meet a nodelet half gone.
   services_.clear();
+  live_server_.reset();
   service_spinner_.stop();
   image_subscriber_ = ImageSubscriber();
   camera_info_subscriber_.shutdown();
@@ -96,22 +97,20 @@ void TrackerNodelet::set_up() {
   subscribe();
   processing_ = std::thread([this] { process_images(); });
   advertise_services();
-  service_spinner_.start();
   timer_ = getPrivateNodeHandle().createWallTimer(ros::WallDuration(p.publish_period),
                                                   [this](const ros::WallTimerEvent&) { on_timer(); });
   offer_live_options();
+  service_spinner_.start();
 }
 
 void TrackerNodelet::offer_live_options() {
   live_options_.tracker = parameters_.tracker;
   live_options_.publish_period = parameters_.publish_period;
-  // On the manager's pool of threads, as the services are.
-  live_server_ =
-      std::make_unique<dynamic_reconfigure::Server<LiveOptions>>(live_mutex_, getMTPrivateNodeHandle());
+  live_server_ = std::make_unique<dynamic_reconfigure::Server<LiveOptions>>(live_mutex_, service_handle());
   live_server_->setCallback([this](LiveOptions& options, std::uint32_t) {
     const std::string changes = options.changes_since(live_options_);
     if (changes.empty()) return;
-    on_processing_thread([this, &options] { tracker_->set_options(options.tracker); });
+    on_processing_thread<void>([this, tracker = options.tracker] { tracker_->set_options(tracker); });
     timer_.setPeriod(ros::WallDuration(options.publish_period));
     live_options_ = options;
     NODELET_INFO("changed: %s", changes.c_str());
@@ -355,15 +354,19 @@ void TrackerNodelet::advertise_map_services() {
   });
 }
 
+// Not on the nodelet's queue: a service that waits for the tracker must not hold images up. Nor on the
+// manager's pool of threads: a callback there keeps a nodelet alive that is unloaded meanwhile, but not its
+// other queue.
+ros::NodeHandle TrackerNodelet::service_handle() {
+  ros::NodeHandle handle(getPrivateNodeHandle());
+  handle.setCallbackQueue(&service_queue_);
+  return handle;
+}
+
 void TrackerNodelet::advertise(const std::string& name, Answer answer) {
   using Request = std_srvs::Trigger::Request;
   using Response = std_srvs::Trigger::Response;
-  // Not on the nodelet's queue: a service that waits for the tracker must not hold images up. Nor on the
-  // manager's pool of threads: a callback there keeps a nodelet alive that is unloaded meanwhile, but not its
-  // other queue.
-  ros::NodeHandle handle(getPrivateNodeHandle());
-  handle.setCallbackQueue(&service_queue_);
-  services_.push_back(handle.advertiseService<Request, Response>(
+  services_.push_back(service_handle().advertiseService<Request, Response>(
       name,
       boost::function<bool(Request&, Response&)>([answer = std::move(answer)](Request&, Response& response) {
         try {

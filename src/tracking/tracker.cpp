@@ -90,7 +90,7 @@ class Tracker::Impl {
   std::uint32_t epoch_ = 0;
   std::int64_t next_index_ = 0;
   bool unconfirmed_ = false;
-  bool loaded_ = false;  // the map comes from a file
+  bool loaded_ = false;                  // the map comes from a file
   BootstrapReport bootstrap_;            // the last known
   std::uint64_t reported_revision_ = 0;  // of the map whose mapping times were reported last
 

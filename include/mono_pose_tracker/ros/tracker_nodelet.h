@@ -77,6 +77,7 @@ class TrackerNodelet : public nodelet::Nodelet {
   std::string describe_calibration() const;
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
+  ros::NodeHandle service_handle();
   using Answer = std::function<std::string()>;  // what was done; throws what went wrong
   void advertise(const std::string& name, Answer answer);
   /// Runs the command between two images and returns what it returned or throws what it threw. The command
