@@ -145,6 +145,8 @@ TrackerStatus to_status(const FrameReport& report) {
   status.reason_name = to_string(report.reason);
   status.reason_text = report.reason_text;
   status.epoch = report.epoch;
+  status.scale = static_cast<std::uint8_t>(report.scale);
+  status.scale_name = to_string(report.scale);
   status.features = static_cast<std::uint32_t>(report.features);
   status.matches = static_cast<std::uint32_t>(report.matches);
   status.inliers = static_cast<std::uint32_t>(report.inliers);

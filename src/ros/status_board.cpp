@@ -41,6 +41,7 @@ void StatusBoard::publish_unprocessed(const std_msgs::Header& header, Reason rea
   report.epoch = summary_.last.epoch;
   report.keyframes = static_cast<int>(summary_.last.keyframes);
   report.landmarks = static_cast<int>(summary_.last.landmarks);
+  report.scale = static_cast<ScaleSource>(summary_.last.scale);
   if (reason == Reason::kDropped || reason == Reason::kStaleStamp) ++dropped_;
   const TrackerStatus processed = summary_.last;
   publish_locked(to_status(report), header, arrival);

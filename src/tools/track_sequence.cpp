@@ -198,6 +198,7 @@ void write_report(const std::string& path, const RecordingResult& result, const 
       {"points", map.landmarks().size()},
       {"mean_track_length", statistics.mean_track_length},
       {"reprojection_rms_px", statistics.reprojection_rms_px},
+      {"scale", to_string(map.scale_source())},
       {"wall_seconds", wall_seconds},
       {"seed", seed},
       {"stages", time_statistics(result.stage_ms)},

@@ -43,6 +43,21 @@ std::vector<LandmarkId> landmarks_of(const Keyframe& keyframe) {
   return ids;
 }
 
+// Mean side of a marker in map units, its corners seen from these cameras; 0 when they can't tell.
+double marker_side(const std::vector<Rigid3>& cameras_from_map,
+                   const std::vector<std::vector<Eigen::Vector3d>>& markers) {
+  if (markers.size() < 2) return 0;
+  std::vector<Eigen::Vector3d> corners(4);
+  for (int c = 0; c < 4; ++c) {
+    std::vector<Eigen::Vector3d> bearings;
+    for (const auto& marker : markers) bearings.push_back(marker[c]);
+    if (!triangulate_multi_view(cameras_from_map, bearings, &corners[c])) return 0;
+  }
+  double sum = 0;
+  for (int c = 0; c < 4; ++c) sum += (corners[(c + 1) % 4] - corners[c]).norm();
+  return sum / 4;
+}
+
 }  // namespace
 
 std::vector<KeyframeId> Mapper::neighbors(KeyframeId id, int count) const {
@@ -68,7 +83,9 @@ void Mapper::initialize(const InitialMap& initial, std::uint32_t epoch) {
     depths.push_back((initial.views[0].camera_from_map * point.x_in_map).z());
   }
   std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
-  map_.rescale(1 / depths[depths.size() / 2]);
+  const double median_depth = options_.scale.initial_median_depth;
+  map_.rescale((median_depth > 0 ? median_depth : 1) / depths[depths.size() / 2]);
+  if (median_depth > 0) map_.set_scale_source(ScaleSource::kInitialMedianDepth);
   {
     const StageTimer timer(stages_, "map_match");
     for (const KeyframeId id : ids) {
@@ -77,7 +94,31 @@ void Mapper::initialize(const InitialMap& initial, std::uint32_t epoch) {
     }
   }
   adjust_window(ids.back(), 0);
+  set_scale(initial, ids);
   publish();
+}
+
+// By what is known of the views, after their poses have been adjusted.
+void Mapper::set_scale(const InitialMap& initial, const std::vector<KeyframeId>& ids) {
+  const ScaleOptions& scale = options_.scale;
+  if (scale.known_baseline > 0) {
+    const double baseline =
+        (map_.keyframe(ids.front())->center_in_map() - map_.keyframe(ids.back())->center_in_map()).norm();
+    map_.rescale(scale.known_baseline / baseline);
+    map_.set_scale_source(ScaleSource::kKnownBaseline);
+  } else if (scale.marker_size > 0) {
+    std::vector<Rigid3> cameras_from_map;
+    std::vector<std::vector<Eigen::Vector3d>> markers;
+    for (std::size_t v = 0; v < ids.size(); ++v) {
+      if (initial.views[v].frame.marker.empty()) continue;
+      cameras_from_map.push_back(map_.keyframe(ids[v])->camera_from_map);
+      markers.push_back(initial.views[v].frame.marker);
+    }
+    const double side = marker_side(cameras_from_map, markers);
+    if (side <= 0) return;
+    map_.rescale(scale.marker_size / side);
+    map_.set_scale_source(ScaleSource::kMarker);
+  }
 }
 
 void Mapper::restore(Map map, std::uint32_t epoch) {
@@ -301,6 +342,7 @@ void Mapper::finish() {
 void Mapper::publish() {
   auto view = std::make_shared<TrackingMap>();
   view->epoch = epoch_;
+  view->scale_source = map_.scale_source();
   view->revision = ++revision_;
   for (const auto& [id, k] : map_.keyframes()) {
     KeyframeView& v = view->keyframes[id];

@@ -1,5 +1,7 @@
 #include "mono_pose_tracker/tracking/options_table.h"
 
+#include "mono_pose_tracker/features/marker.h"
+
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -61,6 +63,16 @@ int edit_distance(const std::string& a, const std::string& b) {
 
 }  // namespace
 
+namespace {
+
+// Without the aruco module the default must still be in range.
+std::vector<std::string> known_dictionaries() {
+  return marker_dictionaries().empty() ? std::vector<std::string>{ScaleOptions().marker_dictionary}
+                                       : marker_dictionaries();
+}
+
+}  // namespace
+
 std::vector<OptionEntry> option_table(TrackerOptions* o) {
   return {
       {"seed", &o->seed, 0, kUnbounded, {}},
@@ -111,6 +123,11 @@ std::vector<OptionEntry> option_table(TrackerOptions* o) {
       {"bundle/loss_width", &o->bundle.loss_width, 0, 1000, {}},
       {"bundle/function_tolerance", &o->bundle.function_tolerance, 0, 1, {}},
       {"bundle/num_threads", &o->bundle.num_threads, 1, 64, {}},
+      {"scale/known_baseline", &o->scale.known_baseline, 0, 1e6, {}},
+      {"scale/initial_median_depth", &o->scale.initial_median_depth, 0, 1e6, {}},
+      {"scale/marker_size", &o->scale.marker_size, 0, marker_dictionaries().empty() ? 0 : 1e3, {}},
+      {"scale/marker_dictionary", &o->scale.marker_dictionary, 0, 0, known_dictionaries()},
+      {"scale/marker_id", &o->scale.marker_id, 0, 10000, {}},
   };
 }
 

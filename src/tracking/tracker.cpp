@@ -9,6 +9,7 @@
 #include <unordered_set>
 
 #include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/features/marker.h"
 #include "mono_pose_tracker/features/sift.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/tracking/bootstrapper.h"
@@ -128,6 +129,14 @@ std::optional<Frame> Tracker::Impl::make_frame(std::int64_t index, std::int64_t 
     const StageTimer timer(report->stages, "features");
     extractor_->extract(gray, mask, &features);
   }
+  // Only the views that begin a map set its scale.
+  if (options_.scale.marker_size > 0 && state_ == State::kBootstrapping) {
+    const StageTimer timer(report->stages, "marker");
+    const ScaleOptions& scale = options_.scale;
+    for (const Eigen::Vector2d& corner : find_marker(gray, scale.marker_dictionary, scale.marker_id)) {
+      frame.marker.push_back(camera_.bearing(corner));
+    }
+  }
   const StageTimer timer(report->stages, "undistort");
   frame.image = make_image_features(std::move(features), image, camera_);
   report->features = frame.image->size();
@@ -157,6 +166,7 @@ void Tracker::Impl::finish_report(FrameReport* report) {
   if (const TrackingMapPtr map = worker_.latest()) {
     report->keyframes = static_cast<int>(map->keyframes.size());
     report->landmarks = static_cast<int>(map->landmarks.size());
+    report->scale = map->scale_source;
     if (std::exchange(reported_revision_, map->revision) != map->revision) {
       report->stages.insert(report->stages.end(), map->stages.begin(), map->stages.end());
     }

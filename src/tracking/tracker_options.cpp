@@ -22,6 +22,12 @@ void TrackerOptions::validate() const {
     if (is_in_range(entry)) continue;
     problems += "; " + entry.key + " = " + option_text(entry) + ", expected " + expected_value(entry);
   }
+  const int scales = (scale.known_baseline > 0) + (scale.initial_median_depth > 0) + (scale.marker_size > 0);
+  if (scales > 1) {
+    problems +=
+        "; scale/known_baseline, scale/initial_median_depth and scale/marker_size: expected one of them at "
+        "most";
+  }
   if (!problems.empty()) throw std::invalid_argument(problems.substr(2));
 }
 

@@ -291,6 +291,9 @@ TEST(Messages, CodesAgree) {
   EXPECT_EQ(static_cast<int>(State::kPaused), TrackerStatus::PAUSED);
   EXPECT_EQ(static_cast<int>(Reason::kDropped), TrackerStatus::DROPPED);
   EXPECT_EQ(static_cast<int>(Reason::kRelocalising), TrackerStatus::RELOCALISING);
+  EXPECT_EQ(static_cast<int>(ScaleSource::kKnownBaseline), TrackerStatus::KNOWN_BASELINE);
+  EXPECT_EQ(static_cast<int>(ScaleSource::kInitialMedianDepth), TrackerStatus::INITIAL_MEDIAN_DEPTH);
+  EXPECT_EQ(static_cast<int>(ScaleSource::kMarker), TrackerStatus::MARKER);
   EXPECT_EQ(static_cast<int>(Reason::kPaused), TrackerStatus::REASON_PAUSED);
   EXPECT_EQ(static_cast<int>(Reason::kInternalError), TrackerStatus::INTERNAL_ERROR);
 }

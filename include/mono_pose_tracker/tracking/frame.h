@@ -1,6 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
+#include <vector>
 
 #include "mono_pose_tracker/map/image_features.h"
 
@@ -11,6 +13,8 @@ struct Frame {
   std::int64_t index = 0;  // counts the images
   std::int64_t stamp_ns = 0;
   ImageFeaturesPtr image;
+  std::vector<Eigen::Vector3d> marker =
+      {};  // bearings of the corners of the marker that sets the scale, if seen
 };
 
 }  // namespace mono_pose_tracker

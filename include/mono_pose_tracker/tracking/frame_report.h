@@ -8,6 +8,7 @@
 
 #include "mono_pose_tracker/common/colored_point.h"
 #include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/common/scale_source.h"
 #include "mono_pose_tracker/common/stage_timer.h"
 #include "mono_pose_tracker/common/status.h"
 
@@ -40,6 +41,7 @@ struct FrameReport {
   /// Of map_from_camera as ROS defines it: x y z (map units) and rotations about the map's fixed axes (rad).
   Matrix6d covariance = Matrix6d::Zero();
   bool is_keyframe = false;
+  ScaleSource scale = ScaleSource::kMapUnits;  // what the unit of all lengths rests on
 
   int features = 0;
   int matches = 0;

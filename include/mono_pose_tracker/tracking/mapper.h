@@ -28,7 +28,7 @@ class Mapper {
  public:
   Mapper(const TrackerOptions& options, const CameraModel& camera) : options_(options), camera_(camera) {}
 
-  /// Begins a map. Its scale: the median depth of the first view's points is 1.
+  /// Begins a map. Its scale: what ScaleOptions say, else the median depth of the first view's points is 1.
   void initialize(const InitialMap& initial, std::uint32_t epoch);
   /// Goes on in a map that was saved.
   void restore(Map map, std::uint32_t epoch);
@@ -53,6 +53,7 @@ class Mapper {
   void cull_observations(const std::vector<LandmarkId>& landmarks);
   void cull_young_landmarks(KeyframeId newest);
   void cull_keyframes(KeyframeId newest);
+  void set_scale(const InitialMap& initial, const std::vector<KeyframeId>& ids);
   void publish();
 
   TrackerOptions options_;

@@ -52,6 +52,16 @@ struct MappingOptions {
   double bundle_seconds = 0.25;  // budget of a windowed bundle adjustment, live only: offline results repeat
 };
 
+/// What sets the map's unit to metres, one of them at most (0: not known). Without any, the median depth of
+/// the first view's points is 1.
+struct ScaleOptions {
+  double known_baseline = 0;        // m between the first and the last of the views that begin the map
+  double initial_median_depth = 0;  // m, of the first view's points
+  double marker_size = 0;           // m: side of a square marker that two of the views that begin the map see
+  std::string marker_dictionary = "4x4_50";  // that it is of
+  int marker_id = 0;
+};
+
 /// All that a user can choose. Two runs with the same options and images give the same bytes.
 struct TrackerOptions {
   std::uint64_t seed = 0;
@@ -65,6 +75,7 @@ struct TrackerOptions {
   ResectionOptions resection;
   MappingOptions mapping;
   BundleOptions bundle;
+  ScaleOptions scale;
   int young_map_keyframes = 5;  // a map with no more keyframes that is lost is dropped, and a new one begun
   int young_map_patience = 10;  // frames that it may be lost before
 

@@ -31,6 +31,7 @@ struct TrackingMap {
   std::map<KeyframeId, KeyframeView> keyframes;
   std::unordered_map<LandmarkId, Eigen::Vector3d> landmarks;  // x_in_map
   std::map<KeyframeId, KeyframeLink> removed_keyframes;
+  ScaleSource scale_source = ScaleSource::kMapUnits;
   StageTimes stages;  // of the change that this map is the result of
 
   /// Pose of a keyframe, also of one that was removed; false for one that never was.

@@ -1,0 +1,161 @@
+#include <gtest/gtest.h>
+
+#include <opencv2/imgproc.hpp>
+
+#include "mono_pose_tracker/evaluation/trajectory_error.h"
+#include "mono_pose_tracker/simulation/simulated_sequence.h"
+#include "mono_pose_tracker/tracking/tracker.h"
+#include "support/expect_error.h"
+
+#ifdef MONO_POSE_TRACKER_WITH_ARUCO
+#include <opencv2/aruco.hpp>
+#endif
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr int kFrames = 25;
+
+// A hand-held camera in a room, in metres.
+struct Room {
+  CameraModel camera;
+  std::vector<SimulatedFrame> frames;
+  std::vector<StampedPose> truth;
+};
+
+const Room& room() {
+  static const Room room = [] {
+    SequenceOptions options;
+    options.scene = SceneKind::kRoom;
+    options.frames = kFrames;
+    options.camera = default_camera(SceneKind::kRoom, 320, 240);
+    const SimulatedSequence sequence(options);
+    Room made{sequence.camera(), {}, sequence.path()};
+    for (int i = 0; i < sequence.size(); ++i) made.frames.push_back(sequence.render(i));
+    return made;
+  }();
+  return room;
+}
+
+struct Result {
+  std::vector<StampedPose> poses;
+  std::vector<KeyframePose> first_views;  // the keyframes that began the map
+  ScaleSource scale = ScaleSource::kMapUnits;
+  double true_scale = 0;  // metres in a unit of the map
+};
+
+Result track(const TrackerOptions& options, const std::vector<cv::Mat>& images) {
+  Tracker tracker(options, room().camera, Tracker::Mapping::kInline);
+  Result result;
+  for (int i = 0; i < kFrames; ++i) {
+    const FrameReport report = tracker.process(room().frames[i].stamp_ns, images[i]);
+    if (!report.map_from_camera) continue;
+    if (result.poses.empty()) result.first_views = tracker.snapshot()->keyframes;
+    result.poses.push_back({report.stamp_ns, *report.map_from_camera});
+    result.scale = report.scale;
+  }
+  result.true_scale = evaluate_trajectory(room().truth, result.poses, 0).reference_from_estimate.scale;
+  return result;
+}
+
+std::vector<cv::Mat> plain_images() {
+  std::vector<cv::Mat> images;
+  for (const SimulatedFrame& frame : room().frames) images.push_back(frame.image);
+  return images;
+}
+
+Eigen::Vector3d true_position(std::int64_t stamp_ns) {
+  for (const StampedPose& pose : room().truth) {
+    if (pose.stamp_ns == stamp_ns) return pose.map_from_camera.translation;
+  }
+  throw std::logic_error("no such stamp");
+}
+
+TEST(Scale, NothingKnownIsMapUnits) {
+  const Result result = track(TrackerOptions(), plain_images());
+  EXPECT_EQ(result.scale, ScaleSource::kMapUnits);
+}
+
+// The short path fixes its scale to some per cent only: what is asked for is that it is metres.
+TEST(Scale, AKnownBaselineSetsMetres) {
+  const Result plain = track(TrackerOptions(), plain_images());
+  TrackerOptions options;
+  options.scale.known_baseline =
+      (true_position(plain.first_views.front().stamp_ns) - true_position(plain.first_views.back().stamp_ns))
+          .norm();
+  const Result result = track(options, plain_images());
+  EXPECT_EQ(result.scale, ScaleSource::kKnownBaseline);
+  EXPECT_NEAR(result.true_scale, 1, 0.05);
+  const double baseline = (result.first_views.front().map_from_camera.translation -
+                           result.first_views.back().map_from_camera.translation)
+                              .norm();
+  EXPECT_NEAR(baseline, options.scale.known_baseline, 0.02 * options.scale.known_baseline);
+}
+
+TEST(Scale, TheFirstMedianDepthSetsTheUnit) {
+  const Result plain = track(TrackerOptions(), plain_images());
+  TrackerOptions options;
+  options.scale.initial_median_depth = 4;
+  const Result result = track(options, plain_images());
+  EXPECT_EQ(result.scale, ScaleSource::kInitialMedianDepth);
+  EXPECT_NEAR(plain.true_scale / result.true_scale, 4, 0.04);
+}
+
+TEST(Scale, OneLengthAtMost) {
+  TrackerOptions options;
+  options.scale.initial_median_depth = 4;
+  options.scale.known_baseline = 0.1;
+  expect_error<std::invalid_argument>([&] { options.validate(); },
+                                      {"scale/known_baseline", "expected one of them at most"});
+}
+
+#ifdef MONO_POSE_TRACKER_WITH_ARUCO
+
+// The images with a marker that hangs in the room, 1.5 m before the first camera.
+std::vector<cv::Mat> images_with_marker(double side) {
+  cv::Mat marker;
+  cv::aruco::drawMarker(cv::aruco::getPredefinedDictionary(cv::aruco::DICT_4X4_50), 3, 480, marker);
+  cv::copyMakeBorder(marker, marker, 80, 80, 80, 80, cv::BORDER_CONSTANT, cv::Scalar(255));
+  cv::cvtColor(marker, marker, cv::COLOR_GRAY2BGR);
+  const std::vector<cv::Point2f> corners = {
+      {79.5f, 79.5f}, {559.5f, 79.5f}, {559.5f, 559.5f}, {79.5f, 559.5f}};
+  const Rigid3& map_from_first = room().truth.front().map_from_camera;
+  std::vector<cv::Mat> images = plain_images();
+  for (int i = 0; i < kFrames; ++i) {
+    std::vector<cv::Point2f> quad;
+    for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
+      const Eigen::Vector3d x_in_first(0.5 * side * x, 0.5 * side * y, 1.5);
+      Eigen::Vector2d pixel;
+      const Rigid3 camera_from_map = room().truth[i].map_from_camera.inverse();
+      if (!room().camera.project(camera_from_map * (map_from_first * x_in_first), &pixel)) {
+        throw std::logic_error("the marker is behind the camera");
+      }
+      quad.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
+    }
+    images[i] = images[i].clone();
+    // Drawn at four times the size and made smaller, as a sensor's pixels take the mean of what they see.
+    cv::Mat large;
+    cv::resize(images[i], large, {}, 4, 4, cv::INTER_NEAREST);
+    for (cv::Point2f& p : quad) p = {4 * p.x + 1.5f, 4 * p.y + 1.5f};
+    cv::warpPerspective(marker, large, cv::getPerspectiveTransform(corners, quad), large.size(),
+                        cv::INTER_LINEAR, cv::BORDER_TRANSPARENT);
+    cv::resize(large, images[i], images[i].size(), 0, 0, cv::INTER_AREA);
+  }
+  return images;
+}
+
+TEST(Scale, AMarkerSetsMetres) {
+  TrackerOptions options;
+  options.scale.marker_size = 0.4;
+  options.scale.marker_id = 3;
+  const Result result = track(options, images_with_marker(0.4));
+  EXPECT_EQ(result.scale, ScaleSource::kMarker);
+  EXPECT_NEAR(result.true_scale, 1, 0.05);
+  const Result without = track(options, plain_images());
+  EXPECT_EQ(without.scale, ScaleSource::kMapUnits) << "no marker, no metres";
+}
+
+#endif
+
+}  // namespace
+}  // namespace mono_pose_tracker
