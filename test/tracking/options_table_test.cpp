@@ -55,6 +55,31 @@ TEST(OptionsTable, TheManualHoldsTheDefaults) {
   }
 }
 
+// The presets name known keys only, and each of them changes something.
+TEST(OptionsTable, PresetsAreValidAndDifferFromTheDefaults) {
+  for (const char* name : {"fast.yaml", "accurate.yaml"}) {
+    const std::filesystem::path path = std::filesystem::path(__FILE__).parent_path() / "../../config" / name;
+    TrackerOptions defaults, preset;
+    read_options_yaml(path.lexically_normal().string(), &preset);
+    EXPECT_NO_THROW(preset.validate()) << name;
+    const std::vector<OptionEntry> before = option_table(&defaults), after = option_table(&preset);
+    int changed = 0, named = 0;
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      changed += option_text(before[i]) != option_text(after[i]);
+    }
+    std::ifstream file(path);
+    for (std::string line; std::getline(file, line);) {
+      const std::string text = line.substr(0, line.find('#'));
+      const std::size_t colon = text.find(':');
+      if (colon == std::string::npos || text.find_first_not_of(" ", colon + 1) == std::string::npos) continue;
+      ++named;
+      EXPECT_NE(line.find('#'), std::string::npos) << name << ": without a comment: " << line;
+    }
+    EXPECT_GT(named, 3) << name;
+    EXPECT_EQ(changed, named) << name << ": a key says what the default is already";
+  }
+}
+
 TEST(OptionsTable, ReadsGroupsAndFlatKeys) {
   const TemporaryFolder folder;
   TrackerOptions options;

@@ -91,6 +91,7 @@ std::string benchmark_table(const Json& result) {
   };
   for (const std::string& stage : stage_names(runs)) add_times(stage, "/stages/" + stage);
   add_times("frame, all stages", "/frame");
+  add_times("  its CPU time", "/frame_cpu");
   add_times("image received to pose", "/latency");
   for (const Row& row : kRows) {
     text += line("%-26s", row.title);

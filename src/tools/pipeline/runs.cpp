@@ -6,9 +6,9 @@
 #include <optional>
 
 #include "live_pipeline.h"
-#include "memory_usage.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/tracking/recording.h"
+#include "process_usage.h"
 #include "time_statistics.h"
 
 namespace mono_pose_tracker {
@@ -52,14 +52,18 @@ nlohmann::ordered_json position_error_percent(const std::vector<StampedPose>& re
 
 /// What is gathered from the frames' reports.
 struct Gathered {
-  std::vector<double> frame_ms;
+  std::vector<double> frame_ms, cpu_ms;
   std::map<std::string, std::vector<double>> stage_ms;
   std::vector<StampedPose> poses;
   int backlog_max = 0;
   FrameReport last;
+  double cpu_then = 0;  // of the thread, when the frame before was done
 
+  /// Called on the thread that tracks.
   void add(const FrameReport& report, double ms) {
     frame_ms.push_back(ms);
+    const double cpu_now = thread_cpu_ms();
+    cpu_ms.push_back(cpu_now - std::exchange(cpu_then, cpu_now));
     for (const auto& [stage, stage_time] : report.stages) stage_ms[stage].push_back(stage_time);
     if (report.map_from_camera) poses.push_back({report.stamp_ns, *report.map_from_camera});
     backlog_max = std::max(backlog_max, report.worker_backlog);
@@ -77,6 +81,7 @@ nlohmann::ordered_json run_offline(const RunInput& input) {
   Gathered gathered;
   const Clock::time_point start = Clock::now();
   Clock::time_point last = start;
+  gathered.cpu_then = thread_cpu_ms();
   const FrameObserver observer = [&](int pass, const FrameReport& report) {
     if (pass != 1) return;
     gathered.add(report, ms_since(last));
@@ -95,6 +100,7 @@ nlohmann::ordered_json run_offline(const RunInput& input) {
           {"frames_posed_as_they_came", result.frames_posed_live},
           {"seconds", seconds},
           {"frame", time_statistics(gathered.frame_ms)},
+          {"frame_cpu", time_statistics(gathered.cpu_ms)},
           {"stages", time_statistics(gathered.stage_ms)},
           {"keyframes", tracker.map().keyframes().size()},
           {"landmarks", tracker.map().landmarks().size()},
@@ -129,6 +135,7 @@ nlohmann::ordered_json run_live(const RunInput& input, double rate_hz) {
           {"seconds", 1e-3 * ms_since(start)},
           {"latency", time_statistics(latency_ms)},
           {"frame", time_statistics(gathered.frame_ms)},
+          {"frame_cpu", time_statistics(gathered.cpu_ms)},
           {"stages", time_statistics(gathered.stage_ms)},
           {"backlog_max", gathered.backlog_max},
           {"keyframes", gathered.last.keyframes},

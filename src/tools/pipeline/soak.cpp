@@ -1,14 +1,12 @@
 #include "soak.h"
 
-#include <time.h>
-
 #include <cmath>
 #include <cstdio>
 
 #include "../study/progress_bar.h"
 #include "live_pipeline.h"
-#include "memory_usage.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
+#include "process_usage.h"
 #include "sequence.h"
 #include "time_statistics.h"
 
@@ -17,12 +15,6 @@ namespace {
 
 using Clock = LivePipeline::Clock;
 using Json = nlohmann::ordered_json;
-
-double cpu_ms(clockid_t clock) {
-  timespec now{};
-  clock_gettime(clock, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
 
 Json position_error(const std::vector<StampedPose>& truth, const std::vector<StampedPose>& poses) {
   try {
@@ -52,7 +44,7 @@ struct Minute {
     last = report;
   }
 
-  Json result(int number, int dropped, double memory_mb, double process_cpu_ms) const {
+  Json result(int number, int dropped, double memory_mb, double all_cpu_ms) const {
     const double tracked = std::max<double>(1, static_cast<double>(frame_ms.size()));
     return {{"minute", number},
             {"frames_total", put_in.size()},
@@ -62,7 +54,7 @@ struct Minute {
             {"frame", time_statistics(frame_ms)},
             {"frame_cpu", time_statistics(cpu_ms)},
             {"latency", time_statistics(latency_ms)},
-            {"process_cpu_ms_per_frame", process_cpu_ms / tracked},
+            {"process_cpu_ms_per_frame", all_cpu_ms / tracked},
             {"memory_mb", memory_mb},
             {"backlog_mean", backlog_sum / tracked},
             {"backlog_max", backlog_max},
@@ -121,10 +113,10 @@ Json run_soak(const SoakOptions& options, const TrackerOptions& tracker,
   const auto frames_a_minute = static_cast<std::int64_t>(std::llround(60 * rate));
   const double memory_before = resident_mb();
   Minute minute;
-  double cpu_then = cpu_ms(CLOCK_PROCESS_CPUTIME_ID), thread_then = 0;
+  double cpu_then = process_cpu_ms(), thread_then = 0;
   LivePipeline pipeline(tracker, options.room.camera,
                         [&](const FrameReport& report, double ms, double latency) {
-                          const double cpu = cpu_ms(CLOCK_THREAD_CPUTIME_ID);
+                          const double cpu = thread_cpu_ms();
                           minute.add(report, ms, latency, cpu - std::exchange(thread_then, cpu));
                         });
   Json minutes = Json::array();
@@ -145,7 +137,7 @@ Json run_soak(const SoakOptions& options, const TrackerOptions& tracker,
     if ((i + 1) % frames_a_minute != 0 && i + 1 != frames) continue;
     pipeline.wait();
     const int dropped = pipeline.counts().dropped;
-    const double cpu_now = cpu_ms(CLOCK_PROCESS_CPUTIME_ID);
+    const double cpu_now = process_cpu_ms();
     minutes.push_back(minute.result(static_cast<int>(minutes.size()) + 1, dropped - dropped_then,
                                     resident_mb() - memory_before, cpu_now - cpu_then));
     on_minute(minute_line(minutes.back()));

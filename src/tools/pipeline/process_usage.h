@@ -9,4 +9,9 @@ double resident_mb();
 double peak_resident_mb();
 void restart_peak();
 
+/// CPU time of the calling thread, and of all threads of this process. What other programs do hardly moves
+/// it.
+double thread_cpu_ms();
+double process_cpu_ms();
+
 }  // namespace mono_pose_tracker

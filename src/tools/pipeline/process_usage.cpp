@@ -1,4 +1,6 @@
-#include "memory_usage.h"
+#include "process_usage.h"
+
+#include <time.h>
 
 #include <fstream>
 #include <string>
@@ -15,6 +17,12 @@ double status_mb(const std::string& key) {
   return 0;
 }
 
+double clock_ms(clockid_t clock) {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
+
 }  // namespace
 
 double resident_mb() { return status_mb("VmRSS:"); }
@@ -22,5 +30,9 @@ double resident_mb() { return status_mb("VmRSS:"); }
 double peak_resident_mb() { return status_mb("VmHWM:"); }
 
 void restart_peak() { std::ofstream("/proc/self/clear_refs") << "5"; }
+
+double thread_cpu_ms() { return clock_ms(CLOCK_THREAD_CPUTIME_ID); }
+
+double process_cpu_ms() { return clock_ms(CLOCK_PROCESS_CPUTIME_ID); }
 
 }  // namespace mono_pose_tracker
