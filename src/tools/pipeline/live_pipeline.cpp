@@ -1,5 +1,7 @@
 #include "live_pipeline.h"
 
+#include <boost/make_shared.hpp>
+
 #include "mono_pose_tracker/ros/camera_info_conversion.h"
 
 namespace mono_pose_tracker {
@@ -16,7 +18,8 @@ LivePipeline::LivePipeline(const TrackerOptions& options, const CameraParameters
           options, cameras_, masks_, std::chrono::milliseconds(0), [] { return false; },
           [](const std::string&) {}),
       observer_(std::move(observer)) {
-  cameras_.set_file(to_camera_info(camera));
+  // As a driver sends it: a file would only be used once no message has come for a while.
+  cameras_.set_message(boost::make_shared<sensor_msgs::CameraInfo>(to_camera_info(camera)));
   thread_ = std::thread([this] { run(); });
 }
 
