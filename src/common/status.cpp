@@ -35,6 +35,8 @@ const char* to_string(Reason reason) {
     case Reason::kUnreadableImage: return "UNREADABLE_IMAGE";
     case Reason::kTimeJump: return "TIME_JUMP";
     case Reason::kInternalError: return "INTERNAL_ERROR";
+    case Reason::kLearningBackground: return "LEARNING_BACKGROUND";
+    case Reason::kStillBackground: return "STILL_BACKGROUND";
   }
   return "UNKNOWN";
 }

@@ -63,11 +63,12 @@ void check_images(const cv::Mat& gray, const cv::Mat& mask) {
   }
 }
 
-bool is_masked_out(const cv::Mat& mask, const Eigen::Vector2f& pixel) {
+bool is_masked_out(const cv::Mat& mask, const Feature& feature) {
   if (mask.empty()) return false;
-  const int x = std::clamp(cvRound(pixel.x()), 0, mask.cols - 1);
-  const int y = std::clamp(cvRound(pixel.y()), 0, mask.rows - 1);
-  return mask.at<std::uint8_t>(y, x) == 0;
+  const int x = std::clamp(cvRound(feature.pixel.x()), 0, mask.cols - 1);
+  const int y = std::clamp(cvRound(feature.pixel.y()), 0, mask.rows - 1);
+  const std::uint8_t room = mask.at<std::uint8_t>(y, x);
+  return room == 0 || (room < 255 && feature.scale * kMaskScaleSteps > room);
 }
 
 }  // namespace mono_pose_tracker

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mono_pose_tracker/features/feature_set.h"
+#include "mono_pose_tracker/features/sift.h"
 
 namespace mono_pose_tracker {
 
@@ -31,7 +32,8 @@ class FeatureBudget {
 /// size.
 void check_images(const cv::Mat& gray, const cv::Mat& mask);
 
-/// True where the mask is 0; a pixel beyond the border asks the border. An empty mask hides nothing.
-bool is_masked_out(const cv::Mat& mask, const Eigen::Vector2f& pixel);
+/// True where the mask forbids the feature; a pixel beyond the border asks the border. An empty mask hides
+/// nothing.
+bool is_masked_out(const cv::Mat& mask, const Feature& feature);
 
 }  // namespace mono_pose_tracker

@@ -239,7 +239,7 @@ void ExtremaFinder::find_in_rows(const ScaleSpace& space, const cv::Mat& mask, f
     Extremum extremum;
     if (std::abs(rows[4][x]) <= sample_threshold || !is_extremum(rows, x)) return;
     if (!refine(space, options_, contrast_threshold, octave, level, x, y, &extremum)) return;
-    if (!is_masked_out(mask, extremum.feature.pixel)) part->extrema.push_back(extremum);
+    if (!is_masked_out(mask, extremum.feature)) part->extrema.push_back(extremum);
   };
 
   for (int y = begin - 1; y < begin + 1; ++y) subtract(y);

@@ -43,7 +43,7 @@ class OpencvSift : public FeatureExtractor {
     source_rows_.clear();
     for (std::size_t i = 0; i < key_points_.size(); ++i) {
       const Feature feature = feature_of(key_points_[i]);
-      if (!is_masked_out(mask, feature.pixel)) {
+      if (!is_masked_out(mask, feature)) {
         candidates_.push_back(feature);
         source_rows_.push_back(static_cast<int>(i));
       }

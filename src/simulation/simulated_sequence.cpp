@@ -92,6 +92,8 @@ cv::Mat make_background(const CameraModel& camera, BackgroundKind kind, std::uin
 
 void SequenceOptions::validate() const {
   require(frames >= 0, "frames", frames, "0 (all) or more");
+  require(lead_in >= 0, "lead_in", lead_in, "0 or more");
+  require(lead_in == 0 || scene == SceneKind::kHead, "lead_in", lead_in, "0: only the head can be away");
   require(noise_grey_levels >= 0, "noise_grey_levels", noise_grey_levels, "0 or more");
   require(blur_px >= 0 && blur_px <= 50, "blur_px", blur_px, "0 to 50");
   require(exposure_drift >= 0 && exposure_drift < 1, "exposure_drift", exposure_drift,
@@ -121,6 +123,10 @@ SimulatedSequence::SimulatedSequence(const SequenceOptions& options)
   options_.threads = thread_count(options.threads);
   background_ = make_background(camera_, options_.background, options_.seed, options_.threads);
   make_path();
+  if (options_.lead_in > 0 && stamp(0) < 0) {
+    throw std::invalid_argument("lead_in = " + std::to_string(options_.lead_in) +
+                                ", expected one that fits between time 0 and the path's first stamp");
+  }
 }
 
 void SimulatedSequence::make_path() {
@@ -133,37 +139,63 @@ void SimulatedSequence::make_path() {
   const int frames = options_.frames > 0 ? options_.frames : kFrames;
   std::int64_t index = 0;
   for (const Rigid3& pose : scene_path(options_.scene, frames, derived_seed(options_.seed, 2))) {
-    path_.push_back({nanoseconds(options_.first_stamp_s + index++ / options_.rate_hz), pose});
+    path_.push_back(
+        {nanoseconds(options_.first_stamp_s + (options_.lead_in + index++) / options_.rate_hz), pose});
   }
 }
 
-Lighting SimulatedSequence::lighting(int frame) const {
+Lighting SimulatedSequence::lighting(int index) const {
   if (options_.scene != SceneKind::kHead)
     return {Eigen::Vector3f(-0.4f, -0.5f, 0.75f).normalized(), -Eigen::Vector3f::UnitY()};
   // A lamp to the upper left of the camera, a window to its right.
   const Eigen::Vector3f key = Eigen::Vector3f(-0.5f, -0.75f, -0.8f).normalized();
   const Eigen::Vector3f fill = Eigen::Vector3f(0.4f, -0.3f, -0.8f).normalized();
   if (!options_.lights_move_with_camera) return {key, fill};
-  const Eigen::Matrix3f rotation = path_.at(frame).map_from_camera.rotation_matrix().cast<float>();
+  const Eigen::Matrix3f rotation = path_.at(index).map_from_camera.rotation_matrix().cast<float>();
   return {rotation * key, rotation * fill};
 }
 
-SimulatedFrame SimulatedSequence::render(int frame) const {
-  const StampedPose& pose = path_.at(frame);
-  const double done = size() > 1 ? static_cast<double>(frame) / (size() - 1) : 0;
-  Renderer::Picture picture = renderer_.render(*scene_, pose.map_from_camera, lighting(frame), background_);
+// The object and what is before it, at the index-th pose of the path.
+void SimulatedSequence::draw_object(int index, cv::Mat* color, cv::Mat* mask) const {
+  Renderer::Picture picture =
+      renderer_.render(*scene_, path_.at(index).map_from_camera, lighting(index), background_);
   if (options_.occluder) {
     const auto texture_seed = static_cast<std::uint32_t>(derived_seed(options_.seed, 3));
-    draw_hand(camera_, done, texture_seed, options_.threads, &picture.color, &picture.mask);
+    draw_hand(camera_, share_done(index), texture_seed, options_.threads, &picture.color, &picture.mask);
+  }
+  *color = picture.color;
+  *mask = picture.mask;
+}
+
+double SimulatedSequence::share_done(int index) const {
+  return path_.size() > 1 ? static_cast<double>(std::max(index, 0)) / (path_.size() - 1) : 0;
+}
+
+std::int64_t SimulatedSequence::stamp(int frame) const {
+  const int index = frame - options_.lead_in;
+  if (index >= 0) return path_.at(index).stamp_ns;
+  return path_.front().stamp_ns - nanoseconds(-index / options_.rate_hz);
+}
+
+SimulatedFrame SimulatedSequence::render(int frame) const {
+  const int index = frame - options_.lead_in;
+  SimulatedFrame result;
+  result.stamp_ns = stamp(frame);
+  cv::Mat color = background_;
+  if (index >= 0) {
+    result.map_from_camera = path_.at(index).map_from_camera;
+    draw_object(index, &color, &result.mask);
+  } else {
+    result.mask = cv::Mat::zeros(background_.size(), CV_8UC1);
   }
   SensorEffects effects;
   effects.blur_px = options_.blur_px;
   // One and a half periods over the sequence: brighter, darker, brighter again.
-  effects.gain = 1 + options_.exposure_drift * std::sin(3 * kPi * done);
+  effects.gain = 1 + options_.exposure_drift * std::sin(3 * kPi * share_done(index));
   effects.noise_grey_levels = options_.noise_grey_levels;
   effects.noise_seed = derived_seed(options_.seed, 1000 + static_cast<std::uint64_t>(frame));
-  return {pose.stamp_ns, pose.map_from_camera, expose(picture.color, effects, options_.threads),
-          picture.mask};
+  result.image = expose(color, effects, options_.threads);
+  return result;
 }
 
 }  // namespace mono_pose_tracker

@@ -67,6 +67,8 @@ void declare(CLI::App& app, Arguments& a) {
       "the head's map is the head's own frame: origin between the ears, x to its left, y down, z back");
   app.add_option("--frames", s.frames, "number of images [120, or the whole path]")
       ->check(CLI::PositiveNumber);
+  app.add_option("--lead-in", s.lead_in, "images of the background alone, before the head comes [0]")
+      ->check(CLI::NonNegativeNumber);
   app.add_option("--width", a.width, "px [640]");
   app.add_option("--height", a.height, "px [480]");
   auto* focal = app.add_option("--focal", a.focal_px, "focal length, px [head 768, room and plane 525]");

@@ -119,6 +119,24 @@ std::vector<OptionEntry> option_table(TrackerOptions* o) {
       {"mapping/max_descriptor_distance", &o->mapping.max_descriptor_distance, 0.05, 1.5, {}},
       {"mapping/redundant_overlap", &o->mapping.redundant_overlap, 0, 1.01, {}},
       {"mapping/bundle_seconds", &o->mapping.bundle_seconds, 0.001, kUnbounded, {}},
+      {"segmentation/method",
+       &o->segmentation.method,
+       0,
+       0,
+       {"auto", "none", "mask", "background", "threshold", "chroma", "motion"}},
+      {"segmentation/background_image", &o->segmentation.background_image, 0, 0, {}},
+      {"segmentation/learning_frames", &o->segmentation.learning_frames, 1, 1e6, {}},
+      {"segmentation/background_sigmas", &o->segmentation.background_sigmas, 1, 100, {}},
+      {"segmentation/background_min_difference", &o->segmentation.background_min_difference, 0, 255, {}},
+      {"segmentation/shadow", &o->segmentation.shadow, 0, 1, {}},
+      {"segmentation/update_rate", &o->segmentation.update_rate, 0, 1, {}},
+      {"segmentation/backdrop", &o->segmentation.backdrop, 0, 0, {"auto", "dark", "bright"}},
+      {"segmentation/level", &o->segmentation.level, -1, 255, {}},
+      {"segmentation/chroma_color", &o->segmentation.chroma_color, 0, 0, {"green", "blue"}},
+      {"segmentation/objects", &o->segmentation.objects, 1, 1000, {}},
+      {"segmentation/min_area", &o->segmentation.min_area, 0, 1, {}},
+      {"segmentation/margin_px", &o->segmentation.margin_px, 0, 1000, {}},
+      {"segmentation/margin_scales", &o->segmentation.margin_scales, 0, 20, {}},
       {"bundle/max_iterations", &o->bundle.max_iterations, 1, 10000, {}},
       {"bundle/loss_width", &o->bundle.loss_width, 0, 1000, {}},
       {"bundle/function_tolerance", &o->bundle.function_tolerance, 0, 1, {}},
@@ -218,6 +236,7 @@ std::string option_text(const OptionEntry& entry) {
 std::string expected_value(const OptionEntry& entry) {
   if (std::holds_alternative<bool*>(entry.value)) return "true or false";
   if (std::holds_alternative<std::string*>(entry.value)) {
+    if (entry.choices.empty()) return "a text";
     std::string text = "one of";
     for (const std::string& choice : entry.choices) text += " " + choice;
     return text;
@@ -234,7 +253,8 @@ bool is_in_range(const OptionEntry& entry) {
       [&](auto* value) {
         using T = std::remove_pointer_t<decltype(value)>;
         if constexpr (std::is_same_v<T, std::string>) {
-          return std::find(entry.choices.begin(), entry.choices.end(), *value) != entry.choices.end();
+          return entry.choices.empty() ||
+                 std::find(entry.choices.begin(), entry.choices.end(), *value) != entry.choices.end();
         } else if constexpr (std::is_same_v<T, bool>) {
           return true;
         } else if constexpr (std::is_same_v<T, std::uint64_t>) {

@@ -12,6 +12,8 @@
 #include "mono_pose_tracker/features/marker.h"
 #include "mono_pose_tracker/features/sift.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
+#include "mono_pose_tracker/segmentation/mask_cleaning.h"
+#include "mono_pose_tracker/segmentation/segmenter.h"
 #include "mono_pose_tracker/tracking/bootstrapper.h"
 #include "mono_pose_tracker/tracking/mapping_worker.h"
 #include "mono_pose_tracker/tracking/options_table.h"
@@ -45,6 +47,7 @@ class Tracker::Impl {
       : options_(options),
         camera_(camera),
         extractor_(make_sift_extractor(options.sift)),
+        segmenter_(options.segmentation),
         resector_(options, camera),
         worker_(options, camera, mapping == Mapping::kThreaded, std::move(before_mapping)) {}
 
@@ -66,8 +69,10 @@ class Tracker::Impl {
   bool is_unconfirmed() const { return unconfirmed_; }
 
  private:
+  cv::Mat clearance(const cv::Mat& mask) const;
+  bool has_camera_size(const cv::Mat& image, FrameReport* report) const;
   std::optional<Frame> make_frame(std::int64_t index, std::int64_t stamp_ns, const cv::Mat& image,
-                                  const cv::Mat& mask, FrameReport* report);
+                                  const Segmentation& segmentation, FrameReport* report);
   void bootstrap(const Frame& frame, FrameReport* report);
   void track(const Frame& frame, FrameReport* report);
   void lose(FrameReport* report);
@@ -84,6 +89,7 @@ class Tracker::Impl {
   TrackerOptions options_;
   const CameraModel camera_;
   std::unique_ptr<FeatureExtractor> extractor_;
+  Segmenter segmenter_;
   Resector resector_;
   MappingWorker worker_;
 
@@ -107,16 +113,23 @@ class Tracker::Impl {
   std::map<std::int64_t, FrameRecord> records_;  // by frame index
 };
 
+bool Tracker::Impl::has_camera_size(const cv::Mat& image, FrameReport* report) const {
+  if (image.cols == camera_.width() && image.rows == camera_.height()) return true;
+  char text[128];
+  std::snprintf(text, sizeof text, "image is %dx%d, the camera %dx%d", image.cols, image.rows,
+                camera_.width(), camera_.height());
+  report->reason = Reason::kImageSizeMismatch;
+  report->reason_text = text;
+  return false;
+}
+
 std::optional<Frame> Tracker::Impl::make_frame(std::int64_t index, std::int64_t stamp_ns,
-                                               const cv::Mat& image, const cv::Mat& mask,
+                                               const cv::Mat& image, const Segmentation& segmentation,
                                                FrameReport* report) {
-  report->stamp_ns = stamp_ns;
-  if (image.cols != camera_.width() || image.rows != camera_.height()) {
-    char text[128];
-    std::snprintf(text, sizeof text, "image is %dx%d, the camera %dx%d", image.cols, image.rows,
-                  camera_.width(), camera_.height());
-    report->reason = Reason::kImageSizeMismatch;
-    report->reason_text = text;
+  report->mask = segmentation.mask;
+  if (segmentation.reason != Reason::kOk) {
+    report->reason = segmentation.reason;
+    report->reason_text = segmentation.text;
     return std::nullopt;
   }
   cv::Mat gray = image;
@@ -127,7 +140,7 @@ std::optional<Frame> Tracker::Impl::make_frame(std::int64_t index, std::int64_t 
   FeatureSet features;
   {
     const StageTimer timer(report->stages, "features");
-    extractor_->extract(gray, mask, &features);
+    extractor_->extract(gray, clearance(segmentation.mask), &features);
   }
   // Only the views that begin a map set its scale.
   if (options_.scale.marker_size > 0 && state_ == State::kBootstrapping) {
@@ -144,9 +157,28 @@ std::optional<Frame> Tracker::Impl::make_frame(std::int64_t index, std::int64_t 
   return frame;
 }
 
+// Where features may be; empty: anywhere.
+cv::Mat Tracker::Impl::clearance(const cv::Mat& mask) const {
+  if (mask.empty()) return mask;
+  // What a mask is off by grows with the image: masks are made at a fixed size, or drawn by hand.
+  const double size = std::max(1.0, camera_.width() / 640.0);
+  return clearance_of(mask, size * options_.segmentation.margin_px, options_.segmentation.margin_scales,
+                      kMaskScaleSteps);
+}
+
 FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const cv::Mat& image, const cv::Mat& mask) {
   FrameReport report;
-  const std::optional<Frame> frame = make_frame(next_index_++, stamp_ns, image, mask, &report);
+  report.stamp_ns = stamp_ns;
+  const std::int64_t index = next_index_++;
+  std::optional<Frame> frame;
+  if (has_camera_size(image, &report)) {
+    Segmentation segmentation;
+    {
+      const StageTimer timer(report.stages, "segment");
+      segmentation = segmenter_.segment(image, mask);
+    }
+    frame = make_frame(index, stamp_ns, image, segmentation, &report);
+  }
   if (frame) {
     if (state_ == State::kBootstrapping) {
       const StageTimer timer(report.stages, "bootstrap");
@@ -515,7 +547,11 @@ ResectionReport Tracker::Impl::resect_near(const Frame& frame, const TrackingMap
 FrameReport Tracker::Impl::resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const cv::Mat& image,
                                         const cv::Mat& mask) {
   FrameReport report;
-  const std::optional<Frame> frame = make_frame(frame_index, stamp_ns, image, mask, &report);
+  report.stamp_ns = stamp_ns;
+  std::optional<Frame> frame;
+  if (has_camera_size(image, &report)) {
+    frame = make_frame(frame_index, stamp_ns, image, segmenter_.segment_again(image, mask), &report);
+  }
   const TrackingMapPtr map = worker_.latest();
   if (frame && map) {
     const ResectionReport resection = resect_near(*frame, *map);

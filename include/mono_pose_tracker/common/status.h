@@ -27,6 +27,8 @@ enum class Reason {
   kUnreadableImage,
   kTimeJump,
   kInternalError,
+  kLearningBackground,
+  kStillBackground,
 };
 
 /// "TRACKING", "LOW_PARALLAX", ...: the spelling of TrackerStatus.msg.

@@ -30,11 +30,15 @@ struct SiftOptions {
   void validate() const;
 };
 
+/// Steps of a mask's value per px of scale.
+constexpr int kMaskScaleSteps = 8;
+
 /// Finds features and their descriptors. Keeps its buffers between calls: one extractor, one thread.
 class FeatureExtractor {
  public:
   virtual ~FeatureExtractor() = default;
-  /// gray: CV_8UC1. mask: empty, or CV_8UC1 of the same size, 0 = no feature here. Deterministic: features
+  /// gray: CV_8UC1. mask: empty, or CV_8UC1 of the same size: 0 = no feature here, 255 = any, values between:
+  /// features of this scale (times kMaskScaleSteps) at most. Deterministic: features
   /// come ordered by falling response. Bearings are left empty. An image too small for one octave gives no
   /// feature.
   virtual void extract(const cv::Mat& gray, const cv::Mat& mask, FeatureSet* features) = 0;

@@ -22,7 +22,8 @@ struct SequenceOptions {
   SceneKind scene = SceneKind::kHead;
   BackgroundKind background = BackgroundKind::kPlain;  // behind the head; stands still in the image
   int frames = 0;                                      // 0: 120, or all poses of the path
-  CameraParameters camera;                             // see default_camera
+  int lead_in = 0;                      // frames of the background alone that come before them (head scene)
+  CameraParameters camera;              // see default_camera
   bool lights_move_with_camera = true;  // as when the object turns; the room's lights are its own
   double noise_grey_levels = 0;         // standard deviation, of 255, the same in the three colours
   double blur_px = 0;                   // standard deviation of a Gaussian
@@ -44,9 +45,9 @@ CameraParameters default_camera(SceneKind scene, int width, int height);
 
 struct SimulatedFrame {
   std::int64_t stamp_ns = 0;
-  Rigid3 map_from_camera;
-  cv::Mat image;  // CV_8UC3, blue green red
-  cv::Mat mask;   // CV_8UC1, 255 where the pixel's centre is on the object and nothing is before it
+  Rigid3 map_from_camera;  // identity in the lead-in, where there is nothing to have a pose against
+  cv::Mat image;           // CV_8UC3, blue green red
+  cv::Mat mask;            // CV_8UC1, 255 where the pixel's centre is on the object and nothing is before it
 };
 
 /// A sequence whose frames are rendered when asked for, in any order, each the same for one seed whatever was
@@ -57,8 +58,9 @@ class SimulatedSequence {
   /// Throws std::invalid_argument as SequenceOptions::validate and CameraModel do.
   explicit SimulatedSequence(const SequenceOptions& options);
 
-  int size() const { return static_cast<int>(path_.size()); }
-  /// Ground truth: map_from_camera of each frame.
+  /// Frames, with those of the lead-in.
+  int size() const { return options_.lead_in + static_cast<int>(path_.size()); }
+  /// Ground truth: map_from_camera of each frame after the lead-in.
   const std::vector<StampedPose>& path() const { return path_; }
   const CameraModel& camera() const { return camera_; }
   const Scene& scene() const { return *scene_; }
@@ -67,7 +69,10 @@ class SimulatedSequence {
 
  private:
   void make_path();
-  Lighting lighting(int frame) const;
+  void draw_object(int index, cv::Mat* color, cv::Mat* mask) const;
+  std::int64_t stamp(int frame) const;
+  double share_done(int index) const;
+  Lighting lighting(int index) const;
 
   SequenceOptions options_;
   CameraModel camera_;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,6 +43,7 @@ struct FrameReport {
   Matrix6d covariance = Matrix6d::Zero();
   bool is_keyframe = false;
   ScaleSource scale = ScaleSource::kMapUnits;  // what the unit of all lengths rests on
+  cv::Mat mask;  // CV_8UC1, 255 = the object, as it was found; empty: all of the image was used
 
   int features = 0;
   int matches = 0;

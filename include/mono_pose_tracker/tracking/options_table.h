@@ -16,7 +16,7 @@ struct OptionEntry {
   std::string key;
   Value value;
   double min = 0, max = 0;           // of numbers
-  std::vector<std::string> choices;  // of strings
+  std::vector<std::string> choices;  // of strings; none: any text
 };
 
 /// Every option of the tracker, in the order of config/default.yaml: the only list of their names and ranges.

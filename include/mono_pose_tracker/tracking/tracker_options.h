@@ -7,6 +7,7 @@
 #include "mono_pose_tracker/features/sift.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 #include "mono_pose_tracker/robust/ransac_options.h"
+#include "mono_pose_tracker/segmentation/segmentation_options.h"
 
 namespace mono_pose_tracker {
 
@@ -74,6 +75,7 @@ struct TrackerOptions {
   BootstrapOptions bootstrap;
   ResectionOptions resection;
   MappingOptions mapping;
+  SegmentationOptions segmentation;
   BundleOptions bundle;
   ScaleOptions scale;
   int young_map_keyframes = 5;  // a map with no more keyframes that is lost is dropped, and a new one begun

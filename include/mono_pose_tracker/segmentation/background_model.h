@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace mono_pose_tracker {
+
+struct BackgroundModelOptions {
+  double sigmas = 5;          // see SegmentationOptions
+  double min_difference = 8;  // grey levels of 255
+  double shadow = 0.5;
+  double update_rate = 0.02;
+};
+
+/// A still background, a Gaussian a pixel and channel. Images are CV_8UC1 or CV_8UC3, all of one size and
+/// type.
+class BackgroundModel {
+ public:
+  explicit BackgroundModel(const BackgroundModelOptions& options = {}) : options_(options) {}
+
+  /// From images of the background: median and median deviation of each pixel, so that what passes by in
+  /// fewer than half of them is not learnt.
+  void learn(const std::vector<cv::Mat>& images);
+
+  /// From one image of it; noise is not known and taken as sigma grey levels.
+  void learn(const cv::Mat& image, double sigma);
+
+  bool empty() const { return mean_.empty(); }
+  cv::Size size() const { return mean_.size(); }
+  int channels() const { return mean_.channels(); }
+
+  /// 255 where the image is not the background (CV_8UC1): it differs, and not as a shadow on it does.
+  /// `outside` (empty, or not 0 where background is expected) is where the exposure is compared.
+  cv::Mat foreground(const cv::Mat& image, const cv::Mat& outside) const;
+
+  /// The image as bright as the model, compared where `outside` says.
+  cv::Mat with_exposure_of_model(const cv::Mat& image, const cv::Mat& outside) const;
+
+  /// Takes the image for the background where `where` (CV_8UC1) is not 0.
+  void set(const cv::Mat& image, const cv::Mat& where);
+
+  /// Draws the model to the image where `outside` (CV_8UC1) is not 0.
+  void update(const cv::Mat& image, const cv::Mat& outside);
+
+ private:
+  float exposure_gain(const cv::Mat& image, const cv::Mat& outside) const;
+  cv::Mat brightness_ratio(const cv::Mat& image, float gain) const;
+  bool is_dimmed(const std::uint8_t* pixel, float gain, const cv::Mat& ratio, int y, int x) const;
+  void remove_shadows(const cv::Mat& image, float gain, cv::Mat* foreground) const;
+
+  BackgroundModelOptions options_;
+  cv::Mat mean_;   // CV_32F, channels of the image
+  cv::Mat sigma_;  // the same
+};
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+
+namespace mono_pose_tracker {
+
+/// Which pixels belong to the rigid object that is tracked. Lengths "px" are pixels of the input image.
+struct SegmentationOptions {
+  // auto: a given mask, else motion where two motions are there, else none.
+  std::string method = "auto";  // or none, mask, background, threshold, chroma, motion
+
+  std::string background_image;          // background: an image of it; empty: learnt from the first images
+  int learning_frames = 30;              // that the background is learnt from, the object being away
+  double background_sigmas = 5;          // of a pixel's own noise: what differs by more is not background
+  double background_min_difference = 8;  // grey levels of 255: compression and flicker stay below
+  // A shadow dims the background evenly, to this share of its brightness at least; 1: no shadows.
+  double shadow = 0.5;
+  double update_rate = 0.02;  // share of each new image in the background, outside the object
+
+  std::string backdrop = "auto";       // threshold: dark, bright, or what the image's border tells
+  double level = -1;                   // threshold and chroma: grey level; negative: found (Otsu)
+  std::string chroma_color = "green";  // or blue
+
+  int objects = 1;         // components that are kept, the largest
+  double min_area = 0.01;  // share of the image: a smaller component is no object
+  // A feature keeps this distance from the mask's edge: the mask may be off by as much, and a descriptor
+  // looks at some scales of its feature round it.
+  double margin_px = 2;
+  double margin_scales = 2;
+};
+
+}  // namespace mono_pose_tracker

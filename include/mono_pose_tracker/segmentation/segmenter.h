@@ -1,0 +1,58 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "mono_pose_tracker/common/status.h"
+#include "mono_pose_tracker/segmentation/background_model.h"
+#include "mono_pose_tracker/segmentation/segmentation_options.h"
+
+namespace mono_pose_tracker {
+
+struct Segmentation {
+  cv::Mat mask;                 // CV_8UC1 of the image's size, 255 = object; empty: all of it may be
+  Reason reason = Reason::kOk;  // or kLearningBackground: there is no mask yet
+  std::string text;
+};
+
+/// Finds the object in each image by the methods that need no motion: a given mask, a background, a plain
+/// backdrop. Works on images of at most 320 px width; masks come at full size. One thread.
+class Segmenter {
+ public:
+  /// Throws std::invalid_argument when the background image can't be read.
+  explicit Segmenter(const SegmentationOptions& options);
+
+  /// The next image of a sequence; the background model learns from it. given: empty, or not 0 = object;
+  /// where there is a method besides, the object is what both say.
+  Segmentation segment(const cv::Mat& image, const cv::Mat& given);
+
+  /// An image of the same sequence out of its order: nothing is learnt.
+  Segmentation segment_again(const cv::Mat& image, const cv::Mat& given);
+
+ private:
+  void forget();
+  Segmentation find(const cv::Mat& image, const cv::Mat& given, bool learn);
+  Segmentation find_unaided(const cv::Mat& small, bool learn);
+  Segmentation by_background(const cv::Mat& small, bool learn);
+  bool learn_background(const cv::Mat& small, bool learn, Segmentation* result);
+  cv::Mat clean(const cv::Mat& raw) const;
+
+  SegmentationOptions options_;
+  cv::Mat background_image_;
+  BackgroundModel background_;
+  std::vector<cv::Mat> learning_;  // images to learn from
+  int learning_seen_ = 0;
+  cv::Mat outside_;  // where the last image showed background, of the model's size
+};
+
+/// The image at the width that is worked at, 320 px or less.
+cv::Mat reduced(const cv::Mat& image);
+
+/// A mask of a reduced image at full size.
+cv::Mat enlarged(const cv::Mat& mask, const cv::Size& size);
+
+/// Where a mask is surely 0: what is not within radius px of it.
+cv::Mat outside_of(const cv::Mat& mask, int radius);
+
+}  // namespace mono_pose_tracker

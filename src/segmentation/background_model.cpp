@@ -1,0 +1,201 @@
+#include "mono_pose_tracker/segmentation/background_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <opencv2/imgproc.hpp>
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Grey levels: no sensor is better than its 8 bits, and a few images may miss a pixel's noise altogether.
+constexpr float kMinSigma = 1.0f;
+// Grey levels: more is no noise but something that passed by while the background was learnt.
+constexpr float kMaxSigma = 12.0f;
+constexpr float kMadToSigma = 1.4826f;
+
+// The upper median of a few values, which are reordered.
+float median_of(std::vector<float>* values) {
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
+
+}  // namespace
+
+void BackgroundModel::learn(const std::vector<cv::Mat>& images) {
+  const int channels = images.front().channels();
+  mean_.create(images.front().size(), CV_32FC(channels));
+  sigma_.create(mean_.size(), mean_.type());
+  std::vector<const std::uint8_t*> rows(images.size());
+  std::vector<float> values(images.size());
+  for (int y = 0; y < mean_.rows; ++y) {
+    for (std::size_t i = 0; i < images.size(); ++i) rows[i] = images[i].ptr<std::uint8_t>(y);
+    auto* mean = mean_.ptr<float>(y);
+    auto* sigma = sigma_.ptr<float>(y);
+    for (int x = 0; x < mean_.cols * channels; ++x) {
+      for (std::size_t i = 0; i < images.size(); ++i) values[i] = rows[i][x];
+      mean[x] = median_of(&values);
+      for (float& v : values) v = std::abs(v - mean[x]);
+      sigma[x] = std::clamp(kMadToSigma * median_of(&values), kMinSigma, kMaxSigma);
+    }
+  }
+  // A dozen values say little of one pixel's noise, but its neighbours have much the same.
+  cv::blur(sigma_, sigma_, {5, 5});
+}
+
+void BackgroundModel::learn(const cv::Mat& image, double sigma) {
+  image.convertTo(mean_, CV_32F);
+  sigma_ = cv::Mat(mean_.size(), mean_.type(), cv::Scalar::all(std::max<double>(sigma, kMinSigma)));
+}
+
+// Model over image brightness, the median over places that are likely background.
+float BackgroundModel::exposure_gain(const cv::Mat& image, const cv::Mat& outside) const {
+  constexpr int kStep = 4;         // px: a sixteenth of the pixels tell as much
+  constexpr float kTooDark = 10;   // grey levels: below, the ratio is noise
+  constexpr float kClipped = 250;  // grey levels: above, the sensor may be at its end
+  const int channels = image.channels();
+  std::vector<float> ratios;
+  for (int y = 0; y < image.rows; y += kStep) {
+    for (int x = 0; x < image.cols; x += kStep) {
+      if (!outside.empty() && outside.at<std::uint8_t>(y, x) == 0) continue;
+      float seen = 0, expected = 0;
+      for (int c = 0; c < channels; ++c) {
+        seen += image.ptr<std::uint8_t>(y)[x * channels + c];
+        expected += mean_.ptr<float>(y)[x * channels + c];
+      }
+      if (std::min(seen, expected) > kTooDark * static_cast<float>(channels) &&
+          std::max(seen, expected) < kClipped * static_cast<float>(channels)) {
+        ratios.push_back(expected / seen);
+      }
+    }
+  }
+  constexpr std::size_t kEnough = 50;  // ratios: fewer and the median may lie on something else
+  return ratios.size() < kEnough ? 1.f : std::clamp(median_of(&ratios), 0.5f, 2.f);
+}
+
+cv::Mat BackgroundModel::foreground(const cv::Mat& image, const cv::Mat& outside) const {
+  const float gain = exposure_gain(image, outside);
+  const int channels = image.channels();
+  const auto sigmas = static_cast<float>(options_.sigmas);
+  const auto least = static_cast<float>(options_.min_difference);
+  cv::Mat foreground(image.size(), CV_8UC1);
+  for (int y = 0; y < image.rows; ++y) {
+    const auto* seen = image.ptr<std::uint8_t>(y);
+    const float* mean = mean_.ptr<float>(y);
+    const float* sigma = sigma_.ptr<float>(y);
+    auto* out = foreground.ptr<std::uint8_t>(y);
+    for (int x = 0; x < image.cols; ++x) {
+      bool differs = false;
+      for (int i = x * channels; i < (x + 1) * channels; ++i) {
+        differs |= std::abs(gain * seen[i] - mean[i]) > std::max(sigmas * sigma[i], least);
+      }
+      out[x] = differs ? 255 : 0;
+    }
+  }
+  if (options_.shadow < 1) remove_shadows(image, gain, &foreground);
+  return foreground;
+}
+
+// Brightness seen over expected, of windows.
+cv::Mat BackgroundModel::brightness_ratio(const cv::Mat& image, float gain) const {
+  constexpr int kWindow = 5;  // px: texture and noise even out
+  const int channels = image.channels();
+  cv::Mat seen(image.size(), CV_32FC1), expected(image.size(), CV_32FC1);
+  for (int y = 0; y < image.rows; ++y) {
+    const auto* pixel = image.ptr<std::uint8_t>(y);
+    const float* mean = mean_.ptr<float>(y);
+    float* s = seen.ptr<float>(y);
+    float* e = expected.ptr<float>(y);
+    for (int x = 0; x < image.cols; ++x) {
+      s[x] = e[x] = 0;
+      for (int i = x * channels; i < (x + 1) * channels; ++i) {
+        s[x] += gain * pixel[i];
+        e[x] += mean[i];
+      }
+    }
+  }
+  cv::boxFilter(seen, seen, CV_32F, {kWindow, kWindow});
+  cv::boxFilter(expected, expected, CV_32F, {kWindow, kWindow});
+  return seen / cv::max(expected, 1.f);
+}
+
+// True when the pixel is the background, dimmed as the window there or next to it is: the windows astride a
+// shadow's edge tell neither side's share.
+bool BackgroundModel::is_dimmed(const std::uint8_t* pixel, float gain, const cv::Mat& ratio, int y,
+                                int x) const {
+  constexpr int kShift = 3;  // px: half a window and a soft edge
+  constexpr int kShifts[5][2] = {
+      {0, 0}, {-kShift, -kShift}, {-kShift, kShift}, {kShift, -kShift}, {kShift, kShift}};
+  const int channels = mean_.channels();
+  const float* mean = mean_.ptr<float>(y) + x * channels;
+  const float* sigma = sigma_.ptr<float>(y) + x * channels;
+  const auto sigmas = static_cast<float>(options_.sigmas),
+             least = static_cast<float>(options_.min_difference);
+  for (const auto& shift : kShifts) {
+    const int v = std::clamp(y + shift[0], 0, ratio.rows - 1),
+              u = std::clamp(x + shift[1], 0, ratio.cols - 1);
+    const float r = ratio.at<float>(v, u);
+    if (r >= 1 || r < options_.shadow) continue;
+    bool fits = true;
+    for (int c = 0; c < channels; ++c) {
+      fits &= std::abs(gain * pixel[c] - r * mean[c]) <= std::max(sigmas * sigma[c], least);
+    }
+    if (fits) return true;
+  }
+  return false;
+}
+
+// In a shadow the background keeps its texture and is dimmed by the same share all round.
+void BackgroundModel::remove_shadows(const cv::Mat& image, float gain, cv::Mat* foreground) const {
+  constexpr int kWindow = 5;        // px
+  constexpr float kMostFit = 0.8f;  // share of the window: an object looks dimmed here and there by chance
+  const cv::Mat ratio = brightness_ratio(image, gain);
+  cv::Mat background = ~*foreground;
+  for (int y = 0; y < image.rows; ++y) {
+    const auto* pixel = image.ptr<std::uint8_t>(y);
+    auto* is_background = background.ptr<std::uint8_t>(y);
+    for (int x = 0; x < image.cols; ++x) {
+      if (!is_background[x] && is_dimmed(pixel + x * image.channels(), gain, ratio, y, x))
+        is_background[x] = 255;
+    }
+  }
+  cv::Mat share;
+  cv::boxFilter(background, share, CV_32F, {kWindow, kWindow});
+  foreground->setTo(0, background & (share >= 255 * kMostFit));
+}
+
+cv::Mat BackgroundModel::with_exposure_of_model(const cv::Mat& image, const cv::Mat& outside) const {
+  const float gain = exposure_gain(image, outside);
+  // Below a percent it is noise: the image stays as it is.
+  if (std::abs(gain - 1) < 0.01f) return image;
+  cv::Mat compensated;
+  image.convertTo(compensated, -1, gain);
+  return compensated;
+}
+
+void BackgroundModel::set(const cv::Mat& image, const cv::Mat& where) {
+  cv::Mat values;
+  image.convertTo(values, CV_32F);
+  values.copyTo(mean_, where);
+}
+
+void BackgroundModel::update(const cv::Mat& image, const cv::Mat& outside) {
+  if (options_.update_rate <= 0) return;
+  const int channels = image.channels();
+  // At the exposure that the model was learnt at: the object's pixels, which wait, stay comparable.
+  const float gain = exposure_gain(image, outside);
+  const auto rate = static_cast<float>(options_.update_rate);
+  for (int y = 0; y < image.rows; ++y) {
+    const auto* seen = image.ptr<std::uint8_t>(y);
+    const auto* use = outside.ptr<std::uint8_t>(y);
+    float* mean = mean_.ptr<float>(y);
+    for (int x = 0; x < image.cols; ++x) {
+      if (use[x] == 0) continue;
+      for (int i = x * channels; i < (x + 1) * channels; ++i) mean[i] += rate * (gain * seen[i] - mean[i]);
+    }
+  }
+}
+
+}  // namespace mono_pose_tracker

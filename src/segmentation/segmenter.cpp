@@ -1,0 +1,161 @@
+#include "mono_pose_tracker/segmentation/segmenter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+
+#include "mono_pose_tracker/segmentation/backdrop.h"
+#include "mono_pose_tracker/segmentation/mask_cleaning.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// An object's outline is found to a pixel at this width, and the work stays at 2 ms.
+constexpr int kReducedWidth = 320;
+// As many images tell median and spread of a pixel well; more would only take memory.
+constexpr int kLearningImages = 15;
+// px of the reduced image. Specks of noise are smaller than the opening; the closing bridges places where the
+// object looks like what is behind it.
+constexpr int kOpeningRadius = 1;
+constexpr int kClosingRadius = 4;
+// px of the reduced image that the object may have blurred into.
+constexpr int kUpdateRadius = 5;
+
+BackgroundModelOptions model_options(const SegmentationOptions& options) {
+  return {options.background_sigmas, options.background_min_difference, options.shadow, options.update_rate};
+}
+
+cv::Mat read_background(const std::string& path) {
+  if (path.empty()) return {};
+  cv::Mat image;
+  try {
+    image = cv::imread(path, cv::IMREAD_COLOR);
+  } catch (const cv::Exception&) {
+  }
+  if (image.empty()) {
+    throw std::invalid_argument("segmentation/background_image = " + path +
+                                ", expected an image that can be read");
+  }
+  return image;
+}
+
+}  // namespace
+
+cv::Mat reduced(const cv::Mat& image) {
+  if (image.cols <= kReducedWidth) return image;
+  const int height =
+      std::max(1, static_cast<int>(std::lround(1.0 * image.rows * kReducedWidth / image.cols)));
+  cv::Mat small;
+  cv::resize(image, small, {kReducedWidth, height}, 0, 0, cv::INTER_AREA);
+  return small;
+}
+
+cv::Mat enlarged(const cv::Mat& mask, const cv::Size& size) {
+  if (mask.size() == size) return mask;
+  cv::Mat large;
+  cv::resize(mask, large, size, 0, 0, cv::INTER_LINEAR);
+  return large >= 128;
+}
+
+cv::Mat outside_of(const cv::Mat& mask, int radius) {
+  cv::Mat grown;
+  cv::dilate(mask, grown, cv::getStructuringElement(cv::MORPH_RECT, {2 * radius + 1, 2 * radius + 1}));
+  return grown == 0;
+}
+
+Segmenter::Segmenter(const SegmentationOptions& options)
+    : options_(options),
+      background_image_(options.method == "background" ? read_background(options.background_image)
+                                                       : cv::Mat()) {
+  forget();
+}
+
+void Segmenter::forget() {
+  background_ = BackgroundModel(model_options(options_));
+  learning_.clear();
+  learning_seen_ = 0;
+  outside_ = cv::Mat();
+}
+
+Segmentation Segmenter::segment(const cv::Mat& image, const cv::Mat& given) {
+  return find(image, given, true);
+}
+
+Segmentation Segmenter::segment_again(const cv::Mat& image, const cv::Mat& given) {
+  return find(image, given, false);
+}
+
+Segmentation Segmenter::find(const cv::Mat& image, const cv::Mat& given, bool learn) {
+  if (options_.method == "none") return {};
+  Segmentation result = find_unaided(reduced(image), learn);
+  if (!result.mask.empty()) result.mask = enlarged(result.mask, image.size());
+  if (!given.empty()) result.mask = result.mask.empty() ? given != 0 : (given != 0) & result.mask;
+  return result;
+}
+
+Segmentation Segmenter::find_unaided(const cv::Mat& small, bool learn) {
+  Segmentation result;
+  const std::string& method = options_.method;
+  if (method == "background") {
+    result = by_background(small, learn);
+  } else if (method == "threshold") {
+    const Backdrop backdrop = options_.backdrop == "dark"     ? Backdrop::kDark
+                              : options_.backdrop == "bright" ? Backdrop::kBright
+                                                              : Backdrop::kAuto;
+    result.mask = clean(threshold_foreground(small, backdrop, options_.level));
+  } else if (method == "chroma") {
+    const Chroma chroma = options_.chroma_color == "blue" ? Chroma::kBlue : Chroma::kGreen;
+    result.mask = clean(chroma_foreground(small, chroma, options_.level));
+  }
+  return result;
+}
+
+Segmentation Segmenter::by_background(const cv::Mat& small, bool learn) {
+  // Another camera or encoding: what was learnt says nothing about it.
+  if (!background_.empty() &&
+      (background_.size() != small.size() || background_.channels() != small.channels())) {
+    forget();
+  }
+  Segmentation result;
+  if (background_.empty() && !learn_background(small, learn, &result)) return result;
+  result.mask = clean(background_.foreground(small, outside_));
+  if (learn) {
+    outside_ = outside_of(result.mask, kUpdateRadius);
+    background_.update(small, outside_);
+  }
+  return result;
+}
+
+// True when there is a background now. Otherwise the result says why not, and its mask leaves nothing.
+bool Segmenter::learn_background(const cv::Mat& small, bool learn, Segmentation* result) {
+  if (!background_image_.empty()) {
+    cv::Mat image;
+    cv::resize(background_image_, image, small.size(), 0, 0, cv::INTER_AREA);
+    if (small.channels() == 1) cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
+    constexpr double kSigma = 2;  // grey levels: noise of a webcam at half its size
+    background_.learn(image, kSigma);
+    return true;
+  }
+  if (learn) {
+    const int step = (options_.learning_frames + kLearningImages - 1) / kLearningImages;
+    if (learning_seen_ % step == 0) learning_.push_back(small.clone());
+    if (++learning_seen_ >= options_.learning_frames) {
+      background_.learn(learning_);
+      learning_.clear();
+    }
+  }
+  result->mask = cv::Mat::zeros(small.size(), CV_8UC1);
+  result->reason = Reason::kLearningBackground;
+  result->text = "learning the background: image " + std::to_string(learning_seen_) + " of " +
+                 std::to_string(options_.learning_frames);
+  return false;
+}
+
+cv::Mat Segmenter::clean(const cv::Mat& raw) const {
+  return clean_mask(raw, kOpeningRadius, kClosingRadius, options_.objects, options_.min_area * raw.total());
+}
+
+}  // namespace mono_pose_tracker

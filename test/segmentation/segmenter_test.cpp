@@ -1,0 +1,182 @@
+#include "mono_pose_tracker/segmentation/segmenter.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
+
+#include "segmentation/object_images.h"
+#include "support/temporary_folder.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr int kLearning = 10;
+const cv::Size kSize(640, 480);
+
+SegmentationOptions with_method(const std::string& method) {
+  SegmentationOptions options;
+  options.method = method;
+  options.learning_frames = kLearning;
+  return options;
+}
+
+// A textured object that moves before a textured background, with sensor noise.
+class Stage {
+ public:
+  cv::Mat empty(int frame) const {
+    cv::Mat image = background_.clone();
+    add_noise(2, 100 + frame, &image);
+    return image;
+  }
+  ObjectImage with_object(int frame) const {
+    ObjectImage image{background_.clone(), cv::Mat::zeros(kSize, CV_8UC1)};
+    cv::ellipse(image.object, {300 + 3 * frame, 240}, {110, 160}, 0, 0, 360, 255, cv::FILLED);
+    object_.copyTo(image.bgr, image.object);
+    add_noise(2, 500 + frame, &image.bgr);
+    return image;
+  }
+
+ private:
+  cv::Mat background_ = texture(kSize, 1), object_ = texture(kSize, 2);
+};
+
+void learn(const Stage& stage, Segmenter* segmenter) {
+  for (int i = 0; i < kLearning; ++i) segmenter->segment(stage.empty(i), cv::Mat());
+}
+
+TEST(Segmenter, NoMethodMeansNoMaskAndAGivenMaskIsTakenAsItIs) {
+  const ObjectImage image = Stage().with_object(0);
+  EXPECT_TRUE(Segmenter(with_method("none")).segment(image.bgr, image.object).mask.empty());
+  for (const char* method : {"auto", "mask"}) {
+    Segmenter segmenter(with_method(method));
+    EXPECT_TRUE(segmenter.segment(image.bgr, cv::Mat()).mask.empty());
+    const cv::Mat given = image.object / 100;  // any value but 0 is the object
+    EXPECT_EQ(overlap(segmenter.segment(image.bgr, given).mask, image.object), 1);
+  }
+}
+
+TEST(Segmenter, SaysThatItLearnsTheBackgroundAndForHowLong) {
+  const Stage stage;
+  Segmenter segmenter(with_method("background"));
+  for (int i = 0; i < kLearning; ++i) {
+    const Segmentation segmentation = segmenter.segment(stage.empty(i), cv::Mat());
+    EXPECT_EQ(segmentation.reason, Reason::kLearningBackground);
+    EXPECT_EQ(segmentation.text, "learning the background: image " + std::to_string(i + 1) + " of 10");
+    EXPECT_EQ(cv::countNonZero(segmentation.mask), 0);
+  }
+  EXPECT_EQ(segmenter.segment(stage.empty(kLearning), cv::Mat()).reason, Reason::kOk);
+}
+
+TEST(Segmenter, FindsTheObjectBeforeALearntBackground) {
+  const Stage stage;
+  Segmenter segmenter(with_method("background"));
+  learn(stage, &segmenter);
+  EXPECT_EQ(cv::countNonZero(segmenter.segment(stage.empty(50), cv::Mat()).mask), 0);
+  for (int i = 0; i < 20; ++i) {
+    const ObjectImage image = stage.with_object(i);
+    EXPECT_GT(overlap(segmenter.segment(image.bgr, cv::Mat()).mask, image.object), 0.95) << i;
+  }
+}
+
+TEST(Segmenter, WhatPassesByWhileLearningIsNotLearnt) {
+  const Stage stage;
+  Segmenter segmenter(with_method("background"));
+  for (int i = 0; i < kLearning; ++i) {
+    segmenter.segment(i % 4 == 1 ? stage.with_object(i).bgr : stage.empty(i), cv::Mat());
+  }
+  const ObjectImage image = stage.with_object(0);
+  EXPECT_GT(overlap(segmenter.segment(image.bgr, cv::Mat()).mask, image.object), 0.93);
+}
+
+TEST(Segmenter, AShadowIsNotTheObject) {
+  const Stage stage;
+  Segmenter segmenter(with_method("background"));
+  learn(stage, &segmenter);
+  ObjectImage image = stage.with_object(0);
+  cv::Mat shadow = cv::Mat::zeros(kSize, CV_8UC1);
+  cv::ellipse(shadow, {480, 300}, {110, 140}, 0, 0, 360, 255, cv::FILLED);
+  shadow.setTo(0, image.object);
+  cv::Mat darker = 0.65 * image.bgr;
+  darker.copyTo(image.bgr, shadow);
+  EXPECT_GT(overlap(segmenter.segment(image.bgr, cv::Mat()).mask, image.object), 0.9);
+}
+
+TEST(Segmenter, AnExposureThatChangesIsFollowed) {
+  const Stage stage;
+  Segmenter segmenter(with_method("background"));
+  learn(stage, &segmenter);
+  for (int i = 0; i < 20; ++i) {
+    ObjectImage image = stage.with_object(i);
+    image.bgr *= 1 + 0.2 * std::sin(0.5 * i);
+    EXPECT_GT(overlap(segmenter.segment(image.bgr, cv::Mat()).mask, image.object), 0.93) << i;
+  }
+}
+
+TEST(Segmenter, TheBackgroundIsUpdatedOutsideTheObjectOnly) {
+  const Stage stage;
+  SegmentationOptions options = with_method("background");
+  options.update_rate = 0.2;
+  Segmenter segmenter(options);
+  learn(stage, &segmenter);
+  // The object stands still for long: it must not become background.
+  ObjectImage image;
+  for (int i = 0; i < 40; ++i) {
+    image = stage.with_object(0);
+    segmenter.segment(image.bgr, cv::Mat());
+  }
+  EXPECT_GT(overlap(segmenter.segment(image.bgr, cv::Mat()).mask, image.object), 0.95);
+  EXPECT_EQ(cv::countNonZero(segmenter.segment(stage.empty(60), cv::Mat()).mask), 0);
+}
+
+TEST(Segmenter, ABackgroundImageNeedsNoLearning) {
+  const Stage stage;
+  const TemporaryFolder folder;
+  SegmentationOptions options = with_method("background");
+  options.background_image = folder / "background.png";
+  cv::imwrite(options.background_image, stage.empty(0));
+  Segmenter segmenter(options);
+  ObjectImage image = stage.with_object(0);
+  EXPECT_GT(overlap(segmenter.segment(image.bgr, cv::Mat()).mask, image.object), 0.95);
+  // Of a grey camera, too.
+  cv::cvtColor(image.bgr, image.bgr, cv::COLOR_BGR2GRAY);
+  EXPECT_GT(overlap(segmenter.segment(image.bgr, cv::Mat()).mask, image.object), 0.93);
+}
+
+TEST(Segmenter, ABackgroundImageThatCannotBeReadIsRefusedByName) {
+  SegmentationOptions options = with_method("background");
+  options.background_image = "/nowhere/background.png";
+  try {
+    const Segmenter segmenter(options);
+    FAIL() << "expected an exception";
+  } catch (const std::invalid_argument& e) {
+    EXPECT_NE(std::string(e.what()).find("segmentation/background_image = /nowhere/background.png"),
+              std::string::npos)
+        << e.what();
+  }
+}
+
+TEST(Segmenter, AGivenMaskAndAMethodMustAgree) {
+  const ObjectImage image = Stage().with_object(0);
+  Segmenter segmenter(with_method("threshold"));
+  cv::Mat left = cv::Mat::zeros(kSize, CV_8UC1);
+  left.colRange(0, 300) = 255;
+  const cv::Mat plain = cv::Mat(kSize, CV_8UC3, cv::Scalar(20, 20, 20));
+  cv::Mat bgr = plain.clone();
+  bgr.setTo(cv::Scalar(150, 150, 150), image.object);
+  EXPECT_GT(overlap(segmenter.segment(bgr, left).mask, image.object & left), 0.97);
+}
+
+TEST(Segmenter, OutOfOrderNothingIsLearnt) {
+  const Stage stage;
+  Segmenter segmenter(with_method("background"));
+  for (int i = 0; i < 3 * kLearning; ++i) {
+    EXPECT_EQ(segmenter.segment_again(stage.empty(i), cv::Mat()).reason, Reason::kLearningBackground);
+  }
+  learn(stage, &segmenter);
+  const ObjectImage image = stage.with_object(0);
+  EXPECT_GT(overlap(segmenter.segment_again(image.bgr, cv::Mat()).mask, image.object), 0.95);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
