@@ -81,6 +81,20 @@ ImageFeaturesPtr restore_image_features(FeatureSet features, std::vector<cv::Vec
     result->sigma_px.push_back(localisation_sigma(feature.scale));
   }
   result->grid = FeatureGrid(result->set, camera.width(), camera.height());
+ImageFeaturesPtr select_features(const ImageFeatures& image, const std::vector<char>& flags, int width,
+                                 int height) {
+  auto result = std::make_shared<ImageFeatures>();
+  result->set.descriptors.create(0, image.set.descriptors.cols, image.set.descriptors.type());
+  for (int i = 0; i < image.size(); ++i) {
+    if (!flags[i]) continue;
+    result->set.features.push_back(image.set.features[i]);
+    result->set.bearings.push_back(image.set.bearings[i]);
+    result->set.descriptors.push_back(image.set.descriptors.row(i));
+    result->pixel_from_bearing.push_back(image.pixel_from_bearing[i]);
+    result->sigma_px.push_back(image.sigma_px[i]);
+    result->color_rgb.push_back(image.color_rgb[i]);
+  }
+  result->grid = FeatureGrid(result->set, width, height);
   return result;
 }
 

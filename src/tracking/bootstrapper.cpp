@@ -15,6 +15,11 @@ namespace {
 
 constexpr double kDegree = M_PI / 180;
 
+// Frames in a row that must show an object before a still background: one may do so by chance.
+constexpr int kTwoMotionsFrames = 3;
+// Share of the matches that stand still when the camera does, and nothing of size moves.
+constexpr double kStillCamera = 0.9;
+
 template <typename... Args>
 std::string text(const char* format, Args... args) {
   char buffer[256];
@@ -163,6 +168,7 @@ bool Bootstrapper::replace_reference() {
     return true;
   }
   match_to_reference(&candidates_.front());
+  forget_motions();
   return false;
 }
 
@@ -170,10 +176,119 @@ bool Bootstrapper::replace_reference() {
 void Bootstrapper::thin_out() {
   if (static_cast<int>(candidates_.size()) <= options_.bootstrap.max_frames) return;
   std::deque<Candidate> kept;
+  if (camera_is_still_) {
+    // The older half tells no more than the newer; but an object that has come since is only in the newer.
+    candidates_.erase(candidates_.begin(),
+                      candidates_.begin() + static_cast<std::ptrdiff_t>(candidates_.size() / 2));
+    for (Candidate& candidate : candidates_) match_to_reference(&candidate);
+    return;
+  }
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
     if (i % 2 == 0 || i + 1 == candidates_.size()) kept.push_back(std::move(candidates_[i]));
   }
   candidates_ = std::move(kept);
+}
+
+void Bootstrapper::reset() {
+  candidates_.clear();
+  forget_motions();
+}
+
+void Bootstrapper::forget_motions() {
+  still_.clear();
+  two_motions_seen_ = 0;
+  camera_is_still_ = false;
+}
+
+// Leaves the candidate's features of the object, which was seen where these of the reference's features are
+// matched.
+void Bootstrapper::keep_object(const std::vector<int>& moved_of_reference, Candidate* candidate) const {
+  const bool is_reference = candidate == &candidates_.front();
+  const ImageFeatures& image = *candidate->frame.image;
+  std::vector<cv::Point2f> moved;
+  for (const int f : moved_of_reference) {
+    const int i = is_reference ? f : candidate->feature_of_reference[f];
+    if (i >= 0) moved.emplace_back(image.set.features[i].pixel.x(), image.set.features[i].pixel.y());
+  }
+  candidate->frame.image =
+      select_features(image, features_of_object(image, moved, still_), camera_.width(), camera_.height());
+  candidate->frame.is_masked = true;
+}
+
+// From now on the background's features are left out.
+void Bootstrapper::begin_separation(const TwoMotions& motions) {
+  still_ = motions.still;
+  for (std::size_t i = candidates_.size(); i-- > 0;) keep_object(motions.moved_of_first, &candidates_[i]);
+  for (Candidate& candidate : candidates_) match_to_reference(&candidate);
+}
+
+// The newest candidate's features of the object, which the reference knows by now.
+void Bootstrapper::separate_newest() {
+  std::vector<int> matched;
+  Candidate& newest = candidates_.back();
+  for (std::size_t f = 0; f < newest.feature_of_reference.size(); ++f) {
+    if (newest.feature_of_reference[f] >= 0) matched.push_back(static_cast<int>(f));
+  }
+  keep_object(matched, &newest);
+  match_to_reference(&newest);
+}
+
+// Looks for an object that moves before a still background, and leaves the background's features out once it
+// is certain that there is one. False when no map can be made of this frame; the report says why.
+bool Bootstrapper::separate_motions(BootstrapReport* report) {
+  const std::string& method = options_.segmentation.method;
+  Candidate& newest = candidates_.back();
+  if (newest.frame.is_masked || (method != "auto" && method != "motion" && method != "none")) return true;
+  if (!still_.empty() && method != "none") {
+    separate_newest();
+    return true;
+  }
+  const TwoMotions motions =
+      find_two_motions(*candidates_.front().frame.image, *newest.frame.image, newest.feature_of_reference,
+                       camera_.focal(), camera_.width(), options_);
+  const int still = static_cast<int>(motions.still.size());
+  const int moved = static_cast<int>(motions.moved_of_first.size());
+  camera_is_still_ = still > kStillCamera * motions.matches;
+  two_motions_seen_ = motions.found ? two_motions_seen_ + 1 : 0;
+  report->matches = motions.matches;
+  if (two_motions_seen_ >= kTwoMotionsFrames && method != "none") {
+    begin_separation(motions);
+    return true;
+  }
+  if (two_motions_seen_ >= kTwoMotionsFrames) still_ = motions.still;
+  if (!still_.empty()) {
+    report->reason = Reason::kStillBackground;
+    report->text = text(
+        "of %d matches %d stand still, %d moved: an object before a background that segmentation/method "
+        "none does not leave out",
+        motions.matches, still, moved);
+  } else if (motions.found) {
+    report->reason = Reason::kAwaitingConfirmation;
+    report->text = text("of %d matches %d stand still and %d moved as one: another image must confirm it",
+                        motions.matches, still, moved);
+  } else if (method == "motion") {
+    report->reason = Reason::kAwaitingConfirmation;
+    report->text =
+        text("no object is seen to move before a still background: of %d matches %d stand still, %d moved",
+             motions.matches, still, moved);
+  } else {
+    return true;
+  }
+  return false;
+}
+
+void Bootstrapper::report_motions(BootstrapReport* report) const {
+  report->still_background = still_;
+  report->reference_index = candidates_.front().frame.index;
+  const Candidate& newest = candidates_.back();
+  std::vector<double> moved;
+  for (std::size_t f = 0; f < newest.feature_of_reference.size(); ++f) {
+    if (newest.feature_of_reference[f] < 0) continue;
+    moved.push_back((newest.frame.image->set.features[newest.feature_of_reference[f]].pixel -
+                     candidates_.front().frame.image->set.features[f].pixel)
+                        .norm());
+  }
+  report->moved_px = median(std::move(moved));
 }
 
 // Up to three views between the reference and the second: at the middle and the quarters.
@@ -230,6 +345,8 @@ BootstrapReport Bootstrapper::add(const Frame& frame) {
     return report;
   }
 
+  if (!separate_motions(&report)) return report;
+
   std::vector<int> used = third_views(candidates_.size() - 1);
   used.insert(used.begin(), {0, static_cast<int>(candidates_.size()) - 1});
   std::vector<Frame> frames;
@@ -237,8 +354,10 @@ BootstrapReport Bootstrapper::add(const Frame& frame) {
   const RelativePoseReport pose = relative_pose(views, options_, &report);
   if (report.reason != Reason::kOk) return report;
   const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_);
-  if (judge(views, hypotheses, options_.bootstrap, &report))
+  if (judge(views, hypotheses, options_.bootstrap, &report)) {
     report.map = to_map(views, frames, hypotheses[0]);
+    if (!still_.empty()) report_motions(&report);
+  }
   return report;
 }
 

@@ -13,6 +13,7 @@
 #include "mono_pose_tracker/features/sift.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/segmentation/mask_cleaning.h"
+#include "mono_pose_tracker/segmentation/motion_mask.h"
 #include "mono_pose_tracker/segmentation/segmenter.h"
 #include "mono_pose_tracker/tracking/bootstrapper.h"
 #include "mono_pose_tracker/tracking/mapping_worker.h"
@@ -48,6 +49,7 @@ class Tracker::Impl {
         camera_(camera),
         extractor_(make_sift_extractor(options.sift)),
         segmenter_(options.segmentation),
+        motion_mask_(options.segmentation),
         resector_(options, camera),
         worker_(options, camera, mapping == Mapping::kThreaded, std::move(before_mapping)) {}
 
@@ -70,6 +72,12 @@ class Tracker::Impl {
 
  private:
   cv::Mat clearance(const cv::Mat& mask) const;
+  Segmentation segment(const cv::Mat& image, const cv::Mat& given);
+  Segmentation segment_again(const cv::Mat& image, const cv::Mat& given);
+  bool looks_for_motion(const cv::Mat& given) const;
+  static std::vector<cv::Point2f> object_pixels(const Frame& frame, const ResectionReport& resection);
+  void start_motion(const BootstrapReport& bootstrap, const Frame& frame, const ResectionReport& resection);
+  void follow_motion(const Frame& frame, const TrackingMap& map, const ResectionReport& resection);
   bool has_camera_size(const cv::Mat& image, FrameReport* report) const;
   std::optional<Frame> make_frame(std::int64_t index, std::int64_t stamp_ns, const cv::Mat& image,
                                   const Segmentation& segmentation, FrameReport* report);
@@ -90,6 +98,7 @@ class Tracker::Impl {
   const CameraModel camera_;
   std::unique_ptr<FeatureExtractor> extractor_;
   Segmenter segmenter_;
+  MotionMask motion_mask_;
   Resector resector_;
   MappingWorker worker_;
 
@@ -108,6 +117,7 @@ class Tracker::Impl {
   KeyframeId newest_keyframe_ = -1;  // when the last frame came
   int most_inliers_ = 0;             // of the frames since that keyframe
   int frames_lost_ = 0;
+  Rigid3 motion_pose_;  // camera_from_map from which the object's movement is counted
   std::size_t relocalization_cursor_ = 0;
 
   std::map<std::int64_t, FrameRecord> records_;  // by frame index
@@ -152,9 +162,71 @@ std::optional<Frame> Tracker::Impl::make_frame(std::int64_t index, std::int64_t 
   }
   const StageTimer timer(report->stages, "undistort");
   frame.image = make_image_features(std::move(features), image, camera_);
+  frame.is_masked = !segmentation.mask.empty();
   report->features = frame.image->size();
   for (const Feature& feature : frame.image->set.features) report->seen.push_back({feature.pixel, {}, -1});
   return frame;
+}
+
+// Given no mask, an object may be found by its motion.
+bool Tracker::Impl::looks_for_motion(const cv::Mat& given) const {
+  const std::string& method = options_.segmentation.method;
+  return method == "motion" || (method == "auto" && given.empty());
+}
+
+Segmentation Tracker::Impl::segment(const cv::Mat& image, const cv::Mat& given) {
+  Segmentation segmentation = segmenter_.segment(image, given);
+  if (!looks_for_motion(given)) return segmentation;
+  // Once there is a map without two motions, none will be looked for.
+  if (state_ != State::kBootstrapping && !motion_mask_.is_started()) return segmentation;
+  motion_mask_.watch(image);
+  if (motion_mask_.is_started()) {
+    segmentation.mask = given.empty() ? motion_mask_.mask() : motion_mask_.mask() & segmentation.mask;
+  }
+  return segmentation;
+}
+
+Segmentation Tracker::Impl::segment_again(const cv::Mat& image, const cv::Mat& given) {
+  Segmentation segmentation = segmenter_.segment_again(image, given);
+  if (!looks_for_motion(given) || !motion_mask_.is_started()) return segmentation;
+  const cv::Mat mask = motion_mask_.mask_of(image);
+  segmentation.mask = given.empty() ? mask : mask & segmentation.mask;
+  return segmentation;
+}
+
+std::vector<cv::Point2f> Tracker::Impl::object_pixels(const Frame& frame, const ResectionReport& resection) {
+  std::vector<cv::Point2f> pixels;
+  for (const FrameObservation& o : resection.observations) {
+    const Eigen::Vector2f& pixel = frame.image->set.features[o.feature].pixel;
+    pixels.emplace_back(pixel.x(), pixel.y());
+  }
+  return pixels;
+}
+
+void Tracker::Impl::start_motion(const BootstrapReport& bootstrap, const Frame& frame,
+                                 const ResectionReport& resection) {
+  motion_mask_.start(object_pixels(frame, resection), bootstrap.still_background,
+                static_cast<int>(frame.index - bootstrap.reference_index), bootstrap.moved_px);
+  motion_pose_ = resection.camera_from_map;
+}
+
+// Tells the mask where the object was found, and how far it has gone. Noise of the poses is no movement: it
+// counts from two pixels on.
+void Tracker::Impl::follow_motion(const Frame& frame, const TrackingMap& map,
+                                  const ResectionReport& resection) {
+  constexpr double kLeastMove = 2;  // px
+  if (!motion_mask_.is_started()) return;
+  std::vector<double> moved;
+  for (const FrameObservation& o : resection.observations) {
+    const auto landmark = map.landmarks.find(o.landmark);
+    Eigen::Vector2d before;
+    if (landmark == map.landmarks.end() || !camera_.project(motion_pose_ * landmark->second, &before))
+      continue;
+    moved.push_back((frame.image->set.features[o.feature].pixel.cast<double>() - before).norm());
+  }
+  const double median_moved = median(std::move(moved));
+  if (median_moved >= kLeastMove) motion_pose_ = resection.camera_from_map;
+  motion_mask_.observe(object_pixels(frame, resection), median_moved >= kLeastMove ? median_moved : 0);
 }
 
 // Where features may be; empty: anywhere.
@@ -175,7 +247,7 @@ FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const cv::Mat& image, 
     Segmentation segmentation;
     {
       const StageTimer timer(report.stages, "segment");
-      segmentation = segmenter_.segment(image, mask);
+      segmentation = segment(image, mask);
     }
     frame = make_frame(index, stamp_ns, image, segmentation, &report);
   }
@@ -233,7 +305,7 @@ void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
   report->median_parallax_deg = bootstrap_.median_parallax_deg;
   report->motions = bootstrap_.motions;
   if (!bootstrap_.map) return;
-  bootstrap_ = BootstrapReport();
+  const BootstrapReport bootstrap = std::exchange(bootstrap_, BootstrapReport());
   start_map();
   // Against the map just made: the pose gets its covariance and the whole map's points.
   const TrackingMapPtr map = worker_.latest();
@@ -245,6 +317,7 @@ void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
     report->reason_text = "the new map does not hold: " + resection.text;
     return;
   }
+  if (!bootstrap.still_background.empty()) start_motion(bootstrap, frame, resection);
   const std::string text = report->reason_text;
   describe(resection, report);
   report->reason_text = text;
@@ -331,6 +404,7 @@ void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   reference_ = choose_reference(map, resection);
   camera_from_reference_ = resection.camera_from_map * map.keyframes.at(reference_).camera_from_map.inverse();
   records_[frame.index] = {frame.stamp_ns, reference_, camera_from_reference_};
+  follow_motion(frame, map, resection);
   const Overlap overlap = overlap_with(map, reference_, resection);
   report->median_parallax_deg = overlap.parallax_deg;
   if (!is_keyframe_due(map, overlap, resection.inliers)) return;
@@ -427,6 +501,7 @@ void Tracker::Impl::reset() {
   ++epoch_;
   worker_.reset(epoch_);
   bootstrap_ = BootstrapReport();
+  motion_mask_.reset();
   records_.clear();
   state_ = State::kBootstrapping;
   reference_ = -1;
@@ -550,7 +625,7 @@ FrameReport Tracker::Impl::resect_again(std::int64_t frame_index, std::int64_t s
   report.stamp_ns = stamp_ns;
   std::optional<Frame> frame;
   if (has_camera_size(image, &report)) {
-    frame = make_frame(frame_index, stamp_ns, image, segmenter_.segment_again(image, mask), &report);
+    frame = make_frame(frame_index, stamp_ns, image, segment_again(image, mask), &report);
   }
   const TrackingMapPtr map = worker_.latest();
   if (frame && map) {

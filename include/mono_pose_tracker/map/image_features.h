@@ -36,6 +36,9 @@ ImageFeaturesPtr make_image_features(FeatureSet features, const cv::Mat& image, 
 /// have.
 ImageFeaturesPtr restore_image_features(FeatureSet features, std::vector<cv::Vec3b> color_rgb,
                                         const CameraModel& camera);
+/// The features with a flag that is not 0, in the same order.
+ImageFeaturesPtr select_features(const ImageFeatures& image, const std::vector<char>& flags, int width,
+                                 int height);
 
 /// Reprojection error in px of a point against feature i, to first order in the error; 1e6 px when it is
 /// behind.

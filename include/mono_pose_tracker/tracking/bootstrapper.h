@@ -11,6 +11,7 @@
 #include "mono_pose_tracker/tracking/frame.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
+#include "mono_pose_tracker/tracking/two_motions.h"
 
 namespace mono_pose_tracker {
 
@@ -38,6 +39,12 @@ struct BootstrapReport {
   double median_parallax_deg = 0;
   std::optional<InitialMap> map;
   std::vector<SeenMotion> motions;  // from the reference to the frame added
+
+  /// When a background stands still before which an object moves: its features' pixels, and since which frame
+  /// the object has moved by how much (median).
+  std::vector<cv::Point2f> still_background;
+  std::int64_t reference_index = 0;
+  double moved_px = 0;
 };
 
 /// Makes the first map (paper, step 3): 5-point RANSAC between a reference frame and the newest one. A
@@ -55,7 +62,7 @@ class Bootstrapper {
   BootstrapReport unconfirmed() const;
 
   void set_options(const TrackerOptions& options) { options_ = options; }
-  void reset() { candidates_.clear(); }
+  void reset();
 
   /// From the reference frame to the newest, for drawings.
   std::vector<SeenMotion> motions() const;
@@ -71,11 +78,20 @@ class Bootstrapper {
   bool replace_reference();
   void thin_out();
   std::vector<int> third_views(std::size_t second) const;
+  bool separate_motions(BootstrapReport* report);
+  void begin_separation(const TwoMotions& motions);
+  void separate_newest();
+  void keep_object(const std::vector<int>& moved_of_reference, Candidate* candidate) const;
+  void forget_motions();
+  void report_motions(BootstrapReport* report) const;
   ViewSet collect(const std::vector<int>& used, std::vector<Frame>* frames) const;
 
   TrackerOptions options_;
   CameraModel camera_;
   std::deque<Candidate> candidates_;  // the reference first
+  int two_motions_seen_ = 0;          // frames in a row
+  bool camera_is_still_ = false;      // and hardly anything moves before it
+  std::vector<cv::Point2f> still_;    // of the background, once two motions are certain: pixels
 };
 
 }  // namespace mono_pose_tracker

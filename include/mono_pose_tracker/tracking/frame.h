@@ -15,6 +15,7 @@ struct Frame {
   ImageFeaturesPtr image;
   std::vector<Eigen::Vector3d> marker =
       {};  // bearings of the corners of the marker that sets the scale, if seen
+  bool is_masked = false;  // its features are of the object alone
 };
 
 }  // namespace mono_pose_tracker

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "mono_pose_tracker/map/image_features.h"
+#include "mono_pose_tracker/tracking/tracker_options.h"
+
+namespace mono_pose_tracker {
+
+/// How the matches of two images have moved: those of a background that stands still before a fixed camera,
+/// and those of one rigid object that moves before it.
+struct TwoMotions {
+  bool found = false;
+  int matches = 0;
+  std::vector<cv::Point2f> still;   // pixels, the same in both images
+  std::vector<int> moved_of_first;  // features of the first image
+  double moved_px = 0;              // median, of the moved ones
+};
+
+/// Fits the two motions. second_of_first: matched feature of each of the first's, -1 where none. A camera
+/// that moves itself leaves nothing exactly in its place: what is near shifts by little and by more, what is
+/// far by what the hand shakes. Hence found only when many features stand as still as noise lets them, in the
+/// mean as well, and most of those that moved obey one rigid motion.
+TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& second,
+                            const std::vector<int>& second_of_first, double focal_px, int image_width,
+                            const TrackerOptions& options);
+
+/// Which features are the object's: those nearer to a moved place than to a still one. One flag a feature.
+std::vector<char> features_of_object(const ImageFeatures& image, const std::vector<cv::Point2f>& moved,
+                                     const std::vector<cv::Point2f>& still);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,125 @@
+#include "mono_pose_tracker/segmentation/motion_mask.h"
+
+#include <gtest/gtest.h>
+
+#include "segmentation/object_images.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+const cv::Size kSize(640, 480);
+constexpr int kBefore = 4;     // images until the motion is known
+constexpr double kStepPx = 3;  // of the object, an image
+
+// An object with texture of its own that slides over a background; the camera may be jolted.
+class Stage {
+ public:
+  ObjectImage image(int frame, const cv::Point& jolt = {}) const {
+    ObjectImage image{wide_background_(cv::Rect(cv::Point(40, 40) + jolt, kSize)).clone(),
+                      cv::Mat::zeros(kSize, CV_8UC1)};
+    cv::ellipse(image.object, centre(frame), {100, 140}, 0, 0, 360, 255, cv::FILLED);
+    const cv::Point shift(static_cast<int>(kStepPx) * frame, 0);
+    wide_object_(cv::Rect(cv::Point(150, 40) - shift, kSize)).copyTo(image.bgr, image.object);
+    add_noise(2, 900 + frame, &image.bgr);
+    return image;
+  }
+  // Points spread over the object, and over the rest.
+  std::vector<cv::Point2f> points(int frame, bool of_object) const {
+    const cv::Mat object = image(frame).object;
+    std::vector<cv::Point2f> points;
+    for (int y = 10; y < kSize.height; y += 20) {
+      for (int x = 10; x < kSize.width; x += 20) {
+        if ((object.at<std::uint8_t>(y, x) != 0) == of_object) points.emplace_back(x, y);
+      }
+    }
+    return points;
+  }
+
+ private:
+  static cv::Point centre(int frame) { return {220 + static_cast<int>(kStepPx) * frame, 240}; }
+
+  cv::Mat wide_background_ = texture({720, 560}, 1), wide_object_ = texture({800, 560}, 2);
+};
+
+SegmentationOptions motion_options() {
+  SegmentationOptions options;
+  options.method = "motion";
+  return options;
+}
+
+void start(const Stage& stage, MotionMask* mask) {
+  for (int i = 0; i <= kBefore; ++i) mask->watch(stage.image(i).bgr);
+  mask->start(stage.points(kBefore, true), stage.points(kBefore, false), kBefore, kBefore * kStepPx);
+}
+
+void follow(const Stage& stage, int frame, MotionMask* mask) {
+  mask->watch(stage.image(frame).bgr);
+  mask->observe(stage.points(frame, true), kStepPx);
+}
+
+TEST(MotionMask, HasNoMaskUntilItIsStarted) {
+  MotionMask mask(motion_options());
+  mask.watch(Stage().image(0).bgr);
+  EXPECT_FALSE(mask.is_started());
+  EXPECT_TRUE(mask.mask().empty());
+}
+
+TEST(MotionMask, FindsTheOutlineOfWhatMoves) {
+  const Stage stage;
+  MotionMask mask(motion_options());
+  start(stage, &mask);
+  EXPECT_GT(overlap(mask.mask(), stage.image(kBefore).object), 0.75);
+  for (int i = kBefore + 1; i < 30; ++i) {
+    follow(stage, i, &mask);
+    EXPECT_GT(overlap(mask.mask(), stage.image(i).object), 0.85) << i;
+  }
+}
+
+TEST(MotionMask, AnObjectThatStopsStaysTheObject) {
+  const Stage stage;
+  MotionMask mask(motion_options());
+  start(stage, &mask);
+  for (int i = kBefore + 1; i < 20; ++i) follow(stage, i, &mask);
+  for (int i = 0; i < 30; ++i) {
+    mask.watch(stage.image(19).bgr);
+    mask.observe(stage.points(19, true), 0);
+  }
+  EXPECT_GT(overlap(mask.mask(), stage.image(19).object), 0.85);
+}
+
+TEST(MotionMask, WhatIsKnownOfTheBackgroundServesImagesOutOfOrder) {
+  const Stage stage;
+  MotionMask mask(motion_options());
+  start(stage, &mask);
+  for (int i = kBefore + 1; i < 40; ++i) follow(stage, i, &mask);
+  EXPECT_GT(overlap(mask.mask_of(stage.image(10).bgr), stage.image(10).object), 0.75);
+}
+
+TEST(MotionMask, ACameraThatIsMovedIsNoticed) {
+  const Stage stage;
+  MotionMask mask(motion_options());
+  start(stage, &mask);
+  for (int i = kBefore + 1; i < 20; ++i) {
+    follow(stage, i, &mask);
+    EXPECT_FALSE(mask.is_background_lost());
+  }
+  bool noticed = false;
+  for (int i = 20; i < 30; ++i) {
+    mask.watch(stage.image(i, {25, 10}).bgr);
+    mask.observe(stage.points(i, true), kStepPx);
+    noticed |= mask.is_background_lost();
+  }
+  EXPECT_TRUE(noticed);
+}
+
+TEST(MotionMask, ResetForgets) {
+  const Stage stage;
+  MotionMask mask(motion_options());
+  start(stage, &mask);
+  mask.reset();
+  EXPECT_FALSE(mask.is_started());
+  EXPECT_TRUE(mask.mask().empty());
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker

@@ -1,0 +1,154 @@
+#include "mono_pose_tracker/tracking/two_motions.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "mono_pose_tracker/tracking/bootstrapper.h"
+#include "support/synthetic_views.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+constexpr double kNoise = 0.15;  // px, of a feature that stands still
+constexpr int kStill = 300, kMoving = 150;
+
+// Points in a box of half a unit, 3 units away, that turn by `yaw` about its middle.
+std::vector<Eigen::Vector3d> object_points(Random& random) {
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < kMoving; ++i) {
+    points.emplace_back(random.uniform(-0.5, 0.5), random.uniform(-0.6, 0.6), random.uniform(-0.5, 0.5));
+  }
+  return points;
+}
+
+Rigid3 camera_from_object(double yaw) {
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY())), Eigen::Vector3d(0, 0, 3)};
+}
+
+class TwoMotionsTest : public testing::Test {
+ protected:
+  TwoMotionsTest() : object_(object_points(random_), random_), wall_(wall(), random_) {}
+
+  std::vector<Eigen::Vector3d> wall() {
+    std::vector<Eigen::Vector3d> points;
+    for (int i = 0; i < kStill; ++i) {
+      points.emplace_back(random_.uniform(-2.4, 2.4), random_.uniform(-1.8, 1.8), random_.uniform(4.5, 5));
+    }
+    return points;
+  }
+
+  // The first features are the wall's, the last the object's.
+  Frame frame(double yaw, const Rigid3& camera_from_wall = Rigid3()) {
+    const Frame wall = synthetic_frame(wall_, camera_, camera_from_wall, kNoise, index_, random_);
+    const Frame object = synthetic_frame(object_, camera_, camera_from_wall * camera_from_object(yaw), kNoise,
+                                         index_, random_);
+    FeatureSet both = wall.image->set;
+    both.bearings.clear();
+    both.features.insert(both.features.end(), object.image->set.features.begin(),
+                         object.image->set.features.end());
+    cv::vconcat(wall.image->set.descriptors, object.image->set.descriptors, both.descriptors);
+    wall_features_ = wall.image->size();
+    const cv::Mat image(camera_.height(), camera_.width(), CV_8UC1, cv::Scalar(128));
+    const std::int64_t index = index_++;
+    return {index, index * 100000000, make_image_features(std::move(both), image, camera_)};
+  }
+
+  TwoMotions motions(const Frame& first, const Frame& second) {
+    std::vector<int> second_of_first(first.image->size(), -1);
+    for (const Match& m :
+         match_descriptors(first.image->set.descriptors, second.image->set.descriptors, MatchOptions())) {
+      second_of_first[m.first] = m.second;
+    }
+    return find_two_motions(*first.image, *second.image, second_of_first, camera_.focal(), camera_.width(),
+                            TrackerOptions());
+  }
+
+  Random random_{5};
+  CameraModel camera_ = synthetic_camera();
+  SyntheticScene object_, wall_;
+  std::int64_t index_ = 0;
+  int wall_features_ = 0;  // of the last frame
+};
+
+TEST_F(TwoMotionsTest, AnObjectThatTurnsBeforeAStillWallIsFound) {
+  const Frame first = frame(0), second = frame(3 * kDegree);
+  const TwoMotions found = motions(first, second);
+  EXPECT_TRUE(found.found);
+  EXPECT_GT(found.still.size(), 0.9 * wall_features_);
+  EXPECT_GT(found.moved_of_first.size(), 40u);
+  for (const int f : found.moved_of_first) EXPECT_GE(f, wall_features_);
+}
+
+TEST_F(TwoMotionsTest, ACameraThatStandsStillSeesNone) { EXPECT_FALSE(motions(frame(0), frame(0)).found); }
+
+TEST_F(TwoMotionsTest, ACameraThatMovesSeesNone) {
+  for (const double metres : {0.002, 0.01, 0.03, 0.1}) {
+    for (const double turn : {0.0, 0.05 * kDegree, 0.5 * kDegree}) {
+      const Frame first = frame(0);
+      EXPECT_FALSE(motions(first, frame(0, camera_at({metres, 0, 0}, turn))).found) << metres << " " << turn;
+      EXPECT_FALSE(motions(first, frame(0, camera_at({0, 0, 3 * metres}, turn))).found)
+          << metres << " " << turn;
+    }
+  }
+}
+
+TEST_F(TwoMotionsTest, ThingsThatMoveEachItsOwnWayAreNoObject) {
+  const Frame first = frame(0);
+  for (Eigen::Vector3d& x : object_.x_in_map) {
+    x += Eigen::Vector3d(random_.uniform(-0.2, 0.2), random_.uniform(-0.2, 0.2), 0);
+  }
+  EXPECT_FALSE(motions(first, frame(0)).found);
+}
+
+TEST_F(TwoMotionsTest, TheFeaturesOfTheObjectAreTheOnesNearIt) {
+  const Frame first = frame(0), second = frame(3 * kDegree);
+  const TwoMotions found = motions(first, second);
+  std::vector<cv::Point2f> moved;
+  for (const int f : found.moved_of_first) {
+    moved.emplace_back(first.image->set.features[f].pixel.x(), first.image->set.features[f].pixel.y());
+  }
+  const std::vector<char> object = features_of_object(*first.image, moved, found.still);
+  int right = 0;
+  for (int i = 0; i < first.image->size(); ++i) right += (object[i] != 0) == (i >= wall_features_);
+  EXPECT_GT(right, 0.8 * first.image->size());
+}
+
+// The map is the object's alone.
+TEST_F(TwoMotionsTest, TheBootstrapMakesAMapOfTheObject) {
+  Bootstrapper bootstrapper(TrackerOptions(), camera_);
+  BootstrapReport report;
+  for (int i = 0; i < 20 && !report.map; ++i) report = bootstrapper.add(frame(i * kDegree));
+  ASSERT_TRUE(report.map) << report.text;
+  EXPECT_GT(report.still_background.size(), 100u);
+  EXPECT_GT(report.moved_px, 3);
+  const InitialMap::View& last = report.map->views.back();
+  const Rigid3 found = last.camera_from_map * report.map->views.front().camera_from_map.inverse();
+  const double turned = static_cast<double>(last.frame.index - report.map->views.front().frame.index);
+  EXPECT_NEAR(rotation_angle_between(found.rotation, Eigen::Quaterniond::Identity()) / kDegree, turned, 0.5);
+}
+
+TEST_F(TwoMotionsTest, WithoutSegmentationTheBootstrapSaysThatTheBackgroundStandsStill) {
+  TrackerOptions options;
+  options.segmentation.method = "none";
+  Bootstrapper bootstrapper(options, camera_);
+  BootstrapReport report;
+  for (int i = 0; i < 12; ++i) report = bootstrapper.add(frame(i * kDegree));
+  EXPECT_FALSE(report.map);
+  EXPECT_EQ(report.reason, Reason::kStillBackground) << report.text;
+}
+
+TEST_F(TwoMotionsTest, ACameraThatStandsStillBeforeItMovesGetsItsMapOfEverything) {
+  Bootstrapper bootstrapper(TrackerOptions(), camera_);
+  BootstrapReport report;
+  for (int i = 0; i < 40 && !report.map; ++i) {
+    report = bootstrapper.add(frame(0, camera_at({0.02 * std::max(0, i - 10), 0, 0}, 0)));
+  }
+  ASSERT_TRUE(report.map) << report.text;
+  EXPECT_TRUE(report.still_background.empty());
+  EXPECT_GT(report.map->points.size(), 250u);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
