@@ -97,6 +97,16 @@ int text_width(const Line& line, double scale) {
   return width;
 }
 
+// What is not the object is dimmed, and its outline drawn.
+void draw_mask(const cv::Mat& mask, cv::Mat& canvas) {
+  if (mask.size() != canvas.size()) return;
+  const cv::Mat dimmed = 0.45 * canvas;
+  dimmed.copyTo(canvas, mask == 0);
+  std::vector<std::vector<cv::Point>> outline;
+  cv::findContours(mask, outline, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+  cv::drawContours(canvas, outline, -1, {240, 200, 60}, std::max(1, canvas.cols / 600), cv::LINE_AA);
+}
+
 void draw_text(const std::vector<Line>& lines, cv::Mat& canvas) {
   const double normal = std::max(0.35, canvas.cols / 1100.0);  // readable in a small panel of rviz
   const int height = cvRound(28 * normal) + 4;                 // px
@@ -183,6 +193,7 @@ cv::Mat DebugImage::draw(const cv::Mat& image, const FrameReport& report) {
   } else {
     canvas = image.clone();
   }
+  draw_mask(report.mask, canvas);
   grow_tails(report);
   draw_tails(canvas);
   draw_motions(report.motions, canvas);

@@ -46,6 +46,7 @@ Publishers::Publishers(const OutputFrames& frames, int path_max_length, ros::Nod
   camera_positions_ = private_handle.advertise<sensor_msgs::PointCloud2>("camera_positions", 1, kLatched);
   keyframes_ = private_handle.advertise<visualization_msgs::MarkerArray>("keyframes", 1, kLatched);
   debug_image_ = image_transport::ImageTransport(private_handle).advertise("debug_image", 1);
+  mask_ = image_transport::ImageTransport(private_handle).advertise("mask", 1);
 }
 
 void Publishers::publish_frame(const std_msgs::Header& image_header, const FrameReport& report) {
@@ -106,6 +107,13 @@ std_msgs::Header Publishers::map_header() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   header.stamp = to_ros_time(newest_stamp_ns_);
   return header;
+}
+
+void Publishers::publish_mask(const std_msgs::Header& header, const cv::Mat& mask,
+                              const cv::Size& image_size) const {
+  if (mask_.getNumSubscribers() == 0 || image_size.empty()) return;
+  const cv::Mat all = mask.empty() ? cv::Mat(image_size, CV_8UC1, cv::Scalar(255)) : mask;
+  mask_.publish(cv_bridge::CvImage(header, "mono8", all).toImageMsg());
 }
 
 void Publishers::publish_debug_image(const std_msgs::Header& header, const cv::Mat& bgr) const {

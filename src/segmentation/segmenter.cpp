@@ -91,7 +91,12 @@ Segmentation Segmenter::segment_again(const cv::Mat& image, const cv::Mat& given
 Segmentation Segmenter::find(const cv::Mat& image, const cv::Mat& given, bool learn) {
   if (options_.method == "none") return {};
   Segmentation result = find_unaided(reduced(image), learn);
-  if (!result.mask.empty()) result.mask = enlarged(result.mask, image.size());
+  if (!result.mask.empty()) {
+    result.mask = enlarged(result.mask, image.size());
+    result.method = options_.method;
+  } else if (!given.empty()) {
+    result.method = "mask";
+  }
   if (!given.empty()) result.mask = result.mask.empty() ? given != 0 : (given != 0) & result.mask;
   return result;
 }

@@ -10,15 +10,19 @@
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <optional>
+#include <set>
 #include <stdexcept>
 
+#include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
 #include "mono_pose_tracker/io/colmap.h"
 #include "mono_pose_tracker/io/overview.h"
 #include "mono_pose_tracker/io/ply.h"
 #include "mono_pose_tracker/io/trajectory.h"
+#include "mono_pose_tracker/io/undistortion.h"
 #include "mono_pose_tracker/ros/bag_image_source.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "mono_pose_tracker/tracking/recording.h"
@@ -31,7 +35,8 @@ using namespace mono_pose_tracker;
 
 struct Arguments {
   std::string images, video, bag, image_topic, camera_info_topic;
-  std::string camera, config, masks, output;
+  std::string camera, config, masks, output, write_masks, reference;
+  bool undistorted = false;
   std::optional<std::uint64_t> seed;
   std::int64_t max_frames = -1;
   bool quiet = false;
@@ -48,6 +53,11 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--output", a.output, "folder to write to (made when missing)")->required();
   app.add_option("--config", a.config, "tracker.yaml: options, see config/default.yaml");
   app.add_option("--masks", a.masks, "folder of masks with the images' base names, 0 = ignore");
+  app.add_option("--write-masks", a.write_masks, "folder to write the masks in force to");
+  app.add_flag(
+      "--undistorted", a.undistorted,
+      "undistorted images and masks for dense reconstruction, in the folder undistorted of the output");
+  app.add_option("--reference", a.reference, "true trajectory (TUM lines), drawn into overview.png");
   app.add_option("--seed", a.seed, "of all random choices [0]");
   app.add_option("--max-frames", a.max_frames, "stop after so many images")->check(CLI::PositiveNumber);
   app.add_flag("--quiet", a.quiet, "say nothing but errors");
@@ -97,10 +107,14 @@ CameraParameters camera_of(const Arguments& a) {
   throw std::runtime_error("no calibration: give --camera, the YAML that camera_calibration writes");
 }
 
-void make_output_folder(const std::string& path) {
+void make_folder(const fs::path& path) {
   std::error_code error;
   fs::create_directories(path, error);
-  if (error) throw std::runtime_error(path + ": cannot be made (" + error.message() + ")");
+  if (error) throw std::runtime_error(path.string() + ": cannot be made (" + error.message() + ")");
+}
+
+void make_output_folder(const std::string& path) {
+  make_folder(path);
   write_tum((fs::path(path) / "trajectory.txt").string(),
             {});  // an unwritable folder is found before the work
 }
@@ -141,8 +155,10 @@ MapStatistics map_statistics(const Map& map) {
   return {observations / map.landmarks().size(), std::sqrt(sum / observations)};
 }
 
+using PixelChange = std::function<Eigen::Vector2d(const Eigen::Vector2d&)>;
+
 void write_map_for_colmap(const std::string& folder, const CameraParameters& camera, const Map& map,
-                          const RecordingResult& result) {
+                          const RecordingResult& result, const PixelChange& changed) {
   std::vector<ColmapPoint> points;
   std::map<LandmarkId, int> index_of;
   for (const LandmarkId id : map.landmark_ids()) {
@@ -175,7 +191,8 @@ void write_map_for_colmap(const std::string& folder, const CameraParameters& cam
       for (int f = 0; f < k.image->size(); ++f) {
         const LandmarkId l = k.landmark_of_feature[f];
         if (l != kNoLandmark) {
-          image.observations.push_back({k.image->set.features[f].pixel.cast<double>(), index_of.at(l)});
+          image.observations.push_back(
+              {changed(k.image->set.features[f].pixel.cast<double>()), index_of.at(l)});
         }
       }
     }
@@ -184,8 +201,110 @@ void write_map_for_colmap(const std::string& folder, const CameraParameters& cam
   write_colmap_text(folder, camera, images, points);
 }
 
-void write_report(const std::string& path, const RecordingResult& result, const Map& map, std::uint64_t seed,
-                  double wall_seconds) {
+// The masks in force, by stamp, packed; and what they say of the recording.
+class MaskRecord {
+ public:
+  explicit MaskRecord(bool keep) : keep_(keep) {}
+
+  void add(const FrameReport& report) {
+    ++frames_[report.segmentation];
+    if (report.mask.empty()) return;
+    share_ += cv::countNonZero(report.mask) / static_cast<double>(report.mask.total());
+    ++masks_;
+    if (keep_) cv::imencode(".png", report.mask, packed_[report.stamp_ns]);
+  }
+
+  /// Empty where there was none.
+  cv::Mat mask(std::int64_t stamp_ns) const {
+    const auto packed = packed_.find(stamp_ns);
+    return packed == packed_.end() ? cv::Mat() : cv::imdecode(packed->second, cv::IMREAD_GRAYSCALE);
+  }
+
+  nlohmann::ordered_json summary() const {
+    std::string method = "none";  // that most frames with a mask had
+    int most = 0;
+    for (const auto& [name, frames] : frames_) {
+      if (name != "none" && frames > most) method = name, most = frames;
+    }
+    return {{"method", method},
+            {"frames", masks_},
+            {"mean_foreground_share", masks_ > 0 ? share_ / masks_ : 1.0}};
+  }
+
+ private:
+  const bool keep_;
+  std::map<std::string, int> frames_;
+  std::map<std::int64_t, std::vector<std::uint8_t>> packed_;
+  double share_ = 0;
+  int masks_ = 0;
+};
+
+void write_image(const fs::path& path, const cv::Mat& image) {
+  make_folder(path.parent_path());
+  bool written = false;
+  try {
+    written = cv::imwrite(path.string(), image);
+  } catch (const cv::Exception&) {
+  }
+  if (!written) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+// Image files keep their names; frames of videos and bags, which are numbered, become PNG files.
+std::string image_file_of(const std::string& name) {
+  return fs::path(name).has_extension() ? name : name + ".png";
+}
+
+void for_each_image(const Recording& recording, const RecordingResult& result,
+                    const std::function<void(std::int64_t, const SourceImage&)>& visit) {
+  const std::unique_ptr<ImageSource> source = recording.open();
+  for (std::int64_t index = 0; index < result.frames_total;) {
+    const SourceImage image = source->next();
+    if (image.kind == SourceImage::Kind::kEnd) return;
+    if (image.kind == SourceImage::Kind::kImage) visit(index++, image);
+  }
+}
+
+void write_masks(const fs::path& folder, const Recording& recording, const RecordingResult& result,
+                 const MaskRecord& masks) {
+  make_folder(folder);
+  for_each_image(recording, result, [&](std::int64_t, const SourceImage& image) {
+    const cv::Mat mask = masks.mask(image.stamp_ns);
+    if (!mask.empty()) write_image(folder / fs::path(image.name).filename().replace_extension(".png"), mask);
+  });
+}
+
+// A workspace of COLMAP's dense stage: images, masks (0 = ignore; COLMAP appends .png to the image's name),
+// the model in sparse, and which images patch_match_stereo and stereo_fusion are to work on.
+void write_undistorted(const fs::path& folder, const CameraModel& camera, const Recording& recording,
+                       const RecordingResult& result, const MaskRecord& masks, const Map& map) {
+  const Undistorter undistorter(camera);
+  std::set<std::int64_t> posed;
+  for (const PosedFrame& frame : result.trajectory) posed.insert(frame.index);
+  std::string pairs, fused;
+  RecordingResult renamed = result;
+  for_each_image(recording, result, [&](std::int64_t index, const SourceImage& image) {
+    if (posed.count(index) == 0) return;
+    const std::string name = fs::path(image_file_of(image.name)).filename().string();
+    renamed.names[index] = name;
+    write_image(folder / "images" / name, undistorter.image(image.image));
+    write_image(folder / "masks" / (name + ".png"), undistorter.mask(masks.mask(image.stamp_ns)));
+    pairs += name + "\n__auto__, 20\n";
+    fused += name + "\n";
+  });
+  write_map_for_colmap((folder / "sparse").string(), undistorter.camera(), map, renamed,
+                       [&](const Eigen::Vector2d& pixel) { return undistorter.pixel(pixel); });
+  for (const char* part : {"depth_maps", "normal_maps", "consistency_graphs"}) {
+    make_folder(folder / "stereo" / part);
+  }
+  const auto write = [&](const char* name, const std::string& text) {
+    write_file_atomically((folder / "stereo" / name).string(), [&](std::ostream& out) { out << text; });
+  };
+  write("patch-match.cfg", pairs);
+  write("fusion.cfg", fused);
+}
+
+void write_report(const std::string& path, const RecordingResult& result, const Map& map,
+                  const MaskRecord& masks, std::uint64_t seed, double wall_seconds) {
   const MapStatistics statistics = map_statistics(map);
   nlohmann::ordered_json json = {
       {"tracked", result.tracked},
@@ -201,6 +320,7 @@ void write_report(const std::string& path, const RecordingResult& result, const 
       {"scale", to_string(map.scale_source())},
       {"wall_seconds", wall_seconds},
       {"seed", seed},
+      {"segmentation", masks.summary()},
       {"stages", time_statistics(result.stage_ms)},
       {"problems", result.problems}};
   write_file_atomically(path, [&](std::ostream& out) {
@@ -208,8 +328,25 @@ void write_report(const std::string& path, const RecordingResult& result, const 
   });
 }
 
+// True camera positions in the map. None when the two trajectories have too little in common.
+std::vector<Eigen::Vector3d> true_positions(const std::vector<StampedPose>& reference,
+                                            const std::vector<StampedPose>& poses) {
+  constexpr std::int64_t kMaxDifference = 10'000'000;  // ns: what evaluate_trajectory allows by default
+  std::vector<Eigen::Vector3d> positions;
+  try {
+    const Sim3 s = evaluate_trajectory(reference, poses, kMaxDifference).reference_from_estimate;
+    for (const StampedPose& pose : reference) {
+      positions.push_back(s.rotation.conjugate() * (pose.map_from_camera.translation - s.translation) /
+                          s.scale);
+    }
+  } catch (const std::runtime_error& e) {
+    std::fprintf(stderr, "the reference is not drawn: %s\n", e.what());
+  }
+  return positions;
+}
+
 void write_results(const fs::path& output, const CameraParameters& camera, const RecordingResult& result,
-                   const Tracker& tracker) {
+                   const Tracker& tracker, const std::vector<StampedPose>& reference) {
   std::vector<StampedPose> poses;
   Overview overview;
   for (const PosedFrame& frame : result.trajectory) {
@@ -220,9 +357,11 @@ void write_results(const fs::path& output, const CameraParameters& camera, const
   overview.points = tracker.snapshot()->points;
   overview.title = std::to_string(poses.size()) + " of " + std::to_string(result.frames_total) +
                    " images posed, " + std::to_string(overview.points.size()) + " points";
+  if (!reference.empty()) overview.true_cameras = true_positions(reference, poses);
   write_ply((output / "points.ply").string(), overview.points);
   write_overview((output / "overview.png").string(), overview);
-  write_map_for_colmap((output / "colmap").string(), camera, tracker.map(), result);
+  write_map_for_colmap((output / "colmap").string(), camera, tracker.map(), result,
+                       [](const Eigen::Vector2d& pixel) { return pixel; });
 }
 
 int run(const Arguments& a) {
@@ -230,6 +369,8 @@ int run(const Arguments& a) {
   TrackerOptions options;
   if (!a.config.empty()) read_options_yaml(a.config, &options);
   if (a.seed) options.seed = *a.seed;
+  const std::vector<StampedPose> reference =
+      a.reference.empty() ? std::vector<StampedPose>() : read_tum(a.reference);
   Recording recording;
   recording.open = source_of(a);
   recording.max_frames = a.max_frames;
@@ -243,18 +384,26 @@ int run(const Arguments& a) {
   const fs::path output = a.output;
   TrajectoryWriter live((output / "trajectory_live.txt").string());
   RecordingResult result;
+  MaskRecord mask_record(a.undistorted || !a.write_masks.empty());
   {
     Progress progress(recording.open()->size(), a.quiet);
     const FrameObserver observer = [&](int pass, const FrameReport& report) {
       if (pass == 1 && report.map_from_camera) live.append({report.stamp_ns, *report.map_from_camera});
       if (pass == 1) progress.show(report);
+      if (pass == 1 || report.map_from_camera) mask_record.add(report);
     };
     result = track_recording(recording, observer, &tracker);
   }
   for (const std::string& problem : result.problems) std::fprintf(stderr, "%s\n", problem.c_str());
-  if (result.tracked) write_results(output, camera, result, tracker);
+  if (result.tracked) write_results(output, camera, result, tracker, reference);
+  if (!a.write_masks.empty()) write_masks(a.write_masks, recording, result, mask_record);
+  if (result.tracked && a.undistorted) {
+    write_undistorted(output / "undistorted", CameraModel(camera), recording, result, mask_record,
+                      tracker.map());
+  }
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
-  write_report((output / "report.json").string(), result, tracker.map(), options.seed, wall.count());
+  write_report((output / "report.json").string(), result, tracker.map(), mask_record, options.seed,
+               wall.count());
   if (!result.tracked) {
     std::fprintf(stderr, "no map could be made: %s\n", result.reason.c_str());
     return 1;

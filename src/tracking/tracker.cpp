@@ -19,6 +19,7 @@
 #include "mono_pose_tracker/tracking/mapping_worker.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "mono_pose_tracker/tracking/resector.h"
+#include "occlusion.h"
 
 namespace mono_pose_tracker {
 
@@ -79,6 +80,8 @@ class Tracker::Impl {
   void start_motion(const BootstrapReport& bootstrap, const Frame& frame, const ResectionReport& resection);
   void follow_motion(const Frame& frame, const TrackingMap& map, const ResectionReport& resection);
   bool has_camera_size(const cv::Mat& image, FrameReport* report) const;
+  void leave_out_occluders(const TrackingMap& map, const Rigid3& camera_from_map,
+                           KeyframeCandidate* candidate) const;
   std::optional<Frame> make_frame(std::int64_t index, std::int64_t stamp_ns, const cv::Mat& image,
                                   const Segmentation& segmentation, FrameReport* report);
   void bootstrap(const Frame& frame, FrameReport* report);
@@ -137,6 +140,7 @@ std::optional<Frame> Tracker::Impl::make_frame(std::int64_t index, std::int64_t 
                                                const cv::Mat& image, const Segmentation& segmentation,
                                                FrameReport* report) {
   report->mask = segmentation.mask;
+  report->segmentation = segmentation.method;
   if (segmentation.reason != Reason::kOk) {
     report->reason = segmentation.reason;
     report->reason_text = segmentation.text;
@@ -182,6 +186,7 @@ Segmentation Tracker::Impl::segment(const cv::Mat& image, const cv::Mat& given) 
   motion_mask_.watch(image);
   if (motion_mask_.is_started()) {
     segmentation.mask = given.empty() ? motion_mask_.mask() : motion_mask_.mask() & segmentation.mask;
+    segmentation.method = "motion";
   }
   return segmentation;
 }
@@ -191,6 +196,7 @@ Segmentation Tracker::Impl::segment_again(const cv::Mat& image, const cv::Mat& g
   if (!looks_for_motion(given) || !motion_mask_.is_started()) return segmentation;
   const cv::Mat mask = motion_mask_.mask_of(image);
   segmentation.mask = given.empty() ? mask : mask & segmentation.mask;
+  segmentation.method = "motion";
   return segmentation;
 }
 
@@ -206,7 +212,7 @@ std::vector<cv::Point2f> Tracker::Impl::object_pixels(const Frame& frame, const 
 void Tracker::Impl::start_motion(const BootstrapReport& bootstrap, const Frame& frame,
                                  const ResectionReport& resection) {
   motion_mask_.start(object_pixels(frame, resection), bootstrap.still_background,
-                static_cast<int>(frame.index - bootstrap.reference_index), bootstrap.moved_px);
+                     static_cast<int>(frame.index - bootstrap.reference_index), bootstrap.moved_px);
   motion_pose_ = resection.camera_from_map;
 }
 
@@ -409,7 +415,9 @@ void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   report->median_parallax_deg = overlap.parallax_deg;
   if (!is_keyframe_due(map, overlap, resection.inliers)) return;
   const StageTimer timer(report->stages, "keyframe");
-  report->is_keyframe = worker_.insert({frame, reference_, camera_from_reference_, resection.observations});
+  KeyframeCandidate candidate{frame, reference_, camera_from_reference_, resection.observations};
+  if (frame.is_masked) leave_out_occluders(map, resection.camera_from_map, &candidate);
+  report->is_keyframe = worker_.insert(candidate);
   if (!report->is_keyframe) return;
   // Inline, the keyframe is there already and has been adjusted: go on from it.
   const TrackingMapPtr now = worker_.latest();
@@ -419,6 +427,34 @@ void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
     records_[frame.index] = {frame.stamp_ns, reference_, camera_from_reference_};
     report->map_from_camera = now->keyframes.at(reference_).camera_from_map.inverse();
   }
+}
+
+// A mask may hold more than the object: a hand before it, say, of which nothing must come into the map.
+void Tracker::Impl::leave_out_occluders(const TrackingMap& map, const Rigid3& camera_from_map,
+                                        KeyframeCandidate* candidate) const {
+  std::unordered_set<LandmarkId> seen;
+  for (const FrameObservation& o : candidate->observations) seen.insert(o.landmark);
+  std::vector<ExpectedLandmark> expected;
+  for (const LandmarkId id : map.keyframes.at(reference_).landmark_of_feature) {
+    const auto landmark = map.landmarks.find(id);
+    Eigen::Vector2d pixel;
+    if (landmark == map.landmarks.end() || seen.count(id) > 0 ||
+        !camera_.project(camera_from_map * landmark->second, &pixel) || !camera_.in_image(pixel)) {
+      continue;
+    }
+    expected.push_back({pixel, false});
+  }
+  const ImageFeatures& image = *candidate->frame.image;
+  for (const FrameObservation& o : candidate->observations) {
+    expected.push_back({image.set.features[o.feature].pixel.cast<double>(), true});
+  }
+  std::vector<char> flags = features_to_map(image, expected, camera_.width());
+  for (const FrameObservation& o : candidate->observations) flags[o.feature] = 1;
+  std::vector<int> new_index(flags.size());
+  int kept = 0;
+  for (std::size_t i = 0; i < flags.size(); ++i) new_index[i] = flags[i] ? kept++ : -1;
+  candidate->frame.image = select_features(image, flags, camera_.width(), camera_.height());
+  for (FrameObservation& o : candidate->observations) o.feature = new_index[o.feature];
 }
 
 // The keyframe that shares most landmarks with the frame.

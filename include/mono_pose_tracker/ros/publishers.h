@@ -33,6 +33,9 @@ class Publishers {
   bool debug_image_wanted() const { return debug_image_.getNumSubscribers() > 0; }
   void publish_debug_image(const std_msgs::Header& header, const cv::Mat& bgr) const;
 
+  /// 255 = the object; published only while someone listens.
+  void publish_mask(const std_msgs::Header& header, const cv::Mat& mask, const cv::Size& image_size) const;
+
   void publish_map(const MapSnapshot& snapshot, const CameraParameters& camera) const;
 
   /// Path and camera positions, if there are new ones.
@@ -56,7 +59,7 @@ class Publishers {
   const std::size_t path_max_length_;
   tf2_ros::TransformBroadcaster broadcaster_;
   ros::Publisher pose_, odometry_, path_, points_, camera_positions_, keyframes_;
-  image_transport::Publisher debug_image_;
+  image_transport::Publisher debug_image_, mask_;
 
   // Last posed frame; the processing thread's own
   std::optional<StampedEstimate> previous_;

@@ -11,6 +11,7 @@
 namespace mono_pose_tracker {
 
 struct Segmentation {
+  std::string method = "none";  // that found the mask
   cv::Mat mask;                 // CV_8UC1 of the image's size, 255 = object; empty: all of it may be
   Reason reason = Reason::kOk;  // or kLearningBackground: there is no mask yet
   std::string text;

@@ -43,6 +43,7 @@ struct FrameReport {
   Matrix6d covariance = Matrix6d::Zero();
   bool is_keyframe = false;
   ScaleSource scale = ScaleSource::kMapUnits;  // what the unit of all lengths rests on
+  std::string segmentation = "none";  // the method that found the mask: mask, motion, background, ...
   cv::Mat mask;  // CV_8UC1, 255 = the object, as it was found; empty: all of the image was used
 
   int features = 0;
