@@ -81,6 +81,9 @@ ImageFeaturesPtr restore_image_features(FeatureSet features, std::vector<cv::Vec
     result->sigma_px.push_back(localisation_sigma(feature.scale));
   }
   result->grid = FeatureGrid(result->set, camera.width(), camera.height());
+  return result;
+}
+
 ImageFeaturesPtr select_features(const ImageFeatures& image, const std::vector<char>& flags, int width,
                                  int height) {
   auto result = std::make_shared<ImageFeatures>();

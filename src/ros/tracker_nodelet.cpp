@@ -203,7 +203,6 @@ void TrackerNodelet::process(const Frame& frame) {
   board_->publish(frame.image->header, report, frame.arrival);
   say_state(report);
   if (trajectory_) trajectory_->append(in_world);
-  if (trajectory_) trajectory_->append(report);
   publishers_->publish_mask(frame.image->header, report.mask, tracker_->image().size());
   if (publishers_->debug_image_wanted()) draw(frame, report);
 }
