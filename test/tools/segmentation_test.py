@@ -18,7 +18,7 @@ LEAD_IN = 10  # images of the background alone
 
 def run_program(name, *arguments):
     program = os.path.join(os.environ["PROGRAMS"], name)
-    return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=120)
+    return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=300)
 
 
 class Segmentation(unittest.TestCase):
