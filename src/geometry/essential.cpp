@@ -4,15 +4,6 @@
 #include <cmath>
 
 namespace mono_pose_tracker {
-namespace {
-
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
-}  // namespace
 
 Eigen::Matrix3d essential_matrix(const Rigid3& second_from_first) {
   // The Frobenius norm of [t]x R is sqrt(2) |t|.

@@ -44,12 +44,6 @@ struct Linearization {
   int count = 0;
 };
 
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 // From the median residual, which is sqrt(2 ln 2) sigma for normal errors of two components.
 double estimate_sigma(const Matches& matches, const Rigid3& pose, std::vector<double>* lengths) {
   lengths->clear();

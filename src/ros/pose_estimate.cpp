@@ -1,15 +1,6 @@
 #include "mono_pose_tracker/ros/pose_estimate.h"
 
 namespace mono_pose_tracker {
-namespace {
-
-Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
-}  // namespace
 
 // All to first order in an error (dt, w): t becomes t + dt, R becomes exp(w) R.
 

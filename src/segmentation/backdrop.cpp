@@ -6,6 +6,8 @@
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 
+#include "reduced_image.h"
+
 namespace mono_pose_tracker {
 
 namespace {
@@ -90,9 +92,7 @@ OtsuCut otsu_cut(const std::array<double, 256>& histogram) {
 }
 
 cv::Mat threshold_foreground(const cv::Mat& image, Backdrop backdrop, double level) {
-  cv::Mat gray = image;
-  if (image.channels() == 3) cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
-  gray = smoothed(gray);
+  const cv::Mat gray = smoothed(gray_of(image));
   if (backdrop == Backdrop::kAuto) {
     const int cut = level >= 0 ? static_cast<int>(level) : otsu_cut(histogram_of(gray)).level;
     backdrop = border_share_up_to(gray, cut) >= 0.5 ? Backdrop::kDark : Backdrop::kBright;

@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "mono_pose_tracker/segmentation/mask_cleaning.h"
-#include "mono_pose_tracker/segmentation/segmenter.h"
+#include "reduced_image.h"
 
 namespace mono_pose_tracker {
 
@@ -25,10 +25,6 @@ constexpr float kMinAgree = 0.7f;
 constexpr float kObjectReach = 24;
 // px of the reduced image: background is learnt this far from the object's features, textured or not.
 constexpr float kObjectClear = 10;
-// px of the reduced image.
-constexpr int kOpeningRadius = 1;
-constexpr int kClosingRadius = 4;
-constexpr int kUpdateRadius = 5;
 // An object that comes near may hide most of the background, but not within a few images.
 constexpr double kLostShare = 0.7;
 constexpr int kLostImages = 5;
@@ -36,13 +32,6 @@ constexpr int kLostImages = 5;
 constexpr double kComponentShare = 0.1;
 // Grey levels: noise of a webcam at half its size.
 constexpr double kSigma = 1.6;
-
-cv::Mat gray_of(const cv::Mat& image) {
-  if (image.channels() == 1) return image;
-  cv::Mat gray;
-  cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
-  return gray;
-}
 
 cv::Mat texture_of(const cv::Mat& image) {
   const cv::Mat gray = gray_of(image), window = cv::Mat::ones(kTextureWindow, kTextureWindow, CV_8U);
@@ -59,10 +48,6 @@ cv::Mat distance_to(const std::vector<cv::Point>& points, const cv::Mat& pixels,
   cv::Mat distance;
   cv::distanceTransform(away, distance, cv::DIST_L2, cv::DIST_MASK_3);
   return distance;
-}
-
-BackgroundModelOptions model_options(const SegmentationOptions& options) {
-  return {options.background_sigmas, options.background_min_difference, options.shadow, options.update_rate};
 }
 
 }  // namespace
@@ -92,8 +77,7 @@ void MotionMask::watch(const cv::Mat& image) {
   const cv::Mat small = reduced(image);
   if (unchanged_.empty() || unchanged_.size() != small.size() || unchanged_.type() != small.type())
     begin(small);
-  image_ = background_.with_exposure_of_model(
-      small, started_ ? (outside_.empty() ? known_ : outside_ & known_) : outside_);
+  image_ = background_.with_exposure_of_model(small, started_ ? known_outside() : outside_);
   note_changes();
   if (started_) {
     find_object();
@@ -152,8 +136,10 @@ cv::Mat MotionMask::still_texture() const {
   return still & (share_still >= kMinAgree * share_textured);
 }
 
-cv::Mat MotionMask::nearer_to_object(const cv::Mat& still) const {
-  const cv::Mat to_object = distance_to(object_points_, cv::Mat(), image_.size());
+// Where the background is known and the object was not.
+cv::Mat MotionMask::known_outside() const { return outside_.empty() ? known_ : outside_ & known_; }
+
+cv::Mat MotionMask::nearer_to_object(const cv::Mat& still, const cv::Mat& to_object) const {
   const cv::Mat to_background = distance_to(background_points_, still, image_.size());
   return (to_object < to_background) & (to_object < kObjectReach);
 }
@@ -183,8 +169,9 @@ cv::Mat MotionMask::with_object_points(const cv::Mat& cleaned) const {
 
 void MotionMask::find_object() {
   const cv::Mat still = still_texture();
-  const cv::Mat near_object = nearer_to_object(still);
-  const cv::Mat differs = background_.foreground(image_, outside_.empty() ? known_ : outside_ & known_);
+  const cv::Mat to_object = distance_to(object_points_, cv::Mat(), image_.size());
+  const cv::Mat near_object = nearer_to_object(still, to_object);
+  const cv::Mat differs = background_.foreground(image_, known_outside());
   const double known = cv::countNonZero(known_), gone = cv::countNonZero(known_ & differs);
   images_lost_ = known > 0.2 * known_.total() && gone > kLostShare * known ? images_lost_ + 1 : 0;
   background_lost_ = images_lost_ >= kLostImages;
@@ -196,15 +183,15 @@ void MotionMask::find_object() {
   const double min_area = options_.min_area * static_cast<double>(image_.total());
   cv::Mat found =
       with_object_points(clean_mask(foreground, kOpeningRadius, kClosingRadius, 1 << 20, min_area));
-  learn(still, near_object, found);
+  learn(still, near_object, to_object, found);
   mask_ = enlarged(found, full_size_);
 }
 
-void MotionMask::learn(const cv::Mat& still, const cv::Mat& near_object, const cv::Mat& found) {
+void MotionMask::learn(const cv::Mat& still, const cv::Mat& near_object, const cv::Mat& to_object,
+                       const cv::Mat& found) {
   outside_ = outside_of(found, kUpdateRadius);
   background_.update(image_, outside_ & known_);
   // Plain surfaces never change: they are learnt only well away from the object.
-  const cv::Mat to_object = distance_to(object_points_, cv::Mat(), image_.size());
   const cv::Mat plain =
       ~near_object & outside_ & (to_object > kObjectClear) & (path_ - since_ >= std::min(kStillPath, path_));
   const cv::Mat fresh = (still | plain) & ~known_;

@@ -8,25 +8,14 @@
 
 #include "mono_pose_tracker/segmentation/backdrop.h"
 #include "mono_pose_tracker/segmentation/mask_cleaning.h"
+#include "reduced_image.h"
 
 namespace mono_pose_tracker {
 
 namespace {
 
-// An object's outline is found to a pixel at this width, and the work stays at 2 ms.
-constexpr int kReducedWidth = 320;
 // As many images tell median and spread of a pixel well; more would only take memory.
 constexpr int kLearningImages = 15;
-// px of the reduced image. Specks of noise are smaller than the opening; the closing bridges places where the
-// object looks like what is behind it.
-constexpr int kOpeningRadius = 1;
-constexpr int kClosingRadius = 4;
-// px of the reduced image that the object may have blurred into.
-constexpr int kUpdateRadius = 5;
-
-BackgroundModelOptions model_options(const SegmentationOptions& options) {
-  return {options.background_sigmas, options.background_min_difference, options.shadow, options.update_rate};
-}
 
 cv::Mat read_background(const std::string& path) {
   if (path.empty()) return {};
@@ -43,28 +32,6 @@ cv::Mat read_background(const std::string& path) {
 }
 
 }  // namespace
-
-cv::Mat reduced(const cv::Mat& image) {
-  if (image.cols <= kReducedWidth) return image;
-  const int height =
-      std::max(1, static_cast<int>(std::lround(1.0 * image.rows * kReducedWidth / image.cols)));
-  cv::Mat small;
-  cv::resize(image, small, {kReducedWidth, height}, 0, 0, cv::INTER_AREA);
-  return small;
-}
-
-cv::Mat enlarged(const cv::Mat& mask, const cv::Size& size) {
-  if (mask.size() == size) return mask;
-  cv::Mat large;
-  cv::resize(mask, large, size, 0, 0, cv::INTER_LINEAR);
-  return large >= 128;
-}
-
-cv::Mat outside_of(const cv::Mat& mask, int radius) {
-  cv::Mat grown;
-  cv::dilate(mask, grown, cv::getStructuringElement(cv::MORPH_RECT, {2 * radius + 1, 2 * radius + 1}));
-  return grown == 0;
-}
 
 Segmenter::Segmenter(const SegmentationOptions& options)
     : options_(options),

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "command_line.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/evaluation/trajectory_plot.h"
 #include "mono_pose_tracker/io/atomic_file.h"
@@ -73,14 +74,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.0, 1e6));
   app.add_option("--json", arguments.json, "write the figures to this file");
   app.add_option("--plot", arguments.plot, "draw both trajectories and the error over time (png, jpg)");
-  try {
-    app.parse(argc, argv);
+  return run_command_line("evaluate_trajectory", app, argc, argv, [&] {
     run(arguments);
-  } catch (const CLI::Success& help) {
-    return app.exit(help);
-  } catch (const std::exception& error) {
-    std::cerr << "evaluate_trajectory: " << error.what() << '\n';
-    return 2;
-  }
-  return 0;
+    return 0;
+  });
 }

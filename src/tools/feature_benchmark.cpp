@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
+#include "command_line.h"
 #include "mono_pose_tracker/features/sift.h"
 #include "mono_pose_tracker/io/image_source.h"
 
@@ -120,15 +121,8 @@ int main(int argc, char** argv) {
   app.add_option("--max-features", arguments.max_features, "budget of both [1000]")
       ->check(CLI::Range(0, 1000000));
   app.add_option("--seconds", arguments.seconds, "of CPU time for each [1]")->check(CLI::Range(0.01, 1000.0));
-  try {
-    app.parse(argc, argv);
+  return run_command_line("feature_benchmark", app, argc, argv, [&] {
     run(arguments);
     return 0;
-  } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) return app.exit(e);
-    std::fprintf(stderr, "feature_benchmark: %s\n", e.what());
-  } catch (const std::exception& e) {
-    std::fprintf(stderr, "feature_benchmark: %s\n", e.what());
-  }
-  return 2;
+  });
 }

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "command_line.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
 #include "mono_pose_tracker/simulation/simulated_sequence.h"
@@ -147,15 +148,8 @@ int main(int argc, char** argv) {
       "pipeline_benchmark");
   Arguments arguments;
   declare(app, arguments);
-  try {
-    app.parse(argc, argv);
+  return run_command_line("pipeline_benchmark", app, argc, argv, [&] {
     run(arguments);
     return 0;
-  } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) return app.exit(e);
-    std::fprintf(stderr, "pipeline_benchmark: %s\n", e.what());
-  } catch (const std::exception& e) {
-    std::fprintf(stderr, "pipeline_benchmark: %s\n", e.what());
-  }
-  return 2;
+  });
 }

@@ -8,6 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
+#include "command_line.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
 #include "mono_pose_tracker/io/stamp.h"
@@ -144,20 +145,9 @@ int main(int argc, char** argv) {
   Arguments a;
   CLI::App app("Renders a sequence with exact ground truth: images, masks, camera.yaml, groundtruth.txt.");
   declare(app, a);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
-  } catch (const CLI::ParseError& error) {
-    std::cerr << "simulate_sequence: " << error.what() << "\n";
-    return 2;
-  }
-  try {
+  return run_command_line("simulate_sequence", app, argc, argv, [&] {
     complete(a);
     render_to(a, SimulatedSequence(a.sequence));
-  } catch (const std::exception& error) {
-    std::cerr << "simulate_sequence: " << error.what() << "\n";
-    return 2;
-  }
-  return 0;
+    return 0;
+  });
 }

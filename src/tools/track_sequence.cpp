@@ -15,6 +15,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "command_line.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
@@ -425,14 +426,5 @@ int main(int argc, char** argv) {
                "track_sequence");
   Arguments arguments;
   declare(app, arguments);
-  try {
-    app.parse(argc, argv);
-    return run(arguments);
-  } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) return app.exit(e);
-    std::fprintf(stderr, "track_sequence: %s\n", e.what());
-  } catch (const std::exception& e) {
-    std::fprintf(stderr, "track_sequence: %s\n", e.what());
-  }
-  return 2;
+  return run_command_line("track_sequence", app, argc, argv, [&] { return run(arguments); });
 }

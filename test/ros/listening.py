@@ -64,3 +64,14 @@ def read_calibration(path):
     info.R = [1.0, 0, 0, 0, 1, 0, 0, 0, 1]
     info.P = [*info.K[0:3], 0, *info.K[3:6], 0, *info.K[6:9], 0]
     return info
+
+
+WIDTH, HEIGHT = 160, 120  # of the camera that camera_info describes
+
+
+def camera_info(focal=200.0, width=WIDTH, height=HEIGHT):
+    """Of a camera without distortion; focal 0: not calibrated."""
+    info = CameraInfo(width=width, height=height, distortion_model="plumb_bob", D=[0.0] * 5)
+    info.K = [focal, 0, width / 2, 0, focal, height / 2, 0, 0, 1 if focal else 0]
+    info.P = [focal, 0, width / 2, 0, 0, focal, height / 2, 0, 0, 0, 1, 0]
+    return info

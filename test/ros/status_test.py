@@ -1,5 +1,7 @@
 #!/usr/bin/python3
 """Whatever image comes, the node answers it by one status that says what is wrong, and goes on."""
+import os
+import sys
 import threading
 import unittest
 
@@ -13,20 +15,15 @@ from tf2_msgs.msg import TFMessage
 
 from mono_pose_tracker.msg import TrackerStatus
 
-WIDTH, HEIGHT = 160, 120
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from listening import HEIGHT, WIDTH, camera_info  # noqa: E402
+
 TIMEOUT = 30  # s; on a busy machine an image takes a second
 BYTES = {"mono8": 1, "8UC1": 1, "mono16": 2, "16UC1": 2, "rgb8": 3, "bgr8": 3, "8UC3": 3, "rgba8": 4, "bgra8": 4,
          "bayer_rggb8": 1, "bayer_bggr8": 1, "bayer_gbrg8": 1, "bayer_grbg8": 1, "yuv422": 2, "yuv422_yuy2": 2,
          "bayer_rggb16": 2, "bayer_bggr16": 2, "bayer_gbrg16": 2, "bayer_grbg16": 2, "32FC1": 4, "rgb16": 6,
          "no_such_encoding": 1}
 UNSUPPORTED = ("32FC1", "rgb16", "no_such_encoding")
-
-
-def camera_info(focal=200.0, width=WIDTH, height=HEIGHT):
-    info = CameraInfo(width=width, height=height, distortion_model="plumb_bob", D=[0.0] * 5)
-    info.K = [focal, 0, width / 2, 0, focal, height / 2, 0, 0, 1 if focal else 0]
-    info.P = [focal, 0, width / 2, 0, 0, focal, height / 2, 0, 0, 0, 1, 0]
-    return info
 
 
 class StatusTest(unittest.TestCase):

@@ -3,9 +3,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
-#include "mono_pose_tracker/simulation/simulated_sequence.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "support/expect_error.h"
+#include "support/simulated_room.h"
 
 #ifdef MONO_POSE_TRACKER_WITH_ARUCO
 #include <opencv2/aruco.hpp>
@@ -16,24 +16,9 @@ namespace {
 
 constexpr int kFrames = 25;
 
-// A hand-held camera in a room, in metres.
-struct Room {
-  CameraModel camera;
-  std::vector<SimulatedFrame> frames;
-  std::vector<StampedPose> truth;
-};
-
-const Room& room() {
-  static const Room room = [] {
-    SequenceOptions options;
-    options.scene = SceneKind::kRoom;
-    options.frames = kFrames;
-    options.camera = default_camera(SceneKind::kRoom, 320, 240);
-    const SimulatedSequence sequence(options);
-    Room made{sequence.camera(), {}, sequence.path()};
-    for (int i = 0; i < sequence.size(); ++i) made.frames.push_back(sequence.render(i));
-    return made;
-  }();
+// Rendered once.
+const SimulatedRoom& room() {
+  static const SimulatedRoom room = simulated_room(kFrames, SequenceOptions().noise_grey_levels);
   return room;
 }
 

@@ -7,9 +7,9 @@
 #include <mutex>
 
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
-#include "mono_pose_tracker/simulation/simulated_sequence.h"
 #include "mono_pose_tracker/tracking/mapping_worker.h"
 #include "support/expect_error.h"
+#include "support/simulated_room.h"
 #include "support/temporary_folder.h"
 
 namespace mono_pose_tracker {
@@ -17,25 +17,9 @@ namespace {
 
 constexpr int kFrames = 25;
 
-// A hand-held camera in a textured room, rendered once.
-struct Room {
-  CameraModel camera;
-  std::vector<SimulatedFrame> frames;
-  std::vector<StampedPose> truth;
-};
-
-const Room& room() {
-  static const Room room = [] {
-    SequenceOptions options;
-    options.scene = SceneKind::kRoom;
-    options.frames = kFrames;
-    options.camera = default_camera(SceneKind::kRoom, 320, 240);
-    options.noise_grey_levels = 1;
-    const SimulatedSequence sequence(options);
-    Room made{sequence.camera(), {}, sequence.path()};
-    for (int i = 0; i < sequence.size(); ++i) made.frames.push_back(sequence.render(i));
-    return made;
-  }();
+// Rendered once.
+const SimulatedRoom& room() {
+  static const SimulatedRoom room = simulated_room(kFrames, 1);
   return room;
 }
 

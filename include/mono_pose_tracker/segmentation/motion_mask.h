@@ -47,9 +47,11 @@ class MotionMask {
   void note_changes();
   void find_object();
   cv::Mat still_texture() const;
-  cv::Mat nearer_to_object(const cv::Mat& still) const;
+  cv::Mat known_outside() const;
+  cv::Mat nearer_to_object(const cv::Mat& still, const cv::Mat& to_object) const;
   cv::Mat with_object_points(const cv::Mat& cleaned) const;
-  void learn(const cv::Mat& still, const cv::Mat& near_object, const cv::Mat& foreground);
+  void learn(const cv::Mat& still, const cv::Mat& near_object, const cv::Mat& to_object,
+             const cv::Mat& found);
   cv::Point reduced_point(const cv::Point2f& point) const;
 
   SegmentationOptions options_;

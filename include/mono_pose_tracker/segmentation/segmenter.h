@@ -47,13 +47,4 @@ class Segmenter {
   cv::Mat outside_;  // where the last image showed background, of the model's size
 };
 
-/// The image at the width that is worked at, 320 px or less.
-cv::Mat reduced(const cv::Mat& image);
-
-/// A mask of a reduced image at full size.
-cv::Mat enlarged(const cv::Mat& mask, const cv::Size& size);
-
-/// Where a mask is surely 0: what is not within radius px of it.
-cv::Mat outside_of(const cv::Mat& mask, int radius);
-
 }  // namespace mono_pose_tracker

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <vector>
+
+#include "mono_pose_tracker/simulation/simulated_sequence.h"
+
+namespace mono_pose_tracker {
+
+/// Images of 320x240 of a hand-held camera in a textured room, in metres.
+struct SimulatedRoom {
+  CameraModel camera;
+  std::vector<SimulatedFrame> frames;
+  std::vector<StampedPose> truth;
+};
+
+inline SimulatedRoom simulated_room(int frames, double noise_grey_levels) {
+  SequenceOptions options;
+  options.scene = SceneKind::kRoom;
+  options.frames = frames;
+  options.camera = default_camera(SceneKind::kRoom, 320, 240);
+  options.noise_grey_levels = noise_grey_levels;
+  const SimulatedSequence sequence(options);
+  SimulatedRoom room{sequence.camera(), {}, sequence.path()};
+  for (int i = 0; i < sequence.size(); ++i) room.frames.push_back(sequence.render(i));
+  return room;
+}
+
+}  // namespace mono_pose_tracker
