@@ -12,6 +12,8 @@ const char* to_string(ScaleSource source) {
       return "INITIAL_MEDIAN_DEPTH";
     case ScaleSource::kMarker:
       return "MARKER";
+    case ScaleSource::kOdometry:
+      return "ODOMETRY";
   }
   return "?";
 }

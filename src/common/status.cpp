@@ -37,6 +37,8 @@ const char* to_string(Reason reason) {
     case Reason::kInternalError: return "INTERNAL_ERROR";
     case Reason::kLearningBackground: return "LEARNING_BACKGROUND";
     case Reason::kStillBackground: return "STILL_BACKGROUND";
+    case Reason::kDoubtfulPose: return "DOUBTFUL_POSE";
+    case Reason::kNotRigid: return "NOT_RIGID";
   }
   return "UNKNOWN";
 }

@@ -127,7 +127,7 @@ Head read_head(ByteReader& in) {
   for (double& value : camera.distortion) value = in.f64();
   head.origin.descriptor = in.text();
   const std::uint32_t source = in.u32();
-  if (source > static_cast<std::uint32_t>(ScaleSource::kMarker)) contradiction("a scale of no known kind");
+  if (source > static_cast<std::uint32_t>(ScaleSource::kOdometry)) contradiction("a scale of no known kind");
   head.scale_source = static_cast<ScaleSource>(source);
   return head;
 }

@@ -47,6 +47,8 @@ void fill_diagnostics(const Health& health, diagnostic_updater::DiagnosticStatus
   status.add("state", last.state_name);
   status.add("reason", last.reason_name);
   status.add("epoch", last.epoch);
+  status.add("map", last.map_id);
+  status.add("corrections", last.corrections);
   status.add("frames received", last.frames_received);
   status.add("frames posed", last.frames_posed);
   status.add("frames dropped", last.frames_dropped);
@@ -60,6 +62,7 @@ void fill_diagnostics(const Health& health, diagnostic_updater::DiagnosticStatus
   status.add("keyframes", last.keyframes);
   status.add("landmarks", last.landmarks);
   status.add("worker backlog", last.worker_backlog);
+  status.add("load level", static_cast<int>(last.load_level));
 }
 
 }  // namespace mono_pose_tracker

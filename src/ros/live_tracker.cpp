@@ -58,6 +58,7 @@ FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
   FrameReport report = tracker_->process(static_cast<std::int64_t>(message->header.stamp.toNSec()), image,
                                          mask_for(*message).image);
   report.epoch += epoch_base_;
+  if (report.map_id > 0) report.map_id += epoch_base_;
   return report;
 }
 

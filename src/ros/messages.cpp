@@ -145,8 +145,12 @@ TrackerStatus to_status(const FrameReport& report) {
   status.reason_name = to_string(report.reason);
   status.reason_text = report.reason_text;
   status.epoch = report.epoch;
+  status.map_id = report.map_id;
+  status.corrections = report.corrections;
   status.scale = static_cast<std::uint8_t>(report.scale);
   status.scale_name = to_string(report.scale);
+  status.calibration = static_cast<std::uint8_t>(report.calibration);
+  status.calibration_name = to_string(report.calibration);
   status.features = static_cast<std::uint32_t>(report.features);
   status.matches = static_cast<std::uint32_t>(report.matches);
   status.inliers = static_cast<std::uint32_t>(report.inliers);
@@ -155,6 +159,7 @@ TrackerStatus to_status(const FrameReport& report) {
   status.keyframes = static_cast<std::uint32_t>(report.keyframes);
   status.landmarks = static_cast<std::uint32_t>(report.landmarks);
   status.worker_backlog = static_cast<std::uint32_t>(report.worker_backlog);
+  status.load_level = static_cast<std::uint8_t>(report.load_level);
   for (const auto& [name, milliseconds] : report.stages) {
     status.stage_names.push_back(name);
     status.stage_ms.push_back(static_cast<float>(milliseconds));

@@ -39,6 +39,10 @@ void StatusBoard::publish_unprocessed(const std_msgs::Header& header, Reason rea
   report.reason = reason;
   report.reason_text = text;
   report.epoch = summary_.last.epoch;
+  report.map_id = summary_.last.map_id;
+  report.corrections = summary_.last.corrections;
+  report.load_level = summary_.last.load_level;
+  report.calibration = static_cast<CalibrationSource>(summary_.last.calibration);
   report.keyframes = static_cast<int>(summary_.last.keyframes);
   report.landmarks = static_cast<int>(summary_.last.landmarks);
   report.scale = static_cast<ScaleSource>(summary_.last.scale);
@@ -57,6 +61,7 @@ void StatusBoard::note(State state, std::uint32_t epoch) {
   const std::lock_guard<std::mutex> lock(mutex_);
   state_ = state;
   summary_.last.epoch = epoch;
+  summary_.last.map_id = summary_.last.corrections = 0;
   summary_.last.keyframes = summary_.last.landmarks = 0;
 }
 

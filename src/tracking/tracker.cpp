@@ -277,6 +277,7 @@ void Tracker::Impl::finish_report(FrameReport* report) {
     report->keyframes = static_cast<int>(map->keyframes.size());
     report->landmarks = static_cast<int>(map->landmarks.size());
     report->scale = map->scale_source;
+    report->map_id = epoch_ + 1;  // each map has an epoch of its own
     if (std::exchange(reported_revision_, map->revision) != map->revision) {
       report->stages.insert(report->stages.end(), map->stages.begin(), map->stages.end());
     }

@@ -294,6 +294,10 @@ TEST(Messages, CodesAgree) {
   EXPECT_EQ(static_cast<int>(ScaleSource::kKnownBaseline), TrackerStatus::KNOWN_BASELINE);
   EXPECT_EQ(static_cast<int>(ScaleSource::kInitialMedianDepth), TrackerStatus::INITIAL_MEDIAN_DEPTH);
   EXPECT_EQ(static_cast<int>(ScaleSource::kMarker), TrackerStatus::MARKER);
+  EXPECT_EQ(static_cast<int>(ScaleSource::kOdometry), TrackerStatus::ODOMETRY);
+  EXPECT_EQ(static_cast<int>(CalibrationSource::kGuessed), TrackerStatus::GUESSED);
+  EXPECT_EQ(static_cast<int>(CalibrationSource::kRefined), TrackerStatus::REFINED);
+  EXPECT_EQ(static_cast<int>(Reason::kNotRigid), TrackerStatus::NOT_RIGID);
   EXPECT_EQ(static_cast<int>(Reason::kPaused), TrackerStatus::REASON_PAUSED);
   EXPECT_EQ(static_cast<int>(Reason::kInternalError), TrackerStatus::INTERNAL_ERROR);
 }

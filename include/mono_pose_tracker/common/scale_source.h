@@ -9,6 +9,7 @@ enum class ScaleSource {
   kKnownBaseline = 1,       // metres: the distance between the two bootstrap cameras was given
   kInitialMedianDepth = 2,  // metres: the median depth of the first view's points was given
   kMarker = 3,              // metres: a marker of known size was in view
+  kOdometry = 4,            // metres: the distance that odometry says was travelled
 };
 
 /// "MAP_UNITS", "KNOWN_BASELINE", ...: the spelling of TrackerStatus.msg.

@@ -29,6 +29,8 @@ enum class Reason {
   kInternalError,
   kLearningBackground,
   kStillBackground,
+  kDoubtfulPose,
+  kNotRigid,
 };
 
 /// "TRACKING", "LOW_PARALLAX", ...: the spelling of TrackerStatus.msg.

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "mono_pose_tracker/common/calibration_source.h"
 #include "mono_pose_tracker/common/colored_point.h"
 #include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/common/scale_source.h"
@@ -35,14 +36,17 @@ struct FrameReport {
   std::int64_t stamp_ns = 0;
   State state = State::kBootstrapping;
   Reason reason = Reason::kOk;
-  std::string reason_text;  // the reason with its numbers, one line
-  std::uint32_t epoch = 0;  // counts maps: grows when a map is dropped
+  std::string reason_text;   // the reason with its numbers, one line
+  std::uint32_t epoch = 0;   // counts maps: only grows, whenever another map is begun, loaded or gone back to
+  std::uint32_t map_id = 0;  // names the map that the frame was posed in; 0: none
+  std::uint32_t corrections = 0;  // of this map so far; each moves poses
 
   std::optional<Rigid3> map_from_camera;  // empty while there is no pose
   /// Of map_from_camera as ROS defines it: x y z (map units) and rotations about the map's fixed axes (rad).
   Matrix6d covariance = Matrix6d::Zero();
   bool is_keyframe = false;
   ScaleSource scale = ScaleSource::kMapUnits;  // what the unit of all lengths rests on
+  CalibrationSource calibration = CalibrationSource::kGiven;
   std::string segmentation = "none";  // the method that found the mask: mask, motion, background, ...
   cv::Mat mask;  // CV_8UC1, 255 = the object, as it was found; empty: all of the image was used
 
@@ -54,6 +58,7 @@ struct FrameReport {
   int keyframes = 0;
   int landmarks = 0;
   int worker_backlog = 0;  // keyframes that wait for the mapper
+  int load_level = 0;      // 0: nothing is left out for lack of time
   StageTimes stages;
 
   std::vector<SeenFeature> seen;    // every feature of the image
