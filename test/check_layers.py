@@ -16,6 +16,7 @@ FLOORS = [
     ["robust", "features", "segmentation"],
     ["map"],
     ["optimization", "io"],
+    ["mapping"],
     ["tracking"],
     ["simulation", "evaluation", "ros"],
     ["tools"],

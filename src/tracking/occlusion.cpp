@@ -1,6 +1,7 @@
 #include "occlusion.h"
 
 #include <algorithm>
+#include <unordered_set>
 
 namespace mono_pose_tracker {
 
@@ -28,6 +29,33 @@ std::vector<char> features_to_map(const ImageFeatures& image, const std::vector<
     flags[i] = found > 0 && found >= kMinFound * expected;
   }
   return flags;
+}
+
+void leave_out_occluders(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map,
+                         KeyframeCandidate* candidate) {
+  std::unordered_set<LandmarkId> seen;
+  for (const FrameObservation& o : candidate->observations) seen.insert(o.landmark);
+  std::vector<ExpectedLandmark> expected;
+  for (const LandmarkId id : map.keyframes.at(candidate->reference).landmark_of_feature) {
+    const auto landmark = map.landmarks.find(id);
+    Eigen::Vector2d pixel;
+    if (landmark == map.landmarks.end() || seen.count(id) > 0 ||
+        !camera.project(camera_from_map * landmark->second, &pixel) || !camera.in_image(pixel)) {
+      continue;
+    }
+    expected.push_back({pixel, false});
+  }
+  const ImageFeatures& image = *candidate->frame.image;
+  for (const FrameObservation& o : candidate->observations) {
+    expected.push_back({image.set.features[o.feature].pixel.cast<double>(), true});
+  }
+  std::vector<char> flags = features_to_map(image, expected, camera.width());
+  for (const FrameObservation& o : candidate->observations) flags[o.feature] = 1;
+  std::vector<int> new_index(flags.size());
+  int kept = 0;
+  for (std::size_t i = 0; i < flags.size(); ++i) new_index[i] = flags[i] ? kept++ : -1;
+  candidate->frame.image = select_features(image, flags, camera.width(), camera.height());
+  for (FrameObservation& o : candidate->observations) o.feature = new_index[o.feature];
 }
 
 }  // namespace mono_pose_tracker

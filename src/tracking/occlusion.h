@@ -3,7 +3,10 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/map/image_features.h"
+#include "mono_pose_tracker/map/tracking_map.h"
+#include "mono_pose_tracker/mapping/keyframe_candidate.h"
 
 namespace mono_pose_tracker {
 
@@ -18,5 +21,10 @@ struct ExpectedLandmark {
 // that were found may be anything that the mask took in with it.
 std::vector<char> features_to_map(const ImageFeatures& image, const std::vector<ExpectedLandmark>& landmarks,
                                   int image_width);
+
+// A mask may hold more than the object: a hand before it, say, of which nothing must come into the map. The
+// candidate keeps the features that may; its reference is a keyframe of the map.
+void leave_out_occluders(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map,
+                         KeyframeCandidate* candidate);
 
 }  // namespace mono_pose_tracker

@@ -1,43 +1,29 @@
 #include "mono_pose_tracker/tracking/tracker.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <map>
-#include <opencv2/imgproc.hpp>
 #include <optional>
 #include <unordered_set>
 
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/features/marker.h"
-#include "mono_pose_tracker/features/sift.h"
-#include "mono_pose_tracker/geometry/triangulation.h"
-#include "mono_pose_tracker/segmentation/mask_cleaning.h"
-#include "mono_pose_tracker/segmentation/motion_mask.h"
-#include "mono_pose_tracker/segmentation/segmenter.h"
-#include "mono_pose_tracker/tracking/bootstrapper.h"
-#include "mono_pose_tracker/tracking/mapping_worker.h"
+#include "bootstrap_job.h"
+#include "frame_maker.h"
+#include "keyframe_policy.h"
+#include "map_snapshot.h"
+#include "mono_pose_tracker/mapping/mapping_worker.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "mono_pose_tracker/tracking/resector.h"
+#include "object_finder.h"
 #include "occlusion.h"
 
 namespace mono_pose_tracker {
 
 namespace {
 
-constexpr double kDegree = M_PI / 180;
-
 // Where a posed frame stands: it moves with its reference keyframe.
 struct FrameRecord {
   std::int64_t stamp_ns = 0;
   KeyframeId reference = -1;
   Rigid3 camera_from_reference;
-};
-
-// How a frame relates to a keyframe.
-struct Overlap {
-  double parallax_deg = 0;  // median, of the landmarks that the frame sees
-  double in_view = 1;       // share of the keyframe's landmarks that the frame could see
 };
 
 }  // namespace
@@ -48,11 +34,13 @@ class Tracker::Impl {
        std::function<void()> before_mapping)
       : options_(options),
         camera_(camera),
-        extractor_(make_sift_extractor(options.sift)),
-        segmenter_(options.segmentation),
-        motion_mask_(options.segmentation),
+        object_finder_(options.segmentation, camera),
+        frame_maker_(options.sift, options.scale, camera),
         resector_(options, camera),
-        worker_(options, camera, mapping == Mapping::kThreaded, std::move(before_mapping)) {}
+        keyframe_policy_(options.mapping, options.young_map_keyframes),
+        bootstrap_job_(options, camera),
+        worker_(options.mapper(camera.focal()), camera, mapping == Mapping::kThreaded,
+                std::move(before_mapping)) {}
 
   FrameReport process(std::int64_t stamp_ns, const cv::Mat& image, const cv::Mat& mask);
   void reset();
@@ -61,7 +49,6 @@ class Tracker::Impl {
   std::optional<Map> copy_map();
   void load_map(Map map);
   MapOrigin origin() const;
-  std::shared_ptr<const MapSnapshot> snapshot() const;
   std::vector<PosedFrame> trajectory() const;
   bool finish();
   FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const cv::Mat& image,
@@ -72,16 +59,6 @@ class Tracker::Impl {
   bool is_unconfirmed() const { return unconfirmed_; }
 
  private:
-  cv::Mat clearance(const cv::Mat& mask) const;
-  Segmentation segment(const cv::Mat& image, const cv::Mat& given);
-  Segmentation segment_again(const cv::Mat& image, const cv::Mat& given);
-  bool looks_for_motion(const cv::Mat& given) const;
-  static std::vector<cv::Point2f> object_pixels(const Frame& frame, const ResectionReport& resection);
-  void start_motion(const BootstrapReport& bootstrap, const Frame& frame, const ResectionReport& resection);
-  void follow_motion(const Frame& frame, const TrackingMap& map, const ResectionReport& resection);
-  bool has_camera_size(const cv::Mat& image, FrameReport* report) const;
-  void leave_out_occluders(const TrackingMap& map, const Rigid3& camera_from_map,
-                           KeyframeCandidate* candidate) const;
   std::optional<Frame> make_frame(std::int64_t index, std::int64_t stamp_ns, const cv::Mat& image,
                                   const Segmentation& segmentation, FrameReport* report);
   void bootstrap(const Frame& frame, FrameReport* report);
@@ -89,21 +66,20 @@ class Tracker::Impl {
   void lose(FrameReport* report);
   void accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
               FrameReport* report);
-  Overlap overlap_with(const TrackingMap& map, KeyframeId id, const ResectionReport& resection) const;
   ResectionReport resect_near(const Frame& frame, const TrackingMap& map) const;
   KeyframeId choose_reference(const TrackingMap& map, const ResectionReport& resection) const;
-  bool is_keyframe_due(const TrackingMap& map, const Overlap& overlap, int inliers);
   void start_map();
   void describe(const ResectionReport& resection, FrameReport* report) const;
   void finish_report(FrameReport* report);
 
   TrackerOptions options_;
   const CameraModel camera_;
-  std::unique_ptr<FeatureExtractor> extractor_;
-  Segmenter segmenter_;
-  MotionMask motion_mask_;
+  ObjectFinder object_finder_;
+  FrameMaker frame_maker_;
   Resector resector_;
-  MappingWorker worker_;
+  KeyframePolicy keyframe_policy_;
+  BootstrapJob bootstrap_job_;
+  MappingWorker worker_;  // last: its thread uses what stands before it
 
   State state_ = State::kBootstrapping;
   std::uint32_t epoch_ = 0;
@@ -116,132 +92,19 @@ class Tracker::Impl {
   // The last posed frame and its movement since the one before.
   KeyframeId reference_ = -1;
   Rigid3 camera_from_reference_;
-  std::optional<Rigid3> motion_;     // camera now from camera one frame ago
-  KeyframeId newest_keyframe_ = -1;  // when the last frame came
-  int most_inliers_ = 0;             // of the frames since that keyframe
+  std::optional<Rigid3> motion_;  // camera now from camera one frame ago
   int frames_lost_ = 0;
-  Rigid3 motion_pose_;  // camera_from_map from which the object's movement is counted
   std::size_t relocalization_cursor_ = 0;
 
   std::map<std::int64_t, FrameRecord> records_;  // by frame index
 };
 
-bool Tracker::Impl::has_camera_size(const cv::Mat& image, FrameReport* report) const {
-  if (image.cols == camera_.width() && image.rows == camera_.height()) return true;
-  char text[128];
-  std::snprintf(text, sizeof text, "image is %dx%d, the camera %dx%d", image.cols, image.rows,
-                camera_.width(), camera_.height());
-  report->reason = Reason::kImageSizeMismatch;
-  report->reason_text = text;
-  return false;
-}
-
 std::optional<Frame> Tracker::Impl::make_frame(std::int64_t index, std::int64_t stamp_ns,
                                                const cv::Mat& image, const Segmentation& segmentation,
                                                FrameReport* report) {
-  report->mask = segmentation.mask;
-  report->segmentation = segmentation.method;
-  if (segmentation.reason != Reason::kOk) {
-    report->reason = segmentation.reason;
-    report->reason_text = segmentation.text;
-    return std::nullopt;
-  }
-  cv::Mat gray = image;
-  if (image.channels() == 3) cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
-  Frame frame;
-  frame.index = index;
-  frame.stamp_ns = stamp_ns;
-  FeatureSet features;
-  {
-    const StageTimer timer(report->stages, "features");
-    extractor_->extract(gray, clearance(segmentation.mask), &features);
-  }
-  // Only the views that begin a map set its scale.
-  if (options_.scale.marker_size > 0 && state_ == State::kBootstrapping) {
-    const StageTimer timer(report->stages, "marker");
-    const ScaleOptions& scale = options_.scale;
-    for (const Eigen::Vector2d& corner : find_marker(gray, scale.marker_dictionary, scale.marker_id)) {
-      frame.marker.push_back(camera_.bearing(corner));
-    }
-  }
-  const StageTimer timer(report->stages, "undistort");
-  frame.image = make_image_features(std::move(features), image, camera_);
-  frame.is_masked = !segmentation.mask.empty();
-  report->features = frame.image->size();
-  for (const Feature& feature : frame.image->set.features) report->seen.push_back({feature.pixel, {}, -1});
-  return frame;
-}
-
-// Given no mask, an object may be found by its motion.
-bool Tracker::Impl::looks_for_motion(const cv::Mat& given) const {
-  const std::string& method = options_.segmentation.method;
-  return method == "motion" || (method == "auto" && given.empty());
-}
-
-Segmentation Tracker::Impl::segment(const cv::Mat& image, const cv::Mat& given) {
-  Segmentation segmentation = segmenter_.segment(image, given);
-  if (!looks_for_motion(given)) return segmentation;
-  // Once there is a map without two motions, none will be looked for.
-  if (state_ != State::kBootstrapping && !motion_mask_.is_started()) return segmentation;
-  motion_mask_.watch(image);
-  if (motion_mask_.is_started()) {
-    segmentation.mask = given.empty() ? motion_mask_.mask() : motion_mask_.mask() & segmentation.mask;
-    segmentation.method = "motion";
-  }
-  return segmentation;
-}
-
-Segmentation Tracker::Impl::segment_again(const cv::Mat& image, const cv::Mat& given) {
-  Segmentation segmentation = segmenter_.segment_again(image, given);
-  if (!looks_for_motion(given) || !motion_mask_.is_started()) return segmentation;
-  const cv::Mat mask = motion_mask_.mask_of(image);
-  segmentation.mask = given.empty() ? mask : mask & segmentation.mask;
-  segmentation.method = "motion";
-  return segmentation;
-}
-
-std::vector<cv::Point2f> Tracker::Impl::object_pixels(const Frame& frame, const ResectionReport& resection) {
-  std::vector<cv::Point2f> pixels;
-  for (const FrameObservation& o : resection.observations) {
-    const Eigen::Vector2f& pixel = frame.image->set.features[o.feature].pixel;
-    pixels.emplace_back(pixel.x(), pixel.y());
-  }
-  return pixels;
-}
-
-void Tracker::Impl::start_motion(const BootstrapReport& bootstrap, const Frame& frame,
-                                 const ResectionReport& resection) {
-  motion_mask_.start(object_pixels(frame, resection), bootstrap.still_background,
-                     static_cast<int>(frame.index - bootstrap.reference_index), bootstrap.moved_px);
-  motion_pose_ = resection.camera_from_map;
-}
-
-// Tells the mask where the object was found, and how far it has gone. Noise of the poses is no movement: it
-// counts from two pixels on.
-void Tracker::Impl::follow_motion(const Frame& frame, const TrackingMap& map,
-                                  const ResectionReport& resection) {
-  constexpr double kLeastMove = 2;  // px
-  if (!motion_mask_.is_started()) return;
-  std::vector<double> moved;
-  for (const FrameObservation& o : resection.observations) {
-    const auto landmark = map.landmarks.find(o.landmark);
-    Eigen::Vector2d before;
-    if (landmark == map.landmarks.end() || !camera_.project(motion_pose_ * landmark->second, &before))
-      continue;
-    moved.push_back((frame.image->set.features[o.feature].pixel.cast<double>() - before).norm());
-  }
-  const double median_moved = median(std::move(moved));
-  if (median_moved >= kLeastMove) motion_pose_ = resection.camera_from_map;
-  motion_mask_.observe(object_pixels(frame, resection), median_moved >= kLeastMove ? median_moved : 0);
-}
-
-// Where features may be; empty: anywhere.
-cv::Mat Tracker::Impl::clearance(const cv::Mat& mask) const {
-  if (mask.empty()) return mask;
-  // What a mask is off by grows with the image: masks are made at a fixed size, or drawn by hand.
-  const double size = std::max(1.0, camera_.width() / 640.0);
-  return clearance_of(mask, size * options_.segmentation.margin_px, options_.segmentation.margin_scales,
-                      kMaskScaleSteps);
+  // Only the views that begin a map set its scale by a marker.
+  return frame_maker_.make(index, stamp_ns, image, segmentation, object_finder_.clearance(segmentation.mask),
+                           state_ == State::kBootstrapping, report);
 }
 
 FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const cv::Mat& image, const cv::Mat& mask) {
@@ -249,11 +112,11 @@ FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const cv::Mat& image, 
   report.stamp_ns = stamp_ns;
   const std::int64_t index = next_index_++;
   std::optional<Frame> frame;
-  if (has_camera_size(image, &report)) {
+  if (frame_maker_.has_camera_size(image, &report)) {
     Segmentation segmentation;
     {
       const StageTimer timer(report.stages, "segment");
-      segmentation = segment(image, mask);
+      segmentation = object_finder_.find(image, mask, state_ == State::kBootstrapping);
     }
     frame = make_frame(index, stamp_ns, image, segmentation, &report);
   }
@@ -299,10 +162,10 @@ void Tracker::Impl::start_map() {
 
 void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
   // On a thread, this is what became of an earlier frame, and the frames since then are passed over.
-  std::optional<BootstrapReport> known = worker_.take_bootstrap();
+  std::optional<BootstrapReport> known = bootstrap_job_.take(epoch_);
   if (!known || !known->map) {
-    worker_.bootstrap(frame);
-    if (!known) known = worker_.take_bootstrap();
+    bootstrap_job_.offer(frame, epoch_, &worker_);
+    if (!known) known = bootstrap_job_.take(epoch_);
   }
   if (known) bootstrap_ = std::move(*known);
   report->reason = bootstrap_.reason;
@@ -324,7 +187,7 @@ void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
     report->reason_text = "the new map does not hold: " + resection.text;
     return;
   }
-  if (!bootstrap.still_background.empty()) start_motion(bootstrap, frame, resection);
+  if (!bootstrap.still_background.empty()) object_finder_.start(bootstrap, frame, resection);
   const std::string text = report->reason_text;
   describe(resection, report);
   report->reason_text = text;
@@ -411,13 +274,13 @@ void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   reference_ = choose_reference(map, resection);
   camera_from_reference_ = resection.camera_from_map * map.keyframes.at(reference_).camera_from_map.inverse();
   records_[frame.index] = {frame.stamp_ns, reference_, camera_from_reference_};
-  follow_motion(frame, map, resection);
-  const Overlap overlap = overlap_with(map, reference_, resection);
+  object_finder_.follow(frame, map, resection);
+  const Overlap overlap = overlap_with(map, reference_, resection, camera_);
   report->median_parallax_deg = overlap.parallax_deg;
-  if (!is_keyframe_due(map, overlap, resection.inliers)) return;
+  if (!keyframe_policy_.is_due(map, overlap, resection.inliers, worker_.backlog())) return;
   const StageTimer timer(report->stages, "keyframe");
   KeyframeCandidate candidate{frame, reference_, camera_from_reference_, resection.observations};
-  if (frame.is_masked) leave_out_occluders(map, resection.camera_from_map, &candidate);
+  if (frame.is_masked) leave_out_occluders(map, camera_, resection.camera_from_map, &candidate);
   report->is_keyframe = worker_.insert(candidate);
   if (!report->is_keyframe) return;
   // Inline, the keyframe is there already and has been adjusted: go on from it.
@@ -428,34 +291,6 @@ void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
     records_[frame.index] = {frame.stamp_ns, reference_, camera_from_reference_};
     report->map_from_camera = now->keyframes.at(reference_).camera_from_map.inverse();
   }
-}
-
-// A mask may hold more than the object: a hand before it, say, of which nothing must come into the map.
-void Tracker::Impl::leave_out_occluders(const TrackingMap& map, const Rigid3& camera_from_map,
-                                        KeyframeCandidate* candidate) const {
-  std::unordered_set<LandmarkId> seen;
-  for (const FrameObservation& o : candidate->observations) seen.insert(o.landmark);
-  std::vector<ExpectedLandmark> expected;
-  for (const LandmarkId id : map.keyframes.at(reference_).landmark_of_feature) {
-    const auto landmark = map.landmarks.find(id);
-    Eigen::Vector2d pixel;
-    if (landmark == map.landmarks.end() || seen.count(id) > 0 ||
-        !camera_.project(camera_from_map * landmark->second, &pixel) || !camera_.in_image(pixel)) {
-      continue;
-    }
-    expected.push_back({pixel, false});
-  }
-  const ImageFeatures& image = *candidate->frame.image;
-  for (const FrameObservation& o : candidate->observations) {
-    expected.push_back({image.set.features[o.feature].pixel.cast<double>(), true});
-  }
-  std::vector<char> flags = features_to_map(image, expected, camera_.width());
-  for (const FrameObservation& o : candidate->observations) flags[o.feature] = 1;
-  std::vector<int> new_index(flags.size());
-  int kept = 0;
-  for (std::size_t i = 0; i < flags.size(); ++i) new_index[i] = flags[i] ? kept++ : -1;
-  candidate->frame.image = select_features(image, flags, camera_.width(), camera_.height());
-  for (FrameObservation& o : candidate->observations) o.feature = new_index[o.feature];
 }
 
 // The keyframe that shares most landmarks with the frame.
@@ -489,63 +324,17 @@ KeyframeId Tracker::Impl::choose_reference(const TrackingMap& map, const Resecti
   return best;
 }
 
-Overlap Tracker::Impl::overlap_with(const TrackingMap& map, KeyframeId id,
-                                    const ResectionReport& resection) const {
-  Overlap overlap;
-  const KeyframeView& keyframe = map.keyframes.at(id);
-  const Eigen::Vector3d there = keyframe.camera_from_map.inverse().translation;
-  const Eigen::Vector3d here = resection.camera_from_map.inverse().translation;
-  std::vector<double> angles;
-  for (const FrameObservation& o : resection.observations) {
-    const auto landmark = map.landmarks.find(o.landmark);
-    if (landmark == map.landmarks.end()) continue;
-    angles.push_back(parallax_angle(landmark->second, there, here));
-  }
-  overlap.parallax_deg = median(std::move(angles)) / kDegree;
-  int in_view = 0, landmarks = 0;
-  for (const LandmarkId l : keyframe.landmark_of_feature) {
-    const auto landmark = map.landmarks.find(l);
-    if (landmark == map.landmarks.end()) continue;
-    ++landmarks;
-    Eigen::Vector2d pixel;
-    in_view +=
-        camera_.project(resection.camera_from_map * landmark->second, &pixel) && camera_.in_image(pixel);
-  }
-  if (landmarks > 0) overlap.in_view = static_cast<double>(in_view) / landmarks;
-  return overlap;
-}
-
-bool Tracker::Impl::is_keyframe_due(const TrackingMap& map, const Overlap& overlap, int inliers) {
-  const KeyframeId newest = map.keyframes.rbegin()->first;
-  if (newest != newest_keyframe_) most_inliers_ = 0;
-  newest_keyframe_ = newest;
-  most_inliers_ = std::max(most_inliers_, inliers);
-  // One may wait. With more, until they are in the map the next would tell it little - unless the view is
-  // about to leave what the map knows.
-  const bool urgent = overlap.in_view < 0.5 * options_.mapping.keyframe_overlap ||
-                      inliers < 0.5 * options_.mapping.keyframe_found * most_inliers_;
-  if (worker_.backlog() > 1 && !urgent) return false;
-  // A young map's points were made from little parallax: it wants more views early.
-  const bool young = static_cast<int>(map.keyframes.size()) <= options_.young_map_keyframes;
-  const double parallax = options_.mapping.keyframe_parallax_deg / (young ? 3 : 1);
-  if (overlap.parallax_deg > parallax || overlap.in_view < options_.mapping.keyframe_overlap) return true;
-  // Landmarks are found no more though they are in view: another side, another scale or light. Below a tenth
-  // of the parallax a new view of them would add nothing.
-  return inliers < options_.mapping.keyframe_found * most_inliers_ && overlap.parallax_deg > 0.1 * parallax;
-}
-
 void Tracker::Impl::reset() {
   ++epoch_;
   worker_.reset(epoch_);
   bootstrap_ = BootstrapReport();
-  motion_mask_.reset();
+  object_finder_.reset();
   records_.clear();
   state_ = State::kBootstrapping;
   reference_ = -1;
   camera_from_reference_ = Rigid3();
   motion_.reset();
-  newest_keyframe_ = -1;
-  most_inliers_ = 0;
+  keyframe_policy_.reset();
   relocalization_cursor_ = 0;
   frames_lost_ = 0;
   unconfirmed_ = false;
@@ -578,28 +367,12 @@ MapOrigin Tracker::Impl::origin() const {
 
 void Tracker::Impl::set_options(const TrackerOptions& options) {
   copy_changeable(options, &options_);
-  extractor_ = make_sift_extractor(options_.sift);
+  object_finder_.set_options(options_.segmentation);
+  frame_maker_.set_options(options_.sift);
   resector_ = Resector(options_, camera_);
-  worker_.set_options(options_);
-}
-
-std::shared_ptr<const MapSnapshot> Tracker::Impl::snapshot() const {
-  auto snapshot = std::make_shared<MapSnapshot>();
-  const TrackingMapPtr map = worker_.latest();
-  if (!map) return snapshot;
-  snapshot->epoch = map->epoch;
-  snapshot->revision = map->revision;
-  std::unordered_set<LandmarkId> known;
-  for (const auto& [id, keyframe] : map->keyframes) {
-    snapshot->keyframes.push_back({keyframe.stamp_ns, keyframe.camera_from_map.inverse()});
-    for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
-      const auto landmark = map->landmarks.find(keyframe.landmark_of_feature[f]);
-      if (landmark == map->landmarks.end() || !known.insert(landmark->first).second) continue;
-      const cv::Vec3b& rgb = keyframe.image->color_rgb[f];
-      snapshot->points.push_back({landmark->second.cast<float>(), rgb[0], rgb[1], rgb[2]});
-    }
-  }
-  return snapshot;
+  keyframe_policy_.set_options(options_.mapping, options_.young_map_keyframes);
+  bootstrap_job_.set_options(options_);
+  worker_.set_options(options_.mapper(camera_.focal()));
 }
 
 std::vector<PosedFrame> Tracker::Impl::trajectory() const {
@@ -625,10 +398,10 @@ std::vector<PosedFrame> Tracker::Impl::trajectory() const {
 bool Tracker::Impl::finish() {
   worker_.wait();
   if (state_ == State::kBootstrapping) {
-    const std::optional<BootstrapReport> known = worker_.take_bootstrap();
+    const std::optional<BootstrapReport> known = bootstrap_job_.take(epoch_);
     if (!known || !known->map) {
       if (next_index_ != 2) return false;
-      const BootstrapReport two_views = worker_.bootstrapper().unconfirmed();
+      const BootstrapReport two_views = bootstrap_job_.bootstrapper().unconfirmed();
       if (!two_views.map) return false;
       worker_.initialize(*two_views.map, epoch_);
       unconfirmed_ = true;
@@ -661,8 +434,8 @@ FrameReport Tracker::Impl::resect_again(std::int64_t frame_index, std::int64_t s
   FrameReport report;
   report.stamp_ns = stamp_ns;
   std::optional<Frame> frame;
-  if (has_camera_size(image, &report)) {
-    frame = make_frame(frame_index, stamp_ns, image, segment_again(image, mask), &report);
+  if (frame_maker_.has_camera_size(image, &report)) {
+    frame = make_frame(frame_index, stamp_ns, image, object_finder_.find_again(image, mask), &report);
   }
   const TrackingMapPtr map = worker_.latest();
   if (frame && map) {
@@ -713,7 +486,7 @@ std::uint64_t Tracker::revision() const {
   return map ? map->revision : 0;
 }
 
-std::shared_ptr<const MapSnapshot> Tracker::snapshot() const { return impl_->snapshot(); }
+std::shared_ptr<const MapSnapshot> Tracker::snapshot() const { return snapshot_of(impl_->worker().latest()); }
 
 std::vector<PosedFrame> Tracker::trajectory() const { return impl_->trajectory(); }
 

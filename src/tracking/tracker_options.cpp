@@ -15,6 +15,10 @@ RansacOptions TrackerOptions::ransac(double focal_px) const {
   return ransac;
 }
 
+MapperOptions TrackerOptions::mapper(double focal_px) const {
+  return {mapping, scale, matching, bundle, ransac(focal_px), resection.min_inliers};
+}
+
 void TrackerOptions::validate() const {
   TrackerOptions copy = *this;
   std::string problems;

@@ -7,7 +7,7 @@
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/common/random.h"
 #include "mono_pose_tracker/common/rigid3.h"
-#include "mono_pose_tracker/tracking/frame.h"
+#include "mono_pose_tracker/map/frame.h"
 
 namespace mono_pose_tracker {
 

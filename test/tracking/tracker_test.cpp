@@ -7,7 +7,7 @@
 #include <mutex>
 
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
-#include "mono_pose_tracker/tracking/mapping_worker.h"
+#include "mono_pose_tracker/mapping/mapping_worker.h"
 #include "support/expect_error.h"
 #include "support/simulated_room.h"
 #include "support/temporary_folder.h"

@@ -8,7 +8,8 @@
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/common/status.h"
-#include "mono_pose_tracker/tracking/frame.h"
+#include "mono_pose_tracker/mapping/initial_map.h"
+#include "mono_pose_tracker/map/frame.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 #include "mono_pose_tracker/tracking/two_motions.h"
@@ -16,20 +17,6 @@
 namespace mono_pose_tracker {
 
 struct ViewSet;
-
-/// The first views and points of a map; the first view is the map's frame.
-struct InitialMap {
-  struct View {
-    Frame frame;
-    Rigid3 camera_from_map;
-  };
-  struct Point {
-    Eigen::Vector3d x_in_map;
-    std::vector<std::pair<int, int>> observations;  // view, feature
-  };
-  std::vector<View> views;  // by stamp; the newest is the frame that was added last
-  std::vector<Point> points;
-};
 
 struct BootstrapReport {
   Reason reason = Reason::kFirstFrame;

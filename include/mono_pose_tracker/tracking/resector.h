@@ -6,19 +6,13 @@
 
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/common/status.h"
-#include "mono_pose_tracker/tracking/frame.h"
+#include "mono_pose_tracker/map/frame.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
-#include "mono_pose_tracker/tracking/projection_matcher.h"
+#include "mono_pose_tracker/mapping/projection_matcher.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
-#include "mono_pose_tracker/tracking/tracking_map.h"
+#include "mono_pose_tracker/map/tracking_map.h"
 
 namespace mono_pose_tracker {
-
-/// Feature `feature` of the frame sees the landmark.
-struct FrameObservation {
-  int feature = -1;
-  LandmarkId landmark = kNoLandmark;
-};
 
 struct ResectionReport {
   bool success = false;

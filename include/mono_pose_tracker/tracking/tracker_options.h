@@ -5,6 +5,7 @@
 
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/features/sift.h"
+#include "mono_pose_tracker/mapping/mapper_options.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 #include "mono_pose_tracker/robust/ransac_options.h"
 #include "mono_pose_tracker/segmentation/segmentation_options.h"
@@ -36,33 +37,6 @@ struct ResectionOptions {
   int relocalization_keyframes = 8;  // that a lost frame is compared with in one go
 };
 
-/// When a frame becomes a keyframe and what the mapper does with it (paper, steps 4c and 4d).
-struct MappingOptions {
-  double keyframe_overlap =
-      0.8;  // a keyframe is due when fewer of the reference keyframe's landmarks are seen
-  double keyframe_parallax_deg = 2;  // or when the median landmark has turned by this much since
-  double keyframe_found =
-      0.85;  // or when fewer inliers are left than this share of the most since the last keyframe
-  int matching_keyframes = 8;        // covisible keyframes that a new one is matched with
-  int window_keyframes = 10;         // that the windowed bundle adjustment moves
-  int window_landmarks = 200;        // of each of these, that hold the poses; the others follow; live only
-  double min_parallax_deg = 0.6;     // of a new landmark's two rays
-  double max_reprojection_px = 2.5;  // of an observation
-  double max_descriptor_distance = 0.6;  // of an observation to its landmark, unit descriptors
-  double redundant_overlap = 0.95;       // a keyframe goes when three others see this share of its landmarks
-  double bundle_seconds = 0.25;  // budget of a windowed bundle adjustment, live only: offline results repeat
-};
-
-/// What sets the map's unit to metres, one of them at most (0: not known). Without any, the median depth of
-/// the first view's points is 1.
-struct ScaleOptions {
-  double known_baseline = 0;        // m between the first and the last of the views that begin the map
-  double initial_median_depth = 0;  // m, of the first view's points
-  double marker_size = 0;           // m: side of a square marker that two of the views that begin the map see
-  std::string marker_dictionary = "4x4_50";  // that it is of
-  int marker_id = 0;
-};
-
 /// All that a user can choose. Two runs with the same options and images give the same bytes.
 struct TrackerOptions {
   std::uint64_t seed = 0;
@@ -83,6 +57,9 @@ struct TrackerOptions {
 
   /// Of RANSAC on bearings of a camera with this focal length.
   RansacOptions ransac(double focal_px) const;
+
+  /// What the mapper needs of these, for a camera with this focal length.
+  MapperOptions mapper(double focal_px) const;
 
   /// Throws std::invalid_argument naming every key at fault, its value and range.
   void validate() const;

@@ -57,8 +57,7 @@ int shared_landmarks(const Map& map, const std::vector<SeenLandmark>& landmarks,
   }));
 }
 
-bool link(const TrackerOptions& options, const CameraModel& camera, const Keyframe& first,
-          const Keyframe& second, Map* map) {
+bool link(const MapperOptions& options, const Keyframe& first, const Keyframe& second, Map* map) {
   const std::vector<SeenLandmark> landmarks = seen_landmarks(first);
   cv::Mat descriptors(static_cast<int>(landmarks.size()), 128, CV_8U);
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
@@ -72,10 +71,10 @@ bool link(const TrackerOptions& options, const CameraModel& camera, const Keyfra
     points.push_back(map->landmark(landmarks[m.first].id)->x_in_map);
   }
   AbsolutePoseOptions pose_options;
-  pose_options.ransac = options.ransac(camera.focal());
+  pose_options.ransac = options.ransac;
   const AbsolutePoseReport pose = estimate_absolute_pose(bearings, points, pose_options);
   // As many as a resected frame needs, and half of the matches: a look-alike place gives neither.
-  if (!pose.success || pose.num_inliers < options.resection.min_inliers ||
+  if (!pose.success || pose.num_inliers < options.min_inliers ||
       2 * pose.num_inliers < static_cast<int>(matches.size())) {
     return false;
   }
@@ -94,7 +93,7 @@ bool link(const TrackerOptions& options, const CameraModel& camera, const Keyfra
 
 }  // namespace
 
-int link_views(const TrackerOptions& options, const CameraModel& camera, Map* map) {
+int link_views(const MapperOptions& options, const CameraModel& camera, Map* map) {
   std::vector<std::pair<KeyframeId, KeyframeId>> pairs;
   for (const auto& [id, keyframe] : map->keyframes()) {
     const std::vector<SeenLandmark> landmarks = seen_landmarks(keyframe);
@@ -113,7 +112,7 @@ int link_views(const TrackerOptions& options, const CameraModel& camera, Map* ma
   }
   int links = 0;
   for (const auto& [first, second] : pairs) {
-    links += link(options, camera, *map->keyframe(first), *map->keyframe(second), map);
+    links += link(options, *map->keyframe(first), *map->keyframe(second), map);
   }
   return links;
 }

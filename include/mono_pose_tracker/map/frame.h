@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mono_pose_tracker/map/image_features.h"
+#include "mono_pose_tracker/map/map.h"
 
 namespace mono_pose_tracker {
 
@@ -16,6 +17,12 @@ struct Frame {
   std::vector<Eigen::Vector3d> marker =
       {};  // bearings of the corners of the marker that sets the scale, if seen
   bool is_masked = false;  // its features are of the object alone
+};
+
+/// Feature `feature` of the frame sees the landmark.
+struct FrameObservation {
+  int feature = -1;
+  LandmarkId landmark = kNoLandmark;
 };
 
 }  // namespace mono_pose_tracker

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/tracking/mapping_worker.h"
+#include "mono_pose_tracker/mapping/mapping_worker.h"
 
 #include <limits>
 #include <utility>
@@ -9,7 +9,7 @@ namespace {
 
 // Inline nobody waits for the mapper: nothing is left out for the sake of time, and no result is cut short by
 // the clock, which would not repeat.
-TrackerOptions unhurried(TrackerOptions options) {
+MapperOptions unhurried(MapperOptions options) {
   options.mapping.bundle_seconds = std::numeric_limits<double>::max();
   options.mapping.window_landmarks = std::numeric_limits<int>::max();
   return options;
@@ -17,10 +17,9 @@ TrackerOptions unhurried(TrackerOptions options) {
 
 }  // namespace
 
-MappingWorker::MappingWorker(const TrackerOptions& options, const CameraModel& camera, bool threaded,
+MappingWorker::MappingWorker(const MapperOptions& options, const CameraModel& camera, bool threaded,
                              std::function<void()> before_job)
-    : bootstrapper_(options, camera),
-      mapper_(threaded ? options : unhurried(options), camera),
+    : mapper_(threaded ? options : unhurried(options), camera),
       threaded_(threaded),
       before_job_(std::move(before_job)) {
   if (threaded_) thread_ = std::thread([this] { run(); });
@@ -39,14 +38,17 @@ MappingWorker::~MappingWorker() {
 
 void MappingWorker::initialize(const InitialMap& initial, std::uint32_t epoch) {
   reset(epoch);
-  post({epoch, [this, initial, epoch] {
-          mapper_.initialize(initial, epoch);
-          publish(epoch);
-        }});
+  post({[initial, epoch](Mapper& mapper) { mapper.initialize(initial, epoch); }, epoch});
   wait();
 }
 
-bool MappingWorker::bootstrap(const Frame& frame) {
+void MappingWorker::restore(const Map& map, std::uint32_t epoch) {
+  reset(epoch);
+  post({[map, epoch](Mapper& mapper) { mapper.restore(map, epoch); }, epoch});
+  wait();
+}
+
+bool MappingWorker::offer(Work work, std::function<void()> done) {
   std::uint32_t epoch;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -54,22 +56,8 @@ bool MappingWorker::bootstrap(const Frame& frame) {
     if (busy_ || !jobs_.empty()) return false;
     epoch = epoch_;
   }
-  post({epoch, [this, frame, epoch] { bootstrap_with(frame, epoch); }});
+  post({std::move(work), epoch, std::move(done)});
   return true;
-}
-
-std::optional<BootstrapReport> MappingWorker::take_bootstrap() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return std::exchange(bootstrap_, std::nullopt);
-}
-
-void MappingWorker::restore(const Map& map, std::uint32_t epoch) {
-  reset(epoch);
-  post({epoch, [this, map, epoch] {
-          mapper_.restore(map, epoch);
-          publish(epoch);
-        }});
-  wait();
 }
 
 bool MappingWorker::insert(const KeyframeCandidate& candidate) {
@@ -80,10 +68,7 @@ bool MappingWorker::insert(const KeyframeCandidate& candidate) {
     if (static_cast<int>(jobs_.size()) >= kMaxBacklog) return false;
     epoch = epoch_;
   }
-  post({epoch, [this, candidate, epoch] {
-          mapper_.insert(candidate, waiting());
-          publish(epoch);
-        }});
+  post({[this, candidate](Mapper& mapper) { mapper.insert(candidate, waiting()); }, epoch});
   return true;
 }
 
@@ -92,7 +77,6 @@ void MappingWorker::reset(std::uint32_t epoch) {
   jobs_.clear();
   error_ = nullptr;
   epoch_ = epoch;
-  bootstrap_.reset();
   latest_.reset();
 }
 
@@ -120,7 +104,8 @@ int MappingWorker::waiting() const {
 
 void MappingWorker::publish_mapper() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  latest_ = mapper_.tracking_map();
+  const TrackingMapPtr map = mapper_.tracking_map();
+  if (map && map->epoch == epoch_) latest_ = map;
 }
 
 void MappingWorker::post(Job job) {
@@ -157,7 +142,7 @@ void MappingWorker::run() {
   }
 }
 
-void MappingWorker::set_options(const TrackerOptions& options) {
+void MappingWorker::set_options(const MapperOptions& options) {
   const std::lock_guard<std::mutex> lock(mutex_);
   new_options_ = options;
 }
@@ -165,37 +150,18 @@ void MappingWorker::set_options(const TrackerOptions& options) {
 void MappingWorker::run_job(const Job& job) {
   if (before_job_) before_job_();
   take_options();
-  job.work();
+  job.work(mapper_);
+  publish_mapper();
+  if (job.done) job.done();
 }
 
 void MappingWorker::take_options() {
-  std::optional<TrackerOptions> options;
+  std::optional<MapperOptions> options;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     options = std::exchange(new_options_, std::nullopt);
   }
-  if (!options) return;
-  bootstrapper_.set_options(*options);
-  mapper_.set_options(threaded_ ? *options : unhurried(*options));
-}
-
-void MappingWorker::bootstrap_with(const Frame& frame, std::uint32_t epoch) {
-  if (std::exchange(bootstrapper_epoch_, epoch) != epoch) bootstrapper_.reset();
-  BootstrapReport report = bootstrapper_.add(frame);
-  report.motions = bootstrapper_.motions();
-  if (report.map) {
-    mapper_.initialize(*report.map, epoch);
-    bootstrapper_.reset();
-  }
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (epoch != epoch_) return;
-  if (report.map) latest_ = mapper_.tracking_map();
-  bootstrap_ = std::move(report);
-}
-
-void MappingWorker::publish(std::uint32_t epoch) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (epoch == epoch_) latest_ = mapper_.tracking_map();
+  if (options) mapper_.set_options(threaded_ ? *options : unhurried(*options));
 }
 
 }  // namespace mono_pose_tracker

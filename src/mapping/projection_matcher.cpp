@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/tracking/projection_matcher.h"
+#include "mono_pose_tracker/mapping/projection_matcher.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/tracking/mapper.h"
+#include "mono_pose_tracker/mapping/mapper.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +8,7 @@
 
 #include "epipolar_matcher.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
+#include "mono_pose_tracker/mapping/projection_matcher.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "view_linker.h"
 

@@ -5,28 +5,19 @@
 
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/map/map.h"
-#include "mono_pose_tracker/tracking/bootstrapper.h"
-#include "mono_pose_tracker/tracking/resector.h"
-#include "mono_pose_tracker/tracking/tracker_options.h"
-#include "mono_pose_tracker/tracking/tracking_map.h"
+#include "mono_pose_tracker/map/tracking_map.h"
+#include "mono_pose_tracker/mapping/initial_map.h"
+#include "mono_pose_tracker/mapping/keyframe_candidate.h"
+#include "mono_pose_tracker/mapping/mapper_options.h"
 
 namespace mono_pose_tracker {
-
-/// A resected frame that shall become a keyframe; its pose is given relative to a keyframe, which may move
-/// meanwhile.
-struct KeyframeCandidate {
-  Frame frame;
-  KeyframeId reference = -1;
-  Rigid3 camera_from_reference;
-  std::vector<FrameObservation> observations;
-};
 
 /// Builds the map (paper, steps 4c and 4d): guided matching against the keyframes that share view,
 /// triangulation, longer tracks, windowed bundle adjustment, culling. The only one to change the map: what
 /// others read is the TrackingMap that every change ends with. Not shared between threads.
 class Mapper {
  public:
-  Mapper(const TrackerOptions& options, const CameraModel& camera) : options_(options), camera_(camera) {}
+  Mapper(const MapperOptions& options, const CameraModel& camera) : options_(options), camera_(camera) {}
 
   /// Begins a map. Its scale: what ScaleOptions say, else the median depth of the first view's points is 1.
   void initialize(const InitialMap& initial, std::uint32_t epoch);
@@ -35,7 +26,7 @@ class Mapper {
   /// waiting: keyframes that wait behind this one. The bundle adjustment's window is divided among them, and
   /// with two or more it is left to the next; the map is consistent all the same.
   void insert(const KeyframeCandidate& candidate, int waiting = 0);
-  void set_options(const TrackerOptions& options) { options_ = options; }
+  void set_options(const MapperOptions& options) { options_ = options; }
 
   /// Last optimisation of a recording: tracks are completed between all keyframes that share view, and
   /// everything is bundle-adjusted.
@@ -56,7 +47,7 @@ class Mapper {
   void set_scale(const InitialMap& initial, const std::vector<KeyframeId>& ids);
   void publish();
 
-  TrackerOptions options_;
+  MapperOptions options_;
   CameraModel camera_;
   Map map_;
   std::uint32_t epoch_ = 0;

@@ -1,9 +1,10 @@
-#include "mono_pose_tracker/tracking/mapping_worker.h"
+#include "mono_pose_tracker/mapping/mapping_worker.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "mono_pose_tracker/tracking/resector.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
@@ -59,7 +60,7 @@ class MappingWorkerTest : public testing::Test {
 class OnAThreadOrInline : public MappingWorkerTest, public testing::WithParamInterface<bool> {};
 
 TEST_P(OnAThreadOrInline, KeyframesComeToTheMap) {
-  MappingWorker worker(TrackerOptions(), camera_, GetParam());
+  MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, GetParam());
   EXPECT_EQ(worker.latest(), nullptr);
   worker.initialize(initial_map(), 3);
   const TrackingMapPtr two = worker.latest();
@@ -90,7 +91,7 @@ TEST_P(OnAThreadOrInline, KeyframesComeToTheMap) {
 }
 
 TEST_P(OnAThreadOrInline, ResetLeavesNoMap) {
-  MappingWorker worker(TrackerOptions(), camera_, GetParam());
+  MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, GetParam());
   worker.initialize(initial_map(), 0);
   const KeyframeCandidate next = candidate(*worker.latest(), 2);
   ASSERT_TRUE(worker.insert(next));
@@ -108,7 +109,7 @@ INSTANTIATE_TEST_SUITE_P(Mapping, OnAThreadOrInline, testing::Bool(),
                          [](const auto& info) { return info.param ? "Threaded" : "Inline"; });
 
 TEST_F(MappingWorkerTest, NoMoreKeyframesWaitThanTheBacklogHolds) {
-  MappingWorker worker(TrackerOptions(), camera_, true);
+  MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, true);
   worker.initialize(initial_map(), 0);
   const KeyframeCandidate next = candidate(*worker.latest(), 2);
   // Were insert to block, none would ever be refused. Mapping takes longer than queueing: a few calls do.
@@ -124,7 +125,7 @@ TEST_F(MappingWorkerTest, NoMoreKeyframesWaitThanTheBacklogHolds) {
 }
 
 TEST_F(MappingWorkerTest, BehindInTimeItSolvesLessAndTheMapStaysConsistent) {
-  Mapper mapper(TrackerOptions(), camera_);
+  Mapper mapper(TrackerOptions().mapper(camera_.focal()), camera_);
   mapper.initialize(initial_map(), 0);
   for (int i = 2; i < 6; ++i) mapper.insert(candidate(*mapper.tracking_map(), i));
   for (const int waiting : {0, 1, 2, 3}) {
@@ -153,7 +154,7 @@ TEST_F(MappingWorkerTest, BehindInTimeItSolvesLessAndTheMapStaysConsistent) {
 
 TEST_F(MappingWorkerTest, JobsThatWaitDoNotKeepItAlive) {
   for (int trial = 0; trial < 20; ++trial) {
-    MappingWorker worker(TrackerOptions(), camera_, true);
+    MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, true);
     worker.initialize(initial_map(), 0);
     const KeyframeCandidate next = candidate(*worker.latest(), 2);
     for (int i = 0; i < MappingWorker::kMaxBacklog; ++i) worker.insert(next);
@@ -161,7 +162,7 @@ TEST_F(MappingWorkerTest, JobsThatWaitDoNotKeepItAlive) {
 }
 
 TEST_F(MappingWorkerTest, TwoHundredResetsUnderLoad) {
-  MappingWorker worker(TrackerOptions(), camera_, true);
+  MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, true);
   const InitialMap initial = initial_map();
   worker.initialize(initial, 0);
   const KeyframeCandidate next = candidate(*worker.latest(), 2);

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <utility>
+#include <vector>
+
+#include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/map/frame.h"
+
+namespace mono_pose_tracker {
+
+/// The first views and points of a map; the first view is the map's frame.
+struct InitialMap {
+  struct View {
+    Frame frame;
+    Rigid3 camera_from_map;
+  };
+  struct Point {
+    Eigen::Vector3d x_in_map;
+    std::vector<std::pair<int, int>> observations;  // view, feature
+  };
+  std::vector<View> views;  // by stamp; the newest is the frame that was added last
+  std::vector<Point> points;
+};
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <vector>
+
+#include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/map/frame.h"
+#include "mono_pose_tracker/map/map.h"
+
+namespace mono_pose_tracker {
+
+/// A resected frame that shall become a keyframe; its pose is given relative to a keyframe, which may move
+/// meanwhile.
+struct KeyframeCandidate {
+  Frame frame;
+  KeyframeId reference = -1;
+  Rigid3 camera_from_reference;
+  std::vector<FrameObservation> observations;
+};
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/map/frame.h"
+#include "mono_pose_tracker/map/tracking_map.h"
+#include "mono_pose_tracker/segmentation/motion_mask.h"
+#include "mono_pose_tracker/segmentation/segmenter.h"
+#include "mono_pose_tracker/tracking/bootstrapper.h"
+#include "mono_pose_tracker/tracking/resector.h"
+
+namespace mono_pose_tracker {
+
+// Which pixels of each image are the object (paper, step 1): by a given mask, a background or a backdrop, or
+// by its motion before a still background once a bootstrap has told the two apart. One thread.
+class ObjectFinder {
+ public:
+  // Throws std::invalid_argument when the background image can't be read.
+  ObjectFinder(const SegmentationOptions& options, const CameraModel& camera);
+
+  // The next image. given: empty, or not 0 = object.
+  Segmentation find(const cv::Mat& image, const cv::Mat& given, bool bootstrapping);
+  // An image out of its order: nothing is learnt.
+  Segmentation find_again(const cv::Mat& image, const cv::Mat& given);
+
+  // Where features may be, given the object's mask; empty: anywhere.
+  cv::Mat clearance(const cv::Mat& mask) const;
+
+  // A map has begun: of an object before the still background that the bootstrap found. The frame is the one
+  // that was found last.
+  void start(const BootstrapReport& bootstrap, const Frame& frame, const ResectionReport& resection);
+  // The last frame was posed: where the object was found, and how far it has gone.
+  void follow(const Frame& frame, const TrackingMap& map, const ResectionReport& resection);
+
+  void set_options(const SegmentationOptions& options) { options_ = options; }
+  void reset() { motion_mask_.reset(); }
+
+ private:
+  bool looks_for_motion(const cv::Mat& given) const;
+
+  SegmentationOptions options_;
+  CameraModel camera_;
+  Segmenter segmenter_;
+  MotionMask motion_mask_;
+  Rigid3 motion_pose_;  // camera_from_map from which the object's movement is counted
+};
+
+}  // namespace mono_pose_tracker
