@@ -15,6 +15,15 @@ std::vector<Observation>::iterator find_observation(Landmark& landmark, Keyframe
                           [](const Observation& o, KeyframeId id) { return o.keyframe < id; });
 }
 
+// The pose that looks as before at what has moved.
+Rigid3 moved(const Rigid3& camera_from_map, const Sim3& new_from_map) {
+  Rigid3 camera_from_new;
+  camera_from_new.rotation = (camera_from_map.rotation * new_from_map.rotation.conjugate()).normalized();
+  camera_from_new.translation =
+      -(camera_from_new.rotation * (new_from_map * camera_from_map.inverse().translation));
+  return camera_from_new;
+}
+
 // Walks along links of removed keyframes must end.
 void check_links(const std::map<KeyframeId, Keyframe>& keyframes,
                  const std::map<KeyframeId, KeyframeLink>& removed) {
@@ -94,30 +103,50 @@ LandmarkId Map::add_landmark(const Eigen::Vector3d& x_in_map) {
 }
 
 bool Map::add_observation(LandmarkId landmark_id, KeyframeId keyframe_id, int feature) {
-  Landmark* l = landmark(landmark_id);
-  Keyframe* k = keyframe(keyframe_id);
+  Landmark* l = find_landmark(landmark_id);
+  Keyframe* k = find_keyframe(keyframe_id);
   if (!l || !k || k->landmark_of_feature[feature] != kNoLandmark) return false;
   const auto place = find_observation(*l, keyframe_id);
   if (place != l->observations.end() && place->keyframe == keyframe_id) return false;
+  count_shared(*l, keyframe_id, 1);
   l->observations.insert(place, {keyframe_id, feature});
   k->landmark_of_feature[feature] = landmark_id;
   return true;
 }
 
 void Map::remove_observation(LandmarkId landmark_id, KeyframeId keyframe_id) {
-  Landmark* l = landmark(landmark_id);
+  Landmark* l = find_landmark(landmark_id);
   if (!l) return;
   const auto place = find_observation(*l, keyframe_id);
   if (place == l->observations.end() || place->keyframe != keyframe_id) return;
   keyframes_.at(keyframe_id).landmark_of_feature[place->feature] = kNoLandmark;
   l->observations.erase(place);
+  count_shared(*l, keyframe_id, -1);
+}
+
+// The keyframe has begun (1) or ceased (-1) to see the landmark, among whose observations its own is not.
+void Map::count_shared(const Landmark& landmark, KeyframeId keyframe, int change) {
+  if (landmark.observations.empty()) return;
+  std::map<KeyframeId, int>& own = shared_[keyframe];
+  const auto count = [change](std::map<KeyframeId, int>& shared, KeyframeId other) {
+    const auto entry = shared.emplace(other, 0).first;
+    entry->second += change;
+    if (entry->second == 0) shared.erase(entry);
+  };
+  for (const Observation& o : landmark.observations) {
+    count(own, o.keyframe);
+    count(shared_[o.keyframe], keyframe);
+  }
 }
 
 void Map::remove_landmark(LandmarkId landmark_id) {
   const auto it = landmarks_.find(landmark_id);
   if (it == landmarks_.end()) return;
-  for (const Observation& o : it->second.observations) {
-    keyframes_.at(o.keyframe).landmark_of_feature[o.feature] = kNoLandmark;
+  while (!it->second.observations.empty()) {
+    const Observation last = it->second.observations.back();
+    keyframes_.at(last.keyframe).landmark_of_feature[last.feature] = kNoLandmark;
+    it->second.observations.pop_back();
+    count_shared(it->second, last.keyframe, -1);
   }
   landmarks_.erase(it);
 }
@@ -138,6 +167,7 @@ void Map::remove_keyframe(KeyframeId keyframe_id, KeyframeId parent) {
   removed_[keyframe_id] = {it->second.frame_index, parent,
                            it->second.camera_from_map * keyframe(parent)->camera_from_map.inverse()};
   keyframes_.erase(it);
+  shared_.erase(keyframe_id);
 }
 
 std::vector<LandmarkId> Map::landmark_ids() const {
@@ -148,30 +178,32 @@ std::vector<LandmarkId> Map::landmark_ids() const {
   return ids;
 }
 
-Keyframe* Map::keyframe(KeyframeId id) {
+Keyframe* Map::find_keyframe(KeyframeId id) {
   const auto it = keyframes_.find(id);
   return it == keyframes_.end() ? nullptr : &it->second;
 }
 
-const Keyframe* Map::keyframe(KeyframeId id) const { return const_cast<Map*>(this)->keyframe(id); }
+const Keyframe* Map::keyframe(KeyframeId id) const { return const_cast<Map*>(this)->find_keyframe(id); }
 
-Landmark* Map::landmark(LandmarkId id) {
+Landmark* Map::find_landmark(LandmarkId id) {
   const auto it = landmarks_.find(id);
   return it == landmarks_.end() ? nullptr : &it->second;
 }
 
-const Landmark* Map::landmark(LandmarkId id) const { return const_cast<Map*>(this)->landmark(id); }
+const Landmark* Map::landmark(LandmarkId id) const { return const_cast<Map*>(this)->find_landmark(id); }
+
+void Map::set_pose(KeyframeId id, const Rigid3& camera_from_map) {
+  if (Keyframe* keyframe = find_keyframe(id)) keyframe->camera_from_map = camera_from_map;
+}
+
+void Map::set_position(LandmarkId id, const Eigen::Vector3d& x_in_map) {
+  if (Landmark* landmark = find_landmark(id)) landmark->x_in_map = x_in_map;
+}
 
 std::vector<std::pair<KeyframeId, int>> Map::covisible(KeyframeId keyframe_id) const {
-  std::map<KeyframeId, int> shared;
-  if (const Keyframe* k = keyframe(keyframe_id)) {
-    for (const LandmarkId l : k->landmark_of_feature) {
-      if (l == kNoLandmark) continue;
-      for (const Observation& o : landmarks_.at(l).observations) ++shared[o.keyframe];
-    }
-  }
-  shared.erase(keyframe_id);
-  std::vector<std::pair<KeyframeId, int>> result(shared.begin(), shared.end());
+  const auto shared = shared_.find(keyframe_id);
+  if (shared == shared_.end()) return {};
+  std::vector<std::pair<KeyframeId, int>> result(shared->second.begin(), shared->second.end());
   std::sort(result.begin(), result.end(), [](const auto& a, const auto& b) {
     return a.second != b.second ? a.second > b.second : a.first > b.first;
   });
@@ -188,12 +220,84 @@ void Map::rescale(double scale) {
   for (auto& entry : removed_) entry.second.removed_from_parent.translation *= scale;
 }
 
+void Map::transform(const Sim3& new_from_map) {
+  for (auto& entry : keyframes_) {
+    entry.second.camera_from_map = moved(entry.second.camera_from_map, new_from_map);
+  }
+  for (auto& entry : landmarks_) entry.second.x_in_map = new_from_map * entry.second.x_in_map;
+  for (auto& entry : removed_) entry.second.removed_from_parent.translation *= new_from_map.scale;
+}
+
+void Map::apply(const std::map<KeyframeId, Sim3>& new_from_map) {
+  for (auto& [id, link] : removed_) {
+    KeyframeId ancestor = link.parent;
+    while (!keyframes_.count(ancestor)) ancestor = removed_.at(ancestor).parent;
+    const auto change = new_from_map.find(ancestor);
+    if (change != new_from_map.end()) link.removed_from_parent.translation *= change->second.scale;
+  }
+  for (auto& [id, landmark] : landmarks_) {
+    if (landmark.observations.empty()) continue;
+    const auto change = new_from_map.find(landmark.observations.front().keyframe);
+    if (change != new_from_map.end()) landmark.x_in_map = change->second * landmark.x_in_map;
+  }
+  for (const auto& [id, change] : new_from_map) {
+    if (Keyframe* keyframe = find_keyframe(id)) {
+      keyframe->camera_from_map = moved(keyframe->camera_from_map, change);
+    }
+  }
+}
+
+MergedIds Map::merge(Map other, const Sim3& map_from_other) {
+  other.transform(map_from_other);
+  const MergedIds added{next_keyframe_, next_landmark_};
+  for (auto& [id, keyframe] : other.keyframes_) {
+    keyframe.id += added.keyframes;
+    keyframe.landmark_of_feature.assign(keyframe.landmark_of_feature.size(), kNoLandmark);
+    keyframes_.emplace(keyframe.id, std::move(keyframe));
+  }
+  for (auto& [id, link] : other.removed_) {
+    link.parent += added.keyframes;
+    removed_.emplace(id + added.keyframes, link);
+  }
+  next_keyframe_ += other.next_keyframe_;
+  for (const LandmarkId id : other.landmark_ids()) {
+    Landmark& landmark = other.landmarks_.at(id);
+    Landmark& mine = landmarks_[id + added.landmarks];
+    mine.id = id + added.landmarks;
+    mine.x_in_map = landmark.x_in_map;
+    mine.created_by = landmark.created_by < 0 ? -1 : landmark.created_by + added.keyframes;
+    for (const Observation& o : landmark.observations) {
+      add_observation(mine.id, o.keyframe + added.keyframes, o.feature);
+    }
+  }
+  next_landmark_ += other.next_landmark_;
+  return added;
+}
+
 void Map::shift_frame_indices(std::int64_t offset) {
   for (auto& entry : keyframes_) entry.second.frame_index += offset;
   for (auto& entry : removed_) entry.second.frame_index += offset;
 }
 
+void Map::check_covisibility() const {
+  std::unordered_map<KeyframeId, std::map<KeyframeId, int>> counted;
+  for (const auto& entry : landmarks_) {
+    for (const Observation& a : entry.second.observations) {
+      for (const Observation& b : entry.second.observations) {
+        if (a.keyframe != b.keyframe) ++counted[a.keyframe][b.keyframe];
+      }
+    }
+  }
+  for (const auto& entry : keyframes_) {
+    const auto kept = shared_.find(entry.first);
+    if (counted[entry.first] != (kept == shared_.end() ? std::map<KeyframeId, int>() : kept->second)) {
+      throw std::logic_error("keyframe " + std::to_string(entry.first) + " counts what it shares wrongly");
+    }
+  }
+}
+
 void Map::check() const {
+  check_covisibility();
   for (const auto& [id, k] : keyframes_) {
     if (static_cast<int>(k.landmark_of_feature.size()) != k.image->size()) {
       throw std::logic_error("keyframe " + std::to_string(id) +

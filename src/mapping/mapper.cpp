@@ -163,7 +163,7 @@ std::vector<LandmarkId> Mapper::unseen_landmarks(KeyframeId id) const {
 // where the feature sees another landmark already, the two become one if both agree with all that is seen of
 // them.
 void Mapper::fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks) {
-  Keyframe& keyframe = *map_.keyframe(target);
+  const Keyframe& keyframe = *map_.keyframe(target);
   const Eigen::Vector3d center = keyframe.center_in_map();
   std::vector<LandmarkCandidate> candidates;
   for (const LandmarkId l : landmarks) {

@@ -144,10 +144,10 @@ BundleReport solve(BundleOptions options, MapProblem* problem, Map* map) {
   const BundleReport report = adjust_bundle(options, &problem->bundle);
   if (!report.usable) return report;
   for (std::size_t i = 0; i < problem->keyframes.size(); ++i) {
-    map->keyframe(problem->keyframes[i])->camera_from_map = problem->bundle.cameras[i].camera_from_map;
+    map->set_pose(problem->keyframes[i], problem->bundle.cameras[i].camera_from_map);
   }
   for (std::size_t i = 0; i < problem->landmarks.size(); ++i) {
-    map->landmark(problem->landmarks[i])->x_in_map = problem->bundle.points[i];
+    map->set_position(problem->landmarks[i], problem->bundle.points[i]);
   }
   return report;
 }

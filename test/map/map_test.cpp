@@ -70,11 +70,102 @@ TEST(Map, ARemovedKeyframeMovesWithItsParent) {
   Rigid3 pose;
   ASSERT_TRUE(map.camera_from_map(1, &pose));
   EXPECT_NEAR((pose.inverse().translation - Eigen::Vector3d(1, 0, 0)).norm(), 0, 1e-12);
-  map.keyframe(3)->camera_from_map = pose_at(13);
+  map.set_pose(3, pose_at(13));
   ASSERT_TRUE(map.camera_from_map(1, &pose));
   EXPECT_NEAR((pose.inverse().translation - Eigen::Vector3d(11, 0, 0)).norm(), 0, 1e-12);
   EXPECT_FALSE(map.camera_from_map(99, &pose));
   map.check();
+}
+
+// A row of keyframes, each of which sees the points before it and beside it.
+Map row(int keyframes, Random& random) {
+  Map map;
+  for (int i = 0; i < keyframes; ++i) map.add_keyframe(i, i, pose_at(i), image_of(3));
+  for (int i = 0; i < keyframes; ++i) {
+    const LandmarkId l = map.add_landmark({i + random.normal(), random.normal(), 5 + random.normal()});
+    for (int k = std::max(0, i - 1); k <= std::min(keyframes - 1, i + 1); ++k) {
+      map.add_observation(l, k, k - i + 1);
+    }
+  }
+  return map;
+}
+
+const Sim3 kChange{2.5, Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized())),
+                   Eigen::Vector3d(4, -5, 6)};
+
+// Directions to landmarks that a keyframe sees, in its camera.
+std::vector<Eigen::Vector3d> sights(const Map& map, KeyframeId keyframe) {
+  std::vector<Eigen::Vector3d> directions;
+  for (const LandmarkId l : map.keyframe(keyframe)->landmark_of_feature) {
+    if (l == kNoLandmark) continue;
+    directions.push_back((map.keyframe(keyframe)->camera_from_map * map.landmark(l)->x_in_map).normalized());
+  }
+  return directions;
+}
+
+void expect_same(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen::Vector3d>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_LT((a[i] - b[i]).norm(), 1e-12);
+}
+
+TEST(Map, WhatIsSeenStaysTheSameInAnotherFrameAndUnit) {
+  Random random(5);
+  Map map = row(6, random);
+  map.remove_keyframe(2, 3);
+  Rigid3 before;
+  ASSERT_TRUE(map.camera_from_map(2, &before));
+  const Map original = map;
+  map.transform(kChange);
+  map.check();
+  for (const auto& entry : map.keyframes()) {
+    const KeyframeId k = entry.first;
+    expect_same(sights(map, k), sights(original, k));
+    EXPECT_LT((map.keyframe(k)->center_in_map() - kChange * original.keyframe(k)->center_in_map()).norm(),
+              1e-12);
+  }
+  Rigid3 after;
+  ASSERT_TRUE(map.camera_from_map(2, &after));
+  EXPECT_LT((after.inverse().translation - kChange * before.inverse().translation).norm(), 1e-12);
+}
+
+TEST(Map, TheSameSimilarityForAllKeyframesIsATransform) {
+  Random random(6);
+  Map map = row(6, random);
+  map.remove_keyframe(2, 3);
+  Map transformed = map;
+  transformed.transform(kChange);
+  std::map<KeyframeId, Sim3> each;
+  for (const auto& entry : map.keyframes()) each[entry.first] = kChange;
+  map.apply(each);
+  map.check();
+  for (KeyframeId k = 0; k < 6; ++k) {
+    Rigid3 a, b;
+    ASSERT_TRUE(map.camera_from_map(k, &a) && transformed.camera_from_map(k, &b));
+    EXPECT_LT((a.translation - b.translation).norm(), 1e-12);
+  }
+  for (const LandmarkId l : map.landmark_ids()) {
+    EXPECT_LT((map.landmark(l)->x_in_map - transformed.landmark(l)->x_in_map).norm(), 1e-12);
+  }
+}
+
+TEST(Map, TakesInAnotherMap) {
+  Random random(7);
+  Map map = row(4, random), other = row(5, random);
+  other.shift_frame_indices(100);
+  other.remove_keyframe(1, 2);
+  const Map original = other;
+  const MergedIds added = map.merge(other, kChange);
+  map.check();
+  EXPECT_EQ(map.keyframes().size(), 4u + 4u);
+  EXPECT_EQ(map.landmarks().size(), 4u + 5u);
+  for (const auto& [id, keyframe] : original.keyframes()) {
+    expect_same(sights(map, id + added.keyframes), sights(original, id));
+    EXPECT_EQ(map.keyframe(id + added.keyframes)->frame_index, keyframe.frame_index);
+  }
+  Rigid3 removed, before;
+  ASSERT_TRUE(map.camera_from_map(1 + added.keyframes, &removed) && original.camera_from_map(1, &before));
+  EXPECT_LT((removed.inverse().translation - kChange * before.inverse().translation).norm(), 1e-12);
+  EXPECT_GT(map.add_keyframe(999, 999, pose_at(0), image_of(1)), 4 + added.keyframes) << "ids are new";
 }
 
 // The invariants hold whatever is done to a map, in whatever order.

@@ -29,12 +29,14 @@ class MapAdjustment : public testing::Test {
   // The last two keyframes and every point off by some per cent of the depth.
   void disturb() {
     for (int i = kKeyframes - 2; i < kKeyframes; ++i) {
-      map_.keyframe(i)->camera_from_map.translation +=
+      Rigid3 camera_from_map = map_.keyframe(i)->camera_from_map;
+      camera_from_map.translation +=
           0.03 * Eigen::Vector3d(random_.normal(), random_.normal(), random_.normal());
+      map_.set_pose(i, camera_from_map);
     }
     for (const LandmarkId l : map_.landmark_ids()) {
-      map_.landmark(l)->x_in_map +=
-          0.02 * Eigen::Vector3d(random_.normal(), random_.normal(), random_.normal());
+      map_.set_position(l, map_.landmark(l)->x_in_map +
+                               0.02 * Eigen::Vector3d(random_.normal(), random_.normal(), random_.normal()));
     }
   }
 

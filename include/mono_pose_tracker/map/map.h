@@ -9,6 +9,7 @@
 
 #include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/common/scale_source.h"
+#include "mono_pose_tracker/geometry/sim3.h"
 #include "mono_pose_tracker/map/image_features.h"
 
 namespace mono_pose_tracker {
@@ -66,9 +67,16 @@ bool resolve_keyframe(const Keyframes& keyframes, const std::map<KeyframeId, Key
   }
 }
 
+/// What was added to the ids of a map that another took in.
+struct MergedIds {
+  KeyframeId keyframes = 0;
+  LandmarkId landmarks = 0;
+};
+
 /// Keyframes, landmarks and who sees what. Data and its invariants, no algorithm: an observation is known to
 /// both its keyframe and its landmark, a feature sees one landmark at most, and a landmark is seen once by a
-/// keyframe at most. Not shared between threads.
+/// keyframe at most. Changed through its edits only.
+/// Not shared between threads.
 class Map {
  public:
   /// A map made of its parts, which keep their ids; what each feature sees is taken from the observations.
@@ -95,10 +103,12 @@ class Map {
   const std::unordered_map<LandmarkId, Landmark>& landmarks() const { return landmarks_; }
   std::vector<LandmarkId> landmark_ids() const;  // sorted
 
-  Keyframe* keyframe(KeyframeId id);
   const Keyframe* keyframe(KeyframeId id) const;
-  Landmark* landmark(LandmarkId id);
   const Landmark* landmark(LandmarkId id) const;
+
+  /// Adjusted; nothing happens when it is gone.
+  void set_pose(KeyframeId keyframe, const Rigid3& camera_from_map);
+  void set_position(LandmarkId landmark, const Eigen::Vector3d& x_in_map);
 
   /// Keyframes that share landmarks with this one and how many, most first (ties: newest first).
   std::vector<std::pair<KeyframeId, int>> covisible(KeyframeId keyframe) const;
@@ -109,6 +119,14 @@ class Map {
 
   /// All lengths times scale.
   void rescale(double scale);
+  /// The map in another frame and unit.
+  void transform(const Sim3& new_from_map);
+  /// Each keyframe by a similarity of its own, and with it the landmarks that it is the first to see and the
+  /// removed keyframes that hang on it. Keyframes without one stay.
+  void apply(const std::map<KeyframeId, Sim3>& new_from_map);
+  /// Takes in another map, whose ids and frame indices grow by what is returned. No two keyframes may be of
+  /// the same frame then; landmarks that are one and the same stay two until they are merged.
+  MergedIds merge(Map other, const Sim3& map_from_other);
   ScaleSource scale_source() const { return scale_source_; }
   void set_scale_source(ScaleSource source) { scale_source_ = source; }
 
@@ -119,11 +137,17 @@ class Map {
   void check() const;
 
  private:
+  Keyframe* find_keyframe(KeyframeId id);
+  Landmark* find_landmark(LandmarkId id);
+  void check_covisibility() const;
+  void count_shared(const Landmark& landmark, KeyframeId keyframe, int change);
+
   KeyframeId next_keyframe_ = 0;
   LandmarkId next_landmark_ = 0;
   std::map<KeyframeId, Keyframe> keyframes_;
   std::unordered_map<LandmarkId, Landmark> landmarks_;
   std::map<KeyframeId, KeyframeLink> removed_;
+  std::unordered_map<KeyframeId, std::map<KeyframeId, int>> shared_;  // landmarks that both see; no zeros
   ScaleSource scale_source_ = ScaleSource::kMapUnits;
 };
 
