@@ -1,0 +1,174 @@
+#include "mono_pose_tracker/mapping/place_index.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+namespace mono_pose_tracker {
+
+namespace {
+
+void check_range(const char* key, int value, int low, int high) {
+  if (value >= low && value <= high) return;
+  throw std::invalid_argument(std::string(key) + " is " + std::to_string(value) + ", expected " +
+                              std::to_string(low) + " to " + std::to_string(high));
+}
+
+}  // namespace
+
+void PlaceIndexOptions::validate() const {
+  check_range("max_features", max_features, 1, 1000000);
+  check_range("probes", probes, 1, 1 + DescriptorCode::kWordBits);
+  check_range("max_signature_distance", max_signature_distance, 0, 31);
+}
+
+/// What the features of an image have found so far. A feature votes once for a keyframe, however many of its
+/// features look like it.
+class PlaceIndex::Votes {
+ public:
+  Votes(std::size_t num_slots, int num_keyframes, int max_distance)
+      : score_(num_slots), weight_(num_slots), num_keyframes_(num_keyframes), max_distance_(max_distance) {}
+
+  NearFeature* room_for(std::size_t count) {
+    if (near_.size() < count) near_.resize(2 * count);
+    return near_.data();
+  }
+  void count(int found) {
+    for (int i = 0; i < found; ++i) {
+      float& weight = weight_[near_[i].owner];
+      if (weight == 0) voted_for_.push_back(near_[i].owner);
+      weight = std::max(weight, weight_of(near_[i].distance));
+    }
+  }
+  /// What a feature finds in every keyframe tells nothing, in one alone most.
+  void end_feature() {
+    const double rarity = rarity_of(std::max<std::size_t>(1, voted_for_.size()));
+    most_ += rarity;
+    for (const std::uint32_t slot : voted_for_) {
+      score_[slot] += weight_[slot] * rarity;
+      weight_[slot] = 0;
+    }
+    voted_for_.clear();
+  }
+  /// 1 where every feature was found. `share`: of the image's number of features, what the keyframe has. One
+  /// that has few can't be found by many, one that has many is found by chance: the geometric mean is fair to
+  /// both.
+  double score(std::uint32_t slot, double share) const {
+    return score_[slot] > 0 ? std::min(1.0, score_[slot] / (most_ * std::sqrt(share))) : 0;
+  }
+
+ private:
+  // 1 for equal signatures, falling to nearly 0 at the greatest distance that counts.
+  float weight_of(int distance) const { return 1 - static_cast<float>(distance) / (max_distance_ + 1); }
+  double rarity_of(std::size_t keyframes) const {
+    return std::log1p(static_cast<double>(num_keyframes_) / keyframes);
+  }
+
+  std::vector<double> score_;
+  std::vector<float> weight_;  // of the present feature's vote
+  std::vector<std::uint32_t> voted_for_;
+  std::vector<NearFeature> near_;
+  int num_keyframes_, max_distance_;
+  double most_ = 0;
+};
+
+PlaceIndex::PlaceIndex(const PlaceIndexOptions& options)
+    : options_(options), coder_(options.seed), features_of_word_(1u << DescriptorCode::kWordBits) {
+  options_.validate();
+}
+
+std::vector<int> PlaceIndex::strongest(const FeatureSet& features) const {
+  std::vector<int> order(features.size());
+  std::iota(order.begin(), order.end(), 0);
+  if (features.size() <= options_.max_features) return order;
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return features.features[a].response > features.features[b].response;
+  });
+  order.resize(options_.max_features);
+  return order;
+}
+
+void PlaceIndex::add(KeyframeId id, const FeatureSet& features) {
+  if (contains(id)) throw std::invalid_argument("keyframe " + std::to_string(id) + " is indexed already");
+  std::uint32_t number = static_cast<std::uint32_t>(slots_.size());
+  if (free_slots_.empty()) {
+    slots_.emplace_back();
+  } else {
+    number = free_slots_.back();
+    free_slots_.pop_back();
+  }
+  slot_of_[id] = number;
+  Slot& slot = slots_[number];
+  slot.id = id;
+  for (const int i : strongest(features)) {
+    const DescriptorCode code = coder_.encode(features.descriptor(i), 0);
+    slot.words.push_back(code.word);
+    features_of_word_[code.word].push_back({number, static_cast<std::uint32_t>(code.signature),
+                                            static_cast<std::uint32_t>(code.signature >> 32)});
+  }
+}
+
+void PlaceIndex::remove(KeyframeId id) {
+  const auto found = slot_of_.find(id);
+  if (found == slot_of_.end()) return;
+  const std::uint32_t number = found->second;
+  for (const std::uint16_t word : slots_[number].words) {
+    std::vector<CodedFeature>& list = features_of_word_[word];
+    list.erase(std::remove_if(list.begin(), list.end(),
+                              [&](const CodedFeature& feature) { return feature.owner == number; }),
+               list.end());
+  }
+  slots_[number] = {};
+  free_slots_.push_back(number);
+  slot_of_.erase(found);
+}
+
+void PlaceIndex::clear() {
+  for (auto& list : features_of_word_) list.clear();
+  slots_.clear();
+  free_slots_.clear();
+  slot_of_.clear();
+}
+
+std::size_t PlaceIndex::memory_bytes() const {
+  std::size_t bytes = features_of_word_.size() * sizeof(features_of_word_[0]);
+  for (const auto& list : features_of_word_) bytes += list.capacity() * sizeof(CodedFeature);
+  for (const Slot& slot : slots_) bytes += sizeof slot + slot.words.capacity() * sizeof(std::uint16_t);
+  return bytes;
+}
+
+void PlaceIndex::vote(const DescriptorCode& code, Votes* votes) const {
+  for (int probe = 0; probe < options_.probes; ++probe) {
+    const std::uint16_t word = probe == 0 ? code.word : code.word ^ (1u << code.uncertain[probe - 1]);
+    const std::vector<CodedFeature>& list = features_of_word_[word];
+    if (list.empty()) continue;
+    votes->count(find_near(list.data(), static_cast<int>(list.size()), code.signature,
+                           options_.max_signature_distance, votes->room_for(list.size())));
+  }
+  votes->end_feature();
+}
+
+std::vector<PlaceMatch> PlaceIndex::query(const FeatureSet& features, int count,
+                                          const std::function<bool(KeyframeId)>& allowed) const {
+  Votes votes(slots_.size(), size(), options_.max_signature_distance);
+  const std::vector<int> voters = strongest(features);
+  for (const int i : voters) vote(coder_.encode(features.descriptor(i), options_.probes - 1), &votes);
+  std::vector<PlaceMatch> ranked;
+  for (std::uint32_t i = 0; i < slots_.size(); ++i) {
+    const double score = votes.score(i, static_cast<double>(slots_[i].words.size()) / voters.size());
+    if (score > 0) ranked.push_back({slots_[i].id, score});
+  }
+  std::sort(ranked.begin(), ranked.end(), [](const PlaceMatch& a, const PlaceMatch& b) {
+    return a.score != b.score ? a.score > b.score : a.id < b.id;
+  });
+  std::vector<PlaceMatch> best;
+  for (const PlaceMatch& match : ranked) {
+    if (static_cast<int>(best.size()) >= count) break;
+    if (!allowed || allowed(match.id)) best.push_back(match);
+  }
+  return best;
+}
+
+}  // namespace mono_pose_tracker
