@@ -2,14 +2,15 @@
 
 #include <cmath>
 
+#include "function_clones.h"
+
 namespace mono_pose_tracker {
 
 namespace {
 
 // The 16-bit differences let the compiler use multiply-add pairs; the clones are chosen when the program is
 // loaded.
-__attribute__((target_clones("avx2", "default"))) int distance2_128(const std::uint8_t* a,
-                                                                    const std::uint8_t* b) {
+MPT_FUNCTION_CLONES int distance2_128(const std::uint8_t* a, const std::uint8_t* b) {
   int sum = 0;
   for (int i = 0; i < 128; ++i) {
     const std::int16_t d = static_cast<std::int16_t>(a[i] - b[i]);
@@ -19,9 +20,8 @@ __attribute__((target_clones("avx2", "default"))) int distance2_128(const std::u
 }
 
 // One row against many in one call: the clone's dispatch is paid once.
-__attribute__((target_clones("avx2", "default"))) void distances2_128(const std::uint8_t* a,
-                                                                      const std::uint8_t* rows,
-                                                                      std::size_t step, int count, int* out) {
+MPT_FUNCTION_CLONES void distances2_128(const std::uint8_t* a, const std::uint8_t* rows, std::size_t step,
+                                        int count, int* out) {
   for (int r = 0; r < count; ++r) {
     const std::uint8_t* b = rows + r * step;
     int sum = 0;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "function_clones.h"
 #include "sift_angle.h"
 #include "sift_vector.h"
 
@@ -28,7 +29,7 @@ struct Patch {
 };
 
 // The image on a grid turned by the angle, interpolated bilinearly, the border repeated.
-MPT_SIFT_CLONES
+MPT_FUNCTION_CLONES
 void sample_patch(const float* image, int stride, int width, int height, float x, float y, float along_x,
                   float along_y, float* __restrict values) {
   constexpr float kHalf = 0.5f * (kPatch - 1);
@@ -56,7 +57,7 @@ void sample_patch(const float* image, int stride, int width, int height, float x
   }
 }
 
-MPT_SIFT_CLONES
+MPT_FUNCTION_CLONES
 void compute_gradients(const float* values, float* __restrict magnitude,
                        float* __restrict direction_in_bins) {
   for (int j = 0; j < kSamples; ++j) {
@@ -88,7 +89,7 @@ struct SampleWeights {
 };
 
 // Trilinear: a sample counts in the two nearest cells along each side and the two nearest directions.
-MPT_SIFT_CLONES
+MPT_FUNCTION_CLONES
 void pool(const float* magnitude, const float* direction_in_bins, const SampleWeights& weights,
           float* __restrict histogram) {
   const Floats8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "function_clones.h"
 #include "sift_budget.h"
 #include "sift_parallel.h"
 #include "sift_vector.h"
@@ -18,7 +19,7 @@ constexpr int kMaxSteps = 5;  // of the refinement, a pixel or a level each; mor
 constexpr float kMaxOffset = 0.6f;
 constexpr float kSampleContrastShare = 0.5f;
 
-MPT_SIFT_CLONES
+MPT_FUNCTION_CLONES
 void subtract_rows(const float* a, const float* b, int width, float* __restrict out) {
   for (int x = 0; x < width; x += 8) MPT_SIFT_STORE(out + x, MPT_SIFT_LOAD(a + x) - MPT_SIFT_LOAD(b + x));
 }
@@ -34,7 +35,7 @@ struct RowNeighbourhood {
 
 // Writes the first x of each run of eight that holds a sample beyond the threshold which no neighbour within
 // the row, above, below, finer or coarser exceeds. Returns how many.
-MPT_SIFT_CLONES
+MPT_FUNCTION_CLONES
 int find_runs(const RowNeighbourhood& rows, float threshold, int begin, int end, int* runs) {
   int count = 0;
   for (int x = begin; x < end; x += 8) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
+#include "function_clones.h"
 #include "sift_vector.h"
 
 namespace mono_pose_tracker {
@@ -13,7 +14,7 @@ constexpr float kReachInSigmas =
     4.0f;  // what a Gaussian holds beyond (6e-5) is below the noise of 8-bit images
 
 // out[x] = sum over i of weights[i] * (before[i][x] + after[i][x]), width a multiple of kPlaneBlock.
-MPT_SIFT_CLONES
+MPT_FUNCTION_CLONES
 void sum_of_pairs(const float* const* before, const float* const* after, const float* weights, int pairs,
                   int width, float* __restrict out) {
   for (int x = 0; x < width; x += kPlaneBlock) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
+#include "function_clones.h"
 #include "sift_angle.h"
 #include "sift_vector.h"
 
@@ -19,7 +20,7 @@ constexpr int kMaxReach = 64;       // px; octave_layers = 1 has key points up t
 using Histogram = std::array<float, kBins>;
 
 // Of one row of gradients: weight times magnitude, and direction in bins.
-MPT_SIFT_CLONES
+MPT_FUNCTION_CLONES
 void weigh_gradients(const float* above, const float* row, const float* below, int count, float dx0, float dy,
                      float exponent, float* __restrict magnitude, float* __restrict bin) {
   for (int i = 0; i < count; ++i) {

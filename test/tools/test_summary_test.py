@@ -1,0 +1,93 @@
+#!/usr/bin/python3
+"""What scripts/test says at its end, and which arguments it takes."""
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import rosunit
+
+SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / "scripts"
+
+
+def suite(*cases):
+    return "<testsuites><testsuite>" + "".join(cases) + "</testsuite></testsuites>"
+
+
+def case(name, seconds=0.0, inside=""):
+    return f'<testcase classname="Group" name="{name}" time="{seconds}">{inside}</testcase>'
+
+
+class TestSummary(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def write(self, name, text):
+        path = pathlib.Path(self.folder.name) / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text)
+
+    def summarise(self):
+        """Its lines and exit status."""
+        done = subprocess.run([sys.executable, SCRIPTS / "summarise_tests", self.folder.name], stdout=subprocess.PIPE,
+                              text=True)
+        return done.stdout.splitlines(), done.returncode
+
+    def test_the_last_two_lines(self):
+        self.write("pkg/a.xml", suite(case("good"), case("left_out", inside='<skipped message="no data"/>')))
+        self.write("pkg/b.xml", suite(case("better")))
+        lines, status = self.summarise()
+        self.assertEqual(lines[-2:], ["skipped: Group.left_out", "2 passed, 0 failed"])
+        self.assertEqual(status, 0)
+
+    def test_failures_are_named(self):
+        self.write("pkg/a.xml", suite(case("good"), case("bad", inside='<failure message="x"/>'),
+                                      case("worse", inside="<error/>")))
+        lines, status = self.summarise()
+        self.assertIn("failed: Group.bad", lines)
+        self.assertIn("failed: Group.worse", lines)
+        self.assertEqual(lines[-2:], ["skipped: none", "1 passed, 2 failed"])
+        self.assertEqual(status, 1)
+
+    def test_what_cannot_be_read_has_failed(self):
+        self.write("pkg/a.xml", suite(case("good")))
+        self.write("pkg/gtest-cut.xml", "<testsuites><testsui")
+        lines, status = self.summarise()
+        self.assertIn("failed: gtest-cut", lines)
+        self.assertEqual((lines[-1], status), ("1 passed, 1 failed", 1))
+
+    def test_nothing_at_all_is_a_failure(self):
+        lines, status = self.summarise()
+        self.assertEqual((lines[-1], status), ("0 passed, 0 failed", 1))
+
+    def test_rostests_are_counted_once(self):
+        self.write("pkg/rostest-a.xml", suite(case("good")))
+        self.write("pkg/rosunit-a.xml", suite(case("good")))
+        self.assertEqual(self.summarise()[0][-1], "1 passed, 0 failed")
+
+    def test_the_ten_slowest_are_listed(self):
+        self.write("pkg/a.xml", suite(*[case(f"of_{i}_s", i) for i in range(30)]))
+        lines, _ = self.summarise()
+        slowest = [line.split()[-1] for line in lines if line.strip().startswith(tuple("0123456789")) and " s " in line]
+        self.assertEqual(slowest, [f"Group.of_{i}_s" for i in range(29, 19, -1)])
+
+    def test_a_sanitizers_report_is_a_failure(self):
+        self.write("pkg/a.xml", suite(case("good")))
+        self.write("sanitizer_reports/report.7", "=====\nWARNING: ThreadSanitizer: data race (pid=7)\n  Write of size 8\n")
+        lines, status = self.summarise()
+        self.assertTrue([line for line in lines if line.startswith("failed: ") and "data race" in line], lines)
+        self.assertEqual((lines[-1], status), ("1 passed, 1 failed", 1))
+
+    def test_unknown_arguments_are_refused(self):
+        for arguments in (["--nonsense"], ["--sanitize=memory"], ["--fuzz=soon"], ["tests"]):
+            done = subprocess.run([SCRIPTS / "test", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                  env={**os.environ, "MONO_POSE_TRACKER_BUILD": self.folder.name})
+            self.assertEqual(done.returncode, 2, arguments)
+            self.assertIn(arguments[0], done.stderr)
+
+
+if __name__ == "__main__":
+    rosunit.unitrun("mono_pose_tracker", "test_summary", TestSummary, sysargs=sys.argv)
