@@ -17,30 +17,25 @@ from mono_pose_tracker.msg import TrackerStatus
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import feeding  # noqa: E402
+from background import Background, Stream  # noqa: E402
 
 FRAMES = 24
 
 
-class Stream:
-    """Images as fast as they are taken, from a thread of its own, until stop()."""
+class Answers:
+    """Of a service, from several threads."""
 
-    def __init__(self, camera, images):
-        self.camera, self.source, self.sent = camera, images, 0
-        self.stopped = threading.Event()
-        self.thread = threading.Thread(target=self.run)
-        self.thread.start()
+    def __init__(self):
+        self.all, self.changed = [], threading.Condition()
 
-    def run(self):
-        while not self.stopped.wait(0.01):
-            image = feeding.moved(self.source[self.sent % len(self.source)], 10.0 * (self.sent // len(self.source)))
-            self.camera.info.header = image.header
-            self.camera.infos.publish(self.camera.info)
-            self.camera.images.publish(image)
-            self.sent += 1
+    def add(self, answer):
+        with self.changed:
+            self.all.append((answer.success, answer.message))
+            self.changed.notify_all()
 
-    def stop(self):
-        self.stopped.set()
-        self.thread.join()
+    def wait_for_number(self, number):
+        with self.changed:
+            return self.changed.wait_for(lambda: len(self.all) >= number, feeding.TIMEOUT)
 
 
 class ServicesTest(unittest.TestCase):
@@ -116,18 +111,16 @@ class ServicesTest(unittest.TestCase):
             camera = camera or feeding.Camera("/unloaded_camera", self.recording.info)
             feeding.wait_for_connections(camera.images)
             stream = Stream(camera, self.recording.images)
-            answers = []
-            callers = [threading.Thread(target=self.call_until_gone, args=(name, answers)) for _ in range(2)]
-            for caller in callers:
-                caller.start()
-            rospy.sleep(0.3)  # some calls into it
+            self.addCleanup(stream.stop)
+            answers = Answers()
+            callers = [Background(self.call_until_gone, name, answers) for _ in range(2)]
+            self.assertTrue(answers.wait_for_number(10), "the services answer while images come")
             loader.send_signal(signal.SIGINT)  # it unloads the nodelet
             loader.wait(feeding.TIMEOUT)
             for caller in callers:
-                caller.join(feeding.TIMEOUT)
-                self.assertFalse(caller.is_alive(), "a call hangs")
+                caller.join()
             stream.stop()
-            for success, message in answers:
+            for success, message in answers.all:
                 self.assertTrue(success or message == "the tracker shuts down", message)
 
     @staticmethod
@@ -137,7 +130,7 @@ class ServicesTest(unittest.TestCase):
         try:
             while True:
                 answer = reset()
-                answers.append((answer.success, answer.message))
+                answers.add(answer)
         except rospy.ServiceException:
             pass
 

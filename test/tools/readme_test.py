@@ -21,6 +21,11 @@ def section(title):
     return re.search(rf"^## {title}\n(.*?)(?=^## )", read("README.md"), re.M | re.S).group(1)
 
 
+def documents():
+    """The texts of the README and of what is beside it in doc."""
+    return [read("README.md")] + [read(path) for path in sorted(glob.glob(os.path.join(ROOT, "doc", "*.md")))]
+
+
 class ReadmeTest(unittest.TestCase):
     def test_every_reason_is_explained(self):
         codes = set(re.findall(r'case Reason::\w+:\s*return "(\w+)"', read("src", "common", "status.cpp")))
@@ -46,17 +51,22 @@ class ReadmeTest(unittest.TestCase):
             self.assertRegex(section("States and reasons"), rf"(?m)^\| `{state}` \| .+ \|$")
 
     def test_every_launch_argument_is_in_its_section(self):
-        for file, title in (("bag.launch", "A bag"), ("camera.launch", "A camera")):
-            text = section(title)
-            for arg in ElementTree.parse(os.path.join(ROOT, "launch", file)).getroot().findall("arg"):
-                self.assertIn("`" + arg.get("name") + "`", text, file)
+        sections = [s for text in documents() for s in re.split(r"(?m)^(?=## )", text)]
+        for path in sorted(glob.glob(os.path.join(ROOT, "launch", "*.launch"))):
+            file = os.path.basename(path)
+            told = "".join(s for s in sections if file in s)
+            for arg in ElementTree.parse(path).getroot().findall("arg"):
+                self.assertIn("`" + arg.get("name") + "`", told, file)
 
     def test_every_parameter_is_named(self):
-        text = read("README.md")
+        text = "".join(documents())
+        found = set()
         for path in glob.glob(os.path.join(ROOT, "src", "ros", "*.cpp")):
             with open(path) as file:
-                for key in re.findall(r'reader\.read\("(\w+)"', file.read()):
+                for key in re.findall(r'reader\.read\(\{?\s*"([\w/]+)"', file.read()):
                     self.assertRegex(text, f"`~?{key}`", path)
+                    found.add(key)
+        self.assertLessEqual({"map_path", "map_orientation"}, found, "both ways to read one are seen")
 
 
 if __name__ == "__main__":
