@@ -152,7 +152,11 @@ Keyframe read_keyframe(ByteReader& in, const CameraModel& camera) {
     for (int c = 0; c < 3; ++c) colors[i][c] = in.u8();
     std::memcpy(set.descriptors.ptr(static_cast<int>(i)), in.raw(kDescriptorBytes).data(), kDescriptorBytes);
   }
-  keyframe.image = restore_image_features(std::move(set), std::move(colors), camera);
+  try {
+    keyframe.image = restore_image_features(std::move(set), std::move(colors), camera);
+  } catch (const std::invalid_argument& e) {
+    contradiction(e.what());
+  }
   return keyframe;
 }
 

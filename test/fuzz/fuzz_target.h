@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+
+namespace mono_pose_tracker {
+
+using FuzzTarget = std::function<void(const std::uint8_t* bytes, std::size_t size)>;
+
+/// The targets of this program by name.
+inline std::map<std::string, FuzzTarget>& fuzz_targets() {
+  static std::map<std::string, FuzzTarget> targets;
+  return targets;
+}
+
+}  // namespace mono_pose_tracker
+
+/// Before the body of a function of `bytes` and `size`, which takes any bytes that there are: it may throw
+/// nothing, and what it returns must hold what its header promises (see FUZZ_CHECK). libFuzzer makes the
+/// bytes up (scripts/fuzz); the ordinary tests replay those in corpus/NAME.
+#ifdef MONO_POSE_TRACKER_LIBFUZZER
+#define FUZZ_TARGET(name)                                                              \
+  static void fuzz_##name(const std::uint8_t* bytes, std::size_t size);                \
+  extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) { \
+    fuzz_##name(bytes, size);                                                          \
+    return 0;                                                                          \
+  }                                                                                    \
+  static void fuzz_##name(const std::uint8_t* bytes, std::size_t size)
+#else
+#define FUZZ_TARGET(name)                                                    \
+  static void fuzz_##name(const std::uint8_t* bytes, std::size_t size);      \
+  static const bool is_registered_##name =                                   \
+      mono_pose_tracker::fuzz_targets().emplace(#name, &fuzz_##name).second; \
+  static void fuzz_##name([[maybe_unused]] const std::uint8_t* bytes, [[maybe_unused]] std::size_t size)
+#endif
