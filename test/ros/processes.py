@@ -1,0 +1,31 @@
+"""For tests: what the system knows of another process, and what the master knows of a node."""
+import os
+from xmlrpc.client import ServerProxy
+
+import rosgraph
+import rospy
+
+
+def pid_of_node(name):
+    uri = rosgraph.Master(rospy.get_name()).lookupNode(name)
+    return ServerProxy(uri).getPid(rospy.get_name())[2]
+
+
+def resident_mb(pid):
+    with open("/proc/%d/status" % pid) as status:
+        return next(int(line.split()[1]) / 1024 for line in status if line.startswith("VmRSS:"))
+
+
+def number_of_threads(pid):
+    return len(os.listdir("/proc/%d/task" % pid))
+
+
+def number_of_handles(pid):
+    """Open files, sockets, pipes."""
+    return len(os.listdir("/proc/%d/fd" % pid))
+
+
+def registered_below(prefix):
+    """Topics and services with this beginning that the master says somebody offers."""
+    publishers, _, services = rosgraph.Master(rospy.get_name()).getSystemState()
+    return sorted(name for name, _ in publishers + services if name.startswith(prefix))

@@ -1,0 +1,52 @@
+#!/usr/bin/python3
+"""A bag that loops for MONO_POSE_TRACKER_SOAK_MINUTES (default: some seconds): memory, threads and handles stay."""
+import os
+import sys
+import tempfile
+import time
+import unittest
+
+import rospy
+import rostest
+
+from mono_pose_tracker.msg import TrackerStatus
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import feeding  # noqa: E402
+import processes  # noqa: E402
+
+MINUTES = float(os.environ.get("MONO_POSE_TRACKER_SOAK_MINUTES", "0.3"))
+LEAST_LOOPS = 12
+FRAMES = 16
+# MB an hour. The short form cannot tell that little from what the allocator keeps back between two loops.
+MOST_GROWTH_AN_HOUR, NOISE_MB = 2.0, 6.0
+
+
+class SoakTest(unittest.TestCase):
+    def test_a_looping_bag(self):
+        rospy.init_node("soak_test")
+        with tempfile.TemporaryDirectory() as folder:
+            recording = feeding.Recording(folder, FRAMES)
+        camera, tracker = feeding.Camera("/camera", recording.info), feeding.Tracker("/tracker")
+        pid = processes.pid_of_node("/tracker")
+        samples, posed = [], 0
+        begin = time.monotonic()
+        while len(samples) < LEAST_LOOPS or time.monotonic() - begin < 60 * MINUTES:
+            for image in recording.images:
+                # As fast as it tracks, and each answered: the stamps jump back when the bag begins again.
+                posed += camera.show(image, tracker).state == TrackerStatus.TRACKING
+            samples.append((time.monotonic() - begin, processes.resident_mb(pid), processes.number_of_threads(pid),
+                            processes.number_of_handles(pid)))
+            tracker.statuses.clear()
+        self.assertGreater(posed, len(samples), "it tracked")
+        later = samples[len(samples) // 4:]  # until then it may grow to its size
+        hours = (later[-1][0] - later[0][0]) / 3600
+        growth = max(mb for _, mb, _, _ in later[-3:]) - max(mb for _, mb, _, _ in later[:3])
+        self.assertLess(growth, NOISE_MB + MOST_GROWTH_AN_HOUR * hours, "MB, of %s" % [round(s[1], 1) for s in later])
+        # A worker of the map that is being dropped may still be about.
+        self.assertLessEqual(max(s[2] for s in later[-3:]), max(s[2] for s in later[:3]) + 1, "threads")
+        self.assertLessEqual(max(s[3] for s in later[-3:]), max(s[3] for s in later[:3]) + 1, "handles")
+
+
+if __name__ == "__main__":
+    rostest.rosrun("mono_pose_tracker", "soak_test", SoakTest)

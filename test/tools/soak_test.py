@@ -1,0 +1,69 @@
+#!/usr/bin/python3
+"""A long simulated run, live: MONO_POSE_TRACKER_SOAK_MINUTES of it (default: two, coarse ones)."""
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import rosunit
+
+PROGRAM = os.path.join(os.environ["PROGRAMS"], "pipeline_benchmark")
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+MINUTES = float(os.environ.get("MONO_POSE_TRACKER_SOAK_MINUTES", "2"))
+SHORT = MINUTES < 10
+CAP = "max_keyframes"  # of mapping: the option that bounds the map
+# MB an hour after the first quarter; the short form cannot tell that little from what the allocator keeps back.
+MOST_GROWTH_AN_HOUR, NOISE_MB = 2.0, 8.0 if SHORT else 0.0
+
+
+def usage(pid):
+    """Resident MB, threads, open files."""
+    with open("/proc/%d/status" % pid) as status:
+        resident = next(int(line.split()[1]) / 1024 for line in status if line.startswith("VmRSS:"))
+    return resident, len(os.listdir("/proc/%d/task" % pid)), len(os.listdir("/proc/%d/fd" % pid))
+
+
+def is_capped():
+    with open(os.path.join(ROOT, "config", "default.yaml")) as file:
+        return re.search(r"^\s+%s:" % CAP, file.read(), re.M) is not None
+
+
+class SoakTest(unittest.TestCase):
+    def test_a_simulated_run(self):
+        # Few images a second make the short form's minutes short.
+        rate, size = (5, ("160", "120")) if SHORT else (30, ("640", "480"))
+        lines = MINUTES if not SHORT else 4 * MINUTES  # a line is told for each simulated minute
+        with tempfile.TemporaryDirectory() as folder:
+            options = []
+            if is_capped():
+                config = os.path.join(folder, "capped.yaml")
+                with open(config, "w") as file:
+                    file.write("mapping:\n  %s: 40\n" % CAP)
+                options = ["--config", config]
+            program = subprocess.Popen([PROGRAM, "--simulate", "room", "--minutes", str(lines), "--rate", str(rate),
+                                        "--width", size[0], "--height", size[1], "--unpaced", *options],
+                                       stdout=subprocess.PIPE, text=True)
+            self.addCleanup(program.wait)
+            self.addCleanup(program.kill)
+            samples, posed = [], 0
+            for line in program.stdout:
+                if re.match(r"\s+\d+\s", line):
+                    posed += int(line.split()[1])
+                    if len(samples) + 1 < lines:  # after the last line it ends
+                        samples.append(usage(program.pid))
+            self.assertEqual(program.wait(), 0)
+        self.assertGreater(posed, 0.5 * 60 * rate * lines, "it tracked")
+        later = samples[len(samples) // 4:]
+        self.assertGreaterEqual(len(later), 3)
+        self.assertLessEqual(later[-1][1], later[0][1], "threads")
+        self.assertLessEqual(later[-1][2], later[0][2], "open files")
+        if is_capped():
+            hours = len(later) / 60
+            self.assertLess(later[-1][0] - later[0][0], NOISE_MB + MOST_GROWTH_AN_HOUR * hours,
+                            "MB, of %s" % [round(s[0], 1) for s in later])
+
+
+if __name__ == "__main__":
+    rosunit.unitrun("mono_pose_tracker", "soak", SoakTest, sysargs=sys.argv)
