@@ -13,6 +13,7 @@
 #include "mono_pose_tracker/simulation/simulated_sequence.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "pipeline/benchmark_report.h"
+#include "pipeline/places.h"
 #include "pipeline/runs.h"
 #include "pipeline/soak.h"
 
@@ -23,10 +24,12 @@ using Json = nlohmann::ordered_json;
 
 struct Arguments {
   std::string images, camera, config, reference, only, json, compare, simulate;
+  std::vector<std::string> places;
   std::optional<std::uint64_t> seed;
   int max_frames = -1, repeat = 1;
   double rate_hz = 30, minutes = 20;
   int width = 640, height = 480;
+  int place_keyframes = 3000;
   bool unpaced = false, quiet = false;
 };
 
@@ -54,7 +57,18 @@ void declare(CLI::App& app, Arguments& a) {
                      "such a view turned by the wandering hand, with fresh noise of 2 grey levels "
                      "(grey images)")
           ->check(CLI::IsMember({"room"}));
-  for (auto* option : {images, camera, reference, most, only, repeat}) simulate->excludes(option);
+  auto* places = app.add_option(
+      "--places", a.places,
+      "folders (images.txt, camera.yaml, groundtruth.txt, maybe masks/): how well and how fast the "
+      "place index finds their images among keyframes of all of them");
+  app.add_option("--place-keyframes", a.place_keyframes, "made up to that number by synthetic ones [3000]")
+      ->needs(places)
+      ->check(CLI::Range(1, 1000000));
+  places->excludes(simulate);
+  for (auto* option : {images, camera, reference, most, only, repeat}) {
+    simulate->excludes(option);
+    places->excludes(option);
+  }
   app.add_option("--minutes", a.minutes, "simulated [20]")->needs(simulate)->check(CLI::Range(0.01, 1e5));
   app.add_option("--width", a.width, "of the simulated images, px [640]")
       ->needs(simulate)
@@ -127,10 +141,22 @@ Json soak(const Arguments& a) {
   return result;
 }
 
+Json study_places(const Arguments& a) {
+  const TrackerOptions options = options_of(a);
+  PlaceStudyOptions study;
+  study.folders = a.places;
+  study.keyframes = a.place_keyframes;
+  Json result = {{"program", "pipeline_benchmark"},
+                 {"config", a.config.empty() ? "default" : a.config},
+                 {"places", run_place_study(study, options)}};
+  if (!a.quiet) std::fputs(place_table(result["places"]).c_str(), stdout);
+  return result;
+}
+
 void run(const Arguments& a) {
   // What cannot be compared with is found before the work.
   const Json earlier = a.compare.empty() ? Json() : read_benchmark(a.compare);
-  const Json result = a.simulate.empty() ? measure(a) : soak(a);
+  const Json result = !a.places.empty() ? study_places(a) : a.simulate.empty() ? measure(a) : soak(a);
   if (!a.json.empty()) {
     write_file_atomically(a.json, [&](std::ostream& out) { out << result.dump(2) << '\n'; });
   }

@@ -147,6 +147,35 @@ class PipelineBenchmark(unittest.TestCase):
         self.assertAlmostEqual(ratios["memory_mb"], last["memory_mb"] / second["memory_mb"])
         self.assertIn("frame/median_ms", result.stdout)
 
+    def slow_room(self):
+        """The room's images once more, ten seconds apart: none is barred as a neighbour in time."""
+        folder = self.path("slow_room")
+        os.makedirs(folder)
+        with open(self.input[1]) as source, open(os.path.join(folder, "images.txt"), "w") as images:
+            lines = [line.split() for line in source if not line.startswith("#")]
+            for i, (_, name) in enumerate(lines):
+                images.write(f"{10 * i} {os.path.join(os.path.dirname(self.input[1]), name)}\n")
+        with open(self.reference) as source, open(os.path.join(folder, "groundtruth.txt"), "w") as truth:
+            poses = [line.split() for line in source if not line.startswith("#")]
+            truth.writelines(f"{10 * i} {' '.join(pose[1:])}\n" for i, pose in enumerate(poses))
+        os.symlink(self.input[3], os.path.join(folder, "camera.yaml"))
+        return folder
+
+    def test_the_places_that_brute_force_finds_are_found(self):
+        written = self.path("places.json")
+        result = run_program("pipeline_benchmark", "--places", self.slow_room(), "--place-keyframes", "60", "--json", written)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        places = self.read(written)["places"]
+        room = places["sequences"]["slow_room"]
+        self.assertEqual((room["keyframes"], room["queries"]), (FRAMES // 2, FRAMES // 2))
+        self.assertEqual(room["brute_force"], FRAMES // 2)
+        self.assertEqual(room["best_5"], room["brute_force"])
+        self.assertEqual(places["recall_5"], 1)
+        self.assertEqual(places["keyframes"], 60)
+        self.expect_times(places["add_ms"], 60)
+        self.expect_times(places["query_ms"], FRAMES // 2)
+        self.assertIn("recall of the best 5: 100.0 %", result.stdout)
+
     def test_refusals_name_what_is_wrong(self):
         images, camera = self.input[:2], self.input[2:]
         self.expect_refused("--images", *camera)
@@ -162,6 +191,8 @@ class PipelineBenchmark(unittest.TestCase):
         self.expect_refused("--repeat", *self.input, "--repeat", "0")
         self.expect_refused("--simulate", *self.input, "--simulate", "room")
         self.expect_refused("--simulate", "--simulate", "attic")
+        self.expect_refused("/nowhere", "--places", "/nowhere")
+        self.expect_refused("--places", "--places", "/nowhere", *images)
         self.expect_refused("--minutes", "--simulate", "room", "--minutes", "0")
 
 
