@@ -21,6 +21,14 @@ bool is_replaceable(const std::string& path) {
 
 }  // namespace
 
+void require_regular_file(const std::string& path) {
+  std::error_code ignored;
+  const std::filesystem::file_status status = std::filesystem::status(path, ignored);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    throw std::runtime_error(path + ": cannot be written (it is no regular file)");
+  }
+}
+
 void write_file_atomically(const std::string& path, const std::function<void(std::ostream&)>& write) {
   const bool replace = is_replaceable(path);
   const std::string written = replace ? path + ".part" : path;

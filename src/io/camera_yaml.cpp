@@ -1,44 +1,47 @@
 #include "mono_pose_tracker/io/camera_yaml.h"
 
-#include <yaml-cpp/yaml.h>
-
 #include <algorithm>
 #include <map>
 #include <sstream>
 #include <stdexcept>
 
+#include "mono_pose_tracker/common/decimal.h"
 #include "mono_pose_tracker/io/atomic_file.h"
-#include "mono_pose_tracker/io/text_file.h"
+#include "mono_pose_tracker/io/yaml_file.h"
 
 namespace mono_pose_tracker {
 namespace {
 
+const char* const kExpected = "the YAML file that camera_calibration writes";
+
+bool parse(const std::string& text, std::string* value) {
+  *value = text;
+  return true;
+}
+template <typename T>
+bool parse(const std::string& text, T* value) {
+  return parse_decimal(text, value);
+}
+
 /// The file's keys, with errors that say where they are.
 class Reader {
  public:
-  explicit Reader(const std::string& path) : path_(path) {
-    const std::string content = read_text_file(path, "the YAML file that camera_calibration writes");
-    try {
-      root_ = YAML::Load(content);
-    } catch (const YAML::Exception& error) {
-      fail("line " + std::to_string(error.mark.line + 1) + " is no YAML (" + error.msg +
-           "): expected the file that camera_calibration writes");
-    }
-    if (!root_.IsMap()) fail("holds no keys: expected the YAML file that camera_calibration writes");
+  explicit Reader(const std::string& path) : path_(path), root_(read_yaml_file(path, kExpected)) {
+    if (root_.kind != YamlValue::Kind::kMap) fail(std::string("holds no keys: expected ") + kExpected);
   }
 
   template <typename T>
   T value(const std::string& key, const char* expected) const {
-    return converted<T>(key, node(key), expected);
+    return converted<T>(key, at(key), expected);
   }
 
   std::vector<double> matrix(const std::string& key) const {
-    const YAML::Node data = node(key).IsMap() ? node(key)["data"] : YAML::Node();
-    if (!data || !data.IsSequence()) {
+    const YamlValue* data = at(key).find("data");
+    if (!data || data->kind != YamlValue::Kind::kList) {
       fail(key + (data ? ": data is no list" : ": has no data") + ": expected rows, cols and a list of data");
     }
     std::vector<double> values;
-    for (const YAML::Node& item : data) values.push_back(converted<double>(key, item, "numbers"));
+    for (const YamlValue& item : data->items) values.push_back(converted<double>(key, item, "numbers"));
     return values;
   }
 
@@ -47,24 +50,24 @@ class Reader {
   }
 
  private:
-  YAML::Node node(const std::string& key) const {
-    const YAML::Node found = root_[key];
-    if (!found) fail("has no key " + key + ": expected the YAML file that camera_calibration writes");
-    return found;
+  const YamlValue& at(const std::string& key) const {
+    const YamlValue* found = root_.find(key);
+    if (!found) fail("has no key " + key + ": expected " + kExpected);
+    return *found;
   }
 
   template <typename T>
-  T converted(const std::string& key, const YAML::Node& node, const char* expected) const {
-    try {
-      return node.as<T>();
-    } catch (const YAML::Exception&) {
-      fail(key + " is " + (node.IsScalar() ? "'" + node.Scalar() + "'" : "no single value") + ": expected " +
-           expected);
+  T converted(const std::string& key, const YamlValue& value, const char* expected) const {
+    const bool is_text = value.kind == YamlValue::Kind::kText;
+    T result{};
+    if (!is_text || !parse(value.text, &result)) {
+      fail(key + " is " + (is_text ? "'" + value.text + "'" : "no single value") + ": expected " + expected);
     }
+    return result;
   }
 
   std::string path_;
-  YAML::Node root_;
+  YamlValue root_;
 };
 
 /// CameraModel speaks of its fields; the user of the file knows its keys.

@@ -9,39 +9,56 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "mono_pose_tracker/io/image_header.h"
+
 namespace mono_pose_tracker {
 namespace {
 
-/// libjpeg fills what a cut file lacks with grey and calls that a success; features on that edge would be
-/// nonsense.
-bool is_cut_jpeg(const std::vector<unsigned char>& bytes) {
-  if (bytes.size() < 4 || bytes[0] != 0xff || bytes[1] != 0xd8) return false;
-  const unsigned char end_of_image[] = {0xff, 0xd9};
-  return std::find_end(bytes.begin(), bytes.end(), end_of_image, end_of_image + 2) == bytes.end();
+// No image that may be decoded has a larger file: 100 megapixels of 8 bytes, not compressed.
+constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{1} << 30;
+
+std::string problem_of_size(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels) {
+  const ImageHeader header = read_image_header(bytes);
+  if (!header.problem.empty()) return header.problem;
+  if (header.height <= max_pixels / header.width) return "";
+  return "is " + std::to_string(header.width) + " x " + std::to_string(header.height) +
+         ": expected at most " + std::to_string(max_pixels) + " pixels";
 }
 
-DecodedImage decode_unchanged(const std::vector<unsigned char>& bytes) {
-  if (bytes.empty()) return {{}, "is empty"};
+DecodedImage decode_unchanged(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels) {
+  const std::string problem = problem_of_size(bytes, max_pixels);
+  if (!problem.empty()) return {{}, problem};
   if (is_cut_jpeg(bytes)) return {{}, "is a JPEG that ends too early"};
   cv::Mat image;
   try {
     image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);  // unchanged: orientation tags are ignored as well
-  } catch (const cv::Exception&) {
-    // A header that promises more pixels than OpenCV allows: no image either.
+  } catch (const std::exception&) {
+    // What the decoder can't make sense of, or finds no memory for, is no image either.
   }
   if (image.empty()) return {{}, "is no image that can be decoded"};
   return {image, {}};
 }
 
-DecodedImage read_with(DecodedImage (*decode)(const std::vector<unsigned char>&), const std::string& path) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) return {{}, path + ": is a folder"};
+DecodedImage read_with(DecodedImage (*decode)(const std::vector<unsigned char>&, std::uint64_t),
+                       const std::string& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) return {{}, path + ": is a folder"};
+  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
+    return {{}, path + ": is no regular file"};  // a device could be read for ever
+  }
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (!error && size > kMaxFileBytes) {
+    return {
+        {},
+        path + ": has " + std::to_string(size) + " bytes: expected at most " + std::to_string(kMaxFileBytes)};
+  }
   errno = 0;
   std::ifstream stream(path, std::ios::binary);
   if (!stream) {
     return {{}, path + ": cannot be read (" + (errno ? std::strerror(errno) : "unknown reason") + ")"};
   }
-  DecodedImage decoded = decode({std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()});
+  DecodedImage decoded =
+      decode({std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()}, kMaxImagePixels);
   if (!decoded.problem.empty()) decoded.problem = path + ": " + decoded.problem;
   return decoded;
 }
@@ -72,9 +89,14 @@ DecodedImage to_8_bit(const cv::Mat& image) {
   return {result, {}};
 }
 
-DecodedImage decode_image(const std::vector<unsigned char>& bytes) {
-  DecodedImage decoded = decode_unchanged(bytes);
-  return decoded.problem.empty() ? to_8_bit(decoded.image) : decoded;
+DecodedImage decode_image(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels) {
+  const DecodedImage decoded = decode_unchanged(bytes, max_pixels);
+  if (!decoded.problem.empty()) return decoded;
+  try {
+    return to_8_bit(decoded.image);
+  } catch (const std::exception&) {
+    return {{}, "needs more memory than there is"};
+  }
 }
 
 DecodedImage read_unchanged(const std::string& path) { return read_with(decode_unchanged, path); }

@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <filesystem>
+#include <regex>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <vector>
@@ -16,21 +18,68 @@ namespace fs = std::filesystem;
 
 constexpr std::int64_t kSecond = 1000000000;
 
+// A day of images at 30 Hz, each with a hundred letters.
+constexpr std::size_t kMaxListBytes = std::size_t{1} << 28;
+
 struct StampedFile {
-  std::int64_t stamp_ns;
+  std::int64_t stamp_ns = 0;
   std::string path;
+  std::string name, mask_name;  // as in SourceImage
 };
+
+/// The folder that all files are below.
+fs::path common_folder(const std::vector<fs::path>& files) {
+  fs::path common = files.front().parent_path();
+  for (const fs::path& file : files) {
+    const fs::path folder = file.parent_path();
+    const auto end = std::mismatch(common.begin(), common.end(), folder.begin(), folder.end()).first;
+    fs::path shared;
+    for (auto part = common.begin(); part != end; ++part) shared /= *part;
+    common = shared;
+  }
+  return common;
+}
+
+/// Whether each of the texts is there once only.
+bool are_unique(const std::vector<std::string>& texts) {
+  return std::set<std::string>(texts.begin(), texts.end()).size() == texts.size();
+}
+
+/// Gives the files their names.
+std::vector<StampedFile> named(std::vector<StampedFile> files) {
+  std::vector<fs::path> paths;
+  std::vector<std::string> names;
+  for (const StampedFile& file : files) {
+    paths.push_back(fs::absolute(file.path).lexically_normal());
+    names.push_back(paths.back().filename().string());
+  }
+  if (!are_unique(names)) {
+    const fs::path common = common_folder(paths);
+    for (std::size_t i = 0; i < files.size(); ++i) names[i] = paths[i].lexically_relative(common).string();
+  }
+  std::set<std::string> taken;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    files[i].mask_name = files[i].name = names[i];
+    for (int number = 2; !taken.insert(files[i].name).second; ++number) {
+      const fs::path name = names[i];
+      files[i].name = (name.parent_path() /
+                       (name.stem().string() + "_" + std::to_string(number) + name.extension().string()))
+                          .string();
+    }
+  }
+  return files;
+}
 
 class ImageFiles : public ImageSource {
  public:
-  explicit ImageFiles(std::vector<StampedFile> files) : files_(std::move(files)) {}
+  explicit ImageFiles(std::vector<StampedFile> files) : files_(named(std::move(files))) {}
 
   SourceImage next() override {
     if (position_ == files_.size()) return {};
     const StampedFile& file = files_[position_++];
     DecodedImage decoded = read_image(file.path);
     const auto kind = decoded.problem.empty() ? SourceImage::Kind::kImage : SourceImage::Kind::kSkipped;
-    return {kind, file.stamp_ns, fs::path(file.path).filename().string(), decoded.image, decoded.problem};
+    return {kind, file.stamp_ns, file.name, file.mask_name, decoded.image, decoded.problem};
   }
 
   int size() const override { return static_cast<int>(files_.size()); }
@@ -40,13 +89,26 @@ class ImageFiles : public ImageSource {
   std::size_t position_ = 0;
 };
 
+/// Whether it is written as a number, whatever its value.
+bool is_number(const std::string& word) {
+  static const std::regex number("[+-]?([0-9]+[.]?[0-9]*|[.][0-9]+)([eE][+-]?[0-9]+)?");
+  return word.size() < 1000 && std::regex_match(word, number);
+}
+
 StampedFile parse_line(const std::string& line, std::int64_t index, const fs::path& folder) {
   const std::size_t space = line.find_first_of(" \t");
-  std::int64_t stamp_ns = 0;
-  if (space != std::string::npos && parse_stamp(line.substr(0, space), &stamp_ns)) {
-    return {stamp_ns, (folder / line.substr(line.find_first_not_of(" \t", space))).string()};
+  const std::string first = line.substr(0, space);
+  StampedFile file;
+  if (space != std::string::npos && parse_stamp(first, &file.stamp_ns)) {
+    file.path = (folder / line.substr(line.find_first_not_of(" \t", space))).string();
+    return file;
   }
-  return {index * kSecond, (folder / line).string()};
+  if (space != std::string::npos && is_number(first)) {
+    throw std::runtime_error("the time stamp " + first + " is none: expected seconds, at most 9223372036");
+  }
+  file.stamp_ns = index * kSecond;
+  file.path = (folder / line).string();
+  return file;
 }
 
 }  // namespace
@@ -68,25 +130,33 @@ std::unique_ptr<ImageSource> open_image_folder(const std::string& path) {
   std::sort(names.begin(), names.end());
   std::vector<StampedFile> files;
   for (const std::string& name : names) {
-    files.push_back({static_cast<std::int64_t>(files.size()) * kSecond, (fs::path(path) / name).string()});
+    StampedFile file;
+    file.stamp_ns = static_cast<std::int64_t>(files.size()) * kSecond;
+    file.path = (fs::path(path) / name).string();
+    files.push_back(file);
   }
   return std::make_unique<ImageFiles>(std::move(files));
 }
 
 std::unique_ptr<ImageSource> open_image_list(const std::string& path) {
   const char* const expected = "a text file with lines `timestamp path` or `path`";
-  const std::string content = read_text_file(path, expected);
+  const std::string content = read_text_file(path, expected, kMaxListBytes);
   if (content.find('\0') != std::string::npos) {
     throw std::runtime_error(path + ": is no text: expected a folder of images or " + expected);
   }
   std::vector<StampedFile> files;
   std::istringstream lines(content);
   std::string line;
-  while (std::getline(lines, line)) {
+  for (int number = 1; std::getline(lines, line); ++number) {
     const std::size_t start = line.find_first_not_of(" \t\r");
     if (start == std::string::npos || line[start] == '#') continue;
     line = line.substr(start, line.find_last_not_of(" \t\r") + 1 - start);
-    files.push_back(parse_line(line, static_cast<std::int64_t>(files.size()), fs::path(path).parent_path()));
+    try {
+      files.push_back(
+          parse_line(line, static_cast<std::int64_t>(files.size()), fs::path(path).parent_path()));
+    } catch (const std::runtime_error& error) {
+      throw std::runtime_error(path + ": line " + std::to_string(number) + ": " + error.what());
+    }
   }
   if (files.empty()) throw std::runtime_error(path + ": names no image: expected " + expected);
   return std::make_unique<ImageFiles>(std::move(files));

@@ -97,6 +97,14 @@ double finite(double value) {
   return value;
 }
 
+// Far from the ends of its type, where indices may be counted on and shifted.
+std::int64_t frame_index(ByteReader& in) {
+  constexpr std::int64_t kMost = std::int64_t{1} << 53;
+  const std::int64_t value = in.i64();
+  if (value < -kMost || value > kMost) contradiction("a frame's number is none");
+  return value;
+}
+
 int id(ByteReader& in) {
   const int value = in.i32();
   if (value < 0 || value == std::numeric_limits<int>::max()) contradiction("an id is negative");
@@ -135,7 +143,7 @@ Head read_head(ByteReader& in) {
 Keyframe read_keyframe(ByteReader& in, const CameraModel& camera) {
   Keyframe keyframe;
   keyframe.id = id(in);
-  keyframe.frame_index = in.i64();
+  keyframe.frame_index = frame_index(in);
   keyframe.stamp_ns = in.i64();
   keyframe.camera_from_map = read_transform(in);
   const std::uint32_t n = in.count(kFeatureBytes);
@@ -173,7 +181,7 @@ std::map<KeyframeId, KeyframeLink> read_removed(ByteReader& in) {
   std::map<KeyframeId, KeyframeLink> removed;
   for (std::uint32_t n = in.count(kRemovedBytes); n > 0; --n) {
     KeyframeLink& link = removed[id(in)];
-    link.frame_index = in.i64();
+    link.frame_index = frame_index(in);
     link.parent = id(in);
     link.removed_from_parent = read_transform(in);
   }
@@ -233,6 +241,7 @@ void close_section(const ByteReader& section) {
 }  // namespace
 
 void write_map_file(const std::string& path, const MapOrigin& origin, const Map& map) {
+  require_regular_file(path);
   ByteWriter head, keyframes, removed, landmarks;
   write_origin(origin, map.scale_source(), &head);
   keyframes.u32(static_cast<std::uint32_t>(map.keyframes().size()));
@@ -294,7 +303,7 @@ Map read_map_file(const std::string& path, const MapOrigin& expected) {
   if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path)) {
     throw std::runtime_error(path + ": is no regular file, expected a map file");
   }
-  const std::string bytes = read_text_file(path, "a map file");
+  const std::string bytes = read_text_file(path, "a map file", std::numeric_limits<std::size_t>::max());
   try {
     return parse_map(bytes, expected);
   } catch (const std::exception& e) {

@@ -30,26 +30,34 @@ cv::Mat nonzero(const cv::Mat& image) {
 
 MaskFolder::MaskFolder(const std::string& folder) : folder_(folder) {
   std::error_code error;
-  fs::directory_iterator entries(folder, error);
-  if (error)
+  fs::recursive_directory_iterator entries(folder, error);
+  const auto fail = [&] {
     throw std::runtime_error(folder + ": cannot be read (" + error.message() +
                              "): expected a folder of masks");
-  for (const fs::directory_entry& entry : entries) {
-    if (!has_image_extension(entry.path().string())) continue;
-    std::string& path = path_by_base_name_[entry.path().stem().string()];
-    // Of two masks with one base name the first by name: the order of a folder is no order.
-    if (path.empty() || entry.path().string() < path) path = entry.path().string();
+  };
+  if (error) fail();
+  for (const auto end = fs::end(entries); entries != end; entries.increment(error)) {
+    const fs::path& file = entries->path();
+    if (!has_image_extension(file.string()) || entries->is_directory(error)) continue;
+    const fs::path name = file.lexically_relative(folder).replace_extension();
+    is_flat_ &= !name.has_parent_path();
+    std::string& path = path_by_name_[name.string()];
+    // Of two masks with one name the first by its extension: the order of a folder is no order.
+    if (path.empty() || file.string() < path) path = file.string();
   }
-  if (path_by_base_name_.empty()) {
+  if (error) fail();
+  if (path_by_name_.empty()) {
     throw std::runtime_error(folder + ": holds no image: expected masks named like the images");
   }
 }
 
-cv::Mat MaskFolder::mask_of(const std::string& image_name, const cv::Size& size, std::string* problem) const {
+cv::Mat MaskFolder::mask_of(const std::string& mask_name, const cv::Size& size, std::string* problem) const {
   problem->clear();
-  const auto found = path_by_base_name_.find(fs::path(image_name).stem().string());
-  if (found == path_by_base_name_.end()) {
-    *problem = folder_ + ": has no mask for " + image_name;
+  fs::path name(mask_name);
+  if (is_flat_) name = name.filename();
+  const auto found = path_by_name_.find(name.replace_extension().string());
+  if (found == path_by_name_.end()) {
+    *problem = folder_ + ": has no mask for " + mask_name;
     return {};
   }
   const DecodedImage decoded = read_unchanged(found->second);

@@ -4,12 +4,12 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <stdexcept>
+#include <vector>
 
 namespace mono_pose_tracker {
 
-std::string read_text_file(const std::string& path, const std::string& expected) {
+std::string read_text_file(const std::string& path, const std::string& expected, std::size_t max_bytes) {
   const auto fail = [&](const std::string& reason) {
     throw std::runtime_error(path + ": cannot be read (" + reason + "): expected " + expected);
   };
@@ -18,8 +18,16 @@ std::string read_text_file(const std::string& path, const std::string& expected)
   errno = 0;
   std::ifstream stream(path, std::ios::binary);
   if (!stream) fail(errno ? std::strerror(errno) : "unknown reason");
-  const std::string content{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  std::string content;
+  std::vector<char> block(64 * 1024);
+  do {
+    stream.read(block.data(), static_cast<std::streamsize>(block.size()));
+    content.append(block.data(), static_cast<std::size_t>(stream.gcount()));
+    if (content.size() > max_bytes) fail("it has more than " + std::to_string(max_bytes) + " bytes");
+  } while (stream);
   if (stream.bad()) fail("read error");
+  const char* const mark = "\xef\xbb\xbf";  // of UTF-8, as editors on Windows put it before a text
+  if (content.rfind(mark, 0) == 0) content.erase(0, 3);
   return content;
 }
 

@@ -17,6 +17,12 @@
 namespace mono_pose_tracker {
 namespace {
 
+// Poses of a day at 30 Hz.
+constexpr std::size_t kMaxBytes = std::size_t{1} << 28;
+
+// Significant ones, not decimals: a map may be measured in micrometres or in kilometres.
+constexpr int kDigits = 12;
+
 constexpr const char* kLayout = "timestamp tx ty tz qx qy qz qw";
 
 /// Problem of the line, or empty.
@@ -40,19 +46,23 @@ std::string parse_line(const std::string& line, StampedPose* pose) {
   return {};
 }
 
-void write_line(std::ostream& out, const StampedPose& pose) {
+}  // namespace
+
+std::string tum_line(const StampedPose& pose) {
   const Eigen::Vector3d& t = pose.map_from_camera.translation;
   Eigen::Quaterniond q = pose.map_from_camera.rotation;
   if (q.w() < 0) q.coeffs() = -q.coeffs();  // the same rotation, written one way
-  out << format_stamp(pose.stamp_ns) << std::fixed << std::setprecision(9);
-  for (double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) out << ' ' << value;
-  out << '\n';
+  std::ostringstream line;
+  line.imbue(std::locale::classic());
+  line << format_stamp(pose.stamp_ns) << std::setprecision(kDigits);
+  for (double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) {
+    line << ' ' << value + 0.0;  // not -0
+  }
+  return line.str();
 }
 
-}  // namespace
-
 std::vector<StampedPose> read_tum(const std::string& path) {
-  std::istringstream lines(read_text_file(path, std::string("lines `") + kLayout + "`"));
+  std::istringstream lines(read_text_file(path, std::string("lines `") + kLayout + "`", kMaxBytes));
   std::vector<StampedPose> poses;
   std::string line;
   for (int number = 1; std::getline(lines, line); ++number) {
@@ -75,7 +85,7 @@ void write_tum(const std::string& path, std::vector<StampedPose> poses) {
   std::stable_sort(poses.begin(), poses.end(),
                    [](const StampedPose& a, const StampedPose& b) { return a.stamp_ns < b.stamp_ns; });
   write_file_atomically(path, [&](std::ostream& out) {
-    for (const StampedPose& pose : poses) write_line(out, pose);
+    for (const StampedPose& pose : poses) out << tum_line(pose) << '\n';
   });
 }
 
@@ -90,7 +100,7 @@ TrajectoryWriter::TrajectoryWriter(const std::string& path) : path_(path) {
 }
 
 void TrajectoryWriter::append(const StampedPose& pose) {
-  write_line(stream_, pose);
+  stream_ << tum_line(pose) << '\n';
   stream_.flush();
   if (!stream_) throw std::runtime_error(path_ + ": cannot be written further");
 }

@@ -22,7 +22,8 @@ class VideoFile : public ImageSource {
     if (!open_quietly(path))
       throw std::runtime_error(path + ": cannot be opened as a video: expected a format that OpenCV reads");
     frames_per_second_ = capture_.get(cv::CAP_PROP_FPS);
-    if (!(frames_per_second_ > 0) || !std::isfinite(frames_per_second_)) {
+    // Below one frame in a quarter of an hour it is no rate, and stamps would overflow one day.
+    if (!(frames_per_second_ > 0.001) || !std::isfinite(frames_per_second_)) {
       throw std::runtime_error(path + ": states no frame rate: expected a video that does");
     }
   }
@@ -33,7 +34,7 @@ class VideoFile : public ImageSource {
     SourceImage result;
     std::ostringstream name;
     name << std::setw(6) << std::setfill('0') << index_;
-    result.name = name.str();
+    result.name = result.mask_name = name.str();
     result.stamp_ns = std::llround(static_cast<double>(index_++) * 1e9 / frames_per_second_);
     // A copy: the capture reuses its buffer for the next frame.
     DecodedImage decoded = to_8_bit(frame.clone());

@@ -6,14 +6,17 @@
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 
+#include <cstdio>
 #include <filesystem>
 #include <iomanip>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <stdexcept>
 #include <vector>
 
 #include "mono_pose_tracker/io/image_decoding.h"
+#include "mono_pose_tracker/io/stamp.h"
 #include "mono_pose_tracker/ros/camera_info_conversion.h"
 #include "mono_pose_tracker/ros/image_conversion.h"
 
@@ -94,6 +97,24 @@ bool is_rectified(const std::string& image_topic) {
   return image_topic.find("/image_rect", camera_of(image_topic).size()) == camera_of(image_topic).size();
 }
 
+std::int64_t stamp_of(const rosbag::MessageInstance& message, const std_msgs::Header& header) {
+  return static_cast<std::int64_t>((header.stamp.isZero() ? message.getTime() : header.stamp).toNSec());
+}
+
+/// In words, of two cameras that are not the same.
+std::string difference(const CameraParameters& a, const CameraParameters& b) {
+  if (a.width != b.width || a.height != b.height) {
+    return std::to_string(a.width) + "x" + std::to_string(a.height) + ", then " + std::to_string(b.width) +
+           "x" + std::to_string(b.height);
+  }
+  char text[96];
+  if (a.fx != b.fx || a.fy != b.fy || a.cx != b.cx || a.cy != b.cy) {
+    std::snprintf(text, sizeof text, "fx %.9g, fy %.9g, then fx %.9g, fy %.9g", a.fx, a.fy, b.fx, b.fy);
+    return text;
+  }
+  return "other distortion";
+}
+
 /// Fills in image or problem, and the stamp.
 void read_raw(const rosbag::MessageInstance& message, SourceImage* result) {
   const sensor_msgs::ImageConstPtr image = message.instantiate<sensor_msgs::Image>();
@@ -111,6 +132,32 @@ void read_compressed(const rosbag::MessageInstance& message, SourceImage* result
   const DecodedImage decoded = decode_image(image->data);
   result->image = decoded.image;
   result->problem = decoded.problem;
+}
+
+/// The camera of all CameraInfo messages, of which those before the camera was calibrated do not count.
+/// Throws when there is none, or more than one: poses by a calibration that no longer holds are wrong without
+/// a sign.
+CameraParameters camera_of_all(rosbag::View& view, bool rectified) {
+  std::optional<CameraParameters> camera;
+  std::string problem;
+  for (const rosbag::MessageInstance& message : view) {
+    const sensor_msgs::CameraInfoConstPtr info = message.instantiate<sensor_msgs::CameraInfo>();
+    if (!info) throw std::runtime_error("is of another version of sensor_msgs/CameraInfo");
+    const ConvertedCamera converted = convert_camera_info(*info, rectified);
+    if (converted.reason != Reason::kOk) {
+      problem = converted.error;
+      continue;
+    }
+    if (camera && *camera != converted.parameters) {
+      throw std::runtime_error(
+          "the calibration changes at " + format_stamp(stamp_of(message, info->header)) + " (" +
+          difference(*camera, converted.parameters) +
+          "): expected one for the whole bag, or a calibration file to use for all of it");
+    }
+    camera = converted.parameters;
+  }
+  if (!camera) throw std::runtime_error(problem);
+  return *camera;
 }
 
 }  // namespace
@@ -138,7 +185,7 @@ SourceImage BagImageSource::next() {
   SourceImage result;
   std::ostringstream name;
   name << std::setw(6) << std::setfill('0') << index_++;
-  result.name = name.str();
+  result.name = result.mask_name = name.str();
   try {
     const rosbag::MessageInstance& message = *bag_->position;
     (message.getDataType() == "sensor_msgs/Image" ? read_raw : read_compressed)(message, &result);
@@ -165,11 +212,7 @@ CameraParameters BagImageSource::read_camera(const std::string& camera_info_topi
     rosbag::View view(bag_->file, rosbag::TopicQuery(topic));
     if (view.begin() == view.end()) break;
     try {
-      const sensor_msgs::CameraInfoConstPtr info = view.begin()->instantiate<sensor_msgs::CameraInfo>();
-      if (!info) throw std::runtime_error("is of another version of sensor_msgs/CameraInfo");
-      const ConvertedCamera camera = convert_camera_info(*info, is_rectified(topic_));
-      if (camera.reason != Reason::kOk) throw std::runtime_error(camera.error);
-      return CameraModel(camera.parameters).parameters();
+      return camera_of_all(view, is_rectified(topic_));
     } catch (const std::exception& error) {
       fail(topic + ": " + one_line(error.what()));
     }

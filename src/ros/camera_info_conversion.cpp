@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "mono_pose_tracker/io/yaml_file.h"
 #include "mono_pose_tracker/ros/paths.h"
 
 namespace mono_pose_tracker {
@@ -21,6 +22,22 @@ image_geometry::PinholeCameraModel linear_model(sensor_msgs::CameraInfo info) {
   return model;
 }
 
+CameraParameters camera_parameters(const sensor_msgs::CameraInfo& info, bool rectified) {
+  const image_geometry::PinholeCameraModel model = linear_model(info);
+  CameraParameters parameters;
+  const cv::Size size = model.reducedResolution();
+  parameters.width = size.width;
+  parameters.height = size.height;
+  const cv::Matx33d K = rectified ? model.projectionMatrix().get_minor<3, 3>(0, 0) : model.intrinsicMatrix();
+  parameters.fx = K(0, 0);
+  parameters.fy = K(1, 1);
+  parameters.cx = K(0, 2);
+  parameters.cy = K(1, 2);
+  parameters.distortion_model = rectified ? "" : info.distortion_model;
+  if (!rectified) parameters.distortion = info.D;
+  return parameters;
+}
+
 }  // namespace
 
 ConvertedCamera convert_camera_info(const sensor_msgs::CameraInfo& info, bool rectified) {
@@ -32,25 +49,13 @@ ConvertedCamera convert_camera_info(const sensor_msgs::CameraInfo& info, bool re
                 " of its camera_info has no focal length. Calibrate it (rosrun camera_calibration "
                 "cameracalibrator.py), or give a calibration file by ~camera_info_url"};
   }
-  const image_geometry::PinholeCameraModel model = linear_model(info);
-  ConvertedCamera camera;
-  CameraParameters& parameters = camera.parameters;
-  const cv::Size size = model.reducedResolution();
-  parameters.width = size.width;
-  parameters.height = size.height;
-  const cv::Matx33d K = rectified ? model.projectionMatrix().get_minor<3, 3>(0, 0) : model.intrinsicMatrix();
-  parameters.fx = K(0, 0);
-  parameters.fy = K(1, 1);
-  parameters.cx = K(0, 2);
-  parameters.cy = K(1, 2);
-  parameters.distortion_model = rectified ? "" : info.distortion_model;
-  if (!rectified) parameters.distortion = info.D;
   try {
+    const CameraParameters parameters = camera_parameters(info, rectified);
     CameraModel{parameters};
-  } catch (const std::invalid_argument& e) {
+    return {parameters, Reason::kOk, ""};
+  } catch (const std::exception& e) {  // of the model's, or of image_geometry's own checks
     return {{}, Reason::kUncalibrated, std::string("the camera's calibration can't be used: ") + e.what()};
   }
-  return camera;
 }
 
 sensor_msgs::CameraInfo to_camera_info(const CameraParameters& camera) {
@@ -70,6 +75,9 @@ sensor_msgs::CameraInfo load_camera_info(const std::string& url) {
   const std::string path = expand_path(url);
   if (!std::filesystem::is_regular_file(path)) {
     throw std::runtime_error("camera_info_url " + url + ": no such file: " + path);
+  }
+  if (path.size() > 4 && path.compare(path.size() - 4, 4, ".ini") != 0) {
+    read_yaml_file(path, "a calibration as camera_calibration writes it");  // its parser knows no limits
   }
   sensor_msgs::CameraInfo info;
   std::string name;

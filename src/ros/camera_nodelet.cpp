@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "mono_pose_tracker/ros/camera_info_conversion.h"
+#include "mono_pose_tracker/ros/guard.h"
 #include "mono_pose_tracker/ros/parameter_reader.h"
 #include "mono_pose_tracker/ros/paths.h"
 
@@ -88,24 +89,29 @@ void CameraNodelet::advertise() {
   diagnostics_ = std::make_unique<diagnostic_updater::Updater>(getNodeHandle(), handle, getName());
   diagnostics_->setHardwareID(settings_.video.empty() ? settings_.device : settings_.video);
   diagnostics_->add("camera", [this](diagnostic_updater::DiagnosticStatusWrapper& s) { diagnose(s); });
-  timer_ = handle.createWallTimer(ros::WallDuration(kDiagnosticSeconds),
-                                  [this](const ros::WallTimerEvent&) { diagnostics_->update(); });
+  timer_ = handle.createWallTimer(ros::WallDuration(kDiagnosticSeconds), [this](const ros::WallTimerEvent&) {
+    guarded([this] { diagnostics_->update(); },
+            [this](const std::string& text) { NODELET_ERROR_THROTTLE(5, "%s", text.c_str()); });
+  });
 }
 
 void CameraNodelet::capture_images() {
   Capture capture(settings_);
   auto retry = kFirstRetry;
   while (true) {
-    try {
-      capture.open();
-      const std::string differences = capture.differences();
-      if (!differences.empty()) NODELET_WARN("%s: %s", capture.name().c_str(), differences.c_str());
-      if (stream(capture)) return;
-      retry = kFirstRetry;
-      set_problem(capture.name() + " gives no more images; was it unplugged?");
-    } catch (const std::exception& e) {
-      set_problem(e.what());
-    }
+    bool done = false;
+    guarded(
+        [&] {
+          capture.open();
+          const std::string differences = capture.differences();
+          if (!differences.empty()) NODELET_WARN("%s: %s", capture.name().c_str(), differences.c_str());
+          done = stream(capture);
+          if (done) return;
+          retry = kFirstRetry;
+          set_problem(capture.name() + " gives no more images; was it unplugged?");
+        },
+        [this](const std::string& text) { set_problem(text); });
+    if (done) return;
     capture.close();
     if (!wait_until(Clock::now() + retry)) return;
     retry = std::min(2 * retry, kSlowestRetry);

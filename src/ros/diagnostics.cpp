@@ -34,6 +34,8 @@ void fill_summary(const Health& health, diagnostic_updater::DiagnosticStatusWrap
     status.summary(DiagnosticStatus::WARN, words);
   } else if (10 * health.recent_drops > health.recent_frames) {  // a tenth: seen as jerks
     status.summary(DiagnosticStatus::WARN, words + ", but more than a tenth of the images is dropped");
+  } else if (!health.output_problem.empty()) {
+    status.summary(DiagnosticStatus::WARN, words + ", but " + health.output_problem);
   } else {
     status.summary(DiagnosticStatus::OK, words);
   }
@@ -56,6 +58,7 @@ void fill_diagnostics(const Health& health, diagnostic_updater::DiagnosticStatus
   status.addf("seconds since the last image", "%.1f", health.seconds_since_image);
   status.addf("latency (ms)", "%.1f", last.latency_ms);
   status.add("calibration", health.calibration.empty() ? "none" : health.calibration);
+  status.add("output", health.output_problem.empty() ? "all is written" : health.output_problem);
   status.add("inliers", last.inliers);
   status.addf("median parallax (deg)", "%.2f", last.median_parallax_deg);
   status.addf("reprojection rms (px)", "%.2f", last.reprojection_rms_px);

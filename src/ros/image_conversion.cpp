@@ -3,9 +3,10 @@
 #include <cv_bridge/cv_bridge.h>
 #include <sensor_msgs/image_encodings.h>
 
-#include <boost/make_shared.hpp>
-#include <opencv2/imgcodecs.hpp>
+#include <cstdint>
+#include <limits>
 #include <opencv2/imgproc.hpp>
+#include <stdexcept>
 
 namespace mono_pose_tracker {
 namespace {
@@ -15,6 +16,8 @@ namespace enc = sensor_msgs::image_encodings;
 constexpr const char* kKnownEncodings =
     "mono8, mono16, 8UC1, 16UC1, 8UC3, rgb8, bgr8, rgba8, bgra8, bayer_*8, bayer_*16 and yuv422 (UYVY and "
     "YUY2)";
+
+const char* const kYuy2 = "yuv422_yuy2";  // which sensor_msgs of Noetic does not know
 
 ConvertedImage refuse(Reason reason, const std::string& error) { return {cv::Mat(), reason, error, nullptr}; }
 
@@ -34,14 +37,22 @@ std::string target_encoding(const std::string& encoding) {
 
 bool is_known(const std::string& encoding) {
   return target_encoding(encoding).empty() || encoding == enc::RGB8 || encoding == enc::RGBA8 ||
-         encoding == enc::BGRA8 || encoding == enc::YUV422 || encoding == "yuv422_yuy2" ||
-         enc::isBayer(encoding);
+         encoding == enc::BGRA8 || encoding == enc::YUV422 || encoding == kYuy2 || enc::isBayer(encoding);
 }
 
+std::uint64_t bytes_per_pixel(const std::string& encoding) {
+  if (encoding == kYuy2) return 2;
+  return static_cast<std::uint64_t>(enc::numChannels(encoding)) *
+         static_cast<std::uint64_t>(enc::bitDepth(encoding)) / 8;
+}
+
+/// Whether a message holds the pixels that it promises. The only place where its numbers are multiplied: in
+/// 64 bits, where no product of its 32-bit fields can wrap.
 bool is_complete(const sensor_msgs::Image& image) {
-  const std::size_t bytes_per_pixel = enc::numChannels(image.encoding) * enc::bitDepth(image.encoding) / 8;
-  return image.width > 0 && image.height > 0 && image.step >= image.width * bytes_per_pixel &&
-         image.data.size() >= static_cast<std::size_t>(image.step) * image.height;
+  constexpr std::uint64_t kMost = std::numeric_limits<int>::max();  // of cv::Mat's sides
+  const std::uint64_t width = image.width, height = image.height, step = image.step;
+  return width > 0 && width <= kMost && height > 0 && height <= kMost &&
+         step >= width * bytes_per_pixel(image.encoding) && image.data.size() >= step * height;
 }
 
 std::string describe(const sensor_msgs::Image& image) {
@@ -84,14 +95,11 @@ ConvertedImage convert_image(const sensor_msgs::ImageConstPtr& message) {
     return refuse(Reason::kUnsupportedEncoding,
                   "encoding \"" + message->encoding + "\" is not supported (known: " + kKnownEncodings + ")");
   }
-  const bool yuy2 = message->encoding == "yuv422_yuy2";
-  if (yuy2 ? message->step < 2 * message->width || message->data.size() < message->step * message->height ||
-                 message->data.empty()
-           : !is_complete(*message)) {
+  if (!is_complete(*message)) {
     return refuse(Reason::kUnreadableImage, "the image contradicts itself: " + describe(*message));
   }
   try {
-    if (yuy2) return {yuy2_to_bgr(*message), Reason::kOk, "", message};
+    if (message->encoding == kYuy2) return {yuy2_to_bgr(*message), Reason::kOk, "", message};
     const cv::Mat image = cv_bridge::toCvShare(message, target_encoding(message->encoding))->image;
     if (is_16bit_bayer(message->encoding)) {
       return {to_8bit(demosaic(image, message->encoding)), Reason::kOk, "", message};
@@ -108,18 +116,12 @@ ConvertedImage convert_mask(const sensor_msgs::ImageConstPtr& message) {
   return mask;
 }
 
-sensor_msgs::ImagePtr decode_image(const sensor_msgs::CompressedImage& message) {
-  cv_bridge::CvImage image;
-  image.header = message.header;
-  if (!message.data.empty()) image.image = cv::imdecode(message.data, cv::IMREAD_ANYCOLOR);
-  image.encoding = image.image.channels() == 3 ? enc::BGR8 : enc::MONO8;
-  if (image.image.empty()) {
-    sensor_msgs::ImagePtr nothing = boost::make_shared<sensor_msgs::Image>();
-    nothing->header = message.header;
-    nothing->encoding = enc::MONO8;
-    return nothing;
-  }
-  return image.toImageMsg();
+sensor_msgs::ImagePtr decode_image(const sensor_msgs::CompressedImage& message, std::uint64_t max_pixels) {
+  const DecodedImage decoded = decode_image(message.data, max_pixels);
+  if (!decoded.problem.empty()) throw std::runtime_error("the compressed image " + decoded.problem);
+  return cv_bridge::CvImage(message.header, decoded.image.channels() == 3 ? enc::BGR8 : enc::MONO8,
+                            decoded.image)
+      .toImageMsg();
 }
 
 }  // namespace mono_pose_tracker

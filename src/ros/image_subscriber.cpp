@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "mono_pose_tracker/ros/guard.h"
 #include "mono_pose_tracker/ros/image_conversion.h"
 
 namespace mono_pose_tracker {
@@ -22,23 +23,26 @@ bool has_transport(const image_transport::ImageTransport& transports, const std:
 }  // namespace
 
 void ImageSubscriber::subscribe(const ros::NodeHandle& handle, const ros::NodeHandle& private_handle,
-                                const std::string& topic, const std::string& transport, Callback callback) {
+                                const ImageTopic& source, Callback callback, Refusal refuse) {
   image_transport::ImageTransport transports(handle);
   const ros::TransportHints tcp = ros::TransportHints().tcpNoDelay();
-  if (transport == "compressed" && !has_transport(transports, transport)) {
+  const auto take = [callback = std::move(callback), refuse](const sensor_msgs::ImageConstPtr& image) {
+    guarded([&] { callback(image); },
+            [&](const std::string& text) { refuse(image->header, Reason::kInternalError, text); });
+  };
+  if (source.transport == "compressed" && !has_transport(transports, source.transport)) {
     ros::NodeHandle own_handle(handle);
     compressed_ = own_handle.subscribe<sensor_msgs::CompressedImage>(
-        handle.resolveName(topic) + "/compressed", kQueueSize,
-        [callback = std::move(callback)](const sensor_msgs::CompressedImageConstPtr& message) {
-          callback(decode_image(*message));
+        handle.resolveName(source.name) + "/compressed", kQueueSize,
+        [take, refuse, max_pixels = source.max_pixels](const sensor_msgs::CompressedImageConstPtr& message) {
+          guarded([&] { take(decode_image(*message, max_pixels)); },
+                  [&](const std::string& text) { refuse(message->header, Reason::kUnreadableImage, text); });
         },
         ros::VoidConstPtr(), tcp);
     return;
   }
-  transported_ = transports.subscribe(
-      topic, kQueueSize,
-      [callback = std::move(callback)](const sensor_msgs::ImageConstPtr& m) { callback(m); }, ros::VoidPtr(),
-      image_transport::TransportHints(transport, tcp, private_handle));
+  transported_ = transports.subscribe(source.name, kQueueSize, take, ros::VoidPtr(),
+                                      image_transport::TransportHints(source.transport, tcp, private_handle));
 }
 
 std::string ImageSubscriber::topic() const {

@@ -125,7 +125,8 @@ void LiveOptions::__fromMessage__(const dynamic_reconfigure::Config& message) {
         if (parameter.name == entry.key) *value = parameter.value != 0;
       }
     } else if (ConfigTools::getParameter(message, entry.key, sent)) {
-      *value = static_cast<T>(sent);
+      // No range holds NaN, and the nearest value in range is none: the one before stays.
+      if (!(sent != sent)) *value = static_cast<T>(sent);
     }
   });
 }

@@ -31,6 +31,8 @@ FrameReport LiveTracker::process(const sensor_msgs::ImageConstPtr& message) {
     report = track(message);
   } catch (const std::exception& e) {
     report = refuse(Reason::kInternalError, e.what());
+  } catch (...) {
+    report = refuse(Reason::kInternalError, "an exception of an unknown kind");
   }
   report.stamp_ns = static_cast<std::int64_t>(message->header.stamp.toNSec());
   state_ = report.state;
@@ -132,8 +134,11 @@ ConvertedImage LiveTracker::mask_for(const sensor_msgs::Image& message) {
 }
 
 void LiveTracker::set_options(const TrackerOptions& options) {
-  copy_changeable(options, &options_);
-  if (tracker_) tracker_->set_options(options_);
+  TrackerOptions changed = options_;
+  copy_changeable(options, &changed);
+  changed.validate();  // before anything has changed
+  if (tracker_) tracker_->set_options(changed);
+  options_ = changed;
 }
 
 void LiveTracker::reset() {

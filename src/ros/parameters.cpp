@@ -7,6 +7,7 @@ namespace {
 
 void read_node(ParameterReader& reader, NodeParameters& p) {
   reader.read("image_transport", &p.image_transport);
+  reader.read("max_image_pixels", &p.max_image_pixels, 1, 1000000000);
   reader.read("camera_info_url", &p.camera_info_url);
   reader.read("rectified", &p.rectified);
   reader.read("queue_size", &p.queue_size, 1, 1000000);

@@ -11,6 +11,7 @@
 #include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/ros/camera_info_conversion.h"
 #include "mono_pose_tracker/ros/diagnostics.h"
+#include "mono_pose_tracker/ros/guard.h"
 #include "mono_pose_tracker/ros/messages.h"
 #include "mono_pose_tracker/ros/paths.h"
 
@@ -48,7 +49,8 @@ std::string camera_info_topic(const ros::NodeHandle& handle, const std::string& 
 }  // namespace
 
 TrackerNodelet::~TrackerNodelet() {
-  if (slot_) slot_->close();  // services that wait for their turn give up
+  stopping_ = true;
+  if (slot_) slot_->close();         // services that wait for their turn give up
   // Each of these returns when its callbacks under way have: none may meet a nodelet half gone.
   services_.clear();
   live_server_.reset();
@@ -108,24 +110,50 @@ void TrackerNodelet::offer_live_options() {
   live_options_.publish_period = parameters_.publish_period;
   live_server_ = std::make_unique<dynamic_reconfigure::Server<LiveOptions>>(live_mutex_, service_handle());
   live_server_->setCallback([this](LiveOptions& options, std::uint32_t) {
-    const std::string changes = options.changes_since(live_options_);
-    if (changes.empty()) return;
-    on_processing_thread<void>([this, tracker = options.tracker] { tracker_->set_options(tracker); });
-    timer_.setPeriod(ros::WallDuration(options.publish_period));
-    live_options_ = options;
-    NODELET_INFO("changed: %s", changes.c_str());
+    // What is refused must not be written to the parameter server either, where it would stay.
+    guarded([&] { change_options(options); },
+            [&](const std::string& text) {
+              options = live_options_;
+              NODELET_ERROR("the options stay as they are: %s", text.c_str());
+            });
   });
+}
+
+void TrackerNodelet::change_options(const LiveOptions& options) {
+  const std::string changes = options.changes_since(live_options_);
+  if (changes.empty()) return;
+  TrackerOptions checked = live_options_.tracker;
+  copy_changeable(options.tracker, &checked);
+  checked.validate();
+  // Before the next image; nobody waits for the one at work.
+  slot_->post([this, checked] {
+    guarded([&] { tracker_->set_options(checked); },
+            [this](const std::string& text) { NODELET_ERROR("%s", text.c_str()); });
+  });
+  timer_.setPeriod(ros::WallDuration(options.publish_period));
+  live_options_ = options;
+  NODELET_INFO("changed: %s", changes.c_str());
 }
 
 void TrackerNodelet::subscribe() {
   ros::NodeHandle& handle = getNodeHandle();
   camera_info_subscriber_ = handle.subscribe<sensor_msgs::CameraInfo>(
-      camera_info_topic(handle, "image"), 5,
-      [this](const sensor_msgs::CameraInfoConstPtr& info) { cameras_->set_message(info); });
-  mask_subscriber_ = handle.subscribe<sensor_msgs::Image>(
-      "mask", 20, [this](const sensor_msgs::ImageConstPtr& mask) { masks_.put(mask); });
-  image_subscriber_.subscribe(handle, getPrivateNodeHandle(), "image", parameters_.image_transport,
-                              [this](const sensor_msgs::ImageConstPtr& image) { take_image(image); });
+      camera_info_topic(handle, "image"), 5, [this](const sensor_msgs::CameraInfoConstPtr& info) {
+        guarded([&] { cameras_->set_message(info); },
+                [&](const std::string& text) { NODELET_ERROR_THROTTLE(5, "camera_info: %s", text.c_str()); });
+      });
+  mask_subscriber_ =
+      handle.subscribe<sensor_msgs::Image>("mask", 20, [this](const sensor_msgs::ImageConstPtr& mask) {
+        guarded([&] { masks_.put(mask); },
+                [&](const std::string& text) { NODELET_ERROR_THROTTLE(5, "mask: %s", text.c_str()); });
+      });
+  image_subscriber_.subscribe(
+      handle, getPrivateNodeHandle(),
+      {"image", parameters_.image_transport, static_cast<std::uint64_t>(parameters_.max_image_pixels)},
+      [this](const sensor_msgs::ImageConstPtr& image) { take_image(image); },
+      [this](const std_msgs::Header& header, Reason reason, const std::string& text) {
+        refuse_image(header, reason, text);
+      });
   const std::string or_file =
       parameters_.camera_info_url.empty() ? "" : ", or else " + parameters_.camera_info_url;
   NODELET_INFO("images from %s (%s), calibration from %s%s", image_subscriber_.topic().c_str(),
@@ -168,6 +196,13 @@ void TrackerNodelet::take_image(const sensor_msgs::ImageConstPtr& image) {
   }
 }
 
+void TrackerNodelet::refuse_image(const std_msgs::Header& header, Reason reason, const std::string& text) {
+  // One at which take_image failed has been counted there.
+  if (reason == Reason::kUnreadableImage) board_->count_received();
+  board_->publish_unprocessed(header, paused_ ? Reason::kPaused : reason, text, Clock::now());
+  NODELET_ERROR_THROTTLE(10, "%s", text.c_str());
+}
+
 bool TrackerNodelet::clock_went_back() {
   if (!ros::Time::isSimTime()) return false;
   const ros::Time now = ros::Time::now();
@@ -176,11 +211,8 @@ bool TrackerNodelet::clock_went_back() {
 
 void TrackerNodelet::process_images() {
   while (std::optional<Frame> frame = slot_->take()) {
-    try {
-      process(*frame);
-    } catch (const std::exception& e) {
-      NODELET_ERROR_THROTTLE(5, "%s", e.what());
-    }
+    guarded([&] { process(*frame); },
+            [&](const std::string& text) { NODELET_ERROR_THROTTLE(5, "%s", text.c_str()); });
   }
 }
 
@@ -198,13 +230,29 @@ void TrackerNodelet::process(const Frame& frame) {
   if (report.map_from_camera && frames_->wants_points(report.epoch)) {
     frames_->set_points(report.epoch, tracker_->map_view()->snapshot->points);
   }
-  const FrameReport in_world = frames_->in_world(report);
-  publishers_->publish_frame(frame.image->header, in_world);
-  board_->publish(frame.image->header, report, frame.arrival);
-  say_state(report);
-  if (trajectory_) trajectory_->append(in_world);
-  publishers_->publish_mask(frame.image->header, report.mask, tracker_->image().size());
-  if (publishers_->debug_image_wanted()) draw(frame, report);
+  publish(frame, report);
+}
+
+void TrackerNodelet::publish(const Frame& frame, const FrameReport& report) {
+  if (stopping_) return;  // it was cut short: no result
+  // Each by itself: what is wrong with one output must not silence the others.
+  const auto tell = [this](const std::string& text) { NODELET_ERROR_THROTTLE(5, "%s", text.c_str()); };
+  const std_msgs::Header& header = frame.image->header;
+  guarded(
+      [&] {
+        const FrameReport in_world = frames_->in_world(report);
+        if (trajectory_) trajectory_->append(in_world);
+        publishers_->publish_frame(header, in_world);
+      },
+      tell);
+  guarded([&] { board_->publish(header, report, frame.arrival); }, tell);
+  guarded([&] { say_state(report); }, tell);
+  guarded([&] { publishers_->publish_mask(header, report.mask, tracker_->image().size()); }, tell);
+  guarded(
+      [&] {
+        if (publishers_->debug_image_wanted()) draw(frame, report);
+      },
+      tell);
 }
 
 void TrackerNodelet::draw(const Frame& frame, const FrameReport& report) {
@@ -232,13 +280,12 @@ void TrackerNodelet::say_state(const FrameReport& report) {
 }
 
 void TrackerNodelet::on_timer() {
-  try {
-    publish_map();
-    check_inputs();
-    diagnostics_->update();
-  } catch (const std::exception& e) {
-    NODELET_ERROR_THROTTLE(5, "%s", e.what());
-  }
+  // Each by itself: what is wrong with one must not silence the others.
+  const auto tell = [this](const std::string& text) { NODELET_ERROR_THROTTLE(5, "%s", text.c_str()); };
+  guarded([this] { publish_map(); }, tell);
+  guarded([this] { check_inputs(); }, tell);
+  guarded([this] { check_outputs(); }, tell);
+  guarded([this] { diagnostics_->update(); }, tell);
 }
 
 void TrackerNodelet::publish_map() {
@@ -280,6 +327,15 @@ void TrackerNodelet::check_inputs() {
   NODELET_WARN("%s", input_problem_.c_str());
 }
 
+void TrackerNodelet::check_outputs() {
+  if (!trajectory_) return;
+  trajectory_->retry();
+  const std::string problem = trajectory_->problem();
+  if (problem.empty() && !output_problem_.empty()) NODELET_INFO("the trajectory file is written again");
+  if (!problem.empty()) NODELET_ERROR_THROTTLE(kRepeatSeconds, "%s", problem.c_str());
+  output_problem_ = problem;
+}
+
 void TrackerNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
   const StatusBoard::Summary summary = board_->summary();
   Health health;
@@ -287,6 +343,7 @@ void TrackerNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& statu
   health.seconds_since_image = seconds_since(summary.last_arrival);
   health.frames_per_second = summary.frames_per_second;
   health.input_problem = input_problem_;
+  health.output_problem = output_problem_;
   health.calibration = describe_calibration();
   health.recent_frames = summary.last.frames_received - diagnosed_.frames_received;
   health.recent_drops = summary.last.frames_dropped - diagnosed_.frames_dropped;
@@ -370,13 +427,13 @@ void TrackerNodelet::advertise(const std::string& name, Answer answer) {
   services_.push_back(service_handle().advertiseService<Request, Response>(
       name,
       boost::function<bool(Request&, Response&)>([answer = std::move(answer)](Request&, Response& response) {
-        try {
-          response.message = answer();
-          response.success = true;
-        } catch (const std::exception& e) {
-          response.message = e.what();
-          response.success = false;
-        }
+        response.success = false;
+        guarded(
+            [&] {
+              response.message = answer();
+              response.success = true;
+            },
+            [&](const std::string& text) { response.message = text; });
         return true;
       })));
 }

@@ -1,48 +1,112 @@
 #include "mono_pose_tracker/ros/trajectory_log.h"
 
-#include <cinttypes>
-#include <cstdio>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
 #include <stdexcept>
+
+#include "mono_pose_tracker/io/atomic_file.h"
+#include "mono_pose_tracker/io/trajectory.h"
 
 namespace mono_pose_tracker {
 namespace {
 
-std::string tum_line(std::int64_t stamp_ns, const Rigid3& map_from_camera) {
-  const Eigen::Vector3d& t = map_from_camera.translation;
-  const Eigen::Quaterniond& q = map_from_camera.rotation;
-  char line[256];
-  std::snprintf(line, sizeof(line), "%" PRId64 ".%09" PRId64 " %.9g %.9g %.9g %.9g %.9g %.9g %.9g\n",
-                stamp_ns / 1000000000, stamp_ns % 1000000000, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(),
-                q.w());
-  return line;
-}
+const char* const kHead = "# timestamp tx ty tz qx qy qz qw (map_from_camera)\n";
 
-void open(const std::string& path, std::ofstream& file) {
-  file.open(path, std::ios::trunc);
-  if (!file) throw std::runtime_error(path + ": cannot be written");
-  file << "# timestamp tx ty tz qx qy qz qw (map_from_camera)\n" << std::flush;
+std::string line_of(std::int64_t stamp_ns, const Rigid3& map_from_camera) {
+  return tum_line({stamp_ns, map_from_camera}) + '\n';
 }
 
 }  // namespace
 
-TrajectoryLog::TrajectoryLog(const std::string& path) : path_(path) { open(path, file_); }
+TrajectoryLog::TrajectoryLog(const std::string& path) : path_(path) {
+  // A pipe that nobody reads is refused, one that is full is tried again: nobody waits.
+  file_ = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_NONBLOCK | O_CLOEXEC, 0666);
+  if (file_ < 0) throw std::runtime_error(path + ": cannot be written (" + std::strerror(errno) + ")");
+  waiting_.push_back(kHead);
+  write_waiting();
+}
+
+TrajectoryLog::~TrajectoryLog() {
+  retry();
+  close(file_);
+}
 
 void TrajectoryLog::append(const FrameReport& report) {
   if (!report.map_from_camera) return;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::string lines = line_of(report.stamp_ns, *report.map_from_camera);
   if (!empty_ && report.epoch != epoch_) {
-    file_ << "# a new map begins (epoch " << report.epoch << "): another origin and scale\n";
+    lines =
+        "# a new map begins (epoch " + std::to_string(report.epoch) + "): another origin and scale\n" + lines;
   }
   empty_ = false;
   epoch_ = report.epoch;
-  file_ << tum_line(report.stamp_ns, *report.map_from_camera) << std::flush;
-  if (!file_) throw std::runtime_error(path_ + ": writing failed");
+  waiting_.push_back(std::move(lines));
+  // The first may be half written; the second says how many are lost.
+  while (waiting_.size() > kMostWaiting) {
+    if (note_ == 1) {
+      waiting_.erase(waiting_.begin() + 1);
+    } else {
+      note_ = 1;
+      lost_ = 0;
+    }
+    ++lost_;
+    waiting_[1] = "# " + std::to_string(lost_) + " poses are missing here: they could not be written\n";
+  }
+  write_waiting();
+}
+
+void TrajectoryLog::retry() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  write_waiting();
+}
+
+std::string TrajectoryLog::problem() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (waiting_.empty()) return "";
+  std::string text =
+      path_ + ": cannot be written (" + reason_ + "); " + std::to_string(waiting_.size()) + " poses wait";
+  if (lost_ > 0) text += ", " + std::to_string(lost_) + " are lost";
+  return text;
+}
+
+void TrajectoryLog::write_waiting() {
+  while (!waiting_.empty() && write_first()) {
+    waiting_.pop_front();
+    if (note_ >= 0 && --note_ < 0) lost_ = 0;
+  }
+}
+
+/// False, with the reason, when it cannot be written whole: then it is as if nothing of it had been written.
+bool TrajectoryLog::write_first() {
+  std::string& line = waiting_.front();
+  struct stat before = {};
+  const bool known = fstat(file_, &before) == 0 && S_ISREG(before.st_mode);
+  std::size_t written = 0;
+  while (written < line.size()) {
+    const ssize_t count = write(file_, line.data() + written, line.size() - written);
+    if (count > 0) {
+      written += static_cast<std::size_t>(count);
+    } else if (count == 0 || errno != EINTR) {
+      reason_ = count == 0 ? "nothing is taken" : std::strerror(errno);
+      // A pipe gives nothing back: it gets the rest of the line.
+      if (written > 0 && !(known && ftruncate(file_, before.st_size) == 0)) line.erase(0, written);
+      return false;
+    }
+  }
+  return true;
 }
 
 void write_tum_trajectory(const std::string& path, const std::vector<KeyframePose>& poses) {
-  std::ofstream file;
-  open(path, file);
-  for (const KeyframePose& pose : poses) file << tum_line(pose.stamp_ns, pose.map_from_camera);
-  if (!file.flush()) throw std::runtime_error(path + ": writing failed");
+  require_regular_file(path);
+  write_file_atomically(path, [&](std::ostream& out) {
+    out << kHead;
+    for (const KeyframePose& pose : poses) out << line_of(pose.stamp_ns, pose.map_from_camera);
+  });
 }
 
 }  // namespace mono_pose_tracker

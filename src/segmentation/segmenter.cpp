@@ -17,12 +17,16 @@ namespace {
 // As many images tell median and spread of a pixel well; more would only take memory.
 constexpr int kLearningImages = 15;
 
+std::string text(const cv::Size& size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
+
 cv::Mat read_background(const std::string& path) {
   if (path.empty()) return {};
   cv::Mat image;
   try {
     image = cv::imread(path, cv::IMREAD_COLOR);
-  } catch (const cv::Exception&) {
+  } catch (const std::exception&) {  // of OpenCV, or there is no memory for it
   }
   if (image.empty()) {
     throw std::invalid_argument("segmentation/background_image = " + path +
@@ -57,6 +61,14 @@ Segmentation Segmenter::segment_again(const cv::Mat& image, const cv::Mat& given
 
 Segmentation Segmenter::find(const cv::Mat& image, const cv::Mat& given, bool learn) {
   if (options_.method == "none") return {};
+  if (!background_image_.empty() && background_image_.size() != image.size()) {
+    // Stretched, it would be of another view.
+    Segmentation refused;
+    refused.reason = Reason::kImageSizeMismatch;
+    refused.text = "segmentation/background_image is " + text(background_image_.size()) + ", the image " +
+                   text(image.size());
+    return refused;
+  }
   Segmentation result = find_unaided(reduced(image), learn);
   if (!result.mask.empty()) {
     result.mask = enlarged(result.mask, image.size());

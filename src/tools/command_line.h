@@ -1,10 +1,25 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <cstdio>
 #include <exception>
+#include <string>
+
+#include "mono_pose_tracker/common/decimal.h"
 
 namespace mono_pose_tracker {
+
+/// Accepts whole decimal numbers from `least` on. Without it -1 would be the largest number, and 0100 be 64.
+inline CLI::Validator whole_number(std::uint64_t least) {
+  const std::string expected = "expected a whole number of at least " + std::to_string(least);
+  return CLI::Validator(
+      [=](const std::string& text) {
+        std::uint64_t value = 0;
+        return parse_decimal(text, &value) && value >= least ? std::string() : text + ": " + expected;
+      },
+      "", "whole number");
+}
 
 /// Parses and runs; run returns the exit status. What goes wrong is one line on standard error that names the
 /// program, and status 2.

@@ -40,7 +40,7 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--config", a.config, "tracker.yaml: options, see config/default.yaml");
   auto* reference =
       app.add_option("--reference", a.reference, "the true poses (TUM file): position errors are given, too");
-  app.add_option("--seed", a.seed, "of all random choices [0]");
+  app.add_option("--seed", a.seed, "of all random choices [0]")->check(whole_number(0));
   auto* most =
       app.add_option("--max-frames", a.max_frames, "only so many images")->check(CLI::Range(1, 1000000));
   app.add_option("--rate", a.rate_hz, "images a second of the live run [30]")->check(CLI::Range(0.1, 1000.0));

@@ -260,7 +260,9 @@ int main(int argc, char** argv) {
   app.add_option("--threads", settings.threads, "threads; results do not depend on it")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
-  app.add_option("--seed", settings.seed, "of the random numbers")->capture_default_str();
+  app.add_option("--seed", settings.seed, "of the random numbers")
+      ->capture_default_str()
+      ->check(whole_number(0));
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& help) {

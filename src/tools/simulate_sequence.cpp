@@ -82,7 +82,7 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--exposure-drift", s.exposure_drift,
                  "greatest relative change of brightness, such as 0.2 [0]");
   app.add_flag("--occluder", s.occluder, "a hand passes before the object (and is 0 in the masks)");
-  app.add_option("--seed", s.seed, "of textures, path and noise [1]");
+  app.add_option("--seed", s.seed, "of textures, path and noise [1]")->check(whole_number(0));
   app.add_option("--rate", s.rate_hz, "frames a second [30]");
   app.add_option("--first-stamp", s.first_stamp_s, "time stamp of the first image, s [1]");
   app.add_option("--samples", s.samples, "samples per pixel side [2]");

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -20,6 +21,7 @@
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
 #include "mono_pose_tracker/io/colmap.h"
+#include "mono_pose_tracker/io/image_decoding.h"
 #include "mono_pose_tracker/io/overview.h"
 #include "mono_pose_tracker/io/ply.h"
 #include "mono_pose_tracker/io/trajectory.h"
@@ -59,9 +61,21 @@ void declare(CLI::App& app, Arguments& a) {
       "--undistorted", a.undistorted,
       "undistorted images and masks for dense reconstruction, in the folder undistorted of the output");
   app.add_option("--reference", a.reference, "true trajectory (TUM lines), drawn into overview.png");
-  app.add_option("--seed", a.seed, "of all random choices [0]");
-  app.add_option("--max-frames", a.max_frames, "stop after so many images")->check(CLI::PositiveNumber);
+  app.add_option("--seed", a.seed, "of all random choices [0]")->check(whole_number(0));
+  app.add_option("--max-frames", a.max_frames, "stop after so many images")->check(whole_number(1));
   app.add_flag("--quiet", a.quiet, "say nothing but errors");
+}
+
+// The signal that asks for an end; 0: none. A second one ends the program at once.
+volatile std::sig_atomic_t g_signal = 0;
+
+void end_on_signals() {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    std::signal(signal, [](int caught) {
+      g_signal = caught;
+      std::signal(caught, SIG_DFL);
+    });
+  }
 }
 
 // Progress: a bar on a terminal, plain lines elsewhere.
@@ -114,10 +128,13 @@ void make_folder(const fs::path& path) {
   if (error) throw std::runtime_error(path.string() + ": cannot be made (" + error.message() + ")");
 }
 
+// An unwritable folder is found before the work, and no trajectory of an earlier run is taken for this one's.
 void make_output_folder(const std::string& path) {
   make_folder(path);
-  write_tum((fs::path(path) / "trajectory.txt").string(),
-            {});  // an unwritable folder is found before the work
+  const std::string trajectory = (fs::path(path) / "trajectory.txt").string();
+  write_tum(trajectory, {});
+  std::error_code ignored;
+  fs::remove(trajectory, ignored);
 }
 
 // The size of the first image that can be read must be the camera's.
@@ -135,6 +152,17 @@ void check_first_image(const std::function<std::unique_ptr<ImageSource>()>& open
   throw std::runtime_error(image.name + ": is " + std::to_string(image.image.cols) + "x" +
                            std::to_string(image.image.rows) + ", the calibration is for " +
                            std::to_string(camera.width) + "x" + std::to_string(camera.height));
+}
+
+// Before the work, not image by image. The tracker itself says whether it can be read.
+void check_background_image(const SegmentationOptions& options, const CameraParameters& camera) {
+  if (options.method != "background" || options.background_image.empty()) return;
+  const cv::Mat image = read_image(options.background_image).image;
+  if (image.empty() || (image.cols == camera.width && image.rows == camera.height)) return;
+  throw std::runtime_error("segmentation/background_image = " + options.background_image + ": is " +
+                           std::to_string(image.cols) + "x" + std::to_string(image.rows) +
+                           ", expected the images' " + std::to_string(camera.width) + "x" +
+                           std::to_string(camera.height));
 }
 
 struct MapStatistics {
@@ -202,22 +230,22 @@ void write_map_for_colmap(const std::string& folder, const CameraParameters& cam
   write_colmap_text(folder, camera, images, points);
 }
 
-// The masks in force, by stamp, packed; and what they say of the recording.
+// The masks in force, by the frames' indices, packed; and what they say of the recording.
 class MaskRecord {
  public:
   explicit MaskRecord(bool keep) : keep_(keep) {}
 
-  void add(const FrameReport& report) {
+  void add(std::int64_t index, const FrameReport& report) {
     ++frames_[report.segmentation];
     if (report.mask.empty()) return;
     share_ += cv::countNonZero(report.mask) / static_cast<double>(report.mask.total());
     ++masks_;
-    if (keep_) cv::imencode(".png", report.mask, packed_[report.stamp_ns]);
+    if (keep_) cv::imencode(".png", report.mask, packed_[index]);
   }
 
   /// Empty where there was none.
-  cv::Mat mask(std::int64_t stamp_ns) const {
-    const auto packed = packed_.find(stamp_ns);
+  cv::Mat mask(std::int64_t index) const {
+    const auto packed = packed_.find(index);
     return packed == packed_.end() ? cv::Mat() : cv::imdecode(packed->second, cv::IMREAD_GRAYSCALE);
   }
 
@@ -268,9 +296,13 @@ void for_each_image(const Recording& recording, const RecordingResult& result,
 void write_masks(const fs::path& folder, const Recording& recording, const RecordingResult& result,
                  const MaskRecord& masks) {
   make_folder(folder);
-  for_each_image(recording, result, [&](std::int64_t, const SourceImage& image) {
-    const cv::Mat mask = masks.mask(image.stamp_ns);
-    if (!mask.empty()) write_image(folder / fs::path(image.name).filename().replace_extension(".png"), mask);
+  std::set<fs::path> written;
+  for_each_image(recording, result, [&](std::int64_t index, const SourceImage& image) {
+    const cv::Mat mask = masks.mask(index);
+    if (mask.empty()) return;
+    fs::path name = fs::path(image.name).replace_extension(".png");
+    if (!written.insert(name).second) name = image.name + ".png";  // a.png and a.jpg
+    write_image(folder / name, mask);
   });
 }
 
@@ -285,10 +317,10 @@ void write_undistorted(const fs::path& folder, const CameraModel& camera, const 
   RecordingResult renamed = result;
   for_each_image(recording, result, [&](std::int64_t index, const SourceImage& image) {
     if (posed.count(index) == 0) return;
-    const std::string name = fs::path(image_file_of(image.name)).filename().string();
+    const std::string name = image_file_of(image.name);
     renamed.names[index] = name;
     write_image(folder / "images" / name, undistorter.image(image.image));
-    write_image(folder / "masks" / (name + ".png"), undistorter.mask(masks.mask(image.stamp_ns)));
+    write_image(folder / "masks" / (name + ".png"), undistorter.mask(masks.mask(index)));
     pairs += name + "\n__auto__, 20\n";
     fused += name + "\n";
   });
@@ -323,6 +355,7 @@ void write_report(const std::string& path, const RecordingResult& result, const 
       {"seed", seed},
       {"segmentation", masks.summary()},
       {"stages", time_statistics(result.stage_ms)},
+      {"warnings", result.warnings},
       {"problems", result.problems}};
   write_file_atomically(path, [&](std::ostream& out) {
     out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
@@ -375,26 +408,31 @@ int run(const Arguments& a) {
   Recording recording;
   recording.open = source_of(a);
   recording.max_frames = a.max_frames;
+  recording.interrupted = [] { return g_signal != 0; };
   const CameraParameters camera = camera_of(a);
   Tracker tracker(options, CameraModel(camera), Tracker::Mapping::kInline);
   std::optional<MaskFolder> masks;
   if (!a.masks.empty()) recording.masks = &masks.emplace(a.masks);
   check_first_image(recording.open, camera);
+  check_background_image(options.segmentation, camera);
   make_output_folder(a.output);
 
+  end_on_signals();
   const fs::path output = a.output;
   TrajectoryWriter live((output / "trajectory_live.txt").string());
   RecordingResult result;
   MaskRecord mask_record(a.undistorted || !a.write_masks.empty());
   {
     Progress progress(recording.open()->size(), a.quiet);
-    const FrameObserver observer = [&](int pass, const FrameReport& report) {
+    const FrameObserver observer = [&](int pass, std::int64_t index, const FrameReport& report) {
       if (pass == 1 && report.map_from_camera) live.append({report.stamp_ns, *report.map_from_camera});
       if (pass == 1) progress.show(report);
-      if (pass == 1 || report.map_from_camera) mask_record.add(report);
+      if (pass == 1 || report.map_from_camera) mask_record.add(index, report);
     };
     result = track_recording(recording, observer, &tracker);
   }
+  if (!result.tracked) write_tum((output / "trajectory.txt").string(), {});
+  for (const std::string& warning : result.warnings) std::fprintf(stderr, "warning: %s\n", warning.c_str());
   for (const std::string& problem : result.problems) std::fprintf(stderr, "%s\n", problem.c_str());
   if (result.tracked) write_results(output, camera, result, tracker, reference);
   if (!a.write_masks.empty()) write_masks(a.write_masks, recording, result, mask_record);
@@ -416,7 +454,7 @@ int run(const Arguments& a) {
                 tracker.map().landmarks().size(), wall.count(),
                 result.unconfirmed ? " (two views only: unconfirmed)" : "", a.output.c_str());
   }
-  return 0;
+  return g_signal != 0 ? 128 + static_cast<int>(g_signal) : 0;  // as a shell has it
 }
 
 }  // namespace

@@ -1,7 +1,5 @@
 #include "mono_pose_tracker/tracking/options_table.h"
 
-#include "mono_pose_tracker/features/marker.h"
-
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -12,20 +10,36 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "mono_pose_tracker/common/decimal.h"
+#include "mono_pose_tracker/features/marker.h"
+#include "mono_pose_tracker/io/yaml_file.h"
+
 namespace mono_pose_tracker {
 
 namespace {
 
 constexpr double kUnbounded = 1e12;
 
-template <typename T>
-bool parse(const std::string& text, T* value) {
+// Letters: enough for every key of a file of one's own; not for a file of another kind.
+constexpr std::size_t kMaxProblems = 4000;
+
+bool parse(const std::string& text, bool* value) {
   try {
-    *value = YAML::Load(text).as<T>();
+    *value = YAML::Node(text).as<bool>();
     return true;
   } catch (const YAML::Exception&) {
     return false;
   }
+}
+
+template <typename T>
+bool parse(const std::string& text, T* value) {
+  return parse_decimal(text, value);
+}
+
+// What YAML as ROS reads it takes for octal: 64 where somebody means 100.
+bool has_leading_zero(const std::string& text) {
+  return text.size() > 1 && text[0] == '0' && text[1] >= '0' && text[1] <= '9';
 }
 
 std::string number_text(double value) {
@@ -34,14 +48,17 @@ std::string number_text(double value) {
   return stream.str();
 }
 
-void collect_leaves(const YAML::Node& node, const std::string& prefix,
-                    std::map<std::string, std::string>* leaves) {
-  for (const auto& entry : node) {
-    const std::string key = prefix + entry.first.as<std::string>();
-    if (entry.second.IsMap()) {
-      collect_leaves(entry.second, key + "/", leaves);
-    } else {
-      (*leaves)[key] = entry.second.IsScalar() ? entry.second.Scalar() : YAML::Dump(entry.second);
+// The values by their full keys, with what cannot be the value of an option.
+void collect_leaves(const YamlValue& map, const std::string& prefix,
+                    std::map<std::string, std::string>* leaves, std::string* problems) {
+  for (const auto& [name, value] : map.entries) {
+    const std::string key = prefix + name;
+    if (value.kind == YamlValue::Kind::kMap) {
+      collect_leaves(value, key + "/", leaves, problems);
+    } else if (value.kind == YamlValue::Kind::kList) {
+      *problems += "; " + key + " is a list, expected one value";
+    } else if (!leaves->emplace(key, value.text).second) {
+      *problems += "; " + key + " is given a second time in line " + std::to_string(value.line);
     }
   }
 }
@@ -278,25 +295,26 @@ std::string nearest_key(const std::vector<OptionEntry>& table, const std::string
 }
 
 void read_options_yaml(const std::string& path, TrackerOptions* options) {
-  std::map<std::string, std::string> leaves;
-  try {
-    const YAML::Node root = YAML::LoadFile(path);
-    if (!root.IsMap() && !root.IsNull()) throw std::runtime_error(path + ": expected a map of options");
-    collect_leaves(root, "", &leaves);
-  } catch (const YAML::BadFile&) {
-    throw std::runtime_error(path + ": cannot be read");
-  } catch (const YAML::Exception& e) {
-    throw std::runtime_error(path + ": not YAML: " + e.what());
+  const YamlValue root = read_yaml_file(path, "options of the tracker, see config/default.yaml");
+  if (root.kind != YamlValue::Kind::kMap && root.kind != YamlValue::Kind::kNothing) {
+    throw std::runtime_error(path + ": expected a map of options");
   }
-  const std::vector<OptionEntry> table = option_table(options);
+  std::map<std::string, std::string> leaves;
   std::string problems;
+  collect_leaves(root, "", &leaves, &problems);
+  const std::vector<OptionEntry> table = option_table(options);
   for (const auto& [key, text] : leaves) {
+    if (problems.size() > kMaxProblems) {
+      problems += "; ...";
+      break;
+    }
     const auto entry =
         std::find_if(table.begin(), table.end(), [&](const OptionEntry& e) { return e.key == key; });
     if (entry == table.end()) {
       problems += "; unknown key " + key + ", did you mean " + nearest_key(table, key) + "?";
     } else if (!set_option(*entry, text) || !is_in_range(*entry)) {
       problems += "; " + key + " = " + text + ", expected " + expected_value(*entry);
+      if (has_leading_zero(text)) problems += ", without leading zeros";
     }
   }
   if (!problems.empty()) throw std::runtime_error(path + ": " + problems.substr(2));

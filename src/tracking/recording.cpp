@@ -1,6 +1,7 @@
 #include "mono_pose_tracker/tracking/recording.h"
 
 #include <algorithm>
+#include <optional>
 #include <set>
 
 namespace mono_pose_tracker {
@@ -14,7 +15,7 @@ class Reader {
       : recording_(recording), problems_(problems), source_(recording.open()) {}
 
   bool next() {
-    while (recording_.max_frames < 0 || index_ + 1 < recording_.max_frames) {
+    while ((recording_.max_frames < 0 || index_ + 1 < recording_.max_frames) && !recording_.interrupted()) {
       image_ = source_->next();
       if (image_.kind == SourceImage::Kind::kEnd) return false;
       if (image_.kind == SourceImage::Kind::kSkipped) {
@@ -31,14 +32,17 @@ class Reader {
   std::int64_t index() const { return index_; }
   const SourceImage& image() const { return image_; }
   const cv::Mat& mask() const { return mask_; }
+  std::int64_t usable_masks() const { return usable_masks_; }
 
  private:
   void read_mask() {
     mask_ = cv::Mat();
     if (!recording_.masks) return;
     std::string problem;
-    mask_ = recording_.masks->mask_of(image_.name, image_.image.size(), &problem);
+    mask_ = recording_.masks->mask_of(image_.mask_name, image_.image.size(), &problem);
     if (mask_.empty() && problems_) problems_->push_back(problem);
+    if (mask_.empty() || cv::countNonZero(mask_) == 0) return;
+    ++usable_masks_;
   }
 
   const Recording& recording_;
@@ -47,6 +51,28 @@ class Reader {
   SourceImage image_;
   cv::Mat mask_;
   std::int64_t index_ = -1;
+  std::int64_t usable_masks_ = 0;
+};
+
+// Tells when the stamps do not grow: two poses of one time are one too many for whoever reads the trajectory.
+class StampCheck {
+ public:
+  void add(const SourceImage& image) {
+    if (newest_ns_ && image.stamp_ns <= *newest_ns_ && count_++ == 0) first_ = image.name;
+    newest_ns_ = std::max(newest_ns_.value_or(image.stamp_ns), image.stamp_ns);
+  }
+
+  void tell(std::vector<std::string>* warnings) const {
+    if (count_ == 0) return;
+    warnings->push_back(std::to_string(count_) +
+                        " images have stamps that are not newer than those before (the first: " + first_ +
+                        "): the images are used in their order; check the stamps of the recording");
+  }
+
+ private:
+  std::optional<std::int64_t> newest_ns_;
+  std::int64_t count_ = 0;
+  std::string first_;
 };
 
 void add_stages(const FrameReport& report, RecordingResult* result) {
@@ -54,11 +80,18 @@ void add_stages(const FrameReport& report, RecordingResult* result) {
 }
 
 // The last text of the reason that most frames had.
-std::string usual_reason(const std::map<Reason, std::pair<int, std::string>>& reasons) {
+std::string usual_reason(const std::map<Reason, std::pair<int, std::string>>& reasons,
+                         std::int64_t frames_total) {
   const auto usual = std::max_element(reasons.begin(), reasons.end(), [](const auto& a, const auto& b) {
     return a.second.first < b.second.first;
   });
-  return usual == reasons.end() ? "no image" : usual->second.second;
+  if (usual != reasons.end()) return usual->second.second;
+  return frames_total == 0 ? "no image" : "one image makes no map: expected two at least";
+}
+
+bool has_folders(const std::map<std::int64_t, std::string>& names) {
+  return std::any_of(names.begin(), names.end(),
+                     [](const auto& name) { return name.second.find('/') != std::string::npos; });
 }
 
 void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tracker* tracker,
@@ -72,7 +105,7 @@ void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tr
     if (posed.count(reader.index())) continue;
     const FrameReport report =
         tracker->resect_again(reader.index(), reader.image().stamp_ns, reader.image().image, reader.mask());
-    observer(2, report);
+    observer(2, reader.index(), report);
   }
 }
 
@@ -81,10 +114,12 @@ void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tr
 RecordingResult track_recording(const Recording& recording, const FrameObserver& observer, Tracker* tracker) {
   RecordingResult result;
   std::map<Reason, std::pair<int, std::string>> reasons;
+  StampCheck stamps;
   Reader reader(recording, &result.problems);
   while (reader.next()) {
     const FrameReport report = tracker->process(reader.image().stamp_ns, reader.image().image, reader.mask());
     result.names[reader.index()] = reader.image().name;
+    stamps.add(reader.image());
     ++result.frames_total;
     if (report.reason == Reason::kImageSizeMismatch) {
       result.problems.push_back(reader.image().name + ": " + report.reason_text + ", skipped");
@@ -96,12 +131,26 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
       text = report.reason_text;
     }
     add_stages(report, &result);
-    observer(1, report);
+    observer(1, reader.index(), report);
+  }
+  stamps.tell(&result.warnings);
+  if (recording.masks && result.frames_total > 0 && reader.usable_masks() == 0) {
+    result.warnings.push_back(
+        "not one image has a mask that leaves anything of it: check --masks and its names");
+  }
+  if (recording.masks && recording.masks->is_flat() && has_folders(result.names)) {
+    result.warnings.push_back(
+        "images of several folders have the same names, and --masks holds no such folders: "
+        "each mask is used for all images of its name");
+  }
+  if (recording.interrupted()) {
+    result.warnings.push_back("interrupted after " + std::to_string(result.frames_total) +
+                              " images: what follows is not in the result");
   }
   result.tracked = tracker->finish();
   result.unconfirmed = tracker->is_unconfirmed();
   if (!result.tracked) {
-    result.reason = usual_reason(reasons);
+    result.reason = usual_reason(reasons, result.frames_total);
     return result;
   }
   pose_the_rest(recording, observer, tracker, &result);

@@ -1,16 +1,27 @@
 #include "mono_pose_tracker/tracking/tracker_options.h"
 
+#include <algorithm>
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 #include "mono_pose_tracker/tracking/options_table.h"
 
 namespace mono_pose_tracker {
+
+namespace {
+
+// m: no camera sees less, and the estimators' own least steps are some orders below.
+constexpr double kLeastLength = 1e-6;
+
+}  // namespace
 
 RansacOptions TrackerOptions::ransac(double focal_px) const {
   RansacOptions ransac;
   ransac.threshold = inlier_threshold_px / focal_px;
   ransac.confidence = confidence;
   ransac.max_iterations = max_iterations;
+  ransac.min_iterations = std::min(ransac.min_iterations, max_iterations);
   ransac.seed = seed;
   return ransac;
 }
@@ -27,6 +38,13 @@ void TrackerOptions::validate() const {
     problems += "; " + entry.key + " = " + option_text(entry) + ", expected " + expected_value(entry);
   }
   const int scales = (scale.known_baseline > 0) + (scale.initial_median_depth > 0) + (scale.marker_size > 0);
+  for (const auto& [key, length] : {std::pair<const char*, double>("known_baseline", scale.known_baseline),
+                                    {"initial_median_depth", scale.initial_median_depth},
+                                    {"marker_size", scale.marker_size}}) {
+    if (length > 0 && length < kLeastLength) {
+      problems += std::string("; scale/") + key + " is below 1e-06, expected 0 or metres";
+    }
+  }
   if (scales > 1) {
     problems +=
         "; scale/known_baseline, scale/initial_median_depth and scale/marker_size: expected one of them at "

@@ -1,6 +1,7 @@
 #include "mono_pose_tracker/io/atomic_file.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "support/expect_error.h"
 #include "support/temporary_folder.h"
@@ -37,6 +38,20 @@ TEST(AtomicFile, SaysWhyItCannotWrite) {
   expect_error([&] { write(folder.path()); }, {folder.path(), "Is a directory"});
   expect_error([&] { write("/dev/full"); }, {"/dev/full", "No space left"});
   EXPECT_TRUE(std::filesystem::is_character_file("/dev/full"));
+}
+
+TEST(AtomicFile, WhatMustBeAFileIsNoPipe) {
+  TemporaryFolder folder;
+  ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+  std::filesystem::create_symlink("pipe", folder / "link");
+  for (const std::string& path :
+       {folder / "pipe", folder / "link", std::string("/dev/null"), folder.path()}) {
+    expect_error([&] { require_regular_file(path); }, {path, "no regular file"});
+  }
+  std::filesystem::create_symlink(folder.write("file", ""), folder / "link to file");
+  for (const char* name : {"file", "link to file", "nothing yet"}) {
+    EXPECT_NO_THROW(require_regular_file(folder / name));
+  }
 }
 
 }  // namespace

@@ -58,6 +58,52 @@ TEST(ImageList, StampsCommentsAndRelativePaths) {
   EXPECT_EQ(source->next().kind, Kind::kEnd);
 }
 
+TEST(ImageList, NamesAreUniqueAcrossFolders) {
+  TemporaryFolder folder;
+  for (const char* name : {"left", "right"}) {
+    std::filesystem::create_directory(folder / name);
+    for (const char* image : {"1.png", "2.png"}) cv::imwrite(folder / name + "/" + image, grey(1));
+  }
+  const auto names_of = [&](const std::string& list) {
+    const auto source = open_images(folder.write("list.txt", list));
+    std::vector<std::pair<std::string, std::string>> names;
+    for (SourceImage image = source->next(); image.kind == Kind::kImage; image = source->next()) {
+      names.emplace_back(image.name, image.mask_name);
+    }
+    return names;
+  };
+  using Names = std::vector<std::pair<std::string, std::string>>;
+  EXPECT_EQ(names_of("left/1.png\nright/2.png\n"), (Names{{"1.png", "1.png"}, {"2.png", "2.png"}}));
+  EXPECT_EQ(
+      names_of("left/1.png\nright/1.png\nright/../left/2.png\n"),
+      (Names{{"left/1.png", "left/1.png"}, {"right/1.png", "right/1.png"}, {"left/2.png", "left/2.png"}}));
+  EXPECT_EQ(names_of("left/1.png\nleft/1.png\nleft/1.png\n"),
+            (Names{{"1.png", "1.png"}, {"1_2.png", "1.png"}, {"1_3.png", "1.png"}}));
+}
+
+TEST(ImageList, AByteOrderMarkIsNoPartOfTheFirstLine) {
+  TemporaryFolder folder;
+  cv::imwrite(folder / "a.png", grey(1));
+  const SourceImage image = open_images(folder.write("list.txt",
+                                                     "\xef\xbb\xbf"
+                                                     "2.5 a.png\n"))
+                                ->next();
+  EXPECT_EQ(image.kind, Kind::kImage) << image.problem;
+  EXPECT_EQ(image.stamp_ns, 2500000000);
+}
+
+TEST(ImageList, AStampThatDoesNotFitIsNoPartOfTheName) {
+  TemporaryFolder folder;
+  cv::imwrite(folder / "a.png", grey(1));
+  cv::imwrite(folder / "12-05 a.png", grey(1));
+  for (const char* stamp : {"99999999999999999999", "-1e300", "9223372037"}) {
+    expect_error(
+        [&] { open_images(folder.write("list.txt", "1 a.png\n" + std::string(stamp) + " a.png\n")); },
+        {"list.txt", "line 2", stamp, "expected"});
+  }
+  EXPECT_EQ(open_images(folder.write("list.txt", "12-05 a.png\n"))->next().kind, Kind::kImage);
+}
+
 TEST(ImageList, SkipsWhatCannotBeReadAndNamesIt) {
   TemporaryFolder folder;
   cv::imwrite(folder / "good.png", grey(1));
@@ -159,6 +205,22 @@ TEST(Video, FramesStampedByTheirRate) {
     EXPECT_NEAR(image.image.at<cv::Vec3b>(10, 10)[0], 40 * i, 3);
   }
   EXPECT_EQ(source->next().kind, Kind::kEnd);
+}
+
+TEST(Masks, OfFoldersAreFoundByFolderAndName) {
+  TemporaryFolder folder;
+  for (const char* name : {"left", "right"}) std::filesystem::create_directories(folder / "masks/" + name);
+  cv::imwrite(folder / "masks/left/1.png", grey(0));
+  cv::imwrite(folder / "masks/right/1.png", grey(9));
+  const MaskFolder masks(folder / "masks");
+  EXPECT_FALSE(masks.is_flat());
+  std::string problem;
+  EXPECT_EQ(cv::countNonZero(masks.mask_of("left/1.jpg", {6, 4}, &problem)), 0);
+  EXPECT_EQ(cv::countNonZero(masks.mask_of("right/1.jpg", {6, 4}, &problem)), 24);
+  EXPECT_TRUE(masks.mask_of("1.jpg", {6, 4}, &problem).empty());
+  const MaskFolder flat(folder / "masks/right");
+  EXPECT_TRUE(flat.is_flat());
+  EXPECT_EQ(cv::countNonZero(flat.mask_of("left/1.jpg", {6, 4}, &problem)), 24);
 }
 
 TEST(Masks, AreFoundByBaseName) {

@@ -109,6 +109,22 @@ TEST(MapFile, WhatIsNoMapIsNamed) {
   refused(newer, {newer, "is of version 2, expected 1"});
 }
 
+// Indices are counted on and shifted: at the end of their type that would overflow.
+TEST(MapFile, FrameNumbersAtTheEndOfTheirTypeAreRefused) {
+  TemporaryFolder folder;
+  for (const std::int64_t shift : {std::int64_t{1} << 62, -(std::int64_t{1} << 62)}) {
+    Map map = synthetic_map();
+    map.shift_frame_indices(shift);
+    write_map_file(folder / "a.map", synthetic_origin(), map);
+    expect_error([&] { read_map_file(folder / "a.map", synthetic_origin()); }, {"a.map", "a frame's number"});
+  }
+}
+
+TEST(MapFile, IsNotWrittenIntoAPipe) {
+  expect_error([] { write_map_file("/dev/null", synthetic_origin(), synthetic_map()); },
+               {"/dev/null", "no regular file"});
+}
+
 TEST(MapFile, AnotherCameraIsRefused) {
   TemporaryFolder folder;
   const std::string path = folder.write("a.map", file_content());

@@ -8,6 +8,7 @@
 #include <sensor_msgs/image_encodings.h>
 #include <std_msgs/String.h>
 
+#include <functional>
 #include <opencv2/imgcodecs.hpp>
 
 #include "../support/expect_error.h"
@@ -174,6 +175,54 @@ TEST(BagImageSource, ReadsTheCameraBesideTheImages) {
   expect_error([&] { raw.read_camera("/none"); }, {"a.bag", "/none", "/cam/camera_info", "/elsewhere"});
   expect_error([&] { raw.read_camera("/uncalibrated"); }, {"a.bag", "/uncalibrated", "calibrate"});
   expect_error([&] { raw.read_camera("/odd"); }, {"a.bag", "/odd", "'fov'"});
+}
+
+// Live, the map is dropped when the calibration changes; offline one is used for all images, so it must be
+// one.
+TEST(BagImageSource, ACalibrationThatChangesIsRefused) {
+  TemporaryFolder folder;
+  const auto read = [&](const std::function<void(int, sensor_msgs::CameraInfo*)>& change) {
+    const std::string path = make_bag(folder / "a.bag", [&](rosbag::Bag& bag) {
+      bag.write("/cam/image_raw", seconds(1), image_message(1, grey(1), "mono8"));
+      for (int i = 0; i < 5; ++i) {
+        sensor_msgs::CameraInfo info = camera_info();
+        info.header.stamp = seconds(10 + i);
+        change(i, &info);
+        bag.write("/cam/camera_info", seconds(1 + i), info);
+      }
+    });
+    return BagImageSource(path, "").read_camera();
+  };
+  EXPECT_EQ(read([](int, sensor_msgs::CameraInfo*) {}).fx, 5);
+  EXPECT_EQ(read([](int i, auto* info) { info->K[0] = i < 2 ? 0 : 6; }).fx, 6) << "calibrated later on";
+  expect_error([&] { read([](int i, auto* info) { info->K[0] = i < 3 ? 5 : 6; }); },
+               {"a.bag", "/cam/camera_info", "changes at 13.000000000", "fx 5,", "fx 6,"});
+  expect_error([&] { read([](int i, auto* info) { info->width = i < 4 ? 6 : 3; }); },
+               {"changes at 14.000000000", "6x4, then 3x4"});
+  expect_error([&] { read([](int i, auto* info) { info->D[4] = 0.1 * (i == 1); }); },
+               {"changes at 11.000000000", "other distortion"});
+}
+
+// Sizes that wrap in 32 bits, and a compressed image that promises more than there is memory for.
+TEST(BagImageSource, SkipsImagesWhoseSizesAreLies) {
+  TemporaryFolder folder;
+  const std::string path = make_bag(folder / "a.bag", [](rosbag::Bag& bag) {
+    sensor_msgs::Image raw = image_message(1, grey(1), "mono8");
+    raw.encoding = "yuv422_yuy2";
+    raw.width = 640;
+    raw.height = 2;
+    raw.step = 1u << 31;
+    raw.data.resize(100);
+    bag.write("/raw", seconds(1), raw);
+    sensor_msgs::CompressedImage compressed = compressed_message(1, grey(1));
+    compressed.data[17] = compressed.data[21] = 1;  // 65542 x 65540
+    bag.write("/packed/compressed", seconds(1), compressed);
+  });
+  for (const auto& [topic, part] : {std::pair("/raw", "contradicts itself"), {"/packed", "65542 x 65540"}}) {
+    const SourceImage image = BagImageSource(path, topic).next();
+    EXPECT_EQ(image.kind, Kind::kSkipped);
+    EXPECT_NE(image.problem.find(part), std::string::npos) << image.problem;
+  }
 }
 
 TEST(BagImageSource, ErrorsNameTheFileAndTheTopicsThereAre) {

@@ -3,6 +3,8 @@
 #include <sensor_msgs/point_cloud2_iterator.h>
 
 #include <boost/make_shared.hpp>
+#include <functional>
+#include <limits>
 #include <opencv2/imgcodecs.hpp>
 
 #include "mono_pose_tracker/ros/camera_info_conversion.h"
@@ -112,6 +114,34 @@ TEST(ImageConversion, AMessageThatContradictsItselfIsRefused) {
   }
 }
 
+// In 32 bits each of these products wraps to less than the hundred bytes that there are.
+TEST(ImageConversion, SizesWhoseProductsWrapAreRefused) {
+  struct Size {
+    const char* encoding;
+    std::uint32_t width, height, step;
+  };
+  constexpr std::uint32_t kHalf = 1u << 31;
+  for (const Size& size : {Size{"yuv422_yuy2", 640, 2, kHalf},
+                           {"yuv422_yuy2", kHalf, 1, 0},
+                           {"mono8", 4, 2, kHalf},
+                           {"yuv422", kHalf, 1, 8},
+                           {"rgba8", 1u << 30, 1, 16},
+                           {"mono16", kHalf, 1, 100},
+                           {"bayer_rggb8", 10, kHalf, 10},
+                           {"bgr8", 1, 0xffffffffu, 0xffffffffu},
+                           {"mono8", 1, kHalf, 0}}) {
+    auto image = boost::make_shared<sensor_msgs::Image>();
+    image->encoding = size.encoding;
+    image->width = size.width;
+    image->height = size.height;
+    image->step = size.step;
+    image->data.resize(100);
+    EXPECT_EQ(convert_image(image).reason, Reason::kUnreadableImage)
+        << size.encoding << " " << size.width << "x" << size.height << ", step " << size.step;
+    EXPECT_TRUE(convert_mask(image).image.empty());
+  }
+}
+
 TEST(ImageConversion, CompressedImagesAreDecoded) {
   sensor_msgs::CompressedImage message;
   message.header.stamp = ros::Time(3, 4);
@@ -120,8 +150,20 @@ TEST(ImageConversion, CompressedImagesAreDecoded) {
   EXPECT_EQ(image->header.stamp, message.header.stamp);
   EXPECT_EQ(image->encoding, "bgr8");
   EXPECT_EQ(convert_image(image).image.at<cv::Vec3b>(3, 5), cv::Vec3b(1, 2, 3));
+  EXPECT_THROW(decode_image(message, 23), std::runtime_error) << "it has 24 pixels";
   message.data.resize(10);
-  EXPECT_EQ(convert_image(decode_image(message)).reason, Reason::kUnreadableImage);
+  EXPECT_THROW(decode_image(message), std::runtime_error);
+}
+
+// What libjpeg completes with grey, and calls a success.
+TEST(ImageConversion, ACutJpegIsNoImage) {
+  sensor_msgs::CompressedImage message;
+  cv::Mat noise(200, 300, CV_8UC1);
+  cv::randu(noise, 0, 255);
+  cv::imencode(".jpg", noise, message.data);
+  EXPECT_EQ(decode_image(message)->width, 300u);
+  message.data.resize(message.data.size() / 2);
+  EXPECT_THROW(decode_image(message), std::runtime_error);
 }
 
 sensor_msgs::CameraInfo calibration() {
@@ -213,6 +255,27 @@ TEST(CameraInfoConversion, ZeroMatrixIsUncalibrated) {
   const ConvertedCamera camera = convert_camera_info(info, false);
   EXPECT_EQ(camera.reason, Reason::kUncalibrated);
   EXPECT_NE(camera.error.find("camera_info_url"), std::string::npos);
+}
+
+// Numbers that no camera has must not throw: the message comes by a callback.
+TEST(CameraInfoConversion, NonsenseIsUncalibrated) {
+  const auto expect_refused = [](const std::function<void(sensor_msgs::CameraInfo*)>& change) {
+    sensor_msgs::CameraInfo info = calibration();
+    change(&info);
+    for (const bool rectified : {false, true}) {
+      ConvertedCamera camera;
+      EXPECT_NO_THROW(camera = convert_camera_info(info, rectified));
+      EXPECT_EQ(camera.reason, Reason::kUncalibrated);
+      EXPECT_NE(camera.error, "");
+    }
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  expect_refused([](auto* info) { info->width = info->height = 0; });
+  expect_refused([](auto* info) { info->width = 0xffffffffu; });
+  expect_refused([](auto* info) { info->binning_x = 0xffffffffu; });
+  expect_refused([](auto* info) { info->roi.width = info->roi.height = 0xffffffffu; });
+  expect_refused([nan](auto* info) { info->K[0] = info->P[0] = nan; });
+  expect_refused([nan](auto* info) { info->K[2] = info->P[2] = nan; });
 }
 
 TEST(CameraInfoConversion, MissingFileIsNamed) {

@@ -3,6 +3,8 @@
 #include <dynamic_reconfigure/config_tools.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace mono_pose_tracker {
 namespace {
 
@@ -48,6 +50,18 @@ TEST(LiveOptions, SurviveATripThroughAMessage) {
   EXPECT_EQ(received.changes_since(sent), "");
   EXPECT_EQ(received.tracker.sift.max_features, 321);
   EXPECT_NE(received.changes_since(LiveOptions()).find("sift/max_features: 321"), std::string::npos);
+}
+
+// std::clamp leaves NaN as it is; on the parameter server it would keep the node from starting again.
+TEST(LiveOptions, WhatIsNoNumberChangesNothing) {
+  dynamic_reconfigure::Config message;
+  ConfigTools::appendParameter(message, std::string("publish_period"), std::nan(""));
+  ConfigTools::appendParameter(message, std::string("mapping/keyframe_overlap"), std::nan(""));
+  ConfigTools::appendParameter(message, std::string("mapping/keyframe_found"), 0.5);
+  LiveOptions options;
+  options.__fromMessage__(message);
+  options.__clamp__();
+  EXPECT_EQ(options.changes_since(LiveOptions()), "mapping/keyframe_found: 0.5");
 }
 
 TEST(LiveOptions, AreClampedToTheirRanges) {

@@ -143,6 +143,16 @@ TEST(Segmenter, ABackgroundImageNeedsNoLearning) {
   EXPECT_GT(overlap(segmenter.segment(image.bgr, cv::Mat()).mask, image.object), 0.93);
 }
 
+TEST(Segmenter, ABackgroundImageOfAnotherSizeIsNotStretched) {
+  const TemporaryFolder folder;
+  SegmentationOptions options = with_method("background");
+  options.background_image = folder / "background.png";
+  cv::imwrite(options.background_image, cv::Mat(240, 320, CV_8UC3, cv::Scalar(1, 2, 3)));
+  const Segmentation segmentation = Segmenter(options).segment(Stage().empty(0), cv::Mat());
+  EXPECT_EQ(segmentation.reason, Reason::kImageSizeMismatch);
+  EXPECT_EQ(segmentation.text, "segmentation/background_image is 320x240, the image 640x480");
+}
+
 TEST(Segmenter, ABackgroundImageThatCannotBeReadIsRefusedByName) {
   SegmentationOptions options = with_method("background");
   options.background_image = "/nowhere/background.png";

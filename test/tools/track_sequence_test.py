@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -106,6 +107,12 @@ class TrackSequence(TrackSequenceBase):
             for i, name in enumerate(names):
                 f.write("%.9f %s\n" % (1 + 0.1 * i, os.path.join(self.images, name)))
         return path
+
+    def list_with_stamp(self, stamp):
+        with open(self.path("list.txt"), "w") as f:
+            f.writelines(["1 %s\n" % os.path.join(self.images, self.names[0]),
+                          "%s %s\n" % (stamp, os.path.join(self.images, self.names[1]))])
+        return self.path("list.txt")
 
     def resize(self, path):
         cv2.imwrite(path, cv2.resize(cv2.imread(path), (160, 120)))
@@ -242,6 +249,88 @@ class TrackSequence(TrackSequenceBase):
         self.assertEqual(report(output)["frames_total"], 8)
         self.expect_trajectory(self.stamps[:8], os.path.join(output, "trajectory.txt"))
 
+    def test_one_image_makes_no_map(self):
+        output, said = self.track("--images", self.list, "--camera", self.camera, "--max-frames", "1", status=1)
+        self.assertIn("one image makes no map", said)
+        self.assertIn("one image makes no map", report(output)["reason"])
+
+    def test_an_interrupted_run_writes_what_there_is(self):
+        output = self.path("interrupted")
+        program = os.path.join(os.environ["PROGRAMS"], "track_sequence")
+        # Long enough that it cannot end by itself before it is told to.
+        long_list = self.list_of(self.names + 30 * (self.names[::-1] + self.names))
+        process = subprocess.Popen([program, "--images", long_list, "--camera", self.camera, "--output", output],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        for line in process.stderr:  # a line for every change of state and for every 50 images
+            if "image 50:" in line:
+                process.send_signal(signal.SIGINT)
+                break
+        said = process.communicate(timeout=300)[1]
+        self.assertEqual(process.returncode, 128 + signal.SIGINT, said)
+        self.assertIn("interrupted after", said)
+        figures = report(output)
+        self.assertTrue(any("interrupted after" in warning for warning in figures["warnings"]), figures["warnings"])
+        self.assertLess(figures["frames_total"], 50 + 200)
+        self.assertGreater(len(rows(output, "trajectory.txt")), 40)
+
+    def masks_of(self, values):
+        os.mkdir(self.path("masks"))
+        for name, value in zip(self.names, values):
+            mask = numpy.zeros((240, 320), numpy.uint8)
+            mask[:, :240] = value
+            cv2.imwrite(self.path("masks", name), mask)
+        return self.path("masks")
+
+    def test_masks_of_images_with_one_stamp(self):
+        """Each image has its own mask, whatever the stamps; that they do not grow is told."""
+        masks = self.masks_of([255] * FRAMES)
+        for i, name in enumerate(self.names):
+            mask = numpy.zeros((240, 320), numpy.uint8)
+            mask[:, :200 + 5 * i] = 255
+            cv2.imwrite(os.path.join(masks, name), mask)
+        with open(self.path("list.txt"), "w") as f:
+            f.writelines("7 %s\n" % os.path.join(self.images, name) for name in self.names)
+        output, said = self.track("--images", self.path("list.txt"), "--camera", self.camera, "--masks", masks,
+                                  "--write-masks", self.path("written"))
+        for i, name in enumerate(self.names):
+            written = cv2.imread(self.path("written", name), cv2.IMREAD_GRAYSCALE)
+            self.assertEqual(cv2.countNonZero(written), 240 * (200 + 5 * i), name)
+        self.assertIn("%d images have stamps that are not newer" % (FRAMES - 1), said)
+        self.assertIn(self.names[1], said)
+        self.assertEqual(["warning: " + warning for warning in report(output)["warnings"]], said.splitlines())
+
+    def test_no_usable_mask_is_told(self):
+        for value, status in ((0, 1), (None, 0)):
+            shutil.rmtree(self.path("masks"), ignore_errors=True)
+            masks = self.masks_of([value or 255] * FRAMES)
+            if value is None:
+                for i, name in enumerate(sorted(os.listdir(masks))):
+                    os.rename(os.path.join(masks, name), os.path.join(masks, "another_name_%d.png" % i))
+            else:
+                masks_black = [os.path.join(masks, name) for name in os.listdir(masks)]
+                for path in masks_black:
+                    cv2.imwrite(path, numpy.zeros((240, 320), numpy.uint8))
+            output, said = self.track("--images", self.list, "--camera", self.camera, "--masks", masks, status=status)
+            self.assertIn("warning: not one image has a mask", said)
+            self.assertIn("not one image has a mask", report(output)["warnings"][0])
+
+    def test_images_of_two_folders_keep_their_names(self):
+        for i, name in enumerate(self.names):
+            folder = self.path("images", "even" if i % 2 == 0 else "odd")
+            os.makedirs(folder, exist_ok=True)
+            shutil.copy(os.path.join(self.images, name), os.path.join(folder, "%02d.png" % (i // 2)))
+        with open(self.path("list.txt"), "w") as f:
+            f.writelines("images/%s/%02d.png\n" % ("odd" if i % 2 else "even", i // 2) for i in range(FRAMES))
+        output, said = self.track("--images", self.path("list.txt"), "--camera", self.camera, "--undistorted")
+        self.assertEqual(said, "")
+        expected = ["%s/%02d.png" % ("odd" if i % 2 else "even", i // 2) for i in range(FRAMES)]
+        for model in (("colmap",), ("undistorted", "sparse")):
+            images = [l for l in lines(output, *model, "images.txt") if not l.startswith("#")][0::2]
+            self.assertEqual(sorted(line.split()[-1] for line in images), sorted(expected))
+        for name in expected:
+            self.assertTrue(os.path.exists(os.path.join(output, "undistorted", "images", name)), name)
+            self.assertTrue(os.path.exists(os.path.join(output, "undistorted", "masks", name + ".png")), name)
+
     def test_two_images_give_an_unconfirmed_map(self):
         output, _ = self.track("--images", self.list_of([self.names[0], self.names[4]]), "--camera", self.camera)
         figures = report(output)
@@ -329,7 +418,11 @@ class TrackSequence(TrackSequenceBase):
         self.expect_refused(["/camera/image_raw", "/no/topic"], "--bag", os.path.join(self.sequence, "sequence.bag"),
                             "--image-topic", "/no/topic")
         self.expect_refused(["--nonsense"], *camera, "--images", self.list, "--nonsense")
-        self.expect_refused(["--max-frames"], *camera, "--images", self.list, "--max-frames", "0")
+        for option, values in (("--max-frames", ("0", "-1", "010", "x")), ("--seed", ("-1", "0100", "0x1", "1.5"))):
+            for value in values:
+                self.expect_refused([option, "expected a whole number"], *camera, "--images", self.list,
+                                    option + "=" + value)
+        self.expect_refused(["list.txt", "line 2", "99999999999"], *camera, "--images", self.list_with_stamp("99999999999"))
         self.expect_refused(["/no/masks"], *camera, "--images", self.list, "--masks", "/no/masks")
 
     def test_unwritable_output_folder_is_refused(self):
@@ -342,11 +435,20 @@ class TrackSequence(TrackSequenceBase):
         images = ["--images", self.list, "--camera", self.camera, "--config"]
         config = self.path("tracker.yaml")
         for text, parts in (("confidense: 0.9\n", ["confidense", "confidence"]), ("confidence: 2\n", ["confidence", "2"]),
-                            ("confidence: [\n", [])):
+                            ("confidence: [\n", []), ("a: &a\n  b: *a\n", ["line 2"]), ("seed: 0100\n", ["0100"])):
             with open(config, "w") as f:
                 f.write(text)
             self.expect_refused([config, *parts], *images, config)
         self.expect_refused(["none.yaml"], *images, "none.yaml")
+        self.expect_refused([self.folder.name, "it is a folder"], *images, self.folder.name)
+        with open(config, "w") as f:
+            f.write("scale:\n  known_baseline: 1.0e-10\n")
+        self.expect_refused(["known_baseline", "1e-06"], *images, config)
+        background = self.path("background.png")
+        cv2.imwrite(background, numpy.zeros((60, 80, 3), numpy.uint8))
+        with open(config, "w") as f:
+            f.write("segmentation: {method: background, background_image: %s}\n" % background)
+        self.expect_refused(["background_image", "80x60", "320x240"], *images, config)
 
     def test_help(self):
         result = run_program("track_sequence", "--help")

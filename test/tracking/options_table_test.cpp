@@ -6,6 +6,7 @@
 #include <fstream>
 #include <set>
 #include <stdexcept>
+#include <type_traits>
 
 #include "support/temporary_folder.h"
 
@@ -106,6 +107,49 @@ TEST(OptionsTable, NamesEveryKeyAtFaultWithWhatWasExpected) {
       << problem;
   EXPECT_NE(problem.find("confidence = high, expected a number"), std::string::npos) << problem;
   EXPECT_EQ(problem.find('\n'), std::string::npos);
+}
+
+// To ROS's YAML 0100 is 64, and -1 is no seed.
+TEST(OptionsTable, NumbersThatMeanSomethingElseAreRefused) {
+  EXPECT_NE(problem_of("max_iterations: 0100\n").find("max_iterations = 0100, expected a whole number"),
+            std::string::npos);
+  EXPECT_NE(problem_of("max_iterations: 0100\n").find("without leading zeros"), std::string::npos);
+  for (const char* text :
+       {"seed: -1\n", "max_iterations: 0x100\n", "confidence: .nan\n", "confidence: 1e-999\n",
+        "sift: [1, 2]\n", "sift:\n  max_features: [1]\n", "seed:\n"}) {
+    EXPECT_NE(problem_of(text).find("expected"), std::string::npos) << text;
+  }
+}
+
+TEST(OptionsTable, AKeyGivenTwiceIsRefused) {
+  EXPECT_NE(problem_of("seed: 1\nseed: 2\n").find("the key seed a second time"), std::string::npos);
+  EXPECT_NE(
+      problem_of("sift:\n  sigma: 2\nsift/sigma: 1\n").find("sift/sigma is given a second time in line 3"),
+      std::string::npos);
+}
+
+// Every number in the documented range must work, the ends of each range as well.
+TEST(OptionsTable, TheEstimatorsTakeBothEndsOfEveryRange) {
+  TrackerOptions options;
+  const std::size_t number = option_table(&options).size();
+  for (std::size_t i = 0; i < number; ++i) {
+    for (const bool most : {false, true}) {
+      TrackerOptions changed;
+      const OptionEntry entry = option_table(&changed)[i];
+      std::visit(
+          [&](auto* value) {
+            using T = std::remove_pointer_t<decltype(value)>;
+            if constexpr (!std::is_same_v<T, std::string> && !std::is_same_v<T, bool>) {
+              *value = static_cast<T>(most ? entry.max : entry.min);
+            }
+          },
+          entry.value);
+      EXPECT_NO_THROW(changed.validate()) << entry.key;
+      EXPECT_NO_THROW(changed.ransac(600).validate()) << entry.key << " = " << option_text(entry);
+      EXPECT_NO_THROW(make_sift_extractor(changed.sift)) << entry.key << " = " << option_text(entry);
+      EXPECT_NO_THROW(changed.bundle.validate()) << entry.key << " = " << option_text(entry);
+    }
+  }
 }
 
 TEST(OptionsTable, ChangeableOptionsAreCopiedAndNoOthers) {

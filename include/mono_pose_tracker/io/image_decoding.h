@@ -1,10 +1,15 @@
 #pragma once
 
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
 namespace mono_pose_tracker {
+
+/// The largest image that is decoded [px]: a file of some kilobytes can promise more than there is memory
+/// for. More than the cameras of robots have; at 8 bytes a pixel it is 0.8 GB.
+constexpr std::uint64_t kMaxImagePixels = 100'000'000;
 
 /// An image as the tracker takes it (CV_8UC1 or CV_8UC3, BGR), or the problem in one line.
 struct DecodedImage {
@@ -15,15 +20,17 @@ struct DecodedImage {
 /// True for the file names that are taken for images (by their extension).
 bool has_image_extension(const std::string& path);
 
-/// Reads an image file. Its orientation tag is ignored: a calibration is of the pixels as they lie in the
-/// file.
+/// Reads an image file of at most kMaxImagePixels. Its orientation tag is ignored: a calibration is of the
+/// pixels as they lie in the file.
 DecodedImage read_image(const std::string& path);
 
 /// As read_image, with all bits and channels of the file.
 DecodedImage read_unchanged(const std::string& path);
 
-/// As read_image, from the file's bytes.
-DecodedImage decode_image(const std::vector<unsigned char>& bytes);
+/// As read_image, from the file's bytes. The size is read from its head, and held against max_pixels, before
+/// anything is decoded; a format whose head is not known is refused.
+DecodedImage decode_image(const std::vector<unsigned char>& bytes,
+                          std::uint64_t max_pixels = kMaxImagePixels);
 
 /// 16-bit images lose their lower 8 bits, transparency is dropped.
 DecodedImage to_8_bit(const cv::Mat& image);

@@ -12,9 +12,13 @@ struct SourceImage {
   enum class Kind { kImage, kSkipped, kEnd };
   Kind kind = Kind::kEnd;
   std::int64_t stamp_ns = 0;
-  std::string name;     // file name, or the frame's number with six digits: what mask files are named after
-  cv::Mat image;        // kImage: CV_8UC1 or CV_8UC3 (BGR)
-  std::string problem;  // kSkipped: one line that names the file or frame
+  /// No two images of a recording have the same: the file's name, or the frame's number with six digits.
+  /// Where files of several folders have one name, the path below what these folders have in common; where
+  /// one file is named several times, with _2, _3 ... before its extension.
+  std::string name;
+  std::string mask_name;  // what its mask is named after: the path below that common folder, or the number
+  cv::Mat image;          // kImage: CV_8UC1 or CV_8UC3 (BGR)
+  std::string problem;    // kSkipped: one line that names the file or frame
 };
 
 /// A recording, read image by image in order. An image that cannot be read is skipped; the rest follows.

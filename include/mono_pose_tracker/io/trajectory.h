@@ -19,7 +19,10 @@ struct StampedPose {
 /// line and what was expected.
 std::vector<StampedPose> read_tum(const std::string& path);
 
-/// Writes TUM lines with 9 decimals, sorted by stamp. Throws std::runtime_error naming the path when it
+/// The TUM line of a pose, without its line end: 12 significant digits, whatever the unit of length.
+std::string tum_line(const StampedPose& pose);
+
+/// Writes TUM lines, sorted by stamp. Throws std::runtime_error naming the path when it
 /// cannot.
 void write_tum(const std::string& path, std::vector<StampedPose> poses);
 

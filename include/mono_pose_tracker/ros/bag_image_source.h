@@ -25,10 +25,10 @@ class BagImageSource : public ImageSource {
   /// The topic that is read, as it is called in the bag.
   const std::string& topic() const { return topic_; }
 
-  /// The camera by the first CameraInfo message of a topic (empty: the camera_info beside the image topic).
+  /// The camera by the CameraInfo messages of a topic (empty: the camera_info beside the image topic).
   /// For rectified images (image_rect*) that is its projection matrix, without distortion. What it returns
-  /// makes a CameraModel. Throws std::runtime_error, one line, when there is no such message or it is of no
-  /// calibrated camera.
+  /// makes a CameraModel. Throws std::runtime_error, one line, when there is no such message, none of a
+  /// calibrated camera, or when they are of several.
   CameraParameters read_camera(const std::string& camera_info_topic = "") const;
 
  private:

@@ -13,14 +13,15 @@ struct Health {
   TrackerStatus last;  // the newest status; received == 0: none yet
   double seconds_since_image = 0;
   double frames_per_second = 0;
-  std::string input_problem;  // what to do about missing images or calibration; empty: none
-  std::string calibration;    // size, focal length and where it is from; empty: none
+  std::string input_problem;   // what to do about missing images or calibration; empty: none
+  std::string output_problem;  // a file that cannot be written; empty: none
+  std::string calibration;     // size, focal length and where it is from; empty: none
   std::uint32_t recent_frames = 0, recent_drops = 0;  // since /diagnostics last told
 };
 
-/// OK while it tracks. WARN while it works but gives no poses (it starts, is lost, is paused) or drops a
-/// tenth of the images: that may pass by itself. ERROR when it can't work until somebody acts: no images, no
-/// usable calibration.
+/// OK while it tracks. WARN while it works but gives no poses (it starts, is lost, is paused), drops a
+/// tenth of the images, or cannot write a file: that may pass by itself. ERROR when it can't work until
+/// somebody acts: no images, no usable calibration.
 void fill_diagnostics(const Health& health, diagnostic_updater::DiagnosticStatusWrapper& status);
 
 }  // namespace mono_pose_tracker

@@ -3,10 +3,12 @@
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <string>
 
 #include "mono_pose_tracker/common/status.h"
+#include "mono_pose_tracker/io/image_decoding.h"
 
 namespace mono_pose_tracker {
 
@@ -26,8 +28,10 @@ ConvertedImage convert_image(const sensor_msgs::ImageConstPtr& message);
 /// A mask as the tracker takes it: CV_8UC1, 0 = ignore.
 ConvertedImage convert_mask(const sensor_msgs::ImageConstPtr& message);
 
-/// Decodes a jpeg or png into an image message (mono8 or bgr8) with the same header; empty data when that
-/// fails.
-sensor_msgs::ImagePtr decode_image(const sensor_msgs::CompressedImage& message);
+/// Decodes a compressed image into an image message (mono8 or bgr8) with the same header: 16 bits are divided
+/// by 256, an orientation tag is ignored. Throws std::runtime_error, one line, on what cannot be decoded, is
+/// cut, or promises more than max_pixels.
+sensor_msgs::ImagePtr decode_image(const sensor_msgs::CompressedImage& message,
+                                   std::uint64_t max_pixels = kMaxImagePixels);
 
 }  // namespace mono_pose_tracker

@@ -47,7 +47,8 @@ class LiveTracker {
 
   /// Drops the map; the epoch grows by one when there was a tracker to have one.
   void reset();
-  void set_options(const TrackerOptions& options);  // Tracker::set_options
+  /// As Tracker::set_options; on options out of range, which it throws at, those before stay in force.
+  void set_options(const TrackerOptions& options);
   State state() const { return state_; }
   std::uint32_t epoch() const { return epoch_; }
 

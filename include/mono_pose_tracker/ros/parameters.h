@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "mono_pose_tracker/io/image_decoding.h"
 #include "mono_pose_tracker/ros/frame_options.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 
@@ -15,7 +16,8 @@ namespace mono_pose_tracker {
 struct NodeParameters {
   std::string image_transport = "raw";
   std::string camera_info_url;  // calibration file, used instead of camera_info; empty: none
-  bool rectified = false;       // the images are rectified: P of the calibration, no distortion
+  int max_image_pixels = static_cast<int>(kMaxImagePixels);  // compressed images that promise more: refused
+  bool rectified = false;  // the images are rectified: P of the calibration, no distortion
 
   FrameOptions frames;
 

@@ -61,18 +61,22 @@ class TrackerNodelet : public nodelet::Nodelet {
   void subscribe();
   void advertise_services();
   void offer_live_options();
+  void change_options(const LiveOptions& options);
   void advertise_map_services();
 
   void take_image(const sensor_msgs::ImageConstPtr& image);
+  void refuse_image(const std_msgs::Header& header, Reason reason, const std::string& text);
   bool clock_went_back();
 
   void process_images();
   void process(const Frame& frame);
+  void publish(const Frame& frame, const FrameReport& report);
   void draw(const Frame& frame, const FrameReport& report);
   void say_state(const FrameReport& report);
 
   void on_timer();
   void check_inputs();
+  void check_outputs();
   void publish_map();
   std::string describe_calibration() const;
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
@@ -113,7 +117,7 @@ class TrackerNodelet : public nodelet::Nodelet {
   std::unique_ptr<TimeGuard> time_guard_;
   ros::Time last_clock_;
   Recording recording_;
-  std::string input_problem_;
+  std::string input_problem_, output_problem_;
   TrackerStatus diagnosed_;  // as /diagnostics last told it
   Clock::time_point last_input_warning_;
   std::optional<MapVersion> published_map_;
@@ -124,7 +128,7 @@ class TrackerNodelet : public nodelet::Nodelet {
   std::optional<State> said_state_;
   std::uint32_t said_epoch_ = 0;
 
-  std::atomic<bool> paused_{false};
+  std::atomic<bool> paused_{false}, stopping_{false};
   std::thread processing_;  // joined by the destructor
 };
 

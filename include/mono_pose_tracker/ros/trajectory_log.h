@@ -1,6 +1,9 @@
 #pragma once
 
-#include <fstream>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -10,22 +13,45 @@ namespace mono_pose_tracker {
 
 /// A trajectory file (TUM lines: timestamp tx ty tz qx qy qz qw, map_from_camera) that is complete at any
 /// moment: each pose is handed to the system as it comes, so that nothing is lost when the process is killed.
+/// There are whole lines in it only. What cannot be written now (a full disk) waits and is written when it
+/// can be; of more than kMostWaiting poses the oldest are lost, and a comment in the file counts them. May be
+/// called from any thread; nothing here waits for a reader at the other end of a pipe.
 class TrajectoryLog {
  public:
+  static constexpr std::size_t kMostWaiting = 100000;  // poses: an hour at 30 Hz, 12 MB
+
   /// Starts the file anew. Throws std::runtime_error naming the file.
   explicit TrajectoryLog(const std::string& path);
+  ~TrajectoryLog();
+  TrajectoryLog(const TrajectoryLog&) = delete;
+  TrajectoryLog& operator=(const TrajectoryLog&) = delete;
 
   /// Appends the pose of a posed frame; a comment says where another map begins.
   void append(const FrameReport& report);
 
+  /// Tries again to write what waits.
+  void retry();
+
+  /// Why lines wait and how many, naming the file; empty when all is written.
+  std::string problem() const;
+
  private:
-  std::string path_;
-  std::ofstream file_;
+  void write_waiting();
+  bool write_first();
+
+  const std::string path_;
+  mutable std::mutex mutex_;  // guards what follows
+  int file_ = -1;
+  std::deque<std::string> waiting_;  // lines, the first perhaps without what could not be taken back
+  std::size_t lost_ = 0;             // told by the line with the number note_; -1: there is none
+  int note_ = -1;
+  std::string reason_;  // why the first of them waits
   std::uint32_t epoch_ = 0;
   bool empty_ = true;
 };
 
-/// Writes a whole trajectory. Throws std::runtime_error naming the file.
+/// Writes a whole trajectory: a reader sees the old file or the whole new one. Throws std::runtime_error
+/// naming the file.
 void write_tum_trajectory(const std::string& path, const std::vector<KeyframePose>& poses);
 
 }  // namespace mono_pose_tracker

@@ -18,7 +18,8 @@ struct Recording {
   std::function<std::unique_ptr<ImageSource>()>
       open;  // from its beginning; called once more for images to be posed later
   const MaskFolder* masks = nullptr;
-  std::int64_t max_frames = -1;  // all
+  std::int64_t max_frames = -1;                              // all
+  std::function<bool()> interrupted = [] { return false; };  // true: no further image is read
 };
 
 struct RecordingResult {
@@ -27,17 +28,19 @@ struct RecordingResult {
   std::string reason;
   std::int64_t frames_total = 0;              // images that could be read
   std::vector<std::string> problems;          // one line for each image skipped or mask missing
+  std::vector<std::string> warnings;          // what makes the result doubtful and what to do
   std::map<std::int64_t, std::string> names;  // of the images, by frame index
   std::vector<PosedFrame> trajectory;         // after the last optimisation, by index
   std::int64_t frames_posed_live = 0;
   std::map<std::string, std::vector<double>> stage_ms;
 };
 
-/// Called with the report of each frame as it comes. `pass` 2: posed against the finished map.
-using FrameObserver = std::function<void(int pass, const FrameReport&)>;
+/// Called with the report of each frame as it comes; index counts the images that could be read, as in
+/// RecordingResult. `pass` 2: posed against the finished map.
+using FrameObserver = std::function<void(int pass, std::int64_t index, const FrameReport&)>;
 
-/// Tracks the recording with inline mapping, finishes the map and poses against it the images that have no
-/// pose yet.
+/// Tracks the recording with inline mapping, until it ends or is interrupted, finishes the map and poses
+/// against it the images that have no pose yet.
 RecordingResult track_recording(const Recording& recording, const FrameObserver& observer, Tracker* tracker);
 
 }  // namespace mono_pose_tracker

@@ -82,7 +82,7 @@ nlohmann::ordered_json run_offline(const RunInput& input) {
   const Clock::time_point start = Clock::now();
   Clock::time_point last = start;
   gathered.cpu_then = thread_cpu_ms();
-  const FrameObserver observer = [&](int pass, const FrameReport& report) {
+  const FrameObserver observer = [&](int pass, std::int64_t, const FrameReport& report) {
     if (pass != 1) return;
     gathered.add(report, ms_since(last));
     last = Clock::now();

@@ -1,0 +1,148 @@
+#include "mono_pose_tracker/io/image_header.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "mono_pose_tracker/io/image_decoding.h"
+#include "support/temporary_folder.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+using Content = std::vector<unsigned char>;
+
+cv::Mat noise(int width, int height) {
+  cv::Mat image(height, width, CV_8UC3);
+  cv::theRNG().state = 1;
+  cv::randu(image, 0, 255);
+  return image;
+}
+
+Content encoded(const std::string& extension, const cv::Mat& image, const std::vector<int>& options = {}) {
+  Content bytes;
+  cv::imencode(extension, image, bytes, options);
+  return bytes;
+}
+
+/// Overwrites bytes from `at` on with a number, the highest byte first.
+void put(Content* bytes, std::size_t at, std::uint64_t value, int count) {
+  for (int i = 0; i < count; ++i) (*bytes)[at + i] = static_cast<unsigned char>(value >> 8 * (count - 1 - i));
+}
+
+/// A PNG whose head, with its checksum, promises another size.
+Content png_that_promises(std::uint64_t width, std::uint64_t height) {
+  Content bytes = encoded(".png", noise(6, 4));
+  put(&bytes, 16, width, 4);
+  put(&bytes, 20, height, 4);
+  std::uint32_t crc = 0xffffffff;
+  for (std::size_t i = 12; i < 29; ++i) {
+    crc ^= bytes[i];
+    for (int bit = 0; bit < 8; ++bit) crc = crc >> 1 ^ (crc & 1 ? 0xedb88320u : 0);
+  }
+  put(&bytes, 29, ~crc, 4);
+  return bytes;
+}
+
+TEST(ImageHeader, TheSizeIsThatOfTheDecodedImage) {
+  const cv::Mat image = noise(123, 77);
+  const Content progressive = encoded(".jpg", image, {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
+  std::map<std::string, Content> files = {{"progressive", progressive}};
+  for (const char* extension : {".png", ".jpg", ".bmp", ".tiff", ".ppm", ".webp", ".jp2"}) {
+    files[extension] = encoded(extension, image);
+  }
+  cv::Mat gray;
+  cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
+  files[".pgm"] = encoded(".pgm", gray);
+  files[".pbm"] = encoded(".pbm", gray);
+  files["lossless webp"] = encoded(".webp", image, {cv::IMWRITE_WEBP_QUALITY, 101});
+  files["transparent webp"] = encoded(".webp", cv::Mat(77, 123, CV_8UC4, cv::Scalar(1, 2, 3, 4)));
+  for (const auto& [name, bytes] : files) {
+    ASSERT_FALSE(bytes.empty()) << name;
+    const ImageHeader header = read_image_header(bytes);
+    EXPECT_EQ(header.problem, "") << name;
+    EXPECT_EQ(header.width, 123u) << name;
+    EXPECT_EQ(header.height, 77u) << name;
+    EXPECT_EQ(decode_image(bytes).image.size(), cv::Size(123, 77))
+        << name << ": " << decode_image(bytes).problem;
+  }
+}
+
+TEST(ImageHeader, CommentsOfPnmFilesAreNoNumbers) {
+  const std::string text = "P2 # 7 8\n# 9\n3 # width\n\n2 255 1 2 3 4 5 6";
+  const ImageHeader header = read_image_header(Content(text.begin(), text.end()));
+  EXPECT_EQ(header.width, 3u);
+  EXPECT_EQ(header.height, 2u);
+}
+
+TEST(ImageHeader, WhatHasNoSizeIsRefused) {
+  for (const std::string text : {"", "no image", "P5", "P5 x", "BM", "II*", "RIFF....WEBPVP8 ",
+                                 "\xff\xd8\xff", "#?RADIANCE\n\n-Y 4 +X 6\n", "\x89PNG\r\n\x1a\n"}) {
+    EXPECT_NE(read_image_header(Content(text.begin(), text.end())).problem, "") << text;
+  }
+}
+
+// Whatever a file's head says, it is held against the limit before anything is decoded.
+TEST(ImageDecoding, AFileThatPromisesTooManyPixelsIsRefused) {
+  for (const auto& [width, height] :
+       {std::pair(100000u, 100000u), {32000u, 32000u}, {0x7fffffffu, 0x7fffffffu}}) {
+    const DecodedImage decoded = decode_image(png_that_promises(width, height));
+    EXPECT_TRUE(decoded.image.empty());
+    EXPECT_NE(decoded.problem.find(std::to_string(width) + " x " + std::to_string(height)), std::string::npos)
+        << decoded.problem;
+  }
+  const Content jpeg = encoded(".jpg", noise(40, 30));
+  EXPECT_EQ(decode_image(jpeg, 1200).problem, "");
+  EXPECT_NE(decode_image(jpeg, 1199).problem.find("1199"), std::string::npos);
+}
+
+TEST(ImageDecoding, AnImageOfAListThatIsTooLargeIsSkipped) {
+  TemporaryFolder folder;
+  const Content bytes = png_that_promises(32000, 32000);
+  const DecodedImage decoded = read_image(folder.write("large.png", std::string(bytes.begin(), bytes.end())));
+  EXPECT_NE(decoded.problem.find("large.png"), std::string::npos);
+  EXPECT_NE(decoded.problem.find("32000 x 32000"), std::string::npos) << decoded.problem;
+  EXPECT_NE(read_image("/dev/zero").problem.find("is no regular file"), std::string::npos);
+}
+
+/// The file with an APP1 segment that holds another JPEG: an EXIF thumbnail.
+Content with_thumbnail(const Content& jpeg, const Content& thumbnail) {
+  Content bytes(jpeg.begin(), jpeg.begin() + 2);
+  const std::size_t length = 2 + thumbnail.size();
+  bytes.insert(bytes.end(), {0xff, 0xe1, static_cast<unsigned char>(length >> 8),
+                             static_cast<unsigned char>(length & 0xff)});
+  bytes.insert(bytes.end(), thumbnail.begin(), thumbnail.end());
+  bytes.insert(bytes.end(), jpeg.begin() + 2, jpeg.end());
+  return bytes;
+}
+
+TEST(ImageDecoding, AThumbnailsEndIsNotTheImages) {
+  for (const int progressive : {0, 1}) {
+    const Content whole =
+        with_thumbnail(encoded(".jpg", noise(300, 200), {cv::IMWRITE_JPEG_PROGRESSIVE, progressive}),
+                       encoded(".jpg", noise(32, 24)));
+    EXPECT_EQ(read_image_header(whole).width, 300u);
+    EXPECT_EQ(decode_image(whole).problem, "");
+    for (const double share : {0.3, 0.6, 0.95}) {
+      const Content cut(whole.begin(), whole.begin() + static_cast<long>(share * whole.size()));
+      EXPECT_TRUE(is_cut_jpeg(cut)) << share;
+      EXPECT_NE(decode_image(cut).problem, "") << share;
+    }
+    Content cut = whole;
+    cut.resize(whole.size() - 2);
+    EXPECT_TRUE(is_cut_jpeg(cut)) << "only the end marker is missing";
+  }
+}
+
+TEST(ImageDecoding, FillBytesRestartsAndTrailersAreNoCut) {
+  Content bytes = encoded(".jpg", noise(300, 200), {cv::IMWRITE_JPEG_RST_INTERVAL, 4});
+  ASSERT_FALSE(is_cut_jpeg(bytes));
+  bytes.insert(bytes.begin() + 2, {0xff, 0xff});        // fill bytes before a marker
+  bytes.insert(bytes.end(), {0, 0, 0xff, 0xd8, 0xff});  // some cameras pad; others append a second image
+  EXPECT_FALSE(is_cut_jpeg(bytes));
+  EXPECT_EQ(decode_image(bytes).problem, "");
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker

@@ -1,0 +1,60 @@
+#include "mono_pose_tracker/ros/live_tracker.h"
+
+#include <gtest/gtest.h>
+#include <sensor_msgs/image_encodings.h>
+
+#include <boost/make_shared.hpp>
+#include <limits>
+
+#include "mono_pose_tracker/ros/camera_info_conversion.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+class LiveTrackerTest : public testing::Test {
+ protected:
+  LiveTrackerTest() {
+    CameraParameters camera;
+    camera.width = 160;
+    camera.height = 120;
+    camera.fx = camera.fy = 150;
+    camera.cx = 80;
+    camera.cy = 60;
+    cameras_.set_message(boost::make_shared<sensor_msgs::CameraInfo>(to_camera_info(camera)));
+  }
+
+  /// To a blank image.
+  Reason answer() {
+    auto image = boost::make_shared<sensor_msgs::Image>();
+    image->header.stamp = ros::Time(++seconds_);
+    image->encoding = sensor_msgs::image_encodings::MONO8;
+    image->width = image->step = 160;
+    image->height = 120;
+    image->data.assign(160 * 120, 128);
+    return tracker_.process(image).reason;
+  }
+
+  CameraSource cameras_{false};
+  MaskSource masks_;
+  LiveTracker tracker_{
+      TrackerOptions(),         cameras_, masks_, std::chrono::milliseconds(0), [] { return false; },
+      [](const std::string&) {}};
+  std::uint32_t seconds_ = 0;
+};
+
+// Whether there is a tracker yet or not.
+TEST_F(LiveTrackerTest, OptionsThatAreRefusedLeaveThoseBeforeInForce) {
+  TrackerOptions bad;
+  bad.mapping.keyframe_overlap = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(tracker_.set_options(bad), std::invalid_argument);
+  EXPECT_NE(answer(), Reason::kInternalError);
+  EXPECT_THROW(tracker_.set_options(bad), std::invalid_argument);
+  EXPECT_NE(answer(), Reason::kInternalError);
+  TrackerOptions good;
+  good.max_iterations = 10;
+  EXPECT_NO_THROW(tracker_.set_options(good));
+  EXPECT_NE(answer(), Reason::kInternalError);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
