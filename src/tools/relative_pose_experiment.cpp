@@ -7,6 +7,7 @@
 #include <memory>
 #include <thread>
 
+#include "command_line.h"
 #include "mono_pose_tracker/evaluation/relative_pose_choice.h"
 #include "mono_pose_tracker/geometry/essential.h"
 #include "mono_pose_tracker/simulation/two_view_problem.h"
