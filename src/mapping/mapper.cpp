@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "epipolar_matcher.h"
+#include "keyframe_places.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/mapping/projection_matcher.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
@@ -70,8 +71,20 @@ std::vector<KeyframeId> Mapper::neighbors(KeyframeId id, int count) const {
 }
 
 void Mapper::initialize(const InitialMap& initial, std::uint32_t epoch) {
+  kept_.clear();
+  begin(initial, epoch);
+}
+
+void Mapper::begin_beside(const InitialMap& initial, std::uint32_t epoch) {
+  keep_present();
+  begin(initial, epoch);
+}
+
+void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
   map_ = Map();
+  places_ = std::make_shared<KeyframePlaces>();
   epoch_ = epoch;
+  map_id_ = epoch + 1;
   std::vector<KeyframeId> ids;
   for (const InitialMap::View& view : initial.views) {
     ids.push_back(
@@ -123,12 +136,17 @@ void Mapper::set_scale(const InitialMap& initial, const std::vector<KeyframeId>&
 }
 
 void Mapper::restore(Map map, std::uint32_t epoch) {
+  kept_.clear();
   map_ = std::move(map);
+  places_ = std::make_shared<KeyframePlaces>();
   epoch_ = epoch;
+  map_id_ = epoch + 1;
   publish();
 }
 
-void Mapper::insert(const KeyframeCandidate& candidate, int waiting) {
+void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
+  KeyframeCandidate candidate = candidate_as_sent;
+  bring_up_to_date(&candidate);
   Rigid3 reference_from_map;
   if (!map_.camera_from_map(candidate.reference, &reference_from_map)) return;
   const KeyframeId id =
@@ -145,6 +163,7 @@ void Mapper::insert(const KeyframeCandidate& candidate, int waiting) {
   adjust_window(id, waiting);
   cull_young_landmarks(id);
   cull_keyframes(id);
+  if (waiting == 0) join_where_met(map_.keyframes().rbegin()->first);
   publish();
 }
 
@@ -343,6 +362,10 @@ void Mapper::finish() {
 void Mapper::publish() {
   auto view = std::make_shared<TrackingMap>();
   view->epoch = epoch_;
+  view->map_id = map_id_;
+  view->corrections = corrections_;
+  places_->follow(map_);
+  view->places = places_;
   view->scale_source = map_.scale_source();
   view->revision = ++revision_;
   for (const auto& [id, k] : map_.keyframes()) {

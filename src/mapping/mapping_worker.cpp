@@ -19,10 +19,9 @@ MapperOptions unhurried(MapperOptions options) {
 
 MappingWorker::MappingWorker(const MapperOptions& options, const CameraModel& camera, bool threaded,
                              std::function<void()> before_job)
-    : mapper_(options, camera),
+    : mapper_(threaded ? options : unhurried(options), camera),
       threaded_(threaded),
       before_job_(std::move(before_job)) {
-  mapper_.set_options(prepared(options));
   if (threaded_) thread_ = std::thread([this] { run(); });
 }
 
@@ -31,7 +30,6 @@ MappingWorker::~MappingWorker() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     stop_ = true;
-    cancel_ = true;
     jobs_.clear();
   }
   wake_.notify_all();
@@ -41,6 +39,18 @@ MappingWorker::~MappingWorker() {
 void MappingWorker::initialize(const InitialMap& initial, std::uint32_t epoch) {
   reset(epoch);
   post({[initial, epoch](Mapper& mapper) { mapper.initialize(initial, epoch); }, epoch});
+  wait();
+}
+
+void MappingWorker::begin_beside(const InitialMap& initial, std::uint32_t epoch) {
+  reset(epoch);
+  post({[initial, epoch](Mapper& mapper) { mapper.begin_beside(initial, epoch); }, epoch});
+  wait();
+}
+
+void MappingWorker::resume(std::uint32_t map_id, bool keep_present, std::uint32_t epoch) {
+  reset(epoch);
+  post({[=](Mapper& mapper) { mapper.resume(map_id, keep_present, epoch); }, epoch});
   wait();
 }
 
@@ -77,7 +87,6 @@ bool MappingWorker::insert(const KeyframeCandidate& candidate) {
 void MappingWorker::reset(std::uint32_t epoch) {
   const std::lock_guard<std::mutex> lock(mutex_);
   jobs_.clear();
-  if (busy_) cancel_ = true;
   error_ = nullptr;
   epoch_ = epoch;
   latest_.reset();
@@ -131,7 +140,6 @@ void MappingWorker::run() {
     const Job job = std::move(jobs_.front());
     jobs_.pop_front();
     busy_ = true;
-    cancel_ = false;
     lock.unlock();
     std::exception_ptr error;
     try {
@@ -165,13 +173,7 @@ void MappingWorker::take_options() {
     const std::lock_guard<std::mutex> lock(mutex_);
     options = std::exchange(new_options_, std::nullopt);
   }
-  if (options) mapper_.set_options(prepared(*options));
-}
-
-MapperOptions MappingWorker::prepared(MapperOptions options) const {
-  if (!threaded_) options = unhurried(std::move(options));
-  options.bundle.cancel = [this, asked = options.bundle.cancel] { return cancel_ || (asked && asked()); };
-  return options;
+  if (options) mapper_.set_options(threaded_ ? *options : unhurried(*options));
 }
 
 }  // namespace mono_pose_tracker

@@ -21,22 +21,47 @@ LandmarkCandidate make_candidate(LandmarkId id, const Eigen::Vector3d& x_in_map,
   return c;
 }
 
+namespace {
+
+// Where the pose shows the candidate and at which scale; false when it is out of view, or seen from a side
+// from which SIFT would not know it again.
+class Visibility {
+ public:
+  Visibility(const CameraModel& camera, const Rigid3& camera_from_map, double max_view_angle_deg)
+      : camera_(camera),
+        camera_from_map_(camera_from_map),
+        center_(camera_from_map.inverse().translation),
+        min_cosine_(std::cos(max_view_angle_deg * M_PI / 180)) {}
+
+  bool of(const LandmarkCandidate& c, Eigen::Vector2d* pixel, double* scale) const {
+    if (!camera_.project(camera_from_map_ * c.x_in_map, pixel) || !camera_.in_image(*pixel)) return false;
+    const Eigen::Vector3d ray = center_ - c.x_in_map;
+    const double distance = ray.norm();
+    *scale = c.scale_times_distance / distance;
+    return ray.dot(c.seen_from) >= min_cosine_ * distance;
+  }
+
+ private:
+  const CameraModel& camera_;
+  const Rigid3& camera_from_map_;
+  const Eigen::Vector3d center_;
+  const double min_cosine_;
+};
+
+}  // namespace
+
 std::vector<LandmarkMatch> match_by_projection(const std::vector<LandmarkCandidate>& candidates,
                                                const ImageFeatures& image, const CameraModel& camera,
                                                const Rigid3& camera_from_map, const std::vector<char>& taken,
                                                const ProjectionMatchOptions& options) {
-  const Eigen::Vector3d center = camera_from_map.inverse().translation;
-  const double min_cosine = std::cos(options.max_view_angle_deg * M_PI / 180);
+  const Visibility visibility(camera, camera_from_map, options.max_view_angle_deg);
   const double min_ratio2 = options.min_ratio * options.min_ratio;
   std::vector<LandmarkMatch> claim(image.size());  // of each feature
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const LandmarkCandidate& c = candidates[i];
     Eigen::Vector2d pixel;
-    if (!camera.project(camera_from_map * c.x_in_map, &pixel) || !camera.in_image(pixel)) continue;
-    const Eigen::Vector3d ray = center - c.x_in_map;
-    const double distance = ray.norm();
-    if (ray.dot(c.seen_from) < min_cosine * distance) continue;
-    const double scale = c.scale_times_distance / distance;
+    double scale;
+    if (!visibility.of(c, &pixel, &scale)) continue;
     NearestTwo nearest;
     image.grid.visit_near(pixel, options.radius_px, [&](int f) {
       if (!taken.empty() && taken[f]) return;
@@ -57,6 +82,19 @@ std::vector<LandmarkMatch> match_by_projection(const std::vector<LandmarkCandida
     if (m.candidate >= 0) matches.push_back(m);
   }
   return matches;
+}
+
+int count_visible(const std::vector<LandmarkCandidate>& candidates, const CameraModel& camera,
+                  const Rigid3& camera_from_map, const ProjectionMatchOptions& options) {
+  const Visibility visibility(camera, camera_from_map, options.max_view_angle_deg);
+  // Below a pixel the feature is lost in the sampling; above the largest octave it is none.
+  constexpr double kSmallest = 1, kLargest = 64;
+  return static_cast<int>(
+      std::count_if(candidates.begin(), candidates.end(), [&](const LandmarkCandidate& c) {
+        Eigen::Vector2d pixel;
+        double scale;
+        return visibility.of(c, &pixel, &scale) && scale >= kSmallest && scale <= kLargest;
+      }));
 }
 
 }  // namespace mono_pose_tracker

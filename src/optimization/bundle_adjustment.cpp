@@ -6,7 +6,6 @@
 #include <array>
 #include <stdexcept>
 
-#include "cancel_callback.h"
 #include "pose_parameterization.h"
 
 namespace mono_pose_tracker {
@@ -154,15 +153,11 @@ BundleReport adjust_bundle(const BundleOptions& options, BundleProblem* problem)
   add_observations(options, choose_gauge(problem->cameras), problem, &blocks, &ceres_problem);
   if (ceres_problem.NumResidualBlocks() == 0) return report;
   ceres::Solver::Summary summary;
-  ceres::Solver::Options solver = solver_options(options, *problem);
-  CancelCallback cancel(options.cancel);
-  if (options.cancel) solver.callbacks.push_back(&cancel);
-  ceres::Solve(solver, &ceres_problem, &summary);
+  ceres::Solve(solver_options(options, *problem), &ceres_problem, &summary);
   report.usable = summary.IsSolutionUsable();
   report.initial_cost = summary.initial_cost;
   report.final_cost = summary.final_cost;
   report.iterations = static_cast<int>(summary.iterations.size());
-  report.cancelled = cancel.cancelled();
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     if (!problem->cameras[i].constant) problem->cameras[i].camera_from_map = from_block(blocks[i]);
   }

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
@@ -187,7 +188,8 @@ MapStatistics map_statistics(const Map& map) {
 using PixelChange = std::function<Eigen::Vector2d(const Eigen::Vector2d&)>;
 
 void write_map_for_colmap(const std::string& folder, const CameraParameters& camera, const Map& map,
-                          const RecordingResult& result, const PixelChange& changed) {
+                          const std::vector<PosedFrame>& trajectory,
+                          const std::map<std::int64_t, std::string>& names, const PixelChange& changed) {
   std::vector<ColmapPoint> points;
   std::map<LandmarkId, int> index_of;
   for (const LandmarkId id : map.landmark_ids()) {
@@ -210,9 +212,9 @@ void write_map_for_colmap(const std::string& folder, const CameraParameters& cam
   std::map<std::int64_t, const Keyframe*> keyframe_of;
   for (const auto& entry : map.keyframes()) keyframe_of[entry.second.frame_index] = &entry.second;
   std::vector<ColmapImage> images;
-  for (const PosedFrame& frame : result.trajectory) {
+  for (const PosedFrame& frame : trajectory) {
     ColmapImage image;
-    image.name = result.names.at(frame.index);
+    image.name = names.at(frame.index);
     image.camera_from_map = frame.map_from_camera.inverse();
     const auto keyframe = keyframe_of.find(frame.index);
     if (keyframe != keyframe_of.end()) {
@@ -314,17 +316,17 @@ void write_undistorted(const fs::path& folder, const CameraModel& camera, const 
   std::set<std::int64_t> posed;
   for (const PosedFrame& frame : result.trajectory) posed.insert(frame.index);
   std::string pairs, fused;
-  RecordingResult renamed = result;
+  std::map<std::int64_t, std::string> names;
   for_each_image(recording, result, [&](std::int64_t index, const SourceImage& image) {
     if (posed.count(index) == 0) return;
     const std::string name = image_file_of(image.name);
-    renamed.names[index] = name;
+    names[index] = name;
     write_image(folder / "images" / name, undistorter.image(image.image));
     write_image(folder / "masks" / (name + ".png"), undistorter.mask(masks.mask(index)));
     pairs += name + "\n__auto__, 20\n";
     fused += name + "\n";
   });
-  write_map_for_colmap((folder / "sparse").string(), undistorter.camera(), map, renamed,
+  write_map_for_colmap((folder / "sparse").string(), undistorter.camera(), map, result.trajectory, names,
                        [&](const Eigen::Vector2d& pixel) { return undistorter.pixel(pixel); });
   for (const char* part : {"depth_maps", "normal_maps", "consistency_graphs"}) {
     make_folder(folder / "stereo" / part);
@@ -334,6 +336,17 @@ void write_undistorted(const fs::path& folder, const CameraModel& camera, const 
   };
   write("patch-match.cfg", pairs);
   write("fusion.cfg", fused);
+}
+
+nlohmann::ordered_json maps_summary(const RecordingResult& result) {
+  nlohmann::ordered_json maps = nlohmann::ordered_json::array();
+  for (const FinishedMap& map : result.maps) {
+    maps.push_back({{"frames", map.trajectory.size()},
+                    {"keyframes", map.map.keyframes().size()},
+                    {"points", map.map.landmarks().size()},
+                    {"confirmed", !result.unconfirmed}});
+  }
+  return maps;
 }
 
 void write_report(const std::string& path, const RecordingResult& result, const Map& map,
@@ -356,6 +369,7 @@ void write_report(const std::string& path, const RecordingResult& result, const 
       {"segmentation", masks.summary()},
       {"stages", time_statistics(result.stage_ms)},
       {"warnings", result.warnings},
+      {"maps", maps_summary(result)},
       {"problems", result.problems}};
   write_file_atomically(path, [&](std::ostream& out) {
     out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
@@ -379,23 +393,37 @@ std::vector<Eigen::Vector3d> true_positions(const std::vector<StampedPose>& refe
   return positions;
 }
 
-void write_results(const fs::path& output, const CameraParameters& camera, const RecordingResult& result,
-                   const Tracker& tracker, const std::vector<StampedPose>& reference) {
+void write_map(const fs::path& output, const CameraParameters& camera, const RecordingResult& result,
+               const FinishedMap& map, const std::vector<StampedPose>& reference) {
   std::vector<StampedPose> poses;
   Overview overview;
-  for (const PosedFrame& frame : result.trajectory) {
+  for (const PosedFrame& frame : map.trajectory) {
     poses.push_back({frame.stamp_ns, frame.map_from_camera});
     overview.cameras.push_back(frame.map_from_camera.translation);
   }
   write_tum((output / "trajectory.txt").string(), poses);
-  overview.points = tracker.snapshot()->points;
+  overview.points = map.snapshot->points;
   overview.title = std::to_string(poses.size()) + " of " + std::to_string(result.frames_total) +
                    " images posed, " + std::to_string(overview.points.size()) + " points";
   if (!reference.empty()) overview.true_cameras = true_positions(reference, poses);
   write_ply((output / "points.ply").string(), overview.points);
   write_overview((output / "overview.png").string(), overview);
-  write_map_for_colmap((output / "colmap").string(), camera, tracker.map(), result,
+  write_map_for_colmap((output / "colmap").string(), camera, map.map, map.trajectory, result.names,
                        [](const Eigen::Vector2d& pixel) { return pixel; });
+}
+
+// The largest map's in the output folder, the others' in map_2, map_3, ...; no trajectory of an earlier run
+// is left there.
+void write_results(const fs::path& output, const CameraParameters& camera, const RecordingResult& result,
+                   const std::vector<StampedPose>& reference) {
+  for (int i = 2; fs::exists(output / ("map_" + std::to_string(i)) / "trajectory.txt"); ++i) {
+    fs::remove(output / ("map_" + std::to_string(i)) / "trajectory.txt");
+  }
+  for (std::size_t i = 0; i < result.maps.size(); ++i) {
+    const fs::path folder = i == 0 ? output : output / ("map_" + std::to_string(i + 1));
+    make_folder(folder);
+    write_map(folder, camera, result, result.maps[i], reference);
+  }
 }
 
 int run(const Arguments& a) {
@@ -432,9 +460,9 @@ int run(const Arguments& a) {
     result = track_recording(recording, observer, &tracker);
   }
   if (!result.tracked) write_tum((output / "trajectory.txt").string(), {});
-  for (const std::string& warning : result.warnings) std::fprintf(stderr, "warning: %s\n", warning.c_str());
   for (const std::string& problem : result.problems) std::fprintf(stderr, "%s\n", problem.c_str());
-  if (result.tracked) write_results(output, camera, result, tracker, reference);
+  for (const std::string& warning : result.warnings) std::fprintf(stderr, "warning: %s\n", warning.c_str());
+  if (result.tracked) write_results(output, camera, result, reference);
   if (!a.write_masks.empty()) write_masks(a.write_masks, recording, result, mask_record);
   if (result.tracked && a.undistorted) {
     write_undistorted(output / "undistorted", CameraModel(camera), recording, result, mask_record,

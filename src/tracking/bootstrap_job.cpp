@@ -6,13 +6,25 @@
 namespace mono_pose_tracker {
 
 void BootstrapJob::offer(const Frame& frame, std::uint32_t epoch, MappingWorker* worker) {
+  post(frame, epoch, true, worker);
+}
+
+void BootstrapJob::offer_beside(const Frame& frame, std::uint32_t epoch, MappingWorker* worker) {
+  post(frame, epoch, false, worker);
+}
+
+void BootstrapJob::post(const Frame& frame, std::uint32_t epoch, bool begins, MappingWorker* worker) {
   const auto report = std::make_shared<BootstrapReport>();
-  worker->offer([this, frame, epoch, report](Mapper& mapper) { *report = run(frame, epoch, &mapper); },
-                [this, epoch, report] {
-                  const std::lock_guard<std::mutex> lock(mutex_);
-                  report_ = std::move(*report);
-                  report_epoch_ = epoch;
-                });
+  worker->offer(
+      [this, frame, epoch, begins, report](Mapper& mapper) {
+        *report = run(frame, epoch);
+        if (report->map && begins) mapper.initialize(*report->map, epoch);
+      },
+      [this, epoch, report] {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        report_ = std::move(*report);
+        report_epoch_ = epoch;
+      });
 }
 
 std::optional<BootstrapReport> BootstrapJob::take(std::uint32_t epoch) {
@@ -27,7 +39,7 @@ void BootstrapJob::set_options(const TrackerOptions& options) {
   new_options_ = options;
 }
 
-BootstrapReport BootstrapJob::run(const Frame& frame, std::uint32_t epoch, Mapper* mapper) {
+BootstrapReport BootstrapJob::run(const Frame& frame, std::uint32_t epoch) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (new_options_) bootstrapper_.set_options(*new_options_);
@@ -36,10 +48,7 @@ BootstrapReport BootstrapJob::run(const Frame& frame, std::uint32_t epoch, Mappe
   if (std::exchange(bootstrapper_epoch_, epoch) != epoch) bootstrapper_.reset();
   BootstrapReport report = bootstrapper_.add(frame);
   report.motions = bootstrapper_.motions();
-  if (report.map) {
-    mapper->initialize(*report.map, epoch);
-    bootstrapper_.reset();
-  }
+  if (report.map) bootstrapper_.reset();
   return report;
 }
 

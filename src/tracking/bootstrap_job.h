@@ -20,6 +20,8 @@ class BootstrapJob {
 
   // Offers a frame for the map of this epoch. It is passed over while the worker is at work.
   void offer(const Frame& frame, std::uint32_t epoch, MappingWorker* worker);
+  // The same for a map beside those that there are: it is not begun, the report holds it.
+  void offer_beside(const Frame& frame, std::uint32_t epoch, MappingWorker* worker);
   // What became of the last frame offered in this epoch, once, when it is known. With a map in it, that map
   // can be had from the worker.
   std::optional<BootstrapReport> take(std::uint32_t epoch);
@@ -30,7 +32,8 @@ class BootstrapJob {
   const Bootstrapper& bootstrapper() const { return bootstrapper_; }
 
  private:
-  BootstrapReport run(const Frame& frame, std::uint32_t epoch, Mapper* mapper);
+  void post(const Frame& frame, std::uint32_t epoch, bool begins, MappingWorker* worker);
+  BootstrapReport run(const Frame& frame, std::uint32_t epoch);
 
   Bootstrapper bootstrapper_;
   std::uint32_t bootstrapper_epoch_ = 0;  // of the frames that it holds

@@ -1,5 +1,6 @@
 #include "map_snapshot.h"
 
+#include <map>
 #include <unordered_set>
 
 namespace mono_pose_tracker {
@@ -20,6 +21,22 @@ std::shared_ptr<const MapSnapshot> snapshot_of(const TrackingMapPtr& map) {
     }
   }
   return snapshot;
+}
+
+std::vector<PosedFrame> trajectory_in(const TrackingMap& map, const FramePoses& poses) {
+  std::map<std::int64_t, KeyframeId> keyframe_of_frame;
+  for (const auto& [id, link] : map.removed_keyframes) keyframe_of_frame[link.frame_index] = id;
+  for (const auto& [id, keyframe] : map.keyframes) keyframe_of_frame[keyframe.frame_index] = id;
+  std::vector<PosedFrame> frames;
+  for (const auto& [index, pose] : poses.all()) {
+    const auto own = keyframe_of_frame.find(index);
+    Rigid3 camera_from_map;
+    if ((own != keyframe_of_frame.end() && map.camera_from_map(own->second, &camera_from_map)) ||
+        poses.camera_from_map(map, index, &camera_from_map)) {
+      frames.push_back({index, pose.stamp_ns, camera_from_map.inverse()});
+    }
+  }
+  return frames;
 }
 
 }  // namespace mono_pose_tracker

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
+#include "mono_pose_tracker/map/frame_poses.h"
 #include "mono_pose_tracker/map/tracking_map.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 
@@ -9,5 +11,8 @@ namespace mono_pose_tracker {
 
 // What is published and written of a map; empty where there is none.
 std::shared_ptr<const MapSnapshot> snapshot_of(const TrackingMapPtr& map);
+
+// Every frame posed against the map, by index: a keyframe where it is itself, others on their reference.
+std::vector<PosedFrame> trajectory_in(const TrackingMap& map, const FramePoses& poses);
 
 }  // namespace mono_pose_tracker

@@ -94,18 +94,49 @@ bool has_folders(const std::map<std::int64_t, std::string>& names) {
                      [](const auto& name) { return name.second.find('/') != std::string::npos; });
 }
 
+void warn_of_parts(RecordingResult* result) {
+  if (result->maps.size() < 2) return;
+  std::size_t apart = 0;
+  for (std::size_t i = 1; i < result->maps.size(); ++i) apart += result->maps[i].trajectory.size();
+  result->warnings.push_back(
+      "the recording fell into " + std::to_string(result->maps.size()) +
+      " maps that nothing ties together: " + std::to_string(apart) +
+      " images are not in the first; each has a frame and a unit of its own (map_2, ...)");
+}
+
+// Features of so many images are held at once: half a gigabyte. What is beyond is posed image by image.
+constexpr std::size_t kMaxHeld = 1000;
+
+std::set<std::int64_t> posed_frames(const Tracker& tracker) {
+  std::set<std::int64_t> posed;
+  for (const PosedFrame& frame : tracker.trajectory()) posed.insert(frame.index);
+  return posed;
+}
+
 void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tracker* tracker,
                    RecordingResult* result) {
-  std::set<std::int64_t> posed;
-  for (const PosedFrame& frame : tracker->trajectory()) posed.insert(frame.index);
+  std::set<std::int64_t> posed = posed_frames(*tracker);
   if (static_cast<std::int64_t>(posed.size()) == result->frames_total) return;
   Reader reader(recording, nullptr);
+  std::map<std::int64_t, FrameReport> held;
   // A folder may have grown meanwhile: what the first pass did not see is left alone.
   while (reader.index() + 1 < result->frames_total && reader.next()) {
     if (posed.count(reader.index())) continue;
-    const FrameReport report =
-        tracker->resect_again(reader.index(), reader.image().stamp_ns, reader.image().image, reader.mask());
-    observer(2, reader.index(), report);
+    const SourceImage& image = reader.image();
+    if (held.size() < kMaxHeld) {
+      held[reader.index()] =
+          tracker->keep_for_later(reader.index(), image.stamp_ns, image.image, reader.mask());
+    } else {
+      observer(2, reader.index(),
+               tracker->resect_again(reader.index(), image.stamp_ns, image.image, reader.mask()));
+    }
+  }
+  tracker->fill_gaps();
+  for (const PosedFrame& frame : tracker->trajectory()) {
+    const auto report = held.find(frame.index);
+    if (report == held.end()) continue;
+    report->second.map_from_camera = frame.map_from_camera;
+    observer(2, frame.index, report->second);
   }
 }
 
@@ -154,7 +185,9 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
     return result;
   }
   pose_the_rest(recording, observer, tracker, &result);
+  result.maps = tracker->maps();
   result.trajectory = tracker->trajectory();
+  warn_of_parts(&result);
   return result;
 }
 

@@ -21,6 +21,23 @@ std::string shortfall(int found, int needed, const char* what) {
   return buffer;
 }
 
+std::string unsupported(const PoseSupport& support) {
+  char buffer[160];
+  std::snprintf(buffer, sizeof buffer, "%d of %d points in view found, over %.0f %% of what is to be seen",
+                support.found, support.expected, 100 * support.spread);
+  return buffer;
+}
+
+// Where to look for a frame: what looks like it most. What the index knows may be gone from the snapshot.
+std::vector<KeyframeId> places_of(const Frame& frame, const TrackingMap& map, int budget) {
+  std::vector<KeyframeId> places;
+  if (!map.places) return places;
+  for (const KeyframeId id : map.places->find(frame.image->set, budget)) {
+    if (map.keyframes.count(id)) places.push_back(id);
+  }
+  return places;
+}
+
 // A frame is refined against what it saw: bearings, points and their expected errors in radians.
 struct Sight {
   std::vector<Eigen::Vector3d> bearings, points;
@@ -169,6 +186,10 @@ void Resector::refine(const Frame& frame, const std::vector<LandmarkCandidate>& 
     return;
   }
   report->rms_px = std::sqrt(sum / inliers.size());
+  std::vector<int> features;
+  for (const LandmarkMatch& m : inliers) features.push_back(m.feature);
+  report->support = pose_support(*frame.image, camera_.width(), camera_.height(), features,
+                                 count_visible(candidates, camera_, report->camera_from_map, {}));
 }
 
 ResectionReport Resector::by_prediction(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
@@ -210,18 +231,18 @@ ResectionReport Resector::resect(const Frame& frame, const TrackingMap& map, Key
   return report;
 }
 
-ResectionReport Resector::relocalize(const Frame& frame, const TrackingMap& map, int budget,
-                                     std::size_t* cursor) const {
-  std::vector<KeyframeId> newest_first;
-  for (const auto& entry : map.keyframes) newest_first.push_back(entry.first);
-  std::reverse(newest_first.begin(), newest_first.end());
+ResectionReport Resector::relocalize(const Frame& frame, const TrackingMap& map, int budget) const {
   ResectionReport best;
-  best.text = "the map is empty";
-  for (int i = 0; i < std::min(budget, static_cast<int>(newest_first.size())); ++i) {
-    const KeyframeId id = newest_first[(*cursor)++ % newest_first.size()];
+  best.text = "no keyframe looks like the image";
+  for (const KeyframeId id : places_of(frame, map, budget)) {
     // The keyframe's own landmarks tell whether this is the place; its neighbours' would cost ten times that.
     ResectionReport report = by_descriptors(frame, candidates_of(map, {id}));
     if (report.success) refine(frame, local_candidates(map, id), &report);
+    if (report.success && !is_supported(report.support, options_.resection.min_inliers)) {
+      report.success = false;
+      report.reason = Reason::kTooFewInliers;
+      report.text = unsupported(report.support);
+    }
     if (is_better(report, best)) best = std::move(report);
   }
   return best;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include <Eigen/Eigenvalues>
 
 #include "support/synthetic_views.h"
@@ -129,7 +131,21 @@ TEST_F(ResectorTest, MatchesWithoutAPoseAreTooFewInliers) {
   EXPECT_EQ(report.reason, Reason::kTooFewInliers) << report.text;
 }
 
-TEST_F(ResectorTest, RelocalisationWalksThroughTheWholeMap) {
+// Knows which places look like an image: the newest first.
+class NewestFirst : public PlaceFinder {
+ public:
+  explicit NewestFirst(const TrackingMap& map) {
+    for (const auto& entry : map.keyframes) ids_.insert(ids_.begin(), entry.first);
+  }
+  std::vector<KeyframeId> find(const FeatureSet&, int count) const override {
+    return {ids_.begin(), ids_.begin() + std::min<std::size_t>(ids_.size(), count)};
+  }
+
+ private:
+  std::vector<KeyframeId> ids_;
+};
+
+TEST_F(ResectorTest, RelocalisationLooksWhereTheIndexSays) {
   // Twelve newer keyframes of other places before the one that will do.
   const KeyframeView good = map_.keyframes.at(0);
   for (int id = 1; id <= 12; ++id) {
@@ -140,9 +156,32 @@ TEST_F(ResectorTest, RelocalisationWalksThroughTheWholeMap) {
     map_.keyframes[id] = elsewhere;
   }
   const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 20, random_);
-  std::size_t cursor = 0;
-  EXPECT_FALSE(resector_.relocalize(frame, map_, 8, &cursor).success);
-  expect_right(resector_.relocalize(frame, map_, 8, &cursor), truth_);
+  map_.places = std::make_shared<NewestFirst>(map_);
+  EXPECT_FALSE(resector_.relocalize(frame, map_, 8).success);
+  expect_right(resector_.relocalize(frame, map_, 13), truth_);
+}
+
+TEST_F(ResectorTest, WhatLeavesMostOfTheViewUnexplainedIsNoRelocalisation) {
+  // The frame shows a copy of a ninth of the scene: one look-alike window, with nothing round it as it was.
+  std::vector<Eigen::Vector3d> points;
+  cv::Mat descriptors;
+  for (std::size_t i = 0; i < scene_.x_in_map.size(); ++i) {
+    const Eigen::Vector3d& x = scene_.x_in_map[i];
+    if (std::abs(x.x()) > 0.53 || std::abs(x.y()) > 0.4) continue;
+    points.push_back(x);
+    descriptors.push_back(scene_.descriptors.row(static_cast<int>(i)));
+  }
+  SyntheticScene corner = box_scene(static_cast<int>(scene_.x_in_map.size()), random_);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    corner.x_in_map[i] = points[i];
+    descriptors.row(static_cast<int>(i)).copyTo(corner.descriptors.row(static_cast<int>(i)));
+  }
+  const Frame frame = synthetic_frame(corner, camera_, Rigid3(), kNoise, 20, random_);
+  map_.places = std::make_shared<NewestFirst>(map_);
+  const ResectionReport report = resector_.relocalize(frame, map_, 8);
+  EXPECT_GE(report.inliers, TrackerOptions().resection.min_inliers) << "enough to look right";
+  EXPECT_FALSE(report.success) << report.support.found << " of " << report.support.expected << ", "
+                               << report.support.spread;
 }
 
 }  // namespace

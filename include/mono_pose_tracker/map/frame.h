@@ -15,7 +15,7 @@ struct Frame {
   std::int64_t stamp_ns = 0;
   ImageFeaturesPtr image;
   std::vector<Eigen::Vector3d> marker =
-      {};  // bearings of the corners of the marker that sets the scale, if seen
+      {};                  // bearings of the corners of the marker that sets the scale, if seen
   bool is_masked = false;  // its features are of the object alone
 };
 

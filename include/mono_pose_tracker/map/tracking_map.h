@@ -9,6 +9,8 @@
 
 #include "mono_pose_tracker/common/stage_timer.h"
 #include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/map/map_correction.h"
+#include "mono_pose_tracker/map/place_finder.h"
 
 namespace mono_pose_tracker {
 
@@ -27,12 +29,15 @@ struct KeyframeView {
 /// without a lock while the mapper, the only one to change the map, works on.
 struct TrackingMap {
   std::uint32_t epoch = 0;
+  std::uint32_t map_id = 0;  // names the map, whatever its epoch
   std::uint64_t revision = 0;
   std::map<KeyframeId, KeyframeView> keyframes;
   std::unordered_map<LandmarkId, Eigen::Vector3d> landmarks;  // x_in_map
   std::map<KeyframeId, KeyframeLink> removed_keyframes;
   ScaleSource scale_source = ScaleSource::kMapUnits;
-  StageTimes stages;  // of the change that this map is the result of
+  std::shared_ptr<const PlaceFinder> places;  // null: none is kept
+  MapCorrections corrections;                 // all that were ever made, of this map and others
+  StageTimes stages;                          // of the change that this map is the result of
 
   /// Pose of a keyframe, also of one that was removed; false for one that never was.
   bool camera_from_map(KeyframeId id, Rigid3* camera_from_map) const {

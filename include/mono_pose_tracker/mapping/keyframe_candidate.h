@@ -15,6 +15,7 @@ struct KeyframeCandidate {
   KeyframeId reference = -1;
   Rigid3 camera_from_reference;
   std::vector<FrameObservation> observations;
+  std::uint64_t corrections = 0;  // sequence of the last MapCorrection that its ids and lengths know of
 };
 
 }  // namespace mono_pose_tracker

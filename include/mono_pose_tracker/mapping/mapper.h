@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -8,9 +9,12 @@
 #include "mono_pose_tracker/map/tracking_map.h"
 #include "mono_pose_tracker/mapping/initial_map.h"
 #include "mono_pose_tracker/mapping/keyframe_candidate.h"
+#include "mono_pose_tracker/mapping/map_joiner.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
 
 namespace mono_pose_tracker {
+
+class KeyframePlaces;
 
 /// Builds the map (paper, steps 4c and 4d): guided matching against the keyframes that share view,
 /// triangulation, longer tracks, windowed bundle adjustment, culling. The only one to change the map: what
@@ -19,9 +23,15 @@ class Mapper {
  public:
   Mapper(const MapperOptions& options, const CameraModel& camera) : options_(options), camera_(camera) {}
 
-  /// Begins a map. Its scale: what ScaleOptions say, else the median depth of the first view's points is 1.
+  /// Begins a map, in place of all that there are. Its scale: what ScaleOptions say, else the median depth of
+  /// the first view's points is 1.
   void initialize(const InitialMap& initial, std::uint32_t epoch);
-  /// Goes on in a map that was saved.
+  /// Begins a map beside those that there are: they are kept, and joined with it when the two meet.
+  void begin_beside(const InitialMap& initial, std::uint32_t epoch);
+  /// Goes back to a map that is kept. The present one is kept in its place, or dropped. False, and nothing
+  /// happens, when there is none of this id.
+  bool resume(std::uint32_t map_id, bool keep_present, std::uint32_t epoch);
+  /// Goes on in a map that was saved, in place of all that there are.
   void restore(Map map, std::uint32_t epoch);
   /// waiting: keyframes that wait behind this one. The bundle adjustment's window is divided among them, and
   /// with two or more it is left to the next; the map is consistent all the same.
@@ -32,11 +42,29 @@ class Mapper {
   /// everything is bundle-adjusted.
   void finish();
 
+  /// For the end of a recording: tries each two maps that there are for what they have in common.
+  void join_rest();
+  /// Ids of the maps that are kept beside the present one.
+  std::vector<std::uint32_t> kept_maps() const;
+
   const Map& map() const { return map_; }
   TrackingMapPtr tracking_map() const { return tracking_map_; }
 
  private:
+  // A map that is not tracked in at present.
+  struct KeptMap {
+    Map map;
+    std::shared_ptr<KeyframePlaces> places;
+  };
+
   std::vector<KeyframeId> neighbors(KeyframeId id, int count) const;
+  void begin(const InitialMap& initial, std::uint32_t epoch);
+  void keep_present();
+  bool join_where_met(KeyframeId newest);
+  bool join(std::uint32_t kept_id, const std::vector<MapTie>& ties);
+  std::vector<MapTie> find_ties(const KeptMap& other, KeyframeId keyframe) const;
+  void adjust_seam(const std::vector<KeyframeId>& seam);
+  void bring_up_to_date(KeyframeCandidate* candidate) const;
   std::vector<LandmarkId> unseen_landmarks(KeyframeId id) const;
   void create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& neighbors);
   void fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks);
@@ -52,6 +80,10 @@ class Mapper {
   Map map_;
   std::uint32_t epoch_ = 0;
   std::uint64_t revision_ = 0;
+  std::uint32_t map_id_ = 0;               // the epoch that it began in, and 1
+  std::map<std::uint32_t, KeptMap> kept_;  // by id
+  MapCorrections corrections_;
+  std::shared_ptr<KeyframePlaces> places_;
   StageTimes stages_;  // of the change under way
   TrackingMapPtr tracking_map_;
 };

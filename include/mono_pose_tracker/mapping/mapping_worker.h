@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -28,7 +27,7 @@ class MappingWorker {
   /// before_job is called before every job, where the job runs: a test makes mapping slow with it.
   MappingWorker(const MapperOptions& options, const CameraModel& camera, bool threaded,
                 std::function<void()> before_job = {});
-  ~MappingWorker();  // drops what waits, ends the solve under way, joins
+  ~MappingWorker();  // drops what waits, joins
   MappingWorker(const MappingWorker&) = delete;
   MappingWorker& operator=(const MappingWorker&) = delete;
 
@@ -38,11 +37,15 @@ class MappingWorker {
 
   /// Begins a map; returns when it is there.
   void initialize(const InitialMap& initial, std::uint32_t epoch);
+  /// Begins a map beside those that there are; returns when it is there.
+  void begin_beside(const InitialMap& initial, std::uint32_t epoch);
+  /// Goes back to a map that is kept (Mapper::resume); returns when it is there.
+  void resume(std::uint32_t map_id, bool keep_present, std::uint32_t epoch);
   /// Goes on in a map that was saved; returns when it is there.
   void restore(const Map& map, std::uint32_t epoch);
   /// False, and nothing queued, when kMaxBacklog keyframes wait already.
   bool insert(const KeyframeCandidate& candidate);
-  /// Drops the map and what waits. A solve under way ends after its iteration; its result is dropped.
+  /// Drops the map and what waits. A result of work under way is dropped when it comes.
   void reset(std::uint32_t epoch);
   /// Returns when nothing waits.
   void wait();
@@ -71,7 +74,6 @@ class MappingWorker {
   void run();
   void run_job(const Job& job);
   void take_options();
-  MapperOptions prepared(MapperOptions options) const;
   int waiting() const;
 
   Mapper mapper_;
@@ -82,7 +84,6 @@ class MappingWorker {
   std::deque<Job> jobs_;
   bool busy_ = false;
   bool stop_ = false;
-  std::atomic<bool> cancel_{false};  // the solve of the job under way: nobody waits for its result
   std::uint32_t epoch_ = 0;
   std::optional<MapperOptions> new_options_;  // that the mapper does not have yet
   TrackingMapPtr latest_;

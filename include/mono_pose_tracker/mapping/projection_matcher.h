@@ -43,4 +43,9 @@ std::vector<LandmarkMatch> match_by_projection(const std::vector<LandmarkCandida
                                                const Rigid3& camera_from_map, const std::vector<char>& taken,
                                                const ProjectionMatchOptions& options);
 
+/// How many of the candidates the pose brings into view, from a side and at a scale at which they could be
+/// found again.
+int count_visible(const std::vector<LandmarkCandidate>& candidates, const CameraModel& camera,
+                  const Rigid3& camera_from_map, const ProjectionMatchOptions& options);
+
 }  // namespace mono_pose_tracker

@@ -31,6 +31,7 @@ struct RecordingResult {
   std::vector<std::string> warnings;          // what makes the result doubtful and what to do
   std::map<std::int64_t, std::string> names;  // of the images, by frame index
   std::vector<PosedFrame> trajectory;         // after the last optimisation, by index
+  std::vector<FinishedMap> maps;              // all that could not be joined; the trajectory is the first's
   std::int64_t frames_posed_live = 0;
   std::map<std::string, std::vector<double>> stage_ms;
 };

@@ -7,10 +7,11 @@
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/common/status.h"
 #include "mono_pose_tracker/map/frame.h"
-#include "mono_pose_tracker/tracking/frame_report.h"
-#include "mono_pose_tracker/mapping/projection_matcher.h"
-#include "mono_pose_tracker/tracking/tracker_options.h"
 #include "mono_pose_tracker/map/tracking_map.h"
+#include "mono_pose_tracker/mapping/pose_support.h"
+#include "mono_pose_tracker/mapping/projection_matcher.h"
+#include "mono_pose_tracker/tracking/frame_report.h"
+#include "mono_pose_tracker/tracking/tracker_options.h"
 
 namespace mono_pose_tracker {
 
@@ -22,6 +23,7 @@ struct ResectionReport {
   Matrix6d covariance = Matrix6d::Zero();  // of map_from_camera, as FrameReport::covariance
   int matches = 0;
   int inliers = 0;
+  PoseSupport support;
   double rms_px = 0;
   std::vector<int> matched;                    // features that were matched, inliers or not
   std::vector<FrameObservation> observations;  // the inliers
@@ -41,10 +43,9 @@ class Resector {
   ResectionReport resect(const Frame& frame, const TrackingMap& map, KeyframeId reference,
                          const std::optional<Rigid3>& predicted_camera_from_map) const;
 
-  /// Against keyframes anywhere in the map, by descriptors alone: `budget` of them, starting at the cursor-th
-  /// newest. The cursor moves on, so that calls for one frame after the other search the whole map.
-  ResectionReport relocalize(const Frame& frame, const TrackingMap& map, int budget,
-                             std::size_t* cursor) const;
+  /// Against keyframes anywhere in the map, by descriptors alone: the `budget` that look like it most. A
+  /// success is supported (pose_support.h); a second view should agree before anything is made of it.
+  ResectionReport relocalize(const Frame& frame, const TrackingMap& map, int budget) const;
 
  private:
   std::vector<LandmarkCandidate> local_candidates(const TrackingMap& map, KeyframeId reference) const;

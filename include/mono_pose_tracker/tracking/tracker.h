@@ -15,6 +15,14 @@
 
 namespace mono_pose_tracker {
 
+/// One of the maps that a recording ended in.
+struct FinishedMap {
+  std::uint32_t id = 0;
+  std::vector<PosedFrame> trajectory;
+  Map map;
+  std::shared_ptr<const MapSnapshot> snapshot;
+};
+
 /// Tracks one camera against the map it builds: bootstraps, resects every frame, hands keyframes to the
 /// mapper, which runs inline (repeatable) or on a worker thread of its own.
 ///
@@ -68,6 +76,14 @@ class Tracker {
   /// Poses an image against the finished map, wherever it was in the recording; it joins the trajectory.
   FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const cv::Mat& image,
                            const cv::Mat& mask = cv::Mat());
+  /// An image that got no pose, for fill_gaps; what the report says of its mask holds.
+  FrameReport keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns, const cv::Mat& image,
+                             const cv::Mat& mask = cv::Mat());
+  /// Poses the images that were kept, in the finished map: from both sides of each gap, making keyframes on
+  /// the way, and where that ends by descriptors alone. The map is finished anew when it has grown.
+  void fill_gaps();
+  /// All maps that could not be joined, finished; the largest, which is the present one, first.
+  std::vector<FinishedMap> maps();
   /// The finished map.
   const Map& map() const;
   /// True when the map rests on two views that no third has confirmed.

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "mono_pose_tracker/map/map_correction.h"
+#include "mono_pose_tracker/map/tracking_map.h"
+
+namespace mono_pose_tracker {
+
+/// Where a posed frame stands: it rides on its reference keyframe.
+struct FramePose {
+  std::int64_t stamp_ns = 0;
+  KeyframeId reference = -1;
+  Rigid3 camera_from_reference;
+};
+
+/// The frames posed against one map, by index. One thread.
+class FramePoses {
+ public:
+  void set(std::int64_t index, const FramePose& pose) { poses_[index] = pose; }
+  const FramePose* find(std::int64_t index) const;
+  bool empty() const { return poses_.empty(); }
+  std::size_t size() const { return poses_.size(); }
+  void clear() { poses_.clear(); }
+  const std::map<std::int64_t, FramePose>& all() const { return poses_; }
+
+  /// The map was corrected.
+  void apply(const MapCorrection& correction);
+  /// Those of a map that has become part of this one; its ids are this map's already.
+  void take(const FramePoses& other);
+
+  /// camera_from_map of a frame, now; false when it was never posed or its keyframe is of no known map.
+  bool camera_from_map(const TrackingMap& map, std::int64_t index, Rigid3* camera_from_map) const;
+
+ private:
+  std::map<std::int64_t, FramePose> poses_;
+};
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,110 @@
+#include "mono_pose_tracker/mapping/keyframe_locator.h"
+
+#include <algorithm>
+#include <cstring>
+#include <unordered_set>
+
+#include "mono_pose_tracker/features/matching.h"
+#include "mono_pose_tracker/mapping/projection_matcher.h"
+#include "mono_pose_tracker/robust/absolute_pose.h"
+#include "mono_pose_tracker/robust/motion_refinement.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr int kLocalKeyframes = 12;  // whose landmarks confirm the pose
+
+std::vector<LandmarkCandidate> candidates_of(const Map& map, const std::vector<KeyframeId>& keyframes) {
+  std::vector<LandmarkCandidate> candidates;
+  std::unordered_set<LandmarkId> known;
+  for (const KeyframeId id : keyframes) {
+    const Keyframe& keyframe = *map.keyframe(id);
+    const Eigen::Vector3d center = keyframe.center_in_map();
+    for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
+      const LandmarkId l = keyframe.landmark_of_feature[f];
+      if (l == kNoLandmark || !known.insert(l).second) continue;
+      candidates.push_back(
+          make_candidate(l, map.landmark(l)->x_in_map, *keyframe.image, static_cast<int>(f), center));
+    }
+  }
+  return candidates;
+}
+
+AbsolutePoseReport pose_by_descriptors(const MapperOptions& options,
+                                       const std::vector<LandmarkCandidate>& candidates,
+                                       const ImageFeatures& image) {
+  cv::Mat descriptors(static_cast<int>(candidates.size()), 128, CV_8U);
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    std::memcpy(descriptors.ptr(static_cast<int>(i)), candidates[i].descriptor, 128);
+  }
+  std::vector<Eigen::Vector3d> bearings, points;
+  AbsolutePoseOptions pose_options;
+  pose_options.ransac = options.ransac;
+  for (const Match& m : match_descriptors(image.set.descriptors, descriptors, options.matching)) {
+    bearings.push_back(image.set.bearings[m.first]);
+    points.push_back(candidates[m.second].x_in_map);
+    pose_options.quality.push_back(static_cast<float>(m.distance2));
+  }
+  AbsolutePoseReport pose;
+  if (static_cast<int>(bearings.size()) < options.min_inliers) return pose;
+  pose = estimate_absolute_pose(bearings, points, pose_options);
+  pose.success = pose.success && pose.num_inliers >= options.min_inliers;
+  return pose;
+}
+
+// Guided matching round the pose, and the pose refined on what it finds.
+bool refine(const MapperOptions& options, const CameraModel& camera,
+            const std::vector<LandmarkCandidate>& candidates, const ImageFeatures& image,
+            Location* location) {
+  ProjectionMatchOptions guided;
+  guided.radius_px = 1.5 * options.mapping.max_reprojection_px * std::max(1.0, camera.width() / 640.0);
+  guided.max_distance2 = stored_distance2(options.mapping.max_descriptor_distance);
+  std::vector<LandmarkMatch> matches;
+  for (int round = 0; round < 2; ++round) {
+    matches = match_by_projection(candidates, image, camera, location->camera_from_map, {}, guided);
+    std::vector<Eigen::Vector3d> bearings, points;
+    std::vector<double> sigmas;
+    for (const LandmarkMatch& m : matches) {
+      bearings.push_back(image.set.bearings[m.feature]);
+      points.push_back(candidates[m.candidate].x_in_map);
+      sigmas.push_back(image.sigma_px[m.feature] / camera.focal());
+    }
+    const MotionRefinementReport refined =
+        refine_absolute_pose(bearings, points, sigmas, location->camera_from_map, {});
+    if (!refined.converged) return false;
+    location->camera_from_map = refined.camera_from_map;
+  }
+  for (const LandmarkMatch& m : matches) {
+    const LandmarkCandidate& candidate = candidates[m.candidate];
+    if (weighted_error(image, m.feature, location->camera_from_map * candidate.x_in_map) <
+        options.mapping.max_reprojection_px) {
+      location->matches.emplace_back(m.feature, candidate.id);
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+Location locate(const MapperOptions& options, const CameraModel& camera, const Map& map, KeyframeId place,
+                const ImageFeatures& image) {
+  Location location;
+  const AbsolutePoseReport pose = pose_by_descriptors(options, candidates_of(map, {place}), image);
+  if (!pose.success) return location;
+  location.camera_from_map = pose.camera_from_map;
+  std::vector<KeyframeId> local = {place};
+  for (const auto& [id, shared] : map.covisible(place)) {
+    if (static_cast<int>(local.size()) < kLocalKeyframes) local.push_back(id);
+  }
+  const std::vector<LandmarkCandidate> candidates = candidates_of(map, local);
+  if (!refine(options, camera, candidates, image, &location)) return location;
+  std::vector<int> inliers;
+  for (const auto& match : location.matches) inliers.push_back(match.first);
+  const int expected = count_visible(candidates, camera, location.camera_from_map, {});
+  location.support = pose_support(image, camera.width(), camera.height(), inliers, expected);
+  location.found = is_supported(location.support, options.min_inliers);
+  return location;
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <set>
+#include <shared_mutex>
+
+#include "mono_pose_tracker/map/place_finder.h"
+#include "mono_pose_tracker/mapping/place_index.h"
+
+namespace mono_pose_tracker {
+
+// The place index of a map, kept up to date by the mapper and asked by whoever has a snapshot.
+class KeyframePlaces : public PlaceFinder {
+ public:
+  std::vector<KeyframeId> find(const FeatureSet& features, int count) const override;
+
+  // Adds and removes what has come and gone since.
+  void follow(const Map& map);
+
+ private:
+  mutable std::shared_mutex mutex_;  // guards index_; the mapper alone changes it
+  PlaceIndex index_;
+  std::set<KeyframeId> known_;  // the mapper's
+};
+
+}  // namespace mono_pose_tracker

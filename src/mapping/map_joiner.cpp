@@ -1,0 +1,105 @@
+#include "mono_pose_tracker/mapping/map_joiner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "mono_pose_tracker/common/median.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Points that both maps know, seen by one keyframe: fewer tell no scale.
+constexpr int kMinPoints = 10;
+// Of the scale between the maps, as one keyframe's depths tell it. What it is off by bends the seam, which
+// the bundle adjustment that follows must still be able to mend.
+constexpr double kMaxLogScaleSigma = 0.05;
+// px at 640 px width: drift between the two keyframes, in either map, adds to the error of the ties.
+constexpr double kMaxDisagreement = 12;
+
+// Ratio of depths, other over map, of the points that both know: log of the median, and its standard error.
+bool scale_between(const Map& map, const Keyframe& keyframe, const Map& other, const Location& location,
+                   double* log_scale, double* sigma) {
+  std::vector<double> ratios;
+  for (const auto& [feature, landmark] : location.matches) {
+    const LandmarkId own = keyframe.landmark_of_feature[feature];
+    if (own == kNoLandmark) continue;
+    const double here = (keyframe.camera_from_map * map.landmark(own)->x_in_map).norm();
+    const double there = (location.camera_from_map * other.landmark(landmark)->x_in_map).norm();
+    if (here > 0 && there > 0) ratios.push_back(std::log(there / here));
+  }
+  if (static_cast<int>(ratios.size()) < kMinPoints) return false;
+  *log_scale = median(ratios);
+  std::vector<double> off;
+  for (const double ratio : ratios) off.push_back(std::abs(ratio - *log_scale));
+  // The median of n normal values spreads by 1.25 sigma / sqrt(n); sigma is 1.48 median deviations.
+  *sigma = 1.25 * 1.48 * median(std::move(off)) / std::sqrt(static_cast<double>(ratios.size()));
+  return true;
+}
+
+Sim3 similarity(const Rigid3& camera_from_map, const Rigid3& camera_from_other, double scale) {
+  const Rigid3 other_from_camera = camera_from_other.inverse();
+  Sim3 other_from_map;
+  other_from_map.scale = scale;
+  other_from_map.rotation = (other_from_camera.rotation * camera_from_map.rotation).normalized();
+  other_from_map.translation =
+      other_from_camera.rotation * (scale * camera_from_map.translation) + other_from_camera.translation;
+  return other_from_map;
+}
+
+// Median distance in px between where b's points are seen and where a's similarity shows them.
+double disagreement(const CameraModel& camera, const Map& map, const Map& other, const MapTie& a,
+                    const MapTie& b) {
+  const Keyframe& keyframe = *map.keyframe(b.keyframe);
+  const Sim3& s = a.other_from_map;
+  std::vector<double> errors;
+  for (const auto& [feature, landmark] : b.location.matches) {
+    const Eigen::Vector3d x_in_map =
+        s.rotation.conjugate() * (other.landmark(landmark)->x_in_map - s.translation) / s.scale;
+    Eigen::Vector2d pixel;
+    errors.push_back(camera.project(keyframe.camera_from_map * x_in_map, &pixel)
+                         ? (pixel - keyframe.image->set.features[feature].pixel.cast<double>()).norm()
+                         : 1e6);
+  }
+  return median(std::move(errors));
+}
+
+}  // namespace
+
+std::optional<MapTie> tie_keyframe(const MapperOptions& options, const CameraModel& camera, const Map& map,
+                                   KeyframeId keyframe_id, const Map& other, KeyframeId place) {
+  const Keyframe& keyframe = *map.keyframe(keyframe_id);
+  MapTie tie;
+  tie.keyframe = keyframe_id;
+  tie.location = locate(options, camera, other, place, *keyframe.image);
+  double log_scale;
+  if (!tie.location.found ||
+      !scale_between(map, keyframe, other, tie.location, &log_scale, &tie.log_scale_sigma) ||
+      tie.log_scale_sigma > kMaxLogScaleSigma) {
+    return std::nullopt;
+  }
+  tie.other_from_map =
+      similarity(keyframe.camera_from_map, tie.location.camera_from_map, std::exp(log_scale));
+  return tie;
+}
+
+bool ties_agree(const CameraModel& camera, const Map& map, const Map& other, const MapTie& a,
+                const MapTie& b) {
+  const double limit = kMaxDisagreement * std::max(1.0, camera.width() / 640.0);
+  return disagreement(camera, map, other, a, b) < limit && disagreement(camera, map, other, b, a) < limit;
+}
+
+std::vector<std::pair<LandmarkId, LandmarkId>> same_landmarks(const Map& map,
+                                                              const std::vector<MapTie>& ties) {
+  std::map<LandmarkId, LandmarkId> same;
+  for (const MapTie& tie : ties) {
+    for (const auto& [feature, landmark] : tie.location.matches) {
+      const LandmarkId own = map.keyframe(tie.keyframe)->landmark_of_feature[feature];
+      if (own != kNoLandmark) same.emplace(own, landmark);
+    }
+  }
+  return {same.begin(), same.end()};
+}
+
+}  // namespace mono_pose_tracker

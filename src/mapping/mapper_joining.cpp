@@ -1,0 +1,181 @@
+// The part of the Mapper that keeps several maps and joins them where they meet.
+
+#include <algorithm>
+#include <utility>
+
+#include "keyframe_places.h"
+#include "mono_pose_tracker/mapping/mapper.h"
+#include "mono_pose_tracker/optimization/map_adjustment.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Places of another map that a keyframe is compared with: among the five most alike is the right one, where
+// there is one, in 95 of 100 cases.
+constexpr int kPlaces = 5;
+// Keyframes that are tried besides the one that was found, for a second that agrees.
+constexpr int kSecondViews = 4;
+
+std::vector<KeyframeId> keyframe_ids(const Map& map) {
+  std::vector<KeyframeId> ids;
+  for (const auto& entry : map.keyframes()) ids.push_back(entry.first);
+  return ids;
+}
+
+// Points that are seen from both sides of the seam, by keyframes from before and after `first_new`.
+int points_across(const Map& map, KeyframeId first_new) {
+  int count = 0;
+  for (const auto& entry : map.landmarks()) {
+    const std::vector<Observation>& seen = entry.second.observations;
+    count += seen.size() > 1 && seen.front().keyframe < first_new && seen.back().keyframe >= first_new;
+  }
+  return count;
+}
+
+}  // namespace
+
+void Mapper::keep_present() {
+  if (map_.keyframes().empty()) return;
+  kept_[map_id_] = {std::move(map_), std::move(places_)};
+  map_ = Map();
+}
+
+bool Mapper::resume(std::uint32_t map_id, bool keep_this, std::uint32_t epoch) {
+  if (map_id == map_id_ && !map_.keyframes().empty()) {
+    epoch_ = epoch;
+    publish();
+    return true;
+  }
+  const auto kept = kept_.find(map_id);
+  if (kept == kept_.end()) return false;
+  KeptMap resumed = std::move(kept->second);
+  kept_.erase(kept);
+  if (keep_this) keep_present();
+  map_ = std::move(resumed.map);
+  places_ = std::move(resumed.places);
+  map_id_ = map_id;
+  epoch_ = epoch;
+  publish();
+  return true;
+}
+
+std::vector<std::uint32_t> Mapper::kept_maps() const {
+  std::vector<std::uint32_t> ids;
+  for (const auto& entry : kept_) ids.push_back(entry.first);
+  return ids;
+}
+
+// Ids and lengths in the candidate are of the time when its frame was posed.
+void Mapper::bring_up_to_date(KeyframeCandidate* candidate) const {
+  for (const auto& correction : corrections_) {
+    if (correction->sequence <= candidate->corrections) continue;
+    candidate->reference += correction->added.keyframes;
+    candidate->camera_from_reference.translation *= correction->length_scale(candidate->reference);
+    for (FrameObservation& o : candidate->observations) o.landmark += correction->added.landmarks;
+  }
+}
+
+// Two ties that agree, of the keyframe and another that shares view with it; or none.
+std::vector<MapTie> Mapper::find_ties(const KeptMap& other, KeyframeId keyframe) const {
+  for (const KeyframeId place : other.places->find(map_.keyframe(keyframe)->image->set, kPlaces)) {
+    const std::optional<MapTie> first = tie_keyframe(options_, camera_, map_, keyframe, other.map, place);
+    if (!first) continue;
+    for (const KeyframeId second : neighbors(keyframe, kSecondViews)) {
+      const std::optional<MapTie> tie = tie_keyframe(options_, camera_, map_, second, other.map, place);
+      if (tie && ties_agree(camera_, map_, other.map, *first, *tie)) return {*first, *tie};
+    }
+  }
+  return {};
+}
+
+bool Mapper::join_where_met(KeyframeId newest) {
+  for (const auto& [id, kept] : kept_) {
+    const std::vector<MapTie> ties = find_ties(kept, newest);
+    if (!ties.empty() && join(id, ties)) return true;
+  }
+  return false;
+}
+
+// The older map's frame and scale stay. False, and nothing is changed, when too little is left to hold the
+// two together once everything was adjusted.
+bool Mapper::join(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
+  Map joined = kept_.at(kept_id).map;
+  const auto best = std::max_element(ties.begin(), ties.end(), [](const MapTie& a, const MapTie& b) {
+    return a.location.matches.size() < b.location.matches.size();
+  });
+  const MergedIds added = joined.merge(map_, best->other_from_map);
+  for (const auto& [own, theirs] : same_landmarks(map_, ties)) {
+    joined.merge_landmarks(own + added.landmarks, theirs);
+  }
+  std::vector<KeyframeId> seam;
+  for (const MapTie& tie : ties) {
+    seam.push_back(tie.keyframe + added.keyframes);
+    for (const auto& [feature, landmark] : tie.location.matches) {
+      joined.add_observation(landmark, tie.keyframe + added.keyframes, feature);
+    }
+  }
+  Map apart = std::exchange(map_, std::move(joined));
+  adjust_seam(seam);
+  if (points_across(map_, added.keyframes) < options_.min_inliers) {
+    map_ = std::move(apart);
+    return false;
+  }
+  auto correction = std::make_shared<MapCorrection>();
+  correction->sequence = corrections_.size() + 1;
+  correction->of_map = map_id_;
+  correction->into_map = kept_id;
+  correction->added = added;
+  correction->scale = best->other_from_map.scale;
+  corrections_.push_back(std::move(correction));
+  map_id_ = kept_id;
+  places_ = kept_.at(kept_id).places;
+  kept_.erase(kept_id);
+  return true;
+}
+
+// What was tied is as far apart as both maps have drifted: a wide loss lets it pull before anything is
+// culled.
+void Mapper::adjust_seam(const std::vector<KeyframeId>& seam) {
+  std::vector<KeyframeId> window = seam;
+  for (const KeyframeId id : seam) {
+    for (const KeyframeId n : neighbors(id, 2 * options_.mapping.window_keyframes)) window.push_back(n);
+  }
+  std::sort(window.begin(), window.end());
+  window.erase(std::unique(window.begin(), window.end()), window.end());
+  BundleOptions bundle = options_.bundle;
+  BundleOptions wide = bundle;
+  wide.loss_width *= 10;
+  const int fixed = 3 * options_.mapping.window_keyframes;
+  adjust_keyframes(wide, window, fixed, options_.mapping.window_landmarks, &map_);
+  for (const KeyframeId id : seam) {
+    fuse(id, unseen_landmarks(id));
+    create_landmarks(id, neighbors(id, options_.mapping.matching_keyframes));
+  }
+  adjust_keyframes(bundle, window, fixed, options_.mapping.window_landmarks, &map_);
+  cull_observations(map_.landmark_ids());
+}
+
+void Mapper::join_rest() {
+  bool joined = true;
+  while (joined) {
+    joined = false;
+    std::vector<std::uint32_t> ids = kept_maps();
+    ids.push_back(map_id_);
+    std::sort(ids.begin(), ids.end());
+    for (std::size_t newer = ids.size() - 1; newer > 0 && !joined; --newer) {
+      resume(ids[newer], true, epoch_);
+      for (std::size_t older = 0; older < newer && !joined; ++older) {
+        for (const KeyframeId keyframe : keyframe_ids(map_)) {
+          const std::vector<MapTie> ties = find_ties(kept_.at(ids[older]), keyframe);
+          if (ties.empty() || !join(ids[older], ties)) continue;
+          joined = true;
+          break;
+        }
+      }
+    }
+  }
+  publish();
+}
+
+}  // namespace mono_pose_tracker

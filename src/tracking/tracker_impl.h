@@ -1,0 +1,128 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bootstrap_job.h"
+#include "frame_maker.h"
+#include "keyframe_policy.h"
+#include "map_snapshot.h"
+#include "mono_pose_tracker/map/frame_poses.h"
+#include "mono_pose_tracker/mapping/mapping_worker.h"
+#include "mono_pose_tracker/tracking/resector.h"
+#include "mono_pose_tracker/tracking/tracker.h"
+#include "object_finder.h"
+
+namespace mono_pose_tracker {
+
+// A pose found by descriptors alone, until a second view agrees.
+struct Tentative {
+  std::uint32_t map_id = 0;
+  std::int64_t index = 0;
+  std::int64_t stamp_ns = 0;
+  KeyframeId reference = -1;
+  Rigid3 camera_from_reference;
+};
+
+// The states of a Tracker, and the one way that an image goes through them. In three files: tracker.cpp
+// follows the camera, tracker_search.cpp is for when it is lost, tracker_finish.cpp for the end of a
+// recording.
+class Tracker::Impl {
+ public:
+  Impl(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,
+       std::function<void()> before_mapping)
+      : options_(options),
+        camera_(camera),
+        object_finder_(options.segmentation, camera),
+        frame_maker_(options.sift, options.scale, camera),
+        resector_(options, camera),
+        keyframe_policy_(options.mapping, options.young_map_keyframes),
+        bootstrap_job_(options, camera),
+        worker_(options.mapper(camera.focal()), camera, mapping == Mapping::kThreaded,
+                std::move(before_mapping)) {}
+
+  FrameReport process(std::int64_t stamp_ns, const cv::Mat& image, const cv::Mat& mask);
+  void reset();
+  void set_options(const TrackerOptions& options);
+  std::uint32_t epoch() const { return epoch_; }
+  std::optional<Map> copy_map();
+  void load_map(Map map);
+  MapOrigin origin() const;
+  std::vector<PosedFrame> trajectory() const;
+  bool finish();
+  FrameReport keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns, const cv::Mat& image,
+                             const cv::Mat& mask);
+  void fill_gaps();
+  std::vector<FinishedMap> maps();
+  FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const cv::Mat& image,
+                           const cv::Mat& mask);
+
+  MappingWorker& worker() { return worker_; }
+  const MappingWorker& worker() const { return worker_; }
+  bool is_unconfirmed() const { return unconfirmed_; }
+
+ private:
+  std::optional<Frame> make_frame(std::int64_t index, std::int64_t stamp_ns, const cv::Mat& image,
+                                  const Segmentation& segmentation, FrameReport* report);
+  void bootstrap(const Frame& frame, FrameReport* report);
+  void track(const Frame& frame, FrameReport* report);
+  void lose(const Frame& frame, FrameReport* report);
+  ResectionReport follow(const Frame& frame, const TrackingMap& map) const;
+  bool search(const Frame& frame, FrameReport* report);
+  bool confirm(const Frame& frame, ResectionReport* resection);
+  void drop_young_map(FrameReport* report);
+  void bootstrap_beside(const Frame& frame, FrameReport* report);
+  void go_back_to(std::uint32_t map_id, bool keep_present);
+  void apply_corrections(const TrackingMap& map);
+  const TrackingMap* view_of(std::uint32_t map_id) const;
+  void accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
+              FrameReport* report);
+  void resume_largest();
+  bool pose_beside(const Frame& frame, std::int64_t neighbor);
+  bool fill_gaps_once();
+  void pose_anywhere();
+  ResectionReport resect_near(const Frame& frame, const TrackingMap& map) const;
+  KeyframeId choose_reference(const TrackingMap& map, const ResectionReport& resection) const;
+  void start_map();
+  void begin_in(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
+                const std::string& text, FrameReport* report);
+  void describe(const ResectionReport& resection, FrameReport* report) const;
+  void finish_report(FrameReport* report);
+
+  TrackerOptions options_;
+  const CameraModel camera_;
+  ObjectFinder object_finder_;
+  FrameMaker frame_maker_;
+  Resector resector_;
+  KeyframePolicy keyframe_policy_;
+  BootstrapJob bootstrap_job_;
+  MappingWorker worker_;  // last: its thread uses what stands before it
+
+  State state_ = State::kBootstrapping;
+  std::uint32_t epoch_ = 0;
+  std::int64_t next_index_ = 0;
+  bool unconfirmed_ = false;
+  bool loaded_ = false;                  // the map comes from a file
+  BootstrapReport bootstrap_;            // the last known
+  std::uint64_t reported_revision_ = 0;  // of the map whose mapping times were reported last
+
+  // The last posed frame and its movement since the one before.
+  KeyframeId reference_ = -1;
+  Rigid3 camera_from_reference_;
+  std::optional<Rigid3> motion_;  // camera now from camera one frame ago
+  int frames_lost_ = 0;
+
+  std::map<std::uint32_t, FramePoses> frames_;      // by map
+  std::map<std::uint32_t, TrackingMapPtr> others_;  // by map: those kept beside the present one
+  std::optional<Tentative> tentative_;
+  std::uint64_t corrections_ = 0;          // sequence of the last one applied
+  std::map<std::int64_t, Frame> unposed_;  // of a finished recording
+  bool grown_ = false;                     // the finished map has
+  std::uint32_t present_map_ = 0;          // id of the one that reference_ is of
+  std::uint32_t searches_ = 0;             // for a map beside those there are: counts them
+};
+
+}  // namespace mono_pose_tracker

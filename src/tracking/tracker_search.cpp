@@ -1,0 +1,142 @@
+// A camera that is lost: found again in the maps that there are, or a new one is begun beside them.
+
+#include <algorithm>
+#include <utility>
+
+#include "tracker_impl.h"
+
+namespace mono_pose_tracker {
+
+const TrackingMap* Tracker::Impl::view_of(std::uint32_t map_id) const {
+  const auto other = others_.find(map_id);
+  if (other != others_.end()) return other->second.get();
+  const TrackingMapPtr map = worker_.latest();
+  return map && map->map_id == map_id ? map.get() : nullptr;
+}
+
+// Looks for a lost frame all over the present map and those beside it, a few keyframes of each at a time.
+// What is found is held back until a second view agrees.
+bool Tracker::Impl::search(const Frame& frame, FrameReport* report) {
+  const StageTimer timer(report->stages, "relocalize");
+  const int maps = 1 + static_cast<int>(others_.size());
+  const int budget = std::max(2, options_.resection.relocalization_keyframes / maps);
+  const TrackingMapPtr present = worker_.latest();
+  std::uint32_t map_id = present->map_id;
+  ResectionReport best = resector_.relocalize(frame, *present, budget);
+  for (auto& [id, other] : others_) {
+    if (best.success) break;
+    ResectionReport elsewhere = resector_.relocalize(frame, *other, budget);
+    if (elsewhere.success) best = std::move(elsewhere), map_id = id;
+  }
+  if (!best.success) {
+    if (frames_lost_ > 1 || report->reason_text.empty()) describe(best, report);
+    return false;
+  }
+  const TrackingMap& map = *view_of(map_id);
+  const KeyframeId reference = choose_reference(map, best);
+  tentative_ = {map_id, frame.index, frame.stamp_ns, reference,
+                best.camera_from_map * map.keyframes.at(reference).camera_from_map.inverse()};
+  report->inliers = best.inliers;
+  report->matches = best.matches;
+  report->reason_text = "found by " + std::to_string(best.inliers) + " points, a second view has to agree";
+  return true;
+}
+
+// Whether this frame is found near where the one before was found by descriptors alone.
+bool Tracker::Impl::confirm(const Frame& frame, ResectionReport* resection) {
+  const Tentative tentative = *std::exchange(tentative_, std::nullopt);
+  const TrackingMap* map = view_of(tentative.map_id);
+  Rigid3 reference_from_map;
+  if (!map || !map->camera_from_map(tentative.reference, &reference_from_map)) return false;
+  const KeyframeId reference =
+      map->keyframes.count(tentative.reference) ? tentative.reference : map->keyframes.rbegin()->first;
+  *resection = resector_.resect(frame, *map, reference, tentative.camera_from_reference * reference_from_map);
+  if (!resection->success || !is_supported(resection->support, options_.resection.min_inliers)) {
+    if (resection->success) resection->text = "a second view does not agree with where the last was found";
+    resection->success = false;
+    return false;
+  }
+  if (worker_.latest()->map_id != tentative.map_id) go_back_to(tentative.map_id, true);
+  frames_[tentative.map_id].set(tentative.index,
+                                {tentative.stamp_ns, tentative.reference, tentative.camera_from_reference});
+  return true;
+}
+
+void Tracker::Impl::go_back_to(std::uint32_t map_id, bool keep_present) {
+  const TrackingMapPtr present = worker_.latest();
+  if (keep_present) {
+    others_[present->map_id] = present;
+  } else {
+    frames_.erase(present->map_id);
+  }
+  others_.erase(map_id);
+  worker_.resume(map_id, keep_present, ++epoch_);
+  present_map_ = map_id;
+  keyframe_policy_.reset();
+}
+
+// Too little to come back to.
+void Tracker::Impl::drop_young_map(FrameReport* report) {
+  report->reason_text += "; the young map is dropped, a new one begun";
+  if (others_.empty()) {
+    reset();
+  } else {
+    go_back_to(others_.rbegin()->first, false);
+  }
+}
+
+// Lost for long: a map is begun beside those that there are. It is joined with them when they meet.
+void Tracker::Impl::bootstrap_beside(const Frame& frame, FrameReport* report) {
+  const StageTimer timer(report->stages, "bootstrap");
+  if (frames_lost_ == options_.young_map_patience) ++searches_;
+  const std::uint32_t key = ~searches_;  // no epoch of a map is ever so large
+  std::optional<BootstrapReport> known = bootstrap_job_.take(key);
+  if (!known || !known->map) {
+    bootstrap_job_.offer_beside(frame, key, &worker_);
+    if (!known) known = bootstrap_job_.take(key);
+  }
+  if (!known) return;
+  report->reason_text += "; for a new map: " + known->text;
+  if (!known->map) return;
+  const TrackingMapPtr before = worker_.latest();
+  others_[before->map_id] = before;
+  worker_.begin_beside(*known->map, ++epoch_);
+  keyframe_policy_.reset();
+  start_map();
+  const TrackingMapPtr map = worker_.latest();
+  const ResectionReport resection =
+      resector_.resect(frame, *map, reference_, map->keyframes.at(reference_).camera_from_map);
+  if (!resection.success) {
+    go_back_to(before->map_id, false);
+    state_ = State::kLost;
+    frames_lost_ = options_.young_map_patience;
+    return;
+  }
+  if (!known->still_background.empty()) object_finder_.start(*known, frame, resection);
+  begin_in(frame, *map, resection, known->text, report);
+}
+
+// The map was corrected: what is known by its ids and in its lengths follows.
+void Tracker::Impl::apply_corrections(const TrackingMap& map) {
+  for (const auto& correction : map.corrections) {
+    if (correction->sequence <= corrections_) continue;
+    corrections_ = correction->sequence;
+    frames_[correction->of_map].apply(*correction);
+    if (tentative_ && tentative_->map_id == correction->of_map) tentative_.reset();
+    if (correction->of_map == present_map_) {
+      present_map_ = correction->into_map;
+      reference_ += correction->added.keyframes;
+      const double scale = correction->length_scale(reference_);
+      camera_from_reference_.translation *= scale;
+      if (motion_) motion_->translation *= scale;
+    }
+    if (correction->into_map == correction->of_map) continue;
+    frames_[correction->into_map].take(frames_[correction->of_map]);
+    frames_.erase(correction->of_map);
+    others_.erase(correction->into_map);
+    others_.erase(correction->of_map);
+    keyframe_policy_.reset();
+  }
+}
+
+}  // namespace mono_pose_tracker

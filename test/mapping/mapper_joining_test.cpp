@@ -1,0 +1,176 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "mono_pose_tracker/mapping/mapper.h"
+#include "mono_pose_tracker/tracking/resector.h"
+#include "mono_pose_tracker/tracking/tracker_options.h"
+#include "support/synthetic_views.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr double kNoise = 0.3;  // px
+
+// A wall of things along which the camera goes; frame i stands at x = 0.2 i.
+class MapperJoiningTest : public testing::Test {
+ protected:
+  static SyntheticScene wall(Random& random) {
+    std::vector<Eigen::Vector3d> points;
+    for (int i = 0; i < 1500; ++i) {
+      points.emplace_back(random.uniform(-2, 14), random.uniform(-1.2, 1.2), random.uniform(3, 6));
+    }
+    return SyntheticScene(points, random);
+  }
+
+  Frame frame(int i, std::vector<int>* point_of = nullptr) {
+    return synthetic_frame(scene_, camera_, pose(i), kNoise, i, random_, point_of);
+  }
+  static Rigid3 pose(int i) { return camera_at({0.2 * i, 0, 0}); }
+
+  // Two views and the points that both see, in a frame of their own: the first view's, half as large.
+  InitialMap initial_map(int first, int second) {
+    InitialMap map;
+    std::vector<std::vector<int>> point_of(2);
+    const Rigid3 map_from_world = pose(first);
+    for (int v = 0; v < 2; ++v) {
+      const int i = v == 0 ? first : second;
+      Rigid3 camera_from_map = pose(i) * map_from_world.inverse();
+      camera_from_map.translation *= 0.5;
+      map.views.push_back({frame(i, &point_of[v]), camera_from_map});
+    }
+    for (std::size_t f = 0; f < point_of[0].size(); ++f) {
+      const auto found = std::find(point_of[1].begin(), point_of[1].end(), point_of[0][f]);
+      if (found == point_of[1].end()) continue;
+      map.points.push_back({0.5 * (map_from_world * scene_.x_in_map[point_of[0][f]]),
+                            {{0, static_cast<int>(f)}, {1, static_cast<int>(found - point_of[1].begin())}}});
+    }
+    return map;
+  }
+
+  void insert(int i) {
+    const TrackingMapPtr map = mapper_.tracking_map();
+    const KeyframeView& newest = map->keyframes.rbegin()->second;
+    KeyframeCandidate candidate;
+    candidate.frame = frame(i);
+    const ResectionReport report =
+        Resector(options_, camera_).resect(candidate.frame, *map, newest.id, std::nullopt);
+    ASSERT_TRUE(report.success) << report.text;
+    candidate.reference = newest.id;
+    candidate.camera_from_reference = report.camera_from_map * newest.camera_from_map.inverse();
+    candidate.observations = report.observations;
+    candidate.corrections = map->corrections.size();
+    mapper_.insert(candidate);
+  }
+
+  // How far the distances between all keyframes are off, over the longest, once their unit is the truth's.
+  double worst_distance_error() {
+    std::vector<Eigen::Vector3d> found, truth;
+    for (const auto& [id, keyframe] : mapper_.map().keyframes()) {
+      found.push_back(keyframe.center_in_map());
+      truth.push_back(pose(static_cast<int>(keyframe.frame_index)).inverse().translation);
+    }
+    Sim3 truth_from_found;
+    EXPECT_TRUE(align_sim3(found, truth, &truth_from_found));
+    double worst = 0, longest = 0;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      worst = std::max(worst, (truth_from_found * found[i] - truth[i]).norm());
+      longest = std::max(longest, (truth[i] - truth[0]).norm());
+    }
+    return worst / longest;
+  }
+
+  Random random_{23};
+  TrackerOptions options_;
+  CameraModel camera_ = synthetic_camera();
+  SyntheticScene scene_ = wall(random_);
+  Mapper mapper_{options_.mapper(camera_.focal()), camera_};
+};
+
+TEST_F(MapperJoiningTest, MapsAreJoinedWhereTheyMeet) {
+  mapper_.initialize(initial_map(0, 2), 0);
+  for (int i = 4; i <= 10; i += 2) insert(i);
+  const TrackingMapPtr old = mapper_.tracking_map();
+  mapper_.begin_beside(initial_map(50, 48), 1);
+  EXPECT_EQ(mapper_.kept_maps(), std::vector<std::uint32_t>{old->map_id});
+  for (int i = 46; i >= 32; i -= 2) insert(i);
+  EXPECT_EQ(mapper_.kept_maps().size(), 1u) << "nothing is in view that the old map knows";
+  EXPECT_NE(mapper_.tracking_map()->map_id, old->map_id);
+  int last = 32;
+  while (!mapper_.kept_maps().empty() && last > 8) insert(last -= 2);
+  ASSERT_TRUE(mapper_.kept_maps().empty()) << "they were never joined";
+  const TrackingMapPtr joined = mapper_.tracking_map();
+  EXPECT_EQ(joined->map_id, old->map_id) << "the older map's frame stays";
+  ASSERT_EQ(joined->corrections.size(), 1u);
+  EXPECT_EQ(joined->corrections[0]->into_map, old->map_id);
+  EXPECT_GT(joined->corrections[0]->added.keyframes, old->keyframes.rbegin()->first);
+  mapper_.map().check();
+  const Rigid3 before = old->keyframes.begin()->second.camera_from_map;
+  const Rigid3 after = joined->keyframes.begin()->second.camera_from_map;
+  EXPECT_LT((before.inverse().translation - after.inverse().translation).norm(), 0.01);
+  insert(last - 2);  // on with it, over the seam
+  mapper_.finish();
+  mapper_.map().check();
+  EXPECT_LT(worst_distance_error(), 0.01);
+}
+
+TEST_F(MapperJoiningTest, ACandidatePosedBeforeTheJoinIsStillUnderstood) {
+  mapper_.initialize(initial_map(0, 2), 0);
+  for (int i = 4; i <= 10; i += 2) insert(i);
+  mapper_.begin_beside(initial_map(24, 22), 1);
+  // Posed in the new map, sent when it has become part of the old one.
+  const TrackingMapPtr map = mapper_.tracking_map();
+  const KeyframeView& newest = map->keyframes.rbegin()->second;
+  KeyframeCandidate candidate;
+  candidate.frame = frame(21);
+  const ResectionReport report =
+      Resector(options_, camera_).resect(candidate.frame, *map, newest.id, std::nullopt);
+  ASSERT_TRUE(report.success);
+  candidate.reference = newest.id;
+  candidate.camera_from_reference = report.camera_from_map * newest.camera_from_map.inverse();
+  candidate.observations = report.observations;
+  int last = 22;
+  while (!mapper_.kept_maps().empty() && last > 8) insert(last -= 2);
+  ASSERT_TRUE(mapper_.kept_maps().empty());
+  mapper_.insert(candidate);
+  mapper_.map().check();
+  EXPECT_EQ(mapper_.tracking_map()->keyframes.rbegin()->second.frame_index, 21);
+  EXPECT_LT(worst_distance_error(), 0.02);
+}
+
+// The same wall twice: what looks alike is not the same place when what surrounds it differs.
+TEST_F(MapperJoiningTest, MapsOfDifferentPlacesStayApart) {
+  mapper_.initialize(initial_map(0, 2), 0);
+  for (int i = 4; i <= 10; i += 2) insert(i);
+  const SyntheticScene here = scene_;
+  scene_ = wall(random_);
+  // One window of the old place, half a metre wide, hangs in the new one.
+  for (std::size_t i = 0; i < here.x_in_map.size(); ++i) {
+    const Eigen::Vector3d& x = here.x_in_map[i];
+    if (std::abs(x.x() - 1) > 0.4 || std::abs(x.y()) > 0.4) continue;
+    scene_.x_in_map[i] = x + Eigen::Vector3d(8, 0.2, 0.3);
+    here.descriptors.row(static_cast<int>(i)).copyTo(scene_.descriptors.row(static_cast<int>(i)));
+  }
+  mapper_.begin_beside(initial_map(34, 36), 1);
+  for (int i = 38; i <= 48; i += 2) insert(i);
+  EXPECT_EQ(mapper_.kept_maps().size(), 1u);
+  mapper_.join_rest();
+  EXPECT_EQ(mapper_.kept_maps().size(), 1u);
+}
+
+TEST_F(MapperJoiningTest, AMapIsGoneBackTo) {
+  mapper_.initialize(initial_map(0, 2), 0);
+  const std::uint32_t first = mapper_.tracking_map()->map_id;
+  mapper_.begin_beside(initial_map(50, 48), 1);
+  const std::uint32_t second = mapper_.tracking_map()->map_id;
+  EXPECT_FALSE(mapper_.resume(99, true, 2));
+  ASSERT_TRUE(mapper_.resume(first, true, 2));
+  EXPECT_EQ(mapper_.tracking_map()->map_id, first);
+  EXPECT_EQ(mapper_.tracking_map()->epoch, 2u);
+  EXPECT_EQ(mapper_.kept_maps(), std::vector<std::uint32_t>{second});
+  ASSERT_TRUE(mapper_.resume(second, false, 3));
+  EXPECT_TRUE(mapper_.kept_maps().empty()) << "the first was dropped";
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
