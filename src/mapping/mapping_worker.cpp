@@ -19,9 +19,10 @@ MapperOptions unhurried(MapperOptions options) {
 
 MappingWorker::MappingWorker(const MapperOptions& options, const CameraModel& camera, bool threaded,
                              std::function<void()> before_job)
-    : mapper_(threaded ? options : unhurried(options), camera),
+    : mapper_(options, camera),
       threaded_(threaded),
       before_job_(std::move(before_job)) {
+  mapper_.set_options(prepared(options));
   if (threaded_) thread_ = std::thread([this] { run(); });
 }
 
@@ -30,6 +31,7 @@ MappingWorker::~MappingWorker() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     stop_ = true;
+    cancel_ = true;
     jobs_.clear();
   }
   wake_.notify_all();
@@ -87,6 +89,7 @@ bool MappingWorker::insert(const KeyframeCandidate& candidate) {
 void MappingWorker::reset(std::uint32_t epoch) {
   const std::lock_guard<std::mutex> lock(mutex_);
   jobs_.clear();
+  if (busy_) cancel_ = true;
   error_ = nullptr;
   epoch_ = epoch;
   latest_.reset();
@@ -140,6 +143,7 @@ void MappingWorker::run() {
     const Job job = std::move(jobs_.front());
     jobs_.pop_front();
     busy_ = true;
+    cancel_ = false;
     lock.unlock();
     std::exception_ptr error;
     try {
@@ -173,7 +177,13 @@ void MappingWorker::take_options() {
     const std::lock_guard<std::mutex> lock(mutex_);
     options = std::exchange(new_options_, std::nullopt);
   }
-  if (options) mapper_.set_options(threaded_ ? *options : unhurried(*options));
+  if (options) mapper_.set_options(prepared(*options));
+}
+
+MapperOptions MappingWorker::prepared(MapperOptions options) const {
+  if (!threaded_) options = unhurried(std::move(options));
+  options.bundle.cancel = [this, asked = options.bundle.cancel] { return cancel_ || (asked && asked()); };
+  return options;
 }
 
 }  // namespace mono_pose_tracker

@@ -115,6 +115,22 @@ void add_observations(const BundleOptions& options, const Gauge& gauge, BundlePr
   }
 }
 
+// Ends the solve when the options' owner asks for it.
+class CancelCallback : public ceres::IterationCallback {
+ public:
+  explicit CancelCallback(const std::function<bool()>& cancel) : cancel_(cancel) {}
+
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+    cancelled_ = cancel_();
+    return cancelled_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+  }
+  bool cancelled() const { return cancelled_; }
+
+ private:
+  const std::function<bool()>& cancel_;
+  bool cancelled_ = false;
+};
+
 ceres::Solver::Options solver_options(const BundleOptions& options, const BundleProblem& problem) {
   ceres::Solver::Options solver;
   const auto free_cameras = std::count_if(problem.cameras.begin(), problem.cameras.end(),
@@ -153,11 +169,15 @@ BundleReport adjust_bundle(const BundleOptions& options, BundleProblem* problem)
   add_observations(options, choose_gauge(problem->cameras), problem, &blocks, &ceres_problem);
   if (ceres_problem.NumResidualBlocks() == 0) return report;
   ceres::Solver::Summary summary;
-  ceres::Solve(solver_options(options, *problem), &ceres_problem, &summary);
+  ceres::Solver::Options solver = solver_options(options, *problem);
+  CancelCallback cancel(options.cancel);
+  if (options.cancel) solver.callbacks.push_back(&cancel);
+  ceres::Solve(solver, &ceres_problem, &summary);
   report.usable = summary.IsSolutionUsable();
   report.initial_cost = summary.initial_cost;
   report.final_cost = summary.final_cost;
   report.iterations = static_cast<int>(summary.iterations.size());
+  report.cancelled = cancel.cancelled();
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     if (!problem->cameras[i].constant) problem->cameras[i].camera_from_map = from_block(blocks[i]);
   }

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <future>
+#include <thread>
 
 #include "mono_pose_tracker/tracking/resector.h"
 #include "support/synthetic_views.h"
@@ -159,6 +162,58 @@ TEST_F(MappingWorkerTest, JobsThatWaitDoNotKeepItAlive) {
     const KeyframeCandidate next = candidate(*worker.latest(), 2);
     for (int i = 0; i < MappingWorker::kMaxBacklog; ++i) worker.insert(next);
   }
+}
+
+// A solve that asks whether it is cancelled tells when it is under way, and goes on when `until` holds.
+struct SolveUnderWay {
+  std::promise<void> begun;
+  std::atomic<int> asked{0};
+  std::function<bool()> until;
+
+  TrackerOptions options() {
+    TrackerOptions options;
+    options.bundle.cancel = [this] {
+      if (until && asked++ == 0) {
+        begun.set_value();
+        while (!until()) std::this_thread::yield();
+      }
+      return false;
+    };
+    return options;
+  }
+};
+
+TEST_F(MappingWorkerTest, ResetEndsTheSolveUnderWay) {
+  SolveUnderWay solve;
+  std::atomic<bool> is_reset{false};
+  MappingWorker worker(solve.options().mapper(camera_.focal()), camera_, true);
+  worker.initialize(initial_map(), 0);
+  solve.until = [&] { return is_reset.load(); };
+  ASSERT_TRUE(worker.insert(candidate(*worker.latest(), 2)));
+  solve.begun.get_future().wait();
+  worker.reset(1);
+  is_reset = true;
+  worker.wait();
+  EXPECT_EQ(solve.asked, 1) << "the iteration after the reset is not begun";
+  worker.initialize(initial_map(), 1);
+  EXPECT_GT(solve.asked, 2) << "the next job is not cancelled";
+}
+
+TEST_F(MappingWorkerTest, DestructionEndsTheSolveUnderWay) {
+  SolveUnderWay solve;
+  std::atomic<bool> one_waits{false};
+  {
+    MappingWorker worker(solve.options().mapper(camera_.focal()), camera_, true);
+    worker.initialize(initial_map(), 0);
+    // The destructor drops what waits.
+    solve.until = [&] { return one_waits && worker.backlog() == 1; };
+    const KeyframeCandidate next = candidate(*worker.latest(), 2);
+    ASSERT_TRUE(worker.insert(next));
+    ASSERT_TRUE(worker.insert(next));
+    one_waits = true;
+    solve.begun.get_future().wait();
+  }
+  EXPECT_EQ(solve.asked, 1);
 }
 
 TEST_F(MappingWorkerTest, TwoHundredResetsUnderLoad) {

@@ -129,6 +129,21 @@ TEST(BundleAdjustment, TheTimeBudgetIsKeptWithinOneIteration) {
   EXPECT_LE(report.final_cost, report.initial_cost);
 }
 
+TEST(BundleAdjustment, EndsAfterTheIterationInWhichItIsCancelled) {
+  BundleProblem problem = scene(5, 60, 0.5, 9);
+  disturb(&problem, 0.02, 10);
+  BundleOptions options;
+  int asked = 0;
+  options.cancel = [&] { return ++asked == 2; };
+  const BundleReport report = adjust_bundle(options, &problem);
+  EXPECT_TRUE(report.cancelled);
+  EXPECT_TRUE(report.usable) << "the best so far";
+  EXPECT_LT(report.final_cost, report.initial_cost);
+  EXPECT_EQ(asked, 2);
+  options.cancel = [] { return false; };
+  EXPECT_FALSE(adjust_bundle(options, &problem).cancelled);
+}
+
 TEST(BundleAdjustment, AnEmptyProblemIsNotUsable) {
   BundleProblem problem;
   EXPECT_FALSE(adjust_bundle(BundleOptions(), &problem).usable);

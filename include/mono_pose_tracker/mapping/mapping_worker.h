@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -27,7 +28,7 @@ class MappingWorker {
   /// before_job is called before every job, where the job runs: a test makes mapping slow with it.
   MappingWorker(const MapperOptions& options, const CameraModel& camera, bool threaded,
                 std::function<void()> before_job = {});
-  ~MappingWorker();  // drops what waits, joins
+  ~MappingWorker();  // drops what waits, ends the solve under way, joins
   MappingWorker(const MappingWorker&) = delete;
   MappingWorker& operator=(const MappingWorker&) = delete;
 
@@ -45,7 +46,7 @@ class MappingWorker {
   void restore(const Map& map, std::uint32_t epoch);
   /// False, and nothing queued, when kMaxBacklog keyframes wait already.
   bool insert(const KeyframeCandidate& candidate);
-  /// Drops the map and what waits. A result of work under way is dropped when it comes.
+  /// Drops the map and what waits. A solve under way ends after its iteration; its result is dropped.
   void reset(std::uint32_t epoch);
   /// Returns when nothing waits.
   void wait();
@@ -74,6 +75,7 @@ class MappingWorker {
   void run();
   void run_job(const Job& job);
   void take_options();
+  MapperOptions prepared(MapperOptions options) const;
   int waiting() const;
 
   Mapper mapper_;
@@ -84,6 +86,7 @@ class MappingWorker {
   std::deque<Job> jobs_;
   bool busy_ = false;
   bool stop_ = false;
+  std::atomic<bool> cancel_{false};  // the solve of the job under way: nobody waits for its result
   std::uint32_t epoch_ = 0;
   std::optional<MapperOptions> new_options_;  // that the mapper does not have yet
   TrackingMapPtr latest_;

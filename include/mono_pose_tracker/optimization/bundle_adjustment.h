@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,8 @@ struct BundleOptions {
   double loss_width = 2.0;   // Cauchy loss, in sigmas; 0: squared loss
   double function_tolerance = 1e-6;
   int num_threads = 1;  // Ceres does not repeat its sums on more than one
+  /// Asked after every iteration, by the thread that solves; true ends the solve with the best so far.
+  std::function<bool()> cancel;
 
   /// Throws std::invalid_argument naming key, value and range.
   void validate() const;
@@ -45,6 +48,7 @@ struct BundleReport {
   double initial_cost = 0;
   double final_cost = 0;
   int iterations = 0;
+  bool cancelled = false;
 };
 
 /// Bundle adjustment (paper, steps 3d and 4d; Triggs et al. 1999) with Ceres, Schur complement, analytic
