@@ -33,6 +33,17 @@ TEST(Sim3, RecoversATransform) {
   }
 }
 
+TEST(Sim3, IsAGroup) {
+  Random random(4);
+  for (int trial = 0; trial < 20; ++trial) {
+    const Sim3 b_from_a(std::exp(random.uniform(-2, 2)), random_rotation(random), random_direction(random));
+    const Sim3 c_from_b(std::exp(random.uniform(-2, 2)), random_rotation(random), random_direction(random));
+    const Eigen::Vector3d x = random_direction(random);
+    EXPECT_LT((c_from_b * b_from_a * x - c_from_b * (b_from_a * x)).norm(), 1e-12);
+    EXPECT_LT((b_from_a.inverse() * (b_from_a * x) - x).norm(), 1e-13);
+  }
+}
+
 TEST(Sim3, RefusesTooFewPointsAndCoincidentOnes) {
   Random random(2);
   Sim3 found;

@@ -4,13 +4,30 @@
 #include <Eigen/Geometry>
 #include <vector>
 
+#include "mono_pose_tracker/common/rigid3.h"
+
 namespace mono_pose_tracker {
 
-/// x_in_b = scale * (rotation * x_in_a) + translation
+/// A similarity `b_from_a`: x_in_b = scale * (rotation * x_in_a) + translation. They form a group.
 struct Sim3 {
   double scale = 1;
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+
+  Sim3() = default;
+  Sim3(double s, const Eigen::Quaterniond& r, const Eigen::Vector3d& t)
+      : scale(s), rotation(r), translation(t) {}
+  explicit Sim3(const Rigid3& rigid) : rotation(rigid.rotation), translation(rigid.translation) {}
+
+  Sim3 inverse() const {
+    const Eigen::Quaterniond r = rotation.conjugate();
+    return {1 / scale, r, -(r * translation) / scale};
+  }
+
+  /// c_from_a = c_from_b * b_from_a
+  Sim3 operator*(const Sim3& other) const {
+    return {scale * other.scale, (rotation * other.rotation).normalized(), *this * other.translation};
+  }
 
   Eigen::Vector3d operator*(const Eigen::Vector3d& x_in_a) const {
     return scale * (rotation * x_in_a) + translation;
@@ -21,5 +38,8 @@ struct Sim3 {
 /// there are fewer than three pairs or all points coincide.
 bool align_sim3(const std::vector<Eigen::Vector3d>& points_in_a,
                 const std::vector<Eigen::Vector3d>& points_in_b, Sim3* b_from_a);
+
+/// The same of three pairs, the columns; nothing is allocated.
+bool align_sim3(const Eigen::Matrix3d& points_in_a, const Eigen::Matrix3d& points_in_b, Sim3* b_from_a);
 
 }  // namespace mono_pose_tracker

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "mono_pose_tracker/geometry/sim3.h"
+#include "mono_pose_tracker/robust/ransac_options.h"
+
+namespace mono_pose_tracker {
+
+/// A point of a map and one camera's sight of it, all in the map's frame.
+struct SightedPoint {
+  Eigen::Vector3d x = Eigen::Vector3d::Zero();        // where the map has it
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();   // of the camera
+  Eigen::Vector3d bearing = Eigen::Vector3d::Zero();  // from there, where the image has it; of any length
+};
+
+/// The same point as two maps have it.
+struct SimilarityMatch {
+  SightedPoint in_a, in_b;
+};
+
+struct SimilarityOptions {
+  RansacOptions
+      ransac;  // threshold: angle in radians between a sight and the other map's point, on both sides
+  /// A turn that the inliers tell less exactly than this (standard deviation about the worst axis, as it is
+  /// when all lie near one line) would bend a map more than drift does.
+  double max_rotation_sigma_deg = 2;
+};
+
+struct SimilarityReport {
+  bool success = false;
+  Sim3 b_from_a;
+  double score = 0;  // MSAC, rad^2
+  int num_inliers = 0;
+  std::vector<char> inliers;      // a flag a match
+  double rotation_sigma_deg = 0;  // standard deviation about the worst axis
+  double scale_sigma = 0;         // relative
+  int iterations = 0;
+};
+
+/// Similarity between two maps from points that both have: RANSAC over triangles of points (Umeyama 1991), an
+/// inlier's point of either map is seen within the threshold by the other's camera; then least squares over
+/// these angles, in which depth, that a map knows least, counts no more than it should. No success with three
+/// inliers or fewer, or when they do not determine the turn (see max_rotation_sigma_deg). Throws
+/// std::invalid_argument on options out of range.
+SimilarityReport estimate_similarity(const std::vector<SimilarityMatch>& matches,
+                                     const SimilarityOptions& options);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,297 @@
+#include "mono_pose_tracker/robust/similarity.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/robust/ransac.h"
+#include "mono_pose_tracker/robust/sampler.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+constexpr int kLocalIterations = 5;   // of a model just sampled
+constexpr int kFinalIterations = 20;  // of the result; quadratic convergence ends it after a few
+
+// Height of a sampled triangle over its longest side: a flatter one tells the turn about that side only
+// through the noise of its points.
+constexpr double kMinHeight = 0.05;
+
+// Residuals of one side have two degrees of freedom each; a similarity has seven.
+constexpr int kParameters = 7;
+using Information = Eigen::Matrix<double, kParameters, kParameters>;
+using Step =
+    Eigen::Matrix<double, kParameters, 1>;  // turn, shift, relative growth: x' = exp(w) x (1 + g) + v
+
+bool is_triangle(const Eigen::Matrix3d& corners) {
+  const Eigen::Vector3d side = corners.col(1) - corners.col(0), other = corners.col(2) - corners.col(0);
+  const double longest = std::max({side.norm(), other.norm(), (side - other).norm()});
+  return side.cross(other).norm() > kMinHeight * longest * longest;
+}
+
+// Sine of the angle between a sight and a point, squared; 1 behind the camera.
+double squared_angle(const SightedPoint& sight, const Eigen::Vector3d& x) {
+  const Eigen::Vector3d p = x - sight.center;
+  if (!(p.dot(sight.bearing) > 0)) return 1;
+  return sight.bearing.cross(p).squaredNorm() / p.squaredNorm();
+}
+
+struct Errors {
+  double in_a, in_b;  // squared angles
+};
+
+Errors errors_of(const SimilarityMatch& match, const Sim3& b_from_a, const Sim3& a_from_b) {
+  return {squared_angle(match.in_a, a_from_b * match.in_b.x),
+          squared_angle(match.in_b, b_from_a * match.in_a.x)};
+}
+
+RansacScore score_similarity(const std::vector<SimilarityMatch>& matches, const Sim3& b_from_a,
+                             double threshold, double cost_bound, std::vector<char>* inliers = nullptr) {
+  const Sim3 a_from_b = b_from_a.inverse();
+  const double limit = threshold * threshold;
+  RansacScore score;
+  score.cost = 0;
+  if (inliers) inliers->assign(matches.size(), 0);
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    const Errors e = errors_of(matches[i], b_from_a, a_from_b);
+    score.cost += 0.5 * (std::min(e.in_a, limit) + std::min(e.in_b, limit));
+    const bool inlier = e.in_a < limit && e.in_b < limit;
+    score.num_inliers += inlier;
+    if (inliers) (*inliers)[i] = inlier;
+    if (score.cost >= cost_bound) return RansacScore();
+  }
+  return score;
+}
+
+struct NormalEquations {
+  Information information = Information::Zero();
+  Step gradient = Step::Zero();
+  double squares = 0;
+  int residuals = 0;
+
+  // Residual u - bearing for the direction u from a camera to p, nearly the angle between them, and dp/dstep.
+  void add(const Eigen::Vector3d& p, const Eigen::Vector3d& bearing,
+           const Eigen::Matrix<double, 3, kParameters>& dp) {
+    const double distance = p.norm();
+    const Eigen::Vector3d u = p / distance, e = u - bearing;
+    const Eigen::Matrix<double, 3, kParameters> j = (dp - u * (u.transpose() * dp)) / distance;
+    information += j.transpose() * j;
+    gradient += j.transpose() * e;
+    squares += e.squaredNorm();
+    residuals += 2;
+  }
+};
+
+// d x' / d step.
+Eigen::Matrix<double, 3, kParameters> step_jacobian(const Eigen::Vector3d& x) {
+  Eigen::Matrix<double, 3, kParameters> j;
+  j << -cross_matrix(x), Eigen::Matrix3d::Identity(), x;
+  return j;
+}
+
+// Either side of a match counts that lies within the threshold: the truncated cost's gradient.
+NormalEquations linearize(const std::vector<SimilarityMatch>& matches, const Sim3& b_from_a,
+                          double threshold) {
+  const Sim3 a_from_b = b_from_a.inverse();
+  const Eigen::Matrix3d turn_to_a = a_from_b.scale * a_from_b.rotation.toRotationMatrix();
+  const double limit = threshold * threshold;
+  NormalEquations equations;
+  for (const SimilarityMatch& m : matches) {
+    const Errors e = errors_of(m, b_from_a, a_from_b);
+    if (e.in_b < limit) {
+      const Eigen::Vector3d x = b_from_a * m.in_a.x;
+      equations.add(x - m.in_b.center, m.in_b.bearing, step_jacobian(x));
+    }
+    // The inverse takes the step back from the point in b before it takes the point to a.
+    if (e.in_a < limit) {
+      equations.add(a_from_b * m.in_b.x - m.in_a.center, m.in_a.bearing,
+                    -turn_to_a * step_jacobian(m.in_b.x));
+    }
+  }
+  return equations;
+}
+
+Sim3 stepped(const Sim3& b_from_a, const Step& step) {
+  const Eigen::Vector3d w = step.head<3>();
+  const double angle = w.norm();
+  Sim3 change;
+  if (angle > 0) change.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle));
+  change.translation = step.segment<3>(3);
+  change.scale = std::exp(step(6));
+  return change * b_from_a;
+}
+
+// Levenberg-Marquardt over the truncated squares; the truncated cost never grows.
+void refine(const std::vector<SimilarityMatch>& matches, double threshold, int max_iterations,
+            Sim3* b_from_a) {
+  constexpr double kNoBound = std::numeric_limits<double>::infinity();
+  double cost = score_similarity(matches, *b_from_a, threshold, kNoBound).cost;
+  double damping = 1e-4;
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    const NormalEquations equations = linearize(matches, *b_from_a, threshold);
+    const double previous = cost;
+    while (damping < 1e6) {
+      Information damped = equations.information;
+      damped.diagonal() *= 1 + damping;
+      const Sim3 candidate = stepped(*b_from_a, -damped.ldlt().solve(equations.gradient));
+      const double candidate_cost = score_similarity(matches, candidate, threshold, kNoBound).cost;
+      if (candidate_cost < cost) {
+        *b_from_a = candidate;
+        cost = candidate_cost;
+        damping = std::max(1e-9, damping * 0.1);
+        break;
+      }
+      damping *= 10;
+    }
+    // Less than the sixth digit of the cost moves the similarity far below its uncertainty.
+    if (!(previous - cost > 1e-6 * cost)) break;
+  }
+}
+
+class SimilarityEstimator {
+ public:
+  using Model = Sim3;
+  static constexpr int kSampleSize = 3;
+  static constexpr int kMaxModels = 1;
+
+  SimilarityEstimator(const std::vector<SimilarityMatch>& matches, double threshold)
+      : matches_(matches), threshold_(threshold) {}
+
+  int num_data() const { return static_cast<int>(matches_.size()); }
+
+  int solve(const std::array<int, 3>& sample, std::array<Sim3, 1>* models) const {
+    Eigen::Matrix3d a, b;
+    for (int k = 0; k < 3; ++k) {
+      a.col(k) = matches_[sample[k]].in_a.x;
+      b.col(k) = matches_[sample[k]].in_b.x;
+    }
+    if (!is_triangle(a) || !is_triangle(b)) return 0;
+    return align_sim3(a, b, &models->front()) ? 1 : 0;
+  }
+
+  RansacScore score(const Sim3& b_from_a, double cost_bound) const {
+    return score_similarity(matches_, b_from_a, threshold_, cost_bound);
+  }
+
+  void optimize(Sim3* b_from_a) const { refine(matches_, threshold_, kLocalIterations, b_from_a); }
+
+  bool alike(const Sim3&, const Sim3&) const { return false; }
+
+ private:
+  const std::vector<SimilarityMatch>& matches_;
+  double threshold_;
+};
+
+bool is_usable(const SightedPoint& sight) {
+  const double norm = sight.bearing.norm();
+  return sight.x.allFinite() && sight.center.allFinite() && std::isfinite(norm) && norm > 0;
+}
+
+// The matches that are finite, with unit bearings, and their indices.
+std::vector<SimilarityMatch> usable(const std::vector<SimilarityMatch>& matches, std::vector<int>* source) {
+  std::vector<SimilarityMatch> result;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (!is_usable(matches[i].in_a) || !is_usable(matches[i].in_b)) continue;
+    result.push_back(matches[i]);
+    result.back().in_a.bearing.normalize();
+    result.back().in_b.bearing.normalize();
+    source->push_back(static_cast<int>(i));
+  }
+  return result;
+}
+
+struct Uncertainty {
+  double turn = 0;   // rad, about the worst axis
+  double scale = 0;  // relative
+};
+
+// As the angles tell it, were the points exact. The noise is what the inliers show; where they are too few to
+// show it, half the threshold.
+Uncertainty by_angles(const std::vector<SimilarityMatch>& inliers, double threshold, const Sim3& b_from_a) {
+  const NormalEquations equations = linearize(inliers, b_from_a, threshold);
+  const int redundancy = equations.residuals - kParameters;
+  const double variance =
+      redundancy > 2 * kParameters ? equations.squares / redundancy : 0.25 * threshold * threshold;
+  // Scaled to a unit diagonal, so that what is singular shows whatever the units.
+  const Step unit = equations.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Information scaled = unit.asDiagonal() * equations.information * unit.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Information> solver(scaled);
+  const Step inverse = solver.eigenvalues().cwiseMax(1e-14).cwiseInverse();
+  const Information covariance =
+      variance * (unit.asDiagonal() * solver.eigenvectors() * inverse.asDiagonal() *
+                  solver.eigenvectors().transpose() * unit.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> turns(covariance.topLeftCorner<3, 3>());
+  return {std::sqrt(std::max(0.0, turns.eigenvalues()(2))), std::sqrt(std::max(0.0, covariance(6, 6)))};
+}
+
+// As the points tell it by how far they lie from each other: what one map's noise of depth adds to the width
+// of a line must not pass for a width that tells the turn about it.
+Uncertainty by_points(const std::vector<SimilarityMatch>& inliers, const Sim3& b_from_a) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  std::vector<double> squares;
+  for (const SimilarityMatch& m : inliers) {
+    mean += m.in_b.x / inliers.size();
+    squares.push_back((b_from_a * m.in_a.x - m.in_b.x).squaredNorm());
+  }
+  constexpr double kMedianOfChi2 = 2.366;  // three degrees of freedom
+  std::nth_element(squares.begin(), squares.begin() + squares.size() / 2, squares.end());
+  const double variance = squares[squares.size() / 2] / kMedianOfChi2;
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const SimilarityMatch& m : inliers) scatter += (m.in_b.x - mean) * (m.in_b.x - mean).transpose();
+  const Eigen::Vector3d spread = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvalues();
+  // The moment of inertia about the longest axis is what the other two extents make.
+  return {std::sqrt(variance / std::max(spread(0) + spread(1), 1e-300)),
+          std::sqrt(variance / std::max(spread.sum(), 1e-300))};
+}
+
+}  // namespace
+
+SimilarityReport estimate_similarity(const std::vector<SimilarityMatch>& matches,
+                                     const SimilarityOptions& options) {
+  options.ransac.validate();
+  if (!(options.max_rotation_sigma_deg > 0)) {
+    throw std::invalid_argument("SimilarityOptions: max_rotation_sigma_deg = " +
+                                std::to_string(options.max_rotation_sigma_deg) + ", expected > 0");
+  }
+  SimilarityReport report;
+  report.inliers.assign(matches.size(), 0);
+  std::vector<int> source;
+  const std::vector<SimilarityMatch> data = usable(matches, &source);
+  if (data.size() < SimilarityEstimator::kSampleSize) return report;
+  const double threshold = options.ransac.threshold;
+  SimilarityEstimator estimator(data, threshold);
+  UniformSampler sampler(estimator.num_data(), SimilarityEstimator::kSampleSize);
+  RansacReport<Sim3> sampled = ransac(options.ransac, estimator, sampler);
+  report.iterations = sampled.iterations;
+  // Three matches fit some similarity nearly always: only a fourth says anything.
+  if (sampled.best.score.num_inliers <= SimilarityEstimator::kSampleSize) return report;
+
+  report.b_from_a = sampled.best.model;
+  refine(data, threshold, kFinalIterations, &report.b_from_a);
+  std::vector<char> flags;
+  const RansacScore score =
+      score_similarity(data, report.b_from_a, threshold, std::numeric_limits<double>::infinity(), &flags);
+  std::vector<SimilarityMatch> inliers;
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    report.inliers[source[i]] = flags[i];
+    if (flags[i]) inliers.push_back(data[i]);
+  }
+  report.score = score.cost + (matches.size() - data.size()) * threshold * threshold;
+  report.num_inliers = score.num_inliers;
+  if (score.num_inliers <= SimilarityEstimator::kSampleSize) return report;
+  const Uncertainty angles = by_angles(inliers, threshold, report.b_from_a);
+  const Uncertainty points = by_points(inliers, report.b_from_a);
+  report.rotation_sigma_deg = std::max(angles.turn, points.turn) / kDegree;
+  report.scale_sigma = std::max(angles.scale, points.scale);
+  report.success = report.rotation_sigma_deg <= options.max_rotation_sigma_deg;
+  return report;
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,157 @@
+#include "mono_pose_tracker/robust/similarity.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "mono_pose_tracker/simulation/two_view_problem.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+constexpr double kPixel = 1.0 / 500;  // rad
+
+SimilarityOptions options() {
+  SimilarityOptions options;
+  options.ransac.threshold = 3 * kPixel;
+  return options;
+}
+
+Sim3 random_similarity(Random& random) {
+  return {std::exp(random.uniform(-2, 2)), random_rotation(random), 10 * random_direction(random)};
+}
+
+// Points 4 to 8 away from cameras on either side, one pair of cameras for every 20.
+struct TwoMaps {
+  Sim3 b_from_a;
+  std::vector<SimilarityMatch> matches;
+};
+
+SightedPoint seen(const Eigen::Vector3d& x, const Eigen::Vector3d& center, double noise, Random& random) {
+  const Eigen::Vector3d ray = x - center;
+  SightedPoint point;
+  point.center = center;
+  point.bearing = (ray.normalized() + noise * random.normal() * random_direction(random)).normalized();
+  // A map knows depth ten times less than direction.
+  point.x = x + noise * ray.norm() * (random.normal() * random_direction(random)) +
+            10 * noise * random.normal() * ray;
+  return point;
+}
+
+TwoMaps two_maps(int count, double outliers, double noise, Random& random,
+                 const Eigen::Vector3d& extent = {2, 2, 2}) {
+  TwoMaps maps;
+  maps.b_from_a = random_similarity(random);
+  Eigen::Vector3d center_a, center_b;
+  for (int i = 0; i < count; ++i) {
+    if (i % 20 == 0) {
+      center_a = {random.uniform(-1, 1), random.uniform(-1, 1), -6};
+      center_b = {random.uniform(-1, 1), random.uniform(-1, 1), -6};
+    }
+    const auto point = [&] {
+      return Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1))
+          .cwiseProduct(extent)
+          .eval();
+    };
+    const Eigen::Vector3d x = point();
+    const Eigen::Vector3d other = i < outliers * count ? point() : x;
+    SightedPoint in_b = seen(other, center_b, noise, random);
+    in_b.bearing = maps.b_from_a.rotation * in_b.bearing;
+    in_b.center = maps.b_from_a * in_b.center;
+    in_b.x = maps.b_from_a * in_b.x;
+    maps.matches.push_back({seen(x, center_a, noise, random), in_b});
+  }
+  return maps;
+}
+
+TEST(Similarity, FindsTheTruthAmongOutliers) {
+  Random random(1);
+  for (int trial = 0; trial < 20; ++trial) {
+    const TwoMaps maps = two_maps(100, 0.6, 0, random);
+    const SimilarityReport report = estimate_similarity(maps.matches, options());
+    ASSERT_TRUE(report.success) << trial;
+    EXPECT_NEAR(report.b_from_a.scale / maps.b_from_a.scale, 1, 1e-6);
+    EXPECT_LT(report.b_from_a.rotation.angularDistance(maps.b_from_a.rotation), 1e-6);
+    EXPECT_LT((report.b_from_a.translation - maps.b_from_a.translation).norm(),
+              1e-5 * (1 + maps.b_from_a.scale));
+    EXPECT_GE(report.num_inliers, 40);
+    for (int i = 60; i < 100; ++i) EXPECT_TRUE(report.inliers[i]);
+  }
+}
+
+TEST(Similarity, NoiseCostsWhatItStates) {
+  Random random(2);
+  int within = 0;
+  const int trials = 30;
+  for (int trial = 0; trial < trials; ++trial) {
+    const TwoMaps maps = two_maps(100, 0.3, 0.5 * kPixel, random);
+    const SimilarityReport report = estimate_similarity(maps.matches, options());
+    ASSERT_TRUE(report.success) << trial;
+    EXPECT_GE(report.num_inliers, 50);
+    const double turn = report.b_from_a.rotation.angularDistance(maps.b_from_a.rotation) / kDegree;
+    EXPECT_LT(turn, 1);
+    EXPECT_NEAR(report.b_from_a.scale / maps.b_from_a.scale, 1, 0.02);
+    within += turn < 3 * report.rotation_sigma_deg;
+  }
+  EXPECT_GE(within, trials * 9 / 10);
+}
+
+TEST(Similarity, PointsOnALineLeaveTheTurnAboutItOpen) {
+  Random random(3);
+  for (const double width : {0.0, 1e-3}) {
+    for (int trial = 0; trial < 10; ++trial) {
+      const TwoMaps maps = two_maps(80, 0, 0.3 * kPixel, random, {2, width, width});
+      EXPECT_FALSE(estimate_similarity(maps.matches, options()).success) << width;
+    }
+  }
+}
+
+TEST(Similarity, ThreeMatchesOrNoneThatAgreeAreNoSuccess) {
+  Random random(4);
+  for (const int count : {0, 1, 2, 3}) {
+    const SimilarityReport report = estimate_similarity(two_maps(count, 0, 0, random).matches, options());
+    EXPECT_FALSE(report.success);
+    EXPECT_EQ(report.inliers.size(), static_cast<std::size_t>(count));
+  }
+  for (int trial = 0; trial < 10; ++trial) {
+    EXPECT_LT(estimate_similarity(two_maps(60, 1, 0, random).matches, options()).num_inliers, 10);
+  }
+}
+
+TEST(Similarity, AnInlierIsSeenBeforeTheCameraOnBothSides) {
+  Random random(5);
+  TwoMaps maps = two_maps(60, 0, 0, random);
+  for (int i = 0; i < 10; ++i) maps.matches[i].in_a.bearing *= -1;
+  for (int i = 10; i < 20; ++i) maps.matches[i].in_b.bearing *= -1;
+  maps.matches[20].in_a.x.x() = std::numeric_limits<double>::quiet_NaN();
+  maps.matches[21].in_b.bearing.setZero();
+  const SimilarityReport report = estimate_similarity(maps.matches, options());
+  EXPECT_TRUE(report.success);
+  EXPECT_EQ(report.num_inliers, 38);
+  for (int i = 0; i < 60; ++i) EXPECT_EQ(report.inliers[i] != 0, i >= 22) << i;
+}
+
+TEST(Similarity, TheSameSeedGivesTheSameBytes) {
+  Random random(6);
+  const TwoMaps maps = two_maps(80, 0.5, 0.5 * kPixel, random);
+  const SimilarityReport first = estimate_similarity(maps.matches, options());
+  const SimilarityReport second = estimate_similarity(maps.matches, options());
+  EXPECT_EQ(first.b_from_a.scale, second.b_from_a.scale);
+  EXPECT_EQ(first.b_from_a.translation, second.b_from_a.translation);
+  EXPECT_EQ(first.inliers, second.inliers);
+}
+
+TEST(Similarity, OptionsOutOfRangeAreRefused) {
+  SimilarityOptions bad = options();
+  bad.max_rotation_sigma_deg = 0;
+  EXPECT_THROW(estimate_similarity({}, bad), std::invalid_argument);
+  bad = options();
+  bad.ransac.threshold = -1;
+  EXPECT_THROW(estimate_similarity({}, bad), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
