@@ -6,6 +6,7 @@
 #include <array>
 #include <stdexcept>
 
+#include "cancel_callback.h"
 #include "pose_parameterization.h"
 
 namespace mono_pose_tracker {
@@ -114,22 +115,6 @@ void add_observations(const BundleOptions& options, const Gauge& gauge, BundlePr
     }
   }
 }
-
-// Ends the solve when the options' owner asks for it.
-class CancelCallback : public ceres::IterationCallback {
- public:
-  explicit CancelCallback(const std::function<bool()>& cancel) : cancel_(cancel) {}
-
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
-    cancelled_ = cancel_();
-    return cancelled_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
-  }
-  bool cancelled() const { return cancelled_; }
-
- private:
-  const std::function<bool()>& cancel_;
-  bool cancelled_ = false;
-};
 
 ceres::Solver::Options solver_options(const BundleOptions& options, const BundleProblem& problem) {
   ceres::Solver::Options solver;

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <ceres/ceres.h>
+
+#include <functional>
+
+namespace mono_pose_tracker {
+
+// Beyond, damping adds less than 1e-8 to a diagonal: enough for a Cholesky decomposition of what leaves a
+// direction open, which Ceres would report on the terminal when it fails, and no hindrance to convergence.
+constexpr double kMaxTrustRegionRadius = 1e8;
+
+// Ends a solve when the options' owner asks for it.
+class CancelCallback : public ceres::IterationCallback {
+ public:
+  explicit CancelCallback(const std::function<bool()>& cancel) : cancel_(cancel) {}
+
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+    cancelled_ = cancel_();
+    return cancelled_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+  }
+  bool cancelled() const { return cancelled_; }
+
+ private:
+  const std::function<bool()>& cancel_;
+  bool cancelled_ = false;
+};
+
+}  // namespace mono_pose_tracker
