@@ -18,15 +18,27 @@ constexpr double kLeastSine2OfBearings = 1e-15;
 // Two solutions whose distances agree to this share of their length are one: a double root splits by the
 // square root of the rounding, 1e-8.
 constexpr double kSame = 1e-7;
-// Residual of the three cosine laws, against the distances squared, from which a last step of Newton's method
-// is taken.
-constexpr double kLargestResidual = 1e-9;
+// Step of Newton's method, against the triangle's height, that leaves nothing to be done: the laws are
+// quadratic, so that it leaves a residual of its square.
+constexpr double kLastStep = 1e-6;
+// Residual of the cosine laws, against the squares of the distances, that rounding leaves, and that a
+// solution may have where its Jacobian nearly vanishes.
+constexpr double kRounding = 1e-15;
+constexpr double kLargestResidual = 1e-13;
+// Height of a triangle over its longest side below which its image tells a rotation to fewer than 1e-12.
+constexpr double kFlat = 1e-2;
+// In radians: what such a solution may be off by and still be one.
+constexpr double kLargestAngle = 1e-7;
+// Share of the squared coefficient by which rounding and the rough cubic root may move a discriminant. Within
+// it a line that touches the conic (a camera on the danger cylinder) cannot be told from one that passes it.
+constexpr double kTouching = 1e-7;
 
 /// The law of cosines in the distances s1, s2, s3 to the three points, for each side, in units of the side
 /// 13: s1^2 + s2^2 - 2 c12 s1 s2 = b, s2^2 + s3^2 - 2 c23 s2 s3 = a, s1^2 + s3^2 - 2 c13 s1 s3 = 1.
 struct Triangle {
   double a, b;           // at most 1: the side 13 is the longest
   double c12, c13, c23;  // cosines of the angles between the bearings
+  double height2;        // over the side 13, squared: errors of the distances tilt a flat triangle the more
 };
 
 /// A homogeneous conic in (s1, s2, s3), symmetric.
@@ -63,7 +75,7 @@ void pencil_determinant(const Triangle& t, double k[4]) {
 }
 
 /// The two lines g and h of a conic of rank two. False when they are complex.
-bool split(const Conic& conic, double g[3], double h[3]) {
+[[gnu::always_inline]] inline bool split(const Conic& conic, double g[3], double h[3]) {
   const auto& d = conic.m;
   const double adjugate[3] = {d[1][1] * d[2][2] - d[1][2] * d[1][2], d[2][2] * d[0][0] - d[0][2] * d[0][2],
                               d[0][0] * d[1][1] - d[0][1] * d[0][1]};
@@ -101,8 +113,7 @@ int intersect(const Conic& conic, const double line[3], double points[2][3]) {
   const double jk = d[j][k] + n * p + m * d[i][k];
   const double kk = d[k][k] + n * (r + d[i][k]);
   double discriminant = jk * jk - jj * kk;
-  // A camera on the danger cylinder: the line touches the conic.
-  if (discriminant < 0 && discriminant > -1e-13 * jk * jk) discriminant = 0;
+  if (discriminant < 0 && discriminant > -kTouching * jk * jk) discriminant = -discriminant;
   if (!(discriminant >= 0)) return 0;
   const double q = -jk - std::copysign(std::sqrt(discriminant), jk);
   const double s_j[2] = {q, kk}, s_k[2] = {jj, q};
@@ -118,32 +129,71 @@ int intersect(const Conic& conic, const double line[3], double points[2][3]) {
   return count;
 }
 
+/// The laws at some distances, halved, and Newton's step from there, to be subtracted.
+struct Linearized {
+  double r12, r13, r23;
+  double step[3];
+};
+
+[[gnu::always_inline]] inline Linearized linearized(const Triangle& t, const double s[3]) {
+  const double u12 = s[0] - t.c12 * s[1], u21 = s[1] - t.c12 * s[0];  // half the derivatives
+  const double u13 = s[0] - t.c13 * s[2], u31 = s[2] - t.c13 * s[0];
+  const double u23 = s[1] - t.c23 * s[2], u32 = s[2] - t.c23 * s[1];
+  Linearized at;
+  at.r12 = 0.5 * (s[0] * u12 + s[1] * u21 - t.b);
+  at.r13 = 0.5 * (s[0] * u13 + s[2] * u31 - 1);
+  at.r23 = 0.5 * (s[1] * u23 + s[2] * u32 - t.a);
+  const double inverse = 1 / (u12 * u31 * u23 + u21 * u13 * u32);
+  at.step[0] = inverse * (at.r12 * u23 * u31 + u21 * (at.r13 * u32 - at.r23 * u31));
+  at.step[1] = inverse * (u12 * (u31 * at.r23 - u32 * at.r13) + at.r12 * u13 * u32);
+  at.step[2] = inverse * (u12 * u23 * at.r13 + u13 * (u21 * at.r23 - u23 * at.r12));
+  return at;
+}
+
+/// Newton's method with the best length of each step, for where the Jacobian nearly vanishes: near a double
+/// solution a step of Newton's goes half of the way, and at one anywhere. False when no solution is near.
+[[gnu::cold]] bool descend(const Triangle& t, double s[3]) {
+  double error = 0, unit = 0;
+  for (int iteration = 0; iteration < 25; ++iteration) {
+    const Linearized at = linearized(t, s);
+    const double error2 = at.r12 * at.r12 + at.r13 * at.r13 + at.r23 * at.r23;
+    unit = 1 + s[0] * s[0] + s[1] * s[1] + s[2] * s[2];
+    error = std::sqrt(error2);
+    if (error <= kRounding * unit) return true;
+    // A share l of the step leaves (1 - l) r + l^2 q, with the quadratic forms q of the whole step.
+    const double* d = at.step;
+    const double q12 = 0.5 * (d[0] * d[0] + d[1] * d[1]) - t.c12 * d[0] * d[1];
+    const double q13 = 0.5 * (d[0] * d[0] + d[2] * d[2]) - t.c13 * d[0] * d[2];
+    const double q23 = 0.5 * (d[1] * d[1] + d[2] * d[2]) - t.c23 * d[1] * d[2];
+    const double ratio = (q12 * at.r12 + q13 * at.r13 + q23 * at.r23) / error2;
+    if (!std::isfinite(ratio)) break;
+    // The smaller root of 1 - l + ratio l^2, or where that is least.
+    const double share = ratio > 0.25 ? 0.5 / ratio : 2 / (1 + std::sqrt(1 - 4 * ratio));
+    for (int i = 0; i < 3; ++i) s[i] -= share * d[i];
+  }
+  return error <= kLargestResidual * unit;
+}
+
 /// Scales the distances and polishes them by Newton's method on the three cosine laws. False when it fails.
-bool polish(const Triangle& t, double s[3]) {
+bool polish(const Triangle& t, double s[3], bool* is_exact) {
   const double sum =
       2 * (s[0] * (s[0] - t.c12 * s[1]) + s[1] * (s[1] - t.c23 * s[2]) + s[2] * (s[2] - t.c13 * s[0]));
   const double scale = std::sqrt((1 + t.a + t.b) / sum);
-  double s1 = scale * s[0], s2 = scale * s[1], s3 = scale * s[2];
+  for (int i = 0; i < 3; ++i) s[i] *= scale;
+  const double start[3] = {s[0], s[1], s[2]};
   bool converged = false;
-  for (int iteration = 0; iteration < 6 && !converged; ++iteration) {
-    const double u12 = s1 - t.c12 * s2, u21 = s2 - t.c12 * s1;  // half the derivatives
-    const double u13 = s1 - t.c13 * s3, u31 = s3 - t.c13 * s1;
-    const double u23 = s2 - t.c23 * s3, u32 = s3 - t.c23 * s2;
-    const double r12 = 0.5 * (s1 * u12 + s2 * u21 - t.b);
-    const double r13 = 0.5 * (s1 * u13 + s3 * u31 - 1);
-    const double r23 = 0.5 * (s2 * u23 + s3 * u32 - t.a);
-    const double error = std::max({std::abs(r12), std::abs(r13), std::abs(r23)});
-    // Newton's method squares the error: the step below leaves nothing but rounding.
-    converged = error <= kLargestResidual * (s1 * s1 + s2 * s2 + s3 * s3);
-    const double inverse = 1 / (u12 * u31 * u23 + u21 * u13 * u32);
-    s1 -= inverse * (r12 * u23 * u31 + u21 * (r13 * u32 - r23 * u31));
-    s2 -= inverse * (u12 * (u31 * r23 - u32 * r13) + r12 * u13 * u32);
-    s3 -= inverse * (u12 * u23 * r13 + u13 * (u21 * r23 - u23 * r12));
+  for (int iteration = 0; iteration < 3 && !converged; ++iteration) {
+    const Linearized at = linearized(t, s);
+    for (int i = 0; i < 3; ++i) s[i] -= at.step[i];
+    const double* d = at.step;
+    converged = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= kLastStep * kLastStep * t.height2;
   }
-  s[0] = s1;
-  s[1] = s2;
-  s[2] = s3;
-  return converged && s1 > 0 && s2 > 0 && s3 > 0;
+  *is_exact = converged && t.height2 > kFlat * kFlat;
+  if (!converged) {
+    std::copy(start, start + 3, s);
+    if (!descend(t, s)) return false;
+  }
+  return s[0] > 0 && s[1] > 0 && s[2] > 0;
 }
 
 /// Cube root of x > 0 to a few parts in 1e5: a third of the exponent, then Halley's method once.
@@ -207,31 +257,26 @@ const Conic* split_pencil(const Triangle& t, const Conic& first, const Conic& se
   return nullptr;
 }
 
-/// The unit quaternion of a rotation matrix. The matrix holds 4 q q^T; its rows summed are 4 q times the sum
-/// of q's entries, which needs no choice among the rows unless that sum nearly vanishes.
-Eigen::Quaterniond quaternion_of(const Eigen::Matrix3d& r) {
-  const double xx = r(0, 0), yy = r(1, 1), zz = r(2, 2);
-  const double xy = r(1, 0) + r(0, 1), xz = r(2, 0) + r(0, 2), yz = r(2, 1) + r(1, 2);
-  const double wx = r(2, 1) - r(1, 2), wy = r(0, 2) - r(2, 0), wz = r(1, 0) - r(0, 1);
-  const double x = 1 + xx - yy - zz + xy + xz + wx, y = 1 - xx + yy - zz + xy + yz + wy;
-  const double z = 1 - xx - yy + zz + xz + yz + wz, w = 1 + xx + yy + zz + wx + wy + wz;
-  const double norm2 = x * x + y * y + z * z + w * w;
-  // 16 times the squared sum of entries; a sum of 0.1 costs a digit.
-  if (norm2 < 0.16) return Eigen::Quaterniond(r).normalized();
-  const double scale = 1 / std::sqrt(norm2);
-  return Eigen::Quaterniond(scale * w, scale * x, scale * y, scale * z);
+/// Whether the pose maps the points to the bearings within kLargestAngle.
+bool projects(const Motion& pose, const std::array<Eigen::Vector3d, 3>& points,
+              const std::array<Eigen::Vector3d, 3>& bearings) {
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector3d y = pose.rotation * points[k] + pose.translation;
+    const double sine2 = kLargestAngle * kLargestAngle * y.squaredNorm();
+    if (!(y.cross(bearings[k]).squaredNorm() <= sine2 && y.dot(bearings[k]) > 0)) return false;
+  }
+  return true;
 }
 
-Eigen::Matrix3d columns(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-  Eigen::Matrix3d m;
-  m << a, b, c;
-  return m;
+/// The orthogonal factor of what is nearly a rotation, by Newton's iteration, which squares the error.
+void orthonormalize(Eigen::Matrix3d* r) {
+  for (int i = 0; i < 4; ++i) *r = (1.5 * *r - 0.5 * *r * (r->transpose() * *r)).eval();
 }
 
 }  // namespace
 
 int p3p(const std::array<Eigen::Vector3d, 3>& bearings_in_camera,
-        const std::array<Eigen::Vector3d, 3>& points_in_map, std::array<Rigid3, 4>* cameras_from_map) {
+        const std::array<Eigen::Vector3d, 3>& points_in_map, std::array<Motion, 4>* cameras_from_map) {
   // Order the points so that the side 13 is the longest.
   const auto& points = points_in_map;
   const double side01 = (points[1] - points[0]).squaredNorm(), side02 = (points[2] - points[0]).squaredNorm(),
@@ -246,7 +291,11 @@ int p3p(const std::array<Eigen::Vector3d, 3>& bearings_in_camera,
   if (!(normal2 > kLeastSine2OfPoints * d13 * d13) || !std::isfinite(normal2)) return 0;
   const double inverse_d13 = 1 / d13;
   const Triangle t = {(points[last] - points[middle]).squaredNorm() * inverse_d13,
-                      x12.squaredNorm() * inverse_d13, f1.dot(f2), f1.dot(f3), f2.dot(f3)};
+                      x12.squaredNorm() * inverse_d13,
+                      f1.dot(f2),
+                      f1.dot(f3),
+                      f2.dot(f3),
+                      normal2 * inverse_d13 * inverse_d13};
   const double largest_cosine = std::max({std::abs(t.c12), std::abs(t.c13), std::abs(t.c23)});
   if (!(1 - largest_cosine * largest_cosine > kLeastSine2OfBearings)) return 0;
 
@@ -257,8 +306,8 @@ int p3p(const std::array<Eigen::Vector3d, 3>& bearings_in_camera,
 
   // R maps the triangle's two sides and normal, so R is their images times the inverse of the three.
   const double inverse2 = 1 / normal2, unit = std::sqrt(d13);
-  const Eigen::Matrix3d inverse_map =
-      columns(x13.cross(normal) * inverse2, normal.cross(x12) * inverse2, normal * inverse2).transpose();
+  const Eigen::Vector3d by12 = x13.cross(normal) * inverse2, by13 = normal.cross(x12) * inverse2,
+                        by_normal = normal * inverse2;
   double found[4][3];
   int count = 0;
   for (const auto& line : lines) {
@@ -266,18 +315,23 @@ int p3p(const std::array<Eigen::Vector3d, 3>& bearings_in_camera,
     const int candidate_count = intersect(*conic, line, candidates);
     for (int i = 0; i < candidate_count; ++i) {
       double* s = candidates[i];
-      if (!polish(t, s)) continue;
+      bool is_exact;
+      if (!polish(t, s, &is_exact)) continue;
       const auto same = [s](const double* other) {
         return std::abs(s[0] - other[0]) + std::abs(s[1] - other[1]) + std::abs(s[2] - other[2]) <=
                kSame * (s[0] + s[1] + s[2]);
       };
       if (std::any_of(found, found + count, same)) continue;
-      std::copy(s, s + 3, found[count]);
       const Eigen::Vector3d y1 = unit * s[0] * f1, y12 = unit * s[1] * f2 - y1, y13 = unit * s[2] * f3 - y1;
-      const Eigen::Matrix3d rotation = columns(y12, y13, y12.cross(y13)) * inverse_map;
-      Rigid3& pose = (*cameras_from_map)[count++];
-      pose.rotation = quaternion_of(rotation);
-      pose.translation = y1 - rotation * points[first];
+      Motion& pose = (*cameras_from_map)[count];
+      const Eigen::Vector3d y_normal = y12.cross(y13);
+      for (int k = 0; k < 3; ++k) {
+        pose.rotation.col(k) = by12[k] * y12 + by13[k] * y13 + by_normal[k] * y_normal;
+      }
+      if (!is_exact) orthonormalize(&pose.rotation);
+      pose.translation = y1 - pose.rotation * points[first];
+      if (!is_exact && !projects(pose, points, bearings_in_camera)) continue;
+      std::copy(s, s + 3, found[count++]);
     }
   }
   return count;

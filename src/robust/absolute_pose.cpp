@@ -33,12 +33,7 @@ class PoseEstimator {
       bearings[k] = matches_.bearings()[sample[k]];
       points[k] = matches_.points()[sample[k]];
     }
-    std::array<Rigid3, 4> poses;
-    const int count = p3p(bearings, points, &poses);
-    for (int k = 0; k < count; ++k) {
-      (*models)[k] = {poses[k].rotation_matrix(), poses[k].translation};
-    }
-    return count;
+    return p3p(bearings, points, models);
   }
 
   RansacScore score(const CameraPose& pose, double cost_bound) const {

@@ -52,13 +52,7 @@ class TwoViewEstimator {
       x1[k] = pairs_.first()[sample[k]];
       x2[k] = pairs_.second()[sample[k]];
     }
-    std::array<Eigen::Matrix3d, 10> essentials;
-    const int num_essentials = five_point(x1, x2, &essentials);
-    int count = 0;
-    for (int k = 0; k < num_essentials; ++k) {
-      count += poses_with_sample_in_front(essentials[k], x1, x2, &(*models)[count]);
-    }
-    return count;
+    return five_point(x1, x2, threshold_, models);
   }
 
   RansacScore score(const TwoViewModel& model, double cost_bound) const {
@@ -73,40 +67,6 @@ class TwoViewEstimator {
   }
 
  private:
-  // E = [t]x R (of norm sqrt(2)) has t in the null space of E^T, R = cof(E) - [t]x E, and the three poses
-  // that go with it.
-  int poses_with_sample_in_front(const Eigen::Matrix3d& essential, const std::array<Eigen::Vector3d, 5>& x1,
-                                 const std::array<Eigen::Vector3d, 5>& x2, TwoViewModel* poses) const {
-    const Eigen::Matrix3d e = std::sqrt(2.0) * essential;
-    Eigen::Matrix3d cofactors;
-    cofactors.col(0) = e.col(1).cross(e.col(2));
-    cofactors.col(1) = e.col(2).cross(e.col(0));
-    cofactors.col(2) = e.col(0).cross(e.col(1));
-    int longest;
-    cofactors.colwise().squaredNorm().maxCoeff(&longest);
-    const Eigen::Vector3d t = cofactors.col(longest).normalized();
-    Eigen::Matrix3d t_cross_e;
-    for (int c = 0; c < 3; ++c) {
-      t_cross_e.col(c) = t.cross(e.col(c));
-    }
-    int count = 0;
-    for (const double sign : {1.0, -1.0}) {
-      TwoViewModel pose;
-      pose.rotation = cofactors - sign * t_cross_e;
-      for (const double direction : {1.0, -1.0}) {
-        pose.translation = direction * t;
-        bool in_front = pose.rotation.allFinite();
-        for (int k = 0; k < 5 && in_front; ++k) {
-          in_front = may_be_in_front(pose, x1[k], x2[k], threshold_);
-        }
-        if (in_front) {
-          poses[count++] = pose;
-        }
-      }
-    }
-    return count;
-  }
-
   const BearingPairs& pairs_;
   const RelativePoseOptions& options_;
   double threshold_;

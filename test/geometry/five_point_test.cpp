@@ -87,6 +87,77 @@ TEST(FivePoint, FindsTheTruthWithoutAnyRotation) {
   EXPECT_LE(solve(kTrials, 1e-6, translated).missed, 3);
 }
 
+TEST(FivePoint, FindsTheTruthWhereTheCameraNearlyOnlyTurns) {
+  for (const double baseline : {0.1, 0.01, 0.001}) {
+    const auto make = [&](Random& random) { return near_rotation_problem<5>(random, baseline); };
+    EXPECT_LE(solve(10000, 1e-5, make).missed, 3) << baseline;
+  }
+}
+
+struct MotionOutcome {
+  int missed = 0, behind = 0;
+  double worst_residual = 0;
+};
+
+MotionOutcome solve_motions(int trials, const std::function<Problem(Random&)>& make) {
+  Random random(2);
+  MotionOutcome outcome;
+  for (int trial = 0; trial < trials; ++trial) {
+    const Problem problem = make(random);
+    const Rigid3& truth = problem.second_from_first;
+    std::array<Motion, 40> found;
+    const int count = five_point(problem.bearings1, problem.bearings2, 0, &found);
+    double best = 2;
+    for (int i = 0; i < count; ++i) {
+      const Rigid3 motion(found[i].rotation, found[i].translation);
+      const Eigen::Matrix3d gram = found[i].rotation.transpose() * found[i].rotation;
+      double worst = (gram - Eigen::Matrix3d::Identity()).norm() + std::abs(motion.translation.norm() - 1);
+      for (int k = 0; k < 5; ++k) {
+        outcome.behind += !is_in_front(motion, problem.bearings1[k], problem.bearings2[k]);
+        worst = std::max(worst, std::abs(sampson_error(essential_matrix(motion), problem.bearings1[k],
+                                                       problem.bearings2[k])));
+      }
+      outcome.worst_residual = std::max(outcome.worst_residual, worst);
+      best = std::min(best, (found[i].rotation - truth.rotation_matrix()).norm() +
+                                (found[i].translation - truth.translation.normalized()).norm());
+    }
+    outcome.missed += best > 1e-4;
+  }
+  return outcome;
+}
+
+TEST(FivePoint, FindsTheMotionWithThePointsInFront) {
+  const std::function<Problem(Random&)> makes[] = {
+      [](Random& random) { return box_problem<5>(random, 1.0); },
+      [](Random& random) { return box_problem<5>(random, 0.01); },
+      [](Random& random) { return motion_problem<5>(random, Eigen::Vector3d::UnitZ()); },
+      [](Random& random) { return near_rotation_problem<5>(random, 0.01); },
+  };
+  for (const auto& make : makes) {
+    const MotionOutcome outcome = solve_motions(10000, make);
+    EXPECT_LE(outcome.missed, 2);
+    EXPECT_LT(outcome.worst_residual, 1e-7);
+    // Each motion that is returned has them all in front, but for points at an epipole to within rounding.
+    EXPECT_LE(outcome.behind, 2);
+  }
+}
+
+TEST(FivePoint, LetsPointsFallShortByTheTolerance) {
+  // Noise of 1e-3 rad about the parallax: the rays of the true motion diverge.
+  Random random(6);
+  int with_tolerance = 0;
+  for (int trial = 0; trial < 100; ++trial) {
+    Problem problem = near_rotation_problem<5>(random, 0.01);
+    for (Eigen::Vector3d& b : problem.bearings2) b = (b + 1e-3 * random_direction(random)).normalized();
+    std::array<Motion, 40> found;
+    const int strict = five_point(problem.bearings1, problem.bearings2, 0, &found);
+    const int lenient = five_point(problem.bearings1, problem.bearings2, 0.01, &found);
+    EXPECT_GE(lenient, strict);
+    with_tolerance += lenient > strict;
+  }
+  EXPECT_GT(with_tolerance, 90);
+}
+
 TEST(FivePoint, ReturnsNoSolutionTwice) {
   Random random(5);
   for (int trial = 0; trial < 2000; ++trial) {
@@ -139,6 +210,8 @@ TEST(FivePoint, RefusesNumbersThatAreNotFinite) {
     Problem problem = box_problem<5>(random, 1.0);
     problem.bearings2[3].y() = bad;
     EXPECT_EQ(five_point(problem.bearings1, problem.bearings2, &found), 0);
+    std::array<Motion, 40> motions;
+    EXPECT_EQ(five_point(problem.bearings1, problem.bearings2, 0.01, &motions), 0);
   }
 }
 

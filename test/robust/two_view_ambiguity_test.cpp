@@ -45,7 +45,9 @@ TEST(PlanarTwin, SeesThePlaneAlikeAndIsAnother) {
 
 TEST(PlanarTwin, RefusesAPlaneAtInfinity) {
   TwoViewModel twin;
-  EXPECT_FALSE(planar_twin(TwoViewModel(), Eigen::Vector3d::Zero(), &twin));
+  EXPECT_FALSE(
+      planar_twin(model_of(Rigid3(Eigen::Matrix3d(Eigen::Matrix3d::Identity()), Eigen::Vector3d::UnitZ())),
+                  Eigen::Vector3d::Zero(), &twin));
 }
 
 TEST(TurnScaled, ByOneIsTheSameAndReversingTwiceToo) {

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 
-#include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/geometry/motion.h"
 
 namespace mono_pose_tracker {
 
@@ -13,6 +13,6 @@ namespace mono_pose_tracker {
 /// up to four, no two the same; returns how many. Collinear or coincident points, parallel bearings and
 /// non-finite input give 0.
 int p3p(const std::array<Eigen::Vector3d, 3>& bearings_in_camera,
-        const std::array<Eigen::Vector3d, 3>& points_in_map, std::array<Rigid3, 4>* cameras_from_map);
+        const std::array<Eigen::Vector3d, 3>& points_in_map, std::array<Motion, 4>* cameras_from_map);
 
 }  // namespace mono_pose_tracker

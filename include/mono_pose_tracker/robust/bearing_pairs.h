@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "mono_pose_tracker/geometry/motion.h"
 #include "mono_pose_tracker/robust/lanes.h"
 #include "mono_pose_tracker/robust/ransac.h"
 
@@ -25,11 +26,7 @@ class BearingPairs {
   std::vector<int> source_;
 };
 
-/// A two-view geometry; the translation is of unit length.
-struct TwoViewModel {
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // second_from_first
-  Eigen::Vector3d translation = Eigen::Vector3d::UnitZ();
-};
+using TwoViewModel = Motion;  // second_from_first, the translation of unit length
 
 /// True when the rays meet in front of both cameras, or may do so within an angular error (radians): the rays
 /// of a far point are parallel but for noise.

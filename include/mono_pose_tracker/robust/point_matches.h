@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "mono_pose_tracker/geometry/motion.h"
 #include "mono_pose_tracker/robust/lanes.h"
 #include "mono_pose_tracker/robust/ransac.h"
 
@@ -25,10 +26,7 @@ class PointMatches {
   std::vector<int> source_;
 };
 
-struct CameraPose {
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // camera_from_map
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
-};
+using CameraPose = Motion;  // camera_from_map
 
 /// MSAC: the sum of min(e^2, threshold^2) over angles e (radians) between bearings and points; points behind
 /// the camera are outliers. Gives up with an infinite cost when it exceeds cost_bound or is all but sure to.

@@ -65,6 +65,26 @@ TwoViewProblem<N> motion_problem(Random& random, const Eigen::Vector3d& directio
   return problem;
 }
 
+/// Turns of up to 30 degrees and a translation of the given length in any direction, points in a cube round
+/// distance 4 that subtends about 45 degrees: short, the camera nearly only turns.
+template <int N>
+TwoViewProblem<N> near_rotation_problem(Random& random, double baseline) {
+  const double half = 4 * 0.41421356237309503;  // 4 * tan(22.5 degrees)
+  TwoViewProblem<N> problem;
+  const Eigen::AngleAxisd turn(random.uniform(0, 0.5), random_direction(random));
+  problem.second_from_first = Rigid3(Eigen::Quaterniond(turn), baseline * random_direction(random));
+  for (int i = 0; i < N; ++i) {
+    Eigen::Vector3d& x = problem.x_in_first[i];
+    do {
+      x = Eigen::Vector3d(random.uniform(-half, half), random.uniform(-half, half),
+                          random.uniform(4 - half, 4 + half));
+    } while ((problem.second_from_first * x).z() < 0.1);
+    problem.bearings1[i] = x.normalized();
+    problem.bearings2[i] = (problem.second_from_first * x).normalized();
+  }
+  return problem;
+}
+
 /// Distance of two matrices of unit norm whose sign is free.
 inline double distance_up_to_sign(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   return std::min((a - b).norm(), (a + b).norm());

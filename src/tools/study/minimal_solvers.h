@@ -47,19 +47,21 @@ template <int N>
 using EpipolarSolver = MinimalSolver<BearingSample<N>, Eigen::Matrix3d>;
 using PoseSolver = MinimalSolver<PoseSample, Rigid3>;
 
-/// Wraps a solver of ours, which writes into an array.
-template <class Problem, class Solution, std::size_t kMost, class Solve>
-MinimalSolver<Problem, Solution> own_solver(const std::string& name, Solve solve) {
+/// Wraps a solver of ours, which writes into an array of what `convert` makes our solutions of.
+template <class Problem, class Solution, class Found, std::size_t kMost, class Solve, class Convert>
+MinimalSolver<Problem, Solution> own_solver(const std::string& name, Solve solve, Convert convert) {
   using Solver = MinimalSolver<Problem, Solution>;
-  return {name, [solve](const std::vector<Problem>& problems) -> typename Solver::Prepared {
+  return {name, [=](const std::vector<Problem>& problems) -> typename Solver::Prepared {
             const auto run = [&problems, solve](std::size_t i) {
-              std::array<Solution, kMost> found;
+              std::array<Found, kMost> found;
               return solve(problems[i], &found);
             };
-            const auto solutions = [&problems, solve](std::size_t i) {
-              std::array<Solution, kMost> found;
+            const auto solutions = [&problems, solve, convert](std::size_t i) {
+              std::array<Found, kMost> found;
               const int count = solve(problems[i], &found);
-              return std::vector<Solution>(found.begin(), found.begin() + count);
+              std::vector<Solution> converted;
+              for (int k = 0; k < count; ++k) converted.push_back(convert(found[k]));
+              return converted;
             };
             return {run, solutions};
           }};
@@ -171,8 +173,9 @@ PoseSolver opengv_pose_solver(const std::string& name, Method method) {
 
 inline std::vector<EpipolarSolver<5>> five_point_solvers() {
   std::vector<EpipolarSolver<5>> solvers;
-  solvers.push_back(own_solver<BearingSample<5>, Eigen::Matrix3d, 10>(
-      "ours", [](const auto& s, auto* found) { return five_point(s.bearings1, s.bearings2, found); }));
+  solvers.push_back(own_solver<BearingSample<5>, Eigen::Matrix3d, Eigen::Matrix3d, 10>(
+      "ours", [](const auto& s, auto* found) { return five_point(s.bearings1, s.bearings2, found); },
+      [](const Eigen::Matrix3d& m) { return m; }));
 #ifdef MONO_POSE_TRACKER_WITH_OPENGV
   namespace relative = opengv::relative_pose;
   solvers.push_back(opengv_epipolar_solver<5>("opengv_stewenius",
@@ -192,8 +195,9 @@ inline std::vector<EpipolarSolver<5>> five_point_solvers() {
 
 inline std::vector<EpipolarSolver<7>> seven_point_solvers() {
   std::vector<EpipolarSolver<7>> solvers;
-  solvers.push_back(own_solver<BearingSample<7>, Eigen::Matrix3d, 3>(
-      "ours", [](const auto& s, auto* found) { return seven_point(s.bearings1, s.bearings2, found); }));
+  solvers.push_back(own_solver<BearingSample<7>, Eigen::Matrix3d, Eigen::Matrix3d, 3>(
+      "ours", [](const auto& s, auto* found) { return seven_point(s.bearings1, s.bearings2, found); },
+      [](const Eigen::Matrix3d& m) { return m; }));
 #ifdef MONO_POSE_TRACKER_WITH_OPENGV
   solvers.push_back(
       opengv_epipolar_solver<7>("opengv", [](const auto& a) { return opengv::relative_pose::sevenpt(a); }));
@@ -249,8 +253,9 @@ inline PoseSolver opencv_pose_solver(const std::string& name, int method) {
 
 inline std::vector<PoseSolver> p3p_solvers() {
   std::vector<PoseSolver> solvers;
-  solvers.push_back(own_solver<PoseSample, Rigid3, 4>(
-      "ours", [](const auto& s, auto* found) { return p3p(s.bearings, s.points, found); }));
+  solvers.push_back(own_solver<PoseSample, Rigid3, Motion, 4>(
+      "ours", [](const auto& s, auto* found) { return p3p(s.bearings, s.points, found); },
+      [](const Motion& m) { return Rigid3(m.rotation, m.translation); }));
 #ifdef MONO_POSE_TRACKER_WITH_OPENGV
   namespace absolute = opengv::absolute_pose;
   solvers.push_back(opengv_pose_solver("opengv_kneip", [](const auto& a) { return absolute::p3p_kneip(a); }));
