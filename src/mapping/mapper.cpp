@@ -158,7 +158,10 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
     const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
     fuse(id, unseen_landmarks(id));
     create_landmarks(id, near);
-    for (const KeyframeId n : near) fuse(n, landmarks_of(*map_.keyframe(id)));
+    for (const KeyframeId n : near) {
+      if (is_cancelled()) break;
+      fuse(n, landmarks_of(*map_.keyframe(id)));
+    }
   }
   adjust_window(id, waiting);
   cull_young_landmarks(id);
@@ -232,6 +235,7 @@ void Mapper::create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& 
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
   guided.min_ratio = options_.matching.min_ratio;
   for (const KeyframeId n : near) {
+    if (is_cancelled()) return;
     const Keyframe& first = *map_.keyframe(newest);
     const Keyframe& second = *map_.keyframe(n);
     const Rigid3 second_from_first = second.camera_from_map * first.camera_from_map.inverse();

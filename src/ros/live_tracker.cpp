@@ -84,6 +84,7 @@ void LiveTracker::use_camera(const CameraParameters& parameters) {
   epoch_base_ = epoch_;
   tracker_.swap(tracker);  // the old one joins its worker: after the lock is gone
   camera_ = camera;
+  if (cancelled_) tracker_->cancel();
   ++trackers_;
 }
 
@@ -147,6 +148,12 @@ void LiveTracker::reset() {
     epoch_ = epoch_base_ + tracker_->epoch();
     state_ = State::kBootstrapping;
   }
+}
+
+void LiveTracker::cancel() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  cancelled_ = true;
+  if (tracker_) tracker_->cancel();
 }
 
 MapVersion LiveTracker::map_version() const {

@@ -51,6 +51,7 @@ std::string camera_info_topic(const ros::NodeHandle& handle, const std::string& 
 TrackerNodelet::~TrackerNodelet() {
   stopping_ = true;
   if (slot_) slot_->close();         // services that wait for their turn give up
+  if (tracker_) tracker_->cancel();  // whatever the options: the image and the mapping under way end soon
   // Each of these returns when its callbacks under way have: none may meet a nodelet half gone.
   services_.clear();
   live_server_.reset();

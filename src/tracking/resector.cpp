@@ -235,6 +235,7 @@ ResectionReport Resector::relocalize(const Frame& frame, const TrackingMap& map,
   ResectionReport best;
   best.text = "no keyframe looks like the image";
   for (const KeyframeId id : places_of(frame, map, budget)) {
+    if (options_.cancelled && *options_.cancelled) break;
     // The keyframe's own landmarks tell whether this is the place; its neighbours' would cost ten times that.
     ResectionReport report = by_descriptors(frame, candidates_of(map, {id}));
     if (report.success) refine(frame, local_candidates(map, id), &report);

@@ -311,6 +311,8 @@ FrameReport Tracker::process(std::int64_t stamp_ns, const cv::Mat& image, const 
   return impl_->process(stamp_ns, image, mask);
 }
 
+void Tracker::cancel() { impl_->cancel(); }
+
 void Tracker::wait() { impl_->worker().wait(); }
 
 void Tracker::reset() { impl_->reset(); }

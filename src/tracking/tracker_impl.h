@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <map>
 #include <optional>
@@ -34,16 +35,18 @@ class Tracker::Impl {
  public:
   Impl(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,
        std::function<void()> before_mapping)
-      : options_(options),
+      : options_(cancellable(options)),
         camera_(camera),
         object_finder_(options.segmentation, camera),
         frame_maker_(options.sift, options.scale, camera),
-        resector_(options, camera),
+        resector_(options_, camera),
         keyframe_policy_(options.mapping, options.young_map_keyframes),
-        bootstrap_job_(options, camera),
-        worker_(options.mapper(camera.focal()), camera, mapping == Mapping::kThreaded,
+        bootstrap_job_(options_, camera),
+        worker_(options_.mapper(camera.focal()), camera, mapping == Mapping::kThreaded,
                 std::move(before_mapping)) {}
+  ~Impl() { cancel(); }
 
+  void cancel() { cancelled_ = true; }
   FrameReport process(std::int64_t stamp_ns, const cv::Mat& image, const cv::Mat& mask);
   void reset();
   void set_options(const TrackerOptions& options);
@@ -92,6 +95,12 @@ class Tracker::Impl {
   void describe(const ResectionReport& resection, FrameReport* report) const;
   void finish_report(FrameReport* report);
 
+  TrackerOptions cancellable(TrackerOptions options) const {
+    options.cancelled = &cancelled_;
+    return options;
+  }
+
+  std::atomic<bool> cancelled_{false};
   TrackerOptions options_;
   const CameraModel camera_;
   ObjectFinder object_finder_;

@@ -23,11 +23,14 @@ RansacOptions TrackerOptions::ransac(double focal_px) const {
   ransac.max_iterations = max_iterations;
   ransac.min_iterations = std::min(ransac.min_iterations, max_iterations);
   ransac.seed = seed;
+  ransac.cancelled = cancelled;
   return ransac;
 }
 
 MapperOptions TrackerOptions::mapper(double focal_px) const {
-  return {mapping, scale, matching, bundle, ransac(focal_px), resection.min_inliers};
+  MapperOptions mapper{mapping, scale, matching, bundle, ransac(focal_px), resection.min_inliers};
+  if (cancelled) mapper.bundle.cancel = [flag = cancelled] { return flag->load(); };
+  return mapper;
 }
 
 void TrackerOptions::validate() const {

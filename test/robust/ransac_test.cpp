@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -78,6 +79,19 @@ TEST(RansacIterationsNeeded, IsTheTextbookFormula) {
   EXPECT_NEAR(ransac_iterations_needed(0.5, 5, 0.99), std::log(0.01) / std::log(1 - 1.0 / 32), 1e-9);
   EXPECT_EQ(ransac_iterations_needed(1.0, 5, 0.99), 1);
   EXPECT_TRUE(std::isinf(ransac_iterations_needed(0.0, 5, 0.99)));
+}
+
+TEST(Ransac, EndsWithTheBestSoFarWhenItIsCancelled) {
+  std::atomic<bool> cancelled{false};
+  RansacOptions options;
+  options.min_iterations = options.max_iterations = 1000;
+  options.cancelled = &cancelled;
+  MockEstimator estimator = mock(90, 10);
+  EXPECT_EQ(run(estimator, options).iterations, 1000);
+  cancelled = true;
+  const auto report = run(estimator, options);
+  EXPECT_EQ(report.iterations, 1);
+  EXPECT_EQ(report.best.score.num_inliers, 90);
 }
 
 TEST(Ransac, StopsWhenConfident) {

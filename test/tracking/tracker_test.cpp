@@ -3,12 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <condition_variable>
+#include <memory>
 #include <mutex>
 
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/mapping/mapping_worker.h"
 #include "support/expect_error.h"
+#include "support/random_texture.h"
 #include "support/simulated_room.h"
 #include "support/temporary_folder.h"
 
@@ -118,6 +121,35 @@ TEST(Tracker, ThreadedMappingAnswersEveryImage) {
   const std::vector<StampedPose> live = posed(reports);
   EXPECT_GE(live.size(), kFrames - 8u);
   expect_accurate(live, 0.8, 2);
+}
+
+// Matches without a geometry: a million samples of five, a minute of work on the mapper's thread.
+TEST(Tracker, EndsSoonWhateverItsOptionsAre) {
+  TrackerOptions options;
+  options.max_iterations = 1000000;
+  options.confidence = 0.999999999;
+  options.matching.min_ratio = 1;
+  options.inlier_threshold_px = 0.1;
+  options.bootstrap.max_rotation_only = 1;
+  std::mutex mutex;
+  std::condition_variable changed;
+  int jobs = 0;
+  auto tracker = std::make_unique<Tracker>(options, room().camera, Tracker::Mapping::kThreaded, [&] {
+    const std::lock_guard<std::mutex> lock(mutex);
+    ++jobs;
+    changed.notify_all();
+  });
+  tracker->process(0, random_texture(320, 240, 1));
+  tracker->wait();
+  tracker->process(1, random_texture(320, 240, 2));
+  {
+    std::unique_lock<std::mutex> lock(mutex);
+    ASSERT_TRUE(changed.wait_for(lock, std::chrono::seconds(60), [&] { return jobs == 2; }));
+  }
+  const auto start = std::chrono::steady_clock::now();
+  tracker.reset();
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  EXPECT_LT(seconds.count(), 10) << "on a machine with nothing else to do it takes well below one";
 }
 
 // Holds the mapper's thread up before a job, until it is let go.

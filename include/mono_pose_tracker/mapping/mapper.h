@@ -51,6 +51,8 @@ class Mapper {
   TrackingMapPtr tracking_map() const { return tracking_map_; }
 
  private:
+  bool is_cancelled() const { return options_.bundle.cancel && options_.bundle.cancel(); }
+
   // A map that is not tracked in at present.
   struct KeptMap {
     Map map;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 
 namespace mono_pose_tracker {
@@ -12,6 +13,8 @@ struct RansacOptions {
   int min_iterations = 50;     // at least 0
   int max_iterations = 5000;   // at least 1 and min_iterations
   std::uint64_t seed = 0;
+  /// Set by another thread: the search ends with the best so far, after one sample at least. Null: never.
+  const std::atomic<bool>* cancelled = nullptr;
 
   /// Throws std::invalid_argument that names the option, its value and its range.
   void validate() const;

@@ -31,7 +31,7 @@ struct MapVersion {
 };
 
 /// A Tracker fed with ROS messages: converts image, calibration and mask, and starts anew when the
-/// calibration changes. Used by the processing thread alone, but for map_version and map_view.
+/// calibration changes. Used by the processing thread alone, but for cancel, map_version and map_view.
 class LiveTracker {
  public:
   using Warn = std::function<void(const std::string&)>;
@@ -66,6 +66,9 @@ class LiveTracker {
   /// calibration is not (any more) the one that it was made with.
   void load_map(SavedMap saved);
 
+  /// Tracker::cancel, also of a tracker that is begun later. May be called from any thread.
+  void cancel();
+
   MapVersion map_version() const;
   std::optional<MapView> map_view() const;  // nothing before the first calibration
 
@@ -93,6 +96,7 @@ class LiveTracker {
   std::shared_ptr<Tracker> tracker_;
   CameraModel camera_;
   std::uint32_t trackers_ = 0;
+  bool cancelled_ = false;
 };
 
 }  // namespace mono_pose_tracker

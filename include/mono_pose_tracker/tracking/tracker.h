@@ -36,13 +36,17 @@ class Tracker {
   /// mapper, where it runs: a test makes mapping slow with it.
   Tracker(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,
           std::function<void()> before_mapping = {});
-  ~Tracker();  // joins the worker
+  ~Tracker();  // cancels, joins the worker
   Tracker(const Tracker&) = delete;
   Tracker& operator=(const Tracker&) = delete;
 
   /// image: CV_8UC1 or CV_8UC3 (BGR), of the camera's size. mask: empty, or CV_8UC1 of the same size, 0 =
   /// ignore.
   FrameReport process(std::int64_t stamp_ns, const cv::Mat& image, const cv::Mat& mask = cv::Mat());
+
+  /// Ends what is under way, here and in the mapper, as soon as it can be: the tracker is only fit to be
+  /// destroyed then. May be called from any thread.
+  void cancel();
 
   /// Returns when the mapper has nothing left to do: a recording whose mapping is threaded may wait for it.
   void wait();

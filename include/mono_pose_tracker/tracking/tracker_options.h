@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <string>
 
@@ -54,6 +55,10 @@ struct TrackerOptions {
   ScaleOptions scale;
   int young_map_keyframes = 5;  // a map with no more keyframes that is lost is dropped, and a new one begun
   int young_map_patience = 10;  // frames that it may be lost before
+
+  /// No option of a user's: once another thread has set it, searches end with the best they have. Null:
+  /// never.
+  const std::atomic<bool>* cancelled = nullptr;
 
   /// Of RANSAC on bearings of a camera with this focal length.
   RansacOptions ransac(double focal_px) const;
