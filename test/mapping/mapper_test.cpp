@@ -1,0 +1,177 @@
+#include "mono_pose_tracker/mapping/mapper.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "known_scene.h"
+#include "mono_pose_tracker/tracking/tracker_options.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+class MapperTest : public testing::Test {
+ protected:
+  MapperOptions options() const { return TrackerOptions().mapper(scene_.camera.focal()); }
+
+  // Of a view whose pose is known, posed against the map's newest keyframe, with what it sees of the
+  // landmarks.
+  KeyframeCandidate candidate(const Map& map, const Frame& frame, const Rigid3& true_pose) const {
+    const Keyframe& newest = map.keyframes().rbegin()->second;
+    const Rigid3 true_newest = KnownScene::pose(static_cast<int>(newest.frame_index));
+    KeyframeCandidate result{frame, newest.id, true_pose * true_newest.inverse(), {}};
+    result.camera_from_reference.translation *= unit(map);
+    for (const auto& [id, landmark] : map.landmarks()) {
+      const int point = scene_.point_of_landmark(map, landmark);
+      const int feature = point < 0 ? -1 : scene_.feature_of(frame.index, point);
+      if (feature >= 0) result.observations.push_back({feature, id});
+    }
+    std::sort(result.observations.begin(), result.observations.end(),
+              [](const FrameObservation& a, const FrameObservation& b) { return a.feature < b.feature; });
+    return result;
+  }
+
+  void insert(Mapper* mapper, int view) {
+    const Frame frame = scene_.frame(view);
+    mapper->insert(candidate(mapper->map(), frame, KnownScene::pose(view)));
+  }
+
+  // Map units in a unit of the scene: by the first two keyframes.
+  static double unit(const Map& map) {
+    const auto center = [&](KeyframeId id) {
+      Rigid3 camera_from_map;
+      EXPECT_TRUE(map.camera_from_map(id, &camera_from_map));
+      return Eigen::Vector3d(camera_from_map.inverse().translation);
+    };
+    return (center(1) - center(0)).norm() /
+           (KnownScene::pose(1).inverse().translation - KnownScene::pose(0).inverse().translation).norm();
+  }
+
+  void expect_no_wrong_observation(const Map& map) const {
+    int wrong = 0;
+    for (const auto& entry : map.landmarks()) wrong += scene_.point_of_landmark(map, entry.second) < 0;
+    EXPECT_EQ(wrong, 0);
+  }
+
+  KnownScene scene_{300};
+};
+
+TEST_F(MapperTest, WithoutAScaleTheFirstViewsMedianDepthIsOne) {
+  Mapper mapper(options(), scene_.camera);
+  mapper.initialize(scene_.initial_map(1), 3);
+  std::vector<double> depths;
+  for (const auto& entry : mapper.map().landmarks()) depths.push_back(entry.second.x_in_map.z());
+  std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
+  EXPECT_NEAR(depths[depths.size() / 2], 1, 0.05) << "the adjustment may move it a little";
+  EXPECT_EQ(mapper.tracking_map()->epoch, 3u);
+  EXPECT_EQ(mapper.map().scale_source(), ScaleSource::kMapUnits);
+}
+
+TEST_F(MapperTest, AKnownBaselineSetsTheScale) {
+  MapperOptions metres = options();
+  metres.scale.known_baseline = 0.4;
+  Mapper mapper(metres, scene_.camera);
+  mapper.initialize(scene_.initial_map(1), 0);
+  const double baseline =
+      (mapper.map().keyframe(1)->center_in_map() - mapper.map().keyframe(0)->center_in_map()).norm();
+  EXPECT_NEAR(baseline, 0.4, 1e-9);
+  EXPECT_EQ(mapper.map().scale_source(), ScaleSource::kKnownBaseline);
+}
+
+// Only every third point is known at first: the rest is found along epipolar lines, and tracks grow.
+TEST_F(MapperTest, KeyframesBringNewLandmarksAndLongerTracks) {
+  Mapper mapper(options(), scene_.camera);
+  const InitialMap initial = scene_.initial_map(3);
+  mapper.initialize(initial, 0);
+  EXPECT_GT(mapper.map().landmarks().size(), 2 * initial.points.size()) << "between the first two already";
+  for (int view = 2; view < 6; ++view) insert(&mapper, view);
+  const Map& map = mapper.map();
+  map.check();
+  expect_no_wrong_observation(map);
+  EXPECT_GT(map.landmarks().size(), 200u);
+  std::size_t observations = 0;
+  for (const auto& entry : map.landmarks()) observations += entry.second.observations.size();
+  EXPECT_GT(static_cast<double>(observations) / map.landmarks().size(), 0.6 * map.keyframes().size());
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    const Rigid3 truth = KnownScene::pose(static_cast<int>(keyframe.frame_index));
+    // A turn of 5 mrad and a step aside of 0.02 look much the same at the points' distance of 4.
+    EXPECT_LT(keyframe.camera_from_map.rotation.angularDistance(truth.rotation), 5e-3) << id;
+    EXPECT_LT((keyframe.center_in_map() / unit(map) - truth.inverse().translation).norm(), 0.02) << id;
+  }
+}
+
+TEST_F(MapperTest, WrongObservationsGo) {
+  Mapper mapper(options(), scene_.camera);
+  mapper.initialize(scene_.initial_map(1), 0);
+  insert(&mapper, 2);
+  const Frame frame = scene_.frame(3);
+  KeyframeCandidate wrong = candidate(mapper.map(), frame, KnownScene::pose(3));
+  // Every tenth pair of observations is exchanged.
+  for (std::size_t i = 0; i + 1 < wrong.observations.size(); i += 10) {
+    std::swap(wrong.observations[i].landmark, wrong.observations[i + 1].landmark);
+  }
+  mapper.insert(wrong);
+  mapper.map().check();
+  int of_another_point = 0;
+  for (const auto& entry : mapper.map().landmarks()) {
+    of_another_point += scene_.point_of_landmark(mapper.map(), entry.second) < 0;
+  }
+  EXPECT_LE(of_another_point, 2) << "of two points whose pixels are as near as the threshold";
+}
+
+TEST_F(MapperTest, AKeyframeOfWhichNothingIsNewGoesAndItsPlaceIsKept) {
+  Mapper mapper(options(), scene_.camera);
+  mapper.initialize(scene_.initial_map(1), 0);
+  for (int view = 2; view < 5; ++view) insert(&mapper, view);
+  for (int i = 0; i < 5; ++i) {  // it stands still
+    const Frame frame = scene_.frame(100 + i, KnownScene::pose(4));
+    KeyframeCandidate candidate = this->candidate(mapper.map(), frame, KnownScene::pose(4));
+    const Keyframe& newest = mapper.map().keyframes().rbegin()->second;
+    if (newest.frame_index >= 100) candidate.camera_from_reference = Rigid3();
+    mapper.insert(candidate);
+  }
+  const Map& map = mapper.map();
+  map.check();
+  EXPECT_LT(map.keyframes().size(), 8u);
+  EXPECT_EQ(map.keyframes().size() + map.removed_keyframes().size(), 10u);
+  EXPECT_EQ(map.keyframes().begin()->first, 0) << "the map's frame";
+  for (const auto& entry : map.removed_keyframes()) {
+    Rigid3 camera_from_map;
+    ASSERT_TRUE(map.camera_from_map(entry.first, &camera_from_map));
+    const int view = std::min<int>(4, static_cast<int>(entry.second.frame_index));
+    EXPECT_LT(
+        (camera_from_map.inverse().translation / unit(map) - KnownScene::pose(view).inverse().translation)
+            .norm(),
+        0.03);
+  }
+}
+
+TEST_F(MapperTest, ACandidateWhoseReferenceIsUnknownIsPassedOver) {
+  Mapper mapper(options(), scene_.camera);
+  mapper.initialize(scene_.initial_map(1), 0);
+  const TrackingMapPtr before = mapper.tracking_map();
+  const Frame frame = scene_.frame(2);
+  KeyframeCandidate candidate = this->candidate(mapper.map(), frame, KnownScene::pose(2));
+  candidate.reference = 77;
+  mapper.insert(candidate);
+  EXPECT_EQ(mapper.map().keyframes().size(), 2u);
+  EXPECT_EQ(mapper.tracking_map(), before);
+}
+
+TEST_F(MapperTest, TheFinishedMapKeepsWhatThreeViewsSee) {
+  MapperOptions all = options();
+  all.mapping.redundant_overlap = 2;  // no keyframe goes
+  Mapper mapper(all, scene_.camera);
+  mapper.initialize(scene_.initial_map(3), 0);
+  for (int view = 2; view < 6; ++view) insert(&mapper, view);
+  mapper.finish();
+  const Map& map = mapper.map();
+  map.check();
+  expect_no_wrong_observation(map);
+  ASSERT_EQ(map.keyframes().size(), 6u);
+  EXPECT_GT(map.landmarks().size(), 200u);
+  for (const auto& entry : map.landmarks()) EXPECT_GE(entry.second.observations.size(), 3u);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
