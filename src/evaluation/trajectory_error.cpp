@@ -61,27 +61,42 @@ double median(std::vector<double> values) {
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
-double path_length(const std::vector<StampedPose>& poses, std::size_t first, std::size_t last) {
-  double length = 0;
-  for (std::size_t i = first; i < last; ++i) {
-    length += (poses[i + 1].map_from_camera.translation - poses[i].map_from_camera.translation).norm();
-  }
-  return length;
-}
-
 /// A pair of poses of one camera: map_from_camera in the reference's and in the estimate's map.
 struct PosePair {
   std::int64_t stamp_ns;
   Rigid3 reference, estimate;
+  double way = 0;  // along the reference's path, over all its frames, since the first pair
 };
 
-void measure_positions(const std::vector<PosePair>& pairs, TrajectoryError* error) {
+std::vector<PosePair> make_pairs(const std::vector<StampedPose>& reference,
+                                 const std::vector<StampedPose>& estimate,
+                                 const std::vector<Match>& matches) {
+  std::vector<PosePair> pairs;
+  std::size_t at = matches.front().reference;
+  double way = 0;
+  for (const Match& match : matches) {
+    for (; at < match.reference; ++at) {
+      way +=
+          (reference[at + 1].map_from_camera.translation - reference[at].map_from_camera.translation).norm();
+    }
+    const StampedPose& pose = reference[match.reference];
+    pairs.push_back({pose.stamp_ns, pose.map_from_camera, estimate[match.estimate].map_from_camera, way});
+  }
+  return pairs;
+}
+
+bool align(const std::vector<PosePair>& pairs, Alignment alignment, Sim3* reference_from_estimate) {
   std::vector<Eigen::Vector3d> in_reference, in_estimate;
   for (const PosePair& pair : pairs) {
     in_reference.push_back(pair.reference.translation);
     in_estimate.push_back(pair.estimate.translation);
   }
-  if (!align_sim3(in_estimate, in_reference, &error->reference_from_estimate)) {
+  return (alignment == Alignment::kSim3 ? align_sim3 : align_se3)(in_estimate, in_reference,
+                                                                  reference_from_estimate);
+}
+
+void measure_positions(const std::vector<PosePair>& pairs, Alignment alignment, TrajectoryError* error) {
+  if (!align(pairs, alignment, &error->reference_from_estimate)) {
     throw std::runtime_error(
         "the trajectories cannot be aligned: expected positions that do not all coincide");
   }
@@ -115,6 +130,7 @@ void measure_orientations(const std::vector<PosePair>& pairs, TrajectoryError* e
   for (const PosePair& pair : pairs) {
     angles.push_back(kDegrees * rotation_angle_between(pair.reference.rotation,
                                                        reference_from_estimate * pair.estimate.rotation));
+    error->positions[angles.size() - 1].rotation_deg = angles.back();
   }
   error->rotation_max_deg = *std::max_element(angles.begin(), angles.end());
   error->rotation_median_deg = median(std::move(angles));
@@ -145,32 +161,147 @@ void measure_steps(const std::vector<PosePair>& pairs, TrajectoryError* error) {
   error->relative_direction_median_deg = median(std::move(directions));
 }
 
+/// What the estimate's motion from one pair's camera to another's is wrong by; scale: reference / estimate.
+struct MotionError {
+  double translation, rotation_deg;  // translation in the reference's units
+};
+
+MotionError motion_error(const PosePair& from, const PosePair& to, double scale) {
+  const Rigid3 reference = from.reference.inverse() * to.reference;
+  Rigid3 estimate = from.estimate.inverse() * to.estimate;
+  estimate.translation *= scale;
+  const Rigid3 difference = reference.inverse() * estimate;
+  return {difference.translation.norm(),
+          kDegrees * rotation_angle_between(reference.rotation, estimate.rotation)};
+}
+
+/// The first pair at least so far along the path; pairs.size() when there is none.
+std::size_t pair_at(const std::vector<PosePair>& pairs, double way) {
+  // 1e-9: a whole path's length must not be missed by its rounding.
+  const double reached = way - 1e-9 * pairs.back().way;
+  return std::lower_bound(pairs.begin(), pairs.end(), reached,
+                          [](const PosePair& pair, double value) { return pair.way < value; }) -
+         pairs.begin();
+}
+
+void measure_relative_poses(const std::vector<PosePair>& pairs, const PoseDelta& delta,
+                            TrajectoryError* error) {
+  double translation = 0, rotation = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const std::size_t j = delta.unit == PoseDelta::Unit::kFrames
+                              ? i + static_cast<std::size_t>(std::max(1.0, delta.size))
+                              : std::max(i + 1, pair_at(pairs, pairs[i].way + delta.size));
+    if (j >= pairs.size()) break;
+    const MotionError e = motion_error(pairs[i], pairs[j], error->reference_from_estimate.scale);
+    translation += e.translation * e.translation;
+    rotation += e.rotation_deg * e.rotation_deg;
+    ++error->rpe_pairs;
+  }
+  if (error->rpe_pairs == 0) return;
+  error->rpe_translation_rmse = std::sqrt(translation / error->rpe_pairs);
+  error->rpe_rotation_rmse_deg = std::sqrt(rotation / error->rpe_pairs);
+}
+
+void measure_drift(const std::vector<PosePair>& pairs, TrajectoryError* error) {
+  double translation = 0, rotation = 0;
+  int parts = 0;
+  for (const double share : {0.1, 0.2, 0.3, 0.4, 0.5}) {
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const std::size_t j = std::max(i + 1, pair_at(pairs, pairs[i].way + share * pairs.back().way));
+      if (j >= pairs.size()) break;
+      const double length = pairs[j].way - pairs[i].way;
+      if (length <= 0) continue;
+      const MotionError e = motion_error(pairs[i], pairs[j], error->reference_from_estimate.scale);
+      translation += 100 * e.translation / length;
+      rotation += e.rotation_deg / length;
+      ++parts;
+    }
+  }
+  if (parts == 0) return;
+  error->drift_translation_percent = translation / parts;
+  error->drift_rotation_deg_per_length = rotation / parts;
+}
+
+std::optional<double> scale_drift_percent(const std::vector<PosePair>& pairs) {
+  const double way = pairs.back().way;
+  std::vector<PosePair> first, last;
+  for (const PosePair& pair : pairs) {
+    if (pair.way <= 0.25 * way) first.push_back(pair);
+    if (pair.way >= 0.75 * way) last.push_back(pair);
+  }
+  Sim3 at_first, at_last;
+  if (!align(first, Alignment::kSim3, &at_first) || !align(last, Alignment::kSim3, &at_last)) return {};
+  return 100 * (at_last.scale / at_first.scale - 1);
+}
+
+/// From the first camera; down is what the cameras have down on average, as a hand or a car carries them.
+Rigid3 reference_from_view(const std::vector<PosePair>& pairs) {
+  Eigen::Vector3d down = Eigen::Vector3d::Zero();
+  for (const PosePair& pair : pairs) down += pair.reference.rotation * Eigen::Vector3d::UnitY();
+  const Rigid3& first = pairs.front().reference;
+  const Eigen::Vector3d right = down.cross(first.rotation * Eigen::Vector3d::UnitZ());
+  // Cameras that roll over, or a first one that looks straight down, show no such axes.
+  if (down.norm() < 0.1 * static_cast<double>(pairs.size()) || right.norm() < 0.1 * down.norm()) return first;
+  Eigen::Matrix3d axes;
+  axes.col(0) = right.normalized();
+  axes.col(1) = down.normalized();
+  axes.col(2) = axes.col(0).cross(axes.col(1));
+  return {axes, first.translation};
+}
+
 }  // namespace
 
 TrajectoryError evaluate_trajectory(const std::vector<StampedPose>& reference,
                                     const std::vector<StampedPose>& estimate,
-                                    std::int64_t max_difference_ns) {
-  const std::vector<Match> matches = match_by_stamp(reference, estimate, max_difference_ns);
+                                    const EvaluationOptions& options) {
+  const std::vector<Match> matches = match_by_stamp(reference, estimate, options.max_difference_ns);
   if (matches.size() < 3) {
     throw std::runtime_error(std::to_string(matches.size()) + " of " + std::to_string(estimate.size()) +
                              " estimated poses have a reference pose within " +
-                             format_stamp(max_difference_ns) + " s: expected 3 at least");
+                             format_stamp(options.max_difference_ns) + " s: expected 3 at least");
   }
-  std::vector<PosePair> pairs;
-  for (const Match& match : matches) {
-    const StampedPose& pose = reference[match.reference];
-    pairs.push_back({pose.stamp_ns, pose.map_from_camera, estimate[match.estimate].map_from_camera});
-  }
+  const std::vector<PosePair> pairs = make_pairs(reference, estimate, matches);
   TrajectoryError error;
   error.frames_reference = static_cast<int>(reference.size());
   error.frames_matched = static_cast<int>(matches.size());
-  error.reference_from_first_camera = pairs.front().reference;
-  measure_positions(pairs, &error);
-  error.path_length = path_length(reference, matches.front().reference, matches.back().reference);
+  error.reference_from_view = reference_from_view(pairs);
+  measure_positions(pairs, options.alignment, &error);
+  error.path_length = pairs.back().way;
   error.position_rmse_percent = 100 * error.position_rmse / error.path_length;
   measure_orientations(pairs, &error);
   measure_steps(pairs, &error);
+  measure_relative_poses(pairs, options.delta, &error);
+  measure_drift(pairs, &error);
+  error.scale_drift_percent = scale_drift_percent(pairs);
   return error;
+}
+
+TrajectoryError evaluate_trajectory(const std::vector<StampedPose>& reference,
+                                    const std::vector<StampedPose>& estimate,
+                                    std::int64_t max_difference_ns) {
+  EvaluationOptions options;
+  options.max_difference_ns = max_difference_ns;
+  return evaluate_trajectory(reference, estimate, options);
+}
+
+TrajectoryError united(const std::vector<TrajectoryError>& errors) {
+  TrajectoryError all;
+  double squares = 0;
+  for (const TrajectoryError& error : errors) {
+    all.positions.insert(all.positions.end(), error.positions.begin(), error.positions.end());
+    all.position_max = std::max(all.position_max, error.position_max);
+    all.rotation_max_deg = std::max(all.rotation_max_deg, error.rotation_max_deg);
+    all.path_length += error.path_length;
+    squares += error.position_rmse * error.position_rmse * static_cast<double>(error.positions.size());
+  }
+  if (errors.empty()) return all;
+  std::stable_sort(
+      all.positions.begin(), all.positions.end(),
+      [](const MatchedPosition& a, const MatchedPosition& b) { return a.stamp_ns < b.stamp_ns; });
+  all.position_rmse = std::sqrt(squares / static_cast<double>(all.positions.size()));
+  all.position_rmse_percent = 100 * all.position_rmse / all.path_length;
+  all.reference_from_view = errors.front().reference_from_view;
+  return all;
 }
 
 }  // namespace mono_pose_tracker

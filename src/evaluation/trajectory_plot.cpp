@@ -18,13 +18,13 @@ PlotRange range_of_axis(const std::vector<PlotSeries>& all, int axis) {
   return with_margin(range_of(values), 0.05);
 }
 
-/// Both trajectories in the first reference camera's frame, seen along one of its axes.
+/// Both trajectories, seen along one of the view's axes.
 PlotPanel view(const TrajectoryError& error, int x_axis, int y_axis, double y_sign) {
-  const Rigid3 first_from_map = error.reference_from_first_camera.inverse();
+  const Rigid3 view_from_reference = error.reference_from_view.inverse();
   PlotSeries reference = {"reference", {}, kReference, 2, 4};
   PlotSeries estimate = {"estimate, aligned", {}, kEstimate, 2, 1};
   for (const MatchedPosition& p : error.positions) {
-    const Eigen::Vector3d r = first_from_map * p.reference, e = first_from_map * p.estimate;
+    const Eigen::Vector3d r = view_from_reference * p.reference, e = view_from_reference * p.estimate;
     reference.points.emplace_back(r[x_axis], y_sign * r[y_axis]);
     estimate.points.emplace_back(e[x_axis], y_sign * e[y_axis]);
   }
@@ -36,22 +36,40 @@ PlotPanel view(const TrajectoryError& error, int x_axis, int y_axis, double y_si
   return panel;
 }
 
-PlotPanel error_over_time(const TrajectoryError& error) {
+/// A quantity of each matched frame over time.
+template <typename Quantity>
+PlotPanel over_time(const TrajectoryError& error, double most, const Quantity& quantity) {
   PlotSeries errors = {"", {}, kError, 2, 1};
   for (const MatchedPosition& p : error.positions) {
     const double seconds = 1e-9 * static_cast<double>(p.stamp_ns - error.positions.front().stamp_ns);
-    errors.points.emplace_back(seconds, (p.estimate - p.reference).norm());
+    errors.points.emplace_back(seconds, quantity(p));
   }
-  char title[96];
-  std::snprintf(title, sizeof title, "position error: rmse %.4g (%.3g %% of the path)", error.position_rmse,
-                error.position_rmse_percent);
   PlotPanel panel;
-  panel.title = title;
   panel.x_label = "s since the first matched frame";
-  panel.y_label = "error (units of the reference)";
   panel.series = {errors};
   panel.x = range_of_axis(panel.series, 0);
-  panel.y = {0, std::max(1.05 * error.position_max, 1e-12)};
+  panel.y = {0, std::max(1.05 * most, 1e-12)};
+  return panel;
+}
+
+PlotPanel position_error_over_time(const TrajectoryError& error) {
+  PlotPanel panel = over_time(error, error.position_max,
+                              [](const MatchedPosition& p) { return (p.estimate - p.reference).norm(); });
+  char title[96];
+  std::snprintf(title, sizeof title, "position error (ATE): rmse %.4g, %.3g %% of the path",
+                error.position_rmse, error.position_rmse_percent);
+  panel.title = title;
+  panel.y_label = "error (units of the reference)";
+  return panel;
+}
+
+PlotPanel rotation_error_over_time(const TrajectoryError& error) {
+  PlotPanel panel =
+      over_time(error, error.rotation_max_deg, [](const MatchedPosition& p) { return p.rotation_deg; });
+  char title[96];
+  std::snprintf(title, sizeof title, "rotation error: %.3g degrees at most", error.rotation_max_deg);
+  panel.title = title;
+  panel.y_label = "error (degrees)";
   return panel;
 }
 
@@ -60,17 +78,18 @@ PlotPanel error_over_time(const TrajectoryError& error) {
 cv::Mat draw_trajectory_plot(const TrajectoryError& error) {
   PlotPanel above = view(error, 0, 2, 1);
   above.title = "from above";
-  above.x_label = "x of the first camera, to the right";
-  above.y_label = "z, forward";
+  above.x_label = "to the right of the first camera";
+  above.y_label = "forward";
   PlotPanel side = view(error, 2, 1, -1);
   side.title = "from the side";
-  side.x_label = "z of the first camera, forward";
-  side.y_label = "-y, up";
+  side.x_label = "forward of the first camera";
+  side.y_label = "up";
   const int size = 700, below = 360;
   cv::Mat picture(size + below, 2 * size, CV_8UC3, cv::Scalar::all(255));
   draw_panel(above, {0, 0, size, size}, &picture);
   draw_panel(side, {size, 0, size, size}, &picture);
-  draw_panel(error_over_time(error), {0, size, 2 * size, below}, &picture);
+  draw_panel(position_error_over_time(error), {0, size, size, below}, &picture);
+  draw_panel(rotation_error_over_time(error), {size, size, size, below}, &picture);
   return picture;
 }
 

@@ -19,9 +19,9 @@ bool coincide(const Matrix& points) {
 }
 
 template <typename Matrix>
-bool align(const Matrix& a, const Matrix& b, Sim3* b_from_a) {
+bool align(const Matrix& a, const Matrix& b, bool with_scale, Sim3* b_from_a) {
   if (!a.allFinite() || !b.allFinite() || coincide(a) || coincide(b)) return false;
-  const Eigen::Matrix4d transform = Eigen::umeyama(a, b, true);
+  const Eigen::Matrix4d transform = Eigen::umeyama(a, b, with_scale);
   if (!transform.allFinite()) return false;
   const Eigen::Matrix3d scaled = transform.topLeftCorner<3, 3>();
   const double scale = std::cbrt(scaled.determinant());
@@ -37,11 +37,19 @@ bool align(const Matrix& a, const Matrix& b, Sim3* b_from_a) {
 bool align_sim3(const std::vector<Eigen::Vector3d>& points_in_a,
                 const std::vector<Eigen::Vector3d>& points_in_b, Sim3* b_from_a) {
   if (points_in_a.size() < 3 || points_in_a.size() != points_in_b.size()) return false;
-  return align(as_matrix(points_in_a), as_matrix(points_in_b), b_from_a);
+  return align(as_matrix(points_in_a), as_matrix(points_in_b), true, b_from_a);
 }
 
 bool align_sim3(const Eigen::Matrix3d& points_in_a, const Eigen::Matrix3d& points_in_b, Sim3* b_from_a) {
-  return align(points_in_a, points_in_b, b_from_a);
+  return align(points_in_a, points_in_b, true, b_from_a);
+}
+
+bool align_se3(const std::vector<Eigen::Vector3d>& points_in_a,
+               const std::vector<Eigen::Vector3d>& points_in_b, Sim3* b_from_a) {
+  if (points_in_a.size() < 3 || points_in_a.size() != points_in_b.size()) return false;
+  if (!align(as_matrix(points_in_a), as_matrix(points_in_b), false, b_from_a)) return false;
+  b_from_a->scale = 1;  // but for rounding
+  return true;
 }
 
 }  // namespace mono_pose_tracker

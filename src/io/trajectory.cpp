@@ -9,6 +9,7 @@
 #include <locale>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/stamp.h"
@@ -46,6 +47,11 @@ std::string parse_line(const std::string& line, StampedPose* pose) {
   return {};
 }
 
+void sort_by_stamp(std::vector<StampedPose>* poses) {
+  std::stable_sort(poses->begin(), poses->end(),
+                   [](const StampedPose& a, const StampedPose& b) { return a.stamp_ns < b.stamp_ns; });
+}
+
 }  // namespace
 
 std::string tum_line(const StampedPose& pose) {
@@ -61,29 +67,42 @@ std::string tum_line(const StampedPose& pose) {
   return line.str();
 }
 
-std::vector<StampedPose> read_tum(const std::string& path) {
+std::vector<std::vector<StampedPose>> read_tum_maps(const std::string& path) {
   std::istringstream lines(read_text_file(path, std::string("lines `") + kLayout + "`", kMaxBytes));
-  std::vector<StampedPose> poses;
+  std::vector<std::vector<StampedPose>> maps;
+  bool begins = true;
   std::string line;
   for (int number = 1; std::getline(lines, line); ++number) {
     const std::size_t start = line.find_first_not_of(" \t\r");
-    if (start == std::string::npos || line[start] == '#') continue;
+    if (start == std::string::npos) continue;
+    if (line[start] == '#') {
+      if (line.find("a new map begins", start) != std::string::npos) begins = true;
+      continue;
+    }
     StampedPose pose;
     const std::string problem = parse_line(line, &pose);
     if (!problem.empty()) {
       throw std::runtime_error(path + ": line " + std::to_string(number) + " " + problem + ": expected `" +
                                kLayout + "`");
     }
-    poses.push_back(pose);
+    if (std::exchange(begins, false)) maps.emplace_back();
+    maps.back().push_back(pose);
   }
-  std::stable_sort(poses.begin(), poses.end(),
-                   [](const StampedPose& a, const StampedPose& b) { return a.stamp_ns < b.stamp_ns; });
-  return poses;
+  for (std::vector<StampedPose>& poses : maps) sort_by_stamp(&poses);
+  return maps;
+}
+
+std::vector<StampedPose> read_tum(const std::string& path) {
+  std::vector<StampedPose> all;
+  for (const std::vector<StampedPose>& poses : read_tum_maps(path)) {
+    all.insert(all.end(), poses.begin(), poses.end());
+  }
+  sort_by_stamp(&all);
+  return all;
 }
 
 void write_tum(const std::string& path, std::vector<StampedPose> poses) {
-  std::stable_sort(poses.begin(), poses.end(),
-                   [](const StampedPose& a, const StampedPose& b) { return a.stamp_ns < b.stamp_ns; });
+  sort_by_stamp(&poses);
   write_file_atomically(path, [&](std::ostream& out) {
     for (const StampedPose& pose : poses) out << tum_line(pose) << '\n';
   });

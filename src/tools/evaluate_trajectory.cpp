@@ -1,9 +1,13 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "command_line.h"
@@ -17,47 +21,162 @@ using namespace mono_pose_tracker;
 namespace {
 
 struct Arguments {
-  std::string reference, estimate, json, plot;
+  std::string reference, estimate, json, plot, align = "sim3", delta = "1";
   double max_difference = 0.01;
 };
 
-void print_table(const TrajectoryError& e) {
+/// "10": frames; "1.5m": metres, or whatever the reference's unit is.
+PoseDelta parse_delta(const std::string& text) {
+  const std::runtime_error problem(
+      "--delta is " + text + ": expected a number of frames such as 10, or metres of path such as 1.5m");
+  PoseDelta delta;
+  std::size_t read = 0;
+  try {
+    delta.size = std::stod(text, &read);
+  } catch (const std::exception&) {
+    throw problem;
+  }
+  const std::string unit = text.substr(read);
+  if (unit == "m") delta.unit = PoseDelta::Unit::kLength;
+  const bool whole = unit == "m" || delta.size == std::floor(delta.size);
+  if ((!unit.empty() && unit != "m") || !whole || !(delta.size > 0 && delta.size < 1e9)) throw problem;
+  return delta;
+}
+
+/// A map of the estimate, and how far it is off or why that can't be said.
+struct EvaluatedMap {
+  std::size_t frames = 0;
+  std::optional<TrajectoryError> error;
+  std::string problem;
+};
+
+std::vector<EvaluatedMap> evaluate(const std::vector<StampedPose>& reference,
+                                   const std::vector<std::vector<StampedPose>>& maps,
+                                   const EvaluationOptions& options) {
+  std::vector<EvaluatedMap> results;
+  for (const std::vector<StampedPose>& poses : maps) {
+    EvaluatedMap map;
+    map.frames = poses.size();
+    try {
+      map.error = evaluate_trajectory(reference, poses, options);
+    } catch (const std::runtime_error& e) {
+      if (maps.size() == 1) throw;
+      map.problem = e.what();
+    }
+    results.push_back(std::move(map));
+  }
+  return results;
+}
+
+/// The one that most frames of the reference have a pose in.
+const EvaluatedMap& main_map(const std::vector<EvaluatedMap>& maps) {
+  const auto matched = [](const EvaluatedMap& map) { return map.error ? map.error->frames_matched : -1; };
+  return *std::max_element(maps.begin(), maps.end(), [&](const EvaluatedMap& a, const EvaluatedMap& b) {
+    return matched(a) < matched(b);
+  });
+}
+
+void print_table(const TrajectoryError& e, const Arguments& arguments) {
   std::printf("frames          %d matched, %d in the reference\n", e.frames_matched, e.frames_reference);
-  std::printf("scale           %.6g (reference / estimate)\n", e.reference_from_estimate.scale);
-  std::printf("position        rmse %.6g   median %.6g   max %.6g\n", e.position_rmse, e.position_median,
+  std::printf("scale           %.6g (reference / estimate)%s\n", e.reference_from_estimate.scale,
+              arguments.align == "se3" ? ", not sought" : "");
+  std::printf("ATE             rmse %.6g   median %.6g   max %.6g\n", e.position_rmse, e.position_median,
               e.position_max);
   std::printf("                rmse is %.4f %% of the path of %.6g\n", e.position_rmse_percent,
               e.path_length);
   std::printf("rotation        median %.4f deg   max %.4f deg\n", e.rotation_median_deg, e.rotation_max_deg);
+  std::printf("RPE             over %s%s: translation rmse %.6g   rotation rmse %.4f deg   (%d pairs)\n",
+              arguments.delta.c_str(), arguments.delta.back() == 'm' ? "" : " frames", e.rpe_translation_rmse,
+              e.rpe_rotation_rmse_deg, e.rpe_pairs);
+  std::printf("drift           translation %.4f %%   rotation %.4f deg per unit of path\n",
+              e.drift_translation_percent, e.drift_rotation_deg_per_length);
+  if (e.scale_drift_percent) {
+    std::printf("scale drift     %+.3f %% from the first to the last quarter\n", *e.scale_drift_percent);
+  }
   std::printf("frame to frame  rotation median %.4f deg   direction median %.4f deg\n",
               e.relative_rotation_median_deg, e.relative_direction_median_deg);
 }
 
-nlohmann::ordered_json to_json(const TrajectoryError& e) {
-  return {{"frames_reference", e.frames_reference},
-          {"frames_matched", e.frames_matched},
-          {"scale", e.reference_from_estimate.scale},
-          {"position_rmse", e.position_rmse},
-          {"position_median", e.position_median},
-          {"position_max", e.position_max},
-          {"path_length", e.path_length},
-          {"position_rmse_percent", e.position_rmse_percent},
-          {"rotation_median_deg", e.rotation_median_deg},
-          {"rotation_max_deg", e.rotation_max_deg},
-          {"relative_rotation_median_deg", e.relative_rotation_median_deg},
-          {"relative_direction_median_deg", e.relative_direction_median_deg}};
+nlohmann::ordered_json to_json(const TrajectoryError& e, const Arguments& arguments) {
+  nlohmann::ordered_json json = {{"frames_reference", e.frames_reference},
+                                 {"frames_matched", e.frames_matched},
+                                 {"scale", e.reference_from_estimate.scale},
+                                 {"position_rmse", e.position_rmse},
+                                 {"position_median", e.position_median},
+                                 {"position_max", e.position_max},
+                                 {"path_length", e.path_length},
+                                 {"position_rmse_percent", e.position_rmse_percent},
+                                 {"rotation_median_deg", e.rotation_median_deg},
+                                 {"rotation_max_deg", e.rotation_max_deg},
+                                 {"relative_rotation_median_deg", e.relative_rotation_median_deg},
+                                 {"relative_direction_median_deg", e.relative_direction_median_deg},
+                                 {"align", arguments.align},
+                                 {"ate_rmse", e.position_rmse},
+                                 {"rpe_delta", arguments.delta},
+                                 {"rpe_pairs", e.rpe_pairs},
+                                 {"rpe_translation_rmse", e.rpe_translation_rmse},
+                                 {"rpe_rotation_rmse_deg", e.rpe_rotation_rmse_deg},
+                                 {"drift_translation_percent", e.drift_translation_percent},
+                                 {"drift_rotation_deg_per_length", e.drift_rotation_deg_per_length},
+                                 {"scale_drift_percent", nullptr}};
+  if (e.scale_drift_percent) json["scale_drift_percent"] = *e.scale_drift_percent;
+  return json;
+}
+
+nlohmann::ordered_json to_json(const std::vector<EvaluatedMap>& maps, const Arguments& arguments) {
+  nlohmann::ordered_json json = to_json(*main_map(maps).error, arguments);
+  nlohmann::ordered_json epochs = nlohmann::ordered_json::array();
+  for (const EvaluatedMap& map : maps) {
+    nlohmann::ordered_json epoch = {{"frames", map.frames}};
+    if (map.error) {
+      epoch.update(to_json(*map.error, arguments));
+    } else {
+      epoch["problem"] = map.problem;
+    }
+    epochs.push_back(std::move(epoch));
+  }
+  json["epochs"] = std::move(epochs);
+  return json;
+}
+
+void print(const std::vector<EvaluatedMap>& maps, const Arguments& arguments) {
+  for (std::size_t i = 0; i < maps.size() && maps.size() > 1; ++i) {
+    std::printf("map %zu of %zu, aligned by itself: %zu poses\n", i + 1, maps.size(), maps[i].frames);
+    if (maps[i].error) {
+      print_table(*maps[i].error, arguments);
+    } else {
+      std::printf("%s\n", maps[i].problem.c_str());
+    }
+    std::printf("\n");
+  }
+  if (maps.size() > 1) std::printf("the map that most frames are posed in:\n");
+  print_table(*main_map(maps).error, arguments);
 }
 
 void run(const Arguments& arguments) {
+  EvaluationOptions options;
+  options.max_difference_ns = std::llround(arguments.max_difference * 1e9);
+  options.alignment = arguments.align == "se3" ? Alignment::kSe3 : Alignment::kSim3;
+  options.delta = parse_delta(arguments.delta);
   const std::vector<StampedPose> reference = read_tum(arguments.reference);
-  const std::vector<StampedPose> estimate = read_tum(arguments.estimate);
-  const TrajectoryError error =
-      evaluate_trajectory(reference, estimate, std::llround(arguments.max_difference * 1e9));
-  print_table(error);
+  std::vector<std::vector<StampedPose>> estimate = read_tum_maps(arguments.estimate);
+  if (estimate.empty()) estimate.emplace_back();
+  const std::vector<EvaluatedMap> maps = evaluate(reference, estimate, options);
+  const EvaluatedMap& best = main_map(maps);
+  if (!best.error)
+    throw std::runtime_error("none of the " + std::to_string(maps.size()) + " maps: " + best.problem);
+  print(maps, arguments);
   if (!arguments.json.empty()) {
-    write_file_atomically(arguments.json, [&](std::ostream& out) { out << to_json(error).dump(2) << '\n'; });
+    write_file_atomically(arguments.json,
+                          [&](std::ostream& out) { out << to_json(maps, arguments).dump(2) << '\n'; });
   }
-  if (!arguments.plot.empty()) write_trajectory_plot(arguments.plot, error);
+  if (!arguments.plot.empty()) {
+    std::vector<TrajectoryError> errors;
+    for (const EvaluatedMap& map : maps) {
+      if (map.error) errors.push_back(*map.error);
+    }
+    write_trajectory_plot(arguments.plot, united(errors));
+  }
 }
 
 }  // namespace
@@ -65,13 +184,22 @@ void run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   Arguments arguments;
   CLI::App app(
-      "Compares an estimated trajectory with a reference, both TUM files, after a similarity alignment.");
+      "Compares an estimated trajectory with a reference, both TUM files, after an alignment. Maps that the "
+      "estimate "
+      "holds one after the other (the comment `# a new map begins`) are aligned and judged one by one.");
   app.add_option("--reference", arguments.reference, "the true poses (TUM file)")->required();
   app.add_option("--estimate", arguments.estimate, "the poses to judge (TUM file)")->required();
   app.add_option("--max-difference", arguments.max_difference,
                  "largest difference in s between stamps of one frame")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e6));
+  app.add_option("--align", arguments.align,
+                 "sim3: with a scale; se3: the estimate is in the reference's units")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"sim3", "se3"}));
+  app.add_option("--delta", arguments.delta,
+                 "step of the relative pose error: frames (10) or metres of path (1.5m)")
+      ->capture_default_str();
   app.add_option("--json", arguments.json, "write the figures to this file");
   app.add_option("--plot", arguments.plot, "draw both trajectories and the error over time (png, jpg)");
   return run_command_line("evaluate_trajectory", app, argc, argv, [&] {

@@ -58,7 +58,8 @@ class EvaluateTrajectory(unittest.TestCase):
         self.assertIn("20 matched, 30 in the reference", result.stdout)
         with open(figures) as f:
             error = json.load(f)
-        self.assertEqual(list(error), KEYS)
+        self.assertEqual(list(error)[:len(KEYS)], KEYS)
+        self.assertEqual(len(error["epochs"]), 1)
         self.assertEqual((error["frames_reference"], error["frames_matched"]), (30, 20))
         self.assertAlmostEqual(error["scale"], 2, places=6)
         self.assertAlmostEqual(error["path_length"], 19 * math.hypot(2 * math.sin(0.05), 0.1), places=6)
@@ -86,6 +87,54 @@ class EvaluateTrajectory(unittest.TestCase):
         self.expect_refused(["e.xyz", ".png"], *good, "--plot", os.path.join(self.folder.name, "e.xyz"))
         self.expect_refused(["--max-difference"], *good, "--max-difference", "-1")
         self.expect_refused(["--nonsense"], *good, "--nonsense")
+
+    def figures_of(self, content, *options):
+        figures = os.path.join(self.folder.name, "figures.json")
+        result = self.run_program("--reference", self.reference, "--estimate", self.file("e.txt", content), "--json",
+                                  figures, *options)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        with open(figures) as f:
+            return json.load(f), result.stdout
+
+    def test_a_scale_is_sought_unless_told_otherwise(self):
+        self.assertAlmostEqual(self.figures_of(helix(30, 0.5))[0]["ate_rmse"], 0, places=6)
+        error, said = self.figures_of(helix(30, 0.5), "--align", "se3")
+        self.assertEqual((error["scale"], error["align"]), (1, "se3"))
+        self.assertGreater(error["ate_rmse"], 0.1)
+        self.assertIn("not sought", said)
+
+    def test_relative_error_over_frames_and_metres(self):
+        """A helix of which the estimate is 10 % too small, without a scale: each step is wrong by a tenth of itself."""
+        step = math.hypot(2 * math.sin(0.05), 0.1)
+        error, said = self.figures_of(helix(30, 0.9), "--align", "se3", "--delta", "1")
+        self.assertEqual(error["rpe_pairs"], 29)
+        self.assertAlmostEqual(error["rpe_translation_rmse"], 0.1 * step, places=6)
+        self.assertAlmostEqual(error["rpe_rotation_rmse_deg"], 0, places=5)
+        self.assertIn("over 1 frames", said)
+        chord = math.hypot(2 * math.sin(0.5), 1)
+        for delta, pairs in (("10", 20), ("%.6fm" % (9.5 * step), 20)):
+            error, _ = self.figures_of(helix(30, 0.9), "--align", "se3", "--delta", delta)
+            self.assertEqual(error["rpe_pairs"], pairs)
+            self.assertAlmostEqual(error["rpe_translation_rmse"], 0.1 * chord, places=6)
+        for bad in ("", "0", "-1", "1.5", "x", "3km", "nan"):
+            self.expect_refused(["--delta"], "--reference", self.reference, "--estimate", self.reference, "--delta=" + bad)
+
+    def test_epochs_are_judged_apart(self):
+        """Two maps with scales of their own: exact apart, nonsense together."""
+        lines, other = helix(30).splitlines(True), helix(30, 3.0).splitlines(True)
+        content = "".join(lines[:10]) + "# a new map begins (epoch 1): another origin and scale\n" + "".join(other[10:])
+        error, said = self.figures_of(content, "--plot", os.path.join(self.folder.name, "e.png"))
+        self.assertEqual([e["frames_matched"] for e in error["epochs"]], [10, 20])
+        self.assertAlmostEqual(error["epochs"][0]["scale"], 1, places=6)
+        self.assertAlmostEqual(error["epochs"][1]["scale"], 1 / 3, places=6)
+        self.assertEqual(error["frames_matched"], 20)
+        self.assertAlmostEqual(error["position_max"], 0, places=6)
+        self.assertIn("map 2 of 2", said)
+        one_of_them, _ = self.figures_of(content.replace("# a new map begins", "#"))
+        self.assertGreater(one_of_them["position_max"], 0.1)
+        short, said = self.figures_of("".join(lines[:2]) + "# a new map begins\n" + "".join(lines[2:]))
+        self.assertIn("expected 3", short["epochs"][0]["problem"])
+        self.assertEqual(short["frames_matched"], 28)
 
     def test_help(self):
         result = self.run_program("--help")

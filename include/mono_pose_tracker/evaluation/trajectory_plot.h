@@ -7,8 +7,8 @@
 
 namespace mono_pose_tracker {
 
-/// Reference and aligned estimate from above and from the side (axes of the first reference camera: above
-/// looks along its y axis, the side along its x axis), and the position error over time.
+/// Reference and aligned estimate from above and from the side (up is what the reference's cameras have up on
+/// average, forward where the first of them looks), and the errors of position and rotation over time.
 cv::Mat draw_trajectory_plot(const TrajectoryError& error);
 
 /// Writes the picture in the format of the name's extension. Throws std::runtime_error naming the path when

@@ -35,9 +35,11 @@ struct Sim3 {
 };
 
 /// b_from_a with the least sum of squared distances (Umeyama, PAMI 1991; Eigen's implementation). False when
-/// there are fewer than three pairs or all points coincide.
+/// there are fewer than three pairs or all points coincide. align_se3 seeks no scale: it is 1.
 bool align_sim3(const std::vector<Eigen::Vector3d>& points_in_a,
                 const std::vector<Eigen::Vector3d>& points_in_b, Sim3* b_from_a);
+bool align_se3(const std::vector<Eigen::Vector3d>& points_in_a,
+               const std::vector<Eigen::Vector3d>& points_in_b, Sim3* b_from_a);
 
 /// The same of three pairs, the columns; nothing is allocated.
 bool align_sim3(const Eigen::Matrix3d& points_in_a, const Eigen::Matrix3d& points_in_b, Sim3* b_from_a);

@@ -19,6 +19,10 @@ struct StampedPose {
 /// line and what was expected.
 std::vector<StampedPose> read_tum(const std::string& path);
 
+/// As read_tum, but map by map, as ~trajectory_file tells them apart: another begins after a comment `# a new
+/// map begins ...`. Poses of different maps have nothing in common. None is empty.
+std::vector<std::vector<StampedPose>> read_tum_maps(const std::string& path);
+
 /// The TUM line of a pose, without its line end: 12 significant digits, whatever the unit of length.
 std::string tum_line(const StampedPose& pose);
 
