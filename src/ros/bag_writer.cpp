@@ -1,10 +1,12 @@
 #include "mono_pose_tracker/ros/bag_writer.h"
 
 #include <cv_bridge/cv_bridge.h>
+#include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/image_encodings.h>
 
 #include <algorithm>
+#include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
 #include "mono_pose_tracker/ros/camera_info_conversion.h"
@@ -15,10 +17,18 @@ namespace {
 /// A bag refuses a record at time 0, which a header may well hold.
 ros::Time record_time(const ros::Time& stamp) { return std::max(stamp, ros::TIME_MIN); }
 
+std_msgs::Header header_of(std::int64_t stamp_ns) {
+  std_msgs::Header header;
+  header.frame_id = "camera_optical";
+  header.stamp.fromNSec(static_cast<std::uint64_t>(stamp_ns));
+  return header;
+}
+
 }  // namespace
 
-BagWriter::BagWriter(const std::string& path, const CameraParameters& camera)
-    : path_(path), info_(to_camera_info(camera)) {
+BagWriter::BagWriter(const std::string& path, const std::optional<CameraParameters>& camera, int jpeg_quality)
+    : path_(path), jpeg_quality_(jpeg_quality) {
+  if (camera) info_ = to_camera_info(*camera);
   try {
     bag_.open(path, rosbag::bagmode::Write);
   } catch (const rosbag::BagException& error) {
@@ -26,31 +36,42 @@ BagWriter::BagWriter(const std::string& path, const CameraParameters& camera)
   }
 }
 
-void BagWriter::write_image(const std::string& topic, std::int64_t stamp_ns, const cv::Mat& image) {
-  namespace encodings = sensor_msgs::image_encodings;
-  std_msgs::Header header;
-  header.frame_id = info_.header.frame_id;
-  header.stamp.fromNSec(stamp_ns);
-  const cv_bridge::CvImage message(header, image.channels() == 1 ? encodings::MONO8 : encodings::BGR8, image);
+template <typename Message>
+void BagWriter::write_message(const std::string& topic, const Message& message) {
   try {
-    bag_.write(topic, record_time(header.stamp), *message.toImageMsg());
+    bag_.write(topic, record_time(message.header.stamp), message);
   } catch (const rosbag::BagException& error) {
     throw std::runtime_error(path_ + ": cannot be written (" + error.what() + ")");
   }
+}
+
+void BagWriter::write_raw(const std::string& topic, std::int64_t stamp_ns, const cv::Mat& image) {
+  namespace encodings = sensor_msgs::image_encodings;
+  const char* encoding = image.channels() == 1 ? encodings::MONO8.c_str() : encodings::BGR8.c_str();
+  write_message(topic, *cv_bridge::CvImage(header_of(stamp_ns), encoding, image).toImageMsg());
+}
+
+void BagWriter::write_jpeg(std::int64_t stamp_ns, const cv::Mat& image) {
+  sensor_msgs::CompressedImage message;
+  message.header = header_of(stamp_ns);
+  message.format = "jpeg";
+  cv::imencode(".jpg", image, message.data, {cv::IMWRITE_JPEG_QUALITY, jpeg_quality_});
+  write_message("/camera/image_raw/compressed", message);
 }
 
 void BagWriter::write(std::int64_t stamp_ns, const cv::Mat& image) {
-  write_image("/camera/image_raw", stamp_ns, image);
-  info_.header.stamp.fromNSec(stamp_ns);
-  try {
-    bag_.write("/camera/camera_info", record_time(info_.header.stamp), info_);
-  } catch (const rosbag::BagException& error) {
-    throw std::runtime_error(path_ + ": cannot be written (" + error.what() + ")");
+  if (jpeg_quality_ > 0) {
+    write_jpeg(stamp_ns, image);
+  } else {
+    write_raw("/camera/image_raw", stamp_ns, image);
   }
+  if (!info_) return;
+  info_->header = header_of(stamp_ns);
+  write_message("/camera/camera_info", *info_);
 }
 
 void BagWriter::write_mask(std::int64_t stamp_ns, const cv::Mat& mask) {
-  write_image("/camera/mask", stamp_ns, mask);
+  write_raw("/camera/mask", stamp_ns, mask);
 }
 
 void BagWriter::close() {

@@ -15,6 +15,7 @@
 #include "mono_pose_tracker/io/trajectory.h"
 #include "mono_pose_tracker/ros/bag_writer.h"
 #include "mono_pose_tracker/simulation/simulated_sequence.h"
+#include "progress_bar.h"
 
 namespace {
 
@@ -123,6 +124,7 @@ void render_to(const Arguments& a, const SimulatedSequence& sequence) {
   write_camera_yaml((folder / "camera.yaml").string(), "simulated", sequence.camera().parameters());
   BagWriter bag(a.bag.empty() ? (folder / "sequence.bag").string() : a.bag, sequence.camera().parameters());
   std::string list;
+  ProgressBar progress(sequence.size(), a.quiet);
   for (int i = 0; i < sequence.size(); ++i) {
     const SimulatedFrame frame = sequence.render(i);
     const std::string name = image_name(i);
@@ -131,9 +133,8 @@ void render_to(const Arguments& a, const SimulatedSequence& sequence) {
     bag.write(frame.stamp_ns, frame.image);
     if (a.bag_masks) bag.write_mask(frame.stamp_ns, frame.mask);
     list += format_stamp(frame.stamp_ns) + " images/" + name + "\n";
-    if (!a.quiet) std::fprintf(stderr, "\r%d of %d images", i + 1, sequence.size());
+    progress.advance();
   }
-  if (!a.quiet) std::fprintf(stderr, "\n");
   bag.close();
   write_file_atomically((folder / "images.txt").string(), [&](std::ostream& out) { out << list; });
   write_tum((folder / "groundtruth.txt").string(), sequence.path());

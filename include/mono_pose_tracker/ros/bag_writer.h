@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 
 #include "mono_pose_tracker/camera/camera_model.h"
@@ -16,8 +17,10 @@ namespace mono_pose_tracker {
 /// both.
 class BagWriter {
  public:
-  /// Throws std::runtime_error naming the path when it cannot be written.
-  BagWriter(const std::string& path, const CameraParameters& camera);
+  /// camera: none: no CameraInfo is written. jpeg_quality: 1 to 100: sensor_msgs/CompressedImage on
+  /// /camera/image_raw/compressed instead; 0: raw. Throws std::runtime_error naming the path when it cannot
+  /// be written.
+  BagWriter(const std::string& path, const std::optional<CameraParameters>& camera, int jpeg_quality = 0);
 
   /// `image`: CV_8UC3 (blue green red) or CV_8UC1. Throws std::runtime_error naming the path.
   void write(std::int64_t stamp_ns, const cv::Mat& image);
@@ -29,11 +32,15 @@ class BagWriter {
   void close();
 
  private:
-  void write_image(const std::string& topic, std::int64_t stamp_ns, const cv::Mat& image);
+  template <typename Message>
+  void write_message(const std::string& topic, const Message& message);
+  void write_raw(const std::string& topic, std::int64_t stamp_ns, const cv::Mat& image);
+  void write_jpeg(std::int64_t stamp_ns, const cv::Mat& image);
 
-  std::string path_;
+  const std::string path_;
+  const int jpeg_quality_;
   rosbag::Bag bag_;
-  sensor_msgs::CameraInfo info_;
+  std::optional<sensor_msgs::CameraInfo> info_;
 };
 
 }  // namespace mono_pose_tracker

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "../study/progress_bar.h"
+#include "../progress_bar.h"
 #include "live_pipeline.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "process_usage.h"

@@ -1,0 +1,101 @@
+// Writes a video, a folder or a list of images as a bag, stamped as track_sequence stamps them.
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+
+#include "command_line.h"
+#include "mono_pose_tracker/io/camera_yaml.h"
+#include "mono_pose_tracker/io/image_source.h"
+#include "mono_pose_tracker/ros/bag_writer.h"
+#include "progress_bar.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace mono_pose_tracker;
+
+struct Arguments {
+  std::string recording, bag, camera;
+  int jpeg_quality = 0;
+  bool compressed = false, quiet = false;
+};
+
+void declare(CLI::App& app, Arguments& a) {
+  app.add_option("recording", a.recording,
+                 "video file, folder of images, or list of `timestamp path` lines; of a folder with an "
+                 "images.txt, that list")
+      ->required();
+  app.add_option("bag", a.bag, "bag to write")->required();
+  app.add_option("--camera", a.camera,
+                 "calibration, the YAML that camera_calibration writes [no CameraInfo]");
+  app.add_flag("--compressed", a.compressed, "JPEG images, on /camera/image_raw/compressed");
+  app.add_option("--quality", a.jpeg_quality, "of --compressed [95]")->check(CLI::Range(1, 100));
+  app.add_flag("--quiet", a.quiet, "say nothing but errors");
+}
+
+std::unique_ptr<ImageSource> open_recording(const std::string& path) {
+  const fs::path list = fs::path(path) / "images.txt";
+  if (fs::is_regular_file(list)) return open_image_list(list.string());
+  if (fs::is_directory(path) || fs::path(path).extension() == ".txt") return open_images(path);
+  return open_video(path);
+}
+
+int write_images(const Arguments& a, ImageSource& source, const std::optional<CameraParameters>& camera) {
+  BagWriter bag(a.bag, camera, a.jpeg_quality);
+  ProgressBar progress(source.size(), a.quiet);
+  int written = 0;
+  for (SourceImage image = source.next(); image.kind != SourceImage::Kind::kEnd; image = source.next()) {
+    progress.advance();
+    if (image.kind == SourceImage::Kind::kSkipped) {
+      std::fprintf(stderr, "%s\n", image.problem.c_str());
+      continue;
+    }
+    if (camera && (image.image.cols != camera->width || image.image.rows != camera->height)) {
+      throw std::runtime_error(image.name + ": is " + std::to_string(image.image.cols) + "x" +
+                               std::to_string(image.image.rows) + ", the calibration is for " +
+                               std::to_string(camera->width) + "x" + std::to_string(camera->height));
+    }
+    bag.write(image.stamp_ns, image.image);
+    ++written;
+  }
+  bag.close();
+  return written;
+}
+
+int run(Arguments a) {
+  if (a.compressed && a.jpeg_quality == 0) a.jpeg_quality = 95;
+  if (!a.compressed) a.jpeg_quality = 0;
+  std::optional<CameraParameters> camera;
+  if (!a.camera.empty()) camera = read_camera_yaml(a.camera);
+  const std::unique_ptr<ImageSource> source = open_recording(a.recording);
+  // Under another name until it is complete: half a bag is none.
+  const std::string path = a.bag, partial = path + ".part";
+  a.bag = partial;
+  int written = 0;
+  std::error_code error;
+  try {
+    written = write_images(a, *source, camera);
+    if (written == 0) throw std::runtime_error(a.recording + ": no image in it could be read");
+    fs::rename(partial, path, error);
+    if (error) throw std::runtime_error(path + ": cannot be written (" + error.message() + ")");
+  } catch (const std::exception&) {
+    fs::remove(partial, error);
+    throw;
+  }
+  if (!a.quiet) std::printf("%d images in %s\n", written, path.c_str());
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Writes a video, a folder or a list of images as a bag: /camera/image_raw and /camera/camera_info.",
+      "recording_to_bag");
+  Arguments arguments;
+  declare(app, arguments);
+  return run_command_line("recording_to_bag", app, argc, argv, [&] { return run(arguments); });
+}
