@@ -19,9 +19,6 @@ using diagnostic_msgs::DiagnosticStatus;
 // A camera that is not there is looked for this often at first, and never less often than the second.
 constexpr std::chrono::milliseconds kFirstRetry{250}, kSlowestRetry{4000};
 
-// Diagnostics are looked at this often; the updater publishes at its own ~diagnostic_period.
-constexpr double kDiagnosticSeconds = 0.25;
-
 /// As CameraInfoManager takes it: a path becomes file://PATH, an empty one stays
 /// (~/.ros/camera_info/NAME.yaml).
 std::string calibration_url(const std::string& url) {
@@ -42,6 +39,7 @@ CameraNodelet::~CameraNodelet() {
   }
   stop_.notify_all();
   if (capturing_.joinable()) capturing_.join();
+  diagnostics_.reset();  // it reads what is destroyed before it
 }
 
 void CameraNodelet::onInit() {
@@ -86,13 +84,9 @@ void CameraNodelet::advertise() {
                                 ", expected a path, file:// or package://");
   }
   publisher_ = image_transport::ImageTransport(handle).advertiseCamera("image_raw", 2);
-  diagnostics_ = std::make_unique<diagnostic_updater::Updater>(getNodeHandle(), handle, getName());
-  diagnostics_->setHardwareID(settings_.video.empty() ? settings_.device : settings_.video);
-  diagnostics_->add("camera", [this](diagnostic_updater::DiagnosticStatusWrapper& s) { diagnose(s); });
-  timer_ = handle.createWallTimer(ros::WallDuration(kDiagnosticSeconds), [this](const ros::WallTimerEvent&) {
-    guarded([this] { diagnostics_->update(); },
-            [this](const std::string& text) { NODELET_ERROR_THROTTLE(5, "%s", text.c_str()); });
-  });
+  diagnostics_ = std::make_unique<WallClockUpdater>(
+      getNodeHandle(), handle, getName(), settings_.video.empty() ? settings_.device : settings_.video,
+      "camera", [this](diagnostic_updater::DiagnosticStatusWrapper& status) { diagnose(status); });
 }
 
 void CameraNodelet::capture_images() {
@@ -157,9 +151,10 @@ void CameraNodelet::publish(const cv::Mat& image, double age_seconds) {
     info->width = static_cast<std::uint32_t>(image.cols);
     info->height = static_cast<std::uint32_t>(image.rows);
   } else if (info->width != message->width || info->height != message->height) {
-    NODELET_ERROR_THROTTLE(30,
-                           "the images are %s, the calibration is for %ux%u: calibrate at the size you use",
-                           size_text(image.size()).c_str(), info->width, info->height);
+    if (throttle_.due("calibration size")) {
+      NODELET_ERROR("the images are %s, the calibration is for %ux%u: calibrate at the size you use",
+                    size_text(image.size()).c_str(), info->width, info->height);
+    }
   }
   publisher_.publish(message, info);
   count_image(image.size());

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <camera_info_manager/camera_info_manager.h>
-#include <diagnostic_updater/diagnostic_updater.h>
 #include <image_transport/image_transport.h>
 #include <nodelet/nodelet.h>
 
@@ -14,6 +13,8 @@
 #include <thread>
 
 #include "mono_pose_tracker/ros/capture.h"
+#include "mono_pose_tracker/ros/log_throttle.h"
+#include "mono_pose_tracker/ros/wall_clock_updater.h"
 
 namespace mono_pose_tracker {
 
@@ -55,8 +56,8 @@ class CameraNodelet : public nodelet::Nodelet {
 
   std::unique_ptr<camera_info_manager::CameraInfoManager> calibration_;
   image_transport::CameraPublisher publisher_;
-  std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
-  ros::WallTimer timer_;
+  std::unique_ptr<WallClockUpdater> diagnostics_;
+  LogThrottle throttle_{std::chrono::seconds(30)};  // of the capturing thread
 
   mutable std::mutex mutex_;  // guards stopping_ and health_
   std::condition_variable stop_;
