@@ -1,5 +1,7 @@
 #include "mono_pose_tracker/ros/camera_source.h"
 
+#include "mono_pose_tracker/camera/camera_guess.h"
+
 namespace mono_pose_tracker {
 
 void CameraSource::set_file(const sensor_msgs::CameraInfo& info) {
@@ -11,6 +13,15 @@ void CameraSource::set_message(const sensor_msgs::CameraInfoConstPtr& info) {
   const std::lock_guard<std::mutex> lock(mutex_);
   message_ = convert_camera_info(*info, rectified_);
   arrived_.notify_all();
+}
+
+void CameraSource::set_image_size(int width, int height) {
+  if (hfov_deg_ <= 0) return;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (guess_ && guess_->parameters.width == width && guess_->parameters.height == height) return;
+  guess_.emplace();
+  guess_->parameters = guess_camera(width, height, hfov_deg_);
+  guess_->source = CalibrationSource::kGuessed;
 }
 
 bool CameraSource::has_message() const {
@@ -25,7 +36,9 @@ bool CameraSource::has_calibration() const {
 
 std::optional<ConvertedCamera> CameraSource::camera() const {
   const bool calibrated = message_ && message_->reason == Reason::kOk;
-  return calibrated || !file_ ? message_ : file_;
+  if (calibrated) return message_;
+  if (file_) return file_;
+  return guess_ ? guess_ : message_;
 }
 
 std::optional<ConvertedCamera> CameraSource::wait(std::chrono::milliseconds timeout) const {

@@ -108,7 +108,7 @@ void draw_mask(const cv::Mat& mask, cv::Mat& canvas) {
 }
 
 void draw_text(const std::vector<Line>& lines, cv::Mat& canvas) {
-  const double normal = std::max(0.35, canvas.cols / 1100.0);  // readable in a small panel of rviz
+  const double normal = std::max(0.35, canvas.cols / 800.0);  // readable in a small panel of rviz
   const int height = cvRound(28 * normal) + 4;                 // px
   const int margin = 6;                                        // px
   cv::Mat band = canvas.rowRange(0, std::min(canvas.rows, height * static_cast<int>(lines.size()) + margin));

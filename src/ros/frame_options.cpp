@@ -22,6 +22,7 @@ std::vector<std::string> normalize_frames(FrameOptions* options) {
   take("camera_frame", &o.camera_frame, true);
   take("base_frame", &o.base_frame, true);
   take("odom_frame", &o.odom_frame, true);
+  take("view_frame", &o.view_frame, true);
   if (o.map_frame.empty()) problems.push_back("~map_frame is empty");
   if (o.object_frame.empty()) problems.push_back("~object_frame is empty");
   if (!o.odom_frame.empty() && o.object_mode) {

@@ -45,6 +45,7 @@ FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
   const cv::Mat& image = image_.image;
   if (image_.reason != Reason::kOk) return refuse(image_.reason, image_.error);
 
+  if (!image.empty()) cameras_.set_image_size(image.cols, image.rows);
   const std::optional<ConvertedCamera> camera =
       cameras_.wait(std::exchange(first_image_, false) ? kCameraInfoTimeout : std::chrono::milliseconds(0));
   if (!camera) return refuse(Reason::kNoCameraInfo, "no camera_info has arrived");
@@ -55,11 +56,20 @@ FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
                                                   ", the calibration is for " +
                                                   size_text(parameters.width, parameters.height));
   }
-  if (!tracker_ || camera_.parameters() != parameters) use_camera(parameters);
+  if (!tracker_ || camera_.parameters() != parameters) {
+    if (camera->source == CalibrationSource::kGuessed) {
+      warn_("",
+            "there is no calibration: a camera is guessed that sees as wide as ~hfov says; the shape of the "
+            "map "
+            "is as right as that is");
+    }
+    use_camera(parameters);
+  }
 
   FrameReport report = tracker_->process(static_cast<std::int64_t>(message->header.stamp.toNSec()), image,
                                          mask_for(*message).image);
   report.epoch += epoch_base_;
+  calibration_ = report.calibration = camera->source;
   if (report.map_id > 0) report.map_id += epoch_base_;
   return report;
 }
@@ -70,6 +80,7 @@ FrameReport LiveTracker::refuse(Reason reason, const std::string& text) const {
   report.reason = reason;
   report.reason_text = text;
   report.epoch = epoch_;
+  report.calibration = calibration_;
   return report;
 }
 
@@ -77,7 +88,7 @@ void LiveTracker::use_camera(const CameraParameters& parameters) {
   const CameraModel camera(parameters);
   std::shared_ptr<Tracker> tracker = std::make_shared<Tracker>(options_, camera, Tracker::Mapping::kThreaded);
   if (tracker_) {
-    warn_("the calibration has changed: the map is dropped");
+    warn_("", "the calibration has changed: the map is dropped");
     ++epoch_;
   }
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -120,7 +131,7 @@ ConvertedImage LiveTracker::mask_for(const sensor_msgs::Image& message) {
   if (!mask_wanted_()) return {};
   const sensor_msgs::ImageConstPtr mask = masks_.wait(message.header.stamp, mask_timeout_);
   if (!mask) {
-    warn_("no mask has the image's stamp: the image is used unmasked");
+    warn_("missing mask", "no mask has the image's stamp: the image is used unmasked");
     return {};
   }
   ConvertedImage converted = convert_mask(mask);
@@ -128,7 +139,7 @@ ConvertedImage LiveTracker::mask_for(const sensor_msgs::Image& message) {
     converted.error = "its size is " + size_text(converted.image.cols, converted.image.rows);
   }
   if (!converted.error.empty()) {
-    warn_("the mask can't be used (" + converted.error + "): the image is used unmasked");
+    warn_("unusable mask", "the mask can't be used (" + converted.error + "): the image is used unmasked");
     return {};
   }
   return converted;

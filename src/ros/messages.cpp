@@ -7,14 +7,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-geometry_msgs::Point to_point(const Eigen::Vector3d& x) {
-  geometry_msgs::Point point;
-  point.x = x.x();
-  point.y = x.y();
-  point.z = x.z();
-  return point;
-}
-
 geometry_msgs::Vector3 to_vector(const Eigen::Vector3d& x) {
   geometry_msgs::Vector3 vector;
   vector.x = x.x();
@@ -36,17 +28,15 @@ void copy_row_major(const Matrix6d& matrix, boost::array<double, 36>& out) {
   Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(out.data()) = matrix;
 }
 
-/// The corners of the image on the plane `depth` in front of the camera, clockwise. Distortion is left aside.
-std::vector<Eigen::Vector3d> frustum_corners(const CameraParameters& camera, double depth) {
-  std::vector<Eigen::Vector3d> corners;
-  for (const auto& [u, v] :
-       {std::pair{0, 0}, {camera.width, 0}, {camera.width, camera.height}, {0, camera.height}}) {
-    corners.emplace_back(depth * (u - camera.cx) / camera.fx, depth * (v - camera.cy) / camera.fy, depth);
-  }
-  return corners;
-}
-
 }  // namespace
+
+geometry_msgs::Point to_point(const Eigen::Vector3d& x) {
+  geometry_msgs::Point point;
+  point.x = x.x();
+  point.y = x.y();
+  point.z = x.z();
+  return point;
+}
 
 geometry_msgs::Pose to_pose(const Rigid3& b_from_a) {
   geometry_msgs::Pose pose;
@@ -91,32 +81,6 @@ sensor_msgs::PointCloud2 to_point_cloud(const std_msgs::Header& header,
     ++b;
   }
   return cloud;
-}
-
-visualization_msgs::MarkerArray to_frusta(const std_msgs::Header& header, const CameraParameters& camera,
-                                          const std::vector<KeyframePose>& keyframes, double depth) {
-  visualization_msgs::Marker marker;
-  marker.header = header;
-  marker.ns = "keyframes";
-  marker.type = visualization_msgs::Marker::LINE_LIST;
-  marker.action = keyframes.empty() ? visualization_msgs::Marker::DELETE : visualization_msgs::Marker::ADD;
-  marker.pose.orientation.w = 1;
-  marker.scale.x = 0.02 * depth;
-  marker.color.g = 0.6f;
-  marker.color.b = marker.color.a = 1.0f;
-  const std::vector<Eigen::Vector3d> corners = frustum_corners(camera, depth);
-  for (const KeyframePose& keyframe : keyframes) {
-    const geometry_msgs::Point centre = to_point(keyframe.map_from_camera.translation);
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      const geometry_msgs::Point corner = to_point(keyframe.map_from_camera * corners[i]);
-      const geometry_msgs::Point next =
-          to_point(keyframe.map_from_camera * corners[(i + 1) % corners.size()]);
-      marker.points.insert(marker.points.end(), {centre, corner, corner, next});
-    }
-  }
-  visualization_msgs::MarkerArray array;
-  array.markers.push_back(std::move(marker));
-  return array;
 }
 
 geometry_msgs::TwistWithCovariance to_twist(const StampedEstimate& previous, const StampedEstimate& current) {

@@ -3,7 +3,6 @@
 #include <ros/time.h>
 
 #include <chrono>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -12,9 +11,6 @@
 
 namespace mono_pose_tracker {
 namespace {
-
-// Odometry is often published a little later than the image of its time is here.
-constexpr std::chrono::milliseconds kTransformTimeout{50};
 
 /// REP-103: x forward, y left, z up, of a camera's optical axes (x right, y down, z forward).
 Eigen::Matrix3d z_up_from_optical() {
@@ -47,11 +43,22 @@ Rigid3 to_rigid(const geometry_msgs::Transform& transform) {
 
 OutputFrames::OutputFrames(const FrameOptions& options, Warn warn)
     : options_(options), warn_(std::move(warn)) {
-  if (options_.publish_tf || !options_.base_frame.empty()) listener_.emplace(buffer_);
+  if (!options_.publish_tf && options_.base_frame.empty()) return;
+  tf_listening_ = buffer_._addTransformsChangedListener([this] {
+    const std::lock_guard<std::mutex> lock(tf_mutex_);
+    ++tf_changes_;
+    tf_changed_.notify_all();
+  });
+  listener_.emplace(buffer_);
+}
+
+OutputFrames::~OutputFrames() {
+  listener_.reset();  // its thread calls what is destroyed before it
+  tf_listening_.disconnect();
 }
 
 bool OutputFrames::wants_points(std::uint32_t epoch) const {
-  if (options_.object_origin != "centre") return false;
+  if (!options_.object_mode) return false;
   const std::lock_guard<std::mutex> lock(mutex_);
   return centre_epoch_ != epoch;
 }
@@ -69,7 +76,9 @@ Rigid3 OutputFrames::world_from_map() const {
   if (options_.map_orientation == "z_up")
     world_from_map = Rigid3(z_up_from_optical(), Eigen::Vector3d::Zero());
   const std::lock_guard<std::mutex> lock(mutex_);
-  world_from_map.translation = -(world_from_map.rotation * centre_in_map_);
+  if (options_.object_origin == "centre") {
+    world_from_map.translation = -(world_from_map.rotation * centre_in_map_);
+  }
   return world_from_map;
 }
 
@@ -100,33 +109,63 @@ std::string OutputFrames::camera_frame(const std_msgs::Header& image_header) con
   return frame.empty() ? "camera" : frame;
 }
 
+/// Odometry is often published a little later than the image of its time is here.
+bool OutputFrames::wait_for_transform(const std::string& parent, const std::string& child,
+                                      const ros::Time& stamp, std::string* why) const {
+  // By the wall clock: ROS time may stand still (a bag that is paused), and tf2's own waiting with it.
+  const auto timeout = std::chrono::duration<double>(options_.tf_timeout);
+  const auto deadline = std::chrono::steady_clock::now() +
+                        std::chrono::duration_cast<std::chrono::steady_clock::duration>(timeout);
+  while (true) {
+    std::uint64_t changes;
+    {
+      const std::lock_guard<std::mutex> lock(tf_mutex_);
+      changes = tf_changes_;
+    }
+    if (buffer_.canTransform(parent, child, stamp, why)) return true;
+    std::unique_lock<std::mutex> lock(tf_mutex_);
+    if (!tf_changed_.wait_until(lock, deadline, [&] { return tf_changes_ != changes; })) return false;
+  }
+}
+
 std::optional<Rigid3> OutputFrames::look_up(const std::string& parent, const std::string& child,
                                             const ros::Time& stamp) const {
-  // By the wall clock: ROS time may stand still (a bag that is paused), and tf2's own waiting with it.
-  const auto deadline = std::chrono::steady_clock::now() + kTransformTimeout;
   std::string why;
-  while (!buffer_.canTransform(parent, child, stamp, &why)) {
-    if (std::chrono::steady_clock::now() > deadline) {
-      warn_("tf does not know the transform from " + parent + " to " + child + ": " + why);
-      return std::nullopt;
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  if (!wait_for_transform(parent, child, stamp, &why)) {
+    warn_("no tf to " + child, "tf does not know the transform from " + parent + " to " + child + ": " + why);
+    return std::nullopt;
   }
   try {
     return to_rigid(buffer_.lookupTransform(parent, child, stamp).transform);
   } catch (const tf2::TransformException& e) {  // gone since: the clock has jumped
-    warn_(e.what());
+    warn_("no tf to " + child, e.what());
     return std::nullopt;
   }
+}
+
+/// Where the base has its camera, and odom the base, is in metres.
+bool OutputFrames::mixes_units(const FrameReport& report, const std::string& camera) const {
+  if (report.scale != ScaleSource::kMapUnits) return false;
+  const bool has_base = !options_.base_frame.empty() && options_.base_frame != camera;
+  if (!has_base && options_.odom_frame.empty()) return false;
+  warn_("map units",
+        std::string("neither pose nor tf is published: ") + (has_base ? "~base_frame" : "~odom_frame") +
+            " is in metres, the map in units of its own. Let it be in metres by "
+            "scale/known_baseline, scale/initial_median_depth, scale/marker_size (a marker that is in "
+            "view as the map begins) or a map that was saved in metres; or leave ~base_frame and "
+            "~odom_frame empty");
+  return true;
 }
 
 std::optional<OutputFrames::BodyPose> OutputFrames::body_pose(const std_msgs::Header& image_header,
                                                               const FrameReport& report) const {
   const std::string camera = camera_frame(image_header);
+  if (mixes_units(report, camera)) return std::nullopt;
   std::string body = camera;
   PoseEstimate world_from_body{*report.map_from_camera, report.covariance};
   if (!options_.base_frame.empty() && options_.base_frame != camera) {
-    const std::optional<Rigid3> camera_from_base = look_up(camera, options_.base_frame, ros::Time(0));
+    // At the image's time: the camera may be on a neck that turns.
+    const std::optional<Rigid3> camera_from_base = look_up(camera, options_.base_frame, image_header.stamp);
     if (!camera_from_base) return std::nullopt;
     world_from_body = world_from_body * *camera_from_base;
     body = options_.base_frame;
@@ -152,12 +191,31 @@ std::optional<geometry_msgs::TransformStamped> OutputFrames::transform(const std
   }
   const std::string problem = conflict(parent, child);
   if (!problem.empty()) {
-    warn_(problem);
+    warn_("tf refused to " + child, problem);
     return std::nullopt;
   }
   std_msgs::Header header = image_header;
   header.frame_id = parent;
   return to_transform(header, child, parent_from_child);
+}
+
+std::optional<geometry_msgs::TransformStamped> OutputFrames::view_transform(
+    const std_msgs::Header& image_header, const Rigid3& world_from_camera) const {
+  if (!options_.publish_tf || options_.view_frame.empty()) return std::nullopt;
+  std::string other;
+  if (buffer_._getParent(options_.view_frame, ros::Time(0), other) && other != world()) {
+    warn_("view frame", "no tf is published from " + world() + " to " + options_.view_frame +
+                            ": its parent is " + other +
+                            " already; another tracker needs another ~view_frame (or none)");
+    return std::nullopt;
+  }
+  std_msgs::Header header = image_header;
+  header.frame_id = world();
+  if (!options_.object_mode) return to_transform(header, options_.view_frame, world_from_camera);
+  Rigid3 world_from_view = world_from_map();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  world_from_view.translation = world_from_view * centre_in_map_;
+  return to_transform(header, options_.view_frame, world_from_view);
 }
 
 std::string OutputFrames::conflict(const std::string& parent, const std::string& child) const {

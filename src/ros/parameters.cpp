@@ -1,5 +1,6 @@
 #include "mono_pose_tracker/ros/parameters.h"
 
+#include "mono_pose_tracker/camera/camera_guess.h"
 #include "mono_pose_tracker/ros/parameter_reader.h"
 
 namespace mono_pose_tracker {
@@ -9,6 +10,10 @@ void read_node(ParameterReader& reader, NodeParameters& p) {
   reader.read("image_transport", &p.image_transport);
   reader.read("max_image_pixels", &p.max_image_pixels, 1, 1000000000);
   reader.read("camera_info_url", &p.camera_info_url);
+  reader.read("hfov", &p.hfov, 0.0, kMaxHfovDeg);
+  if (p.hfov != 0 && p.hfov < kMinHfovDeg) {
+    reader.add_problem("~hfov is " + std::to_string(p.hfov) + ", expected 0 (none) or 5 to 150 degrees");
+  }
   reader.read("rectified", &p.rectified);
   reader.read("queue_size", &p.queue_size, 1, 1000000);
   reader.read("time_jump", &p.time_jump, 0.0, 1e9);
@@ -26,12 +31,16 @@ void read_frames(ParameterReader& reader, FrameOptions& f) {
   reader.read("camera_frame", &f.camera_frame);
   reader.read("base_frame", &f.base_frame);
   reader.read("odom_frame", &f.odom_frame);
+  reader.read("view_frame", &f.view_frame);
   reader.read("object_mode", &f.object_mode);
   reader.read("object_frame", &f.object_frame);
   reader.read({"object_origin", &f.object_origin, 0, 0, {"first_camera", "centre"}});
   reader.read({"map_orientation", &f.map_orientation, 0, 0, {"optical", "z_up"}});
   reader.read("invert_tf", &f.invert_tf);
   reader.read("publish_tf", &f.publish_tf);
+  reader.read("tf_timeout", &f.tf_timeout, 0.0, 10.0);
+  reader.read("tf_rate", &f.tf_rate, 0.0, 1000.0);
+  reader.read("tf_tolerance", &f.tf_tolerance, 0.0, 10.0);
   for (const std::string& problem : normalize_frames(&f)) reader.add_problem(problem);
 }
 

@@ -7,22 +7,14 @@
 #include <algorithm>
 #include <utility>
 
+#include "mono_pose_tracker/ros/frusta.h"
 #include "mono_pose_tracker/ros/messages.h"
 
 namespace mono_pose_tracker {
 namespace {
 
-/// Depth of the drawn frusta in map units: a tenth of the median distance of the points from the newest
-/// keyframe, so that they read well at any scale.
-double frustum_depth(const MapSnapshot& snapshot) {
-  if (snapshot.points.empty() || snapshot.keyframes.empty()) return 0.1;
-  const Eigen::Vector3f centre = snapshot.keyframes.back().map_from_camera.translation.cast<float>();
-  std::vector<float> distances;
-  for (const ColoredPoint& point : snapshot.points) distances.push_back((point.x_in_map - centre).norm());
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return 0.1 * *middle;
-}
+// (m/s)^2 and (rad/s)^2: no camera is a hundredth as fast.
+constexpr double kUnknownVariance = 1e6;
 
 /// From blue (old) to red (new), as rviz shows where the camera was.
 ColoredPoint camera_position(const KeyframePose& pose, double age) {
@@ -45,6 +37,7 @@ Publishers::Publishers(const OutputFrames& frames, int path_max_length, ros::Nod
   points_ = private_handle.advertise<sensor_msgs::PointCloud2>("points", 1, kLatched);
   camera_positions_ = private_handle.advertise<sensor_msgs::PointCloud2>("camera_positions", 1, kLatched);
   keyframes_ = private_handle.advertise<visualization_msgs::MarkerArray>("keyframes", 1, kLatched);
+  camera_frustum_ = private_handle.advertise<visualization_msgs::Marker>("camera_frustum", 1, kLatched);
   debug_image_ = image_transport::ImageTransport(private_handle).advertise("debug_image", 1);
   mask_ = image_transport::ImageTransport(private_handle).advertise("mask", 1);
 }
@@ -54,11 +47,32 @@ void Publishers::publish_frame(const std_msgs::Header& image_header, const Frame
   if (report.map_from_camera) body = frames_.body_pose(image_header, report);
   remember(report, body);
   if (body) publish_pose(image_header, report, *body);
+  publish_view(image_header, report);
+}
+
+void Publishers::publish_view(const std_msgs::Header& image_header, const FrameReport& report) {
+  const Rigid3* pose = report.map_from_camera ? &*report.map_from_camera : nullptr;
+  if (pose) {
+    if (const auto transform = frames_.view_transform(image_header, *pose)) {
+      broadcaster_.sendTransform(*transform);
+    }
+  }
+  std_msgs::Header header = image_header;
+  header.frame_id = frames_.world();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!drawn_camera_ || (!pose && !camera_is_drawn_)) return;
+  camera_frustum_.publish(to_camera_marker(header, *drawn_camera_, pose, frustum_depth_));
+  camera_is_drawn_ = pose != nullptr;
 }
 
 void Publishers::publish_pose(const std_msgs::Header& image_header, const FrameReport& report,
                               const OutputFrames::BodyPose& body) {
-  if (const auto transform = frames_.transform(image_header, body)) broadcaster_.sendTransform(*transform);
+  if (const auto transform = frames_.transform(image_header, body)) {
+    broadcaster_.sendTransform(*transform);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    map_to_odom_ = transform;
+    map_to_odom_arrival_ = ros::Time::now();
+  }
   geometry_msgs::PoseWithCovarianceStamped pose;
   pose.header = image_header;
   pose.header.frame_id = body.frame;
@@ -72,7 +86,8 @@ void Publishers::publish_pose(const std_msgs::Header& image_header, const FrameR
   if (previous_ && previous_epoch_ == report.epoch && previous_->stamp_ns < report.stamp_ns) {
     odometry.twist = to_twist(*previous_, current);
   } else {
-    odometry.twist.covariance[0] = -1;  // no velocity is known yet
+    // No velocity is known yet: any one is as likely, for those who read covariances alone.
+    for (int i = 0; i < 6; ++i) odometry.twist.covariance[7 * i] = kUnknownVariance;
   }
   odometry_.publish(odometry);
   previous_ = current;
@@ -86,11 +101,26 @@ void Publishers::remember(const FrameReport& report, const std::optional<OutputF
     epoch_ = report.epoch;
     poses_.clear();
     path_changed_ = true;
+    map_to_odom_.reset();
   }
   if (!report.map_from_camera) return;
   poses_.push_back({{report.stamp_ns, *report.map_from_camera}, body});
   if (poses_.size() > path_max_length_) poses_.pop_front();
   path_changed_ = true;
+}
+
+void Publishers::repeat_transform() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!map_to_odom_) return;
+  // In the images' own time, which need not be the clock's; ahead, so that what is asked for now can be
+  // answered.
+  const ros::Duration since = ros::Time::now() - map_to_odom_arrival_;
+  if (since < ros::Duration(0)) return;  // the clock has jumped back
+  geometry_msgs::TransformStamped transform = *map_to_odom_;
+  transform.header.stamp += since + ros::Duration(frames_.options().tf_tolerance);
+  if (transform.header.stamp == repeated_stamp_) return;  // the clock stands still
+  repeated_stamp_ = transform.header.stamp;
+  broadcaster_.sendTransform(transform);
 }
 
 std::vector<KeyframePose> Publishers::trajectory() const {
@@ -120,10 +150,15 @@ void Publishers::publish_debug_image(const std_msgs::Header& header, const cv::M
   debug_image_.publish(cv_bridge::CvImage(header, "bgr8", bgr).toImageMsg());
 }
 
-void Publishers::publish_map(const MapSnapshot& snapshot, const CameraParameters& camera) const {
+void Publishers::publish_map(const MapSnapshot& snapshot, const CameraParameters& camera) {
   const std_msgs::Header header = map_header();
   points_.publish(to_point_cloud(header, snapshot.points));
-  keyframes_.publish(to_frusta(header, camera, snapshot.keyframes, frustum_depth(snapshot)));
+  const double depth = frustum_depth(snapshot, camera);
+  keyframes_.publish(
+      to_keyframe_markers(header, camera, thinned_keyframes(snapshot.keyframes, depth), depth));
+  const std::lock_guard<std::mutex> lock(mutex_);
+  drawn_camera_ = camera;
+  frustum_depth_ = depth;
 }
 
 void Publishers::publish_path() {

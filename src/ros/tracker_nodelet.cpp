@@ -18,9 +18,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-// A warning that goes on is repeated this often.
-constexpr double kRepeatSeconds = 30.0;
-
 // A service waits this long for its turn between two images; an image takes some tens of milliseconds.
 constexpr std::chrono::seconds kServiceTimeout{10};
 
@@ -60,6 +57,8 @@ TrackerNodelet::~TrackerNodelet() {
   camera_info_subscriber_.shutdown();
   mask_subscriber_.shutdown();
   timer_.stop();
+  tf_timer_.stop();
+  diagnostics_.reset();
   if (processing_.joinable()) processing_.join();
 }
 
@@ -77,31 +76,38 @@ void TrackerNodelet::set_up() {
   const NodeParameters& p = parameters_;
   for (const std::string& warning : p.warnings) NODELET_WARN("%s", warning.c_str());
   NODELET_INFO("parameters: %s", p.effective.c_str());
-  cameras_ = std::make_unique<CameraSource>(p.rectified);
+  cameras_ = std::make_unique<CameraSource>(p.rectified, p.hfov);
   if (!p.camera_info_url.empty()) cameras_->set_file(load_camera_info(p.camera_info_url));
   if (!p.trajectory_file.empty()) {
     trajectory_ = std::make_unique<TrajectoryLog>(expand_path(p.trajectory_file));
   }
   board_ = std::make_unique<StatusBoard>(getPrivateNodeHandle());
-  frames_ = std::make_unique<OutputFrames>(
-      p.frames, [this](const std::string& text) { NODELET_ERROR_THROTTLE(10, "%s", text.c_str()); });
+  frames_ =
+      std::make_unique<OutputFrames>(p.frames, [this](const std::string& subject, const std::string& text) {
+        if (throttle_.due(subject)) NODELET_ERROR("%s", text.c_str());
+      });
   publishers_ = std::make_unique<Publishers>(*frames_, p.path_max_length, getPrivateNodeHandle());
   time_guard_ = std::make_unique<TimeGuard>(static_cast<std::int64_t>(1e9 * p.time_jump));
   slot_ = std::make_unique<ImageSlot<Frame>>(static_cast<std::size_t>(p.queue_size));
   tracker_ = std::make_unique<LiveTracker>(
       p.tracker, *cameras_, masks_, std::chrono::milliseconds(static_cast<int>(1e3 * p.mask_timeout)),
       [this] { return mask_subscriber_.getNumPublishers() > 0; },
-      [this](const std::string& text) { NODELET_WARN_THROTTLE(5, "%s", text.c_str()); });
-  diagnostics_ =
-      std::make_unique<diagnostic_updater::Updater>(getNodeHandle(), getPrivateNodeHandle(), getName());
-  diagnostics_->setHardwareID("none");
-  diagnostics_->add("tracker", [this](diagnostic_updater::DiagnosticStatusWrapper& s) { diagnose(s); });
-  last_input_warning_ = Clock::now() - std::chrono::hours(1);
+      [this](const std::string& subject, const std::string& text) {
+        if (throttle_.due(subject)) NODELET_WARN("%s", text.c_str());
+      });
   subscribe();
   processing_ = std::thread([this] { process_images(); });
   advertise_services();
   timer_ = getPrivateNodeHandle().createWallTimer(ros::WallDuration(p.publish_period),
                                                   [this](const ros::WallTimerEvent&) { on_timer(); });
+  diagnostics_ = std::make_unique<WallClockUpdater>(
+      getNodeHandle(), getPrivateNodeHandle(), getName(), "none", "tracker",
+      [this](diagnostic_updater::DiagnosticStatusWrapper& status) { diagnose(status); });
+  if (!p.frames.odom_frame.empty() && p.frames.tf_rate > 0) {
+    tf_timer_ = getPrivateNodeHandle().createWallTimer(
+        ros::WallDuration(1 / p.frames.tf_rate),
+        [this](const ros::WallTimerEvent&) { publishers_->repeat_transform(); });
+  }
   offer_live_options();
   service_spinner_.start();
 }
@@ -141,12 +147,16 @@ void TrackerNodelet::subscribe() {
   camera_info_subscriber_ = handle.subscribe<sensor_msgs::CameraInfo>(
       camera_info_topic(handle, "image"), 5, [this](const sensor_msgs::CameraInfoConstPtr& info) {
         guarded([&] { cameras_->set_message(info); },
-                [&](const std::string& text) { NODELET_ERROR_THROTTLE(5, "camera_info: %s", text.c_str()); });
+                [&](const std::string& text) {
+                  if (throttle_.due("camera_info")) NODELET_ERROR("camera_info: %s", text.c_str());
+                });
       });
   mask_subscriber_ =
       handle.subscribe<sensor_msgs::Image>("mask", 20, [this](const sensor_msgs::ImageConstPtr& mask) {
         guarded([&] { masks_.put(mask); },
-                [&](const std::string& text) { NODELET_ERROR_THROTTLE(5, "mask: %s", text.c_str()); });
+                [&](const std::string& text) {
+                  if (throttle_.due("mask")) NODELET_ERROR("mask: %s", text.c_str());
+                });
       });
   image_subscriber_.subscribe(
       handle, getPrivateNodeHandle(),
@@ -201,7 +211,7 @@ void TrackerNodelet::refuse_image(const std_msgs::Header& header, Reason reason,
   // One at which take_image failed has been counted there.
   if (reason == Reason::kUnreadableImage) board_->count_received();
   board_->publish_unprocessed(header, paused_ ? Reason::kPaused : reason, text, Clock::now());
-  NODELET_ERROR_THROTTLE(10, "%s", text.c_str());
+  if (throttle_.due(to_string(reason))) NODELET_ERROR("%s", text.c_str());
 }
 
 bool TrackerNodelet::clock_went_back() {
@@ -213,7 +223,9 @@ bool TrackerNodelet::clock_went_back() {
 void TrackerNodelet::process_images() {
   while (std::optional<Frame> frame = slot_->take()) {
     guarded([&] { process(*frame); },
-            [&](const std::string& text) { NODELET_ERROR_THROTTLE(5, "%s", text.c_str()); });
+            [&](const std::string& text) {
+              if (throttle_.due("processing")) NODELET_ERROR("%s", text.c_str());
+            });
   }
 }
 
@@ -237,7 +249,9 @@ void TrackerNodelet::process(const Frame& frame) {
 void TrackerNodelet::publish(const Frame& frame, const FrameReport& report) {
   if (stopping_) return;  // it was cut short: no result
   // Each by itself: what is wrong with one output must not silence the others.
-  const auto tell = [this](const std::string& text) { NODELET_ERROR_THROTTLE(5, "%s", text.c_str()); };
+  const auto tell = [this](const std::string& text) {
+    if (throttle_.due("processing")) NODELET_ERROR("%s", text.c_str());
+  };
   const std_msgs::Header& header = frame.image->header;
   guarded(
       [&] {
@@ -268,7 +282,7 @@ void TrackerNodelet::say_state(const FrameReport& report) {
     case Reason::kUncalibrated:
     case Reason::kImageSizeMismatch:
     case Reason::kInternalError:
-      NODELET_ERROR_THROTTLE(10, "%s", report.reason_text.c_str());
+      if (throttle_.due(to_string(report.reason))) NODELET_ERROR("%s", report.reason_text.c_str());
       break;
     default:
       break;
@@ -282,11 +296,12 @@ void TrackerNodelet::say_state(const FrameReport& report) {
 
 void TrackerNodelet::on_timer() {
   // Each by itself: what is wrong with one must not silence the others.
-  const auto tell = [this](const std::string& text) { NODELET_ERROR_THROTTLE(5, "%s", text.c_str()); };
+  const auto tell = [this](const std::string& text) {
+    if (throttle_.due("timer")) NODELET_ERROR("%s", text.c_str());
+  };
   guarded([this] { publish_map(); }, tell);
   guarded([this] { check_inputs(); }, tell);
   guarded([this] { check_outputs(); }, tell);
-  guarded([this] { diagnostics_->update(); }, tell);
 }
 
 void TrackerNodelet::publish_map() {
@@ -323,9 +338,13 @@ void TrackerNodelet::check_inputs() {
         image_subscriber_.topic();
     if (seconds_since(started_) < parameters_.input_timeout) return;
   }
-  if (input_problem_.empty() || seconds_since(last_input_warning_) < kRepeatSeconds) return;
-  last_input_warning_ = Clock::now();
-  NODELET_WARN("%s", input_problem_.c_str());
+  const bool has_no_clock = ros::Time::isSimTime() && ros::Time::now().isZero();
+  if (has_no_clock && seconds_since(started_) > parameters_.input_timeout && input_throttle_.due("clock")) {
+    NODELET_WARN(
+        "use_sim_time is true, but there is no time on /clock: a bag must be played with --clock, and with a "
+        "camera use_sim_time must be false (rosparam set use_sim_time false, then start anew)");
+  }
+  if (!input_problem_.empty() && input_throttle_.due("input")) NODELET_WARN("%s", input_problem_.c_str());
 }
 
 void TrackerNodelet::check_outputs() {
@@ -333,7 +352,7 @@ void TrackerNodelet::check_outputs() {
   trajectory_->retry();
   const std::string problem = trajectory_->problem();
   if (problem.empty() && !output_problem_.empty()) NODELET_INFO("the trajectory file is written again");
-  if (!problem.empty()) NODELET_ERROR_THROTTLE(kRepeatSeconds, "%s", problem.c_str());
+  if (!problem.empty() && input_throttle_.due("output")) NODELET_ERROR("%s", problem.c_str());
   output_problem_ = problem;
 }
 
@@ -358,8 +377,19 @@ std::string TrackerNodelet::describe_calibration() const {
   const CameraParameters& p = camera->parameters;
   char text[96];
   std::snprintf(text, sizeof text, "%dx%d, focal length %.1f px, from ", p.width, p.height, p.fx);
+  if (camera->source == CalibrationSource::kGuessed) return std::string(text) + "the guess ~hfov";
   return text + (parameters_.camera_info_url.empty() ? camera_info_subscriber_.getTopic()
                                                      : parameters_.camera_info_url);
+}
+
+std::string TrackerNodelet::path_parameter(const std::string& name, const std::string& at_start) {
+  std::string path = at_start;
+  const ros::NodeHandle& handle = getPrivateNodeHandle();
+  if (handle.hasParam(name) && !handle.getParam(name, path)) {
+    throw std::runtime_error("~" + name + " is no text: expected a path");
+  }
+  if (path.empty()) throw std::runtime_error("~" + name + " is empty: expected a path");
+  return expand_path(path);
 }
 
 void TrackerNodelet::advertise_services() {
@@ -380,7 +410,7 @@ void TrackerNodelet::advertise_services() {
     return std::string("tracking goes on");
   });
   advertise("save_trajectory", [this] {
-    const std::string path = expand_path(parameters_.save_trajectory_path);
+    const std::string path = path_parameter("save_trajectory_path", parameters_.save_trajectory_path);
     const std::vector<KeyframePose> poses = publishers_->trajectory();
     write_tum_trajectory(path, poses);
     return std::to_string(poses.size()) + " poses in " + path;
@@ -391,13 +421,13 @@ void TrackerNodelet::advertise_services() {
 void TrackerNodelet::advertise_map_services() {
   // Files are written and read on the service's thread: images go on meanwhile.
   advertise("save_map", [this] {
-    const std::string path = expand_path(parameters_.map_path);
+    const std::string path = path_parameter("map_path", parameters_.map_path);
     const auto saved = on_processing_thread<LiveTracker::SavedMap>([this] { return tracker_->copy_map(); });
     write_map_file(path, saved.origin, saved.map);
     return size_text(saved.map) + " in " + path;
   });
   advertise("load_map", [this] {
-    const std::string path = expand_path(parameters_.map_path);
+    const std::string path = path_parameter("map_path", parameters_.map_path);
     const auto origin = on_processing_thread<MapOrigin>([this] { return tracker_->origin(); });
     const auto saved =
         std::make_shared<LiveTracker::SavedMap>(LiveTracker::SavedMap{origin, read_map_file(path, origin)});

@@ -1,7 +1,5 @@
 // Tracks every frame of a recording and writes its poses and its map.
 
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
@@ -18,6 +16,8 @@
 #include <stdexcept>
 
 #include "command_line.h"
+#include "mono_pose_tracker/camera/camera_guess.h"
+#include "mono_pose_tracker/common/calibration_source.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
@@ -31,6 +31,7 @@
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "mono_pose_tracker/tracking/recording.h"
 #include "pipeline/time_statistics.h"
+#include "progress_bar.h"
 
 namespace {
 
@@ -40,6 +41,7 @@ using namespace mono_pose_tracker;
 struct Arguments {
   std::string images, video, bag, image_topic, camera_info_topic;
   std::string camera, config, masks, output, write_masks, reference;
+  std::optional<double> hfov;
   bool undistorted = false;
   std::optional<std::uint64_t> seed;
   std::int64_t max_frames = -1;
@@ -53,7 +55,11 @@ void declare(CLI::App& app, Arguments& a) {
   auto* bag = app.add_option("--bag", a.bag, "bag file")->excludes(images)->excludes(video);
   app.add_option("--image-topic", a.image_topic, "of the bag [its only one]")->needs(bag);
   app.add_option("--camera-info-topic", a.camera_info_topic, "of the bag [beside the images]")->needs(bag);
-  app.add_option("--camera", a.camera, "calibration, the YAML that camera_calibration writes");
+  auto* camera = app.add_option("--camera", a.camera, "calibration, the YAML that camera_calibration writes");
+  app.add_option("--hfov", a.hfov,
+                 "in place of a calibration: degrees that the images span from left to right, a guess")
+      ->excludes(camera)
+      ->check(CLI::Range(kMinHfovDeg, kMaxHfovDeg));
   app.add_option("--output", a.output, "folder to write to (made when missing)")->required();
   app.add_option("--config", a.config, "tracker.yaml: options, see config/default.yaml");
   app.add_option("--masks", a.masks, "folder of masks with the images' base names, 0 = ignore");
@@ -82,32 +88,27 @@ void end_on_signals() {
 // Progress: a bar on a terminal, plain lines elsewhere.
 class Progress {
  public:
-  Progress(int total, bool quiet) : total_(total), quiet_(quiet), terminal_(isatty(STDERR_FILENO)) {}
-  ~Progress() {
-    if (terminal_ && !quiet_) std::fputc('\n', stderr);
-  }
+  Progress(int total, bool quiet) : bar_(total, quiet), quiet_(quiet) {}
 
   void show(const FrameReport& report) {
     ++count_;
-    if (quiet_) return;
     const bool posed = report.map_from_camera.has_value();
-    if (terminal_) {
-      constexpr int kWidth = 30;
-      const int filled = total_ > 0 ? std::min(kWidth, kWidth * count_ / total_) : 0;
-      std::fprintf(stderr, "\r[%s%s] %d %s, %d keyframes, %d points   ", std::string(filled, '=').c_str(),
-                   std::string(kWidth - filled, ' ').c_str(), count_, to_string(report.state),
-                   report.keyframes, report.landmarks);
-    } else if (posed != was_posed_ || count_ % 50 == 0) {
-      std::fprintf(stderr, "image %d: %s%s%s, %d keyframes, %d points\n", count_, to_string(report.state),
-                   report.reason_text.empty() ? "" : ", ", report.reason_text.c_str(), report.keyframes,
-                   report.landmarks);
+    const std::string size =
+        std::to_string(report.keyframes) + " keyframes, " + std::to_string(report.landmarks) + " points";
+    if (bar_.is_shown()) {
+      bar_.advance(to_string(report.state) + (", " + size));
+    } else if (!quiet_ && (posed != was_posed_ || count_ % 50 == 0)) {
+      std::fprintf(stderr, "image %d: %s%s%s, %s\n", count_, to_string(report.state),
+                   report.reason_text.empty() ? "" : ", ", report.reason_text.c_str(), size.c_str());
     }
     was_posed_ = posed;
   }
 
  private:
-  int total_ = -1, count_ = 0;
-  bool quiet_, terminal_, was_posed_ = false;
+  ProgressBar bar_;
+  const bool quiet_;
+  int count_ = 0;
+  bool was_posed_ = false;
 };
 
 std::function<std::unique_ptr<ImageSource>()> source_of(const Arguments& a) {
@@ -117,10 +118,28 @@ std::function<std::unique_ptr<ImageSource>()> source_of(const Arguments& a) {
   throw std::runtime_error("no input: give --images, --video or --bag");
 }
 
+// The first image that can be read.
+SourceImage first_image(const std::function<std::unique_ptr<ImageSource>()>& open) {
+  const std::unique_ptr<ImageSource> source = open();
+  SourceImage image = source->next();
+  const std::string first_problem = image.problem;
+  while (image.kind == SourceImage::Kind::kSkipped) image = source->next();
+  if (image.kind == SourceImage::Kind::kEnd) {
+    throw std::runtime_error("no image could be read: " +
+                             (first_problem.empty() ? "there is none" : first_problem));
+  }
+  return image;
+}
+
 CameraParameters camera_of(const Arguments& a) {
+  if (a.hfov) {
+    const cv::Size size = first_image(source_of(a)).image.size();
+    return guess_camera(size.width, size.height, *a.hfov);
+  }
   if (!a.camera.empty()) return read_camera_yaml(a.camera);
   if (!a.bag.empty()) return BagImageSource(a.bag, a.image_topic).read_camera(a.camera_info_topic);
-  throw std::runtime_error("no calibration: give --camera, the YAML that camera_calibration writes");
+  throw std::runtime_error(
+      "no calibration: give --camera, the YAML that camera_calibration writes, or --hfov, a guess");
 }
 
 void make_folder(const fs::path& path) {
@@ -141,14 +160,7 @@ void make_output_folder(const std::string& path) {
 // The size of the first image that can be read must be the camera's.
 void check_first_image(const std::function<std::unique_ptr<ImageSource>()>& open,
                        const CameraParameters& camera) {
-  const std::unique_ptr<ImageSource> source = open();
-  SourceImage image = source->next();
-  const std::string first_problem = image.problem;
-  while (image.kind == SourceImage::Kind::kSkipped) image = source->next();
-  if (image.kind == SourceImage::Kind::kEnd) {
-    throw std::runtime_error("no image could be read: " +
-                             (first_problem.empty() ? "there is none" : first_problem));
-  }
+  const SourceImage image = first_image(open);
   if (image.image.cols == camera.width && image.image.rows == camera.height) return;
   throw std::runtime_error(image.name + ": is " + std::to_string(image.image.cols) + "x" +
                            std::to_string(image.image.rows) + ", the calibration is for " +
@@ -350,7 +362,8 @@ nlohmann::ordered_json maps_summary(const RecordingResult& result) {
 }
 
 void write_report(const std::string& path, const RecordingResult& result, const Map& map,
-                  const MaskRecord& masks, std::uint64_t seed, double wall_seconds) {
+                  const MaskRecord& masks, CalibrationSource calibration, std::uint64_t seed,
+                  double wall_seconds) {
   const MapStatistics statistics = map_statistics(map);
   nlohmann::ordered_json json = {
       {"tracked", result.tracked},
@@ -364,6 +377,7 @@ void write_report(const std::string& path, const RecordingResult& result, const 
       {"mean_track_length", statistics.mean_track_length},
       {"reprojection_rms_px", statistics.reprojection_rms_px},
       {"scale", to_string(map.scale_source())},
+      {"calibration", to_string(calibration)},
       {"wall_seconds", wall_seconds},
       {"seed", seed},
       {"segmentation", masks.summary()},
@@ -469,8 +483,9 @@ int run(const Arguments& a) {
                       tracker.map());
   }
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
-  write_report((output / "report.json").string(), result, tracker.map(), mask_record, options.seed,
-               wall.count());
+  const CalibrationSource calibration = a.hfov ? CalibrationSource::kGuessed : CalibrationSource::kGiven;
+  write_report((output / "report.json").string(), result, tracker.map(), mask_record, calibration,
+               options.seed, wall.count());
   if (!result.tracked) {
     std::fprintf(stderr, "no map could be made: %s\n", result.reason.c_str());
     return 1;

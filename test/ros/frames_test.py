@@ -25,12 +25,12 @@ import sim3  # noqa: E402
 
 FRAMES = 30
 POSED = 30  # images that every tracker has posed in the end
-MODES = ("plain", "z_up", "base", "odom", "inverted", "object", "conflict")
+MODES = ("plain", "z_up", "base", "odom", "inverted", "object", "conflict", "units")
 
 # REP-103: x forward, y left, z up, of optical axes x right, y down, z forward.
 Z_UP_FROM_OPTICAL = numpy.array([[0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1.0]])
 # Where the robot has its camera: ahead, to the left, 0.4 up, looking forward and 10 degrees down. Lengths are in
-# units of the map, which has no scale.
+# metres, which the map is told to have, too: its first points have the median depth 1.
 BASE_FROM_CAMERA = (0.2, 0.1, 0.4), (-0.560986, 0.560986, -0.430459, 0.430459)
 
 
@@ -106,7 +106,7 @@ class FramesTest(unittest.TestCase):
         cls.outputs = {mode: Outputs(mode) for mode in MODES}
         static = tf2_ros.StaticTransformBroadcaster()
         static.sendTransform(
-            [stamped(mode + "_base", mode + "_camera", rospy.Time.now(), *BASE_FROM_CAMERA) for mode in ("base", "odom")] +
+            [stamped(mode + "_base", mode + "_camera", rospy.Time.now(), *BASE_FROM_CAMERA) for mode in ("base", "odom", "units")] +
             [stamped("conflict_mount", "conflict_camera", rospy.Time.now(), *BASE_FROM_CAMERA)])
         moving = tf2_ros.TransformBroadcaster()
         feeding.wait_for_connections(moving.pub_tf, static.pub_tf)
@@ -215,10 +215,36 @@ class FramesTest(unittest.TestCase):
 
     def test_odom(self):
         odom_from_base = {stamp.to_nsec(): matrix(*odometry(i)) for i, stamp in enumerate(self.shown)}
-        found = {s: m @ odom_from_base[s] for s, m in self.of_tf("odom_map", "odom_odom").items()}
+        found = {s: m @ odom_from_base[s] for s, m in self.of_tf("odom_map", "odom_odom").items()
+                 if s in odom_from_base}
+        again = {s: m for s, m in self.of_tf("odom_map", "odom_odom").items() if s not in odom_from_base}
+        self.assertTrue(again, "map -> odom is sent again between the images")
+        first = min(odom_from_base)
+        for stamp, map_from_odom in again.items():
+            self.assertGreater(stamp, first + 0.1e9, "ahead of the newest image by ~tf_tolerance")
+            self.assertTrue(any(numpy.allclose(map_from_odom, m @ numpy.linalg.inv(odom_from_base[s]))
+                                for s, m in found.items()), "as it was last")
         self.expect_true({s: m @ matrix(*BASE_FROM_CAMERA) for s, m in found.items()})
         self.expect_poses("odom", "odom_map", "odom_base", found)
         self.of_tf("odom_odom", "odom_base")  # odometry's, nobody else's
+
+    def test_map_units_are_not_mixed_with_metres(self):
+        """Points and status go on; the log names the ways out."""
+        self.assertFalse(self.of_tf("", "units_base"))
+        self.assertFalse(self.outputs["units"].poses)
+        self.assertGreaterEqual(self.outputs["units"].tracker.statuses[-1].frames_posed, POSED)
+        said = [m for m in self.log if "~base_frame is in metres" in m]
+        self.assertTrue(said)
+        for way_out in ("scale/known_baseline", "scale/initial_median_depth", "scale/marker_size"):
+            self.assertIn(way_out, said[0])
+
+    def test_an_unknown_twist_is_one_of_large_variance(self):
+        odometries = self.outputs["plain"].odometries
+        first = odometries[min(odometries)].twist.covariance
+        self.assertGreaterEqual(min(first[7 * i] for i in range(6)), 1e6)
+        later = odometries[max(odometries)].twist.covariance
+        self.assertGreater(min(later[7 * i] for i in range(6)), 0)
+        self.assertLess(max(later[7 * i] for i in range(6)), 1e3)
 
     def test_inverted(self):
         found = {s: numpy.linalg.inv(m) for s, m in self.of_tf("inverted_camera", "inverted_map").items()}

@@ -66,6 +66,18 @@ class MapFileTest(unittest.TestCase):
         self.addCleanup(os.remove, self.path)
         self.assertTrue(os.path.isfile(self.path))
 
+        for parameter, service in (("map_path", "save_map"), ("save_trajectory_path", "save_trajectory")):
+            name = "/tracker/" + parameter
+            before = rospy.get_param(name, None)
+            with tempfile.TemporaryDirectory() as folder:
+                rospy.set_param(name, folder + "/elsewhere")
+                answer = self.tracker.call(service)
+                self.assertIn(" in " + folder + "/elsewhere", answer.message, "the path is read at each call")
+                self.assertTrue(os.path.isfile(folder + "/elsewhere"))
+            rospy.set_param(name, 7)
+            self.assertIn("~" + parameter, self.tracker.call(service).message)
+            rospy.delete_param(name) if before is None else rospy.set_param(name, before)
+
         self.assertTrue(self.tracker.call("reset").success)
         loaded = self.tracker.call("load_map")
         self.assertTrue(loaded.success, loaded.message)

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """rviz with the package's set-up, on a virtual display: it loads without an error, and what the tracker has found is on
-the screen - points, path, keyframes and the debug image, told by their pixels.
+the screen - points, camera positions, keyframes, the camera in the middle, and the debug image, told by their pixels.
 RVIZ_SCREENSHOT=FILE keeps the last picture."""
 import os
 import shutil
@@ -26,8 +26,8 @@ from simulated_camera import SimulatedCamera  # noqa: E402
 TIMEOUT = 90  # s; software rendering on a busy machine
 NEEDED = ("xvfb-run", "import", "rviz")
 
-# As in config/tracker.rviz, red green blue; and of the frusta in src/ros/messages.cpp.
-BACKGROUND, PATH, FRUSTA = (24, 26, 32), (255, 190, 40), (0, 153, 255)
+# As in config/tracker.rviz, red green blue; and of the frusta in src/ros/frusta.cpp.
+BACKGROUND, FRUSTA, CAMERA = (24, 26, 32), (0, 153, 255), (255, 64, 64)
 
 
 class Display:
@@ -76,6 +76,12 @@ def count(picture, color, tolerance=12):
     return numpy.count_nonzero(numpy.abs(picture - color).max(axis=2) <= tolerance)
 
 
+def count_positions(picture):
+    """From blue to red by time, green always 80."""
+    red, green, blue = picture[:, :, 0], picture[:, :, 1], picture[:, :, 2]
+    return numpy.count_nonzero((numpy.abs(green - 80) <= 6) & (numpy.abs(red + blue - 255) <= 12))
+
+
 def scene(picture):
     """The 3-D view: right of the docked panels, below the tool bar."""
     return picture[60:860, 520:]
@@ -108,11 +114,12 @@ class RvizTest(unittest.TestCase):
         self.display = Display(config)
         self.addCleanup(self.display.close)
         camera = SimulatedCamera("room", 48)
-        for topic in ("points", "path", "keyframes", "camera_positions", "debug_image"):
+        for topic in ("points", "path", "keyframes", "camera_frustum", "camera_positions", "debug_image"):
             self.wait_for_subscriber("/tracker/" + topic)
         empty = self.shot_that(lambda picture: count(scene(picture), BACKGROUND, 3) > 0.8 * scene(picture).size / 3)
         self.assertGreater(count(scene(empty), BACKGROUND, 3), 0.8 * scene(empty).size / 3, "an empty scene")
-        self.assertEqual(count(scene(empty), PATH), 0)
+        self.assertEqual(count_positions(scene(empty)), 0)
+        self.assertEqual(count(scene(empty), CAMERA), 0)
 
         camera.calibrate(camera.calibration, lambda s: s.state == TrackerStatus.BOOTSTRAPPING)
         camera.walk_until_tracked()
@@ -121,15 +128,21 @@ class RvizTest(unittest.TestCase):
         def shown(picture):
             view = scene(picture)
             dark = count(view, BACKGROUND, 3)
-            return {"path": count(view, PATH), "keyframes": count(view, FRUSTA, 60),
-                    "points": view.size // 3 - dark - count(view, PATH) - count(view, FRUSTA, 60)}
+            found = {"positions": count_positions(view), "keyframes": count(view, FRUSTA, 60),
+                     "camera": count(view, CAMERA, 40)}
+            return {**found, "points": view.size // 3 - dark - sum(found.values())}
         # What the eye needs to see them: some hundred pixels of lines, some thousand of points.
-        needed = {"path": 100, "keyframes": 100, "points": shown(empty)["points"] + 1500}
+        needed = {"positions": 100, "keyframes": 40, "camera": 100, "points": shown(empty)["points"] + 1500}
         full = self.shot_that(lambda picture: all(shown(picture)[key] > needed[key] for key in needed))
         if "RVIZ_SCREENSHOT" in os.environ:
             cv2.imwrite(os.environ["RVIZ_SCREENSHOT"], full[:, :, ::-1])
         for key, least in needed.items():
             self.assertGreater(shown(full)[key], least, key)
+        # The view follows the camera: its frustum is in the middle, wherever it has gone.
+        rows, columns = numpy.nonzero(numpy.abs(scene(full) - CAMERA).max(axis=2) <= 40)
+        height, width = scene(full).shape[:2]
+        self.assertLess(abs(numpy.median(columns) / width - 0.5), 0.2)
+        self.assertLess(abs(numpy.median(rows) / height - 0.5), 0.2)
         # The dots of the debug image, in the panel beside: none of its colours is rviz's own.
         panel_before, panel = empty[:, :500], full[:, :500]
         self.assertGreater(count(panel, (80, 220, 80), 40), count(panel_before, (80, 220, 80), 40) + 100)

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """What track_sequence writes, prints and exits with. PROGRAMS names the folder of the program."""
 import json
+import math
 import os
 import shutil
 import signal
@@ -133,6 +134,20 @@ class TrackSequence(TrackSequenceBase):
         for part in parts:
             self.assertIn(part, result.stderr)
         self.assertFalse(os.path.exists(output))
+
+    def test_a_guess_in_place_of_a_calibration(self):
+        self.assertEqual(report(self.tracked)["calibration"], "GIVEN")
+        fx = yaml.safe_load(content(self.camera))["camera_matrix"]["data"][0]
+        hfov = math.degrees(2 * math.atan(160 / fx))
+        # Wrong by 5 %: the shape of so short a path hardly tells.
+        output, _ = self.track("--images", self.list, "--hfov", "%.3f" % (1.05 * hfov))
+        self.assertEqual(report(output)["calibration"], "GUESSED")
+        self.assertEqual(len(rows(output, "trajectory.txt")), FRAMES)
+        self.assertLess(self.error_of(self.truth, output)["position_rmse_percent"], 3)
+        camera = rows(output, "colmap", "cameras.txt")[0]
+        self.assertAlmostEqual(float(camera[4]), 160 / math.tan(math.radians(1.05 * hfov / 2)), places=2)
+        self.expect_refused(["--hfov"], "--images", self.list, "--hfov", "170")
+        self.expect_refused(["--hfov", "--camera"], "--images", self.list, "--hfov", "60", "--camera", self.camera)
 
     def test_every_image_is_posed_as_the_truth_has_it(self):
         self.assertEqual(self.result.returncode, 0, self.result.stderr)

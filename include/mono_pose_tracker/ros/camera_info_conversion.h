@@ -5,6 +5,7 @@
 #include <string>
 
 #include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/common/calibration_source.h"
 #include "mono_pose_tracker/common/status.h"
 
 namespace mono_pose_tracker {
@@ -13,6 +14,7 @@ struct ConvertedCamera {
   CameraParameters parameters;  // of the image as it is sent: binning and region of interest are applied
   Reason reason = Reason::kOk;
   std::string error;  // one line that says what to do, when reason is not kOk
+  CalibrationSource source = CalibrationSource::kGiven;
 };
 
 /// K and D of the message; when the images are rectified P and no distortion. kUncalibrated when the matrix

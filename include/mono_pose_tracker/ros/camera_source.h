@@ -12,13 +12,18 @@
 namespace mono_pose_tracker {
 
 /// The calibration to use: that of the newest camera_info; while none has come, or it is not calibrated, that
-/// of a file when one was given. May be called from any thread.
+/// of a file when one was given; failing that a guess, where a field of view was given to guess from. May be
+/// called from any thread.
 class CameraSource {
  public:
-  explicit CameraSource(bool rectified) : rectified_(rectified) {}
+  /// hfov_deg: of the guess, see guess_camera; 0: none is made.
+  explicit CameraSource(bool rectified, double hfov_deg = 0) : rectified_(rectified), hfov_deg_(hfov_deg) {}
 
   void set_file(const sensor_msgs::CameraInfo& info);
   void set_message(const sensor_msgs::CameraInfoConstPtr& info);
+
+  /// A guess needs the size of the images.
+  void set_image_size(int width, int height);
 
   bool has_message() const;  // whether a camera_info has come, calibrated or not
   bool has_calibration() const;
@@ -29,9 +34,10 @@ class CameraSource {
 
  private:
   const bool rectified_;
+  const double hfov_deg_;
   mutable std::mutex mutex_;  // guards what follows
   mutable std::condition_variable arrived_;
-  std::optional<ConvertedCamera> file_, message_;
+  std::optional<ConvertedCamera> file_, message_, guess_;
 
   std::optional<ConvertedCamera> camera() const;  // the lock being held
 };

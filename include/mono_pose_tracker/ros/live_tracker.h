@@ -34,7 +34,8 @@ struct MapVersion {
 /// calibration changes. Used by the processing thread alone, but for cancel, map_version and map_view.
 class LiveTracker {
  public:
-  using Warn = std::function<void(const std::string&)>;
+  /// subject: what the text is about, which may be said again and again; empty: an event (LogThrottle).
+  using Warn = std::function<void(const std::string& subject, const std::string& text)>;
 
   /// mask_wanted: whether to wait for a mask. warn: what a user should hear.
   LiveTracker(const TrackerOptions& options, CameraSource& cameras, MaskSource& masks,
@@ -89,7 +90,8 @@ class LiveTracker {
   ConvertedImage image_;
   bool first_image_ = true;
   State state_ = State::kWaitingForCameraInfo;
-  std::uint32_t epoch_ = 0;  // last reported
+  std::uint32_t epoch_ = 0;                                    // last reported
+  CalibrationSource calibration_ = CalibrationSource::kGiven;  // of the present tracker
 
   mutable std::mutex mutex_;      // guards what follows (a Tracker locks for itself)
   std::uint32_t epoch_base_ = 0;  // added to the present tracker's own: epochs grow across calibrations

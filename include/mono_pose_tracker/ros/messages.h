@@ -1,5 +1,6 @@
 #pragma once
 
+#include <geometry_msgs/Point.h>
 #include <geometry_msgs/Pose.h>
 #include <geometry_msgs/PoseWithCovariance.h>
 #include <geometry_msgs/TransformStamped.h>
@@ -7,7 +8,6 @@
 #include <nav_msgs/Odometry.h>
 #include <ros/time.h>
 #include <sensor_msgs/PointCloud2.h>
-#include <visualization_msgs/MarkerArray.h>
 
 #include <string>
 #include <vector>
@@ -22,6 +22,7 @@ inline ros::Time to_ros_time(std::int64_t stamp_ns) {
   return ros::Time().fromNSec(static_cast<std::uint64_t>(stamp_ns));
 }
 
+geometry_msgs::Point to_point(const Eigen::Vector3d& x);
 geometry_msgs::Pose to_pose(const Rigid3& b_from_a);
 geometry_msgs::PoseWithCovariance to_pose_with_covariance(const PoseEstimate& b_from_a);
 geometry_msgs::TransformStamped to_transform(const std_msgs::Header& header, const std::string& child_frame,
@@ -30,10 +31,6 @@ geometry_msgs::TransformStamped to_transform(const std_msgs::Header& header, con
 /// x y z rgb, as rviz reads it.
 sensor_msgs::PointCloud2 to_point_cloud(const std_msgs::Header& header,
                                         const std::vector<ColoredPoint>& points);
-
-/// One marker of line segments: every keyframe's frustum, `depth` map units deep.
-visualization_msgs::MarkerArray to_frusta(const std_msgs::Header& header, const CameraParameters& camera,
-                                          const std::vector<KeyframePose>& keyframes, double depth);
 
 struct StampedEstimate {
   std::int64_t stamp_ns = 0;

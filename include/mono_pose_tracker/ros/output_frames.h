@@ -5,6 +5,9 @@
 #include <tf2_ros/buffer.h>
 #include <tf2_ros/transform_listener.h>
 
+#include <boost/signals2/connection.hpp>
+
+#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <mutex>
@@ -24,16 +27,20 @@ namespace mono_pose_tracker {
 /// May be called from any thread.
 class OutputFrames {
  public:
-  using Warn = std::function<void(const std::string&)>;
+  /// subject: what the text is about, which may be said again and again (LogThrottle).
+  using Warn = std::function<void(const std::string& subject, const std::string& text)>;
 
-  /// options: normalised. warn: what a user should hear, which may be said again and again.
+  /// options: normalised. warn: what a user should hear.
   OutputFrames(const FrameOptions& options, Warn warn);
+  ~OutputFrames();
+
+  const FrameOptions& options() const { return options_; }
 
   const std::string& world() const {
     return options_.object_mode ? options_.object_frame : options_.map_frame;
   }
 
-  /// Whether the world's origin in this map hangs on its points and has not been set.
+  /// Whether an object's centre in this map hangs on its points and has not been set.
   bool wants_points(std::uint32_t epoch) const;
   void set_points(std::uint32_t epoch, const std::vector<ColoredPoint>& points);
 
@@ -46,23 +53,37 @@ class OutputFrames {
     std::string frame, child_frame;
     PoseEstimate frame_from_child;
   };
-  /// Of a report in the world's frame. Nothing when tf does not know where the base has its camera.
+  /// Of a report in the world's frame. Nothing when tf does not know where the base has its camera, or when
+  /// the map's units, which are no metres, would be mixed with a robot's metres.
   std::optional<BodyPose> body_pose(const std_msgs::Header& image_header, const FrameReport& report) const;
 
   /// What tf shall get; nothing when it is not to have any, or must not: a frame would get a second parent.
   std::optional<geometry_msgs::TransformStamped> transform(const std_msgs::Header& image_header,
                                                            const BodyPose& pose) const;
 
+  /// tf of ~view_frame, which rviz follows: where the camera is in the world; of an object, its centre.
+  /// Nothing when none is wanted.
+  std::optional<geometry_msgs::TransformStamped> view_transform(const std_msgs::Header& image_header,
+                                                                const Rigid3& world_from_camera) const;
+
  private:
   Rigid3 world_from_map() const;
   std::string camera_frame(const std_msgs::Header& image_header) const;
   std::optional<Rigid3> look_up(const std::string& parent, const std::string& child,
                                 const ros::Time& stamp) const;
+  bool mixes_units(const FrameReport& report, const std::string& camera) const;
+  bool wait_for_transform(const std::string& parent, const std::string& child, const ros::Time& stamp,
+                          std::string* why) const;
   std::string conflict(const std::string& parent, const std::string& child) const;
 
   const FrameOptions options_;
   const Warn warn_;
   tf2_ros::Buffer buffer_;  // locks for itself
+  // Those who wait for tf are woken when there is more of it.
+  mutable std::mutex tf_mutex_;  // guards tf_changes_
+  mutable std::condition_variable tf_changed_;
+  std::uint64_t tf_changes_ = 0;
+  boost::signals2::scoped_connection tf_listening_;
   std::optional<tf2_ros::TransformListener> listener_;
 
   mutable std::mutex mutex_;  // guards what follows

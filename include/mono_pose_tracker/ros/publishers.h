@@ -36,7 +36,11 @@ class Publishers {
   /// 255 = the object; published only while someone listens.
   void publish_mask(const std_msgs::Header& header, const cv::Mat& mask, const cv::Size& image_size) const;
 
-  void publish_map(const MapSnapshot& snapshot, const CameraParameters& camera) const;
+  void publish_map(const MapSnapshot& snapshot, const CameraParameters& camera);
+
+  /// map -> odom once more, as if the robot went on as it did, also while there is no pose: for those who
+  /// want to know where it is now. Of the present map only.
+  void repeat_transform();
 
   /// Path and camera positions, if there are new ones.
   void publish_path();
@@ -53,23 +57,30 @@ class Publishers {
   void remember(const FrameReport& report, const std::optional<OutputFrames::BodyPose>& body);
   void publish_pose(const std_msgs::Header& image_header, const FrameReport& report,
                     const OutputFrames::BodyPose& body);
+  /// For eyes: the frame that rviz follows, and the camera's frustum.
+  void publish_view(const std_msgs::Header& image_header, const FrameReport& report);
   std_msgs::Header map_header() const;
 
   const OutputFrames& frames_;
   const std::size_t path_max_length_;
   tf2_ros::TransformBroadcaster broadcaster_;
-  ros::Publisher pose_, odometry_, path_, points_, camera_positions_, keyframes_;
+  ros::Publisher pose_, odometry_, path_, points_, camera_positions_, keyframes_, camera_frustum_;
   image_transport::Publisher debug_image_, mask_;
 
   // Last posed frame; the processing thread's own
   std::optional<StampedEstimate> previous_;
   std::uint32_t previous_epoch_ = 0;
 
-  mutable std::mutex mutex_;  // guards what follows
+  mutable std::mutex mutex_;                                    // guards what follows
+  std::optional<geometry_msgs::TransformStamped> map_to_odom_;  // the last; of the present map
+  ros::Time map_to_odom_arrival_, repeated_stamp_;
   std::deque<Posed> poses_;
   std::int64_t newest_stamp_ns_ = 0;
   std::uint32_t epoch_ = 0;
   bool path_changed_ = false;
+  std::optional<CameraParameters> drawn_camera_;  // of the newest map that was published
+  double frustum_depth_ = 0;                      // map units
+  bool camera_is_drawn_ = false;
 };
 
 }  // namespace mono_pose_tracker

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <diagnostic_updater/diagnostic_updater.h>
 #include <dynamic_reconfigure/server.h>
 #include <nodelet/nodelet.h>
 #include <ros/callback_queue.h>
@@ -22,6 +21,7 @@
 #include "mono_pose_tracker/ros/image_subscriber.h"
 #include "mono_pose_tracker/ros/live_options.h"
 #include "mono_pose_tracker/ros/live_tracker.h"
+#include "mono_pose_tracker/ros/log_throttle.h"
 #include "mono_pose_tracker/ros/mask_source.h"
 #include "mono_pose_tracker/ros/output_frames.h"
 #include "mono_pose_tracker/ros/parameters.h"
@@ -29,6 +29,7 @@
 #include "mono_pose_tracker/ros/status_board.h"
 #include "mono_pose_tracker/ros/time_guard.h"
 #include "mono_pose_tracker/ros/trajectory_log.h"
+#include "mono_pose_tracker/ros/wall_clock_updater.h"
 
 namespace mono_pose_tracker {
 
@@ -82,12 +83,17 @@ class TrackerNodelet : public nodelet::Nodelet {
   void diagnose(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   ros::NodeHandle service_handle();
+  /// A parameter that may be set anew before each call of a service; a path as a user may write it.
+  std::string path_parameter(const std::string& name, const std::string& at_start);
   using Answer = std::function<std::string()>;  // what was done; throws what went wrong
   void advertise(const std::string& name, Answer answer);
   /// Runs the command between two images and returns what it returned or throws what it threw. The command
   /// may still run when this has given up waiting: it must own what it uses.
   template <typename Result>
   Result on_processing_thread(std::function<Result()> command);
+
+  // What goes on is said again after so long: what an image may tell, and what a user has to connect.
+  LogThrottle throttle_{std::chrono::seconds(10)}, input_throttle_{std::chrono::seconds(30)};
 
   NodeParameters parameters_;
   std::unique_ptr<CameraSource> cameras_;
@@ -98,14 +104,14 @@ class TrackerNodelet : public nodelet::Nodelet {
   std::unique_ptr<TrajectoryLog> trajectory_;
   std::unique_ptr<LiveTracker> tracker_;
   std::unique_ptr<ImageSlot<Frame>> slot_;
-  std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
+  std::unique_ptr<WallClockUpdater> diagnostics_;
 
   ImageSubscriber image_subscriber_;
   ros::Subscriber camera_info_subscriber_, mask_subscriber_;
   ros::CallbackQueue service_queue_;
   ros::AsyncSpinner service_spinner_{1, &service_queue_};
   std::vector<ros::ServiceServer> services_;
-  ros::WallTimer timer_;
+  ros::WallTimer timer_, tf_timer_;
 
   boost::recursive_mutex live_mutex_;  // guards live_options_, too
   LiveOptions live_options_;
@@ -119,7 +125,6 @@ class TrackerNodelet : public nodelet::Nodelet {
   Recording recording_;
   std::string input_problem_, output_problem_;
   TrackerStatus diagnosed_;  // as /diagnostics last told it
-  Clock::time_point last_input_warning_;
   std::optional<MapVersion> published_map_;
 
   // Of the processing thread
