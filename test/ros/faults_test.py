@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Trackers that are loaded and unloaded, flooded, not listened to, killed, given clocks of every kind."""
+"""Trackers that are loaded and unloaded, flooded, not listened to, killed, given clocks of every kind or a full disk."""
 import os
 import signal
 import subprocess
@@ -49,10 +49,10 @@ class FaultsTest(unittest.TestCase):
     def unload(self, name):
         self.assertTrue(self.unload_nodelet(name="/" + name).success)
 
-    def start(self, name, camera, *arguments):
+    def start(self, name, camera, *arguments, prefix=()):
         """A node of its own; killed at the test's end."""
         program = roslib.packages.find_node("mono_pose_tracker", "tracker_node")[0]
-        node = subprocess.Popen([program, "__name:=" + name, "image:=" + camera + "/image_raw", *arguments],
+        node = subprocess.Popen([*prefix, program, "__name:=" + name, "image:=" + camera + "/image_raw", *arguments],
                                 cwd=self.folder.name)
         self.addCleanup(node.wait)
         self.addCleanup(node.kill)
@@ -155,6 +155,26 @@ class FaultsTest(unittest.TestCase):
             camera.show(next(images), tracker)
             loaded = tracker.call("load_map")
         feeding.track(camera, tracker, images, 3)
+
+    def test_a_disk_that_is_full_and_freed(self):
+        """The trajectory file holds whole lines only, and goes on when there is room again."""
+        disk = os.path.join(self.folder.name, "disk")
+        os.mkdir(disk)
+        in_small_disk = ("unshare", "--mount", *([] if os.geteuid() == 0 else ["--map-root-user"]), "sh", "-c",
+                         'mount -t tmpfs -o size=16k tmpfs "$0" && head -c 16k /dev/zero >"$0/filler"; exec "$@"', disk)
+        if subprocess.run([*in_small_disk, "test", "-s", disk + "/filler"]).returncode:
+            self.skipTest("no disk can be mounted here")
+        node = self.start("full", "/full_camera", "_trajectory_file:=" + disk + "/trajectory.txt", prefix=in_small_disk)
+        camera, tracker = feeding.Camera("/full_camera", self.recording.info), feeding.Tracker("/full")
+        images = self.recording.walk()
+        feeding.track(camera, tracker, images, 5)
+        seen_from_here = "/proc/%d/root%s" % (node.pid, disk)
+        os.remove(seen_from_here + "/filler")
+        posed = [s for s in feeding.track(camera, tracker, images, 10) if s.state == TrackerStatus.TRACKING]
+        trajectory = feeding.read_tum(seen_from_here + "/trajectory.txt")
+        # The status leaves before its line is written: the last one may be missing.
+        stamps = {s.header.stamp.to_nsec() for s in posed[1:-1]}
+        self.assertLessEqual(stamps, set(trajectory), "posed after there was room again")
 
     def test_interrupted_while_images_come(self):
         node = self.start("interrupted", "/interrupted_camera")
