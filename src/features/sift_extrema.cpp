@@ -3,9 +3,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core.hpp>
 
 #include "function_clones.h"
-#include "sift_budget.h"
 #include "sift_parallel.h"
 #include "sift_vector.h"
 
@@ -207,21 +207,20 @@ bool refine(const ScaleSpace& space, const SiftOptions& options, float contrast_
 
 }  // namespace
 
-void ExtremaFinder::find(const ScaleSpace& space, const cv::Mat& mask, float contrast_threshold,
-                         std::vector<Extremum>* extrema) {
+void ExtremaFinder::find(const ScaleSpace& space, float contrast_threshold, std::vector<Extremum>* extrema) {
   extrema->clear();
   for (int octave = 0; octave < space.octaves(); ++octave) {
     const int rows = space.gaussian(octave, 0).height() - 2 * kBorder;
     for_parts(rows, options_.num_threads, [&](int part, int begin, int end) {
       parts_[part].extrema.clear();
-      find_in_rows(space, mask, contrast_threshold, octave, begin + kBorder, end + kBorder, &parts_[part]);
+      find_in_rows(space, contrast_threshold, octave, begin + kBorder, end + kBorder, &parts_[part]);
     });
     for (const Part& part : parts_) extrema->insert(extrema->end(), part.extrema.begin(), part.extrema.end());
   }
 }
 
-void ExtremaFinder::find_in_rows(const ScaleSpace& space, const cv::Mat& mask, float contrast_threshold,
-                                 int octave, int begin, int end, Part* part) const {
+void ExtremaFinder::find_in_rows(const ScaleSpace& space, float contrast_threshold, int octave, int begin,
+                                 int end, Part* part) const {
   const int stride = space.gaussian(octave, 0).stride();
   const int width = space.gaussian(octave, 0).width();
   const int differences = space.layers() + 2;
@@ -239,8 +238,9 @@ void ExtremaFinder::find_in_rows(const ScaleSpace& space, const cv::Mat& mask, f
   const auto examine = [&](int level, int y, int x, const float* const* rows) {
     Extremum extremum;
     if (std::abs(rows[4][x]) <= sample_threshold || !is_extremum(rows, x)) return;
-    if (!refine(space, options_, contrast_threshold, octave, level, x, y, &extremum)) return;
-    if (!is_masked_out(mask, extremum.feature)) part->extrema.push_back(extremum);
+    if (refine(space, options_, contrast_threshold, octave, level, x, y, &extremum)) {
+      part->extrema.push_back(extremum);
+    }
   };
 
   for (int y = begin - 1; y < begin + 1; ++y) subtract(y);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <opencv2/core.hpp>
 #include <vector>
 
 #include "mono_pose_tracker/features/sift.h"
@@ -24,9 +23,8 @@ class ExtremaFinder {
  public:
   explicit ExtremaFinder(const SiftOptions& options) : options_(options), parts_(options.num_threads) {}
 
-  /// The order depends on the images alone. mask: as in FeatureExtractor.
-  void find(const ScaleSpace& space, const cv::Mat& mask, float contrast_threshold,
-            std::vector<Extremum>* extrema);
+  /// The order depends on the images alone.
+  void find(const ScaleSpace& space, float contrast_threshold, std::vector<Extremum>* extrema);
 
  private:
   struct Part {
@@ -35,8 +33,8 @@ class ExtremaFinder {
     std::vector<Extremum> extrema;
   };
 
-  void find_in_rows(const ScaleSpace& space, const cv::Mat& mask, float contrast_threshold, int octave,
-                    int begin, int end, Part* part) const;
+  void find_in_rows(const ScaleSpace& space, float contrast_threshold, int octave, int begin, int end,
+                    Part* part) const;
 
   SiftOptions options_;
   std::vector<Part> parts_;

@@ -15,6 +15,8 @@ constexpr float kRadiansPerDegree = 0.017453292519943295f;
 // / 2.
 constexpr float kUpsamplingShift = 0.25f;  // px
 
+constexpr float kLoweSigma = 1.6f;  // px of the doubled image
+
 Feature feature_of(const cv::KeyPoint& key_point) {
   Feature feature;
   feature.pixel = {key_point.pt.x - kUpsamplingShift, key_point.pt.y - kUpsamplingShift};
@@ -29,16 +31,19 @@ class OpencvSift : public FeatureExtractor {
   explicit OpencvSift(const SiftOptions& options)
       : options_(options),
         sift_(cv::SIFT::create(0, options.octave_layers, options.contrast_threshold, options.edge_threshold,
-                               options.sigma)) {}
+                               options.sigma.value_or(kLoweSigma))) {}
 
-  void extract(const cv::Mat& gray, const cv::Mat& mask, FeatureSet* set) override {
-    check_images(gray, mask);
+  void prepare(const cv::Mat& gray) override {
+    check_images(gray, cv::Mat());
+    gray_ = gray;
+    key_points_.clear();
+    if (!gray.empty()) sift_->detectAndCompute(gray, cv::noArray(), key_points_, descriptors_);
+  }
+
+  void find(const cv::Mat& mask, FeatureSet* set) override {
+    check_images(gray_, mask);
     set->features.clear();
     set->bearings.clear();
-    set->descriptors.create(0, kDescriptorSize, CV_8U);
-    if (gray.empty()) return;
-    sift_->detectAndCompute(gray, cv::noArray(), key_points_, descriptors_);
-
     candidates_.clear();
     source_rows_.clear();
     for (std::size_t i = 0; i < key_points_.size(); ++i) {
@@ -48,7 +53,7 @@ class OpencvSift : public FeatureExtractor {
         source_rows_.push_back(static_cast<int>(i));
       }
     }
-    const std::vector<int>& chosen = budget_.choose(candidates_, gray.size(), options_.max_features);
+    const std::vector<int>& chosen = budget_.choose(candidates_, gray_.size(), options_.max_features);
     set->descriptors.create(static_cast<int>(chosen.size()), kDescriptorSize, CV_8U);
     for (std::size_t i = 0; i < chosen.size(); ++i) {
       set->features.push_back(candidates_[chosen[i]]);
@@ -61,6 +66,7 @@ class OpencvSift : public FeatureExtractor {
   SiftOptions options_;
   cv::Ptr<cv::SIFT> sift_;
   FeatureBudget budget_;
+  cv::Mat gray_;
   std::vector<cv::KeyPoint> key_points_;
   cv::Mat descriptors_;
   std::vector<Feature> candidates_;

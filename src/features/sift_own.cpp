@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "sift_budget.h"
 #include "sift_descriptor.h"
@@ -20,29 +21,49 @@ constexpr float kLowestContrastShare = 0.25f;
 
 class OwnSift : public FeatureExtractor {
  public:
-  explicit OwnSift(const SiftOptions& options) : options_(options), space_(options), finder_(options) {}
+  explicit OwnSift(const SiftOptions& options)
+      : options_(options), space_(options, SiftScale()), finder_(options) {}
 
-  void extract(const cv::Mat& gray, const cv::Mat& mask, FeatureSet* set) override {
-    check_images(gray, mask);
+  void prepare(const cv::Mat& gray) override {
+    check_images(gray, cv::Mat());
+    gray_ = gray;
+    const SiftScale scale = choose_sift_scale(options_, gray.size());
+    if (scale != space_.scale()) space_ = ScaleSpace(options_, scale);
+    space_.build(gray);
+    finder_.find(space_, options_.contrast_threshold, &all_extrema_);
+    weak_are_known_ = false;
+  }
+
+  void find(const cv::Mat& mask, FeatureSet* set) override {
+    check_images(gray_, mask);
     set->features.clear();
     set->bearings.clear();
-    space_.build(gray);
     find_extrema(mask);
-    spend_budget(gray.size());
+    spend_budget(gray_.size());
     assign_orientations();
-    describe(gray.size(), set);
+    describe(gray_.size(), set);
   }
 
  private:
   void find_extrema(const cv::Mat& mask) {
-    finder_.find(space_, mask, options_.contrast_threshold, &extrema_);
+    leave_out_masked(all_extrema_, mask);
     if (static_cast<int>(extrema_.size()) >= options_.min_features) return;
-    finder_.find(space_, mask, kLowestContrastShare * options_.contrast_threshold, &extrema_);
+    if (!std::exchange(weak_are_known_, true)) {
+      finder_.find(space_, kLowestContrastShare * options_.contrast_threshold, &weak_extrema_);
+    }
+    leave_out_masked(weak_extrema_, mask);
     if (static_cast<int>(extrema_.size()) <= options_.min_features) return;
     const auto last = extrema_.begin() + options_.min_features;
     std::nth_element(extrema_.begin(), last, extrema_.end(),
                      [](const Extremum& a, const Extremum& b) { return is_stronger(a.feature, b.feature); });
     extrema_.erase(last, extrema_.end());
+  }
+
+  void leave_out_masked(const std::vector<Extremum>& from, const cv::Mat& mask) {
+    extrema_.clear();
+    for (const Extremum& extremum : from) {
+      if (!is_masked_out(mask, extremum.feature)) extrema_.push_back(extremum);
+    }
   }
 
   // Before orientation and descriptors, which are the larger part of the work.
@@ -98,6 +119,10 @@ class OwnSift : public FeatureExtractor {
   ScaleSpace space_;
   ExtremaFinder finder_;
   FeatureBudget budget_;
+  cv::Mat gray_;
+  std::vector<Extremum> all_extrema_;   // whatever the mask
+  std::vector<Extremum> weak_extrema_;  // the same with the lowered threshold, once they were needed
+  bool weak_are_known_ = false;
   std::vector<Extremum> extrema_;
   std::vector<Extremum> chosen_;
   std::vector<Feature> candidates_;

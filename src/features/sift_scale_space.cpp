@@ -24,29 +24,32 @@ void halve(const Plane& in, Plane* out) {
 
 }  // namespace
 
-ScaleSpace::ScaleSpace(const SiftOptions& options) : options_(options), filters_(options.num_threads) {
+ScaleSpace::ScaleSpace(const SiftOptions& options, const SiftScale& scale)
+    : options_(options), scale_(scale), filters_(options.num_threads) {
   for (int level = 1; level < layers() + 3; ++level) {
     level_kernels_.push_back(gaussian_kernel(
         added_sigma(sigma_of_level(level - 1.0f), sigma_of_level(static_cast<float>(level)))));
   }
-  if (options_.first_octave < 0) {
-    const float sigma = 0.5f * options_.sigma;
+  if (scale_.first_octave < 0) {
+    const float sigma = 0.5f * scale_.sigma;
     base_kernel_ = gaussian_kernel(sigma);
     base_kernel_between_ = gaussian_kernel(sigma, true);
-  } else if (options_.first_octave == 0) {
-    base_kernel_ = gaussian_kernel(options_.sigma);
-  } else {
-    base_kernel_ = gaussian_kernel(kHalvingSigma);
-    halved_kernel_ = gaussian_kernel(added_sigma(0.5f * kHalvingSigma, options_.sigma));
+    return;
   }
+  float blurred = 0;  // px of what has been halved so far
+  for (int octave = 0; octave < scale_.first_octave; ++octave) {
+    halving_kernels_.push_back(gaussian_kernel(added_sigma(blurred, kHalvingSigma)));
+    blurred = 0.5f * kHalvingSigma;
+  }
+  base_kernel_ = gaussian_kernel(added_sigma(blurred, scale_.sigma));
 }
 
 float ScaleSpace::pixel_size(int octave) const {
-  return std::exp2(static_cast<float>(options_.first_octave + octave));
+  return std::exp2(static_cast<float>(scale_.first_octave + octave));
 }
 
 float ScaleSpace::sigma_of_level(float level) const {
-  return options_.sigma * std::exp2(level / static_cast<float>(layers()));
+  return scale_.sigma * std::exp2(level / static_cast<float>(layers()));
 }
 
 void ScaleSpace::build(const cv::Mat& gray) {
@@ -73,13 +76,12 @@ void ScaleSpace::build_base(const cv::Mat& gray) {
     float* to = input_.row(y);
     for (int x = 0; x < gray.cols; ++x) to[x] = static_cast<float>(from[x]) * (1.0f / 255.0f);
   }
-  if (options_.first_octave < 0) {
+  if (scale_.first_octave < 0) {
     build_doubled_base(&planes_[0]);
-  } else if (options_.first_octave == 0) {
-    blur(input_, base_kernel_, 1, &planes_[0]);
-  } else {
-    build_halved_base(&planes_[0]);
+    return;
   }
+  for (const PairKernel& kernel : halving_kernels_) halve_input(kernel);
+  blur(input_, base_kernel_, 1, &planes_[0]);
 }
 
 // Doubles and blurs in one step: the Gaussian is sampled at whole and half pixels of the input.
@@ -96,14 +98,13 @@ void ScaleSpace::build_doubled_base(Plane* base) {
   });
 }
 
-void ScaleSpace::build_halved_base(Plane* base) {
-  blur(input_, base_kernel_, 2, &smoothed_);
-  Plane& halved = input_;  // no longer needed
-  halved.resize((smoothed_.width() + 1) / 2, smoothed_.height());
-  for (int y = 0; y < halved.height(); ++y) {
-    for (int x = 0; x < halved.width(); ++x) halved.row(y)[x] = smoothed_.row(y)[2 * x];
+// Every second pixel of every second row of the input, blurred, takes its place.
+void ScaleSpace::halve_input(const PairKernel& kernel) {
+  blur(input_, kernel, 2, &smoothed_);
+  input_.resize((smoothed_.width() + 1) / 2, smoothed_.height());
+  for (int y = 0; y < input_.height(); ++y) {
+    for (int x = 0; x < input_.width(); ++x) input_.row(y)[x] = smoothed_.row(y)[2 * x];
   }
-  blur(halved, halved_kernel_, 1, base);
 }
 
 // Row y of the output is row y * row_step of the input, blurred.

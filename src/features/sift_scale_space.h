@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mono_pose_tracker/features/sift.h"
+#include "mono_pose_tracker/features/sift_scale.h"
 #include "sift_gaussian.h"
 #include "sift_plane.h"
 
@@ -15,7 +16,9 @@ namespace mono_pose_tracker {
 /// Pixel (0, 0) of every octave lies on pixel (0, 0) of the input.
 class ScaleSpace {
  public:
-  explicit ScaleSpace(const SiftOptions& options);
+  ScaleSpace(const SiftOptions& options, const SiftScale& scale);
+
+  const SiftScale& scale() const { return scale_; }
 
   /// Octaves end where the shorter side would have fewer than kSmallestOctave px.
   void build(const cv::Mat& gray);
@@ -31,17 +34,18 @@ class ScaleSpace {
  private:
   void build_base(const cv::Mat& gray);
   void build_doubled_base(Plane* base);
-  void build_halved_base(Plane* base);
+  void halve_input(const PairKernel& kernel);
   void blur(const Plane& in, const PairKernel& kernel, int row_step, Plane* out);
 
   static constexpr int kSmallestOctave = 12;  // px; extrema keep 5 px off the border
 
   SiftOptions options_;
+  SiftScale scale_;
   int octaves_ = 0;
-  std::vector<PairKernel> level_kernels_;  // [s - 1] takes level s - 1 to level s
-  PairKernel base_kernel_;                 // input to base, in px of the input
-  PairKernel base_kernel_between_;         // the same half a pixel further
-  PairKernel halved_kernel_;               // halved input to base
+  std::vector<PairKernel> level_kernels_;    // [s - 1] takes level s - 1 to level s
+  PairKernel base_kernel_;                   // input, or what is left of it after halving, to base
+  PairKernel base_kernel_between_;           // the same half a pixel further
+  std::vector<PairKernel> halving_kernels_;  // before the first, second ... halving
   Plane input_;
   Plane smoothed_;
   std::vector<Plane> planes_;

@@ -42,6 +42,25 @@ bool has_leading_zero(const std::string& text) {
   return text.size() > 1 && text[0] == '0' && text[1] >= '0' && text[1] <= '9';
 }
 
+constexpr const char* kAuto = "auto";
+
+template <typename T>
+struct IsOptional : std::false_type {};
+template <typename T>
+struct IsOptional<std::optional<T>> : std::true_type {};
+
+template <typename T>
+bool parse(const std::string& text, std::optional<T>* value) {
+  if (text == kAuto) {
+    value->reset();
+    return true;
+  }
+  T number;
+  if (!parse(text, &number)) return false;
+  *value = number;
+  return true;
+}
+
 std::string number_text(double value) {
   std::ostringstream stream;
   stream << value;
@@ -99,7 +118,7 @@ std::vector<OptionEntry> option_table(TrackerOptions* o) {
       {"young_map_keyframes", &o->young_map_keyframes, 0, 1000, {}},
       {"young_map_patience", &o->young_map_patience, 1, 1e6, {}},
       {"sift/implementation", &o->sift.implementation, 0, 0, {"own", "opencv"}},
-      {"sift/first_octave", &o->sift.first_octave, -1, 1, {}},
+      {"sift/first_octave", &o->sift.first_octave, kFinestOctave, kCoarsestOctave, {}},
       {"sift/max_features", &o->sift.max_features, 0, 1e6, {}},
       {"sift/contrast_threshold", &o->sift.contrast_threshold, 0, 1, {}},
       {"sift/edge_threshold", &o->sift.edge_threshold, 1, 1000, {}},
@@ -233,57 +252,69 @@ bool set_option(const OptionEntry& entry, const std::string& text) {
       entry.value);
 }
 
+namespace {
+
+std::string value_text(const std::string& value) { return value; }
+
+template <typename T>
+std::string value_text(const T& value) {
+  if constexpr (IsOptional<T>::value) {
+    return value ? value_text(*value) : kAuto;
+  } else if constexpr (std::is_same_v<T, bool>) {
+    return value ? "true" : "false";
+  } else if constexpr (std::is_integral_v<T>) {
+    return std::to_string(value);
+  } else {
+    return number_text(value);
+  }
+}
+
+template <typename T>
+bool is_allowed(const T& value, const OptionEntry& entry) {
+  if constexpr (std::is_same_v<T, std::string>) {
+    return entry.choices.empty() ||
+           std::find(entry.choices.begin(), entry.choices.end(), value) != entry.choices.end();
+  } else if constexpr (IsOptional<T>::value) {
+    return !value || is_allowed(*value, entry);
+  } else if constexpr (std::is_same_v<T, bool> || std::is_same_v<T, std::uint64_t>) {
+    return true;
+  } else {
+    // The bounds as the option's own type holds them.
+    return value >= static_cast<T>(entry.min) &&
+           (entry.max >= static_cast<double>(std::numeric_limits<T>::max()) ||
+            value <= static_cast<T>(entry.max));
+  }
+}
+
+template <typename T>
+bool holds(const OptionEntry& entry) {
+  return std::holds_alternative<T*>(entry.value);
+}
+
+}  // namespace
+
 std::string option_text(const OptionEntry& entry) {
-  return std::visit(
-      [](auto* value) -> std::string {
-        using T = std::remove_pointer_t<decltype(value)>;
-        if constexpr (std::is_same_v<T, std::string>) {
-          return *value;
-        } else if constexpr (std::is_same_v<T, bool>) {
-          return *value ? "true" : "false";
-        } else if constexpr (std::is_integral_v<T>) {
-          return std::to_string(*value);
-        } else {
-          return number_text(*value);
-        }
-      },
-      entry.value);
+  return std::visit([](auto* value) { return value_text(*value); }, entry.value);
 }
 
 std::string expected_value(const OptionEntry& entry) {
-  if (std::holds_alternative<bool*>(entry.value)) return "true or false";
-  if (std::holds_alternative<std::string*>(entry.value)) {
+  if (holds<bool>(entry)) return "true or false";
+  if (holds<std::string>(entry)) {
     if (entry.choices.empty()) return "a text";
     std::string text = "one of";
     for (const std::string& choice : entry.choices) text += " " + choice;
     return text;
   }
-  const bool whole =
-      std::holds_alternative<int*>(entry.value) || std::holds_alternative<std::uint64_t*>(entry.value);
-  const std::string kind = whole ? "a whole number" : "a number";
+  const bool may_be_auto = holds<std::optional<int>>(entry) || holds<std::optional<float>>(entry);
+  const bool whole = holds<int>(entry) || holds<std::uint64_t>(entry) || holds<std::optional<int>>(entry);
+  const std::string kind =
+      std::string(may_be_auto ? "auto or " : "") + (whole ? "a whole number" : "a number");
   if (entry.max >= kUnbounded) return kind + " of at least " + number_text(entry.min);
   return kind + " from " + number_text(entry.min) + " to " + number_text(entry.max);
 }
 
 bool is_in_range(const OptionEntry& entry) {
-  return std::visit(
-      [&](auto* value) {
-        using T = std::remove_pointer_t<decltype(value)>;
-        if constexpr (std::is_same_v<T, std::string>) {
-          return entry.choices.empty() ||
-                 std::find(entry.choices.begin(), entry.choices.end(), *value) != entry.choices.end();
-        } else if constexpr (std::is_same_v<T, bool>) {
-          return true;
-        } else if constexpr (std::is_same_v<T, std::uint64_t>) {
-          return true;
-        } else {
-          // The bounds as the option's own type holds them.
-          return *value >= static_cast<T>(entry.min) &&
-                 (entry.max >= static_cast<double>(std::numeric_limits<T>::max()) ||
-                  *value <= static_cast<T>(entry.max));
-        }
-      },
-      entry.value);
+  return std::visit([&](auto* value) { return is_allowed(*value, entry); }, entry.value);
 }
 
 std::string nearest_key(const std::vector<OptionEntry>& table, const std::string& key) {

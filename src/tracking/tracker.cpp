@@ -291,7 +291,8 @@ MapOrigin Tracker::Impl::origin() const {
 }
 
 void Tracker::Impl::set_options(const TrackerOptions& options) {
-  copy_changeable(options, &options_);
+  copy_changeable(options, &given_options_);
+  options_ = cancellable(given_options_.for_images({camera_.width(), camera_.height()}, pace_));
   object_finder_.set_options(options_.segmentation);
   frame_maker_.set_options(options_.sift);
   resector_ = Resector(options_, camera_);

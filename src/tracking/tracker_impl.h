@@ -35,12 +35,14 @@ class Tracker::Impl {
  public:
   Impl(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,
        std::function<void()> before_mapping)
-      : options_(cancellable(options)),
+      : given_options_(options),
+        pace_(mapping == Mapping::kThreaded ? SearchPace::kLive : SearchPace::kRecording),
+        options_(cancellable(options.for_images({camera.width(), camera.height()}, pace_))),
         camera_(camera),
-        object_finder_(options.segmentation, camera),
-        frame_maker_(options.sift, options.scale, camera),
+        object_finder_(options_.segmentation, camera),
+        frame_maker_(options_.sift, options_.scale, camera),
         resector_(options_, camera),
-        keyframe_policy_(options.mapping, options.young_map_keyframes),
+        keyframe_policy_(options_.mapping, options_.young_map_keyframes),
         bootstrap_job_(options_, camera),
         worker_(options_.mapper(camera.focal()), camera, mapping == Mapping::kThreaded,
                 std::move(before_mapping)) {}
@@ -101,7 +103,9 @@ class Tracker::Impl {
   }
 
   std::atomic<bool> cancelled_{false};
-  TrackerOptions options_;
+  TrackerOptions given_options_;
+  const SearchPace pace_;
+  TrackerOptions options_;  // what is given means this for the camera's images
   const CameraModel camera_;
   ObjectFinder object_finder_;
   FrameMaker frame_maker_;

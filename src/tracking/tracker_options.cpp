@@ -33,6 +33,19 @@ MapperOptions TrackerOptions::mapper(double focal_px) const {
   return mapper;
 }
 
+TrackerOptions TrackerOptions::for_images(const cv::Size& image, SearchPace pace) const {
+  TrackerOptions options = *this;
+  const SiftScale scale = choose_sift_scale(sift, image, kWholeImage, pace);
+  options.sift.first_octave = scale.first_octave;
+  options.sift.sigma = scale.sigma;
+  if (sift.first_octave) return options;  // whoever chose the octave chose the thresholds with it
+  const double pixel = feature_pixel_size(scale);
+  options.inlier_threshold_px *= pixel;
+  options.bootstrap.min_parallax_px *= pixel;
+  options.mapping.max_reprojection_px *= pixel;
+  return options;
+}
+
 void TrackerOptions::validate() const {
   TrackerOptions copy = *this;
   std::string problems;

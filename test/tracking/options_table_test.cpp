@@ -49,6 +49,8 @@ TEST(OptionsTable, TheManualHoldsTheDefaults) {
   for (const OptionEntry& entry : option_table(&read)) {
     std::visit([](auto* value) { *value = {}; }, entry.value);
   }
+  read.sift.first_octave = 1;  // nothing means auto, which is the default
+  read.sift.sigma = 3.0f;
   read_options_yaml(manual, &read);
   const std::vector<OptionEntry> expected = option_table(&defaults), found = option_table(&read);
   for (std::size_t i = 0; i < expected.size(); ++i) {
@@ -91,6 +93,39 @@ TEST(OptionsTable, ReadsGroupsAndFlatKeys) {
   EXPECT_EQ(options.mapping.min_parallax_deg, 1.5);
 }
 
+TEST(OptionsTable, OctaveAndSigmaAreAutoOrNumbers) {
+  const TemporaryFolder folder;
+  TrackerOptions options;
+  read_options_yaml(written(folder, "sift:\n  first_octave: -1\n  sigma: 1.5\n"), &options);
+  EXPECT_EQ(options.sift.first_octave, -1);
+  EXPECT_EQ(options.sift.sigma, 1.5f);
+  read_options_yaml(written(folder, "sift:\n  first_octave: auto\n"), &options);
+  EXPECT_FALSE(options.sift.first_octave);
+  EXPECT_EQ(options.sift.sigma, 1.5f);
+  EXPECT_NE(problem_of("sift:\n  first_octave: fine\n").find("expected auto or a whole number"),
+            std::string::npos);
+  EXPECT_NE(problem_of("sift:\n  sigma: 0.1\n").find("expected auto or a number from 0.6 to 10"),
+            std::string::npos);
+}
+
+TEST(OptionsTable, ThresholdsInPixelsGrowWithTheFeaturesPixels) {
+  const TrackerOptions given;
+  const TrackerOptions small = given.for_images({640, 480}, SearchPace::kLive);
+  EXPECT_EQ(small.sift.first_octave, 0);
+  EXPECT_EQ(small.inlier_threshold_px, given.inlier_threshold_px);
+  const TrackerOptions large = given.for_images({3840, 2160}, SearchPace::kLive);
+  EXPECT_EQ(large.sift.first_octave, 2);
+  EXPECT_EQ(large.inlier_threshold_px, 4 * given.inlier_threshold_px);
+  EXPECT_EQ(large.bootstrap.min_parallax_px, 4 * given.bootstrap.min_parallax_px);
+  EXPECT_EQ(large.mapping.max_reprojection_px, 4 * given.mapping.max_reprojection_px);
+  const TrackerOptions offline = given.for_images({3840, 2160}, SearchPace::kRecording);
+  EXPECT_EQ(offline.inlier_threshold_px, given.inlier_threshold_px);
+  TrackerOptions chosen;
+  chosen.sift.first_octave = 1;
+  EXPECT_EQ(chosen.for_images({3840, 2160}, SearchPace::kLive).inlier_threshold_px,
+            given.inlier_threshold_px);
+}
+
 TEST(OptionsTable, EveryOptionSurvivesATripThroughText) {
   TrackerOptions a, b;
   const std::vector<OptionEntry> from = option_table(&a), to = option_table(&b);
@@ -103,7 +138,8 @@ TEST(OptionsTable, EveryOptionSurvivesATripThroughText) {
 TEST(OptionsTable, NamesEveryKeyAtFaultWithWhatWasExpected) {
   const std::string problem = problem_of("sift:\n  max_featurs: 3\n  first_octave: 5\nconfidence: high\n");
   EXPECT_NE(problem.find("max_featurs, did you mean sift/max_features?"), std::string::npos) << problem;
-  EXPECT_NE(problem.find("sift/first_octave = 5, expected a whole number from -1 to 1"), std::string::npos)
+  EXPECT_NE(problem.find("sift/first_octave = 5, expected auto or a whole number from -1 to 2"),
+            std::string::npos)
       << problem;
   EXPECT_NE(problem.find("confidence = high, expected a number"), std::string::npos) << problem;
   EXPECT_EQ(problem.find('\n'), std::string::npos);

@@ -2,26 +2,33 @@
 
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 
 #include "mono_pose_tracker/features/feature_set.h"
 
 namespace mono_pose_tracker {
 
+/// Of the first octave.
+constexpr int kFinestOctave = -1, kCoarsestOctave = 2;
+
 /// Lowe, "Distinctive image features from scale-invariant keypoints" (2004).
 struct SiftOptions {
   // own: ours. opencv: cv::SIFT, the reference: slower, always from octave -1, on OpenCV's own number of
   // threads.
   std::string implementation = "own";
-  int first_octave = 0;     // -1: the image is doubled first (finer, four times the work); 0; 1: halved
+  // -1: the image is doubled first (finer, four times the work); 0; 1: halved; 2: halved twice. None: by the
+  // image's size (choose_sift_scale).
+  std::optional<int> first_octave;
   int max_features = 1500;  // the strongest are kept, spread over the image; 0: all
   // Of the grey range [0, 1], divided by the layers per octave as in cv::SIFT, whose 0.04 leaves fewer.
   float contrast_threshold = 0.03f;
   float edge_threshold = 10.0f;  // ratio of principal curvatures
   int octave_layers = 3;
-  // px of the first octave: blur of its base. Lowe doubles the image and takes 1.6, which is 0.8 px of
-  // it; 1.2 without doubling finds nearly as fine features in a third of the time. Below, JPEG blocks show.
-  float sigma = 1.2f;
+  // px of the first octave: blur of its base. None: by that octave (choose_sift_scale). Lowe doubles the
+  // image and takes 1.6, which is 0.8 px of it; 1.2 without doubling finds nearly as fine features in a third
+  // of the time.
+  std::optional<float> sigma;
   bool root_sift = true;   // Arandjelovic and Zisserman (2012): Hellinger distance
   int min_features = 800;  // own: the contrast threshold is lowered (to a quarter at most) below this many
   int num_threads = 1;     // own: the result is the same for any number
@@ -33,15 +40,26 @@ struct SiftOptions {
 /// Steps of a mask's value per px of scale.
 constexpr int kMaskScaleSteps = 8;
 
-/// Finds features and their descriptors. Keeps its buffers between calls: one extractor, one thread.
+/// Finds features and their descriptors. Keeps its buffers between calls: one extractor, one thread at a
+/// time.
 class FeatureExtractor {
  public:
   virtual ~FeatureExtractor() = default;
-  /// gray: CV_8UC1. mask: empty, or CV_8UC1 of the same size: 0 = no feature here, 255 = any, values between:
-  /// features of this scale (times kMaskScaleSteps) at most. Deterministic: features
-  /// come ordered by falling response. Bearings are left empty. An image too small for one octave gives no
-  /// feature.
-  virtual void extract(const cv::Mat& gray, const cv::Mat& mask, FeatureSet* features) = 0;
+
+  /// In two steps, where the mask is known later than the image. The first does what no mask changes. gray:
+  /// CV_8UC1, kept until the next call.
+  virtual void prepare(const cv::Mat& gray) = 0;
+  /// The features of the image that was prepared last; as often as wanted. mask: empty, or CV_8UC1 of the
+  /// same size: 0 = no feature here, 255 = any, values between: features of this scale (times
+  /// kMaskScaleSteps) at most. Deterministic: features come ordered by falling response. Bearings are left
+  /// empty. An image too small for one octave gives no feature.
+  virtual void find(const cv::Mat& mask, FeatureSet* features) = 0;
+
+  /// Both steps.
+  void extract(const cv::Mat& gray, const cv::Mat& mask, FeatureSet* features) {
+    prepare(gray);
+    find(mask, features);
+  }
 };
 
 /// The extractor that options.implementation names.

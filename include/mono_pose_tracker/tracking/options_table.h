@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <set>
 #include <string>
 #include <variant>
@@ -12,7 +13,9 @@ namespace mono_pose_tracker {
 
 /// One option by its name in tracker.yaml and on the parameter server ("group/key"), with its range.
 struct OptionEntry {
-  using Value = std::variant<int*, double*, float*, bool*, std::string*, std::uint64_t*>;
+  /// Of the optional ones, `auto` is the text of none.
+  using Value = std::variant<int*, double*, float*, bool*, std::string*, std::uint64_t*, std::optional<int>*,
+                             std::optional<float>*>;
   std::string key;
   Value value;
   double min = 0, max = 0;           // of numbers

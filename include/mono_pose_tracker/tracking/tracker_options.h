@@ -6,6 +6,7 @@
 
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/features/sift.h"
+#include "mono_pose_tracker/features/sift_scale.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 #include "mono_pose_tracker/robust/ransac_options.h"
@@ -65,6 +66,11 @@ struct TrackerOptions {
 
   /// What the mapper needs of these, for a camera with this focal length.
   MapperOptions mapper(double focal_px) const;
+
+  /// What these options mean for images of this size: the octave and sigma that they leave open are chosen,
+  /// and where the octave was, thresholds that stand for the features' noise in px grow with the features'
+  /// pixels.
+  TrackerOptions for_images(const cv::Size& image, SearchPace pace) const;
 
   /// Throws std::invalid_argument naming every key at fault, its value and range.
   void validate() const;

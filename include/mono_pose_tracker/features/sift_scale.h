@@ -1,0 +1,41 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include "mono_pose_tracker/features/sift.h"
+
+namespace mono_pose_tracker {
+
+/// Where the search for features begins.
+struct SiftScale {
+  int first_octave = 0;  // -1: the image is doubled first; 0; 1: halved; 2: halved twice
+  float sigma = 1.2f;    // blur of the first octave's base, px of that octave
+
+  bool operator==(const SiftScale& o) const { return first_octave == o.first_octave && sigma == o.sigma; }
+  bool operator!=(const SiftScale& o) const { return !(*this == o); }
+};
+
+/// What limits the search: a frame live must be done before the next one comes, a recording waits.
+enum class SearchPace { kLive, kRecording };
+
+/// Of an image that is searched all over.
+constexpr double kWholeImage = 0;
+
+/// The octave and sigma that options leave open (explicit values win).
+///
+/// Octave: the finest at which no more than 2 x 640 x 480 px are searched: those of the image live, where
+/// each frame must be done before the next one comes, down to octave 2. A recording waits, and finer features
+/// pose more accurately: never coarser than octave 0. Finer than octave 0 only for an object: object_px is
+/// the square root of the area, in px, that it covers, which is what a recording counts. (Small images as a
+/// whole are not doubled: what is small on them is mostly blocks of JPEG.)
+///
+/// Sigma: 1.6 from octave -1 (Lowe: 0.8 px of the image), 1.2 from octave 0 (JPEG blocks show below), 1.0
+/// from halved images, whose pixels are means already.
+SiftScale choose_sift_scale(const SiftOptions& options, const cv::Size& image, double object_px = kWholeImage,
+                            SearchPace pace = SearchPace::kRecording);
+
+/// Input px in one px of the finest features that are searched for, at least 1: what thresholds in px that
+/// stand for the features' noise are to be multiplied with.
+double feature_pixel_size(const SiftScale& scale);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,39 @@
+#include "mono_pose_tracker/features/sift_scale.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mono_pose_tracker {
+namespace {
+
+// px of the first octave. SIFT's time grows with it and leaves a frame of 33 ms on two cores the time for the
+// rest up to twice the size that most cameras are sold for (640x480).
+constexpr double kMostSearchedPixels = 2 * 640 * 480;
+
+int choose_octave(const cv::Size& image, double object_px, SearchPace pace) {
+  const bool is_live = pace == SearchPace::kLive;
+  const bool is_object = object_px > 0;
+  const double whole = static_cast<double>(image.width) * image.height;
+  // Blurring the whole image is what takes time; how fine the features must be is a matter of the object.
+  const double area = is_object && !is_live ? std::min(object_px * object_px, whole) : whole;
+  const int coarsest = is_live ? kCoarsestOctave : 0;
+  int octave = is_object ? kFinestOctave : 0;
+  while (octave < coarsest && area * std::exp2(-2.0 * octave) > kMostSearchedPixels) ++octave;
+  return octave;
+}
+
+float usual_sigma(int octave) { return octave < 0 ? 1.6f : octave == 0 ? 1.2f : 1.0f; }
+
+}  // namespace
+
+SiftScale choose_sift_scale(const SiftOptions& options, const cv::Size& image, double object_px,
+                            SearchPace pace) {
+  SiftScale scale;
+  scale.first_octave = options.first_octave ? *options.first_octave : choose_octave(image, object_px, pace);
+  scale.sigma = options.sigma ? *options.sigma : usual_sigma(scale.first_octave);
+  return scale;
+}
+
+double feature_pixel_size(const SiftScale& scale) { return std::exp2(std::max(scale.first_octave, 0)); }
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,68 @@
+#include "mono_pose_tracker/features/sift_scale.h"
+
+#include <gtest/gtest.h>
+
+namespace mono_pose_tracker {
+namespace {
+
+int live_octave(int width, int height) {
+  return choose_sift_scale(SiftOptions(), {width, height}, kWholeImage, SearchPace::kLive).first_octave;
+}
+
+int recording_octave(int width, int height, double object_px = kWholeImage) {
+  return choose_sift_scale(SiftOptions(), {width, height}, object_px).first_octave;
+}
+
+TEST(SiftScaleTest, LiveNoImageIsSearchedMuchFinerThanTwice640x480) {
+  EXPECT_EQ(live_octave(320, 240), 0);
+  EXPECT_EQ(live_octave(640, 480), 0);
+  EXPECT_EQ(live_octave(752, 480), 0);
+  EXPECT_EQ(live_octave(1280, 720), 1);
+  EXPECT_EQ(live_octave(1920, 1080), 1);
+  EXPECT_EQ(live_octave(3840, 2160), 2);
+  for (int width = 64; width <= 4096; width += 64) {
+    const double side = width / std::exp2(live_octave(width, width));
+    EXPECT_LE(side, 1024) << width;  // there is no coarser octave than 2
+    EXPECT_GE(live_octave(width, width), live_octave(width - 63, width - 63)) << width;
+  }
+}
+
+TEST(SiftScaleTest, ARecordingIsSearchedInFull) {
+  for (const int width : {64, 640, 1920, 3840}) EXPECT_EQ(recording_octave(width, width * 3 / 4), 0);
+}
+
+TEST(SiftScaleTest, ASmallObjectIsSearchedFiner) {
+  EXPECT_EQ(recording_octave(512, 512, 200), -1);
+  EXPECT_EQ(recording_octave(512, 512, 512), 0);
+  EXPECT_EQ(recording_octave(3840, 2160, 200), -1);
+  EXPECT_EQ(recording_octave(512, 512, 1e6), 0) << "no object is larger than the image";
+  // Live, the whole image is blurred all the same.
+  const auto live = [](const cv::Size& size) {
+    return choose_sift_scale(SiftOptions(), size, 100, SearchPace::kLive).first_octave;
+  };
+  EXPECT_EQ(live({640, 480}), 0);
+  EXPECT_EQ(live({320, 240}), -1);
+  EXPECT_EQ(live({1920, 1080}), 1);
+}
+
+TEST(SiftScaleTest, ExplicitValuesWin) {
+  SiftOptions options;
+  options.first_octave = -1;
+  EXPECT_EQ(choose_sift_scale(options, {3840, 2160}, kWholeImage, SearchPace::kLive).first_octave, -1);
+  EXPECT_FLOAT_EQ(choose_sift_scale(options, {640, 480}).sigma, 1.6f);
+  options.sigma = 2.0f;
+  EXPECT_FLOAT_EQ(choose_sift_scale(options, {640, 480}).sigma, 2.0f);
+  options.first_octave.reset();
+  const SiftScale scale = choose_sift_scale(options, {1920, 1080}, kWholeImage, SearchPace::kLive);
+  EXPECT_EQ(scale.first_octave, 1);
+  EXPECT_FLOAT_EQ(scale.sigma, 2.0f);
+}
+
+TEST(SiftScaleTest, FeaturesArePixelsOfTheirOctaveButNeverFinerThanTheImage) {
+  EXPECT_EQ(feature_pixel_size({-1, 1.6f}), 1);
+  EXPECT_EQ(feature_pixel_size({0, 1.2f}), 1);
+  EXPECT_EQ(feature_pixel_size({2, 1.0f}), 4);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
