@@ -21,11 +21,13 @@ constexpr int kSamplesPerCell = 4;
 constexpr int kSamples =
     (kCells + 1) * kSamplesPerCell;   // half a cell more on each side: interpolation reaches there
 constexpr int kPatch = kSamples + 2;  // a sample more on each side, for the gradients
+constexpr int kRow =
+    (kPatch + 7) / 8 * 8;  // floats of a row: whole vectors; what is beyond the patch means nothing
 
 struct Patch {
-  float values[kPatch * kPatch];
-  float magnitude[kSamples * kSamples];
-  float direction[kSamples * kSamples];  // in [0, 8]
+  float values[kPatch * kRow + 8];  // gradients at the end of the last row look beyond it
+  float magnitude[kSamples * kRow];
+  float direction[kSamples * kRow];  // in [0, 8]
 };
 
 // The image on a grid turned by the angle, interpolated bilinearly, the border repeated.
@@ -38,7 +40,7 @@ void sample_patch(const float* image, int stride, int width, int height, float x
   for (int j = 0; j < kPatch; ++j) {
     const float row_x = x - (static_cast<float>(j) - kHalf) * along_y;
     const float row_y = y + (static_cast<float>(j) - kHalf) * along_x;
-    for (int i = 0; i < kPatch; ++i) {
+    for (int i = 0; i < kRow; ++i) {
       float px = row_x + (static_cast<float>(i) - kHalf) * along_x;
       float py = row_y + (static_cast<float>(i) - kHalf) * along_y;
       px = px > 0 ? px : 0.0f;
@@ -52,7 +54,7 @@ void sample_patch(const float* image, int stride, int width, int height, float x
       const int at = iy * stride + ix;
       const float upper = image[at] + fx * (image[at + 1] - image[at]);
       const float lower = image[at + stride] + fx * (image[at + stride + 1] - image[at + stride]);
-      values[j * kPatch + i] = upper + fy * (lower - upper);
+      values[j * kRow + i] = upper + fy * (lower - upper);
     }
   }
 }
@@ -60,14 +62,12 @@ void sample_patch(const float* image, int stride, int width, int height, float x
 MPT_FUNCTION_CLONES
 void compute_gradients(const float* values, float* __restrict magnitude,
                        float* __restrict direction_in_bins) {
-  for (int j = 0; j < kSamples; ++j) {
-    const float* row = values + (j + 1) * kPatch + 1;
-    for (int i = 0; i < kSamples; ++i) {
-      const float gx = row[i + 1] - row[i - 1];
-      const float gy = row[i + kPatch] - row[i - kPatch];
-      magnitude[j * kSamples + i] = std::sqrt(gx * gx + gy * gy);
-      direction_in_bins[j * kSamples + i] = direction(gy, gx) * (kDirections / kTwoPi);
-    }
+  for (int i = 0; i < kSamples * kRow; ++i) {
+    const float* middle = values + kRow + 1;
+    const float gx = middle[i + 1] - middle[i - 1];
+    const float gy = middle[i + kRow] - middle[i - kRow];
+    magnitude[i] = std::sqrt(gx * gx + gy * gy);
+    direction_in_bins[i] = direction(gy, gx) * (kDirections / kTwoPi);
   }
 }
 
@@ -100,13 +100,13 @@ void pool(const float* magnitude, const float* direction_in_bins, const SampleWe
     for (int segment = 0; segment <= kCells; ++segment) {
       for (int k = 0; k < kSamplesPerCell; ++k) {
         const int i = segment * kSamplesPerCell + k;
-        Floats8 distance = direction_in_bins[j * kSamples + i] - lanes;
+        Floats8 distance = direction_in_bins[j * kRow + i] - lanes;
         distance = distance < zero ? -distance : distance;
         const Floats8 around = 8.0f - distance;
         distance = distance < around ? distance : around;
         Floats8 share = 1.0f - distance;
         share = share > zero ? share : zero;
-        share *= magnitude[j * kSamples + i];
+        share *= magnitude[j * kRow + i];
         row[segment] += weights.before[i] * share;
         row[segment + 1] += weights.after[i] * share;
       }
@@ -123,13 +123,6 @@ void pool(const float* magnitude, const float* direction_in_bins, const SampleWe
   }
 }
 
-void scale_to_unit_length(float* histogram) {
-  float squared = 0;
-  for (int i = 0; i < kDescriptorSize; ++i) squared += histogram[i] * histogram[i];
-  const float scale = squared > 0 ? 1.0f / std::sqrt(squared) : 0.0f;
-  for (int i = 0; i < kDescriptorSize; ++i) histogram[i] *= scale;
-}
-
 }  // namespace
 
 void compute_histogram(const Plane& gaussian, float x, float y, float sigma, float angle,
@@ -137,13 +130,12 @@ void compute_histogram(const Plane& gaussian, float x, float y, float sigma, flo
   static const SampleWeights weights;
   const float step = kCellInSigmas * sigma / kSamplesPerCell;
   Patch patch;
+  std::fill_n(patch.values + kPatch * kRow, 8, 0.0f);
   sample_patch(gaussian.row(0), gaussian.stride(), gaussian.width(), gaussian.height(), x, y,
                step * std::cos(angle), step * std::sin(angle), patch.values);
   compute_gradients(patch.values, patch.magnitude, patch.direction);
   pool(patch.magnitude, patch.direction, weights, histogram);
-  scale_to_unit_length(histogram);
-  for (int i = 0; i < kDescriptorSize; ++i) histogram[i] = std::min(histogram[i], kLargestEntry);
-  scale_to_unit_length(histogram);
+  limit_entries(kLargestEntry, histogram);
 }
 
 }  // namespace mono_pose_tracker

@@ -33,25 +33,27 @@ struct RowNeighbourhood {
   const float* coarser;
 };
 
-// Writes the first x of each run of eight that holds a sample beyond the threshold which no neighbour within
-// the row, above, below, finer or coarser exceeds. Returns how many.
+// Writes each x at which the sample is beyond the threshold and no neighbour within the row, above, below,
+// finer or coarser exceeds it. Returns how many. Reads to the end of the block that holds end - 1.
 MPT_FUNCTION_CLONES
-int find_runs(const RowNeighbourhood& rows, float threshold, int begin, int end, int* runs) {
+int find_candidates(const RowNeighbourhood& rows, float threshold, int begin, int end, int* candidates) {
   int count = 0;
   for (int x = begin; x < end; x += 8) {
     const Floats8 v = MPT_SIFT_LOAD(rows.row + x);
-    const Ints8 bright = v > threshold;
-    const Ints8 dark = v < -threshold;
     const Floats8 left = MPT_SIFT_LOAD(rows.row + x - 1), right = MPT_SIFT_LOAD(rows.row + x + 1);
     const Floats8 above = MPT_SIFT_LOAD(rows.above + x), below = MPT_SIFT_LOAD(rows.below + x);
     const Floats8 finer = MPT_SIFT_LOAD(rows.finer + x), coarser = MPT_SIFT_LOAD(rows.coarser + x);
-    const Ints8 high =
-        (v >= left) & (v >= right) & (v >= above) & (v >= below) & (v >= finer) & (v >= coarser) & bright;
-    const Ints8 low =
-        (v <= left) & (v <= right) & (v <= above) & (v <= below) & (v <= finer) & (v <= coarser) & dark;
+    const Ints8 high = (v > threshold) & (v >= left) & (v >= right) & (v >= above) & (v >= below) &
+                       (v >= finer) & (v >= coarser);
+    const Ints8 low = (v < -threshold) & (v <= left) & (v <= right) & (v <= above) & (v <= below) &
+                      (v <= finer) & (v <= coarser);
+    const Ints8 any = high | low;
     using Longs4 = long long __attribute__((vector_size(32)));
-    const Longs4 any = reinterpret_cast<Longs4>(high | low);
-    if (any[0] | any[1] | any[2] | any[3]) runs[count++] = x;
+    const Longs4 pairs = reinterpret_cast<Longs4>(any);
+    if ((pairs[0] | pairs[1] | pairs[2] | pairs[3]) == 0) continue;
+    for (int i = 0; i < 8 && x + i < end; ++i) {
+      if (any[i]) candidates[count++] = x + i;
+    }
   }
   return count;
 }
@@ -227,7 +229,7 @@ void ExtremaFinder::find_in_rows(const ScaleSpace& space, float contrast_thresho
   const float sample_threshold =
       kSampleContrastShare * contrast_threshold / static_cast<float>(space.layers());
   part->differences.resize(static_cast<std::size_t>(3) * differences * stride + kPlaneBlock);
-  part->runs.resize(stride / 8 + 1);
+  part->candidates.resize(stride);
   const auto ring_row = [&](int d, int y) { return part->differences.data() + (3 * d + y % 3) * stride; };
   const auto subtract = [&](int y) {
     for (int d = 0; d < differences; ++d) {
@@ -237,7 +239,7 @@ void ExtremaFinder::find_in_rows(const ScaleSpace& space, float contrast_thresho
   };
   const auto examine = [&](int level, int y, int x, const float* const* rows) {
     Extremum extremum;
-    if (std::abs(rows[4][x]) <= sample_threshold || !is_extremum(rows, x)) return;
+    if (!is_extremum(rows, x)) return;
     if (refine(space, options_, contrast_threshold, octave, level, x, y, &extremum)) {
       part->extrema.push_back(extremum);
     }
@@ -249,12 +251,9 @@ void ExtremaFinder::find_in_rows(const ScaleSpace& space, float contrast_thresho
     for (int level = 1; level <= space.layers(); ++level) {
       const float* rows[9];
       for (int i = 0; i < 9; ++i) rows[i] = ring_row(level + i / 3 - 1, y + i % 3 - 1);
-      const int runs = find_runs({rows[4], rows[3], rows[5], rows[1], rows[7]}, sample_threshold, kBorder,
-                                 width - kBorder, part->runs.data());
-      for (int i = 0; i < runs; ++i) {
-        const int run = part->runs[i];
-        for (int x = run; x < std::min(run + 8, width - kBorder); ++x) examine(level, y, x, rows);
-      }
+      const int candidates = find_candidates({rows[4], rows[3], rows[5], rows[1], rows[7]}, sample_threshold,
+                                             kBorder, width - kBorder, part->candidates.data());
+      for (int i = 0; i < candidates; ++i) examine(level, y, part->candidates[i], rows);
     }
   }
 }

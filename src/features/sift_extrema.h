@@ -29,7 +29,7 @@ class ExtremaFinder {
  private:
   struct Part {
     std::vector<float> differences;  // three rows of each difference image, a ring
-    std::vector<int> runs;
+    std::vector<int> candidates;
     std::vector<Extremum> extrema;
   };
 

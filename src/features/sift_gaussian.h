@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "sift_plane.h"
@@ -13,6 +14,8 @@ struct PairKernel {
   std::vector<float> weights;
   bool between_samples = false;
 
+  /// Of the second sample of each pair, beyond the first's mirror image.
+  int shift() const { return between_samples ? 1 : 0; }
   int reach() const {
     return static_cast<int>(weights.size());
   }  // samples needed on either side, or one more
@@ -22,26 +25,33 @@ struct PairKernel {
 PairKernel gaussian_kernel(float sigma, bool between_samples = false);
 
 /// Separable filters, border mirrored. Each thread has its own.
-class RowFilter {
+class BandFilter {
  public:
-  /// Row y of the input filtered with `vertical` along y and `horizontal` along x; out holds in.stride()
-  /// floats.
-  void filter(const Plane& in, int y, const PairKernel& vertical, const PairKernel& horizontal, float* out);
+  /// Rows [begin, end) of the output: row y is row y * row_step of the input filtered with `kernel` along y
+  /// and x.
+  void filter(const Plane& in, const PairKernel& kernel, int row_step, int begin, int end, Plane* out);
 
-  /// As filter, at twice the samples along x: out[2x] and out[2x + 1] by the kernels on and between samples.
-  void filter_doubled(const Plane& in, int y, const PairKernel& vertical, const PairKernel& on_samples,
-                      const PairKernel& between_samples, int out_width, float* out);
+  /// As filter, at twice the samples along x and y: by the kernels on and between samples.
+  void filter_doubled(const Plane& in, const PairKernel& on_samples, const PairKernel& between_samples,
+                      int begin, int end, Plane* out);
 
  private:
-  void filter_vertically(const Plane& in, int y, const PairKernel& kernel, int margin);
-  void filter_horizontally(const PairKernel& kernel, int stride, float* out);
+  /// A row of the input on which, or half a row below which, a row of the output lies.
+  struct Centre {
+    int row;
+    const PairKernel* vertical;
+  };
 
-  std::vector<const float*> before_;
-  std::vector<const float*> after_;
-  std::vector<float> padded_row_;
+  void filter_vertically(const Plane& in, const Centre* centres, int count, int margin);
+  float* band_row(int i) { return band_.data() + static_cast<std::size_t>(band_stride_) * i + margin_; }
+
+  std::vector<Centre> centres_;
+  std::vector<const float*> rows_;  // of the input, mirrored beyond its border
+  std::vector<float> band_;         // rows filtered along y, with a margin on either side
+  int band_stride_ = 0;
+  int margin_ = 0;
   std::vector<float> even_;
   std::vector<float> odd_;
-  int margin_ = 0;
 };
 
 }  // namespace mono_pose_tracker

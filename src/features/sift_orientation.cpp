@@ -19,10 +19,19 @@ constexpr int kMaxReach = 64;       // px; octave_layers = 1 has key points up t
 
 using Histogram = std::array<float, kBins>;
 
-// Of one row of gradients: weight times magnitude, and direction in bins.
+// Samples of the window in one row, padded to whole vectors.
+constexpr int kMaxRow = (2 * kMaxReach + 1 + 7) / 8 * 8;
+
+struct WeighedRow {
+  float lower_share[kMaxRow];  // of weight times magnitude, to its bin
+  float upper_share[kMaxRow];  // and to the one after
+  int bin[kMaxRow];
+};
+
+// count is a multiple of 8, past the end of the row if need be: what lies there is finite.
 MPT_FUNCTION_CLONES
 void weigh_gradients(const float* above, const float* row, const float* below, int count, float dx0, float dy,
-                     float exponent, float* __restrict magnitude, float* __restrict bin) {
+                     float exponent, WeighedRow* __restrict out) {
   for (int i = 0; i < count; ++i) {
     const float gx = row[i + 1] - row[i - 1];
     const float gy = below[i] - above[i];
@@ -34,8 +43,13 @@ void weigh_gradients(const float* above, const float* row, const float* below, i
     window *= window;
     window *= window;
     window *= window;
-    magnitude[i] = window * std::sqrt(gx * gx + gy * gy);
-    bin[i] = direction(gy, gx) * (kBins / kTwoPi);
+    const float magnitude = window * std::sqrt(gx * gx + gy * gy);
+    const float bin = direction(gy, gx) * (kBins / kTwoPi);
+    const int whole = static_cast<int>(bin);
+    const float upper = (bin - static_cast<float>(whole)) * magnitude;
+    out->bin[i] = whole;
+    out->upper_share[i] = upper;
+    out->lower_share[i] = magnitude - upper;
   }
 }
 
@@ -43,28 +57,29 @@ Histogram gather_histogram(const Plane& gaussian, float x, float y, float sigma)
   const float window = kWindowInSigmas * sigma;
   const int reach = std::min(cvRound(kReachInWindows * window), kMaxReach);
   const float exponent = -0.5f / (window * window);
-  const int first_x = std::max(cvRound(x) - reach, 1);
-  const int last_x = std::min(cvRound(x) + reach, gaussian.width() - 2);
   const int first_y = std::max(cvRound(y) - reach, 1);
   const int last_y = std::min(cvRound(y) + reach, gaussian.height() - 2);
-  float magnitude[2 * kMaxReach + 1];
-  float bin[2 * kMaxReach + 1];
-  std::array<float, kBins + 2> histogram{};
+  WeighedRow row;
+  std::array<float, kBins + 2> histogram[2] = {};  // in turns, lest one addition wait for another
   for (int v = first_y; v <= last_y; ++v) {
+    const int dy = v - cvRound(y);
+    const int half = cvRound(std::sqrt(static_cast<float>(reach * reach - dy * dy)));  // of a disc
+    const int first_x = std::max(cvRound(x) - half, 1);
+    const int last_x = std::min(cvRound(x) + half, gaussian.width() - 2);
     const int count = last_x - first_x + 1;
     weigh_gradients(gaussian.row(v - 1) + first_x, gaussian.row(v) + first_x, gaussian.row(v + 1) + first_x,
-                    count, first_x - x, v - y, exponent, magnitude, bin);
+                    (count + 7) & ~7, first_x - x, v - y, exponent, &row);
     for (int i = 0; i < count; ++i) {
-      const int whole = static_cast<int>(bin[i]);
-      const float share = bin[i] - static_cast<float>(whole);
-      histogram[whole] += (1 - share) * magnitude[i];
-      histogram[whole + 1] += share * magnitude[i];
+      float* bin = histogram[i & 1].data() + row.bin[i];
+      bin[0] += row.lower_share[i];
+      bin[1] += row.upper_share[i];
     }
   }
+  for (int i = 0; i < kBins + 2; ++i) histogram[0][i] += histogram[1][i];
   Histogram ring;
-  std::copy_n(histogram.begin(), kBins, ring.begin());
-  ring[0] += histogram[kBins];
-  ring[1] += histogram[kBins + 1];
+  std::copy_n(histogram[0].begin(), kBins, ring.begin());
+  ring[0] += histogram[0][kBins];
+  ring[1] += histogram[0][kBins + 1];
   return ring;
 }
 

@@ -15,7 +15,8 @@ class Plane {
     width_ = width;
     height_ = height;
     stride_ = (width + kPlaneBlock - 1) / kPlaneBlock * kPlaneBlock;
-    data_.resize(static_cast<std::size_t>(stride_) * height);
+    data_.resize(static_cast<std::size_t>(stride_) * height +
+                 kPlaneBlock);  // hot loops read a block past a row
   }
   int width() const { return width_; }
   int height() const { return height_; }

@@ -90,11 +90,7 @@ void ScaleSpace::build_base(const cv::Mat& gray) {
 void ScaleSpace::build_doubled_base(Plane* base) {
   base->resize(2 * input_.width() - 1, 2 * input_.height() - 1);
   for_parts(base->height(), options_.num_threads, [&](int part, int begin, int end) {
-    for (int y = begin; y < end; ++y) {
-      const PairKernel& vertical = y % 2 ? base_kernel_between_ : base_kernel_;
-      filters_[part].filter_doubled(input_, y / 2, vertical, base_kernel_, base_kernel_between_,
-                                    base->width(), base->row(y));
-    }
+    filters_[part].filter_doubled(input_, base_kernel_, base_kernel_between_, begin, end, base);
   });
 }
 
@@ -111,7 +107,7 @@ void ScaleSpace::halve_input(const PairKernel& kernel) {
 void ScaleSpace::blur(const Plane& in, const PairKernel& kernel, int row_step, Plane* out) {
   out->resize(in.width(), (in.height() + row_step - 1) / row_step);
   for_parts(out->height(), options_.num_threads, [&](int part, int begin, int end) {
-    for (int y = begin; y < end; ++y) filters_[part].filter(in, y * row_step, kernel, kernel, out->row(y));
+    filters_[part].filter(in, kernel, row_step, begin, end, out);
   });
 }
 

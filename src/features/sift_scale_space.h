@@ -49,7 +49,7 @@ class ScaleSpace {
   Plane input_;
   Plane smoothed_;
   std::vector<Plane> planes_;
-  std::vector<RowFilter> filters_;  // one a thread
+  std::vector<BandFilter> filters_;  // one a thread
 };
 
 }  // namespace mono_pose_tracker
