@@ -10,10 +10,12 @@
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <opencv2/core/utility.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <set>
 #include <stdexcept>
+#include <thread>
 
 #include "command_line.h"
 #include "mono_pose_tracker/camera/camera_guess.h"
@@ -45,6 +47,7 @@ struct Arguments {
   bool undistorted = false;
   std::optional<std::uint64_t> seed;
   std::int64_t max_frames = -1;
+  int threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1u));
   bool quiet = false;
 };
 
@@ -69,6 +72,10 @@ void declare(CLI::App& app, Arguments& a) {
       "undistorted images and masks for dense reconstruction, in the folder undistorted of the output");
   app.add_option("--reference", a.reference, "true trajectory (TUM lines), drawn into overview.png");
   app.add_option("--seed", a.seed, "of all random choices [0]")->check(whole_number(0));
+  app.add_option("--threads", a.threads,
+                 "the same results for any number, sooner [all cores]; sift/num_threads and "
+                 "bundle/num_threads are not heeded")
+      ->check(CLI::Range(1, 256));
   app.add_option("--max-frames", a.max_frames, "stop after so many images")->check(whole_number(1));
   app.add_flag("--quiet", a.quiet, "say nothing but errors");
 }
@@ -445,11 +452,16 @@ int run(const Arguments& a) {
   TrackerOptions options;
   if (!a.config.empty()) read_options_yaml(a.config, &options);
   if (a.seed) options.seed = *a.seed;
+  // Images go ahead side by side; within one, and in Ceres, a thread more would only wait, or change last
+  // digits.
+  options.sift.num_threads = options.bundle.num_threads = 1;
+  cv::setNumThreads(1);
   const std::vector<StampedPose> reference =
       a.reference.empty() ? std::vector<StampedPose>() : read_tum(a.reference);
   Recording recording;
   recording.open = source_of(a);
   recording.max_frames = a.max_frames;
+  recording.threads = a.threads;
   recording.interrupted = [] { return g_signal != 0; };
   const CameraParameters camera = camera_of(a);
   Tracker tracker(options, CameraModel(camera), Tracker::Mapping::kInline);

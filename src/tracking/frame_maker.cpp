@@ -1,17 +1,22 @@
 #include "frame_maker.h"
 
 #include <cstdio>
-#include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "mono_pose_tracker/features/marker.h"
 
 namespace mono_pose_tracker {
 
-FrameMaker::FrameMaker(const SiftOptions& sift, const ScaleOptions& scale, const CameraModel& camera)
-    : scale_(scale), camera_(camera), extractor_(make_sift_extractor(sift)) {}
+FrameMaker::FrameMaker(const SiftOptions& sift, const ScaleOptions& scale,
+                       const SegmentationOptions& segmentation, const CameraModel& camera)
+    : scale_(scale), camera_(camera) {
+  set_options(sift, segmentation);
+}
 
-void FrameMaker::set_options(const SiftOptions& sift) { extractor_ = make_sift_extractor(sift); }
+void FrameMaker::set_options(const SiftOptions& sift, const SegmentationOptions& segmentation) {
+  extractor_ = make_sift_extractor(sift);
+  preparer_ = std::make_shared<ImagePreparer>(sift, segmentation, camera_);
+}
 
 bool FrameMaker::has_camera_size(const cv::Mat& image, FrameReport* report) const {
   if (image.cols == camera_.width() && image.rows == camera_.height()) return true;
@@ -23,9 +28,31 @@ bool FrameMaker::has_camera_size(const cv::Mat& image, FrameReport* report) cons
   return false;
 }
 
-std::optional<Frame> FrameMaker::make(std::int64_t index, std::int64_t stamp_ns, const cv::Mat& image,
-                                      const Segmentation& segmentation, const cv::Mat& clearance,
-                                      bool looks_for_marker, FrameReport* report) {
+ImageFeaturesPtr FrameMaker::features_of(const PreparedImage& prepared, const cv::Mat& gray,
+                                         const cv::Mat& clearance, StageTimes* stages) {
+  const bool is_prepared = prepared.by && prepared.by == preparer_;  // with the options in force
+  const bool is_guess_right = is_prepared && is_same_mask(prepared.clearance, clearance);
+  if (is_prepared) {
+    preparer_->learn(is_guess_right);
+    stages->insert(stages->end(), prepared.stages.begin(), prepared.stages.end());
+  }
+  if (is_guess_right && prepared.features) return prepared.features;
+  FeatureSet features;
+  {
+    const StageTimer timer(*stages, "features");
+    if (is_prepared && prepared.extractor) {
+      prepared.extractor->find(clearance, &features);
+    } else {
+      extractor_->extract(gray.empty() ? to_gray(prepared.image) : gray, clearance, &features);
+    }
+  }
+  const StageTimer timer(*stages, "undistort");
+  return make_image_features(std::move(features), prepared.image, camera_);
+}
+
+std::optional<Frame> FrameMaker::make(std::int64_t index, std::int64_t stamp_ns,
+                                      const PreparedImage& prepared, const Segmentation& segmentation,
+                                      const cv::Mat& clearance, bool looks_for_marker, FrameReport* report) {
   report->mask = segmentation.mask;
   report->segmentation = segmentation.method;
   if (segmentation.reason != Reason::kOk) {
@@ -33,25 +60,19 @@ std::optional<Frame> FrameMaker::make(std::int64_t index, std::int64_t stamp_ns,
     report->reason_text = segmentation.text;
     return std::nullopt;
   }
-  cv::Mat gray = image;
-  if (image.channels() == 3) cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
+  const bool needs_marker = looks_for_marker && scale_.marker_size > 0;
+  const cv::Mat gray = prepared.features && !needs_marker ? cv::Mat() : to_gray(prepared.image);
   Frame frame;
   frame.index = index;
   frame.stamp_ns = stamp_ns;
-  FeatureSet features;
-  {
-    const StageTimer timer(report->stages, "features");
-    extractor_->extract(gray, clearance, &features);
-  }
+  frame.image = features_of(prepared, gray, clearance, &report->stages);
   // Only the views that begin a map set its scale.
-  if (looks_for_marker && scale_.marker_size > 0) {
+  if (needs_marker) {
     const StageTimer timer(report->stages, "marker");
     for (const Eigen::Vector2d& corner : find_marker(gray, scale_.marker_dictionary, scale_.marker_id)) {
       frame.marker.push_back(camera_.bearing(corner));
     }
   }
-  const StageTimer timer(report->stages, "undistort");
-  frame.image = make_image_features(std::move(features), image, camera_);
   frame.is_masked = !segmentation.mask.empty();
   report->features = frame.image->size();
   for (const Feature& feature : frame.image->set.features) report->seen.push_back({feature.pixel, {}, -1});

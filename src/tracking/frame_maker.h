@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
+#include "image_preparer.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/features/sift.h"
 #include "mono_pose_tracker/map/frame.h"
@@ -18,23 +19,33 @@ namespace mono_pose_tracker {
 // colours. One thread.
 class FrameMaker {
  public:
-  FrameMaker(const SiftOptions& sift, const ScaleOptions& scale, const CameraModel& camera);
+  FrameMaker(const SiftOptions& sift, const ScaleOptions& scale, const SegmentationOptions& segmentation,
+             const CameraModel& camera);
+
+  // Works ahead. From any thread, but not while options are set.
+  PreparedImage prepare(const cv::Mat& image, const cv::Mat& mask) const {
+    return preparer_->prepare(image, mask);
+  }
 
   // False, the reason in the report, when the image is not of the camera's size.
   bool has_camera_size(const cv::Mat& image, FrameReport* report) const;
 
   // clearance: where features may be (empty: anywhere). Nothing, the reason in the report, when the object is
   // not known yet.
-  std::optional<Frame> make(std::int64_t index, std::int64_t stamp_ns, const cv::Mat& image,
+  std::optional<Frame> make(std::int64_t index, std::int64_t stamp_ns, const PreparedImage& prepared,
                             const Segmentation& segmentation, const cv::Mat& clearance, bool looks_for_marker,
                             FrameReport* report);
 
-  void set_options(const SiftOptions& sift);
+  void set_options(const SiftOptions& sift, const SegmentationOptions& segmentation);
 
  private:
+  ImageFeaturesPtr features_of(const PreparedImage& prepared, const cv::Mat& gray, const cv::Mat& clearance,
+                               StageTimes* stages);
+
   ScaleOptions scale_;
   CameraModel camera_;
   std::unique_ptr<FeatureExtractor> extractor_;
+  std::shared_ptr<const ImagePreparer> preparer_;
 };
 
 }  // namespace mono_pose_tracker

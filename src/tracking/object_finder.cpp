@@ -77,11 +77,12 @@ void ObjectFinder::follow(const Frame& frame, const TrackingMap& map, const Rese
 }
 
 // Where features may be; empty: anywhere.
-cv::Mat ObjectFinder::clearance(const cv::Mat& mask) const {
+cv::Mat ObjectFinder::clearance(const cv::Mat& mask, const SegmentationOptions& options,
+                                const CameraModel& camera) {
   if (mask.empty()) return mask;
   // What a mask is off by grows with the image: masks are made at a fixed size, or drawn by hand.
-  const double size = std::max(1.0, camera_.width() / 640.0);
-  return clearance_of(mask, size * options_.margin_px, options_.margin_scales, kMaskScaleSteps);
+  const double size = std::max(1.0, camera.width() / 640.0);
+  return clearance_of(mask, size * options.margin_px, options.margin_scales, kMaskScaleSteps);
 }
 
 }  // namespace mono_pose_tracker

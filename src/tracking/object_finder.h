@@ -25,7 +25,9 @@ class ObjectFinder {
   Segmentation find_again(const cv::Mat& image, const cv::Mat& given);
 
   // Where features may be, given the object's mask; empty: anywhere.
-  cv::Mat clearance(const cv::Mat& mask) const;
+  cv::Mat clearance(const cv::Mat& mask) const { return clearance(mask, options_, camera_); }
+  static cv::Mat clearance(const cv::Mat& mask, const SegmentationOptions& options,
+                           const CameraModel& camera);
 
   // A map has begun: of an object before the still background that the bootstrap found. The frame is the one
   // that was found last.

@@ -3,55 +3,93 @@
 #include <algorithm>
 #include <optional>
 #include <set>
+#include <utility>
+
+#include "mono_pose_tracker/common/prefetcher.h"
 
 namespace mono_pose_tracker {
 
 namespace {
 
-// The images of a recording with their masks; index counts those that could be read.
+// The next image of a recording with its mask, or the end.
+struct Item {
+  std::int64_t index = -1;  // counts the images that could be read
+  SourceImage source;
+  cv::Mat mask;
+  bool is_mask_usable = false;
+  std::vector<std::string> problems;  // since the item before
+  PreparedImage prepared;
+};
+
+// The images of a recording, read and prepared ahead on threads - 1 threads.
 class Reader {
  public:
-  Reader(const Recording& recording, std::vector<std::string>* problems)
-      : recording_(recording), problems_(problems), source_(recording.open()) {}
+  using IsWanted = std::function<bool(std::int64_t)>;  // by index: the others need not be prepared
+
+  Reader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
+         std::vector<std::string>* problems)
+      : recording_(recording),
+        tracker_(tracker),
+        is_wanted_(std::move(is_wanted)),
+        problems_(problems),
+        source_(recording.open()),
+        items_([this](Item* item) { return read(item); }, [this](Item* item) { prepare(item); },
+               std::max(recording.threads - 1, 0)) {}
 
   bool next() {
-    while ((recording_.max_frames < 0 || index_ + 1 < recording_.max_frames) && !recording_.interrupted()) {
-      image_ = source_->next();
-      if (image_.kind == SourceImage::Kind::kEnd) return false;
-      if (image_.kind == SourceImage::Kind::kSkipped) {
-        if (problems_) problems_->push_back(image_.problem);
-        continue;
-      }
-      ++index_;
-      read_mask();
-      return true;
-    }
-    return false;
+    item_ = Item();
+    if (!items_.next(&item_)) return false;
+    usable_masks_ += item_.is_mask_usable;
+    if (problems_) problems_->insert(problems_->end(), item_.problems.begin(), item_.problems.end());
+    return item_.source.kind == SourceImage::Kind::kImage;
   }
 
-  std::int64_t index() const { return index_; }
-  const SourceImage& image() const { return image_; }
-  const cv::Mat& mask() const { return mask_; }
+  std::int64_t index() const { return item_.index; }
+  const SourceImage& image() const { return item_.source; }
+  const PreparedImage& prepared() const { return item_.prepared; }
+  const cv::Mat& mask() const { return item_.mask; }
   std::int64_t usable_masks() const { return usable_masks_; }
 
  private:
-  void read_mask() {
-    mask_ = cv::Mat();
-    if (!recording_.masks) return;
-    std::string problem;
-    mask_ = recording_.masks->mask_of(image_.mask_name, image_.image.size(), &problem);
-    if (mask_.empty() && problems_) problems_->push_back(problem);
-    if (mask_.empty() || cv::countNonZero(mask_) == 0) return;
-    ++usable_masks_;
+  // One thread at a time. The end is an item, too, for the problems before it.
+  bool read(Item* item) {
+    if (has_ended_) return false;
+    while ((recording_.max_frames < 0 || read_ < recording_.max_frames) && !recording_.interrupted()) {
+      item->source = source_->next();
+      if (item->source.kind != SourceImage::Kind::kSkipped) break;
+      item->problems.push_back(item->source.problem);
+    }
+    has_ended_ = item->source.kind != SourceImage::Kind::kImage;
+    if (!has_ended_) item->index = read_++;
+    return true;
+  }
+
+  void prepare(Item* item) const {
+    if (item->index < 0) return;
+    const SourceImage& source = item->source;
+    if (recording_.masks) {
+      std::string problem;
+      item->mask = recording_.masks->mask_of(source.mask_name, source.image.size(), &problem);
+      if (item->mask.empty()) item->problems.push_back(problem);
+      item->is_mask_usable = !item->mask.empty() && cv::countNonZero(item->mask) > 0;
+    }
+    if (recording_.threads > 1 && is_wanted_(item->index)) {
+      item->prepared = tracker_.prepare(source.image, item->mask);
+    } else {
+      item->prepared.image = source.image;
+    }
   }
 
   const Recording& recording_;
+  const Tracker& tracker_;
+  const IsWanted is_wanted_;
   std::vector<std::string>* problems_;
   std::unique_ptr<ImageSource> source_;
-  SourceImage image_;
-  cv::Mat mask_;
-  std::int64_t index_ = -1;
+  std::int64_t read_ = 0;
   std::int64_t usable_masks_ = 0;
+  bool has_ended_ = false;
+  Item item_;
+  Prefetcher<Item> items_;  // last: its threads use what stands before it
 };
 
 // Tells when the stamps do not grow: two poses of one time are one too many for whoever reads the trajectory.
@@ -117,7 +155,8 @@ void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tr
                    RecordingResult* result) {
   std::set<std::int64_t> posed = posed_frames(*tracker);
   if (static_cast<std::int64_t>(posed.size()) == result->frames_total) return;
-  Reader reader(recording, nullptr);
+  const auto is_wanted = [&](std::int64_t index) { return posed.count(index) == 0; };
+  Reader reader(recording, *tracker, is_wanted, nullptr);
   std::map<std::int64_t, FrameReport> held;
   // A folder may have grown meanwhile: what the first pass did not see is left alone.
   while (reader.index() + 1 < result->frames_total && reader.next()) {
@@ -125,10 +164,10 @@ void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tr
     const SourceImage& image = reader.image();
     if (held.size() < kMaxHeld) {
       held[reader.index()] =
-          tracker->keep_for_later(reader.index(), image.stamp_ns, image.image, reader.mask());
+          tracker->keep_for_later(reader.index(), image.stamp_ns, reader.prepared(), reader.mask());
     } else {
       observer(2, reader.index(),
-               tracker->resect_again(reader.index(), image.stamp_ns, image.image, reader.mask()));
+               tracker->resect_again(reader.index(), image.stamp_ns, reader.prepared(), reader.mask()));
     }
   }
   tracker->fill_gaps();
@@ -146,9 +185,10 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   RecordingResult result;
   std::map<Reason, std::pair<int, std::string>> reasons;
   StampCheck stamps;
-  Reader reader(recording, &result.problems);
+  Reader reader(
+      recording, *tracker, [](std::int64_t) { return true; }, &result.problems);
   while (reader.next()) {
-    const FrameReport report = tracker->process(reader.image().stamp_ns, reader.image().image, reader.mask());
+    const FrameReport report = tracker->process(reader.image().stamp_ns, reader.prepared(), reader.mask());
     result.names[reader.index()] = reader.image().name;
     stamps.add(reader.image());
     ++result.frames_total;

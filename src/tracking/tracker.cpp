@@ -11,23 +11,23 @@
 namespace mono_pose_tracker {
 
 std::optional<Frame> Tracker::Impl::make_frame(std::int64_t index, std::int64_t stamp_ns,
-                                               const cv::Mat& image, const Segmentation& segmentation,
+                                               const PreparedImage& image, const Segmentation& segmentation,
                                                FrameReport* report) {
   // Only the views that begin a map set its scale by a marker.
   return frame_maker_.make(index, stamp_ns, image, segmentation, object_finder_.clearance(segmentation.mask),
                            state_ == State::kBootstrapping, report);
 }
 
-FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const cv::Mat& image, const cv::Mat& mask) {
+FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const PreparedImage& image, const cv::Mat& mask) {
   FrameReport report;
   report.stamp_ns = stamp_ns;
   const std::int64_t index = next_index_++;
   std::optional<Frame> frame;
-  if (frame_maker_.has_camera_size(image, &report)) {
+  if (frame_maker_.has_camera_size(image.image, &report)) {
     Segmentation segmentation;
     {
       const StageTimer timer(report.stages, "segment");
-      segmentation = object_finder_.find(image, mask, state_ == State::kBootstrapping);
+      segmentation = object_finder_.find(image.image, mask, state_ == State::kBootstrapping);
     }
     frame = make_frame(index, stamp_ns, image, segmentation, &report);
   }
@@ -294,7 +294,7 @@ void Tracker::Impl::set_options(const TrackerOptions& options) {
   copy_changeable(options, &given_options_);
   options_ = cancellable(given_options_.for_images({camera_.width(), camera_.height()}, pace_));
   object_finder_.set_options(options_.segmentation);
-  frame_maker_.set_options(options_.sift);
+  frame_maker_.set_options(options_.sift, options_.segmentation);
   resector_ = Resector(options_, camera_);
   keyframe_policy_.set_options(options_.mapping, options_.young_map_keyframes);
   bootstrap_job_.set_options(options_);
@@ -308,11 +308,15 @@ std::vector<PosedFrame> Tracker::Impl::trajectory() const {
   return frames == frames_.end() ? std::vector<PosedFrame>() : trajectory_in(*map, frames->second);
 }
 
-FrameReport Tracker::process(std::int64_t stamp_ns, const cv::Mat& image, const cv::Mat& mask) {
+FrameReport Tracker::process(std::int64_t stamp_ns, const PreparedImage& image, const cv::Mat& mask) {
   return impl_->process(stamp_ns, image, mask);
 }
 
 void Tracker::cancel() { impl_->cancel(); }
+
+PreparedImage Tracker::prepare(const cv::Mat& image, const cv::Mat& mask) const {
+  return impl_->frame_maker().prepare(image, mask);
+}
 
 void Tracker::wait() { impl_->worker().wait(); }
 
@@ -342,8 +346,8 @@ std::vector<PosedFrame> Tracker::trajectory() const { return impl_->trajectory()
 
 bool Tracker::finish() { return impl_->finish(); }
 
-FrameReport Tracker::keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns, const cv::Mat& image,
-                                    const cv::Mat& mask) {
+FrameReport Tracker::keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns,
+                                    const PreparedImage& image, const cv::Mat& mask) {
   return impl_->keep_for_later(frame_index, stamp_ns, image, mask);
 }
 
@@ -351,7 +355,7 @@ void Tracker::fill_gaps() { impl_->fill_gaps(); }
 
 std::vector<FinishedMap> Tracker::maps() { return impl_->maps(); }
 
-FrameReport Tracker::resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const cv::Mat& image,
+FrameReport Tracker::resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
                                   const cv::Mat& mask) {
   return impl_->resect_again(frame_index, stamp_ns, image, mask);
 }

@@ -65,12 +65,12 @@ ResectionReport Tracker::Impl::resect_near(const Frame& frame, const TrackingMap
 }
 
 FrameReport Tracker::Impl::keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns,
-                                          const cv::Mat& image, const cv::Mat& mask) {
+                                          const PreparedImage& image, const cv::Mat& mask) {
   FrameReport report;
   report.stamp_ns = stamp_ns;
   std::optional<Frame> frame;
-  if (frame_maker_.has_camera_size(image, &report)) {
-    frame = make_frame(frame_index, stamp_ns, image, object_finder_.find_again(image, mask), &report);
+  if (frame_maker_.has_camera_size(image.image, &report)) {
+    frame = make_frame(frame_index, stamp_ns, image, object_finder_.find_again(image.image, mask), &report);
   }
   if (frame) unposed_[frame_index] = std::move(*frame);
   return report;
@@ -182,13 +182,13 @@ std::vector<FinishedMap> Tracker::Impl::maps() {
   return maps;
 }
 
-FrameReport Tracker::Impl::resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const cv::Mat& image,
-                                        const cv::Mat& mask) {
+FrameReport Tracker::Impl::resect_again(std::int64_t frame_index, std::int64_t stamp_ns,
+                                        const PreparedImage& image, const cv::Mat& mask) {
   FrameReport report;
   report.stamp_ns = stamp_ns;
   std::optional<Frame> frame;
-  if (frame_maker_.has_camera_size(image, &report)) {
-    frame = make_frame(frame_index, stamp_ns, image, object_finder_.find_again(image, mask), &report);
+  if (frame_maker_.has_camera_size(image.image, &report)) {
+    frame = make_frame(frame_index, stamp_ns, image, object_finder_.find_again(image.image, mask), &report);
   }
   const TrackingMapPtr map = worker_.latest();
   if (frame && map) {

@@ -40,7 +40,7 @@ class Tracker::Impl {
         options_(cancellable(options.for_images({camera.width(), camera.height()}, pace_))),
         camera_(camera),
         object_finder_(options_.segmentation, camera),
-        frame_maker_(options_.sift, options_.scale, camera),
+        frame_maker_(options_.sift, options_.scale, options_.segmentation, camera),
         resector_(options_, camera),
         keyframe_policy_(options_.mapping, options_.young_map_keyframes),
         bootstrap_job_(options_, camera),
@@ -49,7 +49,7 @@ class Tracker::Impl {
   ~Impl() { cancel(); }
 
   void cancel() { cancelled_ = true; }
-  FrameReport process(std::int64_t stamp_ns, const cv::Mat& image, const cv::Mat& mask);
+  FrameReport process(std::int64_t stamp_ns, const PreparedImage& image, const cv::Mat& mask);
   void reset();
   void set_options(const TrackerOptions& options);
   std::uint32_t epoch() const { return epoch_; }
@@ -58,19 +58,21 @@ class Tracker::Impl {
   MapOrigin origin() const;
   std::vector<PosedFrame> trajectory() const;
   bool finish();
-  FrameReport keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns, const cv::Mat& image,
+  FrameReport keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
                              const cv::Mat& mask);
   void fill_gaps();
   std::vector<FinishedMap> maps();
-  FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const cv::Mat& image,
+  FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
                            const cv::Mat& mask);
+
+  const FrameMaker& frame_maker() const { return frame_maker_; }
 
   MappingWorker& worker() { return worker_; }
   const MappingWorker& worker() const { return worker_; }
   bool is_unconfirmed() const { return unconfirmed_; }
 
  private:
-  std::optional<Frame> make_frame(std::int64_t index, std::int64_t stamp_ns, const cv::Mat& image,
+  std::optional<Frame> make_frame(std::int64_t index, std::int64_t stamp_ns, const PreparedImage& image,
                                   const Segmentation& segmentation, FrameReport* report);
   void bootstrap(const Frame& frame, FrameReport* report);
   void track(const Frame& frame, FrameReport* report);

@@ -97,6 +97,20 @@ class TrackSequence(TrackSequenceBase):
     def tearDownClass(cls):
         cls.made.cleanup()
 
+    def test_any_number_of_threads_writes_the_same_files(self):
+        masks = os.path.join(self.sequence, "masks")
+        for extra in ([], ["--masks", masks] if os.path.isdir(masks) else ["--max-frames", "12"]):
+            outputs = [self.track("--images", self.list, "--camera", self.camera, "--threads", n, *extra)[0]
+                       for n in ("1", "2", "7")]
+            for name in ("trajectory.txt", "trajectory_live.txt", "points.ply", "colmap/images.txt",
+                         "colmap/points3D.txt", "colmap/cameras.txt", "overview.png"):
+                for other in outputs[1:]:
+                    self.assertEqual(content(other, name), content(outputs[0], name), name)
+            told = [{key: value for key, value in report(output).items() if key not in ("stages", "wall_seconds")}
+                    for output in outputs]
+            self.assertEqual(told[1], told[0])
+            self.assertEqual(told[2], told[0])
+
     def copy_of_images(self):
         shutil.copytree(self.images, self.path("images"))
         return self.path("images")

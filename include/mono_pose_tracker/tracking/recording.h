@@ -18,8 +18,11 @@ struct Recording {
   std::function<std::unique_ptr<ImageSource>()>
       open;  // from its beginning; called once more for images to be posed later
   const MaskFolder* masks = nullptr;
-  std::int64_t max_frames = -1;                              // all
-  std::function<bool()> interrupted = [] { return false; };  // true: no further image is read
+  std::int64_t max_frames = -1;  // all
+  /// On more, images are read and searched for features ahead of tracking: the same results, sooner.
+  int threads = 1;
+  /// True: no further image is read. Asked on any thread.
+  std::function<bool()> interrupted = [] { return false; };
 };
 
 struct RecordingResult {

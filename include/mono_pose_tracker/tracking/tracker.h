@@ -11,6 +11,7 @@
 #include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
+#include "mono_pose_tracker/tracking/prepared_image.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 
 namespace mono_pose_tracker {
@@ -42,7 +43,12 @@ class Tracker {
 
   /// image: CV_8UC1 or CV_8UC3 (BGR), of the camera's size. mask: empty, or CV_8UC1 of the same size, 0 =
   /// ignore.
-  FrameReport process(std::int64_t stamp_ns, const cv::Mat& image, const cv::Mat& mask = cv::Mat());
+  FrameReport process(std::int64_t stamp_ns, const PreparedImage& image, const cv::Mat& mask = cv::Mat());
+
+  /// Does ahead what of an image does not wait for tracking, for process, keep_for_later or resect_again to
+  /// be given in its place; no result changes by it. mask: the one that they will be given. From any thread,
+  /// but not while options are set.
+  PreparedImage prepare(const cv::Mat& image, const cv::Mat& mask = cv::Mat()) const;
 
   /// Ends what is under way, here and in the mapper, as soon as it can be: the tracker is only fit to be
   /// destroyed then. May be called from any thread.
@@ -78,10 +84,10 @@ class Tracker {
   /// report says why.
   bool finish();
   /// Poses an image against the finished map, wherever it was in the recording; it joins the trajectory.
-  FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const cv::Mat& image,
+  FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
                            const cv::Mat& mask = cv::Mat());
   /// An image that got no pose, for fill_gaps; what the report says of its mask holds.
-  FrameReport keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns, const cv::Mat& image,
+  FrameReport keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
                              const cv::Mat& mask = cv::Mat());
   /// Poses the images that were kept, in the finished map: from both sides of each gap, making keyframes on
   /// the way, and where that ends by descriptors alone. The map is finished anew when it has grown.

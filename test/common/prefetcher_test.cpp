@@ -1,0 +1,77 @@
+#include "mono_pose_tracker/common/prefetcher.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <stdexcept>
+
+namespace mono_pose_tracker {
+namespace {
+
+struct Number {
+  int value = -1;
+  int square = -1;
+};
+
+class PrefetcherTest : public testing::TestWithParam<int> {};
+
+TEST_P(PrefetcherTest, GivesEveryItemInTheOrderRead) {
+  int read = 0;
+  Prefetcher<Number> numbers(
+      [&](Number* n) {
+        if (read == 200) return false;
+        n->value = read++;
+        return true;
+      },
+      [](Number* n) { n->square = n->value * n->value; }, GetParam());
+  Number n;
+  for (int i = 0; i < 200; ++i) {
+    ASSERT_TRUE(numbers.next(&n));
+    EXPECT_EQ(n.value, i);
+    EXPECT_EQ(n.square, i * i);
+  }
+  EXPECT_FALSE(numbers.next(&n));
+  EXPECT_FALSE(numbers.next(&n));
+}
+
+TEST_P(PrefetcherTest, AnErrorComesAtItsPlace) {
+  for (const bool in_read : {true, false}) {
+    int read = 0;
+    Prefetcher<Number> numbers(
+        [&](Number* n) {
+          n->value = read++;
+          if (in_read && n->value == 5) throw std::runtime_error("five");
+          return true;
+        },
+        [&](Number* n) {
+          if (!in_read && n->value == 5) throw std::runtime_error("five");
+        },
+        GetParam());
+    Number n;
+    for (int i = 0; i < 5; ++i) ASSERT_TRUE(numbers.next(&n));
+    EXPECT_THROW(numbers.next(&n), std::runtime_error);
+  }
+}
+
+TEST_P(PrefetcherTest, RunsAheadByABoundedNumberAndStopsWhenNobodyAsks) {
+  std::atomic<int> read{0};
+  {
+    Prefetcher<Number> endless(
+        [&](Number*) {
+          ++read;
+          return true;
+        },
+        [](Number*) {}, GetParam());
+    Number n;
+    for (int i = 1; i <= 20; ++i) {
+      ASSERT_TRUE(endless.next(&n));
+      EXPECT_LE(read, i + GetParam() + 1);
+    }
+  }  // joins its threads: a test that hangs here fails
+  EXPECT_GE(read, 20);
+}
+
+INSTANTIATE_TEST_SUITE_P(Threads, PrefetcherTest, testing::Values(0, 1, 3, 8));
+
+}  // namespace
+}  // namespace mono_pose_tracker
