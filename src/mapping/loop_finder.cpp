@@ -1,0 +1,101 @@
+#include "mono_pose_tracker/mapping/loop_finder.h"
+
+#include <algorithm>
+#include <unordered_set>
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr int kCandidates = 5;  // the index has a right one among so many in 95 of 100 places
+constexpr int kMaxWait = 3;     // keyframes in which a second must agree: later ones look at something else
+
+// px at 640 px width: twice an inlier's error for each of the two similarities, which hold best where their
+// own points are, and the drift from one keyframe to the next.
+constexpr double kMaxDisagreementPx = 10;
+
+// Of the best place's inliers: a look-alike lacks what is particular to the right place. With more than that,
+// the two cannot be told apart.
+constexpr double kRivalShare = 0.75;
+
+/// The keyframe and what is tied to it, directly or by one between: drift to these is what bundle adjustment
+/// sees.
+std::unordered_set<KeyframeId> near_in_map(const TrackingMap& map, KeyframeId keyframe) {
+  std::unordered_set<KeyframeId> near = {keyframe};
+  for (const KeyframeId id : map.keyframes.at(keyframe).covisible) {
+    near.insert(id);
+    const auto found = map.keyframes.find(id);
+    if (found == map.keyframes.end()) continue;
+    near.insert(found->second.covisible.begin(), found->second.covisible.end());
+  }
+  return near;
+}
+
+bool is_covisible(const TrackingMap& map, KeyframeId a, KeyframeId b) {
+  if (a == b) return true;
+  const auto found = map.keyframes.find(a);
+  if (found == map.keyframes.end()) return false;
+  const std::vector<KeyframeId>& covisible = found->second.covisible;
+  return std::find(covisible.begin(), covisible.end(), b) != covisible.end();
+}
+
+}  // namespace
+
+std::vector<KeyframeId> LoopFinder::candidates(const TrackingMap& map, const PlaceIndex& index,
+                                               KeyframeId keyframe) const {
+  const std::unordered_set<KeyframeId> near = near_in_map(map, keyframe);
+  std::vector<KeyframeId> ids;
+  for (const PlaceMatch& match :
+       index.query(map.keyframes.at(keyframe).image->set, kCandidates,
+                   [&](KeyframeId id) { return map.keyframes.count(id) > 0 && near.count(id) == 0; })) {
+    ids.push_back(match.id);
+  }
+  return ids;
+}
+
+bool LoopFinder::agree(const TrackingMap& map, const LoopConstraint& first,
+                       const LoopConstraint& second) const {
+  const double limit = kMaxDisagreementPx * std::max(1.0, camera_.width() / 640.0);
+  return loop_disagreement_px(camera_, map, first, second) < limit &&
+         loop_disagreement_px(camera_, map, second, first) < limit;
+}
+
+std::optional<LoopConstraint> LoopFinder::best_without_rival(const TrackingMap& map,
+                                                             std::vector<LoopConstraint> loops) const {
+  if (loops.empty()) return std::nullopt;
+  std::stable_sort(loops.begin(), loops.end(), [](const LoopConstraint& a, const LoopConstraint& b) {
+    return a.support.found > b.support.found;
+  });
+  for (std::size_t i = 1; i < loops.size(); ++i) {
+    // Keyframes that share landmarks are one place: their similarities may differ where depth says little of
+    // scale.
+    if (is_covisible(map, loops[0].from, loops[i].from)) continue;
+    if (loops[i].support.found > kRivalShare * loops[0].support.found && !agree(map, loops[0], loops[i])) {
+      return std::nullopt;
+    }
+  }
+  return std::move(loops[0]);
+}
+
+std::optional<LoopConstraint> LoopFinder::find(const TrackingMap& map, const PlaceIndex& index,
+                                               KeyframeId keyframe) {
+  if (awaiting_ && ++waited_ > kMaxWait) awaiting_.reset();
+  std::vector<LoopConstraint> loops;
+  for (const KeyframeId place : candidates(map, index, keyframe)) {
+    if (auto loop = verify_loop(options_, camera_, map, keyframe, place)) loops.push_back(std::move(*loop));
+  }
+  std::optional<LoopConstraint> loop = best_without_rival(map, std::move(loops));
+  if (!loop) return std::nullopt;
+  if (awaiting_ && is_covisible(map, awaiting_->from, loop->from) && agree(map, *awaiting_, *loop)) {
+    loop->matches.insert(loop->matches.end(), awaiting_->matches.begin(), awaiting_->matches.end());
+    std::sort(loop->matches.begin(), loop->matches.end());
+    loop->matches.erase(std::unique(loop->matches.begin(), loop->matches.end()), loop->matches.end());
+    awaiting_.reset();
+    return loop;
+  }
+  awaiting_ = std::move(loop);
+  waited_ = 0;
+  return std::nullopt;
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,233 @@
+#include "mono_pose_tracker/mapping/loop_verifier.h"
+
+#include <algorithm>
+#include <cstring>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/features/matching.h"
+#include "mono_pose_tracker/mapping/projection_matcher.h"
+#include "mono_pose_tracker/robust/similarity.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr int kMatchedKeyframes = 6;  // of the old place, whose descriptors are compared
+constexpr int kGuidedKeyframes = 12;  // of the old place, whose landmarks are looked for
+
+// Of the way between the two keyframes: what tracking drifts by without being lost is a tenth at most where
+// we have measured it; three times that. Look-alikes a stretch further on are off by the whole way.
+constexpr double kMaxDrift = 0.3;
+// Of the distance of the points: what a turn on the spot, which is no way at all, may leave.
+constexpr double kMaxDriftOfDepth = 0.1;
+
+// A landmark and where a keyframe sees it.
+struct Sight {
+  LandmarkId landmark = kNoLandmark;
+  const KeyframeView* keyframe = nullptr;
+  int feature = -1;
+};
+
+std::vector<KeyframeId> neighbourhood(const TrackingMap& map, KeyframeId id, int most) {
+  std::vector<KeyframeId> ids = {id};
+  for (const KeyframeId other : map.keyframes.at(id).covisible) {
+    if (static_cast<int>(ids.size()) >= most) break;
+    if (map.keyframes.count(other) > 0) ids.push_back(other);
+  }
+  return ids;
+}
+
+std::unordered_set<LandmarkId> landmarks_of(const KeyframeView& keyframe) {
+  return {keyframe.landmark_of_feature.begin(), keyframe.landmark_of_feature.end()};
+}
+
+// Each landmark once, as the first of the keyframes has it; without those `left_out`.
+std::vector<Sight> sights(const TrackingMap& map, const std::vector<KeyframeId>& keyframes,
+                          const std::unordered_set<LandmarkId>& left_out) {
+  std::vector<Sight> result;
+  std::unordered_set<LandmarkId> known = left_out;
+  for (const KeyframeId id : keyframes) {
+    const KeyframeView& keyframe = map.keyframes.at(id);
+    for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
+      const LandmarkId l = keyframe.landmark_of_feature[f];
+      if (l == kNoLandmark || map.landmarks.count(l) == 0 || !known.insert(l).second) continue;
+      result.push_back({l, &keyframe, static_cast<int>(f)});
+    }
+  }
+  return result;
+}
+
+cv::Mat descriptors_of(const std::vector<Sight>& sights) {
+  cv::Mat descriptors(static_cast<int>(sights.size()), 128, CV_8U);
+  for (std::size_t i = 0; i < sights.size(); ++i) {
+    std::memcpy(descriptors.ptr(static_cast<int>(i)),
+                sights[i].keyframe->image->set.descriptor(sights[i].feature), 128);
+  }
+  return descriptors;
+}
+
+SightedPoint sighted(const TrackingMap& map, const Sight& sight) {
+  const Rigid3 map_from_camera = sight.keyframe->camera_from_map.inverse();
+  return {map.landmarks.at(sight.landmark), map_from_camera.translation,
+          map_from_camera.rotation * sight.keyframe->image->set.bearings[sight.feature]};
+}
+
+// Points of the new side (a) and the old (b) that are held to be one.
+struct Pairs {
+  std::vector<SimilarityMatch> points;
+  std::vector<std::pair<LandmarkId, LandmarkId>> landmarks;  // new, old
+
+  void add(const TrackingMap& map, const Sight& in_new, const Sight& in_old) {
+    points.push_back({sighted(map, in_new), sighted(map, in_old)});
+    landmarks.emplace_back(in_new.landmark, in_old.landmark);
+  }
+};
+
+// A similarity that `min_inliers` of the pairs agree on; the others are dropped.
+bool fit(const MapperOptions& options, int seed, Pairs* pairs, Sim3* old_from_new) {
+  if (static_cast<int>(pairs->points.size()) < options.min_inliers) return false;
+  SimilarityOptions similarity;
+  similarity.ransac = options.ransac;
+  similarity.ransac.seed += static_cast<std::uint64_t>(seed);
+  const SimilarityReport report = estimate_similarity(pairs->points, similarity);
+  if (!report.success || report.num_inliers < options.min_inliers) return false;
+  Pairs inliers;
+  for (std::size_t i = 0; i < pairs->points.size(); ++i) {
+    if (!report.inliers[i]) continue;
+    inliers.points.push_back(pairs->points[i]);
+    inliers.landmarks.push_back(pairs->landmarks[i]);
+  }
+  *pairs = std::move(inliers);
+  *old_from_new = report.b_from_a;
+  return true;
+}
+
+// Old landmarks as the new side would have them.
+std::vector<LandmarkCandidate> candidates_in_new(const TrackingMap& map, const std::vector<Sight>& old,
+                                                 const Sim3& new_from_old) {
+  std::vector<LandmarkCandidate> candidates;
+  for (const Sight& sight : old) {
+    LandmarkCandidate c =
+        make_candidate(sight.landmark, map.landmarks.at(sight.landmark), *sight.keyframe->image,
+                       sight.feature, sight.keyframe->camera_from_map.inverse().translation);
+    c.x_in_map = new_from_old * c.x_in_map;
+    c.seen_from = new_from_old.rotation * c.seen_from;
+    c.scale_times_distance *= new_from_old.scale;
+    candidates.push_back(c);
+  }
+  return candidates;
+}
+
+// What the similarity brings into view is looked for round where it should be.
+struct GuidedSearch {
+  Pairs pairs;               // where the new side has a landmark as well
+  std::vector<int> inliers;  // features of the new image that see an old landmark
+  int expected = 0;
+};
+
+GuidedSearch search(const MapperOptions& options, const CameraModel& camera, const TrackingMap& map,
+                    const KeyframeView& keyframe, const std::vector<Sight>& old, const Sim3& old_from_new) {
+  ProjectionMatchOptions guided;
+  // The similarity is good to the error of an observation where its inliers are, elsewhere to a few of these.
+  guided.radius_px = 3 * options.mapping.max_reprojection_px * std::max(1.0, camera.width() / 640.0);
+  guided.max_distance2 = stored_distance2(options.mapping.max_descriptor_distance);
+  const std::vector<LandmarkCandidate> candidates = candidates_in_new(map, old, old_from_new.inverse());
+  GuidedSearch result;
+  result.expected = count_visible(candidates, camera, keyframe.camera_from_map, guided);
+  for (const LandmarkMatch& m :
+       match_by_projection(candidates, *keyframe.image, camera, keyframe.camera_from_map, {}, guided)) {
+    const Eigen::Vector3d x_in_camera = keyframe.camera_from_map * candidates[m.candidate].x_in_map;
+    if (weighted_error(*keyframe.image, m.feature, x_in_camera) < options.mapping.max_reprojection_px) {
+      result.inliers.push_back(m.feature);
+    }
+    const LandmarkId own = keyframe.landmark_of_feature[m.feature];
+    if (own == kNoLandmark || map.landmarks.count(own) == 0) continue;
+    result.pairs.add(map, {own, &keyframe, m.feature}, old[m.candidate]);
+  }
+  return result;
+}
+
+// Length of the way from one keyframe to a later one, along those between.
+double way_between(const TrackingMap& map, KeyframeId first, KeyframeId last) {
+  double length = 0;
+  const auto end = map.keyframes.upper_bound(std::max(first, last));
+  auto at = map.keyframes.find(std::min(first, last));
+  Eigen::Vector3d previous = at->second.camera_from_map.inverse().translation;
+  for (; at != end; ++at) {
+    const Eigen::Vector3d center = at->second.camera_from_map.inverse().translation;
+    length += (center - previous).norm();
+    previous = center;
+  }
+  return length;
+}
+
+bool within_drift(const TrackingMap& map, const KeyframeView& keyframe, KeyframeId place, const Pairs& pairs,
+                  const Sim3& old_from_new) {
+  const Eigen::Vector3d center = keyframe.camera_from_map.inverse().translation;
+  std::vector<double> distances;
+  for (const SimilarityMatch& match : pairs.points) distances.push_back((match.in_a.x - center).norm());
+  const double allowed =
+      kMaxDrift * way_between(map, place, keyframe.id) + kMaxDriftOfDepth * median(std::move(distances));
+  return (old_from_new * center - center).norm() <= allowed;
+}
+
+Pairs match_landmarks(const MapperOptions& options, const TrackingMap& map, const std::vector<Sight>& in_new,
+                      const std::vector<Sight>& in_old) {
+  Pairs pairs;
+  for (const Match& m : match_descriptors(descriptors_of(in_new), descriptors_of(in_old), options.matching)) {
+    pairs.add(map, in_new[m.first], in_old[m.second]);
+  }
+  return pairs;
+}
+
+}  // namespace
+
+std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const CameraModel& camera,
+                                          const TrackingMap& map, KeyframeId keyframe_id, KeyframeId place) {
+  const KeyframeView& keyframe = map.keyframes.at(keyframe_id);
+  // What both sides see as one landmark already says nothing about drift.
+  const std::unordered_set<LandmarkId> own = landmarks_of(keyframe);
+  const std::vector<Sight> in_new = sights(map, {keyframe_id}, {});
+  Pairs pairs =
+      match_landmarks(options, map, in_new, sights(map, neighbourhood(map, place, kMatchedKeyframes), own));
+  LoopConstraint loop;
+  if (!fit(options, keyframe_id, &pairs, &loop.old_from_new)) return std::nullopt;
+  const std::vector<Sight> old = sights(map, neighbourhood(map, place, kGuidedKeyframes), own);
+  pairs = search(options, camera, map, keyframe, old, loop.old_from_new).pairs;
+  if (!fit(options, keyframe_id, &pairs, &loop.old_from_new) ||
+      !within_drift(map, keyframe, place, pairs, loop.old_from_new)) {
+    return std::nullopt;
+  }
+  const GuidedSearch found = search(options, camera, map, keyframe, old, loop.old_from_new);
+  loop.support =
+      pose_support(*keyframe.image, camera.width(), camera.height(), found.inliers, found.expected);
+  if (!is_supported(loop.support, options.min_inliers)) return std::nullopt;
+  loop.from = place;
+  loop.to = keyframe_id;
+  loop.from_from_to = Sim3(map.keyframes.at(place).camera_from_map) * loop.old_from_new *
+                      Sim3(keyframe.camera_from_map.inverse());
+  loop.matches = std::move(pairs.landmarks);
+  return loop;
+}
+
+double loop_disagreement_px(const CameraModel& camera, const TrackingMap& map, const LoopConstraint& loop,
+                            const LoopConstraint& other) {
+  constexpr double kNotSeen = 1e6;
+  const auto old_place = map.keyframes.find(other.from);
+  if (old_place == map.keyframes.end()) return kNotSeen;
+  const Rigid3& camera_from_map = old_place->second.camera_from_map;
+  std::vector<double> errors;
+  for (const auto& [in_new, in_old] : other.matches) {
+    const auto x_in_new = map.landmarks.find(in_new), x_in_old = map.landmarks.find(in_old);
+    if (x_in_new == map.landmarks.end() || x_in_old == map.landmarks.end()) continue;
+    Eigen::Vector2d expected, pixel;
+    if (!camera.project(camera_from_map * x_in_old->second, &expected)) continue;
+    const bool ahead = camera.project(camera_from_map * (loop.old_from_new * x_in_new->second), &pixel);
+    errors.push_back(ahead ? (pixel - expected).norm() : kNotSeen);
+  }
+  return errors.empty() ? kNotSeen : median(std::move(errors));
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,297 @@
+#include "mono_pose_tracker/mapping/loop_finder.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+
+#include "support/synthetic_views.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+MapperOptions mapper_options(const CameraModel& camera) {
+  MapperOptions options;
+  options.ransac.threshold = 2.0 / camera.focal();
+  options.ransac.max_iterations = 500;
+  return options;
+}
+
+/// A map of true points, made keyframe by keyframe. Each stretch of the way has landmarks of its own (the
+/// camera did not know that it was back) and its own drift.
+class DriftingMap {
+ public:
+  explicit DriftingMap(const SyntheticScene& scene) : scene_(scene) {}
+
+  KeyframeId add(const Rigid3& camera_from_world, int stretch, const Sim3& map_from_world, Random& random) {
+    KeyframeView view;
+    view.id = static_cast<KeyframeId>(map.keyframes.size());
+    std::vector<int> point_of;
+    view.image = synthetic_frame(scene_, camera, camera_from_world, 0.5, view.id, random, &point_of).image;
+    const Rigid3 world_from_camera = camera_from_world.inverse();
+    view.camera_from_map = Rigid3(map_from_world.rotation * world_from_camera.rotation,
+                                  map_from_world * world_from_camera.translation)
+                               .inverse();
+    for (const int point : point_of) {
+      const LandmarkId id = stretch * kStretch + point;
+      if (map.landmarks.count(id) == 0) {
+        // Depths are known to half a per cent.
+        const Eigen::Vector3d ray = scene_.x_in_map[point] - world_from_camera.translation;
+        map.landmarks[id] =
+            map_from_world * (world_from_camera.translation + (1 + 0.005 * random.normal()) * ray);
+      }
+      view.landmark_of_feature.push_back(id);
+    }
+    for (auto& [id, other] : map.keyframes) {
+      if (shares_landmarks(other, view)) {
+        other.covisible.push_back(view.id);
+        view.covisible.push_back(id);
+      }
+    }
+    index.add(view.id, view.image->set);
+    return map.keyframes.emplace(view.id, view).first->first;
+  }
+
+  static int point_of(LandmarkId id) { return id % kStretch; }
+
+  const CameraModel camera = synthetic_camera();
+  TrackingMap map;
+  PlaceIndex index;
+
+ private:
+  static constexpr int kStretch = 100000;
+
+  static bool shares_landmarks(const KeyframeView& a, const KeyframeView& b) {
+    const std::set<LandmarkId> of_a(a.landmark_of_feature.begin(), a.landmark_of_feature.end());
+    return std::count_if(b.landmark_of_feature.begin(), b.landmark_of_feature.end(),
+                         [&](LandmarkId id) { return of_a.count(id) > 0; }) > 15;
+  }
+
+  const SyntheticScene& scene_;
+};
+
+constexpr double kDegree = M_PI / 180;
+
+/// A round hall: the camera goes round in a circle of 5 m and looks at a wall 4 m away, which is seen once
+/// each way.
+std::vector<Eigen::Vector3d> hall_points(int points, Random& random) {
+  std::vector<Eigen::Vector3d> result;
+  for (int i = 0; i < points; ++i) {
+    const double angle = random.uniform(0, 2 * M_PI), radius = random.uniform(8, 10);
+    result.emplace_back(radius * std::sin(angle), random.uniform(-2, 2), radius * std::cos(angle));
+  }
+  return result;
+}
+
+Rigid3 hall_camera(double degrees) {
+  const double a = degrees * kDegree;
+  return camera_at({5 * std::sin(a), 0, 5 * std::cos(a)}, -a);
+}
+
+Sim3 drift(double scale, double degrees, const Eigen::Vector3d& shift) {
+  Sim3 d;
+  d.scale = scale;
+  d.rotation = Eigen::AngleAxisd(degrees * kDegree, Eigen::Vector3d(0.2, 1, 0.1).normalized());
+  d.translation = shift;
+  return d;
+}
+
+struct Hall {
+  Random random{1};
+  SyntheticScene scene{hall_points(2500, random), random};
+  DriftingMap world{scene};
+  LoopFinder finder{mapper_options(world.camera), world.camera};
+  Sim3 drifted = drift(1.1, 2, {0.4, 0.1, -0.3});
+
+  // The first 250 degrees; whether a loop was found on the way.
+  bool walk() {
+    bool found = false;
+    for (int degrees = 0; degrees <= 250; degrees += 10) {
+      found |= look(degrees, 0, Sim3()).has_value();
+    }
+    return found;
+  }
+  std::optional<LoopConstraint> look(double degrees, int stretch, const Sim3& map_from_world) {
+    return finder.find(world.map, world.index,
+                       world.add(hall_camera(degrees), stretch, map_from_world, random));
+  }
+};
+
+TEST(LoopFinder, FindsARealRevisitWhenASecondKeyframeAgrees) {
+  Hall hall;
+  EXPECT_FALSE(hall.walk()) << "nothing was seen twice";
+  EXPECT_FALSE(hall.look(44, 1, hall.drifted)) << "one keyframe alone";
+  const auto loop = hall.look(54, 1, hall.drifted);
+  ASSERT_TRUE(loop);
+  EXPECT_EQ(loop->to, 27);
+  EXPECT_LE(std::abs(loop->from - 5), 2);
+  ASSERT_GE(loop->matches.size(), 100u);
+  int right = 0;
+  for (const auto& [in_new, in_old] : loop->matches) {
+    right += DriftingMap::point_of(in_new) == DriftingMap::point_of(in_old);
+    const Eigen::Vector3d corrected = loop->old_from_new * hall.world.map.landmarks.at(in_new);
+    EXPECT_LT((corrected - hall.world.map.landmarks.at(in_old)).norm(), 0.3);
+  }
+  EXPECT_GE(right, 0.99 * loop->matches.size());
+  EXPECT_NEAR(loop->old_from_new.scale * hall.drifted.scale, 1, 0.01);
+  const Eigen::Vector3d center(5 * std::sin(54 * kDegree), 0, 5 * std::cos(54 * kDegree));
+  EXPECT_LT((loop->old_from_new * (hall.drifted * center) - center).norm(), 0.05);
+  // As an edge of the pose graph: the new camera seen from the old one.
+  const Rigid3 old_camera = hall.world.map.keyframes.at(loop->from).camera_from_map;
+  EXPECT_LT((loop->from_from_to.translation - old_camera * center).norm(), 0.05);
+  EXPECT_LT(
+      loop->from_from_to.rotation.angularDistance(old_camera.rotation * hall_camera(54).inverse().rotation),
+      0.5 * kDegree);
+}
+
+TEST(LoopFinder, TheSecondKeyframeMustComeSoon) {
+  Hall hall;
+  hall.walk();
+  EXPECT_FALSE(hall.look(44, 1, hall.drifted));
+  for (int i = 0; i < 4; ++i) EXPECT_FALSE(hall.look(300 + i, 2, hall.drifted)) << "seen for the first time";
+  EXPECT_FALSE(hall.look(54, 1, hall.drifted)) << "the first was too long ago";
+  EXPECT_TRUE(hall.look(60, 1, hall.drifted));
+}
+
+TEST(LoopFinder, TheSecondKeyframeMustSayTheSame) {
+  Hall hall;
+  hall.walk();
+  EXPECT_FALSE(hall.look(144, 1, hall.drifted));
+  EXPECT_FALSE(hall.look(150, 2, drift(0.95, -2, {-0.4, 0, 0.3}))) << "the same place, another similarity";
+  EXPECT_FALSE(hall.look(210, 1, hall.drifted));
+  EXPECT_FALSE(hall.look(44, 1, drift(0.95, -2, {-0.4, 0, 0.3}))) << "another place";
+}
+
+TEST(LoopFinder, WhatIsTiedAlreadyIsNoLoop) {
+  Hall hall;
+  hall.walk();
+  for (int degrees = 251; degrees < 256; ++degrees) EXPECT_FALSE(hall.look(degrees, 0, Sim3()));
+}
+
+TEST(LoopFinder, APosterSeenElsewhereIsNoPlace) {
+  Random random(2);
+  std::vector<Eigen::Vector3d> points = hall_points(2500, random);
+  // A poster of 40 points hangs at 50 degrees, and another copy at 303, where the camera has not been.
+  const int first = static_cast<int>(points.size());
+  for (const double degrees : {50.0, 303.0}) {
+    Random same(3);
+    for (int i = 0; i < 40; ++i) {
+      const double a = degrees * kDegree + same.uniform(0, 0.06);
+      points.emplace_back(8 * std::sin(a), same.uniform(0.5, 1), 8 * std::cos(a));
+    }
+  }
+  SyntheticScene scene(points, random);
+  for (int i = 0; i < 40; ++i) scene.descriptors.row(first + i).copyTo(scene.descriptors.row(first + 40 + i));
+  DriftingMap world(scene);
+  LoopFinder finder(mapper_options(world.camera), world.camera);
+  for (int degrees = 0; degrees <= 250; degrees += 10) {
+    finder.find(world.map, world.index, world.add(hall_camera(degrees), 0, Sim3(), random));
+  }
+  // As if drift were what the poster says it is, so that nothing but what is missing round it tells.
+  Sim3 drifted;
+  drifted.rotation = Eigen::AngleAxisd((50 - 303) * kDegree, Eigen::Vector3d::UnitY());
+  for (int degrees = 296; degrees <= 306; degrees += 5) {
+    const KeyframeId keyframe = world.add(hall_camera(degrees), 1, drifted, random);
+    EXPECT_FALSE(
+        world.index
+            .query(world.map.keyframes.at(keyframe).image->set, 1, [](KeyframeId id) { return id < 20; })
+            .empty());
+    EXPECT_FALSE(finder.find(world.map, world.index, keyframe));
+  }
+}
+
+// Two rooms with the same furniture, the second entered after 13 m: drift is never that great.
+TEST(LoopFinder, ASecondRoomLikeTheFirstIsNoLoop) {
+  Random random(5);
+  SyntheticScene scene(hall_points(2500, random), random);
+  const Eigen::AngleAxisd to_second(150 * kDegree, Eigen::Vector3d::UnitY());
+  for (std::size_t i = 0, count = scene.x_in_map.size(); i < count; ++i) {
+    const double degrees = std::atan2(scene.x_in_map[i].x(), scene.x_in_map[i].z()) / kDegree;
+    if (degrees < 10 || degrees > 90) continue;
+    scene.x_in_map.push_back(to_second * scene.x_in_map[i]);
+    scene.descriptors.push_back(scene.descriptors.row(static_cast<int>(i)));
+  }
+  DriftingMap world(scene);
+  LoopFinder finder(mapper_options(world.camera), world.camera);
+  for (int degrees = 0; degrees <= 250; degrees += 10) {
+    EXPECT_FALSE(finder.find(world.map, world.index, world.add(hall_camera(degrees), 0, Sim3(), random)));
+  }
+}
+
+/// A corridor wall 4 m away with a door of 60 points every 3 m, all alike, and points of its own between.
+SyntheticScene corridor(int doors, int between, Random& random) {
+  constexpr int kOfDoor = 60;
+  std::vector<Eigen::Vector3d> points, door;
+  for (int i = 0; i < kOfDoor; ++i) {
+    door.emplace_back(random.uniform(0, 1.8), random.uniform(-1.4, 1.4), 4 + random.uniform(-0.3, 0.3));
+  }
+  for (int d = 0; d < doors; ++d) {
+    for (const Eigen::Vector3d& point : door) points.push_back(point + Eigen::Vector3d(3.0 * d, 0, 0));
+  }
+  for (int i = 0; i < between * doors; ++i) {
+    points.emplace_back(random.uniform(0, 3.0 * doors), random.uniform(-1.4, 1.4),
+                        4 + random.uniform(-0.5, 0.5));
+  }
+  SyntheticScene scene(points, random);
+  for (int d = 1; d < doors; ++d) {
+    scene.descriptors.rowRange(0, kOfDoor).copyTo(scene.descriptors.rowRange(d * kOfDoor, (d + 1) * kOfDoor));
+  }
+  return scene;
+}
+
+struct Corridor {
+  Random random{4};
+  SyntheticScene scene;
+  DriftingMap world{scene};
+  LoopFinder finder{mapper_options(world.camera), world.camera};
+
+  explicit Corridor(int between) : scene(corridor(20, between, random)) {}
+
+  std::optional<LoopConstraint> look(double x, int stretch, const Sim3& map_from_world) {
+    return finder.find(world.map, world.index,
+                       world.add(camera_at({x, 0, 0}), stretch, map_from_world, random));
+  }
+  int walk() {
+    int found = 0;
+    for (double x = 2; x < 56; x += 0.75) found += look(x, 0, Sim3()).has_value();
+    return found;
+  }
+};
+
+TEST(LoopFinder, IdenticalDoorsAreNoLoop) {
+  for (const int between : {0, 20}) {
+    Corridor corridor(between);
+    EXPECT_EQ(corridor.walk(), 0) << between << " points of its own between two doors";
+    // It was not for want of places that look the same.
+    const KeyframeView& last = corridor.world.map.keyframes.rbegin()->second;
+    const auto alike = corridor.world.index.query(last.image->set, 1, [&](KeyframeId id) { return id < 30; });
+    ASSERT_FALSE(alike.empty());
+    EXPECT_GT(alike[0].score, 0.2);
+  }
+}
+
+// Back in the corridor after 150 m, with more drift than there is between two doors: any of them may be this
+// one.
+TEST(LoopFinder, AmongIdenticalDoorsThePointsBetweenThemDecide) {
+  const Sim3 drifted = drift(1.02, 1, {2.0, 0, 0.5});
+  for (const int between : {0, 60}) {
+    Corridor corridor(between);
+    corridor.walk();
+    // Out by another way, where there is nothing to see.
+    corridor.world.add(camera_at({28, 0, -50}, M_PI), 1, Sim3(), corridor.random);
+    std::optional<LoopConstraint> loop;
+    for (double x = 20; x < 24; x += 0.75) {
+      const auto found = corridor.look(x, 2, drifted);
+      if (!loop) loop = found;
+    }
+    ASSERT_EQ(loop.has_value(), between > 0);
+    if (!loop) continue;
+    const Eigen::Vector3d center(21, 0, 0);
+    EXPECT_LT((loop->old_from_new * (drifted * center) - center).norm(), 0.1);
+  }
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
