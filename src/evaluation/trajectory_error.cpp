@@ -91,8 +91,8 @@ bool align(const std::vector<PosePair>& pairs, Alignment alignment, Sim3* refere
     in_reference.push_back(pair.reference.translation);
     in_estimate.push_back(pair.estimate.translation);
   }
-  return (alignment == Alignment::kSim3 ? align_sim3 : align_se3)(in_estimate, in_reference,
-                                                                  reference_from_estimate);
+  return alignment == Alignment::kSim3 ? align_sim3(in_estimate, in_reference, reference_from_estimate)
+                                       : align_se3(in_estimate, in_reference, reference_from_estimate);
 }
 
 void measure_positions(const std::vector<PosePair>& pairs, Alignment alignment, TrajectoryError* error) {
