@@ -1,5 +1,9 @@
 #include "mono_pose_tracker/io/overview.h"
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "mono_pose_tracker/io/plot.h"
@@ -7,7 +11,11 @@
 namespace mono_pose_tracker {
 namespace {
 
-const cv::Scalar kRed(40, 40, 215), kGreen(30, 140, 20), kBlue(215, 110, 30);
+const cv::Scalar kBlack(0, 0, 0), kStart(60, 160, 20), kEnd(30, 30, 200), kPath(160, 60, 110),
+    kGrey(130, 130, 130);
+
+// Grey level above which a point's colour is darkened: it must be seen on white.
+constexpr double kBrightest = 190;
 
 // Shares of the points that the view may cut at either end of an axis: the far background and what is badly
 // triangulated.
@@ -19,15 +27,67 @@ std::vector<Eigen::Vector3d> positions(const std::vector<ColoredPoint>& points) 
   return result;
 }
 
-/// Picks two coordinates, each with a sign.
+std::vector<cv::Scalar> own_colors(const std::vector<ColoredPoint>& points) {
+  std::vector<cv::Scalar> colors;
+  for (const ColoredPoint& point : points) {
+    const double brightness = 0.114 * point.b + 0.587 * point.g + 0.299 * point.r;
+    colors.push_back(cv::Scalar(point.b, point.g, point.r) *
+                     (brightness > kBrightest ? kBrightest / brightness : 1));
+  }
+  return colors;
+}
+
+/// From blue (old) to red (new), as rviz shows them.
+std::vector<cv::Scalar> colors_by_time(std::size_t count) {
+  std::vector<cv::Scalar> colors;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double age = count > 1 ? 1 - static_cast<double>(i) / static_cast<double>(count - 1) : 1;
+    colors.emplace_back(255 * age, 80, 255 * (1 - age));
+  }
+  return colors;
+}
+
+/// Across y, the direction in which points and cameras spread most, coordinate by coordinate without the
+/// farthest points; so that what is ahead (or else to the right) of the first camera lies to the right.
+Eigen::Vector3d longest_direction(const Overview& overview) {
+  std::vector<Eigen::Vector3d> all = positions(overview.points);
+  std::array<PlotRange, 3> kept;
+  for (const int axis : {0, 2}) {
+    std::vector<double> values;
+    for (const Eigen::Vector3d& p : all) values.push_back(p[axis]);
+    kept[axis] = range_of(values, kFarPoints, kFarPoints);
+  }
+  const auto is_far = [&](const Eigen::Vector3d& p) {
+    return !p.allFinite() || p.x() < kept[0].low || p.x() > kept[0].high || p.z() < kept[2].low ||
+           p.z() > kept[2].high;
+  };
+  all.erase(std::remove_if(all.begin(), all.end(), is_far), all.end());
+  all.insert(all.end(), overview.cameras.begin(), overview.cameras.end());
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector3d& p : all)
+    mean += Eigen::Vector2d(p.x(), p.z()) / static_cast<double>(all.size());
+  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
+  for (const Eigen::Vector3d& p : all) {
+    const Eigen::Vector2d d = Eigen::Vector2d(p.x(), p.z()) - mean;
+    spread += d * d.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(spread);
+  // Spread alike in all directions (or nothing at all): along z, as from the first camera's side.
+  if (!(solver.eigenvalues()[1] > 1.05 * solver.eigenvalues()[0])) return Eigen::Vector3d::UnitZ();
+  const Eigen::Vector2d longest = solver.eigenvectors().col(1);
+  const Eigen::Vector3d direction(longest.x(), 0, longest.y());
+  const double ahead = std::abs(direction.z()) > 0.1 ? direction.z() : direction.x();
+  return ahead < 0 ? Eigen::Vector3d(-direction) : direction;
+}
+
+/// Projects onto two directions.
 struct View {
   const char *title, *x_label, *y_label;
-  int x_axis, y_axis;
-  double y_sign;
+  Eigen::Vector3d right, up;
 
   std::vector<Eigen::Vector2d> operator()(const std::vector<Eigen::Vector3d>& points) const {
     std::vector<Eigen::Vector2d> result;
-    for (const Eigen::Vector3d& p : points) result.emplace_back(p[x_axis], y_sign * p[y_axis]);
+    for (const Eigen::Vector3d& p : points) result.emplace_back(right.dot(p), up.dot(p));
     return result;
   }
 };
@@ -48,9 +108,14 @@ PlotPanel make_panel(const Overview& overview, const View& view) {
   panel.x_label = view.x_label;
   panel.y_label = view.y_label;
   panel.equal_axes = true;
-  panel.series = {{"points", view(positions(overview.points)), kRed, 1, 0},
-                  {"true camera positions", view(overview.true_cameras), kBlue, 2.5, 2},
-                  {"camera positions", view(overview.cameras), kGreen, 3.5, 0}};
+  const std::vector<Eigen::Vector2d> path = view(overview.cameras);
+  PlotSeries points = {"points", view(positions(overview.points)), kGrey, 1, 0};
+  points.colors = own_colors(overview.points);
+  PlotSeries cameras = {"camera, blue to red by time", path, kPath, 2, 1};
+  cameras.colors = colors_by_time(path.size());
+  PlotSeries start = {"start", {}, kStart, 6, 0}, end = {"end", {}, kEnd, 6, 0, true};
+  if (!path.empty()) start.points = {path.front()}, end.points = {path.back()};
+  panel.series = {points, {"true path", view(overview.true_cameras), kBlack, 0, 6}, cameras, end, start};
   panel.x = view_range(panel, 0);
   panel.y = view_range(panel, 1);
   return panel;
@@ -59,8 +124,11 @@ PlotPanel make_panel(const Overview& overview, const View& view) {
 }  // namespace
 
 cv::Mat draw_overview(const Overview& overview) {
-  const View above = {"from above", "x, to the right (map units)", "z, forward", 0, 2, 1};
-  const View side = {"from the side", "z, forward (map units)", "-y, up", 2, 1, -1};
+  using Eigen::Vector3d;
+  const View above = {"from above", "x, to the right (map units)", "z, forward", Vector3d::UnitX(),
+                      Vector3d::UnitZ()};
+  const View side = {"from the side", "along what is longest (map units)", "-y, up",
+                     longest_direction(overview), -Vector3d::UnitY()};
   const int size = 800, header = overview.title.empty() ? 0 : 44;
   cv::Mat picture(size + header, 2 * size, CV_8UC3, cv::Scalar::all(255));
   draw_panel(make_panel(overview, above), {0, header, size, size}, &picture);

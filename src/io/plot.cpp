@@ -93,27 +93,48 @@ cv::Point to_subpixels(double x, double y) {
           cvRound(std::clamp(y, -limit, limit) * (1 << kSubpixelBits))};
 }
 
-void draw_series(const PlotSeries& series, const Axes& axes, cv::Mat* box) {
-  std::vector<cv::Point> pixels;
-  for (const Eigen::Vector2d& point : series.points) {
-    if (point.allFinite()) pixels.push_back(to_subpixels(axes.x_px(point.x()), axes.y_px(point.y())));
+/// A point of a series on the picture.
+struct Dot {
+  cv::Point at;  // in subpixels
+  cv::Scalar color;
+};
+
+void draw_mark(const Dot& dot, const PlotSeries& series, cv::Mat* box) {
+  const int radius = cvRound(series.radius_px * (1 << kSubpixelBits));
+  if (series.is_square) {
+    const cv::Point corner(radius, radius);
+    cv::rectangle(*box, dot.at - corner, dot.at + corner, dot.color, cv::FILLED, cv::LINE_AA, kSubpixelBits);
+  } else {
+    cv::circle(*box, dot.at, radius, dot.color, cv::FILLED, cv::LINE_AA, kSubpixelBits);
   }
-  if (series.line_px > 0) {
-    cv::polylines(*box, pixels, false, series.color, series.line_px, cv::LINE_AA, kSubpixelBits);
+}
+
+void draw_series(const PlotSeries& series, const Axes& axes, cv::Mat* box) {
+  std::vector<Dot> dots;
+  for (std::size_t i = 0; i < series.points.size(); ++i) {
+    const Eigen::Vector2d& point = series.points[i];
+    if (!point.allFinite()) continue;
+    dots.push_back({to_subpixels(axes.x_px(point.x()), axes.y_px(point.y())),
+                    series.colors.empty() ? series.color : series.colors[i]});
+  }
+  for (std::size_t i = 1; i < dots.size() && series.line_px > 0; ++i) {
+    cv::line(*box, dots[i - 1].at, dots[i].at, dots[i - 1].color, series.line_px, cv::LINE_AA, kSubpixelBits);
   }
   if (series.radius_px <= 0) return;
-  const int radius = cvRound(series.radius_px * (1 << kSubpixelBits));
   const cv::Rect visible(-64, -64, (box->cols + 8) << kSubpixelBits, (box->rows + 8) << kSubpixelBits);
-  for (const cv::Point& pixel : pixels) {
-    if (!visible.contains(pixel)) continue;
-    cv::circle(*box, pixel, radius, series.color, cv::FILLED, cv::LINE_AA, kSubpixelBits);
+  for (const Dot& dot : dots) {
+    if (visible.contains(dot.at)) draw_mark(dot, series, box);
   }
 }
 
 void draw_legend(const PlotPanel& panel, cv::Point at, cv::Mat* picture) {
   for (const PlotSeries& series : panel.series) {
     if (series.name.empty() || series.points.empty()) continue;
-    cv::circle(*picture, {at.x + 6, at.y - 5}, 5, series.color, cv::FILLED, cv::LINE_AA);
+    if (series.is_square) {
+      cv::rectangle(*picture, {at.x + 1, at.y - 10}, {at.x + 11, at.y}, series.color, cv::FILLED);
+    } else {
+      cv::circle(*picture, {at.x + 6, at.y - 5}, 5, series.color, cv::FILLED, cv::LINE_AA);
+    }
     draw_text(series.name, {at.x + 18, at.y}, kTextSize, Align::kLeft, picture);
     int baseline = 0;
     at.x += 18 + cv::getTextSize(series.name, kFont, kTextSize, 1, &baseline).width + 24;

@@ -169,5 +169,61 @@ TEST(TrajectoryError, RefusesWhatCannotBeCompared) {
   expect_error([&] { evaluate_trajectory(still, reference, kTolerance); }, {"cannot be aligned", "expected"});
 }
 
+/// A straight way at constant speed along x; the estimate's unit grows on it by the given share.
+std::vector<StampedPose> straight(int count, double growth) {
+  std::vector<StampedPose> poses(count);
+  double x = 0;
+  for (int i = 0; i < count; ++i) {
+    poses[i].stamp_ns = 100 * kMillisecond * i;
+    poses[i].map_from_camera.translation = {x, 0.01 * std::sin(i), 0};
+    x += 1 / (1 + growth * i / count);
+  }
+  return poses;
+}
+
+TEST(TrajectoryError, ScaleDriftIsThatOfTheUnit) {
+  const TrajectoryError error = evaluate_trajectory(straight(400, 0), straight(400, 0.2), kTolerance);
+  ASSERT_TRUE(error.scale_drift_percent);
+  // The quarters' middles are 3/4 of the way apart: (1 + 0.2 * 0.875) / (1 + 0.2 * 0.125).
+  EXPECT_NEAR(*error.scale_drift_percent, 100 * (1.175 / 1.025 - 1), 0.3);
+  EXPECT_NEAR(*evaluate_trajectory(walk(50), seen_from(some_map(), walk(50)), kTolerance).scale_drift_percent,
+              0, 1e-9);
+}
+
+TEST(TrajectoryError, DriftIsAShareOfThePath) {
+  // A straight way whose estimate turns away by 0.01 degrees at each step of 1, the positions being right.
+  const std::vector<StampedPose> reference = straight(101, 0);
+  std::vector<StampedPose> estimate = reference;
+  for (int i = 0; i < 101; ++i) estimate[i].map_from_camera.rotation = turn(0.01 * i, {0, 0, 1});
+  const TrajectoryError error = evaluate_trajectory(reference, estimate, kTolerance);
+  EXPECT_NEAR(error.drift_rotation_deg_per_length, 0.01, 1e-4);
+  EXPECT_NEAR(error.rpe_rotation_rmse_deg, 0.01, 1e-6);
+  // A camera that believes itself turned by up to 1 degree sees its steps go astray by up to as much.
+  EXPECT_GT(error.drift_translation_percent, 0.1);
+  EXPECT_LT(error.drift_translation_percent, 100 * M_PI / 180);
+}
+
+TEST(TrajectoryError, WithoutAScaleItIsAnError) {
+  const std::vector<StampedPose> reference = walk(50);
+  Sim3 smaller;
+  smaller.scale = 0.5;
+  EvaluationOptions options;
+  options.alignment = Alignment::kSe3;
+  const TrajectoryError error = evaluate_trajectory(reference, seen_from(smaller, reference), options);
+  EXPECT_EQ(error.reference_from_estimate.scale, 1);
+  EXPECT_GT(error.position_rmse, 0.5);
+  EXPECT_LT(evaluate_trajectory(reference, seen_from(smaller, reference), kTolerance).position_rmse, 1e-12);
+}
+
+TEST(TrajectoryError, UnitedMapsAreOnePicture) {
+  const std::vector<StampedPose> all = walk(50);
+  const std::vector<StampedPose> first(all.begin(), all.begin() + 20), second(all.begin() + 20, all.end());
+  const TrajectoryError error = united({evaluate_trajectory(all, seen_from(some_map(), second), kTolerance),
+                                        evaluate_trajectory(all, first, kTolerance)});
+  ASSERT_EQ(error.positions.size(), 50u);
+  for (std::size_t i = 0; i < 50; ++i) EXPECT_EQ(error.positions[i].stamp_ns, all[i].stamp_ns);
+  EXPECT_LT(error.position_rmse, 1e-12);
+}
+
 }  // namespace
 }  // namespace mono_pose_tracker

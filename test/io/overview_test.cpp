@@ -24,6 +24,7 @@ Overview some_overview() {
     ColoredPoint point;
     for (float& value : point.x_in_map) value = static_cast<float>(random.uniform(-1, 1));
     point.x_in_map.z() += 5;
+    point.r = 220;
     overview.points.push_back(point);
   }
   for (int i = 0; i < 20; ++i) overview.cameras.emplace_back(0.1 * i, 0, 0);
@@ -31,6 +32,18 @@ Overview some_overview() {
 }
 
 enum Color { kRed, kGreen, kBlue };
+
+/// Below title and legend.
+cv::Mat panel_of(const cv::Mat& picture, int number) {
+  const int legend = 120, half = picture.cols / 2;
+  return picture(cv::Rect(number * half, legend, half, picture.rows - legend));
+}
+
+cv::Rect box_of(const cv::Mat& mask) {
+  std::vector<cv::Point> pixels;
+  cv::findNonZero(mask, pixels);
+  return cv::boundingRect(pixels);
+}
 
 /// Pixels in which one channel stands out.
 cv::Mat pixels_of(const cv::Mat& picture, Color color) {
@@ -42,28 +55,55 @@ cv::Mat pixels_of(const cv::Mat& picture, Color color) {
   return difference > 60;
 }
 
-TEST(Overview, PointsAreRedAboveTheGreenCameras) {
+TEST(Overview, PointsHaveTheirColourAndLieAheadOfTheCameras) {
   const cv::Mat picture = draw_overview(some_overview());
   ASSERT_EQ(picture.type(), CV_8UC3);
-  const int legend = 120, half = picture.cols / 2;
-  const cv::Mat above = picture(cv::Rect(0, legend, half, picture.rows - legend));
-  const cv::Mat red = pixels_of(above, kRed), green = pixels_of(above, kGreen);
-  EXPECT_GT(cv::countNonZero(red), 500);
-  EXPECT_GT(cv::countNonZero(green), 100);
-  EXPECT_EQ(cv::countNonZero(pixels_of(above, kBlue)), 0);
-  std::vector<cv::Point> red_pixels, green_pixels;
-  cv::findNonZero(red, red_pixels);
-  cv::findNonZero(green, green_pixels);
-  const cv::Rect points = cv::boundingRect(red_pixels), cameras = cv::boundingRect(green_pixels);
-  EXPECT_LT(points.br().y, cameras.y);                           // z = 4 to 6 is forward of z = 0
-  EXPECT_NEAR(points.width, points.height, 0.1 * points.width);  // equal axes: a cube is a square
-  EXPECT_GT(cameras.width, 10 * cameras.height - 80);            // a line along x
-  // From the side forward is to the right.
-  const cv::Mat side = picture(cv::Rect(half, legend, half, picture.rows - legend));
-  red_pixels.clear();
-  cv::findNonZero(pixels_of(side, kRed), red_pixels);
-  cv::findNonZero(pixels_of(side, kGreen), green_pixels);
-  EXPECT_GT(cv::boundingRect(red_pixels).x, cv::boundingRect(green_pixels).br().x);
+  const cv::Mat above = panel_of(picture, 0);
+  EXPECT_GT(cv::countNonZero(pixels_of(above, kRed)), 500);
+  const cv::Rect all = box_of(pixels_of(above, kRed) | pixels_of(above, kBlue));
+  const cv::Rect start = box_of(pixels_of(above, kGreen));  // the camera's first place alone is green
+  EXPECT_GT(start.y, all.y + 0.8 * all.height) << "z = 4 to 6 is forward of z = 0: higher in the picture";
+  Overview without = some_overview();
+  without.cameras.assign(2, {0, 0, 5});
+  const cv::Rect cube = box_of(pixels_of(panel_of(draw_overview(without), 0), kRed));
+  EXPECT_NEAR(cube.width, cube.height, 0.1 * cube.width) << "equal axes: a cube is a square";
+}
+
+TEST(Overview, BrightPointsCanBeSeenOnWhite) {
+  Overview overview = some_overview();
+  const cv::Mat before = draw_overview(overview);
+  for (ColoredPoint& point : overview.points) point.r = point.g = point.b = 255;
+  Overview none = overview;
+  none.points.resize(1);
+  const cv::Mat panel = panel_of(draw_overview(overview), 0);
+  cv::Mat grey;
+  cv::cvtColor(panel, grey, cv::COLOR_BGR2GRAY);
+  EXPECT_GT(cv::countNonZero(grey < 205), 500 + cv::countNonZero(pixels_of(panel, kGreen)));
+}
+
+TEST(Overview, ThePathGoesFromBlueToRedFromStartToEnd) {
+  Overview overview = some_overview();
+  overview.points.clear();
+  const cv::Mat above = panel_of(draw_overview(overview), 0);
+  const cv::Rect blue = box_of(pixels_of(above, kBlue)), red = box_of(pixels_of(above, kRed)),
+                 green = box_of(pixels_of(above, kGreen));
+  EXPECT_LT(green.x, blue.x + blue.width / 2) << "the start is marked, at the left";
+  EXPECT_LT(blue.x + blue.width, red.x + red.width);
+  EXPECT_LT(blue.x, red.x) << "it goes to the right";
+}
+
+TEST(Overview, TheSideViewShowsTheLongestWay) {
+  // A walk to the right: seen along z it is a line as long as the panel, seen along x it would be a dot.
+  Overview overview;
+  for (int i = 0; i < 50; ++i) overview.cameras.emplace_back(0.2 * i, 0, 0.01 * (i % 2));
+  const cv::Mat side = panel_of(draw_overview(overview), 1);
+  EXPECT_GT(box_of(pixels_of(side, kBlue) | pixels_of(side, kRed)).width, 0.7 * side.cols);
+  // A drive ahead: forward is to the right.
+  overview.cameras.clear();
+  for (int i = 0; i < 50; ++i) overview.cameras.emplace_back(0, 0, 0.2 * i);
+  const cv::Mat drive = panel_of(draw_overview(overview), 1);
+  EXPECT_LT(box_of(pixels_of(drive, kBlue)).x, box_of(pixels_of(drive, kRed)).x);
+  EXPECT_GT(box_of(pixels_of(drive, kBlue) | pixels_of(drive, kRed)).width, 0.7 * drive.cols);
 }
 
 TEST(Overview, AFewFarPointsDoNotShrinkTheRest) {
@@ -77,12 +117,17 @@ TEST(Overview, AFewFarPointsDoNotShrinkTheRest) {
   EXPECT_GT(cv::countNonZero(pixels_of(draw_overview(overview), kRed)), 0.9 * before);
 }
 
-TEST(Overview, TruthIsBlueWhenGiven) {
+TEST(Overview, TheTruthShowsBelowAPathThatIsRight) {
   Overview overview = some_overview();
-  for (const Eigen::Vector3d& camera : overview.cameras) {
-    overview.true_cameras.push_back(camera + Eigen::Vector3d(0, 0, 0.5));
-  }
-  EXPECT_GT(cv::countNonZero(pixels_of(draw_overview(overview), kBlue)), 200);
+  overview.points.clear();
+  const auto black = [](const cv::Mat& picture) {
+    cv::Mat grey;
+    cv::cvtColor(panel_of(picture, 0), grey, cv::COLOR_BGR2GRAY);
+    return cv::countNonZero(grey < 20);
+  };
+  const int before = black(draw_overview(overview));
+  overview.true_cameras = overview.cameras;
+  EXPECT_GT(black(draw_overview(overview)), before + 200);
 }
 
 TEST(Overview, NothingToDrawIsAPictureToo) {

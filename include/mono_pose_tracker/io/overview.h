@@ -13,13 +13,14 @@ namespace mono_pose_tracker {
 /// forward).
 struct Overview {
   std::string title;
-  std::vector<ColoredPoint> points;           // drawn in red
-  std::vector<Eigen::Vector3d> cameras;       // by time, drawn in green
-  std::vector<Eigen::Vector3d> true_cameras;  // drawn in blue; may be empty
+  std::vector<ColoredPoint> points;           // drawn in their own colours
+  std::vector<Eigen::Vector3d> cameras;       // by time, drawn from blue to red; start and end are marked
+  std::vector<Eigen::Vector3d> true_cameras;  // by time, a wide black line below; may be empty
 };
 
-/// Two panels with equal axes: from above (x, z) and from the side (z, -y). The view holds every camera, and
-/// the points but for the few farthest.
+/// Two panels with equal axes: from above (x, z), and from the side: -y upwards, and to the right the
+/// direction across it in which points and cameras spread most. The view holds every camera, and the points
+/// but for the few farthest.
 cv::Mat draw_overview(const Overview& overview);
 
 /// Writes draw_overview's picture. Throws std::runtime_error naming the path when it cannot.
