@@ -3,6 +3,7 @@
 #include <cv_bridge/cv_bridge.h>
 #include <sensor_msgs/image_encodings.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <opencv2/imgproc.hpp>
@@ -19,7 +20,19 @@ constexpr const char* kKnownEncodings =
 
 const char* const kYuy2 = "yuv422_yuy2";  // which sensor_msgs of Noetic does not know
 
-ConvertedImage refuse(Reason reason, const std::string& error) { return {cv::Mat(), reason, error, nullptr}; }
+/// An encoding is any text that somebody sends, an exception's text may end its line: what goes into a status
+/// and a log is one line of plain letters, of a length that can be read.
+std::string one_line(std::string text) {
+  constexpr std::size_t kMostLetters = 400;
+  if (text.size() > kMostLetters) text.replace(kMostLetters, std::string::npos, "...");
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  return text;
+}
+
+ConvertedImage refuse(Reason reason, const std::string& error) {
+  return {cv::Mat(), reason, one_line(error), nullptr};
+}
 
 bool is_16bit_bayer(const std::string& encoding) {
   return enc::isBayer(encoding) && enc::bitDepth(encoding) == 16;

@@ -101,6 +101,16 @@ TEST(ImageConversion, UnknownEncodingIsNamed) {
   EXPECT_NE(converted.error.find("32FC1"), std::string::npos);
 }
 
+// It goes into statuses, diagnostics and logs, some of which take a line for a message and UTF-8 for text.
+TEST(ImageConversion, AnEncodingThatIsNoNameStaysOneShortLine) {
+  sensor_msgs::ImagePtr image = image_of("mono8", {0});
+  image->encoding = "a\nb\xff" + std::string(100000, 'x');
+  const std::string error = convert_image(image).error;
+  EXPECT_NE(error.find("\"a?b?xxx"), std::string::npos) << error;
+  EXPECT_LT(error.size(), 500u);
+  EXPECT_EQ(error.find('\n'), std::string::npos);
+}
+
 TEST(ImageConversion, AMessageThatContradictsItselfIsRefused) {
   for (const char* encoding : {"mono8", "bgr8", "yuv422_yuy2"}) {
     sensor_msgs::ImagePtr image = image_of(encoding, std::vector<std::uint8_t>(3, 0));
