@@ -9,7 +9,9 @@
 #include "epipolar_matcher.h"
 #include "keyframe_places.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
+#include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/mapping/projection_matcher.h"
+#include "mono_pose_tracker/mapping/second_motion.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "view_linker.h"
 
@@ -44,6 +46,30 @@ std::vector<LandmarkId> landmarks_of(const Keyframe& keyframe) {
   }
   return ids;
 }
+
+// Whether the features see more than half of the keyframe's landmarks: then it is the pose that is in doubt,
+// not they.
+bool is_most_of(const Keyframe& keyframe, const std::vector<char>& features) {
+  int all = 0, flagged = 0;
+  for (std::size_t f = 0; f < features.size(); ++f) {
+    if (keyframe.landmark_of_feature[f] == kNoLandmark) continue;
+    ++all;
+    flagged += features[f] != 0;
+  }
+  return 2 * flagged > all;
+}
+
+// A long lens sees an object from so far that the first views may take it for its reverse. The farther it
+// turns, the plainer it is: asked several times while the map is young.
+void set_right(const MapperOptions& options, Map* map) {
+  constexpr double kMinEvidence = 0.1;  // share of the cost
+  if (!is_narrow(*map)) return;
+  BundleOptions bundle = options.bundle;
+  bundle.max_seconds = options.mapping.bundle_seconds;
+  correct_depth_reversal(bundle, kMinEvidence, map);
+}
+
+bool is_due(std::size_t keyframes) { return keyframes % 6 == 0 && keyframes <= 24; }
 
 // Mean side of a marker in map units, its corners seen from these cameras; 0 when they can't tell.
 double marker_side(const std::vector<Rigid3>& cameras_from_map,
@@ -83,6 +109,7 @@ void Mapper::begin_beside(const InitialMap& initial, std::uint32_t epoch) {
 void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
   map_ = Map();
   places_ = std::make_shared<KeyframePlaces>();
+  left_out_.clear();
   epoch_ = epoch;
   map_id_ = epoch + 1;
   std::vector<KeyframeId> ids;
@@ -102,6 +129,7 @@ void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
   if (median_depth > 0) map_.set_scale_source(ScaleSource::kInitialMedianDepth);
   {
     const StageTimer timer(stages_, "map_match");
+    for (const KeyframeId id : ids) separate_motions(id);
     for (const KeyframeId id : ids) {
       const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
       create_landmarks(id, near);
@@ -139,6 +167,7 @@ void Mapper::restore(Map map, std::uint32_t epoch) {
   kept_.clear();
   map_ = std::move(map);
   places_ = std::make_shared<KeyframePlaces>();
+  left_out_.clear();
   epoch_ = epoch;
   map_id_ = epoch + 1;
   publish();
@@ -155,6 +184,7 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   for (const FrameObservation& o : candidate.observations) map_.add_observation(o.landmark, id, o.feature);
   {
     const StageTimer timer(stages_, "map_match");
+    separate_motions(id);
     const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
     fuse(id, unseen_landmarks(id));
     create_landmarks(id, near);
@@ -164,10 +194,48 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
     }
   }
   adjust_window(id, waiting);
+  if (is_due(map_.keyframes().size())) set_right(options_, &map_);
   cull_young_landmarks(id);
   cull_keyframes(id);
   if (waiting == 0) join_where_met(map_.keyframes().rbegin()->first);
   publish();
+}
+
+// What moves as one, but not with the body, in the keyframe and one before it is no part of the map, now or
+// later.
+void Mapper::separate_motions(KeyframeId id) {
+  // Two neighbours: in one of them the two motions may happen to look alike.
+  constexpr int kPartners = 2;
+  if (!options_.separates_motions) return;
+  std::vector<KeyframeId> partners = neighbors(id, kPartners);
+  const auto before = map_.keyframes().find(id);
+  if (before != map_.keyframes().begin()) {
+    const KeyframeId previous = std::prev(before)->first;
+    if (std::find(partners.begin(), partners.end(), previous) == partners.end()) partners.push_back(previous);
+  }
+  for (const KeyframeId partner : partners) {
+    const SecondMotion other =
+        find_second_motion(*map_.keyframe(partner), *map_.keyframe(id), options_.matching, options_.ransac);
+    if (other.of_first.empty() || is_most_of(*map_.keyframe(partner), other.of_first)) continue;
+    leave_out(partner, other.of_first);
+    leave_out(id, other.of_second);
+  }
+}
+
+void Mapper::leave_out(KeyframeId id, const std::vector<char>& features) {
+  std::vector<char>& left_out = left_out_[id];
+  left_out.resize(features.size(), 0);
+  for (std::size_t f = 0; f < features.size(); ++f) {
+    if (!features[f]) continue;
+    left_out[f] = 1;
+    const LandmarkId l = map_.keyframe(id)->landmark_of_feature[f];
+    if (l != kNoLandmark) map_.remove_landmark(l);
+  }
+}
+
+bool Mapper::is_left_out(KeyframeId id, int feature) const {
+  const auto found = left_out_.find(id);
+  return found != left_out_.end() && found->second[feature] != 0;
 }
 
 // Longer tracks: every landmark that the keyframe does not see yet is looked for in it, whoever saw it and
@@ -212,6 +280,7 @@ void Mapper::fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks) {
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
   for (const LandmarkMatch& m :
        match_by_projection(candidates, *keyframe.image, camera_, keyframe.camera_from_map, {}, guided)) {
+    if (is_left_out(target, m.feature)) continue;
     const LandmarkId l = candidates[m.candidate].id;
     const LandmarkId held = keyframe.landmark_of_feature[m.feature];
     if (held == kNoLandmark) {
@@ -241,6 +310,7 @@ void Mapper::create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& 
     const Rigid3 second_from_first = second.camera_from_map * first.camera_from_map.inverse();
     const Rigid3 map_from_first = first.camera_from_map.inverse();
     for (const Match& m : match_along_epipolar_lines(first, second, guided)) {
+      if (is_left_out(newest, m.first) || is_left_out(n, m.second)) continue;
       Eigen::Vector3d x_in_first;
       if (!triangulate_two_views(second_from_first, first.image->set.bearings[m.first],
                                  second.image->set.bearings[m.second], &x_in_first)) {
@@ -324,6 +394,7 @@ void Mapper::cull_keyframes(KeyframeId newest) {
     const std::vector<KeyframeId> nearest = neighbors(id, 1);
     if (nearest.empty()) continue;
     map_.remove_keyframe(id, nearest[0]);
+    left_out_.erase(id);
     cull_observations(seen);
   }
 }

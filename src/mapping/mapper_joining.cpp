@@ -39,6 +39,7 @@ void Mapper::keep_present() {
   if (map_.keyframes().empty()) return;
   kept_[map_id_] = {std::move(map_), std::move(places_)};
   map_ = Map();
+  left_out_.clear();
 }
 
 bool Mapper::resume(std::uint32_t map_id, bool keep_this, std::uint32_t epoch) {
@@ -53,6 +54,7 @@ bool Mapper::resume(std::uint32_t map_id, bool keep_this, std::uint32_t epoch) {
   kept_.erase(kept);
   if (keep_this) keep_present();
   map_ = std::move(resumed.map);
+  left_out_.clear();
   places_ = std::move(resumed.places);
   map_id_ = map_id;
   epoch_ = epoch;
@@ -115,6 +117,7 @@ bool Mapper::join(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
       joined.add_observation(landmark, tie.keyframe + added.keyframes, feature);
     }
   }
+  left_out_.clear();  // of ids that are no longer
   Map apart = std::exchange(map_, std::move(joined));
   adjust_seam(seam);
   if (points_across(map_, added.keyframes) < options_.min_inliers) {

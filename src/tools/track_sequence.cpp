@@ -374,7 +374,7 @@ void write_report(const std::string& path, const RecordingResult& result, const 
   const MapStatistics statistics = map_statistics(map);
   nlohmann::ordered_json json = {
       {"tracked", result.tracked},
-      {"confirmed", result.tracked && !result.unconfirmed},
+      {"confirmed", result.tracked && !result.unconfirmed && result.rigidity.is_rigid},
       {"reason", result.unconfirmed ? "two views only: unconfirmed" : result.reason},
       {"frames_total", result.frames_total},
       {"frames_posed", result.trajectory.size()},

@@ -233,6 +233,24 @@ void Bootstrapper::separate_newest() {
   match_to_reference(&newest);
 }
 
+// Which of the reference's features at least two images between it and the newest show elsewhere (one may be
+// a wrong match).
+std::vector<char> Bootstrapper::moved_between() const {
+  const double far = options_.bootstrap.min_parallax_px;
+  const std::vector<Feature>& from = candidates_.front().frame.image->set.features;
+  std::vector<int> moved(from.size(), 0);
+  for (std::size_t c = 1; c + 1 < candidates_.size(); ++c) {
+    const std::vector<Feature>& to = candidates_[c].frame.image->set.features;
+    for (std::size_t f = 0; f < from.size(); ++f) {
+      const int matched = candidates_[c].feature_of_reference[f];
+      moved[f] += matched >= 0 && (to[matched].pixel - from[f].pixel).norm() > far;
+    }
+  }
+  std::vector<char> flags;
+  for (const int images : moved) flags.push_back(images >= 2);
+  return flags;
+}
+
 // Looks for an object that moves before a still background, and leaves the background's features out once it
 // is certain that there is one. False when no map can be made of this frame; the report says why.
 bool Bootstrapper::separate_motions(BootstrapReport* report) {
@@ -245,7 +263,7 @@ bool Bootstrapper::separate_motions(BootstrapReport* report) {
   }
   const TwoMotions motions =
       find_two_motions(*candidates_.front().frame.image, *newest.frame.image, newest.feature_of_reference,
-                       camera_.focal(), camera_.width(), options_);
+                       moved_between(), camera_.focal(), camera_.width(), options_);
   const int still = static_cast<int>(motions.still.size());
   const int moved = static_cast<int>(motions.moved_of_first.size());
   camera_is_still_ = still > kStillCamera * motions.matches;

@@ -1,6 +1,7 @@
 #include "object_finder.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/segmentation/mask_cleaning.h"
@@ -55,25 +56,38 @@ void ObjectFinder::start(const BootstrapReport& bootstrap, const Frame& frame,
                          const ResectionReport& resection) {
   motion_mask_.start(object_pixels(frame, resection), bootstrap.still_background,
                      static_cast<int>(frame.index - bootstrap.reference_index), bootstrap.moved_px);
-  motion_pose_ = resection.camera_from_map;
+  visited_ = {resection.camera_from_map};
 }
 
-// Tells the mask where the object was found, and how far it has gone. Noise of the poses is no movement: it
-// counts from two pixels on.
-void ObjectFinder::follow(const Frame& frame, const TrackingMap& map, const ResectionReport& resection) {
-  constexpr double kLeastMove = 2;  // px
-  if (!motion_mask_.is_started()) return;
+// Median distance between where the landmarks are seen now and where they were at another pose; px.
+double ObjectFinder::moved_since(const Rigid3& camera_from_map, const Frame& frame, const TrackingMap& map,
+                                 const ResectionReport& resection) const {
   std::vector<double> moved;
   for (const FrameObservation& o : resection.observations) {
     const auto landmark = map.landmarks.find(o.landmark);
     Eigen::Vector2d before;
-    if (landmark == map.landmarks.end() || !camera_.project(motion_pose_ * landmark->second, &before))
+    if (landmark == map.landmarks.end() || !camera_.project(camera_from_map * landmark->second, &before))
       continue;
     moved.push_back((frame.image->set.features[o.feature].pixel.cast<double>() - before).norm());
   }
-  const double median_moved = median(std::move(moved));
-  if (median_moved >= kLeastMove) motion_pose_ = resection.camera_from_map;
-  motion_mask_.observe(object_pixels(frame, resection), median_moved >= kLeastMove ? median_moved : 0);
+  return median(std::move(moved));
+}
+
+// Tells the mask where the object was found, and how far it has gone. Noise of the poses is no movement: it
+// counts from two pixels on. Nor is what brings the object back to where it was, as a head does that nods:
+// its texture is there again as if it had never gone.
+void ObjectFinder::follow(const Frame& frame, const TrackingMap& map, const ResectionReport& resection) {
+  constexpr double kLeastMove = 2;          // px
+  constexpr std::size_t kMostVisited = 50;  // as many poses back, the background has been learnt
+  if (!motion_mask_.is_started()) return;
+  double moved = std::numeric_limits<double>::max();
+  for (const Rigid3& visited : visited_) {
+    moved = std::min(moved, moved_since(visited, frame, map, resection));
+  }
+  const bool is_new = moved >= kLeastMove;
+  if (is_new) visited_.push_back(resection.camera_from_map);
+  if (visited_.size() > kMostVisited) visited_.erase(visited_.begin());
+  motion_mask_.observe(object_pixels(frame, resection), is_new ? moved : 0);
 }
 
 // Where features may be; empty: anywhere.

@@ -39,13 +39,15 @@ class ObjectFinder {
   void reset() { motion_mask_.reset(); }
 
  private:
+  double moved_since(const Rigid3& camera_from_map, const Frame& frame, const TrackingMap& map,
+                     const ResectionReport& resection) const;
   bool looks_for_motion(const cv::Mat& given) const;
 
   SegmentationOptions options_;
   CameraModel camera_;
   Segmenter segmenter_;
   MotionMask motion_mask_;
-  Rigid3 motion_pose_;  // camera_from_map from which the object's movement is counted
+  std::vector<Rigid3> visited_;  // camera_from_map, where the object was seen anew; not empty once started
 };
 
 }  // namespace mono_pose_tracker

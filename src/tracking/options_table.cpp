@@ -160,6 +160,7 @@ std::vector<OptionEntry> option_table(TrackerOptions* o) {
        0,
        0,
        {"auto", "none", "mask", "background", "threshold", "chroma", "motion"}},
+      {"segmentation/body", &o->segmentation.body, 0, 0, {"largest", "turning"}},
       {"segmentation/background_image", &o->segmentation.background_image, 0, 0, {}},
       {"segmentation/learning_frames", &o->segmentation.learning_frames, 1, 1e6, {}},
       {"segmentation/background_sigmas", &o->segmentation.background_sigmas, 1, 100, {}},

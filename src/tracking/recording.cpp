@@ -1,6 +1,7 @@
 #include "mono_pose_tracker/tracking/recording.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <optional>
 #include <set>
 #include <utility>
@@ -151,6 +152,20 @@ std::set<std::int64_t> posed_frames(const Tracker& tracker) {
   return posed;
 }
 
+// Whether the finished map, the largest of them, is of one rigid body.
+void check_map(int image_width, RecordingResult* result) {
+  if (result->maps.empty()) return;
+  result->rigidity = check_rigidity(result->maps.front().map, image_width);
+  if (result->rigidity.is_rigid) return;
+  char text[320];
+  std::snprintf(text, sizeof text,
+                "more than one motion is in the map: from image %ld on, the poses that its %s landmarks give "
+                "are %.1f px apart; give masks of the object (--masks), or config/object.yaml",
+                static_cast<long>(result->rigidity.frame_index), result->rigidity.parts.c_str(),
+                result->rigidity.disagreement_px);
+  result->warnings.push_back(text);
+}
+
 void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tracker* tracker,
                    RecordingResult* result) {
   std::set<std::int64_t> posed = posed_frames(*tracker);
@@ -187,8 +202,10 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   StampCheck stamps;
   Reader reader(
       recording, *tracker, [](std::int64_t) { return true; }, &result.problems);
+  int image_width = 0;
   while (reader.next()) {
     const FrameReport report = tracker->process(reader.image().stamp_ns, reader.prepared(), reader.mask());
+    image_width = reader.image().image.cols;
     result.names[reader.index()] = reader.image().name;
     stamps.add(reader.image());
     ++result.frames_total;
@@ -226,6 +243,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   }
   pose_the_rest(recording, observer, tracker, &result);
   result.maps = tracker->maps();
+  check_map(image_width, &result);
   result.trajectory = tracker->trajectory();
   warn_of_parts(&result);
   return result;

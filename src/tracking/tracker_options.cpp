@@ -28,7 +28,13 @@ RansacOptions TrackerOptions::ransac(double focal_px) const {
 }
 
 MapperOptions TrackerOptions::mapper(double focal_px) const {
-  MapperOptions mapper{mapping, scale, matching, bundle, ransac(focal_px), resection.min_inliers};
+  MapperOptions mapper{mapping,
+                       scale,
+                       matching,
+                       bundle,
+                       ransac(focal_px),
+                       resection.min_inliers,
+                       segmentation.body == "turning"};
   if (cancelled) mapper.bundle.cancel = [flag = cancelled] { return flag->load(); };
   return mapper;
 }

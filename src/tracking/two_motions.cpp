@@ -21,6 +21,17 @@ constexpr double kMaxMeanShift = 0.15;
 constexpr int kMinStill = 40;            // features; chance leaves fewer in their place
 constexpr double kMinStillShare = 0.15;  // of all matches: fewer do not disturb a map of the rest
 constexpr double kMinRigid = 0.5;        // share of the moved matches; wrong matches have moved, too
+// A plain wall and a pair of shoulders have few features, and breathe by a pixel. Where so few are in their
+// place, what moved must have moved several times that, and have left a gap behind: seen by a camera that
+// moves, shifts from nothing to the median are all there.
+constexpr double kFewStill = 1.0;      // px at 640 px width or less
+constexpr double kNearlyFewStill = 2;  // px
+constexpr int kMinFewStill = 12;       // features
+constexpr double kMinFewStillShare = 0.08;
+constexpr double kMinFewOfNearly = 0.6;
+constexpr double kMinFewMoved = 6;  // px, median
+// Mean of a dozen shifts of up to a pixel.
+constexpr double kMaxFewMeanShift = 0.5;
 
 double distance2(const cv::Point2f& a, const Eigen::Vector2f& b) {
   const double dx = a.x - b.x(), dy = a.y - b.y();
@@ -35,38 +46,77 @@ double nearest2(const std::vector<cv::Point2f>& places, const Eigen::Vector2f& p
 
 }  // namespace
 
+namespace {
+
+// How far a share of the matches went.
+struct Shifts {
+  std::vector<double> x, y;  // of those nearer than `still`
+  int nearly = 0;            // those nearer than `nearly_still`
+};
+
+Shifts shifts_of(const std::vector<Eigen::Vector2f>& shifts, double still, double nearly_still) {
+  Shifts s;
+  for (const Eigen::Vector2f& shift : shifts) {
+    const double length = shift.norm();
+    s.nearly += length < nearly_still;
+    if (length >= still) continue;
+    s.x.push_back(shift.x());
+    s.y.push_back(shift.y());
+  }
+  return s;
+}
+
+// Many features that stand as still as noise lets them.
+bool are_many_still(const std::vector<Eigen::Vector2f>& shifts, double size) {
+  const Shifts s = shifts_of(shifts, kStill * size, kNearlyStill * size);
+  const auto still = static_cast<double>(s.x.size());
+  return still >= kMinStill && still >= kMinStillShare * static_cast<double>(shifts.size()) &&
+         still >= kMinStillOfNearly * s.nearly &&
+         std::hypot(median(s.x), median(s.y)) <= kMaxMeanShift * size;
+}
+
+// A few that stand nearly still while the others are far away.
+bool are_few_still(const std::vector<Eigen::Vector2f>& shifts, double moved_px, double size) {
+  const Shifts s = shifts_of(shifts, kFewStill * size, kNearlyFewStill * size);
+  const auto still = static_cast<double>(s.x.size());
+  return moved_px >= kMinFewMoved * size && still >= kMinFewStill &&
+         still >= kMinFewStillShare * static_cast<double>(shifts.size()) &&
+         still >= kMinFewOfNearly * s.nearly &&
+         std::hypot(median(s.x), median(s.y)) <= kMaxFewMeanShift * size;
+}
+
+}  // namespace
+
 TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& second,
-                            const std::vector<int>& second_of_first, double focal_px, int image_width,
-                            const TrackerOptions& options) {
+                            const std::vector<int>& second_of_first, const std::vector<char>& has_moved,
+                            double focal_px, int image_width, const TrackerOptions& options) {
   const double size = std::max(1.0, image_width / 640.0);
   TwoMotions motions;
   std::vector<Eigen::Vector3d> bearings1, bearings2;
-  std::vector<double> shift_x, shift_y, moved;
-  int nearly_still = 0;
+  std::vector<Eigen::Vector2f> shifts;
+  std::vector<double> moved;
   for (std::size_t f = 0; f < second_of_first.size(); ++f) {
     if (second_of_first[f] < 0) continue;
     ++motions.matches;
     const int s = second_of_first[f];
-    const Eigen::Vector2f from = first.set.features[f].pixel, to = second.set.features[s].pixel;
-    const double shift = (to - from).norm();
-    nearly_still += shift < kNearlyStill * size;
-    if (shift < kStill * size) {
-      motions.still.emplace_back(to.x(), to.y());
-      shift_x.push_back(to.x() - from.x());
-      shift_y.push_back(to.y() - from.y());
-    } else if (shift >= options.bootstrap.min_parallax_px) {
+    const Eigen::Vector2f to = second.set.features[s].pixel;
+    const Eigen::Vector2f shift = to - first.set.features[f].pixel;
+    const double length = shift.norm();
+    // What came back to its place has not stood there.
+    const bool came_back = !has_moved.empty() && has_moved[f] && length < kNearlyFewStill * size;
+    if (!came_back) shifts.push_back(shift);
+    if (length < kFewStill * size) {
+      if (!came_back) motions.still.emplace_back(to.x(), to.y());
+    } else if (length >= options.bootstrap.min_parallax_px) {
       motions.moved_of_first.push_back(static_cast<int>(f));
-      moved.push_back(shift);
+      moved.push_back(length);
       bearings1.push_back(first.set.bearings[f]);
       bearings2.push_back(second.set.bearings[s]);
     }
   }
   motions.moved_px = median(moved);
-  const int still = static_cast<int>(motions.still.size());
-  if (still < kMinStill || still < kMinStillShare * motions.matches ||
-      still < kMinStillOfNearly * nearly_still ||
-      std::hypot(median(shift_x), median(shift_y)) > kMaxMeanShift * size ||
-      static_cast<int>(moved.size()) < options.bootstrap.min_landmarks) {
+  if (static_cast<int>(moved.size()) < options.bootstrap.min_landmarks ||
+      !(are_many_still(shifts, size) || are_few_still(shifts, motions.moved_px, size))) {
     return motions;
   }
   RelativePoseOptions pose_options;

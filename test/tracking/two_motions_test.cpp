@@ -61,8 +61,8 @@ class TwoMotionsTest : public testing::Test {
          match_descriptors(first.image->set.descriptors, second.image->set.descriptors, MatchOptions())) {
       second_of_first[m.first] = m.second;
     }
-    return find_two_motions(*first.image, *second.image, second_of_first, camera_.focal(), camera_.width(),
-                            TrackerOptions());
+    return find_two_motions(*first.image, *second.image, second_of_first, {}, camera_.focal(),
+                            camera_.width(), TrackerOptions());
   }
 
   Random random_{5};
@@ -79,6 +79,32 @@ TEST_F(TwoMotionsTest, AnObjectThatTurnsBeforeAStillWallIsFound) {
   EXPECT_GT(found.still.size(), 0.9 * wall_features_);
   EXPECT_GT(found.moved_of_first.size(), 40u);
   for (const int f : found.moved_of_first) EXPECT_GE(f, wall_features_);
+}
+
+// A plain wall has few features, and shoulders breathe.
+TEST_F(TwoMotionsTest, AFewFeaturesThatStandNearlyStillAreEnough) {
+  std::vector<Eigen::Vector3d> few;
+  for (int i = 0; i < 20; ++i) few.push_back(wall_.x_in_map[i]);
+  wall_ = SyntheticScene(few, random_);
+  const Frame first = frame(0), second = frame(6 * kDegree, camera_at({0.003, 0, 0}));  // 0.4 px on the wall
+  const TwoMotions found = motions(first, second);
+  EXPECT_TRUE(found.found);
+  EXPECT_GE(found.still.size(), 12u);
+  for (const int f : found.moved_of_first) EXPECT_GE(f, 20);
+}
+
+TEST_F(TwoMotionsTest, WhatWasElsewhereMeanwhileHasNotStoodStill) {
+  const Frame first = frame(0), second = frame(6 * kDegree);
+  std::vector<int> second_of_first(first.image->size(), -1);
+  for (const Match& m :
+       match_descriptors(first.image->set.descriptors, second.image->set.descriptors, MatchOptions())) {
+    second_of_first[m.first] = m.second;
+  }
+  const std::vector<char> all_have_moved(first.image->size(), 1);
+  const TwoMotions found = find_two_motions(*first.image, *second.image, second_of_first, all_have_moved,
+                                            camera_.focal(), camera_.width(), TrackerOptions());
+  EXPECT_FALSE(found.found);
+  EXPECT_TRUE(found.still.empty());
 }
 
 TEST_F(TwoMotionsTest, ACameraThatStandsStillSeesNone) { EXPECT_FALSE(motions(frame(0), frame(0)).found); }

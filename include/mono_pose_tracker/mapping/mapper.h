@@ -68,6 +68,9 @@ class Mapper {
   void adjust_seam(const std::vector<KeyframeId>& seam);
   void bring_up_to_date(KeyframeCandidate* candidate) const;
   std::vector<LandmarkId> unseen_landmarks(KeyframeId id) const;
+  void separate_motions(KeyframeId id);
+  void leave_out(KeyframeId id, const std::vector<char>& features);
+  bool is_left_out(KeyframeId id, int feature) const;
   void create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& neighbors);
   void fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks);
   void adjust_window(KeyframeId newest, int waiting);
@@ -80,6 +83,7 @@ class Mapper {
   MapperOptions options_;
   CameraModel camera_;
   Map map_;
+  std::map<KeyframeId, std::vector<char>> left_out_;  // features of another motion, where there are some
   std::uint32_t epoch_ = 0;
   std::uint64_t revision_ = 0;
   std::uint32_t map_id_ = 0;               // the epoch that it began in, and 1

@@ -41,8 +41,9 @@ struct MapperOptions {
   ScaleOptions scale;
   MatchOptions matching;
   BundleOptions bundle;
-  RansacOptions ransac;  // threshold in radians
-  int min_inliers = 15;  // of a pose that ties two keyframes
+  RansacOptions ransac;            // threshold in radians
+  int min_inliers = 15;            // of a pose that ties two keyframes
+  bool separates_motions = false;  // leaves out what moves otherwise than the body, all together
 };
 
 }  // namespace mono_pose_tracker

@@ -9,6 +9,10 @@ struct SegmentationOptions {
   // auto: a given mask, else motion where two motions are there, else none.
   std::string method = "auto";  // or none, mask, background, threshold, chroma, motion
 
+  // Of several things that move each as one, the map is of: the one with most matches; or the one that turns
+  // before the camera.
+  std::string body = "largest";  // or turning
+
   std::string background_image;          // background: an image of it; empty: learnt from the first images
   int learning_frames = 30;              // that the background is learnt from, the object being away
   double background_sigmas = 5;          // of a pixel's own noise: what differs by more is not background

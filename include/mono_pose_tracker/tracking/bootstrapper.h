@@ -66,6 +66,7 @@ class Bootstrapper {
   void thin_out();
   std::vector<int> third_views(std::size_t second) const;
   bool separate_motions(BootstrapReport* report);
+  std::vector<char> moved_between() const;
   void begin_separation(const TwoMotions& motions);
   void separate_newest();
   void keep_object(const std::vector<int>& moved_of_reference, Candidate* candidate) const;

@@ -9,6 +9,7 @@
 
 #include "mono_pose_tracker/io/image_source.h"
 #include "mono_pose_tracker/io/mask_folder.h"
+#include "mono_pose_tracker/mapping/rigidity_check.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 
 namespace mono_pose_tracker {
@@ -30,6 +31,7 @@ struct RecordingResult {
   bool unconfirmed = false;  // it rests on two views that no third has confirmed
   std::string reason;
   std::int64_t frames_total = 0;              // images that could be read
+  RigidityReport rigidity;                    // of the finished map
   std::vector<std::string> problems;          // one line for each image skipped or mask missing
   std::vector<std::string> warnings;          // what makes the result doubtful and what to do
   std::map<std::int64_t, std::string> names;  // of the images, by frame index

@@ -18,13 +18,15 @@ struct TwoMotions {
   double moved_px = 0;              // median, of the moved ones
 };
 
-/// Fits the two motions. second_of_first: matched feature of each of the first's, -1 where none. A camera
-/// that moves itself leaves nothing exactly in its place: what is near shifts by little and by more, what is
-/// far by what the hand shakes. Hence found only when many features stand as still as noise lets them, in the
-/// mean as well, and most of those that moved obey one rigid motion.
+/// Fits the two motions. second_of_first: matched feature of each of the first's, -1 where none. has_moved:
+/// flags of the first's features that some image between shows elsewhere (empty: none is known); they are not
+/// still, wherever they are now. A camera that moves itself leaves nothing exactly in its place: what is near
+/// shifts by little and by more, what is far by what the hand shakes. Hence found only when many features
+/// stand as still as noise lets them, in the mean as well, or a few nearly so while the others are several
+/// times as far away and hardly any between; and most of those that moved obey one rigid motion.
 TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& second,
-                            const std::vector<int>& second_of_first, double focal_px, int image_width,
-                            const TrackerOptions& options);
+                            const std::vector<int>& second_of_first, const std::vector<char>& has_moved,
+                            double focal_px, int image_width, const TrackerOptions& options);
 
 /// Which features are the object's: those nearer to a moved place than to a still one. One flag a feature.
 std::vector<char> features_of_object(const ImageFeatures& image, const std::vector<cv::Point2f>& moved,

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <vector>
+
+#include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/mapping/mapper_options.h"
+
+namespace mono_pose_tracker {
+
+/// Which features of two keyframes move as one with each other, but not with the body that the map is of: a
+/// background behind an object that turns before a camera in the hand, the shoulders below a head. One flag a
+/// feature; both empty when there is no such motion.
+struct SecondMotion {
+  std::vector<char> of_first, of_second;
+};
+
+/// The matches that contradict the keyframes' poses must agree on one rigid motion of their own, which chance
+/// does not bring about: wrong matches agree on none. (A background that stands still behind a body that
+/// turns about an upright axis hardly contradicts it in two views: that is for find_two_motions.) What obeys
+/// both motions (it does by chance along an epipolar line) goes with the nearest features that obey one of
+/// them only.
+SecondMotion find_second_motion(const Keyframe& first, const Keyframe& second, const MatchOptions& matching,
+                                const RansacOptions& ransac);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,126 @@
+#include "mono_pose_tracker/mapping/depth_reversal.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/optimization/map_adjustment.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// A reversed map is flat or deep at will: what the right one's turns are of its own, bundle adjustment finds
+// from within a factor of two.
+constexpr std::array<double, 3> kStretches = {1, 2.5, 6};
+constexpr double kMaxTilt = 1.4;  // rad: beyond, an object is not seen from the same side
+constexpr double kNarrow = 0.15;  // rad
+constexpr double kOutlier = 2.5;  // sigmas, at which an observation's cost is capped
+constexpr int kTrialIterations = 8, kIterations = 25;
+
+Eigen::Vector3d middle_in(const Map& map, const Rigid3& camera_from_map) {
+  std::vector<double> axis[3];
+  for (const auto& entry : map.landmarks()) {
+    const Eigen::Vector3d x = camera_from_map * entry.second.x_in_map;
+    for (int i = 0; i < 3; ++i) axis[i].push_back(x[i]);
+  }
+  return {median(std::move(axis[0])), median(std::move(axis[1])), median(std::move(axis[2]))};
+}
+
+// Takes the direction to the z axis.
+Eigen::Matrix3d aligned(const Eigen::Vector3d& direction) {
+  return Eigen::Quaterniond::FromTwoVectors(direction, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+}
+
+Eigen::Matrix3d about(double angle, const Eigen::Vector3d& axis) {
+  return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+}
+
+// Turns about the line of sight stay; the tilt of it goes the other way, `stretch` times as far.
+Eigen::Matrix3d reversed(const Eigen::Matrix3d& turn, double stretch) {
+  const double tilt = std::acos(std::clamp(turn(2, 2), -1.0, 1.0));
+  if (tilt < 1e-5) return turn;  // without a direction, but for rounding
+  const double after = std::atan2(turn(1, 2), turn(0, 2)), before = std::atan2(turn(2, 1), -turn(2, 0));
+  const double other = std::min(stretch * tilt, std::max(tilt, kMaxTilt));
+  return about(after, Eigen::Vector3d::UnitZ()) * about(-other, Eigen::Vector3d::UnitY()) *
+         about(before, Eigen::Vector3d::UnitZ());
+}
+
+double cost_of(const Map& map) {
+  double cost = 0;
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
+      const Landmark* landmark = map.landmark(keyframe.landmark_of_feature[f]);
+      if (!landmark) continue;
+      const double error =
+          weighted_error(*keyframe.image, static_cast<int>(f), keyframe.camera_from_map * landmark->x_in_map);
+      cost += std::min(error * error, kOutlier * kOutlier);
+    }
+  }
+  return cost;
+}
+
+}  // namespace
+
+void reverse_depth(double stretch, Map* map) {
+  if (map->keyframes().empty()) return;
+  const Rigid3 first_from_map = map->keyframes().begin()->second.camera_from_map;
+  const Eigen::Vector3d middle = middle_in(*map, first_from_map);
+  const Eigen::Vector3d sight = middle.normalized();
+  const Eigen::Matrix3d align_first = aligned(sight);
+  for (const LandmarkId l : map->landmark_ids()) {
+    const Eigen::Vector3d off = first_from_map * map->landmark(l)->x_in_map - middle;
+    const Eigen::Vector3d reversed_off = off - (1 + 1 / stretch) * sight.dot(off) * sight;
+    map->set_position(l, first_from_map.inverse() * (middle + reversed_off));
+  }
+  std::vector<std::pair<KeyframeId, Rigid3>> poses;
+  for (const auto& [id, keyframe] : map->keyframes()) {
+    const Rigid3 from_first = keyframe.camera_from_map * first_from_map.inverse();
+    const Eigen::Vector3d middle_here = from_first * middle;
+    const Eigen::Matrix3d align_here = aligned(middle_here.normalized());
+    const Eigen::Matrix3d turn = align_here * from_first.rotation_matrix() * align_first.transpose();
+    const Eigen::Matrix3d rotation = align_here.transpose() * reversed(turn, stretch) * align_first;
+    poses.emplace_back(id, Rigid3(rotation, middle_here - rotation * middle) * first_from_map);
+  }
+  for (const auto& [id, pose] : poses) map->set_pose(id, pose);
+}
+
+bool is_narrow(const Map& map) {
+  double sum = 0;
+  int count = 0;
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    const Eigen::Vector3d middle = middle_in(map, keyframe.camera_from_map).normalized();
+    for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
+      if (keyframe.landmark_of_feature[f] == kNoLandmark) continue;
+      sum += (keyframe.image->set.bearings[f] - middle).squaredNorm();
+      ++count;
+    }
+  }
+  return count > 0 && std::sqrt(sum / count) < kNarrow;
+}
+
+bool correct_depth_reversal(const BundleOptions& bundle, double min_evidence, Map* map) {
+  BundleOptions trial = bundle;
+  trial.max_iterations = kTrialIterations;
+  Map best;
+  double best_cost = -1;
+  for (const double stretch : kStretches) {
+    Map rival = *map;
+    reverse_depth(stretch, &rival);
+    adjust_map(trial, &rival);
+    const double cost = cost_of(rival);
+    if (best_cost >= 0 && cost >= best_cost) continue;
+    best_cost = cost;
+    best = std::move(rival);
+  }
+  trial.max_iterations = kIterations;
+  adjust_map(trial, &best);
+  if (cost_of(best) * (1 + min_evidence) >= cost_of(*map)) return false;
+  *map = std::move(best);
+  return true;
+}
+
+}  // namespace mono_pose_tracker

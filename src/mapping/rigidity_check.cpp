@@ -1,0 +1,199 @@
+#include "mono_pose_tracker/mapping/rigidity_check.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/robust/motion_refinement.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Chi-squared, 6 degrees of freedom: its median, and what it exceeds with p = 1e-3.
+constexpr double kMedianChi2 = 5.35, kChi2 = 22.46;
+
+constexpr int kSplits = 3;
+constexpr std::array<const char*, kSplits> kNames = {"left and right", "near and far", "middle and rim"};
+
+// What a keyframe sees of the map; units of bearings and sigmas: rad.
+struct Sight {
+  std::vector<Eigen::Vector3d> bearings, points;
+  std::vector<double> sigmas;
+  std::vector<double> px_per_rad;
+
+  int size() const { return static_cast<int>(points.size()); }
+};
+
+struct Part {
+  Rigid3 camera_from_map;
+  Eigen::Matrix<double, 6, 6> covariance;
+};
+
+struct Comparison {
+  bool is_known = false;
+  double mahalanobis2 = 0;
+  double px = 0;
+};
+
+Sight sight_of(const Map& map, const Keyframe& keyframe) {
+  Sight sight;
+  for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
+    const Landmark* landmark = map.landmark(keyframe.landmark_of_feature[f]);
+    // Two views can't contradict each other along the epipolar line.
+    if (!landmark || landmark->observations.size() < 3) continue;
+    const double px_per_rad = keyframe.image->pixel_from_bearing[f].norm() / std::sqrt(2.0);
+    sight.bearings.push_back(keyframe.image->set.bearings[f]);
+    sight.points.push_back(landmark->x_in_map);
+    sight.px_per_rad.push_back(px_per_rad);
+    sight.sigmas.push_back(keyframe.image->sigma_px[f] / px_per_rad);
+  }
+  return sight;
+}
+
+// Flags of the first part: what a landmark's value is below the median of.
+std::vector<char> below_median(const std::vector<double>& values) {
+  const double middle = median(values);
+  std::vector<char> flags;
+  for (const double v : values) flags.push_back(v < middle);
+  return flags;
+}
+
+std::vector<char> split(const Sight& sight, const Rigid3& camera_from_map, int kind) {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& b : sight.bearings) middle += b / sight.size();
+  std::vector<double> values;
+  for (int i = 0; i < sight.size(); ++i) {
+    values.push_back(kind == 0   ? sight.bearings[i].x()
+                     : kind == 1 ? (camera_from_map * sight.points[i]).norm()
+                                 : (sight.bearings[i] - middle).norm());
+  }
+  return below_median(values);
+}
+
+bool pose_of(const Sight& sight, const std::vector<char>& flags, bool first, const Rigid3& start,
+             Part* part) {
+  Sight own;
+  for (int i = 0; i < sight.size(); ++i) {
+    if ((flags[i] != 0) != first) continue;
+    own.bearings.push_back(sight.bearings[i]);
+    own.points.push_back(sight.points[i]);
+    own.sigmas.push_back(sight.sigmas[i]);
+  }
+  const MotionRefinementReport refined =
+      refine_absolute_pose(own.bearings, own.points, own.sigmas, start, MotionRefinementOptions());
+  if (!refined.converged) return false;
+  part->camera_from_map = refined.camera_from_map;
+  part->covariance = refined.covariance;
+  return true;
+}
+
+// x' = exp(w) x + v of b after a; order v, w.
+Eigen::Matrix<double, 6, 1> difference(const Rigid3& a, const Rigid3& b) {
+  const Rigid3 b_from_a = b * a.inverse();
+  const Eigen::AngleAxisd turn(b_from_a.rotation);
+  Eigen::Matrix<double, 6, 1> d;
+  d << b_from_a.translation, turn.angle() * turn.axis();
+  return d;
+}
+
+double median_px(const Sight& sight, const Rigid3& a, const Rigid3& b) {
+  std::vector<double> px;
+  for (int i = 0; i < sight.size(); ++i) {
+    const Eigen::Vector3d from_a = (a * sight.points[i]).normalized(),
+                          from_b = (b * sight.points[i]).normalized();
+    px.push_back(sight.px_per_rad[i] * (from_a - from_b).norm());
+  }
+  return median(std::move(px));
+}
+
+Comparison compare(const Sight& sight, const std::vector<char>& flags, const Rigid3& camera_from_map,
+                   int min_landmarks) {
+  Comparison comparison;
+  const auto first = std::count(flags.begin(), flags.end(), 1);
+  if (first < min_landmarks || sight.size() - first < min_landmarks) return comparison;
+  Part a, b;
+  if (!pose_of(sight, flags, true, camera_from_map, &a) || !pose_of(sight, flags, false, camera_from_map, &b))
+    return comparison;
+  const Eigen::Matrix<double, 6, 1> d = difference(a.camera_from_map, b.camera_from_map);
+  comparison.is_known = true;
+  comparison.mahalanobis2 = d.dot((a.covariance + b.covariance).ldlt().solve(d));
+  comparison.px = median_px(sight, a.camera_from_map, b.camera_from_map);
+  return comparison;
+}
+
+// What the keyframe's parts say, and two parts of every other landmark.
+struct Witness {
+  std::int64_t frame_index = 0;
+  std::array<Comparison, kSplits> splits;
+  Comparison mixed;
+};
+
+Witness hear(const Map& map, const Keyframe& keyframe, int min_landmarks) {
+  Witness witness;
+  witness.frame_index = keyframe.frame_index;
+  const Sight sight = sight_of(map, keyframe);
+  if (sight.size() < 2 * min_landmarks) return witness;
+  for (int kind = 0; kind < kSplits; ++kind) {
+    witness.splits[kind] =
+        compare(sight, split(sight, keyframe.camera_from_map, kind), keyframe.camera_from_map, min_landmarks);
+  }
+  std::vector<char> every_other;
+  for (int i = 0; i < sight.size(); ++i) every_other.push_back(i % 2);
+  witness.mixed = compare(sight, every_other, keyframe.camera_from_map, min_landmarks);
+  return witness;
+}
+
+// By how much the covariances are too small, in variance: at least 1.
+double covariance_factor(const std::vector<Witness>& witnesses) {
+  std::vector<double> mixed;
+  for (const Witness& w : witnesses) {
+    if (w.mixed.is_known) mixed.push_back(w.mixed.mahalanobis2);
+  }
+  return std::max(1.0, median(std::move(mixed)) / kMedianChi2);
+}
+
+}  // namespace
+
+RigidityReport check_rigidity(const Map& map, int image_width, const RigidityOptions& options) {
+  std::vector<Witness> witnesses;
+  for (const auto& entry : map.keyframes()) {
+    Witness witness = hear(map, entry.second, options.min_landmarks);
+    if (witness.mixed.is_known) witnesses.push_back(std::move(witness));
+  }
+  RigidityReport report;
+  report.keyframes = static_cast<int>(witnesses.size());
+  if (report.keyframes < options.min_keyframes) return report;
+  const double factor = covariance_factor(witnesses);
+  const double least_px = options.min_disagreement_px * std::max(1.0, image_width / 640.0);
+  const std::size_t stretch = std::min<std::size_t>(options.stretch, witnesses.size());
+  double worst = 0;
+  for (int kind = 0; kind < kSplits; ++kind) {
+    for (std::size_t begin = 0; begin + stretch <= witnesses.size(); ++begin) {
+      std::vector<double> distances, px;
+      for (std::size_t i = begin; i < begin + stretch; ++i) {
+        const Comparison& c = witnesses[i].splits[kind];
+        if (!c.is_known) continue;
+        distances.push_back(c.mahalanobis2 / factor);
+        px.push_back(c.px);
+      }
+      if (2 * distances.size() < stretch) continue;
+      const double distance = median(std::move(distances)), apart = median(std::move(px));
+      // The lesser of the two, each in units of what is too much.
+      const double excess = std::min(distance / kChi2, apart / least_px);
+      if (excess <= worst) continue;
+      worst = excess;
+      report.is_rigid = excess < 1;
+      report.parts = kNames[kind];
+      report.mahalanobis2 = distance;
+      report.disagreement_px = apart;
+      report.frame_index = witnesses[begin].frame_index;
+    }
+  }
+  return report;
+}
+
+}  // namespace mono_pose_tracker

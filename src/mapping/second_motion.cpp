@@ -1,0 +1,112 @@
+#include "mono_pose_tracker/mapping/second_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "mono_pose_tracker/features/matching.h"
+#include "mono_pose_tracker/geometry/essential.h"
+#include "mono_pose_tracker/robust/relative_pose.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// A match contradicts a motion beyond twice RANSAC's threshold: up to there it may be noise of a pose.
+constexpr double kContradicts = 2;
+// Fewer matches than this agree on a motion by chance: of n wrong ones each does with a probability of a few
+// per cent (the threshold over half the image's height), and five are fitted.
+constexpr int kMinMembers = 15;
+// Of the matches that contradict the body. Wrong matches and what moves by itself are among them as well.
+constexpr double kMinShare = 0.4;
+// Nearest features of known motion that decide for those that obey both.
+constexpr int kVoters = 5;
+
+enum class Motion { kNeither, kBody, kOther, kBoth };
+
+// Sampson error, or what is behind a camera: it contradicts as well.
+bool obeys(const Rigid3& second_from_first, const Eigen::Matrix3d& essential, const Eigen::Vector3d& bearing1,
+           const Eigen::Vector3d& bearing2, double limit) {
+  return std::abs(sampson_error(essential, bearing1, bearing2)) < limit &&
+         is_in_front(second_from_first, bearing1, bearing2);
+}
+
+std::vector<char> agree_with(const std::vector<Match>& matches, const FeatureSet& first,
+                             const FeatureSet& second, const Rigid3& second_from_first, double limit) {
+  const Eigen::Matrix3d essential = essential_matrix(second_from_first);
+  std::vector<char> agree;
+  for (const Match& m : matches) {
+    agree.push_back(
+        obeys(second_from_first, essential, first.bearings[m.first], second.bearings[m.second], limit));
+  }
+  return agree;
+}
+
+// The motion of those that contradict the body; none when they don't agree on one.
+RelativePoseReport fit_the_rest(const std::vector<Match>& matches, const std::vector<char>& of_body,
+                                const FeatureSet& first, const FeatureSet& second,
+                                const RansacOptions& ransac) {
+  std::vector<Eigen::Vector3d> bearings1, bearings2;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (of_body[i]) continue;
+    bearings1.push_back(first.bearings[matches[i].first]);
+    bearings2.push_back(second.bearings[matches[i].second]);
+  }
+  if (static_cast<int>(bearings1.size()) < kMinMembers) return {};
+  RelativePoseOptions options;
+  options.ransac = ransac;
+  RelativePoseReport report = estimate_relative_pose(bearings1, bearings2, options);
+  if (!report.success) return report;
+  const int members = report.hypotheses[0].num_inliers;
+  report.success = members >= kMinMembers && members >= kMinShare * static_cast<double>(bearings1.size());
+  return report;
+}
+
+// Whether most of the nearest features of known motion are the second motion's.
+bool is_among_others(const std::vector<Match>& matches, const std::vector<Motion>& motions,
+                     const std::vector<Feature>& features, const Eigen::Vector2f& pixel) {
+  std::vector<std::pair<float, bool>> known;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (motions[i] != Motion::kBody && motions[i] != Motion::kOther) continue;
+    known.emplace_back((features[matches[i].second].pixel - pixel).squaredNorm(),
+                       motions[i] == Motion::kOther);
+  }
+  const std::size_t voters = std::min<std::size_t>(kVoters, known.size());
+  std::partial_sort(known.begin(), known.begin() + static_cast<std::ptrdiff_t>(voters), known.end());
+  const auto others = std::count_if(known.begin(), known.begin() + static_cast<std::ptrdiff_t>(voters),
+                                    [](const auto& k) { return k.second; });
+  return 2 * static_cast<std::size_t>(others) > voters;
+}
+
+}  // namespace
+
+SecondMotion find_second_motion(const Keyframe& first, const Keyframe& second, const MatchOptions& matching,
+                                const RansacOptions& ransac) {
+  const FeatureSet &set1 = first.image->set, &set2 = second.image->set;
+  const std::vector<Match> matches = match_descriptors(set1.descriptors, set2.descriptors, matching);
+  const double limit = kContradicts * ransac.threshold;
+  const Rigid3 second_from_first = second.camera_from_map * first.camera_from_map.inverse();
+  const std::vector<char> of_body = agree_with(matches, set1, set2, second_from_first, limit);
+  const RelativePoseReport rest = fit_the_rest(matches, of_body, set1, set2, ransac);
+  if (!rest.success) return {};
+  const std::vector<char> of_other =
+      agree_with(matches, set1, set2, rest.hypotheses[0].second_from_first, limit);
+  std::vector<Motion> motions;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    motions.push_back(of_body[i] ? (of_other[i] ? Motion::kBoth : Motion::kBody)
+                                 : (of_other[i] ? Motion::kOther : Motion::kNeither));
+  }
+  SecondMotion found;
+  found.of_first.assign(set1.features.size(), 0);
+  found.of_second.assign(set2.features.size(), 0);
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    const bool is_other =
+        motions[i] == Motion::kOther ||
+        (motions[i] == Motion::kBoth &&
+         is_among_others(matches, motions, set2.features, set2.features[matches[i].second].pixel));
+    found.of_first[matches[i].first] = found.of_second[matches[i].second] = is_other;
+  }
+  return found;
+}
+
+}  // namespace mono_pose_tracker

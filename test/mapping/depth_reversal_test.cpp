@@ -1,0 +1,92 @@
+#include "mono_pose_tracker/mapping/depth_reversal.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/synthetic_views.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+constexpr int kKeyframes = 8;
+constexpr double kStep = 4 * kDegree;  // the object turns, from one keyframe to the next
+
+// A head of half a unit that turns 6 units away.
+Map head_map(double noise_px) {
+  Random random(3);
+  const CameraModel camera = synthetic_camera();
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 150; ++i) {
+    const double azimuth = random.uniform(-1.3, 1.3), height = random.uniform(-0.6, 0.6);
+    points.emplace_back(0.5 * std::sin(azimuth), height, -0.5 * std::cos(azimuth));
+  }
+  const SyntheticScene scene(points, random);
+  Map map;
+  std::vector<LandmarkId> ids;
+  for (const Eigen::Vector3d& x : points) ids.push_back(map.add_landmark(x));
+  for (int k = 0; k < kKeyframes; ++k) {
+    const Rigid3 camera_from_map(
+        Eigen::Quaterniond(Eigen::AngleAxisd(k * kStep, Eigen::Vector3d(0.2, 1, 0).normalized())),
+        Eigen::Vector3d(0.02 * k, 0, 6));
+    std::vector<int> point_of;
+    const Frame frame = synthetic_frame(scene, camera, camera_from_map, noise_px, k, random, &point_of);
+    const KeyframeId id = map.add_keyframe(k, k * 100000000, camera_from_map, frame.image);
+    for (std::size_t f = 0; f < point_of.size(); ++f) {
+      map.add_observation(ids[point_of[f]], id, static_cast<int>(f));
+    }
+  }
+  return map;
+}
+
+// Rotation vector from the first to the last keyframe.
+Eigen::Vector3d turned(const Map& map) {
+  const Rigid3 last_from_first = map.keyframes().rbegin()->second.camera_from_map *
+                                 map.keyframes().begin()->second.camera_from_map.inverse();
+  const Eigen::AngleAxisd turn(last_from_first.rotation);
+  return turn.angle() * turn.axis();
+}
+
+TEST(DepthReversal, AReversedMapTurnsTheOtherWayAndLooksNearlyTheSame) {
+  Map map = head_map(0);
+  const Eigen::Vector3d before = turned(map);
+  reverse_depth(1, &map);
+  EXPECT_LT(turned(map).normalized().dot(before.normalized()), -0.9);
+  EXPECT_NEAR(turned(map).norm(), before.norm(), 2 * kDegree);  // it also moves a little
+  double sum2 = 0;
+  int count = 0;
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
+      const Landmark* landmark = map.landmark(keyframe.landmark_of_feature[f]);
+      sum2 += reprojection_error(*keyframe.image, static_cast<int>(f),
+                                 keyframe.camera_from_map * landmark->x_in_map)
+                  .squaredNorm();
+      ++count;
+    }
+  }
+  EXPECT_LT(std::sqrt(sum2 / count), 6);  // of 100 px: perspective
+}
+
+TEST(DepthReversal, AReversedMapIsSetRight) {
+  for (const double stretch : {1.0, 0.4, 0.2}) {  // less than one: too deep, and turns too little
+    Map map = head_map(0.3);
+    const Eigen::Vector3d truth = turned(map);
+    reverse_depth(stretch, &map);
+    BundleOptions bundle;
+    EXPECT_TRUE(correct_depth_reversal(bundle, 0.05, &map)) << stretch;
+    bundle.max_iterations = 50;
+    EXPECT_LT((turned(map) - truth).norm(), 3 * kDegree) << stretch;
+  }
+}
+
+TEST(DepthReversal, ARightMapStaysAsItIs) {
+  Map map = head_map(0.3);
+  const Eigen::Vector3d truth = turned(map);
+  EXPECT_TRUE(is_narrow(map));
+  EXPECT_FALSE(correct_depth_reversal(BundleOptions(), 0.05, &map));
+  EXPECT_EQ(turned(map), truth);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker

@@ -1,0 +1,80 @@
+#include "mono_pose_tracker/mapping/rigidity_check.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/synthetic_views.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+constexpr int kKeyframes = 12, kPoints = 200;
+
+// Keyframes round a box of points. Those right of the middle may have a motion of their own: `own` takes a
+// point to where it is in keyframe k.
+template <typename Motion>
+Map make_map(const Motion& own, double noise_px = 0.5) {
+  Random random(11);
+  const CameraModel camera = synthetic_camera();
+  const SyntheticScene scene = box_scene(kPoints, random);
+  Map map;
+  std::vector<LandmarkId> ids;
+  for (const Eigen::Vector3d& x : scene.x_in_map) ids.push_back(map.add_landmark(x));
+  for (int k = 0; k < kKeyframes; ++k) {
+    const Rigid3 camera_from_map = camera_at({0.06 * k, 0, 0}, -0.5 * k * kDegree);
+    SyntheticScene moved = scene;
+    for (Eigen::Vector3d& x : moved.x_in_map) {
+      if (x.x() > 0.2) x = own(k, x);
+    }
+    std::vector<int> point_of;
+    const Frame frame = synthetic_frame(moved, camera, camera_from_map, noise_px, k, random, &point_of);
+    const KeyframeId id = map.add_keyframe(k, k * 100000000, camera_from_map, frame.image);
+    for (std::size_t f = 0; f < point_of.size(); ++f) {
+      map.add_observation(ids[point_of[f]], id, static_cast<int>(f));
+    }
+  }
+  return map;
+}
+
+Eigen::Vector3d stays(int, const Eigen::Vector3d& x) { return x; }
+
+// Sways by 0.03 of a distance of 4.5: 4 px.
+Eigen::Vector3d sways(int k, const Eigen::Vector3d& x) {
+  return x + Eigen::Vector3d(0, (k % 2 ? 0.03 : -0.03), 0);
+}
+
+TEST(RigidityCheck, OneRigidBodyAgrees) {
+  for (const double noise : {0.2, 0.6, 1.2}) {
+    const RigidityReport report = check_rigidity(make_map(stays, noise), 640);
+    EXPECT_TRUE(report.is_rigid) << noise << " " << report.parts << " " << report.mahalanobis2;
+    EXPECT_EQ(report.keyframes, kKeyframes);
+  }
+}
+
+TEST(RigidityCheck, AHalfThatSwaysContradicts) {
+  const RigidityReport report = check_rigidity(make_map(sways), 640);
+  EXPECT_FALSE(report.is_rigid);
+  EXPECT_EQ(report.parts, "left and right");
+  EXPECT_GT(report.mahalanobis2, 22.46);
+  EXPECT_GT(report.disagreement_px, 1.5);
+}
+
+// What is off by less than a pixel or so is a calibration's.
+TEST(RigidityCheck, AHalfThatIsOffByAFractionOfAPixelDoesNot) {
+  const auto little = [](int k, const Eigen::Vector3d& x) -> Eigen::Vector3d {
+    return x + Eigen::Vector3d(0, (k % 2 ? 0.002 : -0.002), 0);
+  };
+  EXPECT_TRUE(check_rigidity(make_map(little, 0.05), 640).is_rigid);
+}
+
+TEST(RigidityCheck, OfAFewKeyframesNothingCanBeSaid) {
+  Map map;
+  const RigidityReport report = check_rigidity(map, 640);
+  EXPECT_TRUE(report.is_rigid);
+  EXPECT_EQ(report.keyframes, 0);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker

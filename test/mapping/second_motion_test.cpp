@@ -1,0 +1,93 @@
+#include "mono_pose_tracker/mapping/second_motion.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/synthetic_views.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+constexpr double kNoise = 0.3;  // px
+
+std::vector<Eigen::Vector3d> box(int points, const Eigen::Vector3d& low, const Eigen::Vector3d& high,
+                                 Random& random) {
+  std::vector<Eigen::Vector3d> x;
+  for (int i = 0; i < points; ++i) {
+    x.emplace_back(random.uniform(low.x(), high.x()), random.uniform(low.y(), high.y()),
+                   random.uniform(low.z(), high.z()));
+  }
+  return x;
+}
+
+// A body 3 units away that turns, before a table behind it that moves as a camera in the hand makes it.
+class SecondMotionTest : public testing::Test {
+ protected:
+  SecondMotionTest()
+      : body_(box(150, {-0.5, -0.6, -0.5}, {0.5, 0.6, 0.5}, random_), random_),
+        rest_(box(80, {-2, -1.5, 4.5}, {2, 1.5, 6}, random_), random_) {}
+
+  // The first features are the body's; the keyframe's pose is relative to the body.
+  Keyframe keyframe(double yaw, const Rigid3& camera_from_rest) {
+    const Rigid3 camera_from_body(Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY())),
+                                  Eigen::Vector3d(0, 0, 3));
+    const Frame body = synthetic_frame(body_, camera_, camera_from_body, kNoise, 0, random_);
+    const Frame rest = synthetic_frame(rest_, camera_, camera_from_rest, kNoise, 0, random_);
+    FeatureSet both = body.image->set;
+    both.bearings.clear();
+    const FeatureSet& other = rest.image->set;
+    both.features.insert(both.features.end(), other.features.begin(), other.features.end());
+    if (other.size() > 0) cv::vconcat(body.image->set.descriptors, other.descriptors, both.descriptors);
+    body_features_ = body.image->size();
+    Keyframe keyframe;
+    keyframe.camera_from_map = camera_from_body;
+    keyframe.image = make_image_features(
+        std::move(both), cv::Mat(camera_.height(), camera_.width(), CV_8UC1, cv::Scalar(128)), camera_);
+    keyframe.landmark_of_feature.assign(keyframe.image->size(), kNoLandmark);
+    return keyframe;
+  }
+
+  SecondMotion find(const Keyframe& first, const Keyframe& second) const {
+    RansacOptions ransac;
+    ransac.threshold = 2 / camera_.focal();
+    return find_second_motion(first, second, MatchOptions(), ransac);
+  }
+
+  Random random_{7};
+  CameraModel camera_ = synthetic_camera();
+  SyntheticScene body_, rest_;
+  int body_features_ = 0;  // of the last keyframe
+};
+
+TEST_F(SecondMotionTest, ABackgroundBehindACameraInTheHandIsTold) {
+  const Keyframe first = keyframe(0, Rigid3());
+  const Keyframe second = keyframe(5 * kDegree, camera_at({0.15, 0.1, 0.02}, 1 * kDegree));
+  const SecondMotion found = find(first, second);
+  ASSERT_EQ(static_cast<int>(found.of_second.size()), second.image->size());
+  ASSERT_EQ(static_cast<int>(found.of_first.size()), first.image->size());
+  int right = 0, wrong = 0;
+  for (int f = 0; f < second.image->size(); ++f) {
+    (f >= body_features_ ? right : wrong) += found.of_second[f];
+  }
+  EXPECT_GT(right, 0.8 * (second.image->size() - body_features_));
+  EXPECT_LT(wrong, 0.08 * body_features_);  // those amid the background
+}
+
+TEST_F(SecondMotionTest, ThereIsNoneWhereAllIsOneBody) {
+  rest_ = SyntheticScene({}, random_);
+  const Keyframe first = keyframe(0, Rigid3()), second = keyframe(5 * kDegree, Rigid3());
+  EXPECT_TRUE(find(first, second).of_first.empty());
+}
+
+TEST_F(SecondMotionTest, ThingsThatMoveEachItsOwnWayAreNone) {
+  const Keyframe first = keyframe(0, Rigid3());
+  for (Eigen::Vector3d& x : rest_.x_in_map) {
+    x += Eigen::Vector3d(random_.uniform(-0.5, 0.5), random_.uniform(-0.5, 0.5), 0);
+  }
+  EXPECT_TRUE(find(first, keyframe(5 * kDegree, Rigid3())).of_first.empty());
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
