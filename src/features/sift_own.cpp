@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "sift_budget.h"
@@ -27,15 +28,13 @@ class OwnSift : public FeatureExtractor {
   void prepare(const cv::Mat& gray) override {
     check_images(gray, cv::Mat());
     gray_ = gray;
-    const SiftScale scale = choose_sift_scale(options_, gray.size());
-    if (scale != space_.scale()) space_ = ScaleSpace(options_, scale);
-    space_.build(gray);
-    finder_.find(space_, options_.contrast_threshold, &all_extrema_);
-    weak_are_known_ = false;
+    build(choose_sift_scale(options_, gray.size()));
   }
 
   void find(const cv::Mat& mask, FeatureSet* set) override {
     check_images(gray_, mask);
+    const SiftScale scale = scale_for(mask);
+    if (scale != space_.scale()) build(scale);
     set->features.clear();
     set->bearings.clear();
     find_extrema(mask);
@@ -45,6 +44,23 @@ class OwnSift : public FeatureExtractor {
   }
 
  private:
+  void build(const SiftScale& scale) {
+    if (scale != space_.scale()) space_ = ScaleSpace(options_, scale);
+    space_.build(gray_);
+    finder_.find(space_, options_.contrast_threshold, &all_extrema_);
+    weak_are_known_ = false;
+  }
+
+  SiftScale scale_for(const cv::Mat& mask) const {
+    if (!options_.finer_for_small_objects || mask.empty()) return choose_sift_scale(options_, gray_.size());
+    const double object_px = std::sqrt(static_cast<double>(cv::countNonZero(mask)));
+    if (object_px == 0 || object_px >= kSmallObject) return choose_sift_scale(options_, gray_.size());
+    SiftOptions open = options_;
+    open.first_octave.reset();
+    open.sigma.reset();
+    return choose_sift_scale(open, gray_.size(), object_px);
+  }
+
   void find_extrema(const cv::Mat& mask) {
     leave_out_masked(all_extrema_, mask);
     if (static_cast<int>(extrema_.size()) >= options_.min_features) return;

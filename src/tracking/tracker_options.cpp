@@ -44,6 +44,7 @@ TrackerOptions TrackerOptions::for_images(const cv::Size& image, SearchPace pace
   const SiftScale scale = choose_sift_scale(sift, image, kWholeImage, pace);
   options.sift.first_octave = scale.first_octave;
   options.sift.sigma = scale.sigma;
+  options.sift.finer_for_small_objects = !sift.first_octave && !sift.sigma && pace == SearchPace::kRecording;
   if (sift.first_octave) return options;  // whoever chose the octave chose the thresholds with it
   const double pixel = feature_pixel_size(scale);
   options.inlier_threshold_px *= pixel;

@@ -9,6 +9,9 @@
 
 namespace mono_pose_tracker {
 
+/// px: a head of 200 has some 300 features from octave 0, which does not hold a map.
+constexpr double kSmallObject = 256;
+
 /// Of the first octave.
 constexpr int kFinestOctave = -1, kCoarsestOctave = 2;
 
@@ -29,6 +32,8 @@ struct SiftOptions {
   // image and takes 1.6, which is 0.8 px of it; 1.2 without doubling finds nearly as fine features in a third
   // of the time.
   std::optional<float> sigma;
+  // own: a small object (its mask's area below kSmallObject squared) is searched from the finest octave.
+  bool finer_for_small_objects = false;
   bool root_sift = true;   // Arandjelovic and Zisserman (2012): Hellinger distance
   int min_features = 800;  // own: the contrast threshold is lowered (to a quarter at most) below this many
   int num_threads = 1;     // own: the result is the same for any number
