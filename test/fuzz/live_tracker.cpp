@@ -60,7 +60,7 @@ class Session {
       : input_(*input),
         tracker_(
             small_options(), cameras_, masks_, std::chrono::milliseconds(0), [this] { return masked_; },
-            [](const std::string& text) { FUZZ_CHECK(is_one_line(text.c_str())); }) {
+            [](const std::string&, const std::string& text) { FUZZ_CHECK(is_one_line(text.c_str())); }) {
     cameras_.set_message(boost::make_shared<sensor_msgs::CameraInfo>(room().info));
   }
 
