@@ -363,7 +363,8 @@ nlohmann::ordered_json maps_summary(const RecordingResult& result) {
     maps.push_back({{"frames", map.trajectory.size()},
                     {"keyframes", map.map.keyframes().size()},
                     {"points", map.map.landmarks().size()},
-                    {"confirmed", !result.unconfirmed}});
+                    {"weakest_seam_points", map.seam.points},
+                    {"confirmed", map.confirmed}});
   }
   return maps;
 }
@@ -374,11 +375,12 @@ void write_report(const std::string& path, const RecordingResult& result, const 
   const MapStatistics statistics = map_statistics(map);
   nlohmann::ordered_json json = {
       {"tracked", result.tracked},
-      {"confirmed", result.tracked && !result.unconfirmed && result.rigidity.is_rigid},
+      {"confirmed", result.tracked && result.maps.front().confirmed && result.rigidity.is_rigid},
       {"reason", result.unconfirmed ? "two views only: unconfirmed" : result.reason},
       {"frames_total", result.frames_total},
       {"frames_posed", result.trajectory.size()},
       {"frames_posed_live", result.frames_posed_live},
+      {"frames_doubtful", result.frames_doubtful},
       {"keyframes", map.keyframes().size()},
       {"points", map.landmarks().size()},
       {"mean_track_length", statistics.mean_track_length},

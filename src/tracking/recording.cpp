@@ -133,6 +133,16 @@ bool has_folders(const std::map<std::int64_t, std::string>& names) {
                      [](const auto& name) { return name.second.find('/') != std::string::npos; });
 }
 
+void warn_of_seams(RecordingResult* result) {
+  for (const FinishedMap& map : result->maps) {
+    if (map.confirmed || result->unconfirmed) continue;
+    result->warnings.push_back("images from number " + std::to_string(map.seam.frame_index) +
+                               " on are held to those before by " + std::to_string(map.seam.points) +
+                               " points only: their size and place beside these may be wrong; more overlap "
+                               "between the views would tell");
+  }
+}
+
 void warn_of_parts(RecordingResult* result) {
   if (result->maps.size() < 2) return;
   std::size_t apart = 0;
@@ -213,6 +223,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
       result.problems.push_back(reader.image().name + ": " + report.reason_text + ", skipped");
     }
     if (report.map_from_camera) ++result.frames_posed_live;
+    if (report.reason == Reason::kDoubtfulPose) ++result.frames_doubtful;
     if (report.reason != Reason::kOk && report.reason != Reason::kFirstFrame) {
       auto& [count, text] = reasons[report.reason];
       ++count;
@@ -246,6 +257,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   check_map(image_width, &result);
   result.trajectory = tracker->trajectory();
   warn_of_parts(&result);
+  warn_of_seams(&result);
   return result;
 }
 

@@ -185,6 +185,9 @@ void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
                            FrameReport* report) {
   Rigid3 reference_from_map;
   const bool continuous = frames_lost_ == 0 && map.camera_from_map(reference_, &reference_from_map);
+  std::optional<Rigid3> last;
+  if (continuous) last = camera_from_reference_ * reference_from_map;
+  const bool doubtful = is_doubtful(frame, resection, last, report);
   if (continuous) {
     motion_ = resection.camera_from_map * (camera_from_reference_ * reference_from_map).inverse();
   } else {
@@ -199,6 +202,7 @@ void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   object_finder_.follow(frame, map, resection);
   const Overlap overlap = overlap_with(map, reference_, resection, camera_);
   report->median_parallax_deg = overlap.parallax_deg;
+  if (doubtful) return;  // nothing of it comes into the map
   if (!keyframe_policy_.is_due(map, overlap, resection.inliers, worker_.backlog())) return;
   const StageTimer timer(report->stages, "keyframe");
   KeyframeCandidate candidate{frame, reference_, camera_from_reference_, resection.observations,
@@ -215,6 +219,20 @@ void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
     frames_[now->map_id].set(frame.index, {frame.stamp_ns, reference_, camera_from_reference_});
     report->map_from_camera = now->keyframes.at(reference_).camera_from_map.inverse();
   }
+}
+
+// Told, not hidden: the pose is reported with what speaks against it.
+bool Tracker::Impl::is_doubtful(const Frame& frame, const ResectionReport& resection,
+                                const std::optional<Rigid3>& last, FrameReport* report) {
+  if (!last) pose_doubt_.interrupt();
+  std::optional<Rigid3> predicted = last;
+  if (predicted && motion_) predicted = *motion_ * *last;
+  const std::optional<std::string> doubt =
+      pose_doubt_.judge(frame.stamp_ns, resection, predicted, options_.resection.min_inliers);
+  if (!doubt) return false;
+  report->reason = Reason::kDoubtfulPose;
+  report->reason_text = *doubt;
+  return true;
 }
 
 // The keyframe that shares most landmarks with the frame.
@@ -261,6 +279,7 @@ void Tracker::Impl::reset() {
   camera_from_reference_ = Rigid3();
   motion_.reset();
   keyframe_policy_.reset();
+  pose_doubt_.reset();
   frames_lost_ = 0;
   unconfirmed_ = false;
   loaded_ = false;

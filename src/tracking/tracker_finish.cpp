@@ -161,18 +161,27 @@ void Tracker::Impl::pose_anywhere() {
   }
 }
 
+FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
+  FinishedMap map;
+  map.id = view.map_id;
+  map.trajectory = trajectory_in(view, frames_[view.map_id]);
+  map.map = worker_.mapper().map();
+  map.snapshot = snapshot_of(worker_.mapper().tracking_map());
+  map.seam = weakest_seam(map.map);
+  // As many points as a pose needs.
+  map.confirmed = !unconfirmed_ && map.seam.points >= options_.resection.min_inliers;
+  return map;
+}
+
 std::vector<FinishedMap> Tracker::Impl::maps() {
-  std::vector<FinishedMap> maps;
   const TrackingMapPtr present = worker_.latest();
-  if (!present) return maps;
+  if (!present) return {};
+  std::vector<FinishedMap> maps = {finished(*present)};
   Mapper& mapper = worker_.mapper();
-  maps.push_back({present->map_id, trajectory_in(*present, frames_[present->map_id]), mapper.map(),
-                  snapshot_of(present)});
   for (const std::uint32_t id : mapper.kept_maps()) {
     mapper.resume(id, true, epoch_);
     mapper.finish();
-    const TrackingMapPtr view = mapper.tracking_map();
-    maps.push_back({id, trajectory_in(*view, frames_[id]), mapper.map(), snapshot_of(view)});
+    maps.push_back(finished(*mapper.tracking_map()));
   }
   mapper.resume(present->map_id, true, epoch_);
   worker_.publish_mapper();

@@ -16,6 +16,7 @@
 #include "mono_pose_tracker/tracking/resector.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "object_finder.h"
+#include "pose_doubt.h"
 
 namespace mono_pose_tracker {
 
@@ -62,6 +63,7 @@ class Tracker::Impl {
                              const cv::Mat& mask);
   void fill_gaps();
   std::vector<FinishedMap> maps();
+  FinishedMap finished(const TrackingMap& view);
   FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
                            const cv::Mat& mask);
 
@@ -92,6 +94,8 @@ class Tracker::Impl {
   bool fill_gaps_once();
   void pose_anywhere();
   ResectionReport resect_near(const Frame& frame, const TrackingMap& map) const;
+  bool is_doubtful(const Frame& frame, const ResectionReport& resection, const std::optional<Rigid3>& last,
+                   FrameReport* report);
   KeyframeId choose_reference(const TrackingMap& map, const ResectionReport& resection) const;
   void start_map();
   void begin_in(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
@@ -113,6 +117,7 @@ class Tracker::Impl {
   FrameMaker frame_maker_;
   Resector resector_;
   KeyframePolicy keyframe_policy_;
+  PoseDoubt pose_doubt_;
   BootstrapJob bootstrap_job_;
   MappingWorker worker_;  // last: its thread uses what stands before it
 

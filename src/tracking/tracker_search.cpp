@@ -73,6 +73,7 @@ void Tracker::Impl::go_back_to(std::uint32_t map_id, bool keep_present) {
   worker_.resume(map_id, keep_present, ++epoch_);
   present_map_ = map_id;
   keyframe_policy_.reset();
+  pose_doubt_.reset();
 }
 
 // Too little to come back to.
@@ -102,6 +103,7 @@ void Tracker::Impl::bootstrap_beside(const Frame& frame, FrameReport* report) {
   others_[before->map_id] = before;
   worker_.begin_beside(*known->map, ++epoch_);
   keyframe_policy_.reset();
+  pose_doubt_.reset();
   start_map();
   const TrackingMapPtr map = worker_.latest();
   const ResectionReport resection =
@@ -129,6 +131,7 @@ void Tracker::Impl::apply_corrections(const TrackingMap& map) {
       const double scale = correction->length_scale(reference_);
       camera_from_reference_.translation *= scale;
       if (motion_) motion_->translation *= scale;
+      pose_doubt_.rescale(scale);
     }
     if (correction->into_map == correction->of_map) continue;
     frames_[correction->into_map].take(frames_[correction->of_map]);

@@ -38,6 +38,7 @@ struct RecordingResult {
   std::vector<PosedFrame> trajectory;         // after the last optimisation, by index
   std::vector<FinishedMap> maps;              // all that could not be joined; the trajectory is the first's
   std::int64_t frames_posed_live = 0;
+  std::int64_t frames_doubtful = 0;  // of these: DOUBTFUL_POSE
   std::map<std::string, std::vector<double>> stage_ms;
 };
 

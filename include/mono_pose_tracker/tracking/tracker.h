@@ -10,6 +10,7 @@
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/mapping/seam.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 #include "mono_pose_tracker/tracking/prepared_image.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
@@ -22,6 +23,8 @@ struct FinishedMap {
   std::vector<PosedFrame> trajectory;
   Map map;
   std::shared_ptr<const MapSnapshot> snapshot;
+  Seam seam;               // where it hangs together least
+  bool confirmed = false;  // a third view confirmed its beginning, and its seams hold
 };
 
 /// Tracks one camera against the map it builds: bootstraps, resects every frame, hands keyframes to the

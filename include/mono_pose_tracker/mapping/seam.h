@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstdint>
+
+#include "mono_pose_tracker/map/map.h"
+
+namespace mono_pose_tracker {
+
+/// Where a map hangs together least, its keyframes in the order of their frames.
+struct Seam {
+  std::int64_t frame_index = 0;  // the first keyframe's after it
+  int points = 0;                // that hold the two sides together; the largest int where there is no seam
+};
+
+/// Lengths go over from one side to the other by landmarks alone that two keyframes of each side see: what
+/// one sees has no depth there. Where a point is seen from both sides of several seams it counts for each.
+Seam weakest_seam(const Map& map);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,39 @@
+#include "mono_pose_tracker/mapping/seam.h"
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+namespace mono_pose_tracker {
+
+Seam weakest_seam(const Map& map) {
+  std::vector<std::int64_t> frames;  // of the keyframes, in order
+  for (const auto& entry : map.keyframes()) frames.push_back(entry.second.frame_index);
+  std::sort(frames.begin(), frames.end());
+  Seam weakest{0, std::numeric_limits<int>::max()};
+  if (frames.size() < 4) return weakest;
+  // A landmark holds the seams between its second and its last but one keyframe.
+  std::vector<int> change(frames.size() + 1);
+  for (const auto& entry : map.landmarks()) {
+    std::vector<std::int64_t> seen;
+    for (const Observation& o : entry.second.observations) {
+      seen.push_back(map.keyframe(o.keyframe)->frame_index);
+    }
+    if (seen.size() < 4) continue;
+    std::sort(seen.begin(), seen.end());
+    const auto place = [&](std::int64_t frame) {
+      return std::lower_bound(frames.begin(), frames.end(), frame) - frames.begin();
+    };
+    ++change[place(seen[1]) + 1];
+    --change[place(seen[seen.size() - 2]) + 1];
+  }
+  int held = 0;
+  for (std::size_t i = 0; i + 1 < frames.size(); ++i) {
+    held += change[i];
+    // Two keyframes are needed on either side.
+    if (i >= 2 && i + 2 <= frames.size() && held < weakest.points) weakest = {frames[i], held};
+  }
+  return weakest;
+}
+
+}  // namespace mono_pose_tracker

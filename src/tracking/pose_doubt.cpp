@@ -1,0 +1,71 @@
+#include "pose_doubt.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr double kGate = 22.46;   // chi-square of six degrees of freedom, 99.9 %
+constexpr int kLeastLearnt = 15;  // innovations: fewer tell no variance
+// Of the newest innovation in the variance: half a second at 30 Hz.
+constexpr double kWeight = 1.0 / 15;
+// Motion changes by jerks: one innovation raises the variance as if it were three deviations at most, so that
+// a wrong pose does not excuse the next.
+constexpr double kClip = 9;
+// Of the usual share: a pose that is wrong finds half of what it should at the most, the rest being
+// elsewhere; a blurred image, whose pose may be off as well, no more.
+constexpr double kUnexplained = 0.6;
+// An eighth of the cells with anything to see: one corner.
+constexpr double kCorner = 0.125;
+
+double learn(double variance, double squared, int learnt) {
+  const double weight = std::max(kWeight, 1.0 / (learnt + 1));
+  const double clipped = learnt < kLeastLearnt ? squared : std::min(squared, kClip * variance);
+  return (1 - weight) * variance + weight * clipped;
+}
+
+}  // namespace
+
+std::optional<std::string> PoseDoubt::judge(std::int64_t stamp_ns, const ResectionReport& resection,
+                                            const std::optional<Rigid3>& predicted, int min_inliers) {
+  char text[200];
+  const std::optional<std::int64_t> last = std::exchange(last_stamp_ns_, stamp_ns);
+  if (resection.inliers < 2 * min_inliers && resection.support.spread < kCorner) {
+    std::snprintf(text, sizeof text, "%d inliers in %.0f %% of where there is anything to see",
+                  resection.inliers, 100 * resection.support.spread);
+    return text;
+  }
+  if (!last || !predicted) return std::nullopt;
+  const double gap_ns = static_cast<double>(std::max<std::int64_t>(1, stamp_ns - *last));
+  usual_gap_ns_ = usual_gap_ns_ == 0 ? gap_ns : 0.9 * usual_gap_ns_ + 0.1 * gap_ns;
+  // What acceleration does grows with the square of time.
+  const double growth = std::pow(std::max(1.0, gap_ns / usual_gap_ns_), 2);
+
+  const Rigid3 found_from_predicted = resection.camera_from_map * predicted->inverse();
+  const double turn = Eigen::AngleAxisd(found_from_predicted.rotation).angle() / growth;
+  const double shift = found_from_predicted.translation.norm() / growth;
+  const double rotation_variance =
+      rotation_variance_ + resection.covariance.bottomRightCorner<3, 3>().trace() / 3;
+  const double translation_variance =
+      translation_variance_ + resection.covariance.topLeftCorner<3, 3>().trace() / 3;
+  const double distance2 = turn * turn / rotation_variance + shift * shift / translation_variance;
+  const double share = static_cast<double>(resection.support.found) / std::max(1, resection.support.expected);
+  const bool is_outlier = learnt_ >= kLeastLearnt && distance2 > kGate && share < kUnexplained * usual_share_;
+  if (!is_outlier) usual_share_ += std::max(kWeight, 1.0 / (learnt_ + 1)) * (share - usual_share_);
+  rotation_variance_ = learn(rotation_variance_, turn * turn / 3, learnt_);
+  translation_variance_ = learn(translation_variance_, shift * shift / 3, learnt_);
+  ++learnt_;
+  if (!is_outlier) return std::nullopt;
+  std::snprintf(
+      text, sizeof text,
+      "%.2f deg and %.3g units from where the motion led, %.1f times what is usual, and %.0f %% of the "
+      "points in view found",
+      turn * 180 / M_PI, shift, std::sqrt(distance2 / 6), 100 * share);
+  return text;
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "mono_pose_tracker/tracking/resector.h"
+
+namespace mono_pose_tracker {
+
+// Which poses don't fit the motion so far and explain less of what they show than usual, or hang on too
+// little. A camera is expected to go on as it moved last; how well it does is learnt from the recording
+// itself: what a hand does to it, what a car does. A quick turn alone is no reason for doubt: what the pose
+// brings into view is found. One thread.
+class PoseDoubt {
+ public:
+  // Asked once for each posed frame, in order. predicted_camera_from_map: nothing where the frame before had
+  // no pose. min_inliers: of any pose. What speaks against it, in words; nothing when nothing does.
+  std::optional<std::string> judge(std::int64_t stamp_ns, const ResectionReport& resection,
+                                   const std::optional<Rigid3>& predicted_camera_from_map, int min_inliers);
+
+  // Another map or another place: what comes next is no continuation.
+  void interrupt() { last_stamp_ns_.reset(); }
+  // Lengths of the map have another unit.
+  void rescale(double scale) { translation_variance_ *= scale * scale; }
+  void reset() { *this = PoseDoubt(); }
+
+ private:
+  std::optional<std::int64_t> last_stamp_ns_;
+  double usual_gap_ns_ = 0;  // between frames
+  int learnt_ = 0;           // innovations
+  double usual_share_ = 0;   // of the points in view that a pose finds
+  // Of one coordinate of an innovation, at the usual gap.
+  double rotation_variance_ = 0;     // rad^2
+  double translation_variance_ = 0;  // (map units)^2, of the map seen from the camera
+};
+
+}  // namespace mono_pose_tracker

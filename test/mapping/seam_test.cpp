@@ -1,0 +1,63 @@
+#include "mono_pose_tracker/mapping/seam.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace mono_pose_tracker {
+namespace {
+
+// Keyframes of every tenth frame, and landmarks that the keyframes from first to last see.
+class SeamTest : public testing::Test {
+ protected:
+  SeamTest() {
+    auto image = std::make_shared<ImageFeatures>();
+    image->set.features.resize(1000);
+    for (int i = 0; i < 10; ++i) map_.add_keyframe(10 * i, i, Rigid3(), image);
+  }
+
+  void add_landmarks(int count, KeyframeId first, KeyframeId last) {
+    for (int i = 0; i < count; ++i, ++feature_) {
+      const LandmarkId l = map_.add_landmark({0, 0, 1});
+      for (KeyframeId k = first; k <= last; ++k) map_.add_observation(l, k, feature_);
+    }
+  }
+
+  Map map_;
+  int feature_ = 0;
+};
+
+TEST_F(SeamTest, IsWhereFewLandmarksAreKnownFromBothSides) {
+  add_landmarks(100, 0, 5);
+  add_landmarks(100, 4, 9);
+  // The first hundred hold the seams before keyframes 2, 3, 4; the second those before 6, 7, 8.
+  add_landmarks(7, 2, 7);  // those from before 4 to before 6
+  const Seam seam = weakest_seam(map_);
+  EXPECT_EQ(seam.frame_index, 50);
+  EXPECT_EQ(seam.points, 7);
+}
+
+TEST_F(SeamTest, PointsThatOneKeyframeOfASideSeesHoldNothing) {
+  add_landmarks(50, 0, 5);
+  add_landmarks(50, 4, 9);
+  add_landmarks(30, 4, 5);
+  EXPECT_EQ(weakest_seam(map_).points, 0);
+  EXPECT_EQ(weakest_seam(map_).frame_index, 50);
+}
+
+TEST_F(SeamTest, ALoopHoldsTheSeamsThatItSpans) {
+  add_landmarks(20, 0, 1);
+  for (int i = 0; i < 20; ++i, ++feature_) {
+    const LandmarkId l = map_.add_landmark({0, 0, 1});
+    for (const KeyframeId k : {0, 1, 8, 9}) map_.add_observation(l, k, feature_);
+  }
+  EXPECT_EQ(weakest_seam(map_).points, 20);
+}
+
+TEST_F(SeamTest, AMapOfThreeKeyframesHasNone) {
+  for (KeyframeId k = 3; k < 10; ++k) map_.remove_keyframe(k, 0);
+  EXPECT_EQ(weakest_seam(map_).points, std::numeric_limits<int>::max());
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker

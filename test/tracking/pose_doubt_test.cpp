@@ -1,0 +1,99 @@
+#include "tracking/pose_doubt.h"
+
+#include <gtest/gtest.h>
+
+#include "mono_pose_tracker/common/random.h"
+#include "support/synthetic_views.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr std::int64_t kGapNs = 33000000;
+
+// A camera that goes on at a steady speed, shaken by a hand: of each frame how it was predicted and found.
+class PoseDoubtTest : public testing::Test {
+ protected:
+  static ResectionReport seen_at(const Rigid3& camera_from_map) {
+    ResectionReport report;
+    report.success = true;
+    report.camera_from_map = camera_from_map;
+    report.inliers = 200;
+    report.support = {200, 300, 0.8};
+    report.covariance = 1e-8 * Matrix6d::Identity();
+    return report;
+  }
+
+  static ResectionReport unexplained_at(const Rigid3& camera_from_map) {
+    ResectionReport report = seen_at(camera_from_map);
+    report.inliers = report.support.found = 80;
+    return report;
+  }
+
+  Rigid3 shaken(const Rigid3& pose, double turn_rad, double shift) {
+    Rigid3 off;
+    const Eigen::Vector3d w =
+        turn_rad * Eigen::Vector3d(random_.normal(), random_.normal(), random_.normal());
+    off.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(w.norm(), w.normalized()));
+    off.translation = shift * Eigen::Vector3d(random_.normal(), random_.normal(), random_.normal());
+    return off * pose;
+  }
+
+  // How many of so many frames are doubted.
+  int go_on(int frames) {
+    int doubted = 0;
+    for (int i = 0; i < frames; ++i) {
+      const Rigid3 predicted = camera_at({0.01 * i, 0, 0});
+      doubted +=
+          doubt_.judge(stamp_ += kGapNs, seen_at(shaken(predicted, 0.002, 0.003)), predicted, 15).has_value();
+    }
+    return doubted;
+  }
+
+  Random random_{9};
+  PoseDoubt doubt_;
+  std::int64_t stamp_ = 0;
+};
+
+TEST_F(PoseDoubtTest, FewOfAQuietMotionAreDoubted) { EXPECT_LE(go_on(3000), 30) << "one in a hundred"; }
+
+TEST_F(PoseDoubtTest, AJumpIsDoubtedAndWhatFollowsIsNot) {
+  go_on(60);
+  const Rigid3 predicted = camera_at({0.6, 0, 0});
+  const auto doubt = doubt_.judge(stamp_ += kGapNs, seen_at(camera_at({0.6, 0.05, 0})), predicted, 15);
+  ASSERT_TRUE(doubt);
+  EXPECT_NE(doubt->find("0.05 units"), std::string::npos) << *doubt;
+  EXPECT_LE(go_on(100), 3);
+}
+
+TEST_F(PoseDoubtTest, AJumpIsNotLearntAsUsual) {
+  go_on(60);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_TRUE(
+        doubt_.judge(stamp_ += kGapNs, unexplained_at(camera_at({0.6, 0.1, 0})), camera_at({0.6, 0, 0}), 15));
+  }
+}
+
+TEST_F(PoseDoubtTest, AfterAGapMoreIsAllowed) {
+  go_on(60);
+  const ResectionReport off = unexplained_at(camera_at({0.6, 0.05, 0}));
+  EXPECT_FALSE(doubt_.judge(stamp_ + 10 * kGapNs, off, camera_at({0.6, 0, 0}), 15));
+}
+
+TEST_F(PoseDoubtTest, AFewInOneCornerAreDoubtedAtOnce) {
+  ResectionReport corner = seen_at(Rigid3());
+  corner.inliers = 20;
+  corner.support = {20, 25, 0.05};
+  EXPECT_TRUE(doubt_.judge(stamp_, corner, std::nullopt, 15));
+  corner.support.spread = 0.4;
+  EXPECT_FALSE(doubt_.judge(stamp_ += kGapNs, corner, std::nullopt, 15));
+}
+
+TEST_F(PoseDoubtTest, UnitsMayChange) {
+  go_on(60);
+  doubt_.rescale(100);
+  const ResectionReport off = unexplained_at(camera_at({0.6, 0.3, 0}));
+  EXPECT_FALSE(doubt_.judge(stamp_ += kGapNs, off, camera_at({0.6, 0, 0}), 15));
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
