@@ -83,6 +83,7 @@ Rigid3 OutputFrames::world_from_map() const {
 }
 
 FrameReport OutputFrames::in_world(FrameReport report) const {
+  for (PosedFrame& frame : report.corrected) frame.map_from_camera = world_from_map() * frame.map_from_camera;
   if (!report.map_from_camera) return report;
   const PoseEstimate pose = world_from_map() * PoseEstimate{*report.map_from_camera, report.covariance};
   report.map_from_camera = pose.b_from_a;

@@ -5,6 +5,7 @@
 #include <nav_msgs/Path.h>
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "mono_pose_tracker/ros/frusta.h"
@@ -83,7 +84,9 @@ void Publishers::publish_pose(const std_msgs::Header& image_header, const FrameR
   odometry.child_frame_id = body.child_frame;
   odometry.pose = pose.pose;
   const StampedEstimate current{report.stamp_ns, body.frame_from_child};
-  if (previous_ && previous_epoch_ == report.epoch && previous_->stamp_ns < report.stamp_ns) {
+  // A correction moves the map under the camera: what lies between is no velocity.
+  if (previous_ && previous_epoch_ == report.epoch && previous_->stamp_ns < report.stamp_ns &&
+      report.corrected.empty()) {
     odometry.twist = to_twist(*previous_, current);
   } else {
     // No velocity is known yet: any one is as likely, for those who read covariances alone.
@@ -103,7 +106,11 @@ void Publishers::remember(const FrameReport& report, const std::optional<OutputF
     path_changed_ = true;
     map_to_odom_.reset();
   }
+  std::optional<Posed> newest;
+  if (report.map_from_camera && body) newest = Posed{{report.stamp_ns, *report.map_from_camera}, body};
+  if (!report.corrected.empty()) correct(report.corrected, newest);
   if (!report.map_from_camera) return;
+  if (!poses_.empty() && poses_.back().camera.stamp_ns == report.stamp_ns) poses_.pop_back();  // corrected
   poses_.push_back({{report.stamp_ns, *report.map_from_camera}, body});
   if (poses_.size() > path_max_length_) poses_.pop_front();
   path_changed_ = true;
@@ -121,6 +128,31 @@ void Publishers::repeat_transform() {
   if (transform.header.stamp == repeated_stamp_) return;  // the clock stands still
   repeated_stamp_ = transform.header.stamp;
   broadcaster_.sendTransform(transform);
+}
+
+// The cameras stand elsewhere; the body keeps its place beside its camera: the one that it had, or, where
+// none is known of a frame, the newest.
+void Publishers::correct(const std::vector<PosedFrame>& frames, const std::optional<Posed>& newest) {
+  std::map<std::int64_t, Posed> known;
+  for (Posed& posed : poses_) known.emplace(posed.camera.stamp_ns, std::move(posed));
+  poses_.clear();
+  for (const PosedFrame& frame : frames) {
+    const auto before = known.find(frame.stamp_ns);
+    const bool was_known = before != known.end() && before->second.body;
+    Posed posed{{frame.stamp_ns, frame.map_from_camera}, std::nullopt};
+    if (was_known || newest) {
+      const Posed& like = was_known ? before->second : *newest;
+      posed.body = like.body;
+      Rigid3& pose = posed.body->frame_from_child.b_from_a;
+      const Rigid3& world_from_camera = like.camera.map_from_camera;
+      pose = posed.body->frame == frames_.world()
+                 ? frame.map_from_camera * (world_from_camera.inverse() * pose)
+                 : (pose * world_from_camera) * frame.map_from_camera.inverse();
+    }
+    poses_.push_back(std::move(posed));
+    if (poses_.size() > path_max_length_) poses_.pop_front();
+  }
+  path_changed_ = true;
 }
 
 std::vector<KeyframePose> Publishers::trajectory() const {

@@ -51,14 +51,24 @@ void Tracker::Impl::finish_report(FrameReport* report) {
     report->keyframes = static_cast<int>(map->keyframes.size());
     report->landmarks = static_cast<int>(map->landmarks.size());
     report->scale = map->scale_source;
-    report->map_id = map->map_id;
+    // What the frame was posed in: a correction that has come since is the next frame's.
+    report->map_id = present_map_;
     for (const auto& correction : map->corrections) {
-      report->corrections += correction->into_map == map->map_id;
+      report->corrections += correction->into_map == present_map_ && correction->sequence <= corrections_;
     }
+    report_corrections(*map, report);
     if (std::exchange(reported_revision_, map->revision) != map->revision) {
       report->stages.insert(report->stages.end(), map->stages.begin(), map->stages.end());
     }
   }
+}
+
+// Where the frames of the map stand, once they are not where they were reported.
+void Tracker::Impl::report_corrections(const TrackingMap& map, FrameReport* report) {
+  const std::pair<std::uint32_t, std::uint64_t> now(present_map_, corrections_);
+  if (now == reported_ || map.map_id != present_map_) return;
+  if (reported_.first != 0) report->corrected = trajectory_in(map, frames_[present_map_]);
+  reported_ = now;
 }
 
 // Goes on from the map that the worker has begun.
@@ -274,6 +284,8 @@ void Tracker::Impl::reset() {
   frames_.clear();
   others_.clear();
   tentative_.reset();
+  present_map_ = 0;
+  reported_ = {};
   state_ = State::kBootstrapping;
   reference_ = -1;
   camera_from_reference_ = Rigid3();

@@ -102,6 +102,7 @@ class Tracker::Impl {
                 const std::string& text, FrameReport* report);
   void describe(const ResectionReport& resection, FrameReport* report) const;
   void finish_report(FrameReport* report);
+  void report_corrections(const TrackingMap& map, FrameReport* report);
 
   TrackerOptions cancellable(TrackerOptions options) const {
     options.cancelled = &cancelled_;
@@ -138,11 +139,12 @@ class Tracker::Impl {
   std::map<std::uint32_t, FramePoses> frames_;      // by map
   std::map<std::uint32_t, TrackingMapPtr> others_;  // by map: those kept beside the present one
   std::optional<Tentative> tentative_;
-  std::uint64_t corrections_ = 0;          // sequence of the last one applied
-  std::map<std::int64_t, Frame> unposed_;  // of a finished recording
-  bool grown_ = false;                     // the finished map has
-  std::uint32_t present_map_ = 0;          // id of the one that reference_ is of
-  std::uint32_t searches_ = 0;             // for a map beside those there are: counts them
+  std::uint64_t corrections_ = 0;                     // sequence of the last one applied
+  std::map<std::int64_t, Frame> unposed_;             // of a finished recording
+  bool grown_ = false;                                // the finished map has
+  std::pair<std::uint32_t, std::uint64_t> reported_;  // map and correction that the last report knew of
+  std::uint32_t present_map_ = 0;                     // id of the one that reference_ is of
+  std::uint32_t searches_ = 0;                        // for a map beside those there are: counts them
 };
 
 }  // namespace mono_pose_tracker

@@ -54,6 +54,7 @@ class Publishers {
     KeyframePose camera;
     std::optional<OutputFrames::BodyPose> body;
   };
+  void correct(const std::vector<PosedFrame>& frames, const std::optional<Posed>& newest);
   void remember(const FrameReport& report, const std::optional<OutputFrames::BodyPose>& body);
   void publish_pose(const std_msgs::Header& image_header, const FrameReport& report,
                     const OutputFrames::BodyPose& body);

@@ -31,6 +31,12 @@ struct SeenMotion {
   Eigen::Vector2f from_px, to_px;
 };
 
+struct PosedFrame {
+  std::int64_t index = 0;
+  std::int64_t stamp_ns = 0;
+  Rigid3 map_from_camera;
+};
+
 /// What became of one image.
 struct FrameReport {
   std::int64_t stamp_ns = 0;
@@ -61,14 +67,12 @@ struct FrameReport {
   int load_level = 0;      // 0: nothing is left out for lack of time
   StageTimes stages;
 
+  /// After a correction, or in a map that was gone back to: every frame posed in it, as it stands now. Else
+  /// empty.
+  std::vector<PosedFrame> corrected;
+
   std::vector<SeenFeature> seen;    // every feature of the image
   std::vector<SeenMotion> motions;  // while there is no map: of the newest image that was compared
-};
-
-struct PosedFrame {
-  std::int64_t index = 0;
-  std::int64_t stamp_ns = 0;
-  Rigid3 map_from_camera;
 };
 
 struct KeyframePose {
