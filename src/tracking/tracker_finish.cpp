@@ -168,8 +168,7 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.map = worker_.mapper().map();
   map.snapshot = snapshot_of(worker_.mapper().tracking_map());
   map.seam = weakest_seam(map.map);
-  // As many points as a pose needs.
-  map.confirmed = !unconfirmed_ && map.seam.points >= options_.resection.min_inliers;
+  map.confirmed = !unconfirmed_ && map.seam.points >= kMinSeamPoints;
   return map;
 }
 
