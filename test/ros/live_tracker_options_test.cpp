@@ -36,9 +36,12 @@ class LiveTrackerTest : public testing::Test {
 
   CameraSource cameras_{false};
   MaskSource masks_;
-  LiveTracker tracker_{
-      TrackerOptions(),         cameras_, masks_, std::chrono::milliseconds(0), [] { return false; },
-      [](const std::string&) {}};
+  LiveTracker tracker_{TrackerOptions(),
+                       cameras_,
+                       masks_,
+                       std::chrono::milliseconds(0),
+                       [] { return false; },
+                       [](const std::string&, const std::string&) {}};
   std::uint32_t seconds_ = 0;
 };
 

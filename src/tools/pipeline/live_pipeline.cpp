@@ -16,7 +16,7 @@ double ms_between(LivePipeline::Clock::time_point from, LivePipeline::Clock::tim
 LivePipeline::LivePipeline(const TrackerOptions& options, const CameraParameters& camera, Observer observer)
     : tracker_(
           options, cameras_, masks_, std::chrono::milliseconds(0), [] { return false; },
-          [](const std::string&) {}),
+          [](const std::string&, const std::string&) {}),
       observer_(std::move(observer)) {
   // As a driver sends it: a file would only be used once no message has come for a while.
   cameras_.set_message(boost::make_shared<sensor_msgs::CameraInfo>(to_camera_info(camera)));
