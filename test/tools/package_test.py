@@ -45,7 +45,8 @@ class PackageTest(unittest.TestCase):
                     self.assertIn(package, depends, header)
 
     def test_rosrun_finds_what_is_named(self):
-        named = set(re.findall(r"rosrun mono_pose_tracker (\w+)", read("README.md")))
+        documents = [read("README.md")] + [read(path) for path in glob.glob(os.path.join(ROOT, "doc", "*.md"))]
+        named = set(re.findall(r"rosrun mono_pose_tracker (\w+)", "".join(documents)))
         for file in glob.glob(os.path.join(ROOT, "launch", "*.launch")):
             for node in ElementTree.parse(file).getroot().iter("node"):
                 if node.get("pkg") == NAME:

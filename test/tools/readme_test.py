@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The README explains every reason, state, parameter and launch argument that there is, and no other reason."""
+"""README and doc explain every reason, state, parameter and launch argument that there is, and no other reason."""
 import glob
 import os
 import re
@@ -17,13 +17,20 @@ def read(*path):
         return file.read()
 
 
-def section(title):
-    return re.search(rf"^## {title}\n(.*?)(?=^## )", read("README.md"), re.M | re.S).group(1)
-
-
 def documents():
     """The texts of the README and of what is beside it in doc."""
     return [read("README.md")] + [read(path) for path in sorted(glob.glob(os.path.join(ROOT, "doc", "*.md")))]
+
+
+def section(title):
+    found = [m.group(1) for text in documents() for m in re.finditer(rf"^## {title}\n(.*?)(?=^## |\Z)", text, re.M | re.S)]
+    assert len(found) == 1, f"{title}: in {len(found)} documents"
+    return found[0]
+
+
+def headings(text):
+    """The anchors of a document, as they are made of its headings."""
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in re.findall(r"^#+ (.+)$", text, re.M)}
 
 
 class ReadmeTest(unittest.TestCase):
@@ -57,6 +64,25 @@ class ReadmeTest(unittest.TestCase):
             told = "".join(s for s in sections if file in s)
             for arg in ElementTree.parse(path).getroot().findall("arg"):
                 self.assertIn("`" + arg.get("name") + "`", told, file)
+
+    def test_every_link_leads_somewhere(self):
+        paths = ["README.md", "CONTRIBUTING.md"] + sorted(glob.glob(os.path.join(ROOT, "doc", "*.md")))
+        checked = 0
+        for path in paths:
+            folder = os.path.dirname(os.path.join(ROOT, path))
+            for link in re.findall(r"\]\(([^)\s]+)\)", read(path)):
+                if link.startswith("http"):
+                    continue
+                file, _, anchor = link.partition("#")
+                target = os.path.join(folder, file) if file else os.path.join(ROOT, path)
+                self.assertTrue(os.path.exists(target), f"{path}: {link}")
+                if anchor:
+                    self.assertIn(anchor, headings(read(target)), f"{path}: {link}")
+                checked += 1
+        self.assertGreater(checked, 20)
+
+    def test_the_readme_is_for_a_user_and_fits(self):
+        self.assertLessEqual(os.path.getsize(os.path.join(ROOT, "README.md")), 25000)
 
     def test_every_parameter_is_named(self):
         text = "".join(documents())
