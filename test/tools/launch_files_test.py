@@ -272,18 +272,18 @@ class LaunchFilesTest(unittest.TestCase):
         said = self.run_to_its_end("object.launch", "bag:=" + self.recording.bag, "rviz:=false", "method:=none",
                                    "object_origin:=centre")
         self.assertIn("has ended. 12 images: ", said)
-        self.expect("object.launch", ["images from /camera/image_raw (raw)"], "rviz:=false")
+        self.expect("object.launch", ["no image on /camera/image_raw: nobody publishes it"], "rviz:=false")
 
     def test_demo_with_defaults(self):
         self.assertIn("has ended. 12 images: ", self.run_to_its_end("demo.launch", "rviz:=false"))
 
     def test_tracker(self):
-        self.expect("tracker.launch", ["images from /camera/image_raw (raw), calibration from /camera/camera_info"])
+        self.expect("tracker.launch", ["no image on /camera/image_raw: nobody publishes it"])
 
     def test_camera(self):
         """Without one, as here, it says so and goes on looking; with a name space and everything else set."""
-        self.expect("camera.launch", ["images from /camera/image_raw (raw)", "/dev/video0"], "rviz:=false", "driver:=own")
-        self.expect("camera.launch", ["images from /left/camera/image_raw (raw)", "no_such.avi"], "rviz:=false",
+        self.expect("camera.launch", ["no image on /camera/image_raw although it is published", "/dev/video0"], "rviz:=false", "driver:=own")
+        self.expect("camera.launch", ["no image on /left/camera/image_raw although it is published", "no_such.avi"], "rviz:=false",
                     "video:=" + self.folder + "/no_such.avi", "camera_info_url:=" + self.recording.camera, "width:=160",
                     "height:=120", "rate:=10", "frame_id:=left_camera", "map_frame:=left_map", "view_frame:=left_view",
                     "base_frame:=base", "odom_frame:=odom", "map_orientation:=z_up", "hfov:=70", ROS_NAMESPACE="left")

@@ -102,7 +102,7 @@ class RecordingToBag(unittest.TestCase):
             difference = cv2.absdiff(CvBridge().compressed_imgmsg_to_cv2(message, "bgr8"), image)
             self.assertLess(difference.mean(), 6)  # grey levels that JPEG costs, twice
         coarse = self.messages(video, "--compressed", "--quality", "10")["/camera/image_raw/compressed"]
-        self.assertLess(sum(len(m.data) for m in coarse), 0.6 * sum(len(m.data) for m in messages))
+        self.assertLess(sum(len(m.data) for m in coarse), 0.8 * sum(len(m.data) for m in messages))  # 64x48: mostly heads
 
     def test_what_is_wrong_is_one_line_and_no_bag(self):
         other = self.write("other.yaml", CAMERA.replace("image_width: 64", "image_width: 65"))
