@@ -74,7 +74,7 @@ class FaultsTest(unittest.TestCase):
                 self.assertTrue(tracker.wait_until(lambda: tracker.statuses), "it answers images")
             self.unload("cycled")
             tracker.subscriber.unregister()
-            self.assertEqual(processes.registered_below("/cycled/"), [], "nothing of it is left, cycle %d" % cycle)
+            self.assertEqual(processes.left_below("/cycled/"), [], "nothing of it is left, cycle %d" % cycle)
             if cycle == 9:
                 manager = processes.pid_of_node("/manager")
                 before = processes.number_of_threads(manager), processes.number_of_handles(manager)

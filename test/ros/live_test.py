@@ -123,6 +123,9 @@ class LiveTest(unittest.TestCase):
         self.assertEqual(self.camera.show(noise).state, TrackerStatus.LOST)
         status, _ = self.diagnosis(lambda s: s.level == DiagnosticStatus.WARN)
         self.assertIn("LOST", status.message)
+        held_back = self.camera.walk(1)
+        self.assertEqual((held_back.state, held_back.reason), (TrackerStatus.LOST, TrackerStatus.RELOCALISING),
+                         "a second view has to agree")
         self.assertEqual(self.camera.walk(1).state, TrackerStatus.TRACKING)
         self.diagnosis(lambda s: s.level == DiagnosticStatus.OK)
 

@@ -1,5 +1,6 @@
 """For tests: what the system knows of another process, and what the master knows of a node."""
 import os
+import time
 from xmlrpc.client import ServerProxy
 
 import rosgraph
@@ -23,6 +24,14 @@ def number_of_threads(pid):
 def number_of_handles(pid):
     """Open files, sockets, pipes."""
     return len(os.listdir("/proc/%d/fd" % pid))
+
+
+def left_below(prefix, seconds=10):
+    """What is still registered once there was time: unloading answers before the last of it has gone."""
+    deadline = time.monotonic() + seconds
+    while registered_below(prefix) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    return registered_below(prefix)
 
 
 def registered_below(prefix):
