@@ -68,6 +68,17 @@ class TestSummary(unittest.TestCase):
         self.write("pkg/rosunit-a.xml", suite(case("good")))
         self.assertEqual(self.summarise()[0][-1], "1 passed, 0 failed")
 
+    def test_what_a_rostest_found_counts_though_rostest_is_content(self):
+        self.write("pkg/rostest-a.xml", suite(case("ran")))
+        self.write("pkg/rosunit-a.xml", suite(case("good"), case("bad", inside='<failure message="x"/>')))
+        lines, status = self.summarise()
+        self.assertIn("failed: Group.bad", lines)
+        self.assertEqual((lines[-1], status), ("1 passed, 1 failed", 1))
+
+    def test_a_rostest_whose_node_died_has_failed(self):
+        self.write("pkg/rostest-a.xml", suite(case("no_results", inside='<failure message="did not generate"/>')))
+        self.assertEqual(self.summarise()[0][-1], "0 passed, 1 failed")
+
     def test_the_ten_slowest_are_listed(self):
         self.write("pkg/a.xml", suite(*[case(f"of_{i}_s", i) for i in range(30)]))
         lines, _ = self.summarise()
