@@ -1,7 +1,6 @@
 #include "mono_pose_tracker/mapping/keyframe_locator.h"
 
 #include <algorithm>
-#include <cstring>
 #include <unordered_set>
 
 #include "mono_pose_tracker/features/matching.h"
@@ -34,10 +33,7 @@ std::vector<LandmarkCandidate> candidates_of(const Map& map, const std::vector<K
 AbsolutePoseReport pose_by_descriptors(const MapperOptions& options,
                                        const std::vector<LandmarkCandidate>& candidates,
                                        const ImageFeatures& image) {
-  cv::Mat descriptors(static_cast<int>(candidates.size()), 128, CV_8U);
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    std::memcpy(descriptors.ptr(static_cast<int>(i)), candidates[i].descriptor, 128);
-  }
+  const cv::Mat descriptors = descriptors_of(candidates);
   std::vector<Eigen::Vector3d> bearings, points;
   AbsolutePoseOptions pose_options;
   pose_options.ransac = options.ransac;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "mono_pose_tracker/features/matching.h"
@@ -19,6 +20,14 @@ LandmarkCandidate make_candidate(LandmarkId id, const Eigen::Vector3d& x_in_map,
   c.seen_from = ray / distance;
   c.scale_times_distance = image.set.features[feature].scale * distance;
   return c;
+}
+
+cv::Mat descriptors_of(const std::vector<LandmarkCandidate>& candidates) {
+  cv::Mat descriptors(static_cast<int>(candidates.size()), 128, CV_8U);
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    std::memcpy(descriptors.ptr(static_cast<int>(i)), candidates[i].descriptor, 128);
+  }
+  return descriptors;
 }
 
 namespace {

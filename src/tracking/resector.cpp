@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <unordered_set>
 #include <utility>
 
@@ -205,10 +204,7 @@ ResectionReport Resector::by_prediction(const Frame& frame, const std::vector<La
 
 ResectionReport Resector::by_descriptors(const Frame& frame,
                                          const std::vector<LandmarkCandidate>& candidates) const {
-  cv::Mat descriptors(static_cast<int>(candidates.size()), 128, CV_8U);
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    std::memcpy(descriptors.ptr(static_cast<int>(i)), candidates[i].descriptor, 128);
-  }
+  const cv::Mat descriptors = descriptors_of(candidates);
   std::vector<LandmarkMatch> matches;
   for (const Match& m : match_descriptors(frame.image->set.descriptors, descriptors, options_.matching)) {
     matches.push_back({m.second, m.first, m.distance2});

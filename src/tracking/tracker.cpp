@@ -339,6 +339,14 @@ std::vector<PosedFrame> Tracker::Impl::trajectory() const {
   return frames == frames_.end() ? std::vector<PosedFrame>() : trajectory_in(*map, frames->second);
 }
 
+Tracker::Tracker(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,
+                 std::function<void()> before_mapping) {
+  options.validate();
+  impl_ = std::make_unique<Impl>(options, camera, mapping, std::move(before_mapping));
+}
+
+Tracker::~Tracker() = default;
+
 FrameReport Tracker::process(std::int64_t stamp_ns, const PreparedImage& image, const cv::Mat& mask) {
   return impl_->process(stamp_ns, image, mask);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <iterator>
 #include <utility>
 
 #include "occlusion.h"
@@ -22,6 +23,12 @@ bool Tracker::Impl::finish() {
     }
     start_map();
   }
+  complete_map();
+  return true;
+}
+
+// Maps are joined where they meet; the largest is completed and adjusted.
+void Tracker::Impl::complete_map() {
   if (!others_.empty()) {
     worker_.mapper().join_rest();
     worker_.publish_mapper();
@@ -30,7 +37,6 @@ bool Tracker::Impl::finish() {
   }
   worker_.mapper().finish();
   worker_.publish_mapper();
-  return true;
 }
 
 // The map in which most frames are posed becomes the present one; of equals, the oldest.
@@ -64,15 +70,20 @@ ResectionReport Tracker::Impl::resect_near(const Frame& frame, const TrackingMap
   return is_better(best, elsewhere) ? best : elsewhere;
 }
 
+std::optional<Frame> Tracker::Impl::make_frame_again(std::int64_t frame_index, std::int64_t stamp_ns,
+                                                     const PreparedImage& image, const cv::Mat& mask,
+                                                     FrameReport* report) {
+  report->stamp_ns = stamp_ns;
+  if (!frame_maker_.has_camera_size(image.image, report)) return std::nullopt;
+  return make_frame(frame_index, stamp_ns, image, object_finder_.find_again(image.image, mask), report);
+}
+
 FrameReport Tracker::Impl::keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns,
                                           const PreparedImage& image, const cv::Mat& mask) {
   FrameReport report;
-  report.stamp_ns = stamp_ns;
-  std::optional<Frame> frame;
-  if (frame_maker_.has_camera_size(image.image, &report)) {
-    frame = make_frame(frame_index, stamp_ns, image, object_finder_.find_again(image.image, mask), &report);
+  if (auto frame = make_frame_again(frame_index, stamp_ns, image, mask, &report)) {
+    unposed_[frame_index] = std::move(*frame);
   }
-  if (frame) unposed_[frame_index] = std::move(*frame);
   return report;
 }
 
@@ -131,33 +142,26 @@ void Tracker::Impl::fill_gaps() {
   while (fill_gaps_once()) {
   }
   unposed_.clear();
-  if (!grown_) return;
-  if (!worker_.mapper().kept_maps().empty()) {
-    worker_.mapper().join_rest();
-    worker_.publish_mapper();
-    apply_corrections(*worker_.latest());
-    resume_largest();
-  }
-  worker_.mapper().finish();
-  worker_.publish_mapper();
+  if (grown_) complete_map();
 }
 
 // By descriptors alone, near keyframes first in time.
+ResectionReport Tracker::Impl::pose_by_descriptors(const Frame& frame, const TrackingMap& map) {
+  ResectionReport resection = resect_near(frame, map);
+  resection.success = resection.success && is_supported(resection.support, options_.resection.min_inliers);
+  if (!resection.success) return resection;
+  const KeyframeId reference = choose_reference(map, resection);
+  frames_[map.map_id].set(
+      frame.index, {frame.stamp_ns, reference,
+                    resection.camera_from_map * map.keyframes.at(reference).camera_from_map.inverse()});
+  return resection;
+}
+
 void Tracker::Impl::pose_anywhere() {
   const TrackingMapPtr map = worker_.latest();
+  frames_lost_ = 1;  // as in pose_beside
   for (auto entry = unposed_.begin(); entry != unposed_.end();) {
-    const Frame& frame = entry->second;
-    const ResectionReport resection = resect_near(frame, *map);
-    if (!resection.success || !is_supported(resection.support, options_.resection.min_inliers)) {
-      ++entry;
-      continue;
-    }
-    frames_lost_ = 1;
-    const KeyframeId reference = choose_reference(*map, resection);
-    frames_[map->map_id].set(
-        frame.index, {frame.stamp_ns, reference,
-                      resection.camera_from_map * map->keyframes.at(reference).camera_from_map.inverse()});
-    entry = unposed_.erase(entry);
+    entry = pose_by_descriptors(entry->second, *map).success ? unposed_.erase(entry) : std::next(entry);
   }
 }
 
@@ -193,33 +197,11 @@ std::vector<FinishedMap> Tracker::Impl::maps() {
 FrameReport Tracker::Impl::resect_again(std::int64_t frame_index, std::int64_t stamp_ns,
                                         const PreparedImage& image, const cv::Mat& mask) {
   FrameReport report;
-  report.stamp_ns = stamp_ns;
-  std::optional<Frame> frame;
-  if (frame_maker_.has_camera_size(image.image, &report)) {
-    frame = make_frame(frame_index, stamp_ns, image, object_finder_.find_again(image.image, mask), &report);
-  }
+  const std::optional<Frame> frame = make_frame_again(frame_index, stamp_ns, image, mask, &report);
   const TrackingMapPtr map = worker_.latest();
-  if (frame && map) {
-    ResectionReport resection = resect_near(*frame, *map);
-    resection.success = resection.success && is_supported(resection.support, options_.resection.min_inliers);
-    describe(resection, &report);
-    if (resection.success) {
-      const KeyframeId reference = choose_reference(*map, resection);
-      frames_[map->map_id].set(
-          frame_index, {stamp_ns, reference,
-                        resection.camera_from_map * map->keyframes.at(reference).camera_from_map.inverse()});
-    }
-  }
+  if (frame && map) describe(pose_by_descriptors(*frame, *map), &report);
   finish_report(&report);
   return report;
 }
-
-Tracker::Tracker(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,
-                 std::function<void()> before_mapping) {
-  options.validate();
-  impl_ = std::make_unique<Impl>(options, camera, mapping, std::move(before_mapping));
-}
-
-Tracker::~Tracker() = default;
 
 }  // namespace mono_pose_tracker

@@ -89,7 +89,11 @@ class Tracker::Impl {
   const TrackingMap* view_of(std::uint32_t map_id) const;
   void accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
               FrameReport* report);
+  void complete_map();
   void resume_largest();
+  std::optional<Frame> make_frame_again(std::int64_t frame_index, std::int64_t stamp_ns,
+                                        const PreparedImage& image, const cv::Mat& mask, FrameReport* report);
+  ResectionReport pose_by_descriptors(const Frame& frame, const TrackingMap& map);
   bool pose_beside(const Frame& frame, std::int64_t neighbor);
   bool fill_gaps_once();
   void pose_anywhere();

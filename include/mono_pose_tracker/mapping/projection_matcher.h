@@ -1,5 +1,6 @@
 #pragma once
 
+#include <opencv2/core.hpp>
 #include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
@@ -34,6 +35,9 @@ struct ProjectionMatchOptions {
 /// The candidate that feature `feature` of a keyframe makes of its landmark.
 LandmarkCandidate make_candidate(LandmarkId id, const Eigen::Vector3d& x_in_map, const ImageFeatures& image,
                                  int feature, const Eigen::Vector3d& center_in_map);
+
+/// The candidates' descriptors, a row each (N x 128, CV_8U).
+cv::Mat descriptors_of(const std::vector<LandmarkCandidate>& candidates);
 
 /// Guided matching (paper, step 4c): each candidate is projected by the pose and compared with the features
 /// round its pixel; a feature that several candidates claim goes to the nearest. `taken[f]` features are left
