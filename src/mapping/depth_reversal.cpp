@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "mono_pose_tracker/common/median.h"
@@ -102,25 +103,49 @@ bool is_narrow(const Map& map) {
   return count > 0 && std::sqrt(sum / count) < kNarrow;
 }
 
-bool correct_depth_reversal(const BundleOptions& bundle, double min_evidence, Map* map) {
+namespace {
+
+// The best fitting of the reversed maps, as far as it takes to compare it with the map's own cost.
+Map best_rival(const BundleOptions& bundle, const Map& map, double cost, double* rival_cost) {
+  // So much dearer after the first iterations, no further ones bring it near.
+  constexpr double kFarDearer = 3;
   BundleOptions trial = bundle;
   trial.max_iterations = kTrialIterations;
   Map best;
-  double best_cost = -1;
+  *rival_cost = std::numeric_limits<double>::infinity();
   for (const double stretch : kStretches) {
-    Map rival = *map;
+    Map rival = map;
     reverse_depth(stretch, &rival);
     adjust_map(trial, &rival);
-    const double cost = cost_of(rival);
-    if (best_cost >= 0 && cost >= best_cost) continue;
-    best_cost = cost;
+    const double found = cost_of(rival);
+    if (found >= *rival_cost) continue;
+    *rival_cost = found;
     best = std::move(rival);
   }
+  if (*rival_cost > kFarDearer * cost) return best;
   trial.max_iterations = kIterations;
   adjust_map(trial, &best);
-  if (cost_of(best) * (1 + min_evidence) >= cost_of(*map)) return false;
-  *map = std::move(best);
+  *rival_cost = cost_of(best);
+  return best;
+}
+
+}  // namespace
+
+bool correct_depth_reversal(const BundleOptions& bundle, double min_evidence, Map* map) {
+  const double cost = cost_of(*map);
+  double rival_cost = 0;
+  Map rival = best_rival(bundle, *map, cost, &rival_cost);
+  if (rival_cost * (1 + min_evidence) >= cost) return false;
+  *map = std::move(rival);
   return true;
+}
+
+double depth_evidence(const BundleOptions& bundle, const Map& map) {
+  if (!is_narrow(map)) return std::numeric_limits<double>::infinity();
+  const double cost = cost_of(map);
+  double rival_cost = 0;
+  best_rival(bundle, map, cost, &rival_cost);
+  return rival_cost / cost - 1;
 }
 
 }  // namespace mono_pose_tracker

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <deque>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -364,6 +365,7 @@ nlohmann::ordered_json maps_summary(const RecordingResult& result) {
                     {"keyframes", map.map.keyframes().size()},
                     {"points", map.map.landmarks().size()},
                     {"weakest_seam_points", map.seam.points},
+                    {"contradicting_share", map.contradiction.share()},
                     {"confirmed", map.confirmed}});
   }
   return maps;
@@ -375,7 +377,7 @@ void write_report(const std::string& path, const RecordingResult& result, const 
   const MapStatistics statistics = map_statistics(map);
   nlohmann::ordered_json json = {
       {"tracked", result.tracked},
-      {"confirmed", result.tracked && result.maps.front().confirmed && result.rigidity.is_rigid},
+      {"confirmed", is_confirmed(result)},
       {"reason", result.unconfirmed ? "two views only: unconfirmed" : result.reason},
       {"frames_total", result.frames_total},
       {"frames_posed", result.trajectory.size()},
@@ -449,6 +451,19 @@ void write_results(const fs::path& output, const CameraParameters& camera, const
   }
 }
 
+// What is kept of an attempt while it goes on.
+struct Observed {
+  explicit Observed(bool keep_masks) : masks(keep_masks) {}
+
+  MaskRecord masks;
+  std::vector<StampedPose> live;
+};
+
+void tell_of_attempt(int attempt, bool quiet) {
+  if (quiet) return;
+  std::fprintf(stderr, "the map is in doubt: attempt %d, begun later in the recording\n", attempt + 1);
+}
+
 int run(const Arguments& a) {
   const auto start = std::chrono::steady_clock::now();
   TrackerOptions options;
@@ -466,7 +481,10 @@ int run(const Arguments& a) {
   recording.threads = a.threads;
   recording.interrupted = [] { return g_signal != 0; };
   const CameraParameters camera = camera_of(a);
-  Tracker tracker(options, CameraModel(camera), Tracker::Mapping::kInline);
+  const auto make_tracker = [&] {
+    return std::make_unique<Tracker>(options, CameraModel(camera), Tracker::Mapping::kInline);
+  };
+  make_tracker();  // refuses options before the work
   std::optional<MaskFolder> masks;
   if (!a.masks.empty()) recording.masks = &masks.emplace(a.masks);
   check_first_image(recording.open, camera);
@@ -475,18 +493,28 @@ int run(const Arguments& a) {
 
   end_on_signals();
   const fs::path output = a.output;
-  TrajectoryWriter live((output / "trajectory_live.txt").string());
-  RecordingResult result;
-  MaskRecord mask_record(a.undistorted || !a.write_masks.empty());
-  {
-    Progress progress(recording.open()->size(), a.quiet);
-    const FrameObserver observer = [&](int pass, std::int64_t index, const FrameReport& report) {
-      if (pass == 1 && report.map_from_camera) live.append({report.stamp_ns, *report.map_from_camera});
-      if (pass == 1) progress.show(report);
-      if (pass == 1 || report.map_from_camera) mask_record.add(index, report);
+  const std::string live_path = (output / "trajectory_live.txt").string();
+  TrajectoryWriter live(live_path);
+  std::deque<Observed> observed;  // by attempt
+  const auto observer_of = [&](int attempt) -> FrameObserver {
+    if (attempt > 0) tell_of_attempt(attempt, a.quiet);
+    observed.emplace_back(a.undistorted || !a.write_masks.empty());
+    auto progress = std::make_shared<Progress>(recording.open()->size(), a.quiet);
+    return [&, attempt, progress, into = &observed.back()](int pass, std::int64_t index,
+                                                           const FrameReport& report) {
+      if (pass == 1) progress->show(report);
+      if (pass == 1 && report.map_from_camera) {
+        into->live.push_back({report.stamp_ns, *report.map_from_camera});
+        if (attempt == 0) live.append(into->live.back());
+      }
+      if (pass == 1 || report.map_from_camera) into->masks.add(index, report);
     };
-    result = track_recording(recording, observer, &tracker);
-  }
+  };
+  const TrackedRecording tracked = track_until_sure(recording, make_tracker, observer_of);
+  const RecordingResult& result = tracked.result;
+  const Tracker& tracker = *tracked.tracker;
+  const MaskRecord& mask_record = observed[tracked.attempt].masks;
+  if (tracked.attempt > 0) write_tum(live_path, observed[tracked.attempt].live);
   if (!result.tracked) write_tum((output / "trajectory.txt").string(), {});
   for (const std::string& problem : result.problems) std::fprintf(stderr, "%s\n", problem.c_str());
   for (const std::string& warning : result.warnings) std::fprintf(stderr, "warning: %s\n", warning.c_str());

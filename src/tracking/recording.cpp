@@ -1,12 +1,14 @@
 #include "mono_pose_tracker/tracking/recording.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "mono_pose_tracker/common/prefetcher.h"
+#include "mono_pose_tracker/mapping/depth_reversal.h"
 
 namespace mono_pose_tracker {
 
@@ -135,12 +137,30 @@ bool has_folders(const std::map<std::int64_t, std::string>& names) {
 
 void warn_of_seams(RecordingResult* result) {
   for (const FinishedMap& map : result->maps) {
-    if (map.confirmed || result->unconfirmed) continue;
+    if (map.seam.points >= kMinSeamPoints || result->unconfirmed) continue;
     result->warnings.push_back("images from number " + std::to_string(map.seam.frame_index) +
                                " on are held to those before by " + std::to_string(map.seam.points) +
                                " points only: their size and place beside these may be wrong; more overlap "
                                "between the views would tell");
   }
+}
+
+void warn_of_depth(RecordingResult* result) {
+  if (result->maps.empty() || result->maps.front().depth_evidence >= kMinDepthEvidence) return;
+  result->warnings.push_back(
+      "seen from so far away, the depths could as well be reversed and the turns the other way round: turn "
+      "farther, come nearer, or give masks of what moves as one (--masks)");
+}
+
+void warn_of_contradictions(RecordingResult* result) {
+  if (result->maps.empty()) return;
+  const Contradiction& worst = result->maps.front().contradiction;
+  if (worst.share() < kMaxContradicting) return;
+  result->warnings.push_back(
+      "at image number " + std::to_string(worst.frame_index) + " " + std::to_string(worst.contradicting) +
+      " of " + std::to_string(worst.matches) +
+      " points are seen elsewhere than the map has them: more than one thing moves, or the map is wrong from "
+      "there on; give masks of what moves as one (--masks), or record it again with more overlap");
 }
 
 void warn_of_parts(RecordingResult* result) {
@@ -206,14 +226,52 @@ void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tr
 
 }  // namespace
 
+bool is_sure(const RecordingResult& result) {
+  return !result.tracked ||
+         (result.rigidity.is_rigid && result.maps.front().depth_evidence >= kMinDepthEvidence &&
+          result.maps.front().contradiction.share() < kMaxContradicting);
+}
+
+bool is_confirmed(const RecordingResult& result) {
+  return result.tracked && result.rigidity.is_rigid && result.maps.front().confirmed;
+}
+
+TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker& make_tracker,
+                                  const ObserverOfAttempt& observer_of) {
+  constexpr std::array<double, 4> kBeginnings = {0, 0.5, 0.25, 0.75};  // as far from one another as can be
+  TrackedRecording kept;
+  for (int attempt = 0; attempt < static_cast<int>(kBeginnings.size()); ++attempt) {
+    Recording from_there = recording;
+    from_there.first_tracked =
+        static_cast<std::int64_t>(kBeginnings[attempt] * static_cast<double>(kept.result.frames_total));
+    TrackedRecording next;
+    next.attempt = attempt;
+    next.tracker = make_tracker();
+    next.result = track_recording(from_there, observer_of(attempt), next.tracker.get());
+    // What takes the place of the first must be better founded than that one was.
+    const bool sure = attempt == 0 ? is_sure(next.result) : is_confirmed(next.result);
+    if (attempt == 0 || sure) kept = std::move(next);
+    if (sure || recording.interrupted()) break;
+  }
+  return kept;
+}
+
 RecordingResult track_recording(const Recording& recording, const FrameObserver& observer, Tracker* tracker) {
   RecordingResult result;
   std::map<Reason, std::pair<int, std::string>> reasons;
   StampCheck stamps;
   Reader reader(
-      recording, *tracker, [](std::int64_t) { return true; }, &result.problems);
+      recording, *tracker, [&](std::int64_t index) { return index >= recording.first_tracked; },
+      &result.problems);
   int image_width = 0;
   while (reader.next()) {
+    if (reader.index() < recording.first_tracked) {
+      tracker->pass_over();
+      result.names[reader.index()] = reader.image().name;
+      stamps.add(reader.image());
+      ++result.frames_total;
+      continue;
+    }
     const FrameReport report = tracker->process(reader.image().stamp_ns, reader.prepared(), reader.mask());
     image_width = reader.image().image.cols;
     result.names[reader.index()] = reader.image().name;
@@ -258,6 +316,8 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   result.trajectory = tracker->trajectory();
   warn_of_parts(&result);
   warn_of_seams(&result);
+  warn_of_depth(&result);
+  warn_of_contradictions(&result);
   return result;
 }
 

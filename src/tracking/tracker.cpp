@@ -351,6 +351,8 @@ FrameReport Tracker::process(std::int64_t stamp_ns, const PreparedImage& image, 
   return impl_->process(stamp_ns, image, mask);
 }
 
+void Tracker::pass_over() { impl_->pass_over(); }
+
 void Tracker::cancel() { impl_->cancel(); }
 
 PreparedImage Tracker::prepare(const cv::Mat& image, const cv::Mat& mask) const {

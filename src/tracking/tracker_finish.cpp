@@ -5,6 +5,7 @@
 #include <iterator>
 #include <utility>
 
+#include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "occlusion.h"
 #include "tracker_impl.h"
 
@@ -172,7 +173,10 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.map = worker_.mapper().map();
   map.snapshot = snapshot_of(worker_.mapper().tracking_map());
   map.seam = weakest_seam(map.map);
-  map.confirmed = !unconfirmed_ && map.seam.points >= kMinSeamPoints;
+  map.depth_evidence = depth_evidence(options_.bundle, map.map);
+  map.contradiction = worst_contradiction(map.map, options_.matching, camera_.width());
+  map.confirmed = !unconfirmed_ && map.seam.points >= kMinSeamPoints &&
+                  map.depth_evidence >= kMinDepthEvidence && map.contradiction.share() < kMaxContradicting;
   return map;
 }
 

@@ -51,6 +51,7 @@ class Tracker::Impl {
 
   void cancel() { cancelled_ = true; }
   FrameReport process(std::int64_t stamp_ns, const PreparedImage& image, const cv::Mat& mask);
+  void pass_over() { ++next_index_; }
   void reset();
   void set_options(const TrackerOptions& options);
   std::uint32_t epoch() const { return epoch_; }

@@ -80,6 +80,15 @@ TEST(DepthReversal, AReversedMapIsSetRight) {
   }
 }
 
+// The object turns by 28 degrees: plain. A reversed map is no better than the right one beside it.
+TEST(DepthReversal, EvidenceTellsARightMapFromAWrongOne) {
+  const Map map = head_map(0.3);
+  EXPECT_GT(depth_evidence(BundleOptions(), map), kMinDepthEvidence);
+  Map reversed = map;
+  reverse_depth(1, &reversed);
+  EXPECT_LT(depth_evidence(BundleOptions(), reversed), 0);
+}
+
 TEST(DepthReversal, ARightMapStaysAsItIs) {
   Map map = head_map(0.3);
   const Eigen::Vector3d truth = turned(map);

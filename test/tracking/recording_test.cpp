@@ -114,5 +114,43 @@ TEST_F(RecordingTest, WhatWasDoneAheadChangesNothingWhateverTheMask) {
   }
 }
 
+// A room fills the view, and stands: the first attempt is sure.
+TEST_F(RecordingTest, WhatIsSureIsTrackedOnce) {
+  Recording recording;
+  recording.open = [] { return std::make_unique<RoomImages>(*room_); };
+  int attempts = 0;
+  const TrackedRecording tracked = track_until_sure(
+      recording,
+      [&] {
+        ++attempts;
+        return std::make_unique<Tracker>(TrackerOptions(), room_->camera, Tracker::Mapping::kInline);
+      },
+      [](int) { return [](int, std::int64_t, const FrameReport&) {}; });
+  EXPECT_EQ(attempts, 1);
+  EXPECT_EQ(tracked.attempt, 0);
+  EXPECT_TRUE(is_sure(tracked.result));
+  EXPECT_TRUE(tracked.result.maps.front().confirmed);
+  EXPECT_TRUE(tracked.result.warnings.empty());
+}
+
+// Images before the first that is tracked get their poses in the end.
+TEST_F(RecordingTest, AMapMayBeginLaterThanTheRecording) {
+  Recording recording;
+  recording.open = [] { return std::make_unique<RoomImages>(*room_); };
+  recording.first_tracked = 5;
+  Tracker tracker(TrackerOptions(), room_->camera, Tracker::Mapping::kInline);
+  std::int64_t first = -1;
+  const RecordingResult result = track_recording(
+      recording,
+      [&](int pass, std::int64_t index, const FrameReport&) {
+        if (pass == 1 && first < 0) first = index;
+      },
+      &tracker);
+  EXPECT_EQ(first, 5);
+  EXPECT_EQ(result.frames_total, 15);
+  EXPECT_EQ(result.names.size(), 15u);
+  EXPECT_EQ(result.trajectory.size(), 15u);
+}
+
 }  // namespace
 }  // namespace mono_pose_tracker

@@ -19,4 +19,13 @@ bool is_narrow(const Map& map);
 /// fit better by min_evidence (share of the cost). True when it was taken: the poses have changed.
 bool correct_depth_reversal(const BundleOptions& bundle, double min_evidence, Map* map);
 
+/// By what share of its cost the map fits better than the best of its reversed ones; infinite where it is not
+/// narrow and can't be mistaken. What has turned far enough, and is one rigid body, is beyond doubt; a map
+/// that is wrong in depth is fitted no better than its reverse.
+double depth_evidence(const BundleOptions& bundle, const Map& map);
+
+/// Less than this leaves the depth in doubt: for a map that is right, a reverse that costs only a third more
+/// would take every fourth unit of its cost to be something other than noise.
+constexpr double kMinDepthEvidence = 1.0 / 3;
+
 }  // namespace mono_pose_tracker

@@ -19,7 +19,8 @@ struct Recording {
   std::function<std::unique_ptr<ImageSource>()>
       open;  // from its beginning; called once more for images to be posed later
   const MaskFolder* masks = nullptr;
-  std::int64_t max_frames = -1;  // all
+  std::int64_t max_frames = -1;    // all
+  std::int64_t first_tracked = 0;  // images before it are posed in the end
   /// On more, images are read and searched for features ahead of tracking: the same results, sooner.
   int threads = 1;
   /// True: no further image is read. Asked on any thread.
@@ -49,5 +50,26 @@ using FrameObserver = std::function<void(int pass, std::int64_t index, const Fra
 /// Tracks the recording with inline mapping, until it ends or is interrupted, finishes the map and poses
 /// against it the images that have no pose yet.
 RecordingResult track_recording(const Recording& recording, const FrameObserver& observer, Tracker* tracker);
+
+/// Whether nothing in the finished map speaks against it: it is one rigid body, and not the reverse of one.
+bool is_sure(const RecordingResult& result);
+
+/// Whether there is a map that is sure and whose parts hold together.
+bool is_confirmed(const RecordingResult& result);
+
+struct TrackedRecording {
+  int attempt = 0;  // that gave it
+  std::unique_ptr<Tracker> tracker;
+  RecordingResult result;
+};
+
+using TrackerMaker = std::function<std::unique_ptr<Tracker>()>;
+using ObserverOfAttempt = std::function<FrameObserver(int attempt)>;
+
+/// A result that is not sure is made again, the map begun half way, a quarter, three quarters on in the
+/// recording, where the body shows itself otherwise; the first confirmed one is the result, and where there
+/// is none, the first.
+TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker& make_tracker,
+                                  const ObserverOfAttempt& observer_of);
 
 }  // namespace mono_pose_tracker

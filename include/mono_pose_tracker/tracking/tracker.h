@@ -10,6 +10,7 @@
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/mapping/contradiction.h"
 #include "mono_pose_tracker/mapping/seam.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 #include "mono_pose_tracker/tracking/prepared_image.h"
@@ -23,8 +24,10 @@ struct FinishedMap {
   std::vector<PosedFrame> trajectory;
   Map map;
   std::shared_ptr<const MapSnapshot> snapshot;
-  Seam seam;               // where it hangs together least
-  bool confirmed = false;  // a third view confirmed its beginning, and its seams hold
+  Seam seam;                    // where it hangs together least
+  Contradiction contradiction;  // where most of what is seen speaks against it
+  double depth_evidence = 0;    // that it is not reversed in depth (mapping/depth_reversal.h)
+  bool confirmed = false;       // a third view confirmed its beginning, and none of these is in doubt
 };
 
 /// Tracks one camera against the map it builds: bootstraps, resects every frame, hands keyframes to the
@@ -47,6 +50,9 @@ class Tracker {
   /// image: CV_8UC1 or CV_8UC3 (BGR), of the camera's size. mask: empty, or CV_8UC1 of the same size, 0 =
   /// ignore.
   FrameReport process(std::int64_t stamp_ns, const PreparedImage& image, const cv::Mat& mask = cv::Mat());
+
+  /// The next image of a recording is not looked at; it may be posed in the end.
+  void pass_over();
 
   /// Does ahead what of an image does not wait for tracking, for process, keep_for_later or resect_again to
   /// be given in its place; no result changes by it. mask: the one that they will be given. From any thread,

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+
+#include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/mapping/mapper_options.h"
+
+namespace mono_pose_tracker {
+
+/// Two keyframes that follow each other, and how much of what they see of the map speaks against it.
+struct Contradiction {
+  std::int64_t frame_index = -1;  // of the second; -1: there were none to compare
+  int matches = 0;                // of landmarks, by descriptors alone
+  int contradicting = 0;          // of them: the landmark lies elsewhere in the second image
+
+  double share() const { return matches > 0 ? static_cast<double>(contradicting) / matches : 0; }
+};
+
+/// In a right map one match in twenty lies elsewhere, a wrong match or something that moves by itself. One in
+/// seven is a part of the scene that has gone another way than the map says, even if each of its sides looks
+/// well by itself.
+constexpr double kMaxContradicting = 1.0 / 7;
+
+/// The worst pair of keyframes that follow each other in time. Observations are not asked, since a map keeps
+/// only those that agree with it: features are matched anew, and where a matched landmark should be seen is
+/// compared with where it is.
+Contradiction worst_contradiction(const Map& map, const MatchOptions& matching, int image_width);
+
+}  // namespace mono_pose_tracker

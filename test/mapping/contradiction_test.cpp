@@ -1,0 +1,64 @@
+#include "mono_pose_tracker/mapping/contradiction.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "support/synthetic_views.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+constexpr int kKeyframes = 6, kPoints = 200, kBreak = 4;
+
+// Keyframes along a box of points; from kBreak on the left of it has been moved, and the map, which follows
+// the rest, keeps no observation of what it contradicts.
+Map make_map(double moved, double left_of) {
+  Random random(5);
+  const CameraModel camera = synthetic_camera();
+  const SyntheticScene scene = box_scene(kPoints, random);
+  Map map;
+  std::vector<LandmarkId> ids;
+  for (const Eigen::Vector3d& x : scene.x_in_map) ids.push_back(map.add_landmark(x));
+  for (int k = 0; k < kKeyframes; ++k) {
+    const Rigid3 camera_from_map = camera_at({0.06 * k, 0, 0}, -0.5 * k * kDegree);
+    SyntheticScene now = scene;
+    std::vector<char> is_moved(kPoints, 0);
+    for (int i = 0; i < kPoints; ++i) {
+      is_moved[i] = k >= kBreak && now.x_in_map[i].x() < left_of;
+      if (is_moved[i]) now.x_in_map[i].y() += moved;
+    }
+    std::vector<int> point_of;
+    const Frame frame = synthetic_frame(now, camera, camera_from_map, 0.5, k, random, &point_of);
+    const KeyframeId id = map.add_keyframe(k, k * 100000000, camera_from_map, frame.image);
+    for (std::size_t f = 0; f < point_of.size(); ++f) {
+      if (!is_moved[point_of[f]]) map.add_observation(ids[point_of[f]], id, static_cast<int>(f));
+    }
+  }
+  return map;
+}
+
+TEST(Contradiction, ARightMapHasNone) {
+  const Contradiction worst = worst_contradiction(make_map(0, 0), MatchOptions(), 640);
+  EXPECT_EQ(worst.contradicting, 0);
+  EXPECT_LT(worst.share(), kMaxContradicting);
+}
+
+TEST(Contradiction, APartThatGoesAnotherWayIsSeenWhereItBegins) {
+  const Contradiction worst = worst_contradiction(make_map(0.2, -0.3), MatchOptions(), 640);  // by 27 px
+  EXPECT_EQ(worst.frame_index, kBreak);
+  EXPECT_GT(worst.share(), 2 * kMaxContradicting);
+}
+
+TEST(Contradiction, AFewThatMoveByThemselvesAreNone) {
+  const Contradiction worst = worst_contradiction(make_map(0.2, -1.4), MatchOptions(), 640);
+  EXPECT_LT(worst.share(), kMaxContradicting);
+}
+
+TEST(Contradiction, ThereIsNothingToCompareInAnEmptyMap) {
+  EXPECT_EQ(worst_contradiction(Map(), MatchOptions(), 640).frame_index, -1);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
