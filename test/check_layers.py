@@ -65,6 +65,12 @@ class LayersTest(unittest.TestCase):
                  for breach in breaches(folder, path.read_text())]
         self.assertFalse(found, "\n" + "\n".join(found))
 
+    def test_clones_for_processors_are_made_by_the_macro_only(self):
+        """Sanitizer builds crash while they are loaded where one is not left out."""
+        found = [str(path) for _, path in source_files()
+                 if "target_clones" in path.read_text() and path.name != "function_clones.h"]
+        self.assertFalse(found)
+
     def test_a_breach_is_found(self):
         self.assertTrue(breaches("geometry", f'#include "{PACKAGE}/robust/relative_pose.h"'))
         self.assertTrue(breaches("geometry", f'#include "{PACKAGE}/camera/camera_model.h"'))

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "function_clones.h"
+#include "mono_pose_tracker/common/function_clones.h"
 
 namespace mono_pose_tracker {
 
@@ -46,6 +46,7 @@ std::vector<Match> match_descriptors(const cv::Mat& first, const cv::Mat& second
   constexpr int kBlock = 128;
   std::vector<int> distances(kBlock);
   for (int start = 0; start < second.rows; start += kBlock) {
+    if (is_set(options.cancelled)) return matches;
     const int count = std::min(kBlock, second.rows - start);
     for (int i = 0; i < first.rows; ++i) {
       distances2_128(first.ptr<std::uint8_t>(i), second.ptr<std::uint8_t>(start), second.step, count,

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
-#include "function_clones.h"
+#include "mono_pose_tracker/common/function_clones.h"
 #include "sift_parallel.h"
 #include "sift_vector.h"
 
@@ -246,7 +246,7 @@ void ExtremaFinder::find_in_rows(const ScaleSpace& space, float contrast_thresho
   };
 
   for (int y = begin - 1; y < begin + 1; ++y) subtract(y);
-  for (int y = begin; y < end; ++y) {
+  for (int y = begin; y < end && !is_set(options_.cancelled); ++y) {
     subtract(y + 1);
     for (int level = 1; level <= space.layers(); ++level) {
       const float* rows[9];

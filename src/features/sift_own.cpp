@@ -95,9 +95,9 @@ class OwnSift : public FeatureExtractor {
   void assign_orientations() {
     const int count = static_cast<int>(chosen_.size());
     angles_.resize(count);
-    angle_counts_.resize(count);
+    angle_counts_.assign(count, 0);  // of one that is not reached any more, too
     for_parts(count, options_.num_threads, [&](int, int begin, int end) {
-      for (int i = begin; i < end; ++i) {
+      for (int i = begin; i < end && !is_set(options_.cancelled); ++i) {
         const Extremum& e = chosen_[i];
         angle_counts_[i] =
             find_orientations(space_.gaussian(e.octave, e.level), e.x, e.y, e.sigma, &angles_[i]);
@@ -121,7 +121,7 @@ class OwnSift : public FeatureExtractor {
     set->features.reserve(kept.size());
     for (const int i : kept) set->features.push_back(candidates_[i]);
     for_parts(count, options_.num_threads, [&](int, int begin, int end) {
-      for (int i = begin; i < end; ++i) {
+      for (int i = begin; i < end && !is_set(options_.cancelled); ++i) {
         const Extremum& e = chosen_[sources_[kept[i]]];
         float histogram[kDescriptorSize];
         compute_histogram(space_.gaussian(e.octave, e.level), e.x, e.y, e.sigma, set->features[i].angle,

@@ -64,6 +64,10 @@ void ScaleSpace::build(const cv::Mat& gray) {
     Plane* levels = &planes_[octave * (layers() + 3)];
     if (octave > 0) halve(gaussian(octave - 1, layers()), &levels[0]);
     for (int level = 1; level < layers() + 3; ++level) {
+      if (is_set(options_.cancelled)) {
+        octaves_ = octave;  // those that are whole
+        return;
+      }
       blur(levels[level - 1], level_kernels_[level - 1], 1, &levels[level]);
     }
   }

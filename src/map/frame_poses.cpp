@@ -7,6 +7,10 @@ const FramePose* FramePoses::find(std::int64_t index) const {
   return found == poses_.end() ? nullptr : &found->second;
 }
 
+void FramePoses::keep_newest(std::size_t most) {
+  while (poses_.size() > most) poses_.erase(poses_.begin());
+}
+
 void FramePoses::apply(const MapCorrection& correction) {
   for (auto& [index, pose] : poses_) {
     pose.reference += correction.added.keyframes;

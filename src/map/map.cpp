@@ -170,6 +170,19 @@ void Map::remove_keyframe(KeyframeId keyframe_id, KeyframeId parent) {
   shared_.erase(keyframe_id);
 }
 
+void Map::forget_removed_keyframes(std::size_t most) {
+  if (removed_.size() <= most) return;
+  // Those that stay must not hang on one that goes.
+  for (auto& [id, link] : removed_) {
+    while (!keyframes_.count(link.parent)) {
+      const KeyframeLink& next = removed_.at(link.parent);
+      link.removed_from_parent = link.removed_from_parent * next.removed_from_parent;
+      link.parent = next.parent;
+    }
+  }
+  while (removed_.size() > most) removed_.erase(removed_.begin());
+}
+
 std::vector<LandmarkId> Map::landmark_ids() const {
   std::vector<LandmarkId> ids;
   ids.reserve(landmarks_.size());

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "descriptor_mean.h"
+#include "mono_pose_tracker/common/function_clones.h"
 #include "mono_pose_tracker/common/random.h"
 
 namespace mono_pose_tracker {
@@ -28,9 +29,9 @@ inline void hadamard(std::int32_t* v) {
 // A random rotation in a few thousand additions: three rounds of random signs and a Hadamard transform
 // (Andoni et al., NIPS 2015). Its values stay below 255 * 128^3 < 2^31. The clones are chosen when the
 // program is loaded; whole numbers give the same in each.
-__attribute__((target_clones("avx2", "default"))) void rotate(
-    const std::uint8_t* descriptor, const std::array<std::array<std::int32_t, 128>, 3>& signs,
-    Vector128* out) {
+MPT_FUNCTION_CLONES_FOR("avx2")
+void rotate(const std::uint8_t* descriptor, const std::array<std::array<std::int32_t, 128>, 3>& signs,
+            Vector128* out) {
   std::int32_t* v = out->data();
   for (int i = 0; i < 128; ++i) v[i] = descriptor[i] - kDescriptorMean[i];
   for (const auto& round : signs) {
@@ -72,9 +73,9 @@ DescriptorCode DescriptorCoder::encode(const std::uint8_t* descriptor, int num_u
   return code;
 }
 
-__attribute__((target_clones("popcnt", "default"))) int find_near(const CodedFeature* features, int count,
-                                                                  std::uint64_t signature, int max_distance,
-                                                                  NearFeature* near) {
+MPT_FUNCTION_CLONES_FOR("popcnt")
+int find_near(const CodedFeature* features, int count, std::uint64_t signature, int max_distance,
+              NearFeature* near) {
   const auto low = static_cast<std::uint32_t>(signature);
   const auto high = static_cast<std::uint32_t>(signature >> 32);
   int found = 0;

@@ -30,6 +30,7 @@ std::vector<Match> match_along_epipolar_lines(const Keyframe& first, const Keyfr
   std::vector<NearestTwo> of_first(free1.size()), of_second(free2.size());
   Eigen::RowVectorXf from_plane(free2.size());
   for (std::size_t i = 0; i < free1.size(); ++i) {
+    if (is_set(options.cancelled)) return {};
     const Eigen::Vector3d normal = essential * first.image->set.bearings[free1[i]];
     const double length = normal.norm();
     if (length < 1e-9) continue;  // at the epipole every line passes

@@ -8,10 +8,11 @@
 namespace mono_pose_tracker {
 
 struct EpipolarMatchOptions {
-  double max_error_rad = 0.004;  // from bearing to epipolar plane
-  int max_distance2 = 0;         // of the descriptors
-  double min_ratio = 1.25;       // second nearest over nearest, among those near the epipolar line
-  double max_scale_ratio = 3;    // of the two features: 1.6 octaves
+  double max_error_rad = 0.004;    // from bearing to epipolar plane
+  int max_distance2 = 0;           // of the descriptors
+  double min_ratio = 1.25;         // second nearest over nearest, among those near the epipolar line
+  double max_scale_ratio = 3;      // of the two features: 1.6 octaves
+  CancelFlag cancelled = nullptr;  // once it is set: no matches
 };
 
 // Guided matching (paper, step 4c) between features of two keyframes that see no landmark yet: only features

@@ -69,6 +69,30 @@ void set_right(const MapperOptions& options, Map* map) {
   correct_depth_reversal(bundle, kMinEvidence, map);
 }
 
+// Of a capped map: a keyframe each half second, for half an hour.
+constexpr std::size_t kMostRemovedKeyframes = 4000;
+
+// Share of the keyframe's landmarks that it is not needed for: at least three others see them, on the same
+// scale or a finer one (Mur-Artal et al., ORB-SLAM, 2015). 1 when it sees none.
+double redundant_share(const Map& map, const Keyframe& keyframe) {
+  constexpr int kOthers = 3;
+  constexpr float kSameScale = 1.26f;  // a layer of SIFT's three in an octave
+  int all = 0, redundant = 0;
+  for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
+    const Landmark* landmark = map.landmark(keyframe.landmark_of_feature[f]);
+    if (!landmark) continue;
+    ++all;
+    const float coarsest = kSameScale * keyframe.image->set.features[f].scale;
+    int others = 0;
+    for (const Observation& o : landmark->observations) {
+      others += o.keyframe != keyframe.id &&
+                map.keyframe(o.keyframe)->image->set.features[o.feature].scale <= coarsest;
+    }
+    redundant += others >= kOthers;
+  }
+  return all == 0 ? 1 : static_cast<double>(redundant) / all;
+}
+
 bool is_due(std::size_t keyframes) { return keyframes % 6 == 0 && keyframes <= 24; }
 
 // Mean side of a marker in map units, its corners seen from these cameras; 0 when they can't tell.
@@ -194,10 +218,11 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
     }
   }
   adjust_window(id, waiting);
-  if (is_due(map_.keyframes().size())) set_right(options_, &map_);
+  if (is_due(map_.keyframes().size()) && !is_cancelled()) set_right(options_, &map_);
   cull_young_landmarks(id);
   cull_keyframes(id);
-  if (waiting == 0) join_where_met(map_.keyframes().rbegin()->first);
+  cap_keyframes(id);
+  if (waiting == 0 && !is_cancelled()) join_where_met(map_.keyframes().rbegin()->first);
   publish();
 }
 
@@ -214,6 +239,7 @@ void Mapper::separate_motions(KeyframeId id) {
     if (std::find(partners.begin(), partners.end(), previous) == partners.end()) partners.push_back(previous);
   }
   for (const KeyframeId partner : partners) {
+    if (is_cancelled()) return;
     const SecondMotion other =
         find_second_motion(*map_.keyframe(partner), *map_.keyframe(id), options_.matching, options_.ransac);
     if (other.of_first.empty() || is_most_of(*map_.keyframe(partner), other.of_first)) continue;
@@ -278,6 +304,7 @@ void Mapper::fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks) {
   ProjectionMatchOptions guided;
   guided.radius_px = options_.mapping.max_reprojection_px;
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
+  guided.cancelled = options_.ransac.cancelled;
   for (const LandmarkMatch& m :
        match_by_projection(candidates, *keyframe.image, camera_, keyframe.camera_from_map, {}, guided)) {
     if (is_left_out(target, m.feature)) continue;
@@ -302,6 +329,7 @@ void Mapper::create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& 
   EpipolarMatchOptions guided;
   guided.max_error_rad = options_.mapping.max_reprojection_px / camera_.focal();
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
+  guided.cancelled = options_.ransac.cancelled;
   guided.min_ratio = options_.matching.min_ratio;
   for (const KeyframeId n : near) {
     if (is_cancelled()) return;
@@ -391,12 +419,43 @@ void Mapper::cull_keyframes(KeyframeId newest) {
     const auto redundant = std::count_if(
         seen.begin(), seen.end(), [&](LandmarkId l) { return map_.landmark(l)->observations.size() >= 4; });
     if (redundant < options_.mapping.redundant_overlap * seen.size()) continue;
-    const std::vector<KeyframeId> nearest = neighbors(id, 1);
-    if (nearest.empty()) continue;
-    map_.remove_keyframe(id, nearest[0]);
-    left_out_.erase(id);
-    cull_observations(seen);
+    if (!neighbors(id, 1).empty()) remove_keyframe(id);
   }
+}
+
+// Its place is remembered relative to the keyframe that shares most with it, else to the one before it.
+void Mapper::remove_keyframe(KeyframeId id) {
+  const std::vector<LandmarkId> seen = landmarks_of(*map_.keyframe(id));
+  const std::vector<KeyframeId> nearest = neighbors(id, 1);
+  map_.remove_keyframe(id, nearest.empty() ? std::prev(map_.keyframes().find(id))->first : nearest[0]);
+  left_out_.erase(id);
+  cull_observations(seen);
+}
+
+// Above the limit the keyframe goes that is missed least. Never the first two, which hold the map's frame and
+// scale, nor those that the camera is among.
+void Mapper::cap_keyframes(KeyframeId newest) {
+  const auto most = static_cast<std::size_t>(options_.mapping.max_keyframes);
+  if (most == 0 || map_.keyframes().size() <= most) return;
+  std::set<KeyframeId> spared = {newest};
+  // At most half of what may stay: a map that is smaller than two windows must lose some of its window.
+  const int window = std::min(options_.mapping.window_keyframes, static_cast<int>(most / 2));
+  for (const KeyframeId id : neighbors(newest, window)) spared.insert(id);
+  auto first = map_.keyframes().begin();
+  for (int i = 0; i < 2; ++i) spared.insert((first++)->first);
+  while (map_.keyframes().size() > most) {
+    double most_redundant = -1;
+    KeyframeId least_useful = newest;
+    for (const auto& [id, keyframe] : map_.keyframes()) {
+      if (spared.count(id)) continue;
+      const double share = redundant_share(map_, keyframe);
+      if (share > most_redundant) most_redundant = share, least_useful = id;
+    }
+    if (least_useful == newest) return;
+    remove_keyframe(least_useful);
+  }
+  // Frames of the last minutes ride on those.
+  map_.forget_removed_keyframes(kMostRemovedKeyframes);
 }
 
 void Mapper::finish() {

@@ -7,11 +7,15 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Inline nobody waits for the mapper: nothing is left out for the sake of time, and no result is cut short by
-// the clock, which would not repeat.
+// Multiplications: about half a second, so that a tracker that ends need not wait long for it.
+constexpr double kMaxIterationWork = 1e9;
+
+// Inline nobody waits for the mapper: nothing is left out for the sake of time or memory, and no result is
+// cut short by the clock, which would not repeat.
 MapperOptions unhurried(MapperOptions options) {
   options.mapping.bundle_seconds = std::numeric_limits<double>::max();
   options.mapping.window_landmarks = std::numeric_limits<int>::max();
+  options.mapping.max_keyframes = 0;
   return options;
 }
 
@@ -19,9 +23,7 @@ MapperOptions unhurried(MapperOptions options) {
 
 MappingWorker::MappingWorker(const MapperOptions& options, const CameraModel& camera, bool threaded,
                              std::function<void()> before_job)
-    : mapper_(options, camera),
-      threaded_(threaded),
-      before_job_(std::move(before_job)) {
+    : mapper_(options, camera), threaded_(threaded), before_job_(std::move(before_job)) {
   mapper_.set_options(prepared(options));
   if (threaded_) thread_ = std::thread([this] { run(); });
 }
@@ -181,7 +183,11 @@ void MappingWorker::take_options() {
 }
 
 MapperOptions MappingWorker::prepared(MapperOptions options) const {
-  if (!threaded_) options = unhurried(std::move(options));
+  if (threaded_) {
+    options.bundle.max_iteration_work = kMaxIterationWork;
+  } else {
+    options = unhurried(std::move(options));
+  }
   options.bundle.cancel = [this, asked = options.bundle.cancel] { return cancel_ || (asked && asked()); };
   return options;
 }

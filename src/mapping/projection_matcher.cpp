@@ -66,7 +66,7 @@ std::vector<LandmarkMatch> match_by_projection(const std::vector<LandmarkCandida
   const Visibility visibility(camera, camera_from_map, options.max_view_angle_deg);
   const double min_ratio2 = options.min_ratio * options.min_ratio;
   std::vector<LandmarkMatch> claim(image.size());  // of each feature
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
+  for (std::size_t i = 0; i < candidates.size() && !is_set(options.cancelled); ++i) {
     const LandmarkCandidate& c = candidates[i];
     Eigen::Vector2d pixel;
     double scale;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 #include <set>
 #include <tuple>
 #include <unordered_map>
@@ -12,6 +14,10 @@ namespace {
 
 // Under cameras that stay, a point that was in its place before they moved a little is there in two or three.
 constexpr int kPointIterations = 4;
+
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+// Of a keyframe: fewer do not hold its pose.
+constexpr int kLeastLandmarks = 50;
 
 // Of an image, to spread the landmarks that hold its pose: a few fall into each.
 constexpr int kCellsAcross = 8, kCellsDown = 6;
@@ -99,6 +105,23 @@ std::pair<std::vector<LandmarkId>, std::vector<LandmarkId>> split_by_hold(
   return split;
 }
 
+// Multiplications of an iteration's linear algebra: a dense decomposition of the cameras' reduced matrix, to
+// which a landmark adds a block of 6x6 for each two of the free cameras that see it.
+double camera_work(std::size_t free) { return 72 * std::pow(static_cast<double>(free), 3); }
+
+double landmark_work(const Map& map, const std::vector<LandmarkId>& landmarks,
+                     const std::vector<KeyframeId>& free) {
+  double work = 0;
+  for (const LandmarkId l : landmarks) {
+    const std::vector<Observation>& seen = map.landmark(l)->observations;
+    const auto views = static_cast<double>(std::count_if(seen.begin(), seen.end(), [&](const Observation& o) {
+      return std::binary_search(free.begin(), free.end(), o.keyframe);
+    }));
+    work += 200 * views * (views + 3);
+  }
+  return work;
+}
+
 MapProblem build(const Map& map, const std::vector<KeyframeId>& free, const std::vector<KeyframeId>& fixed,
                  const std::vector<LandmarkId>& landmarks) {
   MapProblem problem;
@@ -163,6 +186,9 @@ BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<Ke
                               int max_fixed, int max_landmarks, Map* map) {
   std::vector<KeyframeId> free = free_keyframes;
   std::sort(free.begin(), free.end());
+  // The oldest stay where they are when the matrix of all would be too large.
+  const double max_work = options.max_iteration_work > 0 ? options.max_iteration_work / 2 : kUnlimited;
+  while (camera_work(free.size()) > max_work) free.erase(free.begin());
   const std::vector<LandmarkId> landmarks = seen_by(*map, free);
   std::vector<KeyframeId> fixed = fixed_keyframes(*map, landmarks, free, max_fixed);
   // One fixed camera leaves the scale free: then the window is a map of its own.
@@ -170,7 +196,11 @@ BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<Ke
     free.insert(std::lower_bound(free.begin(), free.end(), fixed[0]), fixed[0]);
     fixed.clear();
   }
-  const auto [longest, others] = split_by_hold(*map, landmarks, free, max_landmarks);
+  auto [longest, others] = split_by_hold(*map, landmarks, free, max_landmarks);
+  while (max_landmarks > kLeastLandmarks && landmark_work(*map, longest, free) > max_work) {
+    max_landmarks = std::min<int>(max_landmarks, static_cast<int>(longest.size())) / 2;
+    std::tie(longest, others) = split_by_hold(*map, landmarks, free, max_landmarks);
+  }
   MapProblem problem = build(*map, free, fixed, longest);
   const BundleReport report = solve(options, &problem, map);
   if (others.empty()) return report;

@@ -210,8 +210,8 @@ void Bootstrapper::keep_object(const std::vector<int>& moved_of_reference, Candi
     const int i = is_reference ? f : candidate->feature_of_reference[f];
     if (i >= 0) moved.emplace_back(image.set.features[i].pixel.x(), image.set.features[i].pixel.y());
   }
-  candidate->frame.image =
-      select_features(image, features_of_object(image, moved, still_), camera_.width(), camera_.height());
+  candidate->frame.image = select_features(
+      image, features_of_object(image, moved, still_, options_.cancelled), camera_.width(), camera_.height());
   candidate->frame.is_masked = true;
 }
 

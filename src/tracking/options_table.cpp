@@ -154,6 +154,7 @@ std::vector<OptionEntry> option_table(TrackerOptions* o) {
       {"mapping/max_reprojection_px", &o->mapping.max_reprojection_px, 0.1, 100, {}},
       {"mapping/max_descriptor_distance", &o->mapping.max_descriptor_distance, 0.05, 1.5, {}},
       {"mapping/redundant_overlap", &o->mapping.redundant_overlap, 0, 1.01, {}},
+      {"mapping/max_keyframes", &o->mapping.max_keyframes, 0, 1e6, {}},
       {"mapping/bundle_seconds", &o->mapping.bundle_seconds, 0.001, kUnbounded, {}},
       {"segmentation/method",
        &o->segmentation.method,
@@ -220,6 +221,7 @@ const std::set<std::string>& changeable_keys() {
       "mapping/min_parallax_deg",
       "mapping/max_reprojection_px",
       "mapping/redundant_overlap",
+      "mapping/max_keyframes",
       "mapping/bundle_seconds",
       "bundle/max_iterations",
   };

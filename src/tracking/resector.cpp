@@ -149,6 +149,7 @@ void Resector::refine(const Frame& frame, const std::vector<LandmarkCandidate>& 
   ProjectionMatchOptions guided;
   guided.radius_px = options_.resection.refine_radius_px * std::max(1.0, camera_.width() / 640.0);
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
+  guided.cancelled = options_.cancelled;
   std::vector<LandmarkMatch> matches, inliers;
   bool converged = false;
   for (int round = 0; round < 2; ++round) {
@@ -196,6 +197,7 @@ ResectionReport Resector::by_prediction(const Frame& frame, const std::vector<La
   ProjectionMatchOptions guided;
   guided.radius_px = options_.resection.search_radius * camera_.width();
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
+  guided.cancelled = options_.cancelled;
   guided.min_ratio =
       1.1;  // within a few per cent of the image a look-alike is rare: less than the paper's 1.25
   return pose_from_matches(frame, candidates,
@@ -231,7 +233,7 @@ ResectionReport Resector::relocalize(const Frame& frame, const TrackingMap& map,
   ResectionReport best;
   best.text = "no keyframe looks like the image";
   for (const KeyframeId id : places_of(frame, map, budget)) {
-    if (options_.cancelled && *options_.cancelled) break;
+    if (is_set(options_.cancelled)) break;
     // The keyframe's own landmarks tell whether this is the place; its neighbours' would cost ten times that.
     ResectionReport report = by_descriptors(frame, candidates_of(map, {id}));
     if (report.success) refine(frame, local_candidates(map, id), &report);

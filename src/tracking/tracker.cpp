@@ -10,6 +10,14 @@
 
 namespace mono_pose_tracker {
 
+namespace {
+
+// Whose poses are known live when the map is corrected: eleven minutes at 30 Hz, as much as ~path holds by
+// default.
+constexpr std::size_t kMostLiveFrames = 20000;
+
+}  // namespace
+
 std::optional<Frame> Tracker::Impl::make_frame(std::int64_t index, std::int64_t stamp_ns,
                                                const PreparedImage& image, const Segmentation& segmentation,
                                                FrameReport* report) {
@@ -209,6 +217,7 @@ void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   reference_ = choose_reference(map, resection);
   camera_from_reference_ = resection.camera_from_map * map.keyframes.at(reference_).camera_from_map.inverse();
   frames_[map.map_id].set(frame.index, {frame.stamp_ns, reference_, camera_from_reference_});
+  if (pace_ == SearchPace::kLive) frames_[map.map_id].keep_newest(kMostLiveFrames);
   object_finder_.follow(frame, map, resection);
   const Overlap overlap = overlap_with(map, reference_, resection, camera_);
   report->median_parallax_deg = overlap.parallax_deg;
@@ -323,7 +332,7 @@ MapOrigin Tracker::Impl::origin() const {
 
 void Tracker::Impl::set_options(const TrackerOptions& options) {
   copy_changeable(options, &given_options_);
-  options_ = cancellable(given_options_.for_images({camera_.width(), camera_.height()}, pace_));
+  options_ = given_options_.for_images({camera_.width(), camera_.height()}, pace_).cancellable(&cancelled_);
   object_finder_.set_options(options_.segmentation);
   frame_maker_.set_options(options_.sift, options_.segmentation);
   resector_ = Resector(options_, camera_);

@@ -38,7 +38,7 @@ class Tracker::Impl {
        std::function<void()> before_mapping)
       : given_options_(options),
         pace_(mapping == Mapping::kThreaded ? SearchPace::kLive : SearchPace::kRecording),
-        options_(cancellable(options.for_images({camera.width(), camera.height()}, pace_))),
+        options_(options.for_images({camera.width(), camera.height()}, pace_).cancellable(&cancelled_)),
         camera_(camera),
         object_finder_(options_.segmentation, camera),
         frame_maker_(options_.sift, options_.scale, options_.segmentation, camera),
@@ -108,11 +108,6 @@ class Tracker::Impl {
   void describe(const ResectionReport& resection, FrameReport* report) const;
   void finish_report(FrameReport* report);
   void report_corrections(const TrackingMap& map, FrameReport* report);
-
-  TrackerOptions cancellable(TrackerOptions options) const {
-    options.cancelled = &cancelled_;
-    return options;
-  }
 
   std::atomic<bool> cancelled_{false};
   TrackerOptions given_options_;

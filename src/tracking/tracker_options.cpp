@@ -14,6 +14,9 @@ namespace {
 // m: no camera sees less, and the estimators' own least steps are some orders below.
 constexpr double kLeastLength = 1e-6;
 
+// The map's first two keyframes, and as many round the camera as hold its pose.
+constexpr int kFewestKeyframes = 10;
+
 }  // namespace
 
 RansacOptions TrackerOptions::ransac(double focal_px) const {
@@ -35,8 +38,14 @@ MapperOptions TrackerOptions::mapper(double focal_px) const {
                        ransac(focal_px),
                        resection.min_inliers,
                        segmentation.body == "turning"};
-  if (cancelled) mapper.bundle.cancel = [flag = cancelled] { return flag->load(); };
   return mapper;
+}
+
+TrackerOptions TrackerOptions::cancellable(CancelFlag flag) const {
+  TrackerOptions options = *this;
+  options.cancelled = options.sift.cancelled = options.matching.cancelled = flag;
+  options.bundle.cancel = [flag] { return is_set(flag); };
+  return options;
 }
 
 TrackerOptions TrackerOptions::for_images(const cv::Size& image, SearchPace pace) const {
@@ -67,6 +76,10 @@ void TrackerOptions::validate() const {
     if (length > 0 && length < kLeastLength) {
       problems += std::string("; scale/") + key + " is below 1e-06, expected 0 or metres";
     }
+  }
+  if (mapping.max_keyframes > 0 && mapping.max_keyframes < kFewestKeyframes) {
+    problems += "; mapping/max_keyframes = " + std::to_string(mapping.max_keyframes) +
+                ", expected 0 (no limit) or at least " + std::to_string(kFewestKeyframes);
   }
   if (scales > 1) {
     problems +=

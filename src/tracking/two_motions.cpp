@@ -128,9 +128,9 @@ TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& sec
 }
 
 std::vector<char> features_of_object(const ImageFeatures& image, const std::vector<cv::Point2f>& moved,
-                                     const std::vector<cv::Point2f>& still) {
+                                     const std::vector<cv::Point2f>& still, CancelFlag cancelled) {
   std::vector<char> object(image.size());
-  for (int i = 0; i < image.size(); ++i) {
+  for (int i = 0; i < image.size() && !is_set(cancelled); ++i) {
     const Eigen::Vector2f& pixel = image.set.features[i].pixel;
     object[i] = nearest2(moved, pixel) < nearest2(still, pixel);
   }

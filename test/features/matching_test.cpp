@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+
 #include "mono_pose_tracker/common/random.h"
 #include "mono_pose_tracker/features/feature_grid.h"
 
@@ -57,6 +59,16 @@ TEST(Matching, MutualKeepsEachRowOnce) {
   EXPECT_EQ(match_descriptors(first, one, options).size(), 2u);
   options.mutual = true;
   EXPECT_EQ(match_descriptors(first, one, options).size(), 1u);
+}
+
+TEST(Matching, EndsWhenItIsCancelled) {
+  const cv::Mat m = random_descriptors(300, 5);
+  std::atomic<bool> cancelled{false};
+  MatchOptions options;
+  options.cancelled = &cancelled;
+  EXPECT_EQ(match_descriptors(m, m, options).size(), 300u);
+  cancelled = true;
+  EXPECT_TRUE(match_descriptors(m, m, options).empty());
 }
 
 TEST(Matching, NothingMatchesNothing) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -156,6 +157,20 @@ TEST_P(SiftTest, ImagesWithoutFeaturesGiveNone) {
   EXPECT_EQ(extract(options(), cv::Mat(3, 200, CV_8U, cv::Scalar(7))).size(), 0);
   cv::Mat all_hidden = cv::Mat::zeros(240, 320, CV_8U);
   EXPECT_EQ(extract(options(), random_texture(320, 240, 7), all_hidden).size(), 0);
+}
+
+TEST(OwnSift, EndsWhenItIsCancelled) {
+  std::atomic<bool> cancelled{false};
+  SiftOptions options;
+  options.cancelled = &cancelled;
+  const auto extractor = make_sift_extractor(options);
+  FeatureSet features;
+  extractor->extract(random_texture(320, 240, 8), cv::Mat(), &features);
+  EXPECT_GT(features.size(), 100);
+  cancelled = true;
+  extractor->extract(random_texture(320, 240, 8), cv::Mat(), &features);
+  EXPECT_EQ(features.size(), 0);
+  EXPECT_EQ(features.descriptors.rows, 0);
 }
 
 TEST_P(SiftTest, WrongImagesAreMisuse) {

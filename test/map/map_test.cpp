@@ -77,6 +77,28 @@ TEST(Map, ARemovedKeyframeMovesWithItsParent) {
   map.check();
 }
 
+TEST(Map, ForgetsTheOldestOfTheRemovedKeyframesAndNoOther) {
+  Map map;
+  for (int i = 0; i < 8; ++i) map.add_keyframe(i, i, pose_at(i), image_of(1));
+  // A chain: 5 hangs on 1, which hangs on 2, which hangs on 6.
+  map.remove_keyframe(5, 1);
+  map.remove_keyframe(1, 2);
+  map.remove_keyframe(2, 6);
+  map.remove_keyframe(3, 7);
+  map.forget_removed_keyframes(2);
+  EXPECT_EQ(map.removed_keyframes().size(), 2u);
+  Rigid3 pose;
+  EXPECT_FALSE(map.camera_from_map(1, &pose));
+  EXPECT_FALSE(map.camera_from_map(2, &pose));
+  for (const KeyframeId left : {3, 5}) {
+    ASSERT_TRUE(map.camera_from_map(left, &pose));
+    EXPECT_NEAR((pose.inverse().translation - Eigen::Vector3d(left, 0, 0)).norm(), 0, 1e-12);
+  }
+  map.remove_keyframe(6, 7);
+  ASSERT_TRUE(map.camera_from_map(5, &pose)) << "what it hangs on may go later";
+  EXPECT_NEAR((pose.inverse().translation - Eigen::Vector3d(5, 0, 0)).norm(), 0, 1e-12);
+}
+
 // A row of keyframes, each of which sees the points before it and beside it.
 Map row(int keyframes, Random& random) {
   Map map;

@@ -146,6 +146,67 @@ TEST_F(MapperTest, AKeyframeOfWhichNothingIsNewGoesAndItsPlaceIsKept) {
   }
 }
 
+TEST_F(MapperTest, ACappedMapKeepsItsFrameItsNewestAndItsAccuracy) {
+  constexpr int kViews = 18, kMost = 10;
+  MapperOptions capped = options();
+  capped.mapping.max_keyframes = kMost;
+  capped.mapping.redundant_overlap = 1.01;  // nothing goes but for the limit
+  Mapper mapper(capped, scene_.camera);
+  mapper.initialize(scene_.initial_map(1), 0);
+  for (int view = 2; view < kViews; ++view) {
+    insert(&mapper, view);
+    mapper.map().check();
+    EXPECT_LE(mapper.map().keyframes().size(), static_cast<std::size_t>(kMost));
+    EXPECT_EQ(mapper.map().keyframes().rbegin()->second.frame_index, view) << "the newest never goes";
+  }
+  const Map& map = mapper.map();
+  EXPECT_EQ(map.keyframes().size(), static_cast<std::size_t>(kMost));
+  EXPECT_EQ(map.keyframes().size() + map.removed_keyframes().size(), static_cast<std::size_t>(kViews));
+  EXPECT_TRUE(map.keyframe(0) && map.keyframe(1)) << "the map's frame and scale";
+  for (int id = 0; id < kViews; ++id) {
+    Rigid3 camera_from_map;
+    ASSERT_TRUE(map.camera_from_map(id, &camera_from_map)) << "frames may ride on it";
+    const Rigid3 truth = KnownScene::pose(id);
+    EXPECT_LT(camera_from_map.rotation.angularDistance(truth.rotation), 0.01) << id;
+    EXPECT_LT((camera_from_map.inverse().translation / unit(map) - truth.inverse().translation).norm(), 0.05)
+        << id;
+  }
+  for (const auto& entry : map.landmarks()) EXPECT_GE(entry.second.observations.size(), 2u);
+  const TrackingMapPtr view = mapper.tracking_map();
+  const std::vector<KeyframeId> places = view->places->find(scene_.frame(kViews).image->set, kViews);
+  EXPECT_FALSE(places.empty());
+  for (const KeyframeId place : places) EXPECT_TRUE(map.keyframe(place)) << place << " is gone";
+}
+
+// Four views of one place and then one of another: what the others see as well is not missed.
+TEST_F(MapperTest, TheKeyframeThatIsMissedLeastGoesFirst) {
+  MapperOptions capped = options();
+  capped.mapping.max_keyframes = 10;
+  capped.mapping.redundant_overlap = 1.01;
+  capped.mapping.window_keyframes = 2;  // so that few are spared for being near the newest
+  Mapper mapper(capped, scene_.camera);
+  mapper.initialize(scene_.initial_map(1), 0);
+  for (int view = 2; view < 10; ++view) insert(&mapper, view);
+  const Map before = mapper.map();
+  ASSERT_EQ(before.keyframes().size(), 10u);
+  insert(&mapper, 10);
+  const Map& after = mapper.map();
+  ASSERT_EQ(after.removed_keyframes().size(), 1u);
+  const auto needed = [&](KeyframeId id) {  // landmarks that fewer than three others see
+    int count = 0, all = 0;
+    for (const LandmarkId l : before.keyframe(id)->landmark_of_feature) {
+      if (l == kNoLandmark) continue;
+      ++all;
+      count += before.landmark(l)->observations.size() < 4;
+    }
+    return static_cast<double>(count) / all;
+  };
+  const KeyframeId gone = after.removed_keyframes().begin()->first;
+  int missed_less = 0;
+  for (KeyframeId id = 2; id < 10; ++id) missed_less += needed(id) < needed(gone) - 0.1;
+  EXPECT_LE(missed_less, 2) << "but for those that are spared";
+}
+
 TEST_F(MapperTest, ACandidateWhoseReferenceIsUnknownIsPassedOver) {
   Mapper mapper(options(), scene_.camera);
   mapper.initialize(scene_.initial_map(1), 0);

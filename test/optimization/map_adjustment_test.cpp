@@ -88,6 +88,19 @@ TEST_F(MapAdjustment, AFewLandmarksHoldThePosesAndTheOthersFollow) {
   EXPECT_LT(worst_point(), 1e-3) << "four steps for the points, once the poses are right";
 }
 
+// The matrix of four cameras alone would take 4,600 multiplications, of three 2,000.
+TEST_F(MapAdjustment, AnIterationIsNoMoreWorkThanAllowed) {
+  disturb();
+  std::map<KeyframeId, Eigen::Vector3d> before;
+  for (const auto& [id, keyframe] : map_.keyframes()) before[id] = keyframe.center_in_map();
+  BundleOptions options = exact();
+  options.max_iteration_work = 6000;
+  EXPECT_TRUE(adjust_keyframes(options, {2, 3, 4, 5}, 10, 1000, &map_).usable);
+  EXPECT_EQ(map_.keyframe(2)->center_in_map(), before[2]) << "the oldest stays";
+  EXPECT_NE(map_.keyframe(5)->center_in_map(), before[5]);
+  EXPECT_LT(worst_center(), 1e-3) << "fifty landmarks of each hold the poses";
+}
+
 TEST_F(MapAdjustment, KeyframesThatAreNotFreeStay) {
   disturb();
   const Rigid3 before = map_.keyframe(1)->camera_from_map;

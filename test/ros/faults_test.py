@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """Trackers that are loaded and unloaded, flooded, not listened to, killed, given clocks of every kind or a full disk."""
+import math
 import os
 import signal
 import subprocess
@@ -12,6 +13,8 @@ import unittest
 import roslib.packages
 import rospy
 import rostest
+from dynamic_reconfigure.msg import Config, DoubleParameter
+from dynamic_reconfigure.srv import Reconfigure
 from nodelet.srv import NodeletLoad, NodeletUnload
 from sensor_msgs.msg import Image
 
@@ -131,6 +134,30 @@ class FaultsTest(unittest.TestCase):
             self.assertEqual(camera.show(image, tracker).header.stamp.to_nsec(), secs * 10**9 + nsecs)
         last = [camera.show(feeding.moved(i, 2000), tracker) for i in self.recording.images[:3]][-1]
         self.assertIn(last.state, (TrackerStatus.BOOTSTRAPPING, TrackerStatus.TRACKING), last.reason_text)
+
+    def test_nan_by_dynamic_reconfigure_and_a_restart(self):
+        """It is refused, and leaves nothing on the parameter server that the next node of this name would stumble over."""
+        node = self.start("changed", "/changed_camera")
+        camera, tracker = feeding.Camera("/changed_camera", self.recording.info), feeding.Tracker("/changed")
+        service = "/changed/set_parameters"
+        rospy.wait_for_service(service, feeding.TIMEOUT)
+        wrong = [DoubleParameter("mapping/keyframe_overlap", float("nan")),
+                 DoubleParameter("publish_period", float("inf")), DoubleParameter("inlier_threshold_px", -float("inf"))]
+        for parameter in wrong:
+            answer = rospy.ServiceProxy(service, Reconfigure)(Config(doubles=[parameter])).config
+            in_force = {p.name: p.value for p in answer.doubles}
+            self.assertTrue(math.isfinite(in_force[parameter.name]), parameter)
+            on_server = rospy.get_param("/changed/" + parameter.name)
+            self.assertTrue(math.isfinite(on_server), "%s on the parameter server" % parameter)
+        images = self.recording.walk()
+        feeding.track(camera, tracker, images, 3)
+        node.send_signal(signal.SIGINT)
+        self.assertEqual(node.wait(SHUTDOWN), 0)
+        tracker.subscriber.unregister()
+        self.start("changed", "/changed_camera")
+        tracker = feeding.Tracker("/changed")
+        feeding.wait_for_connections(camera.images, camera.infos)
+        feeding.track(camera, tracker, images, 3)
 
     def test_killed_and_started_again_in_its_map(self):
         path = os.path.join(self.folder.name, "kept.map")

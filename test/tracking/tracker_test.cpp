@@ -406,6 +406,46 @@ TEST(Tracker, NoImagesNoMap) {
   EXPECT_EQ(tracker.revision(), 0u);
 }
 
+// The keyframes of a walk to and fro are many more than the map may keep.
+TEST(Tracker, ACappedMapIsTrackedInAsWell) {
+  TrackerOptions options;
+  options.mapping.max_keyframes = 10;
+  options.mapping.keyframe_parallax_deg = 0.5;
+  options.mapping.redundant_overlap = 1.01;
+  options.mapping.bundle_seconds = 1e9;  // a busy machine changes nothing
+  Tracker tracker(options, room().camera, Tracker::Mapping::kThreaded);
+  std::vector<FrameReport> reports;
+  int most = 0, keyframes = 0;
+  for (int step = 0; step < 2 * kFrames; ++step) {
+    const SimulatedFrame& frame = room().frames[step < kFrames ? step : 2 * kFrames - 1 - step];
+    reports.push_back(tracker.process(step, frame.image));
+    tracker.wait();
+    most = std::max(most, reports.back().keyframes);
+    keyframes += reports.back().is_keyframe;
+  }
+  EXPECT_GT(keyframes, 15) << "or there is nothing to be taken out";
+  EXPECT_LE(most, 10);
+  tracker.map().check();
+  // Each image is found where it was found on the way back.
+  int compared = 0;
+  for (int i = 0; i < kFrames; ++i) {
+    const auto &there = reports[i].map_from_camera, &back = reports[2 * kFrames - 1 - i].map_from_camera;
+    EXPECT_TRUE(back) << i << ": " << reports[2 * kFrames - 1 - i].reason_text;
+    if (!there || !back) continue;
+    ++compared;
+    EXPECT_LT(there->rotation.angularDistance(back->rotation), 0.01) << i;
+    EXPECT_LT((there->translation - back->translation).norm(), 0.02) << i << ", of a depth of 1";
+  }
+  EXPECT_GT(compared, kFrames - 8);
+  EXPECT_GE(tracker.trajectory().size(), posed(reports).size()) << "frames ride on keyframes that are gone";
+}
+
+TEST(Tracker, TooFewKeyframesForAMapAreNamed) {
+  TrackerOptions options;
+  options.mapping.max_keyframes = 3;
+  expect_error<std::invalid_argument>([&] { options.validate(); }, {"mapping/max_keyframes = 3"});
+}
+
 TEST(Tracker, OptionsOutOfRangeAreNamed) {
   TrackerOptions options;
   options.confidence = 2;

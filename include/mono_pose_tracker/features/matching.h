@@ -5,6 +5,8 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "mono_pose_tracker/common/cancel_flag.h"
+
 namespace mono_pose_tracker {
 
 /// Squared Euclidean distance of two descriptors of 128 bytes.
@@ -45,6 +47,7 @@ struct MatchOptions {
   double min_ratio = 1.25;  // second nearest over nearest distance at least (the paper, step 3a)
   bool mutual = true;       // the nearest of the second must be the first, too
   int max_distance2 = 1 << 30;
+  CancelFlag cancelled = nullptr;  // once it is set: no matches
 };
 
 /// Putative matches (paper, step 3a): rows of `first` to rows of `second` (N x 128, CV_8U), ordered by first.

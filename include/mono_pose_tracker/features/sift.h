@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "mono_pose_tracker/common/cancel_flag.h"
 #include "mono_pose_tracker/features/feature_set.h"
 
 namespace mono_pose_tracker {
@@ -37,6 +38,7 @@ struct SiftOptions {
   bool root_sift = true;   // Arandjelovic and Zisserman (2012): Hellinger distance
   int min_features = 800;  // own: the contrast threshold is lowered (to a quarter at most) below this many
   int num_threads = 1;     // own: the result is the same for any number
+  CancelFlag cancelled = nullptr;  // own: once it is set, features are no more than what there is so far
 
   /// Throws std::invalid_argument naming key, value and range.
   void validate() const;

@@ -24,6 +24,8 @@ class FramePoses {
   bool empty() const { return poses_.empty(); }
   std::size_t size() const { return poses_.size(); }
   void clear() { poses_.clear(); }
+  /// Forgets the oldest.
+  void keep_newest(std::size_t most);
   const std::map<std::int64_t, FramePose>& all() const { return poses_; }
 
   /// The map was corrected.

@@ -116,6 +116,8 @@ class Map {
   /// Pose of a keyframe, also of one that was removed. False for one that never was.
   bool camera_from_map(KeyframeId keyframe, Rigid3* camera_from_map) const;
   const std::map<KeyframeId, KeyframeLink>& removed_keyframes() const { return removed_; }
+  /// Forgets where the oldest of the removed keyframes stood, until `most` are left.
+  void forget_removed_keyframes(std::size_t most);
 
   /// All lengths times scale.
   void rescale(double scale);

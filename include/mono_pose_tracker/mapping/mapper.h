@@ -77,6 +77,8 @@ class Mapper {
   void cull_observations(const std::vector<LandmarkId>& landmarks);
   void cull_young_landmarks(KeyframeId newest);
   void cull_keyframes(KeyframeId newest);
+  void cap_keyframes(KeyframeId newest);
+  void remove_keyframe(KeyframeId id);
   void set_scale(const InitialMap& initial, const std::vector<KeyframeId>& ids);
   void publish();
 

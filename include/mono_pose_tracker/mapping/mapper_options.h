@@ -22,6 +22,7 @@ struct MappingOptions {
   double max_reprojection_px = 2.5;  // of an observation
   double max_descriptor_distance = 0.6;  // of an observation to its landmark, unit descriptors
   double redundant_overlap = 0.95;       // a keyframe goes when three others see this share of its landmarks
+  int max_keyframes = 0;                 // 0: no limit; else the least useful go
   double bundle_seconds = 0.25;  // budget of a windowed bundle adjustment, live only: offline results repeat
 };
 

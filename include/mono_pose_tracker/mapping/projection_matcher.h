@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/common/cancel_flag.h"
 #include "mono_pose_tracker/map/map.h"
 
 namespace mono_pose_tracker {
@@ -30,6 +31,7 @@ struct ProjectionMatchOptions {
   double max_scale_ratio = 2;  // between expected and found scale: more than an octave is another structure
   double max_view_angle_deg =
       60;  // between the directions of view: SIFT holds to about 50 degrees on a plane
+  CancelFlag cancelled = nullptr;  // once it is set, the other candidates are not looked for
 };
 
 /// The candidate that feature `feature` of a keyframe makes of its landmark.

@@ -105,7 +105,7 @@ RansacReport<typename Estimator::Model> ransac(const RansacOptions& options, Est
   double needed = options.max_iterations;
   while (report.iterations < options.max_iterations &&
          (report.iterations < options.min_iterations || report.iterations < needed) &&
-         !(report.iterations > 0 && options.cancelled && *options.cancelled)) {
+         !(report.iterations > 0 && is_set(options.cancelled))) {
     ++report.iterations;
     sampler.draw(&random, sample.data());
     const int num_models = estimator.solve(sample, &models);

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
+
+#include "mono_pose_tracker/common/cancel_flag.h"
 
 namespace mono_pose_tracker {
 
@@ -13,8 +14,7 @@ struct RansacOptions {
   int min_iterations = 50;     // at least 0
   int max_iterations = 5000;   // at least 1 and min_iterations
   std::uint64_t seed = 0;
-  /// Set by another thread: the search ends with the best so far, after one sample at least. Null: never.
-  const std::atomic<bool>* cancelled = nullptr;
+  CancelFlag cancelled = nullptr;  // once it is set: the best so far, of one sample at least
 
   /// Throws std::invalid_argument that names the option, its value and its range.
   void validate() const;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <string>
 
@@ -57,9 +56,12 @@ struct TrackerOptions {
   int young_map_keyframes = 5;  // a map with no more keyframes that is lost is dropped, and a new one begun
   int young_map_patience = 10;  // frames that it may be lost before
 
-  /// No option of a user's: once another thread has set it, searches end with the best they have. Null:
-  /// never.
-  const std::atomic<bool>* cancelled = nullptr;
+  /// No option of a user's: once it is set, all that is long under way ends with what it has by then.
+  /// Set by cancellable.
+  CancelFlag cancelled = nullptr;
+
+  /// The same, and all that they are handed to looks at the flag.
+  TrackerOptions cancellable(CancelFlag flag) const;
 
   /// Of RANSAC on bearings of a camera with this focal length.
   RansacOptions ransac(double focal_px) const;

@@ -30,6 +30,6 @@ TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& sec
 
 /// Which features are the object's: those nearer to a moved place than to a still one. One flag a feature.
 std::vector<char> features_of_object(const ImageFeatures& image, const std::vector<cv::Point2f>& moved,
-                                     const std::vector<cv::Point2f>& still);
+                                     const std::vector<cv::Point2f>& still, CancelFlag cancelled = nullptr);
 
 }  // namespace mono_pose_tracker
