@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "mono_pose_tracker/common/decimal.h"
+#include "mono_pose_tracker/common/one_line.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/yaml_file.h"
 
@@ -46,7 +47,7 @@ class Reader {
   }
 
   [[noreturn]] void fail(const std::string& problem) const {
-    throw std::runtime_error(path_ + ": " + problem);
+    throw std::runtime_error(path_ + ": " + one_line(problem));
   }
 
  private:

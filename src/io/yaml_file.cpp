@@ -8,6 +8,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "mono_pose_tracker/common/one_line.h"
 #include "mono_pose_tracker/io/text_file.h"
 
 namespace mono_pose_tracker {
@@ -150,9 +151,9 @@ YamlValue parse_yaml(const std::string& content, const std::string& expected) {
     YAML::Parser parser(stream);
     parser.HandleNextDocument(builder);
   } catch (const YAML::Exception& error) {
-    fail(error.mark.line + 1, "is no YAML (" + error.msg + "): expected " + expected);
+    fail(error.mark.line + 1, "is no YAML (" + one_line(error.msg) + "): expected " + expected);
   } catch (const std::runtime_error& error) {
-    throw std::runtime_error(std::string(error.what()) + ": expected " + expected);
+    throw std::runtime_error(one_line(error.what()) + ": expected " + expected);
   }
   return builder.take();
 }

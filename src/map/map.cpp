@@ -320,10 +320,10 @@ void Map::check() const {
       const LandmarkId l = k.landmark_of_feature[f];
       if (l == kNoLandmark) continue;
       const Landmark* seen = landmark(l);
-      const bool known =
-          seen && std::any_of(seen->observations.begin(), seen->observations.end(), [&](const auto& o) {
-            return o.keyframe == id && o.feature == static_cast<int>(f);
-          });
+      const bool known = seen && std::any_of(seen->observations.begin(), seen->observations.end(),
+                                             [&, id = id](const auto& o) {
+                                               return o.keyframe == id && o.feature == static_cast<int>(f);
+                                             });
       if (!known)
         throw std::logic_error("keyframe " + std::to_string(id) + " sees a landmark that does not know it");
     }

@@ -15,6 +15,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "mono_pose_tracker/common/one_line.h"
 #include "mono_pose_tracker/io/image_decoding.h"
 #include "mono_pose_tracker/io/stamp.h"
 #include "mono_pose_tracker/ros/camera_info_conversion.h"
@@ -34,13 +35,6 @@ bool same_topic(const std::string& a, const std::string& b) {
   const auto start = [](const std::string& topic) { return topic.find_first_not_of('/'); };
   return start(a) != std::string::npos && start(b) != std::string::npos &&
          a.compare(start(a), std::string::npos, b, start(b), std::string::npos) == 0;
-}
-
-std::string one_line(std::string text) {
-  for (char& c : text) {
-    if (c == '\n' || c == '\r') c = ' ';
-  }
-  return text;
 }
 
 void open(const std::string& path, rosbag::Bag* bag) {

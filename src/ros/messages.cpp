@@ -70,6 +70,7 @@ sensor_msgs::PointCloud2 to_point_cloud(const std_msgs::Header& header,
   sensor_msgs::PointCloud2Modifier modifier(cloud);
   modifier.setPointCloud2FieldsByString(2, "xyz", "rgb");
   modifier.resize(points.size());
+  if (points.empty()) return cloud;  // an iterator takes the address of the first byte
   sensor_msgs::PointCloud2Iterator<float> x(cloud, "x");
   sensor_msgs::PointCloud2Iterator<std::uint8_t> b(cloud, "rgb");  // little endian: b g r
   for (const ColoredPoint& point : points) {

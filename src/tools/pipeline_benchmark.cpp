@@ -55,8 +55,8 @@ void declare(CLI::App& app, Arguments& a) {
                      "simulated room, lap after lap at a wandering speed. Each of the 360 "
                      "positions of a lap is rendered once, at the beginning, and kept; a frame is "
                      "such a view turned by the wandering hand, with fresh noise of 2 grey levels "
-                     "(grey images)")
-          ->check(CLI::IsMember({"room"}));
+                     "(grey images). corridor: along one that has no end, past what never comes again")
+          ->check(CLI::IsMember({"room", "corridor"}));
   auto* places = app.add_option(
       "--places", a.places,
       "folders (images.txt, camera.yaml, groundtruth.txt, maybe masks/): how well and how fast the "
@@ -128,6 +128,7 @@ Json soak(const Arguments& a) {
   SoakOptions soak;
   soak.room.camera = default_camera(SceneKind::kRoom, a.width, a.height);
   soak.room.rate_hz = a.rate_hz;
+  soak.corridor = a.simulate == "corridor";
   soak.minutes = a.minutes;
   soak.paced = !a.unpaced;
   Json result = describe(a, soak.room.camera, options);

@@ -11,6 +11,7 @@
 #include <type_traits>
 
 #include "mono_pose_tracker/common/decimal.h"
+#include "mono_pose_tracker/common/one_line.h"
 #include "mono_pose_tracker/features/marker.h"
 #include "mono_pose_tracker/io/yaml_file.h"
 
@@ -337,7 +338,8 @@ void read_options_yaml(const std::string& path, TrackerOptions* options) {
   std::string problems;
   collect_leaves(root, "", &leaves, &problems);
   const std::vector<OptionEntry> table = option_table(options);
-  for (const auto& [key, text] : leaves) {
+  for (const auto& leaf : leaves) {
+    const std::string &key = leaf.first, &text = leaf.second;  // clang captures no structured binding
     if (problems.size() > kMaxProblems) {
       problems += "; ...";
       break;
@@ -351,7 +353,7 @@ void read_options_yaml(const std::string& path, TrackerOptions* options) {
       if (has_leading_zero(text)) problems += ", without leading zeros";
     }
   }
-  if (!problems.empty()) throw std::runtime_error(path + ": " + problems.substr(2));
+  if (!problems.empty()) throw std::runtime_error(path + ": " + one_line(problems.substr(2)));
 }
 
 }  // namespace mono_pose_tracker

@@ -335,6 +335,9 @@ TEST(Messages, CloudHoldsPositionsAndColours) {
   point.r = 10;
   point.g = 20;
   point.b = 30;
+  const sensor_msgs::PointCloud2 none = to_point_cloud(std_msgs::Header(), {});
+  EXPECT_EQ(none.width * none.height, 0u);
+  EXPECT_EQ(none.fields.size(), 4u) << "x y z rgb, as with points";
   const sensor_msgs::PointCloud2 cloud = to_point_cloud(std_msgs::Header(), {point, point});
   ASSERT_EQ(cloud.width * cloud.height, 2u);
   sensor_msgs::PointCloud2ConstIterator<float> x(cloud, "x");

@@ -48,6 +48,27 @@ std::string alias_bomb() {
   return text;
 }
 
+// What is quoted of a file may hold ends of lines.
+TEST(Yaml, AProblemIsToldInOneLine) {
+  TemporaryFolder folder;
+  TrackerOptions options;
+  for (const std::string& content :
+       {std::string("seed: 11\0\n", 10), std::string("\"a\\nb\": {c: 1}\n"), std::string("seed: \"1\\n2\"\n"),
+        std::string("image_width: \"1\\n2\"\n"), std::string("{\"a\\nb\": 1, \"a\\nb\": 2}\n")}) {
+    const std::string path = folder.write("lines.yaml", content);
+    const auto expect_one_line = [&](const auto& read) {
+      try {
+        read();
+        ADD_FAILURE() << content << " is taken";
+      } catch (const std::runtime_error& error) {
+        EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+      }
+    };
+    expect_one_line([&] { read_camera_yaml(path); });
+    expect_one_line([&] { read_options_yaml(path, &options); });
+  }
+}
+
 // What each of the two readers of YAML files must refuse in one line that names the file.
 TEST(Yaml, FilesThatAreMoreThanTheySeemAreRefused) {
   TemporaryFolder folder;

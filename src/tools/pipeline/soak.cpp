@@ -2,10 +2,12 @@
 
 #include <cmath>
 #include <cstdio>
+#include <memory>
 
 #include "../progress_bar.h"
 #include "live_pipeline.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
+#include "mono_pose_tracker/simulation/endless_corridor.h"
 #include "process_usage.h"
 #include "sequence.h"
 #include "time_statistics.h"
@@ -98,16 +100,22 @@ Json ratios(const Json& minutes) {
   return result;
 }
 
-EndlessRoom make_room(const EndlessRoomOptions& options) {
-  ProgressBar progress(options.lap_frames);
-  return EndlessRoom(options, [&] { progress.advance(); });
+using Scene = std::function<EndlessRoom::Frame(std::int64_t)>;
+
+Scene make_scene(const SoakOptions& options) {
+  if (options.corridor) {
+    return [corridor = EndlessCorridor(options.room)](std::int64_t i) { return corridor.frame(i); };
+  }
+  ProgressBar progress(options.room.lap_frames);
+  const auto room = std::make_shared<EndlessRoom>(options.room, [&] { progress.advance(); });
+  return [room](std::int64_t i) { return room->frame(i); };
 }
 
 }  // namespace
 
 Json run_soak(const SoakOptions& options, const TrackerOptions& tracker,
               const std::function<void(const std::string&)>& on_minute) {
-  const EndlessRoom room = make_room(options.room);
+  const Scene scene = make_scene(options);
   const double rate = options.room.rate_hz;
   const auto frames = static_cast<std::int64_t>(std::llround(60 * rate * options.minutes));
   const auto frames_a_minute = static_cast<std::int64_t>(std::llround(60 * rate));
@@ -124,7 +132,7 @@ Json run_soak(const SoakOptions& options, const TrackerOptions& tracker,
   on_minute(heading());
   Clock::time_point start = Clock::now();
   for (std::int64_t i = 0; i < frames; ++i) {
-    const EndlessRoom::Frame frame = room.frame(i);
+    const EndlessRoom::Frame frame = scene(i);
     const DecodedFrame sent = make_decoded_frame(frame.truth.stamp_ns, "", frame.image);
     if (options.paced) {
       const std::chrono::duration<double> due(static_cast<double>(i) / rate);

@@ -8,9 +8,10 @@
 
 namespace mono_pose_tracker {
 
-/// A long live run in a simulated room.
+/// A long live run in a simulated room, round and round, or along a corridor that never comes back.
 struct SoakOptions {
-  EndlessRoomOptions room;  // its rate is that of the simulated time
+  bool corridor = false;
+  EndlessRoomOptions room;  // or of the corridor; its rate is that of the simulated time
   double minutes = 20;      // simulated
   bool paced = true;        // frames come as time passes; otherwise each when the last is done: none dropped
 };
