@@ -37,7 +37,9 @@ class ByteWriter {
 
  private:
   void put(std::uint64_t value, int size) {
-    for (int i = 0; i < size; ++i) u8(static_cast<std::uint8_t>(value >> (8 * i)));
+    char bytes[8];
+    for (int i = 0; i < size; ++i) bytes[i] = static_cast<char>(static_cast<std::uint8_t>(value >> (8 * i)));
+    bytes_.append(bytes, static_cast<std::size_t>(size));
   }
 
   std::string bytes_;

@@ -39,6 +39,7 @@ bool undistort(const Eigen::Vector2f& feature_pixel, const CameraModel& camera, 
 
 ImageFeaturesPtr make_image_features(FeatureSet features, const cv::Mat& image, const CameraModel& camera) {
   auto result = std::make_shared<ImageFeatures>();
+  result->camera = camera;
   const int n = features.size();
   result->pixel_from_bearing.reserve(n);
   result->sigma_px.reserve(n);
@@ -67,6 +68,7 @@ ImageFeaturesPtr make_image_features(FeatureSet features, const cv::Mat& image, 
 ImageFeaturesPtr restore_image_features(FeatureSet features, std::vector<cv::Vec3b> color_rgb,
                                         const CameraModel& camera) {
   auto result = std::make_shared<ImageFeatures>();
+  result->camera = camera;
   result->set = std::move(features);
   result->color_rgb = std::move(color_rgb);
   for (const Feature& feature : result->set.features) {
@@ -87,6 +89,7 @@ ImageFeaturesPtr restore_image_features(FeatureSet features, std::vector<cv::Vec
 ImageFeaturesPtr select_features(const ImageFeatures& image, const std::vector<char>& flags, int width,
                                  int height) {
   auto result = std::make_shared<ImageFeatures>();
+  result->camera = image.camera;
   result->set.descriptors.create(0, image.set.descriptors.cols, image.set.descriptors.type());
   for (int i = 0; i < image.size(); ++i) {
     if (!flags[i]) continue;

@@ -29,6 +29,8 @@ std::vector<Match> match_along_epipolar_lines(const Keyframe& first, const Keyfr
   }
   std::vector<NearestTwo> of_first(free1.size()), of_second(free2.size());
   Eigen::RowVectorXf from_plane(free2.size());
+  // Scales are in px of each image's own camera.
+  const double same_px = first.image->camera.focal() / second.image->camera.focal();
   for (std::size_t i = 0; i < free1.size(); ++i) {
     if (is_set(options.cancelled)) return {};
     const Eigen::Vector3d normal = essential * first.image->set.bearings[free1[i]];
@@ -38,7 +40,7 @@ std::vector<Match> match_along_epipolar_lines(const Keyframe& first, const Keyfr
     const double scale1 = first.image->set.features[free1[i]].scale;
     for (std::size_t j = 0; j < free2.size(); ++j) {
       if (std::abs(from_plane[j]) > options.max_error_rad) continue;
-      const double scale2 = second.image->set.features[free2[j]].scale;
+      const double scale2 = same_px * second.image->set.features[free2[j]].scale;
       if (scale1 > options.max_scale_ratio * scale2 || scale2 > options.max_scale_ratio * scale1) continue;
       const int d2 =
           descriptor_distance2(first.image->set.descriptor(free1[i]), second.image->set.descriptor(free2[j]));

@@ -50,9 +50,9 @@ AbsolutePoseReport pose_by_descriptors(const MapperOptions& options,
 }
 
 // Guided matching round the pose, and the pose refined on what it finds.
-bool refine(const MapperOptions& options, const CameraModel& camera,
-            const std::vector<LandmarkCandidate>& candidates, const ImageFeatures& image,
-            Location* location) {
+bool refine(const MapperOptions& options, const std::vector<LandmarkCandidate>& candidates,
+            const ImageFeatures& image, Location* location) {
+  const CameraModel& camera = image.camera;
   ProjectionMatchOptions guided;
   guided.radius_px = 1.5 * options.mapping.max_reprojection_px * std::max(1.0, camera.width() / 640.0);
   guided.max_distance2 = stored_distance2(options.mapping.max_descriptor_distance);
@@ -83,8 +83,8 @@ bool refine(const MapperOptions& options, const CameraModel& camera,
 
 }  // namespace
 
-Location locate(const MapperOptions& options, const CameraModel& camera, const Map& map, KeyframeId place,
-                const ImageFeatures& image) {
+Location locate(const MapperOptions& options, const Map& map, KeyframeId place, const ImageFeatures& image) {
+  const CameraModel& camera = image.camera;
   Location location;
   const AbsolutePoseReport pose = pose_by_descriptors(options, candidates_of(map, {place}), image);
   if (!pose.success) return location;
@@ -94,7 +94,7 @@ Location locate(const MapperOptions& options, const CameraModel& camera, const M
     if (static_cast<int>(local.size()) < kLocalKeyframes) local.push_back(id);
   }
   const std::vector<LandmarkCandidate> candidates = candidates_of(map, local);
-  if (!refine(options, camera, candidates, image, &location)) return location;
+  if (!refine(options, candidates, image, &location)) return location;
   std::vector<int> inliers;
   for (const auto& match : location.matches) inliers.push_back(match.first);
   const int expected = count_visible(candidates, camera, location.camera_from_map, {});

@@ -49,9 +49,9 @@ Sim3 similarity(const Rigid3& camera_from_map, const Rigid3& camera_from_other, 
 }
 
 // Median distance in px between where b's points are seen and where a's similarity shows them.
-double disagreement(const CameraModel& camera, const Map& map, const Map& other, const MapTie& a,
-                    const MapTie& b) {
+double disagreement(const Map& map, const Map& other, const MapTie& a, const MapTie& b) {
   const Keyframe& keyframe = *map.keyframe(b.keyframe);
+  const CameraModel& camera = keyframe.image->camera;
   const Sim3& s = a.other_from_map;
   std::vector<double> errors;
   for (const auto& [feature, landmark] : b.location.matches) {
@@ -67,12 +67,12 @@ double disagreement(const CameraModel& camera, const Map& map, const Map& other,
 
 }  // namespace
 
-std::optional<MapTie> tie_keyframe(const MapperOptions& options, const CameraModel& camera, const Map& map,
-                                   KeyframeId keyframe_id, const Map& other, KeyframeId place) {
+std::optional<MapTie> tie_keyframe(const MapperOptions& options, const Map& map, KeyframeId keyframe_id,
+                                   const Map& other, KeyframeId place) {
   const Keyframe& keyframe = *map.keyframe(keyframe_id);
   MapTie tie;
   tie.keyframe = keyframe_id;
-  tie.location = locate(options, camera, other, place, *keyframe.image);
+  tie.location = locate(options, other, place, *keyframe.image);
   double log_scale;
   if (!tie.location.found ||
       !scale_between(map, keyframe, other, tie.location, &log_scale, &tie.log_scale_sigma) ||
@@ -84,10 +84,11 @@ std::optional<MapTie> tie_keyframe(const MapperOptions& options, const CameraMod
   return tie;
 }
 
-bool ties_agree(const CameraModel& camera, const Map& map, const Map& other, const MapTie& a,
-                const MapTie& b) {
-  const double limit = kMaxDisagreement * std::max(1.0, camera.width() / 640.0);
-  return disagreement(camera, map, other, a, b) < limit && disagreement(camera, map, other, b, a) < limit;
+bool ties_agree(const Map& map, const Map& other, const MapTie& a, const MapTie& b) {
+  const auto limit = [&](const MapTie& tie) {
+    return kMaxDisagreement * std::max(1.0, map.keyframe(tie.keyframe)->image->camera.width() / 640.0);
+  };
+  return disagreement(map, other, a, b) < limit(b) && disagreement(map, other, b, a) < limit(a);
 }
 
 std::vector<std::pair<LandmarkId, LandmarkId>> same_landmarks(const Map& map,

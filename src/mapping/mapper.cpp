@@ -189,6 +189,12 @@ void Mapper::set_scale(const InitialMap& initial, const std::vector<KeyframeId>&
 
 void Mapper::restore(Map map, std::uint32_t epoch) {
   kept_.clear();
+  map_ = Map();
+  restore_beside(std::move(map), epoch);
+}
+
+void Mapper::restore_beside(Map map, std::uint32_t epoch) {
+  keep_present();
   map_ = std::move(map);
   places_ = std::make_shared<KeyframePlaces>();
   left_out_.clear();
@@ -280,12 +286,13 @@ std::vector<LandmarkId> Mapper::unseen_landmarks(KeyframeId id) const {
 // them.
 void Mapper::fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks) {
   const Keyframe& keyframe = *map_.keyframe(target);
+  const CameraModel& camera = keyframe.image->camera;
   const Eigen::Vector3d center = keyframe.center_in_map();
   std::vector<LandmarkCandidate> candidates;
   for (const LandmarkId l : landmarks) {
     const Landmark& landmark = *map_.landmark(l);
     Eigen::Vector2d pixel;
-    if (!camera_.project(keyframe.camera_from_map * landmark.x_in_map, &pixel) || !camera_.in_image(pixel))
+    if (!camera.project(keyframe.camera_from_map * landmark.x_in_map, &pixel) || !camera.in_image(pixel))
       continue;
     const Observation* nearest = nullptr;
     double best_cosine = -2;
@@ -306,7 +313,7 @@ void Mapper::fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks) {
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
   guided.cancelled = options_.ransac.cancelled;
   for (const LandmarkMatch& m :
-       match_by_projection(candidates, *keyframe.image, camera_, keyframe.camera_from_map, {}, guided)) {
+       match_by_projection(candidates, *keyframe.image, camera, keyframe.camera_from_map, {}, guided)) {
     if (is_left_out(target, m.feature)) continue;
     const LandmarkId l = candidates[m.candidate].id;
     const LandmarkId held = keyframe.landmark_of_feature[m.feature];
@@ -327,7 +334,6 @@ void Mapper::fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks) {
 // New points by metric triangulation of features matched along epipolar lines.
 void Mapper::create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& near) {
   EpipolarMatchOptions guided;
-  guided.max_error_rad = options_.mapping.max_reprojection_px / camera_.focal();
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
   guided.cancelled = options_.ransac.cancelled;
   guided.min_ratio = options_.matching.min_ratio;
@@ -335,6 +341,8 @@ void Mapper::create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& 
     if (is_cancelled()) return;
     const Keyframe& first = *map_.keyframe(newest);
     const Keyframe& second = *map_.keyframe(n);
+    guided.max_error_rad = options_.mapping.max_reprojection_px /
+                           std::min(first.image->camera.focal(), second.image->camera.focal());
     const Rigid3 second_from_first = second.camera_from_map * first.camera_from_map.inverse();
     const Rigid3 map_from_first = first.camera_from_map.inverse();
     for (const Match& m : match_along_epipolar_lines(first, second, guided)) {
@@ -464,7 +472,7 @@ void Mapper::finish() {
   for (const auto& entry : map_.keyframes()) ids.push_back(entry.first);
   BundleOptions bundle = options_.bundle;
   bundle.max_iterations = 50;
-  if (link_views(options_, camera_, &map_) > 0) {
+  if (link_views(options_, &map_) > 0) {
     // What was tied is as far apart as the map drifted: a wide loss lets it pull, and nothing is culled yet.
     BundleOptions wide = bundle;
     wide.loss_width *= 10;

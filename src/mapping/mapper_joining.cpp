@@ -68,6 +68,15 @@ std::vector<std::uint32_t> Mapper::kept_maps() const {
   return ids;
 }
 
+std::vector<Map> Mapper::all_maps() const {
+  std::map<std::uint32_t, const Map*> by_age;
+  for (const auto& entry : kept_) by_age[entry.first] = &entry.second.map;
+  if (!map_.keyframes().empty()) by_age[map_id_] = &map_;
+  std::vector<Map> maps;
+  for (const auto& entry : by_age) maps.push_back(*entry.second);
+  return maps;
+}
+
 // Ids and lengths in the candidate are of the time when its frame was posed.
 void Mapper::bring_up_to_date(KeyframeCandidate* candidate) const {
   for (const auto& correction : corrections_) {
@@ -81,21 +90,47 @@ void Mapper::bring_up_to_date(KeyframeCandidate* candidate) const {
 // Two ties that agree, of the keyframe and another that shares view with it; or none.
 std::vector<MapTie> Mapper::find_ties(const KeptMap& other, KeyframeId keyframe) const {
   for (const KeyframeId place : other.places->find(map_.keyframe(keyframe)->image->set, kPlaces)) {
-    const std::optional<MapTie> first = tie_keyframe(options_, camera_, map_, keyframe, other.map, place);
+    const std::optional<MapTie> first = tie_keyframe(options_, map_, keyframe, other.map, place);
     if (!first) continue;
     for (const KeyframeId second : neighbors(keyframe, kSecondViews)) {
-      const std::optional<MapTie> tie = tie_keyframe(options_, camera_, map_, second, other.map, place);
-      if (tie && ties_agree(camera_, map_, other.map, *first, *tie)) return {*first, *tie};
+      const std::optional<MapTie> tie = tie_keyframe(options_, map_, second, other.map, place);
+      if (tie && ties_agree(map_, other.map, *first, *tie)) return {*first, *tie};
     }
   }
   return {};
 }
 
 bool Mapper::join_where_met(KeyframeId newest) {
-  for (const auto& [id, kept] : kept_) {
-    const std::vector<MapTie> ties = find_ties(kept, newest);
-    if (!ties.empty() && join(id, ties)) return true;
+  for (const std::uint32_t id : kept_maps()) {
+    const std::vector<MapTie> ties = find_ties(kept_.at(id), newest);
+    if (ties.empty()) continue;
+    if (id < map_id_ ? join(id, ties) : join_newer(id, ties)) return true;
   }
+  return false;
+}
+
+// The present map is the older: it was gone back to, or loaded. The newer one is looked at from its own side,
+// where the ties say that the two meet, so that the older one's frame stays.
+bool Mapper::join_newer(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
+  constexpr std::size_t kTries = 4;
+  const Map& newer = kept_.at(kept_id).map;
+  std::map<KeyframeId, int> seen;
+  for (const MapTie& tie : ties) {
+    for (const auto& match : tie.location.matches) {
+      for (const Observation& o : newer.landmark(match.second)->observations) ++seen[o.keyframe];
+    }
+  }
+  std::vector<std::pair<int, KeyframeId>> most;
+  for (const auto& [id, count] : seen) most.emplace_back(-count, id);
+  std::sort(most.begin(), most.end());
+  if (most.size() > kTries) most.resize(kTries);
+  const std::uint32_t older = map_id_;
+  resume(kept_id, true, epoch_);
+  for (const auto& entry : most) {
+    const std::vector<MapTie> own_ties = find_ties(kept_.at(older), entry.second);
+    if (!own_ties.empty() && join(older, own_ties)) return true;
+  }
+  resume(older, true, epoch_);
   return false;
 }
 

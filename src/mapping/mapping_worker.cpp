@@ -64,6 +64,12 @@ void MappingWorker::restore(const Map& map, std::uint32_t epoch) {
   wait();
 }
 
+void MappingWorker::restore_beside(const Map& map, std::uint32_t epoch) {
+  reset(epoch);
+  post({[map, epoch](Mapper& mapper) { mapper.restore_beside(map, epoch); }, epoch});
+  wait();
+}
+
 bool MappingWorker::offer(Work work, std::function<void()> done) {
   std::uint32_t epoch;
   {

@@ -19,6 +19,7 @@ LandmarkCandidate make_candidate(LandmarkId id, const Eigen::Vector3d& x_in_map,
   const double distance = ray.norm();
   c.seen_from = ray / distance;
   c.scale_times_distance = image.set.features[feature].scale * distance;
+  c.focal_px = image.camera.focal();
   return c;
 }
 
@@ -40,13 +41,14 @@ class Visibility {
       : camera_(camera),
         camera_from_map_(camera_from_map),
         center_(camera_from_map.inverse().translation),
+        focal_px_(camera.focal()),
         min_cosine_(std::cos(max_view_angle_deg * M_PI / 180)) {}
 
   bool of(const LandmarkCandidate& c, Eigen::Vector2d* pixel, double* scale) const {
     if (!camera_.project(camera_from_map_ * c.x_in_map, pixel) || !camera_.in_image(*pixel)) return false;
     const Eigen::Vector3d ray = center_ - c.x_in_map;
     const double distance = ray.norm();
-    *scale = c.scale_times_distance / distance;
+    *scale = c.scale_times_distance / distance * (focal_px_ / c.focal_px);
     return ray.dot(c.seen_from) >= min_cosine_ * distance;
   }
 
@@ -54,6 +56,7 @@ class Visibility {
   const CameraModel& camera_;
   const Rigid3& camera_from_map_;
   const Eigen::Vector3d center_;
+  const double focal_px_;
   const double min_cosine_;
 };
 

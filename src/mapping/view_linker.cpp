@@ -33,9 +33,10 @@ std::vector<SeenLandmark> seen_landmarks(const Keyframe& keyframe) {
 }
 
 // Share of a sample of the first keyframe's landmarks that the second has in view, from a similar side.
-double overlap(const Map& map, const CameraModel& camera, const Keyframe& first,
-               const std::vector<SeenLandmark>& landmarks, const Keyframe& second) {
+double overlap(const Map& map, const Keyframe& first, const std::vector<SeenLandmark>& landmarks,
+               const Keyframe& second) {
   if (landmarks.empty()) return 0;
+  const CameraModel& camera = second.image->camera;
   const Eigen::Vector3d center1 = first.center_in_map(), center2 = second.center_in_map();
   const std::size_t step = std::max<std::size_t>(1, landmarks.size() / kSampledLandmarks);
   int in_view = 0, sampled = 0;
@@ -93,14 +94,14 @@ bool link(const MapperOptions& options, const Keyframe& first, const Keyframe& s
 
 }  // namespace
 
-int link_views(const MapperOptions& options, const CameraModel& camera, Map* map) {
+int link_views(const MapperOptions& options, Map* map) {
   std::vector<std::pair<KeyframeId, KeyframeId>> pairs;
   for (const auto& [id, keyframe] : map->keyframes()) {
     const std::vector<SeenLandmark> landmarks = seen_landmarks(keyframe);
     std::vector<std::pair<double, KeyframeId>> overlapping;
     for (const auto& [other_id, other] : map->keyframes()) {
       if (other_id <= id) continue;
-      const double share = overlap(*map, camera, keyframe, landmarks, other);
+      const double share = overlap(*map, keyframe, landmarks, other);
       if (share < kMinOverlap) continue;
       // A tenth of the landmarks in common holds two keyframes together well enough.
       if (10 * shared_landmarks(*map, landmarks, other_id) > static_cast<int>(landmarks.size())) continue;

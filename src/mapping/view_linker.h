@@ -1,6 +1,5 @@
 #pragma once
 
-#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
 
@@ -10,6 +9,6 @@ namespace mono_pose_tracker {
 // between their times: landmarks of one are matched to the other by descriptors alone, P3P RANSAC confirms,
 // and what agrees becomes one landmark. The poses are left to a bundle adjustment that follows. Returns how
 // many pairs were tied.
-int link_views(const MapperOptions& options, const CameraModel& camera, Map* map);
+int link_views(const MapperOptions& options, Map* map);
 
 }  // namespace mono_pose_tracker

@@ -64,6 +64,7 @@ FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
             "is as right as that is");
     }
     use_camera(parameters);
+    load_waiting_maps();
   }
 
   FrameReport report = tracker_->process(static_cast<std::int64_t>(message->header.stamp.toNSec()), image,
@@ -71,6 +72,7 @@ FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
   report.epoch += epoch_base_;
   calibration_ = report.calibration = camera->source;
   if (report.map_id > 0) report.map_id += epoch_base_;
+  for (std::uint32_t& id : report.kept_maps) id += epoch_base_;
   return report;
 }
 
@@ -88,7 +90,9 @@ void LiveTracker::use_camera(const CameraParameters& parameters) {
   const CameraModel camera(parameters);
   std::shared_ptr<Tracker> tracker = std::make_shared<Tracker>(options_, camera, Tracker::Mapping::kThreaded);
   if (tracker_) {
-    warn_("", "the calibration has changed: the map is dropped");
+    if (options_.localize_only) waiting_maps_ = tracker_->copy_maps();
+    warn_("", waiting_maps_ ? "the calibration has changed: the camera is looked for anew"
+                            : "the calibration has changed: the map is dropped");
     ++epoch_;
   }
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -99,30 +103,28 @@ void LiveTracker::use_camera(const CameraParameters& parameters) {
   ++trackers_;
 }
 
-void LiveTracker::need_tracker() {
+SavedMaps LiveTracker::copy_maps() {
+  std::optional<SavedMaps> saved;
+  if (tracker_) saved = tracker_->copy_maps();
+  if (!saved) throw std::runtime_error("there is no map yet");
+  return std::move(*saved);
+}
+
+bool LiveTracker::load_maps(SavedMaps saved) {
   const std::optional<ConvertedCamera> camera = cameras_.wait(std::chrono::milliseconds(0));
-  if (!camera) throw std::runtime_error("no camera_info has arrived yet");
-  if (camera->reason != Reason::kOk) throw std::runtime_error(camera->error);
-  if (!tracker_ || camera_.parameters() != camera->parameters) use_camera(camera->parameters);
-}
-
-MapOrigin LiveTracker::origin() {
-  need_tracker();
-  return tracker_->origin();
-}
-
-LiveTracker::SavedMap LiveTracker::copy_map() {
-  std::optional<Map> map;
-  if (tracker_) map = tracker_->copy_map();
-  if (!map) throw std::runtime_error("there is no map yet");
-  return {tracker_->origin(), std::move(*map)};
-}
-
-void LiveTracker::load_map(SavedMap saved) {
-  if (saved.origin.camera != origin().camera) {
-    throw std::runtime_error("the calibration has changed meanwhile");
+  if (camera && camera->reason == Reason::kOk && (!tracker_ || camera_.parameters() != camera->parameters)) {
+    use_camera(camera->parameters);
   }
-  tracker_->load_map(std::move(saved.map));
+  waiting_maps_ = std::move(saved);
+  if (!tracker_) return false;
+  load_waiting_maps();
+  return true;
+}
+
+void LiveTracker::load_waiting_maps() {
+  if (!waiting_maps_) return;
+  SavedMaps saved = *std::exchange(waiting_maps_, std::nullopt);
+  tracker_->load_maps(std::move(saved));
   epoch_ = epoch_base_ + tracker_->epoch();
   state_ = State::kLost;
 }
@@ -154,11 +156,24 @@ void LiveTracker::set_options(const TrackerOptions& options) {
 }
 
 void LiveTracker::reset() {
+  waiting_maps_.reset();
   if (tracker_) {
     tracker_->reset();
     epoch_ = epoch_base_ + tracker_->epoch();
     state_ = State::kBootstrapping;
   }
+}
+
+bool LiveTracker::restart() {
+  if (!tracker_) return true;
+  if (!options_.localize_only || tracker_->revision() == 0) {
+    reset();
+    return false;
+  }
+  tracker_->restart();
+  epoch_ = epoch_base_ + tracker_->epoch();
+  state_ = State::kLost;
+  return true;
 }
 
 void LiveTracker::cancel() {

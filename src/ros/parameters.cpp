@@ -24,6 +24,7 @@ void read_node(ParameterReader& reader, NodeParameters& p) {
   reader.read("trajectory_file", &p.trajectory_file);
   reader.read("save_trajectory_path", &p.save_trajectory_path);
   reader.read("map_path", &p.map_path);
+  reader.read("load_map_at_start", &p.load_map_at_start);
 }
 
 void read_frames(ParameterReader& reader, FrameOptions& f) {

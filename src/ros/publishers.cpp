@@ -68,11 +68,14 @@ void Publishers::publish_view(const std_msgs::Header& image_header, const FrameR
 
 void Publishers::publish_pose(const std_msgs::Header& image_header, const FrameReport& report,
                               const OutputFrames::BodyPose& body) {
-  if (const auto transform = frames_.transform(image_header, body)) {
-    broadcaster_.sendTransform(*transform);
-    const std::lock_guard<std::mutex> lock(mutex_);
-    map_to_odom_ = transform;
-    map_to_odom_arrival_ = ros::Time::now();
+  if (!keeps_odom_of_another_map(report)) {
+    if (const auto transform = frames_.transform(image_header, body)) {
+      broadcaster_.sendTransform(*transform);
+      const std::lock_guard<std::mutex> lock(mutex_);
+      map_to_odom_ = transform;
+      odom_map_ = report.map_id;
+      map_to_odom_arrival_ = ros::Time::now();
+    }
   }
   geometry_msgs::PoseWithCovarianceStamped pose;
   pose.header = image_header;
@@ -97,6 +100,13 @@ void Publishers::publish_pose(const std_msgs::Header& image_header, const FrameR
   previous_epoch_ = report.epoch;
 }
 
+// With ~odom_frame, map -> odom stays what it was in a map that may yet be joined with the present one: a
+// robot that plans in map does not see it turn into another one.
+bool Publishers::keeps_odom_of_another_map(const FrameReport& report) const {
+  if (frames_.options().odom_frame.empty() || report.map_id == odom_map_) return false;
+  return std::find(report.kept_maps.begin(), report.kept_maps.end(), odom_map_) != report.kept_maps.end();
+}
+
 void Publishers::remember(const FrameReport& report, const std::optional<OutputFrames::BodyPose>& body) {
   const std::lock_guard<std::mutex> lock(mutex_);
   newest_stamp_ns_ = report.stamp_ns;
@@ -104,7 +114,7 @@ void Publishers::remember(const FrameReport& report, const std::optional<OutputF
     epoch_ = report.epoch;
     poses_.clear();
     path_changed_ = true;
-    map_to_odom_.reset();
+    if (report.map_id != odom_map_ && !keeps_odom_of_another_map(report)) map_to_odom_.reset();
   }
   std::optional<Posed> newest;
   if (report.map_from_camera && body) newest = Posed{{report.stamp_ns, *report.map_from_camera}, body};

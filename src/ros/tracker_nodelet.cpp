@@ -31,9 +31,11 @@ std::string format_seconds(double seconds) {
   return text;
 }
 
-std::string size_text(const Map& map) {
-  return std::to_string(map.keyframes().size()) + " keyframes and " + std::to_string(map.landmarks().size()) +
-         " landmarks";
+std::string size_text(const std::vector<Map>& maps) {
+  std::size_t keyframes = 0, landmarks = 0;
+  for (const Map& map : maps) keyframes += map.keyframes().size(), landmarks += map.landmarks().size();
+  return std::to_string(keyframes) + " keyframes and " + std::to_string(landmarks) + " landmarks" +
+         (maps.size() > 1 ? " of " + std::to_string(maps.size()) + " maps" : "");
 }
 
 /// The camera_info beside the image, unless the user has remapped camera_info.
@@ -95,6 +97,12 @@ void TrackerNodelet::set_up() {
       [this](const std::string& subject, const std::string& text) {
         if (throttle_.due(subject)) NODELET_WARN("%s", text.c_str());
       });
+  if (p.load_map_at_start) {
+    const std::string path = path_parameter("map_path", p.map_path);
+    SavedMaps saved = read_map_file(path, descriptor_kind(p.tracker));
+    NODELET_INFO("%s from %s: loaded when camera_info comes", size_text(saved.maps).c_str(), path.c_str());
+    tracker_->load_maps(std::move(saved));
+  }
   subscribe();
   processing_ = std::thread([this] { process_images(); });
   advertise_services();
@@ -232,8 +240,9 @@ void TrackerNodelet::process_images() {
 void TrackerNodelet::process(const Frame& frame) {
   const bool restarts = std::exchange(tracked_recording_, frame.recording.number) != frame.recording.number;
   if (restarts) {
-    NODELET_WARN("%s: the map is dropped, tracking starts anew", frame.recording.why.c_str());
-    tracker_->reset();
+    const bool kept = tracker_->restart();
+    NODELET_WARN("%s: %s", frame.recording.why.c_str(),
+                 kept ? "the camera is looked for anew" : "the map is dropped, tracking starts anew");
   }
   FrameReport report = tracker_->process(frame.image);
   if (restarts && !report.map_from_camera) {
@@ -422,24 +431,23 @@ void TrackerNodelet::advertise_map_services() {
   // Files are written and read on the service's thread: images go on meanwhile.
   advertise("save_map", [this] {
     const std::string path = path_parameter("map_path", parameters_.map_path);
-    const auto saved = on_processing_thread<LiveTracker::SavedMap>([this] { return tracker_->copy_map(); });
-    write_map_file(path, saved.origin, saved.map);
-    return size_text(saved.map) + " in " + path;
+    const auto saved = on_processing_thread<SavedMaps>([this] { return tracker_->copy_maps(); });
+    write_map_file(path, saved);
+    return size_text(saved.maps) + " in " + path;
   });
   advertise("load_map", [this] {
     const std::string path = path_parameter("map_path", parameters_.map_path);
-    const auto origin = on_processing_thread<MapOrigin>([this] { return tracker_->origin(); });
-    const auto saved =
-        std::make_shared<LiveTracker::SavedMap>(LiveTracker::SavedMap{origin, read_map_file(path, origin)});
-    const std::string size = size_text(saved->map);
-    const auto epoch = on_processing_thread<std::uint32_t>([this, saved] {
-      tracker_->load_map(std::move(*saved));
+    const auto saved = std::make_shared<SavedMaps>(read_map_file(path, descriptor_kind(parameters_.tracker)));
+    const std::string size = size_text(saved->maps);
+    const bool loaded = on_processing_thread<bool>([this, saved] {
+      const bool is_loaded = tracker_->load_maps(std::move(*saved));
       board_->note(tracker_->state(), tracker_->epoch());
-      return tracker_->epoch();
+      return is_loaded;
     });
-    NODELET_WARN("map %u is loaded from %s (%s): lost until an image is found in it", epoch, path.c_str(),
-                 size.c_str());
-    return size + " from " + path + "; lost until an image is found in it";
+    const std::string what = size + " from " + path;
+    const std::string then = loaded ? "lost until an image is found in it" : "loaded when camera_info comes";
+    NODELET_WARN("%s: %s", what.c_str(), then.c_str());
+    return what + "; " + then;
   });
 }
 

@@ -26,6 +26,7 @@
 #include "mono_pose_tracker/io/camera_yaml.h"
 #include "mono_pose_tracker/io/colmap.h"
 #include "mono_pose_tracker/io/image_decoding.h"
+#include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/io/overview.h"
 #include "mono_pose_tracker/io/ply.h"
 #include "mono_pose_tracker/io/trajectory.h"
@@ -43,7 +44,8 @@ using namespace mono_pose_tracker;
 
 struct Arguments {
   std::string images, video, bag, image_topic, camera_info_topic;
-  std::string camera, config, masks, output, write_masks, reference;
+  std::string camera, config, masks, output, write_masks, reference, map, save_map;
+  bool localize_only = false;
   std::optional<double> hfov;
   bool undistorted = false;
   std::optional<std::uint64_t> seed;
@@ -72,6 +74,12 @@ void declare(CLI::App& app, Arguments& a) {
       "--undistorted", a.undistorted,
       "undistorted images and masks for dense reconstruction, in the folder undistorted of the output");
   app.add_option("--reference", a.reference, "true trajectory (TUM lines), drawn into overview.png");
+  auto* map = app.add_option("--map", a.map, "go on in a saved map, which may be another camera's");
+  auto* localize = app.add_flag("--localize-only", a.localize_only,
+                                "poses in the saved map only: it is not changed, and none is begun")
+                       ->needs(map);
+  app.add_option("--save-map", a.save_map, "file to write the map to, to go on in it another time")
+      ->excludes(localize);
   app.add_option("--seed", a.seed, "of all random choices [0]")->check(whole_number(0));
   app.add_option("--threads", a.threads,
                  "the same results for any number, sooner [all cores]; sift/num_threads and "
@@ -186,6 +194,15 @@ void check_background_image(const SegmentationOptions& options, const CameraPara
                            std::to_string(camera.height));
 }
 
+// That the map can be written is known before the work.
+void check_map_folder(const std::string& path) {
+  const fs::path folder = fs::absolute(path).parent_path();
+  if (!fs::is_directory(folder)) {
+    throw std::runtime_error(path + ": cannot be written (" + folder.string() + " is no folder)");
+  }
+  require_regular_file(path);
+}
+
 struct MapStatistics {
   double mean_track_length = 0;
   double reprojection_rms_px = 0;
@@ -210,10 +227,18 @@ using PixelChange = std::function<Eigen::Vector2d(const Eigen::Vector2d&)>;
 void write_map_for_colmap(const std::string& folder, const CameraParameters& camera, const Map& map,
                           const std::vector<PosedFrame>& trajectory,
                           const std::map<std::int64_t, std::string>& names, const PixelChange& changed) {
+  std::set<std::int64_t> written;
+  for (const PosedFrame& frame : trajectory) written.insert(frame.index);
   std::vector<ColmapPoint> points;
   std::map<LandmarkId, int> index_of;
   for (const LandmarkId id : map.landmark_ids()) {
     const Landmark& landmark = *map.landmark(id);
+    // Of a loaded map, what only earlier runs have seen has no image here.
+    if (std::none_of(landmark.observations.begin(), landmark.observations.end(), [&](const Observation& o) {
+          return written.count(map.keyframe(o.keyframe)->frame_index) > 0;
+        })) {
+      continue;
+    }
     ColmapPoint point;
     point.x_in_map = landmark.x_in_map;
     for (const Observation& o : landmark.observations) {
@@ -469,6 +494,7 @@ int run(const Arguments& a) {
   TrackerOptions options;
   if (!a.config.empty()) read_options_yaml(a.config, &options);
   if (a.seed) options.seed = *a.seed;
+  if (a.localize_only) options.localize_only = true;
   // Images go ahead side by side; within one, and in Ceres, a thread more would only wait, or change last
   // digits.
   options.sift.num_threads = options.bundle.num_threads = 1;
@@ -481,8 +507,14 @@ int run(const Arguments& a) {
   recording.threads = a.threads;
   recording.interrupted = [] { return g_signal != 0; };
   const CameraParameters camera = camera_of(a);
+  std::optional<SavedMaps> loaded;
+  if (!a.map.empty()) loaded = read_map_file(a.map, descriptor_kind(options));
+  if (!a.save_map.empty()) check_map_folder(a.save_map);
+  recording.try_again = !loaded;
   const auto make_tracker = [&] {
-    return std::make_unique<Tracker>(options, CameraModel(camera), Tracker::Mapping::kInline);
+    auto made = std::make_unique<Tracker>(options, CameraModel(camera), Tracker::Mapping::kInline);
+    if (loaded) made->load_maps(*loaded);
+    return made;
   };
   make_tracker();  // refuses options before the work
   std::optional<MaskFolder> masks;
@@ -519,6 +551,7 @@ int run(const Arguments& a) {
   for (const std::string& problem : result.problems) std::fprintf(stderr, "%s\n", problem.c_str());
   for (const std::string& warning : result.warnings) std::fprintf(stderr, "warning: %s\n", warning.c_str());
   if (result.tracked) write_results(output, camera, result, reference);
+  if (result.tracked && !a.save_map.empty()) write_map_file(a.save_map, *tracked.tracker->copy_maps());
   if (!a.write_masks.empty()) write_masks(a.write_masks, recording, result, mask_record);
   if (result.tracked && a.undistorted) {
     write_undistorted(output / "undistorted", CameraModel(camera), recording, result, mask_record,
@@ -529,7 +562,8 @@ int run(const Arguments& a) {
   write_report((output / "report.json").string(), result, tracker.map(), mask_record, calibration,
                options.seed, wall.count());
   if (!result.tracked) {
-    std::fprintf(stderr, "no map could be made: %s\n", result.reason.c_str());
+    std::fprintf(stderr, "%s: %s\n", a.localize_only ? "no image could be posed" : "no map could be made",
+                 result.reason.c_str());
     return 1;
   }
   if (!a.quiet) {

@@ -138,6 +138,12 @@ bool has_folders(const std::map<std::int64_t, std::string>& names) {
 void warn_of_seams(RecordingResult* result) {
   for (const FinishedMap& map : result->maps) {
     if (map.seam.points >= kMinSeamPoints || result->unconfirmed) continue;
+    if (map.seam.frame_index < 0) {
+      result->warnings.push_back("a part of the loaded map is held to the rest by " +
+                                 std::to_string(map.seam.points) +
+                                 " points only: its size and place may be wrong");
+      continue;
+    }
     result->warnings.push_back("images from number " + std::to_string(map.seam.frame_index) +
                                " on are held to those before by " + std::to_string(map.seam.points) +
                                " points only: their size and place beside these may be wrong; more overlap "
@@ -152,13 +158,18 @@ void warn_of_depth(RecordingResult* result) {
       "farther, come nearer, or give masks of what moves as one (--masks)");
 }
 
+// Frames of earlier runs come before 0.
+std::string place_text(std::int64_t frame_index) {
+  return frame_index < 0 ? "in the loaded map" : "at image number " + std::to_string(frame_index);
+}
+
 void warn_of_contradictions(RecordingResult* result) {
   if (result->maps.empty()) return;
   const Contradiction& worst = result->maps.front().contradiction;
   if (worst.share() < kMaxContradicting) return;
   result->warnings.push_back(
-      "at image number " + std::to_string(worst.frame_index) + " " + std::to_string(worst.contradicting) +
-      " of " + std::to_string(worst.matches) +
+      place_text(worst.frame_index) + " " + std::to_string(worst.contradicting) + " of " +
+      std::to_string(worst.matches) +
       " points are seen elsewhere than the map has them: more than one thing moves, or the map is wrong from "
       "there on; give masks of what moves as one (--masks), or record it again with more overlap");
 }
@@ -171,6 +182,20 @@ void warn_of_parts(RecordingResult* result) {
       "the recording fell into " + std::to_string(result->maps.size()) +
       " maps that nothing ties together: " + std::to_string(apart) +
       " images are not in the first; each has a frame and a unit of its own (map_2, ...)");
+}
+
+bool is_loaded(const FinishedMap& map) { return map.map.keyframes().begin()->second.frame_index < 0; }
+
+// Maps from a file in which no frame was found are none of this recording's.
+void leave_out_unseen_maps(RecordingResult* result) {
+  std::vector<FinishedMap>& maps = result->maps;
+  const bool any_loaded = std::any_of(maps.begin(), maps.end(), is_loaded);
+  maps.erase(std::remove_if(maps.begin(), maps.end(), [](const auto& map) { return map.trajectory.empty(); }),
+             maps.end());
+  if (any_loaded && !maps.empty() && std::none_of(maps.begin(), maps.end(), is_loaded)) {
+    result->warnings.push_back(
+        "no image was found in the loaded map: what there is has a frame and a unit of its own");
+  }
 }
 
 // Features of so many images are held at once: half a gigabyte. What is beyond is posed image by image.
@@ -189,9 +214,9 @@ void check_map(int image_width, RecordingResult* result) {
   if (result->rigidity.is_rigid) return;
   char text[320];
   std::snprintf(text, sizeof text,
-                "more than one motion is in the map: from image %ld on, the poses that its %s landmarks give "
+                "more than one motion is in the map: %s and on, the poses that its %s landmarks give "
                 "are %.1f px apart; give masks of the object (--masks), or config/object.yaml",
-                static_cast<long>(result->rigidity.frame_index), result->rigidity.parts.c_str(),
+                place_text(result->rigidity.frame_index).c_str(), result->rigidity.parts.c_str(),
                 result->rigidity.disagreement_px);
   result->warnings.push_back(text);
 }
@@ -251,7 +276,7 @@ TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker
     // What takes the place of the first must be better founded than that one was.
     const bool sure = attempt == 0 ? is_sure(next.result) : is_confirmed(next.result);
     if (attempt == 0 || sure) kept = std::move(next);
-    if (sure || recording.interrupted()) break;
+    if (sure || recording.interrupted() || !recording.try_again) break;
   }
   return kept;
 }
@@ -312,6 +337,13 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   }
   pose_the_rest(recording, observer, tracker, &result);
   result.maps = tracker->maps();
+  leave_out_unseen_maps(&result);
+  if (result.maps.empty()) {
+    result.tracked = false;
+    result.reason =
+        "no image was found in the loaded map; the last: " + usual_reason(reasons, result.frames_total);
+    return result;
+  }
   check_map(image_width, &result);
   result.trajectory = tracker->trajectory();
   warn_of_parts(&result);

@@ -40,7 +40,10 @@ FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const PreparedImage& i
     frame = make_frame(index, stamp_ns, image, segmentation, &report);
   }
   if (frame) {
-    if (state_ == State::kBootstrapping) {
+    if (state_ == State::kBootstrapping && options_.localize_only) {
+      report.reason = Reason::kRelocalising;
+      report.reason_text = "there is no map, and localize_only lets none be begun: load one";
+    } else if (state_ == State::kBootstrapping) {
       const StageTimer timer(report.stages, "bootstrap");
       bootstrap(*frame, &report);
     } else {
@@ -61,6 +64,7 @@ void Tracker::Impl::finish_report(FrameReport* report) {
     report->scale = map->scale_source;
     // What the frame was posed in: a correction that has come since is the next frame's.
     report->map_id = present_map_;
+    for (const auto& entry : others_) report->kept_maps.push_back(entry.first);
     for (const auto& correction : map->corrections) {
       report->corrections += correction->into_map == present_map_ && correction->sequence <= corrections_;
     }
@@ -181,6 +185,13 @@ void Tracker::Impl::track(const Frame& frame, FrameReport* report) {
   }
 }
 
+namespace {
+
+// It was loaded: what earlier runs have seen is never dropped for being young.
+bool has_earlier_frames(const TrackingMap& map) { return map.keyframes.begin()->second.frame_index < 0; }
+
+}  // namespace
+
 void Tracker::Impl::lose(const Frame& frame, FrameReport* report) {
   state_ = State::kLost;
   motion_.reset();
@@ -191,8 +202,9 @@ void Tracker::Impl::lose(const Frame& frame, FrameReport* report) {
     report->reason = Reason::kRelocalising;
     report->reason_text = "lost for " + std::to_string(frames_lost_) + " images: " + report->reason_text;
   }
-  if (found || frames_lost_ < options_.young_map_patience || loaded_) return;
-  if (static_cast<int>(worker_.latest()->keyframes.size()) <= options_.young_map_keyframes) {
+  if (found || frames_lost_ < options_.young_map_patience || options_.localize_only) return;
+  const TrackingMap& map = *worker_.latest();
+  if (static_cast<int>(map.keyframes.size()) <= options_.young_map_keyframes && !has_earlier_frames(map)) {
     drop_young_map(report);
   } else {
     bootstrap_beside(frame, report);
@@ -221,7 +233,7 @@ void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   object_finder_.follow(frame, map, resection);
   const Overlap overlap = overlap_with(map, reference_, resection, camera_);
   report->median_parallax_deg = overlap.parallax_deg;
-  if (doubtful) return;  // nothing of it comes into the map
+  if (doubtful || options_.localize_only) return;  // nothing of it comes into the map
   if (!keyframe_policy_.is_due(map, overlap, resection.inliers, worker_.backlog())) return;
   const StageTimer timer(report->stages, "keyframe");
   KeyframeCandidate candidate{frame, reference_, camera_from_reference_, resection.observations,
@@ -303,31 +315,7 @@ void Tracker::Impl::reset() {
   pose_doubt_.reset();
   frames_lost_ = 0;
   unconfirmed_ = false;
-  loaded_ = false;
-}
-
-std::optional<Map> Tracker::Impl::copy_map() {
-  worker_.wait();
-  if (!worker_.latest()) return std::nullopt;
-  return worker_.mapper().map();
-}
-
-void Tracker::Impl::load_map(Map map) {
-  // What is tracked from now on is counted from next_index_: the map's own frames come before all of it.
-  std::int64_t end = 0;
-  for (const auto& entry : map.keyframes()) end = std::max(end, entry.second.frame_index + 1);
-  for (const auto& entry : map.removed_keyframes()) end = std::max(end, entry.second.frame_index + 1);
-  map.shift_frame_indices(-end);
-  reset();
-  worker_.restore(map, epoch_);
-  loaded_ = true;
-  state_ = State::kLost;
-  frames_lost_ = 1;
-  reference_ = map.keyframes().rbegin()->first;
-}
-
-MapOrigin Tracker::Impl::origin() const {
-  return {camera_.parameters(), options_.sift.root_sift ? "root_sift" : "sift"};
+  sessions_.clear();
 }
 
 void Tracker::Impl::set_options(const TrackerOptions& options) {
@@ -372,6 +360,8 @@ void Tracker::wait() { impl_->worker().wait(); }
 
 void Tracker::reset() { impl_->reset(); }
 
+void Tracker::restart() { impl_->restart(); }
+
 void Tracker::set_options(const TrackerOptions& options) {
   options.validate();
   impl_->set_options(options);
@@ -379,11 +369,9 @@ void Tracker::set_options(const TrackerOptions& options) {
 
 std::uint32_t Tracker::epoch() const { return impl_->epoch(); }
 
-std::optional<Map> Tracker::copy_map() { return impl_->copy_map(); }
+std::optional<SavedMaps> Tracker::copy_maps() { return impl_->copy_maps(); }
 
-void Tracker::load_map(Map map) { impl_->load_map(std::move(map)); }
-
-MapOrigin Tracker::origin() const { return impl_->origin(); }
+void Tracker::load_maps(SavedMaps saved) { impl_->load_maps(std::move(saved)); }
 
 std::uint64_t Tracker::revision() const {
   const TrackingMapPtr map = impl_->worker().latest();

@@ -14,6 +14,7 @@ namespace mono_pose_tracker {
 bool Tracker::Impl::finish() {
   worker_.wait();
   if (state_ == State::kBootstrapping) {
+    if (options_.localize_only) return false;
     const std::optional<BootstrapReport> known = bootstrap_job_.take(epoch_);
     if (!known || !known->map) {
       if (next_index_ != 2) return false;
@@ -24,7 +25,11 @@ bool Tracker::Impl::finish() {
     }
     start_map();
   }
-  complete_map();
+  if (!options_.localize_only) {
+    complete_map();
+  } else if (!others_.empty()) {
+    resume_largest();
+  }
   return true;
 }
 
@@ -108,7 +113,7 @@ bool Tracker::Impl::pose_beside(const Frame& frame, std::int64_t neighbor) {
       resection.camera_from_map * map->keyframes.at(best).camera_from_map.inverse();
   poses.set(frame.index, {frame.stamp_ns, best, camera_from_best});
   const Overlap overlap = overlap_with(*map, best, resection, camera_);
-  if (keyframe_policy_.is_due(*map, overlap, resection.inliers, 0)) {
+  if (!options_.localize_only && keyframe_policy_.is_due(*map, overlap, resection.inliers, 0)) {
     KeyframeCandidate candidate{frame, best, camera_from_best, resection.observations, corrections_};
     if (frame.is_masked) leave_out_occluders(*map, camera_, resection.camera_from_map, &candidate);
     grown_ = worker_.insert(candidate) || grown_;
@@ -187,7 +192,7 @@ std::vector<FinishedMap> Tracker::Impl::maps() {
   Mapper& mapper = worker_.mapper();
   for (const std::uint32_t id : mapper.kept_maps()) {
     mapper.resume(id, true, epoch_);
-    mapper.finish();
+    if (!options_.localize_only) mapper.finish();
     maps.push_back(finished(*mapper.tracking_map()));
   }
   mapper.resume(present->map_id, true, epoch_);

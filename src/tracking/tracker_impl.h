@@ -55,9 +55,9 @@ class Tracker::Impl {
   void reset();
   void set_options(const TrackerOptions& options);
   std::uint32_t epoch() const { return epoch_; }
-  std::optional<Map> copy_map();
-  void load_map(Map map);
-  MapOrigin origin() const;
+  std::optional<SavedMaps> copy_maps();
+  void load_maps(SavedMaps saved);
+  void restart();
   std::vector<PosedFrame> trajectory() const;
   bool finish();
   FrameReport keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
@@ -126,7 +126,7 @@ class Tracker::Impl {
   std::uint32_t epoch_ = 0;
   std::int64_t next_index_ = 0;
   bool unconfirmed_ = false;
-  bool loaded_ = false;                  // the map comes from a file
+  std::vector<MapSession> sessions_;     // of the maps that come from a file; empty: none does
   BootstrapReport bootstrap_;            // the last known
   std::uint64_t reported_revision_ = 0;  // of the map whose mapping times were reported last
 

@@ -89,4 +89,8 @@ void TrackerOptions::validate() const {
   if (!problems.empty()) throw std::invalid_argument(problems.substr(2));
 }
 
+std::string descriptor_kind(const TrackerOptions& options) {
+  return options.sift.root_sift ? "root_sift" : "sift";
+}
+
 }  // namespace mono_pose_tracker

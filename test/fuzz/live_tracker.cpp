@@ -147,7 +147,7 @@ class Session {
 
   void save_and_load() {
     try {
-      tracker_.load_map(tracker_.copy_map());
+      tracker_.load_maps(tracker_.copy_maps());
     } catch (const std::runtime_error& refused) {
       FUZZ_CHECK(is_one_line(refused.what()));  // there is no map, or no calibration
     }

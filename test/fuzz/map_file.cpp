@@ -18,7 +18,7 @@ constexpr std::size_t kStart = 16, kHead = 12, kChecksum = 4;
 const std::string& good_map() {
   static const std::string content = [] {
     const TemporaryFolder folder;
-    write_map_file(folder / "a.map", synthetic_origin(), synthetic_map());
+    write_map_file(folder / "a.map", synthetic_saved_maps());
     return folder.read("a.map");
   }();
   return content;
@@ -71,8 +71,7 @@ FUZZ_TARGET(map_file) {
     make_checksums_right(&file);
   }
   try {
-    const Map map = parse_map(file, synthetic_origin());
-    map.check();
+    for (const Map& map : parse_maps(file, "root_sift").maps) map.check();
   } catch (const std::runtime_error& refused) {
     FUZZ_CHECK(is_one_line(refused.what()));
   }

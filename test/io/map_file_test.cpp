@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <fstream>
+#include <iterator>
+
 #include "support/expect_error.h"
 #include "support/synthetic_map.h"
 #include "support/temporary_folder.h"
@@ -11,92 +15,181 @@ namespace {
 
 constexpr std::size_t kVersionAt = 8;  // bytes
 
-// The file of synthetic_map, once.
+// The file of synthetic_saved_maps, once.
 const std::string& file_content() {
   static const std::string content = [] {
     TemporaryFolder folder;
-    write_map_file(folder / "a.map", synthetic_origin(), synthetic_map());
+    write_map_file(folder / "a.map", synthetic_saved_maps());
     return folder.read("a.map");
   }();
   return content;
 }
 
-TEST(MapFile, GivesBackWhatWasWritten) {
-  TemporaryFolder folder;
-  const Map map = synthetic_map();
-  write_map_file(folder / "a.map", synthetic_origin(), map);
-  const Map read = read_map_file(folder / "a.map", synthetic_origin());
-  read.check();
-  EXPECT_EQ(read.scale_source(), ScaleSource::kMarker);
-  ASSERT_EQ(read.keyframes().size(), map.keyframes().size());
-  for (const auto& [id, keyframe] : map.keyframes()) {
-    const Keyframe& other = *read.keyframe(id);
+// A file that the program wrote when version 1 was the newest: a simulated room, 160x120.
+const std::string& version_1_content() {
+  static const std::string content = [] {
+    std::ifstream stream(TEST_DATA "/map_version_1.map", std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(stream), {});
+  }();
+  return content;
+}
+
+void expect_same_image(const ImageFeatures& image, const ImageFeatures& expected) {
+  ASSERT_EQ(image.size(), expected.size());
+  EXPECT_EQ(image.camera.parameters(), expected.camera.parameters());
+  EXPECT_EQ(cv::norm(image.set.descriptors, expected.set.descriptors, cv::NORM_INF), 0);
+  for (int i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(image.set.features[i].pixel, expected.set.features[i].pixel);
+    EXPECT_EQ(image.set.bearings[i], expected.set.bearings[i]);
+    EXPECT_EQ(image.pixel_from_bearing[i], expected.pixel_from_bearing[i]);
+    EXPECT_EQ(image.sigma_px[i], expected.sigma_px[i]);
+    EXPECT_EQ(image.color_rgb[i], expected.color_rgb[i]);
+  }
+}
+
+void expect_same_map(const Map& map, const Map& expected) {
+  EXPECT_EQ(map.scale_source(), expected.scale_source());
+  ASSERT_EQ(map.keyframes().size(), expected.keyframes().size());
+  for (const auto& [id, keyframe] : expected.keyframes()) {
+    const Keyframe& other = *map.keyframe(id);
     EXPECT_EQ(other.frame_index, keyframe.frame_index);
     EXPECT_EQ(other.stamp_ns, keyframe.stamp_ns);
     EXPECT_EQ(other.camera_from_map.translation, keyframe.camera_from_map.translation);
     EXPECT_EQ(other.camera_from_map.rotation.coeffs(), keyframe.camera_from_map.rotation.coeffs());
     EXPECT_EQ(other.landmark_of_feature, keyframe.landmark_of_feature);
-    ASSERT_EQ(other.image->size(), keyframe.image->size());
-    EXPECT_EQ(cv::norm(other.image->set.descriptors, keyframe.image->set.descriptors, cv::NORM_INF), 0);
-    for (int i = 0; i < keyframe.image->size(); ++i) {
-      EXPECT_EQ(other.image->set.features[i].pixel, keyframe.image->set.features[i].pixel);
-      EXPECT_EQ(other.image->set.bearings[i], keyframe.image->set.bearings[i]);
-      EXPECT_EQ(other.image->pixel_from_bearing[i], keyframe.image->pixel_from_bearing[i]);
-      EXPECT_EQ(other.image->sigma_px[i], keyframe.image->sigma_px[i]);
-      EXPECT_EQ(other.image->color_rgb[i], keyframe.image->color_rgb[i]);
-    }
+    expect_same_image(*other.image, *keyframe.image);
   }
-  ASSERT_EQ(read.landmark_ids(), map.landmark_ids());
-  for (const auto& [id, landmark] : map.landmarks()) {
-    EXPECT_EQ(read.landmark(id)->x_in_map, landmark.x_in_map);
-    EXPECT_EQ(read.landmark(id)->created_by, landmark.created_by);
+  ASSERT_EQ(map.landmark_ids(), expected.landmark_ids());
+  for (const auto& [id, landmark] : expected.landmarks()) {
+    EXPECT_EQ(map.landmark(id)->x_in_map, landmark.x_in_map);
+    EXPECT_EQ(map.landmark(id)->created_by, landmark.created_by);
   }
   Rigid3 was, is;
-  ASSERT_TRUE(map.camera_from_map(1, &was));
-  ASSERT_TRUE(read.camera_from_map(1, &is)) << "a removed keyframe is still known";
+  ASSERT_TRUE(expected.camera_from_map(1, &was));
+  ASSERT_TRUE(map.camera_from_map(1, &is)) << "a removed keyframe is still known";
   EXPECT_EQ(was.translation, is.translation);
+}
+
+TEST(MapFile, GivesBackWhatWasWritten) {
+  TemporaryFolder folder;
+  const SavedMaps saved = synthetic_saved_maps();
+  write_map_file(folder / "a.map", saved);
+  const SavedMaps read = read_map_file(folder / "a.map", "root_sift");
+  EXPECT_EQ(read.descriptor, saved.descriptor);
+  ASSERT_EQ(read.sessions.size(), saved.sessions.size());
+  for (std::size_t i = 0; i < saved.sessions.size(); ++i) {
+    EXPECT_EQ(read.sessions[i].camera, saved.sessions[i].camera);
+    EXPECT_EQ(read.sessions[i].first_frame, saved.sessions[i].first_frame);
+    EXPECT_EQ(read.sessions[i].frames, saved.sessions[i].frames);
+  }
+  ASSERT_EQ(read.maps.size(), saved.maps.size());
+  for (std::size_t i = 0; i < saved.maps.size(); ++i) {
+    read.maps[i].check();
+    expect_same_map(read.maps[i], saved.maps[i]);
+  }
 }
 
 TEST(MapFile, WritingWhatWasReadGivesTheSameBytes) {
   TemporaryFolder folder;
   folder.write("a.map", file_content());
-  write_map_file(folder / "b.map", synthetic_origin(), read_map_file(folder / "a.map", synthetic_origin()));
+  write_map_file(folder / "b.map", read_map_file(folder / "a.map", "root_sift"));
   EXPECT_EQ(folder.read("b.map"), file_content());
 }
 
+TEST(MapFile, OneMapMayBeOfSeveralSessions) {
+  SavedMaps saved = synthetic_saved_maps();
+  saved.maps.front().merge(saved.maps.back(), Sim3());
+  saved.maps.pop_back();
+  TemporaryFolder folder;
+  write_map_file(folder / "a.map", saved);
+  const SavedMaps read = read_map_file(folder / "a.map", "root_sift");
+  ASSERT_EQ(read.maps.size(), 1u);
+  std::array<int, 2> keyframes{};
+  for (const auto& [id, keyframe] : read.maps[0].keyframes()) {
+    const int session = read.sessions[1].holds(keyframe.frame_index) ? 1 : 0;
+    ++keyframes[session];
+    EXPECT_EQ(keyframe.image->camera.parameters(), synthetic_camera_of(session));
+  }
+  EXPECT_EQ(keyframes, (std::array<int, 2>{3, 3}));
+}
+
+TEST(MapFile, FramesOfNoSessionAreNotWritten) {
+  SavedMaps saved = synthetic_saved_maps();
+  saved.sessions.pop_back();
+  TemporaryFolder folder;
+  expect_error<std::invalid_argument>([&] { write_map_file(folder / "a.map", saved); }, {"of no session"});
+  saved.maps.clear();
+  expect_error<std::invalid_argument>([&] { write_map_file(folder / "a.map", saved); }, {"no map"});
+}
+
+TEST(MapFile, WhatComesNextIsCountedFromZero) {
+  SavedMaps saved = synthetic_saved_maps();
+  const std::int64_t first = saved.maps[1].keyframes().begin()->second.frame_index;
+  saved.end_before_zero();
+  EXPECT_EQ(saved.sessions[0].first_frame, -40);
+  EXPECT_EQ(saved.sessions[1].first_frame, -20);
+  EXPECT_EQ(saved.maps[1].keyframes().begin()->second.frame_index, first - 40);
+}
+
+// What the test of the tracker goes on in.
+TEST(MapFile, Version1IsRead) {
+  const SavedMaps read = parse_maps(version_1_content(), "root_sift");
+  ASSERT_EQ(read.maps.size(), 1u);
+  const Map& map = read.maps[0];
+  map.check();
+  EXPECT_EQ(map.keyframes().size(), 6u);
+  EXPECT_EQ(map.landmarks().size(), 86u);
+  EXPECT_EQ(map.scale_source(), ScaleSource::kMapUnits);
+  ASSERT_EQ(read.sessions.size(), 1u);
+  EXPECT_EQ(read.sessions[0].camera.width, 160);
+  EXPECT_EQ(read.sessions[0].camera, map.keyframes().begin()->second.image->camera.parameters());
+  for (const auto& entry : map.keyframes()) EXPECT_TRUE(read.sessions[0].holds(entry.second.frame_index));
+  TemporaryFolder folder;
+  write_map_file(folder / "a.map", read);
+  EXPECT_EQ(folder.read("a.map")[kVersionAt], 2) << "written as what is the newest now";
+  EXPECT_EQ(read_map_file(folder / "a.map", "root_sift").maps[0].landmark_ids(), map.landmark_ids());
+}
+
 TEST(MapFile, EveryTruncationIsRefused) {
-  const std::string_view content = file_content();
-  for (std::size_t size = 0; size < content.size(); ++size) {
-    EXPECT_THROW(parse_map(content.substr(0, size), synthetic_origin()), std::runtime_error)
-        << size << " bytes";
+  for (const std::string& whole : {file_content(), version_1_content()}) {
+    // Each byte of what is short; of a file as long as the fixture each that ends or begins something is near
+    // its end or beginning, and a prime number of steps meets the rest.
+    const std::size_t step = whole.size() < 50'000 ? 1 : 37;
+    const std::string_view content = whole;
+    for (std::size_t size = 0; size < content.size(); size += size < 2000 ? 1 : step) {
+      EXPECT_THROW(parse_maps(content.substr(0, size), "root_sift"), std::runtime_error) << size << " bytes";
+    }
+    EXPECT_THROW(parse_maps(content.substr(0, content.size() - 1), "root_sift"), std::runtime_error);
   }
   TemporaryFolder folder;
   const std::string path = folder.write("a.map", file_content().substr(0, file_content().size() - 1));
-  expect_error([&] { read_map_file(path, synthetic_origin()); }, {path, "cut short"});
+  expect_error([&] { read_map_file(path, "root_sift"); }, {path, "cut short"});
 }
 
 TEST(MapFile, EveryFlippedBitIsRefused) {
   Random random(7);
-  for (int trial = 0; trial < 1000; ++trial) {
-    std::string content = file_content();
-    // A third of them in the heads, which are few bytes.
-    const std::size_t range = trial % 3 == 0 ? 100 : content.size();
-    const std::size_t at = random.index(static_cast<std::uint32_t>(range));
-    content[at] = static_cast<char>(content[at] ^ (1 << random.index(8)));
-    expect_error([&] { parse_map(content, synthetic_origin()); }, {"is "});
+  for (const std::string& whole : {file_content(), version_1_content()}) {
+    for (int trial = 0; trial < 1000; ++trial) {
+      std::string content = whole;
+      // A third of them in the heads, which are few bytes.
+      const std::size_t range = trial % 3 == 0 ? 300 : content.size();
+      const std::size_t at = random.index(static_cast<std::uint32_t>(range));
+      content[at] = static_cast<char>(content[at] ^ (1 << random.index(8)));
+      expect_error([&] { parse_maps(content, "root_sift"); }, {"is "});
+    }
   }
 }
 
 TEST(MapFile, WhatFollowsTheEndIsRefused) {
   TemporaryFolder folder;
   const std::string path = folder.write("a.map", file_content() + "x");
-  expect_error([&] { read_map_file(path, synthetic_origin()); }, {path, "damaged"});
+  expect_error([&] { read_map_file(path, "root_sift"); }, {path, "damaged"});
 }
 
 TEST(MapFile, WhatIsNoMapIsNamed) {
   TemporaryFolder folder;
   const auto refused = [&](const std::string& path, std::initializer_list<std::string> parts) {
-    expect_error([&] { read_map_file(path, synthetic_origin()); }, parts);
+    expect_error([&] { read_map_file(path, "root_sift"); }, parts);
   };
   const std::string text = folder.write("a.txt", "no map at all, but some text that is long enough");
   refused(text, {text, "is no map file"});
@@ -104,43 +197,59 @@ TEST(MapFile, WhatIsNoMapIsNamed) {
   refused(folder.path(), {folder.path(), "no regular file"});
   refused("/dev/zero", {"/dev/zero", "no regular file"});
   std::string content = file_content();
-  content[kVersionAt] = 2;
-  const std::string newer = folder.write("b.map", content);
-  refused(newer, {newer, "is of version 2, expected 1"});
+  for (const char version : {0, 3}) {
+    content[kVersionAt] = version;
+    const std::string other = folder.write("b.map", content);
+    refused(other, {other, "is of version " + std::to_string(version) + ", expected 1 or 2"});
+  }
 }
 
 // Indices are counted on and shifted: at the end of their type that would overflow.
 TEST(MapFile, FrameNumbersAtTheEndOfTheirTypeAreRefused) {
   TemporaryFolder folder;
   for (const std::int64_t shift : {std::int64_t{1} << 62, -(std::int64_t{1} << 62)}) {
-    Map map = synthetic_map();
-    map.shift_frame_indices(shift);
-    write_map_file(folder / "a.map", synthetic_origin(), map);
-    expect_error([&] { read_map_file(folder / "a.map", synthetic_origin()); }, {"a.map", "a frame's number"});
+    SavedMaps saved = synthetic_saved_maps();
+    for (Map& map : saved.maps) map.shift_frame_indices(shift);
+    for (MapSession& session : saved.sessions) session.first_frame += shift;
+    write_map_file(folder / "a.map", saved);
+    expect_error([&] { read_map_file(folder / "a.map", "root_sift"); }, {"a.map", "a frame's number"});
   }
 }
 
-TEST(MapFile, IsNotWrittenIntoAPipe) {
-  expect_error([] { write_map_file("/dev/null", synthetic_origin(), synthetic_map()); },
-               {"/dev/null", "no regular file"});
+TEST(MapFile, SessionsThatCantBeAreRefused) {
+  TemporaryFolder folder;
+  const auto refused = [&](const SavedMaps& saved, const std::string& why) {
+    write_map_file(folder / "a.map", saved);
+    expect_error([&] { read_map_file(folder / "a.map", "root_sift"); }, {"contradicts itself", why});
+  };
+  SavedMaps saved = synthetic_saved_maps();
+  saved.sessions[1].first_frame -= 1;
+  refused(saved, "overlap");
+  saved = synthetic_saved_maps();
+  saved.sessions[0].camera.width = 1 << 20;
+  refused(saved, "a camera that can't be");
+  saved = synthetic_saved_maps();
+  saved.sessions[1].camera.distortion = {1};
+  refused(saved, "a camera that can't be");
+  saved = synthetic_saved_maps();
+  saved.sessions[1].camera.width = 100;
+  refused(saved, "where the camera has no pixel");
 }
 
-TEST(MapFile, AnotherCameraIsRefused) {
+TEST(MapFile, IsNotWrittenIntoAPipe) {
+  expect_error([] { write_map_file("/dev/null", synthetic_saved_maps()); }, {"/dev/null", "no regular file"});
+}
+
+TEST(MapFile, DescriptorsOfAnotherKindAreRefused) {
   TemporaryFolder folder;
-  const std::string path = folder.write("a.map", file_content());
-  MapOrigin other = synthetic_origin();
-  other.camera.fx = 500;
-  expect_error([&] { read_map_file(path, other); }, {path, "another camera", "fx 600", "fx 500"});
-  other = synthetic_origin();
-  other.camera.distortion[0] = 0.1;
-  expect_error([&] { read_map_file(path, other); }, {path, "another camera", "distortion"});
-  other = synthetic_origin();
-  other.descriptor = "sift";
-  expect_error([&] { read_map_file(path, other); }, {path, "root_sift", "expected sift"});
+  for (const std::string& content : {file_content(), version_1_content()}) {
+    const std::string path = folder.write("a.map", content);
+    expect_error([&] { read_map_file(path, "sift"); }, {path, "root_sift", "expected sift"});
+  }
 }
 
 TEST(MapFile, AFolderThatIsNotThereIsNamed) {
-  expect_error([] { write_map_file("/no/such/folder/a.map", synthetic_origin(), synthetic_map()); },
+  expect_error([] { write_map_file("/no/such/folder/a.map", synthetic_saved_maps()); },
                {"/no/such/folder/a.map", "cannot be written"});
 }
 

@@ -114,6 +114,32 @@ TEST_F(MapperJoiningTest, MapsAreJoinedWhereTheyMeet) {
   EXPECT_LT(worst_distance_error(), 0.01);
 }
 
+// The older map is tracked in, as after it was found again or loaded, when it meets the newer one.
+TEST_F(MapperJoiningTest, TheOlderMapsFrameStaysWhicheverIsTracked) {
+  mapper_.initialize(initial_map(0, 2), 0);
+  const std::uint32_t older = mapper_.tracking_map()->map_id;
+  for (int i = 4; i <= 10; i += 2) insert(i);
+  const Rigid3 before = mapper_.map().keyframes().begin()->second.camera_from_map;
+  mapper_.begin_beside(initial_map(50, 48), 1);
+  const std::uint32_t newer = mapper_.tracking_map()->map_id;
+  for (int i = 46; i >= 36; i -= 2) insert(i);
+  ASSERT_TRUE(mapper_.resume(older, true, 2));
+  int last = 10;
+  while (!mapper_.kept_maps().empty() && last < 40) insert(last += 2);
+  ASSERT_TRUE(mapper_.kept_maps().empty()) << "they were never joined";
+  const TrackingMapPtr joined = mapper_.tracking_map();
+  EXPECT_EQ(joined->map_id, older);
+  EXPECT_EQ(joined->epoch, 2u);
+  ASSERT_EQ(joined->corrections.size(), 1u);
+  EXPECT_EQ(joined->corrections[0]->of_map, newer);
+  EXPECT_EQ(joined->corrections[0]->into_map, older);
+  mapper_.map().check();
+  const Rigid3 after = joined->keyframes.begin()->second.camera_from_map;
+  EXPECT_LT((before.inverse().translation - after.inverse().translation).norm(), 0.01);
+  mapper_.finish();
+  EXPECT_LT(worst_distance_error(), 0.01);
+}
+
 TEST_F(MapperJoiningTest, ACandidatePosedBeforeTheJoinIsStillUnderstood) {
   mapper_.initialize(initial_map(0, 2), 0);
   for (int i = 4; i <= 10; i += 2) insert(i);

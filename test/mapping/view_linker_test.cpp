@@ -34,7 +34,7 @@ class ViewLinkerTest : public testing::Test {
     }
   }
 
-  int link() { return link_views(TrackerOptions().mapper(scene_.camera.focal()), scene_.camera, &map_); }
+  int link() { return link_views(TrackerOptions().mapper(scene_.camera.focal()), &map_); }
 
   // Whether a keyframe of the first visit shares landmarks with one of the second.
   bool tied() const {

@@ -52,7 +52,7 @@ class MapFileTest(unittest.TestCase):
     def test_the_story(self):
         before_calibration = self.tracker.call("load_map")
         self.assertFalse(before_calibration.success)
-        self.assertIn("camera_info", before_calibration.message)
+        self.assertIn("No such file", before_calibration.message, "the file is looked at at once")
         MapFileTest.camera = feeding.Camera("/camera", self.recording.info)
         nothing = self.tracker.call("save_map")
         self.assertFalse(nothing.success)
@@ -111,8 +111,7 @@ class MapFileTest(unittest.TestCase):
         MapFileTest.later += 10
         self.show(self.recording.images[:1], self.later)
         answer = self.tracker.call("load_map")
-        self.assertFalse(answer.success)
-        self.assertIn("another camera", answer.message)
+        self.assertTrue(answer.success, "another camera may go on in it: " + answer.message)
 
 
 if __name__ == "__main__":

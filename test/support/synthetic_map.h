@@ -8,19 +8,20 @@
 
 namespace mono_pose_tracker {
 
-inline MapOrigin synthetic_origin() {
-  MapOrigin origin;
-  origin.camera = synthetic_camera().parameters();
-  origin.camera.distortion = {-0.1, 0.02, 0, 0, 0};
-  origin.descriptor = "root_sift";
-  return origin;
+/// A camera of its own for each session.
+inline CameraParameters synthetic_camera_of(int session) {
+  CameraParameters camera = synthetic_camera().parameters();
+  camera.distortion = {-0.1, 0.02, 0, 0, 0};
+  camera.width += 32 * session;
+  camera.fx += 10 * session;
+  return camera;
 }
 
 /// Three keyframes that see the same points, one more that was removed, and a landmark that is gone.
-inline Map synthetic_map() {
+inline Map synthetic_map(int session = 0) {
   Random random(3);
   const SyntheticScene scene = box_scene(20, random);
-  const CameraModel camera(synthetic_origin().camera);
+  const CameraModel camera(synthetic_camera_of(session));
   Map map;
   std::vector<std::vector<int>> point_of(4);
   for (int k = 0; k < 4; ++k) {
@@ -43,6 +44,19 @@ inline Map synthetic_map() {
   map.remove_landmark(map.landmark_ids().front());
   map.set_scale_source(ScaleSource::kMarker);
   return map;
+}
+
+/// Two maps, each of a session and camera of its own: frames 0 to 19 and 20 to 39.
+inline SavedMaps synthetic_saved_maps() {
+  SavedMaps saved;
+  saved.descriptor = "root_sift";
+  for (int session = 0; session < 2; ++session) {
+    saved.sessions.push_back({synthetic_camera_of(session), 20 * session, 20});
+    saved.maps.push_back(synthetic_map(session));
+    saved.maps.back().shift_frame_indices(20 * session);
+  }
+  saved.maps.back().set_scale_source(ScaleSource::kMapUnits);
+  return saved;
 }
 
 }  // namespace mono_pose_tracker

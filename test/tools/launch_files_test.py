@@ -28,7 +28,7 @@ TIMEOUT = 60  # s; on a busy machine everything takes its time
 
 # What the interface says they hand on, beside what is their own.
 COMMON = {"base_frame", "odom_frame", "map_orientation", "object_origin", "trajectory_file", "map_path", "hfov",
-          "map_frame"}
+          "map_frame", "load_map_at_start", "localize_only"}
 
 
 def arguments_of(name):
@@ -116,7 +116,8 @@ class LaunchFilesTest(unittest.TestCase):
         another = {"rviz": "false", "object_mode": "true", "rectified": "true", "queue_size": "7", "hfov": "61.5",
                    "width": "321", "height": "123", "rate": "2.5", "map_orientation": "z_up", "object_origin": "centre",
                    "config": os.path.join(ROOT, "config", "fast.yaml"), "driver": "own",
-                   "bag": self.recording.both, "image_transport": "compressed", "method": "chroma"}
+                   "bag": self.recording.both, "image_transport": "compressed", "method": "chroma",
+                   "load_map_at_start": "true", "localize_only": "true"}
         given = {"bag.launch": {"bag": self.recording.both}, "demo.launch": {"bag": self.recording.packed}}
         for file in FILES:
             name = os.path.basename(file)

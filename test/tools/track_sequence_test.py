@@ -111,6 +111,78 @@ class TrackSequence(TrackSequenceBase):
             self.assertEqual(told[1], told[0])
             self.assertEqual(told[2], told[0])
 
+    def half(self, second):
+        """A list of one half of the images, with their stamps."""
+        path = self.path("second.txt" if second else "first.txt")
+        with open(path, "w") as f:
+            for stamp, name in list(zip(self.stamps, self.names))[FRAMES // 2 * second:FRAMES // 2 * (1 + second)]:
+                f.write(stamp + " " + os.path.join(self.images, name) + "\n")
+        return path
+
+    def error_in_one_frame(self, *outputs):
+        """Of what several runs have posed in one map: percent of the path."""
+        joined = self.path("joined%d" % len(os.listdir(self.folder.name)))
+        os.mkdir(joined)
+        with open(os.path.join(joined, "trajectory.txt"), "wb") as f:
+            for output in outputs:
+                f.write(content(output, "trajectory.txt"))
+        error = self.error_of(self.truth, joined)
+        self.assertEqual(error["frames_matched"], sum(len(rows(output, "trajectory.txt")) for output in outputs))
+        return error["position_rmse_percent"]
+
+    def test_a_map_is_saved_and_gone_on_in(self):
+        saved, grown = self.path("first.map"), self.path("both.map")
+        camera = ["--camera", self.camera]
+        first, _ = self.track("--images", self.half(0), *camera, "--save-map", saved)
+        self.assertEqual(content(first, "trajectory.txt"),
+                         content(self.track("--images", self.half(0), *camera)[0], "trajectory.txt"))
+        second, _ = self.track("--images", self.half(1), *camera, "--map", saved, "--save-map", grown)
+        self.assertEqual([row[0] for row in rows(second, "trajectory.txt")], self.stamps[FRAMES // 2:])
+        self.assertGreaterEqual(report(second)["frames_posed_live"], FRAMES // 2 - 4, "found within five images")
+        self.assertGreater(report(second)["keyframes"], report(first)["keyframes"])
+        self.assertEqual(len(report(second)["maps"]), 1)
+        again, _ = self.track("--images", self.half(1), *camera, "--map", saved, "--threads", "2")
+        self.assertEqual(content(again, "trajectory.txt"), content(second, "trajectory.txt"))
+        localized, _ = self.track("--images", self.half(1), *camera, "--map", saved, "--localize-only")
+        self.assertEqual(len(rows(localized, "trajectory.txt")), FRAMES // 2)
+        self.assertEqual((report(localized)["keyframes"], report(localized)["points"]),
+                         (report(first)["keyframes"], report(first)["points"]), "the map is as it was")
+        one_session = self.error_of(self.truth, self.tracked)["position_rmse_percent"]
+        # The first half as the grown map has it: localised in it once more, as nothing else is told of it.
+        both, _ = self.track("--images", self.list, *camera, "--map", grown, "--localize-only")
+        self.assertEqual(len(rows(both, "trajectory.txt")), FRAMES)
+        self.assertLess(self.error_of(self.truth, both)["position_rmse_percent"], 1.2 * one_session)
+        # Each run in the frame that the first half's map had.
+        for other in (second, localized):
+            self.assertLess(self.error_in_one_frame(first, other), 2)
+
+    def test_a_map_that_cant_be_gone_on_in_is_refused(self):
+        images = ["--images", self.list, "--camera", self.camera]
+        self.expect_refused(["none.map", "No such file"], *images, "--map", "none.map")
+        self.expect_refused([self.camera, "no map file"], *images, "--map", self.camera)
+        saved = self.path("a.map")
+        self.track("--images", self.half(0), "--camera", self.camera, "--save-map", saved)
+        config = self.path("sift.yaml")
+        with open(config, "w") as f:
+            f.write("sift: {root_sift: false}\n")
+        self.expect_refused([saved, "root_sift", "expected sift"], *images, "--map", saved, "--config", config)
+        self.expect_refused(["/no/such/folder/a.map"], *images, "--save-map", "/no/such/folder/a.map")
+        self.expect_refused(["--localize-only", "--map"], *images, "--localize-only")
+        self.expect_refused(["--localize-only", "--save-map"], *images, "--map", saved, "--localize-only", "--save-map", saved)
+
+    def test_images_of_another_place_are_not_found_in_the_map(self):
+        saved = self.path("a.map")
+        self.track("--images", self.half(0), "--camera", self.camera, "--save-map", saved)
+        plane = self.path("plane")
+        result = run_program("simulate_sequence", "--output", plane, "--scene", "plane", "--frames", "6", "--width", "320",
+                             "--height", "240", "--quiet")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        images = ["--images", os.path.join(plane, "images"), "--camera", os.path.join(plane, "camera.yaml")]
+        output, said = self.track(*images, "--map", saved, "--localize-only", status=1)
+        self.assertIn("no image was found", said)
+        self.assertEqual(rows(output, "trajectory.txt"), [])
+        self.assertFalse(report(output)["tracked"])
+
     def copy_of_images(self):
         shutil.copytree(self.images, self.path("images"))
         return self.path("images")

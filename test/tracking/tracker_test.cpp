@@ -349,20 +349,20 @@ TEST(Tracker, GoesOnInASavedMap) {
     // Saved after two thirds of the recording; another tracker goes on with the last third.
     const std::size_t part = 2 * kFrames / 3;
     Tracker first(TrackerOptions(), room().camera, mapping);
-    EXPECT_FALSE(first.copy_map()) << "there is none yet";
+    EXPECT_FALSE(first.copy_maps()) << "there is none yet";
     std::vector<StampedPose> poses;
     for (std::size_t i = 0; i < part; ++i) {
       const FrameReport report = first.process(room().frames[i].stamp_ns, room().frames[i].image);
       if (report.map_from_camera) poses.push_back({report.stamp_ns, *report.map_from_camera});
     }
     const TemporaryFolder folder;
-    const std::optional<Map> saved = first.copy_map();
+    const std::optional<SavedMaps> saved = first.copy_maps();
     ASSERT_TRUE(saved);
-    write_map_file(folder / "a.map", first.origin(), *saved);
+    write_map_file(folder / "a.map", *saved);
 
     Tracker second(TrackerOptions(), room().camera, mapping);
     second.process(0, room().frames[0].image);
-    second.load_map(read_map_file(folder / "a.map", second.origin()));
+    second.load_maps(read_map_file(folder / "a.map", "root_sift"));
     EXPECT_EQ(second.epoch(), 1u);
     EXPECT_EQ(second.snapshot()->points.size(), first.snapshot()->points.size());
     const cv::Mat blank(240, 320, CV_8UC3, cv::Scalar::all(90));
@@ -379,10 +379,11 @@ TEST(Tracker, GoesOnInASavedMap) {
       if (report.map_from_camera) poses.push_back({report.stamp_ns, *report.map_from_camera});
     }
     expect_accurate(poses, 0.8, 2);  // both parts in one map: one alignment
-    const std::optional<Map> grown = second.copy_map();
+    const std::optional<SavedMaps> grown = second.copy_maps();
     ASSERT_TRUE(grown);
-    grown->check();
-    EXPECT_GT(grown->keyframes().rbegin()->first, saved->keyframes().rbegin()->first) << "mapping goes on";
+    grown->maps[0].check();
+    EXPECT_GT(grown->maps[0].keyframes().rbegin()->first, saved->maps[0].keyframes().rbegin()->first)
+        << "mapping goes on";
     EXPECT_EQ(second.trajectory().size(), kFrames - part);
     ASSERT_TRUE(second.finish());
     second.map().check();

@@ -14,6 +14,7 @@ namespace mono_pose_tracker {
 /// All that is kept of an image: its features, undistorted to unit bearings (paper, step 1 on features, not
 /// pixels).
 struct ImageFeatures {
+  CameraModel camera;  // that took the image: the keyframes of a map may be of several
   FeatureSet set;
   FeatureGrid grid;
   /// d pixel / d bearing at each feature: turns a small error of a bearing into pixels, whatever the

@@ -3,7 +3,6 @@
 #include <utility>
 #include <vector>
 
-#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
@@ -22,7 +21,6 @@ struct Location {
 /// Looks for an image at one place of a map (a keyframe and those that share view with it): descriptors, P3P
 /// RANSAC, guided matching, refinement. Found means supported (pose_support.h); a second view should agree
 /// before anything is made of it.
-Location locate(const MapperOptions& options, const CameraModel& camera, const Map& map, KeyframeId place,
-                const ImageFeatures& image);
+Location locate(const MapperOptions& options, const Map& map, KeyframeId place, const ImageFeatures& image);
 
 }  // namespace mono_pose_tracker

@@ -4,7 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/geometry/sim3.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/keyframe_locator.h"
@@ -22,13 +21,12 @@ struct MapTie {
 
 /// Nothing when the keyframe is not found at that place of the other map, or the depths of the points that
 /// both maps know don't agree on a scale.
-std::optional<MapTie> tie_keyframe(const MapperOptions& options, const CameraModel& camera, const Map& map,
-                                   KeyframeId keyframe, const Map& other, KeyframeId place);
+std::optional<MapTie> tie_keyframe(const MapperOptions& options, const Map& map, KeyframeId keyframe,
+                                   const Map& other, KeyframeId place);
 
 /// Whether two ties of different keyframes say the same: the pose that each gives the other's keyframe shows
 /// what was found there within a few pixels.
-bool ties_agree(const CameraModel& camera, const Map& map, const Map& other, const MapTie& a,
-                const MapTie& b);
+bool ties_agree(const Map& map, const Map& other, const MapTie& a, const MapTie& b);
 
 /// Landmarks of `map` and of `other` (ids as they are there) that the ties say are one.
 std::vector<std::pair<LandmarkId, LandmarkId>> same_landmarks(const Map& map,

@@ -33,6 +33,8 @@ class Mapper {
   bool resume(std::uint32_t map_id, bool keep_present, std::uint32_t epoch);
   /// Goes on in a map that was saved, in place of all that there are.
   void restore(Map map, std::uint32_t epoch);
+  /// The same beside those that there are: they are kept.
+  void restore_beside(Map map, std::uint32_t epoch);
   /// waiting: keyframes that wait behind this one. The bundle adjustment's window is divided among them, and
   /// with two or more it is left to the next; the map is consistent all the same.
   void insert(const KeyframeCandidate& candidate, int waiting = 0);
@@ -46,6 +48,8 @@ class Mapper {
   void join_rest();
   /// Ids of the maps that are kept beside the present one.
   std::vector<std::uint32_t> kept_maps() const;
+  /// Copies of all maps, the present one among them, the oldest first.
+  std::vector<Map> all_maps() const;
 
   const Map& map() const { return map_; }
   TrackingMapPtr tracking_map() const { return tracking_map_; }
@@ -64,6 +68,7 @@ class Mapper {
   void keep_present();
   bool join_where_met(KeyframeId newest);
   bool join(std::uint32_t kept_id, const std::vector<MapTie>& ties);
+  bool join_newer(std::uint32_t kept_id, const std::vector<MapTie>& ties);
   std::vector<MapTie> find_ties(const KeptMap& other, KeyframeId keyframe) const;
   void adjust_seam(const std::vector<KeyframeId>& seam);
   void bring_up_to_date(KeyframeCandidate* candidate) const;

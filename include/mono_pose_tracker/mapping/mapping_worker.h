@@ -44,6 +44,8 @@ class MappingWorker {
   void resume(std::uint32_t map_id, bool keep_present, std::uint32_t epoch);
   /// Goes on in a map that was saved; returns when it is there.
   void restore(const Map& map, std::uint32_t epoch);
+  /// The same beside those that there are; returns when it is there.
+  void restore_beside(const Map& map, std::uint32_t epoch);
   /// False, and nothing queued, when kMaxBacklog keyframes wait already.
   bool insert(const KeyframeCandidate& candidate);
   /// Drops the map and what waits. A solve under way ends after its iteration; its result is dropped.

@@ -16,6 +16,7 @@ struct LandmarkCandidate {
   const std::uint8_t* descriptor = nullptr;
   Eigen::Vector3d seen_from;        // unit, from the landmark to the camera that gave the descriptor
   double scale_times_distance = 0;  // px * map units: over the distance, the scale to expect
+  double focal_px = 1;              // of the camera that this scale is of
 };
 
 struct LandmarkMatch {

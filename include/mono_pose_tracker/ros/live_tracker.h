@@ -48,24 +48,20 @@ class LiveTracker {
 
   /// Drops the map; the epoch grows by one when there was a tracker to have one.
   void reset();
+  /// Another recording begins. Maps that are only localised in are kept, as are those that wait for a
+  /// calibration; others are dropped, as by reset: false.
+  bool restart();
   /// As Tracker::set_options; on options out of range, which it throws at, those before stay in force.
   void set_options(const TrackerOptions& options);
   State state() const { return state_; }
   std::uint32_t epoch() const { return epoch_; }
 
-  /// A map to be written, or one that was read, with what it was made with.
-  struct SavedMap {
-    MapOrigin origin;
-    Map map;
-  };
   /// Throws std::runtime_error while there is no map.
-  SavedMap copy_map();
-  /// What a map must have been made with to be loaded. Throws std::runtime_error before the first
-  /// calibration.
-  MapOrigin origin();
-  /// Goes on in this map, in a new epoch. Throws std::runtime_error, the running map untouched, when the
-  /// calibration is not (any more) the one that it was made with.
-  void load_map(SavedMap saved);
+  SavedMaps copy_maps();
+  /// What the features of maps must have to be loaded (descriptor_kind).
+  std::string descriptor() const { return descriptor_kind(options_); }
+  /// Goes on in these maps, in a new epoch; before the first calibration: as soon as that comes. False then.
+  bool load_maps(SavedMaps saved);
 
   /// Tracker::cancel, also of a tracker that is begun later. May be called from any thread.
   void cancel();
@@ -76,7 +72,7 @@ class LiveTracker {
  private:
   FrameReport track(const sensor_msgs::ImageConstPtr& message);
   FrameReport refuse(Reason reason, const std::string& text) const;
-  void need_tracker();
+  void load_waiting_maps();
   void use_camera(const CameraParameters& parameters);
   ConvertedImage mask_for(const sensor_msgs::Image& message);
 
@@ -88,6 +84,7 @@ class LiveTracker {
   const Warn warn_;
 
   ConvertedImage image_;
+  std::optional<SavedMaps> waiting_maps_;  // for the first calibration
   bool first_image_ = true;
   State state_ = State::kWaitingForCameraInfo;
   std::uint32_t epoch_ = 0;                                    // last reported

@@ -31,6 +31,7 @@ struct NodeParameters {
   std::string trajectory_file;  // written as it grows; empty: none
   std::string save_trajectory_path = "trajectory.txt";  // where ~save_trajectory writes
   std::string map_path = "tracker.map";                 // where ~save_map writes and ~load_map reads
+  bool load_map_at_start = false;                       // what map_path names
 
   TrackerOptions tracker;
 

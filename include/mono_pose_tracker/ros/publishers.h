@@ -39,7 +39,8 @@ class Publishers {
   void publish_map(const MapSnapshot& snapshot, const CameraParameters& camera);
 
   /// map -> odom once more, as if the robot went on as it did, also while there is no pose: for those who
-  /// want to know where it is now. Of the present map only.
+  /// want to know where it is now. While a new map is tracked in beside the one that it is of, it stays as it
+  /// was: where one is in the other is not known until they are joined.
   void repeat_transform();
 
   /// Path and camera positions, if there are new ones.
@@ -54,6 +55,7 @@ class Publishers {
     KeyframePose camera;
     std::optional<OutputFrames::BodyPose> body;
   };
+  bool keeps_odom_of_another_map(const FrameReport& report) const;
   void correct(const std::vector<PosedFrame>& frames, const std::optional<Posed>& newest);
   void remember(const FrameReport& report, const std::optional<OutputFrames::BodyPose>& body);
   void publish_pose(const std_msgs::Header& image_header, const FrameReport& report,
@@ -73,7 +75,8 @@ class Publishers {
   std::uint32_t previous_epoch_ = 0;
 
   mutable std::mutex mutex_;                                    // guards what follows
-  std::optional<geometry_msgs::TransformStamped> map_to_odom_;  // the last; of the present map
+  std::optional<geometry_msgs::TransformStamped> map_to_odom_;  // the last
+  std::uint32_t odom_map_ = 0;                                  // that it is of
   ros::Time map_to_odom_arrival_, repeated_stamp_;
   std::deque<Posed> poses_;
   std::int64_t newest_stamp_ns_ = 0;

@@ -45,7 +45,8 @@ struct FrameReport {
   std::string reason_text;   // the reason with its numbers, one line
   std::uint32_t epoch = 0;   // counts maps: only grows, whenever another map is begun, loaded or gone back to
   std::uint32_t map_id = 0;  // names the map that the frame was posed in; 0: none
-  std::uint32_t corrections = 0;  // of this map so far; each moves poses
+  std::uint32_t corrections = 0;         // of this map so far; each moves poses
+  std::vector<std::uint32_t> kept_maps;  // ids of those beside it, which it may yet be joined with
 
   std::optional<Rigid3> map_from_camera;  // empty while there is no pose
   /// Of map_from_camera as ROS defines it: x y z (map units) and rotations about the map's fixed axes (rad).

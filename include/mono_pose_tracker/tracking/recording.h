@@ -21,6 +21,7 @@ struct Recording {
   const MaskFolder* masks = nullptr;
   std::int64_t max_frames = -1;    // all
   std::int64_t first_tracked = 0;  // images before it are posed in the end
+  bool try_again = true;           // where a result is in doubt; of no use in a map that was loaded
   /// On more, images are read and searched for features ahead of tracking: the same results, sooner.
   int threads = 1;
   /// True: no further image is read. Asked on any thread.
@@ -37,7 +38,8 @@ struct RecordingResult {
   std::vector<std::string> warnings;          // what makes the result doubtful and what to do
   std::map<std::int64_t, std::string> names;  // of the images, by frame index
   std::vector<PosedFrame> trajectory;         // after the last optimisation, by index
-  std::vector<FinishedMap> maps;              // all that could not be joined; the trajectory is the first's
+  /// All that could not be joined and in which a frame is posed; the trajectory is the first's.
+  std::vector<FinishedMap> maps;
   std::int64_t frames_posed_live = 0;
   std::int64_t frames_doubtful = 0;  // of these: DOUBTFUL_POSE
   std::map<std::string, std::vector<double>> stage_ms;

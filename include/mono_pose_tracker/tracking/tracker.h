@@ -33,8 +33,8 @@ struct FinishedMap {
 /// Tracks one camera against the map it builds: bootstraps, resects every frame, hands keyframes to the
 /// mapper, which runs inline (repeatable) or on a worker thread of its own.
 ///
-/// Threads: process, reset, set_options, copy_map and load_map are called from one thread; snapshot, revision
-/// and origin from any.
+/// Threads: process, reset, set_options, copy_maps and load_maps are called from one thread; snapshot and
+/// revision from any.
 class Tracker {
  public:
   enum class Mapping { kInline, kThreaded };
@@ -70,12 +70,18 @@ class Tracker {
   void reset();
   std::uint32_t epoch() const;
 
-  /// The map as it is, when the keyframes that wait are in it. Nothing while there is none.
-  std::optional<Map> copy_map();
-  /// Goes on in a map that was made with the same origin; the epoch grows by one. LOST until a frame is found
-  /// in it; it is never dropped for being young.
-  void load_map(Map map);
-  MapOrigin origin() const;
+  /// The maps as they are, when the keyframes that wait are in them, and the runs that saw them: this one is
+  /// the last. Nothing while there is no map.
+  std::optional<SavedMaps> copy_maps();
+  /// Goes on in maps that were saved, in the one with most keyframes first; the epoch grows. LOST until a
+  /// frame is found in one of them; none is ever dropped for being young. Their features must be of this
+  /// tracker's descriptor_kind, their cameras may be others. Throws std::invalid_argument when that is not so
+  /// or there is no map.
+  void load_maps(SavedMaps saved);
+
+  /// The camera may be anywhere: LOST in the maps that there are; the epoch grows by one. Without a map:
+  /// reset.
+  void restart();
 
   /// Changes what is_changeable (options_table.h), from the next image on; the map stays. Throws
   /// std::invalid_argument on options out of range.

@@ -55,6 +55,7 @@ struct TrackerOptions {
   ScaleOptions scale;
   int young_map_keyframes = 5;  // a map with no more keyframes that is lost is dropped, and a new one begun
   int young_map_patience = 10;  // frames that it may be lost before
+  bool localize_only = false;   // poses only: a loaded map is never changed, and none is begun
 
   /// No option of a user's: once it is set, all that is long under way ends with what it has by then.
   /// Set by cancellable.
@@ -77,5 +78,9 @@ struct TrackerOptions {
   /// Throws std::invalid_argument naming every key at fault, its value and range.
   void validate() const;
 };
+
+/// Kind of the descriptors that these options give features: "root_sift" or "sift". Maps of one kind can't be
+/// gone on with by the other.
+std::string descriptor_kind(const TrackerOptions& options);
 
 }  // namespace mono_pose_tracker

@@ -1,0 +1,318 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "byte_stream.h"
+#include "map_file_format.h"
+#include "mono_pose_tracker/io/map_file.h"
+#include "mono_pose_tracker/io/text_file.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// The least bytes of a record: what a count is held against before memory is asked for.
+constexpr std::size_t kTransformBytes = 7 * 8, kFeatureBytes = 5 * 4 + 3 + kMapFileDescriptorBytes;
+constexpr std::size_t kKeyframeBytes = 4 + 8 + 8 + kTransformBytes + 4;
+constexpr std::size_t kRemovedBytes = 4 + 8 + 4 + kTransformBytes;
+constexpr std::size_t kObservationBytes = 4 + 4, kLandmarkBytes = 4 + 3 * 8 + 4 + 4;
+constexpr std::size_t kCameraBytes = 2 * 4 + 4 * 8 + 4 + 4, kSessionBytes = 4 + 8 + 8;
+constexpr int kMaxImageSide = 1 << 16;  // px: no camera has more
+// Every image gets a grid over its pixels, however few features it has, of a byte for 144 px. So many pixels
+// for a byte of the file are twice what 100 megapixels with 100 features have.
+constexpr std::size_t kMaxPixelsPerByte = 1 << 14;
+// Far from the ends of its type, where frame indices may be counted on and shifted.
+constexpr std::int64_t kMostFrames = std::int64_t{1} << 53;
+
+// What is read from here on has the checksum it was written with: these errors are of a file that was made
+// wrong.
+[[noreturn]] void contradiction(const std::string& what) {
+  throw std::runtime_error("contradicts itself (" + what + ")");
+}
+
+double finite(double value) {
+  if (!std::isfinite(value)) contradiction("a number is not finite");
+  return value;
+}
+
+std::int64_t frame_index(ByteReader& in) {
+  const std::int64_t value = in.i64();
+  if (value < -kMostFrames || value > kMostFrames) contradiction("a frame's number is none");
+  return value;
+}
+
+int id(ByteReader& in) {
+  const int value = in.i32();
+  if (value < 0 || value == std::numeric_limits<int>::max()) contradiction("an id is negative");
+  return value;
+}
+
+Rigid3 read_transform(ByteReader& in) {
+  Rigid3 b_from_a;
+  for (int i = 0; i < 4; ++i) b_from_a.rotation.coeffs()[i] = finite(in.f64());
+  for (int i = 0; i < 3; ++i) b_from_a.translation[i] = finite(in.f64());
+  if (std::abs(b_from_a.rotation.norm() - 1) > 1e-6) contradiction("a rotation is none");
+  return b_from_a;
+}
+
+CameraParameters read_camera(ByteReader& in) {
+  CameraParameters camera;
+  camera.width = static_cast<int>(in.u32());
+  camera.height = static_cast<int>(in.u32());
+  for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value = in.f64();
+  camera.distortion_model = in.text();
+  camera.distortion.resize(in.count(8));
+  for (double& value : camera.distortion) value = in.f64();
+  return camera;
+}
+
+CameraModel model_of(const CameraParameters& camera) {
+  try {
+    const CameraModel model(camera);
+    if (std::max(camera.width, camera.height) <= kMaxImageSide) return model;
+  } catch (const std::invalid_argument&) {  // its text may hold what the file does
+  }
+  contradiction("a camera that can't be");
+}
+
+ScaleSource read_scale_source(ByteReader& in) {
+  const std::uint32_t source = in.u32();
+  if (source > static_cast<std::uint32_t>(ScaleSource::kOdometry)) contradiction("a scale of no known kind");
+  return static_cast<ScaleSource>(source);
+}
+
+// What the file says it is may be any bytes.
+std::string printable(std::string text) {
+  if (text.size() > 40) text.resize(40);
+  for (char& c : text) c = c >= ' ' && c <= '~' ? c : '?';
+  return text;
+}
+
+void check_descriptor(const std::string& found, const std::string& expected) {
+  if (found == expected) return;
+  throw std::runtime_error("has descriptors of another kind (" + printable(found) + "), expected " +
+                           expected);
+}
+
+// The runs that a file's frames are of, and the model of each one's camera.
+struct Sessions {
+  std::vector<MapSession> list;
+  std::vector<CameraModel> cameras;
+
+  const CameraModel& camera_of(std::int64_t frame_index) const {
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      if (list[i].holds(frame_index)) return cameras[i];
+    }
+    contradiction("a frame of no session");
+  }
+};
+
+Keyframe read_keyframe(ByteReader& in, const Sessions& sessions) {
+  Keyframe keyframe;
+  keyframe.id = id(in);
+  keyframe.frame_index = frame_index(in);
+  keyframe.stamp_ns = in.i64();
+  keyframe.camera_from_map = read_transform(in);
+  const std::uint32_t n = in.count(kFeatureBytes);
+  FeatureSet set;
+  set.features.resize(n);
+  set.descriptors = cv::Mat(static_cast<int>(n), kMapFileDescriptorBytes, CV_8U);
+  std::vector<cv::Vec3b> colors(n);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    Feature& f = set.features[i];
+    for (float* value : {&f.pixel.x(), &f.pixel.y(), &f.scale, &f.angle, &f.response}) {
+      *value = static_cast<float>(finite(in.f32()));
+    }
+    if (f.scale <= 0) contradiction("a feature has no scale");
+    for (int c = 0; c < 3; ++c) colors[i][c] = in.u8();
+    std::memcpy(set.descriptors.ptr(static_cast<int>(i)), in.raw(kMapFileDescriptorBytes).data(),
+                kMapFileDescriptorBytes);
+  }
+  const CameraModel& camera = sessions.camera_of(keyframe.frame_index);
+  const auto pixels = static_cast<std::size_t>(camera.width()) * static_cast<std::size_t>(camera.height());
+  if (pixels / kMaxPixelsPerByte > kKeyframeBytes + n * kFeatureBytes) contradiction("an image of nothing");
+  try {
+    keyframe.image = restore_image_features(std::move(set), std::move(colors), camera);
+  } catch (const std::invalid_argument& e) {
+    contradiction(e.what());
+  }
+  return keyframe;
+}
+
+std::vector<Keyframe> read_keyframes(ByteReader& in, const Sessions& sessions) {
+  const std::uint32_t n = in.count(kKeyframeBytes);
+  if (n == 0) contradiction("no keyframe");
+  std::vector<Keyframe> keyframes;
+  keyframes.reserve(n);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    keyframes.push_back(read_keyframe(in, sessions));
+  }
+  return keyframes;
+}
+
+std::map<KeyframeId, KeyframeLink> read_removed(ByteReader& in, const Sessions& sessions) {
+  std::map<KeyframeId, KeyframeLink> removed;
+  for (std::uint32_t n = in.count(kRemovedBytes); n > 0; --n) {
+    KeyframeLink& link = removed[id(in)];
+    link.frame_index = frame_index(in);
+    sessions.camera_of(link.frame_index);  // there is one
+    link.parent = id(in);
+    link.removed_from_parent = read_transform(in);
+  }
+  return removed;
+}
+
+std::vector<Landmark> read_landmarks(ByteReader& in) {
+  std::vector<Landmark> landmarks(in.count(kLandmarkBytes));
+  for (Landmark& landmark : landmarks) {
+    landmark.id = id(in);
+    for (int i = 0; i < 3; ++i) landmark.x_in_map[i] = finite(in.f64());
+    landmark.created_by = in.i32();
+    landmark.observations.resize(in.count(kObservationBytes));
+    if (landmark.observations.size() < 2) contradiction("a landmark that fewer than two keyframes see");
+    for (Observation& o : landmark.observations) {
+      o.keyframe = id(in);
+      o.feature = id(in);
+    }
+  }
+  return landmarks;
+}
+
+ByteReader open_section(const char* name, ByteReader& in) {
+  const std::string_view head = in.raw(12);
+  const std::uint32_t crc = in.u32();
+  const std::string_view payload = in.raw(ByteReader(head.substr(4)).u64());
+  if (map_file_crc(head, payload) != crc || head.substr(0, 4) != name) {
+    throw std::runtime_error(std::string("is damaged (the checksum of section ") + name + " does not hold)");
+  }
+  return ByteReader(payload);
+}
+
+void close_section(const ByteReader& section) {
+  if (section.left() > 0) contradiction("a section is longer than what it holds");
+}
+
+Map read_map(ByteReader& in, const Sessions& sessions, ScaleSource scale_source) {
+  ByteReader section = open_section("KEYF", in);
+  std::vector<Keyframe> keyframes = read_keyframes(section, sessions);
+  close_section(section);
+  section = open_section("REMV", in);
+  std::map<KeyframeId, KeyframeLink> removed = read_removed(section, sessions);
+  close_section(section);
+  section = open_section("LAND", in);
+  std::vector<Landmark> landmarks = read_landmarks(section);
+  close_section(section);
+  try {
+    return Map::restore(std::move(keyframes), std::move(landmarks), std::move(removed), scale_source);
+  } catch (const std::invalid_argument& e) {
+    contradiction(e.what());
+  }
+}
+
+// Version 1 does not say which frames its run had: those that the map names.
+MapSession session_of(const Map& map, const CameraParameters& camera) {
+  std::int64_t first = map.keyframes().begin()->second.frame_index, last = first;
+  const auto take = [&](std::int64_t frame_index) {
+    first = std::min(first, frame_index);
+    last = std::max(last, frame_index);
+  };
+  for (const auto& entry : map.keyframes()) take(entry.second.frame_index);
+  for (const auto& entry : map.removed_keyframes()) take(entry.second.frame_index);
+  return {camera, first, last - first + 1};
+}
+
+SavedMaps read_version_1(ByteReader& in, std::uint32_t sections, const std::string& descriptor) {
+  if (sections != 1 + kMapFileSectionsOfMap) throw std::runtime_error("is damaged (its number of sections)");
+  SavedMaps saved;
+  ByteReader section = open_section("ORIG", in);
+  const CameraParameters camera = read_camera(section);
+  saved.descriptor = section.text();
+  const ScaleSource scale_source = read_scale_source(section);
+  close_section(section);
+  check_descriptor(saved.descriptor, descriptor);
+  const Sessions all{{{camera, -kMostFrames, 2 * kMostFrames + 1}}, {model_of(camera)}};
+  saved.maps.push_back(read_map(in, all, scale_source));
+  saved.sessions.push_back(session_of(saved.maps.front(), camera));
+  return saved;
+}
+
+MapSession read_session(ByteReader& in, const std::vector<CameraParameters>& cameras) {
+  const std::uint32_t camera = in.u32();
+  if (camera >= cameras.size()) contradiction("a session of a camera that is not there");
+  MapSession session{cameras[camera], frame_index(in), frame_index(in)};
+  if (session.frames < 1) contradiction("a session without a frame");
+  return session;
+}
+
+// Sessions and scales; `scales` has one for each map.
+Sessions read_head(ByteReader& in, const std::string& descriptor, std::vector<ScaleSource>* scales) {
+  check_descriptor(in.text(), descriptor);
+  std::vector<CameraParameters> cameras;
+  for (std::uint32_t n = in.count(kCameraBytes); n > 0; --n) cameras.push_back(read_camera(in));
+  Sessions sessions;
+  for (std::uint32_t n = in.count(kSessionBytes); n > 0; --n) {
+    const MapSession session = read_session(in, cameras);
+    if (!sessions.list.empty()) {
+      const MapSession& before = sessions.list.back();
+      if (session.first_frame < before.first_frame + before.frames) contradiction("sessions that overlap");
+    }
+    sessions.list.push_back(session);
+    sessions.cameras.push_back(model_of(session.camera));
+  }
+  for (std::uint32_t n = in.count(4); n > 0; --n) scales->push_back(read_scale_source(in));
+  return sessions;
+}
+
+SavedMaps read_version_2(ByteReader& in, std::uint32_t sections, const std::string& descriptor) {
+  std::vector<ScaleSource> scales;
+  ByteReader section = open_section("HEAD", in);
+  const Sessions sessions = read_head(section, descriptor, &scales);
+  close_section(section);
+  if (scales.empty() || sections != 1 + kMapFileSectionsOfMap * scales.size()) {
+    throw std::runtime_error("is damaged (its number of sections)");
+  }
+  SavedMaps saved{descriptor, sessions.list, {}};
+  for (const ScaleSource scale : scales) saved.maps.push_back(read_map(in, sessions, scale));
+  return saved;
+}
+
+}  // namespace
+
+void SavedMaps::end_before_zero() {
+  if (sessions.empty()) return;
+  const std::int64_t end = sessions.back().first_frame + sessions.back().frames;
+  for (MapSession& session : sessions) session.first_frame -= end;
+  for (Map& map : maps) map.shift_frame_indices(-end);
+}
+
+SavedMaps parse_maps(std::string_view bytes, const std::string& descriptor) {
+  if (bytes.substr(0, kMapFileMagic.size()) != kMapFileMagic) throw std::runtime_error("is no map file");
+  ByteReader in(bytes.substr(kMapFileMagic.size()));
+  const std::uint32_t version = in.u32();
+  if (version != 1 && version != 2) {
+    throw std::runtime_error("is of version " + std::to_string(version) + ", expected 1 or 2");
+  }
+  const std::uint32_t sections = in.u32();
+  SavedMaps saved =
+      version == 1 ? read_version_1(in, sections, descriptor) : read_version_2(in, sections, descriptor);
+  if (in.left() > 0) throw std::runtime_error("is damaged (something follows its end)");
+  return saved;
+}
+
+SavedMaps read_map_file(const std::string& path, const std::string& descriptor) {
+  // A device could be read for ever.
+  if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path)) {
+    throw std::runtime_error(path + ": is no regular file, expected a map file");
+  }
+  const std::string bytes = read_text_file(path, "a map file", std::numeric_limits<std::size_t>::max());
+  try {
+    return parse_maps(bytes, descriptor);
+  } catch (const std::exception& e) {
+    throw std::runtime_error(path + ": " + e.what());
+  }
+}
+
+}  // namespace mono_pose_tracker

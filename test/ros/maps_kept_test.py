@@ -1,0 +1,226 @@
+#!/usr/bin/python3
+"""One story of a map: the lens is covered, the camera moved on, a new map is begun beside the first; the camera comes back
+and the two are joined; the map is saved, the tracker started anew, the map loaded, the camera found in it. And maps go
+from live to track_sequence and back."""
+import math
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy
+import roslib.packages
+import rospy
+import rostest
+import tf2_ros
+from geometry_msgs.msg import TransformStamped
+from tf2_msgs.msg import TFMessage
+
+from mono_pose_tracker.msg import TrackerStatus
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import feeding  # noqa: E402
+import sim3  # noqa: E402
+
+HERE, WAY_BACK = 24, 69  # images before the lens is covered, and from the other end of the wall back
+COVERED = 14  # images
+TRACKING = TrackerStatus.TRACKING
+
+
+def path_along_a_wall():
+    """TUM lines: before one end of the wall; then from its other end, 3.4 m away, back to the first. A camera that looks
+    along y (x to the right, z up) sees 2.2 m of the wall, so the two ends have nothing in common."""
+    ways = [-1.7 + 0.035 * i for i in range(HERE)] + [1.7 - 0.05 * i for i in range(WAY_BACK)]
+    turn = math.sqrt(0.5)
+    return "".join("%.9f %.6f %.6f %.6f %.9f 0 0 %.9f\n" % (
+        1 + 0.1 * i, x, 2.2 + 0.05 * math.sin(0.23 * i + 1), 1.3 + 0.06 * math.sin(0.35 * i), -turn, turn)
+        for i, x in enumerate(ways))
+
+
+def program(name):
+    return roslib.packages.find_node("mono_pose_tracker", name)[0]
+
+
+class TrackerProcess:
+    """A tracker_node of its own."""
+
+    def __init__(self, name, **parameters):
+        options = ["_%s:=%s" % (key.replace("__", "/"), value) for key, value in parameters.items()]
+        self.process = subprocess.Popen([program("tracker_node"), "__name:=" + name, "image:=/camera/image_raw", *options])
+        self.says = feeding.Tracker("/" + name)
+
+    def end(self):
+        self.process.send_signal(signal.SIGINT)
+        self.process.wait(feeding.TIMEOUT)
+
+
+class MapsKeptTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node("maps_kept_test")
+        cls.folder = tempfile.TemporaryDirectory()
+        path = cls.in_folder("path.txt")
+        with open(path, "w") as file:
+            file.write(path_along_a_wall())
+        cls.recording = feeding.Recording(cls.in_folder("wall"), HERE + WAY_BACK, "--path", path, "--hfov", "45", "--rate",
+                                          "10", "--noise", "1")
+        cls.frame = cls.recording.images[0].header.frame_id
+        cls.broadcaster = tf2_ros.TransformBroadcaster()
+        cls.transforms = []  # map -> odom
+        cls.subscriber = rospy.Subscriber("/tf", TFMessage, cls.keep, queue_size=1000)
+        cls.truth = {}
+        cls.stamp = cls.recording.images[0].header.stamp
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    @classmethod
+    def in_folder(cls, name):
+        return os.path.join(cls.folder.name, name)
+
+    @classmethod
+    def keep(cls, message):
+        cls.transforms.extend(t for t in message.transforms if t.child_frame_id == "odom")
+
+    def start(self, name, **parameters):
+        tracker = TrackerProcess(name, **parameters)
+        self.addCleanup(lambda: tracker.process.poll() is None and tracker.end())
+        self.camera = feeding.Camera("/camera", self.recording.info)
+        return tracker
+
+    def show_once(self, image, truth, tracker):
+        MapsKeptTest.stamp += rospy.Duration(0.1)
+        now = feeding.moved(image, (self.stamp - image.header.stamp).to_sec())
+        self.truth[now.header.stamp.to_nsec()] = truth
+        self.send_odometry(now.header.stamp, truth)
+        return self.camera.show(now, tracker.says)
+
+    def show(self, i, tracker):
+        """An image of the recording, or (None) the covered lens; the camera waits there until the mapper has nothing to do,
+        however busy the machine is."""
+        image = self.recording.images[i or 0]
+        truth = self.recording.truth[image.header.stamp.to_nsec()]
+        if i is None:
+            grey = feeding.moved(image, 0)
+            grey.data = bytes([60]) * len(image.data)
+            image = grey
+        answer = self.show_once(image, truth, tracker)
+        while answer.worker_backlog > 0 and not rospy.is_shutdown():
+            answer = self.show_once(image, truth, tracker)
+        return answer
+
+    def send_odometry(self, stamp, truth):
+        """A robot that knows its way to within its wheels: odom -> camera, a hundredth too long."""
+        transform = TransformStamped()
+        transform.header.stamp, transform.header.frame_id, transform.child_frame_id = stamp, "odom", self.frame
+        position, q = truth
+        t, r = transform.transform.translation, transform.transform.rotation
+        t.x, t.y, t.z = (1.01 * value for value in position)
+        r.x, r.y, r.z, r.w = q
+        self.broadcaster.sendTransform(transform)
+
+    def error(self, *trajectories):
+        """Of what all of them say together, in one frame: share of the path."""
+        poses = {}
+        for path in trajectories:
+            poses.update(feeding.read_tum(path))
+        self.assertGreater(len(poses), 5)
+        return sim3.errors(poses, self.truth)[0]
+
+    def save_trajectory(self, tracker, name):
+        """What the tracker has posed so far."""
+        rospy.set_param(tracker.says.name + "/save_trajectory_path", self.in_folder(name))
+        answer = tracker.says.call("save_trajectory")
+        self.assertTrue(answer.success, answer.message)
+        return self.in_folder(name)
+
+    def find(self, tracker, images):
+        """The camera is found within five of these images, and followed through the others."""
+        answers = [self.show(i, tracker) for i in images]
+        self.assertIn(TRACKING, [a.state for a in answers[:5]], answers[0].reason_text)
+        self.assertEqual(answers[-1].state, TRACKING, answers[-1].reason_text)
+        return answers
+
+    def test_1_maps_are_joined_and_saved(self):
+        tracker = self.start("tracker", map_path=self.in_folder("live.map"), odom_frame="odom",
+                             scale__initial_median_depth=2.5, young_map_keyframes=3)
+        first = [self.show(i, tracker) for i in range(HERE)][-1]
+        self.assertEqual(first.state, TRACKING, first.reason_text)
+        self.assertGreater(first.keyframes, 3)
+        covered = [self.show(None, tracker) for _ in range(COVERED)]
+        self.assertEqual({a.state for a in covered}, {TrackerStatus.LOST})
+        first_to_odom = self.transforms[-1].transform
+        self.transforms.clear()
+        beside, joined = [], []
+        for i in range(HERE, HERE + WAY_BACK):
+            answer = self.show(i, tracker)
+            if answer.state != TRACKING:
+                continue
+            (joined if answer.map_id == first.map_id else beside).append(answer)
+            if not joined:
+                held = list(self.transforms)
+        self.assertGreater(len(beside), 10, "a map beside the first")
+        self.assertEqual({a.map_id > first.map_id for a in beside}, {True})
+        self.assertGreater(beside[0].epoch, first.epoch)
+        self.assertGreater(len(joined), 5, "joined with the first, whose frame it is in now")
+        self.assertEqual(joined[0].corrections, first.corrections + 1)
+        # A robot that plans in map did not see it become another one.
+        self.assertGreater(len(held), 0, "sent again meanwhile")
+        self.assertEqual({str(t.transform) for t in held}, {str(first_to_odom)})
+        self.assertNotEqual(str(self.transforms[-1].transform), str(first_to_odom), "it goes on")
+
+        MapsKeptTest.trajectory = self.save_trajectory(tracker, "joined.txt")
+        self.assertGreater(len(feeding.read_tum(self.trajectory)), len(beside) + len(joined) + HERE // 2)
+        self.assertLess(self.error(self.trajectory), 0.02)
+        saved = tracker.says.call("save_map")
+        self.assertTrue(saved.success, saved.message)
+        MapsKeptTest.size = saved.message.split(" in ")[0]
+        tracker.end()
+
+    def test_2_started_anew_it_is_loaded_and_localised_in(self):
+        tracker = self.start("second", map_path=self.in_folder("live.map"), load_map_at_start="true", localize_only="true")
+        answers = self.find(tracker, range(HERE + 20, HERE + 30))
+        answers += self.find(tracker, [None] + list(range(2, 8)))[1:]
+        for status in answers:
+            self.assertEqual("%d keyframes and %d landmarks" % (status.keyframes, status.landmarks), self.size)
+        # Where it is in the map that was made before, whose trajectory lies beside it: one frame for both.
+        self.assertLess(self.error(self.trajectory, self.save_trajectory(tracker, "localised.txt")), 0.02)
+        tracker.end()
+
+    def test_3_loaded_before_any_calibration(self):
+        tracker = self.start("third", map_path=self.in_folder("live.map"))
+        answer = tracker.says.call("load_map")
+        self.assertTrue(answer.success, answer.message)
+        self.assertIn("when camera_info comes", answer.message)
+        self.find(tracker, range(HERE + 40, HERE + 48))
+        tracker.end()
+
+    def track_sequence(self, output, *arguments):
+        subprocess.run([program("track_sequence"), "--quiet", "--images", self.in_folder("wall/images.txt"), "--camera",
+                        self.recording.camera_yaml, "--output", self.in_folder(output), *arguments], check=True)
+        return feeding.read_tum(self.in_folder(output + "/trajectory.txt"))
+
+    def test_4_what_was_made_live_is_localised_in_offline(self):
+        poses = self.track_sequence("localised", "--map", self.in_folder("live.map"), "--localize-only", "--max-frames", "40")
+        self.assertEqual(len(poses), 40)
+        self.assertLess(sim3.errors(poses, self.recording.truth)[0], 0.02)
+
+    def test_5_what_was_made_offline_is_localised_in_live(self):
+        made = self.track_sequence("made", "--save-map", self.in_folder("offline.map"), "--max-frames", str(HERE))
+        tracker = self.start("fifth", map_path=self.in_folder("offline.map"), load_map_at_start="true")
+        self.find(tracker, range(3, 15))
+        live = feeding.read_tum(self.save_trajectory(tracker, "live.txt"))
+        both = {stamp: (pose, self.recording.truth) for stamp, pose in made.items()}
+        both.update({stamp: (pose, self.truth) for stamp, pose in live.items()})
+        # The stamps of the two do not meet: the live ones have gone on since.
+        self.assertEqual(len(both), len(made) + len(live))
+        self.assertLess(sim3.errors({s: pose for s, (pose, _) in both.items()},
+                                    {s: truth[s] for s, (_, truth) in both.items()})[0], 0.02)
+        tracker.end()
+
+
+if __name__ == "__main__":
+    rostest.rosrun("mono_pose_tracker", "maps_kept_test", MapsKeptTest)
