@@ -8,12 +8,14 @@
 #include <tuple>
 #include <unordered_map>
 
+#include "mono_pose_tracker/optimization/point_adjustment.h"
+
 namespace mono_pose_tracker {
 
 namespace {
 
-// Under cameras that stay, a point that was in its place before they moved a little is there in two or three.
-constexpr int kPointIterations = 4;
+// Of a point by itself: one that was in its place before the cameras moved a little is there in two or three.
+constexpr int kPointIterations = 5;
 
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 // Of a keyframe: fewer do not hold its pose.
@@ -91,18 +93,38 @@ std::vector<LandmarkId> by_hold(const Map& map, const Keyframe& keyframe) {
   return ids;
 }
 
-// The landmarks that hold these keyframes best, at most so many of each; and the others.
+int count_observations(const Landmark& landmark, const std::set<KeyframeId>& keyframes) {
+  return static_cast<int>(
+      std::count_if(landmark.observations.begin(), landmark.observations.end(),
+                    [&](const Observation& o) { return keyframes.count(o.keyframe) > 0; }));
+}
+
+// The landmarks that hold the free keyframes best, at most so many of each; and the others. One that only a
+// single keyframe of the problem sees holds nothing, and would drift along its ray.
 std::pair<std::vector<LandmarkId>, std::vector<LandmarkId>> split_by_hold(
-    const Map& map, const std::vector<LandmarkId>& landmarks, const std::vector<KeyframeId>& keyframes,
-    int max_of_keyframe) {
+    const Map& map, const std::vector<LandmarkId>& landmarks, const std::vector<KeyframeId>& free,
+    const std::vector<KeyframeId>& fixed, int max_of_keyframe) {
   std::set<LandmarkId> chosen;
-  for (const KeyframeId id : keyframes) {
+  for (const KeyframeId id : free) {
     const std::vector<LandmarkId> order = by_hold(map, *map.keyframe(id));
     chosen.insert(order.begin(), order.begin() + std::min<std::size_t>(order.size(), max_of_keyframe));
   }
+  std::set<KeyframeId> keyframes(free.begin(), free.end());
+  keyframes.insert(fixed.begin(), fixed.end());
   std::pair<std::vector<LandmarkId>, std::vector<LandmarkId>> split;
-  for (const LandmarkId l : landmarks) (chosen.count(l) ? split.first : split.second).push_back(l);
+  for (const LandmarkId l : landmarks) {
+    const bool holds = chosen.count(l) && count_observations(*map.landmark(l), keyframes) >= 2;
+    (holds ? split.first : split.second).push_back(l);
+  }
   return split;
+}
+
+std::vector<KeyframeId> seers(const Map& map, const std::vector<LandmarkId>& landmarks) {
+  std::set<KeyframeId> keyframes;
+  for (const LandmarkId l : landmarks) {
+    for (const Observation& o : map.landmark(l)->observations) keyframes.insert(o.keyframe);
+  }
+  return {keyframes.begin(), keyframes.end()};
 }
 
 // Multiplications of an iteration's linear algebra: a dense decomposition of the cameras' reduced matrix, to
@@ -161,17 +183,31 @@ double residual_spread(const BundleProblem& problem) {
   return errors[errors.size() / 2] / 1.1774;
 }
 
-BundleReport solve(BundleOptions options, MapProblem* problem, Map* map) {
+BundleOptions with_spread(BundleOptions options, const BundleProblem& problem) {
   // Below a tenth of a pixel it is the features' own quantisation that speaks; above one, outliers.
-  options.loss_width *= std::clamp(residual_spread(problem->bundle), 0.1, 1.0);
-  const BundleReport report = adjust_bundle(options, &problem->bundle);
-  if (!report.usable) return report;
-  for (std::size_t i = 0; i < problem->keyframes.size(); ++i) {
-    map->set_pose(problem->keyframes[i], problem->bundle.cameras[i].camera_from_map);
+  options.loss_width *= std::clamp(residual_spread(problem), 0.1, 1.0);
+  return options;
+}
+
+BundleOptions points_only(BundleOptions options) {
+  options.max_iterations = kPointIterations;
+  return options;
+}
+
+void store(const MapProblem& problem, Map* map) {
+  for (std::size_t i = 0; i < problem.keyframes.size(); ++i) {
+    const BundleCamera& camera = problem.bundle.cameras[i];
+    if (!camera.constant) map->set_pose(problem.keyframes[i], camera.camera_from_map);
   }
-  for (std::size_t i = 0; i < problem->landmarks.size(); ++i) {
-    map->set_position(problem->landmarks[i], problem->bundle.points[i]);
+  for (std::size_t i = 0; i < problem.landmarks.size(); ++i) {
+    map->set_position(problem.landmarks[i], problem.bundle.points[i]);
   }
+}
+
+// The map stays as it is when the solve fails.
+BundleReport solve(const BundleOptions& options, MapProblem* problem, Map* map) {
+  const BundleReport report = adjust_bundle(with_spread(options, problem->bundle), &problem->bundle);
+  if (report.usable) store(*problem, map);
   return report;
 }
 
@@ -196,20 +232,18 @@ BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<Ke
     free.insert(std::lower_bound(free.begin(), free.end(), fixed[0]), fixed[0]);
     fixed.clear();
   }
-  auto [longest, others] = split_by_hold(*map, landmarks, free, max_landmarks);
+  auto [longest, others] = split_by_hold(*map, landmarks, free, fixed, max_landmarks);
   while (max_landmarks > kLeastLandmarks && landmark_work(*map, longest, free) > max_work) {
     max_landmarks = std::min<int>(max_landmarks, static_cast<int>(longest.size())) / 2;
-    std::tie(longest, others) = split_by_hold(*map, landmarks, free, max_landmarks);
+    std::tie(longest, others) = split_by_hold(*map, landmarks, free, fixed, max_landmarks);
   }
   MapProblem problem = build(*map, free, fixed, longest);
   const BundleReport report = solve(options, &problem, map);
-  if (others.empty()) return report;
-  // The others follow, each by itself, under cameras that stay where they are now.
-  fixed.insert(fixed.end(), free.begin(), free.end());
-  MapProblem rest = build(*map, {}, fixed, others);
-  BundleOptions points_only = options;
-  points_only.max_iterations = kPointIterations;
-  solve(points_only, &rest, map);
+  if (others.empty() || !report.usable) return report;
+  // The others follow, each by itself, under all that see them.
+  MapProblem rest = build(*map, {}, seers(*map, others), others);
+  adjust_points(points_only(with_spread(options, rest.bundle)), &rest.bundle);
+  store(rest, map);
   return report;
 }
 

@@ -88,6 +88,29 @@ TEST_F(MapAdjustment, AFewLandmarksHoldThePosesAndTheOthersFollow) {
   EXPECT_LT(worst_point(), 1e-3) << "four steps for the points, once the poses are right";
 }
 
+// Two of five fixed keyframes: what the others saw must not be forgotten.
+TEST_F(MapAdjustment, ALandmarkThatOneKeyframeOfTheWindowSeesDoesNotFloat) {
+  std::vector<LandmarkId> lonely;
+  for (const LandmarkId l : map_.landmark_ids()) {
+    const std::vector<Observation> observations = map_.landmark(l)->observations;
+    if (observations.size() != kKeyframes || lonely.size() == 20) continue;
+    for (int i = 1; i < kKeyframes - 1; ++i) map_.remove_observation(l, i);
+    lonely.push_back(l);
+  }
+  ASSERT_EQ(lonely.size(), 20u);
+  // So that keyframe 0 is not among the two that see most.
+  int removed = 0;
+  for (const LandmarkId l : map_.landmark_ids()) {
+    if (map_.landmark(l)->observations.size() == kKeyframes && ++removed <= 60) map_.remove_observation(l, 0);
+  }
+  disturb();
+  map_.set_pose(kKeyframes - 2, pose(kKeyframes - 2));
+  EXPECT_TRUE(adjust_keyframes(exact(), {5}, 2, 1000, &map_).usable);
+  for (const LandmarkId l : lonely) {
+    EXPECT_LT((map_.landmark(l)->x_in_map - scene_.x_in_map[l]).norm(), 1e-3) << l;
+  }
+}
+
 // The matrix of four cameras alone would take 4,600 multiplications, of three 2,000.
 TEST_F(MapAdjustment, AnIterationIsNoMoreWorkThanAllowed) {
   disturb();

@@ -13,9 +13,9 @@ BundleObservation make_observation(int camera, int point, const ImageFeatures& i
 /// Bundle adjustment of the given keyframes and all landmarks they see; other keyframes that see these stay
 /// where they are and hold the gauge (at most max_fixed of them, those that see most). The cameras are
 /// adjusted with max_landmarks of each free keyframe, spread over its image, that most keyframes see: they
-/// hold the poses best, and converge soonest; the other points follow, under fixed cameras. The loss width is
-/// options.loss_width times the residuals' own spread (median), so that sharp images are held to tighter
-/// errors than blurred ones.
+/// hold the poses best, and converge soonest; the others, and what one keyframe of the problem sees, follow
+/// under all that see them. Not usable: the map is as it was. The loss width is options.loss_width times the
+/// residuals' own spread (median), so that sharp images are held to tighter errors than blurred ones.
 BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<KeyframeId>& free_keyframes,
                               int max_fixed, int max_landmarks, Map* map);
 

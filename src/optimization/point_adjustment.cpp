@@ -1,0 +1,146 @@
+#include "mono_pose_tracker/optimization/point_adjustment.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+
+#include "reprojection.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// The first steps are those of reweighted least squares, exact for a point that is merely out of place. Then
+// the loss's curvature along the residuals counts, at least this much of it: what is left is noise, of which
+// they would take two thirds a step only.
+constexpr int kReweightedSteps = 2;
+constexpr double kLeastBend = 0.3;
+
+// A step ends the search that would lower the cost by less than this share of the loss width squared (two
+// sigmas squared, by default): it moves the point by a hundredth of its standard deviation.
+constexpr double kTolerance = 1e-5;
+
+struct Camera {
+  Eigen::Matrix3d rotation;
+  Eigen::Vector3d translation;
+};
+
+struct Sight {
+  int camera;
+  Eigen::Vector3d bearing;
+  Eigen::Matrix<double, 2, 3> weighted;
+};
+
+class PointSolver {
+ public:
+  PointSolver(const BundleOptions& options, const std::vector<Camera>& cameras)
+      : options_(options), loss_(options.loss_width), cameras_(cameras) {
+    tolerance_ = kTolerance * (loss_.is_robust() ? options.loss_width * options.loss_width : 4);
+  }
+
+  // Moves a point to where its sights agree best. Returns how many steps it took.
+  int solve(const std::vector<Sight>& sights, Eigen::Vector3d* x, double* initial_cost,
+            double* final_cost) const {
+    double cost = cost_of(sights, *x);
+    *initial_cost = cost;
+    double damping = 1e-6;
+    int step = 0;
+    for (; step < options_.max_iterations; ++step) {
+      Eigen::Matrix3d information;
+      Eigen::Vector3d gradient;
+      linearize(sights, *x, step < kReweightedSteps ? 1 : kLeastBend, &information, &gradient);
+      information.diagonal() += damping * information.diagonal();
+      const Eigen::Vector3d shift = -information.ldlt().solve(gradient);
+      if (!shift.allFinite() || -gradient.dot(shift) < 2 * tolerance_) break;
+      const Eigen::Vector3d candidate = *x + shift;
+      const double candidate_cost = cost_of(sights, candidate);
+      if (candidate_cost < cost) {
+        *x = candidate;
+        cost = candidate_cost;
+        damping = std::max(1e-9, 0.1 * damping);
+      } else {
+        damping = std::max(1e-3, 10 * damping);
+      }
+    }
+    *final_cost = cost;
+    return step;
+  }
+
+ private:
+  Reprojection reproject(const Sight& sight, const Eigen::Vector3d& x) const {
+    const Camera& camera = cameras_[sight.camera];
+    return {sight.bearing, sight.weighted, camera.rotation * x + camera.translation};
+  }
+
+  double cost_of(const std::vector<Sight>& sights, const Eigen::Vector3d& x) const {
+    double cost = 0;
+    for (const Sight& s : sights) cost += 0.5 * loss_.cost(reproject(s, x).residual.squaredNorm());
+    return cost;
+  }
+
+  void linearize(const std::vector<Sight>& sights, const Eigen::Vector3d& x, double least_bend,
+                 Eigen::Matrix3d* information, Eigen::Vector3d* gradient) const {
+    information->setZero();
+    gradient->setZero();
+    for (const Sight& sight : sights) {
+      const Reprojection p = reproject(sight, x);
+      if (!p.in_sight) continue;
+      const double s = p.residual.squaredNorm(), slope = loss_.slope(s);
+      const Eigen::Matrix<double, 2, 3> j = p.by_point * cameras_[sight.camera].rotation;
+      const Eigen::Vector3d along = j.transpose() * p.residual;
+      *gradient += slope * along;
+      *information += slope * (j.transpose() * j);
+      if (s > 0) *information -= slope * (1 - loss_.bend(s, least_bend)) / s * (along * along.transpose());
+    }
+  }
+
+  const BundleOptions& options_;
+  const Loss loss_;
+  const std::vector<Camera>& cameras_;
+  double tolerance_;
+};
+
+// Observations by point: those of point p are order[begin[p]] up to order[begin[p + 1]].
+struct ByPoint {
+  std::vector<int> begin, order;
+
+  explicit ByPoint(const BundleProblem& problem) : begin(problem.points.size() + 2, 0) {
+    for (const BundleObservation& o : problem.observations) ++begin[o.point + 2];
+    for (std::size_t p = 2; p < begin.size(); ++p) begin[p] += begin[p - 1];
+    order.resize(problem.observations.size());
+    for (std::size_t i = 0; i < order.size(); ++i)
+      order[begin[problem.observations[i].point + 1]++] = static_cast<int>(i);
+  }
+};
+
+}  // namespace
+
+BundleReport adjust_points(const BundleOptions& options, BundleProblem* problem) {
+  options.validate();
+  BundleReport report;
+  std::vector<Camera> cameras;
+  for (const BundleCamera& c : problem->cameras)
+    cameras.push_back({c.camera_from_map.rotation_matrix(), c.camera_from_map.translation});
+  const PointSolver solver(options, cameras);
+  const ByPoint by_point(*problem);
+  std::vector<Sight> sights;
+  for (std::size_t p = 0; p < problem->points.size(); ++p) {
+    sights.clear();
+    for (int i = by_point.begin[p]; i < by_point.begin[p + 1]; ++i) {
+      const BundleObservation& o = problem->observations[by_point.order[i]];
+      const Camera& camera = cameras[o.camera];
+      const double along = o.bearing.dot(camera.rotation * problem->points[p] + camera.translation);
+      if (is_usable(o) && along > 0)
+        sights.push_back({o.camera, o.bearing, o.pixel_from_bearing / o.sigma_px});
+    }
+    if (sights.size() < 2) continue;
+    report.usable = true;
+    double initial = 0, final = 0;
+    report.iterations =
+        std::max(report.iterations, solver.solve(sights, &problem->points[p], &initial, &final));
+    report.initial_cost += initial;
+    report.final_cost += final;
+  }
+  return report;
+}
+
+}  // namespace mono_pose_tracker
