@@ -119,6 +119,8 @@ void PlaceIndex::remove(KeyframeId id) {
     list.erase(std::remove_if(list.begin(), list.end(),
                               [&](const CodedFeature& feature) { return feature.owner == number; }),
                list.end());
+    // In a capped map keyframes come and go for ever, and at last every word has had a feature.
+    if (2 * list.size() < list.capacity()) list.shrink_to_fit();
   }
   slots_[number] = {};
   free_slots_.push_back(number);

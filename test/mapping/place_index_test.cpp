@@ -192,6 +192,21 @@ TEST(PlaceIndex, ARemovedKeyframeIsNotFound) {
   EXPECT_TRUE(index.query(street.view(10, random), 20).empty());
 }
 
+// As in a capped map on a way without end: ten stay, and every word has had a feature at last.
+TEST(PlaceIndex, WhatComesAndGoesLeavesNoMemoryBehind) {
+  Random random(9);
+  const Street street(400, random);
+  PlaceIndex index;
+  const std::size_t empty = index.memory_bytes();
+  for (int k = 0; k < 10; ++k) index.add(k, street.view(k, random));
+  const std::size_t ten = index.memory_bytes() - empty;
+  for (int k = 10; k < 400; ++k) {
+    index.add(k, street.view(k, random));
+    index.remove(k - 10);
+  }
+  EXPECT_LT(index.memory_bytes() - empty, 2 * ten);
+}
+
 TEST(PlaceIndex, OnlyKeyframesThatAreAllowed) {
   Random random(9);
   const Street street(40, random);
