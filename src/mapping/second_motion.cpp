@@ -71,6 +71,7 @@ bool is_among_others(const std::vector<Match>& matches, const std::vector<Motion
     known.emplace_back((features[matches[i].second].pixel - pixel).squaredNorm(),
                        motions[i] == Motion::kOther);
   }
+  if (known.empty()) return false;
   const std::size_t voters = std::min<std::size_t>(kVoters, known.size());
   std::partial_sort(known.begin(), known.begin() + static_cast<std::ptrdiff_t>(voters), known.end());
   const auto others = std::count_if(known.begin(), known.begin() + static_cast<std::ptrdiff_t>(voters),

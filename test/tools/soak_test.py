@@ -26,7 +26,7 @@ def usage(pid):
 class SoakTest(unittest.TestCase):
     def test_a_simulated_run(self):
         # Few images a second make the short form's minutes short.
-        rate, size = (5, ("160", "120")) if SHORT else (30, ("640", "480"))
+        rate, size = (5, ("160", "120")) if SHORT else (10, ("320", "240"))
         lines = MINUTES if not SHORT else 4 * MINUTES  # a line is told for each simulated minute
         with tempfile.TemporaryDirectory() as folder:
             config = os.path.join(folder, "capped.yaml")
