@@ -209,5 +209,19 @@ TEST(CameraParameters, CompareByValue) {
   EXPECT_TRUE(a != b);
 }
 
+TEST(CameraModel, CoefficientsBeyondAllBoundsGiveNoPixel) {
+  CameraParameters parameters;
+  parameters.width = 320;
+  parameters.height = 240;
+  parameters.fx = parameters.fy = 1e200;
+  parameters.cx = 160;
+  parameters.cy = 120;
+  parameters.distortion_model = "plumb_bob";
+  parameters.distortion = {0, 0, 1e300, 1e300, 0};
+  const CameraModel camera(parameters);
+  Eigen::Vector2d pixel;
+  EXPECT_FALSE(camera.project({0.5, 0.5, 1}, &pixel));
+}
+
 }  // namespace
 }  // namespace mono_pose_tracker
