@@ -15,6 +15,8 @@ class KeyframePlaces : public PlaceFinder {
 
   // Adds and removes what has come and gone since.
   void follow(const Map& map);
+  // For the mapper's thread.
+  const PlaceIndex& index() const { return index_; }
 
  private:
   mutable std::shared_mutex mutex_;  // guards index_; the mapper alone changes it

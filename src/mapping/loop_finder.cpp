@@ -18,15 +18,30 @@ constexpr double kMaxDisagreementPx = 10;
 // the two cannot be told apart.
 constexpr double kRivalShare = 0.75;
 
+// Landmarks that tie two keyframes: what a pose asks for. Less may be a few wrong fusions, that must not keep
+// a place from being found.
+constexpr int kMinShared = 15;
+
+// Keyframes of the map that are tied to this one.
+std::vector<KeyframeId> tied_to(const TrackingMap& map, KeyframeId keyframe) {
+  std::vector<KeyframeId> tied;
+  const auto found = map.keyframes.find(keyframe);
+  if (found == map.keyframes.end()) return tied;
+  const KeyframeView& view = found->second;
+  for (std::size_t i = 0; i < view.covisible.size() && view.shared_landmarks[i] >= kMinShared; ++i) {
+    tied.push_back(view.covisible[i]);
+  }
+  return tied;
+}
+
 /// The keyframe and what is tied to it, directly or by one between: drift to these is what bundle adjustment
 /// sees.
 std::unordered_set<KeyframeId> near_in_map(const TrackingMap& map, KeyframeId keyframe) {
   std::unordered_set<KeyframeId> near = {keyframe};
-  for (const KeyframeId id : map.keyframes.at(keyframe).covisible) {
+  for (const KeyframeId id : tied_to(map, keyframe)) {
     near.insert(id);
-    const auto found = map.keyframes.find(id);
-    if (found == map.keyframes.end()) continue;
-    near.insert(found->second.covisible.begin(), found->second.covisible.end());
+    const std::vector<KeyframeId> next = tied_to(map, id);
+    near.insert(next.begin(), next.end());
   }
   return near;
 }
@@ -56,8 +71,7 @@ std::vector<KeyframeId> LoopFinder::candidates(const TrackingMap& map, const Pla
 bool LoopFinder::agree(const TrackingMap& map, const LoopConstraint& first,
                        const LoopConstraint& second) const {
   const double limit = kMaxDisagreementPx * std::max(1.0, camera_.width() / 640.0);
-  return loop_disagreement_px(camera_, map, first, second) < limit &&
-         loop_disagreement_px(camera_, map, second, first) < limit;
+  return loop_disagreement_px(map, first, second) < limit && loop_disagreement_px(map, second, first) < limit;
 }
 
 std::optional<LoopConstraint> LoopFinder::best_without_rival(const TrackingMap& map,
@@ -82,7 +96,7 @@ std::optional<LoopConstraint> LoopFinder::find(const TrackingMap& map, const Pla
   if (awaiting_ && ++waited_ > kMaxWait) awaiting_.reset();
   std::vector<LoopConstraint> loops;
   for (const KeyframeId place : candidates(map, index, keyframe)) {
-    if (auto loop = verify_loop(options_, camera_, map, keyframe, place)) loops.push_back(std::move(*loop));
+    if (auto loop = verify_loop(options_, map, keyframe, place)) loops.push_back(std::move(*loop));
   }
   std::optional<LoopConstraint> loop = best_without_rival(map, std::move(loops));
   if (!loop) return std::nullopt;

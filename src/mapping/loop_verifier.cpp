@@ -163,14 +163,16 @@ double way_between(const TrackingMap& map, KeyframeId first, KeyframeId last) {
   return length;
 }
 
-bool within_drift(const TrackingMap& map, const KeyframeView& keyframe, KeyframeId place, const Pairs& pairs,
-                  const Sim3& old_from_new) {
+// Of the way between the two keyframes; nothing when it is more than drift can be.
+std::optional<double> drift_of(const TrackingMap& map, const KeyframeView& keyframe, KeyframeId place,
+                               const Pairs& pairs, const Sim3& old_from_new) {
   const Eigen::Vector3d center = keyframe.camera_from_map.inverse().translation;
   std::vector<double> distances;
   for (const SimilarityMatch& match : pairs.points) distances.push_back((match.in_a.x - center).norm());
-  const double allowed =
-      kMaxDrift * way_between(map, place, keyframe.id) + kMaxDriftOfDepth * median(std::move(distances));
-  return (old_from_new * center - center).norm() <= allowed;
+  const double way = way_between(map, place, keyframe.id);
+  const double moved = (old_from_new * center - center).norm();
+  if (moved > kMaxDrift * way + kMaxDriftOfDepth * median(std::move(distances))) return std::nullopt;
+  return way > 0 ? moved / way : 0;
 }
 
 Pairs match_landmarks(const MapperOptions& options, const TrackingMap& map, const std::vector<Sight>& in_new,
@@ -184,9 +186,10 @@ Pairs match_landmarks(const MapperOptions& options, const TrackingMap& map, cons
 
 }  // namespace
 
-std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const CameraModel& camera,
-                                          const TrackingMap& map, KeyframeId keyframe_id, KeyframeId place) {
+std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const TrackingMap& map,
+                                          KeyframeId keyframe_id, KeyframeId place) {
   const KeyframeView& keyframe = map.keyframes.at(keyframe_id);
+  const CameraModel& camera = keyframe.image->camera;
   // What both sides see as one landmark already says nothing about drift.
   const std::unordered_set<LandmarkId> own = landmarks_of(keyframe);
   const std::vector<Sight> in_new = sights(map, {keyframe_id}, {});
@@ -196,10 +199,10 @@ std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const Ca
   if (!fit(options, keyframe_id, &pairs, &loop.old_from_new)) return std::nullopt;
   const std::vector<Sight> old = sights(map, neighbourhood(map, place, kGuidedKeyframes), own);
   pairs = search(options, camera, map, keyframe, old, loop.old_from_new).pairs;
-  if (!fit(options, keyframe_id, &pairs, &loop.old_from_new) ||
-      !within_drift(map, keyframe, place, pairs, loop.old_from_new)) {
-    return std::nullopt;
-  }
+  if (!fit(options, keyframe_id, &pairs, &loop.old_from_new)) return std::nullopt;
+  const std::optional<double> drift = drift_of(map, keyframe, place, pairs, loop.old_from_new);
+  if (!drift) return std::nullopt;
+  loop.drift = *drift;
   const GuidedSearch found = search(options, camera, map, keyframe, old, loop.old_from_new);
   loop.support =
       pose_support(*keyframe.image, camera.width(), camera.height(), found.inliers, found.expected);
@@ -212,12 +215,12 @@ std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const Ca
   return loop;
 }
 
-double loop_disagreement_px(const CameraModel& camera, const TrackingMap& map, const LoopConstraint& loop,
-                            const LoopConstraint& other) {
+double loop_disagreement_px(const TrackingMap& map, const LoopConstraint& loop, const LoopConstraint& other) {
   constexpr double kNotSeen = 1e6;
   const auto old_place = map.keyframes.find(other.from);
   if (old_place == map.keyframes.end()) return kNotSeen;
   const Rigid3& camera_from_map = old_place->second.camera_from_map;
+  const CameraModel& camera = old_place->second.image->camera;
   std::vector<double> errors;
   for (const auto& [in_new, in_old] : other.matches) {
     const auto x_in_new = map.landmarks.find(in_new), x_in_old = map.landmarks.find(in_old);

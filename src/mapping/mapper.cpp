@@ -95,21 +95,6 @@ double redundant_share(const Map& map, const Keyframe& keyframe) {
 
 bool is_due(std::size_t keyframes) { return keyframes % 6 == 0 && keyframes <= 24; }
 
-// Mean side of a marker in map units, its corners seen from these cameras; 0 when they can't tell.
-double marker_side(const std::vector<Rigid3>& cameras_from_map,
-                   const std::vector<std::vector<Eigen::Vector3d>>& markers) {
-  if (markers.size() < 2) return 0;
-  std::vector<Eigen::Vector3d> corners(4);
-  for (int c = 0; c < 4; ++c) {
-    std::vector<Eigen::Vector3d> bearings;
-    for (const auto& marker : markers) bearings.push_back(marker[c]);
-    if (!triangulate_multi_view(cameras_from_map, bearings, &corners[c])) return 0;
-  }
-  double sum = 0;
-  for (int c = 0; c < 4; ++c) sum += (corners[(c + 1) % 4] - corners[c]).norm();
-  return sum / 4;
-}
-
 }  // namespace
 
 std::vector<KeyframeId> Mapper::neighbors(KeyframeId id, int count) const {
@@ -134,6 +119,7 @@ void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
   map_ = Map();
   places_ = std::make_shared<KeyframePlaces>();
   left_out_.clear();
+  forget_loops();
   epoch_ = epoch;
   map_id_ = epoch + 1;
   std::vector<KeyframeId> ids;
@@ -164,29 +150,6 @@ void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
   publish();
 }
 
-// By what is known of the views, after their poses have been adjusted.
-void Mapper::set_scale(const InitialMap& initial, const std::vector<KeyframeId>& ids) {
-  const ScaleOptions& scale = options_.scale;
-  if (scale.known_baseline > 0) {
-    const double baseline =
-        (map_.keyframe(ids.front())->center_in_map() - map_.keyframe(ids.back())->center_in_map()).norm();
-    map_.rescale(scale.known_baseline / baseline);
-    map_.set_scale_source(ScaleSource::kKnownBaseline);
-  } else if (scale.marker_size > 0) {
-    std::vector<Rigid3> cameras_from_map;
-    std::vector<std::vector<Eigen::Vector3d>> markers;
-    for (std::size_t v = 0; v < ids.size(); ++v) {
-      if (initial.views[v].frame.marker.empty()) continue;
-      cameras_from_map.push_back(map_.keyframe(ids[v])->camera_from_map);
-      markers.push_back(initial.views[v].frame.marker);
-    }
-    const double side = marker_side(cameras_from_map, markers);
-    if (side <= 0) return;
-    map_.rescale(scale.marker_size / side);
-    map_.set_scale_source(ScaleSource::kMarker);
-  }
-}
-
 void Mapper::restore(Map map, std::uint32_t epoch) {
   kept_.clear();
   map_ = Map();
@@ -198,6 +161,7 @@ void Mapper::restore_beside(Map map, std::uint32_t epoch) {
   map_ = std::move(map);
   places_ = std::make_shared<KeyframePlaces>();
   left_out_.clear();
+  forget_loops();
   epoch_ = epoch;
   map_id_ = epoch + 1;
   publish();
@@ -518,7 +482,10 @@ void Mapper::publish() {
     v.camera_from_map = k.camera_from_map;
     v.image = k.image;
     v.landmark_of_feature = k.landmark_of_feature;
-    for (const auto& [other, shared] : map_.covisible(id)) v.covisible.push_back(other);
+    for (const auto& [other, shared] : map_.covisible(id)) {
+      v.covisible.push_back(other);
+      v.shared_landmarks.push_back(shared);
+    }
   }
   view->landmarks.reserve(map_.landmarks().size());
   for (const auto& [id, l] : map_.landmarks()) view->landmarks.emplace(id, l.x_in_map);

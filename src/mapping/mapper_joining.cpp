@@ -44,6 +44,7 @@ void Mapper::keep_present() {
 
 bool Mapper::resume(std::uint32_t map_id, bool keep_this, std::uint32_t epoch) {
   if (map_id == map_id_ && !map_.keyframes().empty()) {
+    forget_loops();  // what is done aside is of another epoch
     epoch_ = epoch;
     publish();
     return true;
@@ -55,6 +56,7 @@ bool Mapper::resume(std::uint32_t map_id, bool keep_this, std::uint32_t epoch) {
   if (keep_this) keep_present();
   map_ = std::move(resumed.map);
   left_out_.clear();
+  forget_loops();
   places_ = std::move(resumed.places);
   map_id_ = map_id;
   epoch_ = epoch;
@@ -167,6 +169,7 @@ bool Mapper::join(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
   correction->scale = best->other_from_map.scale;
   corrections_.push_back(std::move(correction));
   map_id_ = kept_id;
+  forget_loops();
   places_ = kept_.at(kept_id).places;
   kept_.erase(kept_id);
   return true;

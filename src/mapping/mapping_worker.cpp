@@ -1,5 +1,6 @@
 #include "mono_pose_tracker/mapping/mapping_worker.h"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -25,7 +26,9 @@ MappingWorker::MappingWorker(const MapperOptions& options, const CameraModel& ca
                              std::function<void()> before_job)
     : mapper_(options, camera), threaded_(threaded), before_job_(std::move(before_job)) {
   mapper_.set_options(prepared(options));
-  if (threaded_) thread_ = std::thread([this] { run(); });
+  if (!threaded_) return;
+  thread_ = std::thread([this] { run(); });
+  aside_thread_ = std::thread([this] { run_aside(); });
 }
 
 MappingWorker::~MappingWorker() {
@@ -33,41 +36,43 @@ MappingWorker::~MappingWorker() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     stop_ = true;
-    cancel_ = true;
+    cancel_ = cancel_aside_ = true;
     jobs_.clear();
   }
   wake_.notify_all();
+  wake_aside_.notify_all();
   thread_.join();
+  aside_thread_.join();
 }
 
 void MappingWorker::initialize(const InitialMap& initial, std::uint32_t epoch) {
   reset(epoch);
   post({[initial, epoch](Mapper& mapper) { mapper.initialize(initial, epoch); }, epoch});
-  wait();
+  wait_for_jobs();
 }
 
 void MappingWorker::begin_beside(const InitialMap& initial, std::uint32_t epoch) {
   reset(epoch);
   post({[initial, epoch](Mapper& mapper) { mapper.begin_beside(initial, epoch); }, epoch});
-  wait();
+  wait_for_jobs();
 }
 
 void MappingWorker::resume(std::uint32_t map_id, bool keep_present, std::uint32_t epoch) {
   reset(epoch);
   post({[=](Mapper& mapper) { mapper.resume(map_id, keep_present, epoch); }, epoch});
-  wait();
+  wait_for_jobs();
 }
 
 void MappingWorker::restore(const Map& map, std::uint32_t epoch) {
   reset(epoch);
   post({[map, epoch](Mapper& mapper) { mapper.restore(map, epoch); }, epoch});
-  wait();
+  wait_for_jobs();
 }
 
 void MappingWorker::restore_beside(const Map& map, std::uint32_t epoch) {
   reset(epoch);
   post({[map, epoch](Mapper& mapper) { mapper.restore_beside(map, epoch); }, epoch});
-  wait();
+  wait_for_jobs();
 }
 
 bool MappingWorker::offer(Work work, std::function<void()> done) {
@@ -87,23 +92,40 @@ bool MappingWorker::insert(const KeyframeCandidate& candidate) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
-    if (static_cast<int>(jobs_.size()) >= kMaxBacklog) return false;
+    if (keyframes_waiting() >= kMaxBacklog) return false;
     epoch = epoch_;
   }
-  post({[this, candidate](Mapper& mapper) { mapper.insert(candidate, waiting()); }, epoch});
+  post({[this, candidate](Mapper& mapper) { insert_and_seek(candidate, mapper); }, epoch, {}, true});
   return true;
+}
+
+// Whoever tracks has the keyframe before a loop is sought.
+void MappingWorker::insert_and_seek(const KeyframeCandidate& candidate, Mapper& mapper) {
+  mapper.insert(candidate, waiting());
+  publish_mapper();
+  if (waiting() == 0) mapper.seek_loop();
 }
 
 void MappingWorker::reset(std::uint32_t epoch) {
   const std::lock_guard<std::mutex> lock(mutex_);
   jobs_.clear();
+  aside_.reset();
   if (busy_) cancel_ = true;
+  if (aside_busy_) cancel_aside_ = true;
   error_ = nullptr;
   epoch_ = epoch;
   latest_.reset();
 }
 
 void MappingWorker::wait() {
+  if (!threaded_) return;
+  std::unique_lock<std::mutex> lock(mutex_);
+  idle_.wait(lock, [this] { return jobs_.empty() && !busy_ && !aside_ && !aside_busy_; });
+  if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
+}
+
+// What is done aside for a map that is left goes on to its end by itself.
+void MappingWorker::wait_for_jobs() {
   if (!threaded_) return;
   std::unique_lock<std::mutex> lock(mutex_);
   idle_.wait(lock, [this] { return jobs_.empty() && !busy_; });
@@ -122,7 +144,12 @@ int MappingWorker::backlog() const {
 
 int MappingWorker::waiting() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return static_cast<int>(jobs_.size());
+  return keyframes_waiting();
+}
+
+int MappingWorker::keyframes_waiting() const {
+  return static_cast<int>(
+      std::count_if(jobs_.begin(), jobs_.end(), [](const Job& job) { return job.is_keyframe; }));
 }
 
 void MappingWorker::publish_mapper() {
@@ -177,6 +204,49 @@ void MappingWorker::run_job(const Job& job) {
   job.work(mapper_);
   publish_mapper();
   if (job.done) job.done();
+  start_aside(job.epoch);
+}
+
+void MappingWorker::start_aside(std::uint32_t epoch) {
+  Aside aside = mapper_.take_aside();
+  for (; aside && !threaded_; aside = mapper_.take_aside()) {
+    aside([] { return false; })(mapper_);
+    publish_mapper();
+  }
+  if (!aside) return;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (epoch != epoch_) return;
+    aside_ = AsideJob{std::move(aside), epoch};
+  }
+  wake_aside_.notify_one();
+}
+
+void MappingWorker::run_aside() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (true) {
+    wake_aside_.wait(lock, [this] { return stop_ || aside_; });
+    if (stop_) return;
+    const AsideJob job = *std::exchange(aside_, std::nullopt);
+    aside_busy_ = true;
+    cancel_aside_ = false;
+    lock.unlock();
+    Work work;
+    std::exception_ptr error;
+    try {
+      work = job.work([this] { return cancel_aside_.load(); });
+    } catch (...) {
+      error = std::current_exception();
+    }
+    lock.lock();
+    aside_busy_ = false;
+    if (job.epoch == epoch_ && !stop_) {
+      if (error) error_ = error;
+      if (work) jobs_.push_front({std::move(work), job.epoch});
+    }
+    wake_.notify_one();
+    idle_.notify_all();
+  }
 }
 
 void MappingWorker::take_options() {

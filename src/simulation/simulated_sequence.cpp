@@ -13,6 +13,7 @@
 #include "mono_pose_tracker/simulation/panel_scene.h"
 #include "mono_pose_tracker/simulation/parallel.h"
 #include "mono_pose_tracker/simulation/sensor.h"
+#include "street_scene.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -37,6 +38,12 @@ int thread_count(int asked) {
   return asked > 0 ? asked : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 
+StreetPlan street_plan(SceneKind kind) {
+  constexpr double kOverlap = 15;  // m
+  if (kind == SceneKind::kBlock) return block_plan(kOverlap);
+  return kind == SceneKind::kEight ? figure_eight_plan() : corridor_plan();
+}
+
 std::shared_ptr<const Scene> make_scene(SceneKind kind, std::uint64_t seed) {
   const auto texture_seed = static_cast<std::uint32_t>(derived_seed(seed, 0));
   switch (kind) {
@@ -44,19 +51,29 @@ std::shared_ptr<const Scene> make_scene(SceneKind kind, std::uint64_t seed) {
       return std::make_shared<PanelScene>(make_room_scene(texture_seed));
     case SceneKind::kPlane:
       return std::make_shared<PanelScene>(make_plane_scene(texture_seed));
+    case SceneKind::kBlock:
+    case SceneKind::kEight:
+    case SceneKind::kCorridor:
+      return std::make_shared<PanelScene>(make_street_scene(street_plan(kind), texture_seed));
     default:
       return std::make_shared<HeadScene>(texture_seed);
   }
 }
 
+// frames 0: as many as suit the scene.
 std::vector<Rigid3> scene_path(SceneKind kind, int frames, std::uint64_t seed) {
+  const int some = frames > 0 ? frames : kFrames;
   switch (kind) {
     case SceneKind::kRoom:
-      return handheld_room_path(frames, seed);
+      return handheld_room_path(some, seed);
     case SceneKind::kPlane:
-      return handheld_plane_path(frames, seed);
+      return handheld_plane_path(some, seed);
+    case SceneKind::kBlock:
+    case SceneKind::kEight:
+    case SceneKind::kCorridor:
+      return street_path(street_plan(kind), frames, seed);
     default:
-      return head_path(frames, kHeadDistance, seed);
+      return head_path(some, kHeadDistance, seed);
   }
 }
 
@@ -136,9 +153,8 @@ void SimulatedSequence::make_path() {
       path_.resize(options_.frames);
     return;
   }
-  const int frames = options_.frames > 0 ? options_.frames : kFrames;
   std::int64_t index = 0;
-  for (const Rigid3& pose : scene_path(options_.scene, frames, derived_seed(options_.seed, 2))) {
+  for (const Rigid3& pose : scene_path(options_.scene, options_.frames, derived_seed(options_.seed, 2))) {
     path_.push_back(
         {nanoseconds(options_.first_stamp_s + (options_.lead_in + index++) / options_.rate_hz), pose});
   }

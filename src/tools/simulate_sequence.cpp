@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
@@ -57,7 +58,8 @@ std::string image_name(int index) {
 void declare(CLI::App& app, Arguments& a) {
   SequenceOptions& s = a.sequence;
   app.add_option("--output", a.output, "folder to write to (made when missing)")->required();
-  app.add_option("--scene", a.scene, "head, room or plane")->check(CLI::IsMember({"head", "room", "plane"}));
+  app.add_option("--scene", a.scene, "head, room, plane, block, eight or corridor")
+      ->check(CLI::IsMember({"head", "room", "plane", "block", "eight", "corridor"}));
   app.add_option("--background", a.background, "behind the head")
       ->check(CLI::IsMember({"plain", "textured"}));
   app.add_option("--lights", a.lights,
@@ -67,13 +69,14 @@ void declare(CLI::App& app, Arguments& a) {
       "--path", a.path,
       "camera path of one's own: TUM lines `timestamp tx ty tz qx qy qz qw`, map_from_camera, in metres; "
       "the head's map is the head's own frame: origin between the ears, x to its left, y down, z back");
-  app.add_option("--frames", s.frames, "number of images [120, or the whole path]")
+  app.add_option("--frames", s.frames,
+                 "number of images [120; block, eight, corridor: one every 0.25 m; or the whole path]")
       ->check(CLI::PositiveNumber);
   app.add_option("--lead-in", s.lead_in, "images of the background alone, before the head comes [0]")
       ->check(CLI::NonNegativeNumber);
   app.add_option("--width", a.width, "px [640]");
   app.add_option("--height", a.height, "px [480]");
-  auto* focal = app.add_option("--focal", a.focal_px, "focal length, px [head 768, room and plane 525]");
+  auto* focal = app.add_option("--focal", a.focal_px, "focal length, px [head 768, else 525]");
   app.add_option("--hfov", a.hfov_deg, "horizontal field of view, degrees, in place of --focal")
       ->excludes(focal);
   app.add_option("--distortion", a.distortion, "coefficients: k1,k2,p1,p2,k3 of plumb_bob")->delimiter(',');
@@ -108,7 +111,10 @@ CameraParameters camera_of(const Arguments& a) {
 
 void complete(Arguments& a) {
   SequenceOptions& s = a.sequence;
-  s.scene = a.scene == "room" ? SceneKind::kRoom : a.scene == "plane" ? SceneKind::kPlane : SceneKind::kHead;
+  static const std::map<std::string, SceneKind> kinds = {
+      {"head", SceneKind::kHead},   {"room", SceneKind::kRoom},   {"plane", SceneKind::kPlane},
+      {"block", SceneKind::kBlock}, {"eight", SceneKind::kEight}, {"corridor", SceneKind::kCorridor}};
+  s.scene = kinds.at(a.scene);
   s.background = a.background == "textured" ? BackgroundKind::kTextured : BackgroundKind::kPlain;
   s.lights_move_with_camera = a.lights == "camera";
   s.camera = camera_of(a);

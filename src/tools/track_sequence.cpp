@@ -396,6 +396,16 @@ nlohmann::ordered_json maps_summary(const RecordingResult& result) {
   return maps;
 }
 
+nlohmann::ordered_json loops_summary(const RecordingResult& result) {
+  nlohmann::ordered_json loops = nlohmann::ordered_json::array();
+  for (const ClosedLoop& loop : result.loops) {
+    loops.push_back({{"images", {loop.from_frame, loop.to_frame}},
+                     {"drift_percent", 100 * loop.drift},
+                     {"scale_drift", loop.scale_drift}});
+  }
+  return loops;
+}
+
 void write_report(const std::string& path, const RecordingResult& result, const Map& map,
                   const MaskRecord& masks, CalibrationSource calibration, std::uint64_t seed,
                   double wall_seconds) {
@@ -420,6 +430,7 @@ void write_report(const std::string& path, const RecordingResult& result, const 
       {"stages", time_statistics(result.stage_ms)},
       {"warnings", result.warnings},
       {"maps", maps_summary(result)},
+      {"loops", loops_summary(result)},
       {"problems", result.problems}};
   write_file_atomically(path, [&](std::ostream& out) {
     out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';

@@ -337,6 +337,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   }
   pose_the_rest(recording, observer, tracker, &result);
   result.maps = tracker->maps();
+  result.loops = tracker->loops();
   leave_out_unseen_maps(&result);
   if (result.maps.empty()) {
     result.tracked = false;

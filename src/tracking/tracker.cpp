@@ -400,6 +400,8 @@ FrameReport Tracker::resect_again(std::int64_t frame_index, std::int64_t stamp_n
 
 const Map& Tracker::map() const { return impl_->worker().mapper().map(); }
 
+const std::vector<ClosedLoop>& Tracker::loops() const { return impl_->worker().mapper().loops(); }
+
 bool Tracker::is_unconfirmed() const { return impl_->is_unconfirmed(); }
 
 }  // namespace mono_pose_tracker

@@ -45,9 +45,11 @@ class DriftingMap {
       view.landmark_of_feature.push_back(id);
     }
     for (auto& [id, other] : map.keyframes) {
-      if (shares_landmarks(other, view)) {
+      if (const int shared = shared_landmarks(other, view); shared > 15) {
         other.covisible.push_back(view.id);
+        other.shared_landmarks.push_back(shared);
         view.covisible.push_back(id);
+        view.shared_landmarks.push_back(shared);
       }
     }
     index.add(view.id, view.image->set);
@@ -63,10 +65,10 @@ class DriftingMap {
  private:
   static constexpr int kStretch = 100000;
 
-  static bool shares_landmarks(const KeyframeView& a, const KeyframeView& b) {
+  static int shared_landmarks(const KeyframeView& a, const KeyframeView& b) {
     const std::set<LandmarkId> of_a(a.landmark_of_feature.begin(), a.landmark_of_feature.end());
-    return std::count_if(b.landmark_of_feature.begin(), b.landmark_of_feature.end(),
-                         [&](LandmarkId id) { return of_a.count(id) > 0; }) > 15;
+    return static_cast<int>(std::count_if(b.landmark_of_feature.begin(), b.landmark_of_feature.end(),
+                                          [&](LandmarkId id) { return of_a.count(id) > 0; }));
   }
 
   const SyntheticScene& scene_;

@@ -283,5 +283,72 @@ TEST(SimulatedSequence, RefusesOptionsByName) {
   EXPECT_THROW(SimulatedSequence{options}, std::invalid_argument);
 }
 
+double way_length(const std::vector<StampedPose>& path, std::size_t end) {
+  double length = 0;
+  for (std::size_t i = 1; i < end; ++i) {
+    length += (path[i].map_from_camera.translation - path[i - 1].map_from_camera.translation).norm();
+  }
+  return length;
+}
+
+// Where the walk is back at its beginning, looking the same way; 0 when it never is.
+std::size_t back_at(const std::vector<StampedPose>& path) {
+  const Rigid3& start = path.front().map_from_camera;
+  for (std::size_t i = path.size() / 3; i < path.size(); ++i) {
+    if ((path[i].map_from_camera.translation - start.translation).norm() < 0.5 &&
+        path[i].map_from_camera.rotation.angularDistance(start.rotation) < 0.2) {
+      return i;
+    }
+  }
+  return 0;
+}
+
+TEST(SimulatedSequence, TheBlockIsWalkedRoundAndLooksTheSameAgain) {
+  const SimulatedSequence block(small_options(SceneKind::kBlock));
+  const std::size_t back = back_at(block.path());
+  ASSERT_GT(back, 0u);
+  EXPECT_NEAR(way_length(block.path(), back), 200, 10);
+  EXPECT_NEAR(way_length(block.path(), block.path().size()), 215, 10);
+  // The wall that the middle of the image shows is the same, some metres ahead.
+  Eigen::Vector3d first, second;
+  const Eigen::Vector2d middle(100, 75);
+  ASSERT_TRUE(point_seen(block, 0, middle, &first));
+  ASSERT_TRUE(point_seen(block, static_cast<int>(back), middle, &second));
+  EXPECT_LT((first - second).norm(), 2.5);
+  // The same way in a few images.
+  SequenceOptions few = small_options(SceneKind::kBlock, 64, 48);
+  few.frames = 12;
+  const SimulatedSequence thinned(few);
+  EXPECT_EQ(thinned.size(), 12);
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(thinned.render(5).image, mean, deviation);
+  EXPECT_GT(deviation[0], 10) << "houses have fronts";
+}
+
+TEST(SimulatedSequence, TheFigureOfEightComesBackToTheStreet) {
+  const SimulatedSequence eight(small_options(SceneKind::kEight));
+  EXPECT_GT(back_at(eight.path()), 0u);
+  EXPECT_NEAR(way_length(eight.path(), eight.path().size()), 230, 30);
+}
+
+TEST(SimulatedSequence, DoorsOfTheCorridorAreAlike) {
+  const SequenceOptions options = small_options(SceneKind::kCorridor);
+  const SimulatedSequence corridor(options);
+  EXPECT_EQ(back_at(corridor.path()), 0u) << "its other wall is seen on the way back";
+  // What the middle of two doors looks like, 3 m apart.
+  const auto color_at = [&](double y, double z) {
+    const Ray ray{{0, y, z}, {-1, 0, 0}};
+    Hit hit;
+    EXPECT_TRUE(corridor.scene().intersect(ray, 0, &hit));
+    return corridor.scene().albedo(hit, ray.origin + hit.distance * ray.direction, 0.01f);
+  };
+  int between_differ = 0;
+  for (double z = 0.2; z < 2; z += 0.2) {
+    EXPECT_LT((color_at(10, z) - color_at(13, z)).norm(), 1e-3f) << z;  // doors are at 0.5 + 3 k to 1.5 + 3 k
+    between_differ += (color_at(11.5, z) - color_at(14.5, z)).norm() > 1e-3f;
+  }
+  EXPECT_GE(between_differ, 5);
+}
+
 }  // namespace
 }  // namespace mono_pose_tracker

@@ -23,6 +23,7 @@ struct KeyframeView {
   ImageFeaturesPtr image;
   std::vector<LandmarkId> landmark_of_feature;
   std::vector<KeyframeId> covisible;  // most shared landmarks first
+  std::vector<int> shared_landmarks;  // with each of these
 };
 
 /// The map as the mapper last left it: made once, never changed, shared by pointer. Resection reads it

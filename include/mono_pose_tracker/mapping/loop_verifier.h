@@ -4,7 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/geometry/sim3.h"
 #include "mono_pose_tracker/map/tracking_map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
@@ -20,6 +19,7 @@ struct LoopConstraint {
   Sim3 from_from_to;              // camera of `to` seen from that of `from`: an edge of the pose graph
   std::vector<std::pair<LandmarkId, LandmarkId>> matches;  // new, old: one and the same, to be fused
   PoseSupport support;                                     // of the old landmarks in the new image
+  double drift = 0;  // how far it moves the new keyframe, of the way between the two
 };
 
 /// Compares a keyframe with an old place (a keyframe and those that share most with it): descriptors, RANSAC
@@ -27,11 +27,10 @@ struct LoopConstraint {
 /// similarity anew. Nothing when too few points agree or too little of what should be in view is found
 /// (pose_support.h), or when the similarity moves the keyframe further than drift can be (kMaxDrift in
 /// loop_verifier.cpp). A place that looks the same passes; see LoopFinder for what is done about it.
-std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const CameraModel& camera,
-                                          const TrackingMap& map, KeyframeId keyframe, KeyframeId place);
+std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const TrackingMap& map,
+                                          KeyframeId keyframe, KeyframeId place);
 
 /// Whether the other loop's points fit this one's similarity: median error in px, in the other's old place.
-double loop_disagreement_px(const CameraModel& camera, const TrackingMap& map, const LoopConstraint& loop,
-                            const LoopConstraint& other);
+double loop_disagreement_px(const TrackingMap& map, const LoopConstraint& loop, const LoopConstraint& other);
 
 }  // namespace mono_pose_tracker

@@ -2,13 +2,17 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/map/tracking_map.h"
+#include "mono_pose_tracker/mapping/aside.h"
 #include "mono_pose_tracker/mapping/initial_map.h"
 #include "mono_pose_tracker/mapping/keyframe_candidate.h"
+#include "mono_pose_tracker/mapping/loop_closer.h"
+#include "mono_pose_tracker/mapping/loop_finder.h"
 #include "mono_pose_tracker/mapping/map_joiner.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
 
@@ -21,7 +25,8 @@ class KeyframePlaces;
 /// others read is the TrackingMap that every change ends with. Not shared between threads.
 class Mapper {
  public:
-  Mapper(const MapperOptions& options, const CameraModel& camera) : options_(options), camera_(camera) {}
+  Mapper(const MapperOptions& options, const CameraModel& camera)
+      : options_(options), camera_(camera), loop_finder_(options, camera) {}
 
   /// Begins a map, in place of all that there are. Its scale: what ScaleOptions say, else the median depth of
   /// the first view's points is 1.
@@ -38,7 +43,17 @@ class Mapper {
   /// waiting: keyframes that wait behind this one. The bundle adjustment's window is divided among them, and
   /// with two or more it is left to the next; the map is consistent all the same.
   void insert(const KeyframeCandidate& candidate, int waiting = 0);
-  void set_options(const MapperOptions& options) { options_ = options; }
+  /// Looks whether the newest keyframe, when it has not been asked about, shows an old place again. A loop is
+  /// closed aside: its drift is spread over the map (a correction), then all of it is adjusted (another).
+  void seek_loop();
+  /// What is to be done beside the mapper's own work now; null: nothing.
+  Aside take_aside();
+  /// Those closed in any of the maps, in order.
+  const std::vector<ClosedLoop>& loops() const { return loops_; }
+  void set_options(const MapperOptions& options) {
+    options_ = options;
+    loop_finder_ = LoopFinder(options, camera_);
+  }
 
   /// Last optimisation of a recording: tracks are completed between all keyframes that share view, and
   /// everything is bundle-adjusted.
@@ -72,6 +87,14 @@ class Mapper {
   std::vector<MapTie> find_ties(const KeptMap& other, KeyframeId keyframe) const;
   void adjust_seam(const std::vector<KeyframeId>& seam);
   void bring_up_to_date(KeyframeCandidate* candidate) const;
+  void forget_loops();
+  void close_loop(const LoopConstraint& loop, const std::optional<KeyframeChanges>& changes,
+                  std::uint64_t ticket);
+  bool fuse_loop(const LoopConstraint& loop);
+  void fuse_sides(const std::vector<KeyframeId>& targets, const std::vector<KeyframeId>& others);
+  std::vector<LandmarkId> landmarks_seen_by(const std::vector<KeyframeId>& keyframes) const;
+  void adjust_globally();
+  void post_correction(const KeyframeChanges& changes);
   std::vector<LandmarkId> unseen_landmarks(KeyframeId id) const;
   void separate_motions(KeyframeId id);
   void leave_out(KeyframeId id, const std::vector<char>& features);
@@ -97,6 +120,12 @@ class Mapper {
   std::map<std::uint32_t, KeptMap> kept_;  // by id
   MapCorrections corrections_;
   std::shared_ptr<KeyframePlaces> places_;
+  LoopFinder loop_finder_;
+  KeyframeId sought_ = -1;         // the last keyframe that was asked about
+  bool closing_ = false;           // a loop is
+  std::uint64_t loop_ticket_ = 0;  // of what is done aside: that of an earlier map has another
+  Aside aside_;
+  std::vector<ClosedLoop> loops_;
   StageTimes stages_;  // of the change under way
   TrackingMapPtr tracking_map_;
 };

@@ -16,11 +16,12 @@ namespace mono_pose_tracker {
 
 /// Runs a Mapper and whatever else is handed to it, one job after the other: inline (every call returns when
 /// its work is done: repeatable) or on a thread of its own, where no call but wait, initialize and restore
-/// ever waits for work.
+/// ever waits for work. What the mapper wants done aside (aside.h) has a second thread, so that keyframes go
+/// into the map meanwhile; inline it follows the job that asked for it.
 ///
-/// Threads: one thread calls; latest and backlog may be called from any. mutex_ guards jobs_, busy_, stop_,
-/// epoch_, new_options_, latest_ and error_; the mapper is touched by the worker only (inline: by the
-/// caller), and by the caller after wait().
+/// Threads: one thread calls; latest and backlog may be called from any. mutex_ guards jobs_, aside_, busy_,
+/// aside_busy_, stop_, epoch_, new_options_, latest_ and error_; the mapper is touched by the worker only
+/// (inline: by the caller), and by the caller after wait().
 class MappingWorker {
  public:
   using Work = std::function<void(Mapper&)>;
@@ -71,11 +72,21 @@ class MappingWorker {
     Work work;
     std::uint32_t epoch = 0;
     std::function<void()> done = {};
+    bool is_keyframe = false;
+  };
+  struct AsideJob {
+    Aside work;
+    std::uint32_t epoch = 0;
   };
 
   void post(Job job);
   void run();
+  void run_aside();
   void run_job(const Job& job);
+  void insert_and_seek(const KeyframeCandidate& candidate, Mapper& mapper);
+  void start_aside(std::uint32_t epoch);
+  void wait_for_jobs();
+  int keyframes_waiting() const;
   void take_options();
   MapperOptions prepared(MapperOptions options) const;
   int waiting() const;
@@ -84,16 +95,19 @@ class MappingWorker {
   const bool threaded_;
   const std::function<void()> before_job_;
   mutable std::mutex mutex_;
-  std::condition_variable wake_, idle_;
+  std::condition_variable wake_, wake_aside_, idle_;
   std::deque<Job> jobs_;
+  std::optional<AsideJob> aside_;  // that waits
   bool busy_ = false;
+  bool aside_busy_ = false;
   bool stop_ = false;
   std::atomic<bool> cancel_{false};  // the solve of the job under way: nobody waits for its result
+  std::atomic<bool> cancel_aside_{false};
   std::uint32_t epoch_ = 0;
   std::optional<MapperOptions> new_options_;  // that the mapper does not have yet
   TrackingMapPtr latest_;
   std::exception_ptr error_;  // of a job that failed: the caller's next offer, insert or wait throws it
-  std::thread thread_;
+  std::thread thread_, aside_thread_;
 };
 
 }  // namespace mono_pose_tracker

@@ -14,16 +14,18 @@
 
 namespace mono_pose_tracker {
 
-enum class SceneKind { kHead, kRoom, kPlane };
+/// kBlock: round a block of houses, 200 m, and 15 m of it again; kEight: round two blocks, 220 m, the street
+/// between them three times; kCorridor: 60 m past doors that are all alike, and back.
+enum class SceneKind { kHead, kRoom, kPlane, kBlock, kEight, kCorridor };
 enum class BackgroundKind { kPlain, kTextured };
 
 /// What to simulate. Poses are map_from_camera; the map of the head scene is the head's own frame.
 struct SequenceOptions {
   SceneKind scene = SceneKind::kHead;
   BackgroundKind background = BackgroundKind::kPlain;  // behind the head; stands still in the image
-  int frames = 0;                                      // 0: 120, or all poses of the path
-  int lead_in = 0;                      // frames of the background alone that come before them (head scene)
-  CameraParameters camera;              // see default_camera
+  int frames = 0;           // 0: 120 (block, eight and corridor: one every 0.25 m), or all poses of the path
+  int lead_in = 0;          // frames of the background alone that come before them (head scene)
+  CameraParameters camera;  // see default_camera
   bool lights_move_with_camera = true;  // as when the object turns; the room's lights are its own
   double noise_grey_levels = 0;         // standard deviation, of 255, the same in the three colours
   double blur_px = 0;                   // standard deviation of a Gaussian

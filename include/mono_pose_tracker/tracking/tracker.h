@@ -11,6 +11,7 @@
 #include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/contradiction.h"
+#include "mono_pose_tracker/mapping/loop_closer.h"
 #include "mono_pose_tracker/mapping/seam.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 #include "mono_pose_tracker/tracking/prepared_image.h"
@@ -111,6 +112,8 @@ class Tracker {
   std::vector<FinishedMap> maps();
   /// The finished map.
   const Map& map() const;
+  /// The loops that were closed, in any of the maps. Only inline, or after wait().
+  const std::vector<ClosedLoop>& loops() const;
   /// True when the map rests on two views that no third has confirmed.
   bool is_unconfirmed() const;
 

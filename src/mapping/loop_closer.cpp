@@ -1,0 +1,175 @@
+#include "mono_pose_tracker/mapping/loop_closer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "mono_pose_tracker/optimization/pose_graph.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Edges of a keyframe to those that share most landmarks with it. More would make stretches stiff where the
+// camera was slow; the first of them ties it to the rest whatever it shares.
+constexpr int kEdges = 4;
+constexpr int kMinShared = 15;  // landmarks of a further edge: what a pose asks for
+
+// Standard deviations between two keyframes of one window, of the order in which windows drift: a tenth of a
+// degree, a hundredth of scale, as much of the way between the two, and of the depth what the turn makes of
+// it.
+constexpr double kTurnSigma = 0.1 * M_PI / 180;
+constexpr double kScaleSigma = 0.01;
+// The loop was measured once, the way there is a chain of dozens of edges: what is left over at its seam must
+// be less than an observation's error, so that points can be fused there.
+constexpr double kLoopWeight = 10;
+
+double median_depth(const TrackingMap& map, const KeyframeView& keyframe) {
+  std::vector<double> depths;
+  for (const LandmarkId l : keyframe.landmark_of_feature) {
+    const auto landmark = map.landmarks.find(l);
+    if (landmark != map.landmarks.end())
+      depths.push_back((keyframe.camera_from_map * landmark->second).norm());
+  }
+  return median(std::move(depths));
+}
+
+PoseGraphEdge make_edge(int from, int to, const Sim3& measured, double depth, double weight) {
+  PoseGraphEdge edge;
+  edge.from = from;
+  edge.to = to;
+  edge.measured = measured;
+  const double shift_sigma = kScaleSigma * measured.translation.norm() + kTurnSigma * depth;
+  edge.turn_weight = weight / kTurnSigma;
+  edge.shift_weight = weight / std::max(shift_sigma, 1e-9);
+  edge.scale_weight = weight / kScaleSigma;
+  return edge;
+}
+
+// Pairs of keyframes, the older first, that hold the map together.
+std::set<std::pair<KeyframeId, KeyframeId>> tied_pairs(const TrackingMap& map) {
+  std::set<std::pair<KeyframeId, KeyframeId>> pairs;
+  for (const auto& [id, keyframe] : map.keyframes) {
+    int edges = 0;
+    for (std::size_t i = 0; i < keyframe.covisible.size() && edges < kEdges; ++i) {
+      const KeyframeId other = keyframe.covisible[i];
+      if (edges > 0 && keyframe.shared_landmarks[i] < kMinShared) break;
+      if (map.keyframes.count(other) == 0) continue;
+      pairs.insert(std::minmax(id, other));
+      ++edges;
+    }
+  }
+  return pairs;
+}
+
+Sim3 change_of(const Rigid3& camera_from_map, const Sim3& new_from_camera) {
+  return new_from_camera * Sim3(camera_from_map);
+}
+
+}  // namespace
+
+std::optional<KeyframeChanges> spread_loop(const TrackingMap& map, const LoopConstraint& loop,
+                                           const std::function<bool()>& cancelled) {
+  PoseGraph graph;
+  std::map<KeyframeId, int> node_of;
+  for (const auto& [id, keyframe] : map.keyframes) {
+    node_of[id] = static_cast<int>(graph.nodes.size());
+    graph.nodes.push_back({Sim3(keyframe.camera_from_map.inverse()), graph.nodes.empty()});
+  }
+  for (const auto& [a, b] : tied_pairs(map)) {
+    const KeyframeView &from = map.keyframes.at(a), &to = map.keyframes.at(b);
+    graph.edges.push_back(make_edge(node_of.at(a), node_of.at(b),
+                                    Sim3(from.camera_from_map * to.camera_from_map.inverse()),
+                                    median_depth(map, from), 1));
+  }
+  graph.edges.push_back(make_edge(node_of.at(loop.from), node_of.at(loop.to), loop.from_from_to,
+                                  median_depth(map, map.keyframes.at(loop.from)), kLoopWeight));
+  PoseGraphOptions options;
+  options.cancel = cancelled;
+  const PoseGraphReport report = adjust_pose_graph(options, &graph);
+  if (!report.usable || report.cancelled) return std::nullopt;
+  KeyframeChanges changes;
+  for (const auto& [id, node] : node_of) {
+    changes[id] = change_of(map.keyframes.at(id).camera_from_map, graph.nodes[node].map_from_node);
+  }
+  return changes;
+}
+
+KeyframeChanges extended_to_all(const Map& map, KeyframeChanges changes) {
+  const KeyframeChanges known = changes;
+  if (known.empty()) return changes;
+  for (const auto& entry : map.keyframes()) {
+    const KeyframeId id = entry.first;
+    if (known.count(id)) continue;
+    const auto covisible = map.covisible(id);
+    const auto beside = std::find_if(covisible.begin(), covisible.end(),
+                                     [&](const auto& other) { return known.count(other.first) > 0; });
+    if (beside != covisible.end()) {
+      changes[id] = known.at(beside->first);
+    } else {
+      const auto after = known.upper_bound(id);
+      changes[id] = after == known.begin() ? after->second : std::prev(after)->second;
+    }
+  }
+  return changes;
+}
+
+std::map<KeyframeId, double> scales_of(const Map& map, const KeyframeChanges& changes) {
+  std::map<KeyframeId, double> scales;
+  for (const auto& [id, change] : changes) scales[id] = change.scale;
+  for (const auto& [id, link] : map.removed_keyframes()) {
+    KeyframeId ancestor = link.parent;
+    while (!map.keyframe(ancestor)) ancestor = map.removed_keyframes().at(ancestor).parent;
+    const auto found = changes.find(ancestor);
+    if (found != changes.end()) scales[id] = found->second.scale;
+  }
+  return scales;
+}
+
+std::optional<GlobalAdjustment> GlobalAdjustment::solve(const BundleOptions& options, Map snapshot) {
+  Map adjusted = snapshot;
+  BundleOptions wide = options;
+  wide.loss_width *= 10;
+  for (const BundleOptions& bundle : {wide, options}) {
+    const BundleReport report = adjust_map(bundle, &adjusted);
+    if (!report.usable || report.cancelled) return std::nullopt;
+  }
+  GlobalAdjustment result;
+  for (const auto& [id, landmark] : snapshot.landmarks()) {
+    result.landmarks_[id] = {landmark.x_in_map, adjusted.landmark(id)->x_in_map};
+  }
+  for (const auto& [id, keyframe] : snapshot.keyframes()) {
+    const Rigid3& now = adjusted.keyframe(id)->camera_from_map;
+    std::vector<double> growth;
+    for (const LandmarkId l : keyframe.landmark_of_feature) {
+      if (l == kNoLandmark) continue;
+      const Moved& moved = result.landmarks_.at(l);
+      const double before = (keyframe.camera_from_map * moved.before).norm();
+      if (before > 0) growth.push_back((now * moved.after).norm() / before);
+    }
+    Sim3 new_from_camera(now.inverse());
+    if (!growth.empty()) new_from_camera.scale = median(std::move(growth));
+    result.changes_[id] = change_of(keyframe.camera_from_map, new_from_camera);
+  }
+  return result;
+}
+
+KeyframeChanges GlobalAdjustment::apply(Map* map) const {
+  std::vector<LandmarkId> unchanged;
+  for (const LandmarkId id : map->landmark_ids()) {
+    const auto known = landmarks_.find(id);
+    if (known != landmarks_.end() && known->second.before == map->landmark(id)->x_in_map) {
+      unchanged.push_back(id);
+    }
+  }
+  KeyframeChanges changes = extended_to_all(*map, changes_);
+  map->apply(changes);
+  for (const LandmarkId id : unchanged) map->set_position(id, landmarks_.at(id).after);
+  return changes;
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,156 @@
+// The part of the Mapper that closes loops.
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "keyframe_places.h"
+#include "mono_pose_tracker/mapping/mapper.h"
+#include "mono_pose_tracker/optimization/map_adjustment.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Landmarks that keyframes of both sides see.
+int points_between(const Map& map, const std::vector<KeyframeId>& old_side,
+                   const std::vector<KeyframeId>& new_side) {
+  const std::set<KeyframeId> in_old(old_side.begin(), old_side.end()),
+      in_new(new_side.begin(), new_side.end());
+  int count = 0;
+  for (const auto& entry : map.landmarks()) {
+    const std::vector<Observation>& seen = entry.second.observations;
+    const auto by = [&](const std::set<KeyframeId>& side) {
+      return std::any_of(seen.begin(), seen.end(),
+                         [&](const Observation& o) { return side.count(o.keyframe) > 0; });
+    };
+    count += by(in_old) && by(in_new);
+  }
+  return count;
+}
+
+}  // namespace
+
+void Mapper::forget_loops() {
+  ++loop_ticket_;
+  closing_ = false;
+  sought_ = -1;
+  aside_ = nullptr;
+  loop_finder_.reset();
+}
+
+Aside Mapper::take_aside() { return std::exchange(aside_, nullptr); }
+
+void Mapper::seek_loop() {
+  const KeyframeId newest = tracking_map_->keyframes.rbegin()->first;
+  // The same keyframe asked twice would be its own second witness.
+  if (closing_ || std::exchange(sought_, newest) == newest) return;
+  const StageTimer timer(stages_, "loop_search");
+  const std::optional<LoopConstraint> loop = loop_finder_.find(*tracking_map_, places_->index(), newest);
+  if (!loop) return;
+  closing_ = true;
+  aside_ = [loop = *loop, map = tracking_map_, ticket = loop_ticket_,
+            asked = options_.bundle.cancel](const std::function<bool()>& cancelled) {
+    const auto changes = spread_loop(*map, loop, [&] { return cancelled() || (asked && asked()); });
+    return [=](Mapper& mapper) { mapper.close_loop(loop, changes, ticket); };
+  };
+}
+
+void Mapper::close_loop(const LoopConstraint& loop, const std::optional<KeyframeChanges>& changes,
+                        std::uint64_t ticket) {
+  if (ticket != loop_ticket_) return;
+  closing_ = false;
+  const Keyframe *from = map_.keyframe(loop.from), *to = map_.keyframe(loop.to);
+  if (!changes || !from || !to) return;
+  const StageTimer timer(stages_, "loop_close");
+  const ClosedLoop closed{from->frame_index, to->frame_index, loop.drift, loop.old_from_new.scale};
+  Map before = map_;
+  const KeyframeChanges all = extended_to_all(map_, *changes);
+  map_.apply(all);
+  if (!fuse_loop(loop)) {
+    map_ = std::move(before);
+    return;
+  }
+  loops_.push_back(closed);
+  post_correction(all);
+  adjust_globally();
+}
+
+// What stands twice becomes one. False when it does not hold once it was adjusted: then the two were not the
+// same place.
+bool Mapper::fuse_loop(const LoopConstraint& loop) {
+  const auto side_of = [&](KeyframeId id) {
+    std::vector<KeyframeId> side = neighbors(id, options_.mapping.window_keyframes - 1);
+    side.push_back(id);
+    return side;
+  };
+  const std::vector<KeyframeId> old_side = side_of(loop.from), new_side = side_of(loop.to);
+  for (const auto& [in_new, in_old] : loop.matches) map_.merge_landmarks(in_new, in_old);
+  const int tied = points_between(map_, old_side, new_side);
+  fuse_sides(old_side, new_side);
+  fuse_sides(new_side, old_side);
+  std::vector<KeyframeId> window = old_side;
+  window.insert(window.end(), new_side.begin(), new_side.end());
+  std::sort(window.begin(), window.end());
+  window.erase(std::unique(window.begin(), window.end()), window.end());
+  BundleOptions bundle = options_.bundle;
+  bundle.max_seconds = options_.mapping.bundle_seconds;
+  adjust_keyframes(bundle, window, 3 * options_.mapping.window_keyframes, options_.mapping.window_landmarks,
+                   &map_);
+  cull_observations(landmarks_seen_by(window));
+  return points_between(map_, old_side, new_side) >= std::max(options_.min_inliers, tied / 2);
+}
+
+void Mapper::fuse_sides(const std::vector<KeyframeId>& targets, const std::vector<KeyframeId>& others) {
+  for (const KeyframeId target : targets) {
+    std::vector<LandmarkId> unseen;
+    for (const LandmarkId l : landmarks_seen_by(others)) {
+      const std::vector<Observation>& seen = map_.landmark(l)->observations;
+      if (std::none_of(seen.begin(), seen.end(), [&](const auto& o) { return o.keyframe == target; })) {
+        unseen.push_back(l);
+      }
+    }
+    fuse(target, unseen);
+  }
+}
+
+std::vector<LandmarkId> Mapper::landmarks_seen_by(const std::vector<KeyframeId>& keyframes) const {
+  std::set<LandmarkId> seen;
+  for (const KeyframeId id : keyframes) {
+    const std::vector<LandmarkId>& landmarks = map_.keyframe(id)->landmark_of_feature;
+    seen.insert(landmarks.begin(), landmarks.end());
+  }
+  seen.erase(kNoLandmark);
+  return {seen.begin(), seen.end()};
+}
+
+void Mapper::adjust_globally() {
+  closing_ = true;
+  aside_ = [map = map_, bundle = options_.bundle,
+            ticket = loop_ticket_](const std::function<bool()>& cancelled) {
+    BundleOptions options = bundle;
+    options.cancel = [&] { return cancelled() || (bundle.cancel && bundle.cancel()); };
+    const auto solved = GlobalAdjustment::solve(options, map);
+    return [=](Mapper& mapper) {
+      if (ticket != mapper.loop_ticket_) return;
+      mapper.closing_ = false;
+      if (!solved) return;
+      const KeyframeChanges all = solved->apply(&mapper.map_);
+      mapper.cull_observations(mapper.map_.landmark_ids());
+      mapper.post_correction(all);
+    };
+  };
+}
+
+void Mapper::post_correction(const KeyframeChanges& changes) {
+  auto correction = std::make_shared<MapCorrection>();
+  correction->sequence = corrections_.size() + 1;
+  correction->of_map = correction->into_map = map_id_;
+  correction->scale_of = scales_of(map_, changes);
+  corrections_.push_back(std::move(correction));
+  // What awaits a second keyframe is of the map as it was.
+  loop_finder_.reset();
+  publish();
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,50 @@
+#include "mono_pose_tracker/simulation/loop_study.h"
+
+#include <gtest/gtest.h>
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr double kNoise = 0.5;  // px
+
+CameraModel wide_camera() {
+  CameraParameters parameters;
+  parameters.width = 640;
+  parameters.height = 480;
+  parameters.fx = parameters.fy = 500;
+  parameters.cx = 319.5;
+  parameters.cy = 239.5;
+  return CameraModel(parameters);
+}
+
+LoopStudy study(const FeatureWalk& walk, bool close_loops = true) {
+  return run_loop_study(walk, wide_camera(), TrackerOptions(), kNoise, 1, close_loops);
+}
+
+TEST(LoopStudy, ALoopIsClosedOnARing) {
+  const LoopStudy with = study(ring_walk(1)), without = study(ring_walk(1), false);
+  EXPECT_EQ(with.frames_posed, with.frames);
+  ASSERT_FALSE(with.loops.empty());
+  for (const StudiedLoop& loop : with.loops) EXPECT_LT(loop.apart, 3) << loop.from_frame << loop.to_frame;
+  EXPECT_TRUE(without.loops.empty());
+  EXPECT_LT(with.position_rmse, 0.005);
+  EXPECT_LT(with.position_rmse, 0.5 * without.position_rmse);
+  // The camera goes on as before: a correction is no movement.
+  EXPECT_LT(with.worst_prediction, 2 * without.worst_prediction);
+}
+
+TEST(LoopStudy, TwoRoomsWithTheSameFurnitureAreNoLoop) {
+  const LoopStudy result = study(alike_rooms_walk(1));
+  EXPECT_EQ(result.frames_posed, result.frames);
+  EXPECT_TRUE(result.loops.empty());
+  EXPECT_LT(result.position_rmse, 0.02);
+}
+
+TEST(LoopStudy, TheSameFiguresEveryTime) {
+  const LoopStudy a = study(ring_walk(2)), b = study(ring_walk(2));
+  EXPECT_EQ(a.position_rmse, b.position_rmse);
+  EXPECT_EQ(a.loops.size(), b.loops.size());
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
