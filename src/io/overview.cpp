@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 
 #include "mono_pose_tracker/io/plot.h"
@@ -92,14 +93,45 @@ struct View {
   }
 };
 
-PlotRange view_range(const PlotPanel& panel, int axis) {
+// How far round the camera's way the picture reaches: what the camera saw from near, not a skyline beside
+// which the way would be a dot. Distances are those from each point to the nearest of some cameras. Half as
+// far again as the median, but where more than half of all points lie farther off than the way is long, the
+// nearer quarter tells (or the way's own length, if that is more).
+double reach_of(const Overview& overview) {
+  constexpr std::size_t kMaxCameras = 100, kMaxPoints = 5000;
+  const auto step = [](std::size_t size, std::size_t most) { return std::max<std::size_t>(1, size / most); };
+  std::vector<double> distances;
+  for (std::size_t i = 0; i < overview.points.size(); i += step(overview.points.size(), kMaxPoints)) {
+    const Eigen::Vector3d p = overview.points[i].x_in_map.cast<double>();
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t c = 0; c < overview.cameras.size(); c += step(overview.cameras.size(), kMaxCameras)) {
+      nearest = std::min(nearest, (p - overview.cameras[c]).norm());
+    }
+    distances.push_back(nearest);
+  }
+  if (overview.cameras.empty() || distances.empty()) return std::numeric_limits<double>::infinity();
+  double way = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const Eigen::Vector3d& camera : overview.cameras) values.push_back(camera[axis]);
+    const PlotRange range = range_of(std::move(values));
+    way = std::max(way, range.high - range.low);
+  }
+  const double near_quarter = range_of(distances, 0.25).low, half = range_of(distances, 0.5).low;
+  return 1.5 * std::min(half, std::max(near_quarter, way));
+}
+
+PlotRange view_range(const PlotPanel& panel, int axis, double reach) {
   std::vector<double> points, cameras;
   for (std::size_t i = 0; i < panel.series.size(); ++i) {
     for (const Eigen::Vector2d& p : panel.series[i].points) (i == 0 ? points : cameras).push_back(p[axis]);
   }
   const PlotRange camera_range = range_of(cameras), point_range = range_of(points, kFarPoints, kFarPoints);
   if (points.empty()) return with_margin(camera_range, 0.05);
-  return with_margin(cameras.empty() ? point_range : united(point_range, camera_range), 0.05);
+  if (cameras.empty()) return with_margin(point_range, 0.05);
+  const PlotRange near = {std::max(point_range.low, camera_range.low - reach),
+                          std::min(point_range.high, camera_range.high + reach)};
+  return with_margin(united(near, camera_range), 0.05);
 }
 
 PlotPanel make_panel(const Overview& overview, const View& view) {
@@ -116,8 +148,9 @@ PlotPanel make_panel(const Overview& overview, const View& view) {
   PlotSeries start = {"start", {}, kStart, 6, 0}, end = {"end", {}, kEnd, 6, 0, true};
   if (!path.empty()) start.points = {path.front()}, end.points = {path.back()};
   panel.series = {points, {"true path", view(overview.true_cameras), kBlack, 0, 6}, cameras, end, start};
-  panel.x = view_range(panel, 0);
-  panel.y = view_range(panel, 1);
+  const double reach = reach_of(overview);
+  panel.x = view_range(panel, 0, reach);
+  panel.y = view_range(panel, 1, reach);
   return panel;
 }
 

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -34,6 +35,7 @@
 #include "mono_pose_tracker/ros/bag_image_source.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "mono_pose_tracker/tracking/recording.h"
+#include "mono_pose_tracker/tracking/self_calibration.h"
 #include "pipeline/time_statistics.h"
 #include "progress_bar.h"
 
@@ -47,7 +49,7 @@ struct Arguments {
   std::string camera, config, masks, output, write_masks, reference, map, save_map;
   bool localize_only = false;
   std::optional<double> hfov;
-  bool undistorted = false;
+  bool undistorted = false, refine_camera = false;
   std::optional<std::uint64_t> seed;
   std::int64_t max_frames = -1;
   int threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1u));
@@ -62,10 +64,15 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--image-topic", a.image_topic, "of the bag [its only one]")->needs(bag);
   app.add_option("--camera-info-topic", a.camera_info_topic, "of the bag [beside the images]")->needs(bag);
   auto* camera = app.add_option("--camera", a.camera, "calibration, the YAML that camera_calibration writes");
-  app.add_option("--hfov", a.hfov,
-                 "in place of a calibration: degrees that the images span from left to right, a guess")
+  app.add_option(
+         "--hfov", a.hfov,
+         "in place of a calibration: degrees that the images span from left to right, a guess that is "
+         "refined as --refine-camera does")
       ->excludes(camera)
       ->check(CLI::Range(kMinHfovDeg, kMaxHfovDeg));
+  app.add_flag("--refine-camera", a.refine_camera,
+               "find focal length, principal point and distortion as far as the motion tells them: the "
+               "recording is tracked several times; writes camera_refined.yaml");
   app.add_option("--output", a.output, "folder to write to (made when missing)")->required();
   app.add_option("--config", a.config, "tracker.yaml: options, see config/default.yaml");
   app.add_option("--masks", a.masks, "folder of masks with the images' base names, 0 = ignore");
@@ -74,7 +81,8 @@ void declare(CLI::App& app, Arguments& a) {
       "--undistorted", a.undistorted,
       "undistorted images and masks for dense reconstruction, in the folder undistorted of the output");
   app.add_option("--reference", a.reference, "true trajectory (TUM lines), drawn into overview.png");
-  auto* map = app.add_option("--map", a.map, "go on in a saved map, which may be another camera's");
+  auto* map = app.add_option("--map", a.map, "go on in a saved map, which may be another camera's")
+                  ->excludes(app.get_option("--refine-camera"));
   auto* localize = app.add_flag("--localize-only", a.localize_only,
                                 "poses in the saved map only: it is not changed, and none is begun")
                        ->needs(map);
@@ -406,8 +414,35 @@ nlohmann::ordered_json loops_summary(const RecordingResult& result) {
   return loops;
 }
 
+// Of the camera that the results were made with.
+struct Calibration {
+  CameraParameters camera;
+  CalibrationSource source = CalibrationSource::kGiven;
+  std::optional<SelfCalibration> refined;
+};
+
+nlohmann::ordered_json camera_summary(const SelfCalibration& calibration) {
+  const CameraParameters& p = calibration.camera;
+  const CameraRefinement& r = calibration.last;
+  nlohmann::ordered_json refined = nlohmann::ordered_json::array(), open = refined;
+  for (const auto& [name, observable] : {std::pair("focal_length", r.focal_observable),
+                                         {"principal_point", r.center_observable},
+                                         {"distortion", r.distortion_observable}}) {
+    (observable ? refined : open).push_back(name);
+  }
+  return {{"fx", p.fx},
+          {"fy", p.fy},
+          {"cx", p.cx},
+          {"cy", p.cy},
+          {"distortion", p.distortion},
+          {"refined", refined},
+          {"not_observable", open},
+          {"focal_length_sigma", std::isfinite(r.focal_sigma) ? r.focal_sigma * p.fx : -1.0},
+          {"runs", calibration.runs}};
+}
+
 void write_report(const std::string& path, const RecordingResult& result, const Map& map,
-                  const MaskRecord& masks, CalibrationSource calibration, std::uint64_t seed,
+                  const MaskRecord& masks, const Calibration& calibration, std::uint64_t seed,
                   double wall_seconds) {
   const MapStatistics statistics = map_statistics(map);
   nlohmann::ordered_json json = {
@@ -423,7 +458,7 @@ void write_report(const std::string& path, const RecordingResult& result, const 
       {"mean_track_length", statistics.mean_track_length},
       {"reprojection_rms_px", statistics.reprojection_rms_px},
       {"scale", to_string(map.scale_source())},
-      {"calibration", to_string(calibration)},
+      {"calibration", to_string(calibration.source)},
       {"wall_seconds", wall_seconds},
       {"seed", seed},
       {"segmentation", masks.summary()},
@@ -432,6 +467,7 @@ void write_report(const std::string& path, const RecordingResult& result, const 
       {"maps", maps_summary(result)},
       {"loops", loops_summary(result)},
       {"problems", result.problems}};
+  if (calibration.refined) json["camera"] = camera_summary(*calibration.refined);
   write_file_atomically(path, [&](std::ostream& out) {
     out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
   });
@@ -500,43 +536,39 @@ void tell_of_attempt(int attempt, bool quiet) {
   std::fprintf(stderr, "the map is in doubt: attempt %d, begun later in the recording\n", attempt + 1);
 }
 
-int run(const Arguments& a) {
-  const auto start = std::chrono::steady_clock::now();
-  TrackerOptions options;
-  if (!a.config.empty()) read_options_yaml(a.config, &options);
-  if (a.seed) options.seed = *a.seed;
-  if (a.localize_only) options.localize_only = true;
-  // Images go ahead side by side; within one, and in Ceres, a thread more would only wait, or change last
-  // digits.
-  options.sift.num_threads = options.bundle.num_threads = 1;
-  cv::setNumThreads(1);
-  const std::vector<StampedPose> reference =
-      a.reference.empty() ? std::vector<StampedPose>() : read_tum(a.reference);
-  Recording recording;
-  recording.open = source_of(a);
-  recording.max_frames = a.max_frames;
-  recording.threads = a.threads;
-  recording.interrupted = [] { return g_signal != 0; };
-  const CameraParameters camera = camera_of(a);
-  std::optional<SavedMaps> loaded;
-  if (!a.map.empty()) loaded = read_map_file(a.map, descriptor_kind(options));
-  if (!a.save_map.empty()) check_map_folder(a.save_map);
-  recording.try_again = !loaded;
-  const auto make_tracker = [&] {
-    auto made = std::make_unique<Tracker>(options, CameraModel(camera), Tracker::Mapping::kInline);
-    if (loaded) made->load_maps(*loaded);
-    return made;
-  };
-  make_tracker();  // refuses options before the work
-  std::optional<MaskFolder> masks;
-  if (!a.masks.empty()) recording.masks = &masks.emplace(a.masks);
-  check_first_image(recording.open, camera);
-  check_background_image(options.segmentation, camera);
-  make_output_folder(a.output);
+// One way through the recording, and what it left.
+struct Run {
+  std::unique_ptr<Tracker> tracker;
+  RecordingResult result;
+  MaskRecord masks;
+};
 
-  end_on_signals();
-  const fs::path output = a.output;
-  const std::string live_path = (output / "trajectory_live.txt").string();
+// loaded: maps to start in; null: none.
+std::unique_ptr<Tracker> make_tracker(const TrackerOptions& options, const CameraParameters& camera,
+                                      const SavedMaps* loaded) {
+  auto made = std::make_unique<Tracker>(options, CameraModel(camera), Tracker::Mapping::kInline);
+  if (loaded) made->load_maps(*loaded);
+  return made;
+}
+
+// Until the map has so many keyframes; nothing is written.
+Run track_beginning(const Arguments& a, const TrackerOptions& options, const CameraParameters& camera,
+                    int max_keyframes, Recording recording) {
+  Run run{make_tracker(options, camera, nullptr), {}, MaskRecord(false)};
+  std::atomic<bool> has_enough{false};
+  recording.interrupted = [&] { return g_signal != 0 || has_enough; };
+  Progress progress(recording.open()->size(), a.quiet);
+  const FrameObserver observer = [&](int pass, std::int64_t, const FrameReport& report) {
+    if (pass == 1) progress.show(report);
+    if (report.keyframes >= max_keyframes) has_enough = true;
+  };
+  run.result = track_recording(recording, observer, run.tracker.get());
+  return run;
+}
+
+Run track_all(const Arguments& a, const TrackerOptions& options, const CameraParameters& camera,
+              const Recording& recording, const SavedMaps* loaded = nullptr) {
+  const std::string live_path = (fs::path(a.output) / "trajectory_live.txt").string();
   TrajectoryWriter live(live_path);
   std::deque<Observed> observed;  // by attempt
   const auto observer_of = [&](int attempt) -> FrameObserver {
@@ -553,24 +585,108 @@ int run(const Arguments& a) {
       if (pass == 1 || report.map_from_camera) into->masks.add(index, report);
     };
   };
-  const TrackedRecording tracked = track_until_sure(recording, make_tracker, observer_of);
-  const RecordingResult& result = tracked.result;
-  const Tracker& tracker = *tracked.tracker;
-  const MaskRecord& mask_record = observed[tracked.attempt].masks;
-  if (tracked.attempt > 0) write_tum(live_path, observed[tracked.attempt].live);
+  TrackedRecording tracked = track_until_sure(
+      recording, [&] { return make_tracker(options, camera, loaded); }, observer_of);
+  Observed& kept = observed[tracked.attempt];
+  if (tracked.attempt > 0) write_tum(live_path, kept.live);
+  return {std::move(tracked.tracker), std::move(tracked.result), std::move(kept.masks)};
+}
+
+// Tracks; where it is asked for, with a camera that is refined on the way.
+Run track(const Arguments& a, const TrackerOptions& options, const Recording& recording,
+          const SavedMaps* loaded, Calibration* calibration) {
+  // A map that is there already is of other cameras, too, and holds to the one that is given.
+  if (loaded) return track_all(a, options, calibration->camera, recording, loaded);
+  CameraRefinementOptions refinement;
+  refinement.bundle = options.bundle;
+  refinement.bundle.cancel = [] { return g_signal != 0; };
+  if (!a.refine_camera && !a.hfov) {
+    Run run = track_all(a, options, calibration->camera, recording);
+    if (run.result.tracked) {
+      const std::string doubt = doubt_of_calibration(refinement, calibration->camera, run.tracker->map());
+      if (!doubt.empty()) run.result.warnings.push_back(doubt);
+    }
+    return run;
+  }
+  std::optional<Run> run;
+  const SelfCalibration refined = calibrate_by_tracking(
+      calibration->camera, calibration->source, refinement,
+      [&](const CameraParameters& camera, int max_keyframes) -> const Map* {
+        run.reset();  // before the next: two maps need not be held
+        run.emplace(max_keyframes > 0 ? track_beginning(a, options, camera, max_keyframes, recording)
+                                      : track_all(a, options, camera, recording));
+        return run->result.tracked ? &run->tracker->map() : nullptr;
+      });
+  run->result.warnings.insert(run->result.warnings.end(), refined.warnings.begin(), refined.warnings.end());
+  calibration->camera = refined.camera;
+  calibration->source = refined.source;
+  calibration->refined = refined;
+  return std::move(*run);
+}
+
+TrackerOptions options_of(const Arguments& a) {
+  TrackerOptions options;
+  if (!a.config.empty()) read_options_yaml(a.config, &options);
+  if (a.seed) options.seed = *a.seed;
+  if (a.localize_only) options.localize_only = true;
+  // Images go ahead side by side; within one, and in Ceres, a thread more would only wait, or change last
+  // digits.
+  options.sift.num_threads = options.bundle.num_threads = 1;
+  cv::setNumThreads(1);
+  return options;
+}
+
+void write_files(const Arguments& a, const Recording& recording, const Calibration& calibration,
+                 const std::vector<StampedPose>& reference, const Run& run) {
+  const fs::path output = a.output;
+  const RecordingResult& result = run.result;
   if (!result.tracked) write_tum((output / "trajectory.txt").string(), {});
+  if (result.tracked) write_results(output, calibration.camera, result, reference);
+  if (calibration.refined) {
+    write_camera_yaml((output / "camera_refined.yaml").string(), "camera", calibration.camera);
+  }
+  if (result.tracked && !a.save_map.empty()) write_map_file(a.save_map, *run.tracker->copy_maps());
+  if (!a.write_masks.empty()) write_masks(a.write_masks, recording, result, run.masks);
+  if (result.tracked && a.undistorted) {
+    write_undistorted(output / "undistorted", CameraModel(calibration.camera), recording, result, run.masks,
+                      run.tracker->map());
+  }
+}
+
+int run(const Arguments& a) {
+  const auto start = std::chrono::steady_clock::now();
+  const TrackerOptions options = options_of(a);
+  const std::vector<StampedPose> reference =
+      a.reference.empty() ? std::vector<StampedPose>() : read_tum(a.reference);
+  Recording recording;
+  recording.open = source_of(a);
+  recording.max_frames = a.max_frames;
+  recording.threads = a.threads;
+  recording.interrupted = [] { return g_signal != 0; };
+  Calibration calibration;
+  calibration.camera = camera_of(a);
+  if (a.hfov) calibration.source = CalibrationSource::kGuessed;
+  std::optional<SavedMaps> loaded;
+  if (!a.map.empty()) loaded = read_map_file(a.map, descriptor_kind(options));
+  if (!a.save_map.empty()) check_map_folder(a.save_map);
+  recording.try_again = !loaded;
+  const SavedMaps* const maps = loaded ? &*loaded : nullptr;
+  make_tracker(options, calibration.camera, maps);  // refuses options before the work
+  std::optional<MaskFolder> masks;
+  if (!a.masks.empty()) recording.masks = &masks.emplace(a.masks);
+  check_first_image(recording.open, calibration.camera);
+  check_background_image(options.segmentation, calibration.camera);
+  make_output_folder(a.output);
+
+  end_on_signals();
+  const Run run = track(a, options, recording, maps, &calibration);
+  const RecordingResult& result = run.result;
   for (const std::string& problem : result.problems) std::fprintf(stderr, "%s\n", problem.c_str());
   for (const std::string& warning : result.warnings) std::fprintf(stderr, "warning: %s\n", warning.c_str());
-  if (result.tracked) write_results(output, camera, result, reference);
-  if (result.tracked && !a.save_map.empty()) write_map_file(a.save_map, *tracked.tracker->copy_maps());
-  if (!a.write_masks.empty()) write_masks(a.write_masks, recording, result, mask_record);
-  if (result.tracked && a.undistorted) {
-    write_undistorted(output / "undistorted", CameraModel(camera), recording, result, mask_record,
-                      tracker.map());
-  }
+  write_files(a, recording, calibration, reference, run);
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
-  const CalibrationSource calibration = a.hfov ? CalibrationSource::kGuessed : CalibrationSource::kGiven;
-  write_report((output / "report.json").string(), result, tracker.map(), mask_record, calibration,
+  const Map& map = run.tracker->map();
+  write_report((fs::path(a.output) / "report.json").string(), result, map, run.masks, calibration,
                options.seed, wall.count());
   if (!result.tracked) {
     std::fprintf(stderr, "%s: %s\n", a.localize_only ? "no image could be posed" : "no map could be made",
@@ -580,9 +696,8 @@ int run(const Arguments& a) {
   if (!a.quiet) {
     std::printf("%zu of %ld images posed (%ld as they came), %zu keyframes, %zu points, %.1f s%s: %s\n",
                 result.trajectory.size(), static_cast<long>(result.frames_total),
-                static_cast<long>(result.frames_posed_live), tracker.map().keyframes().size(),
-                tracker.map().landmarks().size(), wall.count(),
-                result.unconfirmed ? " (two views only: unconfirmed)" : "", a.output.c_str());
+                static_cast<long>(result.frames_posed_live), map.keyframes().size(), map.landmarks().size(),
+                wall.count(), result.unconfirmed ? " (two views only: unconfirmed)" : "", a.output.c_str());
   }
   return g_signal != 0 ? 128 + static_cast<int>(g_signal) : 0;  // as a shell has it
 }

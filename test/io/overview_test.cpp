@@ -117,6 +117,21 @@ TEST(Overview, AFewFarPointsDoNotShrinkTheRest) {
   EXPECT_GT(cv::countNonZero(pixels_of(draw_overview(overview), kRed)), 0.9 * before);
 }
 
+TEST(Overview, ASkylineDoesNotMakeAWalkADot) {
+  Overview overview;
+  for (int i = 0; i < 50; ++i) overview.cameras.emplace_back(0.2 * i, 0, 0);
+  ColoredPoint point;
+  for (int i = 0; i < 300; ++i) {
+    const float a = 0.37f * static_cast<float>(i);
+    point.x_in_map = {5 + 9 * std::cos(a), std::sin(3 * a), 4 * std::sin(a)};  // what is near
+    overview.points.push_back(point);
+    point.x_in_map = {5 + 400 * std::cos(a), -20, 400 * std::sin(a)};  // what is on the horizon
+    overview.points.push_back(point);
+  }
+  const cv::Mat above = panel_of(draw_overview(overview), 0);
+  EXPECT_GT(box_of(pixels_of(above, kBlue) | pixels_of(above, kRed)).width, 0.2 * above.cols);
+}
+
 TEST(Overview, TheTruthShowsBelowAPathThatIsRight) {
   Overview overview = some_overview();
   overview.points.clear();

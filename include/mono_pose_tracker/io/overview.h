@@ -19,8 +19,8 @@ struct Overview {
 };
 
 /// Two panels with equal axes: from above (x, z), and from the side: -y upwards, and to the right the
-/// direction across it in which points and cameras spread most. The view holds every camera, and the points
-/// but for the few farthest.
+/// direction across it in which points and cameras spread most. The view holds every camera, and the
+/// points round its way but for what is far beyond what it mostly saw.
 cv::Mat draw_overview(const Overview& overview);
 
 /// Writes draw_overview's picture. Throws std::runtime_error naming the path when it cannot.

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/optimization/bundle_adjustment.h"
+
+namespace mono_pose_tracker {
+
+struct CameraRefinementOptions {
+  BundleOptions bundle;
+  /// Of a longer recording, so many keyframes from the middle on are taken: the reduced system is dense.
+  int max_keyframes = 150;
+  int max_landmarks = 200;  // of each keyframe: those that most keyframes see
+};
+
+/// What the views of a map say of the camera that made them.
+struct CameraRefinement {
+  /// What the motion lets the views tell; what it does not keeps the value it had.
+  bool focal_observable = false, center_observable = false, distortion_observable = false;
+  CameraParameters camera;
+  double focal_sigma = 0;   // relative, one standard deviation; infinite where nothing tells it
+  double focal_change = 0;  // relative: what came out over what was given, less 1
+  double max_shift_px = 0;  // the farthest that a pixel of the image's edge moved
+  double rms_before_px = 0, rms_after_px = 0;
+};
+
+/// Bundle adjustment of poses, points and one camera for all views (focal length, principal point, k1, k2).
+/// What is refined is decided by its covariance, marginal over poses and points: parameters that the motion
+/// leaves open (a camera that only goes forward, or a plane seen from straight above) stay as they were. The
+/// map is left as it is: only a new run with the new camera gives it all that was lost to the old one.
+CameraRefinement refine_camera(const CameraRefinementOptions& options, const CameraParameters& camera,
+                               const Map& map);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/common/calibration_source.h"
+#include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/optimization/camera_refinement.h"
+
+namespace mono_pose_tracker {
+
+/// Tracks the recording with this camera; the map (null: none could be made) is kept until the next call.
+/// max_keyframes: that many are enough, the rest of the recording may be left; 0: all of it.
+using TrackWithCamera = std::function<const Map*(const CameraParameters&, int max_keyframes)>;
+
+struct SelfCalibration {
+  CameraParameters camera;  // with which the recording was tracked last
+  CalibrationSource source = CalibrationSource::kGiven;
+  CameraRefinement last;              // what the last map says of it
+  std::vector<std::string> warnings;  // what was not observable, and what follows
+  int runs = 0;
+};
+
+/// Tracks and refines in turn until the camera stays: what a wrong camera made of the map (points culled,
+/// parts lost) no adjustment of that map gives back. First with the beginning of the recording, which is soon
+/// done and where a map holds together even with a focal length that is off by a third; where there is no map
+/// at all, with other focal lengths. The last call of `track` is with the camera that is returned, and of all
+/// of the recording.
+SelfCalibration calibrate_by_tracking(const CameraParameters& start, CalibrationSource source,
+                                      const CameraRefinementOptions& options, const TrackWithCamera& track);
+
+/// A line for the user where a map says that the calibration it was made with is wrong; else nothing.
+std::string doubt_of_calibration(const CameraRefinementOptions& options, const CameraParameters& camera,
+                                 const Map& map);
+
+}  // namespace mono_pose_tracker

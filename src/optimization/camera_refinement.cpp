@@ -1,0 +1,372 @@
+#include "mono_pose_tracker/optimization/camera_refinement.h"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "cancel_callback.h"
+#include "mono_pose_tracker/camera/calibrating_camera.h"
+#include "pose_parameterization.h"
+#include "reduced_system.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr int kParameters = kCalibrationParameters;
+using Information = Eigen::Matrix<double, kParameters, kParameters>;
+using Active = std::array<bool, kParameters>;
+
+// The parameters that stand or fall together.
+constexpr Active kFocal = {true, false, false, false, false};
+constexpr Active kFocalDistortion = {true, false, false, true, true};
+constexpr Active kAll = {true, true, true, true, true};
+
+struct Observed {
+  int camera = -1, point = -1;
+  Eigen::Vector2d pixel;
+  double sigma_px = 1;
+};
+
+using PoseBlock = std::array<double, 7>;
+
+struct Problem {
+  std::vector<PoseBlock> poses;  // the first stays
+  std::vector<Eigen::Vector3d> points;
+  std::vector<Observed> observations;
+  CalibrationStep step = CalibrationStep::Zero();
+};
+
+Eigen::Matrix3d rotation_of(const PoseBlock& b) {
+  return Eigen::Quaterniond(b[3], b[0], b[1], b[2]).normalized().toRotationMatrix();
+}
+
+Eigen::Vector3d translation_of(const PoseBlock& b) { return {b[4], b[5], b[6]}; }
+
+// A pixel's error in its sigmas, by pose, point and camera.
+class CalibratingCost : public ceres::SizedCostFunction<2, 7, 3, kParameters> {
+ public:
+  CalibratingCost(const CalibratingCamera& start, const Active& active, const Observed& observed)
+      : start_(start), active_(active), o_(observed) {}
+
+  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
+    const Eigen::Map<const Eigen::Quaterniond> q(parameters[0]);
+    const Eigen::Map<const Eigen::Vector3d> t(parameters[0] + 4), x_in_map(parameters[1]);
+    const Eigen::Matrix3d rotation = q.toRotationMatrix();
+    const Eigen::Vector3d rotated = rotation * x_in_map;
+    const CalibrationStep step = Eigen::Map<const CalibrationStep>(parameters[2]);
+    Eigen::Vector2d pixel;
+    Eigen::Matrix<double, 2, 3> by_point;
+    Eigen::Matrix<double, 2, kParameters> by_step;
+    if (!start_.project(step, rotated + t, &pixel, &by_point, &by_step)) return false;
+    Eigen::Map<Eigen::Vector2d> r(residuals);
+    r = (pixel - o_.pixel) / o_.sigma_px;
+    if (!jacobians) return true;
+    by_point /= o_.sigma_px;
+    if (jacobians[0]) {
+      Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> j(jacobians[0]);
+      pose_jacobian(by_point, rotated, &j);
+    }
+    if (jacobians[1]) {
+      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> j(jacobians[1]);
+      j = by_point * rotation;
+    }
+    if (jacobians[2]) {
+      Eigen::Map<Eigen::Matrix<double, 2, kParameters, Eigen::RowMajor>> j(jacobians[2]);
+      j = by_step / o_.sigma_px;
+      for (int i = 0; i < kParameters; ++i) {
+        if (!active_[i]) j.col(i).setZero();
+      }
+    }
+    return true;
+  }
+
+ private:
+  const CalibratingCamera& start_;
+  const Active active_;
+  const Observed o_;
+};
+
+std::vector<KeyframeId> chosen_keyframes(const Map& map, int max_keyframes) {
+  std::vector<std::pair<std::int64_t, KeyframeId>> by_time;
+  for (const auto& [id, keyframe] : map.keyframes()) by_time.emplace_back(keyframe.frame_index, id);
+  std::sort(by_time.begin(), by_time.end());
+  const int surplus = std::max(static_cast<int>(by_time.size()) - max_keyframes, 0);
+  std::vector<KeyframeId> chosen;
+  for (std::size_t i = surplus / 2; i < by_time.size() - (surplus - surplus / 2); ++i) {
+    chosen.push_back(by_time[i].second);
+  }
+  return chosen;
+}
+
+// A keyframe's landmarks that most keyframes see: they tie the most views together for what they cost.
+std::unordered_set<LandmarkId> chosen_landmarks(const Map& map, const std::vector<KeyframeId>& keyframes,
+                                                int max_of_keyframe) {
+  std::unordered_set<LandmarkId> chosen;
+  for (const KeyframeId id : keyframes) {
+    std::vector<std::pair<int, LandmarkId>> seen;
+    for (const LandmarkId l : map.keyframe(id)->landmark_of_feature) {
+      if (l != kNoLandmark) seen.emplace_back(-static_cast<int>(map.landmark(l)->observations.size()), l);
+    }
+    std::sort(seen.begin(), seen.end());
+    for (std::size_t i = 0; i < seen.size() && static_cast<int>(i) < max_of_keyframe; ++i) {
+      chosen.insert(seen[i].second);
+    }
+  }
+  return chosen;
+}
+
+Problem build(const CameraRefinementOptions& options, const CameraModel& camera, const Map& map) {
+  Problem problem;
+  std::unordered_map<KeyframeId, int> camera_of;
+  const std::vector<KeyframeId> keyframes = chosen_keyframes(map, options.max_keyframes);
+  for (const KeyframeId id : keyframes) {
+    camera_of[id] = static_cast<int>(problem.poses.size());
+    const Rigid3& pose = map.keyframe(id)->camera_from_map;
+    const Eigen::Quaterniond& q = pose.rotation;
+    const Eigen::Vector3d& t = pose.translation;
+    problem.poses.push_back({q.x(), q.y(), q.z(), q.w(), t.x(), t.y(), t.z()});
+  }
+  const auto landmarks = chosen_landmarks(map, keyframes, options.max_landmarks);
+  std::vector<LandmarkId> ids(landmarks.begin(), landmarks.end());
+  std::sort(ids.begin(), ids.end());
+  for (const LandmarkId id : ids) {
+    const Landmark& landmark = *map.landmark(id);
+    std::vector<Observed> seen;
+    for (const Observation& o : landmark.observations) {
+      const auto found = camera_of.find(o.keyframe);
+      if (found == camera_of.end()) continue;
+      const Keyframe& keyframe = *map.keyframe(o.keyframe);
+      Eigen::Vector2d pixel;
+      if (!camera.project(keyframe.camera_from_map * landmark.x_in_map, &pixel)) continue;
+      seen.push_back({found->second, static_cast<int>(problem.points.size()),
+                      keyframe.image->set.features[o.feature].pixel.cast<double>(),
+                      static_cast<double>(keyframe.image->sigma_px[o.feature])});
+    }
+    // Two views tell nothing of a camera that the point's depth could not take up.
+    if (seen.size() < 3) continue;
+    problem.points.push_back(landmark.x_in_map);
+    problem.observations.insert(problem.observations.end(), seen.begin(), seen.end());
+  }
+  return problem;
+}
+
+// Lengths of the residuals in sigmas; the view behind which a point lies counts for nothing.
+std::vector<double> residual_lengths(const CameraModel& camera, const Problem& problem) {
+  std::vector<double> lengths;
+  lengths.reserve(problem.observations.size());
+  for (const Observed& o : problem.observations) {
+    const PoseBlock& pose = problem.poses[o.camera];
+    Eigen::Vector2d pixel;
+    const bool seen =
+        camera.project(rotation_of(pose) * problem.points[o.point] + translation_of(pose), &pixel);
+    lengths.push_back(seen ? (pixel - o.pixel).norm() / o.sigma_px : 0);
+  }
+  return lengths;
+}
+
+double rms(const std::vector<double>& lengths) {
+  double sum = 0;
+  for (const double length : lengths) sum += length * length;
+  return lengths.empty() ? 0 : std::sqrt(sum / lengths.size());
+}
+
+// As for a map: a few times the residuals' own spread, within what features can have.
+double loss_width(const BundleOptions& options, std::vector<double> lengths) {
+  if (lengths.empty()) return options.loss_width;
+  std::nth_element(lengths.begin(), lengths.begin() + lengths.size() / 2, lengths.end());
+  return options.loss_width * std::clamp(lengths[lengths.size() / 2] / 1.1774, 0.1, 1.0);
+}
+
+// The scale is left to the solver's damping: nothing here depends on it.
+bool solve(const BundleOptions& options, const CalibratingCamera& start, const Active& active, double width,
+           Problem* problem) {
+  ceres::Problem ceres_problem;
+  ceres::LossFunction* loss = width > 0 ? new ceres::CauchyLoss(width) : nullptr;
+  for (const Observed& o : problem->observations) {
+    ceres_problem.AddResidualBlock(new CalibratingCost(start, active, o), loss,
+                                   problem->poses[o.camera].data(), problem->points[o.point].data(),
+                                   problem->step.data());
+  }
+  auto* order = new ceres::ParameterBlockOrdering;
+  for (Eigen::Vector3d& point : problem->points) order->AddElementToGroup(point.data(), 0);
+  for (const Observed& o : problem->observations) {
+    order->AddElementToGroup(problem->poses[o.camera].data(), 1);
+  }
+  order->AddElementToGroup(problem->step.data(), 1);
+  for (std::size_t i = 0; i < problem->poses.size(); ++i) {
+    double* pose = problem->poses[i].data();
+    if (!ceres_problem.HasParameterBlock(pose)) continue;
+    if (i == 0) {
+      ceres_problem.SetParameterBlockConstant(pose);
+    } else {
+      set_pose_parameterization(pose, -1, &ceres_problem);
+    }
+  }
+  ceres::Solver::Options solver;
+  solver.linear_solver_ordering.reset(order);
+  // The camera meets every view: the reduced system is nearly full all the same.
+  solver.linear_solver_type = ceres::DENSE_SCHUR;
+  solver.max_num_iterations = 50;
+  solver.max_solver_time_in_seconds = options.max_seconds;
+  solver.function_tolerance = 1e-6;
+  solver.max_trust_region_radius = kMaxTrustRegionRadius;
+  solver.num_threads = options.num_threads;
+  solver.logging_type = ceres::SILENT;
+  CancelCallback cancel(options.cancel);
+  if (options.cancel) solver.callbacks.push_back(&cancel);
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &ceres_problem, &summary);
+  return summary.IsSolutionUsable() && !cancel.cancelled();
+}
+
+// Information on the camera, marginal over poses and points.
+Information marginal_information(const CalibratingCamera& camera, double width, const Problem& problem) {
+  const int poses = static_cast<int>(problem.poses.size()) - 1;  // the first is held
+  ReducedSystem system(poses, kParameters, width);
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    const Observed& o = problem.observations[i];
+    const PoseBlock& pose = problem.poses[o.camera];
+    const Eigen::Matrix3d rotation = rotation_of(pose);
+    const Eigen::Vector3d rotated = rotation * problem.points[o.point];
+    Eigen::Vector2d pixel;
+    Eigen::Matrix<double, 2, 3> by_x;
+    Eigen::Matrix<double, 2, kParameters> by_step;
+    if (camera.project(problem.step, rotated + translation_of(pose), &pixel, &by_x, &by_step)) {
+      by_x /= o.sigma_px;
+      Eigen::Matrix<double, 2, 7> by_pose;
+      pose_jacobian(by_x, rotated, &by_pose);
+      system.add(o.camera - 1, by_pose.leftCols<6>(), by_x * rotation, by_step / o.sigma_px,
+                 (pixel - o.pixel) / o.sigma_px);
+    }
+    if (i + 1 == problem.observations.size() || problem.observations[i + 1].point != o.point) {
+      system.eliminate_point();
+    }
+  }
+  const int n = 6 * poses;
+  if (n == 0 || system.variance() <= 0) return Information::Zero();
+  Eigen::MatrixXd pose_pose = system.information().topLeftCorner(n, n);
+  const Eigen::MatrixXd pose_camera = system.information().topRightCorner(n, kParameters);
+  // The scale is free: a little of the diagonal holds it, and no more than it.
+  for (int i = 0; i < n; ++i) pose_pose(i, i) = pose_pose(i, i) * (1 + 1e-10) + 1e-12;
+  const Information information = system.information().bottomRightCorner<kParameters, kParameters>() -
+                                  pose_camera.transpose() * pose_pose.ldlt().solve(pose_camera);
+  return 0.5 * (information + information.transpose()) / system.variance();
+}
+
+// Variances of the parameters in use while the others stay; infinite where they are open.
+CalibrationStep sigmas(const Information& information, const Active& active) {
+  std::vector<int> used;
+  for (int i = 0; i < kParameters; ++i) {
+    if (active[i]) used.push_back(i);
+  }
+  Eigen::MatrixXd part(used.size(), used.size());
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    for (std::size_t j = 0; j < used.size(); ++j) part(i, j) = information(used[i], used[j]);
+  }
+  CalibrationStep result = CalibrationStep::Zero();
+  const Eigen::LLT<Eigen::MatrixXd> llt(part);
+  const bool sound = llt.info() == Eigen::Success;
+  const Eigen::MatrixXd covariance =
+      sound ? llt.solve(Eigen::MatrixXd::Identity(part.rows(), part.cols())).eval() : part;
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    result[used[i]] = sound ? std::sqrt(covariance(i, i)) : std::numeric_limits<double>::infinity();
+  }
+  return result;
+}
+
+// Undistorted radius (equidistant: angle) of the image's corners.
+double corner_radius(const CameraParameters& p) { return 0.5 * std::hypot(p.width / p.fx, p.height / p.fy); }
+
+// One standard deviation of what is taken as known may be this.
+constexpr double kMaxFocalSigma = 0.003;       // relative: 1 % is more than three of them
+constexpr double kMaxCenterSigma = 0.003;      // of the image's width
+constexpr double kMaxDistortionSigma = 0.003;  // of the corner's radius
+
+// Of what stays as it was, sigma is 0.
+bool is_known(const CameraParameters& p, const CalibrationStep& sigma) {
+  const double r = corner_radius(p), r2 = r * r;
+  return sigma[0] < kMaxFocalSigma && std::max(sigma[1], sigma[2]) < kMaxCenterSigma * p.width &&
+         std::max(sigma[3] * r2, sigma[4] * r2 * r2) < kMaxDistortionSigma;
+}
+
+// The farthest that a pixel of the image's edge lies from where the other camera has it.
+double edge_shift_px(const CameraModel& a, const CameraModel& b) {
+  constexpr int kSteps = 8;
+  double farthest = 0;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double x = (a.width() - 1.0) * i / kSteps, y = (a.height() - 1.0) * i / kSteps;
+    for (const Eigen::Vector2d& edge : {Eigen::Vector2d(x, 0), Eigen::Vector2d(x, a.height() - 1),
+                                        Eigen::Vector2d(0, y), Eigen::Vector2d(a.width() - 1, y)}) {
+      Eigen::Vector2d pixel;
+      const bool seen = b.project(a.bearing(edge), &pixel);
+      farthest = std::max(farthest, seen ? (pixel - edge).norm() : a.width());
+    }
+  }
+  return farthest;
+}
+
+// The moved camera; nothing where its distortion does not grow up to the image's corners, as a lens' does.
+std::optional<CameraModel> sound_camera(const CalibratingCamera& start, const CalibrationStep& step) {
+  try {
+    const CameraModel camera(start.moved(step));
+    if (edge_shift_px(camera, camera) < 0.1) return camera;
+  } catch (const std::invalid_argument&) {
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+CameraRefinement refine_camera(const CameraRefinementOptions& options, const CameraParameters& camera,
+                               const Map& map) {
+  CameraRefinement result;
+  result.camera = camera;
+  result.focal_sigma = std::numeric_limits<double>::infinity();
+  const CameraModel start(camera);
+  const CalibratingCamera calibrating(camera);
+  Problem problem = build(options, start, map);
+  if (problem.observations.empty()) return result;
+  std::vector<double> lengths = residual_lengths(start, problem);
+  result.rms_before_px = result.rms_after_px = rms(lengths);
+  double width = loss_width(options.bundle, lengths);
+  if (!solve(options.bundle, calibrating, kFocal, width, &problem)) return result;
+
+  // What is known is asked where all fits best: a distortion that nobody told of is no noise.
+  Problem at = problem;
+  if (!solve(options.bundle, calibrating, kAll, width, &at) || !sound_camera(calibrating, at.step)) {
+    at = problem;
+  }
+  const std::optional<CameraModel> best = sound_camera(calibrating, at.step);
+  if (!best) return result;
+  width = loss_width(options.bundle, residual_lengths(*best, at));
+  const Information information = marginal_information(calibrating, width, at);
+  for (const Active& active : {kAll, kFocalDistortion, kFocal}) {
+    const CalibrationStep sigma = sigmas(information, active);
+    result.focal_sigma = sigma[0];
+    if (!is_known(best->parameters(), sigma)) continue;
+    Problem full = problem;
+    if (!solve(options.bundle, calibrating, active, width, &full)) continue;
+    const std::optional<CameraModel> refined = sound_camera(calibrating, full.step);
+    if (!refined) continue;
+    result.focal_observable = true;
+    result.center_observable = active[1];
+    result.distortion_observable = active[3];
+    result.camera = refined->parameters();
+    result.focal_change = result.camera.fx / camera.fx - 1;
+    result.max_shift_px = edge_shift_px(start, *refined);
+    result.rms_after_px = rms(residual_lengths(*refined, full));
+    break;
+  }
+  return result;
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,156 @@
+#include "mono_pose_tracker/tracking/self_calibration.h"
+
+#include <cmath>
+#include <cstdio>
+
+namespace mono_pose_tracker {
+namespace {
+
+// Enough for a focal length to show, where it does, and few enough to be tracked in some seconds.
+constexpr int kEarlyKeyframes = 25;
+// From 30 % off one is there in two or three.
+constexpr int kMaxEarlyRuns = 5, kMaxRuns = 4;
+// The early ones need to be near only.
+constexpr double kEarlyChange = 0.01;
+// What a feature is located to, and a third of the one per cent that a refined focal length is good for.
+constexpr double kSettledShiftPx = 1, kSettledChange = 0.003;
+// A calibration that is right is confirmed to one or two per cent even by a map that has a few wrong points;
+// zoom, binning or another camera's file are off by far more.
+constexpr double kDoubtfulChange = 0.1, kDoubtfulSigmas = 5;
+
+CameraParameters with_focal(CameraParameters camera, double factor) {
+  camera.fx *= factor;
+  camera.fy *= factor;
+  return camera;
+}
+
+class Calibrator {
+ public:
+  Calibrator(const CameraParameters& start, const CameraRefinementOptions& options,
+             const TrackWithCamera& track)
+      : start_(start), camera_(start), options_(options), track_(track) {}
+
+  SelfCalibration run(CalibrationSource source) {
+    const bool is_found = approach();
+    SelfCalibration result = finish(is_found);
+    result.source = is_refined_ ? CalibrationSource::kRefined : source;
+    result.camera = camera_;
+    result.runs = runs_;
+    return result;
+  }
+
+ private:
+  const Map* track(int max_keyframes) {
+    ++runs_;
+    return track_(camera_, max_keyframes);
+  }
+
+  bool take(const CameraRefinement& refinement) {
+    if (!refinement.focal_observable) return false;
+    camera_ = refinement.camera;
+    is_refined_ = true;
+    return true;
+  }
+
+  // Near to the camera, by the beginning of the recording. False where no focal length gives a map.
+  bool approach() {
+    const Map* map = track(kEarlyKeyframes);
+    for (const double factor : {0.8, 1.25, 0.64, 1.56}) {
+      if (map) break;
+      camera_ = with_focal(start_, factor);
+      map = track(kEarlyKeyframes);
+    }
+    if (!map) {
+      camera_ = start_;
+      return false;
+    }
+    for (int i = 1; map; ++i) {
+      const CameraRefinement refinement = refine_camera(options_, camera_, *map);
+      if (!take(refinement) || std::abs(refinement.focal_change) < kEarlyChange || i == kMaxEarlyRuns) break;
+      map = track(kEarlyKeyframes);
+    }
+    return true;
+  }
+
+  // To where it stays, by all of the recording.
+  SelfCalibration finish(bool is_found) {
+    SelfCalibration result;
+    for (int i = 0; i < kMaxRuns; ++i) {
+      const Map* map = track(0);
+      if (!map) {
+        if (is_found) result.warnings = {"the camera could not be refined: the whole recording gives no map"};
+        return result;
+      }
+      result.last = refine_camera(options_, camera_, *map);
+      if (!result.last.focal_observable && is_refined_) {
+        // The beginning seemed to tell, all of it does not.
+        camera_ = start_;
+        is_refined_ = false;
+        continue;
+      }
+      if (!result.last.focal_observable) {
+        result.warnings.push_back(not_observable(result.last));
+        return result;
+      }
+      is_refined_ = true;
+      if (is_settled(result.last) || i + 1 == kMaxRuns) break;
+      camera_ = result.last.camera;
+    }
+    if (!is_settled(result.last)) {
+      result.warnings.push_back(
+          "the camera did not settle: what was refined last would still move the image's edge by " +
+          std::to_string(std::lround(result.last.max_shift_px)) + " px");
+    }
+    return result;
+  }
+
+  static bool is_settled(const CameraRefinement& r) {
+    return std::abs(r.focal_change) < kSettledChange && r.max_shift_px < kSettledShiftPx;
+  }
+
+  static std::string not_observable(const CameraRefinement& r) {
+    char text[240];
+    if (std::isfinite(r.focal_sigma)) {
+      std::snprintf(
+          text, sizeof text,
+          "the focal length is not observable in this motion (one standard deviation is %.1f %%): it "
+          "stays as it was given; views from more sides, and turned, would tell",
+          100 * r.focal_sigma);
+      return text;
+    }
+    return "the focal length is not observable in this motion: it stays as it was given; views from more "
+           "sides, and turned, would tell";
+  }
+
+  const CameraParameters start_;
+  CameraParameters camera_;
+  const CameraRefinementOptions& options_;
+  const TrackWithCamera& track_;
+  bool is_refined_ = false;
+  int runs_ = 0;
+};
+
+}  // namespace
+
+SelfCalibration calibrate_by_tracking(const CameraParameters& start, CalibrationSource source,
+                                      const CameraRefinementOptions& options, const TrackWithCamera& track) {
+  return Calibrator(start, options, track).run(source);
+}
+
+std::string doubt_of_calibration(const CameraRefinementOptions& options, const CameraParameters& camera,
+                                 const Map& map) {
+  const CameraRefinement r = refine_camera(options, camera, map);
+  if (!r.focal_observable || std::abs(r.focal_change) < kDoubtfulChange ||
+      std::abs(r.focal_change) < kDoubtfulSigmas * r.focal_sigma) {
+    return "";
+  }
+  char text[240];
+  std::snprintf(
+      text, sizeof text,
+      "the calibration is doubtful: the images fit a focal length of %.0f px better than the %.0f px "
+      "that were given (%+.0f %%); calibrate anew for this size of image, or try --refine-camera",
+      r.camera.fx, camera.fx, 100 * r.focal_change);
+  return text;
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,74 @@
+#include "mono_pose_tracker/tracking/self_calibration.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+#include "mono_pose_tracker/tracking/tracker.h"
+#include "support/simulated_room.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+// The whole way that track_sequence goes, on images: tracked with a focal length that is off, refined,
+// tracked again.
+class SelfCalibrationTest : public testing::Test {
+ protected:
+  static const SimulatedRoom& room() {
+    static const SimulatedRoom room = simulated_room(40, 2);
+    return room;
+  }
+
+  const Map* track(const CameraParameters& camera) {
+    tracker_ = std::make_unique<Tracker>(TrackerOptions(), CameraModel(camera), Tracker::Mapping::kInline);
+    for (const SimulatedFrame& frame : room().frames) tracker_->process(frame.stamp_ns, frame.image);
+    last_ = camera;
+    return tracker_->finish() ? &tracker_->map() : nullptr;
+  }
+
+  static CameraParameters off_by(double factor) {
+    CameraParameters camera = room().camera.parameters();
+    camera.fx *= factor;
+    camera.fy *= factor;
+    return camera;
+  }
+
+  std::unique_ptr<Tracker> tracker_;
+  CameraParameters last_;
+};
+
+TEST_F(SelfCalibrationTest, AFocalLengthThatIsOffIsFound) {
+  const SelfCalibration found =
+      calibrate_by_tracking(off_by(1.3), CalibrationSource::kGuessed, {},
+                            [&](const CameraParameters& camera, int) { return track(camera); });
+  EXPECT_EQ(found.source, CalibrationSource::kRefined);
+  EXPECT_NEAR(found.camera.fx / room().camera.parameters().fx, 1, 0.02) << "images of 320x240";
+  EXPECT_EQ(found.camera, last_) << "the results are of that camera";
+}
+
+TEST_F(SelfCalibrationTest, AWrongCalibrationIsDoubtedARightOneNot) {
+  EXPECT_EQ(doubt_of_calibration({}, room().camera.parameters(), *track(room().camera.parameters())), "");
+  const std::string doubt = doubt_of_calibration({}, off_by(1.25), *track(off_by(1.25)));
+  EXPECT_NE(doubt.find("doubtful"), std::string::npos) << doubt;
+}
+
+TEST(SelfCalibration, WithoutAnyMapTheGivenValueStays) {
+  CameraParameters camera = default_camera(SceneKind::kRoom, 320, 240);
+  int runs = 0;
+  const SelfCalibration found = calibrate_by_tracking(camera, CalibrationSource::kGuessed, {},
+                                                      [&](const CameraParameters& tried, int max_keyframes) {
+                                                        ++runs;
+                                                        if (max_keyframes == 0) {
+          EXPECT_EQ(tried, camera);
+        }
+                                                        return static_cast<const Map*>(nullptr);
+                                                      });
+  EXPECT_EQ(found.source, CalibrationSource::kGuessed);
+  EXPECT_EQ(found.camera, camera);
+  EXPECT_EQ(found.runs, runs);
+  EXPECT_EQ(runs, 6) << "four other focal lengths, and the given one for the report";
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
