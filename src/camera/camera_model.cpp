@@ -122,8 +122,8 @@ bool CameraModel::project(const Eigen::Vector3d& x_in_camera, Eigen::Vector2d* p
   }
   if (jacobian) *jacobian = Eigen::Vector2d(parameters_.fx, parameters_.fy).asDiagonal() * *jacobian;
   *pixel << parameters_.fx * distorted.x() + parameters_.cx, parameters_.fy * distorted.y() + parameters_.cy;
-  return pixel
-      ->allFinite();  // coefficients may be finite and still beyond what a double can raise to a power
+  // Coefficients may be finite and yet beyond what a double can hold once they are multiplied.
+  return pixel->allFinite();
 }
 
 }  // namespace mono_pose_tracker
