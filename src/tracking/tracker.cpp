@@ -291,7 +291,7 @@ KeyframeId Tracker::Impl::choose_reference(const TrackingMap& map, const Resecti
     if (n > most || (n == most && id > best)) most = n, best = id;
   };
   for (const KeyframeId id : local) consider(id);
-  if (most == 0) {  // relocalised elsewhere
+  if (most == 0 || frames_lost_ > 0) {  // relocalised, anywhere
     for (const auto& entry : map.keyframes) consider(entry.first);
   }
   return best;

@@ -57,6 +57,7 @@ bool Tracker::Impl::confirm(const Frame& frame, ResectionReport* resection) {
     return false;
   }
   if (worker_.latest()->map_id != tentative.map_id) go_back_to(tentative.map_id, true);
+  reference_ = reference;  // no longer where it was lost
   frames_[tentative.map_id].set(tentative.index,
                                 {tentative.stamp_ns, tentative.reference, tentative.camera_from_reference});
   return true;
