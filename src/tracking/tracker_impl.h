@@ -87,7 +87,7 @@ class Tracker::Impl {
   void bootstrap_beside(const Frame& frame, FrameReport* report);
   void go_back_to(std::uint32_t map_id, bool keep_present);
   void apply_corrections(const TrackingMap& map);
-  const TrackingMap* view_of(std::uint32_t map_id) const;
+  TrackingMapPtr view_of(std::uint32_t map_id) const;
   void accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
               FrameReport* report);
   void complete_map();

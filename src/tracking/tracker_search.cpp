@@ -7,11 +7,12 @@
 
 namespace mono_pose_tracker {
 
-const TrackingMap* Tracker::Impl::view_of(std::uint32_t map_id) const {
+// Held by whoever looks at it: the worker may publish the next meanwhile, and this one would be gone.
+TrackingMapPtr Tracker::Impl::view_of(std::uint32_t map_id) const {
   const auto other = others_.find(map_id);
-  if (other != others_.end()) return other->second.get();
+  if (other != others_.end()) return other->second;
   const TrackingMapPtr map = worker_.latest();
-  return map && map->map_id == map_id ? map.get() : nullptr;
+  return map && map->map_id == map_id ? map : nullptr;
 }
 
 // Looks for a lost frame all over the present map and those beside it, a few keyframes of each at a time.
@@ -32,7 +33,8 @@ bool Tracker::Impl::search(const Frame& frame, FrameReport* report) {
     if (frames_lost_ > 1 || report->reason_text.empty()) describe(best, report);
     return false;
   }
-  const TrackingMap& map = *view_of(map_id);
+  const TrackingMapPtr found_in = map_id == present->map_id ? present : others_.at(map_id);
+  const TrackingMap& map = *found_in;
   const KeyframeId reference = choose_reference(map, best);
   tentative_ = {map_id, frame.index, frame.stamp_ns, reference,
                 best.camera_from_map * map.keyframes.at(reference).camera_from_map.inverse()};
@@ -45,7 +47,7 @@ bool Tracker::Impl::search(const Frame& frame, FrameReport* report) {
 // Whether this frame is found near where the one before was found by descriptors alone.
 bool Tracker::Impl::confirm(const Frame& frame, ResectionReport* resection) {
   const Tentative tentative = *std::exchange(tentative_, std::nullopt);
-  const TrackingMap* map = view_of(tentative.map_id);
+  const TrackingMapPtr map = view_of(tentative.map_id);
   Rigid3 reference_from_map;
   if (!map || !map->camera_from_map(tentative.reference, &reference_from_map)) return false;
   const KeyframeId reference =
