@@ -14,6 +14,9 @@ namespace {
 // m: no camera sees less, and the estimators' own least steps are some orders below.
 constexpr double kLeastLength = 1e-6;
 
+// Radians: below is what doubles leave of a bearing.
+constexpr double kLeastThreshold = 1e-12;
+
 // The map's first two keyframes, and as many round the camera as hold its pose.
 constexpr int kFewestKeyframes = 10;
 
@@ -21,7 +24,8 @@ constexpr int kFewestKeyframes = 10;
 
 RansacOptions TrackerOptions::ransac(double focal_px) const {
   RansacOptions ransac;
-  ransac.threshold = inlier_threshold_px / focal_px;
+  // Whatever a calibration says of the focal length: the estimators take errors up to half a radian.
+  ransac.threshold = std::clamp(inlier_threshold_px / focal_px, kLeastThreshold, 0.5);
   ransac.confidence = confidence;
   ransac.max_iterations = max_iterations;
   ransac.min_iterations = std::min(ransac.min_iterations, max_iterations);

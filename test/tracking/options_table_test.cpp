@@ -215,6 +215,13 @@ TEST(OptionsTable, SaysWhatIsNoYaml) {
   EXPECT_THROW(read_options_yaml("/nowhere/tracker.yaml", &options), std::runtime_error);
 }
 
+TEST(OptionsTable, NoFocalLengthMakesTheEstimatorsRefuse) {
+  for (const double focal_px : {1e-30, 0.1, 1.0, 500.0, 1e30}) {
+    EXPECT_NO_THROW(TrackerOptions().ransac(focal_px).validate()) << focal_px;
+  }
+  EXPECT_DOUBLE_EQ(TrackerOptions().ransac(500).threshold, TrackerOptions().inlier_threshold_px / 500);
+}
+
 TEST(OptionsTable, ValidateListsAllAtOnce) {
   TrackerOptions options;
   options.inlier_threshold_px = -1;
