@@ -1,6 +1,7 @@
 #include "mono_pose_tracker/mapping/contradiction.h"
 
 #include <algorithm>
+#include <iterator>
 #include <vector>
 
 #include "mono_pose_tracker/features/matching.h"
@@ -11,40 +12,66 @@ namespace {
 
 // px at 640 px width or less: beyond what noise, a lens model and the drift of a young pose leave over.
 constexpr double kElsewhere = 6;
+constexpr double kAlike = 0.6;  // distance of unit descriptors, as for an observation to its landmark
 // Fewer matches, or fewer that contradict, are chance: a repeated texture gives several wrong ones at once.
 constexpr int kMinMatches = 30, kMinContradicting = 8;
 
+// Whether a feature like the landmark's is where the landmark should be: then the match is one of those that
+// a repeated pattern gives, and says nothing.
+bool is_there_too(const ImageFeatures& image, const std::uint8_t* descriptor,
+                  const Eigen::Vector3d& x_in_camera, double limit_px) {
+  for (int f = 0; f < image.size(); ++f) {
+    if (image.set.bearings[f].dot(x_in_camera) <= 0 ||
+        reprojection_error(image, f, x_in_camera).norm() > limit_px) {
+      continue;
+    }
+    if (descriptor_distance2(descriptor, image.set.descriptor(f)) < stored_distance2(kAlike)) return true;
+  }
+  return false;
+}
+
 Contradiction compare(const Map& map, const Keyframe& first, const Keyframe& second,
-                      const MatchOptions& matching, double limit_px) {
+                      const CameraModel& camera, const MatchOptions& matching) {
+  const double limit_px = kElsewhere * std::max(1.0, camera.width() / 640.0);
   Contradiction result;
   result.frame_index = second.frame_index;
   for (const Match& m :
        match_descriptors(first.image->set.descriptors, second.image->set.descriptors, matching)) {
     const Landmark* landmark = map.landmark(first.landmark_of_feature[m.first]);
     if (!landmark) continue;
-    ++result.matches;
     const Eigen::Vector3d x_in_second = second.camera_from_map * landmark->x_in_map;
-    result.contradicting += x_in_second.dot(second.image->set.bearings[m.second]) <= 0 ||
-                            reprojection_error(*second.image, m.second, x_in_second).norm() > limit_px;
+    Eigen::Vector2d pixel;
+    // What should be out of view is not seen: this is another one like it.
+    if (!camera.project(x_in_second, &pixel) || !camera.in_image(pixel)) continue;
+    ++result.matches;
+    if (reprojection_error(*second.image, m.second, x_in_second).norm() <= limit_px) continue;
+    result.contradicting +=
+        !is_there_too(*second.image, first.image->set.descriptor(m.first), x_in_second, limit_px);
   }
+  const bool is_chance = result.matches < kMinMatches || result.contradicting < kMinContradicting;
+  if (is_chance) result.contradicting = 0;
   return result;
 }
 
 }  // namespace
 
-Contradiction worst_contradiction(const Map& map, const MatchOptions& matching, int image_width) {
+Contradiction worst_contradiction(const Map& map, const CameraModel& camera, const MatchOptions& matching) {
   std::vector<const Keyframe*> in_time;
   for (const auto& entry : map.keyframes()) in_time.push_back(&entry.second);
   std::sort(in_time.begin(), in_time.end(),
             [](const Keyframe* a, const Keyframe* b) { return a->frame_index < b->frame_index; });
-  const double limit_px = kElsewhere * std::max(1.0, image_width / 640.0);
   Contradiction worst;
   for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
-    const Contradiction here = compare(map, *in_time[i], *in_time[i + 1], matching, limit_px);
-    if (here.matches < kMinMatches || here.contradicting < kMinContradicting) continue;
+    const Contradiction here = compare(map, *in_time[i], *in_time[i + 1], camera, matching);
     if (here.share() > worst.share()) worst = here;
   }
   return worst;
+}
+
+Contradiction newest_contradiction(const Map& map, const CameraModel& camera, const MatchOptions& matching) {
+  if (map.keyframes().size() < 2) return {};
+  const auto newest = std::prev(map.keyframes().end());
+  return compare(map, std::prev(newest)->second, newest->second, camera, matching);
 }
 
 }  // namespace mono_pose_tracker

@@ -120,6 +120,7 @@ void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
   places_ = std::make_shared<KeyframePlaces>();
   left_out_.clear();
   forget_loops();
+  watch_.reset();
   epoch_ = epoch;
   map_id_ = epoch + 1;
   std::vector<KeyframeId> ids;
@@ -162,6 +163,7 @@ void Mapper::restore_beside(Map map, std::uint32_t epoch) {
   places_ = std::make_shared<KeyframePlaces>();
   left_out_.clear();
   forget_loops();
+  watch_.reset();
   epoch_ = epoch;
   map_id_ = epoch + 1;
   publish();
@@ -192,6 +194,7 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   cull_young_landmarks(id);
   cull_keyframes(id);
   cap_keyframes(id);
+  if (options_.watches_rigidity && waiting == 0) watch_.ask(map_, camera_, options_.matching);
   if (waiting == 0 && !is_cancelled()) join_where_met(map_.keyframes().rbegin()->first);
   publish();
 }
@@ -470,6 +473,7 @@ void Mapper::publish() {
   view->epoch = epoch_;
   view->map_id = map_id_;
   view->corrections = corrections_;
+  view->doubt = watch_.doubt();
   places_->follow(map_);
   view->places = places_;
   view->scale_source = map_.scale_source();

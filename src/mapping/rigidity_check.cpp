@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <vector>
 
 #include "mono_pose_tracker/common/median.h"
@@ -160,8 +161,11 @@ double covariance_factor(const std::vector<Witness>& witnesses) {
 
 RigidityReport check_rigidity(const Map& map, int image_width, const RigidityOptions& options) {
   std::vector<Witness> witnesses;
-  for (const auto& entry : map.keyframes()) {
-    Witness witness = hear(map, entry.second, options.min_landmarks);
+  const auto size = static_cast<int>(map.keyframes().size());
+  const int passed_over = options.newest > 0 ? std::max(0, size - options.newest) : 0;
+  for (auto entry = std::next(map.keyframes().begin(), passed_over); entry != map.keyframes().end();
+       ++entry) {
+    Witness witness = hear(map, entry->second, options.min_landmarks);
     if (witness.mixed.is_known) witnesses.push_back(std::move(witness));
   }
   RigidityReport report;

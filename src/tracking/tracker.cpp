@@ -69,6 +69,10 @@ void Tracker::Impl::finish_report(FrameReport* report) {
       report->corrections += correction->into_map == present_map_ && correction->sequence <= corrections_;
     }
     report_corrections(*map, report);
+    if (report->map_from_camera && report->reason == Reason::kOk && !map->doubt.empty()) {
+      report->reason = Reason::kNotRigid;
+      report->reason_text = map->doubt;
+    }
     if (std::exchange(reported_revision_, map->revision) != map->revision) {
       report->stages.insert(report->stages.end(), map->stages.begin(), map->stages.end());
     }

@@ -179,7 +179,7 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.snapshot = snapshot_of(worker_.mapper().tracking_map());
   map.seam = weakest_seam(map.map);
   map.depth_evidence = depth_evidence(options_.bundle, map.map);
-  map.contradiction = worst_contradiction(map.map, options_.matching, camera_.width());
+  map.contradiction = worst_contradiction(map.map, camera_, options_.matching);
   map.confirmed = !unconfirmed_ && map.seam.points >= kMinSeamPoints &&
                   map.depth_evidence >= kMinDepthEvidence && map.contradiction.share() < kMaxContradicting;
   return map;

@@ -41,6 +41,7 @@ MapperOptions TrackerOptions::mapper(double focal_px) const {
                        bundle,
                        ransac(focal_px),
                        resection.min_inliers,
+                       true,
                        segmentation.body == "turning"};
   return mapper;
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <string>
 #include <unordered_map>
 #include <vector>
 
@@ -37,6 +38,7 @@ struct TrackingMap {
   std::map<KeyframeId, KeyframeLink> removed_keyframes;
   ScaleSource scale_source = ScaleSource::kMapUnits;
   std::shared_ptr<const PlaceFinder> places;  // null: none is kept
+  std::string doubt;  // what speaks against the newest keyframes (mapping/rigidity_watch.h); empty: nothing
   MapCorrections corrections;                 // all that were ever made, of this map and others
   StageTimes stages;                          // of the change that this map is the result of
 

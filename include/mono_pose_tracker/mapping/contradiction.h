@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
 
@@ -23,7 +24,10 @@ constexpr double kMaxContradicting = 1.0 / 7;
 
 /// The worst pair of keyframes that follow each other in time. Observations are not asked, since a map keeps
 /// only those that agree with it: features are matched anew, and where a matched landmark should be seen is
-/// compared with where it is.
-Contradiction worst_contradiction(const Map& map, const MatchOptions& matching, int image_width);
+/// compared with where it is. A repeated pattern is seen elsewhere and where it should be: it says nothing.
+Contradiction worst_contradiction(const Map& map, const CameraModel& camera, const MatchOptions& matching);
+
+/// The same of the newest keyframe and the one before it.
+Contradiction newest_contradiction(const Map& map, const CameraModel& camera, const MatchOptions& matching);
 
 }  // namespace mono_pose_tracker

@@ -15,6 +15,7 @@
 #include "mono_pose_tracker/mapping/loop_finder.h"
 #include "mono_pose_tracker/mapping/map_joiner.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
+#include "mono_pose_tracker/mapping/rigidity_watch.h"
 
 namespace mono_pose_tracker {
 
@@ -126,6 +127,7 @@ class Mapper {
   std::uint64_t loop_ticket_ = 0;  // of what is done aside: that of an earlier map has another
   Aside aside_;
   std::vector<ClosedLoop> loops_;
+  RigidityWatch watch_;
   StageTimes stages_;  // of the change under way
   TrackingMapPtr tracking_map_;
 };

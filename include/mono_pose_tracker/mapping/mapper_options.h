@@ -44,6 +44,7 @@ struct MapperOptions {
   BundleOptions bundle;
   RansacOptions ransac;            // threshold in radians
   int min_inliers = 15;            // of a pose that ties two keyframes
+  bool watches_rigidity = true;    // live; a recording is checked as a whole when it ends
   bool separates_motions = false;  // leaves out what moves otherwise than the body, all together
 };
 

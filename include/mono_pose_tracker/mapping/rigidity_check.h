@@ -19,6 +19,7 @@ struct RigidityReport {
 
 struct RigidityOptions {
   int stretch = 10;        // keyframes in a row whose median counts: one may be blurred or badly matched
+  int newest = 0;          // only so many of the newest keyframes are asked; 0: all
   int min_keyframes = 4;   // fewer in a map: nothing can be said
   int min_landmarks = 20;  // of a part
   // Below this a disagreement is what a calibration and a lens model leave over, however significant many

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/mapping/mapper_options.h"
+
+namespace mono_pose_tracker {
+
+/// Asks of a live map, once a second at most, what is asked of a finished one: whether its newest keyframes
+/// contradict each other (contradiction.h) or parts of what they see do (rigidity_check.h).
+class RigidityWatch {
+ public:
+  /// After the newest keyframe has come into the map.
+  void ask(const Map& map, const CameraModel& camera, const MatchOptions& matching);
+  /// What was found the last time; empty: nothing.
+  const std::string& doubt() const { return doubt_; }
+  void reset() { *this = RigidityWatch(); }
+
+ private:
+  bool has_asked_ = false;
+  std::int64_t asked_ns_ = 0;  // stamp of the newest keyframe then
+  std::string doubt_;
+};
+
+}  // namespace mono_pose_tracker

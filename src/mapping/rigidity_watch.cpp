@@ -1,0 +1,42 @@
+#include "mono_pose_tracker/mapping/rigidity_watch.h"
+
+#include <cstdio>
+
+#include "mono_pose_tracker/mapping/contradiction.h"
+#include "mono_pose_tracker/mapping/rigidity_check.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr std::int64_t kPeriod = 1000000000;  // ns
+
+std::string doubt_about(const Map& map, const CameraModel& camera, const MatchOptions& matching) {
+  char text[160] = "";
+  const Contradiction contradiction = newest_contradiction(map, camera, matching);
+  if (contradiction.share() >= kMaxContradicting) {
+    std::snprintf(text, sizeof text, "%d of %d points are seen elsewhere than the map has them",
+                  contradiction.contradicting, contradiction.matches);
+    return text;
+  }
+  RigidityOptions options;
+  options.newest = options.stretch;
+  const RigidityReport rigidity = check_rigidity(map, camera.width(), options);
+  if (rigidity.is_rigid) return text;
+  std::snprintf(text, sizeof text, "the poses that the %s landmarks give are %.1f px apart",
+                rigidity.parts.c_str(), rigidity.disagreement_px);
+  return text;
+}
+
+}  // namespace
+
+void RigidityWatch::ask(const Map& map, const CameraModel& camera, const MatchOptions& matching) {
+  if (map.keyframes().empty()) return;
+  const std::int64_t newest_ns = map.keyframes().rbegin()->second.stamp_ns;
+  if (has_asked_ && newest_ns - asked_ns_ < kPeriod && newest_ns >= asked_ns_) return;
+  has_asked_ = true;
+  asked_ns_ = newest_ns;
+  doubt_ = doubt_about(map, camera, matching);
+}
+
+}  // namespace mono_pose_tracker
