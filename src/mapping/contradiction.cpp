@@ -63,7 +63,7 @@ Contradiction worst_contradiction(const Map& map, const CameraModel& camera, con
   Contradiction worst;
   for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
     const Contradiction here = compare(map, *in_time[i], *in_time[i + 1], camera, matching);
-    if (here.share() > worst.share()) worst = here;
+    if (i == 0 || here.share() > worst.share()) worst = here;
   }
   return worst;
 }

@@ -1,7 +1,9 @@
 // The part of the Mapper that keeps several maps and joins them where they meet.
 
 #include <algorithm>
+#include <map>
 #include <utility>
+#include <vector>
 
 #include "keyframe_places.h"
 #include "mono_pose_tracker/mapping/mapper.h"
@@ -31,6 +33,39 @@ int points_across(const Map& map, KeyframeId first_new) {
     count += seen.size() > 1 && seen.front().keyframe < first_new && seen.back().keyframe >= first_new;
   }
   return count;
+}
+
+// Keyframes of one image that both maps had, the old map's and the new one's.
+std::vector<std::pair<KeyframeId, KeyframeId>> same_images(const Map& map, KeyframeId first_new) {
+  std::map<std::int64_t, KeyframeId> old_of_frame;
+  std::vector<std::pair<KeyframeId, KeyframeId>> pairs;
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    if (id < first_new) {
+      old_of_frame[keyframe.frame_index] = id;
+      continue;
+    }
+    const auto old = old_of_frame.find(keyframe.frame_index);
+    if (old == old_of_frame.end()) continue;
+    // Other features: the object was seen otherwise.
+    if (map.keyframe(old->second)->image->size() == keyframe.image->size())
+      pairs.emplace_back(old->second, id);
+  }
+  return pairs;
+}
+
+// What two keyframes of one image see is the same, feature by feature; one of them is enough.
+void unite(KeyframeId old_id, KeyframeId new_id, Map* map) {
+  const std::vector<LandmarkId> of_new = map->keyframe(new_id)->landmark_of_feature;
+  for (std::size_t f = 0; f < of_new.size(); ++f) {
+    if (of_new[f] == kNoLandmark) continue;
+    const LandmarkId held = map->keyframe(old_id)->landmark_of_feature[f];
+    if (held == kNoLandmark) {
+      map->add_observation(of_new[f], old_id, static_cast<int>(f));
+    } else {
+      map->merge_landmarks(of_new[f], held);
+    }
+  }
+  map->remove_keyframe(new_id, old_id);
 }
 
 }  // namespace
@@ -153,6 +188,11 @@ bool Mapper::join(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
     for (const auto& [feature, landmark] : tie.location.matches) {
       joined.add_observation(landmark, tie.keyframe + added.keyframes, feature);
     }
+  }
+  for (const auto& [old_id, new_id] : same_images(joined, added.keyframes)) {
+    unite(old_id, new_id, &joined);
+    std::replace(seam.begin(), seam.end(), new_id, old_id);
+    seam.push_back(old_id);
   }
   left_out_.clear();  // of ids that are no longer
   Map apart = std::exchange(map_, std::move(joined));

@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
+#include <set>
+#include <utility>
 
 #include "mono_pose_tracker/mapping/mapper.h"
 #include "mono_pose_tracker/tracking/resector.h"
@@ -23,8 +26,13 @@ class MapperJoiningTest : public testing::Test {
     return SyntheticScene(points, random);
   }
 
+  // An image is the same whoever looks at it.
   Frame frame(int i, std::vector<int>* point_of = nullptr) {
-    return synthetic_frame(scene_, camera_, pose(i), kNoise, i, random_, point_of);
+    auto [image, is_new] = images_.try_emplace(i);
+    auto& [frame, points] = image->second;
+    if (is_new) frame = synthetic_frame(scene_, camera_, pose(i), kNoise, i, random_, &points);
+    if (point_of) *point_of = points;
+    return frame;
   }
   static Rigid3 pose(int i) { return camera_at({0.2 * i, 0, 0}); }
 
@@ -48,7 +56,7 @@ class MapperJoiningTest : public testing::Test {
     return map;
   }
 
-  void insert(int i) {
+  void insert(int i, int waiting = 0) {
     const TrackingMapPtr map = mapper_.tracking_map();
     const KeyframeView& newest = map->keyframes.rbegin()->second;
     KeyframeCandidate candidate;
@@ -60,7 +68,7 @@ class MapperJoiningTest : public testing::Test {
     candidate.camera_from_reference = report.camera_from_map * newest.camera_from_map.inverse();
     candidate.observations = report.observations;
     candidate.corrections = map->corrections.size();
-    mapper_.insert(candidate);
+    mapper_.insert(candidate, waiting);
   }
 
   // How far the distances between all keyframes are off, over the longest, once their unit is the truth's.
@@ -80,6 +88,7 @@ class MapperJoiningTest : public testing::Test {
     return worst / longest;
   }
 
+  std::map<int, std::pair<Frame, std::vector<int>>> images_;
   Random random_{23};
   TrackerOptions options_;
   CameraModel camera_ = synthetic_camera();
@@ -136,6 +145,25 @@ TEST_F(MapperJoiningTest, TheOlderMapsFrameStaysWhicheverIsTracked) {
   mapper_.map().check();
   const Rigid3 after = joined->keyframes.begin()->second.camera_from_map;
   EXPECT_LT((before.inverse().translation - after.inverse().translation).norm(), 0.01);
+  mapper_.finish();
+  EXPECT_LT(worst_distance_error(), 0.01);
+}
+
+// Gaps are filled from both sides, so that two maps may come to have the same images.
+TEST_F(MapperJoiningTest, AnImageOfBothMapsIsOneKeyframeOfTheJoinedOne) {
+  mapper_.initialize(initial_map(0, 2), 0);
+  for (int i = 4; i <= 24; i += 2) insert(i);
+  mapper_.begin_beside(initial_map(50, 48), 1);
+  for (int i = 46; i >= 20; i -= 2) insert(i, 1);  // maps are not joined while others wait
+  ASSERT_EQ(mapper_.kept_maps().size(), 1u);
+  insert(18);
+  ASSERT_TRUE(mapper_.kept_maps().empty()) << "they were never joined";
+  EXPECT_TRUE(mapper_.map().removed_keyframes().size() >= 3) << "24, 22 and 20 were in both";
+  std::set<std::int64_t> frames;
+  for (const auto& [id, keyframe] : mapper_.map().keyframes()) {
+    EXPECT_TRUE(frames.insert(keyframe.frame_index).second) << keyframe.frame_index;
+  }
+  mapper_.map().check();
   mapper_.finish();
   EXPECT_LT(worst_distance_error(), 0.01);
 }
