@@ -8,6 +8,7 @@
 
 #include "epipolar_matcher.h"
 #include "keyframe_places.h"
+#include "known_baseline.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/mapping/projection_matcher.h"
@@ -308,6 +309,7 @@ void Mapper::create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& 
     if (is_cancelled()) return;
     const Keyframe& first = *map_.keyframe(newest);
     const Keyframe& second = *map_.keyframe(n);
+    if (!is_baseline_known(map_, first, second)) continue;
     guided.max_error_rad = options_.mapping.max_reprojection_px /
                            std::min(first.image->camera.focal(), second.image->camera.focal());
     const Rigid3 second_from_first = second.camera_from_map * first.camera_from_map.inverse();

@@ -189,7 +189,8 @@ bool Mapper::join(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
       joined.add_observation(landmark, tie.keyframe + added.keyframes, feature);
     }
   }
-  for (const auto& [old_id, new_id] : same_images(joined, added.keyframes)) {
+  const auto united = same_images(joined, added.keyframes);
+  for (const auto& [old_id, new_id] : united) {
     unite(old_id, new_id, &joined);
     std::replace(seam.begin(), seam.end(), new_id, old_id);
     seam.push_back(old_id);
@@ -197,7 +198,7 @@ bool Mapper::join(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
   left_out_.clear();  // of ids that are no longer
   Map apart = std::exchange(map_, std::move(joined));
   adjust_seam(seam);
-  if (points_across(map_, added.keyframes) < options_.min_inliers) {
+  if (united.empty() && points_across(map_, added.keyframes) < options_.min_inliers) {
     map_ = std::move(apart);
     return false;
   }
