@@ -26,6 +26,13 @@ TEST(LiveOptions, TheDescriptionIsTheTable) {
       EXPECT_EQ(least, static_cast<int>(entry.min)) << entry.key;
       EXPECT_EQ(most, static_cast<int>(entry.max)) << entry.key;
       EXPECT_EQ(standard, **value) << entry.key;
+    } else if (const auto truth = std::get_if<bool*>(&entry.value)) {
+      bool least = true, most = false, standard = !**truth;
+      ASSERT_TRUE(ConfigTools::getParameter(description.min, entry.key, least)) << entry.key;
+      ASSERT_TRUE(ConfigTools::getParameter(description.max, entry.key, most)) << entry.key;
+      ASSERT_TRUE(ConfigTools::getParameter(description.dflt, entry.key, standard)) << entry.key;
+      EXPECT_TRUE(!least && most) << entry.key;
+      EXPECT_EQ(standard, **truth) << entry.key;
     } else {
       const auto number = std::get_if<double*>(&entry.value);
       double least = -1, most = -1, standard = -1;
