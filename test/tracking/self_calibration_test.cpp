@@ -60,8 +60,8 @@ TEST(SelfCalibration, WithoutAnyMapTheGivenValueStays) {
                                                       [&](const CameraParameters& tried, int max_keyframes) {
                                                         ++runs;
                                                         if (max_keyframes == 0) {
-          EXPECT_EQ(tried, camera);
-        }
+                                                          EXPECT_EQ(tried, camera);
+                                                        }
                                                         return static_cast<const Map*>(nullptr);
                                                       });
   EXPECT_EQ(found.source, CalibrationSource::kGuessed);

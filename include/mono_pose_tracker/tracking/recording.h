@@ -40,7 +40,7 @@ struct RecordingResult {
   std::vector<PosedFrame> trajectory;         // after the last optimisation, by index
   /// All that could not be joined and in which a frame is posed; the trajectory is the first's.
   std::vector<FinishedMap> maps;
-  std::vector<ClosedLoop> loops;              // in any of the maps
+  std::vector<ClosedLoop> loops;  // in any of the maps
   std::int64_t frames_posed_live = 0;
   std::int64_t frames_doubtful = 0;  // of these: DOUBTFUL_POSE
   std::map<std::string, std::vector<double>> stage_ms;
