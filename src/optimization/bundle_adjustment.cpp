@@ -14,6 +14,7 @@
 #include "cancel_callback.h"
 #include "mono_pose_tracker/optimization/point_adjustment.h"
 #include "reprojection.h"
+#include "solver_log.h"
 
 namespace mono_pose_tracker {
 
@@ -152,6 +153,7 @@ class CeresBundle {
     solver.function_tolerance = options.function_tolerance;
     solver.num_threads = options.num_threads;
     solver.logging_type = ceres::SILENT;
+    silence_solver_log();
     if (options.cancel) solver.callbacks.push_back(cancel);
 #if CERES_VERSION_MAJOR < 2
     solver.evaluation_callback = &update_;

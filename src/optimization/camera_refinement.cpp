@@ -17,6 +17,7 @@
 #include "mono_pose_tracker/camera/calibrating_camera.h"
 #include "pose_parameterization.h"
 #include "reduced_system.h"
+#include "solver_log.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -221,6 +222,7 @@ bool solve(const BundleOptions& options, const CalibratingCamera& start, const A
   solver.max_trust_region_radius = kMaxTrustRegionRadius;
   solver.num_threads = options.num_threads;
   solver.logging_type = ceres::SILENT;
+  silence_solver_log();
   CancelCallback cancel(options.cancel);
   if (options.cancel) solver.callbacks.push_back(&cancel);
   ceres::Solver::Summary summary;

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "cancel_callback.h"
+#include "solver_log.h"
 
 namespace mono_pose_tracker {
 
@@ -178,6 +179,7 @@ ceres::Solver::Summary solve(const PoseGraphOptions& options, const PoseGraph& g
   solver.function_tolerance = options.function_tolerance;
   solver.max_trust_region_radius = kMaxTrustRegionRadius;
   solver.logging_type = ceres::SILENT;
+  silence_solver_log();
   if (options.cancel) solver.callbacks.push_back(cancel);
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &problem, &summary);

@@ -1,5 +1,6 @@
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 
+#include <glog/logging.h>
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -308,6 +309,15 @@ TEST(BundleAdjustment, OptionsOutOfRangeAreNamed) {
   } catch (const std::invalid_argument& e) {
     EXPECT_NE(std::string(e.what()).find("max_iterations"), std::string::npos);
   }
+}
+
+// Ceres warns through glog of steps that it takes back: nobody at a terminal can do anything about them.
+TEST(BundleAdjustment, WarningsOfTheSolverReachNoTerminal) {
+  BundleProblem problem = scene(3, 20, 0.3, 9);
+  adjust_bundle(BundleOptions(), &problem);
+  testing::internal::CaptureStderr();
+  LOG(WARNING) << "Linear solver failure";
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
 }  // namespace
