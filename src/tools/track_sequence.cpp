@@ -4,40 +4,33 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <deque>
 #include <filesystem>
 #include <iostream>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <optional>
-#include <set>
 #include <stdexcept>
 #include <thread>
 
 #include "command_line.h"
 #include "mono_pose_tracker/camera/camera_guess.h"
 #include "mono_pose_tracker/common/calibration_source.h"
-#include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
-#include "mono_pose_tracker/io/colmap.h"
 #include "mono_pose_tracker/io/image_decoding.h"
 #include "mono_pose_tracker/io/map_file.h"
-#include "mono_pose_tracker/io/overview.h"
-#include "mono_pose_tracker/io/ply.h"
 #include "mono_pose_tracker/io/trajectory.h"
-#include "mono_pose_tracker/io/undistortion.h"
 #include "mono_pose_tracker/ros/bag_image_source.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "mono_pose_tracker/tracking/recording.h"
 #include "mono_pose_tracker/tracking/self_calibration.h"
-#include "pipeline/time_statistics.h"
 #include "progress_bar.h"
+#include "results/mask_record.h"
+#include "results/recording_files.h"
+#include "results/report.h"
 
 namespace {
 
@@ -166,12 +159,6 @@ CameraParameters camera_of(const Arguments& a) {
       "no calibration: give --camera, the YAML that camera_calibration writes, or --hfov, a guess");
 }
 
-void make_folder(const fs::path& path) {
-  std::error_code error;
-  fs::create_directories(path, error);
-  if (error) throw std::runtime_error(path.string() + ": cannot be made (" + error.message() + ")");
-}
-
 // An unwritable folder is found before the work, and no trajectory of an earlier run is taken for this one's.
 void make_output_folder(const std::string& path) {
   make_folder(path);
@@ -209,318 +196,6 @@ void check_map_folder(const std::string& path) {
     throw std::runtime_error(path + ": cannot be written (" + folder.string() + " is no folder)");
   }
   require_regular_file(path);
-}
-
-struct MapStatistics {
-  double mean_track_length = 0;
-  double reprojection_rms_px = 0;
-};
-
-MapStatistics map_statistics(const Map& map) {
-  double observations = 0, sum = 0;
-  for (const auto& [id, landmark] : map.landmarks()) {
-    for (const Observation& o : landmark.observations) {
-      const Keyframe& keyframe = *map.keyframe(o.keyframe);
-      sum += reprojection_error(*keyframe.image, o.feature, keyframe.camera_from_map * landmark.x_in_map)
-                 .squaredNorm();
-      ++observations;
-    }
-  }
-  if (observations == 0) return {};
-  return {observations / map.landmarks().size(), std::sqrt(sum / observations)};
-}
-
-using PixelChange = std::function<Eigen::Vector2d(const Eigen::Vector2d&)>;
-
-void write_map_for_colmap(const std::string& folder, const CameraParameters& camera, const Map& map,
-                          const std::vector<PosedFrame>& trajectory,
-                          const std::map<std::int64_t, std::string>& names, const PixelChange& changed) {
-  std::set<std::int64_t> written;
-  for (const PosedFrame& frame : trajectory) written.insert(frame.index);
-  std::vector<ColmapPoint> points;
-  std::map<LandmarkId, int> index_of;
-  for (const LandmarkId id : map.landmark_ids()) {
-    const Landmark& landmark = *map.landmark(id);
-    // Of a loaded map, what only earlier runs have seen has no image here.
-    if (std::none_of(landmark.observations.begin(), landmark.observations.end(), [&](const Observation& o) {
-          return written.count(map.keyframe(o.keyframe)->frame_index) > 0;
-        })) {
-      continue;
-    }
-    ColmapPoint point;
-    point.x_in_map = landmark.x_in_map;
-    for (const Observation& o : landmark.observations) {
-      const Keyframe& keyframe = *map.keyframe(o.keyframe);
-      point.error_px +=
-          reprojection_error(*keyframe.image, o.feature, keyframe.camera_from_map * landmark.x_in_map)
-              .norm() /
-          landmark.observations.size();
-    }
-    const Observation& first = landmark.observations.front();
-    const cv::Vec3b& rgb = map.keyframe(first.keyframe)->image->color_rgb[first.feature];
-    point.r = rgb[0], point.g = rgb[1], point.b = rgb[2];
-    index_of[id] = static_cast<int>(points.size());
-    points.push_back(point);
-  }
-  std::map<std::int64_t, const Keyframe*> keyframe_of;
-  for (const auto& entry : map.keyframes()) keyframe_of[entry.second.frame_index] = &entry.second;
-  std::vector<ColmapImage> images;
-  for (const PosedFrame& frame : trajectory) {
-    ColmapImage image;
-    image.name = names.at(frame.index);
-    image.camera_from_map = frame.map_from_camera.inverse();
-    const auto keyframe = keyframe_of.find(frame.index);
-    if (keyframe != keyframe_of.end()) {
-      const Keyframe& k = *keyframe->second;
-      for (int f = 0; f < k.image->size(); ++f) {
-        const LandmarkId l = k.landmark_of_feature[f];
-        if (l != kNoLandmark) {
-          image.observations.push_back(
-              {changed(k.image->set.features[f].pixel.cast<double>()), index_of.at(l)});
-        }
-      }
-    }
-    images.push_back(std::move(image));
-  }
-  write_colmap_text(folder, camera, images, points);
-}
-
-// The masks in force, by the frames' indices, packed; and what they say of the recording.
-class MaskRecord {
- public:
-  explicit MaskRecord(bool keep) : keep_(keep) {}
-
-  void add(std::int64_t index, const FrameReport& report) {
-    ++frames_[report.segmentation];
-    if (report.mask.empty()) return;
-    share_ += cv::countNonZero(report.mask) / static_cast<double>(report.mask.total());
-    ++masks_;
-    if (keep_) cv::imencode(".png", report.mask, packed_[index]);
-  }
-
-  /// Empty where there was none.
-  cv::Mat mask(std::int64_t index) const {
-    const auto packed = packed_.find(index);
-    return packed == packed_.end() ? cv::Mat() : cv::imdecode(packed->second, cv::IMREAD_GRAYSCALE);
-  }
-
-  nlohmann::ordered_json summary() const {
-    std::string method = "none";  // that most frames with a mask had
-    int most = 0;
-    for (const auto& [name, frames] : frames_) {
-      if (name != "none" && frames > most) method = name, most = frames;
-    }
-    return {{"method", method},
-            {"frames", masks_},
-            {"mean_foreground_share", masks_ > 0 ? share_ / masks_ : 1.0}};
-  }
-
- private:
-  const bool keep_;
-  std::map<std::string, int> frames_;
-  std::map<std::int64_t, std::vector<std::uint8_t>> packed_;
-  double share_ = 0;
-  int masks_ = 0;
-};
-
-void write_image(const fs::path& path, const cv::Mat& image) {
-  make_folder(path.parent_path());
-  bool written = false;
-  try {
-    written = cv::imwrite(path.string(), image);
-  } catch (const cv::Exception&) {
-  }
-  if (!written) throw std::runtime_error(path.string() + ": cannot be written");
-}
-
-// Image files keep their names; frames of videos and bags, which are numbered, become PNG files.
-std::string image_file_of(const std::string& name) {
-  return fs::path(name).has_extension() ? name : name + ".png";
-}
-
-void for_each_image(const Recording& recording, const RecordingResult& result,
-                    const std::function<void(std::int64_t, const SourceImage&)>& visit) {
-  const std::unique_ptr<ImageSource> source = recording.open();
-  for (std::int64_t index = 0; index < result.frames_total;) {
-    const SourceImage image = source->next();
-    if (image.kind == SourceImage::Kind::kEnd) return;
-    if (image.kind == SourceImage::Kind::kImage) visit(index++, image);
-  }
-}
-
-void write_masks(const fs::path& folder, const Recording& recording, const RecordingResult& result,
-                 const MaskRecord& masks) {
-  make_folder(folder);
-  std::set<fs::path> written;
-  for_each_image(recording, result, [&](std::int64_t index, const SourceImage& image) {
-    const cv::Mat mask = masks.mask(index);
-    if (mask.empty()) return;
-    fs::path name = fs::path(image.name).replace_extension(".png");
-    if (!written.insert(name).second) name = image.name + ".png";  // a.png and a.jpg
-    write_image(folder / name, mask);
-  });
-}
-
-// A workspace of COLMAP's dense stage: images, masks (0 = ignore; COLMAP appends .png to the image's name),
-// the model in sparse, and which images patch_match_stereo and stereo_fusion are to work on.
-void write_undistorted(const fs::path& folder, const CameraModel& camera, const Recording& recording,
-                       const RecordingResult& result, const MaskRecord& masks, const Map& map) {
-  const Undistorter undistorter(camera);
-  std::set<std::int64_t> posed;
-  for (const PosedFrame& frame : result.trajectory) posed.insert(frame.index);
-  std::string pairs, fused;
-  std::map<std::int64_t, std::string> names;
-  for_each_image(recording, result, [&](std::int64_t index, const SourceImage& image) {
-    if (posed.count(index) == 0) return;
-    const std::string name = image_file_of(image.name);
-    names[index] = name;
-    write_image(folder / "images" / name, undistorter.image(image.image));
-    write_image(folder / "masks" / (name + ".png"), undistorter.mask(masks.mask(index)));
-    pairs += name + "\n__auto__, 20\n";
-    fused += name + "\n";
-  });
-  write_map_for_colmap((folder / "sparse").string(), undistorter.camera(), map, result.trajectory, names,
-                       [&](const Eigen::Vector2d& pixel) { return undistorter.pixel(pixel); });
-  for (const char* part : {"depth_maps", "normal_maps", "consistency_graphs"}) {
-    make_folder(folder / "stereo" / part);
-  }
-  const auto write = [&](const char* name, const std::string& text) {
-    write_file_atomically((folder / "stereo" / name).string(), [&](std::ostream& out) { out << text; });
-  };
-  write("patch-match.cfg", pairs);
-  write("fusion.cfg", fused);
-}
-
-nlohmann::ordered_json maps_summary(const RecordingResult& result) {
-  nlohmann::ordered_json maps = nlohmann::ordered_json::array();
-  for (const FinishedMap& map : result.maps) {
-    maps.push_back({{"frames", map.trajectory.size()},
-                    {"keyframes", map.map.keyframes().size()},
-                    {"points", map.map.landmarks().size()},
-                    {"weakest_seam_points", map.seam.points},
-                    {"contradicting_share", map.contradiction.share()},
-                    {"confirmed", map.confirmed}});
-  }
-  return maps;
-}
-
-nlohmann::ordered_json loops_summary(const RecordingResult& result) {
-  nlohmann::ordered_json loops = nlohmann::ordered_json::array();
-  for (const ClosedLoop& loop : result.loops) {
-    loops.push_back({{"images", {loop.from_frame, loop.to_frame}},
-                     {"drift_percent", 100 * loop.drift},
-                     {"scale_drift", loop.scale_drift}});
-  }
-  return loops;
-}
-
-// Of the camera that the results were made with.
-struct Calibration {
-  CameraParameters camera;
-  CalibrationSource source = CalibrationSource::kGiven;
-  std::optional<SelfCalibration> refined;
-};
-
-nlohmann::ordered_json camera_summary(const SelfCalibration& calibration) {
-  const CameraParameters& p = calibration.camera;
-  const CameraRefinement& r = calibration.last;
-  nlohmann::ordered_json refined = nlohmann::ordered_json::array(), open = refined;
-  for (const auto& [name, observable] : {std::pair("focal_length", r.focal_observable),
-                                         {"principal_point", r.center_observable},
-                                         {"distortion", r.distortion_observable}}) {
-    (observable ? refined : open).push_back(name);
-  }
-  return {{"fx", p.fx},
-          {"fy", p.fy},
-          {"cx", p.cx},
-          {"cy", p.cy},
-          {"distortion", p.distortion},
-          {"refined", refined},
-          {"not_observable", open},
-          {"focal_length_sigma", std::isfinite(r.focal_sigma) ? r.focal_sigma * p.fx : -1.0},
-          {"runs", calibration.runs}};
-}
-
-void write_report(const std::string& path, const RecordingResult& result, const Map& map,
-                  const MaskRecord& masks, const Calibration& calibration, std::uint64_t seed,
-                  double wall_seconds) {
-  const MapStatistics statistics = map_statistics(map);
-  nlohmann::ordered_json json = {
-      {"tracked", result.tracked},
-      {"confirmed", is_confirmed(result)},
-      {"reason", result.unconfirmed ? "two views only: unconfirmed" : result.reason},
-      {"frames_total", result.frames_total},
-      {"frames_posed", result.trajectory.size()},
-      {"frames_posed_live", result.frames_posed_live},
-      {"frames_doubtful", result.frames_doubtful},
-      {"keyframes", map.keyframes().size()},
-      {"points", map.landmarks().size()},
-      {"mean_track_length", statistics.mean_track_length},
-      {"reprojection_rms_px", statistics.reprojection_rms_px},
-      {"scale", to_string(map.scale_source())},
-      {"calibration", to_string(calibration.source)},
-      {"wall_seconds", wall_seconds},
-      {"seed", seed},
-      {"segmentation", masks.summary()},
-      {"stages", time_statistics(result.stage_ms)},
-      {"warnings", result.warnings},
-      {"maps", maps_summary(result)},
-      {"loops", loops_summary(result)},
-      {"problems", result.problems}};
-  if (calibration.refined) json["camera"] = camera_summary(*calibration.refined);
-  write_file_atomically(path, [&](std::ostream& out) {
-    out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
-  });
-}
-
-// True camera positions in the map. None when the two trajectories have too little in common.
-std::vector<Eigen::Vector3d> true_positions(const std::vector<StampedPose>& reference,
-                                            const std::vector<StampedPose>& poses) {
-  constexpr std::int64_t kMaxDifference = 10'000'000;  // ns: what evaluate_trajectory allows by default
-  std::vector<Eigen::Vector3d> positions;
-  try {
-    const Sim3 s = evaluate_trajectory(reference, poses, kMaxDifference).reference_from_estimate;
-    for (const StampedPose& pose : reference) {
-      positions.push_back(s.rotation.conjugate() * (pose.map_from_camera.translation - s.translation) /
-                          s.scale);
-    }
-  } catch (const std::runtime_error& e) {
-    std::fprintf(stderr, "the reference is not drawn: %s\n", e.what());
-  }
-  return positions;
-}
-
-void write_map(const fs::path& output, const CameraParameters& camera, const RecordingResult& result,
-               const FinishedMap& map, const std::vector<StampedPose>& reference) {
-  std::vector<StampedPose> poses;
-  Overview overview;
-  for (const PosedFrame& frame : map.trajectory) {
-    poses.push_back({frame.stamp_ns, frame.map_from_camera});
-    overview.cameras.push_back(frame.map_from_camera.translation);
-  }
-  write_tum((output / "trajectory.txt").string(), poses);
-  overview.points = map.snapshot->points;
-  overview.title = std::to_string(poses.size()) + " of " + std::to_string(result.frames_total) +
-                   " images posed, " + std::to_string(overview.points.size()) + " points";
-  if (!reference.empty()) overview.true_cameras = true_positions(reference, poses);
-  write_ply((output / "points.ply").string(), overview.points);
-  write_overview((output / "overview.png").string(), overview);
-  write_map_for_colmap((output / "colmap").string(), camera, map.map, map.trajectory, result.names,
-                       [](const Eigen::Vector2d& pixel) { return pixel; });
-}
-
-// The largest map's in the output folder, the others' in map_2, map_3, ...; no trajectory of an earlier run
-// is left there.
-void write_results(const fs::path& output, const CameraParameters& camera, const RecordingResult& result,
-                   const std::vector<StampedPose>& reference) {
-  for (int i = 2; fs::exists(output / ("map_" + std::to_string(i)) / "trajectory.txt"); ++i) {
-    fs::remove(output / ("map_" + std::to_string(i)) / "trajectory.txt");
-  }
-  for (std::size_t i = 0; i < result.maps.size(); ++i) {
-    const fs::path folder = i == 0 ? output : output / ("map_" + std::to_string(i + 1));
-    make_folder(folder);
-    write_map(folder, camera, result, result.maps[i], reference);
-  }
 }
 
 // What is kept of an attempt while it goes on.

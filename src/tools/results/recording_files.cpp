@@ -1,0 +1,146 @@
+#include "recording_files.h"
+
+#include <cstdio>
+#include <functional>
+#include <map>
+#include <opencv2/imgcodecs.hpp>
+#include <set>
+#include <stdexcept>
+#include <string>
+
+#include "colmap_model.h"
+#include "mono_pose_tracker/evaluation/trajectory_error.h"
+#include "mono_pose_tracker/io/atomic_file.h"
+#include "mono_pose_tracker/io/overview.h"
+#include "mono_pose_tracker/io/ply.h"
+#include "mono_pose_tracker/io/undistortion.h"
+
+namespace mono_pose_tracker {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+void write_image(const fs::path& path, const cv::Mat& image) {
+  make_folder(path.parent_path());
+  bool written = false;
+  try {
+    written = cv::imwrite(path.string(), image);
+  } catch (const cv::Exception&) {
+  }
+  if (!written) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+// Image files keep their names; frames of videos and bags, which are numbered, become PNG files.
+std::string image_file_of(const std::string& name) {
+  return fs::path(name).has_extension() ? name : name + ".png";
+}
+
+void for_each_image(const Recording& recording, const RecordingResult& result,
+                    const std::function<void(std::int64_t, const SourceImage&)>& visit) {
+  const std::unique_ptr<ImageSource> source = recording.open();
+  for (std::int64_t index = 0; index < result.frames_total;) {
+    const SourceImage image = source->next();
+    if (image.kind == SourceImage::Kind::kEnd) return;
+    if (image.kind == SourceImage::Kind::kImage) visit(index++, image);
+  }
+}
+
+// True camera positions in the map. None when the two trajectories have too little in common.
+std::vector<Eigen::Vector3d> true_positions(const std::vector<StampedPose>& reference,
+                                            const std::vector<StampedPose>& poses) {
+  constexpr std::int64_t kMaxDifference = 10'000'000;  // ns: what evaluate_trajectory allows by default
+  std::vector<Eigen::Vector3d> positions;
+  try {
+    const Sim3 s = evaluate_trajectory(reference, poses, kMaxDifference).reference_from_estimate;
+    for (const StampedPose& pose : reference) {
+      positions.push_back(s.rotation.conjugate() * (pose.map_from_camera.translation - s.translation) /
+                          s.scale);
+    }
+  } catch (const std::runtime_error& e) {
+    std::fprintf(stderr, "the reference is not drawn: %s\n", e.what());
+  }
+  return positions;
+}
+
+void write_map(const fs::path& output, const CameraParameters& camera, const RecordingResult& result,
+               const FinishedMap& map, const std::vector<StampedPose>& reference) {
+  std::vector<StampedPose> poses;
+  Overview overview;
+  for (const PosedFrame& frame : map.trajectory) {
+    poses.push_back({frame.stamp_ns, frame.map_from_camera});
+    overview.cameras.push_back(frame.map_from_camera.translation);
+  }
+  write_tum((output / "trajectory.txt").string(), poses);
+  overview.points = map.snapshot->points;
+  overview.title = std::to_string(poses.size()) + " of " + std::to_string(result.frames_total) +
+                   " images posed, " + std::to_string(overview.points.size()) + " points";
+  if (!reference.empty()) overview.true_cameras = true_positions(reference, poses);
+  write_ply((output / "points.ply").string(), overview.points);
+  write_overview((output / "overview.png").string(), overview);
+  write_map_for_colmap((output / "colmap").string(), camera, map.map, map.trajectory, result.names,
+                       [](const Eigen::Vector2d& pixel) { return pixel; });
+}
+
+}  // namespace
+
+void make_folder(const fs::path& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error) throw std::runtime_error(path.string() + ": cannot be made (" + error.message() + ")");
+}
+
+void write_masks(const fs::path& folder, const Recording& recording, const RecordingResult& result,
+                 const MaskRecord& masks) {
+  make_folder(folder);
+  std::set<fs::path> written;
+  for_each_image(recording, result, [&](std::int64_t index, const SourceImage& image) {
+    const cv::Mat mask = masks.mask(index);
+    if (mask.empty()) return;
+    fs::path name = fs::path(image.name).replace_extension(".png");
+    if (!written.insert(name).second) name = image.name + ".png";  // a.png and a.jpg
+    write_image(folder / name, mask);
+  });
+}
+
+void write_undistorted(const fs::path& folder, const CameraModel& camera, const Recording& recording,
+                       const RecordingResult& result, const MaskRecord& masks, const Map& map) {
+  const Undistorter undistorter(camera);
+  std::set<std::int64_t> posed;
+  for (const PosedFrame& frame : result.trajectory) posed.insert(frame.index);
+  std::string pairs, fused;
+  std::map<std::int64_t, std::string> names;
+  for_each_image(recording, result, [&](std::int64_t index, const SourceImage& image) {
+    if (posed.count(index) == 0) return;
+    const std::string name = image_file_of(image.name);
+    names[index] = name;
+    write_image(folder / "images" / name, undistorter.image(image.image));
+    write_image(folder / "masks" / (name + ".png"), undistorter.mask(masks.mask(index)));
+    pairs += name + "\n__auto__, 20\n";
+    fused += name + "\n";
+  });
+  write_map_for_colmap((folder / "sparse").string(), undistorter.camera(), map, result.trajectory, names,
+                       [&](const Eigen::Vector2d& pixel) { return undistorter.pixel(pixel); });
+  for (const char* part : {"depth_maps", "normal_maps", "consistency_graphs"}) {
+    make_folder(folder / "stereo" / part);
+  }
+  const auto write = [&](const char* name, const std::string& text) {
+    write_file_atomically((folder / "stereo" / name).string(), [&](std::ostream& out) { out << text; });
+  };
+  write("patch-match.cfg", pairs);
+  write("fusion.cfg", fused);
+}
+
+void write_results(const fs::path& output, const CameraParameters& camera, const RecordingResult& result,
+                   const std::vector<StampedPose>& reference) {
+  for (int i = 2; fs::exists(output / ("map_" + std::to_string(i)) / "trajectory.txt"); ++i) {
+    fs::remove(output / ("map_" + std::to_string(i)) / "trajectory.txt");
+  }
+  for (std::size_t i = 0; i < result.maps.size(); ++i) {
+    const fs::path folder = i == 0 ? output : output / ("map_" + std::to_string(i + 1));
+    make_folder(folder);
+    write_map(folder, camera, result, result.maps[i], reference);
+  }
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "mask_record.h"
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/io/trajectory.h"
+#include "mono_pose_tracker/tracking/recording.h"
+
+namespace mono_pose_tracker {
+
+/// Makes the folder, and those above it. Throws std::runtime_error when it can't be.
+void make_folder(const std::filesystem::path& path);
+
+/// Trajectory, points, picture and COLMAP model: the largest map's in the output folder, the others' in
+/// map_2, map_3, ...; no trajectory of an earlier run is left there.
+void write_results(const std::filesystem::path& output, const CameraParameters& camera,
+                   const RecordingResult& result, const std::vector<StampedPose>& reference);
+
+/// The masks in force, under the images' names.
+void write_masks(const std::filesystem::path& folder, const Recording& recording,
+                 const RecordingResult& result, const MaskRecord& masks);
+
+/// A workspace of COLMAP's dense stage: images, masks (0 = ignore; COLMAP appends .png to the image's name),
+/// the model in sparse, and which images patch_match_stereo and stereo_fusion are to work on.
+void write_undistorted(const std::filesystem::path& folder, const CameraModel& camera,
+                       const Recording& recording, const RecordingResult& result, const MaskRecord& masks,
+                       const Map& map);
+
+}  // namespace mono_pose_tracker

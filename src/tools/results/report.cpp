@@ -1,0 +1,117 @@
+#include "report.h"
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "../pipeline/time_statistics.h"
+#include "mono_pose_tracker/io/atomic_file.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+struct MapStatistics {
+  double mean_track_length = 0;
+  double reprojection_rms_px = 0;
+};
+
+MapStatistics map_statistics(const Map& map) {
+  double observations = 0, sum = 0;
+  for (const auto& [id, landmark] : map.landmarks()) {
+    for (const Observation& o : landmark.observations) {
+      const Keyframe& keyframe = *map.keyframe(o.keyframe);
+      sum += reprojection_error(*keyframe.image, o.feature, keyframe.camera_from_map * landmark.x_in_map)
+                 .squaredNorm();
+      ++observations;
+    }
+  }
+  if (observations == 0) return {};
+  return {observations / map.landmarks().size(), std::sqrt(sum / observations)};
+}
+
+// Null where the map is too small to have a seam.
+nlohmann::ordered_json points_of(const Seam& seam) {
+  const bool has_none = seam.points == std::numeric_limits<int>::max();
+  return has_none ? nlohmann::ordered_json() : nlohmann::ordered_json(seam.points);
+}
+
+nlohmann::ordered_json maps_summary(const RecordingResult& result) {
+  nlohmann::ordered_json maps = nlohmann::ordered_json::array();
+  for (const FinishedMap& map : result.maps) {
+    maps.push_back({{"frames", map.trajectory.size()},
+                    {"keyframes", map.map.keyframes().size()},
+                    {"points", map.map.landmarks().size()},
+                    {"weakest_seam_points", points_of(map.seam)},
+                    {"contradicting_share", map.contradiction.share()},
+                    {"confirmed", map.confirmed}});
+  }
+  return maps;
+}
+
+nlohmann::ordered_json loops_summary(const RecordingResult& result) {
+  nlohmann::ordered_json loops = nlohmann::ordered_json::array();
+  for (const ClosedLoop& loop : result.loops) {
+    loops.push_back({{"images", {loop.from_frame, loop.to_frame}},
+                     {"drift_percent", 100 * loop.drift},
+                     {"scale_drift", loop.scale_drift}});
+  }
+  return loops;
+}
+
+nlohmann::ordered_json camera_summary(const SelfCalibration& calibration) {
+  const CameraParameters& p = calibration.camera;
+  const CameraRefinement& r = calibration.last;
+  nlohmann::ordered_json refined = nlohmann::ordered_json::array(), open = refined;
+  for (const auto& [name, observable] : {std::pair("focal_length", r.focal_observable),
+                                         {"principal_point", r.center_observable},
+                                         {"distortion", r.distortion_observable}}) {
+    (observable ? refined : open).push_back(name);
+  }
+  return {{"fx", p.fx},
+          {"fy", p.fy},
+          {"cx", p.cx},
+          {"cy", p.cy},
+          {"distortion", p.distortion},
+          {"refined", refined},
+          {"not_observable", open},
+          {"focal_length_sigma", std::isfinite(r.focal_sigma) ? r.focal_sigma * p.fx : -1.0},
+          {"runs", calibration.runs}};
+}
+
+}  // namespace
+
+void write_report(const std::string& path, const RecordingResult& result, const Map& map,
+                  const MaskRecord& masks, const Calibration& calibration, std::uint64_t seed,
+                  double wall_seconds) {
+  const MapStatistics statistics = map_statistics(map);
+  nlohmann::ordered_json json = {
+      {"tracked", result.tracked},
+      {"confirmed", is_confirmed(result)},
+      {"reason", result.unconfirmed ? "two views only: unconfirmed" : result.reason},
+      {"frames_total", result.frames_total},
+      {"frames_posed", result.trajectory.size()},
+      {"frames_posed_live", result.frames_posed_live},
+      {"frames_doubtful", result.frames_doubtful},
+      {"keyframes", map.keyframes().size()},
+      {"points", map.landmarks().size()},
+      {"mean_track_length", statistics.mean_track_length},
+      {"reprojection_rms_px", statistics.reprojection_rms_px},
+      {"scale", to_string(map.scale_source())},
+      {"calibration", to_string(calibration.source)},
+      {"wall_seconds", wall_seconds},
+      {"seed", seed},
+      {"segmentation", masks.summary()},
+      {"stages", time_statistics(result.stage_ms)},
+      {"warnings", result.warnings},
+      {"maps", maps_summary(result)},
+      {"loops", loops_summary(result)},
+      {"problems", result.problems}};
+  if (calibration.refined) json["camera"] = camera_summary(*calibration.refined);
+  write_file_atomically(path, [&](std::ostream& out) {
+    out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+  });
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "mask_record.h"
+#include "mono_pose_tracker/common/calibration_source.h"
+#include "mono_pose_tracker/tracking/recording.h"
+#include "mono_pose_tracker/tracking/self_calibration.h"
+
+namespace mono_pose_tracker {
+
+/// Of the camera that the results were made with.
+struct Calibration {
+  CameraParameters camera;
+  CalibrationSource source = CalibrationSource::kGiven;
+  std::optional<SelfCalibration> refined;
+};
+
+/// report.json: what became of the recording.
+void write_report(const std::string& path, const RecordingResult& result, const Map& map,
+                  const MaskRecord& masks, const Calibration& calibration, std::uint64_t seed,
+                  double wall_seconds);
+
+}  // namespace mono_pose_tracker
