@@ -225,13 +225,15 @@ class TrackSequence(TrackSequenceBase):
         self.assertEqual(report(self.tracked)["calibration"], "GIVEN")
         fx = yaml.safe_load(content(self.camera))["camera_matrix"]["data"][0]
         hfov = math.degrees(2 * math.atan(160 / fx))
-        # Wrong by 5 %: the shape of so short a path hardly tells.
+        # Wrong by 5 %: refined by what the path shows.
         output, _ = self.track("--images", self.list, "--hfov", "%.3f" % (1.05 * hfov))
-        self.assertEqual(report(output)["calibration"], "GUESSED")
+        self.assertEqual(report(output)["calibration"], "REFINED")
+        refined = yaml.safe_load(content(output, "camera_refined.yaml"))["camera_matrix"]["data"][0]
+        self.assertLess(abs(refined / fx - 1), 0.02)
         self.assertEqual(len(rows(output, "trajectory.txt")), FRAMES)
         self.assertLess(self.error_of(self.truth, output)["position_rmse_percent"], 3)
         camera = rows(output, "colmap", "cameras.txt")[0]
-        self.assertAlmostEqual(float(camera[4]), 160 / math.tan(math.radians(1.05 * hfov / 2)), places=2)
+        self.assertAlmostEqual(float(camera[4]), refined, places=2)
         self.expect_refused(["--hfov"], "--images", self.list, "--hfov", "170")
         self.expect_refused(["--hfov", "--camera"], "--images", self.list, "--hfov", "60", "--camera", self.camera)
 
