@@ -261,6 +261,17 @@ bool is_confirmed(const RecordingResult& result) {
   return result.tracked && result.rigidity.is_rigid && result.maps.front().confirmed;
 }
 
+namespace {
+
+// A sure piece of the recording is no better answer than most of it with a warning.
+bool is_as_long(const RecordingResult& result, const RecordingResult& before) {
+  constexpr double kMinShare = 0.75;
+  return static_cast<double>(result.trajectory.size()) >=
+         kMinShare * static_cast<double>(before.trajectory.size());
+}
+
+}  // namespace
+
 TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker& make_tracker,
                                   const ObserverOfAttempt& observer_of) {
   constexpr std::array<double, 4> kBeginnings = {0, 0.5, 0.25, 0.75};  // as far from one another as can be
@@ -274,7 +285,8 @@ TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker
     next.tracker = make_tracker();
     next.result = track_recording(from_there, observer_of(attempt), next.tracker.get());
     // What takes the place of the first must be better founded than that one was.
-    const bool sure = attempt == 0 ? is_sure(next.result) : is_confirmed(next.result);
+    const bool sure = attempt == 0 ? is_sure(next.result)
+                                   : is_confirmed(next.result) && is_as_long(next.result, kept.result);
     if (attempt == 0 || sure) kept = std::move(next);
     if (sure || recording.interrupted() || !recording.try_again) break;
   }

@@ -70,8 +70,8 @@ using TrackerMaker = std::function<std::unique_ptr<Tracker>()>;
 using ObserverOfAttempt = std::function<FrameObserver(int attempt)>;
 
 /// A result that is not sure is made again, the map begun half way, a quarter, three quarters on in the
-/// recording, where the body shows itself otherwise; the first confirmed one is the result, and where there
-/// is none, the first.
+/// recording, where the body shows itself otherwise; the first confirmed one that poses three quarters as
+/// many images is the result, and where there is none, the first.
 TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker& make_tracker,
                                   const ObserverOfAttempt& observer_of);
 
