@@ -132,9 +132,7 @@ std::map<KeyframeId, double> scales_of(const Map& map, const KeyframeChanges& ch
 
 std::optional<GlobalAdjustment> GlobalAdjustment::solve(const BundleOptions& options, Map snapshot) {
   Map adjusted = snapshot;
-  BundleOptions wide = options;
-  wide.loss_width *= 10;
-  for (const BundleOptions& bundle : {wide, options}) {
+  for (const BundleOptions& bundle : {with_wide_loss(options), options}) {
     const BundleReport report = adjust_map(bundle, &adjusted);
     if (!report.usable || report.cancelled) return std::nullopt;
   }

@@ -116,12 +116,17 @@ void Mapper::begin_beside(const InitialMap& initial, std::uint32_t epoch) {
   begin(initial, epoch);
 }
 
+// What is known of the present map beside it is nothing of another's.
+void Mapper::forget_beside_map() {
+  left_out_.clear();
+  watch_.reset();
+  forget_loops();
+}
+
 void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
   map_ = Map();
   places_ = std::make_shared<KeyframePlaces>();
-  left_out_.clear();
-  forget_loops();
-  watch_.reset();
+  forget_beside_map();
   epoch_ = epoch;
   map_id_ = epoch + 1;
   std::vector<KeyframeId> ids;
@@ -162,9 +167,7 @@ void Mapper::restore_beside(Map map, std::uint32_t epoch) {
   keep_present();
   map_ = std::move(map);
   places_ = std::make_shared<KeyframePlaces>();
-  left_out_.clear();
-  forget_loops();
-  watch_.reset();
+  forget_beside_map();
   epoch_ = epoch;
   map_id_ = epoch + 1;
   publish();
@@ -183,7 +186,7 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
     const StageTimer timer(stages_, "map_match");
     separate_motions(id);
     const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
-    fuse(id, unseen_landmarks(id));
+    fuse(id, map_.landmark_ids());
     create_landmarks(id, near);
     for (const KeyframeId n : near) {
       if (is_cancelled()) break;
@@ -238,18 +241,8 @@ bool Mapper::is_left_out(KeyframeId id, int feature) const {
   return found != left_out_.end() && found->second[feature] != 0;
 }
 
-// Longer tracks: every landmark that the keyframe does not see yet is looked for in it, whoever saw it and
-// however long ago.
-std::vector<LandmarkId> Mapper::unseen_landmarks(KeyframeId id) const {
-  std::vector<LandmarkId> unseen = map_.landmark_ids();
-  const std::vector<LandmarkId> seen_list = landmarks_of(*map_.keyframe(id));
-  const std::set<LandmarkId> seen(seen_list.begin(), seen_list.end());
-  unseen.erase(std::remove_if(unseen.begin(), unseen.end(), [&](LandmarkId l) { return seen.count(l) > 0; }),
-               unseen.end());
-  return unseen;
-}
-
-// Landmarks are projected into the target keyframe; one that finds a feature there gains an observation, or,
+// Longer tracks: landmarks that the target keyframe does not see yet, whoever saw them and however long ago,
+// are projected into it; one that finds a feature there gains an observation, or,
 // where the feature sees another landmark already, the two become one if both agree with all that is seen of
 // them.
 void Mapper::fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks) {
@@ -352,11 +345,7 @@ void Mapper::adjust_window(KeyframeId newest, int waiting) {
     bundle.max_seconds = options_.mapping.bundle_seconds;
     adjust_keyframes(bundle, window, 3 * size, options_.mapping.window_landmarks, &map_);
   }
-  std::set<LandmarkId> touched;
-  for (const KeyframeId id : window) {
-    for (const LandmarkId l : landmarks_of(*map_.keyframe(id))) touched.insert(l);
-  }
-  cull_observations({touched.begin(), touched.end()});
+  cull_observations(landmarks_seen_by(window));
 }
 
 // Observations too far from their landmark go; a landmark that is then seen once, or under too small an
@@ -442,10 +431,7 @@ void Mapper::finish() {
   BundleOptions bundle = options_.bundle;
   bundle.max_iterations = 50;
   if (link_views(options_, &map_) > 0) {
-    // What was tied is as far apart as the map drifted: a wide loss lets it pull, and nothing is culled yet.
-    BundleOptions wide = bundle;
-    wide.loss_width *= 10;
-    adjust_map(wide, &map_);
+    adjust_map(with_wide_loss(bundle), &map_);  // nothing is culled yet
     adjust_map(bundle, &map_);
   }
   // Twice: better poses find more, and wrong observations that the first run uncovers must not bend the
@@ -453,7 +439,7 @@ void Mapper::finish() {
   for (const double tolerance : {1e-5, 1e-7}) {
     for (const KeyframeId id : ids) {
       const std::vector<KeyframeId> near = neighbors(id, 2 * options_.mapping.matching_keyframes);
-      fuse(id, unseen_landmarks(id));
+      fuse(id, map_.landmark_ids());
       create_landmarks(id, near);
     }
     bundle.function_tolerance = tolerance;

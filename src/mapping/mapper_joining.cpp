@@ -74,7 +74,6 @@ void Mapper::keep_present() {
   if (map_.keyframes().empty()) return;
   kept_[map_id_] = {std::move(map_), std::move(places_)};
   map_ = Map();
-  left_out_.clear();
 }
 
 bool Mapper::resume(std::uint32_t map_id, bool keep_this, std::uint32_t epoch) {
@@ -90,8 +89,7 @@ bool Mapper::resume(std::uint32_t map_id, bool keep_this, std::uint32_t epoch) {
   kept_.erase(kept);
   if (keep_this) keep_present();
   map_ = std::move(resumed.map);
-  left_out_.clear();
-  forget_loops();
+  forget_beside_map();
   places_ = std::move(resumed.places);
   map_id_ = map_id;
   epoch_ = epoch;
@@ -210,14 +208,13 @@ bool Mapper::join(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
   correction->scale = best->other_from_map.scale;
   corrections_.push_back(std::move(correction));
   map_id_ = kept_id;
-  forget_loops();
+  forget_beside_map();
   places_ = kept_.at(kept_id).places;
   kept_.erase(kept_id);
   return true;
 }
 
-// What was tied is as far apart as both maps have drifted: a wide loss lets it pull before anything is
-// culled.
+// A wide loss lets what was tied pull before anything is culled.
 void Mapper::adjust_seam(const std::vector<KeyframeId>& seam) {
   std::vector<KeyframeId> window = seam;
   for (const KeyframeId id : seam) {
@@ -226,12 +223,10 @@ void Mapper::adjust_seam(const std::vector<KeyframeId>& seam) {
   std::sort(window.begin(), window.end());
   window.erase(std::unique(window.begin(), window.end()), window.end());
   BundleOptions bundle = options_.bundle;
-  BundleOptions wide = bundle;
-  wide.loss_width *= 10;
   const int fixed = 3 * options_.mapping.window_keyframes;
-  adjust_keyframes(wide, window, fixed, options_.mapping.window_landmarks, &map_);
+  adjust_keyframes(with_wide_loss(bundle), window, fixed, options_.mapping.window_landmarks, &map_);
   for (const KeyframeId id : seam) {
-    fuse(id, unseen_landmarks(id));
+    fuse(id, map_.landmark_ids());
     create_landmarks(id, neighbors(id, options_.mapping.matching_keyframes));
   }
   adjust_keyframes(bundle, window, fixed, options_.mapping.window_landmarks, &map_);

@@ -102,16 +102,7 @@ bool Mapper::fuse_loop(const LoopConstraint& loop) {
 }
 
 void Mapper::fuse_sides(const std::vector<KeyframeId>& targets, const std::vector<KeyframeId>& others) {
-  for (const KeyframeId target : targets) {
-    std::vector<LandmarkId> unseen;
-    for (const LandmarkId l : landmarks_seen_by(others)) {
-      const std::vector<Observation>& seen = map_.landmark(l)->observations;
-      if (std::none_of(seen.begin(), seen.end(), [&](const auto& o) { return o.keyframe == target; })) {
-        unseen.push_back(l);
-      }
-    }
-    fuse(target, unseen);
-  }
+  for (const KeyframeId target : targets) fuse(target, landmarks_seen_by(others));
 }
 
 std::vector<LandmarkId> Mapper::landmarks_seen_by(const std::vector<KeyframeId>& keyframes) const {

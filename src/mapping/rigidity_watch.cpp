@@ -14,7 +14,7 @@ constexpr std::int64_t kPeriod = 1000000000;  // ns
 std::string doubt_about(const Map& map, const CameraModel& camera, const MatchOptions& matching) {
   char text[160] = "";
   const Contradiction contradiction = newest_contradiction(map, camera, matching);
-  if (contradiction.share() >= kMaxContradicting) {
+  if (contradiction.is_one()) {
     std::snprintf(text, sizeof text, "%d of %d points are seen elsewhere than the map has them",
                   contradiction.contradicting, contradiction.matches);
     return text;

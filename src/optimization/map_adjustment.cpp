@@ -247,6 +247,11 @@ BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<Ke
   return report;
 }
 
+BundleOptions with_wide_loss(BundleOptions options) {
+  options.loss_width *= 10;
+  return options;
+}
+
 BundleReport adjust_map(const BundleOptions& options, Map* map) {
   std::vector<KeyframeId> all;
   for (const auto& entry : map->keyframes()) all.push_back(entry.first);

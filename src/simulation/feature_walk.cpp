@@ -169,6 +169,16 @@ FeatureWalk ring_walk(std::uint64_t seed) {
   return builder.finish(way, -60);
 }
 
+CameraModel walk_camera() {
+  CameraParameters parameters;
+  parameters.width = 640;
+  parameters.height = 480;
+  parameters.fx = parameters.fy = 500;
+  parameters.cx = 319.5;
+  parameters.cy = 239.5;
+  return CameraModel(parameters);
+}
+
 Frame walk_frame(const FeatureWalk& walk, const CameraModel& camera, int index, double noise_px,
                  Random& random, std::vector<int>* point_of) {
   const Rigid3& camera_from_world = walk.camera_from_world.at(index);

@@ -53,6 +53,17 @@ void blend_cell(const LeafStyle& style, const Layer& layer, std::uint32_t h, flo
 
 }  // namespace
 
+LeafStyle leaf_style(const Color& base, const std::vector<Color>& palette, float largest, float smallest,
+                     float opacity) {
+  LeafStyle style;
+  style.base = base;
+  style.palette = palette;
+  style.largest = largest;
+  style.smallest = smallest;
+  style.opacity = opacity;
+  return style;
+}
+
 Color leaf_texture(const LeafStyle& style, std::uint32_t seed, float u, float v, float footprint) {
   Color color = style.base * (1.f + 0.15f * value_noise(seed, 2.f * u, 2.f * v));
   const float decay_ratio = std::pow(kLayerRatio, style.decay);

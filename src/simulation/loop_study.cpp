@@ -22,24 +22,6 @@ Eigen::Vector3d true_center(const FeatureWalk& walk, std::int64_t frame) {
   return walk.camera_from_world.at(frame).inverse().translation;
 }
 
-// The first two frames, with the points that both see at their true places.
-InitialMap true_beginning(const FeatureWalk& walk, const CameraModel& camera, double noise_px,
-                          Random& random) {
-  InitialMap map;
-  std::vector<std::vector<int>> point_of(2);
-  for (int v = 0; v < 2; ++v) {
-    map.views.push_back({walk_frame(walk, camera, v, noise_px, random, &point_of[v]),
-                         walk.camera_from_world[v] * walk.camera_from_world[0].inverse()});
-  }
-  for (std::size_t f = 0; f < point_of[0].size(); ++f) {
-    const auto found = std::find(point_of[1].begin(), point_of[1].end(), point_of[0][f]);
-    if (found == point_of[1].end()) continue;
-    map.points.push_back({walk.camera_from_world[0] * walk.x_in_world[point_of[0][f]],
-                          {{0, static_cast<int>(f)}, {1, static_cast<int>(found - point_of[1].begin())}}});
-  }
-  return map;
-}
-
 // Keyframes' positions and the truth's, up to a frame.
 struct Positions {
   std::vector<Eigen::Vector3d> found, truth;
@@ -138,6 +120,23 @@ class Follower {
 };
 
 }  // namespace
+
+InitialMap true_beginning(const FeatureWalk& walk, const CameraModel& camera, double noise_px,
+                          Random& random) {
+  InitialMap map;
+  std::vector<std::vector<int>> point_of(2);
+  for (int v = 0; v < 2; ++v) {
+    map.views.push_back({walk_frame(walk, camera, v, noise_px, random, &point_of[v]),
+                         walk.camera_from_world[v] * walk.camera_from_world[0].inverse()});
+  }
+  for (std::size_t f = 0; f < point_of[0].size(); ++f) {
+    const auto found = std::find(point_of[1].begin(), point_of[1].end(), point_of[0][f]);
+    if (found == point_of[1].end()) continue;
+    map.points.push_back({walk.camera_from_world[0] * walk.x_in_world[point_of[0][f]],
+                          {{0, static_cast<int>(f)}, {1, static_cast<int>(found - point_of[1].begin())}}});
+  }
+  return map;
+}
 
 LoopStudy run_loop_study(const FeatureWalk& walk, const CameraModel& camera, const TrackerOptions& options,
                          double noise_px, std::uint64_t seed, bool close_loops) {

@@ -6,46 +6,35 @@ namespace {
 
 enum RoomStyle { kWall, kFloor, kPicture, kWood, kCardboard, kCloth, kBooks, kStyles };
 
-LeafStyle style(const Color& base, const std::vector<Color>& palette, float largest, float smallest,
-                float opacity) {
-  LeafStyle result;
-  result.base = base;
-  result.palette = palette;
-  result.largest = largest;
-  result.smallest = smallest;
-  result.opacity = opacity;
-  return result;
-}
-
 const std::vector<Color> kBright = {{0.70f, 0.24f, 0.18f}, {0.16f, 0.32f, 0.50f}, {0.86f, 0.68f, 0.28f},
                                     {0.16f, 0.17f, 0.19f}, {0.28f, 0.46f, 0.32f}, {0.90f, 0.87f, 0.80f}};
 
 std::vector<LeafStyle> room_styles() {
   std::vector<LeafStyle> styles(kStyles);
   styles[kWall] =
-      style({0.72f, 0.69f, 0.62f},
-            {{0.82f, 0.79f, 0.72f}, {0.58f, 0.58f, 0.52f}, {0.66f, 0.58f, 0.48f}, {0.50f, 0.54f, 0.55f}},
-            0.35f, 0.012f, 0.5f);
+      leaf_style({0.72f, 0.69f, 0.62f},
+                 {{0.82f, 0.79f, 0.72f}, {0.58f, 0.58f, 0.52f}, {0.66f, 0.58f, 0.48f}, {0.50f, 0.54f, 0.55f}},
+                 0.35f, 0.012f, 0.5f);
   styles[kFloor] =
-      style({0.47f, 0.36f, 0.26f},
-            {{0.60f, 0.47f, 0.33f}, {0.32f, 0.23f, 0.16f}, {0.64f, 0.54f, 0.42f}, {0.40f, 0.32f, 0.24f}},
-            0.14f, 0.008f, 0.8f);
+      leaf_style({0.47f, 0.36f, 0.26f},
+                 {{0.60f, 0.47f, 0.33f}, {0.32f, 0.23f, 0.16f}, {0.64f, 0.54f, 0.42f}, {0.40f, 0.32f, 0.24f}},
+                 0.14f, 0.008f, 0.8f);
   styles[kFloor].upright = true;
   styles[kFloor].stretch_v = 4;
-  styles[kPicture] = style({0.85f, 0.82f, 0.75f}, kBright, 0.25f, 0.008f, 0.95f);
+  styles[kPicture] = leaf_style({0.85f, 0.82f, 0.75f}, kBright, 0.25f, 0.008f, 0.95f);
   styles[kWood] =
-      style({0.55f, 0.40f, 0.26f}, {{0.66f, 0.50f, 0.34f}, {0.36f, 0.25f, 0.16f}, {0.74f, 0.60f, 0.44f}},
-            0.12f, 0.006f, 0.7f);
+      leaf_style({0.55f, 0.40f, 0.26f}, {{0.66f, 0.50f, 0.34f}, {0.36f, 0.25f, 0.16f}, {0.74f, 0.60f, 0.44f}},
+                 0.12f, 0.006f, 0.7f);
   styles[kWood].stretch_u = 3;
   styles[kCardboard] =
-      style({0.64f, 0.52f, 0.38f},
-            {{0.75f, 0.66f, 0.52f}, {0.30f, 0.26f, 0.22f}, {0.88f, 0.86f, 0.82f}, {0.58f, 0.30f, 0.22f}},
-            0.12f, 0.006f, 0.8f);
+      leaf_style({0.64f, 0.52f, 0.38f},
+                 {{0.75f, 0.66f, 0.52f}, {0.30f, 0.26f, 0.22f}, {0.88f, 0.86f, 0.82f}, {0.58f, 0.30f, 0.22f}},
+                 0.12f, 0.006f, 0.8f);
   styles[kCloth] =
-      style({0.30f, 0.36f, 0.46f},
-            {{0.20f, 0.25f, 0.36f}, {0.46f, 0.52f, 0.60f}, {0.66f, 0.62f, 0.52f}, {0.52f, 0.27f, 0.26f}},
-            0.18f, 0.007f, 0.85f);
-  styles[kBooks] = style({0.30f, 0.24f, 0.20f}, kBright, 0.06f, 0.008f, 0.95f);
+      leaf_style({0.30f, 0.36f, 0.46f},
+                 {{0.20f, 0.25f, 0.36f}, {0.46f, 0.52f, 0.60f}, {0.66f, 0.62f, 0.52f}, {0.52f, 0.27f, 0.26f}},
+                 0.18f, 0.007f, 0.85f);
+  styles[kBooks] = leaf_style({0.30f, 0.24f, 0.20f}, kBright, 0.06f, 0.008f, 0.95f);
   styles[kBooks].upright = true;
   styles[kBooks].stretch_v = 5;
   styles[kBooks].density = 0.95f;

@@ -19,29 +19,19 @@ constexpr double kHouse = 8;       // m, width of a front
 
 enum StreetStyle { kFront, kGround, kPlaster, kDoor, kStyles };
 
-LeafStyle style(const Color& base, const std::vector<Color>& palette, float largest, float smallest,
-                float opacity, bool upright) {
-  LeafStyle result;
-  result.base = base;
-  result.palette = palette;
-  result.largest = largest;
-  result.smallest = smallest;
-  result.opacity = opacity;
-  result.upright = upright;
-  return result;
-}
-
 std::vector<LeafStyle> street_styles() {
   std::vector<LeafStyle> styles(kStyles);
   const std::vector<Color> bright = {{0.70f, 0.30f, 0.22f}, {0.24f, 0.34f, 0.46f}, {0.84f, 0.72f, 0.44f},
                                      {0.18f, 0.18f, 0.20f}, {0.34f, 0.46f, 0.34f}, {0.90f, 0.88f, 0.82f}};
-  styles[kFront] = style({0.66f, 0.60f, 0.52f}, bright, 1.2f, 0.03f, 0.9f, true);
+  styles[kFront] = leaf_style({0.66f, 0.60f, 0.52f}, bright, 1.2f, 0.03f, 0.9f);
+  styles[kFront].upright = true;
   styles[kGround] =
-      style({0.40f, 0.39f, 0.38f}, {{0.50f, 0.49f, 0.47f}, {0.28f, 0.28f, 0.29f}}, 0.5f, 0.03f, 0.7f, false);
+      leaf_style({0.40f, 0.39f, 0.38f}, {{0.50f, 0.49f, 0.47f}, {0.28f, 0.28f, 0.29f}}, 0.5f, 0.03f, 0.7f);
   // Weak: what tells one stretch of a corridor from another is little.
   styles[kPlaster] =
-      style({0.74f, 0.73f, 0.70f}, {{0.68f, 0.67f, 0.63f}, {0.79f, 0.78f, 0.75f}}, 0.4f, 0.02f, 0.6f, false);
-  styles[kDoor] = style({0.52f, 0.38f, 0.26f}, bright, 0.3f, 0.02f, 0.9f, true);
+      leaf_style({0.74f, 0.73f, 0.70f}, {{0.68f, 0.67f, 0.63f}, {0.79f, 0.78f, 0.75f}}, 0.4f, 0.02f, 0.6f);
+  styles[kDoor] = leaf_style({0.52f, 0.38f, 0.26f}, bright, 0.3f, 0.02f, 0.9f);
+  styles[kDoor].upright = true;
   return styles;
 }
 

@@ -21,16 +21,6 @@ struct Arguments {
   bool without = false;
 };
 
-CameraModel camera() {
-  CameraParameters parameters;
-  parameters.width = 640;
-  parameters.height = 480;
-  parameters.fx = parameters.fy = 500;
-  parameters.cx = 319.5;
-  parameters.cy = 239.5;
-  return CameraModel(parameters);
-}
-
 FeatureWalk make_walk(const std::string& name, std::uint64_t seed) {
   if (name == "eight") return figure_eight_walk(seed);
   if (name == "corridor") return corridor_walk(seed);
@@ -44,7 +34,7 @@ void study(const Arguments& a) {
     const FeatureWalk walk = make_walk(a.walk, seed);
     TrackerOptions options;
     options.seed = seed;
-    const LoopStudy s = run_loop_study(walk, camera(), options, a.noise_px, seed, !a.without);
+    const LoopStudy s = run_loop_study(walk, walk_camera(), options, a.noise_px, seed, !a.without);
     std::printf(
         "seed %2d: %d of %d posed, %d keyframes, %.0f m, position %.3f %%; search %.1f ms a keyframe "
         "(%.1f at most), mapping %.1f ms",

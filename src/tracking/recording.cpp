@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "mono_pose_tracker/common/prefetcher.h"
-#include "mono_pose_tracker/mapping/depth_reversal.h"
 
 namespace mono_pose_tracker {
 
@@ -137,7 +136,7 @@ bool has_folders(const std::map<std::int64_t, std::string>& names) {
 
 void warn_of_seams(RecordingResult* result) {
   for (const FinishedMap& map : result->maps) {
-    if (map.seam.points >= kMinSeamPoints || result->unconfirmed) continue;
+    if (map.seam.holds() || result->unconfirmed) continue;
     if (map.seam.frame_index < 0) {
       result->warnings.push_back("a part of the loaded map is held to the rest by " +
                                  std::to_string(map.seam.points) +
@@ -152,7 +151,7 @@ void warn_of_seams(RecordingResult* result) {
 }
 
 void warn_of_depth(RecordingResult* result) {
-  if (result->maps.empty() || result->maps.front().depth_evidence >= kMinDepthEvidence) return;
+  if (result->maps.front().is_depth_sure()) return;
   result->warnings.push_back(
       "seen from so far away, the depths could as well be reversed and the turns the other way round: turn "
       "farther, come nearer, or give masks of what moves as one (--masks)");
@@ -164,9 +163,8 @@ std::string place_text(std::int64_t frame_index) {
 }
 
 void warn_of_contradictions(RecordingResult* result) {
-  if (result->maps.empty()) return;
   const Contradiction& worst = result->maps.front().contradiction;
-  if (worst.share() < kMaxContradicting) return;
+  if (!worst.is_one()) return;
   result->warnings.push_back(
       place_text(worst.frame_index) + " " + std::to_string(worst.contradicting) + " of " +
       std::to_string(worst.matches) +
@@ -209,7 +207,6 @@ std::set<std::int64_t> posed_frames(const Tracker& tracker) {
 
 // Whether the finished map, the largest of them, is of one rigid body.
 void check_map(int image_width, RecordingResult* result) {
-  if (result->maps.empty()) return;
   result->rigidity = check_rigidity(result->maps.front().map, image_width);
   if (result->rigidity.is_rigid) return;
   char text[320];
@@ -252,9 +249,7 @@ void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tr
 }  // namespace
 
 bool is_sure(const RecordingResult& result) {
-  return !result.tracked ||
-         (result.rigidity.is_rigid && result.maps.front().depth_evidence >= kMinDepthEvidence &&
-          result.maps.front().contradiction.share() < kMaxContradicting);
+  return !result.tracked || (result.rigidity.is_rigid && result.maps.front().is_sure());
 }
 
 bool is_confirmed(const RecordingResult& result) {
@@ -302,18 +297,15 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
       &result.problems);
   int image_width = 0;
   while (reader.next()) {
-    if (reader.index() < recording.first_tracked) {
-      tracker->pass_over();
-      result.names[reader.index()] = reader.image().name;
-      stamps.add(reader.image());
-      ++result.frames_total;
-      continue;
-    }
-    const FrameReport report = tracker->process(reader.image().stamp_ns, reader.prepared(), reader.mask());
     image_width = reader.image().image.cols;
     result.names[reader.index()] = reader.image().name;
     stamps.add(reader.image());
     ++result.frames_total;
+    if (reader.index() < recording.first_tracked) {
+      tracker->pass_over();
+      continue;
+    }
+    const FrameReport report = tracker->process(reader.image().stamp_ns, reader.prepared(), reader.mask());
     if (report.reason == Reason::kImageSizeMismatch) {
       result.problems.push_back(reader.image().name + ": " + report.reason_text + ", skipped");
     }

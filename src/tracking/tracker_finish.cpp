@@ -5,7 +5,6 @@
 #include <iterator>
 #include <utility>
 
-#include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "occlusion.h"
 #include "tracker_impl.h"
 
@@ -180,8 +179,7 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.seam = weakest_seam(map.map);
   map.depth_evidence = depth_evidence(options_.bundle, map.map);
   map.contradiction = worst_contradiction(map.map, camera_, options_.matching);
-  map.confirmed = !unconfirmed_ && map.seam.points >= kMinSeamPoints &&
-                  map.depth_evidence >= kMinDepthEvidence && map.contradiction.share() < kMaxContradicting;
+  map.confirmed = !unconfirmed_ && map.seam.holds() && map.is_sure();
   return map;
 }
 

@@ -42,19 +42,22 @@ Map make_map(double moved, double left_of) {
 TEST(Contradiction, ARightMapHasNone) {
   const Contradiction worst = worst_contradiction(make_map(0, 0), synthetic_camera(), MatchOptions());
   EXPECT_EQ(worst.contradicting, 0);
-  EXPECT_LT(worst.share(), kMaxContradicting);
+  EXPECT_LT(worst.share(), Contradiction::kMostOfARightMap);
+  EXPECT_FALSE(worst.is_one());
 }
 
 TEST(Contradiction, APartThatGoesAnotherWayIsSeenWhereItBegins) {
   const Contradiction worst =
       worst_contradiction(make_map(0.2, -0.3), synthetic_camera(), MatchOptions());  // by 27 px
   EXPECT_EQ(worst.frame_index, kBreak);
-  EXPECT_GT(worst.share(), 2 * kMaxContradicting);
+  EXPECT_GT(worst.share(), 2 * Contradiction::kMostOfARightMap);
+  EXPECT_TRUE(worst.is_one());
 }
 
 TEST(Contradiction, AFewThatMoveByThemselvesAreNone) {
   const Contradiction worst = worst_contradiction(make_map(0.2, -1.4), synthetic_camera(), MatchOptions());
-  EXPECT_LT(worst.share(), kMaxContradicting);
+  EXPECT_LT(worst.share(), Contradiction::kMostOfARightMap);
+  EXPECT_FALSE(worst.is_one());
 }
 
 // A row of panels that look alike, of which a camera that turns sees the next where it saw one before: what

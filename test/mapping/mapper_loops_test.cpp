@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "mono_pose_tracker/mapping/mapping_worker.h"
-#include "mono_pose_tracker/simulation/feature_walk.h"
+#include "mono_pose_tracker/simulation/loop_study.h"
 #include "mono_pose_tracker/tracking/resector.h"
 #include "support/synthetic_views.h"
 
@@ -32,19 +32,7 @@ class MapperLoopsTest : public testing::Test {
     worker_ = std::make_unique<MappingWorker>(
         with_cancel(options_.mapper(camera_.focal()), [this] { return ask(); }), camera_, threaded,
         [this] { mapping_thread_ = std::this_thread::get_id(); });
-    InitialMap map;
-    std::vector<std::vector<int>> point_of(2);
-    for (int v = 0; v < 2; ++v) {
-      map.views.push_back({walk_frame(walk_, camera_, v, kNoise, random_, &point_of[v]),
-                           walk_.camera_from_world[v] * walk_.camera_from_world[0].inverse()});
-    }
-    for (std::size_t f = 0; f < point_of[0].size(); ++f) {
-      const auto found = std::find(point_of[1].begin(), point_of[1].end(), point_of[0][f]);
-      if (found == point_of[1].end()) continue;
-      map.points.push_back({walk_.camera_from_world[0] * walk_.x_in_world[point_of[0][f]],
-                            {{0, static_cast<int>(f)}, {1, static_cast<int>(found - point_of[1].begin())}}});
-    }
-    worker_->initialize(map, 0);
+    worker_->initialize(true_beginning(walk_, camera_, kNoise, random_), 0);
   }
 
   // Asked by solves after each iteration: those beside the mapper's thread stand still while held.

@@ -7,18 +7,8 @@ namespace {
 
 constexpr double kNoise = 0.5;  // px
 
-CameraModel wide_camera() {
-  CameraParameters parameters;
-  parameters.width = 640;
-  parameters.height = 480;
-  parameters.fx = parameters.fy = 500;
-  parameters.cx = 319.5;
-  parameters.cy = 239.5;
-  return CameraModel(parameters);
-}
-
 LoopStudy study(const FeatureWalk& walk, bool close_loops = true) {
-  return run_loop_study(walk, wide_camera(), TrackerOptions(), kNoise, 1, close_loops);
+  return run_loop_study(walk, walk_camera(), TrackerOptions(), kNoise, 1, close_loops);
 }
 
 TEST(LoopStudy, ALoopIsClosedOnARing) {

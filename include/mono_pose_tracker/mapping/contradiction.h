@@ -15,12 +15,13 @@ struct Contradiction {
   int contradicting = 0;          // of them: the landmark lies elsewhere in the second image
 
   double share() const { return matches > 0 ? static_cast<double>(contradicting) / matches : 0; }
-};
 
-/// In a right map one match in twenty lies elsewhere, a wrong match or something that moves by itself. One in
-/// seven is a part of the scene that has gone another way than the map says, even if each of its sides looks
-/// well by itself.
-constexpr double kMaxContradicting = 1.0 / 7;
+  /// In a right map one match in twenty lies elsewhere, a wrong match or something that moves by itself. One
+  /// in seven is a part of the scene that has gone another way than the map says, even if each of its sides
+  /// looks well by itself.
+  static constexpr double kMostOfARightMap = 1.0 / 7;
+  bool is_one() const { return share() >= kMostOfARightMap; }
+};
 
 /// The worst pair of keyframes that follow each other in time. Observations are not asked, since a map keeps
 /// only those that agree with it: features are matched anew, and where a matched landmark should be seen is

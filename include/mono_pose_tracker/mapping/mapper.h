@@ -88,6 +88,7 @@ class Mapper {
   std::vector<MapTie> find_ties(const KeptMap& other, KeyframeId keyframe) const;
   void adjust_seam(const std::vector<KeyframeId>& seam);
   void bring_up_to_date(KeyframeCandidate* candidate) const;
+  void forget_beside_map();
   void forget_loops();
   void close_loop(const LoopConstraint& loop, const std::optional<KeyframeChanges>& changes,
                   std::uint64_t ticket);
@@ -96,7 +97,6 @@ class Mapper {
   std::vector<LandmarkId> landmarks_seen_by(const std::vector<KeyframeId>& keyframes) const;
   void adjust_globally();
   void post_correction(const KeyframeChanges& changes);
-  std::vector<LandmarkId> unseen_landmarks(KeyframeId id) const;
   void separate_motions(KeyframeId id);
   void leave_out(KeyframeId id, const std::vector<char>& features);
   bool is_left_out(KeyframeId id, int feature) const;

@@ -10,11 +10,12 @@ namespace mono_pose_tracker {
 struct Seam {
   std::int64_t frame_index = 0;  // the first keyframe's after it
   int points = 0;                // that hold the two sides together; the largest int where there is no seam
-};
 
-/// Fewer points than this hold no seam: each knows the ratio of lengths on the two sides from two depths, each
-/// good to a fifth, so that forty know it to 4.5 per cent.
-constexpr int kMinSeamPoints = 40;
+  /// Fewer points hold no seam: each knows the ratio of lengths on the two sides from two depths, each good
+  /// to a fifth, so that forty know it to 4.5 per cent.
+  static constexpr int kMinPoints = 40;
+  bool holds() const { return points >= kMinPoints; }
+};
 
 /// Lengths go over from one side to the other by landmarks alone that two keyframes of each side see: what
 /// one sees has no depth there. Where a point is seen from both sides of several seams it counts for each.

@@ -19,6 +19,11 @@ BundleObservation make_observation(int camera, int point, const ImageFeatures& i
 BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<KeyframeId>& free_keyframes,
                               int max_fixed, int max_landmarks, Map* map);
 
+/// The same with ten times the loss width, for parts that were just tied: they are as far apart as they have
+/// drifted, and the loss meant for noise would hardly let them pull. To be adjusted once more with the
+/// options themselves.
+BundleOptions with_wide_loss(BundleOptions options);
+
 /// Bundle adjustment of everything. The oldest keyframe stays, and one coordinate of the farthest holds the
 /// scale.
 BundleReport adjust_map(const BundleOptions& options, Map* map);

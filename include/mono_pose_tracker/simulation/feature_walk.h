@@ -41,6 +41,9 @@ FeatureWalk alike_rooms_walk(std::uint64_t seed);
 /// Round a column in a hall, looking outwards, 1.2 times: a loop of 25 m for quick tests.
 FeatureWalk ring_walk(std::uint64_t seed);
 
+/// The camera that the walks are laid out for: 640 x 480 px, 65 degrees wide, no distortion.
+CameraModel walk_camera();
+
 /// What the camera sees at that place of the walk, each pixel off by `noise_px`.
 Frame walk_frame(const FeatureWalk& walk, const CameraModel& camera, int index, double noise_px,
                  Random& random);

@@ -23,6 +23,10 @@ struct LeafStyle {
   float grain = 0.08f;         // amplitude of the noise over everything
 };
 
+/// What scenes choose of a style; the rest is as it stands above.
+LeafStyle leaf_style(const Color& base, const std::vector<Color>& palette, float largest, float smallest,
+                     float opacity);
+
 /// Colour at (u, v) metres of the surface, averaged over about `footprint` metres.
 Color leaf_texture(const LeafStyle& style, std::uint32_t seed, float u, float v, float footprint);
 

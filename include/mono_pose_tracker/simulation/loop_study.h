@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "mono_pose_tracker/mapping/initial_map.h"
 #include "mono_pose_tracker/simulation/feature_walk.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 
@@ -29,6 +30,10 @@ struct LoopStudy {
   double map_seconds = 0;       // CPU time of all else that the mapper did
   double slowest_search_s = 0;  // of one keyframe
 };
+
+/// The first two frames, with the points that both see at their true places.
+InitialMap true_beginning(const FeatureWalk& walk, const CameraModel& camera, double noise_px,
+                          Random& random);
 
 /// A walk tracked and mapped by its features alone, as a recording is: each frame is posed against the map so
 /// far (resection predicted by the last motion) and becomes a keyframe. `close_loops` false: for what it

@@ -11,6 +11,7 @@
 #include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/contradiction.h"
+#include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/mapping/loop_closer.h"
 #include "mono_pose_tracker/mapping/seam.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
@@ -28,7 +29,11 @@ struct FinishedMap {
   Seam seam;                    // where it hangs together least
   Contradiction contradiction;  // where most of what is seen speaks against it
   double depth_evidence = 0;    // that it is not reversed in depth (mapping/depth_reversal.h)
-  bool confirmed = false;       // a third view confirmed its beginning, and none of these is in doubt
+  bool confirmed = false;       // a third view confirmed its beginning, it is sure, and its seams hold
+
+  bool is_depth_sure() const { return depth_evidence >= kMinDepthEvidence; }
+  /// Nothing in it speaks against it; it may hang together by little.
+  bool is_sure() const { return is_depth_sure() && !contradiction.is_one(); }
 };
 
 /// Tracks one camera against the map it builds: bootstraps, resects every frame, hands keyframes to the
