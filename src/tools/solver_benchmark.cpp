@@ -1,8 +1,10 @@
 #include <benchmark/benchmark.h>
 
 #include <CLI/CLI.hpp>
+#include <functional>
 #include <map>
 #include <memory>
+#include <utility>
 
 #include "mono_pose_tracker/evaluation/relative_pose_choice.h"
 #include "mono_pose_tracker/geometry/essential.h"
@@ -59,28 +61,26 @@ std::vector<ProblemSet<BearingSample<N>, Eigen::Matrix3d>> two_view_problem_sets
           [](Random& random) { return motion_problem<N>(random, random_direction(random)); }),
       two_view_problems<N>("sideways_motion", count, motion(Eigen::Vector3d::UnitX())),
       two_view_problems<N>("forward_motion", count, motion(Eigen::Vector3d::UnitZ())),
+      two_view_problems<N>("nearly_only_turned", count,
+                           [](Random& random) { return near_rotation_problem<N>(random, 0.01); }),
   };
 }
 
-/// Points at depths 1 to 10 in a 90 degree view, the map turned and shifted at random.
-ProblemSet<PoseSample, Rigid3> pose_problems(int count) {
-  ProblemSet<PoseSample, Rigid3> set;
-  set.name = "random_pose";
+template <class Make>
+ProblemSet<PoseProblem, Rigid3> pose_problems(const std::string& name, int count, Make make) {
+  ProblemSet<PoseProblem, Rigid3> set;
+  set.name = name;
   Random random(1);
   for (int i = 0; i < count; ++i) {
-    const Rigid3 camera_from_map(random_rotation(random), 3 * random_direction(random));
-    const Rigid3 map_from_camera = camera_from_map.inverse();
-    PoseSample sample;
-    for (int k = 0; k < 3; ++k) {
-      const double depth = random.uniform(1, 10);
-      const Eigen::Vector3d x(random.uniform(-depth, depth), random.uniform(-depth, depth), depth);
-      sample.points[k] = map_from_camera * x;
-      sample.bearings[k] = x.normalized();
-    }
-    set.problems.push_back(sample);
-    set.truths.push_back(camera_from_map);
+    set.problems.push_back(make(random));
+    set.truths.push_back(set.problems.back().camera_from_map);
   }
   return set;
+}
+
+std::vector<ProblemSet<PoseProblem, Rigid3>> pose_problem_sets(int count) {
+  return {pose_problems("random_pose", count, random_pose_problem),
+          pose_problems("danger_cylinder", count, danger_cylinder_problem)};
 }
 
 double distance(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) { return distance_up_to_sign(a, b); }
@@ -147,10 +147,37 @@ void register_all(const std::string& method, const std::vector<MinimalSolver<Pro
   }
 }
 
+/// Problems of a kind, made when the first estimator asks for them; of all kinds together there may be
+/// gigabytes.
+class RobustProblems {
+ public:
+  RobustProblems(int count, std::uint64_t seed, std::function<Matches(Random&)> make)
+      : count_(count), seed_(seed), make_(std::move(make)) {}
+
+  int count() const { return count_; }
+
+  const std::vector<Matches>& get() const {
+    static const RobustProblems* owner = nullptr;
+    static std::vector<Matches> problems;
+    if (owner == this) return problems;
+    owner = this;
+    problems.clear();
+    Random random(seed_);
+    for (int i = 0; i < count_; ++i) problems.push_back(make_(random));
+    return problems;
+  }
+
+ private:
+  int count_;
+  std::uint64_t seed_;
+  std::function<Matches(Random&)> make_;
+};
+
 /// Milliseconds of an estimator on as many problems as there are trials, each solved once, and its errors.
 void register_estimator(const std::string& name, const RobustEstimator& estimator,
-                        std::shared_ptr<const std::vector<Matches>> problems, bool has_scale) {
+                        const std::shared_ptr<const RobustProblems>& source, bool has_scale) {
   const auto run = [=](benchmark::State& state) {
+    const std::vector<Matches>* problems = &source->get();
     std::vector<Rigid3> poses(problems->size());
     std::size_t i = 0;
     for (auto _ : state) {
@@ -179,31 +206,37 @@ void register_estimator(const std::string& name, const RobustEstimator& estimato
     }
     state.counters["R_over_5_deg"] = gross;
   };
-  benchmark::RegisterBenchmark(name.c_str(), run)
-      ->Iterations(static_cast<benchmark::IterationCount>(problems->size()))
-      ->Unit(benchmark::kMillisecond);
+  benchmark::RegisterBenchmark(name.c_str(), run)->Iterations(source->count())->Unit(benchmark::kMillisecond);
 }
 
 /// Robust estimators on 500 matches of two views and on 300 of a view and a map, 1 px of noise.
 void register_estimators(int trials) {
-  const std::map<std::string, double> scenes = {{"general_box", 1.0}, {"planar_box", 0.01}};
-  for (const auto& [scene, depth_by_width] : scenes) {
-    for (const int percent : {10, 30, 50, 70}) {
-      const std::string problem = scene + "/" + std::to_string(percent) + "%_outliers/";
-      Random random(static_cast<std::uint64_t>(percent));
-      std::vector<Matches> two_views, poses;
-      for (int i = 0; i < trials; ++i) {
-        two_views.push_back(two_view_matches(random, 500, percent / 100.0, depth_by_width));
-        poses.push_back(pose_matches(random, 300, percent / 100.0, depth_by_width));
-      }
-      const auto shared_two_views = std::make_shared<const std::vector<Matches>>(std::move(two_views));
-      const auto shared_poses = std::make_shared<const std::vector<Matches>>(std::move(poses));
-      for (const RobustEstimator& e : relative_pose_estimators()) {
-        register_estimator("relative_pose/" + problem + e.name, e, shared_two_views, false);
-      }
-      for (const RobustEstimator& e : absolute_pose_estimators()) {
-        register_estimator("absolute_pose/" + problem + e.name, e, shared_poses, true);
-      }
+  const auto register_problems = [trials](const std::string& method, const std::string& scene, int percent,
+                                          const std::vector<RobustEstimator>& estimators, bool has_scale,
+                                          const std::function<Matches(Random&)>& make) {
+    const std::string problem = method + "/" + scene + "/" + std::to_string(percent) + "%_outliers/";
+    const auto problems = std::make_shared<RobustProblems>(trials, static_cast<std::uint64_t>(percent), make);
+    for (const RobustEstimator& e : estimators) register_estimator(problem + e.name, e, problems, has_scale);
+  };
+  const std::vector<int> percents = {10, 30, 50, 70, 80, 90};
+  const std::map<std::string, TwoViewScene> scenes = {{"general_box", TwoViewScene::kGeneral},
+                                                      {"planar_box", TwoViewScene::kPlanar},
+                                                      {"forward_motion", TwoViewScene::kForward}};
+  for (const auto& [name, scene] : scenes) {
+    for (const int percent : percents) {
+      register_problems("relative_pose", name, percent, relative_pose_estimators(), false,
+                        [scene = scene, percent](Random& random) {
+                          return two_view_matches(scene, 500, percent / 100.0, random);
+                        });
+    }
+  }
+  const std::map<std::string, double> boxes = {{"general_box", 1.0}, {"planar_box", 0.01}};
+  for (const auto& [name, depth_by_width] : boxes) {
+    for (const int percent : percents) {
+      register_problems("absolute_pose", name, percent, absolute_pose_estimators(), true,
+                        [depth_by_width = depth_by_width, percent](Random& random) {
+                          return pose_matches(depth_by_width, 300, percent / 100.0, random);
+                        });
     }
   }
 }
@@ -239,9 +272,11 @@ int main(int argc, char** argv) {
   }
 
   cv::setNumThreads(1);
-  register_all("five_point", five_point_solvers(), two_view_problem_sets<5>(trials));
+  std::vector<EpipolarSolver<5>> five_point = five_point_solvers();
+  five_point.push_back(five_point_motions());
+  register_all("five_point", five_point, two_view_problem_sets<5>(trials));
   register_all("seven_point", seven_point_solvers(), two_view_problem_sets<7>(trials));
-  register_all("p3p", p3p_solvers(), std::vector<ProblemSet<PoseSample, Rigid3>>{pose_problems(trials)});
+  register_all("p3p", p3p_solvers(), pose_problem_sets(trials));
 
   register_estimators(estimator_trials);
 

@@ -6,47 +6,10 @@
 #include <cmath>
 #include <limits>
 
-#include "mono_pose_tracker/simulation/two_view_problem.h"
+#include "mono_pose_tracker/simulation/pose_problem.h"
 
 namespace mono_pose_tracker {
 namespace {
-
-struct Problem {
-  Rigid3 camera_from_map;
-  std::array<Eigen::Vector3d, 3> bearings, points;
-};
-
-/// Points in a 90 degree view at depths 1 to 10, given in a map turned and shifted at random.
-Problem random_problem(Random& random) {
-  Problem problem;
-  problem.camera_from_map = Rigid3(random_rotation(random), 3 * random_direction(random));
-  const Rigid3 map_from_camera = problem.camera_from_map.inverse();
-  for (int i = 0; i < 3; ++i) {
-    const double depth = random.uniform(1, 10);
-    const Eigen::Vector3d x(random.uniform(-depth, depth), random.uniform(-depth, depth), depth);
-    problem.points[i] = map_from_camera * x;
-    problem.bearings[i] = x.normalized();
-  }
-  return problem;
-}
-
-/// Three points on a circle, seen from the cylinder over it: a double solution.
-Problem danger_cylinder_problem(Random& random) {
-  Problem problem;
-  problem.camera_from_map = Rigid3(random_rotation(random), 3 * random_direction(random));
-  const Rigid3 map_from_circle(random_rotation(random), 3 * random_direction(random));
-  const auto on_circle = [&](double height) {
-    const double angle = random.uniform(0, 2 * 3.14159265358979);
-    return map_from_circle * Eigen::Vector3d(std::cos(angle), std::sin(angle), height);
-  };
-  for (Eigen::Vector3d& point : problem.points) point = on_circle(0);
-  const Eigen::Vector3d centre = on_circle(random.uniform(0.5, 5));
-  problem.camera_from_map.translation = -(problem.camera_from_map.rotation * centre);
-  for (int i = 0; i < 3; ++i) {
-    problem.bearings[i] = (problem.camera_from_map * problem.points[i]).normalized();
-  }
-  return problem;
-}
 
 double pose_distance(const Motion& a, const Motion& b) {
   return (a.rotation - b.rotation).norm() + (a.translation - b.translation).norm();
@@ -57,7 +20,7 @@ double pose_distance(const Motion& a, const Rigid3& b) {
 }
 
 /// The largest angle between a bearing and its point, infinite for what is no rotation.
-double error_of(const Motion& pose, const Problem& problem) {
+double error_of(const Motion& pose, const PoseProblem& problem) {
   const Eigen::Matrix3d gram = pose.rotation.transpose() * pose.rotation;
   if (!((gram - Eigen::Matrix3d::Identity()).norm() < 1e-8)) return std::numeric_limits<double>::infinity();
   double worst = 0;
@@ -74,7 +37,7 @@ TEST(P3P, FindsTheTruthAndOnlySolutions) {
   int missed = 0, duplicates = 0;
   double worst = 0;
   for (int trial = 0; trial < 100000; ++trial) {
-    const Problem problem = random_problem(random);
+    const PoseProblem problem = random_pose_problem(random);
     std::array<Motion, 4> found;
     const int count = p3p(problem.bearings, problem.points, &found);
     double best = 10;
@@ -95,7 +58,7 @@ TEST(P3P, FindsTheTruthOnTheDangerCylinder) {
   constexpr int kTrials = 20000;
   int missed = 0, invalid = 0;
   for (int trial = 0; trial < kTrials; ++trial) {
-    const Problem problem = danger_cylinder_problem(random);
+    const PoseProblem problem = danger_cylinder_problem(random);
     std::array<Motion, 4> found;
     const int count = p3p(problem.bearings, problem.points, &found);
     double best = 10;
@@ -112,7 +75,7 @@ TEST(P3P, FindsTheTruthOnTheDangerCylinder) {
 TEST(P3P, FindsThreeEqualSides) {
   // Seen along the axis of an equilateral triangle the laws are symmetric: the truth is a multiple root of
   // the cubic.
-  Problem problem;
+  PoseProblem problem;
   problem.camera_from_map.translation = Eigen::Vector3d(0, 0, 3);
   for (int i = 0; i < 3; ++i) {
     const double angle = 2 * 3.14159265358979 / 3 * i;
@@ -130,18 +93,18 @@ TEST(P3P, RefusesCollinearAndCoincidentPoints) {
   Random random(2);
   std::array<Motion, 4> found;
   for (int trial = 0; trial < 100; ++trial) {
-    Problem problem = random_problem(random);
-    Problem collinear = problem;
+    PoseProblem problem = random_pose_problem(random);
+    PoseProblem collinear = problem;
     collinear.points[2] = 0.3 * collinear.points[0] + 0.7 * collinear.points[1];
     collinear.bearings[2] = (collinear.camera_from_map * collinear.points[2]).normalized();
     EXPECT_EQ(p3p(collinear.bearings, collinear.points, &found), 0);
 
-    Problem coincident = problem;
+    PoseProblem coincident = problem;
     coincident.points[1] = coincident.points[0];
     coincident.bearings[1] = coincident.bearings[0];
     EXPECT_EQ(p3p(coincident.bearings, coincident.points, &found), 0);
 
-    Problem parallel = problem;
+    PoseProblem parallel = problem;
     parallel.bearings[1] = parallel.bearings[0];
     EXPECT_EQ(p3p(parallel.bearings, parallel.points, &found), 0);
   }
@@ -152,8 +115,8 @@ TEST(P3P, RefusesNumbersThatAreNotFinite) {
   for (const double bad :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     Random random(3);
-    Problem problem = random_problem(random);
-    Problem bearing = problem, point = problem;
+    PoseProblem problem = random_pose_problem(random);
+    PoseProblem bearing = problem, point = problem;
     bearing.bearings[2].z() = bad;
     point.points[0].x() = bad;
     EXPECT_EQ(p3p(bearing.bearings, bearing.points, &found), 0);

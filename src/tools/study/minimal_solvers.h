@@ -15,10 +15,18 @@
 #include <opengv/relative_pose/methods.hpp>
 #endif
 
+#ifdef MONO_POSE_TRACKER_WITH_POSELIB
+#include <PoseLib/camera_pose.h>
+#include <PoseLib/solvers/p3p.h>
+#include <PoseLib/solvers/relpose_5pt.h>
+#endif
+
 #include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/geometry/essential.h"
 #include "mono_pose_tracker/geometry/five_point.h"
 #include "mono_pose_tracker/geometry/p3p.h"
 #include "mono_pose_tracker/geometry/seven_point.h"
+#include "mono_pose_tracker/simulation/pose_problem.h"
 
 namespace mono_pose_tracker {
 
@@ -39,13 +47,10 @@ template <int N>
 struct BearingSample {
   std::array<Eigen::Vector3d, N> bearings1, bearings2;
 };
-struct PoseSample {
-  std::array<Eigen::Vector3d, 3> bearings, points;
-};
 
 template <int N>
 using EpipolarSolver = MinimalSolver<BearingSample<N>, Eigen::Matrix3d>;
-using PoseSolver = MinimalSolver<PoseSample, Rigid3>;
+using PoseSolver = MinimalSolver<PoseProblem, Rigid3>;
 
 /// Wraps a solver of ours, which writes into an array of what `convert` makes our solutions of.
 template <class Problem, class Solution, class Found, std::size_t kMost, class Solve, class Convert>
@@ -152,7 +157,7 @@ struct OpengvPoints {
 
 template <class Method>
 PoseSolver opengv_pose_solver(const std::string& name, Method method) {
-  const auto convert = [](const PoseSample& sample) -> OpengvPoints {
+  const auto convert = [](const PoseProblem& sample) -> OpengvPoints {
     return {{sample.bearings.begin(), sample.bearings.end()}, {sample.points.begin(), sample.points.end()}};
   };
   const auto solve = [method](const OpengvPoints& input) {
@@ -166,7 +171,53 @@ PoseSolver opengv_pose_solver(const std::string& name, Method method) {
     }
     return poses;
   };
-  return peer_solver<PoseSample, Rigid3>(name, convert, solve, read);
+  return peer_solver<PoseProblem, Rigid3>(name, convert, solve, read);
+}
+
+#endif
+
+#ifdef MONO_POSE_TRACKER_WITH_POSELIB
+
+inline Rigid3 from_poselib(const poselib::CameraPose& pose) { return {Eigen::Matrix3d(pose.R()), pose.t}; }
+
+struct PoselibVectors {
+  std::vector<Eigen::Vector3d> first, second;
+};
+
+inline EpipolarSolver<5> poselib_five_point() {
+  const auto convert = [](const BearingSample<5>& sample) -> PoselibVectors {
+    return {{sample.bearings1.begin(), sample.bearings1.end()},
+            {sample.bearings2.begin(), sample.bearings2.end()}};
+  };
+  const auto solve = [](const PoselibVectors& input) {
+    poselib::CameraPoseVector poses;
+    poselib::relpose_5pt(input.first, input.second, &poses);
+    return poses;
+  };
+  const auto read = [](const poselib::CameraPoseVector& poses) {
+    std::vector<Eigen::Matrix3d> matrices;
+    for (const poselib::CameraPose& pose : poses) matrices.push_back(essential_matrix(from_poselib(pose)));
+    return matrices;
+  };
+  return peer_solver<BearingSample<5>, Eigen::Matrix3d>("poselib", convert, solve, read);
+}
+
+inline PoseSolver poselib_p3p() {
+  const auto convert = [](const PoseProblem& problem) -> PoselibVectors {
+    return {{problem.bearings.begin(), problem.bearings.end()},
+            {problem.points.begin(), problem.points.end()}};
+  };
+  const auto solve = [](const PoselibVectors& input) {
+    poselib::CameraPoseVector poses;
+    poselib::p3p(input.first, input.second, &poses);
+    return poses;
+  };
+  const auto read = [](const poselib::CameraPoseVector& poses) {
+    std::vector<Rigid3> read_poses;
+    for (const poselib::CameraPose& pose : poses) read_poses.push_back(from_poselib(pose));
+    return read_poses;
+  };
+  return peer_solver<PoseProblem, Rigid3>("poselib", convert, solve, read);
 }
 
 #endif
@@ -176,6 +227,9 @@ inline std::vector<EpipolarSolver<5>> five_point_solvers() {
   solvers.push_back(own_solver<BearingSample<5>, Eigen::Matrix3d, Eigen::Matrix3d, 10>(
       "ours", [](const auto& s, auto* found) { return five_point(s.bearings1, s.bearings2, found); },
       [](const Eigen::Matrix3d& m) { return m; }));
+#ifdef MONO_POSE_TRACKER_WITH_POSELIB
+  solvers.push_back(poselib_five_point());
+#endif
 #ifdef MONO_POSE_TRACKER_WITH_OPENGV
   namespace relative = opengv::relative_pose;
   solvers.push_back(opengv_epipolar_solver<5>("opengv_stewenius",
@@ -191,6 +245,16 @@ inline std::vector<EpipolarSolver<5>> five_point_solvers() {
   solvers.push_back(peer_solver<BearingSample<5>, Eigen::Matrix3d>("opencv", to_opencv<5>, find,
                                                                    [](const auto& found) { return found; }));
   return solvers;
+}
+
+constexpr double kInFront = 1e-6;  // radians that a ray may be behind by; there is no noise
+
+/// five_point as RANSAC calls it: motions that have the points in front.
+inline EpipolarSolver<5> five_point_motions() {
+  return own_solver<BearingSample<5>, Eigen::Matrix3d, Motion, 40>(
+      "ours_motions",
+      [](const auto& s, auto* found) { return five_point(s.bearings1, s.bearings2, kInFront, found); },
+      [](const Motion& m) { return essential_matrix(Rigid3(m.rotation, m.translation)); });
 }
 
 inline std::vector<EpipolarSolver<7>> seven_point_solvers() {
@@ -220,7 +284,7 @@ struct OpencvPoses {
 };
 
 inline PoseSolver opencv_pose_solver(const std::string& name, int method) {
-  const auto convert = [](const PoseSample& sample) {
+  const auto convert = [](const PoseProblem& sample) {
     OpencvPoints input;
     for (int i = 0; i < 3; ++i) {
       const Eigen::Vector3d& x = sample.points[i];
@@ -248,14 +312,17 @@ inline PoseSolver opencv_pose_solver(const std::string& name, int method) {
     }
     return poses;
   };
-  return peer_solver<PoseSample, Rigid3>(name, convert, solve, read);
+  return peer_solver<PoseProblem, Rigid3>(name, convert, solve, read);
 }
 
 inline std::vector<PoseSolver> p3p_solvers() {
   std::vector<PoseSolver> solvers;
-  solvers.push_back(own_solver<PoseSample, Rigid3, Motion, 4>(
+  solvers.push_back(own_solver<PoseProblem, Rigid3, Motion, 4>(
       "ours", [](const auto& s, auto* found) { return p3p(s.bearings, s.points, found); },
       [](const Motion& m) { return Rigid3(m.rotation, m.translation); }));
+#ifdef MONO_POSE_TRACKER_WITH_POSELIB
+  solvers.push_back(poselib_p3p());
+#endif
 #ifdef MONO_POSE_TRACKER_WITH_OPENGV
   namespace absolute = opengv::absolute_pose;
   solvers.push_back(opengv_pose_solver("opengv_kneip", [](const auto& a) { return absolute::p3p_kneip(a); }));

@@ -17,8 +17,14 @@
 #include <opengv/sac_problems/relative_pose/CentralRelativePoseSacProblem.hpp>
 #endif
 
+#ifdef MONO_POSE_TRACKER_WITH_POSELIB
+#include <PoseLib/robust.h>
+#endif
+
 #include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
+#include "mono_pose_tracker/robust/bearing_pairs.h"
+#include "mono_pose_tracker/robust/point_matches.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
 
 namespace mono_pose_tracker {
@@ -34,6 +40,7 @@ struct Matches {
   std::vector<cv::Point3d> object;
   cv::Matx33d camera;
   Rigid3 truth;
+  std::vector<char> is_inlier;
   double threshold_px = 0;
   double threshold = 0;  // the same in radians
 };
@@ -64,6 +71,39 @@ inline bool own_absolute_pose(const Matches& matches, Rigid3* pose) {
   const AbsolutePoseReport report = estimate_absolute_pose(matches.bearings1, matches.points, options);
   *pose = report.camera_from_map;
   return report.success;
+}
+
+/// Matches of bearings1 with `others` that are inliers in truth.
+inline void true_inliers(const Matches& matches, const std::vector<Eigen::Vector3d>& others,
+                         std::vector<Eigen::Vector3d>* bearings, std::vector<Eigen::Vector3d>* partners) {
+  for (std::size_t i = 0; i < matches.is_inlier.size(); ++i) {
+    if (!matches.is_inlier[i]) continue;
+    bearings->push_back(matches.bearings1[i]);
+    partners->push_back(others[i]);
+  }
+}
+
+// Radians; no true inlier is beyond it.
+constexpr double kNoThreshold = 0.4;
+constexpr int kUntilItRests = 50;  // iterations
+
+/// Least squares from the truth over the true inliers: what no estimator can be expected to beat.
+inline bool optimal_relative_pose(const Matches& matches, Rigid3* pose) {
+  std::vector<Eigen::Vector3d> first, second;
+  true_inliers(matches, matches.bearings2, &first, &second);
+  Motion motion{matches.truth.rotation_matrix(), matches.truth.translation.normalized()};
+  refine_two_views(BearingPairs(first, second, 0), kNoThreshold, kUntilItRests, &motion);
+  *pose = Rigid3(motion.rotation, motion.translation);
+  return true;
+}
+
+inline bool optimal_absolute_pose(const Matches& matches, Rigid3* pose) {
+  std::vector<Eigen::Vector3d> bearings, points;
+  true_inliers(matches, matches.points, &bearings, &points);
+  Motion motion{matches.truth.rotation_matrix(), matches.truth.translation};
+  refine_camera_pose(PointMatches(bearings, points, 0), kNoThreshold, kUntilItRests, &motion);
+  *pose = Rigid3(motion.rotation, motion.translation);
+  return true;
 }
 
 inline Rigid3 from_opencv(const cv::Mat& rotation, const cv::Mat& translation) {
@@ -153,8 +193,60 @@ inline bool opengv_absolute_pose(const Matches& matches, Rigid3* pose) {
 
 #endif
 
+#ifdef MONO_POSE_TRACKER_WITH_POSELIB
+
+inline std::vector<Eigen::Vector2d> to_poselib(const std::vector<cv::Point2d>& image) {
+  std::vector<Eigen::Vector2d> points;
+  for (const cv::Point2d& p : image) points.emplace_back(p.x, p.y);
+  return points;
+}
+
+inline poselib::Camera poselib_camera(const Matches& matches) {
+  const double centre = matches.camera(0, 2);
+  return poselib::Camera("SIMPLE_PINHOLE", {matches.camera(0, 0), centre, centre},
+                         static_cast<int>(2 * centre), static_cast<int>(2 * centre));
+}
+
+/// Options: poselib::RelativePoseOptions or AbsolutePoseOptions.
+template <class Options>
+Options poselib_options(const Matches& matches) {
+  Options options;
+  options.max_error = matches.threshold_px;
+  options.ransac.success_prob = kConfidence;
+  options.ransac.max_iterations = kMostIterations;
+  options.ransac.min_iterations = RansacOptions().min_iterations;
+  return options;
+}
+
+inline bool poselib_relative_pose(const Matches& matches, Rigid3* pose) {
+  const poselib::Camera camera = poselib_camera(matches);
+  poselib::CameraPose found;
+  std::vector<char> inliers;
+  const poselib::RansacStats stats = poselib::estimate_relative_pose(
+      to_poselib(matches.image1), to_poselib(matches.image2), camera, camera,
+      poselib_options<poselib::RelativePoseOptions>(matches), &found, &inliers);
+  *pose = Rigid3(Eigen::Matrix3d(found.R()), found.t);
+  return stats.num_inliers > 0;
+}
+
+inline bool poselib_absolute_pose(const Matches& matches, Rigid3* pose) {
+  poselib::Image image;
+  image.camera = poselib_camera(matches);
+  std::vector<char> inliers;
+  const poselib::RansacStats stats = poselib::estimate_absolute_pose(
+      to_poselib(matches.image1), matches.points, poselib_options<poselib::AbsolutePoseOptions>(matches),
+      &image, &inliers);
+  *pose = Rigid3(Eigen::Matrix3d(image.pose.R()), image.pose.t);
+  return stats.num_inliers > 0;
+}
+
+#endif
+
 inline std::vector<RobustEstimator> relative_pose_estimators() {
-  std::vector<RobustEstimator> estimators = {{"ours", own_relative_pose}};
+  std::vector<RobustEstimator> estimators = {{"ours", own_relative_pose}, {"optimum", optimal_relative_pose}};
+#ifdef MONO_POSE_TRACKER_WITH_POSELIB
+  estimators.push_back({"poselib", poselib_relative_pose});
+#endif
 #ifdef MONO_POSE_TRACKER_WITH_OPENGV
   estimators.push_back({"opengv_nister", opengv_relative_pose});
 #endif
@@ -165,7 +257,10 @@ inline std::vector<RobustEstimator> relative_pose_estimators() {
 }
 
 inline std::vector<RobustEstimator> absolute_pose_estimators() {
-  std::vector<RobustEstimator> estimators = {{"ours", own_absolute_pose}};
+  std::vector<RobustEstimator> estimators = {{"ours", own_absolute_pose}, {"optimum", optimal_absolute_pose}};
+#ifdef MONO_POSE_TRACKER_WITH_POSELIB
+  estimators.push_back({"poselib", poselib_absolute_pose});
+#endif
 #ifdef MONO_POSE_TRACKER_WITH_OPENGV
   estimators.push_back({"opengv_kneip", opengv_absolute_pose});
 #endif
