@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/ros/messages.h"
 
 namespace mono_pose_tracker {
@@ -19,18 +18,6 @@ Eigen::Matrix3d z_up_from_optical() {
       -1, 0, 0,  //
       0, -1, 0;
   return R;
-}
-
-/// Coordinate by coordinate: half of the points may be wherever they like.
-Eigen::Vector3d median_point(const std::vector<ColoredPoint>& points) {
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  for (int i = 0; i < 3 && !points.empty(); ++i) {
-    std::vector<double> values;
-    values.reserve(points.size());
-    for (const ColoredPoint& point : points) values.push_back(point.x_in_map[i]);
-    centre[i] = median(std::move(values));
-  }
-  return centre;
 }
 
 Rigid3 to_rigid(const geometry_msgs::Transform& transform) {
@@ -60,47 +47,50 @@ OutputFrames::~OutputFrames() {
 bool OutputFrames::wants_points(std::uint32_t epoch) const {
   if (!options_.object_mode) return false;
   const std::lock_guard<std::mutex> lock(mutex_);
-  return centre_epoch_ != epoch;
+  return centre_.wants_points(epoch);
 }
 
-void OutputFrames::set_points(std::uint32_t epoch, const std::vector<ColoredPoint>& points) {
-  const Eigen::Vector3d centre = median_point(points);
+void OutputFrames::see_points(std::uint32_t epoch, const std::vector<ColoredPoint>& points) {
+  if (!options_.object_mode) return;
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (centre_epoch_ == epoch) return;
-  centre_epoch_ = epoch;
-  centre_in_map_ = centre;
+  centre_.see(epoch, points);
+}
+
+std::optional<Rigid3> OutputFrames::follow_object(std::uint32_t epoch) {
+  if (!options_.object_mode) return std::nullopt;
+  const Rigid3 before = world_from_map();
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!centre_.follow(epoch)) return std::nullopt;
+  }
+  if (!is_centred()) return std::nullopt;
+  return world_from_map() * before.inverse();
+}
+
+std::uint32_t OutputFrames::origin_moves(std::uint32_t epoch) const {
+  if (!is_centred()) return 0;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return centre_.moves(epoch);
 }
 
 Rigid3 OutputFrames::world_from_map() const {
   Rigid3 world_from_map;
   if (options_.map_orientation == "z_up")
     world_from_map = Rigid3(z_up_from_optical(), Eigen::Vector3d::Zero());
+  if (!is_centred()) return world_from_map;
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (options_.object_origin == "centre") {
-    world_from_map.translation = -(world_from_map.rotation * centre_in_map_);
-  }
+  world_from_map.translation = -(world_from_map.rotation * centre_.in_map());
   return world_from_map;
 }
 
 FrameReport OutputFrames::in_world(FrameReport report) const {
-  for (PosedFrame& frame : report.corrected) frame.map_from_camera = world_from_map() * frame.map_from_camera;
+  const Rigid3 world_from_map = this->world_from_map();
+  for (PosedFrame& frame : report.corrected) frame.map_from_camera = world_from_map * frame.map_from_camera;
   if (!report.map_from_camera) return report;
-  const PoseEstimate pose = world_from_map() * PoseEstimate{*report.map_from_camera, report.covariance};
+  const PoseEstimate pose = world_from_map * PoseEstimate{*report.map_from_camera, report.covariance};
   report.map_from_camera = pose.b_from_a;
   report.covariance = pose.covariance;
   return report;
-}
-
-MapSnapshot OutputFrames::in_world(const MapSnapshot& snapshot) const {
-  const Rigid3 world_from_map = this->world_from_map();
-  MapSnapshot result = snapshot;
-  for (ColoredPoint& point : result.points) {
-    point.x_in_map = (world_from_map * point.x_in_map.cast<double>()).cast<float>();
-  }
-  for (KeyframePose& keyframe : result.keyframes) {
-    keyframe.map_from_camera = world_from_map * keyframe.map_from_camera;
-  }
-  return result;
 }
 
 /// tf takes neither an empty name nor the leading slash of older drivers.
@@ -215,7 +205,7 @@ std::optional<geometry_msgs::TransformStamped> OutputFrames::view_transform(
   if (!options_.object_mode) return to_transform(header, options_.view_frame, world_from_camera);
   Rigid3 world_from_view = world_from_map();
   const std::lock_guard<std::mutex> lock(mutex_);
-  world_from_view.translation = world_from_view * centre_in_map_;
+  world_from_view.translation = world_from_view * centre_.in_map();
   return to_transform(header, options_.view_frame, world_from_view);
 }
 
@@ -236,6 +226,17 @@ std::string OutputFrames::conflict(const std::string& parent, const std::string&
     above = other;
   }
   return "";
+}
+
+MapSnapshot in_world(const Rigid3& world_from_map, const MapSnapshot& snapshot) {
+  MapSnapshot result = snapshot;
+  for (ColoredPoint& point : result.points) {
+    point.x_in_map = (world_from_map * point.x_in_map.cast<double>()).cast<float>();
+  }
+  for (KeyframePose& keyframe : result.keyframes) {
+    keyframe.map_from_camera = world_from_map * keyframe.map_from_camera;
+  }
+  return result;
 }
 
 }  // namespace mono_pose_tracker

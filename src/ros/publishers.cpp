@@ -49,6 +49,17 @@ void Publishers::publish_frame(const std_msgs::Header& image_header, const Frame
   remember(report, body);
   if (body) publish_pose(image_header, report, *body);
   publish_view(image_header, report);
+  if (body && frames_.options().object_mode) publish_object(image_header, report.epoch);
+}
+
+void Publishers::move_world(const Rigid3& new_world_from_world) {
+  previous_.reset();  // what lies between is no velocity
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::vector<PosedFrame> moved;
+  for (const Posed& posed : poses_) {
+    moved.push_back({0, posed.camera.stamp_ns, new_world_from_world * posed.camera.map_from_camera});
+  }
+  correct(moved, std::nullopt);
 }
 
 void Publishers::publish_view(const std_msgs::Header& image_header, const FrameReport& report) {
@@ -110,6 +121,7 @@ bool Publishers::keeps_odom_of_another_map(const FrameReport& report) const {
 void Publishers::remember(const FrameReport& report, const std::optional<OutputFrames::BodyPose>& body) {
   const std::lock_guard<std::mutex> lock(mutex_);
   newest_stamp_ns_ = report.stamp_ns;
+  world_from_map_ = frames_.world_from_map();
   if (report.epoch != epoch_) {  // poses of another map have another origin and scale
     epoch_ = report.epoch;
     poses_.clear();
@@ -173,12 +185,15 @@ std::vector<KeyframePose> Publishers::trajectory() const {
   return poses;
 }
 
-std_msgs::Header Publishers::map_header() const {
-  std_msgs::Header header;
-  header.frame_id = frames_.world();
+// An object's are in a frame that turns: at the last stamp of which tf is known.
+Publishers::Placed Publishers::placed() const {
+  Placed placed;
+  placed.header.frame_id = frames_.world();
   const std::lock_guard<std::mutex> lock(mutex_);
-  header.stamp = to_ros_time(newest_stamp_ns_);
-  return header;
+  const bool turns = frames_.options().object_mode && !poses_.empty();
+  placed.header.stamp = to_ros_time(turns ? poses_.back().camera.stamp_ns : newest_stamp_ns_);
+  placed.world_from_map = world_from_map_;
+  return placed;
 }
 
 void Publishers::publish_mask(const std_msgs::Header& header, const cv::Mat& mask,
@@ -192,19 +207,42 @@ void Publishers::publish_debug_image(const std_msgs::Header& header, const cv::M
   debug_image_.publish(cv_bridge::CvImage(header, "bgr8", bgr).toImageMsg());
 }
 
-void Publishers::publish_map(const MapSnapshot& snapshot, const CameraParameters& camera) {
-  const std_msgs::Header header = map_header();
-  points_.publish(to_point_cloud(header, snapshot.points));
+bool Publishers::publish_map(std::uint32_t epoch, std::shared_ptr<const MapSnapshot> map,
+                             const CameraParameters& camera) {
+  if (frames_.options().object_mode) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    object_ = map;
+    object_epoch_ = epoch;
+    if (epoch != epoch_) return false;
+  }
+  const Placed at = placed();
+  const MapSnapshot snapshot = in_world(at.world_from_map, *map);
+  points_.publish(to_point_cloud(at.header, snapshot.points));
   const double depth = frustum_depth(snapshot, camera);
   keyframes_.publish(
-      to_keyframe_markers(header, camera, thinned_keyframes(snapshot.keyframes, depth), depth));
+      to_keyframe_markers(at.header, camera, thinned_keyframes(snapshot.keyframes, depth), depth));
   const std::lock_guard<std::mutex> lock(mutex_);
   drawn_camera_ = camera;
   frustum_depth_ = depth;
+  return true;
+}
+
+void Publishers::publish_object(const std_msgs::Header& image_header, std::uint32_t epoch) {
+  if (points_.getNumSubscribers() == 0) return;
+  std::shared_ptr<const MapSnapshot> object;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (object_epoch_ != epoch) return;
+    object = object_;
+  }
+  if (!object) return;
+  std_msgs::Header header = image_header;
+  header.frame_id = frames_.world();
+  points_.publish(to_point_cloud(header, in_world(frames_.world_from_map(), *object).points));
 }
 
 void Publishers::publish_path() {
-  const std_msgs::Header header = map_header();
+  const std_msgs::Header header = placed().header;
   std::vector<Posed> poses;
   {
     const std::lock_guard<std::mutex> lock(mutex_);

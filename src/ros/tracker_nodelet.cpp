@@ -249,10 +249,19 @@ void TrackerNodelet::process(const Frame& frame) {
     report.reason = Reason::kTimeJump;
     report.reason_text = frame.recording.why;
   }
-  if (report.map_from_camera && frames_->wants_points(report.epoch)) {
-    frames_->set_points(report.epoch, tracker_->map_view()->snapshot->points);
-  }
+  if (report.map_from_camera) follow_object(report.epoch);
+  report.corrections += frames_->origin_moves(report.epoch);
   publish(frame, report);
+}
+
+// An object's origin that has moved is a correction: poses before and after it are not told apart from those
+// of a map that was corrected.
+void TrackerNodelet::follow_object(std::uint32_t epoch) {
+  if (frames_->wants_points(epoch)) {
+    frames_->see_points(epoch, tracker_->map_view()->snapshot->points);
+  }
+  const std::optional<Rigid3> moved = frames_->follow_object(epoch);
+  if (moved) publishers_->move_world(*moved);
 }
 
 void TrackerNodelet::publish(const Frame& frame, const FrameReport& report) {
@@ -319,11 +328,10 @@ void TrackerNodelet::publish_map() {
   if (published_map_ && *published_map_ == version) return;
   const std::optional<MapView> view = tracker_->map_view();
   if (!view) return;
-  if (!view->snapshot->points.empty() && frames_->wants_points(view->epoch)) {
-    frames_->set_points(view->epoch, view->snapshot->points);
+  frames_->see_points(view->epoch, view->snapshot->points);
+  if (publishers_->publish_map(view->epoch, view->snapshot, view->camera.parameters())) {
+    published_map_ = version;
   }
-  publishers_->publish_map(frames_->in_world(*view->snapshot), view->camera.parameters());
-  published_map_ = version;
 }
 
 void TrackerNodelet::check_inputs() {

@@ -13,8 +13,10 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "mono_pose_tracker/ros/frame_options.h"
+#include "mono_pose_tracker/ros/object_centre.h"
 #include "mono_pose_tracker/ros/pose_estimate.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 
@@ -40,13 +42,20 @@ class OutputFrames {
     return options_.object_mode ? options_.object_frame : options_.map_frame;
   }
 
-  /// Whether an object's centre in this map hangs on its points and has not been set.
+  /// Whether an object's centre in this map hangs on its points and none were seen.
   bool wants_points(std::uint32_t epoch) const;
-  void set_points(std::uint32_t epoch, const std::vector<ColoredPoint>& points);
+  /// Those of the map's newest revision, of an object.
+  void see_points(std::uint32_t epoch, const std::vector<ColoredPoint>& points);
+  /// Called before a posed frame is given: the only time at which an object's origin moves within a map.
+  /// Returns new_world_from_world when it has.
+  std::optional<Rigid3> follow_object(std::uint32_t epoch);
+  /// How often the origin has moved in this map.
+  std::uint32_t origin_moves(std::uint32_t epoch) const;
 
-  /// The same with poses, covariance and points in the world's frame.
+  /// Where the tracker's map is in the world.
+  Rigid3 world_from_map() const;
+  /// The same with poses and covariance in the world's frame.
   FrameReport in_world(FrameReport report) const;
-  MapSnapshot in_world(const MapSnapshot& snapshot) const;
 
   /// The body in the world; of an object, the object in the body's frame.
   struct BodyPose {
@@ -67,7 +76,7 @@ class OutputFrames {
                                                                 const Rigid3& world_from_camera) const;
 
  private:
-  Rigid3 world_from_map() const;
+  bool is_centred() const { return options_.object_origin == "centre"; }
   std::string camera_frame(const std_msgs::Header& image_header) const;
   std::optional<Rigid3> look_up(const std::string& parent, const std::string& child,
                                 const ros::Time& stamp) const;
@@ -87,8 +96,10 @@ class OutputFrames {
   std::optional<tf2_ros::TransformListener> listener_;
 
   mutable std::mutex mutex_;  // guards what follows
-  std::optional<std::uint32_t> centre_epoch_;
-  Eigen::Vector3d centre_in_map_ = Eigen::Vector3d::Zero();
+  ObjectCentre centre_;
 };
+
+/// Points and keyframes in the world's frame.
+MapSnapshot in_world(const Rigid3& world_from_map, const MapSnapshot& snapshot);
 
 }  // namespace mono_pose_tracker

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -26,9 +27,13 @@ class Publishers {
  public:
   Publishers(const OutputFrames& frames, int path_max_length, ros::NodeHandle private_handle);
 
-  /// header: the image's; report and map: in the world's frame. A report without a pose publishes nothing
-  /// (but starts the path anew with a new map).
+  /// header: the image's; report: in the world's frame. A report without a pose publishes nothing (but starts
+  /// the path anew with a new map).
   void publish_frame(const std_msgs::Header& header, const FrameReport& report);
+
+  /// Before the frame from which on it holds: what was given so far lies elsewhere in the world. A
+  /// correction.
+  void move_world(const Rigid3& new_world_from_world);
 
   bool debug_image_wanted() const { return debug_image_.getNumSubscribers() > 0; }
   void publish_debug_image(const std_msgs::Header& header, const cv::Mat& bgr) const;
@@ -36,7 +41,11 @@ class Publishers {
   /// 255 = the object; published only while someone listens.
   void publish_mask(const std_msgs::Header& header, const cv::Mat& mask, const cv::Size& image_size) const;
 
-  void publish_map(const MapSnapshot& snapshot, const CameraParameters& camera);
+  /// The map, placed in the world as the frame was whose stamp it gets. An object turns with each frame: its
+  /// points are sent again with each pose, lest they stay behind its tf. False when the stamp would be
+  /// that of a frame that knew another map, which an object's points can't have.
+  bool publish_map(std::uint32_t epoch, std::shared_ptr<const MapSnapshot> map,
+                   const CameraParameters& camera);
 
   /// map -> odom once more, as if the robot went on as it did, also while there is no pose: for those who
   /// want to know where it is now. While a new map is tracked in beside the one that it is of, it stays as it
@@ -62,7 +71,13 @@ class Publishers {
                     const OutputFrames::BodyPose& body);
   /// For eyes: the frame that rviz follows, and the camera's frustum.
   void publish_view(const std_msgs::Header& image_header, const FrameReport& report);
-  std_msgs::Header map_header() const;
+  /// Of what belongs to the whole map, and where that is in the world at this stamp.
+  struct Placed {
+    std_msgs::Header header;
+    Rigid3 world_from_map;
+  };
+  Placed placed() const;
+  void publish_object(const std_msgs::Header& image_header, std::uint32_t epoch);
 
   const OutputFrames& frames_;
   const std::size_t path_max_length_;
@@ -80,7 +95,10 @@ class Publishers {
   ros::Time map_to_odom_arrival_, repeated_stamp_;
   std::deque<Posed> poses_;
   std::int64_t newest_stamp_ns_ = 0;
+  Rigid3 world_from_map_;  // at that stamp
   std::uint32_t epoch_ = 0;
+  std::shared_ptr<const MapSnapshot> object_;  // of object_epoch_, whose points turn with each pose
+  std::uint32_t object_epoch_ = 0;
   bool path_changed_ = false;
   std::optional<CameraParameters> drawn_camera_;  // of the newest map that was published
   double frustum_depth_ = 0;                      // map units

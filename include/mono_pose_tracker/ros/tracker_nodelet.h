@@ -71,6 +71,7 @@ class TrackerNodelet : public nodelet::Nodelet {
 
   void process_images();
   void process(const Frame& frame);
+  void follow_object(std::uint32_t epoch);
   void publish(const Frame& frame, const FrameReport& report);
   void draw(const Frame& frame, const FrameReport& report);
   void say_state(const FrameReport& report);
