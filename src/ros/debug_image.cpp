@@ -1,6 +1,7 @@
 #include "mono_pose_tracker/ros/debug_image.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <opencv2/imgproc.hpp>
 #include <string>
@@ -14,7 +15,8 @@ using Fate = SeenFeature::Fate;
 
 // BGR
 const cv::Scalar kGreen(80, 220, 80), kRed(60, 60, 240), kBlue(230, 160, 60), kYellow(60, 210, 240),
-    kWhite(235, 235, 235);
+    kWhite(235, 235, 235), kOutline(240, 200, 60), kAxisX(40, 40, 255), kAxisY(40, 230, 40),
+    kAxisZ(255, 90, 40);
 
 // Images over which a feature's tail reaches: a third of a second at 30 Hz.
 constexpr std::size_t kTailImages = 10;
@@ -97,20 +99,56 @@ int text_width(const Line& line, double scale) {
   return width;
 }
 
+using Outline = std::vector<std::vector<cv::Point>>;
+
+void draw_outline(const Outline& outline, cv::Mat& canvas) {
+  cv::drawContours(canvas, outline, -1, kOutline, std::max(1, canvas.cols / 600), cv::LINE_AA);
+}
+
 // What is not the object is dimmed, and its outline drawn.
 void draw_mask(const cv::Mat& mask, cv::Mat& canvas) {
   if (mask.size() != canvas.size()) return;
   const cv::Mat dimmed = 0.45 * canvas;
   dimmed.copyTo(canvas, mask == 0);
-  std::vector<std::vector<cv::Point>> outline;
+  Outline outline;
   cv::findContours(mask, outline, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
-  cv::drawContours(canvas, outline, -1, {240, 200, 60}, std::max(1, canvas.cols / 600), cv::LINE_AA);
+  draw_outline(outline, canvas);
+}
+
+/// Round the features that are the object's for sure, where no mask says more.
+void draw_hull(const std::vector<SeenFeature>& features, cv::Mat& canvas) {
+  std::vector<cv::Point> inliers;
+  for (const SeenFeature& feature : features) {
+    if (feature.fate == Fate::kInlier)
+      inliers.emplace_back(cvRound(feature.x_px.x()), cvRound(feature.x_px.y()));
+  }
+  if (inliers.size() < 3) return;
+  Outline hull(1);
+  cv::convexHull(inliers, hull[0]);
+  draw_outline(hull, canvas);
+}
+
+/// Red, green, blue for x, y, z, as rviz has them, with their letters.
+void draw_axes(const ObjectAxes& axes, cv::Mat& canvas) {
+  const int thickness = std::max(2, canvas.cols / 250);
+  const auto point = [](const Eigen::Vector2d& px) {
+    return fixed(static_cast<float>(px.x()), static_cast<float>(px.y()));
+  };
+  // z first: it points away from the camera, at least at first.
+  for (const int i : {2, 1, 0}) {
+    const cv::Scalar color = std::array{kAxisX, kAxisY, kAxisZ}[static_cast<std::size_t>(i)];
+    const Eigen::Vector2d& tip = axes.tips_px[static_cast<std::size_t>(i)];
+    cv::line(canvas, point(axes.origin_px), point(tip), color, thickness, cv::LINE_AA, kShift);
+    const cv::Point beside(cvRound(tip.x()) + 2 * thickness, cvRound(tip.y()));
+    cv::putText(canvas, std::string(1, "xyz"[i]), beside, cv::FONT_HERSHEY_SIMPLEX,
+                std::max(0.4, canvas.cols / 1000.0), color, 1, cv::LINE_AA);
+  }
 }
 
 void draw_text(const std::vector<Line>& lines, cv::Mat& canvas) {
   const double normal = std::max(0.35, canvas.cols / 800.0);  // readable in a small panel of rviz
-  const int height = cvRound(28 * normal) + 4;                 // px
-  const int margin = 6;                                        // px
+  const int height = cvRound(28 * normal) + 4;                // px
+  const int margin = 6;                                       // px
   cv::Mat band = canvas.rowRange(0, std::min(canvas.rows, height * static_cast<int>(lines.size()) + margin));
   band *= 0.35;  // dark enough for the text to be read on any image
   for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -186,7 +224,8 @@ void DebugImage::draw_tails(cv::Mat& canvas) const {
   }
 }
 
-cv::Mat DebugImage::draw(const cv::Mat& image, const FrameReport& report) {
+cv::Mat DebugImage::draw(const cv::Mat& image, const FrameReport& report,
+                         const std::optional<ObjectAxes>& object) {
   cv::Mat canvas;
   if (image.channels() == 1) {
     cv::cvtColor(image, canvas, cv::COLOR_GRAY2BGR);
@@ -198,6 +237,8 @@ cv::Mat DebugImage::draw(const cv::Mat& image, const FrameReport& report) {
   draw_tails(canvas);
   draw_motions(report.motions, canvas);
   draw_features(report.seen, canvas);
+  if (object && report.mask.empty()) draw_hull(report.seen, canvas);
+  if (object) draw_axes(*object, canvas);
   draw_text(describe(report), canvas);
   return canvas;
 }

@@ -83,6 +83,13 @@ Rigid3 OutputFrames::world_from_map() const {
   return world_from_map;
 }
 
+std::optional<ObjectBox> OutputFrames::object_in_world() const {
+  if (!options_.object_mode) return std::nullopt;
+  const Rigid3 world_from_map = this->world_from_map();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return ObjectBox{world_from_map * centre_.in_map(), centre_.extent()};
+}
+
 FrameReport OutputFrames::in_world(FrameReport report) const {
   const Rigid3 world_from_map = this->world_from_map();
   for (PosedFrame& frame : report.corrected) frame.map_from_camera = world_from_map * frame.map_from_camera;

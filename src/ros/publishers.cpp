@@ -213,7 +213,7 @@ bool Publishers::publish_map(std::uint32_t epoch, std::shared_ptr<const MapSnaps
     const std::lock_guard<std::mutex> lock(mutex_);
     object_ = map;
     object_epoch_ = epoch;
-    if (epoch != epoch_) return false;
+    if (!map->points.empty() && (epoch != epoch_ || poses_.empty())) return false;
   }
   const Placed at = placed();
   const MapSnapshot snapshot = in_world(at.world_from_map, *map);

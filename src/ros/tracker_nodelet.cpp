@@ -290,7 +290,18 @@ void TrackerNodelet::publish(const Frame& frame, const FrameReport& report) {
 
 void TrackerNodelet::draw(const Frame& frame, const FrameReport& report) {
   if (tracker_->image().empty()) return;
-  publishers_->publish_debug_image(frame.image->header, debug_image_.draw(tracker_->image(), report));
+  publishers_->publish_debug_image(frame.image->header,
+                                   debug_image_.draw(tracker_->image(), report, object_axes(report)));
+}
+
+// In the middle of the object, wherever its origin is: that may be far outside of it.
+std::optional<ObjectAxes> TrackerNodelet::object_axes(const FrameReport& report) const {
+  const std::optional<ObjectBox> object = frames_->object_in_world();
+  if (!object || !report.map_from_camera) return std::nullopt;
+  const Rigid3 camera_from_world = (frames_->world_from_map() * *report.map_from_camera).inverse();
+  const Rigid3 world_from_axes(Eigen::Quaterniond::Identity(), object->centre);
+  // Half of the extent: to the skin of a ball.
+  return project_axes(tracker_->camera(), camera_from_world * world_from_axes, 0.5 * object->extent);
 }
 
 void TrackerNodelet::say_state(const FrameReport& report) {

@@ -60,6 +60,49 @@ TEST(DebugImage, TheMotionSinceTheReferenceIsDrawnWhileThereIsNoMap) {
   EXPECT_EQ(hue_at(DebugImage().draw(kGrey, report), 130, 300), 'y');
 }
 
+ObjectAxes axes_in_the_middle() {
+  return {{320, 300}, {Eigen::Vector2d(420, 300), Eigen::Vector2d(320, 400), Eigen::Vector2d(250, 230)}};
+}
+
+TEST(DebugImage, TheAxesOfAnObjectAreDrawn) {
+  const cv::Mat drawn = DebugImage().draw(kGrey, tracked(), axes_in_the_middle());
+  EXPECT_EQ(hue_at(drawn, 370, 300), 'r') << "x";
+  EXPECT_EQ(hue_at(drawn, 320, 350), 'g') << "y";
+  EXPECT_EQ(hue_at(drawn, 285, 265), 'b') << "z";
+  EXPECT_EQ(hue_at(drawn, 270, 350), '-');
+  const cv::Mat without = DebugImage().draw(kGrey, tracked());
+  for (const auto& [x, y] : {std::pair(370, 300), std::pair(320, 350), std::pair(285, 265)}) {
+    EXPECT_EQ(hue_at(without, x, y), '-') << "a map that is no object has none";
+  }
+}
+
+TEST(DebugImage, AnObjectHasItsMasksOutline) {
+  FrameReport report = tracked();
+  report.seen = {
+      {{210, 300}, Fate::kInlier, 1}, {{390, 210}, Fate::kInlier, 2}, {{390, 390}, Fate::kInlier, 3}};
+  report.mask = cv::Mat::zeros(kGrey.size(), CV_8UC1);
+  report.mask(cv::Rect(200, 200, 200, 200)) = 255;
+  const cv::Mat drawn = DebugImage().draw(kGrey, report, axes_in_the_middle());
+  EXPECT_EQ(hue_at(drawn, 200, 260), 'b');
+  EXPECT_EQ(hue_at(drawn, 300, 200), 'b');
+  EXPECT_EQ(hue_at(drawn, 390, 260), '-') << "no hull beside it";
+  EXPECT_LT(drawn.at<cv::Vec3b>(300, 100)[0], 60) << "what is not the object is dimmed";
+}
+
+TEST(DebugImage, AnObjectWithoutAMaskHasAnOutlineRoundItsInliers) {
+  FrameReport report = tracked();
+  report.seen = {{{200, 200}, Fate::kInlier, 1},    {{500, 200}, Fate::kInlier, 2},
+                 {{500, 400}, Fate::kInlier, 3},    {{200, 400}, Fate::kInlier, 4},
+                 {{240, 260}, Fate::kInlier, 5},    {{600, 300}, Fate::kOutlier, -1},
+                 {{100, 300}, Fate::kUnmatched, -1}};
+  const cv::Mat drawn = DebugImage().draw(kGrey, report, axes_in_the_middle());
+  EXPECT_EQ(hue_at(drawn, 450, 200), 'b');
+  EXPECT_EQ(hue_at(drawn, 500, 300), 'b');
+  EXPECT_EQ(hue_at(drawn, 220, 230), '-') << "only round all of them";
+  EXPECT_EQ(hue_at(drawn, 550, 300), '-') << "what does not fit the pose is not the object's";
+  EXPECT_EQ(hue_at(DebugImage().draw(kGrey, report), 450, 200), '-');
+}
+
 TEST(DebugImage, WordsStayInTheImage) {
   FrameReport report;
   report.reason = Reason::kLowParallax;

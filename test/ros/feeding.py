@@ -30,12 +30,12 @@ def read_tum(path):
 
 
 class Recording:
-    """images and info: messages; truth: as read_tum gives it."""
+    """images and info: messages; truth: as read_tum gives it; masks: those messages by stamp in ns, with --bag-masks."""
 
-    def __init__(self, folder, frames, *options):
+    def __init__(self, folder, frames, *options, scene="room", width=320):
         simulate_sequence = roslib.packages.find_node("mono_pose_tracker", "simulate_sequence")[0]
-        subprocess.run([simulate_sequence, "--scene", "room", "--output", folder, "--frames", str(frames),
-                        "--width", "320", "--height", "240", "--quiet", *options], check=True)
+        subprocess.run([simulate_sequence, "--scene", scene, "--output", folder, "--frames", str(frames),
+                        "--width", str(width), "--height", str(width * 3 // 4), "--quiet", *options], check=True)
         self.camera_yaml = os.path.join(folder, "camera.yaml")
         self.truth = read_tum(os.path.join(folder, "groundtruth.txt"))
         with rosbag.Bag(os.path.join(folder, "sequence.bag")) as bag:
@@ -43,11 +43,13 @@ class Recording:
         # rosbag's own classes have the fields, not the type, of the messages: publishers want the type.
         self.images = [as_type(Image, m.message) for m in messages if m.topic.endswith("image_raw")]
         self.info = next(as_type(CameraInfo, m.message) for m in messages if m.topic.endswith("camera_info"))
-
+        self.masks = {m.message.header.stamp.to_nsec(): as_type(Image, m.message) for m in messages
+                      if m.topic.endswith("mask")}
 
     def walk(self):
-        """The images forth and back without end, at growing stamps; truth comes to know these."""
+        """The images forth and back without end, at growing stamps; truth and masks come to know these."""
         truth = [self.truth[image.header.stamp.to_nsec()] for image in self.images]
+        masks = [self.masks.get(image.header.stamp.to_nsec()) for image in self.images]
         period = (self.images[1].header.stamp - self.images[0].header.stamp).to_sec()
         last = len(self.images) - 1
         step = 0
@@ -55,6 +57,8 @@ class Recording:
             i = last - abs(last - step % (2 * last)) if last else 0
             image = moved(self.images[i], period * (step - i))
             self.truth[image.header.stamp.to_nsec()] = truth[i]
+            if masks[i] is not None:
+                self.masks[image.header.stamp.to_nsec()] = moved(masks[i], period * (step - i))
             yield image
             step += 1
 

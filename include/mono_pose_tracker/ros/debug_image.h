@@ -4,8 +4,10 @@
 #include <deque>
 #include <map>
 #include <opencv2/core.hpp>
+#include <optional>
 
 #include "mono_pose_tracker/common/status.h"
+#include "mono_pose_tracker/ros/object_axes.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 
 namespace mono_pose_tracker {
@@ -15,11 +17,14 @@ const char* what_to_do(Reason reason);
 
 /// The image with its features (green: inliers, with tails to where they were in the last images drawn; red:
 /// outliers; blue: unmatched), the motion since the reference image while there is no map (yellow), and in
-/// words what became of the image and what the tracker waits for.
+/// words what became of the image and what the tracker waits for. What is not the object is dimmed, and its
+/// outline drawn.
 class DebugImage {
  public:
-  /// image: CV_8UC1 or CV_8UC3 (BGR). Returns CV_8UC3 (BGR) of the same size.
-  cv::Mat draw(const cv::Mat& image, const FrameReport& report);
+  /// image: CV_8UC1 or CV_8UC3 (BGR). object: the axes of one that is posed, drawn red, green, blue; it then
+  /// has an outline without a mask, too, round the inliers. Returns CV_8UC3 (BGR) of the same size.
+  cv::Mat draw(const cv::Mat& image, const FrameReport& report,
+               const std::optional<ObjectAxes>& object = std::nullopt);
 
  private:
   using Tail = std::deque<cv::Point2f>;  // px, the newest last

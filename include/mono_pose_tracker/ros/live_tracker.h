@@ -45,6 +45,8 @@ class LiveTracker {
   /// call.
   FrameReport process(const sensor_msgs::ImageConstPtr& message);
   const cv::Mat& image() const { return image_.image; }
+  /// Of the last calibration that was used.
+  const CameraModel& camera() const { return camera_; }
 
   /// Drops the map; the epoch grows by one when there was a tracker to have one.
   void reset();

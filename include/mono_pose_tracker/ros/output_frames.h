@@ -54,6 +54,8 @@ class OutputFrames {
 
   /// Where the tracker's map is in the world.
   Rigid3 world_from_map() const;
+  /// The middle of the object, in the world, and how long it is. Nothing without one.
+  std::optional<ObjectBox> object_in_world() const;
   /// The same with poses and covariance in the world's frame.
   FrameReport in_world(FrameReport report) const;
 

@@ -42,8 +42,8 @@ class Publishers {
   void publish_mask(const std_msgs::Header& header, const cv::Mat& mask, const cv::Size& image_size) const;
 
   /// The map, placed in the world as the frame was whose stamp it gets. An object turns with each frame: its
-  /// points are sent again with each pose, lest they stay behind its tf. False when the stamp would be
-  /// that of a frame that knew another map, which an object's points can't have.
+  /// points are sent again with each pose, lest they stay behind its tf; and not at all (false) before the
+  /// first pose in this map, as no tf says where they are.
   bool publish_map(std::uint32_t epoch, std::shared_ptr<const MapSnapshot> map,
                    const CameraParameters& camera);
 

@@ -74,6 +74,7 @@ class TrackerNodelet : public nodelet::Nodelet {
   void follow_object(std::uint32_t epoch);
   void publish(const Frame& frame, const FrameReport& report);
   void draw(const Frame& frame, const FrameReport& report);
+  std::optional<ObjectAxes> object_axes(const FrameReport& report) const;
   void say_state(const FrameReport& report);
 
   void on_timer();

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/common/rigid3.h"
+
+namespace mono_pose_tracker {
+
+/// Where an image shows three axes that start in one point.
+struct ObjectAxes {
+  Eigen::Vector2d origin_px;
+  std::array<Eigen::Vector2d, 3> tips_px;  // of x, y, z
+};
+
+/// camera_from_axes: where they are; length: of each. Nothing when one of the four points is not before the
+/// camera.
+std::optional<ObjectAxes> project_axes(const CameraModel& camera, const Rigid3& camera_from_axes,
+                                       double length);
+
+}  // namespace mono_pose_tracker
