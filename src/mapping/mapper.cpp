@@ -119,6 +119,7 @@ void Mapper::begin_beside(const InitialMap& initial, std::uint32_t epoch) {
 // What is known of the present map beside it is nothing of another's.
 void Mapper::forget_beside_map() {
   left_out_.clear();
+  markers_.clear();
   watch_.reset();
   forget_loops();
 }
@@ -198,6 +199,7 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   cull_young_landmarks(id);
   cull_keyframes(id);
   cap_keyframes(id);
+  scale_by_marker(id, candidate.frame.marker);
   if (options_.watches_rigidity && waiting == 0) watch_.ask(map_, camera_, options_.matching);
   if (waiting == 0 && !is_cancelled()) join_where_met(map_.keyframes().rbegin()->first);
   publish();

@@ -1,4 +1,4 @@
-// The part of the Mapper that keeps several maps and joins them where they meet.
+// The part of the Mapper that keeps several maps, joins them where they meet, and moves one as a whole.
 
 #include <algorithm>
 #include <map>
@@ -231,6 +231,19 @@ void Mapper::adjust_seam(const std::vector<KeyframeId>& seam) {
   }
   adjust_keyframes(bundle, window, fixed, options_.mapping.window_landmarks, &map_);
   cull_observations(map_.landmark_ids());
+}
+
+void Mapper::transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source) {
+  if (map_.keyframes().empty()) return;
+  forget_loops();  // what is solved aside is of the map as it was
+  map_.transform(new_from_map);
+  if (scale_source) map_.set_scale_source(*scale_source);
+  auto correction = std::make_shared<MapCorrection>();
+  correction->sequence = corrections_.size() + 1;
+  correction->of_map = correction->into_map = map_id_;
+  correction->scale = new_from_map.scale;
+  corrections_.push_back(std::move(correction));
+  publish();
 }
 
 void Mapper::join_rest() {

@@ -1,5 +1,7 @@
 // The part of the Mapper that gives a map its unit.
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -10,19 +12,50 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Mean side of a marker in map units, its corners seen from these cameras; 0 when they can't tell.
-double marker_side(const std::vector<Rigid3>& cameras_from_map,
-                   const std::vector<std::vector<Eigen::Vector3d>>& markers) {
-  if (markers.size() < 2) return 0;
+// Corners are found to about 0.3 px: under this angle that is a depth of 1 to 2 % at 600 px of focal length.
+constexpr double kLateMarkerParallax = 2 * M_PI / 180;
+// It is square: sides farther from their mean come from a corner that was found wrongly.
+constexpr double kMaxSideDifference = 0.05;
+
+// The corners of a marker in the map, seen from these cameras; none when they can't tell.
+std::vector<Eigen::Vector3d> marker_corners(const std::vector<Rigid3>& cameras_from_map,
+                                            const std::vector<std::vector<Eigen::Vector3d>>& markers) {
+  if (markers.size() < 2) return {};
   std::vector<Eigen::Vector3d> corners(4);
   for (int c = 0; c < 4; ++c) {
     std::vector<Eigen::Vector3d> bearings;
     for (const auto& marker : markers) bearings.push_back(marker[c]);
-    if (!triangulate_multi_view(cameras_from_map, bearings, &corners[c])) return 0;
+    if (!triangulate_multi_view(cameras_from_map, bearings, &corners[c])) return {};
   }
+  return corners;
+}
+
+double side(const std::vector<Eigen::Vector3d>& corners, int c) {
+  return (corners[(c + 1) % 4] - corners[c]).norm();
+}
+
+double mean_side(const std::vector<Eigen::Vector3d>& corners) {
   double sum = 0;
-  for (int c = 0; c < 4; ++c) sum += (corners[(c + 1) % 4] - corners[c]).norm();
+  for (int c = 0; c < 4; ++c) sum += side(corners, c);
   return sum / 4;
+}
+
+bool is_square(const std::vector<Eigen::Vector3d>& corners) {
+  const double mean = mean_side(corners);
+  for (int c = 0; c < 4; ++c) {
+    if (std::abs(side(corners, c) - mean) > kMaxSideDifference * mean) return false;
+  }
+  return true;
+}
+
+// Of the first camera with any other.
+double widest_parallax(const std::vector<Rigid3>& cameras_from_map, const Eigen::Vector3d& x_in_map) {
+  double widest = 0;
+  const Eigen::Vector3d first = cameras_from_map.front().inverse().translation;
+  for (const Rigid3& camera : cameras_from_map) {
+    widest = std::max(widest, parallax_angle(x_in_map, first, camera.inverse().translation));
+  }
+  return widest;
 }
 
 }  // namespace
@@ -43,11 +76,34 @@ void Mapper::set_scale(const InitialMap& initial, const std::vector<KeyframeId>&
       cameras_from_map.push_back(map_.keyframe(ids[v])->camera_from_map);
       markers.push_back(initial.views[v].frame.marker);
     }
-    const double side = marker_side(cameras_from_map, markers);
-    if (side <= 0) return;
-    map_.rescale(scale.marker_size / side);
+    const std::vector<Eigen::Vector3d> corners = marker_corners(cameras_from_map, markers);
+    if (corners.empty()) return;
+    map_.rescale(scale.marker_size / mean_side(corners));
     map_.set_scale_source(ScaleSource::kMarker);
   }
+}
+
+// A marker that was not in view when the map began: as soon as keyframes see it from far enough apart.
+void Mapper::scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3d>& marker) {
+  const double size = options_.scale.marker_size;
+  if (size <= 0 || map_.scale_source() != ScaleSource::kMapUnits || marker.empty()) return;
+  markers_[newest] = marker;
+  std::vector<Rigid3> cameras_from_map;
+  std::vector<std::vector<Eigen::Vector3d>> markers;
+  for (const auto& [id, corners] : markers_) {
+    const Keyframe* keyframe = map_.keyframe(id);
+    if (!keyframe) continue;  // culled since
+    cameras_from_map.push_back(keyframe->camera_from_map);
+    markers.push_back(corners);
+  }
+  const std::vector<Eigen::Vector3d> corners = marker_corners(cameras_from_map, markers);
+  if (corners.empty() || !is_square(corners) ||
+      widest_parallax(cameras_from_map, corners[0]) < kLateMarkerParallax) {
+    return;
+  }
+  transform(Sim3(size / mean_side(corners), Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()),
+            ScaleSource::kMarker);
+  markers_.clear();
 }
 
 }  // namespace mono_pose_tracker

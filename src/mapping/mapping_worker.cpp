@@ -107,6 +107,15 @@ void MappingWorker::insert_and_seek(const KeyframeCandidate& candidate, Mapper& 
   if (waiting() == 0) mapper.seek_loop();
 }
 
+void MappingWorker::transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source) {
+  std::uint32_t epoch;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    epoch = epoch_;
+  }
+  post({[=](Mapper& mapper) { mapper.transform(new_from_map, scale_source); }, epoch});
+}
+
 void MappingWorker::reset(std::uint32_t epoch) {
   const std::lock_guard<std::mutex> lock(mutex_);
   jobs_.clear();

@@ -155,6 +155,10 @@ void LiveTracker::set_options(const TrackerOptions& options) {
   options_ = changed;
 }
 
+void LiveTracker::transform_map(const Sim3& new_from_map, std::optional<ScaleSource> scale_source) {
+  if (tracker_) tracker_->transform_map(new_from_map, scale_source);
+}
+
 void LiveTracker::reset() {
   waiting_maps_.reset();
   if (tracker_) {

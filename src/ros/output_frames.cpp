@@ -3,6 +3,7 @@
 #include <ros/time.h>
 
 #include <chrono>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -30,7 +31,7 @@ Rigid3 to_rigid(const geometry_msgs::Transform& transform) {
 
 OutputFrames::OutputFrames(const FrameOptions& options, Warn warn)
     : options_(options), warn_(std::move(warn)) {
-  if (!options_.publish_tf && options_.base_frame.empty()) return;
+  if (!options_.publish_tf && options_.base_frame.empty() && options_.odom_frame.empty()) return;
   tf_listening_ = buffer_._addTransformsChangedListener([this] {
     const std::lock_guard<std::mutex> lock(tf_mutex_);
     ++tf_changes_;
@@ -142,23 +143,36 @@ std::optional<Rigid3> OutputFrames::look_up(const std::string& parent, const std
 }
 
 /// Where the base has its camera, and odom the base, is in metres.
-bool OutputFrames::mixes_units(const FrameReport& report, const std::string& camera) const {
-  if (report.scale != ScaleSource::kMapUnits) return false;
-  const bool has_base = !options_.base_frame.empty() && options_.base_frame != camera;
-  if (!has_base && options_.odom_frame.empty()) return false;
-  warn_("map units",
-        std::string("neither pose nor tf is published: ") + (has_base ? "~base_frame" : "~odom_frame") +
-            " is in metres, the map in units of its own. Let it be in metres by "
-            "scale/known_baseline, scale/initial_median_depth, scale/marker_size (a marker that is in "
-            "view as the map begins) or a map that was saved in metres; or leave ~base_frame and "
-            "~odom_frame empty");
-  return true;
+bool OutputFrames::mixes_units(const std::string& camera, ScaleSource scale) const {
+  if (scale != ScaleSource::kMapUnits) return false;
+  return !options_.odom_frame.empty() || (!options_.base_frame.empty() && options_.base_frame != camera);
+}
+
+void OutputFrames::tell_ways_to_metres() const {
+  if (options_.scale_from_odometry) {
+    warn_("map units",
+          "neither pose nor tf is published yet: the map is in units of its own until scale/odometry knows "
+          "how long they are, from the first two metres or so of the way in " +
+              options_.odom_frame);
+    return;
+  }
+  warn_(
+      "map units",
+      std::string("neither pose nor tf is published: ") +
+          (options_.base_frame.empty() ? "~odom_frame" : "~base_frame") +
+          " is in metres, the map in units of its own. Let it be in metres by scale/known_baseline, "
+          "scale/initial_median_depth, scale/marker_size (a marker that is in view once the map has begun, "
+          "or later), scale/odometry (of a robot that gives ~odom_frame) or a map that was saved in metres; "
+          "or leave ~base_frame and ~odom_frame empty");
 }
 
 std::optional<OutputFrames::BodyPose> OutputFrames::body_pose(const std_msgs::Header& image_header,
                                                               const FrameReport& report) const {
   const std::string camera = camera_frame(image_header);
-  if (mixes_units(report, camera)) return std::nullopt;
+  if (mixes_units(camera, report.scale)) {
+    tell_ways_to_metres();
+    return std::nullopt;
+  }
   std::string body = camera;
   PoseEstimate world_from_body{*report.map_from_camera, report.covariance};
   if (!options_.base_frame.empty() && options_.base_frame != camera) {
@@ -170,6 +184,26 @@ std::optional<OutputFrames::BodyPose> OutputFrames::body_pose(const std_msgs::He
   }
   if (options_.object_mode) return BodyPose{body, world(), inverse(world_from_body)};
   return BodyPose{world(), body, world_from_body};
+}
+
+Rigid3 OutputFrames::map_from_camera(const std_msgs::Header& image_header, ScaleSource scale,
+                                     const Rigid3& world_from_body) const {
+  if (options_.object_mode) throw std::runtime_error("the map is an object: it has no frame to be placed in");
+  const std::string camera = camera_frame(image_header);
+  if (mixes_units(camera, scale)) {
+    throw std::runtime_error("the map is in units of its own yet: it can't be placed in metres");
+  }
+  Rigid3 world_from_camera = world_from_body;
+  if (!options_.base_frame.empty() && options_.base_frame != camera) {
+    const std::optional<Rigid3> base_from_camera = look_up(options_.base_frame, camera, image_header.stamp);
+    if (!base_from_camera) throw std::runtime_error("tf does not know where the base has its camera");
+    world_from_camera = world_from_body * *base_from_camera;
+  }
+  return world_from_map().inverse() * world_from_camera;
+}
+
+std::optional<Rigid3> OutputFrames::odom_from_camera(const std_msgs::Header& image_header) const {
+  return look_up(options_.odom_frame, camera_frame(image_header), image_header.stamp);
 }
 
 std::optional<geometry_msgs::TransformStamped> OutputFrames::transform(const std_msgs::Header& image_header,

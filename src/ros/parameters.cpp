@@ -53,6 +53,10 @@ NodeParameters read_parameters(const ros::NodeHandle& private_handle) {
   read_node(reader, parameters);
   read_frames(reader, parameters.frames);
   for (const OptionEntry& option : option_table(&parameters.tracker)) reader.read(option);
+  parameters.frames.scale_from_odometry = parameters.tracker.scale.odometry;
+  if (parameters.frames.scale_from_odometry && parameters.frames.odom_frame.empty()) {
+    reader.add_problem("~scale/odometry is true: expected ~odom_frame, the frame of the odometry");
+  }
   reader.check();
   parameters.tracker.validate();
   parameters.warnings = reader.unknown("the tracker");

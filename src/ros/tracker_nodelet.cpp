@@ -103,6 +103,7 @@ void TrackerNodelet::set_up() {
     NODELET_INFO("%s from %s: loaded when camera_info comes", size_text(saved.maps).c_str(), path.c_str());
     tracker_->load_maps(std::move(saved));
   }
+  placement_ = std::make_unique<MapPlacement>(p.tracker.scale.odometry, *frames_, *tracker_);
   subscribe();
   processing_ = std::thread([this] { process_images(); });
   advertise_services();
@@ -166,6 +167,9 @@ void TrackerNodelet::subscribe() {
                   if (throttle_.due("mask")) NODELET_ERROR("mask: %s", text.c_str());
                 });
       });
+  initialpose_subscriber_ = getPrivateNodeHandle().subscribe<geometry_msgs::PoseWithCovarianceStamped>(
+      "initialpose", 1,
+      [this](const geometry_msgs::PoseWithCovarianceStampedConstPtr& pose) { take_initialpose(pose); });
   image_subscriber_.subscribe(
       handle, getPrivateNodeHandle(),
       {"image", parameters_.image_transport, static_cast<std::uint64_t>(parameters_.max_image_pixels)},
@@ -178,6 +182,13 @@ void TrackerNodelet::subscribe() {
   NODELET_INFO("images from %s (%s), calibration from %s%s", image_subscriber_.topic().c_str(),
                parameters_.image_transport.c_str(), camera_info_subscriber_.getTopic().c_str(),
                or_file.c_str());
+}
+
+void TrackerNodelet::take_initialpose(const geometry_msgs::PoseWithCovarianceStampedConstPtr& pose) {
+  slot_->post([this, pose] {
+    guarded([&] { NODELET_WARN("~initialpose: %s", placement_->place(*pose).c_str()); },
+            [this](const std::string& text) { NODELET_ERROR("~initialpose: %s", text.c_str()); });
+  });
 }
 
 void TrackerNodelet::take_image(const sensor_msgs::ImageConstPtr& image) {
@@ -249,6 +260,8 @@ void TrackerNodelet::process(const Frame& frame) {
     report.reason = Reason::kTimeJump;
     report.reason_text = frame.recording.why;
   }
+  const std::string placed = placement_->follow(frame.image->header, report);
+  if (!placed.empty()) NODELET_WARN("%s", placed.c_str());
   if (report.map_from_camera) follow_object(report.epoch);
   report.corrections += frames_->origin_moves(report.epoch);
   publish(frame, report);

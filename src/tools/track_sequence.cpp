@@ -354,7 +354,11 @@ int run(const Arguments& a) {
   make_output_folder(a.output);
 
   end_on_signals();
-  const Run run = track(a, options, recording, maps, &calibration);
+  Run run = track(a, options, recording, maps, &calibration);
+  if (options.scale.odometry) {
+    run.result.warnings.push_back(
+        "scale/odometry is heeded by the nodelet alone, which has tf: it sets no scale here");
+  }
   const RecordingResult& result = run.result;
   for (const std::string& problem : result.problems) std::fprintf(stderr, "%s\n", problem.c_str());
   for (const std::string& warning : result.warnings) std::fprintf(stderr, "warning: %s\n", warning.c_str());

@@ -186,6 +186,7 @@ std::vector<OptionEntry> option_table(TrackerOptions* o) {
       {"scale/marker_size", &o->scale.marker_size, 0, marker_dictionaries().empty() ? 0 : 1e3, {}},
       {"scale/marker_dictionary", &o->scale.marker_dictionary, 0, 0, known_dictionaries()},
       {"scale/marker_id", &o->scale.marker_id, 0, 10000, {}},
+      {"scale/odometry", &o->scale.odometry, 0, 1, {}},
   };
 }
 

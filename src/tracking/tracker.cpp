@@ -21,9 +21,11 @@ constexpr std::size_t kMostLiveFrames = 20000;
 std::optional<Frame> Tracker::Impl::make_frame(std::int64_t index, std::int64_t stamp_ns,
                                                const PreparedImage& image, const Segmentation& segmentation,
                                                FrameReport* report) {
-  // Only the views that begin a map set its scale by a marker.
+  // Looking for it takes time, and a map that has a scale keeps it.
+  const bool looks_for_marker =
+      state_ == State::kBootstrapping || (scale_ == ScaleSource::kMapUnits && !options_.localize_only);
   return frame_maker_.make(index, stamp_ns, image, segmentation, object_finder_.clearance(segmentation.mask),
-                           state_ == State::kBootstrapping, report);
+                           looks_for_marker, report);
 }
 
 FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const PreparedImage& image, const cv::Mat& mask) {
@@ -61,13 +63,17 @@ void Tracker::Impl::finish_report(FrameReport* report) {
   if (const TrackingMapPtr map = worker_.latest()) {
     report->keyframes = static_cast<int>(map->keyframes.size());
     report->landmarks = static_cast<int>(map->landmarks.size());
-    report->scale = map->scale_source;
     // What the frame was posed in: a correction that has come since is the next frame's.
     report->map_id = present_map_;
     for (const auto& entry : others_) report->kept_maps.push_back(entry.first);
+    bool is_corrected_since = false;
     for (const auto& correction : map->corrections) {
-      report->corrections += correction->into_map == present_map_ && correction->sequence <= corrections_;
+      const bool is_applied = correction->sequence <= corrections_;
+      report->corrections += correction->into_map == present_map_ && is_applied;
+      is_corrected_since |= correction->of_map == present_map_ && !is_applied;
     }
+    if (!is_corrected_since) scale_ = map->scale_source;
+    report->scale = scale_;
     report_corrections(*map, report);
     if (report->map_from_camera && report->reason == Reason::kOk && !map->doubt.empty()) {
       report->reason = Reason::kNotRigid;
@@ -245,7 +251,9 @@ void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   if (frame.is_masked) leave_out_occluders(map, camera_, resection.camera_from_map, &candidate);
   report->is_keyframe = worker_.insert(candidate);
   if (!report->is_keyframe) return;
-  // Inline, the keyframe is there already and has been adjusted: go on from it.
+  // Inline, the keyframe is there already and has been adjusted: go on from it. Live, what has been done in
+  // the meantime is the next image's: this one's pose is of the map as it was.
+  if (pace_ == SearchPace::kLive) return;
   const TrackingMapPtr now = worker_.latest();
   apply_corrections(*now);
   if (now->revision != map.revision && now->keyframes.rbegin()->second.frame_index == frame.index) {
@@ -369,6 +377,10 @@ void Tracker::restart() { impl_->restart(); }
 void Tracker::set_options(const TrackerOptions& options) {
   options.validate();
   impl_->set_options(options);
+}
+
+void Tracker::transform_map(const Sim3& new_from_map, std::optional<ScaleSource> scale_source) {
+  if (impl_->worker().latest()) impl_->worker().transform(new_from_map, scale_source);
 }
 
 std::uint32_t Tracker::epoch() const { return impl_->epoch(); }

@@ -144,6 +144,7 @@ class Tracker::Impl {
   bool grown_ = false;                                // the finished map has
   std::pair<std::uint32_t, std::uint64_t> reported_;  // map and correction that the last report knew of
   std::uint32_t present_map_ = 0;                     // id of the one that reference_ is of
+  ScaleSource scale_ = ScaleSource::kMapUnits;        // of its lengths, as reference_ knows them
   std::uint32_t searches_ = 0;                        // for a map beside those there are: counts them
 };
 

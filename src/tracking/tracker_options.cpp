@@ -74,7 +74,8 @@ void TrackerOptions::validate() const {
     if (is_in_range(entry)) continue;
     problems += "; " + entry.key + " = " + option_text(entry) + ", expected " + expected_value(entry);
   }
-  const int scales = (scale.known_baseline > 0) + (scale.initial_median_depth > 0) + (scale.marker_size > 0);
+  const int scales = (scale.known_baseline > 0) + (scale.initial_median_depth > 0) + (scale.marker_size > 0) +
+                     scale.odometry;
   for (const auto& [key, length] : {std::pair<const char*, double>("known_baseline", scale.known_baseline),
                                     {"initial_median_depth", scale.initial_median_depth},
                                     {"marker_size", scale.marker_size}}) {
@@ -88,8 +89,8 @@ void TrackerOptions::validate() const {
   }
   if (scales > 1) {
     problems +=
-        "; scale/known_baseline, scale/initial_median_depth and scale/marker_size: expected one of them at "
-        "most";
+        "; scale/known_baseline, scale/initial_median_depth, scale/marker_size and scale/odometry: expected "
+        "one of them at most";
   }
   if (!problems.empty()) throw std::invalid_argument(problems.substr(2));
 }

@@ -152,5 +152,28 @@ TEST_F(MapperLoopsTest, WhatWasSolvedForAMapThatIsLeftIsDropped) {
   EXPECT_EQ(worker_->latest(), nullptr);
 }
 
+// Where keyframes would be put is of the map's frame before.
+TEST_F(MapperLoopsTest, WhatIsSolvedForAMapThatIsMovedIsDroppedAndSoughtAnew) {
+  begin(true);
+  hold_ = true;
+  std::future<void> arrived = at_gate_.get_future();
+  const auto is_held = [&] { return arrived.wait_for(std::chrono::seconds(0)) == std::future_status::ready; };
+  int i = 2;
+  for (; i < frames() - 6 && !is_held(); ++i) ASSERT_TRUE(insert(i));
+  ASSERT_EQ(arrived.wait_for(std::chrono::seconds(60)), std::future_status::ready) << "no loop was found";
+  worker_->transform(Sim3(2, Eigen::Quaterniond(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitZ())), {3, 4, 5}),
+                     std::nullopt);
+  while (worker_->backlog() > 0) std::this_thread::yield();
+  const double open = position_rmse();
+  let_go();
+  worker_->wait();
+  EXPECT_EQ(worker_->latest()->corrections.size(), 1u) << "the movement alone";
+  EXPECT_DOUBLE_EQ(position_rmse(), open);
+  while (i < frames()) ASSERT_TRUE(insert(i++));
+  worker_->wait();
+  EXPECT_GT(worker_->latest()->corrections.size(), 1u);
+  EXPECT_LT(position_rmse(), 0.06);
+}
+
 }  // namespace
 }  // namespace mono_pose_tracker

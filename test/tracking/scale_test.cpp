@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <opencv2/imgproc.hpp>
 
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
@@ -92,6 +93,11 @@ TEST(Scale, OneLengthAtMost) {
   options.scale.known_baseline = 0.1;
   expect_error<std::invalid_argument>([&] { options.validate(); },
                                       {"scale/known_baseline", "expected one of them at most"});
+  options.scale.known_baseline = 0;
+  EXPECT_NO_THROW(options.validate());
+  options.scale.odometry = true;
+  expect_error<std::invalid_argument>([&] { options.validate(); },
+                                      {"scale/odometry", "expected one of them at most"});
 }
 
 #ifdef MONO_POSE_TRACKER_WITH_ARUCO
@@ -140,7 +146,71 @@ TEST(Scale, AMarkerSetsMetres) {
   EXPECT_EQ(without.scale, ScaleSource::kMapUnits) << "no marker, no metres";
 }
 
+TEST(Scale, AMarkerThatIsSeenLaterSetsMetres) {
+  constexpr int kHungUpAfter = 12;
+  TrackerOptions options;
+  options.scale.marker_size = 0.4;
+  options.scale.marker_id = 3;
+  options.mapping.keyframe_parallax_deg = 1;  // keyframes enough in the rest of a short path
+  std::vector<cv::Mat> images = plain_images(), later = images_with_marker(0.4);
+  std::copy(later.begin() + kHungUpAfter, later.end(), images.begin() + kHungUpAfter);
+  Tracker tracker(options, room().camera, Tracker::Mapping::kInline);
+  std::vector<StampedPose> in_units, in_metres;
+  for (int i = 0; i < kFrames; ++i) {
+    const FrameReport report = tracker.process(room().frames[i].stamp_ns, images[i]);
+    if (!report.map_from_camera) continue;
+    const bool is_metric = report.scale == ScaleSource::kMarker;
+    EXPECT_EQ(is_metric, report.corrections == 1) << "with the correction, and once";
+    (is_metric ? in_metres : in_units).push_back({report.stamp_ns, *report.map_from_camera});
+    if (!report.corrected.empty()) {
+      EXPECT_EQ(in_metres.size(), 1u);
+      EXPECT_GT(report.corrected.size(), in_units.size()) << "frames from before are told anew";
+    }
+  }
+  EXPECT_GE(in_units.size(), 5u) << "the map had begun without it";
+  ASSERT_GE(in_metres.size(), 4u);
+  std::vector<StampedPose> all;
+  for (const PosedFrame& frame : tracker.trajectory()) all.push_back({frame.stamp_ns, frame.map_from_camera});
+  EXPECT_NEAR(evaluate_trajectory(room().truth, all, 0).reference_from_estimate.scale, 1, 0.03);
+  for (std::size_t i = 1; i < in_metres.size(); ++i) {
+    const double step =
+        (in_metres[i].map_from_camera.translation - in_metres[i - 1].map_from_camera.translation).norm();
+    const double true_step =
+        (true_position(in_metres[i].stamp_ns) - true_position(in_metres[i - 1].stamp_ns)).norm();
+    EXPECT_NEAR(step, true_step, 0.2 * true_step) << "the scale of a report is that of its pose";
+  }
+}
+
 #endif
+
+TEST(Scale, AMapThatIsMovedAsAWholeTakesAllWithIt) {
+  constexpr int kMovedAfter = 15;
+  const Sim3 moved_from_map(2.5, Eigen::Quaterniond(Eigen::AngleAxisd(1.2, Eigen::Vector3d::UnitY())),
+                            {3, -1, 2});
+  Tracker left_alone(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
+  Tracker moved(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
+  moved.transform_map(moved_from_map, ScaleSource::kOdometry);  // without a map: nothing
+  for (int i = 0; i < kFrames; ++i) {
+    const std::int64_t stamp_ns = room().frames[i].stamp_ns;
+    const FrameReport expected = left_alone.process(stamp_ns, room().frames[i].image);
+    const FrameReport report = moved.process(stamp_ns, room().frames[i].image);
+    ASSERT_EQ(report.map_from_camera.has_value(), expected.map_from_camera.has_value()) << i;
+    EXPECT_EQ(report.corrections, i > kMovedAfter ? 1u : 0u);
+    if (i == kMovedAfter) {
+      ASSERT_TRUE(report.map_from_camera);
+      moved.transform_map(moved_from_map, ScaleSource::kOdometry);
+    }
+    if (i <= kMovedAfter || !report.map_from_camera) continue;
+    EXPECT_EQ(report.scale, ScaleSource::kOdometry);
+    EXPECT_EQ(report.corrected.empty(), i != kMovedAfter + 1)
+        << "what was reported before is told anew, once";
+    const Rigid3& pose = *expected.map_from_camera;
+    EXPECT_LT((report.map_from_camera->translation - moved_from_map * pose.translation).norm(), 0.02);
+    EXPECT_LT(
+        rotation_angle_between(report.map_from_camera->rotation, moved_from_map.rotation * pose.rotation),
+        0.002);
+  }
+}
 
 }  // namespace
 }  // namespace mono_pose_tracker

@@ -55,6 +55,9 @@ class Mapper {
     options_ = options;
     loop_finder_ = LoopFinder(options, camera_);
   }
+  /// Moves the present map as a whole: a correction. scale_source: what its unit rests on from now on;
+  /// nothing where that stays.
+  void transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source);
 
   /// Last optimisation of a recording: tracks are completed between all keyframes that share view, and
   /// everything is bundle-adjusted.
@@ -109,12 +112,15 @@ class Mapper {
   void cap_keyframes(KeyframeId newest);
   void remove_keyframe(KeyframeId id);
   void set_scale(const InitialMap& initial, const std::vector<KeyframeId>& ids);
+  void scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3d>& marker);
   void publish();
 
   MapperOptions options_;
   CameraModel camera_;
   Map map_;
   std::map<KeyframeId, std::vector<char>> left_out_;  // features of another motion, where there are some
+  // Bearings of the corners of the marker in keyframes that saw it while the map had no scale.
+  std::map<KeyframeId, std::vector<Eigen::Vector3d>> markers_;
   std::uint32_t epoch_ = 0;
   std::uint64_t revision_ = 0;
   std::uint32_t map_id_ = 0;               // the epoch that it began in, and 1

@@ -31,9 +31,10 @@ struct MappingOptions {
 struct ScaleOptions {
   double known_baseline = 0;        // m between the first and the last of the views that begin the map
   double initial_median_depth = 0;  // m, of the first view's points
-  double marker_size = 0;           // m: side of a square marker that two of the views that begin the map see
+  double marker_size = 0;           // m: side of a square marker that two of the map's keyframes see
   std::string marker_dictionary = "4x4_50";  // that it is of
   int marker_id = 0;
+  bool odometry = false;  // live: from the way that ~odom_frame says the camera went
 };
 
 /// What the mapper needs to know.

@@ -49,6 +49,8 @@ class MappingWorker {
   void restore_beside(const Map& map, std::uint32_t epoch);
   /// False, and nothing queued, when kMaxBacklog keyframes wait already.
   bool insert(const KeyframeCandidate& candidate);
+  /// Moves the present map as a whole (Mapper::transform), after what waits.
+  void transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source);
   /// Drops the map and what waits. A solve under way ends after its iteration; its result is dropped.
   void reset(std::uint32_t epoch);
   /// Returns when nothing waits.

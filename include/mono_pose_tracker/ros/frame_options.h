@@ -18,9 +18,10 @@ struct FrameOptions {
   std::string view_frame = "tracker_view";  // where the camera is, for rviz to follow; empty: none
   bool invert_tf = false;                   // tf with parent and child changed over
   bool publish_tf = true;
-  double tf_timeout = 0.05;   // s of the wall that an image waits for tf of its time, at most
-  double tf_rate = 20;        // Hz at which map -> odom is sent again; 0: with each pose only
-  double tf_tolerance = 0.1;  // s that it is stamped ahead then
+  bool scale_from_odometry = false;  // scale/odometry: the map is in metres once the robot has driven
+  double tf_timeout = 0.05;          // s of the wall that an image waits for tf of its time, at most
+  double tf_rate = 20;               // Hz at which map -> odom is sent again; 0: with each pose only
+  double tf_tolerance = 0.1;         // s that it is stamped ahead then
 };
 
 /// Takes off the leading slashes that tf2 does not know. Returns one line for each combination that can't be:

@@ -65,6 +65,9 @@ class LiveTracker {
   /// Goes on in these maps, in a new epoch; before the first calibration: as soon as that comes. False then.
   bool load_maps(SavedMaps saved);
 
+  /// As Tracker::transform_map.
+  void transform_map(const Sim3& new_from_map, std::optional<ScaleSource> scale_source);
+
   /// Tracker::cancel, also of a tracker that is begun later. May be called from any thread.
   void cancel();
 

@@ -68,6 +68,13 @@ class OutputFrames {
   /// the map's units, which are no metres, would be mixed with a robot's metres.
   std::optional<BodyPose> body_pose(const std_msgs::Header& image_header, const FrameReport& report) const;
 
+  /// Where the camera would be in the map (not the world) if the body were there. Throws std::runtime_error
+  /// where nobody can say, the map is an object, or its units would be mixed with a robot's metres.
+  Rigid3 map_from_camera(const std_msgs::Header& image_header, ScaleSource scale,
+                         const Rigid3& world_from_body) const;
+  /// The camera as odometry has it, its place on the robot included; nothing when tf does not know.
+  std::optional<Rigid3> odom_from_camera(const std_msgs::Header& image_header) const;
+
   /// What tf shall get; nothing when it is not to have any, or must not: a frame would get a second parent.
   std::optional<geometry_msgs::TransformStamped> transform(const std_msgs::Header& image_header,
                                                            const BodyPose& pose) const;
@@ -82,7 +89,8 @@ class OutputFrames {
   std::string camera_frame(const std_msgs::Header& image_header) const;
   std::optional<Rigid3> look_up(const std::string& parent, const std::string& child,
                                 const ros::Time& stamp) const;
-  bool mixes_units(const FrameReport& report, const std::string& camera) const;
+  bool mixes_units(const std::string& camera, ScaleSource scale) const;
+  void tell_ways_to_metres() const;
   bool wait_for_transform(const std::string& parent, const std::string& child, const ros::Time& stamp,
                           std::string* why) const;
   std::string conflict(const std::string& parent, const std::string& child) const;

@@ -22,6 +22,7 @@
 #include "mono_pose_tracker/ros/live_options.h"
 #include "mono_pose_tracker/ros/live_tracker.h"
 #include "mono_pose_tracker/ros/log_throttle.h"
+#include "mono_pose_tracker/ros/map_placement.h"
 #include "mono_pose_tracker/ros/mask_source.h"
 #include "mono_pose_tracker/ros/output_frames.h"
 #include "mono_pose_tracker/ros/parameters.h"
@@ -60,6 +61,7 @@ class TrackerNodelet : public nodelet::Nodelet {
   void onInit() override;
   void set_up();
   void subscribe();
+  void take_initialpose(const geometry_msgs::PoseWithCovarianceStampedConstPtr& pose);
   void advertise_services();
   void offer_live_options();
   void change_options(const LiveOptions& options);
@@ -105,11 +107,12 @@ class TrackerNodelet : public nodelet::Nodelet {
   std::unique_ptr<Publishers> publishers_;
   std::unique_ptr<TrajectoryLog> trajectory_;
   std::unique_ptr<LiveTracker> tracker_;
+  std::unique_ptr<MapPlacement> placement_;  // of the processing thread
   std::unique_ptr<ImageSlot<Frame>> slot_;
   std::unique_ptr<WallClockUpdater> diagnostics_;
 
   ImageSubscriber image_subscriber_;
-  ros::Subscriber camera_info_subscriber_, mask_subscriber_;
+  ros::Subscriber camera_info_subscriber_, mask_subscriber_, initialpose_subscriber_;
   ros::CallbackQueue service_queue_;
   ros::AsyncSpinner service_spinner_{1, &service_queue_};
   std::vector<ros::ServiceServer> services_;

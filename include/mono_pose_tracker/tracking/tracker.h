@@ -89,6 +89,11 @@ class Tracker {
   /// reset.
   void restart();
 
+  /// Moves the present map, and all that is reported from the next image or so on, as a whole: a correction.
+  /// scale_source: what the map's unit rests on from then on; nothing where that stays. Without a map nothing
+  /// happens.
+  void transform_map(const Sim3& new_from_map, std::optional<ScaleSource> scale_source);
+
   /// Changes what is_changeable (options_table.h), from the next image on; the map stays. Throws
   /// std::invalid_argument on options out of range.
   void set_options(const TrackerOptions& options);

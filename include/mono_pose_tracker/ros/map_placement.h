@@ -1,0 +1,53 @@
+#pragma once
+
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <std_msgs/Header.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "mono_pose_tracker/robust/odometry_scale.h"
+#include "mono_pose_tracker/ros/live_tracker.h"
+#include "mono_pose_tracker/ros/output_frames.h"
+
+namespace mono_pose_tracker {
+
+/// What others say of where the map lies and how large it is: ~initialpose, and odometry (scale/odometry). Of
+/// the processing thread.
+class MapPlacement {
+ public:
+  MapPlacement(bool scale_from_odometry, const OutputFrames& frames, LiveTracker& tracker)
+      : scale_from_odometry_(scale_from_odometry), frames_(frames), tracker_(tracker) {}
+
+  /// After each image. report: in the map, not the world. Returns what was done, one line, or nothing.
+  std::string follow(const std_msgs::Header& image_header, const FrameReport& report);
+
+  /// Moves the map so that the present pose is the one given, of the base, or of the camera without one.
+  /// Returns what was done; throws std::runtime_error saying why it can't be.
+  std::string place(const geometry_msgs::PoseWithCovarianceStamped& pose);
+
+ private:
+  struct Posed {
+    std_msgs::Header header;
+    Rigid3 map_from_camera;
+    ScaleSource scale = ScaleSource::kMapUnits;
+  };
+  /// Names the map and its frame: poses of two can't be compared.
+  struct MapState {
+    std::uint32_t map_id = 0, corrections = 0;
+    bool operator!=(const MapState& o) const { return map_id != o.map_id || corrections != o.corrections; }
+  };
+
+  std::string rescale();
+
+  const bool scale_from_odometry_;
+  const OutputFrames& frames_;
+  LiveTracker& tracker_;
+  std::optional<Posed> present_;  // none while the camera is lost
+  OdometryScale odometry_scale_;
+  MapState state_;
+  bool is_rescaling_ = false;  // a correction is under way: its report has not come yet
+};
+
+}  // namespace mono_pose_tracker

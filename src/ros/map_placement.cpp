@@ -1,0 +1,77 @@
+#include "mono_pose_tracker/ros/map_placement.h"
+
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+namespace mono_pose_tracker {
+
+std::string MapPlacement::follow(const std_msgs::Header& image_header, const FrameReport& report) {
+  present_.reset();
+  if (report.map_from_camera) present_ = Posed{image_header, *report.map_from_camera, report.scale};
+  if (!scale_from_odometry_) return "";
+  const MapState state = {report.map_id, report.corrections};
+  if (state != state_) {
+    state_ = state;
+    odometry_scale_.restart();
+    is_rescaling_ = false;
+  }
+  if (!present_ || is_rescaling_) {
+    odometry_scale_.interrupt();
+    return "";
+  }
+  // A pose in doubt is not for measuring with.
+  if (report.reason == Reason::kDoubtfulPose) return "";
+  const std::optional<Rigid3> odom_from_camera = frames_.odom_from_camera(image_header);
+  if (!odom_from_camera) {
+    odometry_scale_.interrupt();
+    return "";
+  }
+  odometry_scale_.add(*odom_from_camera, present_->map_from_camera);
+  return rescale();
+}
+
+std::string MapPlacement::rescale() {
+  const bool was_metric = present_->scale != ScaleSource::kMapUnits;
+  const std::optional<double> factor = odometry_scale_.correction(was_metric);
+  if (!factor) return "";
+  const OdometryScale::Estimate found = *odometry_scale_.estimate();
+  is_rescaling_ = true;
+  // A map in units has not been published yet: its origin stays. Later the robot must not jump in the map.
+  Eigen::Vector3d stays = Eigen::Vector3d::Zero();
+  if (was_metric) stays = present_->map_from_camera.translation;
+  tracker_.transform_map(Sim3(*factor, Eigen::Quaterniond::Identity(), (1 - *factor) * stays),
+                         ScaleSource::kOdometry);
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "scale/odometry: one map unit is %.4f m (+- %.1f %%, from %d pieces of the way): the map is "
+                "in metres now",
+                found.metres_per_unit, 100 * found.sigma, found.segments);
+  return text;
+}
+
+std::string MapPlacement::place(const geometry_msgs::PoseWithCovarianceStamped& pose) {
+  const std::string& frame = pose.header.frame_id;
+  if (!frame.empty() && frame != frames_.world() && frame != "/" + frames_.world()) {
+    throw std::runtime_error("it is in the frame " + frame + ", expected " + frames_.world());
+  }
+  const auto& p = pose.pose.pose.position;
+  const auto& o = pose.pose.pose.orientation;
+  const Eigen::Vector3d position(p.x, p.y, p.z);
+  const Eigen::Quaterniond orientation(o.w, o.x, o.y, o.z);
+  // Quaternions that were typed in have few digits: a tenth off the length of 1 is still meant as one.
+  if (!position.allFinite() || !(std::abs(orientation.norm() - 1) < 0.1)) {
+    throw std::runtime_error("it is no pose: expected finite numbers and a quaternion of length 1");
+  }
+  if (!present_) throw std::runtime_error("there is no present pose that it could replace");
+  const Rigid3 wanted =
+      frames_.map_from_camera(present_->header, present_->scale, {orientation.normalized(), position});
+  const Rigid3 new_from_map = wanted * present_->map_from_camera.inverse();
+  tracker_.transform_map(Sim3(new_from_map), std::nullopt);
+  char text[128];
+  std::snprintf(text, sizeof text, "the map is moved: the present pose is at (%.3f, %.3f, %.3f) in ",
+                position.x(), position.y(), position.z());
+  return text + frames_.world();
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,179 @@
+#!/usr/bin/python3
+"""~initialpose moves the map; scale/odometry makes it metric. The images, and how the robot moves, are simulated."""
+import os
+import random
+import sys
+import tempfile
+import unittest
+
+import numpy
+import rospy
+import rostest
+import tf2_ros
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
+from rosgraph_msgs.msg import Log
+
+from mono_pose_tracker.msg import TrackerStatus
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import feeding  # noqa: E402
+import sim3  # noqa: E402
+
+FRAMES = 40
+MOST_IMAGES = 1000  # until odometry has said enough: some 2 m of way, and a map that begins when the machine has time
+# Ahead of the base, to its left and above it, looking forward and 10 degrees down.
+BASE_FROM_CAMERA = (0.2, 0.1, 0.4), (-0.560986, 0.560986, -0.430459, 0.430459)
+
+
+def matrix(position, quaternion):
+    result = numpy.eye(4)
+    result[:3, :3] = sim3.rotation_matrix(quaternion)
+    result[:3, 3] = position
+    return result
+
+
+def of_pose(pose):
+    p, q = pose.position, pose.orientation
+    return matrix((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
+
+
+def quaternion_of(R):
+    """x y z w; the trace is far from -1 for what a walk in a room turns."""
+    w = numpy.sqrt(max(0, 1 + numpy.trace(R))) / 2
+    return ((R[2, 1] - R[1, 2]) / (4 * w), (R[0, 2] - R[2, 0]) / (4 * w), (R[1, 0] - R[0, 1]) / (4 * w), w)
+
+
+def stamped(parent, child, stamp, position, quaternion):
+    result = TransformStamped()
+    result.header.frame_id, result.child_frame_id, result.header.stamp = parent, child, stamp
+    t, q = result.transform.translation, result.transform.rotation
+    t.x, t.y, t.z = position
+    q.x, q.y, q.z, q.w = quaternion
+    return result
+
+
+class Robot:
+    """Its odometry: each step is off by 2 % of its length, one standard deviation."""
+
+    def __init__(self):
+        self.random = random.Random(3)
+        self.base_from_camera = matrix(*BASE_FROM_CAMERA)
+        self.last = None  # world_from_base
+        self.odom_from_base = numpy.eye(4)
+
+    def go(self, world_from_camera):
+        world_from_base = world_from_camera @ numpy.linalg.inv(self.base_from_camera)
+        if self.last is not None:
+            step = numpy.linalg.inv(self.last) @ world_from_base
+            step[:3, 3] *= 1 + 0.02 * self.random.gauss(0, 1)
+            self.odom_from_base = self.odom_from_base @ step
+        self.last = world_from_base
+        return world_from_base
+
+
+class PlacementTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        rospy.init_node("placement_test")
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.recording = feeding.Recording(cls.folder.name, FRAMES)
+        cls.log, cls.poses = [], {"told": {}, "driven": {}}
+        cls.trackers = {name: feeding.Tracker("/" + name + "/tracker") for name in cls.poses}
+        cls.initialpose, cls.other_initialpose = (
+            rospy.Publisher("/" + name + "/tracker/initialpose", PoseWithCovarianceStamped, queue_size=1)
+            for name in cls.poses)
+        cls.subscribers = [rospy.Subscriber("/rosout", Log, lambda m: cls.log.append(m.msg), queue_size=1000)]
+        for name, poses in cls.poses.items():
+            cls.subscribers.append(rospy.Subscriber(
+                "/" + name + "/tracker/pose", PoseWithCovarianceStamped,
+                lambda m, poses=poses: poses.__setitem__(m.header.stamp.to_nsec(), of_pose(m.pose.pose)), queue_size=1000))
+        static = tf2_ros.StaticTransformBroadcaster()
+        static.sendTransform([stamped(n + "_base", n + "_camera", rospy.Time.now(), *BASE_FROM_CAMERA) for n in cls.poses])
+        cls.moving = tf2_ros.TransformBroadcaster()
+        feeding.wait_for_connections(cls.moving.pub_tf, static.pub_tf, cls.initialpose, cls.other_initialpose,
+                                     *cls.subscribers)
+        cls.camera = feeding.Camera("/camera", cls.recording.info)
+        cls.images, cls.robot, cls.bases, cls.in_units = cls.recording.walk(), Robot(), {}, []
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def show(self):
+        """The trackers' answers, by name, to the next image."""
+        image = next(self.images)
+        stamp = image.header.stamp
+        self.bases[stamp.to_nsec()] = self.robot.go(matrix(*self.recording.truth[stamp.to_nsec()]))
+        odom_from_base = self.robot.odom_from_base
+        self.moving.sendTransform(stamped("driven_odom", "driven_base", stamp, odom_from_base[:3, 3],
+                                          quaternion_of(odom_from_base[:3, :3])))
+        answers = dict(zip(self.trackers, self.camera.show(image, *self.trackers.values())))
+        if answers["driven"].scale == TrackerStatus.MAP_UNITS:
+            self.in_units.append(stamp.to_nsec())
+        return answers
+
+    def show_until(self, done):
+        for _ in range(MOST_IMAGES):
+            answers = self.show()
+            if done(answers):
+                return answers
+        self.fail("never: " + str(answers))
+
+    def pose_of(self, name, stamp):
+        """~pose comes just before ~status."""
+        self.assertTrue(self.trackers[name].wait_until(lambda: stamp.to_nsec() in self.poses[name], 5))
+        return self.poses[name][stamp.to_nsec()]
+
+    def test_a_map_in_units_has_no_place_in_metres(self):
+        self.show_until(lambda a: a["driven"].state == TrackerStatus.TRACKING)
+        wanted = PoseWithCovarianceStamped()
+        wanted.header.frame_id, wanted.pose.pose.orientation.w = "driven_map", 1
+        self.other_initialpose.publish(wanted)
+        answer = self.show_until(lambda a: any("can't be placed in metres" in m for m in self.log))["driven"]
+        self.assertEqual((answer.scale, answer.corrections), (TrackerStatus.MAP_UNITS, 0))
+
+    def test_initialpose_places_the_base(self):
+        is_tracking = lambda a: a["told"].state == TrackerStatus.TRACKING  # noqa: E731
+        before = self.show_until(is_tracking)["told"]
+        found = self.pose_of("told", before.header.stamp)
+        wanted = PoseWithCovarianceStamped()
+        wanted.header.frame_id = "elsewhere"
+        wanted.pose.pose.position.x, wanted.pose.pose.position.y, wanted.pose.pose.position.z = 4, -3, 0.5
+        wanted.pose.pose.orientation.z = wanted.pose.pose.orientation.w = numpy.sqrt(0.5)
+        self.initialpose.publish(wanted)
+        self.show_until(lambda a: any("expected told_map" in m for m in self.log))
+        self.assertEqual(self.trackers["told"].statuses[-1].corrections, 0, "of another frame: refused")
+
+        before = self.show_until(is_tracking)["told"]
+        found = self.pose_of("told", before.header.stamp)
+        wanted.header.frame_id = "told_map"
+        self.initialpose.publish(wanted)
+        after = self.show_until(lambda a: is_tracking(a) and a["told"].corrections > before.corrections)["told"]
+        self.assertEqual(after.map_id, before.map_id)
+        # The pose that was replaced may be one or two images newer than the one that was seen last: what moved
+        # the map must be what takes one of those to where it was wanted.
+        moved = self.pose_of("told", after.header.stamp)
+        true_step = numpy.linalg.inv(self.bases[before.header.stamp.to_nsec()]) @ self.bases[after.header.stamp.to_nsec()]
+        self.assertGreater(numpy.linalg.norm(found[:3, 3] - moved[:3, 3]), 2)
+        self.assertLess(numpy.linalg.norm(moved[:3, 3] - (4, -3, 0.5)), 0.1 + 2 * numpy.linalg.norm(true_step[:3, 3]))
+        turned = sim3.angle_deg(moved[:3, :3].T @ matrix((0, 0, 0), (0, 0, numpy.sqrt(0.5), numpy.sqrt(0.5)))[:3, :3])
+        self.assertLess(turned, 2 + 2 * sim3.angle_deg(true_step[:3, :3]))
+
+    def test_odometry_gives_metres(self):
+        self.show_until(lambda a: a["driven"].scale == TrackerStatus.ODOMETRY)
+        stamps = []
+        while len(stamps) < 2 * FRAMES:
+            answer = self.show()["driven"]
+            if answer.state == TrackerStatus.TRACKING and answer.scale == TrackerStatus.ODOMETRY:
+                stamps.append(answer.header.stamp)
+        found = numpy.array([self.pose_of("driven", s)[:3, 3] for s in stamps])
+        expected = numpy.array([self.bases[s.to_nsec()][:3, 3] for s in stamps])
+        spread = [numpy.sqrt(((p - p.mean(0)) ** 2).sum()) for p in (found, expected)]
+        self.assertAlmostEqual(spread[0] / spread[1], 1, delta=0.02)
+        self.assertEqual(len([m for m in self.log if "scale/odometry: one map unit is" in m]), 1, "rescaled once")
+        self.assertGreater(len(self.in_units), 5)
+        self.assertFalse(set(self.in_units) & set(self.poses["driven"]), "published in units of the map")
+
+
+if __name__ == "__main__":
+    rostest.rosrun("mono_pose_tracker", "placement_test", PlacementTest)
