@@ -231,23 +231,25 @@ std::optional<geometry_msgs::TransformStamped> OutputFrames::transform(const std
   return to_transform(header, child, parent_from_child);
 }
 
-std::optional<geometry_msgs::TransformStamped> OutputFrames::view_transform(
+std::vector<geometry_msgs::TransformStamped> OutputFrames::view_transforms(
     const std_msgs::Header& image_header, const Rigid3& world_from_camera) const {
-  if (!options_.publish_tf || options_.view_frame.empty()) return std::nullopt;
+  if (!options_.publish_tf || options_.view_frame.empty()) return {};
   std::string other;
   if (buffer_._getParent(options_.view_frame, ros::Time(0), other) && other != world()) {
     warn_("view frame", "no tf is published from " + world() + " to " + options_.view_frame +
                             ": its parent is " + other +
                             " already; another tracker needs another ~view_frame (or none)");
-    return std::nullopt;
+    return {};
   }
   std_msgs::Header header = image_header;
   header.frame_id = world();
-  if (!options_.object_mode) return to_transform(header, options_.view_frame, world_from_camera);
-  Rigid3 world_from_view = world_from_map();
-  const std::lock_guard<std::mutex> lock(mutex_);
-  world_from_view.translation = world_from_view * centre_.in_map();
-  return to_transform(header, options_.view_frame, world_from_view);
+  std::vector<geometry_msgs::TransformStamped> transforms{
+      to_transform(header, options_.view_frame, world_from_camera)};
+  if (const std::optional<ObjectBox> object = object_in_world()) {
+    const Rigid3 world_from_middle(Eigen::Quaterniond::Identity(), object->centre);
+    transforms.push_back(to_transform(header, options_.view_frame + "_object", world_from_middle));
+  }
+  return transforms;
 }
 
 std::string OutputFrames::conflict(const std::string& parent, const std::string& child) const {

@@ -65,9 +65,8 @@ void Publishers::move_world(const Rigid3& new_world_from_world) {
 void Publishers::publish_view(const std_msgs::Header& image_header, const FrameReport& report) {
   const Rigid3* pose = report.map_from_camera ? &*report.map_from_camera : nullptr;
   if (pose) {
-    if (const auto transform = frames_.view_transform(image_header, *pose)) {
-      broadcaster_.sendTransform(*transform);
-    }
+    const auto transforms = frames_.view_transforms(image_header, *pose);
+    if (!transforms.empty()) broadcaster_.sendTransform(transforms);
   }
   std_msgs::Header header = image_header;
   header.frame_id = frames_.world();

@@ -155,13 +155,39 @@ class LaunchFilesTest(unittest.TestCase):
             self.assertIn(f"'camera_info', '{beside}camera_info'", remaps)
             self.assertIn(f"'mask', '{beside}mask'", remaps)
 
+    def rviz(self, name, **arguments):
+        return next(args for _, node, args, _ in load(name, **arguments)[1] if node == "rviz")
+
     def test_rviz_is_fixed_to_the_map(self):
-        for name, arguments, frame in (("bag.launch", {"bag": self.recording.bag, "map_frame": "field"}, "field"),
-                                       ("camera.launch", {"map_frame": "field"}, "field"),
-                                       ("object.launch", {}, "object"),
-                                       ("bag.launch", {"bag": self.recording.bag, "object_mode": "true"}, "object")):
-            rviz = next(args for _, node, args, _ in load(name, **arguments)[1] if node == "rviz")
-            self.assertTrue(rviz.endswith("-f " + frame), rviz)
+        for name, arguments in (("bag.launch", {"bag": self.recording.bag}), ("camera.launch", {})):
+            self.assertRegex(self.rviz(name, map_frame="field", **arguments), r"^-d \S+/config/tracker\.rviz -f field$")
+
+    def test_rviz_of_an_object_has_a_set_up_of_its_own(self):
+        """Whose Fixed Frame is the camera's: none is given beside it."""
+        for name, arguments in (("object.launch", {}), ("object.launch", {"bag": self.recording.bag}),
+                                ("bag.launch", {"bag": self.recording.bag, "object_mode": "true"}),
+                                ("camera.launch", {"object_mode": "true"})):
+            arguments_of_rviz = self.rviz(name, **arguments).split()
+            self.assertEqual(arguments_of_rviz[0], "-d")
+            self.assertTrue(os.path.samefile(arguments_of_rviz[1], os.path.join(ROOT, "config", "object.rviz")))
+            self.assertEqual(len(arguments_of_rviz), 2)
+
+    def test_the_object_is_found_as_the_config_file_says(self):
+        """Unless an argument is given."""
+        config = self.folder + "/blue_box.yaml"
+        told = {"method": "chroma", "chroma_color": "blue", "background_image": "/wall.png", "body": "largest"}
+        with open(config, "w") as file:
+            yaml.safe_dump({"segmentation": told}, file)
+
+        def segmentation(**arguments):
+            parameters = load("object.launch", config=config, **arguments)[0]
+            prefix = "/tracker/segmentation/"
+            return {key[len(prefix):]: value for key, value in parameters.items() if key.startswith(prefix)}
+        for arguments in ({}, {"bag": self.recording.bag}):
+            self.assertEqual(segmentation(**arguments), told)
+            self.assertEqual(segmentation(method="none", **arguments), {**told, "method": "none"})
+            self.assertEqual(segmentation(background_image="/sky.png", **arguments),
+                             {**told, "background_image": "/sky.png"})
 
     def test_a_camera_lives_now_and_a_bag_in_its_own_time(self):
         self.assertIs(load("camera.launch")[0]["/use_sim_time"], False)

@@ -79,10 +79,10 @@ class OutputFrames {
   std::optional<geometry_msgs::TransformStamped> transform(const std_msgs::Header& image_header,
                                                            const BodyPose& pose) const;
 
-  /// tf of ~view_frame, which rviz follows: where the camera is in the world; of an object, its centre.
-  /// Nothing when none is wanted.
-  std::optional<geometry_msgs::TransformStamped> view_transform(const std_msgs::Header& image_header,
-                                                                const Rigid3& world_from_camera) const;
+  /// tf of what rviz follows: ~view_frame, where the camera is in the world; of an object also its middle, with
+  /// its axes (~view_frame with _object behind it). Nothing when none is wanted.
+  std::vector<geometry_msgs::TransformStamped> view_transforms(const std_msgs::Header& image_header,
+                                                               const Rigid3& world_from_camera) const;
 
  private:
   bool is_centred() const { return options_.object_origin == "centre"; }
