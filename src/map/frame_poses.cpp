@@ -1,14 +1,32 @@
 #include "mono_pose_tracker/map/frame_poses.h"
 
+#include <algorithm>
+#include <iterator>
+
 namespace mono_pose_tracker {
 
+namespace {
+
+bool is_before(const FramePoses::Entry& entry, std::int64_t index) { return entry.first < index; }
+
+}  // namespace
+
+void FramePoses::set(std::int64_t index, const FramePose& pose) {
+  const auto at = std::lower_bound(poses_.begin(), poses_.end(), index, is_before);
+  if (at != poses_.end() && at->first == index) {
+    at->second = pose;
+  } else {
+    poses_.insert(at, {index, pose});
+  }
+}
+
 const FramePose* FramePoses::find(std::int64_t index) const {
-  const auto found = poses_.find(index);
-  return found == poses_.end() ? nullptr : &found->second;
+  const auto at = std::lower_bound(poses_.begin(), poses_.end(), index, is_before);
+  return at == poses_.end() || at->first != index ? nullptr : &at->second;
 }
 
 void FramePoses::keep_newest(std::size_t most) {
-  while (poses_.size() > most) poses_.erase(poses_.begin());
+  while (poses_.size() > most) poses_.pop_front();
 }
 
 void FramePoses::apply(const MapCorrection& correction) {
@@ -18,7 +36,13 @@ void FramePoses::apply(const MapCorrection& correction) {
   }
 }
 
-void FramePoses::take(const FramePoses& other) { poses_.insert(other.poses_.begin(), other.poses_.end()); }
+void FramePoses::take(const FramePoses& other) {
+  std::deque<Entry> all;
+  // Of a frame in both, set_union takes the first's.
+  std::set_union(poses_.begin(), poses_.end(), other.poses_.begin(), other.poses_.end(),
+                 std::back_inserter(all), [](const Entry& a, const Entry& b) { return a.first < b.first; });
+  poses_ = std::move(all);
+}
 
 bool FramePoses::camera_from_map(const TrackingMap& map, std::int64_t index, Rigid3* camera_from_map) const {
   const FramePose* pose = find(index);

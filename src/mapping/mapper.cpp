@@ -113,6 +113,7 @@ void Mapper::initialize(const InitialMap& initial, std::uint32_t epoch) {
 
 void Mapper::begin_beside(const InitialMap& initial, std::uint32_t epoch) {
   keep_present();
+  cap_kept_maps();
   begin(initial, epoch);
 }
 
@@ -463,6 +464,7 @@ void Mapper::publish() {
   view->epoch = epoch_;
   view->map_id = map_id_;
   view->corrections = corrections_;
+  view->kept_maps = kept_maps();
   view->doubt = watch_.doubt();
   places_->follow(map_);
   view->places = places_;

@@ -1,6 +1,7 @@
 // The part of the Mapper that keeps several maps, joins them where they meet, and moves one as a whole.
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <utility>
 #include <vector>
@@ -76,6 +77,25 @@ void Mapper::keep_present() {
   map_ = Map();
 }
 
+// What is kept beside a capped map is capped as well: the smallest is missed least. The one that was just
+// left stays: the new one may not hold.
+void Mapper::cap_kept_maps() {
+  const auto most = static_cast<std::size_t>(options_.mapping.max_keyframes);
+  if (most == 0) return;
+  const auto size = [this](const auto& entry) {
+    return entry.first == map_id_ ? std::numeric_limits<std::size_t>::max()
+                                  : entry.second.map.keyframes().size();
+  };
+  std::size_t keyframes = 0;
+  for (const auto& entry : kept_) keyframes += entry.second.map.keyframes().size();
+  while (keyframes > most && kept_.size() > 1) {
+    const auto smallest = std::min_element(kept_.begin(), kept_.end(),
+                                           [&](const auto& a, const auto& b) { return size(a) < size(b); });
+    keyframes -= size(*smallest);
+    kept_.erase(smallest);
+  }
+}
+
 bool Mapper::resume(std::uint32_t map_id, bool keep_this, std::uint32_t epoch) {
   if (map_id == map_id_ && !map_.keyframes().empty()) {
     forget_loops();  // what is done aside is of another epoch
@@ -84,7 +104,12 @@ bool Mapper::resume(std::uint32_t map_id, bool keep_this, std::uint32_t epoch) {
     return true;
   }
   const auto kept = kept_.find(map_id);
-  if (kept == kept_.end()) return false;
+  if (kept == kept_.end()) {
+    forget_loops();
+    epoch_ = epoch;
+    publish();
+    return false;
+  }
   KeptMap resumed = std::move(kept->second);
   kept_.erase(kept);
   if (keep_this) keep_present();
@@ -119,6 +144,16 @@ void Mapper::bring_up_to_date(KeyframeCandidate* candidate) const {
     candidate->reference += correction->added.keyframes;
     candidate->camera_from_reference.translation *= correction->length_scale(candidate->reference);
     for (FrameObservation& o : candidate->observations) o.landmark += correction->added.landmarks;
+  }
+}
+
+void Mapper::add_correction(MapCorrection correction) {
+  // Of a run without end: more than there are keyframes that wait, images that are late, and then some.
+  constexpr std::size_t kMostOfCappedMap = 64;
+  correction.sequence = ++last_correction_;
+  corrections_.push_back(std::make_shared<const MapCorrection>(std::move(correction)));
+  if (options_.mapping.max_keyframes > 0 && corrections_.size() > kMostOfCappedMap) {
+    corrections_.erase(corrections_.begin());
   }
 }
 
@@ -200,13 +235,12 @@ bool Mapper::join(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
     map_ = std::move(apart);
     return false;
   }
-  auto correction = std::make_shared<MapCorrection>();
-  correction->sequence = corrections_.size() + 1;
-  correction->of_map = map_id_;
-  correction->into_map = kept_id;
-  correction->added = added;
-  correction->scale = best->other_from_map.scale;
-  corrections_.push_back(std::move(correction));
+  MapCorrection correction;
+  correction.of_map = map_id_;
+  correction.into_map = kept_id;
+  correction.added = added;
+  correction.scale = best->other_from_map.scale;
+  add_correction(std::move(correction));
   map_id_ = kept_id;
   forget_beside_map();
   places_ = kept_.at(kept_id).places;

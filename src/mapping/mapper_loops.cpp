@@ -134,11 +134,10 @@ void Mapper::adjust_globally() {
 }
 
 void Mapper::post_correction(const KeyframeChanges& changes) {
-  auto correction = std::make_shared<MapCorrection>();
-  correction->sequence = corrections_.size() + 1;
-  correction->of_map = correction->into_map = map_id_;
-  correction->scale_of = scales_of(map_, changes);
-  corrections_.push_back(std::move(correction));
+  MapCorrection correction;
+  correction.of_map = correction.into_map = map_id_;
+  correction.scale_of = scales_of(map_, changes);
+  add_correction(std::move(correction));
   // What awaits a second keyframe is of the map as it was.
   loop_finder_.reset();
   publish();

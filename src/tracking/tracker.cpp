@@ -66,12 +66,12 @@ void Tracker::Impl::finish_report(FrameReport* report) {
     // What the frame was posed in: a correction that has come since is the next frame's.
     report->map_id = present_map_;
     for (const auto& entry : others_) report->kept_maps.push_back(entry.first);
-    bool is_corrected_since = false;
-    for (const auto& correction : map->corrections) {
-      const bool is_applied = correction->sequence <= corrections_;
-      report->corrections += correction->into_map == present_map_ && is_applied;
-      is_corrected_since |= correction->of_map == present_map_ && !is_applied;
-    }
+    const auto corrected = times_corrected_.find(present_map_);
+    if (corrected != times_corrected_.end()) report->corrections = corrected->second;
+    const bool is_corrected_since =
+        std::any_of(map->corrections.begin(), map->corrections.end(), [this](const auto& correction) {
+          return correction->of_map == present_map_ && correction->sequence > corrections_;
+        });
     if (!is_corrected_since) scale_ = map->scale_source;
     report->scale = scale_;
     report_corrections(*map, report);
@@ -178,6 +178,7 @@ ResectionReport Tracker::Impl::follow(const Frame& frame, const TrackingMap& map
 
 void Tracker::Impl::track(const Frame& frame, FrameReport* report) {
   apply_corrections(*worker_.latest());
+  forget_dropped_maps(*worker_.latest());
   ResectionReport resection;
   {
     const StageTimer timer(report->stages, "resect");

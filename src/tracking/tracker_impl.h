@@ -85,8 +85,9 @@ class Tracker::Impl {
   bool confirm(const Frame& frame, ResectionReport* resection);
   void drop_young_map(FrameReport* report);
   void bootstrap_beside(const Frame& frame, FrameReport* report);
-  void go_back_to(std::uint32_t map_id, bool keep_present);
+  bool go_back_to(std::uint32_t map_id, bool keep_present);
   void apply_corrections(const TrackingMap& map);
+  void forget_dropped_maps(const TrackingMap& map);
   TrackingMapPtr view_of(std::uint32_t map_id) const;
   void accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
               FrameReport* report);
@@ -139,13 +140,14 @@ class Tracker::Impl {
   std::map<std::uint32_t, FramePoses> frames_;      // by map
   std::map<std::uint32_t, TrackingMapPtr> others_;  // by map: those kept beside the present one
   std::optional<Tentative> tentative_;
-  std::uint64_t corrections_ = 0;                     // sequence of the last one applied
-  std::map<std::int64_t, Frame> unposed_;             // of a finished recording
-  bool grown_ = false;                                // the finished map has
-  std::pair<std::uint32_t, std::uint64_t> reported_;  // map and correction that the last report knew of
-  std::uint32_t present_map_ = 0;                     // id of the one that reference_ is of
-  ScaleSource scale_ = ScaleSource::kMapUnits;        // of its lengths, as reference_ knows them
-  std::uint32_t searches_ = 0;                        // for a map beside those there are: counts them
+  std::uint64_t corrections_ = 0;                           // sequence of the last one applied
+  std::map<std::uint32_t, std::uint32_t> times_corrected_;  // by map
+  std::map<std::int64_t, Frame> unposed_;                   // of a finished recording
+  bool grown_ = false;                                      // the finished map has
+  std::pair<std::uint32_t, std::uint64_t> reported_;        // map and correction that the last report knew of
+  std::uint32_t present_map_ = 0;                           // id of the one that reference_ is of
+  ScaleSource scale_ = ScaleSource::kMapUnits;              // of its lengths, as reference_ knows them
+  std::uint32_t searches_ = 0;                              // for a map beside those there are: counts them
 };
 
 }  // namespace mono_pose_tracker

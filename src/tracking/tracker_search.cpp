@@ -1,6 +1,7 @@
 // A camera that is lost: found again in the maps that there are, or a new one is begun beside them.
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "tracker_impl.h"
@@ -58,25 +59,32 @@ bool Tracker::Impl::confirm(const Frame& frame, ResectionReport* resection) {
     resection->success = false;
     return false;
   }
-  if (worker_.latest()->map_id != tentative.map_id) go_back_to(tentative.map_id, true);
+  if (worker_.latest()->map_id != tentative.map_id && !go_back_to(tentative.map_id, true)) {
+    resection->text = "the map that it was found in has become part of another";
+    resection->success = false;
+    return false;
+  }
   reference_ = reference;  // no longer where it was lost
   frames_[tentative.map_id].set(tentative.index,
                                 {tentative.stamp_ns, tentative.reference, tentative.camera_from_reference});
   return true;
 }
 
-void Tracker::Impl::go_back_to(std::uint32_t map_id, bool keep_present) {
+// False when it is no more: it was joined with another meanwhile. Then the present one goes on.
+bool Tracker::Impl::go_back_to(std::uint32_t map_id, bool keep_present) {
   const TrackingMapPtr present = worker_.latest();
+  worker_.resume(map_id, keep_present, ++epoch_);
+  present_map_ = worker_.latest()->map_id;
+  keyframe_policy_.reset();
+  pose_doubt_.reset();
+  if (present_map_ != map_id) return false;
+  others_.erase(map_id);
   if (keep_present) {
     others_[present->map_id] = present;
   } else {
     frames_.erase(present->map_id);
   }
-  others_.erase(map_id);
-  worker_.resume(map_id, keep_present, ++epoch_);
-  present_map_ = map_id;
-  keyframe_policy_.reset();
-  pose_doubt_.reset();
+  return true;
 }
 
 // Too little to come back to.
@@ -126,6 +134,7 @@ void Tracker::Impl::apply_corrections(const TrackingMap& map) {
   for (const auto& correction : map.corrections) {
     if (correction->sequence <= corrections_) continue;
     corrections_ = correction->sequence;
+    ++times_corrected_[correction->into_map];
     frames_[correction->of_map].apply(*correction);
     if (tentative_ && tentative_->map_id == correction->of_map) tentative_.reset();
     if (correction->of_map == present_map_) {
@@ -142,6 +151,23 @@ void Tracker::Impl::apply_corrections(const TrackingMap& map) {
     others_.erase(correction->into_map);
     others_.erase(correction->of_map);
     keyframe_policy_.reset();
+  }
+}
+
+// The mapper keeps no more of what lies beside a capped map than that map may hold.
+void Tracker::Impl::forget_dropped_maps(const TrackingMap& map) {
+  if (map.epoch != epoch_) return;  // of a time when others were kept
+  const std::set<std::uint32_t> kept(map.kept_maps.begin(), map.kept_maps.end());
+  for (auto other = others_.begin(); other != others_.end();) {
+    const std::uint32_t id = other->first;
+    if (kept.count(id)) {
+      ++other;
+      continue;
+    }
+    if (tentative_ && tentative_->map_id == id) tentative_.reset();
+    frames_.erase(id);
+    times_corrected_.erase(id);
+    other = others_.erase(other);
   }
 }
 

@@ -218,12 +218,32 @@ TEST_F(MapperJoiningTest, AMapIsGoneBackTo) {
   mapper_.begin_beside(initial_map(50, 48), 1);
   const std::uint32_t second = mapper_.tracking_map()->map_id;
   EXPECT_FALSE(mapper_.resume(99, true, 2));
-  ASSERT_TRUE(mapper_.resume(first, true, 2));
-  EXPECT_EQ(mapper_.tracking_map()->map_id, first);
+  EXPECT_EQ(mapper_.tracking_map()->map_id, second) << "the present one goes on";
   EXPECT_EQ(mapper_.tracking_map()->epoch, 2u);
+  ASSERT_TRUE(mapper_.resume(first, true, 3));
+  EXPECT_EQ(mapper_.tracking_map()->map_id, first);
+  EXPECT_EQ(mapper_.tracking_map()->epoch, 3u);
   EXPECT_EQ(mapper_.kept_maps(), std::vector<std::uint32_t>{second});
-  ASSERT_TRUE(mapper_.resume(second, false, 3));
+  ASSERT_TRUE(mapper_.resume(second, false, 4));
   EXPECT_TRUE(mapper_.kept_maps().empty()) << "the first was dropped";
+}
+
+TEST_F(MapperJoiningTest, NoMoreIsKeptBesideACappedMapThanItMayHold) {
+  MapperOptions capped = options_.mapper(camera_.focal());
+  capped.mapping.max_keyframes = 5;
+  mapper_.set_options(capped);
+  mapper_.initialize(initial_map(0, 2), 0);
+  insert(4);
+  const std::uint32_t first = mapper_.tracking_map()->map_id;
+  mapper_.begin_beside(initial_map(50, 48), 1);
+  const std::uint32_t second = mapper_.tracking_map()->map_id;
+  mapper_.begin_beside(initial_map(30, 28), 2);
+  EXPECT_EQ(mapper_.kept_maps(), (std::vector<std::uint32_t>{first, second})) << "five keyframes";
+  const std::uint32_t third = mapper_.tracking_map()->map_id;
+  insert(26);
+  mapper_.begin_beside(initial_map(14, 12), 3);
+  EXPECT_EQ(mapper_.kept_maps(), std::vector<std::uint32_t>{third}) << "the one that was just left stays";
+  EXPECT_EQ(mapper_.tracking_map()->kept_maps, std::vector<std::uint32_t>{third});
 }
 
 }  // namespace

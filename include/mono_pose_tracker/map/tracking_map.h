@@ -39,8 +39,9 @@ struct TrackingMap {
   ScaleSource scale_source = ScaleSource::kMapUnits;
   std::shared_ptr<const PlaceFinder> places;  // null: none is kept
   std::string doubt;  // what speaks against the newest keyframes (mapping/rigidity_watch.h); empty: nothing
-  MapCorrections corrections;  // all that were ever made, of this map and others
-  StageTimes stages;           // of the change that this map is the result of
+  MapCorrections corrections;            // the latest, of this map and others
+  std::vector<std::uint32_t> kept_maps;  // ids of those that are kept beside this one
+  StageTimes stages;                     // of the change that this map is the result of
 
   /// Pose of a keyframe, also of one that was removed; false for one that never was.
   bool camera_from_map(KeyframeId id, Rigid3* camera_from_map) const {

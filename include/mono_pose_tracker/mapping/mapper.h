@@ -32,10 +32,11 @@ class Mapper {
   /// Begins a map, in place of all that there are. Its scale: what ScaleOptions say, else the median depth of
   /// the first view's points is 1.
   void initialize(const InitialMap& initial, std::uint32_t epoch);
-  /// Begins a map beside those that there are: they are kept, and joined with it when the two meet.
+  /// Begins a map beside those that there are: they are kept, and joined with it when the two meet. Beside a
+  /// capped map no more keyframes are kept than it may hold: the smallest map goes first.
   void begin_beside(const InitialMap& initial, std::uint32_t epoch);
-  /// Goes back to a map that is kept. The present one is kept in its place, or dropped. False, and nothing
-  /// happens, when there is none of this id.
+  /// Goes back to a map that is kept. The present one is kept in its place, or dropped. False when there is
+  /// none of this id, any more: the present one goes on, in the new epoch.
   bool resume(std::uint32_t map_id, bool keep_present, std::uint32_t epoch);
   /// Goes on in a map that was saved, in place of all that there are.
   void restore(Map map, std::uint32_t epoch);
@@ -85,6 +86,7 @@ class Mapper {
   std::vector<KeyframeId> neighbors(KeyframeId id, int count) const;
   void begin(const InitialMap& initial, std::uint32_t epoch);
   void keep_present();
+  void cap_kept_maps();
   bool join_where_met(KeyframeId newest);
   bool join(std::uint32_t kept_id, const std::vector<MapTie>& ties);
   bool join_newer(std::uint32_t kept_id, const std::vector<MapTie>& ties);
@@ -100,6 +102,7 @@ class Mapper {
   std::vector<LandmarkId> landmarks_seen_by(const std::vector<KeyframeId>& keyframes) const;
   void adjust_globally();
   void post_correction(const KeyframeChanges& changes);
+  void add_correction(MapCorrection correction);
   void separate_motions(KeyframeId id);
   void leave_out(KeyframeId id, const std::vector<char>& features);
   bool is_left_out(KeyframeId id, int feature) const;
@@ -126,6 +129,7 @@ class Mapper {
   std::uint32_t map_id_ = 0;               // the epoch that it began in, and 1
   std::map<std::uint32_t, KeptMap> kept_;  // by id
   MapCorrections corrections_;
+  std::uint64_t last_correction_ = 0;  // its sequence
   std::shared_ptr<KeyframePlaces> places_;
   LoopFinder loop_finder_;
   KeyframeId sought_ = -1;         // the last keyframe that was asked about
