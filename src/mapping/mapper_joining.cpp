@@ -272,11 +272,10 @@ void Mapper::transform(const Sim3& new_from_map, std::optional<ScaleSource> scal
   forget_loops();  // what is solved aside is of the map as it was
   map_.transform(new_from_map);
   if (scale_source) map_.set_scale_source(*scale_source);
-  auto correction = std::make_shared<MapCorrection>();
-  correction->sequence = corrections_.size() + 1;
-  correction->of_map = correction->into_map = map_id_;
-  correction->scale = new_from_map.scale;
-  corrections_.push_back(std::move(correction));
+  MapCorrection correction;
+  correction.of_map = correction.into_map = map_id_;
+  correction.scale = new_from_map.scale;
+  add_correction(std::move(correction));
   publish();
 }
 

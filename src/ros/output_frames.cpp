@@ -37,7 +37,7 @@ OutputFrames::OutputFrames(const FrameOptions& options, Warn warn)
     ++tf_changes_;
     tf_changed_.notify_all();
   });
-  listener_.emplace(buffer_);
+  listener_ = std::make_unique<tf2_ros::TransformListener>(buffer_);
 }
 
 OutputFrames::~OutputFrames() {

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -103,7 +104,7 @@ class OutputFrames {
   mutable std::condition_variable tf_changed_;
   std::uint64_t tf_changes_ = 0;
   boost::signals2::scoped_connection tf_listening_;
-  std::optional<tf2_ros::TransformListener> listener_;
+  std::unique_ptr<tf2_ros::TransformListener> listener_;
 
   mutable std::mutex mutex_;  // guards what follows
   ObjectCentre centre_;
