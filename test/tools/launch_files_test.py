@@ -301,6 +301,18 @@ class LaunchFilesTest(unittest.TestCase):
         self.assertIn("has ended. 12 images: ", said)
         self.expect("object.launch", ["no image on /camera/image_raw: nobody publishes it"], "rviz:=false")
 
+    def test_bag_of_an_object_with_defaults(self):
+        """A head that turns before a background full of texture, nothing being given."""
+        folder = self.folder + "/head"
+        subprocess.run([os.path.join(PROGRAMS, "simulate_sequence"), "--output", folder, "--background", "textured",
+                        "--frames", "50", "--rate", "8", "--width", "480", "--height", "360", "--quiet"], check=True)
+        trajectory = folder + "/live.txt"
+        said = self.run_to_its_end("object.launch", "bag:=" + folder + "/sequence.bag", "rviz:=false",
+                                   "object_origin:=centre", "trajectory_file:=" + trajectory)
+        self.assertIn("has ended. 50 images: ", said)
+        with open(trajectory) as file:
+            self.assertGreaterEqual(len([line for line in file if not line.startswith("#")]), 25, said)
+
     def test_demo_with_defaults(self):
         self.assertIn("has ended. 12 images: ", self.run_to_its_end("demo.launch", "rviz:=false"))
 
