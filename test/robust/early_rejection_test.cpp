@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "mono_pose_tracker/common/random.h"
@@ -40,9 +41,27 @@ TEST(EarlyRejection, GivesUpWhatIsFarWorse) {
   EXPECT_GT(share_given_up(0.95, 0.7), 0.999);
 }
 
+// All 64 outliers have a probability of 0.9^64 = 1/848 where a tenth are inliers, of 1/28 where a twentieth
+// are.
+TEST(EarlyRejection, CountsExactlyWhereNearlyAllAreOutliers) {
+  EXPECT_TRUE(is_hopeless(1.0, 64, 0.9));
+  EXPECT_FALSE(is_hopeless(1.0, 60, 0.9));
+  EXPECT_FALSE(is_hopeless(1.0, 64, 0.95));
+  EXPECT_TRUE(is_hopeless(1.0, 20, 0.7));
+  EXPECT_LT(share_given_up(0.9, 0.9), 0.02);
+}
+
+// 0.9^28 = 1/19, 0.9^29 = 1/21.
+TEST(EarlyRejection, TakesTheOddsThatItIsGiven) {
+  const double once_in_20 = std::log(20.0);
+  EXPECT_FALSE(is_hopeless(1.0, 28, 0.9, once_in_20));
+  EXPECT_TRUE(is_hopeless(1.0, 29, 0.9, once_in_20));
+}
+
 TEST(EarlyRejection, NeedsABound) {
   EXPECT_FALSE(is_hopeless(1.0, 64, std::numeric_limits<double>::infinity()));
   EXPECT_FALSE(is_hopeless(0.9, 64, 1.0));
+  EXPECT_FALSE(is_hopeless(1.0, 64, 1.0));
 }
 
 }  // namespace
