@@ -25,6 +25,9 @@ import feeding  # noqa: E402
 import processes  # noqa: E402
 from background import Stream  # noqa: E402
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+import told_skips  # noqa: E402, F401
+
 FRAMES = 24
 SHUTDOWN = 5  # s, for a node that has nothing long under way, on a busy machine
 

@@ -10,6 +10,7 @@ import unittest
 import rosunit
 
 SCRIPTS = pathlib.Path(__file__).resolve().parents[2] / "scripts"
+SUPPORT = SCRIPTS.parent / "test" / "support"
 
 
 def suite(*cases):
@@ -41,6 +42,32 @@ class TestSummary(unittest.TestCase):
         self.write("pkg/b.xml", suite(case("better")))
         lines, status = self.summarise()
         self.assertEqual(lines[-2:], ["skipped: Group.left_out", "2 passed, 0 failed"])
+        self.assertEqual(status, 0)
+
+    def test_skipped_python_tests_are_named(self):
+        """rosunit by itself writes them down as passed."""
+        test = pathlib.Path(self.folder.name) / "needy.py"
+        whole = ('@unittest.skip("needs all of it")', "")
+        part = ("", 'self.skipTest("needs some")')
+        for name, (decorator, inside) in {"whole": whole, "part": part}.items():
+            test.write_text(f"""import sys, unittest, rosunit
+sys.path.insert(0, {str(SUPPORT)!r})
+import told_skips
+{decorator}
+class Needy(unittest.TestCase):
+    def test_{name}(self): {inside or "pass"}
+class Content(unittest.TestCase):
+    def test_{name}(self): pass
+for kind in Needy, Content:
+    file = "--gtest_output=xml:{self.folder.name}/pkg/{name}_" + kind.__name__ + ".xml"
+    rosunit.unitrun("pkg", kind.__name__, kind, [sys.argv[0], file])
+""")
+            subprocess.run([sys.executable, test], check=True, stdout=subprocess.DEVNULL)
+        text = "".join(p.read_text() for p in pathlib.Path(self.folder.name).glob("pkg/*.xml"))
+        self.assertIn("needs all of it", text)
+        self.assertIn("needs some", text)
+        lines, status = self.summarise()
+        self.assertEqual(lines[-2:], ["skipped: __main__.Needy.test_part, __main__.Needy.test_whole", "2 passed, 0 failed"])
         self.assertEqual(status, 0)
 
     def test_failures_are_named(self):
