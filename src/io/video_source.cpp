@@ -34,13 +34,16 @@ class VideoFile : public ImageSource {
     SourceImage result;
     std::ostringstream name;
     name << std::setw(6) << std::setfill('0') << index_;
-    result.name = result.mask_name = name.str();
+    result.mask_name = name.str();
+    result.name = result.mask_name + ".png";
     result.stamp_ns = std::llround(static_cast<double>(index_++) * 1e9 / frames_per_second_);
     // A copy: the capture reuses its buffer for the next frame.
     DecodedImage decoded = to_8_bit(frame.clone());
     result.image = decoded.image;
     result.kind = decoded.problem.empty() ? SourceImage::Kind::kImage : SourceImage::Kind::kSkipped;
-    if (!decoded.problem.empty()) result.problem = path_ + ": frame " + result.name + " " + decoded.problem;
+    if (!decoded.problem.empty()) {
+      result.problem = path_ + ": frame " + result.mask_name + " " + decoded.problem;
+    }
     return result;
   }
 

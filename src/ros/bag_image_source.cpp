@@ -179,7 +179,8 @@ SourceImage BagImageSource::next() {
   SourceImage result;
   std::ostringstream name;
   name << std::setw(6) << std::setfill('0') << index_++;
-  result.name = result.mask_name = name.str();
+  result.mask_name = name.str();
+  result.name = result.mask_name + ".png";
   try {
     const rosbag::MessageInstance& message = *bag_->position;
     (message.getDataType() == "sensor_msgs/Image" ? read_raw : read_compressed)(message, &result);
@@ -190,7 +191,7 @@ SourceImage BagImageSource::next() {
   ++bag_->position;
   result.kind = result.problem.empty() ? SourceImage::Kind::kImage : SourceImage::Kind::kSkipped;
   if (!result.problem.empty()) {
-    result.problem = path_ + ": image " + result.name + " of " + topic_ + ": " + result.problem;
+    result.problem = path_ + ": image " + result.mask_name + " of " + topic_ + ": " + result.problem;
     result.image.release();
   }
   return result;

@@ -42,7 +42,7 @@ struct Arguments {
   std::string camera, config, masks, output, write_masks, reference, map, save_map;
   bool localize_only = false;
   std::optional<double> hfov;
-  bool undistorted = false, refine_camera = false;
+  bool undistorted = false, write_frames = false, refine_camera = false;
   std::optional<std::uint64_t> seed;
   std::int64_t max_frames = -1;
   int threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1u));
@@ -73,6 +73,9 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_flag(
       "--undistorted", a.undistorted,
       "undistorted images and masks for dense reconstruction, in the folder undistorted of the output");
+  app.add_flag("--write-frames", a.write_frames,
+               "the images of a video or bag, in the folder frames of the output, named as in colmap")
+      ->excludes(images);
   app.add_option("--reference", a.reference, "true trajectory (TUM lines), drawn into overview.png");
   auto* map = app.add_option("--map", a.map, "go on in a saved map, which may be another camera's")
                   ->excludes(app.get_option("--refine-camera"));
@@ -322,6 +325,7 @@ void write_files(const Arguments& a, const Recording& recording, const Calibrati
   }
   if (result.tracked && !a.save_map.empty()) write_map_file(a.save_map, *run.tracker->copy_maps());
   if (!a.write_masks.empty()) write_masks(a.write_masks, recording, result, run.masks);
+  if (a.write_frames) write_frames(output / "frames", recording, result);
   if (result.tracked && a.undistorted) {
     write_undistorted(output / "undistorted", CameraModel(calibration.camera), recording, result, run.masks,
                       run.tracker->map());

@@ -200,7 +200,7 @@ TEST(Video, FramesStampedByTheirRate) {
     const SourceImage image = source->next();
     ASSERT_EQ(image.kind, Kind::kImage);
     EXPECT_EQ(image.stamp_ns, i * 40000000ll);
-    EXPECT_EQ(image.name, "00000" + std::to_string(i));
+    EXPECT_EQ(image.name, "00000" + std::to_string(i) + ".png");
     EXPECT_EQ(image.image.size(), cv::Size(64, 48));
     EXPECT_NEAR(image.image.at<cv::Vec3b>(10, 10)[0], 40 * i, 3);
   }

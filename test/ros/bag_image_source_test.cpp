@@ -77,7 +77,8 @@ TEST(BagImageSource, ReadsRawImagesInOrderWithHeaderStamps) {
       const SourceImage image = source.next();
       ASSERT_EQ(image.kind, Kind::kImage) << image.problem;
       EXPECT_EQ(image.stamp_ns, (100 + i) * 1000000000ll + 123456789);
-      EXPECT_EQ(image.name, "00000" + std::to_string(i));
+      EXPECT_EQ(image.name, "00000" + std::to_string(i) + ".png");
+      EXPECT_EQ(image.mask_name, "00000" + std::to_string(i));
       EXPECT_EQ(image.image.at<uchar>(3, 5), i);
     }
     EXPECT_EQ(source.next().kind, Kind::kEnd);

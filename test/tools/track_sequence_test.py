@@ -15,6 +15,9 @@ import numpy
 import rosunit
 import yaml
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+import told_skips  # noqa: E402, F401
+
 FRAMES = 20
 STAGE_KEYS = {"median_ms", "p95_ms", "max_ms", "count"}
 DATA = os.environ.get("MONO_POSE_TRACKER_DATA", "")
@@ -346,6 +349,21 @@ class TrackSequence(TrackSequenceBase):
         error = self.error_of(truth, output)
         self.assertLess(error["rotation_median_deg"], 0.8)
         self.assertLess(error["position_rmse_percent"], 2.0)
+
+    def test_frames_of_a_bag_are_written_under_the_names_in_the_model(self):
+        bag = os.path.join(self.sequence, "sequence.bag")
+        output, _ = self.track("--bag", bag, "--write-frames", "--max-frames", "20")
+        images = [l for l in lines(output, "colmap", "images.txt") if not l.startswith("#")][0::2]
+        named = [line.split()[-1] for line in images]
+        self.assertEqual(sorted(named), ["%06d.png" % i for i in range(20)])
+        self.assertEqual(sorted(os.listdir(os.path.join(output, "frames"))), sorted(named))
+        for name, source in zip(sorted(named), self.names):
+            numpy.testing.assert_array_equal(cv2.imread(os.path.join(output, "frames", name)),
+                                             cv2.imread(os.path.join(self.images, source)))
+        refused = run_program("track_sequence", "--images", self.images, "--camera", self.camera, "--output",
+                              self.path("none"), "--write-frames")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("--write-frames", refused.stderr)
 
     def test_max_frames(self):
         output, _ = self.track("--images", self.list, "--camera", self.camera, "--max-frames", "8")

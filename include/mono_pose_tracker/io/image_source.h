@@ -12,9 +12,10 @@ struct SourceImage {
   enum class Kind { kImage, kSkipped, kEnd };
   Kind kind = Kind::kEnd;
   std::int64_t stamp_ns = 0;
-  /// No two images of a recording have the same: the file's name, or the frame's number with six digits.
-  /// Where files of several folders have one name, the path below what these folders have in common; where
-  /// one file is named several times, with _2, _3 ... before its extension.
+  /// No two images of a recording have the same: the file's name, or that of the file which a frame of a
+  /// video or bag would be written to (its number with six digits, .png). Where files of several folders have
+  /// one name, the path below what these folders have in common; where one file is named several times, with
+  /// _2, _3 ... before its extension.
   std::string name;
   std::string mask_name;  // what its mask is named after: the path below that common folder, or the number
   cv::Mat image;          // kImage: CV_8UC1 or CV_8UC3 (BGR)

@@ -2,7 +2,6 @@
 
 #include <cstdio>
 #include <functional>
-#include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
 #include <stdexcept>
@@ -29,11 +28,6 @@ void write_image(const fs::path& path, const cv::Mat& image) {
   } catch (const cv::Exception&) {
   }
   if (!written) throw std::runtime_error(path.string() + ": cannot be written");
-}
-
-// Image files keep their names; frames of videos and bags, which are numbered, become PNG files.
-std::string image_file_of(const std::string& name) {
-  return fs::path(name).has_extension() ? name : name + ".png";
 }
 
 void for_each_image(const Recording& recording, const RecordingResult& result,
@@ -103,24 +97,29 @@ void write_masks(const fs::path& folder, const Recording& recording, const Recor
   });
 }
 
+void write_frames(const fs::path& folder, const Recording& recording, const RecordingResult& result) {
+  make_folder(folder);
+  for_each_image(recording, result, [&](std::int64_t, const SourceImage& image) {
+    write_image(folder / image.name, image.image);
+  });
+}
+
 void write_undistorted(const fs::path& folder, const CameraModel& camera, const Recording& recording,
                        const RecordingResult& result, const MaskRecord& masks, const Map& map) {
   const Undistorter undistorter(camera);
   std::set<std::int64_t> posed;
   for (const PosedFrame& frame : result.trajectory) posed.insert(frame.index);
   std::string pairs, fused;
-  std::map<std::int64_t, std::string> names;
   for_each_image(recording, result, [&](std::int64_t index, const SourceImage& image) {
     if (posed.count(index) == 0) return;
-    const std::string name = image_file_of(image.name);
-    names[index] = name;
+    const std::string& name = image.name;
     write_image(folder / "images" / name, undistorter.image(image.image));
     write_image(folder / "masks" / (name + ".png"), undistorter.mask(masks.mask(index)));
     pairs += name + "\n__auto__, 20\n";
     fused += name + "\n";
   });
-  write_map_for_colmap((folder / "sparse").string(), undistorter.camera(), map, result.trajectory, names,
-                       [&](const Eigen::Vector2d& pixel) { return undistorter.pixel(pixel); });
+  write_map_for_colmap((folder / "sparse").string(), undistorter.camera(), map, result.trajectory,
+                       result.names, [&](const Eigen::Vector2d& pixel) { return undistorter.pixel(pixel); });
   for (const char* part : {"depth_maps", "normal_maps", "consistency_graphs"}) {
     make_folder(folder / "stereo" / part);
   }

@@ -22,6 +22,10 @@ void write_results(const std::filesystem::path& output, const CameraParameters& 
 void write_masks(const std::filesystem::path& folder, const Recording& recording,
                  const RecordingResult& result, const MaskRecord& masks);
 
+/// The images of a video or bag, under the names that the COLMAP models have for them.
+void write_frames(const std::filesystem::path& folder, const Recording& recording,
+                  const RecordingResult& result);
+
 /// A workspace of COLMAP's dense stage: images, masks (0 = ignore; COLMAP appends .png to the image's name),
 /// the model in sparse, and which images patch_match_stereo and stereo_fusion are to work on.
 void write_undistorted(const std::filesystem::path& folder, const CameraModel& camera,
