@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 #include "mono_pose_tracker/common/random.h"
@@ -27,9 +26,6 @@ Eigen::Matrix3d essential_of(const TwoViewModel& model) {
   }
   return essential;
 }
-
-// Keeps a pair at both epipoles, which says nothing, from dividing zero by zero.
-constexpr double kTinySine = 1e-15;
 
 // e = x2 . (t x R x1) / sqrt(|t x R x1|^2 + |t x x2|^2): the distance, on both unit spheres together, to the
 // nearest pair that satisfies the epipolar constraint.
@@ -56,85 +52,6 @@ bool distances_positive(double along1, double along2, double cosine, double tole
   const double scaled2 = along2 - along1 * cosine;
   const double slack = -tolerance * std::sqrt(std::max(0.0, 1 - along2 * along2));
   return scaled1 > slack && scaled2 > slack;
-}
-
-Eigen::Matrix3d rotation_of(const Eigen::Vector3d& w) {
-  const double angle = w.norm();
-  return angle < 1e-300 ? Eigen::Matrix3d::Identity().eval()
-                        : Eigen::AngleAxisd(angle, w / angle).toRotationMatrix();
-}
-
-Eigen::Matrix<double, 3, 2> tangent_basis(const Eigen::Vector3d& direction) {
-  Eigen::Matrix<double, 3, 2> basis;
-  basis.col(0) = direction.unitOrthogonal();
-  basis.col(1) = direction.cross(basis.col(0));
-  return basis;
-}
-
-double truncated_cost(const BearingPairs& pairs, const TwoViewModel& model, double squared_threshold) {
-  const Eigen::Matrix3d essential = essential_of(model);
-  BlockErrors block;
-  Lanes cost = Lanes::Zero();
-  for (int begin = 0; begin < pairs.size(); begin += kBlock) {
-    const int count = std::min(kBlock, pairs.size() - begin);
-    sampson_errors(pairs, model, essential, begin, count, &block);
-    for (int i = 0; i < count; i += kLanes) {
-      cost += Eigen::Map<const Lanes>(block.squared + i).min(squared_threshold);
-    }
-  }
-  return cost.sum();
-}
-
-struct NormalEquations {
-  Eigen::Matrix<double, 5, 5> information;
-  Eigen::Matrix<double, 5, 1> gradient;
-};
-
-// Parameters: R' = exp(w) R, t' = (t + basis d) normalised; order w, d. The padding adds rows of zeros.
-NormalEquations linearize(const BearingPairs& pairs, const TwoViewModel& model,
-                          const Eigen::Matrix<double, 3, 2>& basis, double squared_threshold) {
-  const Eigen::Vector3d& t = model.translation;
-  const Eigen::Vector3d basis0 = basis.col(0), basis1 = basis.col(1);
-  Lanes sums[20];  // the lower triangle of the information row by row, each row followed by its gradient
-  std::fill(std::begin(sums), std::end(sums), Lanes::Zero());
-  for (int i = 0; i < pairs.size(); i += kLanes) {
-    const LaneVector x2 = pairs.second().lanes(i);
-    const LaneVector r = model.rotation * pairs.first().lanes(i);
-    const LaneVector x2_cross_t = cross(x2, t);
-    const Lanes constraint = dot(r, x2_cross_t);
-    const Lanes along1 = dot(t, r);
-    const Lanes along2 = dot(t, x2);
-    const Lanes inverse = 1 / ((2 + kTinySine) - along1 * along1 - along2 * along2);
-    const Lanes weight =
-        (constraint * constraint * inverse < squared_threshold).select(inverse, Lanes::Zero());
-    const Lanes shape = constraint * inverse;  // how the error's denominator changes it
-    const Lanes shape1 = shape * along1, shape2 = shape * along2;
-    LaneVector by_rotation = x2_cross_t;
-    by_rotation += LaneVector{shape1 * t.x(), shape1 * t.y(), shape1 * t.z()};
-    by_rotation = cross(r, by_rotation);
-    LaneVector by_translation = cross(r, x2);
-    by_translation += shape1 * r;
-    by_translation += shape2 * x2;
-    const Lanes row[5] = {by_rotation.x, by_rotation.y, by_rotation.z, dot(basis0, by_translation),
-                          dot(basis1, by_translation)};
-    int k = 0;
-    for (int a = 0; a < 5; ++a) {
-      const Lanes weighted = weight * row[a];
-      for (int b = 0; b <= a; ++b) {
-        sums[k++] += weighted * row[b];
-      }
-      sums[k++] += weighted * constraint;
-    }
-  }
-  NormalEquations equations;
-  int k = 0;
-  for (int a = 0; a < 5; ++a) {
-    for (int b = 0; b <= a; ++b) {
-      equations.information(a, b) = equations.information(b, a) = sums[k++].sum();
-    }
-    equations.gradient[a] = sums[k++].sum();
-  }
-  return equations;
 }
 
 }  // namespace
@@ -206,39 +123,6 @@ RansacScore score_two_views(const BearingPairs& pairs, const TwoViewModel& model
     }
   }
   return score;
-}
-
-double refine_two_views(const BearingPairs& pairs, double threshold, int max_iterations,
-                        TwoViewModel* model) {
-  const double squared_threshold = threshold * threshold;
-  double cost = truncated_cost(pairs, *model, squared_threshold);
-  double damping = 1e-4;
-  for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    const Eigen::Matrix<double, 3, 2> basis = tangent_basis(model->translation);
-    const NormalEquations equations = linearize(pairs, *model, basis, squared_threshold);
-    double previous = cost;
-    while (damping < 1e6) {
-      Eigen::Matrix<double, 5, 5> damped = equations.information;
-      damped.diagonal() *= 1 + damping;
-      damped.diagonal().array() += 1e-12;  // keeps directions that no pair constrains solvable
-      const Eigen::Matrix<double, 5, 1> step = -damped.ldlt().solve(equations.gradient);
-      TwoViewModel candidate;
-      candidate.rotation = rotation_of(step.head<3>()) * model->rotation;
-      candidate.translation = (model->translation + basis * step.tail<2>()).normalized();
-      const double candidate_cost = truncated_cost(pairs, candidate, squared_threshold);
-      if (candidate_cost < cost) {
-        *model = candidate;
-        cost = candidate_cost;
-        damping = std::max(1e-8, damping * 0.1);
-        break;
-      }
-      damping *= 10;
-    }
-    if (!(previous - cost > 1e-6 * cost)) {
-      break;  // less than the sixth digit of the cost moves the pose far below its uncertainty
-    }
-  }
-  return cost;
 }
 
 }  // namespace mono_pose_tracker

@@ -11,6 +11,7 @@
 #include "mono_pose_tracker/robust/ransac.h"
 #include "mono_pose_tracker/robust/sampler.h"
 #include "mono_pose_tracker/robust/two_view_ambiguity.h"
+#include "mono_pose_tracker/robust/two_view_refinement.h"
 
 namespace mono_pose_tracker {
 
@@ -20,6 +21,7 @@ using ScoredTwoViews = ScoredModel<TwoViewModel>;
 
 constexpr int kLocalIterations = 4;   // of a model just sampled: enough to reach the basin's floor roughly
 constexpr int kFinalIterations = 25;  // of the hypotheses returned: narrow views have long flat valleys
+constexpr int kInnerSamples = 10;     // more hardly lower the errors any further
 // A rival with fewer inliers than this share of the best one's explains another part of the scene, if
 // anything.
 constexpr double kRivalInlierShare = 0.5;
@@ -93,13 +95,27 @@ class LocalOptima {
         break;
       }
     }
-    const RansacScore score = estimator_.score(model, std::numeric_limits<double>::infinity());
-    pool_.insert({model, score}, [&](const auto& a, const auto& b) { return estimator_.alike(a, b); });
+    insert(model);
+  }
+
+  // Searches round the best one for one that is better still, to the last digit. The others stay as diverse
+  // as they are: in the flat valleys of narrow views that search would lead many of them to one place.
+  void explore_best(std::uint64_t seed) {
+    TwoViewModel model = pool_.models().front().model;
+    explore_two_views(pairs_, threshold_, kInnerSamples, seed, &model);
+    polish_two_views(pairs_, threshold_, kFinalIterations, &model);
+    pool_.models().erase(pool_.models().begin());
+    insert(model);
   }
 
   const std::vector<ScoredTwoViews>& models() { return pool_.models(); }
 
  private:
+  void insert(const TwoViewModel& model) {
+    const RansacScore score = estimator_.score(model, std::numeric_limits<double>::infinity());
+    pool_.insert({model, score}, [&](const auto& a, const auto& b) { return estimator_.alike(a, b); });
+  }
+
   bool is_known(const TwoViewModel& model) {
     return std::any_of(pool_.models().begin(), pool_.models().end(),
                        [&](const ScoredTwoViews& known) { return estimator_.alike(known.model, model); });
@@ -206,6 +222,7 @@ RelativePoseReport estimate_relative_pose(const std::vector<Eigen::Vector3d>& be
   for (const ScoredTwoViews& rival : sampled.rivals) {
     optima.add(rival.model);
   }
+  optima.explore_best(options.ransac.seed);
   const TwoViewModel best = optima.models().front().model;
   std::vector<char> inliers;
   score_two_views(pairs, best, threshold, std::numeric_limits<double>::infinity(), &inliers);

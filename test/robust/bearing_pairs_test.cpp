@@ -80,20 +80,5 @@ TEST(ScoreTwoViews, GivesUpAtTheBound) {
   EXPECT_EQ(score_two_views(pairs, truth, 2 * kPixel, 0.5 * full.cost).cost, kNoBound);
 }
 
-// Only with right derivatives do six steps end at the exact pose.
-TEST(RefineTwoViews, ConvergesAsNewtonDoes) {
-  TwoViewSceneOptions options;
-  options.noise = 0;
-  const TwoViewScene scene = make_two_view_scene(options, 5);
-  const BearingPairs pairs(scene.bearings1, scene.bearings2, 0);
-  const TwoViewModel truth = model_of(scene.second_from_first);
-  TwoViewModel model = truth;
-  model.rotation = Eigen::AngleAxisd(1 * kDegree, Eigen::Vector3d(1, 2, -1).normalized()) * model.rotation;
-  model.translation = (model.translation + Eigen::Vector3d(0.02, -0.03, 0.05)).normalized();
-  EXPECT_LT(refine_two_views(pairs, 0.1, 6, &model), 1e-18);
-  EXPECT_LT((model.rotation - truth.rotation).norm(), 1e-9);
-  EXPECT_LT((model.translation - truth.translation).norm(), 1e-8);
-}
-
 }  // namespace
 }  // namespace mono_pose_tracker

@@ -9,6 +9,10 @@
 
 namespace mono_pose_tracker {
 
+/// |t x R x1|^2 + |t x x2|^2 is at least this: keeps a pair at both epipoles, which says nothing, from
+/// dividing zero by zero.
+constexpr double kTinySine = 1e-15;
+
 /// Matched unit bearings of two views, coordinate by coordinate (what compilers make vector code of), in a
 /// seeded random order (so that the first few are a fair sample), without pairs that are not finite.
 class BearingPairs {
@@ -38,10 +42,5 @@ bool may_be_in_front(const TwoViewModel& model, const Eigen::Vector3d& bearing1,
 /// inliers, if given, gets a flag a pair.
 RansacScore score_two_views(const BearingPairs& pairs, const TwoViewModel& model, double threshold,
                             double cost_bound, std::vector<char>* inliers = nullptr);
-
-/// Levenberg-Marquardt on rotation and direction of translation (5 parameters) over the truncated squares of
-/// the Sampson errors; pairs beyond the threshold at an iteration have no say in it. Returns the truncated
-/// cost reached.
-double refine_two_views(const BearingPairs& pairs, double threshold, int max_iterations, TwoViewModel* model);
 
 }  // namespace mono_pose_tracker

@@ -26,6 +26,7 @@
 #include "mono_pose_tracker/robust/bearing_pairs.h"
 #include "mono_pose_tracker/robust/point_matches.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
+#include "mono_pose_tracker/robust/two_view_refinement.h"
 
 namespace mono_pose_tracker {
 

@@ -1,0 +1,215 @@
+#include "mono_pose_tracker/robust/two_view_refinement.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "mono_pose_tracker/common/random.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+using LaneFlags = Eigen::Array<bool, kLanes, 1>;
+
+// May four pairs be in front (may_be_in_front)? along1 and along2 are t . R x1 and t . x2, cosine is R x1 .
+// x2.
+LaneFlags distances_positive(const Lanes& along1, const Lanes& along2, const Lanes& cosine,
+                             double tolerance) {
+  const Lanes slack = -tolerance * (1 - along2 * along2).max(0.0).sqrt();
+  return (along2 * cosine - along1 > slack) && (along2 - along1 * cosine > slack);
+}
+
+Eigen::Matrix3d rotation_of(const Eigen::Vector3d& w) {
+  const double angle = w.norm();
+  return angle < 1e-300 ? Eigen::Matrix3d::Identity().eval()
+                        : Eigen::AngleAxisd(angle, w / angle).toRotationMatrix();
+}
+
+Eigen::Matrix<double, 3, 2> tangent_basis(const Eigen::Vector3d& direction) {
+  Eigen::Matrix<double, 3, 2> basis;
+  basis.col(0) = direction.unitOrthogonal();
+  basis.col(1) = direction.cross(basis.col(0));
+  return basis;
+}
+
+// The pairs behind a camera cost as much as outliers, as in score_two_views.
+double truncated_cost(const BearingPairs& pairs, const TwoViewModel& model, double threshold) {
+  const double squared_threshold = threshold * threshold;
+  const Eigen::Vector3d& t = model.translation;
+  Lanes cost = Lanes::Zero();
+  for (int i = 0; i < pairs.size(); i += kLanes) {
+    const LaneVector x2 = pairs.second().lanes(i);
+    const LaneVector r = model.rotation * pairs.first().lanes(i);
+    const Lanes constraint = dot(r, cross(x2, t));
+    const Lanes along1 = dot(t, r), along2 = dot(t, x2);
+    const Lanes squared = constraint * constraint / ((2 + kTinySine) - along1 * along1 - along2 * along2);
+    cost += distances_positive(along1, along2, dot(r, x2), threshold)
+                .select(squared.min(squared_threshold), squared_threshold);
+  }
+  return cost.sum();  // the padding's errors are zero
+}
+
+struct NormalEquations {
+  Eigen::Matrix<double, 5, 5> information;
+  Eigen::Matrix<double, 5, 1> gradient;
+};
+
+// Parameters: R' = exp(w) R, t' = (t + basis d) normalised; order w, d. The padding adds rows of zeros.
+NormalEquations linearize(const BearingPairs& pairs, const TwoViewModel& model,
+                          const Eigen::Matrix<double, 3, 2>& basis, double threshold) {
+  const double squared_threshold = threshold * threshold;
+  const Eigen::Vector3d& t = model.translation;
+  const Eigen::Vector3d basis0 = basis.col(0), basis1 = basis.col(1);
+  Lanes sums[20];  // the lower triangle of the information row by row, each row followed by its gradient
+  std::fill(std::begin(sums), std::end(sums), Lanes::Zero());
+  for (int i = 0; i < pairs.size(); i += kLanes) {
+    const LaneVector x2 = pairs.second().lanes(i);
+    const LaneVector r = model.rotation * pairs.first().lanes(i);
+    const LaneVector x2_cross_t = cross(x2, t);
+    const Lanes constraint = dot(r, x2_cross_t);
+    const Lanes along1 = dot(t, r);
+    const Lanes along2 = dot(t, x2);
+    const Lanes inverse = 1 / ((2 + kTinySine) - along1 * along1 - along2 * along2);
+    const LaneFlags counts = constraint * constraint * inverse < squared_threshold &&
+                             distances_positive(along1, along2, dot(r, x2), threshold);
+    const Lanes weight = counts.select(inverse, Lanes::Zero());
+    const Lanes shape = constraint * inverse;  // how the error's denominator changes it
+    const Lanes shape1 = shape * along1, shape2 = shape * along2;
+    LaneVector by_rotation = x2_cross_t;
+    by_rotation += LaneVector{shape1 * t.x(), shape1 * t.y(), shape1 * t.z()};
+    by_rotation = cross(r, by_rotation);
+    LaneVector by_translation = cross(r, x2);
+    by_translation += shape1 * r;
+    by_translation += shape2 * x2;
+    const Lanes row[5] = {by_rotation.x, by_rotation.y, by_rotation.z, dot(basis0, by_translation),
+                          dot(basis1, by_translation)};
+    int k = 0;
+    for (int a = 0; a < 5; ++a) {
+      const Lanes weighted = weight * row[a];
+      for (int b = 0; b <= a; ++b) {
+        sums[k++] += weighted * row[b];
+      }
+      sums[k++] += weighted * constraint;
+    }
+  }
+  NormalEquations equations;
+  int k = 0;
+  for (int a = 0; a < 5; ++a) {
+    for (int b = 0; b <= a; ++b) {
+      equations.information(a, b) = equations.information(b, a) = sums[k++].sum();
+    }
+    equations.gradient[a] = sums[k++].sum();
+  }
+  return equations;
+}
+
+// Standard deviation of normal errors whose mean square is `mean_square` where those beyond `limit` are cut
+// off; at most limit / 1.5, beyond which the cut says more of it than the errors.
+double sigma_before_cut(double mean_square, double limit) {
+  double sigma = std::sqrt(mean_square);
+  for (int i = 0; i < 20; ++i) {
+    const double c = limit / std::max(sigma, 1e-3 * limit);
+    // Variance of a standard normal variable cut off at +-c.
+    const double share = std::erf(c * std::sqrt(0.5));
+    const double kept = 1 - c * std::sqrt(2 / M_PI) * std::exp(-0.5 * c * c) / share;
+    sigma = std::min(std::sqrt(mean_square / kept), limit / 1.5);
+  }
+  return sigma;
+}
+
+// `count` of the pairs with a flag, at random.
+BearingPairs some_of(const BearingPairs& pairs, const std::vector<char>& flags, int count, Random* random) {
+  std::vector<int> flagged;
+  for (int i = 0; i < pairs.size(); ++i) {
+    if (flags[i]) flagged.push_back(i);
+  }
+  std::vector<Eigen::Vector3d> first, second;
+  for (int i = 0; i < count; ++i) {
+    std::swap(flagged[i], flagged[i + random->index(static_cast<std::uint32_t>(flagged.size() - i))]);
+    first.push_back(pairs.first()[flagged[i]]);
+    second.push_back(pairs.second()[flagged[i]]);
+  }
+  return {first, second, 0};
+}
+
+}  // namespace
+
+double refine_two_views(const BearingPairs& pairs, double threshold, int max_iterations,
+                        TwoViewModel* model) {
+  double cost = truncated_cost(pairs, *model, threshold);
+  double damping = 1e-4;
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    const Eigen::Matrix<double, 3, 2> basis = tangent_basis(model->translation);
+    const NormalEquations equations = linearize(pairs, *model, basis, threshold);
+    double previous = cost;
+    while (damping < 1e6) {
+      Eigen::Matrix<double, 5, 5> damped = equations.information;
+      damped.diagonal() *= 1 + damping;
+      damped.diagonal().array() += 1e-12;  // keeps directions that no pair constrains solvable
+      const Eigen::Matrix<double, 5, 1> step = -damped.ldlt().solve(equations.gradient);
+      TwoViewModel candidate;
+      candidate.rotation = rotation_of(step.head<3>()) * model->rotation;
+      candidate.translation = (model->translation + basis * step.tail<2>()).normalized();
+      const double candidate_cost = truncated_cost(pairs, candidate, threshold);
+      if (candidate_cost < cost) {
+        *model = candidate;
+        cost = candidate_cost;
+        damping = std::max(1e-8, damping * 0.1);
+        break;
+      }
+      damping *= 10;
+    }
+    if (!(previous - cost > 1e-6 * cost)) {
+      break;  // less than the sixth digit of the cost moves the pose far below its uncertainty
+    }
+  }
+  return cost;
+}
+
+void explore_two_views(const BearingPairs& pairs, double threshold, int samples, std::uint64_t seed,
+                       TwoViewModel* model) {
+  // Of the inliers, at most half: more would lead to where the model is already.
+  constexpr int kSampleSize = 25, kLeastSampleSize = 8;
+  constexpr int kSampleIterations = 4, kIterations = 25;
+  constexpr double kAllCount = 0.4;      // rad, as good as no threshold
+  constexpr int kMostInVain = 4;         // in a row: there is but one minimum, as far as this sees
+  constexpr double kLowered = 1 - 1e-5;  // less is the same minimum
+  Random random(seed);
+  double best = refine_two_views(pairs, threshold, kIterations, model);
+  std::vector<char> inliers;
+  int in_vain = 0;
+  for (int sample = 0; sample < samples && in_vain < kMostInVain; ++sample) {
+    const RansacScore score =
+        score_two_views(pairs, *model, threshold, std::numeric_limits<double>::infinity(), &inliers);
+    const int size = std::min(kSampleSize, score.num_inliers / 2);
+    if (size < kLeastSampleSize) return;
+    TwoViewModel candidate = *model;
+    refine_two_views(some_of(pairs, inliers, size, &random), kAllCount, kSampleIterations, &candidate);
+    const double cost = refine_two_views(pairs, threshold, kIterations, &candidate);
+    ++in_vain;
+    if (cost < best) {
+      in_vain = cost < kLowered * best ? 0 : in_vain;
+      best = cost;
+      *model = candidate;
+    }
+  }
+}
+
+void polish_two_views(const BearingPairs& pairs, double threshold, int max_iterations, TwoViewModel* model) {
+  const RansacScore score =
+      score_two_views(pairs, *model, threshold, std::numeric_limits<double>::infinity());
+  if (score.num_inliers == 0) {
+    return;
+  }
+  const double outliers_cost = (pairs.size() - score.num_inliers) * threshold * threshold;
+  const double mean_square = std::max(0.0, score.cost - outliers_cost) / score.num_inliers;
+  const double wide = std::max(threshold, 3 * sigma_before_cut(mean_square, threshold));
+  refine_two_views(pairs, wide, max_iterations, model);
+}
+
+}  // namespace mono_pose_tracker
