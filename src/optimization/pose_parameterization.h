@@ -5,6 +5,8 @@
 
 #include <Eigen/Geometry>
 
+#include "mono_pose_tracker/common/so3.h"
+
 namespace mono_pose_tracker {
 
 // The one place that knows how this Ceres moves a pose block [qx qy qz qw tx ty tz]: by a left rotation
@@ -27,10 +29,7 @@ inline void pose_plus(const double* x, const double* delta, const TangentRows& r
   const Eigen::Matrix<double, 6, 1> d =
       rows.transpose() * Eigen::Map<const Eigen::VectorXd>(delta, rows.rows());
   const Eigen::Map<const Eigen::Quaterniond> q(x);
-  const Eigen::Vector3d w = d.head<3>();
-  const double angle = w.norm();
-  const Eigen::Quaterniond turn = angle > 1e-300 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle))
-                                                 : Eigen::Quaterniond::Identity();
+  const Eigen::Quaterniond turn = exp_so3(d.head<3>());
   Eigen::Map<Eigen::Quaterniond> result(x_plus_delta);
   result = (turn * q).normalized();
   for (int i = 4; i < 7; ++i) x_plus_delta[i] = x[i] + d[i - 1];

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "mono_pose_tracker/common/so3.h"
+
 namespace mono_pose_tracker {
 
 namespace {
@@ -117,10 +119,7 @@ Linearization linearize(const Matches& matches, const Rigid3& pose, double squar
 }
 
 Rigid3 perturbed(const Rigid3& pose, const Vector6d& step) {
-  const Eigen::Vector3d w = step.tail<3>();
-  const double angle = w.norm();
-  const Eigen::Quaterniond turn =
-      angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle)) : Eigen::Quaterniond::Identity();
+  const Eigen::Quaterniond turn = exp_so3(step.tail<3>());
   return {(turn * pose.rotation).normalized(), turn * pose.translation + step.head<3>()};
 }
 

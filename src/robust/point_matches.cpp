@@ -6,7 +6,9 @@
 #include <limits>
 #include <utility>
 
+#include "levenberg_marquardt.h"
 #include "mono_pose_tracker/common/random.h"
+#include "mono_pose_tracker/common/so3.h"
 #include "mono_pose_tracker/robust/early_rejection.h"
 
 namespace mono_pose_tracker {
@@ -45,10 +47,7 @@ bool may_have_inliers(const PointMatches& matches, const CameraPose& pose, doubl
   return most.maxCoeff() >= 0;
 }
 
-struct NormalEquations {
-  Eigen::Matrix<double, 6, 6> information;
-  Eigen::Matrix<double, 6, 1> gradient;
-};
+using Equations = NormalEquations<6>;
 
 // Sums over matches of w (I - u u^T), by its six different elements.
 struct ProjectorSum {
@@ -75,7 +74,7 @@ struct ProjectorSum {
 // Residual u - b for the direction u to the point, nearly the angle between them; the perturbation is x' =
 // exp(w) x + v in the camera's frame, order v, w. With J of u, J^T J has the blocks (I - u u^T) / |p|^2,
 // -[u]x / |p|, I - u u^T.
-NormalEquations linearize(const PointMatches& matches, const CameraPose& pose, double squared_threshold) {
+Equations linearize(const PointMatches& matches, const CameraPose& pose, double squared_threshold) {
   ProjectorSum by_shift, by_turn;
   const Lanes zero = Lanes::Zero();
   LaneVector mixed{zero, zero, zero}, shift_gradient{zero, zero, zero}, turn_gradient{zero, zero, zero};
@@ -96,7 +95,7 @@ NormalEquations linearize(const PointMatches& matches, const CameraPose& pose, d
     turn_gradient -= weight * cross(u, b);
   }
   const Eigen::Vector3d m = sum(mixed);
-  NormalEquations equations;
+  Equations equations;
   equations.information.topLeftCorner<3, 3>() = by_shift.matrix();
   equations.information.bottomRightCorner<3, 3>() = by_turn.matrix();
   equations.information.bottomLeftCorner<3, 3>() << 0, -m.z(), m.y(), m.z(), 0, -m.x(), -m.y(), m.x(), 0;
@@ -105,13 +104,21 @@ NormalEquations linearize(const PointMatches& matches, const CameraPose& pose, d
   return equations;
 }
 
-CameraPose perturbed(const CameraPose& pose, const Eigen::Matrix<double, 6, 1>& step) {
-  const Eigen::Vector3d w = step.tail<3>();
-  const double angle = w.norm();
-  const Eigen::Matrix3d turn =
-      angle > 0 ? Eigen::AngleAxisd(angle, w / angle).toRotationMatrix() : Eigen::Matrix3d::Identity().eval();
-  return {turn * pose.rotation, turn * pose.translation + step.head<3>()};
-}
+struct CameraPoseProblem {
+  const PointMatches& matches;
+  double threshold;
+
+  double cost(const CameraPose& pose) const {
+    return score_camera_pose(matches, pose, threshold, std::numeric_limits<double>::infinity()).cost;
+  }
+  Equations linearize(const CameraPose& pose) const {
+    return mono_pose_tracker::linearize(matches, pose, threshold * threshold);
+  }
+  CameraPose stepped(const CameraPose& pose, const Eigen::Matrix<double, 6, 1>& step) const {
+    const Eigen::Matrix3d turn = exp_so3_matrix(step.tail<3>());
+    return {turn * pose.rotation, turn * pose.translation + step.head<3>()};
+  }
+};
 
 }  // namespace
 
@@ -172,29 +179,7 @@ RansacScore score_camera_pose(const PointMatches& matches, const CameraPose& pos
 }
 
 void refine_camera_pose(const PointMatches& matches, double threshold, int max_iterations, CameraPose* pose) {
-  constexpr double kNoBound = std::numeric_limits<double>::infinity();
-  double cost = score_camera_pose(matches, *pose, threshold, kNoBound).cost;
-  double damping = 1e-4;
-  for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    const NormalEquations equations = linearize(matches, *pose, threshold * threshold);
-    const double previous = cost;
-    while (damping < 1e6) {
-      Eigen::Matrix<double, 6, 6> damped = equations.information;
-      damped.diagonal() *= 1 + damping;
-      const CameraPose candidate = perturbed(*pose, -damped.ldlt().solve(equations.gradient));
-      const double candidate_cost = score_camera_pose(matches, candidate, threshold, kNoBound).cost;
-      if (candidate_cost < cost) {
-        *pose = candidate;
-        cost = candidate_cost;
-        damping = std::max(1e-9, damping * 0.1);
-        break;
-      }
-      damping *= 10;
-    }
-    if (!(previous - cost > 1e-6 * cost)) {
-      break;  // less than the sixth digit of the cost moves the pose far below its uncertainty
-    }
-  }
+  levenberg_marquardt(CameraPoseProblem{matches, threshold}, {max_iterations, 1e-9, 0}, pose);
 }
 
 }  // namespace mono_pose_tracker

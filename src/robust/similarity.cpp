@@ -8,7 +8,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "levenberg_marquardt.h"
 #include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/common/so3.h"
 #include "mono_pose_tracker/robust/ransac.h"
 #include "mono_pose_tracker/robust/sampler.h"
 
@@ -70,9 +72,7 @@ RansacScore score_similarity(const std::vector<SimilarityMatch>& matches, const 
   return score;
 }
 
-struct NormalEquations {
-  Information information = Information::Zero();
-  Step gradient = Step::Zero();
+struct SightEquations : NormalEquations<kParameters> {
   double squares = 0;
   int residuals = 0;
 
@@ -97,12 +97,12 @@ Eigen::Matrix<double, 3, kParameters> step_jacobian(const Eigen::Vector3d& x) {
 }
 
 // Either side of a match counts that lies within the threshold: the truncated cost's gradient.
-NormalEquations linearize(const std::vector<SimilarityMatch>& matches, const Sim3& b_from_a,
-                          double threshold) {
+SightEquations linearize(const std::vector<SimilarityMatch>& matches, const Sim3& b_from_a,
+                         double threshold) {
   const Sim3 a_from_b = b_from_a.inverse();
   const Eigen::Matrix3d turn_to_a = a_from_b.scale * a_from_b.rotation.toRotationMatrix();
   const double limit = threshold * threshold;
-  NormalEquations equations;
+  SightEquations equations;
   for (const SimilarityMatch& m : matches) {
     const Errors e = errors_of(m, b_from_a, a_from_b);
     if (e.in_b < limit) {
@@ -118,41 +118,28 @@ NormalEquations linearize(const std::vector<SimilarityMatch>& matches, const Sim
   return equations;
 }
 
-Sim3 stepped(const Sim3& b_from_a, const Step& step) {
-  const Eigen::Vector3d w = step.head<3>();
-  const double angle = w.norm();
-  Sim3 change;
-  if (angle > 0) change.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(angle, w / angle));
-  change.translation = step.segment<3>(3);
-  change.scale = std::exp(step(6));
-  return change * b_from_a;
-}
+struct SimilarityProblem {
+  const std::vector<SimilarityMatch>& matches;
+  double threshold;
 
-// Levenberg-Marquardt over the truncated squares; the truncated cost never grows.
+  double cost(const Sim3& b_from_a) const {
+    return score_similarity(matches, b_from_a, threshold, std::numeric_limits<double>::infinity()).cost;
+  }
+  SightEquations linearize(const Sim3& b_from_a) const {
+    return mono_pose_tracker::linearize(matches, b_from_a, threshold);
+  }
+  Sim3 stepped(const Sim3& b_from_a, const Step& step) const {
+    Sim3 change;
+    change.rotation = exp_so3(step.head<3>());
+    change.translation = step.segment<3>(3);
+    change.scale = std::exp(step(6));
+    return change * b_from_a;
+  }
+};
+
 void refine(const std::vector<SimilarityMatch>& matches, double threshold, int max_iterations,
             Sim3* b_from_a) {
-  constexpr double kNoBound = std::numeric_limits<double>::infinity();
-  double cost = score_similarity(matches, *b_from_a, threshold, kNoBound).cost;
-  double damping = 1e-4;
-  for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    const NormalEquations equations = linearize(matches, *b_from_a, threshold);
-    const double previous = cost;
-    while (damping < 1e6) {
-      Information damped = equations.information;
-      damped.diagonal() *= 1 + damping;
-      const Sim3 candidate = stepped(*b_from_a, -damped.ldlt().solve(equations.gradient));
-      const double candidate_cost = score_similarity(matches, candidate, threshold, kNoBound).cost;
-      if (candidate_cost < cost) {
-        *b_from_a = candidate;
-        cost = candidate_cost;
-        damping = std::max(1e-9, damping * 0.1);
-        break;
-      }
-      damping *= 10;
-    }
-    // Less than the sixth digit of the cost moves the similarity far below its uncertainty.
-    if (!(previous - cost > 1e-6 * cost)) break;
-  }
+  levenberg_marquardt(SimilarityProblem{matches, threshold}, {max_iterations, 1e-9, 0}, b_from_a);
 }
 
 class SimilarityEstimator {
@@ -215,7 +202,7 @@ struct Uncertainty {
 // As the angles tell it, were the points exact. The noise is what the inliers show; where they are too few to
 // show it, half the threshold.
 Uncertainty by_angles(const std::vector<SimilarityMatch>& inliers, double threshold, const Sim3& b_from_a) {
-  const NormalEquations equations = linearize(inliers, b_from_a, threshold);
+  const SightEquations equations = linearize(inliers, b_from_a, threshold);
   const int redundancy = equations.residuals - kParameters;
   const double variance =
       redundancy > 2 * kParameters ? equations.squares / redundancy : 0.25 * threshold * threshold;

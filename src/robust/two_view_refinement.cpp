@@ -8,7 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "levenberg_marquardt.h"
 #include "mono_pose_tracker/common/random.h"
+#include "mono_pose_tracker/common/so3.h"
 
 namespace mono_pose_tracker {
 
@@ -22,12 +24,6 @@ LaneFlags distances_positive(const Lanes& along1, const Lanes& along2, const Lan
                              double tolerance) {
   const Lanes slack = -tolerance * (1 - along2 * along2).max(0.0).sqrt();
   return (along2 * cosine - along1 > slack) && (along2 - along1 * cosine > slack);
-}
-
-Eigen::Matrix3d rotation_of(const Eigen::Vector3d& w) {
-  const double angle = w.norm();
-  return angle < 1e-300 ? Eigen::Matrix3d::Identity().eval()
-                        : Eigen::AngleAxisd(angle, w / angle).toRotationMatrix();
 }
 
 Eigen::Matrix<double, 3, 2> tangent_basis(const Eigen::Vector3d& direction) {
@@ -54,14 +50,11 @@ double truncated_cost(const BearingPairs& pairs, const TwoViewModel& model, doub
   return cost.sum();  // the padding's errors are zero
 }
 
-struct NormalEquations {
-  Eigen::Matrix<double, 5, 5> information;
-  Eigen::Matrix<double, 5, 1> gradient;
-};
+using Equations = NormalEquations<5>;
 
 // Parameters: R' = exp(w) R, t' = (t + basis d) normalised; order w, d. The padding adds rows of zeros.
-NormalEquations linearize(const BearingPairs& pairs, const TwoViewModel& model,
-                          const Eigen::Matrix<double, 3, 2>& basis, double threshold) {
+Equations linearize(const BearingPairs& pairs, const TwoViewModel& model, double threshold) {
+  const Eigen::Matrix<double, 3, 2> basis = tangent_basis(model.translation);
   const double squared_threshold = threshold * threshold;
   const Eigen::Vector3d& t = model.translation;
   const Eigen::Vector3d basis0 = basis.col(0), basis1 = basis.col(1);
@@ -97,7 +90,7 @@ NormalEquations linearize(const BearingPairs& pairs, const TwoViewModel& model,
       sums[k++] += weighted * constraint;
     }
   }
-  NormalEquations equations;
+  Equations equations;
   int k = 0;
   for (int a = 0; a < 5; ++a) {
     for (int b = 0; b <= a; ++b) {
@@ -107,6 +100,22 @@ NormalEquations linearize(const BearingPairs& pairs, const TwoViewModel& model,
   }
   return equations;
 }
+
+struct TwoViewProblem {
+  const BearingPairs& pairs;
+  double threshold;
+
+  double cost(const TwoViewModel& model) const { return truncated_cost(pairs, model, threshold); }
+  Equations linearize(const TwoViewModel& model) const {
+    return mono_pose_tracker::linearize(pairs, model, threshold);
+  }
+  TwoViewModel stepped(const TwoViewModel& model, const Eigen::Matrix<double, 5, 1>& step) const {
+    TwoViewModel result;
+    result.rotation = exp_so3_matrix(step.head<3>()) * model.rotation;
+    result.translation = (model.translation + tangent_basis(model.translation) * step.tail<2>()).normalized();
+    return result;
+  }
+};
 
 // Standard deviation of normal errors whose mean square is `mean_square` where those beyond `limit` are cut
 // off; at most limit / 1.5, beyond which the cut says more of it than the errors.
@@ -141,34 +150,8 @@ BearingPairs some_of(const BearingPairs& pairs, const std::vector<char>& flags, 
 
 double refine_two_views(const BearingPairs& pairs, double threshold, int max_iterations,
                         TwoViewModel* model) {
-  double cost = truncated_cost(pairs, *model, threshold);
-  double damping = 1e-4;
-  for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    const Eigen::Matrix<double, 3, 2> basis = tangent_basis(model->translation);
-    const NormalEquations equations = linearize(pairs, *model, basis, threshold);
-    double previous = cost;
-    while (damping < 1e6) {
-      Eigen::Matrix<double, 5, 5> damped = equations.information;
-      damped.diagonal() *= 1 + damping;
-      damped.diagonal().array() += 1e-12;  // keeps directions that no pair constrains solvable
-      const Eigen::Matrix<double, 5, 1> step = -damped.ldlt().solve(equations.gradient);
-      TwoViewModel candidate;
-      candidate.rotation = rotation_of(step.head<3>()) * model->rotation;
-      candidate.translation = (model->translation + basis * step.tail<2>()).normalized();
-      const double candidate_cost = truncated_cost(pairs, candidate, threshold);
-      if (candidate_cost < cost) {
-        *model = candidate;
-        cost = candidate_cost;
-        damping = std::max(1e-8, damping * 0.1);
-        break;
-      }
-      damping *= 10;
-    }
-    if (!(previous - cost > 1e-6 * cost)) {
-      break;  // less than the sixth digit of the cost moves the pose far below its uncertainty
-    }
-  }
-  return cost;
+  // The floor keeps directions solvable that no pair constrains.
+  return levenberg_marquardt(TwoViewProblem{pairs, threshold}, {max_iterations, 1e-8, 1e-12}, model);
 }
 
 void explore_two_views(const BearingPairs& pairs, double threshold, int samples, std::uint64_t seed,

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "mono_pose_tracker/common/random.h"
+#include "mono_pose_tracker/common/so3.h"
 #include "mono_pose_tracker/simulation/wander.h"
 
 namespace mono_pose_tracker {
@@ -19,12 +20,6 @@ double ease(double s) { return 0.5 - 0.5 * std::cos(kPi * std::min(std::max(s, 0
 
 double share_done(int frame, int frames) {
   return frames > 1 ? static_cast<double>(frame) / (frames - 1) : 0.0;
-}
-
-Eigen::Quaterniond small_rotation(const Vector3d& rotation_vector) {
-  const double angle = rotation_vector.norm();
-  return angle > 0 ? Eigen::Quaterniond(AngleAxisd(angle, rotation_vector / angle))
-                   : Eigen::Quaterniond::Identity();
 }
 
 /// Camera at `position` that looks at `target`, its image upright in a map with z up.
@@ -49,7 +44,7 @@ std::vector<Rigid3> handheld_path(int frames, std::uint64_t seed, const Vector3d
     const Vector3d position =
         start + s * (end - start) + std::sin(kPi * s) * bow + 0.02 * sway(s) + 0.002 * shake(s);
     Rigid3 pose = looking_at(position, target + 0.15 * glance(s));
-    pose.rotation = (pose.rotation * small_rotation(0.3 * kDegree * twitch(s))).normalized();
+    pose.rotation = (pose.rotation * exp_so3(0.3 * kDegree * twitch(s))).normalized();
     path.push_back(pose);
   }
   return path;
@@ -71,7 +66,7 @@ std::vector<Rigid3> head_path(int frames, double distance, std::uint64_t seed) {
     // Its own right is the image's left; the camera's x is to the right, y down.
     const Eigen::Quaterniond turn = AngleAxisd(yaw, Vector3d::UnitY()) *
                                     AngleAxisd(pitch, Vector3d::UnitX()) *
-                                    small_rotation(0.4 * kDegree * tilt(third / 3));
+                                    exp_so3(0.4 * kDegree * tilt(third / 3));
     const Vector3d neck_in_camera = neck + Vector3d(0, 0, distance) + 0.0015 * sway(third / 3);
     const Rigid3 camera_from_head(turn, neck_in_camera - turn * neck);
     path.push_back(camera_from_head.inverse());

@@ -1,0 +1,28 @@
+#include "mono_pose_tracker/common/so3.h"
+
+#include <gtest/gtest.h>
+
+namespace mono_pose_tracker {
+namespace {
+
+TEST(So3, TurnsAboutTheAxisByTheLength) {
+  const double quarter = 1.5707963267948966;
+  const Eigen::Vector3d turned = exp_so3({0, 0, quarter}) * Eigen::Vector3d::UnitX();
+  EXPECT_LT((turned - Eigen::Vector3d::UnitY()).norm(), 1e-15);
+  const Eigen::Vector3d w(0.3, -0.5, 0.7);
+  EXPECT_LT((exp_so3(w).toRotationMatrix() - exp_so3_matrix(w)).norm(), 1e-15);
+}
+
+TEST(So3, IsItsOwnDerivativeAtZero) {
+  const Eigen::Vector3d w(1e-9, -2e-9, 3e-9), x(1, 2, 3);
+  EXPECT_LT((exp_so3(w) * x - x - w.cross(x)).norm(), 1e-15);
+}
+
+TEST(So3, NoTurnIsTheIdentity) {
+  EXPECT_EQ(exp_so3_matrix(Eigen::Vector3d::Zero()), Eigen::Matrix3d::Identity());
+  EXPECT_EQ(exp_so3(Eigen::Vector3d::Zero()).w(), 1);
+  EXPECT_TRUE(exp_so3({1e-320, 0, 0}).coeffs().allFinite());
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
