@@ -90,7 +90,8 @@ class LocalOptima {
       return;
     }
     for (const int iterations : {kLocalIterations, kFinalIterations}) {
-      refine_two_views(pairs_, threshold_, iterations, &model);
+      refine_two_views(pairs_, threshold_, iterations, &model,
+                       iterations == kLocalIterations ? PairsThatCount::kAll : PairsThatCount::kInFront);
       if (is_known(model)) {
         break;
       }
@@ -98,19 +99,27 @@ class LocalOptima {
     insert(model);
   }
 
-  // Searches round the best one for one that is better still, to the last digit. The others stay as diverse
-  // as they are: in the flat valleys of narrow views that search would lead many of them to one place.
+  // Searches round the best one for one that is better still. The others stay as diverse as they are: in the
+  // flat valleys of narrow views that search would lead many of them to one place.
   void explore_best(std::uint64_t seed) {
-    TwoViewModel model = pool_.models().front().model;
-    explore_two_views(pairs_, threshold_, kInnerSamples, seed, &model);
-    polish_two_views(pairs_, threshold_, kFinalIterations, &model);
-    pool_.models().erase(pool_.models().begin());
-    insert(model);
+    change_best([&](TwoViewModel* m) { explore_two_views(pairs_, threshold_, kInnerSamples, seed, m); });
+  }
+
+  // Once no more are added: one that is not polished costs less than the best one polished.
+  void polish_best() {
+    change_best([&](TwoViewModel* m) { polish_two_views(pairs_, threshold_, kFinalIterations, m); });
   }
 
   const std::vector<ScoredTwoViews>& models() { return pool_.models(); }
 
  private:
+  template <class Change>
+  void change_best(const Change& change) {
+    TwoViewModel& model = pool_.models().front().model;
+    change(&model);
+    pool_.models().front().score = estimator_.score(model, std::numeric_limits<double>::infinity());
+  }
+
   void insert(const TwoViewModel& model) {
     const RansacScore score = estimator_.score(model, std::numeric_limits<double>::infinity());
     pool_.insert({model, score}, [&](const auto& a, const auto& b) { return estimator_.alike(a, b); });
@@ -234,6 +243,7 @@ RelativePoseReport estimate_relative_pose(const std::vector<Eigen::Vector3d>& be
   for (const TwoViewModel& motion : ambiguous_motions(pairs, best, inliers, plane)) {
     optima.add(motion);
   }
+  optima.polish_best();
   for (const ScoredTwoViews& optimum : optima.models()) {
     if (optimum.score.num_inliers >= kRivalInlierShare * optima.models().front().score.num_inliers) {
       report.hypotheses.push_back(to_hypothesis(pairs, optimum, threshold, bearings1.size()));

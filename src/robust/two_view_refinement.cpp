@@ -34,7 +34,8 @@ Eigen::Matrix<double, 3, 2> tangent_basis(const Eigen::Vector3d& direction) {
 }
 
 // The pairs behind a camera cost as much as outliers, as in score_two_views.
-double truncated_cost(const BearingPairs& pairs, const TwoViewModel& model, double threshold) {
+double truncated_cost(const BearingPairs& pairs, const TwoViewModel& model, double threshold,
+                      PairsThatCount which) {
   const double squared_threshold = threshold * threshold;
   const Eigen::Vector3d& t = model.translation;
   Lanes cost = Lanes::Zero();
@@ -44,8 +45,11 @@ double truncated_cost(const BearingPairs& pairs, const TwoViewModel& model, doub
     const Lanes constraint = dot(r, cross(x2, t));
     const Lanes along1 = dot(t, r), along2 = dot(t, x2);
     const Lanes squared = constraint * constraint / ((2 + kTinySine) - along1 * along1 - along2 * along2);
-    cost += distances_positive(along1, along2, dot(r, x2), threshold)
-                .select(squared.min(squared_threshold), squared_threshold);
+    const Lanes truncated = squared.min(squared_threshold);
+    cost +=
+        which == PairsThatCount::kAll
+            ? truncated
+            : distances_positive(along1, along2, dot(r, x2), threshold).select(truncated, squared_threshold);
   }
   return cost.sum();  // the padding's errors are zero
 }
@@ -53,7 +57,8 @@ double truncated_cost(const BearingPairs& pairs, const TwoViewModel& model, doub
 using Equations = NormalEquations<5>;
 
 // Parameters: R' = exp(w) R, t' = (t + basis d) normalised; order w, d. The padding adds rows of zeros.
-Equations linearize(const BearingPairs& pairs, const TwoViewModel& model, double threshold) {
+Equations linearize(const BearingPairs& pairs, const TwoViewModel& model, double threshold,
+                    PairsThatCount which) {
   const Eigen::Matrix<double, 3, 2> basis = tangent_basis(model.translation);
   const double squared_threshold = threshold * threshold;
   const Eigen::Vector3d& t = model.translation;
@@ -68,8 +73,10 @@ Equations linearize(const BearingPairs& pairs, const TwoViewModel& model, double
     const Lanes along1 = dot(t, r);
     const Lanes along2 = dot(t, x2);
     const Lanes inverse = 1 / ((2 + kTinySine) - along1 * along1 - along2 * along2);
-    const LaneFlags counts = constraint * constraint * inverse < squared_threshold &&
-                             distances_positive(along1, along2, dot(r, x2), threshold);
+    LaneFlags counts = constraint * constraint * inverse < squared_threshold;
+    if (which == PairsThatCount::kInFront) {
+      counts = counts && distances_positive(along1, along2, dot(r, x2), threshold);
+    }
     const Lanes weight = counts.select(inverse, Lanes::Zero());
     const Lanes shape = constraint * inverse;  // how the error's denominator changes it
     const Lanes shape1 = shape * along1, shape2 = shape * along2;
@@ -104,10 +111,11 @@ Equations linearize(const BearingPairs& pairs, const TwoViewModel& model, double
 struct TwoViewProblem {
   const BearingPairs& pairs;
   double threshold;
+  PairsThatCount which;
 
-  double cost(const TwoViewModel& model) const { return truncated_cost(pairs, model, threshold); }
+  double cost(const TwoViewModel& model) const { return truncated_cost(pairs, model, threshold, which); }
   Equations linearize(const TwoViewModel& model) const {
-    return mono_pose_tracker::linearize(pairs, model, threshold);
+    return mono_pose_tracker::linearize(pairs, model, threshold, which);
   }
   TwoViewModel stepped(const TwoViewModel& model, const Eigen::Matrix<double, 5, 1>& step) const {
     TwoViewModel result;
@@ -148,10 +156,10 @@ BearingPairs some_of(const BearingPairs& pairs, const std::vector<char>& flags, 
 
 }  // namespace
 
-double refine_two_views(const BearingPairs& pairs, double threshold, int max_iterations,
-                        TwoViewModel* model) {
+double refine_two_views(const BearingPairs& pairs, double threshold, int max_iterations, TwoViewModel* model,
+                        PairsThatCount which) {
   // The floor keeps directions solvable that no pair constrains.
-  return levenberg_marquardt(TwoViewProblem{pairs, threshold}, {max_iterations, 1e-8, 1e-12}, model);
+  return levenberg_marquardt(TwoViewProblem{pairs, threshold, which}, {max_iterations, 1e-8, 1e-12}, model);
 }
 
 void explore_two_views(const BearingPairs& pairs, double threshold, int samples, std::uint64_t seed,

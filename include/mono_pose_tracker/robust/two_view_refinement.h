@@ -6,10 +6,14 @@
 
 namespace mono_pose_tracker {
 
+/// kAll is for a guess that may have most of the pairs behind the cameras and would have none to go by.
+enum class PairsThatCount { kInFront, kAll };
+
 /// Levenberg-Marquardt on rotation and direction of translation (5 parameters) over the truncated squares of
 /// the Sampson errors; pairs beyond the threshold or behind a camera at an iteration have no say in it.
 /// Returns the truncated cost reached, which is that of score_two_views.
-double refine_two_views(const BearingPairs& pairs, double threshold, int max_iterations, TwoViewModel* model);
+double refine_two_views(const BearingPairs& pairs, double threshold, int max_iterations, TwoViewModel* model,
+                        PairsThatCount which = PairsThatCount::kInFront);
 
 /// Leaves local minima of the truncated cost: refines from where so many random samples of the inliers lead,
 /// and keeps what costs least (the inner sampling of Chum, Matas and Kittler 2003). With 0 samples it is
