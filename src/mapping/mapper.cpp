@@ -9,10 +9,12 @@
 #include "epipolar_matcher.h"
 #include "keyframe_places.h"
 #include "known_baseline.h"
+#include "mono_pose_tracker/common/pose_covariance.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/mapping/projection_matcher.h"
 #include "mono_pose_tracker/mapping/second_motion.h"
+#include "mono_pose_tracker/optimization/keyframe_covariance.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "view_linker.h"
 
@@ -121,6 +123,7 @@ void Mapper::begin_beside(const InitialMap& initial, std::uint32_t epoch) {
 void Mapper::forget_beside_map() {
   left_out_.clear();
   markers_.clear();
+  covariances_.clear();
   watch_.reset();
   forget_loops();
 }
@@ -349,6 +352,29 @@ void Mapper::adjust_window(KeyframeId newest, int waiting) {
     adjust_keyframes(bundle, window, 3 * size, options_.mapping.window_landmarks, &map_);
   }
   cull_observations(landmarks_seen_by(window));
+  if (waiting == 0) update_covariances(window);
+}
+
+// What the window's own views leave open, and what was known of the keyframe that holds each most: errors of
+// those that are held are common to all that hangs on them, and no number of points averages them away.
+void Mapper::update_covariances(const std::vector<KeyframeId>& window) {
+  // They hold a pose about as well as all do: the noise of the others is seen in the frame's own residuals.
+  constexpr int kLandmarks = 200;
+  const auto found = keyframe_covariances(window, 3 * options_.mapping.window_keyframes,
+                                          std::min(kLandmarks, options_.mapping.window_landmarks), map_);
+  const auto before = covariances_;
+  for (const auto& [id, own] : found) {
+    Eigen::Matrix<double, 6, 6>& covariance = covariances_[id];
+    covariance = own;
+    for (const KeyframeId other : neighbors(id, static_cast<int>(map_.keyframes().size()))) {
+      const auto known = before.find(other);
+      if (found.count(other) > 0 || known == before.end()) continue;
+      const Eigen::Matrix<double, 6, 6> carried =
+          carried_by(map_.keyframe(id)->camera_from_map * map_.keyframe(other)->camera_from_map.inverse());
+      covariance += carried * known->second * carried.transpose();
+      break;
+    }
+  }
 }
 
 // Observations too far from their landmark go; a landmark that is then seen once, or under too small an
@@ -398,6 +424,7 @@ void Mapper::remove_keyframe(KeyframeId id) {
   const std::vector<KeyframeId> nearest = neighbors(id, 1);
   map_.remove_keyframe(id, nearest.empty() ? std::prev(map_.keyframes().find(id))->first : nearest[0]);
   left_out_.erase(id);
+  covariances_.erase(id);
   cull_observations(seen);
 }
 
@@ -476,6 +503,8 @@ void Mapper::publish() {
     v.frame_index = k.frame_index;
     v.stamp_ns = k.stamp_ns;
     v.camera_from_map = k.camera_from_map;
+    const auto covariance = covariances_.find(id);
+    if (covariance != covariances_.end()) v.covariance = covariance->second;
     v.image = k.image;
     v.landmark_of_feature = k.landmark_of_feature;
     for (const auto& [other, shared] : map_.covisible(id)) {

@@ -229,6 +229,7 @@ bool Mapper::join(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
     seam.push_back(old_id);
   }
   left_out_.clear();  // of ids that are no longer
+  covariances_.clear();
   Map apart = std::exchange(map_, std::move(joined));
   adjust_seam(seam);
   if (united.empty() && points_across(map_, added.keyframes) < options_.min_inliers) {
@@ -271,6 +272,10 @@ void Mapper::transform(const Sim3& new_from_map, std::optional<ScaleSource> scal
   if (map_.keyframes().empty()) return;
   forget_loops();  // what is solved aside is of the map as it was
   map_.transform(new_from_map);
+  for (auto& entry : covariances_) {
+    entry.second.topRows<3>() *= new_from_map.scale;
+    entry.second.leftCols<3>() *= new_from_map.scale;
+  }
   if (scale_source) map_.set_scale_source(*scale_source);
   MapCorrection correction;
   correction.of_map = correction.into_map = map_id_;

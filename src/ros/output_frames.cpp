@@ -98,6 +98,7 @@ FrameReport OutputFrames::in_world(FrameReport report) const {
   const PoseEstimate pose = world_from_map * PoseEstimate{*report.map_from_camera, report.covariance};
   report.map_from_camera = pose.b_from_a;
   report.covariance = pose.covariance;
+  report.map_covariance = (world_from_map * PoseEstimate{Rigid3(), report.map_covariance}).covariance;
   return report;
 }
 
@@ -175,15 +176,19 @@ std::optional<OutputFrames::BodyPose> OutputFrames::body_pose(const std_msgs::He
   }
   std::string body = camera;
   PoseEstimate world_from_body{*report.map_from_camera, report.covariance};
+  PoseEstimate own{*report.map_from_camera, report.covariance - report.map_covariance};
   if (!options_.base_frame.empty() && options_.base_frame != camera) {
     // At the image's time: the camera may be on a neck that turns.
     const std::optional<Rigid3> camera_from_base = look_up(camera, options_.base_frame, image_header.stamp);
     if (!camera_from_base) return std::nullopt;
     world_from_body = world_from_body * *camera_from_base;
+    own = own * *camera_from_base;
     body = options_.base_frame;
   }
-  if (options_.object_mode) return BodyPose{body, world(), inverse(world_from_body)};
-  return BodyPose{world(), body, world_from_body};
+  if (options_.object_mode) {
+    return BodyPose{body, world(), inverse(world_from_body), inverse(own).covariance};
+  }
+  return BodyPose{world(), body, world_from_body, own.covariance};
 }
 
 Rigid3 OutputFrames::map_from_camera(const std_msgs::Header& image_header, ScaleSource scale,

@@ -96,7 +96,8 @@ void Publishers::publish_pose(const std_msgs::Header& image_header, const FrameR
   odometry.header = pose.header;
   odometry.child_frame_id = body.child_frame;
   odometry.pose = pose.pose;
-  const StampedEstimate current{report.stamp_ns, body.frame_from_child};
+  // Both images see the same map: what is uncertain of that is no uncertainty of the way between them.
+  const StampedEstimate current{report.stamp_ns, {body.frame_from_child.b_from_a, body.own_covariance}};
   // A correction moves the map under the camera: what lies between is no velocity.
   if (previous_ && previous_epoch_ == report.epoch && previous_->stamp_ns < report.stamp_ns &&
       report.corrected.empty()) {

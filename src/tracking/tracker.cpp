@@ -163,7 +163,8 @@ void Tracker::Impl::describe(const ResectionReport& resection, FrameReport* repo
   }
   if (!resection.success) return;
   report->map_from_camera = resection.camera_from_map.inverse();
-  report->covariance = resection.covariance;
+  report->covariance = resection.covariance + resection.map_covariance;
+  report->map_covariance = resection.map_covariance;
 }
 
 // Against what is near the last pose.

@@ -21,6 +21,8 @@ struct KeyframeView {
   std::int64_t frame_index = 0;
   std::int64_t stamp_ns = 0;
   Rigid3 camera_from_map;
+  /// Of where it is in the map, as x' = exp(w) x + v in its own frame (order v, w). Zero: nothing is known.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   ImageFeaturesPtr image;
   std::vector<LandmarkId> landmark_of_feature;
   std::vector<KeyframeId> covisible;  // most shared landmarks first

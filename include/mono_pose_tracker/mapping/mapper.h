@@ -109,6 +109,7 @@ class Mapper {
   void create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& neighbors);
   void fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks);
   void adjust_window(KeyframeId newest, int waiting);
+  void update_covariances(const std::vector<KeyframeId>& window);
   void cull_observations(const std::vector<LandmarkId>& landmarks);
   void cull_young_landmarks(KeyframeId newest);
   void cull_keyframes(KeyframeId newest);
@@ -122,6 +123,8 @@ class Mapper {
   CameraModel camera_;
   Map map_;
   std::map<KeyframeId, std::vector<char>> left_out_;  // features of another motion, where there are some
+  /// Of keyframes where the last adjustment left them, in the map (KeyframeView::covariance).
+  std::map<KeyframeId, Eigen::Matrix<double, 6, 6>> covariances_;
   // Bearings of the corners of the marker in keyframes that saw it while the map had no scale.
   std::map<KeyframeId, std::vector<Eigen::Vector3d>> markers_;
   std::uint32_t epoch_ = 0;

@@ -64,6 +64,8 @@ class OutputFrames {
   struct BodyPose {
     std::string frame, child_frame;
     PoseEstimate frame_from_child;
+    /// With the map held: of what moves from one image to the next.
+    Eigen::Matrix<double, 6, 6> own_covariance = Eigen::Matrix<double, 6, 6>::Zero();
   };
   /// Of a report in the world's frame. Nothing when tf does not know where the base has its camera, or when
   /// the map's units, which are no metres, would be mixed with a robot's metres.

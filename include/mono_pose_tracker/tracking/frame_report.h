@@ -51,6 +51,8 @@ struct FrameReport {
   std::optional<Rigid3> map_from_camera;  // empty while there is no pose
   /// Of map_from_camera as ROS defines it: x y z (map units) and rotations about the map's fixed axes (rad).
   Matrix6d covariance = Matrix6d::Zero();
+  /// The part of it that is the map's, and so the same in images near by.
+  Matrix6d map_covariance = Matrix6d::Zero();
   bool is_keyframe = false;
   ScaleSource scale = ScaleSource::kMapUnits;  // what the unit of all lengths rests on
   CalibrationSource calibration = CalibrationSource::kGiven;

@@ -20,7 +20,8 @@ struct ResectionReport {
   Reason reason = Reason::kTooFewMatches;
   std::string text;
   Rigid3 camera_from_map;
-  Matrix6d covariance = Matrix6d::Zero();  // of map_from_camera, as FrameReport::covariance
+  Matrix6d covariance = Matrix6d::Zero();  // of map_from_camera, as FrameReport::covariance; the map is held
+  Matrix6d map_covariance = Matrix6d::Zero();  // what the map's own uncertainty adds; images near share it
   int matches = 0;
   int inliers = 0;
   PoseSupport support;

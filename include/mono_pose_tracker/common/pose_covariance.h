@@ -1,0 +1,18 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "mono_pose_tracker/common/rigid3.h"
+
+namespace mono_pose_tracker {
+
+/// How a small movement x' = exp(w) x + v (order v, w) of frame a is seen in frame b, to which a is rigidly
+/// tied: covariances go C_b = J C_a J^T.
+inline Eigen::Matrix<double, 6, 6> carried_by(const Rigid3& b_from_a) {
+  const Eigen::Matrix3d R = b_from_a.rotation_matrix();
+  Eigen::Matrix<double, 6, 6> J;
+  J << R, cross_matrix(b_from_a.translation) * R, Eigen::Matrix3d::Zero(), R;
+  return J;
+}
+
+}  // namespace mono_pose_tracker

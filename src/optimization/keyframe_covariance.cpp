@@ -1,0 +1,152 @@
+#include "mono_pose_tracker/optimization/keyframe_covariance.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <set>
+#include <unordered_map>
+
+#include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "reduced_system.h"
+#include "reprojection.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+using PoseCovariance = Eigen::Matrix<double, 6, 6>;
+using Gauge = Eigen::Matrix<double, Eigen::Dynamic, 7>;
+
+// Sigmas: beyond, a residual is more likely wrong than noise.
+constexpr double kLossWidth = 2;
+
+std::vector<LandmarkId> landmarks_of(const Map& map, const std::vector<KeyframeId>& keyframes,
+                                     int max_landmarks) {
+  std::set<LandmarkId> chosen;
+  for (const KeyframeId id : keyframes) {
+    std::vector<std::pair<int, LandmarkId>> order;
+    for (const LandmarkId l : map.keyframe(id)->landmark_of_feature) {
+      if (l == kNoLandmark) continue;
+      const auto views = static_cast<int>(map.landmark(l)->observations.size());
+      if (views >= 2) order.emplace_back(-views, l);
+    }
+    const auto count = std::min<std::size_t>(order.size(), static_cast<std::size_t>(max_landmarks));
+    std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end());
+    for (std::size_t i = 0; i < count; ++i) chosen.insert(order[i].second);
+  }
+  return {chosen.begin(), chosen.end()};
+}
+
+// Those that see most of the landmarks.
+std::set<KeyframeId> held_keyframes(const Map& map, const std::vector<LandmarkId>& landmarks,
+                                    const std::vector<KeyframeId>& free, int max_fixed) {
+  std::map<KeyframeId, int> seen;
+  for (const LandmarkId l : landmarks) {
+    for (const Observation& o : map.landmark(l)->observations) ++seen[o.keyframe];
+  }
+  for (const KeyframeId id : free) seen.erase(id);
+  std::vector<std::pair<int, KeyframeId>> order;
+  for (const auto& [id, count] : seen) order.emplace_back(-count, id);
+  std::sort(order.begin(), order.end());
+  if (order.size() > static_cast<std::size_t>(max_fixed)) order.resize(static_cast<std::size_t>(max_fixed));
+  std::set<KeyframeId> held;
+  for (const auto& entry : order) held.insert(entry.second);
+  return held;
+}
+
+// Of a pose's (w, v) and of the point.
+struct Linearized {
+  Eigen::Vector2d residual;
+  Eigen::Matrix<double, 2, 6> by_pose;
+  Eigen::Matrix<double, 2, 3> by_point;
+};
+
+bool linearize(const Keyframe& keyframe, int feature, const Eigen::Vector3d& x_in_map, Linearized* result) {
+  const BundleObservation o = make_observation(0, 0, *keyframe.image, feature);
+  if (!is_usable(o)) return false;
+  const Eigen::Vector3d x = keyframe.camera_from_map * x_in_map;
+  const Reprojection reprojection(o.bearing, o.pixel_from_bearing / o.sigma_px, x);
+  if (!reprojection.in_sight) return false;
+  result->residual = reprojection.residual;
+  for (int row = 0; row < 2; ++row) {
+    const Eigen::Vector3d d = reprojection.by_point.row(row).transpose();
+    result->by_pose.block<1, 3>(row, 0) = x.cross(d).transpose();
+    result->by_pose.block<1, 3>(row, 3) = d.transpose();
+  }
+  result->by_point = reprojection.by_point * keyframe.camera_from_map.rotation_matrix();
+  return true;
+}
+
+// What turns, moves and sizes the cameras as a whole: their mean rotation, mean position and extent.
+Gauge gauge_of(const Map& map, const std::vector<KeyframeId>& keyframes) {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const KeyframeId id : keyframes) {
+    middle += map.keyframe(id)->center_in_map() / static_cast<double>(keyframes.size());
+  }
+  Gauge gauge = Gauge::Zero(6 * static_cast<Eigen::Index>(keyframes.size()), 7);
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    const Keyframe& keyframe = *map.keyframe(keyframes[i]);
+    const Eigen::Matrix3d R = keyframe.camera_from_map.rotation_matrix();
+    const auto row = 6 * static_cast<Eigen::Index>(i);
+    gauge.block<3, 3>(row, 0) = R;
+    gauge.block<3, 3>(row + 3, 3) = R;
+    gauge.block<3, 1>(row + 3, 6) = R * (keyframe.center_in_map() - middle);
+  }
+  gauge.colwise().normalize();
+  return gauge;
+}
+
+// Rotation first, as the reduced system has it; translation first, as covariances are told.
+PoseCovariance translation_first(const PoseCovariance& c) {
+  PoseCovariance result;
+  result << c.bottomRightCorner<3, 3>(), c.bottomLeftCorner<3, 3>(), c.topRightCorner<3, 3>(),
+      c.topLeftCorner<3, 3>();
+  return result;
+}
+
+}  // namespace
+
+std::map<KeyframeId, PoseCovariance> keyframe_covariances(const std::vector<KeyframeId>& keyframes,
+                                                          int max_fixed, int max_landmarks, const Map& map) {
+  std::vector<KeyframeId> free = keyframes;
+  std::sort(free.begin(), free.end());
+  const std::vector<LandmarkId> landmarks = landmarks_of(map, free, max_landmarks);
+  std::set<KeyframeId> held = held_keyframes(map, landmarks, free, max_fixed);
+  if (held.size() < 2) {
+    free.insert(free.end(), held.begin(), held.end());
+    held.clear();
+  }
+  std::unordered_map<KeyframeId, int> pose_of;
+  for (std::size_t i = 0; i < free.size(); ++i) pose_of[free[i]] = static_cast<int>(i);
+  for (const KeyframeId id : held) pose_of[id] = -1;
+
+  ReducedSystem system(static_cast<int>(free.size()), 0, kLossWidth);
+  const Eigen::Matrix<double, 2, Eigen::Dynamic> nothing(2, 0);
+  Linearized at;
+  for (const LandmarkId l : landmarks) {
+    const Landmark& landmark = *map.landmark(l);
+    for (const Observation& o : landmark.observations) {
+      const auto pose = pose_of.find(o.keyframe);
+      if (pose == pose_of.end()) continue;
+      if (linearize(*map.keyframe(o.keyframe), o.feature, landmark.x_in_map, &at)) {
+        system.add(pose->second, at.by_pose, at.by_point, nothing, at.residual);
+      }
+    }
+    system.eliminate_point();
+  }
+  Eigen::MatrixXd information = system.information();
+  if (held.empty()) {
+    const Gauge gauge = gauge_of(map, free);
+    information += (1e3 * information.diagonal().maxCoeff()) * gauge * gauge.transpose();
+  }
+  const Eigen::LDLT<Eigen::MatrixXd> ldlt(information);
+  if (system.variance() <= 0 || !(ldlt.vectorD().minCoeff() > 0)) return {};
+  const Eigen::MatrixXd covariance =
+      system.variance() * ldlt.solve(Eigen::MatrixXd::Identity(system.size(), system.size()));
+  std::map<KeyframeId, PoseCovariance> result;
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const auto at_row = 6 * static_cast<Eigen::Index>(i);
+    result[free[i]] = translation_first(covariance.block<6, 6>(at_row, at_row));
+  }
+  return result;
+}
+
+}  // namespace mono_pose_tracker
