@@ -10,6 +10,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
+constexpr std::size_t kRemembered = 16;  // keyframes, whose own landmarks are asked for
+
 std::vector<Observation>::iterator find_observation(Landmark& landmark, KeyframeId keyframe) {
   return std::lower_bound(landmark.observations.begin(), landmark.observations.end(), keyframe,
                           [](const Observation& o, KeyframeId id) { return o.keyframe < id; });
@@ -65,6 +67,8 @@ Map Map::restore(std::vector<Keyframe> keyframes, std::vector<Landmark> landmark
   for (Landmark& landmark : landmarks) {
     const LandmarkId id = landmark.id;
     map.next_landmark_ = std::max(map.next_landmark_, id + 1);
+    const auto first = map.first_landmark_.emplace(landmark.created_by, id).first;
+    first->second = std::min(first->second, id);
     const std::vector<Observation> observations = std::exchange(landmark.observations, {});
     if (!map.landmarks_.emplace(id, std::move(landmark)).second) {
       throw std::invalid_argument("landmark " + std::to_string(id) + " is there twice");
@@ -77,6 +81,8 @@ Map Map::restore(std::vector<Keyframe> keyframes, std::vector<Landmark> landmark
       }
     }
   }
+  map.forget_first_landmarks();
+  map.views_.touch_all();
   return map;
 }
 
@@ -90,6 +96,9 @@ KeyframeId Map::add_keyframe(std::int64_t frame_index, std::int64_t stamp_ns, co
   keyframe.camera_from_map = camera_from_map;
   keyframe.landmark_of_feature.assign(image->size(), kNoLandmark);
   keyframe.image = std::move(image);
+  first_landmark_[id] = next_landmark_;
+  forget_first_landmarks();
+  views_.touch_keyframe(id);
   return id;
 }
 
@@ -99,6 +108,7 @@ LandmarkId Map::add_landmark(const Eigen::Vector3d& x_in_map) {
   landmark.id = id;
   landmark.x_in_map = x_in_map;
   landmark.created_by = next_keyframe_ - 1;
+  views_.touch_landmark(id);
   return id;
 }
 
@@ -111,6 +121,7 @@ bool Map::add_observation(LandmarkId landmark_id, KeyframeId keyframe_id, int fe
   count_shared(*l, keyframe_id, 1);
   l->observations.insert(place, {keyframe_id, feature});
   k->landmark_of_feature[feature] = landmark_id;
+  views_.touch_keyframe(keyframe_id);
   return true;
 }
 
@@ -120,6 +131,7 @@ void Map::remove_observation(LandmarkId landmark_id, KeyframeId keyframe_id) {
   const auto place = find_observation(*l, keyframe_id);
   if (place == l->observations.end() || place->keyframe != keyframe_id) return;
   keyframes_.at(keyframe_id).landmark_of_feature[place->feature] = kNoLandmark;
+  views_.touch_keyframe(keyframe_id);
   l->observations.erase(place);
   count_shared(*l, keyframe_id, -1);
 }
@@ -136,6 +148,7 @@ void Map::count_shared(const Landmark& landmark, KeyframeId keyframe, int change
   for (const Observation& o : landmark.observations) {
     count(own, o.keyframe);
     count(shared_[o.keyframe], keyframe);
+    views_.touch_keyframe(o.keyframe);
   }
 }
 
@@ -145,10 +158,12 @@ void Map::remove_landmark(LandmarkId landmark_id) {
   while (!it->second.observations.empty()) {
     const Observation last = it->second.observations.back();
     keyframes_.at(last.keyframe).landmark_of_feature[last.feature] = kNoLandmark;
+    views_.touch_keyframe(last.keyframe);
     it->second.observations.pop_back();
     count_shared(it->second, last.keyframe, -1);
   }
   landmarks_.erase(it);
+  views_.touch_landmark(landmark_id);
 }
 
 void Map::merge_landmarks(LandmarkId from, LandmarkId into) {
@@ -168,6 +183,7 @@ void Map::remove_keyframe(KeyframeId keyframe_id, KeyframeId parent) {
                            it->second.camera_from_map * keyframe(parent)->camera_from_map.inverse()};
   keyframes_.erase(it);
   shared_.erase(keyframe_id);
+  views_.touch_keyframe(keyframe_id);
 }
 
 void Map::forget_removed_keyframes(std::size_t most) {
@@ -191,6 +207,28 @@ std::vector<LandmarkId> Map::landmark_ids() const {
   return ids;
 }
 
+void Map::forget_first_landmarks() {
+  while (first_landmark_.size() > kRemembered) first_landmark_.erase(first_landmark_.begin());
+}
+
+std::vector<LandmarkId> Map::landmarks_created_by(KeyframeId id) const {
+  const auto first = first_landmark_.find(id);
+  if (first == first_landmark_.end()) return {};
+  const auto after = std::next(first);
+  const LandmarkId end = after == first_landmark_.end() ? next_landmark_ : after->second;
+  std::vector<LandmarkId> ids;
+  for (LandmarkId l = first->second; l < end; ++l) {
+    const Landmark* created = landmark(l);
+    if (created && created->created_by == id) ids.push_back(l);
+  }
+  return ids;
+}
+
+const MapViews& Map::views() {
+  views_.refresh(*this);
+  return views_;
+}
+
 Keyframe* Map::find_keyframe(KeyframeId id) {
   const auto it = keyframes_.find(id);
   return it == keyframes_.end() ? nullptr : &it->second;
@@ -206,11 +244,17 @@ Landmark* Map::find_landmark(LandmarkId id) {
 const Landmark* Map::landmark(LandmarkId id) const { return const_cast<Map*>(this)->find_landmark(id); }
 
 void Map::set_pose(KeyframeId id, const Rigid3& camera_from_map) {
-  if (Keyframe* keyframe = find_keyframe(id)) keyframe->camera_from_map = camera_from_map;
+  Keyframe* keyframe = find_keyframe(id);
+  if (!keyframe) return;
+  keyframe->camera_from_map = camera_from_map;
+  views_.touch_keyframe(id);
 }
 
 void Map::set_position(LandmarkId id, const Eigen::Vector3d& x_in_map) {
-  if (Landmark* landmark = find_landmark(id)) landmark->x_in_map = x_in_map;
+  Landmark* landmark = find_landmark(id);
+  if (!landmark) return;
+  landmark->x_in_map = x_in_map;
+  views_.touch_landmark(id);
 }
 
 std::vector<std::pair<KeyframeId, int>> Map::covisible(KeyframeId keyframe_id) const {
@@ -228,12 +272,14 @@ bool Map::camera_from_map(KeyframeId id, Rigid3* camera_from_map) const {
 }
 
 void Map::rescale(double scale) {
+  views_.touch_all();
   for (auto& entry : keyframes_) entry.second.camera_from_map.translation *= scale;
   for (auto& entry : landmarks_) entry.second.x_in_map *= scale;
   for (auto& entry : removed_) entry.second.removed_from_parent.translation *= scale;
 }
 
 void Map::transform(const Sim3& new_from_map) {
+  views_.touch_all();
   for (auto& entry : keyframes_) {
     entry.second.camera_from_map = moved(entry.second.camera_from_map, new_from_map);
   }
@@ -242,6 +288,7 @@ void Map::transform(const Sim3& new_from_map) {
 }
 
 void Map::apply(const std::map<KeyframeId, Sim3>& new_from_map) {
+  views_.touch_all();
   for (auto& [id, link] : removed_) {
     KeyframeId ancestor = link.parent;
     while (!keyframes_.count(ancestor)) ancestor = removed_.at(ancestor).parent;
@@ -263,6 +310,9 @@ void Map::apply(const std::map<KeyframeId, Sim3>& new_from_map) {
 MergedIds Map::merge(Map other, const Sim3& map_from_other) {
   other.transform(map_from_other);
   const MergedIds added{next_keyframe_, next_landmark_};
+  for (const auto& [id, landmark] : other.first_landmark_) {
+    first_landmark_[id + added.keyframes] = landmark + added.landmarks;
+  }
   for (auto& [id, keyframe] : other.keyframes_) {
     keyframe.id += added.keyframes;
     keyframe.landmark_of_feature.assign(keyframe.landmark_of_feature.size(), kNoLandmark);
@@ -284,10 +334,12 @@ MergedIds Map::merge(Map other, const Sim3& map_from_other) {
     }
   }
   next_landmark_ += other.next_landmark_;
+  views_.touch_all();
   return added;
 }
 
 void Map::shift_frame_indices(std::int64_t offset) {
+  views_.touch_all();
   for (auto& entry : keyframes_) entry.second.frame_index += offset;
   for (auto& entry : removed_) entry.second.frame_index += offset;
 }

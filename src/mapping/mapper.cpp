@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <unordered_map>
 #include <utility>
@@ -123,7 +124,7 @@ void Mapper::begin_beside(const InitialMap& initial, std::uint32_t epoch) {
 void Mapper::forget_beside_map() {
   left_out_.clear();
   markers_.clear();
-  covariances_.clear();
+  covariances_ = KeyframeCovariances();
   watch_.reset();
   forget_loops();
 }
@@ -191,7 +192,7 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
     const StageTimer timer(stages_, "map_match");
     separate_motions(id);
     const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
-    fuse(id, map_.landmark_ids());
+    fuse(id, within_reach(id));
     create_landmarks(id, near);
     for (const KeyframeId n : near) {
       if (is_cancelled()) break;
@@ -245,6 +246,27 @@ void Mapper::leave_out(KeyframeId id, const std::vector<char>& features) {
 bool Mapper::is_left_out(KeyframeId id, int feature) const {
   const auto found = left_out_.find(id);
   return found != left_out_.end() && found->second[feature] != 0;
+}
+
+// What may be in view of a keyframe. In a large map: what is seen by those that share landmarks with it,
+// directly or by one between, and at places that look like it.
+std::vector<LandmarkId> Mapper::within_reach(KeyframeId id) const {
+  // Up to here looking through all takes less than a tenth of the time that adjusting the window does.
+  constexpr std::size_t kLarge = 400;
+  constexpr int kPlaces = 5;  // the index has a right one among so many in 95 of 100 cases
+  constexpr int kAll = std::numeric_limits<int>::max();
+  if (map_.keyframes().size() <= kLarge) return map_.landmark_ids();
+  std::set<KeyframeId> near = {id};
+  const auto add_with_neighbors = [&](KeyframeId other) {
+    if (!map_.keyframe(other)) return;
+    near.insert(other);
+    for (const KeyframeId next : neighbors(other, options_.mapping.window_keyframes)) near.insert(next);
+  };
+  for (const KeyframeId other : neighbors(id, kAll)) add_with_neighbors(other);
+  for (const KeyframeId place : places_->find(map_.keyframe(id)->image->set, kPlaces)) {
+    add_with_neighbors(place);
+  }
+  return landmarks_seen_by({near.begin(), near.end()});
 }
 
 // Longer tracks: landmarks that the target keyframe does not see yet, whoever saw them and however long ago,
@@ -362,10 +384,9 @@ void Mapper::update_covariances(const std::vector<KeyframeId>& window) {
   constexpr int kLandmarks = 200;
   const auto found = keyframe_covariances(window, 3 * options_.mapping.window_keyframes,
                                           std::min(kLandmarks, options_.mapping.window_landmarks), map_);
-  const auto before = covariances_;
+  const KeyframeCovariances before = covariances_;
   for (const auto& [id, own] : found) {
-    Eigen::Matrix<double, 6, 6>& covariance = covariances_[id];
-    covariance = own;
+    Eigen::Matrix<double, 6, 6> covariance = own;
     for (const KeyframeId other : neighbors(id, static_cast<int>(map_.keyframes().size()))) {
       const auto known = before.find(other);
       if (found.count(other) > 0 || known == before.end()) continue;
@@ -374,6 +395,7 @@ void Mapper::update_covariances(const std::vector<KeyframeId>& window) {
       covariance += carried * known->second * carried.transpose();
       break;
     }
+    covariances_.set(id, covariance);
   }
 }
 
@@ -400,9 +422,8 @@ void Mapper::cull_observations(const std::vector<LandmarkId>& landmarks) {
 // A landmark that two keyframes saw and none of the three that came since is more often a wrong match than
 // not: two views can't contradict each other along the epipolar line.
 void Mapper::cull_young_landmarks(KeyframeId newest) {
-  for (const LandmarkId l : map_.landmark_ids()) {
-    const Landmark& landmark = *map_.landmark(l);
-    if (landmark.observations.size() == 2 && newest - landmark.created_by == 3) map_.remove_landmark(l);
+  for (const LandmarkId l : map_.landmarks_created_by(newest - 3)) {
+    if (map_.landmark(l)->observations.size() == 2) map_.remove_landmark(l);
   }
 }
 
@@ -469,7 +490,7 @@ void Mapper::finish() {
   for (const double tolerance : {1e-5, 1e-7}) {
     for (const KeyframeId id : ids) {
       const std::vector<KeyframeId> near = neighbors(id, 2 * options_.mapping.matching_keyframes);
-      fuse(id, map_.landmark_ids());
+      fuse(id, within_reach(id));
       create_landmarks(id, near);
     }
     bundle.function_tolerance = tolerance;
@@ -497,23 +518,9 @@ void Mapper::publish() {
   view->places = places_;
   view->scale_source = map_.scale_source();
   view->revision = ++revision_;
-  for (const auto& [id, k] : map_.keyframes()) {
-    KeyframeView& v = view->keyframes[id];
-    v.id = id;
-    v.frame_index = k.frame_index;
-    v.stamp_ns = k.stamp_ns;
-    v.camera_from_map = k.camera_from_map;
-    const auto covariance = covariances_.find(id);
-    if (covariance != covariances_.end()) v.covariance = covariance->second;
-    v.image = k.image;
-    v.landmark_of_feature = k.landmark_of_feature;
-    for (const auto& [other, shared] : map_.covisible(id)) {
-      v.covisible.push_back(other);
-      v.shared_landmarks.push_back(shared);
-    }
-  }
-  view->landmarks.reserve(map_.landmarks().size());
-  for (const auto& [id, l] : map_.landmarks()) view->landmarks.emplace(id, l.x_in_map);
+  view->keyframes = map_.views().keyframes();
+  view->landmarks = map_.views().landmarks();
+  view->covariances = covariances_;
   view->removed_keyframes = map_.removed_keyframes();
   view->stages = std::exchange(stages_, {});
   tracking_map_ = std::move(view);

@@ -229,7 +229,7 @@ bool Mapper::join(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
     seam.push_back(old_id);
   }
   left_out_.clear();  // of ids that are no longer
-  covariances_.clear();
+  covariances_ = KeyframeCovariances();
   Map apart = std::exchange(map_, std::move(joined));
   adjust_seam(seam);
   if (united.empty() && points_across(map_, added.keyframes) < options_.min_inliers) {
@@ -272,9 +272,11 @@ void Mapper::transform(const Sim3& new_from_map, std::optional<ScaleSource> scal
   if (map_.keyframes().empty()) return;
   forget_loops();  // what is solved aside is of the map as it was
   map_.transform(new_from_map);
-  for (auto& entry : covariances_) {
-    entry.second.topRows<3>() *= new_from_map.scale;
-    entry.second.leftCols<3>() *= new_from_map.scale;
+  for (auto [id, covariance] : KeyframeCovariances(covariances_)) {
+    Eigen::Matrix<double, 6, 6> scaled = covariance;
+    scaled.topRows<3>() *= new_from_map.scale;
+    scaled.leftCols<3>() *= new_from_map.scale;
+    covariances_.set(id, scaled);
   }
   if (scale_source) map_.set_scale_source(*scale_source);
   MapCorrection correction;

@@ -80,15 +80,17 @@ Matrix6d covariance_of_map_from_camera(const Matrix6d& of_camera_from_map, const
 
 // The frame hangs on the keyframe's points: what is uncertain of where that is in the map, all of them share,
 // so that it stands beside what the frame's own matches leave open.
-void add_uncertainty_of_map(const KeyframeView& keyframe, ResectionReport* report) {
-  if (!report->success) return;
+void add_uncertainty_of_map(const TrackingMap& map, KeyframeId reference, ResectionReport* report) {
+  const auto keyframe = map.keyframes.find(reference);
+  const auto known = map.covariances.find(reference);
+  if (!report->success || keyframe == map.keyframes.end() || known == map.covariances.end()) return;
   // Errors of one point in views near each other go together (the same texture, seen alike), as if each told
   // an eighth of what independent ones would: so on simulated rooms and heads, where the truth is known
   // (test/tracking/pose_covariance_test.cpp).
   constexpr double kAlike = 8;
-  const Matrix6d carried = carried_by(report->camera_from_map * keyframe.camera_from_map.inverse());
+  const Matrix6d carried = carried_by(report->camera_from_map * keyframe->second.camera_from_map.inverse());
   report->map_covariance = covariance_of_map_from_camera(
-      kAlike * carried * keyframe.covariance * carried.transpose(), report->camera_from_map);
+      kAlike * carried * known->second * carried.transpose(), report->camera_from_map);
 }
 
 }  // namespace
@@ -240,8 +242,7 @@ ResectionReport Resector::resect(const Frame& frame, const TrackingMap& map, Key
     report = by_descriptors(frame, candidates);
     if (report.success) refine(frame, candidates, &report);
   }
-  const auto keyframe = map.keyframes.find(reference);
-  if (keyframe != map.keyframes.end()) add_uncertainty_of_map(keyframe->second, &report);
+  add_uncertainty_of_map(map, reference, &report);
   return report;
 }
 
@@ -253,7 +254,7 @@ ResectionReport Resector::relocalize(const Frame& frame, const TrackingMap& map,
     // The keyframe's own landmarks tell whether this is the place; its neighbours' would cost ten times that.
     ResectionReport report = by_descriptors(frame, candidates_of(map, {id}));
     if (report.success) refine(frame, local_candidates(map, id), &report);
-    add_uncertainty_of_map(map.keyframes.at(id), &report);
+    add_uncertainty_of_map(map, id, &report);
     if (report.success && !is_supported(report.support, options_.resection.min_inliers)) {
       report.success = false;
       report.reason = Reason::kTooFewInliers;

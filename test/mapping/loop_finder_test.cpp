@@ -39,21 +39,24 @@ class DriftingMap {
       if (map.landmarks.count(id) == 0) {
         // Depths are known to half a per cent.
         const Eigen::Vector3d ray = scene_.x_in_map[point] - world_from_camera.translation;
-        map.landmarks[id] =
-            map_from_world * (world_from_camera.translation + (1 + 0.005 * random.normal()) * ray);
+        map.landmarks.set(
+            id, map_from_world * (world_from_camera.translation + (1 + 0.005 * random.normal()) * ray));
       }
       view.landmark_of_feature.push_back(id);
     }
-    for (auto& [id, other] : map.keyframes) {
+    for (KeyframeId id = 0; id < view.id; ++id) {
+      KeyframeView other = map.keyframes.at(id);
       if (const int shared = shared_landmarks(other, view); shared > 15) {
         other.covisible.push_back(view.id);
         other.shared_landmarks.push_back(shared);
         view.covisible.push_back(id);
         view.shared_landmarks.push_back(shared);
+        map.keyframes.set(id, other);
       }
     }
     index.add(view.id, view.image->set);
-    return map.keyframes.emplace(view.id, view).first->first;
+    map.keyframes.set(view.id, view);
+    return view.id;
   }
 
   static int point_of(LandmarkId id) { return id % kStretch; }

@@ -23,8 +23,8 @@ TrackingMap map_of(const SyntheticScene& scene, const CameraModel& camera, Rando
   keyframe.id = 0;
   keyframe.image = frame.image;
   keyframe.landmark_of_feature = point_of;
-  for (const int i : point_of) map.landmarks[i] = scene.x_in_map[i];
-  map.keyframes[0] = keyframe;
+  for (const int i : point_of) map.landmarks.set(i, scene.x_in_map[i]);
+  map.keyframes.set(0, keyframe);
   return map;
 }
 
@@ -78,8 +78,9 @@ TEST_F(ResectorTest, ObservationsNameTheLandmarksSeen) {
 
 TEST_F(ResectorTest, OutliersAreLeftOut) {
   // A third of the landmarks have moved since.
-  for (auto& [id, x_in_map] : map_.landmarks) {
-    if (id % 3 == 0) x_in_map += 0.5 * Eigen::Vector3d(random_.normal(), random_.normal(), random_.normal());
+  for (const auto& [id, x_in_map] : LandmarkPositions(map_.landmarks)) {
+    const Eigen::Vector3d shift(random_.normal(), random_.normal(), random_.normal());
+    if (id % 3 == 0) map_.landmarks.set(id, x_in_map + 0.5 * shift);
   }
   const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 7, random_);
   const ResectionReport report = resector_.resect(frame, map_, 0, std::nullopt);
@@ -122,8 +123,9 @@ TEST_F(ResectorTest, TooFewMatchesAreCounted) {
 }
 
 TEST_F(ResectorTest, MatchesWithoutAPoseAreTooFewInliers) {
-  for (auto& entry : map_.landmarks) {
-    entry.second = {random_.uniform(-1.6, 1.6), random_.uniform(-1.2, 1.2), random_.uniform(3, 6)};
+  for (const auto& entry : LandmarkPositions(map_.landmarks)) {
+    map_.landmarks.set(entry.first,
+                       {random_.uniform(-1.6, 1.6), random_.uniform(-1.2, 1.2), random_.uniform(3, 6)});
   }
   const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 7, random_);
   const ResectionReport report = resector_.resect(frame, map_, 0, std::nullopt);
@@ -153,7 +155,7 @@ TEST_F(ResectorTest, RelocalisationLooksWhereTheIndexSays) {
     elsewhere.id = id;
     elsewhere.image = synthetic_frame(box_scene(100, random_), camera_, Rigid3(), 0, id, random_).image;
     elsewhere.landmark_of_feature.assign(elsewhere.image->size(), kNoLandmark);
-    map_.keyframes[id] = elsewhere;
+    map_.keyframes.set(id, elsewhere);
   }
   const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 20, random_);
   map_.places = std::make_shared<NewestFirst>(map_);

@@ -11,12 +11,10 @@
 #include "mono_pose_tracker/common/scale_source.h"
 #include "mono_pose_tracker/geometry/sim3.h"
 #include "mono_pose_tracker/map/image_features.h"
+#include "mono_pose_tracker/map/map_ids.h"
+#include "mono_pose_tracker/map/map_views.h"
 
 namespace mono_pose_tracker {
-
-using KeyframeId = int;
-using LandmarkId = int;
-constexpr LandmarkId kNoLandmark = -1;
 
 /// Feature `feature` of a keyframe sees the landmark.
 struct Observation {
@@ -102,6 +100,8 @@ class Map {
   const std::map<KeyframeId, Keyframe>& keyframes() const { return keyframes_; }
   const std::unordered_map<LandmarkId, Landmark>& landmarks() const { return landmarks_; }
   std::vector<LandmarkId> landmark_ids() const;  // sorted
+  /// Those that came while this keyframe, one of the last sixteen, was the newest; sorted.
+  std::vector<LandmarkId> landmarks_created_by(KeyframeId keyframe) const;
 
   const Keyframe* keyframe(KeyframeId id) const;
   const Landmark* landmark(LandmarkId id) const;
@@ -135,6 +135,9 @@ class Map {
   /// The keyframes' frame indices moved by `offset`, so that they don't meet those of another recording.
   void shift_frame_indices(std::int64_t offset);
 
+  /// What others read of it as it is now. Until the next change.
+  const MapViews& views();
+
   /// Throws std::logic_error naming the first invariant that does not hold. For tests.
   void check() const;
 
@@ -142,6 +145,7 @@ class Map {
   Keyframe* find_keyframe(KeyframeId id);
   Landmark* find_landmark(LandmarkId id);
   void check_covisibility() const;
+  void forget_first_landmarks();
   void count_shared(const Landmark& landmark, KeyframeId keyframe, int change);
 
   KeyframeId next_keyframe_ = 0;
@@ -150,7 +154,9 @@ class Map {
   std::unordered_map<LandmarkId, Landmark> landmarks_;
   std::map<KeyframeId, KeyframeLink> removed_;
   std::unordered_map<KeyframeId, std::map<KeyframeId, int>> shared_;  // landmarks that both see; no zeros
+  std::map<KeyframeId, LandmarkId> first_landmark_;  // that came with it or after it, of the last keyframes
   ScaleSource scale_source_ = ScaleSource::kMapUnits;
+  MapViews views_;
 };
 
 }  // namespace mono_pose_tracker

@@ -1,42 +1,31 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "mono_pose_tracker/common/stage_timer.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/map/map_correction.h"
+#include "mono_pose_tracker/map/map_views.h"
 #include "mono_pose_tracker/map/place_finder.h"
 
 namespace mono_pose_tracker {
 
-/// What resection needs of a keyframe.
-struct KeyframeView {
-  KeyframeId id = -1;
-  std::int64_t frame_index = 0;
-  std::int64_t stamp_ns = 0;
-  Rigid3 camera_from_map;
-  /// Of where it is in the map, as x' = exp(w) x + v in its own frame (order v, w). Zero: nothing is known.
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-  ImageFeaturesPtr image;
-  std::vector<LandmarkId> landmark_of_feature;
-  std::vector<KeyframeId> covisible;  // most shared landmarks first
-  std::vector<int> shared_landmarks;  // with each of these
-};
-
-/// The map as the mapper last left it: made once, never changed, shared by pointer. Resection reads it
-/// without a lock while the mapper, the only one to change the map, works on.
+/// The map as the mapper last left it: made once, never changed, shared by pointer, and what has not changed
+/// since the one before shared with it. Resection reads it without a lock while the mapper, the only one to
+/// change the map, works on.
 struct TrackingMap {
   std::uint32_t epoch = 0;
   std::uint32_t map_id = 0;  // names the map, whatever its epoch
   std::uint64_t revision = 0;
-  std::map<KeyframeId, KeyframeView> keyframes;
-  std::unordered_map<LandmarkId, Eigen::Vector3d> landmarks;  // x_in_map
+  KeyframeViews keyframes;
+  LandmarkPositions landmarks;  // x_in_map
+  /// Of where keyframes are in the map, as x' = exp(w) x + v in their own frames (order v, w). None: nothing
+  /// is known.
+  KeyframeCovariances covariances;
   std::map<KeyframeId, KeyframeLink> removed_keyframes;
   ScaleSource scale_source = ScaleSource::kMapUnits;
   std::shared_ptr<const PlaceFinder> places;  // null: none is kept

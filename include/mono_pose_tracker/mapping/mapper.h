@@ -107,6 +107,7 @@ class Mapper {
   void leave_out(KeyframeId id, const std::vector<char>& features);
   bool is_left_out(KeyframeId id, int feature) const;
   void create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& neighbors);
+  std::vector<LandmarkId> within_reach(KeyframeId id) const;
   void fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks);
   void adjust_window(KeyframeId newest, int waiting);
   void update_covariances(const std::vector<KeyframeId>& window);
@@ -123,8 +124,8 @@ class Mapper {
   CameraModel camera_;
   Map map_;
   std::map<KeyframeId, std::vector<char>> left_out_;  // features of another motion, where there are some
-  /// Of keyframes where the last adjustment left them, in the map (KeyframeView::covariance).
-  std::map<KeyframeId, Eigen::Matrix<double, 6, 6>> covariances_;
+  /// Of keyframes where the last adjustment left them, in the map (TrackingMap::covariances).
+  KeyframeCovariances covariances_;
   // Bearings of the corners of the marker in keyframes that saw it while the map had no scale.
   std::map<KeyframeId, std::vector<Eigen::Vector3d>> markers_;
   std::uint32_t epoch_ = 0;

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <set>
+#include <vector>
+
+#include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/map/image_features.h"
+#include "mono_pose_tracker/map/map_ids.h"
+#include "mono_pose_tracker/map/shared_map.h"
+
+namespace mono_pose_tracker {
+
+class Map;
+
+/// What resection needs of a keyframe.
+struct KeyframeView {
+  KeyframeId id = -1;
+  std::int64_t frame_index = 0;
+  std::int64_t stamp_ns = 0;
+  Rigid3 camera_from_map;
+  ImageFeaturesPtr image;
+  std::vector<LandmarkId> landmark_of_feature;
+  std::vector<KeyframeId> covisible;  // most shared landmarks first
+  std::vector<int> shared_landmarks;  // with each of these
+};
+
+using KeyframeViews = SharedMap<KeyframeView>;
+using LandmarkPositions = SharedMap<Eigen::Vector3d, 128>;  // 3 kB: a window changes most of some dozens
+
+using KeyframeCovariances = SharedMap<Eigen::Matrix<double, 6, 6>>;
+
+/// What is read of a map by others, made anew where it has changed only: what is shown of a keyframe costs as
+/// much as what it sees. Belongs to the map, and is copied with it.
+class MapViews {
+ public:
+  void touch_keyframe(KeyframeId id) { stale_keyframes_.insert(id); }
+  void touch_landmark(LandmarkId id) { stale_landmarks_.insert(id); }
+  void touch_all();
+
+  void refresh(const Map& map);
+  const KeyframeViews& keyframes() const { return keyframes_; }
+  const LandmarkPositions& landmarks() const { return landmarks_; }
+
+ private:
+  KeyframeViews keyframes_;
+  LandmarkPositions landmarks_;
+  std::set<KeyframeId> stale_keyframes_;
+  std::set<LandmarkId> stale_landmarks_;
+  bool all_stale_ = false;
+};
+
+}  // namespace mono_pose_tracker
