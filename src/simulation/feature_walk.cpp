@@ -169,6 +169,29 @@ FeatureWalk ring_walk(std::uint64_t seed) {
   return builder.finish(way, -60);
 }
 
+FeatureWalk street_walk(std::uint64_t seed, int frames) {
+  constexpr double kWall = 6;  // m from the way
+  const double end = kStep * frames;
+  WalkBuilder builder(seed);
+  builder.add_wall({{-kWall, -kSight}, {-kWall, end + kSight}}, 5 * kDensity);
+  std::vector<Waypoint> way;
+  for (int i = 0; i < frames; ++i) way.push_back({{0, kStep * i}, 0});
+  return builder.finish(way, -70);
+}
+
+FeatureWalk wall_walk(std::uint64_t seed, int frames) {
+  constexpr double kWall = 6, kSway = 1.5, kLapFrames = 100;  // m, m, frames
+  WalkBuilder builder(seed);
+  builder.add_wall({{-kWall, -8}, {-kWall, 8}}, 5 * kDensity);
+  std::vector<Waypoint> way;
+  for (int i = 0; i < frames; ++i) {
+    // From one frame to the next at least as far as two views of a map need; never the same place again.
+    const double phase = 2 * M_PI * i / kLapFrames;
+    way.push_back({{0.3 * kSway * std::sin(1.618 * phase), kSway * std::sin(phase)}, 0});
+  }
+  return builder.finish(way, -90);
+}
+
 CameraModel walk_camera() {
   CameraParameters parameters;
   parameters.width = 640;

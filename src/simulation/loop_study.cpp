@@ -2,21 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
-#include <optional>
 
 #include "mono_pose_tracker/geometry/sim3.h"
-#include "mono_pose_tracker/mapping/mapper.h"
-#include "mono_pose_tracker/tracking/resector.h"
+#include "walk_follower.h"
 
 namespace mono_pose_tracker {
 namespace {
-
-double thread_seconds() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 Eigen::Vector3d true_center(const FeatureWalk& walk, std::int64_t frame) {
   return walk.camera_from_world.at(frame).inverse().translation;
@@ -57,91 +48,12 @@ double position_rmse(const FeatureWalk& walk, const TrackingMap& map) {
   return std::sqrt(sum / static_cast<double>(all.found.size())) / walk.length;
 }
 
-// The camera that is followed through the walk, frame by frame.
-class Follower {
- public:
-  Follower(const TrackerOptions& options, const CameraModel& camera)
-      : resector_(options, camera), mapper_(options.mapper(camera.focal()), camera) {}
-
-  Mapper& mapper() { return mapper_; }
-  double worst_prediction() const { return worst_prediction_; }
-
-  void begin(const InitialMap& initial) {
-    mapper_.initialize(initial, 0);
-    const TrackingMap& map = *mapper_.tracking_map();
-    reference_ = map.keyframes.rbegin()->first;
-    motion_ = map.keyframes.rbegin()->second.camera_from_map *
-              map.keyframes.begin()->second.camera_from_map.inverse();
-  }
-
-  // False when the frame was not posed.
-  bool follow(const Frame& frame) {
-    const TrackingMapPtr map = mapper_.tracking_map();
-    Rigid3 last;
-    if (!map->camera_from_map(reference_, &last)) return false;
-    const KeyframeId reference =
-        map->keyframes.count(reference_) ? reference_ : map->keyframes.rbegin()->first;
-    const ResectionReport pose = resector_.resect(frame, *map, reference, motion_ * last);
-    if (!pose.success) return false;
-    KeyframeCandidate candidate{frame, reference,
-                                pose.camera_from_map * map->keyframes.at(reference).camera_from_map.inverse(),
-                                pose.observations, map->corrections.size()};
-    const Eigen::Vector3d expected = (motion_ * last).inverse().translation;
-    const double step = motion_.translation.norm();
-    const double off = (pose.camera_from_map.inverse().translation - expected).norm();
-    if (step > 0) worst_prediction_ = std::max(worst_prediction_, off / step);
-    mapper_.insert(candidate);
-    const auto& keyframes = mapper_.tracking_map()->keyframes;
-    if (keyframes.rbegin()->second.frame_index == frame.index) {
-      reference_ = keyframes.rbegin()->first;
-      motion_ = keyframes.rbegin()->second.camera_from_map * last.inverse();
-    }
-    return true;
-  }
-
-  void close_loops() {
-    const std::size_t before = mapper_.tracking_map()->corrections.size();
-    mapper_.seek_loop();
-    for (Aside aside = mapper_.take_aside(); aside; aside = mapper_.take_aside()) {
-      aside([] { return false; })(mapper_);
-    }
-    const MapCorrections& corrections = mapper_.tracking_map()->corrections;
-    for (std::size_t i = before; i < corrections.size(); ++i) {
-      motion_.translation *= corrections[i]->length_scale(reference_);
-    }
-  }
-
- private:
-  Resector resector_;
-  Mapper mapper_;
-  KeyframeId reference_ = -1;
-  Rigid3 motion_;  // camera now from camera one frame ago
-  double worst_prediction_ = 0;
-};
-
 }  // namespace
-
-InitialMap true_beginning(const FeatureWalk& walk, const CameraModel& camera, double noise_px,
-                          Random& random) {
-  InitialMap map;
-  std::vector<std::vector<int>> point_of(2);
-  for (int v = 0; v < 2; ++v) {
-    map.views.push_back({walk_frame(walk, camera, v, noise_px, random, &point_of[v]),
-                         walk.camera_from_world[v] * walk.camera_from_world[0].inverse()});
-  }
-  for (std::size_t f = 0; f < point_of[0].size(); ++f) {
-    const auto found = std::find(point_of[1].begin(), point_of[1].end(), point_of[0][f]);
-    if (found == point_of[1].end()) continue;
-    map.points.push_back({walk.camera_from_world[0] * walk.x_in_world[point_of[0][f]],
-                          {{0, static_cast<int>(f)}, {1, static_cast<int>(found - point_of[1].begin())}}});
-  }
-  return map;
-}
 
 LoopStudy run_loop_study(const FeatureWalk& walk, const CameraModel& camera, const TrackerOptions& options,
                          double noise_px, std::uint64_t seed, bool close_loops) {
   Random random(seed);
-  Follower follower(options, camera);
+  WalkFollower follower(options, camera);
   follower.begin(true_beginning(walk, camera, noise_px, random));
   Mapper& mapper = follower.mapper();
   LoopStudy study;

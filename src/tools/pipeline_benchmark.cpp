@@ -13,6 +13,7 @@
 #include "mono_pose_tracker/simulation/simulated_sequence.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "pipeline/benchmark_report.h"
+#include "pipeline/growth.h"
 #include "pipeline/places.h"
 #include "pipeline/runs.h"
 #include "pipeline/soak.h"
@@ -30,6 +31,7 @@ struct Arguments {
   double rate_hz = 30, minutes = 20;
   int width = 640, height = 480;
   int place_keyframes = 3000;
+  int growth = 0;
   bool unpaced = false, quiet = false;
 };
 
@@ -69,6 +71,13 @@ void declare(CLI::App& app, Arguments& a) {
     simulate->excludes(option);
     places->excludes(option);
   }
+  auto* growth =
+      app.add_option("--growth", a.growth,
+                     "what a map costs while it grows to so many keyframes, by synthetic features: along a "
+                     "street, and before one wall where everything is covisible (a quarter of them)")
+          ->check(CLI::Range(100, 100000));
+  growth->excludes(simulate)->excludes(places);
+  for (auto* option : {images, camera, reference, most, only, repeat}) growth->excludes(option);
   app.add_option("--minutes", a.minutes, "simulated [20]")->needs(simulate)->check(CLI::Range(0.01, 1e5));
   app.add_option("--width", a.width, "of the simulated images, px [640]")
       ->needs(simulate)
@@ -154,10 +163,24 @@ Json study_places(const Arguments& a) {
   return result;
 }
 
+Json study_growth(const Arguments& a) {
+  Json result = {{"program", "pipeline_benchmark"},
+                 {"config", a.config.empty() ? "default" : a.config},
+                 {"growth", run_growth(a.growth, options_of(a))}};
+  if (!a.quiet) std::fputs(growth_table(result["growth"]).c_str(), stdout);
+  return result;
+}
+
+Json result_of(const Arguments& a) {
+  if (a.growth > 0) return study_growth(a);
+  if (!a.places.empty()) return study_places(a);
+  return a.simulate.empty() ? measure(a) : soak(a);
+}
+
 void run(const Arguments& a) {
   // What cannot be compared with is found before the work.
   const Json earlier = a.compare.empty() ? Json() : read_benchmark(a.compare);
-  const Json result = !a.places.empty() ? study_places(a) : a.simulate.empty() ? measure(a) : soak(a);
+  const Json result = result_of(a);
   if (!a.json.empty()) {
     write_file_atomically(a.json, [&](std::ostream& out) { out << result.dump(2) << '\n'; });
   }

@@ -41,6 +41,11 @@ FeatureWalk alike_rooms_walk(std::uint64_t seed);
 /// Round a column in a hall, looking outwards, 1.2 times: a loop of 25 m for quick tests.
 FeatureWalk ring_walk(std::uint64_t seed);
 
+/// Straight on along a wall, looking at it from aside, so many frames of 0.5 m: nothing is seen twice.
+FeatureWalk street_walk(std::uint64_t seed, int frames);
+/// To and fro before one wall, so many frames: everything is covisible.
+FeatureWalk wall_walk(std::uint64_t seed, int frames);
+
 /// The camera that the walks are laid out for: 640 x 480 px, 65 degrees wide, no distortion.
 CameraModel walk_camera();
 

@@ -1,0 +1,39 @@
+#pragma once
+
+#include "mono_pose_tracker/mapping/initial_map.h"
+#include "mono_pose_tracker/mapping/mapper.h"
+#include "mono_pose_tracker/simulation/feature_walk.h"
+#include "mono_pose_tracker/tracking/resector.h"
+#include "mono_pose_tracker/tracking/tracker_options.h"
+
+namespace mono_pose_tracker {
+
+// CPU time of this thread.
+double thread_seconds();
+
+// The camera that is followed through a walk, frame by frame: each is posed against the map so far (predicted
+// by the last motion) and becomes a keyframe.
+class WalkFollower {
+ public:
+  WalkFollower(const TrackerOptions& options, const CameraModel& camera)
+      : resector_(options, camera), mapper_(options.mapper(camera.focal()), camera) {}
+
+  Mapper& mapper() { return mapper_; }
+  double worst_prediction() const { return worst_prediction_; }
+  double insert_seconds() const { return insert_seconds_; }  // of the last keyframe
+
+  void begin(const InitialMap& initial);
+  // False when the frame was not posed.
+  bool follow(const Frame& frame);
+  void close_loops();
+
+ private:
+  Resector resector_;
+  Mapper mapper_;
+  KeyframeId reference_ = -1;
+  Rigid3 motion_;  // camera now from camera one frame ago
+  double worst_prediction_ = 0;
+  double insert_seconds_ = 0;
+};
+
+}  // namespace mono_pose_tracker
