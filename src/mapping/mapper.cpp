@@ -255,14 +255,16 @@ std::vector<LandmarkId> Mapper::within_reach(KeyframeId id) const {
   constexpr std::size_t kLarge = 400;
   constexpr int kPlaces = 5;  // the index has a right one among so many in 95 of 100 cases
   constexpr int kAll = std::numeric_limits<int>::max();
-  if (map_.keyframes().size() <= kLarge) return map_.landmark_ids();
+  const std::size_t keyframes = map_.keyframes().size();
+  const std::vector<KeyframeId> direct = neighbors(id, kAll);
+  if (keyframes <= kLarge || 2 * direct.size() > keyframes) return map_.landmark_ids();
   std::set<KeyframeId> near = {id};
   const auto add_with_neighbors = [&](KeyframeId other) {
     if (!map_.keyframe(other)) return;
     near.insert(other);
     for (const KeyframeId next : neighbors(other, options_.mapping.window_keyframes)) near.insert(next);
   };
-  for (const KeyframeId other : neighbors(id, kAll)) add_with_neighbors(other);
+  for (const KeyframeId other : direct) add_with_neighbors(other);
   for (const KeyframeId place : places_->find(map_.keyframe(id)->image->set, kPlaces)) {
     add_with_neighbors(place);
   }

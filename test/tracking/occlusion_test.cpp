@@ -83,11 +83,11 @@ class LeaveOutOccluders : public ::testing::Test {
     for (int y = 150; y <= 330; y += 20) {
       for (int x = 200; x <= 440; x += 20) {
         const LandmarkId id = 100 + static_cast<LandmarkId>(reference.landmark_of_feature.size());
-        map_.landmarks[id] = Eigen::Vector3d((x - 320) / 250.0, (y - 240) / 250.0, 2);
+        map_.landmarks.set(id, Eigen::Vector3d((x - 320) / 250.0, (y - 240) / 250.0, 2));
         reference.landmark_of_feature.push_back(id);
       }
     }
-    map_.keyframes[7] = reference;
+    map_.keyframes.set(7, reference);
     candidate_.reference = 7;
   }
 
@@ -100,7 +100,7 @@ class LeaveOutOccluders : public ::testing::Test {
   /// The landmarks are found but where the hand is; then come features of what else is in the image.
   void see(const cv::Rect2d& hand, const std::vector<Eigen::Vector2f>& others) {
     std::vector<Eigen::Vector2f> pixels;
-    for (const LandmarkId id : map_.keyframes[7].landmark_of_feature) {
+    for (const LandmarkId id : map_.keyframes.at(7).landmark_of_feature) {
       if (map_.landmarks.count(id) == 0) continue;
       const Eigen::Vector2d pixel = pixel_of(id);
       if (hand.contains({pixel.x(), pixel.y()})) continue;
@@ -139,7 +139,7 @@ TEST_F(LeaveOutOccluders, KeepsWhatIsNewOnTheObjectAndNothingOfAHandOrOfWhatIsBe
 TEST_F(LeaveOutOccluders, KeepsEveryObservationWithItsFeature) {
   see(cv::Rect2d(330, 140, 150, 210), {{255, 205}, {400, 200}, {275, 325}});
   // A chance match in the midst of the hand: the map's business, not this one's.
-  const LandmarkId hidden = map_.keyframes[7].landmark_of_feature[61];  // behind it
+  const LandmarkId hidden = map_.keyframes.at(7).landmark_of_feature[61];  // behind it
   ASSERT_TRUE(cv::Rect2d(360, 200, 90, 90).contains({pixel_of(hidden).x(), pixel_of(hidden).y()}));
   candidate_.observations.push_back({first_other_ + 1, hidden});
   const std::vector<FrameObservation> before = candidate_.observations;
@@ -157,12 +157,12 @@ TEST_F(LeaveOutOccluders, KeepsEveryObservationWithItsFeature) {
 }
 
 TEST_F(LeaveOutOccluders, WhatCannotBeSeenIsNotExpected) {
-  const std::vector<LandmarkId> all = map_.keyframes[7].landmark_of_feature;
+  const std::vector<LandmarkId> all = map_.keyframes.at(7).landmark_of_feature;
   // Of most landmarks round one that is found, some have left the map, the others lie behind the camera.
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (i == 61) continue;
     if (i % 2 == 0) map_.landmarks.erase(all[i]);
-    if (i % 2 == 1) map_.landmarks[all[i]].z() = -2;
+    if (i % 2 == 1) map_.landmarks.set(all[i], {0, 0, -2});
   }
   const Eigen::Vector2d found = pixel_of(all[61]);
   const Eigen::Vector2f beside = found.cast<float>() + Eigen::Vector2f(8, 5);

@@ -122,6 +122,7 @@ class SharedMap {
     chunks_.erase(std::remove_if(chunks_.begin(), chunks_.end(), is_empty), chunks_.end());
   }
   void set(int id, Value value) { change({{id, std::move(value)}}); }
+  void erase(int id) { change({{id, std::nullopt}}); }
 
  private:
   struct Chunk {
