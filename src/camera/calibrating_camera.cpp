@@ -10,7 +10,10 @@ namespace mono_pose_tracker {
 
 CalibratingCamera::CalibratingCamera(const CameraParameters& start)
     : start_(start), is_equidistant_(start.distortion_model == "equidistant") {
-  if (start_.distortion_model.empty()) start_.distortion_model = "plumb_bob";
+  if (start_.distortion_model.empty()) {
+    start_.distortion_model = "plumb_bob";
+    start_.distortion.clear();  // zeros, however many
+  }
   if (start_.distortion.empty()) {
     start_.distortion.resize(start_.distortion_model == "plumb_bob" ? 5 : 8);
   }

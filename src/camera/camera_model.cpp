@@ -79,7 +79,10 @@ bool CameraParameters::operator==(const CameraParameters& other) const {
 CameraModel::CameraModel(const CameraParameters& parameters) : parameters_(parameters) {
   check_numbers(parameters);
   model_ = checked_model(parameters);
-  std::copy(parameters.distortion.begin(), parameters.distortion.end(), coefficients_.begin());
+  // Without a model there may be any number of zeros.
+  if (model_ != DistortionModel::kNone) {
+    std::copy(parameters.distortion.begin(), parameters.distortion.end(), coefficients_.begin());
+  }
   max_radius_ = model_ == DistortionModel::kEquidistant ? equidistant::max_angle(coefficients_)
                                                         : polynomial::max_radius(coefficients_);
 }

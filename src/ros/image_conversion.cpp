@@ -101,6 +101,12 @@ cv::Mat to_8bit(const cv::Mat& image) {
   return result;
 }
 
+/// cv_bridge swaps the bytes of a big-endian image, and calls them two channels.
+cv::Mat as_16bit(const cv::Mat& image) {
+  if (image.type() != CV_8UC2) return image;
+  return cv::Mat(image.rows, image.cols, CV_16UC1, image.data, image.step).clone();
+}
+
 }  // namespace
 
 ConvertedImage convert_image(const sensor_msgs::ImageConstPtr& message) {
@@ -113,7 +119,7 @@ ConvertedImage convert_image(const sensor_msgs::ImageConstPtr& message) {
   }
   try {
     if (message->encoding == kYuy2) return {yuy2_to_bgr(*message), Reason::kOk, "", message};
-    const cv::Mat image = cv_bridge::toCvShare(message, target_encoding(message->encoding))->image;
+    const cv::Mat image = as_16bit(cv_bridge::toCvShare(message, target_encoding(message->encoding))->image);
     if (is_16bit_bayer(message->encoding)) {
       return {to_8bit(demosaic(image, message->encoding)), Reason::kOk, "", message};
     }

@@ -61,6 +61,20 @@ TEST(CalibratingCamera, KnowsHowPixelsFollow) {
   }
 }
 
+TEST(CalibratingCamera, BeginsWithoutAModelWhateverItsZeros) {
+  CameraParameters p;
+  p.width = 640;
+  p.height = 480;
+  p.fx = p.fy = 500;
+  p.cx = 319.5;
+  p.cy = 239.5;
+  p.distortion_model = "";
+  p.distortion.assign(14, 0);
+  const CameraParameters moved = CalibratingCamera(p).moved(CalibrationStep::Zero());
+  EXPECT_EQ(moved.distortion_model, "plumb_bob");
+  EXPECT_EQ(moved.distortion, std::vector<double>(5, 0));
+}
+
 TEST(CalibratingCamera, SeesNothingBehindIt) {
   Eigen::Vector2d pixel;
   Eigen::Matrix<double, 2, 3> by_point;

@@ -124,6 +124,18 @@ TEST(CameraModel, RefusesPointsBehindAndNonsense) {
   }
 }
 
+// Some drivers fill in a fixed number of zeros, more than any model has coefficients.
+TEST(CameraModel, WithoutAModelAnyNumberOfZerosIsNoDistortion) {
+  CameraParameters p = cameras().front();
+  p.distortion_model = "";
+  p.distortion.assign(14, 0);
+  Eigen::Vector2d pixel;
+  ASSERT_TRUE(CameraModel(p).project({0.1, 0, 1}, &pixel));
+  EXPECT_NEAR(pixel.x(), p.cx + 0.1 * p.fx, 1e-9);
+  p.distortion[13] = 0.1;
+  EXPECT_THROW(CameraModel{p}, std::invalid_argument);
+}
+
 TEST(CameraModel, TrustsTheDistortionOnlyWhileItGrows) {
   // r (1 - 0.3 r^2) turns back at r = sqrt(1 / 0.9).
   const CameraModel camera(parameters("plumb_bob", {-0.3, 0, 0, 0, 0}));

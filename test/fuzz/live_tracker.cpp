@@ -22,20 +22,20 @@ struct Room {
 };
 
 // Small images of a room: enough to begin a map, so that what comes later meets a tracker that tracks.
-const Room& room() {
-  static const Room made = [] {
-    SequenceOptions options;
-    options.scene = SceneKind::kRoom;
-    options.frames = kViews;
-    options.camera = default_camera(SceneKind::kRoom, kWidth, kHeight);
-    const SimulatedSequence sequence(options);
-    Room result;
-    result.info = to_camera_info(sequence.camera().parameters());
-    for (int i = 0; i < kViews; ++i) result.images.push_back(sequence.render(i).image);
-    return result;
-  }();
-  return made;
+Room make_room() {
+  SequenceOptions options;
+  options.scene = SceneKind::kRoom;
+  options.frames = kViews;
+  options.camera = default_camera(SceneKind::kRoom, kWidth, kHeight);
+  const SimulatedSequence sequence(options);
+  Room result;
+  result.info = to_camera_info(sequence.camera().parameters());
+  for (int i = 0; i < kViews; ++i) result.images.push_back(sequence.render(i).image);
+  return result;
 }
+
+// Rendered before the first input, whose time it is not.
+const Room kRoom = make_room();
 
 sensor_msgs::ImagePtr to_message(const cv::Mat& image, const ros::Time& stamp) {
   auto message = boost::make_shared<sensor_msgs::Image>();
@@ -61,7 +61,7 @@ class Session {
         tracker_(
             small_options(), cameras_, masks_, std::chrono::milliseconds(0), [this] { return masked_; },
             [](const std::string&, const std::string& text) { FUZZ_CHECK(is_one_line(text.c_str())); }) {
-    cameras_.set_message(boost::make_shared<sensor_msgs::CameraInfo>(room().info));
+    cameras_.set_message(boost::make_shared<sensor_msgs::CameraInfo>(kRoom.info));
   }
 
   void step() {
@@ -76,7 +76,7 @@ class Session {
         calibrate();
         break;
       case 3:
-        cameras_.set_message(boost::make_shared<sensor_msgs::CameraInfo>(room().info));
+        cameras_.set_message(boost::make_shared<sensor_msgs::CameraInfo>(kRoom.info));
         break;
       case 4:
         masked_ = !masked_;
@@ -100,7 +100,7 @@ class Session {
       default:
         for (int i = input_.take<std::uint8_t>() % 4; i >= 0; --i) {
           view_ = (view_ + 1) % kViews;
-          show(to_message(room().images[view_], stamp()));
+          show(to_message(kRoom.images[view_], stamp()));
         }
     }
   }
@@ -122,7 +122,7 @@ class Session {
   }
 
   sensor_msgs::ImagePtr broken_image() {
-    auto message = to_message(room().images[view_], stamp());
+    auto message = to_message(kRoom.images[view_], stamp());
     message->width = input_.take<std::uint32_t>();
     message->height = input_.take<std::uint32_t>();
     message->step = input_.take<std::uint32_t>();
@@ -130,7 +130,7 @@ class Session {
   }
 
   void calibrate() {
-    auto info = boost::make_shared<sensor_msgs::CameraInfo>(room().info);
+    auto info = boost::make_shared<sensor_msgs::CameraInfo>(kRoom.info);
     info->K[0] = input_.take<float>();
     info->K[4] = input_.take<float>();
     info->D.assign(5, input_.take<float>());

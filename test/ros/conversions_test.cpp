@@ -57,6 +57,11 @@ TEST(ImageConversion, GreyStaysGreyAndSixteenBitsAreDividedBy256) {
     const ConvertedImage converted = convert_image(image_of(encoding, {0, 100}));  // little endian 25600
     ASSERT_EQ(converted.image.type(), CV_8UC1);
     EXPECT_EQ(converted.image.at<std::uint8_t>(1, 1), 100);
+    sensor_msgs::ImagePtr big_endian = image_of(encoding, {100, 0});
+    big_endian->is_bigendian = 1;
+    const ConvertedImage swapped = convert_image(big_endian);
+    ASSERT_EQ(swapped.image.type(), CV_8UC1) << swapped.error;
+    EXPECT_EQ(swapped.image.at<std::uint8_t>(1, 1), 100);
   }
 }
 
