@@ -20,6 +20,12 @@ namespace mono_pose_tracker {
 /// together.
 template <typename Value, int kChunk = 1>
 class SharedMap {
+  struct Chunk {
+    std::array<Value, kChunk> values;
+    std::bitset<kChunk> there;
+  };
+  using Chunks = std::vector<std::pair<int, std::shared_ptr<const Chunk>>>;  // by id / kChunk
+
  public:
   struct Entry {
     int first;
@@ -59,8 +65,6 @@ class SharedMap {
 
    private:
     friend class SharedMap;
-    using Chunks = typename SharedMap::Chunks;
-
     Iterator(const Chunks* chunks, std::size_t chunk, int slot)
         : chunks_(chunks), chunk_(chunk), slot_(slot) {}
 
@@ -125,12 +129,6 @@ class SharedMap {
   void erase(int id) { change({{id, std::nullopt}}); }
 
  private:
-  struct Chunk {
-    std::array<Value, kChunk> values;
-    std::bitset<kChunk> there;
-  };
-  using Chunks = std::vector<std::pair<int, std::shared_ptr<const Chunk>>>;  // by id / kChunk
-
   // Where the id's chunk is or would be.
   std::size_t chunk_of(int id) const {
     const auto at = std::lower_bound(chunks_.begin(), chunks_.end(), id / kChunk,
