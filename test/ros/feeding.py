@@ -12,7 +12,8 @@ from std_srvs.srv import Trigger
 
 from mono_pose_tracker.msg import TrackerStatus
 
-TIMEOUT = 60  # s, of the wall; on a busy machine an image takes a second
+# s, of the wall; on a busy machine an image takes a second, with a sanitizer ten times that
+TIMEOUT = 60 * float(os.environ.get("MONO_POSE_TRACKER_SLOWNESS", "1"))
 
 
 def read_tum(path):
@@ -107,6 +108,18 @@ class Tracker:
         with self.changed:
             return self.changed.wait_for(condition, timeout)
 
+    def answer_to(self, image, begin):
+        """The first status from this one on that is of this image. An answer to an earlier image that comes late must
+        not be taken for it: each image would then displace the one before, and none would be tracked."""
+        stamp = image.header.stamp.to_nsec()  # not as the two fields: a careless driver's are put in order on the way
+
+        def of_the_image():
+            return next((s for s in self.statuses[begin:] if s.header.stamp.to_nsec() == stamp), None)
+
+        if not self.wait_until(of_the_image):
+            raise AssertionError(self.name + " did not answer an image")
+        return of_the_image()
+
     def call(self, service):
         name = self.name + "/" + service
         rospy.wait_for_service(name, TIMEOUT)
@@ -143,9 +156,5 @@ class Camera:
             self.info.header = image.header
             self.infos.publish(self.info)
         self.images.publish(image)
-        answers = []
-        for tracker, count in zip(trackers, before):
-            if not tracker.wait_until(lambda: len(tracker.statuses) > count):
-                raise AssertionError(tracker.name + " did not answer an image")
-            answers.append(tracker.statuses[count])
+        answers = [tracker.answer_to(image, count) for tracker, count in zip(trackers, before)]
         return answers[0] if len(answers) == 1 else answers

@@ -17,7 +17,8 @@ import processes  # noqa: E402
 
 MINUTES = float(os.environ.get("MONO_POSE_TRACKER_SOAK_MINUTES", "0.3"))
 LEAST_LOOPS = 12
-FRAMES = 16
+# 3.1 s: by less than a second (~time_jump) a step back of the stamps is no new start, and all images would be refused.
+FRAMES, RATE_HZ = 32, 10
 # MB an hour. The short form cannot tell that little from what the allocator keeps back between two loops.
 MOST_GROWTH_AN_HOUR, NOISE_MB = 2.0, 6.0
 
@@ -26,18 +27,20 @@ class SoakTest(unittest.TestCase):
     def test_a_looping_bag(self):
         rospy.init_node("soak_test")
         with tempfile.TemporaryDirectory() as folder:
-            recording = feeding.Recording(folder, FRAMES)
+            recording = feeding.Recording(folder, FRAMES, "--rate", str(RATE_HZ))
         camera, tracker = feeding.Camera("/camera", recording.info), feeding.Tracker("/tracker")
         pid = processes.pid_of_node("/tracker")
-        samples, posed = [], 0
+        samples, posed, begun_anew = [], 0, 0
         begin = time.monotonic()
         while len(samples) < LEAST_LOOPS or time.monotonic() - begin < 60 * MINUTES:
-            for image in recording.images:
-                # As fast as it tracks, and each answered: the stamps jump back when the bag begins again.
-                posed += camera.show(image, tracker).state == TrackerStatus.TRACKING
+            # As fast as it tracks, and each answered: the stamps jump back when the bag begins again.
+            answers = [camera.show(image, tracker) for image in recording.images]
+            posed += sum((a.state, a.reason) == (TrackerStatus.TRACKING, TrackerStatus.OK) for a in answers)
+            begun_anew += answers[0].reason == TrackerStatus.TIME_JUMP
             samples.append((time.monotonic() - begin, processes.resident_mb(pid), processes.number_of_threads(pid),
                             processes.number_of_handles(pid)))
             tracker.statuses.clear()
+        self.assertEqual(begun_anew, len(samples) - 1, "every loop but the first is a new start")
         self.assertGreater(posed, len(samples), "it tracked")
         later = samples[len(samples) // 4:]  # until then it may grow to its size
         hours = (later[-1][0] - later[0][0]) / 3600
