@@ -182,6 +182,27 @@ void warn_of_parts(RecordingResult* result) {
       " images are not in the first; each has a frame and a unit of its own (map_2, ...)");
 }
 
+// What is not posed is easily overlooked in a trajectory.
+void warn_of_unposed(RecordingResult* result) {
+  constexpr double kMostShare = 0.1;  // fewer are the few blurred ones that every recording has
+  std::set<std::int64_t> posed;
+  for (const FinishedMap& map : result->maps) {
+    for (const PosedFrame& frame : map.trajectory) posed.insert(frame.index);
+  }
+  std::int64_t unposed = 0, run = 0, longest = 0, last = -1;
+  for (const auto& name : result->names) {
+    const bool has_none = posed.count(name.first) == 0;
+    unposed += has_none;
+    run = has_none ? run + 1 : 0;
+    if (run > longest) longest = run, last = name.first;
+  }
+  if (static_cast<double>(unposed) <= kMostShare * static_cast<double>(result->frames_total)) return;
+  result->warnings.push_back(std::to_string(unposed) + " of " + std::to_string(result->frames_total) +
+                             " images have no pose, most in a row from number " +
+                             std::to_string(last - longest + 1) + " to " + std::to_string(last) +
+                             ": dark, blurred, or too little overlap with the others");
+}
+
 bool is_loaded(const FinishedMap& map) { return map.map.keyframes().begin()->second.frame_index < 0; }
 
 // Maps from a file in which no frame was found are none of this recording's.
@@ -352,6 +373,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   check_map(image_width, &result);
   result.trajectory = tracker->trajectory();
   warn_of_parts(&result);
+  warn_of_unposed(&result);
   warn_of_seams(&result);
   warn_of_depth(&result);
   warn_of_contradictions(&result);

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -29,9 +30,9 @@ struct Tentative {
   Rigid3 camera_from_reference;
 };
 
-// The states of a Tracker, and the one way that an image goes through them. In three files: tracker.cpp
+// The states of a Tracker, and the one way that an image goes through them. In four files: tracker.cpp
 // follows the camera, tracker_search.cpp is for when it is lost, tracker_finish.cpp for the end of a
-// recording.
+// recording, tracker_gaps.cpp for the images that have no pose then.
 class Tracker::Impl {
  public:
   Impl(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,
@@ -98,7 +99,14 @@ class Tracker::Impl {
   ResectionReport pose_by_descriptors(const Frame& frame, const TrackingMap& map);
   bool pose_beside(const Frame& frame, std::int64_t neighbor);
   bool fill_gaps_once();
+  void fill_its_gaps();
   void pose_anywhere();
+  void leave_out_posed();
+  void fill_gaps_beside();
+  void show(std::uint32_t map_id);
+  void begin_in_gaps();
+  bool track_in_gap(const Frame& frame);
+  void drop_young_maps(const std::set<std::uint32_t>& known);
   ResectionReport resect_near(const Frame& frame, const TrackingMap& map) const;
   bool is_doubtful(const Frame& frame, const ResectionReport& resection, const std::optional<Rigid3>& last,
                    FrameReport* report);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "mono_pose_tracker/simulation/simulated_sequence.h"
@@ -13,12 +14,14 @@ struct SimulatedRoom {
   std::vector<StampedPose> truth;
 };
 
-inline SimulatedRoom simulated_room(int frames, double noise_grey_levels) {
+/// Another seed is another room.
+inline SimulatedRoom simulated_room(int frames, double noise_grey_levels, std::uint64_t seed = 1) {
   SequenceOptions options;
   options.scene = SceneKind::kRoom;
   options.frames = frames;
   options.camera = default_camera(SceneKind::kRoom, 320, 240);
   options.noise_grey_levels = noise_grey_levels;
+  options.seed = seed;
   const SimulatedSequence sequence(options);
   SimulatedRoom room{sequence.camera(), {}, sequence.path()};
   for (int i = 0; i < sequence.size(); ++i) room.frames.push_back(sequence.render(i));

@@ -40,6 +40,34 @@ class RecordingTest : public testing::Test {
 
 SimulatedRoom* RecordingTest::room_ = nullptr;
 
+// Images as they are given, one each tenth of a second.
+class GivenImages : public ImageSource {
+ public:
+  explicit GivenImages(const std::vector<cv::Mat>& images) : images_(images) {}
+
+  SourceImage next() override {
+    SourceImage image;
+    if (next_ == images_.size()) return image;
+    image.kind = SourceImage::Kind::kImage;
+    image.stamp_ns = static_cast<std::int64_t>(next_) * 100'000'000;
+    image.name = std::to_string(next_);
+    image.image = images_[next_++];
+    return image;
+  }
+
+ private:
+  const std::vector<cv::Mat>& images_;
+  std::size_t next_ = 0;
+};
+
+RecordingResult track(const std::vector<cv::Mat>& images, const CameraModel& camera) {
+  Recording recording;
+  recording.open = [&] { return std::make_unique<GivenImages>(images); };
+  Tracker tracker(TrackerOptions(), camera, Tracker::Mapping::kInline);
+  return track_recording(
+      recording, [](int, std::int64_t, const FrameReport&) {}, &tracker);
+}
+
 // All numbers of a result, to be compared bit by bit.
 std::vector<double> numbers_of(const RecordingResult& result, const std::vector<FrameReport>& reports,
                                const Map& map) {
@@ -150,6 +178,51 @@ TEST_F(RecordingTest, AMapMayBeginLaterThanTheRecording) {
   EXPECT_EQ(result.frames_total, 15);
   EXPECT_EQ(result.names.size(), 15u);
   EXPECT_EQ(result.trajectory.size(), 15u);
+}
+
+// Another room after a cut: it ends before a camera has been lost for long enough to begin a new map.
+TEST_F(RecordingTest, WhatFollowsACutHasAMapOfItsOwnHoweverShort) {
+  const SimulatedRoom other = simulated_room(9, 1, 2);
+  std::vector<cv::Mat> images;
+  for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image);
+  for (const SimulatedFrame& frame : other.frames) images.push_back(frame.image);
+  const RecordingResult result = track(images, room_->camera);
+  ASSERT_TRUE(result.tracked);
+  EXPECT_EQ(result.trajectory.size(), 16u);
+  ASSERT_EQ(result.maps.size(), 2u);
+  const std::vector<PosedFrame>& apart = result.maps[1].trajectory;
+  ASSERT_EQ(apart.size(), 9u);
+  EXPECT_EQ(apart.front().index, 16);
+  EXPECT_EQ(apart.back().index, 24);
+  ASSERT_EQ(result.warnings.size(), 1u);
+  EXPECT_NE(result.warnings[0].find("2 maps that nothing ties together: 9 images"), std::string::npos)
+      << result.warnings[0];
+}
+
+// The new map begins ten images after the loss; those ten are in view of it as well.
+TEST_F(RecordingTest, AMapBesideGetsTheImagesBeforeItsBeginning) {
+  const SimulatedRoom other = simulated_room(26, 1, 2);
+  std::vector<cv::Mat> images;
+  for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image);
+  for (const SimulatedFrame& frame : other.frames) images.push_back(frame.image);
+  const RecordingResult result = track(images, room_->camera);
+  ASSERT_TRUE(result.tracked);
+  ASSERT_EQ(result.maps.size(), 2u);
+  EXPECT_EQ(result.maps[0].trajectory.size() + result.maps[1].trajectory.size(), images.size());
+}
+
+TEST_F(RecordingTest, ImagesWithoutAPoseAreTold) {
+  std::vector<cv::Mat> images;
+  for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image);
+  images.push_back(cv::Mat::zeros(images[0].size(), images[0].type()));
+  EXPECT_TRUE(track(images, room_->camera).warnings.empty()) << "a single dark one";
+  images.push_back(images.back());
+  const RecordingResult result = track(images, room_->camera);
+  EXPECT_EQ(result.trajectory.size(), 16u);
+  ASSERT_EQ(result.warnings.size(), 1u);
+  EXPECT_NE(result.warnings[0].find("2 of 18 images have no pose, most in a row from number 16 to 17"),
+            std::string::npos)
+      << result.warnings[0];
 }
 
 }  // namespace
