@@ -1,6 +1,5 @@
 #include "mono_pose_tracker/map/map_views.h"
 
-#include <map>
 #include <optional>
 #include <utility>
 
@@ -40,13 +39,13 @@ void MapViews::refresh(const Map& map) {
     for (const auto& entry : map.keyframes()) stale_keyframes_.insert(entry.first);
     for (const auto& entry : map.landmarks()) stale_landmarks_.insert(entry.first);
   }
-  std::map<int, std::optional<KeyframeView>> keyframes;
+  KeyframeViews::Changes keyframes;
   for (const KeyframeId id : std::exchange(stale_keyframes_, {})) {
     const Keyframe* keyframe = map.keyframe(id);
     keyframes[id] = keyframe ? std::optional<KeyframeView>(view_of(map, *keyframe)) : std::nullopt;
   }
   keyframes_.change(std::move(keyframes));
-  std::map<int, std::optional<Eigen::Vector3d>> landmarks;
+  LandmarkPositions::Changes landmarks;
   for (const LandmarkId id : std::exchange(stale_landmarks_, {})) {
     const Landmark* landmark = map.landmark(id);
     landmarks[id] = landmark ? std::optional<Eigen::Vector3d>(landmark->x_in_map) : std::nullopt;

@@ -7,8 +7,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr int kCandidates = 5;  // the index has a right one among so many in 95 of 100 places
-constexpr int kMaxWait = 3;     // keyframes in which a second must agree: later ones look at something else
+constexpr int kMaxWait = 3;  // keyframes in which a second must agree: later ones look at something else
 
 // px at 640 px width: twice an inlier's error for each of the two similarities, which hold best where their
 // own points are, and the drift from one keyframe to the next.
@@ -61,7 +60,7 @@ std::vector<KeyframeId> LoopFinder::candidates(const TrackingMap& map, const Pla
   const std::unordered_set<KeyframeId> near = near_in_map(map, keyframe);
   std::vector<KeyframeId> ids;
   for (const PlaceMatch& match :
-       index.query(map.keyframes.at(keyframe).image->set, kCandidates,
+       index.query(map.keyframes.at(keyframe).image->set, kBestPlaces,
                    [&](KeyframeId id) { return map.keyframes.count(id) > 0 && near.count(id) == 0; })) {
     ids.push_back(match.id);
   }

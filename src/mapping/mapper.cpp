@@ -4,10 +4,10 @@
 #include <cmath>
 #include <limits>
 #include <set>
-#include <unordered_map>
 #include <utility>
 
 #include "epipolar_matcher.h"
+#include "keyframe_landmarks.h"
 #include "keyframe_places.h"
 #include "known_baseline.h"
 #include "mono_pose_tracker/common/pose_covariance.h"
@@ -24,32 +24,6 @@ namespace mono_pose_tracker {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
-
-double error_px(const Keyframe& keyframe, int feature, const Eigen::Vector3d& x_in_map) {
-  return weighted_error(*keyframe.image, feature, keyframe.camera_from_map * x_in_map);
-}
-
-// Whether two of the rays that see the landmark differ by at least the angle.
-bool has_parallax(const Map& map, const Landmark& landmark, double min_angle) {
-  std::vector<Eigen::Vector3d> rays;
-  const double max_cosine = std::cos(min_angle);
-  for (const Observation& o : landmark.observations) {
-    const Eigen::Vector3d ray = (map.keyframe(o.keyframe)->center_in_map() - landmark.x_in_map).normalized();
-    for (const Eigen::Vector3d& other : rays) {
-      if (ray.dot(other) <= max_cosine) return true;
-    }
-    rays.push_back(ray);
-  }
-  return false;
-}
-
-std::vector<LandmarkId> landmarks_of(const Keyframe& keyframe) {
-  std::vector<LandmarkId> ids;
-  for (const LandmarkId l : keyframe.landmark_of_feature) {
-    if (l != kNoLandmark) ids.push_back(l);
-  }
-  return ids;
-}
 
 // Whether the features see more than half of the keyframe's landmarks: then it is the pose that is in doubt,
 // not they.
@@ -71,30 +45,6 @@ void set_right(const MapperOptions& options, Map* map) {
   BundleOptions bundle = options.bundle;
   bundle.max_seconds = options.mapping.bundle_seconds;
   correct_depth_reversal(bundle, kMinEvidence, map);
-}
-
-// Of a capped map: a keyframe each half second, for half an hour.
-constexpr std::size_t kMostRemovedKeyframes = 4000;
-
-// Share of the keyframe's landmarks that it is not needed for: at least three others see them, on the same
-// scale or a finer one (Mur-Artal et al., ORB-SLAM, 2015). 1 when it sees none.
-double redundant_share(const Map& map, const Keyframe& keyframe) {
-  constexpr int kOthers = 3;
-  constexpr float kSameScale = 1.26f;  // a layer of SIFT's three in an octave
-  int all = 0, redundant = 0;
-  for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
-    const Landmark* landmark = map.landmark(keyframe.landmark_of_feature[f]);
-    if (!landmark) continue;
-    ++all;
-    const float coarsest = kSameScale * keyframe.image->set.features[f].scale;
-    int others = 0;
-    for (const Observation& o : landmark->observations) {
-      others += o.keyframe != keyframe.id &&
-                map.keyframe(o.keyframe)->image->set.features[o.feature].scale <= coarsest;
-    }
-    redundant += others >= kOthers;
-  }
-  return all == 0 ? 1 : static_cast<double>(redundant) / all;
 }
 
 bool is_due(std::size_t keyframes) { return keyframes % 6 == 0 && keyframes <= 24; }
@@ -253,11 +203,11 @@ bool Mapper::is_left_out(KeyframeId id, int feature) const {
 std::vector<LandmarkId> Mapper::within_reach(KeyframeId id) const {
   // Up to here looking through all takes less than a tenth of the time that adjusting the window does.
   constexpr std::size_t kLarge = 400;
-  constexpr int kPlaces = 5;  // the index has a right one among so many in 95 of 100 cases
   constexpr int kAll = std::numeric_limits<int>::max();
   const std::size_t keyframes = map_.keyframes().size();
+  if (keyframes <= kLarge) return map_.landmark_ids();
   const std::vector<KeyframeId> direct = neighbors(id, kAll);
-  if (keyframes <= kLarge || 2 * direct.size() > keyframes) return map_.landmark_ids();
+  if (2 * direct.size() > keyframes) return map_.landmark_ids();
   std::set<KeyframeId> near = {id};
   const auto add_with_neighbors = [&](KeyframeId other) {
     if (!map_.keyframe(other)) return;
@@ -265,7 +215,7 @@ std::vector<LandmarkId> Mapper::within_reach(KeyframeId id) const {
     for (const KeyframeId next : neighbors(other, options_.mapping.window_keyframes)) near.insert(next);
   };
   for (const KeyframeId other : direct) add_with_neighbors(other);
-  for (const KeyframeId place : places_->find(map_.keyframe(id)->image->set, kPlaces)) {
+  for (const KeyframeId place : places_->find(map_.keyframe(id)->image->set, kBestPlaces)) {
     add_with_neighbors(place);
   }
   return landmarks_seen_by({near.begin(), near.end()});
@@ -386,95 +336,20 @@ void Mapper::update_covariances(const std::vector<KeyframeId>& window) {
   constexpr int kLandmarks = 200;
   const auto found = keyframe_covariances(window, 3 * options_.mapping.window_keyframes,
                                           std::min(kLandmarks, options_.mapping.window_landmarks), map_);
-  const KeyframeCovariances before = covariances_;
+  KeyframeCovariances::Changes changes;
   for (const auto& [id, own] : found) {
     Eigen::Matrix<double, 6, 6> covariance = own;
     for (const KeyframeId other : neighbors(id, static_cast<int>(map_.keyframes().size()))) {
-      const auto known = before.find(other);
-      if (found.count(other) > 0 || known == before.end()) continue;
+      const auto known = covariances_.find(other);
+      if (found.count(other) > 0 || known == covariances_.end()) continue;
       const Eigen::Matrix<double, 6, 6> carried =
           carried_by(map_.keyframe(id)->camera_from_map * map_.keyframe(other)->camera_from_map.inverse());
       covariance += carried * known->second * carried.transpose();
       break;
     }
-    covariances_.set(id, covariance);
+    changes[id] = covariance;
   }
-}
-
-// Observations too far from their landmark go; a landmark that is then seen once, or under too small an
-// angle, goes.
-void Mapper::cull_observations(const std::vector<LandmarkId>& landmarks) {
-  for (const LandmarkId l : landmarks) {
-    const Landmark* landmark = map_.landmark(l);
-    if (!landmark) continue;
-    for (const Observation& o : std::vector<Observation>(landmark->observations)) {
-      if (error_px(*map_.keyframe(o.keyframe), o.feature, landmark->x_in_map) >
-          options_.mapping.max_reprojection_px) {
-        map_.remove_observation(l, o.keyframe);
-      }
-    }
-    // Half the angle that creation asks for: bundle adjustment may move a point a little farther away.
-    if (landmark->observations.size() < 2 ||
-        !has_parallax(map_, *landmark, 0.5 * options_.mapping.min_parallax_deg * kDegree)) {
-      map_.remove_landmark(l);
-    }
-  }
-}
-
-// A landmark that two keyframes saw and none of the three that came since is more often a wrong match than
-// not: two views can't contradict each other along the epipolar line.
-void Mapper::cull_young_landmarks(KeyframeId newest) {
-  for (const LandmarkId l : map_.landmarks_created_by(newest - 3)) {
-    if (map_.landmark(l)->observations.size() == 2) map_.remove_landmark(l);
-  }
-}
-
-// A keyframe goes whose landmarks at least three others see, too.
-void Mapper::cull_keyframes(KeyframeId newest) {
-  for (const KeyframeId id : neighbors(newest, options_.mapping.window_keyframes)) {
-    if (map_.keyframes().size() <= 3 || id == map_.keyframes().begin()->first) continue;
-    const std::vector<LandmarkId> seen = landmarks_of(*map_.keyframe(id));
-    const auto redundant = std::count_if(
-        seen.begin(), seen.end(), [&](LandmarkId l) { return map_.landmark(l)->observations.size() >= 4; });
-    if (redundant < options_.mapping.redundant_overlap * seen.size()) continue;
-    if (!neighbors(id, 1).empty()) remove_keyframe(id);
-  }
-}
-
-// Its place is remembered relative to the keyframe that shares most with it, else to the one before it.
-void Mapper::remove_keyframe(KeyframeId id) {
-  const std::vector<LandmarkId> seen = landmarks_of(*map_.keyframe(id));
-  const std::vector<KeyframeId> nearest = neighbors(id, 1);
-  map_.remove_keyframe(id, nearest.empty() ? std::prev(map_.keyframes().find(id))->first : nearest[0]);
-  left_out_.erase(id);
-  covariances_.erase(id);
-  cull_observations(seen);
-}
-
-// Above the limit the keyframe goes that is missed least. Never the first two, which hold the map's frame and
-// scale, nor those that the camera is among.
-void Mapper::cap_keyframes(KeyframeId newest) {
-  const auto most = static_cast<std::size_t>(options_.mapping.max_keyframes);
-  if (most == 0 || map_.keyframes().size() <= most) return;
-  std::set<KeyframeId> spared = {newest};
-  // At most half of what may stay: a map that is smaller than two windows must lose some of its window.
-  const int window = std::min(options_.mapping.window_keyframes, static_cast<int>(most / 2));
-  for (const KeyframeId id : neighbors(newest, window)) spared.insert(id);
-  auto first = map_.keyframes().begin();
-  for (int i = 0; i < 2; ++i) spared.insert((first++)->first);
-  while (map_.keyframes().size() > most) {
-    double most_redundant = -1;
-    KeyframeId least_useful = newest;
-    for (const auto& [id, keyframe] : map_.keyframes()) {
-      if (spared.count(id)) continue;
-      const double share = redundant_share(map_, keyframe);
-      if (share > most_redundant) most_redundant = share, least_useful = id;
-    }
-    if (least_useful == newest) return;
-    remove_keyframe(least_useful);
-  }
-  // Frames of the last minutes ride on those.
-  map_.forget_removed_keyframes(kMostRemovedKeyframes);
+  covariances_.change(std::move(changes));
 }
 
 void Mapper::finish() {

@@ -14,9 +14,6 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Places of another map that a keyframe is compared with: among the five most alike is the right one, where
-// there is one, in 95 of 100 cases.
-constexpr int kPlaces = 5;
 // Keyframes that are tried besides the one that was found, for a second that agrees.
 constexpr int kSecondViews = 4;
 
@@ -159,7 +156,7 @@ void Mapper::add_correction(MapCorrection correction) {
 
 // Two ties that agree, of the keyframe and another that shares view with it; or none.
 std::vector<MapTie> Mapper::find_ties(const KeptMap& other, KeyframeId keyframe) const {
-  for (const KeyframeId place : other.places->find(map_.keyframe(keyframe)->image->set, kPlaces)) {
+  for (const KeyframeId place : other.places->find(map_.keyframe(keyframe)->image->set, kBestPlaces)) {
     const std::optional<MapTie> first = tie_keyframe(options_, map_, keyframe, other.map, place);
     if (!first) continue;
     for (const KeyframeId second : neighbors(keyframe, kSecondViews)) {
@@ -272,12 +269,13 @@ void Mapper::transform(const Sim3& new_from_map, std::optional<ScaleSource> scal
   if (map_.keyframes().empty()) return;
   forget_loops();  // what is solved aside is of the map as it was
   map_.transform(new_from_map);
-  for (auto [id, covariance] : KeyframeCovariances(covariances_)) {
-    Eigen::Matrix<double, 6, 6> scaled = covariance;
-    scaled.topRows<3>() *= new_from_map.scale;
-    scaled.leftCols<3>() *= new_from_map.scale;
-    covariances_.set(id, scaled);
+  KeyframeCovariances::Changes scaled;
+  for (const auto& [id, covariance] : covariances_) {
+    Eigen::Matrix<double, 6, 6>& c = scaled[id].emplace(covariance);
+    c.topRows<3>() *= new_from_map.scale;
+    c.leftCols<3>() *= new_from_map.scale;
   }
+  covariances_.change(std::move(scaled));
   if (scale_source) map_.set_scale_source(*scale_source);
   MapCorrection correction;
   correction.of_map = correction.into_map = map_id_;

@@ -5,6 +5,7 @@
 #include <set>
 #include <unordered_map>
 
+#include "fixed_keyframes.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "reduced_system.h"
 #include "reprojection.h"
@@ -33,23 +34,6 @@ std::vector<LandmarkId> landmarks_of(const Map& map, const std::vector<KeyframeI
     for (std::size_t i = 0; i < count; ++i) chosen.insert(order[i].second);
   }
   return {chosen.begin(), chosen.end()};
-}
-
-// Those that see most of the landmarks.
-std::set<KeyframeId> held_keyframes(const Map& map, const std::vector<LandmarkId>& landmarks,
-                                    const std::vector<KeyframeId>& free, int max_fixed) {
-  std::map<KeyframeId, int> seen;
-  for (const LandmarkId l : landmarks) {
-    for (const Observation& o : map.landmark(l)->observations) ++seen[o.keyframe];
-  }
-  for (const KeyframeId id : free) seen.erase(id);
-  std::vector<std::pair<int, KeyframeId>> order;
-  for (const auto& [id, count] : seen) order.emplace_back(-count, id);
-  std::sort(order.begin(), order.end());
-  if (order.size() > static_cast<std::size_t>(max_fixed)) order.resize(static_cast<std::size_t>(max_fixed));
-  std::set<KeyframeId> held;
-  for (const auto& entry : order) held.insert(entry.second);
-  return held;
 }
 
 // Of a pose's (w, v) and of the point.
@@ -109,7 +93,7 @@ std::map<KeyframeId, PoseCovariance> keyframe_covariances(const std::vector<Keyf
   std::vector<KeyframeId> free = keyframes;
   std::sort(free.begin(), free.end());
   const std::vector<LandmarkId> landmarks = landmarks_of(map, free, max_landmarks);
-  std::set<KeyframeId> held = held_keyframes(map, landmarks, free, max_fixed);
+  std::vector<KeyframeId> held = fixed_keyframes(map, landmarks, free, max_fixed);
   if (held.size() < 2) {
     free.insert(free.end(), held.begin(), held.end());
     held.clear();

@@ -7,6 +7,10 @@
 
 namespace mono_pose_tracker {
 
+/// Of the places that look most like an image: among so many is a right one, where there is one, in 95 of 100
+/// cases.
+constexpr int kBestPlaces = 5;
+
 /// Finds keyframes that look like an image. May be asked from any thread while the map grows: what it finds
 /// may be newer than a snapshot, or gone from the map meanwhile.
 class PlaceFinder {

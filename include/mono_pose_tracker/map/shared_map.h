@@ -103,25 +103,27 @@ class SharedMap {
   }
   std::size_t count(int id) const { return find(id) != end(); }
   const Value& at(int id) const {
-    const std::size_t at = chunk_of(id);
-    if (id < 0 || !is_chunk(at, id) || !chunks_[at].second->there[id % kChunk]) {
-      throw std::out_of_range("there is no value of this id");
-    }
-    return chunks_[at].second->values[id % kChunk];
+    const Iterator found = find(id);
+    if (found == end()) throw std::out_of_range("there is no value of this id");
+    return (*found).second;
   }
 
+  using Changes = std::map<int, std::optional<Value>>;
   /// Values set, or taken out where there is none, each chunk copied once. What was taken out is freed with
   /// the last of its chunk.
-  void change(std::map<int, std::optional<Value>> changes) {
+  void change(Changes changes) {
     std::shared_ptr<Chunk> chunk;
     std::size_t at = 0;
+    bool may_be_empty = false;
     for (auto& [id, value] : changes) {
       if (!chunk || chunks_[at].first != id / kChunk) std::tie(at, chunk) = copy_chunk(id);
       const int slot = id % kChunk;
       size_ += static_cast<int>(value.has_value()) - static_cast<int>(chunk->there[slot]);
       chunk->there[slot] = value.has_value();
+      may_be_empty |= !value;
       if (value) chunk->values[slot] = std::move(*value);
     }
+    if (!may_be_empty) return;
     const auto is_empty = [](const auto& numbered) { return numbered.second->there.none(); };
     chunks_.erase(std::remove_if(chunks_.begin(), chunks_.end(), is_empty), chunks_.end());
   }

@@ -1,0 +1,134 @@
+// The part of the Mapper that takes out what is wrong, or needed no more.
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <set>
+#include <vector>
+
+#include "keyframe_landmarks.h"
+#include "mono_pose_tracker/mapping/mapper.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+
+// Whether two of the rays that see the landmark differ by at least the angle.
+bool has_parallax(const Map& map, const Landmark& landmark, double min_angle) {
+  std::vector<Eigen::Vector3d> rays;
+  const double max_cosine = std::cos(min_angle);
+  for (const Observation& o : landmark.observations) {
+    const Eigen::Vector3d ray = (map.keyframe(o.keyframe)->center_in_map() - landmark.x_in_map).normalized();
+    for (const Eigen::Vector3d& other : rays) {
+      if (ray.dot(other) <= max_cosine) return true;
+    }
+    rays.push_back(ray);
+  }
+  return false;
+}
+
+// Of a capped map: a keyframe each half second, for half an hour.
+constexpr std::size_t kMostRemovedKeyframes = 4000;
+
+// Share of the keyframe's landmarks that it is not needed for: at least three others see them, on the same
+// scale or a finer one (Mur-Artal et al., ORB-SLAM, 2015). 1 when it sees none.
+double redundant_share(const Map& map, const Keyframe& keyframe) {
+  constexpr int kOthers = 3;
+  constexpr float kSameScale = 1.26f;  // a layer of SIFT's three in an octave
+  int all = 0, redundant = 0;
+  for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
+    const Landmark* landmark = map.landmark(keyframe.landmark_of_feature[f]);
+    if (!landmark) continue;
+    ++all;
+    const float coarsest = kSameScale * keyframe.image->set.features[f].scale;
+    int others = 0;
+    for (const Observation& o : landmark->observations) {
+      others += o.keyframe != keyframe.id &&
+                map.keyframe(o.keyframe)->image->set.features[o.feature].scale <= coarsest;
+    }
+    redundant += others >= kOthers;
+  }
+  return all == 0 ? 1 : static_cast<double>(redundant) / all;
+}
+
+}  // namespace
+
+// Observations too far from their landmark go; a landmark that is then seen once, or under too small an
+// angle, goes.
+void Mapper::cull_observations(const std::vector<LandmarkId>& landmarks) {
+  for (const LandmarkId l : landmarks) {
+    const Landmark* landmark = map_.landmark(l);
+    if (!landmark) continue;
+    for (const Observation& o : std::vector<Observation>(landmark->observations)) {
+      if (error_px(*map_.keyframe(o.keyframe), o.feature, landmark->x_in_map) >
+          options_.mapping.max_reprojection_px) {
+        map_.remove_observation(l, o.keyframe);
+      }
+    }
+    // Half the angle that creation asks for: bundle adjustment may move a point a little farther away.
+    if (landmark->observations.size() < 2 ||
+        !has_parallax(map_, *landmark, 0.5 * options_.mapping.min_parallax_deg * kDegree)) {
+      map_.remove_landmark(l);
+    }
+  }
+}
+
+// A landmark that two keyframes saw and none of the three that came since is more often a wrong match than
+// not: two views can't contradict each other along the epipolar line.
+void Mapper::cull_young_landmarks(KeyframeId newest) {
+  for (const LandmarkId l : map_.landmarks_created_by(newest - 3)) {
+    if (map_.landmark(l)->observations.size() == 2) map_.remove_landmark(l);
+  }
+}
+
+// A keyframe goes whose landmarks at least three others see, too.
+void Mapper::cull_keyframes(KeyframeId newest) {
+  for (const KeyframeId id : neighbors(newest, options_.mapping.window_keyframes)) {
+    if (map_.keyframes().size() <= 3 || id == map_.keyframes().begin()->first) continue;
+    const std::vector<LandmarkId> seen = landmarks_of(*map_.keyframe(id));
+    const auto redundant = std::count_if(
+        seen.begin(), seen.end(), [&](LandmarkId l) { return map_.landmark(l)->observations.size() >= 4; });
+    if (redundant < options_.mapping.redundant_overlap * seen.size()) continue;
+    if (!neighbors(id, 1).empty()) remove_keyframe(id);
+  }
+}
+
+// Its place is remembered relative to the keyframe that shares most with it, else to the one before it.
+void Mapper::remove_keyframe(KeyframeId id) {
+  const std::vector<LandmarkId> seen = landmarks_of(*map_.keyframe(id));
+  const std::vector<KeyframeId> nearest = neighbors(id, 1);
+  map_.remove_keyframe(id, nearest.empty() ? std::prev(map_.keyframes().find(id))->first : nearest[0]);
+  left_out_.erase(id);
+  covariances_.erase(id);
+  cull_observations(seen);
+}
+
+// Above the limit the keyframe goes that is missed least. Never the first two, which hold the map's frame and
+// scale, nor those that the camera is among.
+void Mapper::cap_keyframes(KeyframeId newest) {
+  const auto most = static_cast<std::size_t>(options_.mapping.max_keyframes);
+  if (most == 0 || map_.keyframes().size() <= most) return;
+  std::set<KeyframeId> spared = {newest};
+  // At most half of what may stay: a map that is smaller than two windows must lose some of its window.
+  const int window = std::min(options_.mapping.window_keyframes, static_cast<int>(most / 2));
+  for (const KeyframeId id : neighbors(newest, window)) spared.insert(id);
+  auto first = map_.keyframes().begin();
+  for (int i = 0; i < 2; ++i) spared.insert((first++)->first);
+  while (map_.keyframes().size() > most) {
+    double most_redundant = -1;
+    KeyframeId least_useful = newest;
+    for (const auto& [id, keyframe] : map_.keyframes()) {
+      if (spared.count(id)) continue;
+      const double share = redundant_share(map_, keyframe);
+      if (share > most_redundant) most_redundant = share, least_useful = id;
+    }
+    if (least_useful == newest) return;
+    remove_keyframe(least_useful);
+  }
+  // Frames of the last minutes ride on those.
+  map_.forget_removed_keyframes(kMostRemovedKeyframes);
+}
+
+}  // namespace mono_pose_tracker
