@@ -3,12 +3,10 @@
 #include <image_transport/camera_common.h>
 
 #include <cstdio>
-#include <future>
 #include <pluginlib/class_list_macros.hpp>
 #include <stdexcept>
 #include <utility>
 
-#include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/ros/camera_info_conversion.h"
 #include "mono_pose_tracker/ros/diagnostics.h"
 #include "mono_pose_tracker/ros/guard.h"
@@ -18,9 +16,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-// A service waits this long for its turn between two images; an image takes some tens of milliseconds.
-constexpr std::chrono::seconds kServiceTimeout{10};
-
 double seconds_since(StatusBoard::Clock::time_point then) {
   return std::chrono::duration<double>(StatusBoard::Clock::now() - then).count();
 }
@@ -29,13 +24,6 @@ std::string format_seconds(double seconds) {
   char text[32];
   std::snprintf(text, sizeof(text), "%.3f s", seconds);
   return text;
-}
-
-std::string size_text(const std::vector<Map>& maps) {
-  std::size_t keyframes = 0, landmarks = 0;
-  for (const Map& map : maps) keyframes += map.keyframes().size(), landmarks += map.landmarks().size();
-  return std::to_string(keyframes) + " keyframes and " + std::to_string(landmarks) + " landmarks" +
-         (maps.size() > 1 ? " of " + std::to_string(maps.size()) + " maps" : "");
 }
 
 /// The camera_info beside the image, unless the user has remapped camera_info.
@@ -97,12 +85,7 @@ void TrackerNodelet::set_up() {
       [this](const std::string& subject, const std::string& text) {
         if (throttle_.due(subject)) NODELET_WARN("%s", text.c_str());
       });
-  if (p.load_map_at_start) {
-    const std::string path = path_parameter("map_path", p.map_path);
-    SavedMaps saved = read_map_file(path, descriptor_kind(p.tracker));
-    NODELET_INFO("%s from %s: loaded when camera_info comes", size_text(saved.maps).c_str(), path.c_str());
-    tracker_->load_maps(std::move(saved));
-  }
+  if (p.load_map_at_start) load_map_at_start();
   placement_ = std::make_unique<MapPlacement>(p.tracker.scale.odometry, *frames_, *tracker_);
   subscribe();
   processing_ = std::thread([this] { process_images(); });
@@ -421,109 +404,6 @@ std::string TrackerNodelet::describe_calibration() const {
   if (camera->source == CalibrationSource::kGuessed) return std::string(text) + "the guess ~hfov";
   return text + (parameters_.camera_info_url.empty() ? camera_info_subscriber_.getTopic()
                                                      : parameters_.camera_info_url);
-}
-
-std::string TrackerNodelet::path_parameter(const std::string& name, const std::string& at_start) {
-  std::string path = at_start;
-  const ros::NodeHandle& handle = getPrivateNodeHandle();
-  if (handle.hasParam(name) && !handle.getParam(name, path)) {
-    throw std::runtime_error("~" + name + " is no text: expected a path");
-  }
-  if (path.empty()) throw std::runtime_error("~" + name + " is empty: expected a path");
-  return expand_path(path);
-}
-
-void TrackerNodelet::advertise_services() {
-  advertise("reset", [this] {
-    on_processing_thread<void>([this] {
-      tracker_->reset();
-      board_->note(tracker_->state(), tracker_->epoch());
-    });
-    NODELET_WARN("reset by ~reset: the map is dropped, tracking starts anew");
-    return std::string("the map is dropped");
-  });
-  advertise("pause", [this] {
-    paused_ = true;
-    return std::string("paused: images are answered, not tracked");
-  });
-  advertise("resume", [this] {
-    paused_ = false;
-    return std::string("tracking goes on");
-  });
-  advertise("save_trajectory", [this] {
-    const std::string path = path_parameter("save_trajectory_path", parameters_.save_trajectory_path);
-    const std::vector<KeyframePose> poses = publishers_->trajectory();
-    write_tum_trajectory(path, poses);
-    return std::to_string(poses.size()) + " poses in " + path;
-  });
-  advertise_map_services();
-}
-
-void TrackerNodelet::advertise_map_services() {
-  // Files are written and read on the service's thread: images go on meanwhile.
-  advertise("save_map", [this] {
-    const std::string path = path_parameter("map_path", parameters_.map_path);
-    const auto saved = on_processing_thread<SavedMaps>([this] { return tracker_->copy_maps(); });
-    write_map_file(path, saved);
-    return size_text(saved.maps) + " in " + path;
-  });
-  advertise("load_map", [this] {
-    const std::string path = path_parameter("map_path", parameters_.map_path);
-    const auto saved = std::make_shared<SavedMaps>(read_map_file(path, descriptor_kind(parameters_.tracker)));
-    const std::string size = size_text(saved->maps);
-    const bool loaded = on_processing_thread<bool>([this, saved] {
-      const bool is_loaded = tracker_->load_maps(std::move(*saved));
-      board_->note(tracker_->state(), tracker_->epoch());
-      return is_loaded;
-    });
-    const std::string what = size + " from " + path;
-    const std::string then = loaded ? "lost until an image is found in it" : "loaded when camera_info comes";
-    NODELET_WARN("%s: %s", what.c_str(), then.c_str());
-    return what + "; " + then;
-  });
-}
-
-// Not on the nodelet's queue: a service that waits for the tracker must not hold images up. Nor on the
-// manager's pool of threads: a callback there keeps a nodelet alive that is unloaded meanwhile, but not its
-// other queue.
-ros::NodeHandle TrackerNodelet::service_handle() {
-  ros::NodeHandle handle(getPrivateNodeHandle());
-  handle.setCallbackQueue(&service_queue_);
-  return handle;
-}
-
-void TrackerNodelet::advertise(const std::string& name, Answer answer) {
-  using Request = std_srvs::Trigger::Request;
-  using Response = std_srvs::Trigger::Response;
-  services_.push_back(service_handle().advertiseService<Request, Response>(
-      name,
-      boost::function<bool(Request&, Response&)>([answer = std::move(answer)](Request&, Response& response) {
-        response.success = false;
-        guarded(
-            [&] {
-              response.message = answer();
-              response.success = true;
-            },
-            [&](const std::string& text) { response.message = text; });
-        return true;
-      })));
-}
-
-template <typename Result>
-Result TrackerNodelet::on_processing_thread(std::function<Result()> command) {
-  auto task = std::make_shared<std::packaged_task<Result()>>(std::move(command));
-  std::future<Result> result = task->get_future();
-  const char* const shuts_down = "the tracker shuts down";
-  if (!slot_->post([task] { (*task)(); })) throw std::runtime_error(shuts_down);
-  task.reset();
-  if (result.wait_for(kServiceTimeout) != std::future_status::ready) {
-    throw std::runtime_error("the tracker is busy: it will be done after the present image");
-  }
-  try {
-    return result.get();
-  } catch (const std::future_error&) {  // the slot was closed and its commands dropped
-    throw std::runtime_error(shuts_down);
-  }
 }
 
 }  // namespace mono_pose_tracker

@@ -66,6 +66,7 @@ class TrackerNodelet : public nodelet::Nodelet {
   void offer_live_options();
   void change_options(const LiveOptions& options);
   void advertise_map_services();
+  void load_map_at_start();
 
   void take_image(const sensor_msgs::ImageConstPtr& image);
   void refuse_image(const std_msgs::Header& header, Reason reason, const std::string& text);
