@@ -1,14 +1,11 @@
 #!/usr/bin/python3
 """What track_sequence writes, prints and exits with. PROGRAMS names the folder of the program."""
-import json
 import math
 import os
 import shutil
 import signal
 import subprocess
 import sys
-import tempfile
-import unittest
 
 import cv2
 import numpy
@@ -17,89 +14,12 @@ import yaml
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import told_skips  # noqa: E402, F401
+from track_sequence_runs import FRAMES, RunsOfARoom, content, lines, report, rows, run_program  # noqa: E402
 
-FRAMES = 20
 STAGE_KEYS = {"median_ms", "p95_ms", "max_ms", "count"}
-DATA = os.environ.get("MONO_POSE_TRACKER_DATA", "")
 
 
-def run_program(name, *arguments):
-    program = os.path.join(os.environ["PROGRAMS"], name)
-    return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=300)
-
-
-def content(*parts):
-    with open(os.path.join(*parts), "rb") as f:
-        return f.read()
-
-
-def lines(*parts):
-    return content(*parts).decode().splitlines()
-
-
-def rows(*parts):
-    """The columns of the lines of a text file that are no comment."""
-    return [line.split() for line in lines(*parts) if line and not line.startswith("#")]
-
-
-def report(output):
-    return json.loads(content(output, "report.json"))
-
-
-class TrackSequenceBase(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-
-    def path(self, *parts):
-        return os.path.join(self.folder.name, *parts)
-
-    def track(self, *arguments, status=0):
-        """Runs the program; the output folder and what it said."""
-        output = self.path("out%d" % len(os.listdir(self.folder.name)))
-        result = run_program("track_sequence", "--quiet", "--output", output, *arguments)
-        self.assertEqual(result.returncode, status, result.stderr)
-        self.assertEqual(result.stdout, "")
-        return output, result.stderr
-
-    def error_of(self, reference, output, name="trajectory.txt"):
-        result = run_program("evaluate_trajectory", "--reference", reference, "--estimate", os.path.join(output, name),
-                             "--json", os.path.join(output, "error.json"))
-        self.assertEqual(result.returncode, 0, result.stderr)
-        return json.loads(content(output, "error.json"))
-
-    def expect_trajectory(self, stamps, path):
-        poses = rows(path)
-        self.assertEqual([pose[0] for pose in poses], stamps)
-        for pose in poses:
-            self.assertEqual(len(pose), 8)
-            self.assertAlmostEqual(numpy.linalg.norm([float(q) for q in pose[4:]]), 1, places=6)
-
-
-class TrackSequence(TrackSequenceBase):
-    """A simulated room, made and tracked once."""
-
-    @classmethod
-    def setUpClass(cls):
-        cls.made = tempfile.TemporaryDirectory()
-        cls.sequence = os.path.join(cls.made.name, "room")
-        result = run_program("simulate_sequence", "--output", cls.sequence, "--scene", "room", "--frames", str(FRAMES),
-                             "--width", "320", "--height", "240", "--noise", "1", "--rate", "10", "--first-stamp", "7.5",
-                             "--quiet")
-        assert result.returncode == 0, result.stderr
-        cls.images = os.path.join(cls.sequence, "images")
-        cls.list = os.path.join(cls.sequence, "images.txt")
-        cls.camera = os.path.join(cls.sequence, "camera.yaml")
-        cls.truth = os.path.join(cls.sequence, "groundtruth.txt")
-        cls.names = sorted(os.listdir(cls.images))
-        cls.stamps = ["%.9f" % (7.5 + 0.1 * i) for i in range(FRAMES)]
-        cls.tracked = os.path.join(cls.made.name, "tracked")
-        cls.result = run_program("track_sequence", "--images", cls.list, "--camera", cls.camera, "--output", cls.tracked)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.made.cleanup()
-
+class TrackSequence(RunsOfARoom):
     def test_any_number_of_threads_writes_the_same_files(self):
         masks = os.path.join(self.sequence, "masks")
         for extra in ([], ["--masks", masks] if os.path.isdir(masks) else ["--max-frames", "12"]):
@@ -185,44 +105,6 @@ class TrackSequence(TrackSequenceBase):
         self.assertIn("no image was found", said)
         self.assertEqual(rows(output, "trajectory.txt"), [])
         self.assertFalse(report(output)["tracked"])
-
-    def copy_of_images(self):
-        shutil.copytree(self.images, self.path("images"))
-        return self.path("images")
-
-    def list_of(self, names):
-        path = self.path("list.txt")
-        with open(path, "w") as f:
-            f.write("# a comment\n")
-            for i, name in enumerate(names):
-                f.write("%.9f %s\n" % (1 + 0.1 * i, os.path.join(self.images, name)))
-        return path
-
-    def list_with_stamp(self, stamp):
-        with open(self.path("list.txt"), "w") as f:
-            f.writelines(["1 %s\n" % os.path.join(self.images, self.names[0]),
-                          "%s %s\n" % (stamp, os.path.join(self.images, self.names[1]))])
-        return self.path("list.txt")
-
-    def resize(self, path):
-        cv2.imwrite(path, cv2.resize(cv2.imread(path), (160, 120)))
-
-    def changed_camera(self, change):
-        camera = yaml.safe_load(content(self.camera))
-        change(camera)
-        with open(self.path("camera.yaml"), "w") as f:
-            yaml.safe_dump(camera, f)
-        return self.path("camera.yaml")
-
-    def expect_refused(self, parts, *arguments, output=None):
-        """One line that names what is wrong, exit status 2, nothing written."""
-        output = output or self.path("refused")
-        result = run_program("track_sequence", "--output", output, *arguments)
-        self.assertEqual(result.returncode, 2, result.stderr)
-        self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
-        for part in parts:
-            self.assertIn(part, result.stderr)
-        self.assertFalse(os.path.exists(output))
 
     def test_a_guess_in_place_of_a_calibration(self):
         self.assertEqual(report(self.tracked)["calibration"], "GIVEN")
@@ -507,103 +389,10 @@ class TrackSequence(TrackSequenceBase):
         self.expect_trajectory(["%d.000000000" % i for i in range(FRAMES) if i not in (0, 9)],
                                os.path.join(output, "trajectory.txt"))
 
-    def test_first_image_of_another_size_is_refused(self):
-        images = self.copy_of_images()
-        self.resize(os.path.join(images, self.names[0]))
-        self.expect_refused([self.names[0], "160x120", "320x240"], "--images", images, "--camera", self.camera)
-
-    def test_bad_calibration_is_refused(self):
-        images = ["--images", self.list]
-        self.expect_refused(["--camera"], *images)
-        self.expect_refused(["none.yaml"], *images, "--camera", "none.yaml")
-
-        def zero_focal_length(camera):
-            camera["camera_matrix"]["data"][0] = 0.0
-
-        def other_model(camera):
-            camera["distortion_model"] = "fisheye_of_mine"
-
-        self.expect_refused(["camera.yaml", "expected"], *images, "--camera", self.changed_camera(zero_focal_length))
-        self.expect_refused(["camera.yaml", "fisheye_of_mine", "plumb_bob"], *images, "--camera",
-                            self.changed_camera(other_model))
-
-    def test_bad_input_is_refused(self):
-        camera = ["--camera", self.camera]
-        self.expect_refused(["--images", "--video", "--bag"], *camera)
-        os.mkdir(self.path("empty"))
-        self.expect_refused([self.path("empty"), "no image"], *camera, "--images", self.path("empty"))
-        self.expect_refused(["/no/such/place"], *camera, "--images", "/no/such/place")
-        self.expect_refused(["gone.png"], *camera, "--images", self.list_of(["gone.png", "lost.png"]))
-        self.expect_refused(["none.avi"], *camera, "--video", "none.avi")
-        self.expect_refused(["none.bag"], "--bag", "none.bag")
-        self.expect_refused(["/camera/image_raw", "/no/topic"], "--bag", os.path.join(self.sequence, "sequence.bag"),
-                            "--image-topic", "/no/topic")
-        self.expect_refused(["--nonsense"], *camera, "--images", self.list, "--nonsense")
-        for option, values in (("--max-frames", ("0", "-1", "010", "x")), ("--seed", ("-1", "0100", "0x1", "1.5"))):
-            for value in values:
-                self.expect_refused([option, "expected a whole number"], *camera, "--images", self.list,
-                                    option + "=" + value)
-        self.expect_refused(["list.txt", "line 2", "99999999999"], *camera, "--images", self.list_with_stamp("99999999999"))
-        self.expect_refused(["/no/masks"], *camera, "--images", self.list, "--masks", "/no/masks")
-
-    def test_unwritable_output_folder_is_refused(self):
-        with open(self.path("file"), "w") as f:
-            f.write("a file")
-        below = self.path("file", "out")
-        self.expect_refused([below], "--images", self.list, "--camera", self.camera, output=below)
-
-    def test_bad_options_are_refused(self):
-        images = ["--images", self.list, "--camera", self.camera, "--config"]
-        config = self.path("tracker.yaml")
-        for text, parts in (("confidense: 0.9\n", ["confidense", "confidence"]), ("confidence: 2\n", ["confidence", "2"]),
-                            ("confidence: [\n", []), ("a: &a\n  b: *a\n", ["line 2"]), ("seed: 0100\n", ["0100"])):
-            with open(config, "w") as f:
-                f.write(text)
-            self.expect_refused([config, *parts], *images, config)
-        self.expect_refused(["none.yaml"], *images, "none.yaml")
-        self.expect_refused([self.folder.name, "it is a folder"], *images, self.folder.name)
-        with open(config, "w") as f:
-            f.write("scale:\n  known_baseline: 1.0e-10\n")
-        self.expect_refused(["known_baseline", "1e-06"], *images, config)
-        background = self.path("background.png")
-        cv2.imwrite(background, numpy.zeros((60, 80, 3), numpy.uint8))
-        with open(config, "w") as f:
-            f.write("segmentation: {method: background, background_image: %s}\n" % background)
-        self.expect_refused(["background_image", "80x60", "320x240"], *images, config)
-
     def test_help(self):
         result = run_program("track_sequence", "--help")
         self.assertEqual(result.returncode, 0)
         self.assertIn("--image-topic", result.stdout)
-
-
-@unittest.skipUnless(DATA, "MONO_POSE_TRACKER_DATA names no folder of real sequences")
-class TrackRealSequences(TrackSequenceBase):
-    def track_real(self, name, status=0):
-        folder = os.path.join(DATA, name)
-        output, said = self.track("--images", os.path.join(folder, "images.txt"), "--camera",
-                                  os.path.join(folder, "camera.yaml"), status=status)
-        return output, said, os.path.join(folder, "groundtruth.txt")
-
-    def expect_real(self, name, frames, frames_live, rotation_deg, position_percent):
-        output, _, truth = self.track_real(name)
-        figures = report(output)
-        self.assertEqual((figures["frames_total"], figures["frames_posed"]), (frames, frames))
-        self.assertGreaterEqual(figures["frames_posed_live"], frames_live)
-        final = self.error_of(truth, output)
-        self.assertLessEqual(final["rotation_median_deg"], rotation_deg)
-        self.assertLessEqual(final["position_rmse_percent"], position_percent)
-
-    def test_temple_ring_upright(self):
-        self.expect_real("templeRing_upright", 24, 20, 0.2, 0.08)
-
-    def test_fountain(self):
-        self.expect_real("fountain", 11, 8, 0.04, 0.025)
-
-    def test_still_camera(self):
-        output, said, _ = self.track_real("euroc_still_30", status=1)
-        self.assertIn("too little parallax", said)
-        self.assertEqual(report(output)["frames_posed"], 0)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,96 @@
+#!/usr/bin/python3
+"""What track_sequence refuses, and that it says why and writes nothing. PROGRAMS names the folder of the program."""
+import os
+import sys
+
+import cv2
+import numpy
+import rosunit
+import yaml
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+import told_skips  # noqa: E402, F401
+from track_sequence_runs import RunsOfARoom, content  # noqa: E402
+
+
+class Refusals(RunsOfARoom):
+    def list_with_stamp(self, stamp):
+        with open(self.path("list.txt"), "w") as f:
+            f.writelines(["1 %s\n" % os.path.join(self.images, self.names[0]),
+                          "%s %s\n" % (stamp, os.path.join(self.images, self.names[1]))])
+        return self.path("list.txt")
+
+    def changed_camera(self, change):
+        camera = yaml.safe_load(content(self.camera))
+        change(camera)
+        with open(self.path("camera.yaml"), "w") as f:
+            yaml.safe_dump(camera, f)
+        return self.path("camera.yaml")
+
+    def test_first_image_of_another_size_is_refused(self):
+        images = self.copy_of_images()
+        self.resize(os.path.join(images, self.names[0]))
+        self.expect_refused([self.names[0], "160x120", "320x240"], "--images", images, "--camera", self.camera)
+
+    def test_bad_calibration_is_refused(self):
+        images = ["--images", self.list]
+        self.expect_refused(["--camera"], *images)
+        self.expect_refused(["none.yaml"], *images, "--camera", "none.yaml")
+
+        def zero_focal_length(camera):
+            camera["camera_matrix"]["data"][0] = 0.0
+
+        def other_model(camera):
+            camera["distortion_model"] = "fisheye_of_mine"
+
+        self.expect_refused(["camera.yaml", "expected"], *images, "--camera", self.changed_camera(zero_focal_length))
+        self.expect_refused(["camera.yaml", "fisheye_of_mine", "plumb_bob"], *images, "--camera",
+                            self.changed_camera(other_model))
+
+    def test_bad_input_is_refused(self):
+        camera = ["--camera", self.camera]
+        self.expect_refused(["--images", "--video", "--bag"], *camera)
+        os.mkdir(self.path("empty"))
+        self.expect_refused([self.path("empty"), "no image"], *camera, "--images", self.path("empty"))
+        self.expect_refused(["/no/such/place"], *camera, "--images", "/no/such/place")
+        self.expect_refused(["gone.png"], *camera, "--images", self.list_of(["gone.png", "lost.png"]))
+        self.expect_refused(["none.avi"], *camera, "--video", "none.avi")
+        self.expect_refused(["none.bag"], "--bag", "none.bag")
+        self.expect_refused(["/camera/image_raw", "/no/topic"], "--bag", os.path.join(self.sequence, "sequence.bag"),
+                            "--image-topic", "/no/topic")
+        self.expect_refused(["--nonsense"], *camera, "--images", self.list, "--nonsense")
+        for option, values in (("--max-frames", ("0", "-1", "010", "x")), ("--seed", ("-1", "0100", "0x1", "1.5"))):
+            for value in values:
+                self.expect_refused([option, "expected a whole number"], *camera, "--images", self.list,
+                                    option + "=" + value)
+        self.expect_refused(["list.txt", "line 2", "99999999999"], *camera, "--images", self.list_with_stamp("99999999999"))
+        self.expect_refused(["/no/masks"], *camera, "--images", self.list, "--masks", "/no/masks")
+
+    def test_unwritable_output_folder_is_refused(self):
+        with open(self.path("file"), "w") as f:
+            f.write("a file")
+        below = self.path("file", "out")
+        self.expect_refused([below], "--images", self.list, "--camera", self.camera, output=below)
+
+    def test_bad_options_are_refused(self):
+        images = ["--images", self.list, "--camera", self.camera, "--config"]
+        config = self.path("tracker.yaml")
+        for text, parts in (("confidense: 0.9\n", ["confidense", "confidence"]), ("confidence: 2\n", ["confidence", "2"]),
+                            ("confidence: [\n", []), ("a: &a\n  b: *a\n", ["line 2"]), ("seed: 0100\n", ["0100"])):
+            with open(config, "w") as f:
+                f.write(text)
+            self.expect_refused([config, *parts], *images, config)
+        self.expect_refused(["none.yaml"], *images, "none.yaml")
+        self.expect_refused([self.folder.name, "it is a folder"], *images, self.folder.name)
+        with open(config, "w") as f:
+            f.write("scale:\n  known_baseline: 1.0e-10\n")
+        self.expect_refused(["known_baseline", "1e-06"], *images, config)
+        background = self.path("background.png")
+        cv2.imwrite(background, numpy.zeros((60, 80, 3), numpy.uint8))
+        with open(config, "w") as f:
+            f.write("segmentation: {method: background, background_image: %s}\n" % background)
+        self.expect_refused(["background_image", "80x60", "320x240"], *images, config)
+
+
+if __name__ == "__main__":
+    rosunit.unitrun("mono_pose_tracker", "refusals", "__main__", sysargs=sys.argv)
