@@ -9,7 +9,7 @@ import numpy
 import rospy
 import rostest
 import tf2_ros
-from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry, Path
 from rosgraph_msgs.msg import Log
 from sensor_msgs import point_cloud2
@@ -22,6 +22,7 @@ from mono_pose_tracker.msg import TrackerStatus
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import feeding  # noqa: E402
 import sim3  # noqa: E402
+from transforms import BASE_FROM_CAMERA, matrix, of_pose, of_transform, stamped  # noqa: E402
 
 FRAMES = 30
 POSED = 30  # images that every tracker has posed in the end
@@ -29,35 +30,6 @@ MODES = ("plain", "z_up", "base", "odom", "inverted", "object", "conflict", "uni
 
 # REP-103: x forward, y left, z up, of optical axes x right, y down, z forward.
 Z_UP_FROM_OPTICAL = numpy.array([[0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1.0]])
-# Where the robot has its camera: ahead, to the left, 0.4 up, looking forward and 10 degrees down. Lengths are in
-# metres, which the map is told to have, too: its first points have the median depth 1.
-BASE_FROM_CAMERA = (0.2, 0.1, 0.4), (-0.560986, 0.560986, -0.430459, 0.430459)
-
-
-def matrix(position, quaternion):
-    result = numpy.eye(4)
-    result[:3, :3] = sim3.rotation_matrix(quaternion)
-    result[:3, 3] = position
-    return result
-
-
-def of_pose(pose):
-    p, q = pose.position, pose.orientation
-    return matrix((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
-
-
-def of_transform(transform):
-    t, q = transform.translation, transform.rotation
-    return matrix((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
-
-
-def stamped(parent, child, stamp, position, quaternion):
-    result = TransformStamped()
-    result.header.frame_id, result.child_frame_id, result.header.stamp = parent, child, stamp
-    t, q = result.transform.translation, result.transform.rotation
-    t.x, t.y, t.z = position
-    q.x, q.y, q.z, q.w = quaternion
-    return result
 
 
 def odometry(i):

@@ -10,7 +10,6 @@ import sys
 import tempfile
 import unittest
 
-import numpy
 import roslib.packages
 import rospy
 import rostest

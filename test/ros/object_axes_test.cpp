@@ -4,22 +4,14 @@
 
 #include <cmath>
 
+#include "../support/plain_camera.h"
+
 namespace mono_pose_tracker {
 namespace {
 
-CameraModel camera() {
-  CameraParameters p;
-  p.width = 640;
-  p.height = 480;
-  p.fx = p.fy = 500;
-  p.cx = 320;
-  p.cy = 240;
-  return CameraModel(p);
-}
-
 TEST(ObjectAxes, AreWhereTheCameraSeesThem) {
   const Eigen::Quaterniond quarter(Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitZ()));
-  const auto axes = project_axes(camera(), Rigid3(quarter, {0.1, 0.2, 2}), 0.4);
+  const auto axes = project_axes(plain_camera(), Rigid3(quarter, {0.1, 0.2, 2}), 0.4);
   ASSERT_TRUE(axes);
   EXPECT_NEAR((axes->origin_px - Eigen::Vector2d(345, 290)).norm(), 0, 1e-9);
   EXPECT_NEAR((axes->tips_px[0] - Eigen::Vector2d(345, 390)).norm(), 0, 1e-9) << "x points down";
@@ -29,9 +21,9 @@ TEST(ObjectAxes, AreWhereTheCameraSeesThem) {
 }
 
 TEST(ObjectAxes, AreNotSeenBehindTheCamera) {
-  EXPECT_FALSE(project_axes(camera(), Rigid3(Eigen::Quaterniond::Identity(), {0, 0, -1}), 0.4));
+  EXPECT_FALSE(project_axes(plain_camera(), Rigid3(Eigen::Quaterniond::Identity(), {0, 0, -1}), 0.4));
   const Eigen::Quaterniond towards(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()));
-  EXPECT_FALSE(project_axes(camera(), Rigid3(towards, {0, 0, 0.3}), 0.4)) << "z reaches past it";
+  EXPECT_FALSE(project_axes(plain_camera(), Rigid3(towards, {0, 0, 0.3}), 0.4)) << "z reaches past it";
 }
 
 }  // namespace

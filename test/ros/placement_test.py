@@ -10,7 +10,7 @@ import numpy
 import rospy
 import rostest
 import tf2_ros
-from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from rosgraph_msgs.msg import Log
 
 from mono_pose_tracker.msg import TrackerStatus
@@ -18,38 +18,16 @@ from mono_pose_tracker.msg import TrackerStatus
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import feeding  # noqa: E402
 import sim3  # noqa: E402
+from transforms import BASE_FROM_CAMERA, matrix, of_pose, stamped  # noqa: E402
 
 FRAMES = 40
 MOST_IMAGES = 1000  # until odometry has said enough: some 2 m of way, and a map that begins when the machine has time
-# Ahead of the base, to its left and above it, looking forward and 10 degrees down.
-BASE_FROM_CAMERA = (0.2, 0.1, 0.4), (-0.560986, 0.560986, -0.430459, 0.430459)
-
-
-def matrix(position, quaternion):
-    result = numpy.eye(4)
-    result[:3, :3] = sim3.rotation_matrix(quaternion)
-    result[:3, 3] = position
-    return result
-
-
-def of_pose(pose):
-    p, q = pose.position, pose.orientation
-    return matrix((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
 
 
 def quaternion_of(R):
     """x y z w; the trace is far from -1 for what a walk in a room turns."""
     w = numpy.sqrt(max(0, 1 + numpy.trace(R))) / 2
     return ((R[2, 1] - R[1, 2]) / (4 * w), (R[0, 2] - R[2, 0]) / (4 * w), (R[1, 0] - R[0, 1]) / (4 * w), w)
-
-
-def stamped(parent, child, stamp, position, quaternion):
-    result = TransformStamped()
-    result.header.frame_id, result.child_frame_id, result.header.stamp = parent, child, stamp
-    t, q = result.transform.translation, result.transform.rotation
-    t.x, t.y, t.z = position
-    q.x, q.y, q.z, q.w = quaternion
-    return result
 
 
 class Robot:

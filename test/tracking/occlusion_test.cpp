@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "support/plain_camera.h"
+
 namespace mono_pose_tracker {
 namespace {
 
@@ -49,16 +51,6 @@ TEST(FeaturesToMap, ItsReachGrowsWithTheImage) {
       << "descriptors have their size in px, however narrow the image is";
 }
 
-CameraModel camera() {
-  CameraParameters p;
-  p.width = 640;
-  p.height = 480;
-  p.fx = p.fy = 500;
-  p.cx = 320;
-  p.cy = 240;
-  return CameraModel(p);
-}
-
 /// Features at these pixels; each descriptor's first byte is its feature's number.
 ImageFeaturesPtr image_at(const std::vector<Eigen::Vector2f>& pixels) {
   FeatureSet set;
@@ -70,7 +62,7 @@ ImageFeaturesPtr image_at(const std::vector<Eigen::Vector2f>& pixels) {
     set.features.push_back(feature);
     set.descriptors.at<std::uint8_t>(static_cast<int>(i), 0) = static_cast<std::uint8_t>(i);
   }
-  return make_image_features(set, cv::Mat::zeros(480, 640, CV_8UC1), camera());
+  return make_image_features(set, cv::Mat::zeros(480, 640, CV_8UC1), plain_camera());
 }
 
 /// A plate 2 before the camera of the map's keyframe 7, with a landmark every 20 px from (200, 150) to
@@ -93,7 +85,7 @@ class LeaveOutOccluders : public ::testing::Test {
 
   Eigen::Vector2d pixel_of(LandmarkId id) const {
     Eigen::Vector2d pixel;
-    EXPECT_TRUE(camera().project(camera_from_map_ * map_.landmarks.at(id), &pixel));
+    EXPECT_TRUE(plain_camera().project(camera_from_map_ * map_.landmarks.at(id), &pixel));
     return pixel;
   }
 
@@ -114,7 +106,7 @@ class LeaveOutOccluders : public ::testing::Test {
 
   /// Which of the others are left, by their place in the list given to see.
   std::vector<int> others_left() {
-    leave_out_occluders(map_, camera(), camera_from_map_, &candidate_);
+    leave_out_occluders(map_, plain_camera(), camera_from_map_, &candidate_);
     const FeatureSet& set = candidate_.frame.image->set;
     std::vector<int> left;
     for (int i = 0; i < set.size(); ++i) {

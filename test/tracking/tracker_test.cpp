@@ -10,7 +10,6 @@
 
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/mapping/mapping_worker.h"
-#include "support/expect_error.h"
 #include "support/random_texture.h"
 #include "support/simulated_room.h"
 #include "support/temporary_folder.h"
@@ -439,19 +438,6 @@ TEST(Tracker, ACappedMapIsTrackedInAsWell) {
   }
   EXPECT_GT(compared, kFrames - 8);
   EXPECT_GE(tracker.trajectory().size(), posed(reports).size()) << "frames ride on keyframes that are gone";
-}
-
-TEST(Tracker, TooFewKeyframesForAMapAreNamed) {
-  TrackerOptions options;
-  options.mapping.max_keyframes = 3;
-  expect_error<std::invalid_argument>([&] { options.validate(); }, {"mapping/max_keyframes = 3"});
-}
-
-TEST(Tracker, OptionsOutOfRangeAreNamed) {
-  TrackerOptions options;
-  options.confidence = 2;
-  expect_error<std::invalid_argument>([&] { Tracker(options, room().camera, Tracker::Mapping::kInline); },
-                                      {"confidence", "2"});
 }
 
 }  // namespace

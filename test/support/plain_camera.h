@@ -1,0 +1,18 @@
+#pragma once
+
+#include "mono_pose_tracker/camera/camera_model.h"
+
+namespace mono_pose_tracker {
+
+/// Without distortion, in round numbers: where it sees a point is known by heart.
+inline CameraModel plain_camera() {
+  CameraParameters p;
+  p.width = 640;
+  p.height = 480;
+  p.fx = p.fy = 500;
+  p.cx = 320;
+  p.cy = 240;
+  return CameraModel(p);
+}
+
+}  // namespace mono_pose_tracker
