@@ -1,10 +1,14 @@
 #include "sift_opencv.h"
 
-#include <opencv2/features2d.hpp>
 #include <stdexcept>
 
+#include "mono_pose_tracker/common/opencv_version.h"
 #include "sift_budget.h"
 #include "sift_normalisation.h"
+
+#ifdef MONO_POSE_TRACKER_WITH_OPENCV_SIFT
+
+#include <opencv2/features2d.hpp>
 
 namespace mono_pose_tracker {
 namespace {
@@ -79,4 +83,20 @@ std::unique_ptr<FeatureExtractor> make_opencv_sift(const SiftOptions& options) {
   return std::make_unique<OpencvSift>(options);
 }
 
+bool has_opencv_sift() { return true; }
+
 }  // namespace mono_pose_tracker
+
+#else
+
+namespace mono_pose_tracker {
+
+std::unique_ptr<FeatureExtractor> make_opencv_sift(const SiftOptions&) {
+  throw std::invalid_argument("built with an OpenCV that has no SIFT");
+}
+
+bool has_opencv_sift() { return false; }
+
+}  // namespace mono_pose_tracker
+
+#endif

@@ -10,4 +10,7 @@ namespace mono_pose_tracker {
 /// are not heeded.
 std::unique_ptr<FeatureExtractor> make_opencv_sift(const SiftOptions& options);
 
+/// Whether this was built with an OpenCV that has it (4.4 or later).
+bool has_opencv_sift();
+
 }  // namespace mono_pose_tracker

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <opencv2/core/version.hpp>
 #include <sstream>
 #include <stdexcept>
 
@@ -22,6 +23,11 @@ void check_range(const char* key, T value, T low, T high) {
 void SiftOptions::validate() const {
   if (implementation != "own" && implementation != "opencv") {
     throw std::invalid_argument("implementation is '" + implementation + "', expected own or opencv");
+  }
+  if (implementation == "opencv" && !has_opencv_sift()) {
+    throw std::invalid_argument(
+        "implementation is 'opencv', expected own: the OpenCV that this was built with (" CV_VERSION
+        ") has no SIFT, 4.4 has");
   }
   if (first_octave) check_range("first_octave", *first_octave, kFinestOctave, kCoarsestOctave);
   check_range("max_features", max_features, 0, 1000000);

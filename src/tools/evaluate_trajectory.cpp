@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdio>
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "command_line.h"
+#include "json.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/evaluation/trajectory_plot.h"
 #include "mono_pose_tracker/io/atomic_file.h"
@@ -97,37 +97,37 @@ void print_table(const TrajectoryError& e, const Arguments& arguments) {
               e.relative_rotation_median_deg, e.relative_direction_median_deg);
 }
 
-nlohmann::ordered_json to_json(const TrajectoryError& e, const Arguments& arguments) {
-  nlohmann::ordered_json json = {{"frames_reference", e.frames_reference},
-                                 {"frames_matched", e.frames_matched},
-                                 {"scale", e.reference_from_estimate.scale},
-                                 {"position_rmse", e.position_rmse},
-                                 {"position_median", e.position_median},
-                                 {"position_max", e.position_max},
-                                 {"path_length", e.path_length},
-                                 {"position_rmse_percent", e.position_rmse_percent},
-                                 {"rotation_median_deg", e.rotation_median_deg},
-                                 {"rotation_max_deg", e.rotation_max_deg},
-                                 {"relative_rotation_median_deg", e.relative_rotation_median_deg},
-                                 {"relative_direction_median_deg", e.relative_direction_median_deg},
-                                 {"align", arguments.align},
-                                 {"ate_rmse", e.position_rmse},
-                                 {"rpe_delta", arguments.delta},
-                                 {"rpe_pairs", e.rpe_pairs},
-                                 {"rpe_translation_rmse", e.rpe_translation_rmse},
-                                 {"rpe_rotation_rmse_deg", e.rpe_rotation_rmse_deg},
-                                 {"drift_translation_percent", e.drift_translation_percent},
-                                 {"drift_rotation_deg_per_length", e.drift_rotation_deg_per_length},
-                                 {"scale_drift_percent", nullptr}};
+Json to_json(const TrajectoryError& e, const Arguments& arguments) {
+  Json json = {{"frames_reference", e.frames_reference},
+               {"frames_matched", e.frames_matched},
+               {"scale", e.reference_from_estimate.scale},
+               {"position_rmse", e.position_rmse},
+               {"position_median", e.position_median},
+               {"position_max", e.position_max},
+               {"path_length", e.path_length},
+               {"position_rmse_percent", e.position_rmse_percent},
+               {"rotation_median_deg", e.rotation_median_deg},
+               {"rotation_max_deg", e.rotation_max_deg},
+               {"relative_rotation_median_deg", e.relative_rotation_median_deg},
+               {"relative_direction_median_deg", e.relative_direction_median_deg},
+               {"align", arguments.align},
+               {"ate_rmse", e.position_rmse},
+               {"rpe_delta", arguments.delta},
+               {"rpe_pairs", e.rpe_pairs},
+               {"rpe_translation_rmse", e.rpe_translation_rmse},
+               {"rpe_rotation_rmse_deg", e.rpe_rotation_rmse_deg},
+               {"drift_translation_percent", e.drift_translation_percent},
+               {"drift_rotation_deg_per_length", e.drift_rotation_deg_per_length},
+               {"scale_drift_percent", nullptr}};
   if (e.scale_drift_percent) json["scale_drift_percent"] = *e.scale_drift_percent;
   return json;
 }
 
-nlohmann::ordered_json to_json(const std::vector<EvaluatedMap>& maps, const Arguments& arguments) {
-  nlohmann::ordered_json json = to_json(*main_map(maps).error, arguments);
-  nlohmann::ordered_json epochs = nlohmann::ordered_json::array();
+Json to_json(const std::vector<EvaluatedMap>& maps, const Arguments& arguments) {
+  Json json = to_json(*main_map(maps).error, arguments);
+  Json epochs = Json::array();
   for (const EvaluatedMap& map : maps) {
-    nlohmann::ordered_json epoch = {{"frames", map.frames}};
+    Json epoch = {{"frames", map.frames}};
     if (map.error) {
       epoch.update(to_json(*map.error, arguments));
     } else {

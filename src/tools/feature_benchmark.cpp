@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "command_line.h"
+#include "mono_pose_tracker/common/opencv_version.h"
 #include "mono_pose_tracker/features/sift.h"
 #include "mono_pose_tracker/io/image_source.h"
 
@@ -95,16 +96,20 @@ void run(const Arguments& a) {
         ->Unit(benchmark::kMillisecond)
         ->MinTime(a.seconds);
   };
+#ifdef MONO_POSE_TRACKER_WITH_OPENCV_SIFT
   add("cv_sift", options_of(a, "opencv", -1));
+#endif
   for (const int octave : {-1, 0, 1}) {
     add("own/first_octave:" + std::to_string(octave), options_of(a, "own", octave));
   }
   KeepingReporter reporter;
   benchmark::RunSpecifiedBenchmarks(&reporter);
+#ifdef MONO_POSE_TRACKER_WITH_OPENCV_SIFT
   for (const int octave : {-1, 0, 1}) {
     std::printf("CPU time, ours from octave %2d : cv::SIFT (always from -1)  %.3f\n", octave,
                 reporter.ms("own/first_octave:" + std::to_string(octave)) / reporter.ms("cv_sift"));
   }
+#endif
 }
 
 }  // namespace

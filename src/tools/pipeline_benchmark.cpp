@@ -2,12 +2,12 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 #include <thread>
 
 #include "command_line.h"
+#include "json.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
 #include "mono_pose_tracker/simulation/simulated_sequence.h"
@@ -21,7 +21,6 @@
 namespace {
 
 using namespace mono_pose_tracker;
-using Json = nlohmann::ordered_json;
 
 struct Arguments {
   std::string images, camera, config, reference, only, json, compare, simulate;

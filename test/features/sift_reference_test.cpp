@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <opencv2/imgproc.hpp>
 
+#include "mono_pose_tracker/common/opencv_version.h"
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/features/sift.h"
 #include "mono_pose_tracker/geometry/essential.h"
@@ -142,6 +143,9 @@ double repeatability(const std::string& implementation, const cv::Mat& gray, con
 class SiftBesideOpencvTest : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
+#ifndef MONO_POSE_TRACKER_WITH_OPENCV_SIFT
+    GTEST_SKIP() << "this OpenCV has no SIFT";
+#endif
     const char* data = std::getenv("MONO_POSE_TRACKER_DATA");
     if (!data || !*data) GTEST_SKIP() << "MONO_POSE_TRACKER_DATA names no folder of real sequences";
     folder_ = std::string(data) + "/" + GetParam();

@@ -10,6 +10,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "mono_pose_tracker/common/opencv_version.h"
 #include "mono_pose_tracker/common/random.h"
 #include "support/random_texture.h"
 
@@ -302,6 +303,9 @@ int count_right_matches(const FeatureSet& a, const FeatureSet& b, const cv::Matx
 }
 
 TEST(OwnSiftTest, MatchesTurnedAndScaledImagesAsWellAsOpencv) {
+#ifndef MONO_POSE_TRACKER_WITH_OPENCV_SIFT
+  GTEST_SKIP() << "this OpenCV has no SIFT";
+#endif
   const cv::Mat gray = random_texture(360, 300, 11);
   const cv::Matx23d b_from_a = cv::Mat(cv::getRotationMatrix2D(cv::Point2f(180, 150), 37, 0.75));
   cv::Mat warped;
@@ -331,7 +335,17 @@ TEST(OwnSiftTest, MinFeaturesLowersTheThresholdAsFarAsNeeded) {
   for (const Feature& f : enough.features) EXPECT_GE(f.response * options.octave_layers, 0.25f * 0.03f);
 }
 
+#ifdef MONO_POSE_TRACKER_WITH_OPENCV_SIFT
 INSTANTIATE_TEST_SUITE_P(Implementations, SiftTest, testing::Values("own", "opencv"));
+#else
+INSTANTIATE_TEST_SUITE_P(Implementations, SiftTest, testing::Values("own"));
+
+TEST(OpencvSiftTest, IsRefusedWhereOpencvHasNone) {
+  SiftOptions options;
+  options.implementation = "opencv";
+  EXPECT_THROW(make_sift_extractor(options), std::invalid_argument);
+}
+#endif
 
 }  // namespace
 }  // namespace mono_pose_tracker

@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "mono_pose_tracker/features/sift.h"
 #include "mono_pose_tracker/simulation/head_shape.h"
 
 namespace mono_pose_tracker {
@@ -263,9 +263,9 @@ TEST(SimulatedSequence, TheHeadHasFeaturesForASiftTracker) {
     const SimulatedFrame rendered = sequence.render(frame);
     cv::Mat image;
     cv::cvtColor(rendered.image, image, cv::COLOR_BGR2GRAY);
-    std::vector<cv::KeyPoint> features;
-    cv::SIFT::create()->detect(image, features, rendered.mask);
-    EXPECT_GE(features.size(), 400u) << "frame " << frame;
+    FeatureSet features;
+    make_sift_extractor(SiftOptions())->extract(image, rendered.mask, &features);
+    EXPECT_GE(features.size(), 400) << "frame " << frame;
   }
 }
 

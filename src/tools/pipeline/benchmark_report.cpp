@@ -9,8 +9,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 template <typename... Values>
 std::string line(const char* format, Values... values) {
   char text[256];

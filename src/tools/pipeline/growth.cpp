@@ -9,8 +9,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr int kFinishUpTo = 1600;  // keyframes
 
 // 100, 200, 400, ...

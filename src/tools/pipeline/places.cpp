@@ -26,8 +26,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr std::int64_t kBarredNs = 2'000'000'000;
 constexpr std::int64_t kMaxStampDifferenceNs = 10'000'000;  // those of lists are rounded differently
 constexpr int kBest = 5;

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "../json.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 
 namespace mono_pose_tracker {
@@ -21,9 +21,9 @@ struct PlaceStudyOptions {
 /// degrees. Counted are the images that have a right keyframe; found those that have one among the best 5.
 /// Synthetic keyframes hold features of the folders' keyframes, mixed and disturbed. Times are CPU times of
 /// the thread. Throws std::runtime_error, one line, on a folder that cannot be read.
-nlohmann::ordered_json run_place_study(const PlaceStudyOptions& study, const TrackerOptions& options);
+Json run_place_study(const PlaceStudyOptions& study, const TrackerOptions& options);
 
 /// The result as a table for people.
-std::string place_table(const nlohmann::ordered_json& places);
+std::string place_table(const Json& places);
 
 }  // namespace mono_pose_tracker

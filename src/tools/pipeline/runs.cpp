@@ -31,7 +31,7 @@ class MemoryWatch {
     restart_peak();
     before_ = resident_mb();
   }
-  nlohmann::ordered_json result() const {
+  Json result() const {
     return {{"before", before_}, {"peak", peak_resident_mb()}, {"after", resident_mb()}};
   }
 
@@ -40,8 +40,8 @@ class MemoryWatch {
 };
 
 /// Null without a reference, or where too little is posed to be compared.
-nlohmann::ordered_json position_error_percent(const std::vector<StampedPose>& reference,
-                                              const std::vector<StampedPose>& estimate) {
+Json position_error_percent(const std::vector<StampedPose>& reference,
+                            const std::vector<StampedPose>& estimate) {
   if (reference.empty()) return nullptr;
   try {
     return evaluate_trajectory(reference, estimate, kMaxStampDifference).position_rmse_percent;
@@ -73,7 +73,7 @@ struct Gathered {
 
 }  // namespace
 
-nlohmann::ordered_json run_offline(const RunInput& input) {
+Json run_offline(const RunInput& input) {
   const MemoryWatch memory;
   Tracker tracker(input.options, CameraModel(input.camera), Tracker::Mapping::kInline);
   Recording recording;
@@ -109,7 +109,7 @@ nlohmann::ordered_json run_offline(const RunInput& input) {
           {"position_rmse_percent_as_they_came", position_error_percent(input.reference, gathered.poses)}};
 }
 
-nlohmann::ordered_json run_live(const RunInput& input, double rate_hz) {
+Json run_live(const RunInput& input, double rate_hz) {
   const MemoryWatch memory;
   Gathered gathered;
   std::vector<double> latency_ms;
@@ -144,15 +144,13 @@ nlohmann::ordered_json run_live(const RunInput& input, double rate_hz) {
           {"position_rmse_percent", position_error_percent(input.reference, gathered.poses)}};
 }
 
-nlohmann::ordered_json median_run(std::vector<nlohmann::ordered_json> runs) {
-  const auto median_ms = [](const nlohmann::ordered_json& run) {
-    return run.at("frame").at("median_ms").get<double>();
-  };
+Json median_run(std::vector<Json> runs) {
+  const auto median_ms = [](const Json& run) { return run.at("frame").at("median_ms").get<double>(); };
   std::sort(runs.begin(), runs.end(),
             [&](const auto& a, const auto& b) { return median_ms(a) < median_ms(b); });
-  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  Json all = Json::array();
   for (const auto& run : runs) all.push_back(median_ms(run));
-  nlohmann::ordered_json middle = runs[(runs.size() - 1) / 2];
+  Json middle = runs[(runs.size() - 1) / 2];
   middle["median_ms_of_runs"] = std::move(all);
   return middle;
 }

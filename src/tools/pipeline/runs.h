@@ -1,8 +1,8 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <vector>
 
+#include "../json.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/io/trajectory.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
@@ -20,12 +20,12 @@ struct RunInput {
 
 /// Every frame, one after the other, the mapper inline, as track_sequence does it; then the last
 /// optimisation.
-nlohmann::ordered_json run_offline(const RunInput& input);
+Json run_offline(const RunInput& input);
 
 /// Frames put in at `rate_hz` whether the tracker is ready or not, as a camera does it.
-nlohmann::ordered_json run_live(const RunInput& input, double rate_hz);
+Json run_live(const RunInput& input, double rate_hz);
 
 /// The run whose median time of a frame is the median one, with `median_ms_of_runs` beside its figures.
-nlohmann::ordered_json median_run(std::vector<nlohmann::ordered_json> runs);
+Json median_run(std::vector<Json> runs);
 
 }  // namespace mono_pose_tracker

@@ -16,7 +16,6 @@ namespace mono_pose_tracker {
 namespace {
 
 using Clock = LivePipeline::Clock;
-using Json = nlohmann::ordered_json;
 
 Json position_error(const std::vector<StampedPose>& truth, const std::vector<StampedPose>& poses) {
   try {

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <functional>
-#include <nlohmann/json.hpp>
 
+#include "../json.h"
 #include "mono_pose_tracker/simulation/endless_room.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 
@@ -19,10 +19,10 @@ struct SoakOptions {
 /// Figures of every simulated minute, of the map and the memory at its end, and how the last minute compares
 /// with the second (where there are three). Memory is counted from just before the tracker is made.
 /// on_minute is called with a line of text: a heading, then each minute as it ends.
-nlohmann::ordered_json run_soak(const SoakOptions& options, const TrackerOptions& tracker,
-                                const std::function<void(const std::string&)>& on_minute);
+Json run_soak(const SoakOptions& options, const TrackerOptions& tracker,
+              const std::function<void(const std::string&)>& on_minute);
 
 /// The ratios of the last minute to the second, as text.
-std::string soak_ratios(const nlohmann::ordered_json& soak);
+std::string soak_ratios(const Json& soak);
 
 }  // namespace mono_pose_tracker

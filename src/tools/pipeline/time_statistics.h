@@ -2,16 +2,16 @@
 
 #include <algorithm>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "../json.h"
 #include "../study/statistics.h"
 
 namespace mono_pose_tracker {
 
 /// Median, 95th percentile, maximum and number of times in ms; all 0 of none.
-inline nlohmann::ordered_json time_statistics(std::vector<double> ms) {
+inline Json time_statistics(std::vector<double> ms) {
   std::sort(ms.begin(), ms.end());
   return {{"median_ms", quantile_of_sorted(ms, 0.5)},
           {"p95_ms", quantile_of_sorted(ms, 0.95)},
@@ -19,8 +19,8 @@ inline nlohmann::ordered_json time_statistics(std::vector<double> ms) {
           {"count", ms.size()}};
 }
 
-inline nlohmann::ordered_json time_statistics(const std::map<std::string, std::vector<double>>& stages) {
-  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+inline Json time_statistics(const std::map<std::string, std::vector<double>>& stages) {
+  Json json = Json::object();
   for (const auto& [stage, ms] : stages) json[stage] = time_statistics(ms);
   return json;
 }

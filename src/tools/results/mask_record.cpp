@@ -17,7 +17,7 @@ cv::Mat MaskRecord::mask(std::int64_t index) const {
   return packed == packed_.end() ? cv::Mat() : cv::imdecode(packed->second, cv::IMREAD_GRAYSCALE);
 }
 
-nlohmann::ordered_json MaskRecord::summary() const {
+Json MaskRecord::summary() const {
   std::string method = "none";  // that most frames with a mask had
   int most = 0;
   for (const auto& [name, frames] : frames_) {

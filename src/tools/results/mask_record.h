@@ -2,11 +2,11 @@
 
 #include <cstdint>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
+#include "../json.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 
 namespace mono_pose_tracker {
@@ -19,7 +19,7 @@ class MaskRecord {
   void add(std::int64_t index, const FrameReport& report);
   /// Empty where there was none.
   cv::Mat mask(std::int64_t index) const;
-  nlohmann::ordered_json summary() const;
+  Json summary() const;
 
  private:
   const bool keep_;

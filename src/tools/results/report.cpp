@@ -2,9 +2,9 @@
 
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <utility>
 
+#include "../json.h"
 #include "../pipeline/time_statistics.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 
@@ -32,13 +32,13 @@ MapStatistics map_statistics(const Map& map) {
 }
 
 // Null where the map is too small to have a seam.
-nlohmann::ordered_json points_of(const Seam& seam) {
+Json points_of(const Seam& seam) {
   const bool has_none = seam.points == std::numeric_limits<int>::max();
-  return has_none ? nlohmann::ordered_json() : nlohmann::ordered_json(seam.points);
+  return has_none ? Json() : Json(seam.points);
 }
 
-nlohmann::ordered_json maps_summary(const RecordingResult& result) {
-  nlohmann::ordered_json maps = nlohmann::ordered_json::array();
+Json maps_summary(const RecordingResult& result) {
+  Json maps = Json::array();
   for (const FinishedMap& map : result.maps) {
     maps.push_back({{"frames", map.trajectory.size()},
                     {"keyframes", map.map.keyframes().size()},
@@ -50,8 +50,8 @@ nlohmann::ordered_json maps_summary(const RecordingResult& result) {
   return maps;
 }
 
-nlohmann::ordered_json loops_summary(const RecordingResult& result) {
-  nlohmann::ordered_json loops = nlohmann::ordered_json::array();
+Json loops_summary(const RecordingResult& result) {
+  Json loops = Json::array();
   for (const ClosedLoop& loop : result.loops) {
     loops.push_back({{"images", {loop.from_frame, loop.to_frame}},
                      {"drift_percent", 100 * loop.drift},
@@ -60,10 +60,10 @@ nlohmann::ordered_json loops_summary(const RecordingResult& result) {
   return loops;
 }
 
-nlohmann::ordered_json camera_summary(const SelfCalibration& calibration) {
+Json camera_summary(const SelfCalibration& calibration) {
   const CameraParameters& p = calibration.camera;
   const CameraRefinement& r = calibration.last;
-  nlohmann::ordered_json refined = nlohmann::ordered_json::array(), open = refined;
+  Json refined = Json::array(), open = refined;
   for (const auto& [name, observable] : {std::pair("focal_length", r.focal_observable),
                                          {"principal_point", r.center_observable},
                                          {"distortion", r.distortion_observable}}) {
@@ -86,31 +86,30 @@ void write_report(const std::string& path, const RecordingResult& result, const 
                   const MaskRecord& masks, const Calibration& calibration, std::uint64_t seed,
                   double wall_seconds) {
   const MapStatistics statistics = map_statistics(map);
-  nlohmann::ordered_json json = {
-      {"tracked", result.tracked},
-      {"confirmed", is_confirmed(result)},
-      {"reason", result.unconfirmed ? "two views only: unconfirmed" : result.reason},
-      {"frames_total", result.frames_total},
-      {"frames_posed", result.trajectory.size()},
-      {"frames_posed_live", result.frames_posed_live},
-      {"frames_doubtful", result.frames_doubtful},
-      {"keyframes", map.keyframes().size()},
-      {"points", map.landmarks().size()},
-      {"mean_track_length", statistics.mean_track_length},
-      {"reprojection_rms_px", statistics.reprojection_rms_px},
-      {"scale", to_string(map.scale_source())},
-      {"calibration", to_string(calibration.source)},
-      {"wall_seconds", wall_seconds},
-      {"seed", seed},
-      {"segmentation", masks.summary()},
-      {"stages", time_statistics(result.stage_ms)},
-      {"warnings", result.warnings},
-      {"maps", maps_summary(result)},
-      {"loops", loops_summary(result)},
-      {"problems", result.problems}};
+  Json json = {{"tracked", result.tracked},
+               {"confirmed", is_confirmed(result)},
+               {"reason", result.unconfirmed ? "two views only: unconfirmed" : result.reason},
+               {"frames_total", result.frames_total},
+               {"frames_posed", result.trajectory.size()},
+               {"frames_posed_live", result.frames_posed_live},
+               {"frames_doubtful", result.frames_doubtful},
+               {"keyframes", map.keyframes().size()},
+               {"points", map.landmarks().size()},
+               {"mean_track_length", statistics.mean_track_length},
+               {"reprojection_rms_px", statistics.reprojection_rms_px},
+               {"scale", to_string(map.scale_source())},
+               {"calibration", to_string(calibration.source)},
+               {"wall_seconds", wall_seconds},
+               {"seed", seed},
+               {"segmentation", masks.summary()},
+               {"stages", time_statistics(result.stage_ms)},
+               {"warnings", result.warnings},
+               {"maps", maps_summary(result)},
+               {"loops", loops_summary(result)},
+               {"problems", result.problems}};
   if (calibration.refined) json["camera"] = camera_summary(*calibration.refined);
   write_file_atomically(path, [&](std::ostream& out) {
-    out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+    out << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
   });
 }
 

@@ -21,6 +21,7 @@
 #include <PoseLib/robust.h>
 #endif
 
+#include "mono_pose_tracker/common/opencv_version.h"
 #include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
 #include "mono_pose_tracker/robust/bearing_pairs.h"
@@ -252,8 +253,10 @@ inline std::vector<RobustEstimator> relative_pose_estimators() {
   estimators.push_back({"opengv_nister", opengv_relative_pose});
 #endif
   estimators.push_back(opencv_relative_pose("opencv_ransac", cv::RANSAC));
+#ifdef MONO_POSE_TRACKER_WITH_OPENCV_USAC
   estimators.push_back(opencv_relative_pose("opencv_usac_magsac", cv::USAC_MAGSAC));
   estimators.push_back(opencv_relative_pose("opencv_usac_accurate", cv::USAC_ACCURATE));
+#endif
   return estimators;
 }
 
@@ -266,7 +269,9 @@ inline std::vector<RobustEstimator> absolute_pose_estimators() {
   estimators.push_back({"opengv_kneip", opengv_absolute_pose});
 #endif
   estimators.push_back(opencv_absolute_pose("opencv_ransac_p3p", -1));
+#ifdef MONO_POSE_TRACKER_WITH_OPENCV_USAC
   estimators.push_back(opencv_absolute_pose("opencv_usac_magsac", cv::USAC_MAGSAC));
+#endif
   return estimators;
 }
 
