@@ -6,8 +6,10 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "mono_pose_tracker/common/opencv_version.h"
 #include "mono_pose_tracker/io/image_decoding.h"
 #include "mono_pose_tracker/io/image_source.h"
+#include "mono_pose_tracker/io/video_file.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -57,7 +59,7 @@ class VideoFile : public ImageSource {
   bool open_quietly(const std::string& path) {
     namespace logging = cv::utils::logging;
     const logging::LogLevel level = logging::setLogLevel(logging::LOG_LEVEL_SILENT);
-    const bool opened = capture_.open(path);
+    const bool opened = open_as_recorded(path, &capture_);
     logging::setLogLevel(level);
     return opened;
   }
@@ -69,6 +71,15 @@ class VideoFile : public ImageSource {
 };
 
 }  // namespace
+
+bool open_as_recorded(const std::string& path, cv::VideoCapture* capture) {
+  if (!capture->open(path)) return false;
+#if MONO_POSE_TRACKER_OPENCV_SINCE(4, 5)
+  // Earlier ones turn nothing. Where the reader knows of no flags it refuses, and that is fine.
+  capture->set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
+#endif
+  return true;
+}
 
 std::unique_ptr<ImageSource> open_video(const std::string& path) { return std::make_unique<VideoFile>(path); }
 

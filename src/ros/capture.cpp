@@ -10,6 +10,8 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "mono_pose_tracker/io/video_file.h"
+
 namespace mono_pose_tracker {
 namespace {
 
@@ -42,7 +44,7 @@ void Capture::open_video() {
   const std::string& path = settings_.video;
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) throw std::runtime_error("no such video: " + path);
-  if (!capture_.open(path)) throw std::runtime_error(path + " cannot be read as a video");
+  if (!open_as_recorded(path, &capture_)) throw std::runtime_error(path + " cannot be read as a video");
   const double own = capture_.get(cv::CAP_PROP_FPS);
   rate_ = settings_.rate > 0 ? settings_.rate : own;
   if (!(rate_ > 0) || !std::isfinite(rate_)) {

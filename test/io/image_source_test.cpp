@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <iterator>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
@@ -184,6 +186,33 @@ TEST(ImageDecoding, IgnoresTheOrientationTag) {
   bytes.insert(bytes.begin() + 2, std::begin(exif), std::end(exif));
   ASSERT_EQ(cv::imdecode(bytes, cv::IMREAD_COLOR).size(), cv::Size(16, 32));  // the tag is understood
   EXPECT_EQ(decode_image(bytes).image.size(), cv::Size(32, 16));
+}
+
+// The matrix in a track's header (tkhd) of an MP4 file is made one of a quarter turn.
+void ask_for_a_quarter_turn(const std::string& path) {
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  const std::size_t header = bytes.find("tkhd");
+  ASSERT_NE(header, std::string::npos);
+  const char matrix[36] = {0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, '\xff', '\xff', 0,    0, 0, 0,
+                           0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,      0,      0x40, 0, 0, 0};
+  file.clear();
+  file.seekp(static_cast<std::streamoff>(header + 4 + 40));  // version 0
+  file.write(matrix, sizeof matrix);
+}
+
+TEST(Video, IgnoresTheRotationFlagAsImagesDo) {
+  TemporaryFolder folder;
+  const std::string path = folder / "phone.mp4";
+  cv::VideoWriter writer(path, cv::VideoWriter::fourcc('m', 'p', '4', 'v'), 25, {96, 64});
+  if (!writer.isOpened()) GTEST_SKIP() << "this OpenCV writes no MP4";
+  for (int i = 0; i < 5; ++i) writer.write(cv::Mat(64, 96, CV_8UC3, cv::Scalar::all(40 * i)));
+  writer.release();
+  ask_for_a_quarter_turn(path);
+  cv::Mat turned;
+  ASSERT_TRUE(cv::VideoCapture(path).read(turned));
+  ASSERT_EQ(turned.size(), cv::Size(64, 96));  // the flag is understood
+  EXPECT_EQ(open_video(path)->next().image.size(), cv::Size(96, 64));
 }
 
 TEST(Video, FramesStampedByTheirRate) {
