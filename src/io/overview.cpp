@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
@@ -63,7 +64,8 @@ Eigen::Vector3d longest_direction(const Overview& overview) {
            p.z() > kept[2].high;
   };
   all.erase(std::remove_if(all.begin(), all.end(), is_far), all.end());
-  all.insert(all.end(), overview.cameras.begin(), overview.cameras.end());
+  std::copy_if(overview.cameras.begin(), overview.cameras.end(), std::back_inserter(all),
+               [](const Eigen::Vector3d& camera) { return camera.allFinite(); });
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   for (const Eigen::Vector3d& p : all)
     mean += Eigen::Vector2d(p.x(), p.z()) / static_cast<double>(all.size());

@@ -7,6 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "mono_pose_tracker/io/atomic_file.h"
 
@@ -97,6 +98,7 @@ cv::Point to_subpixels(double x, double y) {
 struct Dot {
   cv::Point at;  // in subpixels
   cv::Scalar color;
+  bool is_joined = false;  // with the one before
 };
 
 void draw_mark(const Dot& dot, const PlotSeries& series, cv::Mat* box) {
@@ -111,13 +113,16 @@ void draw_mark(const Dot& dot, const PlotSeries& series, cv::Mat* box) {
 
 void draw_series(const PlotSeries& series, const Axes& axes, cv::Mat* box) {
   std::vector<Dot> dots;
+  bool is_joined = false;
   for (std::size_t i = 0; i < series.points.size(); ++i) {
     const Eigen::Vector2d& point = series.points[i];
-    if (!point.allFinite()) continue;
+    const bool was_joined = std::exchange(is_joined, point.allFinite());
+    if (!is_joined) continue;
     dots.push_back({to_subpixels(axes.x_px(point.x()), axes.y_px(point.y())),
-                    series.colors.empty() ? series.color : series.colors[i]});
+                    series.colors.empty() ? series.color : series.colors[i], was_joined});
   }
   for (std::size_t i = 1; i < dots.size() && series.line_px > 0; ++i) {
+    if (!dots[i].is_joined) continue;
     cv::line(*box, dots[i - 1].at, dots[i].at, dots[i - 1].color, series.line_px, cv::LINE_AA, kSubpixelBits);
   }
   if (series.radius_px <= 0) return;

@@ -92,6 +92,24 @@ TEST(Overview, ThePathGoesFromBlueToRedFromStartToEnd) {
   EXPECT_LT(blue.x, red.x) << "it goes to the right";
 }
 
+TEST(Overview, NoLineLeadsOverImagesWithoutAPose) {
+  // Of the middle third of the panel: pixels that have a colour.
+  const auto colored_between = [](const Overview& overview) {
+    const cv::Mat above = panel_of(draw_overview(overview), 0);
+    const cv::Mat middle = above.colRange(above.cols * 2 / 5, above.cols * 3 / 5);
+    std::vector<cv::Mat> bgr;
+    cv::split(middle, bgr);
+    return cv::countNonZero(cv::abs(bgr[0] - bgr[1]) > 30);
+  };
+  Overview overview;
+  for (const double begin : {0, 9}) {
+    for (int i = 0; i < 10; ++i) overview.cameras.emplace_back(begin + 0.1 * i, 0, 0.05 * i);
+  }
+  EXPECT_GT(colored_between(overview), 100);
+  overview.cameras.insert(overview.cameras.begin() + 10, no_camera());
+  EXPECT_EQ(colored_between(overview), 0);
+}
+
 TEST(Overview, TheSideViewShowsTheLongestWay) {
   // A walk to the right: seen along z it is a line as long as the panel, seen along x it would be a dot.
   Overview overview;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -13,10 +14,16 @@ namespace mono_pose_tracker {
 /// forward).
 struct Overview {
   std::string title;
-  std::vector<ColoredPoint> points;           // drawn in their own colours
-  std::vector<Eigen::Vector3d> cameras;       // by time, drawn from blue to red; start and end are marked
+  std::vector<ColoredPoint> points;  // drawn in their own colours
+  // By time, drawn from blue to red; start and end are marked. no_camera() breaks the line that joins them.
+  std::vector<Eigen::Vector3d> cameras;
   std::vector<Eigen::Vector3d> true_cameras;  // by time, a wide black line below; may be empty
 };
+
+/// Stands for images without a pose.
+inline Eigen::Vector3d no_camera() {
+  return Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+}
 
 /// Two panels with equal axes: from above (x, z), and from the side: -y upwards, and to the right the
 /// direction across it in which points and cameras spread most. The view holds every camera, and the

@@ -8,12 +8,12 @@
 namespace mono_pose_tracker {
 
 struct PlotSeries {
-  std::string name;  // for the legend; empty: not in it
-  std::vector<Eigen::Vector2d> points;
-  cv::Scalar color;        // BGR
-  double radius_px = 2;    // of the dots; 0: none
-  int line_px = 0;         // thickness of the line that joins them; 0: none
-  bool is_square = false;  // squares in place of dots
+  std::string name;                     // for the legend; empty: not in it
+  std::vector<Eigen::Vector2d> points;  // one that is not finite is not drawn, and breaks the line
+  cv::Scalar color;                     // BGR
+  double radius_px = 2;                 // of the dots; 0: none
+  int line_px = 0;                      // thickness of the line that joins them; 0: none
+  bool is_square = false;               // squares in place of dots
   // BGR, one for each point and the line that begins at it, in place of `color`; empty: all alike.
   std::vector<cv::Scalar> colors = {};
 };

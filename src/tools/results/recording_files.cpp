@@ -63,6 +63,9 @@ void write_map(const fs::path& output, const CameraParameters& camera, const Rec
   Overview overview;
   for (const PosedFrame& frame : map.trajectory) {
     poses.push_back({frame.stamp_ns, frame.map_from_camera});
+    if (&frame != &map.trajectory.front() && frame.index != (&frame - 1)->index + 1) {
+      overview.cameras.push_back(no_camera());
+    }
     overview.cameras.push_back(frame.map_from_camera.translation);
   }
   write_tum((output / "trajectory.txt").string(), poses);
