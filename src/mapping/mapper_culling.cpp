@@ -29,8 +29,9 @@ bool has_parallax(const Map& map, const Landmark& landmark, double min_angle) {
   return false;
 }
 
-// Of a capped map: a keyframe each half second, for half an hour.
-constexpr std::size_t kMostRemovedKeyframes = 4000;
+// Of a capped map: a keyframe each half second for twelve minutes, which is as long as the tracker keeps
+// the poses of frames at 30 Hz. Every snapshot has them all.
+constexpr std::size_t kMostRemovedKeyframes = 1500;
 
 // Share of the keyframe's landmarks that it is not needed for: at least three others see them, on the same
 // scale or a finer one (Mur-Artal et al., ORB-SLAM, 2015). 1 when it sees none.

@@ -37,7 +37,8 @@ class NoisyCamera:
     def calibrate(self, focal, is_taken):
         """Sends it until an image's status shows that it is taken; that status."""
         self.camera.set_calibration(camera_info(focal))
-        for _ in range(100):
+        deadline = time.monotonic() + feeding.TIMEOUT
+        while time.monotonic() < deadline:
             status = self.show()
             if is_taken(status):
                 return status
