@@ -10,12 +10,10 @@
 #include "keyframe_landmarks.h"
 #include "keyframe_places.h"
 #include "known_baseline.h"
-#include "mono_pose_tracker/common/pose_covariance.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/mapping/projection_matcher.h"
 #include "mono_pose_tracker/mapping/second_motion.h"
-#include "mono_pose_tracker/optimization/keyframe_covariance.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "view_linker.h"
 
@@ -124,6 +122,7 @@ void Mapper::restore_beside(Map map, std::uint32_t epoch) {
   map_ = std::move(map);
   places_ = std::make_shared<KeyframePlaces>();
   forget_beside_map();
+  find_covariances();
   epoch_ = epoch;
   map_id_ = epoch + 1;
   publish();
@@ -327,29 +326,6 @@ void Mapper::adjust_window(KeyframeId newest, int waiting) {
   }
   cull_observations(landmarks_seen_by(window));
   if (waiting == 0) update_covariances(window);
-}
-
-// What the window's own views leave open, and what was known of the keyframe that holds each most: errors of
-// those that are held are common to all that hangs on them, and no number of points averages them away.
-void Mapper::update_covariances(const std::vector<KeyframeId>& window) {
-  // They hold a pose about as well as all do: the noise of the others is seen in the frame's own residuals.
-  constexpr int kLandmarks = 200;
-  const auto found = keyframe_covariances(window, 3 * options_.mapping.window_keyframes,
-                                          std::min(kLandmarks, options_.mapping.window_landmarks), map_);
-  KeyframeCovariances::Changes changes;
-  for (const auto& [id, own] : found) {
-    Eigen::Matrix<double, 6, 6> covariance = own;
-    for (const KeyframeId other : neighbors(id, static_cast<int>(map_.keyframes().size()))) {
-      const auto known = covariances_.find(other);
-      if (found.count(other) > 0 || known == covariances_.end()) continue;
-      const Eigen::Matrix<double, 6, 6> carried =
-          carried_by(map_.keyframe(id)->camera_from_map * map_.keyframe(other)->camera_from_map.inverse());
-      covariance += carried * known->second * carried.transpose();
-      break;
-    }
-    changes[id] = covariance;
-  }
-  covariances_.change(std::move(changes));
 }
 
 void Mapper::finish() {

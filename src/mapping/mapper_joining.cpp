@@ -70,7 +70,7 @@ void unite(KeyframeId old_id, KeyframeId new_id, Map* map) {
 
 void Mapper::keep_present() {
   if (map_.keyframes().empty()) return;
-  kept_[map_id_] = {std::move(map_), std::move(places_)};
+  kept_[map_id_] = {std::move(map_), std::move(places_), std::move(covariances_)};
   map_ = Map();
 }
 
@@ -113,6 +113,7 @@ bool Mapper::resume(std::uint32_t map_id, bool keep_this, std::uint32_t epoch) {
   map_ = std::move(resumed.map);
   forget_beside_map();
   places_ = std::move(resumed.places);
+  covariances_ = std::move(resumed.covariances);
   map_id_ = map_id;
   epoch_ = epoch;
   publish();
@@ -226,7 +227,6 @@ bool Mapper::join(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
     seam.push_back(old_id);
   }
   left_out_.clear();  // of ids that are no longer
-  covariances_ = KeyframeCovariances();
   Map apart = std::exchange(map_, std::move(joined));
   adjust_seam(seam);
   if (united.empty() && points_across(map_, added.keyframes) < options_.min_inliers) {
@@ -240,7 +240,15 @@ bool Mapper::join(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
   correction.scale = best->other_from_map.scale;
   add_correction(std::move(correction));
   map_id_ = kept_id;
+  scale_covariances([&](KeyframeId) { return best->other_from_map.scale; });
+  KeyframeCovariances covariances = kept_.at(kept_id).covariances;  // of both parts, by the joined map's ids
+  KeyframeCovariances::Changes own;
+  for (const auto& [id, covariance] : covariances_) {
+    if (map_.keyframe(id + added.keyframes)) own[id + added.keyframes] = covariance;
+  }
+  covariances.change(std::move(own));
   forget_beside_map();
+  covariances_ = std::move(covariances);
   places_ = kept_.at(kept_id).places;
   kept_.erase(kept_id);
   return true;
@@ -269,13 +277,7 @@ void Mapper::transform(const Sim3& new_from_map, std::optional<ScaleSource> scal
   if (map_.keyframes().empty()) return;
   forget_loops();  // what is solved aside is of the map as it was
   map_.transform(new_from_map);
-  KeyframeCovariances::Changes scaled;
-  for (const auto& [id, covariance] : covariances_) {
-    Eigen::Matrix<double, 6, 6>& c = scaled[id].emplace(covariance);
-    c.topRows<3>() *= new_from_map.scale;
-    c.leftCols<3>() *= new_from_map.scale;
-  }
-  covariances_.change(std::move(scaled));
+  scale_covariances([&](KeyframeId) { return new_from_map.scale; });
   if (scale_source) map_.set_scale_source(*scale_source);
   MapCorrection correction;
   correction.of_map = correction.into_map = map_id_;

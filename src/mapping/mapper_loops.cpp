@@ -137,6 +137,7 @@ void Mapper::post_correction(const KeyframeChanges& changes) {
   MapCorrection correction;
   correction.of_map = correction.into_map = map_id_;
   correction.scale_of = scales_of(map_, changes);
+  scale_covariances([&](KeyframeId id) { return correction.length_scale(id); });
   add_correction(std::move(correction));
   // What awaits a second keyframe is of the map as it was.
   loop_finder_.reset();

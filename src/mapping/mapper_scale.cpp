@@ -60,13 +60,18 @@ double widest_parallax(const std::vector<Rigid3>& cameras_from_map, const Eigen:
 
 }  // namespace
 
+void Mapper::rescale(double factor) {
+  map_.rescale(factor);
+  scale_covariances([&](KeyframeId) { return factor; });
+}
+
 // By what is known of the views, after their poses have been adjusted.
 void Mapper::set_scale(const InitialMap& initial, const std::vector<KeyframeId>& ids) {
   const ScaleOptions& scale = options_.scale;
   if (scale.known_baseline > 0) {
     const double baseline =
         (map_.keyframe(ids.front())->center_in_map() - map_.keyframe(ids.back())->center_in_map()).norm();
-    map_.rescale(scale.known_baseline / baseline);
+    rescale(scale.known_baseline / baseline);
     map_.set_scale_source(ScaleSource::kKnownBaseline);
   } else if (scale.marker_size > 0) {
     std::vector<Rigid3> cameras_from_map;
@@ -78,7 +83,7 @@ void Mapper::set_scale(const InitialMap& initial, const std::vector<KeyframeId>&
     }
     const std::vector<Eigen::Vector3d> corners = marker_corners(cameras_from_map, markers);
     if (corners.empty()) return;
-    map_.rescale(scale.marker_size / mean_side(corners));
+    rescale(scale.marker_size / mean_side(corners));
     map_.set_scale_source(ScaleSource::kMarker);
   }
 }

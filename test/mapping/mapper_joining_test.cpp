@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/mapping/mapper.h"
 #include "mono_pose_tracker/tracking/resector.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
@@ -121,6 +122,62 @@ TEST_F(MapperJoiningTest, MapsAreJoinedWhereTheyMeet) {
   mapper_.finish();
   mapper_.map().check();
   EXPECT_LT(worst_distance_error(), 0.01);
+}
+
+// Each part keeps what was known of its keyframes, in the unit of the whole.
+TEST_F(MapperJoiningTest, KeyframesKeepTheirCovariances) {
+  mapper_.initialize(initial_map(0, 2), 0);
+  for (int i = 4; i <= 10; i += 2) insert(i);
+  const TrackingMapPtr old = mapper_.tracking_map();
+  ASSERT_EQ(old->covariances.size(), old->keyframes.size());
+  mapper_.begin_beside(initial_map(50, 48), 1);
+  mapper_.transform(Sim3(3, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), std::nullopt);
+  TrackingMapPtr newer = mapper_.tracking_map();
+  for (int i = 46; !mapper_.kept_maps().empty() && i > 8; i -= 2) {
+    newer = mapper_.tracking_map();
+    insert(i);
+  }
+  const TrackingMapPtr joined = mapper_.tracking_map();
+  ASSERT_EQ(joined->corrections.size(), 2u) << "they were never joined";
+  const MapCorrection& correction = *joined->corrections[1];
+  EXPECT_NEAR(correction.scale, 1. / 3, 0.1);
+  for (const auto& entry : joined->keyframes) ASSERT_EQ(joined->covariances.count(entry.first), 1u);
+  int compared = 0;
+  for (const auto& [id, covariance] : old->covariances) {
+    if (joined->keyframes.count(id) == 0) continue;
+    EXPECT_EQ(joined->covariances.at(id), covariance) << id;
+    ++compared;
+  }
+  EXPECT_GT(compared, 2);
+  compared = 0;
+  for (const auto& [id, covariance] : newer->covariances) {
+    const KeyframeId id_now = id + correction.added.keyframes;
+    if (joined->keyframes.count(id_now) == 0) continue;
+    const Eigen::Matrix<double, 6, 6> now = joined->covariances.at(id_now);
+    // They were found once more before the maps met.
+    const double ratio = now.topLeftCorner<3, 3>().trace() / covariance.topLeftCorner<3, 3>().trace();
+    EXPECT_NEAR(std::sqrt(ratio), correction.scale, 0.4 * correction.scale) << id;
+    ++compared;
+  }
+  EXPECT_GT(compared, 2);
+}
+
+// A map of a file says nothing of how uncertain its keyframes are.
+TEST_F(MapperJoiningTest, ARestoredMapFindsItsCovariances) {
+  mapper_.initialize(initial_map(0, 2), 0);
+  for (int i = 4; i <= 40; i += 2) insert(i);
+  const TrackingMapPtr grown = mapper_.tracking_map();
+  mapper_.restore(Map(mapper_.map()), 1);
+  const TrackingMapPtr restored = mapper_.tracking_map();
+  std::vector<double> ratios;
+  for (const auto& entry : restored->keyframes) {
+    ASSERT_EQ(restored->covariances.count(entry.first), 1u) << entry.first;
+    const Eigen::Matrix<double, 6, 6> now = restored->covariances.at(entry.first),
+                                      before = grown->covariances.at(entry.first);
+    ratios.push_back(std::sqrt(now.topLeftCorner<3, 3>().trace() / before.topLeftCorner<3, 3>().trace()));
+  }
+  EXPECT_GT(median(ratios), 0.3) << "of standard deviations";
+  EXPECT_LT(median(ratios), 3);
 }
 
 // The older map is tracked in, as after it was found again or loaded, when it meets the newer one.

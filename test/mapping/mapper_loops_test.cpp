@@ -114,6 +114,35 @@ TEST_F(MapperLoopsTest, ALoopPostsACorrectionForEveryKeyframe) {
   EXPECT_LT(position_rmse(), 0.03);
 }
 
+// Where drift in scale is taken out, what is uncertain in length changes with the lengths.
+TEST_F(MapperLoopsTest, CovariancesChangeWithTheLengthsOfTheirKeyframes) {
+  begin(false);
+  TrackingMapPtr before = worker_->latest();
+  for (int i = 2; i < frames() && worker_->latest()->corrections.empty(); ++i) {
+    before = worker_->latest();
+    insert(i);
+  }
+  const TrackingMapPtr after = worker_->latest();
+  ASSERT_EQ(after->corrections.size(), 2u);
+  int compared = 0;
+  double most_scaled = 0;
+  for (const auto& [id, covariance] : before->covariances) {
+    const auto now = after->covariances.find(id);
+    if (now == after->covariances.end()) continue;
+    // Those of the newest window were found anew before the loop was.
+    const Matrix6d now_covariance = now->second;
+    if (now_covariance.bottomRightCorner<3, 3>() != covariance.bottomRightCorner<3, 3>()) continue;
+    const double scale = after->corrections[0]->length_scale(id) * after->corrections[1]->length_scale(id);
+    const double ratio =
+        now_covariance.topLeftCorner<3, 3>().trace() / covariance.topLeftCorner<3, 3>().trace();
+    EXPECT_NEAR(ratio, scale * scale, 1e-9) << id;
+    most_scaled = std::max(most_scaled, std::abs(scale - 1));
+    ++compared;
+  }
+  EXPECT_GT(compared, 10);
+  EXPECT_GT(most_scaled, 0.002) << "no drift in scale: nothing was tested";
+}
+
 TEST_F(MapperLoopsTest, WhileALoopIsClosedKeyframesGoIntoTheMap) {
   begin(true);
   hold_ = true;

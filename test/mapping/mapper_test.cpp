@@ -71,11 +71,23 @@ TEST_F(MapperTest, AKnownBaselineSetsTheScale) {
   MapperOptions metres = options();
   metres.scale.known_baseline = 0.4;
   Mapper mapper(metres, scene_.camera);
-  mapper.initialize(scene_.initial_map(1), 0);
+  const InitialMap initial = scene_.initial_map(1);
+  mapper.initialize(initial, 0);
   const double baseline =
       (mapper.map().keyframe(1)->center_in_map() - mapper.map().keyframe(0)->center_in_map()).norm();
   EXPECT_NEAR(baseline, 0.4, 1e-9);
   EXPECT_EQ(mapper.map().scale_source(), ScaleSource::kKnownBaseline);
+  // What is uncertain is told in metres as well.
+  Mapper in_units(options(), scene_.camera);
+  in_units.initialize(initial, 0);
+  const double unit_m =
+      0.4 /
+      (in_units.map().keyframe(1)->center_in_map() - in_units.map().keyframe(0)->center_in_map()).norm();
+  const auto variance = [](const Mapper& m) {
+    const Eigen::Matrix<double, 6, 6> covariance = m.tracking_map()->covariances.find(1)->second;
+    return covariance.topLeftCorner<3, 3>().trace();
+  };
+  EXPECT_NEAR(variance(mapper) / variance(in_units), unit_m * unit_m, 1e-6 * unit_m * unit_m);
 }
 
 // Only every third point is known at first: the rest is found along epipolar lines, and tracks grow.

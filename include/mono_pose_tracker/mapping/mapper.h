@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -81,6 +82,7 @@ class Mapper {
   struct KeptMap {
     Map map;
     std::shared_ptr<KeyframePlaces> places;
+    KeyframeCovariances covariances;
   };
 
   std::vector<KeyframeId> neighbors(KeyframeId id, int count) const;
@@ -111,11 +113,14 @@ class Mapper {
   void fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks);
   void adjust_window(KeyframeId newest, int waiting);
   void update_covariances(const std::vector<KeyframeId>& window);
+  void find_covariances();
+  void scale_covariances(const std::function<double(KeyframeId)>& scale_of);
   void cull_observations(const std::vector<LandmarkId>& landmarks);
   void cull_young_landmarks(KeyframeId newest);
   void cull_keyframes(KeyframeId newest);
   void cap_keyframes(KeyframeId newest);
   void remove_keyframe(KeyframeId id);
+  void rescale(double factor);
   void set_scale(const InitialMap& initial, const std::vector<KeyframeId>& ids);
   void scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3d>& marker);
   void publish();

@@ -1,0 +1,61 @@
+// The part of the Mapper that knows how uncertain its keyframes are.
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "mono_pose_tracker/common/pose_covariance.h"
+#include "mono_pose_tracker/mapping/mapper.h"
+#include "mono_pose_tracker/optimization/keyframe_covariance.h"
+
+namespace mono_pose_tracker {
+
+// What the window's own views leave open, and what was known of the keyframe that holds each most: errors of
+// those that are held are common to all that hangs on them, and no number of points averages them away.
+void Mapper::update_covariances(const std::vector<KeyframeId>& window) {
+  // They hold a pose about as well as all do: the noise of the others is seen in the frame's own residuals.
+  constexpr int kLandmarks = 200;
+  const auto found = keyframe_covariances(window, 3 * options_.mapping.window_keyframes,
+                                          std::min(kLandmarks, options_.mapping.window_landmarks), map_);
+  KeyframeCovariances::Changes changes;
+  for (const auto& [id, own] : found) {
+    Eigen::Matrix<double, 6, 6> covariance = own;
+    for (const KeyframeId other : neighbors(id, static_cast<int>(map_.keyframes().size()))) {
+      const auto known = covariances_.find(other);
+      if (found.count(other) > 0 || known == covariances_.end()) continue;
+      const Eigen::Matrix<double, 6, 6> carried =
+          carried_by(map_.keyframe(id)->camera_from_map * map_.keyframe(other)->camera_from_map.inverse());
+      covariance += carried * known->second * carried.transpose();
+      break;
+    }
+    changes[id] = covariance;
+  }
+  covariances_.change(std::move(changes));
+}
+
+// A map that was loaded, as if its keyframes had come one window after another.
+void Mapper::find_covariances() {
+  covariances_ = KeyframeCovariances();
+  const auto size = static_cast<std::size_t>(options_.mapping.window_keyframes);
+  std::vector<KeyframeId> window;
+  for (const auto& entry : map_.keyframes()) {
+    window.push_back(entry.first);
+    if (window.size() < size && entry.first != map_.keyframes().rbegin()->first) continue;
+    update_covariances(window);
+    window.clear();
+  }
+}
+
+// They are in the keyframes' own frames, so that nothing but their lengths changes when a map is transformed.
+void Mapper::scale_covariances(const std::function<double(KeyframeId)>& scale_of) {
+  KeyframeCovariances::Changes changes;
+  for (const auto& [id, covariance] : covariances_) {
+    Eigen::Matrix<double, 6, 6>& scaled = changes[id].emplace(covariance);
+    scaled.topRows<3>() *= scale_of(id);
+    scaled.leftCols<3>() *= scale_of(id);
+  }
+  covariances_.change(std::move(changes));
+}
+
+}  // namespace mono_pose_tracker
