@@ -341,6 +341,7 @@ CameraRefinement refine_camera(const CameraRefinementOptions& options, const Cam
   result.rms_before_px = result.rms_after_px = rms(lengths);
   double width = loss_width(options.bundle, lengths);
   if (!solve(options.bundle, calibrating, kFocal, width, &problem)) return result;
+  result.focal_asked = calibrating.moved(problem.step).fx / camera.fx - 1;
 
   // What is known is asked where all fits best: a distortion that nobody told of is no noise.
   Problem at = problem;

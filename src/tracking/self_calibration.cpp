@@ -1,5 +1,6 @@
 #include "mono_pose_tracker/tracking/self_calibration.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -16,12 +17,24 @@ constexpr double kEarlyChange = 0.01;
 constexpr double kSettledShiftPx = 1, kSettledChange = 0.003;
 // A calibration that is right is confirmed to one or two per cent even by a map that has a few wrong points;
 // zoom, binning or another camera's file are off by far more.
-constexpr double kDoubtfulChange = 0.1, kDoubtfulSigmas = 5;
+constexpr double kDoubtfulChange = 0.1, kDoubtfulSigmas = 10;
 
 CameraParameters with_focal(CameraParameters camera, double factor) {
   camera.fx *= factor;
   camera.fy *= factor;
   return camera;
+}
+
+// Half way from one to the other.
+CameraParameters between(const CameraParameters& a, CameraParameters b) {
+  for (double CameraParameters::*value :
+       {&CameraParameters::fx, &CameraParameters::fy, &CameraParameters::cx, &CameraParameters::cy}) {
+    b.*value = 0.5 * (a.*value + b.*value);
+  }
+  for (std::size_t i = 0; i < b.distortion.size(); ++i) {
+    b.distortion[i] = 0.5 * (b.distortion[i] + (i < a.distortion.size() ? a.distortion[i] : 0));
+  }
+  return b;
 }
 
 class Calibrator {
@@ -75,6 +88,7 @@ class Calibrator {
   // To where it stays, by all of the recording.
   SelfCalibration finish(bool is_found) {
     SelfCalibration result;
+    double last_change = 0;
     for (int i = 0; i < kMaxRuns; ++i) {
       const Map* map = track(0);
       if (!map) {
@@ -94,7 +108,11 @@ class Calibrator {
       }
       is_refined_ = true;
       if (is_settled(result.last) || i + 1 == kMaxRuns) break;
-      camera_ = result.last.camera;
+      // What a camera that is a little too long made of the map asks for one that is a little too short, and
+      // that for the first again, where few views tell.
+      const bool turns_back = result.last.focal_change * last_change < 0;
+      camera_ = turns_back ? between(camera_, result.last.camera) : result.last.camera;
+      last_change = result.last.focal_change;
     }
     if (!is_settled(result.last)) {
       result.warnings.push_back(
@@ -140,16 +158,15 @@ SelfCalibration calibrate_by_tracking(const CameraParameters& start, Calibration
 std::string doubt_of_calibration(const CameraRefinementOptions& options, const CameraParameters& camera,
                                  const Map& map) {
   const CameraRefinement r = refine_camera(options, camera, map);
-  if (!r.focal_observable || std::abs(r.focal_change) < kDoubtfulChange ||
-      std::abs(r.focal_change) < kDoubtfulSigmas * r.focal_sigma) {
-    return "";
-  }
+  // That it is off is seen before it is known well enough to be refined.
+  const double change = r.focal_observable ? r.focal_change : r.focal_asked;
+  if (!(std::abs(change) >= std::max(kDoubtfulChange, kDoubtfulSigmas * r.focal_sigma))) return "";
   char text[240];
   std::snprintf(
       text, sizeof text,
       "the calibration is doubtful: the images fit a focal length of %.0f px better than the %.0f px "
       "that were given (%+.0f %%); calibrate anew for this size of image, or try --refine-camera",
-      r.camera.fx, camera.fx, 100 * r.focal_change);
+      camera.fx * (1 + change), camera.fx, 100 * change);
   return text;
 }
 

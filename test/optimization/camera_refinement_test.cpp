@@ -22,9 +22,10 @@ CameraParameters with_focal(double factor) {
 
 // A map of a box of points: the views are made with the true camera, all else is as one with another camera
 // has it.
-Map map_of(const std::vector<Rigid3>& poses, const CameraModel& truth, const CameraModel& believed) {
+Map map_of(const std::vector<Rigid3>& poses, const CameraModel& truth, const CameraModel& believed,
+           int points = 300) {
   Random random(11);
-  const SyntheticScene scene = box_scene(300, random);
+  const SyntheticScene scene = box_scene(points, random);
   Map map;
   std::vector<std::vector<int>> point_of(poses.size());
   for (std::size_t k = 0; k < poses.size(); ++k) {
@@ -81,6 +82,39 @@ TEST(CameraRefinement, FindsTheFocalLengthFromFarOff) {
     EXPECT_NEAR(camera.fx / camera.fy, truth.parameters().fx / truth.parameters().fy, 1e-9);
     EXPECT_LT(r.focal_sigma, 0.01);
   }
+}
+
+// The farthest that a pixel of the image's edge lies from where the other camera has it.
+double worst_at_edge_px(const CameraModel& a, const CameraModel& b) {
+  double worst = 0;
+  for (int i = 0; i <= 16; ++i) {
+    const double x = (a.width() - 1) * i / 16.0, y = (a.height() - 1) * i / 16.0;
+    for (const Eigen::Vector2d& edge : {Eigen::Vector2d(x, 0), Eigen::Vector2d(x, a.height() - 1),
+                                        Eigen::Vector2d(0, y), Eigen::Vector2d(a.width() - 1, y)}) {
+      Eigen::Vector2d pixel;
+      EXPECT_TRUE(b.project(a.bearing(edge), &pixel));
+      worst = std::max(worst, (pixel - edge).norm());
+    }
+  }
+  return worst;
+}
+
+TEST(CameraRefinement, FindsADistortionThatNobodyTold) {
+  CameraParameters lens = synthetic_camera().parameters();
+  lens.distortion = {-0.25, 0.08, 0, 0, 0};
+  const CameraModel truth(lens);
+  CameraParameters camera = synthetic_camera().parameters();
+  ASSERT_GT(worst_at_edge_px(truth, CameraModel(camera)), 30);
+  CameraRefinementOptions options;
+  options.max_landmarks = 1500;  // those that most views see lie in the middle
+  for (int round = 0; round < 3; ++round) {
+    const CameraRefinement r =
+        refine_camera(options, camera, map_of(round_about(), truth, CameraModel(camera), 1500));
+    ASSERT_TRUE(r.distortion_observable) << r.focal_sigma;
+    camera = r.camera;
+  }
+  EXPECT_LT(worst_at_edge_px(truth, CameraModel(camera)), 4) << "no point reaches the corners";
+  EXPECT_NEAR(camera.fx / lens.fx, 1, 0.005);
 }
 
 TEST(CameraRefinement, ItsSigmaIsWhatItIsOffBy) {
