@@ -5,7 +5,10 @@ namespace mono_pose_tracker {
 
 using Floats8 = float __attribute__((vector_size(32)));
 using Ints8 = int __attribute__((vector_size(32)));
-using UnalignedFloats8 = float __attribute__((vector_size(32), aligned(4), may_alias));
+// The attributes are the name's: where they stand beside the type clang ignores them, and aligned moves
+// crash.
+using UnalignedFloats8 __attribute__((aligned(4), may_alias)) = Floats8;
+static_assert(alignof(UnalignedFloats8) == 4, "rows begin anywhere");
 
 #define MPT_SIFT_LOAD(pointer) (*reinterpret_cast<const UnalignedFloats8*>(pointer))
 #define MPT_SIFT_STORE(pointer, value) (*reinterpret_cast<UnalignedFloats8*>(pointer) = (value))

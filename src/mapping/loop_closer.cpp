@@ -130,7 +130,7 @@ std::map<KeyframeId, double> scales_of(const Map& map, const KeyframeChanges& ch
   return scales;
 }
 
-std::optional<GlobalAdjustment> GlobalAdjustment::solve(const BundleOptions& options, Map snapshot) {
+std::optional<GlobalAdjustment> GlobalAdjustment::solve(const BundleOptions& options, const Map& snapshot) {
   Map adjusted = snapshot;
   for (const BundleOptions& bundle : {with_wide_loss(options), options}) {
     const BundleReport report = adjust_map(bundle, &adjusted);

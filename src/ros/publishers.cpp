@@ -14,6 +14,8 @@
 namespace mono_pose_tracker {
 namespace {
 
+constexpr bool kLatched = true;
+
 // (m/s)^2 and (rad/s)^2: no camera is a hundredth as fast.
 constexpr double kUnknownVariance = 1e6;
 
@@ -30,18 +32,17 @@ ColoredPoint camera_position(const KeyframePose& pose, double age) {
 }  // namespace
 
 Publishers::Publishers(const OutputFrames& frames, int path_max_length, ros::NodeHandle private_handle)
-    : frames_(frames), path_max_length_(static_cast<std::size_t>(path_max_length)) {
-  constexpr bool kLatched = true;
-  pose_ = private_handle.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", 10);
-  odometry_ = private_handle.advertise<nav_msgs::Odometry>("odometry", 10);
-  path_ = private_handle.advertise<nav_msgs::Path>("path", 1, kLatched);
-  points_ = private_handle.advertise<sensor_msgs::PointCloud2>("points", 1, kLatched);
-  camera_positions_ = private_handle.advertise<sensor_msgs::PointCloud2>("camera_positions", 1, kLatched);
-  keyframes_ = private_handle.advertise<visualization_msgs::MarkerArray>("keyframes", 1, kLatched);
-  camera_frustum_ = private_handle.advertise<visualization_msgs::Marker>("camera_frustum", 1, kLatched);
-  debug_image_ = image_transport::ImageTransport(private_handle).advertise("debug_image", 1);
-  mask_ = image_transport::ImageTransport(private_handle).advertise("mask", 1);
-}
+    : frames_(frames),
+      path_max_length_(static_cast<std::size_t>(path_max_length)),
+      pose_(private_handle.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", 10)),
+      odometry_(private_handle.advertise<nav_msgs::Odometry>("odometry", 10)),
+      path_(private_handle.advertise<nav_msgs::Path>("path", 1, kLatched)),
+      points_(private_handle.advertise<sensor_msgs::PointCloud2>("points", 1, kLatched)),
+      camera_positions_(private_handle.advertise<sensor_msgs::PointCloud2>("camera_positions", 1, kLatched)),
+      keyframes_(private_handle.advertise<visualization_msgs::MarkerArray>("keyframes", 1, kLatched)),
+      camera_frustum_(private_handle.advertise<visualization_msgs::Marker>("camera_frustum", 1, kLatched)),
+      debug_image_(image_transport::ImageTransport(private_handle).advertise("debug_image", 1)),
+      mask_(image_transport::ImageTransport(private_handle).advertise("mask", 1)) {}
 
 void Publishers::publish_frame(const std_msgs::Header& image_header, const FrameReport& report) {
   std::optional<OutputFrames::BodyPose> body;

@@ -75,6 +75,7 @@ std::vector<Row> rows_of(bool peers) {
 ChoiceInput make_input(const Settings& settings, double depth_by_width, double noise_px, std::uint64_t seed) {
   Random random(seed);
   ChoiceInput input;
+  input.sample_size = kLargestSample;
   const int count = kLargestSample + settings.check_points;
   for (int i = 0; i < count; ++i) {
     const auto problem = box_problem<1>(random, depth_by_width, settings.alpha_deg * M_PI / 180);

@@ -127,8 +127,9 @@ void register_benchmark(const std::string& method, const MinimalSolver<Problem, 
     }
     // The benchmark is entered several times to find its number of iterations; the solutions stay the same.
     static std::map<std::string, Soundness> known;
-    if (known.find(name) == known.end()) known[name] = soundness(prepared, set->truths);
-    const Soundness& s = known[name];
+    auto found = known.find(name);
+    if (found == known.end()) found = known.emplace(name, soundness(prepared, set->truths)).first;
+    const Soundness& s = found->second;
     state.counters["missed_1e-2"] = s.missed_at_1e2;
     state.counters["missed_1e-6"] = s.missed_at_1e6;
     state.counters["log10_error_p50"] = std::log10(s.median);

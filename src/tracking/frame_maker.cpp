@@ -24,7 +24,7 @@ bool FrameMaker::has_camera_size(const cv::Mat& image, FrameReport* report) cons
   std::snprintf(text, sizeof text, "image is %dx%d, the camera %dx%d", image.cols, image.rows,
                 camera_.width(), camera_.height());
   report->reason = Reason::kImageSizeMismatch;
-  report->reason_text = text;
+  report->reason_text = std::string(text);
   return false;
 }
 

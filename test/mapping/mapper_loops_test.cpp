@@ -29,6 +29,8 @@ class MapperLoopsTest : public testing::Test {
   }
 
   void begin(bool threaded) {
+    // Without a limit of time: where a machine is busy the map would drift more than loops are looked for.
+    options_.mapping.bundle_seconds = 1e6;
     worker_ = std::make_unique<MappingWorker>(
         with_cancel(options_.mapper(camera_.focal()), [this] { return ask(); }), camera_, threaded,
         [this] { mapping_thread_ = std::this_thread::get_id(); });
@@ -163,8 +165,7 @@ TEST_F(MapperLoopsTest, WhileALoopIsClosedKeyframesGoIntoTheMap) {
   EXPECT_EQ(worker_->latest()->corrections.size(), 2u);
   EXPECT_EQ(worker_->latest()->keyframes.rbegin()->second.frame_index, i - 1);
   worker_->mapper().map().check();
-  // Live windows have 0.25 s, on a busy machine little comes of that; not closed, it is 0.11 m.
-  EXPECT_LT(position_rmse(), 0.06);
+  EXPECT_LT(position_rmse(), 0.06) << "not closed, it is 0.11 m";
 }
 
 TEST_F(MapperLoopsTest, WhatWasSolvedForAMapThatIsLeftIsDropped) {

@@ -41,7 +41,7 @@ std::map<KeyframeId, double> scales_of(const Map& map, const KeyframeChanges& ch
 class GlobalAdjustment {
  public:
   /// Adjusts all of the snapshot, with a wide loss first: parts that were just tied are still apart.
-  static std::optional<GlobalAdjustment> solve(const BundleOptions& options, Map snapshot);
+  static std::optional<GlobalAdjustment> solve(const BundleOptions& options, const Map& snapshot);
 
   /// Keyframes and landmarks that have not changed since are where the adjustment has them; the others go
   /// with the keyframe they belong to. Returns the changes of all keyframes.
