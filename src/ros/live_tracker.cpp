@@ -25,10 +25,11 @@ LiveTracker::LiveTracker(const TrackerOptions& options, CameraSource& cameras, M
       mask_wanted_(std::move(mask_wanted)),
       warn_(std::move(warn)) {}
 
-FrameReport LiveTracker::process(const sensor_msgs::ImageConstPtr& message) {
+FrameReport LiveTracker::process(const sensor_msgs::ImageConstPtr& message, Clock::time_point arrival) {
   FrameReport report;
   try {
     report = track(message);
+    govern(arrival);
   } catch (const std::exception& e) {
     report = refuse(Reason::kInternalError, e.what());
   } catch (...) {
@@ -38,6 +39,19 @@ FrameReport LiveTracker::process(const sensor_msgs::ImageConstPtr& message) {
   state_ = report.state;
   epoch_ = report.epoch;
   return report;
+}
+
+void LiveTracker::note_arrival(std::int64_t stamp_ns, Clock::time_point arrival) {
+  const std::chrono::duration<double> arrival_s = arrival.time_since_epoch();
+  period_.note(1e-9 * static_cast<double>(stamp_ns), arrival_s.count());
+}
+
+void LiveTracker::govern(Clock::time_point arrival) {
+  if (!tracker_) return;
+  const std::chrono::duration<double, std::milli> latency = Clock::now() - arrival;
+  const std::chrono::duration<double> arrival_s = arrival.time_since_epoch();
+  const bool overtaken = period_.has_come_after(arrival_s.count());
+  tracker_->set_load_level(governor_.observe(period_.milliseconds(), latency.count(), overtaken));
 }
 
 FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
@@ -178,6 +192,10 @@ bool LiveTracker::restart() {
   epoch_ = epoch_base_ + tracker_->epoch();
   state_ = State::kLost;
   return true;
+}
+
+void LiveTracker::wait_for_mapping() {
+  if (tracker_) tracker_->wait();
 }
 
 void LiveTracker::cancel() {

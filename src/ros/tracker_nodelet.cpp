@@ -202,6 +202,7 @@ void TrackerNodelet::take_image(const sensor_msgs::ImageConstPtr& image) {
     ++recording_.number;
     recording_.why = "the stamps have jumped back by " + step_back;
   }
+  tracker_->note_arrival(stamp_ns, arrival);
   const std::optional<Frame> displaced = slot_->put(Frame{image, arrival, recording_});
   if (displaced) {
     board_->publish_unprocessed(displaced->image->header, Reason::kDropped,
@@ -238,7 +239,7 @@ void TrackerNodelet::process(const Frame& frame) {
     NODELET_WARN("%s: %s", frame.recording.why.c_str(),
                  kept ? "the camera is looked for anew" : "the map is dropped, tracking starts anew");
   }
-  FrameReport report = tracker_->process(frame.image);
+  FrameReport report = tracker_->process(frame.image, frame.arrival);
   if (restarts && !report.map_from_camera) {
     report.reason = Reason::kTimeJump;
     report.reason_text = frame.recording.why;
@@ -279,7 +280,7 @@ void TrackerNodelet::publish(const Frame& frame, const FrameReport& report) {
   guarded([&] { publishers_->publish_mask(header, report.mask, tracker_->image().size()); }, tell);
   guarded(
       [&] {
-        if (publishers_->debug_image_wanted()) draw(frame, report);
+        if (publishers_->debug_image_wanted() && report.load_level < kNothingDrawn) draw(frame, report);
       },
       tell);
 }

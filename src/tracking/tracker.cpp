@@ -6,6 +6,7 @@
 
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "occlusion.h"
+#include "options_for_images.h"
 #include "tracker_impl.h"
 
 namespace mono_pose_tracker {
@@ -59,6 +60,7 @@ FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const PreparedImage& i
 void Tracker::Impl::finish_report(FrameReport* report) {
   report->state = state_;
   report->epoch = epoch_;
+  report->load_level = load_level_;
   report->worker_backlog = worker_.backlog();
   if (const TrackingMapPtr map = worker_.latest()) {
     report->keyframes = static_cast<int>(map->keyframes.size());
@@ -334,7 +336,16 @@ void Tracker::Impl::reset() {
 
 void Tracker::Impl::set_options(const TrackerOptions& options) {
   copy_changeable(options, &given_options_);
-  options_ = given_options_.for_images({camera_.width(), camera_.height()}, pace_).cancellable(&cancelled_);
+  apply_options();
+}
+
+void Tracker::Impl::set_load_level(int level) {
+  if (std::exchange(load_level_, level) != level) apply_options();
+}
+
+void Tracker::Impl::apply_options() {
+  options_ = options_for_images(given_options_, {camera_.width(), camera_.height()}, pace_, load_level_)
+                 .cancellable(&cancelled_);
   object_finder_.set_options(options_.segmentation);
   frame_maker_.set_options(options_.sift, options_.segmentation);
   resector_ = Resector(options_, camera_);
@@ -384,6 +395,8 @@ void Tracker::set_options(const TrackerOptions& options) {
 void Tracker::transform_map(const Sim3& new_from_map, std::optional<ScaleSource> scale_source) {
   if (impl_->worker().latest()) impl_->worker().transform(new_from_map, scale_source);
 }
+
+void Tracker::set_load_level(int level) { impl_->set_load_level(level); }
 
 std::uint32_t Tracker::epoch() const { return impl_->epoch(); }
 

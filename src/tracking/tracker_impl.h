@@ -55,6 +55,7 @@ class Tracker::Impl {
   void pass_over() { ++next_index_; }
   void reset();
   void set_options(const TrackerOptions& options);
+  void set_load_level(int level);
   std::uint32_t epoch() const { return epoch_; }
   std::optional<SavedMaps> copy_maps();
   void load_maps(SavedMaps saved);
@@ -76,6 +77,7 @@ class Tracker::Impl {
   bool is_unconfirmed() const { return unconfirmed_; }
 
  private:
+  void apply_options();
   std::optional<Frame> make_frame(std::int64_t index, std::int64_t stamp_ns, const PreparedImage& image,
                                   const Segmentation& segmentation, FrameReport* report);
   void bootstrap(const Frame& frame, FrameReport* report);
@@ -121,6 +123,7 @@ class Tracker::Impl {
   std::atomic<bool> cancelled_{false};
   TrackerOptions given_options_;
   const SearchPace pace_;
+  int load_level_ = 0;
   TrackerOptions options_;  // what is given means this for the camera's images
   const CameraModel camera_;
   ObjectFinder object_finder_;

@@ -5,7 +5,9 @@
 #include <string>
 #include <utility>
 
+#include "mono_pose_tracker/tracking/load_governor.h"
 #include "mono_pose_tracker/tracking/options_table.h"
+#include "options_for_images.h"
 
 namespace mono_pose_tracker {
 
@@ -54,12 +56,30 @@ TrackerOptions TrackerOptions::cancellable(CancelFlag flag) const {
 }
 
 TrackerOptions TrackerOptions::for_images(const cv::Size& image, SearchPace pace) const {
-  TrackerOptions options = *this;
-  const SiftScale scale = choose_sift_scale(sift, image, kWholeImage, pace);
+  return options_for_images(*this, image, pace, kAllIsDone);
+}
+
+TrackerOptions options_for_images(const TrackerOptions& given, const cv::Size& image, SearchPace pace,
+                                  int load_level) {
+  TrackerOptions options = given;
+  if (load_level >= kLessMapped) {
+    options.mapping.window_keyframes = std::max(given.mapping.window_keyframes / 2, 2);
+    options.mapping.matching_keyframes = std::max(given.mapping.matching_keyframes / 2, 1);
+  }
+  if (load_level >= kFewerFeatures) {
+    options.sift.max_features = (given.sift.max_features + 1) / 2;  // 0, which means all, stays
+    options.sift.min_features = given.sift.min_features / 2;
+  }
+  const bool is_chosen = given.sift.first_octave.has_value();
+  SiftScale scale = choose_sift_scale(given.sift, image, kWholeImage, pace);
+  if (load_level >= kCoarserOctave && !is_chosen) {
+    options.sift.first_octave = std::min(scale.first_octave + 1, kCoarsestOctave);
+    scale = choose_sift_scale(options.sift, image, kWholeImage, pace);
+  }
   options.sift.first_octave = scale.first_octave;
   options.sift.sigma = scale.sigma;
-  options.sift.finer_for_small_objects = !sift.first_octave && !sift.sigma && pace == SearchPace::kRecording;
-  if (sift.first_octave) return options;  // whoever chose the octave chose the thresholds with it
+  options.sift.finer_for_small_objects = !is_chosen && !given.sift.sigma && pace == SearchPace::kRecording;
+  if (is_chosen) return options;  // whoever chose the octave chose the thresholds with it
   const double pixel = feature_pixel_size(scale);
   options.inlier_threshold_px *= pixel;
   options.bootstrap.min_parallax_px *= pixel;

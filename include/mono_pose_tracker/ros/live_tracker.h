@@ -2,6 +2,7 @@
 
 #include <sensor_msgs/Image.h>
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -12,6 +13,8 @@
 #include "mono_pose_tracker/ros/camera_source.h"
 #include "mono_pose_tracker/ros/image_conversion.h"
 #include "mono_pose_tracker/ros/mask_source.h"
+#include "mono_pose_tracker/tracking/frame_period.h"
+#include "mono_pose_tracker/tracking/load_governor.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 
 namespace mono_pose_tracker {
@@ -31,19 +34,25 @@ struct MapVersion {
 };
 
 /// A Tracker fed with ROS messages: converts image, calibration and mask, and starts anew when the
-/// calibration changes. Used by the processing thread alone, but for cancel, map_version and map_view.
+/// calibration changes. Used by the processing thread alone, but for note_arrival, cancel, map_version and
+/// map_view.
 class LiveTracker {
  public:
   /// subject: what the text is about, which may be said again and again; empty: an event (LogThrottle).
   using Warn = std::function<void(const std::string& subject, const std::string& text)>;
+  using Clock = std::chrono::steady_clock;
 
   /// mask_wanted: whether to wait for a mask. warn: what a user should hear.
   LiveTracker(const TrackerOptions& options, CameraSource& cameras, MaskSource& masks,
               std::chrono::milliseconds mask_timeout, std::function<bool()> mask_wanted, Warn warn);
 
+  /// An image came, whether it will be processed or dropped. Where those processed take longer than the time
+  /// between two that come, less is done for the next ones (LoadGovernor). May be called from any thread.
+  void note_arrival(std::int64_t stamp_ns, Clock::time_point arrival);
+
   /// Never throws: what went wrong is in the report. The converted image, for drawing, is kept until the next
-  /// call.
-  FrameReport process(const sensor_msgs::ImageConstPtr& message);
+  /// call. arrival: when the message came.
+  FrameReport process(const sensor_msgs::ImageConstPtr& message, Clock::time_point arrival = Clock::now());
   const cv::Mat& image() const { return image_.image; }
   /// Of the last calibration that was used.
   const CameraModel& camera() const { return camera_; }
@@ -70,11 +79,14 @@ class LiveTracker {
 
   /// Tracker::cancel, also of a tracker that is begun later. May be called from any thread.
   void cancel();
+  /// Returns when the mapper has nothing left to do.
+  void wait_for_mapping();
 
   MapVersion map_version() const;
   std::optional<MapView> map_view() const;  // nothing before the first calibration
 
  private:
+  void govern(Clock::time_point arrival);
   FrameReport track(const sensor_msgs::ImageConstPtr& message);
   FrameReport refuse(Reason reason, const std::string& text) const;
   void load_waiting_maps();
@@ -88,6 +100,8 @@ class LiveTracker {
   const std::function<bool()> mask_wanted_;
   const Warn warn_;
 
+  FramePeriod period_;  // guards itself
+  LoadGovernor governor_;
   ConvertedImage image_;
   std::optional<SavedMaps> waiting_maps_;  // for the first calibration
   bool first_image_ = true;

@@ -94,6 +94,9 @@ class Tracker {
   /// happens.
   void transform_map(const Sim3& new_from_map, std::optional<ScaleSource> scale_source);
 
+  /// Leaves out what a LoadLevel says, from the next image on.
+  void set_load_level(int level);
+
   /// Changes what is_changeable (options_table.h), from the next image on; the map stays. Throws
   /// std::invalid_argument on options out of range.
   void set_options(const TrackerOptions& options);

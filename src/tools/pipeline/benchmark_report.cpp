@@ -52,6 +52,7 @@ constexpr Row kRows[] = {
     {"keyframes", "/keyframes", "%.0f"},
     {"landmarks", "/landmarks", "%.0f"},
     {"worker's backlog, most", "/backlog_max", "%.0f"},
+    {"load level, most", "/load_level_max", "%.0f"},
     {"memory before, MB", "/memory_mb/before", "%.1f"},
     {"  peak", "/memory_mb/peak", "%.1f"},
     {"  after", "/memory_mb/after", "%.1f"},

@@ -28,12 +28,14 @@ LivePipeline::~LivePipeline() {
   thread_.join();
 }
 
-void LivePipeline::put(const sensor_msgs::ImageConstPtr& image) {
+void LivePipeline::put(const sensor_msgs::ImageConstPtr& image, std::optional<std::int64_t> due_ns) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     ++counts_.received;
   }
-  if (!slot_.put({image, Clock::now()})) return;
+  const Clock::time_point arrival = Clock::now();
+  if (due_ns) tracker_.note_arrival(*due_ns, arrival);
+  if (!slot_.put({image, arrival, due_ns.has_value()})) return;
   const std::lock_guard<std::mutex> lock(mutex_);
   ++counts_.dropped;
   done_.notify_all();
@@ -52,8 +54,9 @@ LivePipeline::Counts LivePipeline::counts() const {
 void LivePipeline::run() {
   while (const std::optional<Frame> frame = slot_.take()) {
     const Clock::time_point start = Clock::now();
-    const FrameReport report = tracker_.process(frame->image);
+    const FrameReport report = tracker_.process(frame->image, frame->arrival);
     const Clock::time_point end = Clock::now();
+    if (!frame->in_time) tracker_.wait_for_mapping();
     observer_(report, ms_between(start, end), ms_between(frame->arrival, end));
     const std::lock_guard<std::mutex> lock(mutex_);
     ++counts_.tracked;

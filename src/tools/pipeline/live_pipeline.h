@@ -2,8 +2,10 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "mono_pose_tracker/ros/camera_source.h"
@@ -31,7 +33,9 @@ class LivePipeline {
   LivePipeline& operator=(const LivePipeline&) = delete;
 
   /// Called by one thread, the camera's. Never waits for the tracker.
-  void put(const sensor_msgs::ImageConstPtr& image);
+  /// due_ns: when a camera would have sent it, at its own rate. Without that no time presses: nothing is left
+  /// out for lack of it, and the image is done when it has been mapped as well.
+  void put(const sensor_msgs::ImageConstPtr& image, std::optional<std::int64_t> due_ns = std::nullopt);
   /// Returns when every image has been tracked or dropped.
   void wait();
   Counts counts() const;
@@ -40,6 +44,7 @@ class LivePipeline {
   struct Frame {
     sensor_msgs::ImageConstPtr image;
     Clock::time_point arrival;
+    bool in_time = true;  // or when all is done
   };
 
   void run();

@@ -113,16 +113,18 @@ Json run_live(const RunInput& input, double rate_hz) {
   const MemoryWatch memory;
   Gathered gathered;
   std::vector<double> latency_ms;
+  int load_level_max = 0;
   LivePipeline pipeline(input.options, input.camera,
                         [&](const FrameReport& report, double ms, double latency) {
                           gathered.add(report, ms);
                           latency_ms.push_back(latency);
+                          load_level_max = std::max(load_level_max, report.load_level);
                         });
   const Clock::time_point start = Clock::now();
   for (std::size_t i = 0; i < input.sequence.frames.size(); ++i) {
     const std::chrono::duration<double> due(static_cast<double>(i) / rate_hz);
     std::this_thread::sleep_until(start + std::chrono::duration_cast<Clock::duration>(due));
-    pipeline.put(input.sequence.frames[i].message);
+    pipeline.put(input.sequence.frames[i].message, static_cast<std::int64_t>(1e9 * due.count()));
   }
   pipeline.wait();
   const LivePipeline::Counts counts = pipeline.counts();
@@ -138,6 +140,7 @@ Json run_live(const RunInput& input, double rate_hz) {
           {"frame_cpu", time_statistics(gathered.cpu_ms)},
           {"stages", time_statistics(gathered.stage_ms)},
           {"backlog_max", gathered.backlog_max},
+          {"load_level_max", load_level_max},
           {"keyframes", gathered.last.keyframes},
           {"landmarks", gathered.last.landmarks},
           {"memory_mb", memory.result()},

@@ -1,8 +1,10 @@
 #include "soak.h"
 
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 #include "../progress_bar.h"
 #include "live_pipeline.h"
@@ -133,14 +135,16 @@ Json run_soak(const SoakOptions& options, const TrackerOptions& tracker,
   for (std::int64_t i = 0; i < frames; ++i) {
     const EndlessRoom::Frame frame = scene(i);
     const DecodedFrame sent = make_decoded_frame(frame.truth.stamp_ns, "", frame.image);
+    std::optional<std::int64_t> due_ns;
     if (options.paced) {
       const std::chrono::duration<double> due(static_cast<double>(i) / rate);
+      due_ns = static_cast<std::int64_t>(1e9 * due.count());
       std::this_thread::sleep_until(start + std::chrono::duration_cast<Clock::duration>(due));
     } else {
       pipeline.wait();
     }
     minute.put_in.push_back(frame.truth);
-    pipeline.put(sent.message);
+    pipeline.put(sent.message, due_ns);
     if ((i + 1) % frames_a_minute != 0 && i + 1 != frames) continue;
     pipeline.wait();
     const int dropped = pipeline.counts().dropped;

@@ -1,0 +1,51 @@
+#include "mono_pose_tracker/tracking/load_governor.h"
+
+#include <algorithm>
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr double kMeanWeight = 0.1;  // of the newest latency
+// Of the period: above, images begin to be dropped as soon as one takes a little longer.
+constexpr double kTooLate = 0.9;
+// Of the period, at each level: below, the next level up would still be in time. Drawing and mapping, on a
+// thread of its own, take a little time from tracking; twice the features or a finer octave take nearly twice
+// the time.
+constexpr double kTimeToSpare[] = {0, 0.75, 0.75, 0.5, 0.5};
+constexpr int kHeldUp = 5;       // images after a change that may have waited for one from before it
+constexpr int kSettling = 15;    // images after a change before its effect on the mean is seen
+constexpr int kLeastCalm = 90;   // images; three seconds at 30 Hz
+constexpr int kMostCalm = 1440;  // four doublings: a level that does not hold is tried once in 48 s
+
+}  // namespace
+
+int LoadGovernor::observe(double period_ms, double latency_ms, bool overtaken) {
+  mean_ms_ = since_change_ < kHeldUp ? latency_ms : mean_ms_ + kMeanWeight * (latency_ms - mean_ms_);
+  ++since_change_;
+  since_overtaken_ = overtaken ? 0 : since_overtaken_ + 1;
+  if (period_ms <= 0) return level_;
+  calm_ = mean_ms_ < kTimeToSpare[level_] * period_ms ? calm_ + 1 : 0;
+  if (since_change_ < kSettling) return level_;
+  const bool is_late = mean_ms_ > kTooLate * period_ms && since_overtaken_ < kSettling;
+  if (is_late && level_ < kCoarserOctave) {
+    // What did not hold is tried again later and later.
+    const bool did_not_hold = went_back_up_ && since_change_ < 2 * kLeastCalm;
+    calm_needed_ = did_not_hold ? std::min(2 * calm_needed_, kMostCalm) : calm_needed_;
+    went_back_up_ = false;
+    change_level(level_ + 1);
+  } else if (calm_ >= calm_needed_ && level_ > kAllIsDone) {
+    went_back_up_ = true;
+    change_level(level_ - 1);
+  }
+  if (level_ == kAllIsDone && since_change_ > kMostCalm) calm_needed_ = kLeastCalm;
+  return level_;
+}
+
+void LoadGovernor::change_level(int level) {
+  level_ = level;
+  since_change_ = 0;
+  calm_ = 0;
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,148 @@
+#include "mono_pose_tracker/tracking/load_governor.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+
+#include "mono_pose_tracker/tracking/frame_period.h"
+#include "mono_pose_tracker/tracking/tracker_options.h"
+#include "tracking/options_for_images.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr double kPeriodMs = 1e3 / 30;
+
+// A camera and a processor for which an image takes so long at each level: the newest image waits, the others
+// are dropped. All that come are told of.
+struct Live {
+  FramePeriod period;
+  LoadGovernor governor;
+  double time_ms = 0;  // when the processor is free
+  long next = 1;       // image
+  int dropped = 0, changes = 0;
+
+  void run(int images, const std::function<double(int level)>& takes_ms) {
+    const long end = next + images;
+    while (next < end) {
+      const long newest = std::max(next, static_cast<long>(time_ms / kPeriodMs));
+      dropped += static_cast<int>(newest - next);
+      for (; next <= newest; ++next) {
+        const double came_s = 1e-3 * static_cast<double>(next) * kPeriodMs;
+        period.note(came_s, came_s);
+      }
+      const double arrival_ms = static_cast<double>(newest) * kPeriodMs;
+      const int level = governor.level();
+      time_ms = std::max(time_ms, arrival_ms) + takes_ms(level);
+      const double latency_ms = time_ms - arrival_ms;
+      changes += governor.observe(period.milliseconds(), latency_ms, latency_ms > kPeriodMs) != level;
+    }
+  }
+
+  void pause(double seconds) {
+    next += static_cast<long>(1e3 * seconds / kPeriodMs);
+    time_ms = std::max(time_ms, static_cast<double>(next - 1) * kPeriodMs);
+  }
+};
+
+TEST(LoadGovernor, LeavesNothingOutWhereThereIsTime) {
+  Live live;
+  live.run(900, [](int) { return 0.8 * kPeriodMs; });
+  EXPECT_EQ(live.governor.level(), kAllIsDone);
+  EXPECT_EQ(live.dropped, 0);
+  // One slow image now and then is no load.
+  int count = 0;
+  live.run(900, [&](int) { return ++count % 30 ? 0.5 * kPeriodMs : 1.5 * kPeriodMs; });
+  EXPECT_EQ(live.changes, 0);
+}
+
+TEST(LoadGovernor, DoesLessUntilImagesAreInTime) {
+  for (const int enough : {1, 2, 3, 4}) {
+    Live live;
+    const auto takes_ms = [&](int level) { return (level < enough ? 1.6 : 0.8) * kPeriodMs; };
+    live.run(200, takes_ms);
+    EXPECT_EQ(live.governor.level(), enough);
+    live.dropped = 0;
+    live.run(300, takes_ms);
+    EXPECT_EQ(live.dropped, 0);
+    EXPECT_EQ(live.governor.level(), enough);
+  }
+}
+
+TEST(LoadGovernor, SeesTheCamerasRateThoughMostImagesAreDropped) {
+  Live live;
+  live.run(600, [](int level) { return (level < kCoarserOctave ? 2.2 : 0.8) * kPeriodMs; });
+  EXPECT_EQ(live.governor.level(), kCoarserOctave);
+}
+
+TEST(LoadGovernor, GoesBackUpWhenTheLoadIsGone) {
+  Live live;
+  live.run(300, [](int level) { return (1.6 - 0.3 * level) * kPeriodMs; });
+  EXPECT_GT(live.governor.level(), kAllIsDone);
+  live.run(900, [](int) { return 0.3 * kPeriodMs; });
+  EXPECT_EQ(live.governor.level(), kAllIsDone);
+}
+
+// Above half of the period, as a camera's usual images may take: no debug image drawn and less mapped spare
+// little of that.
+TEST(LoadGovernor, GoesBackUpToWhatJustFits) {
+  Live live;
+  live.run(100, [](int) { return 1.5 * kPeriodMs; });
+  EXPECT_GT(live.governor.level(), kAllIsDone);
+  live.run(900, [](int level) { return (level < kFewerFeatures ? 0.65 : 0.4) * kPeriodMs; });
+  EXPECT_EQ(live.governor.level(), kAllIsDone);
+}
+
+TEST(LoadGovernor, DoesNotSwingBetweenTwoLevels) {
+  Live live;  // level 1 leaves time to spare, level 0 is too much
+  const auto takes_ms = [](int level) { return (level < 1 ? 1.4 : 0.4) * kPeriodMs; };
+  live.run(3600, takes_ms);
+  EXPECT_LE(live.changes, 14);  // two minutes
+  live.dropped = 0;
+  live.run(3600, takes_ms);
+  EXPECT_LE(live.dropped, 36);  // 1 %
+}
+
+// Each image is sent when the one before is answered, as a test or a player does that waits.
+TEST(LoadGovernor, LeavesNothingOutForWhoWaitsForAnswers) {
+  FramePeriod period;
+  LoadGovernor governor;
+  double time_s = 0;
+  for (int i = 0; i < 900; ++i) {
+    period.note(i / 30.0, time_s);
+    const double takes_s = i % 3 ? 0.05 : 0.2;
+    time_s += takes_s;
+    governor.observe(period.milliseconds(), 1e3 * takes_s, false);
+    ASSERT_EQ(governor.level(), kAllIsDone) << i;
+  }
+}
+
+TEST(LoadGovernor, EachLevelLeavesOutMore) {
+  TrackerOptions given;
+  const auto at = [&](int level) { return options_for_images(given, {640, 480}, SearchPace::kLive, level); };
+  EXPECT_EQ(at(kNothingDrawn).mapping.window_keyframes, given.mapping.window_keyframes);
+  EXPECT_EQ(at(kLessMapped).mapping.window_keyframes, given.mapping.window_keyframes / 2);
+  EXPECT_EQ(at(kLessMapped).sift.max_features, given.sift.max_features);
+  EXPECT_EQ(at(kFewerFeatures).sift.max_features, given.sift.max_features / 2);
+  EXPECT_EQ(at(kFewerFeatures).sift.min_features, given.sift.min_features / 2);
+  EXPECT_EQ(at(kFewerFeatures).sift.first_octave, 0);
+  EXPECT_EQ(at(kCoarserOctave).sift.first_octave, 1);
+  EXPECT_EQ(at(kCoarserOctave).mapping.window_keyframes, given.mapping.window_keyframes / 2);
+  EXPECT_EQ(options_for_images(given, {3840, 2160}, SearchPace::kLive, kCoarserOctave).sift.first_octave,
+            kCoarsestOctave);
+  for (int level = kAllIsDone; level <= kCoarserOctave; ++level) EXPECT_NO_THROW(at(level).validate());
+  given.sift.first_octave = 0;
+  EXPECT_EQ(at(kCoarserOctave).sift.first_octave, 0) << "it was chosen";
+}
+
+TEST(LoadGovernor, APauseIsNoSlowCamera) {
+  Live live;
+  live.run(100, [](int) { return 0.8 * kPeriodMs; });
+  live.pause(60);
+  live.run(100, [](int) { return 0.8 * kPeriodMs; });
+  EXPECT_EQ(live.changes, 0);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
