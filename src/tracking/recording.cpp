@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "finished_maps.h"
 #include "mono_pose_tracker/common/prefetcher.h"
 
 namespace mono_pose_tracker {
@@ -172,10 +173,20 @@ void warn_of_contradictions(RecordingResult* result) {
       "there on; give masks of what moves as one (--masks), or record it again with more overlap");
 }
 
+void warn_of_torn_tracks(RecordingResult* result) {
+  const TornTracks& worst = result->maps.front().torn_tracks;
+  if (!worst.is_one()) return;
+  result->warnings.push_back(
+      place_text(worst.frame_index) + " " + std::to_string(worst.torn) + " of " +
+      std::to_string(worst.matches) +
+      " points have two places in the map, as no one place agrees with all that is seen of them: the map may "
+      "be wrong about there; give masks of what moves as one (--masks), or record it again with more "
+      "overlap");
+}
+
 void warn_of_parts(RecordingResult* result) {
   if (result->maps.size() < 2) return;
-  std::size_t apart = 0;
-  for (std::size_t i = 1; i < result->maps.size(); ++i) apart += result->maps[i].trajectory.size();
+  const std::size_t apart = frames_beside_first(result->maps);
   result->warnings.push_back(
       "the recording fell into " + std::to_string(result->maps.size()) +
       " maps that nothing ties together: " + std::to_string(apart) +
@@ -202,8 +213,6 @@ void warn_of_unposed(RecordingResult* result) {
                              std::to_string(last - longest + 1) + " to " + std::to_string(last) +
                              ": dark, blurred, or too little overlap with the others");
 }
-
-bool is_loaded(const FinishedMap& map) { return map.map.keyframes().begin()->second.frame_index < 0; }
 
 // Maps from a file in which no frame was found are none of this recording's.
 void leave_out_unseen_maps(RecordingResult* result) {
@@ -364,6 +373,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   result.maps = tracker->maps();
   result.loops = tracker->loops();
   leave_out_unseen_maps(&result);
+  leave_out_covered_maps(&result.maps);
   if (result.maps.empty()) {
     result.tracked = false;
     result.reason =
@@ -377,6 +387,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   warn_of_seams(&result);
   warn_of_depth(&result);
   warn_of_contradictions(&result);
+  warn_of_torn_tracks(&result);
   return result;
 }
 

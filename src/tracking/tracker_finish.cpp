@@ -101,6 +101,8 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.seam = weakest_seam(map.map);
   map.depth_evidence = depth_evidence(options_.bundle, map.map);
   map.contradiction = worst_contradiction(map.map, camera_, options_.matching);
+  // Seen from near, poses that went astray show by more; and quick turns of a hand-held camera tear as many.
+  if (is_narrow(map.map)) map.torn_tracks = worst_torn_tracks(map.map, options_.matching);
   map.confirmed = !unconfirmed_ && map.seam.holds() && map.is_sure();
   return map;
 }

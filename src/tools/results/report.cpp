@@ -45,6 +45,7 @@ Json maps_summary(const RecordingResult& result) {
                     {"points", map.map.landmarks().size()},
                     {"weakest_seam_points", points_of(map.seam)},
                     {"contradicting_share", map.contradiction.share()},
+                    {"torn_share", map.torn_tracks.share()},
                     {"confirmed", map.confirmed}});
   }
   return maps;

@@ -1,0 +1,62 @@
+#include "mono_pose_tracker/mapping/torn_tracks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "mono_pose_tracker/features/matching.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+TornTracks compare(const Keyframe& first, const Keyframe& second, const MatchOptions& matching) {
+  TornTracks result;
+  result.frame_index = second.frame_index;
+  for (const Match& m :
+       match_descriptors(first.image->set.descriptors, second.image->set.descriptors, matching)) {
+    const LandmarkId in_first = first.landmark_of_feature[m.first];
+    const LandmarkId in_second = second.landmark_of_feature[m.second];
+    if (in_first == kNoLandmark || in_second == kNoLandmark) continue;
+    ++result.matches;
+    result.torn += in_first != in_second;
+  }
+  return result;
+}
+
+// By how many deviations of a count with this share more are torn.
+double excess(const TornTracks& tracks) {
+  if (tracks.matches == 0) return 0;
+  const double usual = tracks.usual_share * tracks.matches;
+  // A share of nothing has a deviation, too: that of one.
+  return (tracks.torn - usual) / std::sqrt(std::max(1.0, usual * (1 - tracks.usual_share)));
+}
+
+}  // namespace
+
+bool TornTracks::is_one() const {
+  return torn >= kMinTorn && share() >= kMostOfARightMap && excess(*this) >= kDeviations;
+}
+
+TornTracks worst_torn_tracks(const Map& map, const MatchOptions& matching) {
+  std::vector<const Keyframe*> in_time;
+  for (const auto& entry : map.keyframes()) in_time.push_back(&entry.second);
+  std::sort(in_time.begin(), in_time.end(),
+            [](const Keyframe* a, const Keyframe* b) { return a->frame_index < b->frame_index; });
+  std::vector<TornTracks> pairs;
+  int matches = 0, torn = 0;
+  for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
+    pairs.push_back(compare(*in_time[i], *in_time[i + 1], matching));
+    matches += pairs.back().matches;
+    torn += pairs.back().torn;
+  }
+  TornTracks worst;
+  for (TornTracks& pair : pairs) {
+    pair.usual_share = static_cast<double>(torn) / std::max(1, matches);
+    const bool is_worse = pair.is_one() != worst.is_one() ? pair.is_one() : excess(pair) > excess(worst);
+    if (worst.frame_index < 0 || is_worse) worst = pair;
+  }
+  return worst;
+}
+
+}  // namespace mono_pose_tracker

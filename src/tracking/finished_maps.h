@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "mono_pose_tracker/tracking/tracker.h"
+
+namespace mono_pose_tracker {
+
+// Whether it came from a file: frames of earlier runs come before 0.
+bool is_loaded(const FinishedMap& map);
+
+// Frames that have a pose, though none in the first map.
+std::size_t frames_beside_first(const std::vector<FinishedMap>& maps);
+
+// What was begun while the camera was lost tells nothing more when every frame of it has found its place in
+// the first map; what was loaded stays.
+void leave_out_covered_maps(std::vector<FinishedMap>* maps);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,65 @@
+#include "mono_pose_tracker/mapping/torn_tracks.h"
+
+#include <gtest/gtest.h>
+
+#include "support/synthetic_views.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr int kKeyframes = 8, kPoints = 200, kBreak = 5;
+
+// Keyframes before a box of points. Each landmark is seen by all, but that from kBreak on those of `torn` are
+// seen as others, and so are from each keyframe on a few more, `usual` of them.
+Map make_map(int torn, int usual) {
+  Random random(5);
+  const CameraModel camera = synthetic_camera();
+  const SyntheticScene scene = box_scene(kPoints, random);
+  Map map;
+  std::vector<LandmarkId> ids;
+  for (const Eigen::Vector3d& x : scene.x_in_map) ids.push_back(map.add_landmark(x));
+  const auto tear = [&](int i) { ids[i] = map.add_landmark(scene.x_in_map[i]); };
+  for (int k = 0; k < kKeyframes; ++k) {
+    for (int i = 0; k > 0 && i < usual; ++i) tear((17 * k + i) % kPoints);
+    for (int i = 0; k == kBreak && i < torn; ++i) tear((17 * k + usual + i) % kPoints);
+    const Rigid3 camera_from_map = camera_at({0.03 * k, 0, 0}, 0);
+    std::vector<int> point_of;
+    const Frame frame = synthetic_frame(scene, camera, camera_from_map, 0.5, k, random, &point_of);
+    const KeyframeId id = map.add_keyframe(k, k * 100000000, camera_from_map, frame.image);
+    for (std::size_t f = 0; f < point_of.size(); ++f) {
+      map.add_observation(ids[point_of[f]], id, static_cast<int>(f));
+    }
+  }
+  return map;
+}
+
+TEST(TornTracks, ARightMapHasAFew) {
+  const TornTracks worst = worst_torn_tracks(make_map(0, 5), MatchOptions());
+  EXPECT_GT(worst.matches, kPoints / 2);
+  EXPECT_GT(worst.torn, 0);
+  EXPECT_FALSE(worst.is_one());
+}
+
+TEST(TornTracks, AreSeenWhereTheyBegin) {
+  const TornTracks worst = worst_torn_tracks(make_map(25, 5), MatchOptions());
+  EXPECT_EQ(worst.frame_index, kBreak);
+  EXPECT_GE(worst.torn, 20);
+  EXPECT_GT(worst.share(), 2 * worst.usual_share);
+  EXPECT_TRUE(worst.is_one());
+}
+
+TEST(TornTracks, OfARepeatedTextureAreEverywhere) {
+  const TornTracks worst = worst_torn_tracks(make_map(0, 30), MatchOptions());
+  EXPECT_GT(worst.share(), TornTracks::kMostOfARightMap);
+  EXPECT_GE(worst.torn, TornTracks::kMinTorn);
+  EXPECT_FALSE(worst.is_one());
+}
+
+TEST(TornTracks, ThereIsNothingToCompareInAnEmptyMap) {
+  const TornTracks none = worst_torn_tracks(Map(), MatchOptions());
+  EXPECT_EQ(none.frame_index, -1);
+  EXPECT_FALSE(none.is_one());
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
