@@ -4,6 +4,7 @@
 #include <iterator>
 #include <vector>
 
+#include "keyframe_landmarks.h"
 #include "mono_pose_tracker/features/matching.h"
 
 namespace mono_pose_tracker {
@@ -56,10 +57,7 @@ Contradiction compare(const Map& map, const Keyframe& first, const Keyframe& sec
 }  // namespace
 
 Contradiction worst_contradiction(const Map& map, const CameraModel& camera, const MatchOptions& matching) {
-  std::vector<const Keyframe*> in_time;
-  for (const auto& entry : map.keyframes()) in_time.push_back(&entry.second);
-  std::sort(in_time.begin(), in_time.end(),
-            [](const Keyframe* a, const Keyframe* b) { return a->frame_index < b->frame_index; });
+  const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
   Contradiction worst;
   for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
     const Contradiction here = compare(map, *in_time[i], *in_time[i + 1], camera, matching);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "mono_pose_tracker/map/map.h"
@@ -18,6 +19,15 @@ inline std::vector<LandmarkId> landmarks_of(const Keyframe& keyframe) {
     if (l != kNoLandmark) ids.push_back(l);
   }
   return ids;
+}
+
+// A joined map's ids are in another order.
+inline std::vector<const Keyframe*> keyframes_in_time(const Map& map) {
+  std::vector<const Keyframe*> in_time;
+  for (const auto& entry : map.keyframes()) in_time.push_back(&entry.second);
+  std::sort(in_time.begin(), in_time.end(),
+            [](const Keyframe* a, const Keyframe* b) { return a->frame_index < b->frame_index; });
+  return in_time;
 }
 
 }  // namespace mono_pose_tracker

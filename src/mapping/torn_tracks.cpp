@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "keyframe_landmarks.h"
 #include "mono_pose_tracker/features/matching.h"
 
 namespace mono_pose_tracker {
@@ -39,10 +40,7 @@ bool TornTracks::is_one() const {
 }
 
 TornTracks worst_torn_tracks(const Map& map, const MatchOptions& matching) {
-  std::vector<const Keyframe*> in_time;
-  for (const auto& entry : map.keyframes()) in_time.push_back(&entry.second);
-  std::sort(in_time.begin(), in_time.end(),
-            [](const Keyframe* a, const Keyframe* b) { return a->frame_index < b->frame_index; });
+  const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
   std::vector<TornTracks> pairs;
   int matches = 0, torn = 0;
   for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {

@@ -12,6 +12,10 @@ namespace {
 // The first image waits this long for its camera_info, which drivers and bags send just after it.
 constexpr std::chrono::milliseconds kCameraInfoTimeout{200};
 
+double seconds_of(LiveTracker::Clock::time_point time) {
+  return std::chrono::duration<double>(time.time_since_epoch()).count();
+}
+
 std::string size_text(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
 
 }  // namespace
@@ -42,15 +46,13 @@ FrameReport LiveTracker::process(const sensor_msgs::ImageConstPtr& message, Cloc
 }
 
 void LiveTracker::note_arrival(std::int64_t stamp_ns, Clock::time_point arrival) {
-  const std::chrono::duration<double> arrival_s = arrival.time_since_epoch();
-  period_.note(1e-9 * static_cast<double>(stamp_ns), arrival_s.count());
+  period_.note(1e-9 * static_cast<double>(stamp_ns), seconds_of(arrival));
 }
 
 void LiveTracker::govern(Clock::time_point arrival) {
   if (!tracker_) return;
   const std::chrono::duration<double, std::milli> latency = Clock::now() - arrival;
-  const std::chrono::duration<double> arrival_s = arrival.time_since_epoch();
-  const bool overtaken = period_.has_come_after(arrival_s.count());
+  const bool overtaken = period_.has_come_after(seconds_of(arrival));
   tracker_->set_load_level(governor_.observe(period_.milliseconds(), latency.count(), overtaken));
 }
 

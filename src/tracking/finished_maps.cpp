@@ -1,20 +1,14 @@
 #include "finished_maps.h"
 
 #include <algorithm>
-#include <cstdint>
-#include <set>
 
 namespace mono_pose_tracker {
 
-namespace {
-
-std::set<std::int64_t> frames_of(const FinishedMap& map) {
+std::set<std::int64_t> frames_of(const std::vector<PosedFrame>& trajectory) {
   std::set<std::int64_t> frames;
-  for (const PosedFrame& frame : map.trajectory) frames.insert(frame.index);
+  for (const PosedFrame& frame : trajectory) frames.insert(frame.index);
   return frames;
 }
-
-}  // namespace
 
 bool is_loaded(const FinishedMap& map) {
   const auto& keyframes = map.map.keyframes();
@@ -24,16 +18,16 @@ bool is_loaded(const FinishedMap& map) {
 std::size_t frames_beside_first(const std::vector<FinishedMap>& maps) {
   if (maps.empty()) return 0;
   std::set<std::int64_t> beside;
-  for (auto map = maps.begin() + 1; map != maps.end(); ++map) beside.merge(frames_of(*map));
-  for (const std::int64_t frame : frames_of(maps.front())) beside.erase(frame);
+  for (auto map = maps.begin() + 1; map != maps.end(); ++map) beside.merge(frames_of(map->trajectory));
+  for (const std::int64_t frame : frames_of(maps.front().trajectory)) beside.erase(frame);
   return beside.size();
 }
 
 void leave_out_covered_maps(std::vector<FinishedMap>* maps) {
   if (maps->empty()) return;
-  const std::set<std::int64_t> in_first = frames_of(maps->front());
+  const std::set<std::int64_t> in_first = frames_of(maps->front().trajectory);
   const auto is_covered = [&](const FinishedMap& map) {
-    const std::set<std::int64_t> frames = frames_of(map);
+    const std::set<std::int64_t> frames = frames_of(map.trajectory);
     return !is_loaded(map) && std::includes(in_first.begin(), in_first.end(), frames.begin(), frames.end());
   };
   maps->erase(std::remove_if(maps->begin() + 1, maps->end(), is_covered), maps->end());

@@ -1,11 +1,15 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <set>
 #include <vector>
 
 #include "mono_pose_tracker/tracking/tracker.h"
 
 namespace mono_pose_tracker {
+
+std::set<std::int64_t> frames_of(const std::vector<PosedFrame>& trajectory);
 
 // Whether it came from a file: frames of earlier runs come before 0.
 bool is_loaded(const FinishedMap& map);

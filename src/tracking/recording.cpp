@@ -197,9 +197,7 @@ void warn_of_parts(RecordingResult* result) {
 void warn_of_unposed(RecordingResult* result) {
   constexpr double kMostShare = 0.1;  // fewer are the few blurred ones that every recording has
   std::set<std::int64_t> posed;
-  for (const FinishedMap& map : result->maps) {
-    for (const PosedFrame& frame : map.trajectory) posed.insert(frame.index);
-  }
+  for (const FinishedMap& map : result->maps) posed.merge(frames_of(map.trajectory));
   std::int64_t unposed = 0, run = 0, longest = 0, last = -1;
   for (const auto& name : result->names) {
     const bool has_none = posed.count(name.first) == 0;
@@ -229,12 +227,6 @@ void leave_out_unseen_maps(RecordingResult* result) {
 // Features of so many images are held at once: half a gigabyte. What is beyond is posed image by image.
 constexpr std::size_t kMaxHeld = 1000;
 
-std::set<std::int64_t> posed_frames(const Tracker& tracker) {
-  std::set<std::int64_t> posed;
-  for (const PosedFrame& frame : tracker.trajectory()) posed.insert(frame.index);
-  return posed;
-}
-
 // Whether the finished map, the largest of them, is of one rigid body.
 void check_map(int image_width, RecordingResult* result) {
   result->rigidity = check_rigidity(result->maps.front().map, image_width);
@@ -250,7 +242,7 @@ void check_map(int image_width, RecordingResult* result) {
 
 void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tracker* tracker,
                    RecordingResult* result) {
-  std::set<std::int64_t> posed = posed_frames(*tracker);
+  const std::set<std::int64_t> posed = frames_of(tracker->trajectory());
   if (static_cast<std::int64_t>(posed.size()) == result->frames_total) return;
   const auto is_wanted = [&](std::int64_t index) { return posed.count(index) == 0; };
   Reader reader(recording, *tracker, is_wanted, nullptr);

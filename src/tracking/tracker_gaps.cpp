@@ -95,7 +95,8 @@ void Tracker::Impl::pose_anywhere() {
   }
 }
 
-// A frame that is posed in a smaller map has been tried in the largest, which would tie them, and is done with.
+// A frame that is posed in a smaller map has been tried in the largest, which would tie them, and is done
+// with.
 void Tracker::Impl::leave_out_posed() {
   for (const auto& poses : frames_) {
     for (const auto& frame : poses.second.all()) unposed_.erase(frame.first);
@@ -109,14 +110,20 @@ void Tracker::Impl::fill_gaps_beside() {
   const std::uint32_t largest = worker_.latest()->map_id;
   begin_in_gaps();
   leave_out_posed();
-  std::vector<std::uint32_t> ids = worker_.mapper().kept_maps();
-  ids.push_back(worker_.latest()->map_id);
+  std::vector<std::uint32_t> ids = all_maps();
   std::sort(ids.begin(), ids.end());
   for (const std::uint32_t id : ids) {
     show(id);
     if (id != largest) fill_its_gaps();
   }
   resume_largest();
+}
+
+// Those kept and the present one.
+std::vector<std::uint32_t> Tracker::Impl::all_maps() {
+  std::vector<std::uint32_t> ids = worker_.mapper().kept_maps();
+  ids.push_back(worker_.latest()->map_id);
+  return ids;
 }
 
 // The map becomes the present one.
@@ -172,9 +179,7 @@ bool Tracker::Impl::track_in_gap(const Frame& frame) {
 
 // Of those that no one knew before: too little to be worth a frame and a unit of its own.
 void Tracker::Impl::drop_young_maps(const std::set<std::uint32_t>& known) {
-  std::vector<std::uint32_t> ids = worker_.mapper().kept_maps();
-  ids.push_back(worker_.latest()->map_id);
-  for (const std::uint32_t id : ids) {
+  for (const std::uint32_t id : all_maps()) {
     if (known.count(id)) continue;
     show(id);
     const std::vector<std::uint32_t> kept = worker_.mapper().kept_maps();

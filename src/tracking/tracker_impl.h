@@ -105,6 +105,7 @@ class Tracker::Impl {
   void pose_anywhere();
   void leave_out_posed();
   void fill_gaps_beside();
+  std::vector<std::uint32_t> all_maps();
   void show(std::uint32_t map_id);
   void begin_in_gaps();
   bool track_in_gap(const Frame& frame);

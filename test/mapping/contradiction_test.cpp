@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "support/add_view.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
@@ -80,12 +81,7 @@ TEST(Contradiction, ARepeatedPatternSaysNothing) {
     for (int i = 0; i < kPattern; ++i) {  // the first view sees one of each pair well, the second the other
       seen.descriptors.at<std::uint8_t>(i, 0) = i % 2 == k ? 0 : 60;
     }
-    std::vector<int> point_of;
-    const Frame frame = synthetic_frame(seen, camera, camera_from_map, 0.2, k, random, &point_of);
-    const KeyframeId id = map.add_keyframe(k, k * 100000000, camera_from_map, frame.image);
-    for (std::size_t f = 0; f < point_of.size(); ++f) {
-      map.add_observation(ids[point_of[f]], id, static_cast<int>(f));
-    }
+    add_view(seen, camera, camera_from_map, 0.2, k, ids, random, &map);
   }
   const Contradiction worst = worst_contradiction(map, camera, MatchOptions());
   EXPECT_GE(worst.matches, 30);

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "support/synthetic_views.h"
+#include "support/add_view.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -30,12 +30,7 @@ Map head_map(double noise_px) {
     const Rigid3 camera_from_map(
         Eigen::Quaterniond(Eigen::AngleAxisd(k * kStep, Eigen::Vector3d(0.2, 1, 0).normalized())),
         Eigen::Vector3d(0.02 * k, 0, 6));
-    std::vector<int> point_of;
-    const Frame frame = synthetic_frame(scene, camera, camera_from_map, noise_px, k, random, &point_of);
-    const KeyframeId id = map.add_keyframe(k, k * 100000000, camera_from_map, frame.image);
-    for (std::size_t f = 0; f < point_of.size(); ++f) {
-      map.add_observation(ids[point_of[f]], id, static_cast<int>(f));
-    }
+    add_view(scene, camera, camera_from_map, noise_px, k, ids, random, &map);
   }
   return map;
 }

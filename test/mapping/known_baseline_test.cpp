@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "support/synthetic_views.h"
+#include "support/add_view.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -17,12 +17,7 @@ Map two_keyframes(double way, int points) {
   for (const Eigen::Vector3d& x : scene.x_in_map) ids.push_back(map.add_landmark(x));
   for (int k = 0; k < 2; ++k) {
     const Rigid3 camera_from_map = camera_at({way * k, 0, 0}, 0.1 * k);
-    std::vector<int> point_of;
-    const Frame frame = synthetic_frame(scene, camera, camera_from_map, 0.5, k, random, &point_of);
-    const KeyframeId id = map.add_keyframe(k, k * 100000000, camera_from_map, frame.image);
-    for (std::size_t f = 0; f < point_of.size(); ++f) {
-      map.add_observation(ids[point_of[f]], id, static_cast<int>(f));
-    }
+    add_view(scene, camera, camera_from_map, 0.5, k, ids, random, &map);
   }
   return map;
 }

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "support/synthetic_views.h"
+#include "support/add_view.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -28,12 +28,7 @@ Map make_map(const Motion& own, double noise_px = 0.5) {
     for (Eigen::Vector3d& x : moved.x_in_map) {
       if (x.x() > 0.2) x = own(k, x);
     }
-    std::vector<int> point_of;
-    const Frame frame = synthetic_frame(moved, camera, camera_from_map, noise_px, k, random, &point_of);
-    const KeyframeId id = map.add_keyframe(k, k * 100000000, camera_from_map, frame.image);
-    for (std::size_t f = 0; f < point_of.size(); ++f) {
-      map.add_observation(ids[point_of[f]], id, static_cast<int>(f));
-    }
+    add_view(moved, camera, camera_from_map, noise_px, k, ids, random, &map);
   }
   return map;
 }

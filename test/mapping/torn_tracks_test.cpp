@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "support/synthetic_views.h"
+#include "support/add_view.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -23,12 +23,7 @@ Map make_map(int torn, int usual) {
     for (int i = 0; k > 0 && i < usual; ++i) tear((17 * k + i) % kPoints);
     for (int i = 0; k == kBreak && i < torn; ++i) tear((17 * k + usual + i) % kPoints);
     const Rigid3 camera_from_map = camera_at({0.03 * k, 0, 0}, 0);
-    std::vector<int> point_of;
-    const Frame frame = synthetic_frame(scene, camera, camera_from_map, 0.5, k, random, &point_of);
-    const KeyframeId id = map.add_keyframe(k, k * 100000000, camera_from_map, frame.image);
-    for (std::size_t f = 0; f < point_of.size(); ++f) {
-      map.add_observation(ids[point_of[f]], id, static_cast<int>(f));
-    }
+    add_view(scene, camera, camera_from_map, 0.5, k, ids, random, &map);
   }
   return map;
 }

@@ -180,12 +180,18 @@ TEST_F(RecordingTest, AMapMayBeginLaterThanTheRecording) {
   EXPECT_EQ(result.trajectory.size(), 15u);
 }
 
+std::vector<cv::Mat> one_after_the_other(const SimulatedRoom& first, const SimulatedRoom& second) {
+  std::vector<cv::Mat> images;
+  for (const SimulatedRoom* room : {&first, &second}) {
+    for (const SimulatedFrame& frame : room->frames) images.push_back(frame.image);
+  }
+  return images;
+}
+
 // Another room after a cut: it ends before a camera has been lost for long enough to begin a new map.
 TEST_F(RecordingTest, WhatFollowsACutHasAMapOfItsOwnHoweverShort) {
   const SimulatedRoom other = simulated_room(9, 1, 2);
-  std::vector<cv::Mat> images;
-  for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image);
-  for (const SimulatedFrame& frame : other.frames) images.push_back(frame.image);
+  const std::vector<cv::Mat> images = one_after_the_other(*room_, other);
   const RecordingResult result = track(images, room_->camera);
   ASSERT_TRUE(result.tracked);
   EXPECT_EQ(result.trajectory.size(), 16u);
@@ -202,9 +208,7 @@ TEST_F(RecordingTest, WhatFollowsACutHasAMapOfItsOwnHoweverShort) {
 // The new map begins ten images after the loss; those ten are in view of it as well.
 TEST_F(RecordingTest, AMapBesideGetsTheImagesBeforeItsBeginning) {
   const SimulatedRoom other = simulated_room(26, 1, 2);
-  std::vector<cv::Mat> images;
-  for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image);
-  for (const SimulatedFrame& frame : other.frames) images.push_back(frame.image);
+  const std::vector<cv::Mat> images = one_after_the_other(*room_, other);
   const RecordingResult result = track(images, room_->camera);
   ASSERT_TRUE(result.tracked);
   ASSERT_EQ(result.maps.size(), 2u);
