@@ -74,6 +74,20 @@ std::vector<Rigid3> head_path(int frames, double distance, std::uint64_t seed) {
   return path;
 }
 
+std::vector<Rigid3> turntable_path(int frames, double distance) {
+  const Vector3d on_axis(0, 0.05, 0.03);
+  const Eigen::Quaterniond down(AngleAxisd(-15 * kDegree, Vector3d::UnitX()));
+  const Rigid3 stage_from_camera(down, on_axis - distance * (down * Vector3d::UnitZ()));
+  std::vector<Rigid3> path;
+  path.reserve(frames);
+  for (int frame = 0; frame < frames; ++frame) {
+    const Eigen::Quaterniond turn(AngleAxisd(344 * kDegree * share_done(frame, frames), Vector3d::UnitY()));
+    const Rigid3 stage_from_map(turn, on_axis - turn * on_axis);
+    path.push_back(stage_from_map.inverse() * stage_from_camera);
+  }
+  return path;
+}
+
 std::vector<Rigid3> handheld_room_path(int frames, std::uint64_t seed) {
   return handheld_path(frames, seed, {-0.25, 1.2, 1.35}, {0.25, 1.35, 1.45}, {0, 0.08, 0.06},
                        {0.05, 4.2, 0.95});

@@ -75,17 +75,26 @@ Vector3f skin(unsigned seed, const Vector3f& x, float footprint) {
       Vector3f(1.f - 0.8f * darkness, 1.f - darkness, 1.f - 1.1f * darkness).cwiseMax(0.15f));
 }
 
+/// How far (m) loose strands are to the side of where they hang at rest: locks of 2 cm sway each by itself,
+/// within a second or so.
+float hair_sway(unsigned seed, float time, float around, float along) {
+  return 0.0020f * value_noise(seed, 50.f * around, 160.f * along, 1.5f * time);
+}
+
 /// Strands that run down from the crown: thin around the head, long along it.
-Vector3f hair(unsigned seed, const Vector3f& x, float footprint) {
+Vector3f hair(unsigned seed, const HeadLook& look, const Vector3f& x, float footprint) {
   constexpr float kRadius = 0.08f;  // m, of the skull: makes lengths of azimuths
   const float z = x.z() - 0.02f;
-  const float around = kRadius * std::atan2(x.x(), -z);
+  float around = kRadius * std::atan2(x.x(), -z);
   const float off_axis = std::max(std::hypot(x.x(), z), 0.01f);
   const float along = 0.25f * x.y() + 0.2f * off_axis;
   const float squeezed = std::max(footprint, footprint * kRadius / off_axis);  // azimuths crowd at the crown
+  if (look.loose_hair) around += hair_sway(seed + 15, look.hair_time, around, along);
   const float lock = fractal_noise(seed + 10, around, along, 0.012f, 2, squeezed);
   const float strand = fractal_noise(seed + 11, around, along, 0.003f, 2, squeezed);
-  return Vector3f(0.30f, 0.22f, 0.16f) * (1.f + 0.30f * lock + 0.80f * strand);
+  if (!look.loose_hair) return Vector3f(0.30f, 0.22f, 0.16f) * (1.f + 0.30f * lock + 0.80f * strand);
+  const float fine = fractal_noise(seed + 14, around, 0.5f * along, 0.0026f, 2, squeezed);
+  return Vector3f(0.26f, 0.18f, 0.12f) * std::max(0.2f, 1.f + 0.40f * lock + 0.70f * strand + 0.80f * fine);
 }
 
 /// 1 on the scalp, 0 on the face, the neck and the ears.
@@ -99,29 +108,31 @@ float hair_weight(unsigned seed, const Vector3f& x) {
   return scalp * (1.f - ear);
 }
 
-void paint_eyes(const Vector3f& x, float footprint, Vector3f* color) {
+void paint_eyes(const HeadLook& look, const Vector3f& x, float footprint, Vector3f* color) {
   if (x.z() > -0.07f || std::fabs(x.y() - 0.003f) > 0.02f) return;
   const float u = (std::fabs(x.x()) - 0.032f) / 0.0125f, v = x.y() - 0.0035f;
   if (std::fabs(u) > 1.3f) return;
   const float softness = 0.0003f + 0.5f * footprint;
-  const float lid = std::fabs(v) - 0.0052f * (1.f - u * u);  // signed distance, about, from the almond's edge
+  const float half = 0.0052f * (1.f - u * u);
+  const float upper = (1.f - 1.9f * look.lids) * half;  // the upper lid comes down, the lower one stays
+  const float lid = std::max(-upper - v, v - half);     // signed distance, about, from the almond's edge
   paint(0.7f * inside(std::fabs(lid) - 0.0007f, softness), Vector3f(0.22f, 0.15f, 0.12f), color);
   const float open = inside(lid + 0.0004f, softness);
-  const float r = std::hypot(0.0125f * u, v + 0.0005f);
+  const float r = std::hypot(0.0125f * u - std::copysign(look.gaze, look.gaze * x.x()), v + 0.0005f);
   Vector3f eye(0.82f, 0.80f, 0.77f);
   paint(inside(r - 0.0056f, softness), Vector3f(0.30f, 0.26f, 0.18f), &eye);
   paint(inside(r - 0.0024f, softness), Vector3f(0.05f, 0.05f, 0.05f), &eye);
   paint(open, eye, color);
 }
 
-void paint_brows(unsigned seed, const Vector3f& x, float footprint, Vector3f* color) {
+void paint_brows(unsigned seed, const HeadLook& look, const Vector3f& x, float footprint, Vector3f* color) {
   if (x.z() > -0.06f) return;
   const float u = (std::fabs(x.x()) - 0.034f) / 0.021f;
   const float arch = -0.0235f - 0.004f * (1.f - u * u) + 0.002f * u;
   const float ragged = 0.0012f * value_noise(seed + 13, 900 * x.x(), 300 * x.y(), 300 * x.z());
   const float edge = std::max(std::fabs(x.y() - arch) - 0.0042f * std::sqrt(std::max(0.f, 1.f - u * u)),
                               0.021f * (std::fabs(u) - 1.f));
-  paint(0.8f * inside(edge + ragged, 0.0012f + 0.5f * footprint), 0.85f * hair(seed + 20, x, footprint),
+  paint(0.8f * inside(edge + ragged, 0.0012f + 0.5f * footprint), 0.85f * hair(seed + 20, look, x, footprint),
         color);
 }
 
@@ -136,16 +147,66 @@ void paint_lips(const Vector3f& x, float footprint, Vector3f* color) {
       Vector3f(0.30f, 0.14f, 0.14f), color);
 }
 
+/// What a mouth that opens does to the skin about it, where it shows.
+struct Mouth {
+  Vector3f x_at_rest;                    // the place of the skin that is seen here when the mouth is closed
+  float gap = 0;                         // m between the lips, at this x
+  float below_edge = 0, above_edge = 0;  // m from the gap's upper and to its lower edge, positive in the gap
+};
+
+constexpr float kLipLine = 0.0718f, kMouthHalfWidth = 0.024f;  // y and half its length, m
+
+/// The lower lip takes the chin along, ever less further down and to the sides.
+Mouth open_mouth(float open, const Vector3f& x) {
+  Mouth mouth{x, 0, 0, 0};
+  const float v = x.y() - kLipLine;
+  if (open <= 0 || x.z() > -0.03f || v < -0.02f || v > 0.06f) return mouth;
+  const float u = x.x() / (kMouthHalfWidth + 0.6f * std::max(v, 0.f));
+  mouth.gap = open * std::max(0.f, 1.f - u * u);
+  const float up = 0.2f * mouth.gap, down = 0.8f * mouth.gap;
+  mouth.below_edge = v + up;
+  mouth.above_edge = down - v;
+  if (v >= down) {
+    mouth.x_at_rest.y() -= down * smooth_step(0.06f, 0.012f, v);
+  } else if (v <= -up) {
+    mouth.x_at_rest.y() += up * smooth_step(-0.02f, -0.006f, v);
+  } else {
+    mouth.x_at_rest.y() = kLipLine;
+  }
+  return mouth;
+}
+
+/// The upper teeth, and the dark below them with a tongue in it.
+void paint_mouth(const Mouth& mouth, const Vector3f& x, float footprint, Vector3f* color) {
+  if (mouth.gap <= 0) return;
+  const float softness = 0.0004f + 0.5f * footprint;
+  Vector3f within(0.16f, 0.05f, 0.05f);
+  paint(0.6f * inside(mouth.above_edge - 0.35f * mouth.gap, 0.002f), Vector3f(0.50f, 0.24f, 0.24f), &within);
+  const float between =
+      std::fabs(x.x() / 0.0075f - std::floor(x.x() / 0.0075f) - 0.5f);  // 0.5 between two teeth
+  const Vector3f tooth = Vector3f(0.80f, 0.78f, 0.71f) * (1.f - 0.35f * smooth_step(0.42f, 0.5f, between));
+  paint(inside(mouth.below_edge - 0.0045f, softness), tooth, &within);
+  paint(inside(-std::min(mouth.below_edge, mouth.above_edge), softness), within, color);
+}
+
+/// Brows do not sway.
+HeadLook at_rest(HeadLook look) {
+  look.loose_hair = false;
+  return look;
+}
+
 }  // namespace
 
-Vector3f head_albedo(unsigned seed, const Vector3f& x, float footprint) {
+Vector3f head_albedo(unsigned seed, const HeadLook& look, const Vector3f& x, float footprint) {
   const float scalp = hair_weight(seed, x);
-  Vector3f color = hair(seed, x, footprint);
+  Vector3f color = hair(seed, look, x, footprint);
   if (scalp < 1.f) {
-    Vector3f face = skin(seed, x, footprint);
-    paint_lips(x, footprint, &face);
-    paint_brows(seed, x, footprint, &face);
-    paint_eyes(x, footprint, &face);
+    const Mouth mouth = open_mouth(look.mouth_open, x);
+    Vector3f face = skin(seed, mouth.x_at_rest, footprint);
+    paint_lips(mouth.x_at_rest, footprint, &face);
+    paint_brows(seed, at_rest(look), x, footprint, &face);
+    paint_eyes(look, x, footprint, &face);
+    paint_mouth(mouth, x, footprint, &face);
     color = face + scalp * (color - face);
   }
   return color;

@@ -171,7 +171,7 @@ void Renderer::shade_row(const Scene& scene, const Rigid3& map_from_camera, cons
                          Picture* picture) const {
   for (int column = 0; column < camera_.width(); ++column) {
     const Hit& hit = geometry.pixels[static_cast<std::size_t>(row) * camera_.width() + column].hit;
-    picture->mask.at<std::uint8_t>(row, column) = hit.surface >= 0 ? 255 : 0;
+    picture->mask.at<std::uint8_t>(row, column) = hit.surface >= 0 && scene.is_body(hit) ? 255 : 0;
     cv::Vec3f& color = picture->color.at<cv::Vec3f>(row, column);
     const cv::Vec3f behind = background.at<cv::Vec3f>(row, column);
     if (!even_surface(geometry, row, column)) {
@@ -189,10 +189,11 @@ cv::Vec3f Renderer::shade_surface(const Scene& scene, const Rigid3& map_from_cam
   const Vector3d center = center_ray(row, column);
   const Vector3d x_in_map = map_from_camera * Vector3d(pixel.hit.distance * center);
   const Color light = scene.irradiance(pixel.hit, x_in_map, lighting);
+  const Color gloss = scene.gloss(pixel.hit, x_in_map, map_from_camera.rotation * -center, lighting);
   const double cosine = -pixel.normal_in_camera.dot(center);
   if (cosine > kFacing) {
     const float footprint = pixel_footprint(pixel.hit.distance, cosine);
-    return to_bgr(light.cwiseProduct(scene.albedo(pixel.hit, x_in_map, footprint)));
+    return to_bgr(light.cwiseProduct(scene.albedo(pixel.hit, x_in_map, footprint)) + gloss);
   }
   const float footprint = pixel_footprint(pixel.hit.distance, cosine) / samples_;
   const int count = samples_ * samples_;
@@ -202,7 +203,7 @@ cv::Vec3f Renderer::shade_surface(const Scene& scene, const Rigid3& map_from_cam
     const double distance = distance_to_plane(ray, center, pixel.hit.distance, pixel.normal_in_camera);
     albedo += scene.albedo(pixel.hit, map_from_camera * Vector3d(distance * ray), footprint);
   }
-  return to_bgr(light.cwiseProduct(albedo / static_cast<float>(count)));
+  return to_bgr(light.cwiseProduct(albedo / static_cast<float>(count)) + gloss);
 }
 
 cv::Vec3f Renderer::shade_edge(const Scene& scene, const Rigid3& map_from_camera, const Lighting& lighting,
@@ -219,8 +220,9 @@ cv::Vec3f Renderer::shade_edge(const Scene& scene, const Rigid3& map_from_camera
     }
     const Vector3d x_in_map = ray.origin + hit.distance * ray.direction;
     const float footprint = pixel_footprint(hit.distance, -hit.normal_in_map.dot(ray.direction)) / samples_;
-    sum += to_bgr(
-        scene.irradiance(hit, x_in_map, lighting).cwiseProduct(scene.albedo(hit, x_in_map, footprint)));
+    const Color light = scene.irradiance(hit, x_in_map, lighting);
+    sum += to_bgr(light.cwiseProduct(scene.albedo(hit, x_in_map, footprint)) +
+                  scene.gloss(hit, x_in_map, -ray.direction, lighting));
   }
   return sum / static_cast<float>(count);
 }

@@ -9,25 +9,17 @@
 #include "mono_pose_tracker/simulation/camera_path.h"
 #include "mono_pose_tracker/simulation/hand_occluder.h"
 #include "mono_pose_tracker/simulation/head_scene.h"
-#include "mono_pose_tracker/simulation/leaf_texture.h"
+#include "mono_pose_tracker/simulation/head_stage.h"
 #include "mono_pose_tracker/simulation/panel_scene.h"
-#include "mono_pose_tracker/simulation/parallel.h"
 #include "mono_pose_tracker/simulation/sensor.h"
+#include "mono_pose_tracker/simulation/still_background.h"
 #include "street_scene.h"
 
 namespace mono_pose_tracker {
 namespace {
 
-/// From the camera to the middle of the head, m: the head fills three quarters of the image's height.
-constexpr double kHeadDistance = 0.55;
-
 constexpr int kFrames = 120;  // of the paper's sequence
 constexpr double kPi = 3.14159265358979323846;
-
-void require(bool holds, const char* key, double value, const char* expected) {
-  if (holds) return;
-  throw std::invalid_argument(std::string(key) + " = " + std::to_string(value) + ", expected " + expected);
-}
 
 /// A stream of its own for each use of the sequence's seed.
 std::uint64_t derived_seed(std::uint64_t seed, std::uint64_t use) {
@@ -60,8 +52,8 @@ std::shared_ptr<const Scene> make_scene(SceneKind kind, std::uint64_t seed) {
   }
 }
 
-// frames 0: as many as suit the scene.
-std::vector<Rigid3> scene_path(SceneKind kind, int frames, std::uint64_t seed) {
+// frames 0: as many as suit the scene; `stage`: of a scene with a head.
+std::vector<Rigid3> scene_path(SceneKind kind, const HeadStage* stage, int frames, std::uint64_t seed) {
   const int some = frames > 0 ? frames : kFrames;
   switch (kind) {
     case SceneKind::kRoom:
@@ -73,64 +65,17 @@ std::vector<Rigid3> scene_path(SceneKind kind, int frames, std::uint64_t seed) {
     case SceneKind::kCorridor:
       return street_path(street_plan(kind), frames, seed);
     default:
-      return head_path(some, kHeadDistance, seed);
+      return stage->path(some, seed);
   }
+}
+
+Lighting room_lighting() {
+  return {Eigen::Vector3f(-0.4f, -0.5f, 0.75f).normalized(), -Eigen::Vector3f::UnitY()};
 }
 
 std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
 
-/// A dark cloth, or a wall of strong texture a few decimetres behind the head.
-cv::Mat make_background(const CameraModel& camera, BackgroundKind kind, std::uint64_t seed, int threads) {
-  cv::Mat background(camera.height(), camera.width(), CV_32FC3, cv::Scalar(0.085, 0.075, 0.07));
-  if (kind == BackgroundKind::kPlain) return background;
-  LeafStyle style;
-  style.base = Color(0.45f, 0.48f, 0.50f);
-  style.palette = {
-      {0.25f, 0.30f, 0.36f}, {0.62f, 0.58f, 0.48f}, {0.48f, 0.30f, 0.26f}, {0.34f, 0.44f, 0.36f}};
-  style.largest = 0.25f;
-  style.smallest = 0.008f;
-  style.opacity = 0.95f;
-  const auto texture_seed = static_cast<std::uint32_t>(derived_seed(seed, 1));
-  constexpr double kWallDistance = 1.0;  // m
-  parallel_for(camera.height(), threads, [&](int row) {
-    for (int column = 0; column < camera.width(); ++column) {
-      const Eigen::Vector3d ray = camera.bearing(Eigen::Vector2d(column, row));
-      const double scale = kWallDistance / std::max(ray.z(), 0.1);
-      const Color color =
-          leaf_texture(style, texture_seed, static_cast<float>(scale * ray.x()),
-                       static_cast<float>(scale * ray.y()), static_cast<float>(scale / camera.focal()));
-      background.at<cv::Vec3f>(row, column) = cv::Vec3f(color.z(), color.y(), color.x()) * 0.75f;
-    }
-  });
-  return background;
-}
-
 }  // namespace
-
-void SequenceOptions::validate() const {
-  require(frames >= 0, "frames", frames, "0 (all) or more");
-  require(lead_in >= 0, "lead_in", lead_in, "0 or more");
-  require(lead_in == 0 || scene == SceneKind::kHead, "lead_in", lead_in, "0: only the head can be away");
-  require(noise_grey_levels >= 0, "noise_grey_levels", noise_grey_levels, "0 or more");
-  require(blur_px >= 0 && blur_px <= 50, "blur_px", blur_px, "0 to 50");
-  require(exposure_drift >= 0 && exposure_drift < 1, "exposure_drift", exposure_drift,
-          "0 or more and less than 1");
-  require(rate_hz > 0, "rate_hz", rate_hz, "more than 0");
-  require(first_stamp_s >= 0, "first_stamp_s", first_stamp_s, "0 or more");
-  require(samples >= 1 && samples <= 8, "samples", samples, "1 to 8");
-  require(threads >= 0, "threads", threads, "0 (all) or more");
-}
-
-CameraParameters default_camera(SceneKind scene, int width, int height) {
-  CameraParameters camera;
-  camera.width = width;
-  camera.height = height;
-  camera.fx = camera.fy = (scene == SceneKind::kHead ? 1.2 : 0.82) * width;  // 45 and 63 degrees wide
-  camera.cx = 0.5 * (width - 1);
-  camera.cy = 0.5 * (height - 1);
-  camera.distortion = {0, 0, 0, 0, 0};
-  return camera;
-}
 
 SimulatedSequence::SimulatedSequence(const SequenceOptions& options)
     : options_((options.validate(), options)),
@@ -138,8 +83,12 @@ SimulatedSequence::SimulatedSequence(const SequenceOptions& options)
       scene_(make_scene(options.scene, options.seed)),
       renderer_(camera_, options.samples, thread_count(options.threads)) {
   options_.threads = thread_count(options.threads);
-  background_ = make_background(camera_, options_.background, options_.seed, options_.threads);
+  if (has_head(options_.scene)) {
+    stage_ = std::make_shared<HeadStage>(options_, static_cast<std::uint32_t>(derived_seed(options_.seed, 0)),
+                                         derived_seed(options_.seed, 4));
+  }
   make_path();
+  background_ = background(0);
   if (options_.lead_in > 0 && stamp(0) < 0) {
     throw std::invalid_argument("lead_in = " + std::to_string(options_.lead_in) +
                                 ", expected one that fits between time 0 and the path's first stamp");
@@ -154,27 +103,47 @@ void SimulatedSequence::make_path() {
     return;
   }
   std::int64_t index = 0;
-  for (const Rigid3& pose : scene_path(options_.scene, options_.frames, derived_seed(options_.seed, 2))) {
+  const std::uint64_t path_seed = derived_seed(options_.seed, 2);
+  for (const Rigid3& pose : scene_path(options_.scene, stage_.get(), options_.frames, path_seed)) {
     path_.push_back(
         {nanoseconds(options_.first_stamp_s + (options_.lead_in + index++) / options_.rate_hz), pose});
   }
 }
 
+// What is behind the head.
+cv::Mat SimulatedSequence::background(double done) const {
+  const auto texture_seed = static_cast<std::uint32_t>(derived_seed(options_.seed, 1));
+  const cv::Mat still = still_background(camera_, options_.background, texture_seed, options_.threads);
+  if (options_.background != BackgroundKind::kRoom) return still;
+  return renderer_.render(stage_->room(), stage_->room_from_camera(done), room_lighting(), still).color;
+}
+
+std::shared_ptr<const Scene> SimulatedSequence::scene_at(int index) const {
+  if (!stage_) return scene_;
+  const double time = 1e-9 * static_cast<double>(path_.at(index).stamp_ns - path_.front().stamp_ns);
+  return stage_->scene(path_.at(index).map_from_camera, share_done(index), time);
+}
+
 Lighting SimulatedSequence::lighting(int index) const {
-  if (options_.scene != SceneKind::kHead)
-    return {Eigen::Vector3f(-0.4f, -0.5f, 0.75f).normalized(), -Eigen::Vector3f::UnitY()};
+  if (!stage_) return room_lighting();
   // A lamp to the upper left of the camera, a window to its right.
   const Eigen::Vector3f key = Eigen::Vector3f(-0.5f, -0.75f, -0.8f).normalized();
   const Eigen::Vector3f fill = Eigen::Vector3f(0.4f, -0.3f, -0.8f).normalized();
   if (!options_.lights_move_with_camera) return {key, fill};
-  const Eigen::Matrix3f rotation = path_.at(index).map_from_camera.rotation_matrix().cast<float>();
+  // They stand still with the camera's place of rest.
+  const Rigid3& map_from_camera = path_.at(index).map_from_camera;
+  const Rigid3 map_from_rest = options_.hand_held
+                                   ? map_from_camera * stage_->rest_from_camera(share_done(index)).inverse()
+                                   : map_from_camera;
+  const Eigen::Matrix3f rotation = map_from_rest.rotation_matrix().cast<float>();
   return {rotation * key, rotation * fill};
 }
 
 // The object and what is before it, at the index-th pose of the path.
 void SimulatedSequence::draw_object(int index, cv::Mat* color, cv::Mat* mask) const {
+  const cv::Mat behind = options_.hand_held ? background(share_done(index)) : background_;
   Renderer::Picture picture =
-      renderer_.render(*scene_, path_.at(index).map_from_camera, lighting(index), background_);
+      renderer_.render(*scene_at(index), path_.at(index).map_from_camera, lighting(index), behind);
   if (options_.occluder) {
     const auto texture_seed = static_cast<std::uint32_t>(derived_seed(options_.seed, 3));
     draw_hand(camera_, share_done(index), texture_seed, options_.threads, &picture.color, &picture.mask);

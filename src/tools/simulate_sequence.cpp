@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 using namespace mono_pose_tracker;
 
 struct Arguments {
-  std::string scene = "head", background = "plain", lights = "camera", path, output;
+  std::string scene = "head", background = "plain", shoulders = "none", lights = "camera", path, output;
   int width = 640, height = 480;
   double focal_px = 0, hfov_deg = 0;
   std::string distortion_model = "plumb_bob";
@@ -55,13 +55,31 @@ std::string image_name(int index) {
   return name;
 }
 
+void declare_head(CLI::App& app, Arguments& a) {
+  SequenceOptions& s = a.sequence;
+  app.add_option(
+         "--background", a.background,
+         "behind the head: plain (dark), textured, wall (bright, hardly any texture) or room, of which the "
+         "first three stand still [plain]")
+      ->check(CLI::IsMember({"plain", "textured", "wall", "room"}));
+  app.add_option("--shoulders", a.shoulders,
+                 "none, still or sway: below the head, not turning with it [none]")
+      ->check(CLI::IsMember({"none", "still", "sway"}));
+  app.add_flag("--speaks", s.face.speaks, "the head's mouth opens and shuts, the skin about it goes along");
+  app.add_flag("--blinks", s.face.blinks, "its eyes blink, and look elsewhere now and then");
+  app.add_flag("--loose-hair", s.face.loose_hair, "its hair has fine strands, which sway by themselves");
+  app.add_option("--shine", s.shine,
+                 "of head or bust: reflections that stay in place while it turns; 0.2 skin, 1 polished [0]");
+  app.add_flag("--hand-held", s.hand_held,
+               "the camera sways before head or turntable: what is behind moves otherwise than the head");
+}
+
 void declare(CLI::App& app, Arguments& a) {
   SequenceOptions& s = a.sequence;
   app.add_option("--output", a.output, "folder to write to (made when missing)")->required();
-  app.add_option("--scene", a.scene, "head, room, plane, block, eight or corridor")
-      ->check(CLI::IsMember({"head", "room", "plane", "block", "eight", "corridor"}));
-  app.add_option("--background", a.background, "behind the head")
-      ->check(CLI::IsMember({"plain", "textured"}));
+  app.add_option("--scene", a.scene, "head, turntable (a bust on it), room, plane, block, eight or corridor")
+      ->check(CLI::IsMember({"head", "turntable", "room", "plane", "block", "eight", "corridor"}));
+  declare_head(app, a);
   app.add_option("--lights", a.lights,
                  "of the head: standing still with the camera, or with the object [camera]")
       ->check(CLI::IsMember({"camera", "object"}));
@@ -112,10 +130,18 @@ CameraParameters camera_of(const Arguments& a) {
 void complete(Arguments& a) {
   SequenceOptions& s = a.sequence;
   static const std::map<std::string, SceneKind> kinds = {
-      {"head", SceneKind::kHead},   {"room", SceneKind::kRoom},   {"plane", SceneKind::kPlane},
-      {"block", SceneKind::kBlock}, {"eight", SceneKind::kEight}, {"corridor", SceneKind::kCorridor}};
+      {"head", SceneKind::kHead},        {"turntable", SceneKind::kTurntable}, {"room", SceneKind::kRoom},
+      {"plane", SceneKind::kPlane},      {"block", SceneKind::kBlock},         {"eight", SceneKind::kEight},
+      {"corridor", SceneKind::kCorridor}};
   s.scene = kinds.at(a.scene);
-  s.background = a.background == "textured" ? BackgroundKind::kTextured : BackgroundKind::kPlain;
+  static const std::map<std::string, BackgroundKind> backgrounds = {{"plain", BackgroundKind::kPlain},
+                                                                    {"textured", BackgroundKind::kTextured},
+                                                                    {"wall", BackgroundKind::kWall},
+                                                                    {"room", BackgroundKind::kRoom}};
+  static const std::map<std::string, ShouldersKind> shoulders = {
+      {"none", ShouldersKind::kNone}, {"still", ShouldersKind::kStill}, {"sway", ShouldersKind::kSway}};
+  s.background = backgrounds.at(a.background);
+  s.shoulders = shoulders.at(a.shoulders);
   s.lights_move_with_camera = a.lights == "camera";
   s.camera = camera_of(a);
   if (a.path.empty()) return;

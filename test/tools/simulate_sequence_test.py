@@ -85,6 +85,18 @@ class SimulateSequence(unittest.TestCase):
         self.assertEqual(read["a"], read["b"])
         self.assertNotEqual(read["a"], read["c"])
 
+    def test_heads_as_they_are_filmed(self):
+        for name, *options in (("plain",), ("portrait", "--shoulders", "sway", "--speaks", "--blinks", "--loose-hair", "--shine",
+                                            "0.3", "--background", "wall"),
+                               ("bust", "--scene", "turntable", "--background", "room", "--hand-held")):
+            self.simulate(self.path(name), "--frames", "2", *options)
+        area = {name: (cv2.imread(self.path(name, "masks", "000001.png"), 0) > 0).mean()
+                for name in ("plain", "portrait", "bust")}
+        self.assertLess(area["portrait"], 0.5 * area["plain"])  # further away, without its neck
+        self.assertTrue(0.1 < area["bust"] < 0.4, area)
+        corner = cv2.imread(self.path("portrait", "images", "000001.png"))[:20, :20]
+        self.assertGreater(corner.mean(), 180)
+
     def test_a_path_of_ones_own(self):
         given = ["5.000000000 0 0 -0.6 0 0 0 1", "5.250000000 0.1 0 -0.6 0 0 0 1"]
         with open(self.path("path.txt"), "w") as f:
@@ -103,6 +115,9 @@ class SimulateSequence(unittest.TestCase):
         self.expect_refused("--scene", *out, "--scene", "attic")
         self.expect_refused("--frames", *out, "--frames", "0")
         self.expect_refused("--hfov", *out, "--hfov", "180")
+        self.expect_refused("speaks", *out, "--scene", "room", "--speaks")
+        self.expect_refused("hand_held", *out, "--background", "wall", "--hand-held")
+        self.expect_refused("shine = 2", *out, "--shine", "2")
         self.expect_refused("fx", *out, "--focal", "-5")
         self.expect_refused("noise_grey_levels", *out, "--noise", "-1")
         self.expect_refused("fisheye", *out, "--distortion-model", "fisheye")

@@ -14,6 +14,11 @@ namespace mono_pose_tracker {
 /// `distance` is from the camera to the middle of the head, m.
 std::vector<Rigid3> head_path(int frames, double distance, std::uint64_t seed);
 
+/// The camera, still and looking 15 degrees down, against what turns once round before it but for 16 degrees,
+/// about the upright axis of TurntableScene. `distance` is from the camera to that axis, m. The first frame's
+/// map is the stage's frame: y down.
+std::vector<Rigid3> turntable_path(int frames, double distance);
+
 /// A hand-held camera in the room of make_room_scene: some 0.5 m of a curve to the right with a step forward,
 /// looking at the far wall, with the jitter of a hand.
 std::vector<Rigid3> handheld_room_path(int frames, std::uint64_t seed);

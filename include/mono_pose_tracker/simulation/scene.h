@@ -46,6 +46,15 @@ class Scene {
   /// Light arriving at a point of the surface.
   virtual Color irradiance(const Hit& hit, const Eigen::Vector3d& x_in_map,
                            const Lighting& lighting) const = 0;
+
+  /// Light that a shiny surface sends on as a mirror would, which is added; `to_camera`: unit.
+  virtual Color gloss(const Hit& /*hit*/, const Eigen::Vector3d& /*x_in_map*/,
+                      const Eigen::Vector3d& /*to_camera*/, const Lighting& /*lighting*/) const {
+    return Color::Zero();
+  }
+
+  /// Whether the surface is of the body that is tracked, and in its masks.
+  virtual bool is_body(const Hit& /*hit*/) const { return true; }
 };
 
 }  // namespace mono_pose_tracker

@@ -1,0 +1,57 @@
+#include "mono_pose_tracker/simulation/sequence_options.h"
+
+#include <stdexcept>
+#include <string>
+
+namespace mono_pose_tracker {
+namespace {
+
+void require(bool holds, const char* key, double value, const char* expected) {
+  if (holds) return;
+  throw std::invalid_argument(std::string(key) + " = " + std::to_string(value) + ", expected " + expected);
+}
+
+}  // namespace
+
+void SequenceOptions::validate() const {
+  require(frames >= 0, "frames", frames, "0 (all) or more");
+  require(lead_in >= 0, "lead_in", lead_in, "0 or more");
+  require(lead_in == 0 || has_head(scene), "lead_in", lead_in, "0: only a head can be away");
+  require(shine >= 0 && shine <= 1, "shine", shine, "0 to 1");
+  require_what_has_it();
+  require(noise_grey_levels >= 0, "noise_grey_levels", noise_grey_levels, "0 or more");
+  require(blur_px >= 0 && blur_px <= 50, "blur_px", blur_px, "0 to 50");
+  require(exposure_drift >= 0 && exposure_drift < 1, "exposure_drift", exposure_drift,
+          "0 or more and less than 1");
+  require(rate_hz > 0, "rate_hz", rate_hz, "more than 0");
+  require(first_stamp_s >= 0, "first_stamp_s", first_stamp_s, "0 or more");
+  require(samples >= 1 && samples <= 8, "samples", samples, "1 to 8");
+  require(threads >= 0, "threads", threads, "0 (all) or more");
+}
+
+// Options that only some scenes know.
+void SequenceOptions::require_what_has_it() const {
+  const bool living = shoulders != ShouldersKind::kNone || face.speaks || face.blinks || face.loose_hair;
+  require(!living || scene == SceneKind::kHead, "shoulders, speaks, blinks, loose_hair", living,
+          "0: only the head has them");
+  require(shine == 0 || has_head(scene), "shine", shine, "0: only a head shines");
+  require(background == BackgroundKind::kPlain || has_head(scene), "background", static_cast<int>(background),
+          "0 (plain): a background is behind a head");
+  require(!hand_held || has_head(scene), "hand_held", hand_held, "0: it is, or drives");
+  const bool still = background == BackgroundKind::kTextured || background == BackgroundKind::kWall;
+  require(!hand_held || !still, "hand_held", hand_held, "0, or a background that is plain or a room");
+  require(!hand_held || lead_in == 0, "hand_held", hand_held, "0 with a lead-in");
+}
+
+CameraParameters default_camera(SceneKind scene, int width, int height) {
+  CameraParameters camera;
+  camera.width = width;
+  camera.height = height;
+  camera.fx = camera.fy = (has_head(scene) ? 1.2 : 0.82) * width;  // 45 and 63 degrees wide
+  camera.cx = 0.5 * (width - 1);
+  camera.cy = 0.5 * (height - 1);
+  camera.distortion = {0, 0, 0, 0, 0};
+  return camera;
+}
+
+}  // namespace mono_pose_tracker
