@@ -20,30 +20,35 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// A pose block: a turn w by the left from where the camera began, and the translation. It is its own tangent,
-// so that all blocks have six parameters, of which Ceres has compiled code, and no derivative is multiplied
-// by another.
+// A pose block: a turn w of the camera in its place, and how far it moves, both from where it began and along
+// its own axes. It is its own tangent, so that all blocks have six parameters, of which Ceres has compiled
+// code, and no derivative is multiplied by another. A turn about the map's origin instead would move a camera
+// far from it by much more than it turns, and damping would keep it from turning at all.
 using PoseBlock = std::array<double, 6>;
 
 // What all observations of a camera share at the parameters under evaluation.
 struct CameraState {
-  Eigen::Matrix3d start;          // rotation, camera_from_map
-  Eigen::Matrix3d rotation;       // exp(w) start
-  Eigen::Matrix3d left_jacobian;  // of exp at w
+  Eigen::Matrix3d start_rotation;  // camera_from_map, as it began
+  Eigen::Vector3d start_translation;
+  Eigen::Matrix3d rotation;  // camera_from_map; exp(w) start_rotation
   Eigen::Vector3d translation;
+  Eigen::Vector3d moved;          // v, of translation = exp(w) start_translation + v
+  Eigen::Matrix3d left_jacobian;  // of exp at w
   // Of the block's parameters one that must stay, or -1: its derivatives are left out, and Ceres finds no
   // reason to move it, while all blocks keep the same size.
   int held = -1;
 
   void update(const PoseBlock& block) {
     const Eigen::Vector3d w(block[0], block[1], block[2]);
-    translation << block[3], block[4], block[5];
+    moved << block[3], block[4], block[5];
     const double a2 = w.squaredNorm(), a = std::sqrt(a2);
     // sin(a) / a, (1 - cos(a)) / a^2, (a - sin(a)) / a^3; below 1e-3 their series end beyond rounding.
     double s = 1 - a2 / 6, c = 0.5 - a2 / 24, d = 1.0 / 6 - a2 / 120;
     if (a > 1e-3) s = std::sin(a) / a, c = (1 - std::cos(a)) / a2, d = (1 - s) / a2;
     const Eigen::Matrix3d cross = cross_matrix(w), cross2 = cross * cross;
-    rotation = (Eigen::Matrix3d::Identity() + s * cross + c * cross2) * start;
+    const Eigen::Matrix3d turn = Eigen::Matrix3d::Identity() + s * cross + c * cross2;
+    rotation = turn * start_rotation;
+    translation = turn * start_translation + moved;
     left_jacobian = Eigen::Matrix3d::Identity() + c * cross + d * cross2;
   }
 };
@@ -72,16 +77,17 @@ class ReprojectionCost : public ceres::SizedCostFunction<2, 6, 3> {
 
   bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
     const Eigen::Map<const Eigen::Vector3d> x_in_map(parameters[1]);
-    const Eigen::Vector3d rotated = camera_.rotation * x_in_map;
-    const Reprojection p(bearing_, weighted_, rotated + camera_.translation);
+    const Eigen::Vector3d x_in_camera = camera_.rotation * x_in_map + camera_.translation;
+    const Reprojection p(bearing_, weighted_, x_in_camera);
     Eigen::Map<Eigen::Vector2d> r(residuals);
     r = p.residual;
     if (!jacobians) return true;
     if (jacobians[0]) {
       Eigen::Map<Eigen::Matrix<double, 2, 6, Eigen::RowMajor>> j(jacobians[0]);
+      const Eigen::Vector3d turned = x_in_camera - camera_.moved;
       Eigen::Matrix<double, 2, 3> by_turn;
       for (int row = 0; row < 2; ++row)
-        by_turn.row(row) = rotated.cross(p.by_point.row(row).transpose()).transpose();
+        by_turn.row(row) = turned.cross(p.by_point.row(row).transpose()).transpose();
       j.leftCols<3>() = by_turn * camera_.left_jacobian;
       j.rightCols<3>() = p.by_point;
       if (camera_.held >= 0) j.col(camera_.held).setZero();
@@ -129,9 +135,9 @@ class CeresBundle {
         problem_(problem_options(&update_)) {
     for (std::size_t i = 0; i < blocks_.size(); ++i) {
       const Rigid3& pose = problem->cameras[i].camera_from_map;
-      const Eigen::Vector3d& t = pose.translation;
-      blocks_[i] = {0, 0, 0, t.x(), t.y(), t.z()};
-      states_[i].start = pose.rotation_matrix();
+      blocks_[i] = {};
+      states_[i].start_rotation = pose.rotation_matrix();
+      states_[i].start_translation = pose.translation;
       states_[i].update(blocks_[i]);
     }
     add_observations(options.loss_width, problem);
@@ -213,8 +219,8 @@ class CeresBundle {
     if (!held_by_others) hold_scale(problem);
   }
 
-  // Of the camera farthest from the first, the coordinate of the translation that a change of scale about the
-  // first would move most. With the scale free, Ceres' steps along what a narrow view leaves nearly open
+  // Of the camera farthest from the first, the coordinate of its movement that a change of scale about the
+  // first would take most of. With the scale free, Ceres' steps along what a narrow view leaves nearly open
   // (depth against turns) go astray: heads seen through a long lens end reversed.
   void hold_scale(const BundleProblem& problem) {
     const Eigen::Vector3d first = problem.cameras[0].camera_from_map.inverse().translation;
