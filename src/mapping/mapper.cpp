@@ -13,6 +13,7 @@
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/mapping/projection_matcher.h"
+#include "mono_pose_tracker/mapping/remade_landmarks.h"
 #include "mono_pose_tracker/mapping/second_motion.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "view_linker.h"
@@ -328,20 +329,11 @@ void Mapper::adjust_window(KeyframeId newest, int waiting) {
   if (waiting == 0) update_covariances(window);
 }
 
-void Mapper::finish() {
-  if (map_.keyframes().empty()) return;
-  std::vector<KeyframeId> ids;
-  for (const auto& entry : map_.keyframes()) ids.push_back(entry.first);
-  BundleOptions bundle = options_.bundle;
-  bundle.max_iterations = 50;
-  if (link_views(options_, &map_) > 0) {
-    adjust_map(with_wide_loss(bundle), &map_);  // nothing is culled yet
-    adjust_map(bundle, &map_);
-  }
-  // Twice: better poses find more, and wrong observations that the first run uncovers must not bend the
-  // second.
+// Twice: better poses find more, and wrong observations that the first run uncovers must not bend the second.
+void Mapper::complete(BundleOptions bundle) {
   for (const double tolerance : {1e-5, 1e-7}) {
-    for (const KeyframeId id : ids) {
+    for (const auto& entry : map_.keyframes()) {
+      const KeyframeId id = entry.first;
       const std::vector<KeyframeId> near = neighbors(id, 2 * options_.mapping.matching_keyframes);
       fuse(id, within_reach(id));
       create_landmarks(id, near);
@@ -349,6 +341,22 @@ void Mapper::finish() {
     bundle.function_tolerance = tolerance;
     adjust_map(bundle, &map_);
     cull_observations(map_.landmark_ids());
+  }
+}
+
+void Mapper::finish() {
+  if (map_.keyframes().empty()) return;
+  BundleOptions bundle = options_.bundle;
+  bundle.max_iterations = 50;
+  if (link_views(options_, &map_) > 0) {
+    adjust_map(with_wide_loss(bundle), &map_);  // nothing is culled yet
+    adjust_map(bundle, &map_);
+  }
+  complete(bundle);
+  const auto is_other_body = [this](KeyframeId id, int feature) { return is_left_out(id, feature); };
+  if (is_narrow(map_) &&
+      remake_landmarks(bundle, options_.matching, options_.min_inliers, is_other_body, &map_)) {
+    complete(bundle);
   }
   // Two views can't contradict each other along the epipolar line: what no third has seen is left out of the
   // result, unless the map has hardly more views.

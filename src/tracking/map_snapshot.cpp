@@ -29,7 +29,8 @@ std::vector<PosedFrame> trajectory_in(const TrackingMap& map, const FramePoses& 
   for (const auto& [id, keyframe] : map.keyframes) keyframe_of_frame[keyframe.frame_index] = id;
   std::vector<PosedFrame> frames;
   for (const auto& [index, pose] : poses.all()) {
-    const auto own = keyframe_of_frame.find(index);
+    // Where a removed keyframe stood was found earlier than a final pose.
+    const auto own = pose.is_final ? keyframe_of_frame.end() : keyframe_of_frame.find(index);
     Rigid3 camera_from_map;
     if ((own != keyframe_of_frame.end() && map.camera_from_map(own->second, &camera_from_map)) ||
         poses.camera_from_map(map, index, &camera_from_map)) {

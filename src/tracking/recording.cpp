@@ -268,6 +268,18 @@ void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tr
   }
 }
 
+// Of the images that are no keyframes the poses were found while the map was another.
+void pose_again(const Recording& recording, std::int64_t frames_total, Tracker* tracker) {
+  const std::set<std::int64_t> before = tracker->posed_before_remake();
+  if (before.empty()) return;
+  const auto is_wanted = [&](std::int64_t index) { return before.count(index) > 0; };
+  Reader reader(recording, *tracker, is_wanted, nullptr);
+  while (reader.index() + 1 < frames_total && reader.next()) {
+    if (!is_wanted(reader.index())) continue;
+    tracker->resect_again(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
+  }
+}
+
 }  // namespace
 
 bool is_sure(const RecordingResult& result) {
@@ -280,9 +292,20 @@ bool is_confirmed(const RecordingResult& result) {
 
 namespace {
 
-// A sure piece of the recording is no better answer than most of it with a warning.
-bool is_as_long(const RecordingResult& result, const RecordingResult& before) {
+// An object that is lost while it turns is often found again from another beginning; its recordings are
+// short.
+bool fell_apart(const RecordingResult& result) {
+  return result.tracked && result.maps.size() > 1 && is_narrow(result.maps.front().map);
+}
+
+bool is_enough(const RecordingResult& result) { return is_sure(result) && !fell_apart(result); }
+
+// What takes the place of another must be better founded, or as well and longer. A sure piece of the
+// recording is no better answer than most of it with a warning.
+bool is_better(const RecordingResult& result, const RecordingResult& before) {
   constexpr double kMinShare = 0.75;
+  if (!is_confirmed(result)) return false;
+  if (is_sure(before)) return result.trajectory.size() > before.trajectory.size();
   return static_cast<double>(result.trajectory.size()) >=
          kMinShare * static_cast<double>(before.trajectory.size());
 }
@@ -301,11 +324,8 @@ TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker
     next.attempt = attempt;
     next.tracker = make_tracker();
     next.result = track_recording(from_there, observer_of(attempt), next.tracker.get());
-    // What takes the place of the first must be better founded than that one was.
-    const bool sure = attempt == 0 ? is_sure(next.result)
-                                   : is_confirmed(next.result) && is_as_long(next.result, kept.result);
-    if (attempt == 0 || sure) kept = std::move(next);
-    if (sure || recording.interrupted() || !recording.try_again) break;
+    if (attempt == 0 || is_better(next.result, kept.result)) kept = std::move(next);
+    if (is_enough(kept.result) || recording.interrupted() || !recording.try_again) break;
   }
   return kept;
 }
@@ -362,6 +382,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
     return result;
   }
   pose_the_rest(recording, observer, tracker, &result);
+  pose_again(recording, result.frames_total, tracker);
   result.maps = tracker->maps();
   result.loops = tracker->loops();
   leave_out_unseen_maps(&result);

@@ -422,6 +422,8 @@ FrameReport Tracker::keep_for_later(std::int64_t frame_index, std::int64_t stamp
 
 void Tracker::fill_gaps() { impl_->fill_gaps(); }
 
+std::set<std::int64_t> Tracker::posed_before_remake() { return impl_->posed_before_remake(); }
+
 std::vector<FinishedMap> Tracker::maps() { return impl_->maps(); }
 
 FrameReport Tracker::resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,

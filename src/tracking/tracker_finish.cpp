@@ -58,19 +58,26 @@ void Tracker::Impl::resume_largest() {
   for (const std::uint32_t id : mapper.kept_maps()) others_[id] = nullptr;
 }
 
-// The best of the keyframes nearest in time and of those that look like it most.
-ResectionReport Tracker::Impl::resect_near(const Frame& frame, const TrackingMap& map) const {
-  constexpr std::size_t kNearInTime = 4;
+// The best of the keyframes nearest in time.
+ResectionReport Tracker::Impl::resect_near_in_time(const Frame& frame, const TrackingMap& map,
+                                                   std::size_t keyframes) const {
   std::vector<std::pair<std::int64_t, KeyframeId>> by_time;
   for (const auto& [id, keyframe] : map.keyframes) {
     by_time.emplace_back(std::abs(keyframe.frame_index - frame.index), id);
   }
   std::sort(by_time.begin(), by_time.end());
   ResectionReport best;
-  for (std::size_t i = 0; i < std::min(by_time.size(), kNearInTime); ++i) {
+  for (std::size_t i = 0; i < std::min(by_time.size(), keyframes); ++i) {
     ResectionReport report = resector_.resect(frame, map, by_time[i].second, std::nullopt);
     if (is_better(report, best)) best = std::move(report);
   }
+  return best;
+}
+
+// The best of the keyframes nearest in time and of those that look like it most.
+ResectionReport Tracker::Impl::resect_near(const Frame& frame, const TrackingMap& map) const {
+  constexpr std::size_t kNearInTime = 4;
+  ResectionReport best = resect_near_in_time(frame, map, kNearInTime);
   ResectionReport elsewhere = resector_.relocalize(frame, map, options_.resection.relocalization_keyframes);
   return is_better(best, elsewhere) ? best : elsewhere;
 }
@@ -90,6 +97,15 @@ FrameReport Tracker::Impl::keep_for_later(std::int64_t frame_index, std::int64_t
     unposed_[frame_index] = std::move(*frame);
   }
   return report;
+}
+
+std::set<std::int64_t> Tracker::Impl::posed_before_remake() {
+  std::set<std::int64_t> frames;
+  const TrackingMapPtr map = worker_.latest();
+  if (!map || !is_narrow(worker_.mapper().map())) return frames;
+  for (const auto& entry : frames_.at(map->map_id).all()) frames.insert(entry.first);
+  for (const auto& entry : map->keyframes) frames.erase(entry.second.frame_index);
+  return frames;
 }
 
 FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
@@ -130,7 +146,14 @@ FrameReport Tracker::Impl::resect_again(std::int64_t frame_index, std::int64_t s
   FrameReport report;
   const std::optional<Frame> frame = make_frame_again(frame_index, stamp_ns, image, mask, &report);
   const TrackingMapPtr map = worker_.latest();
-  if (frame && map) describe(pose_by_descriptors(*frame, *map), &report);
+  if (frame && map) {
+    // One before and one after it hold most; the others are asked where these two fail.
+    ResectionReport resection = resect_near_in_time(*frame, *map, 2);
+    if (!is_found(resection)) resection = resect_near(*frame, *map);
+    resection.success = is_found(resection);
+    if (resection.success) set_pose(*frame, *map, resection, true);
+    describe(resection, &report);
+  }
   finish_report(&report);
   return report;
 }

@@ -24,7 +24,7 @@ bool Tracker::Impl::pose_beside(const Frame& frame, std::int64_t neighbor) {
     predicted = near * before.inverse() * near;
   }
   const ResectionReport resection = resector_.resect(frame, *map, reference, predicted);
-  if (!resection.success || !is_supported(resection.support, options_.resection.min_inliers)) return false;
+  if (!is_found(resection)) return false;
   frames_lost_ = 1;  // not beside the frame that was tracked last: any keyframe may be the reference
   const KeyframeId best = choose_reference(*map, resection);
   const Rigid3 camera_from_best =
@@ -75,23 +75,33 @@ void Tracker::Impl::fill_gaps() {
   if (grown_) complete_map();
 }
 
-// By descriptors alone, near keyframes first in time.
-ResectionReport Tracker::Impl::pose_by_descriptors(const Frame& frame, const TrackingMap& map) {
-  ResectionReport resection = resect_near(frame, map);
-  resection.success = resection.success && is_supported(resection.support, options_.resection.min_inliers);
-  if (!resection.success) return resection;
+bool Tracker::Impl::is_found(const ResectionReport& resection) const {
+  return resection.success && is_supported(resection.support, options_.resection.min_inliers);
+}
+
+// It rides on the best of the keyframes from now on.
+void Tracker::Impl::set_pose(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
+                             bool is_final) {
   const KeyframeId reference = choose_reference(map, resection);
   frames_[map.map_id].set(
-      frame.index, {frame.stamp_ns, reference,
-                    resection.camera_from_map * map.keyframes.at(reference).camera_from_map.inverse()});
-  return resection;
+      frame.index,
+      {frame.stamp_ns, reference,
+       resection.camera_from_map * map.keyframes.at(reference).camera_from_map.inverse(), is_final});
+}
+
+// By descriptors alone.
+bool Tracker::Impl::pose_by_descriptors(const Frame& frame, const TrackingMap& map) {
+  const ResectionReport resection = resect_near(frame, map);
+  if (!is_found(resection)) return false;
+  set_pose(frame, map, resection, false);
+  return true;
 }
 
 void Tracker::Impl::pose_anywhere() {
   const TrackingMapPtr map = worker_.latest();
   frames_lost_ = 1;  // as in pose_beside
   for (auto entry = unposed_.begin(); entry != unposed_.end();) {
-    entry = pose_by_descriptors(entry->second, *map).success ? unposed_.erase(entry) : std::next(entry);
+    entry = pose_by_descriptors(entry->second, *map) ? unposed_.erase(entry) : std::next(entry);
   }
 }
 

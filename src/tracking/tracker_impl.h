@@ -66,6 +66,7 @@ class Tracker::Impl {
                              const cv::Mat& mask);
   void fill_gaps();
   std::vector<FinishedMap> maps();
+  std::set<std::int64_t> posed_before_remake();
   FinishedMap finished(const TrackingMap& view);
   FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
                            const cv::Mat& mask);
@@ -98,7 +99,9 @@ class Tracker::Impl {
   void resume_largest();
   std::optional<Frame> make_frame_again(std::int64_t frame_index, std::int64_t stamp_ns,
                                         const PreparedImage& image, const cv::Mat& mask, FrameReport* report);
-  ResectionReport pose_by_descriptors(const Frame& frame, const TrackingMap& map);
+  bool is_found(const ResectionReport& resection) const;
+  void set_pose(const Frame& frame, const TrackingMap& map, const ResectionReport& resection, bool is_final);
+  bool pose_by_descriptors(const Frame& frame, const TrackingMap& map);
   bool pose_beside(const Frame& frame, std::int64_t neighbor);
   bool fill_gaps_once();
   void fill_its_gaps();
@@ -110,6 +113,8 @@ class Tracker::Impl {
   void begin_in_gaps();
   bool track_in_gap(const Frame& frame);
   void drop_young_maps(const std::set<std::uint32_t>& known);
+  ResectionReport resect_near_in_time(const Frame& frame, const TrackingMap& map,
+                                      std::size_t keyframes) const;
   ResectionReport resect_near(const Frame& frame, const TrackingMap& map) const;
   bool is_doubtful(const Frame& frame, const ResectionReport& resection, const std::optional<Rigid3>& last,
                    FrameReport* report);

@@ -15,6 +15,7 @@ struct FramePose {
   std::int64_t stamp_ns = 0;
   KeyframeId reference = -1;
   Rigid3 camera_from_reference;
+  bool is_final = false;  // posed once more in the finished map
 };
 
 /// The frames posed against one map, by index. One thread.

@@ -103,6 +103,7 @@ class Mapper {
   void fuse_sides(const std::vector<KeyframeId>& targets, const std::vector<KeyframeId>& others);
   std::vector<LandmarkId> landmarks_seen_by(const std::vector<KeyframeId>& keyframes) const;
   void adjust_globally();
+  void complete(BundleOptions bundle);
   void post_correction(const KeyframeChanges& changes);
   void add_correction(MapCorrection correction);
   void separate_motions(KeyframeId id);

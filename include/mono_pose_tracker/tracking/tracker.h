@@ -5,6 +5,7 @@
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
@@ -114,7 +115,8 @@ class Tracker {
   /// alone gave no confirmed map, the two-view result becomes the map. False when there is no map; the last
   /// report says why.
   bool finish();
-  /// Poses an image against the finished map, wherever it was in the recording; it joins the trajectory.
+  /// Poses an image against the finished map, wherever it was in the recording; it joins the trajectory, in
+  /// place of the pose that it had.
   FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
                            const cv::Mat& mask = cv::Mat());
   /// An image that got no pose, for fill_gaps; what the report says of its mask holds.
@@ -123,6 +125,9 @@ class Tracker {
   /// Poses the images that were kept, in the finished map: from both sides of each gap, making keyframes on
   /// the way, and where that ends by descriptors alone. The map is finished anew when it has grown.
   void fill_gaps();
+  /// Frames of the finished map that are no keyframes of it, and were posed while its landmarks may have been
+  /// others (mapping/remade_landmarks.h): to be posed again.
+  std::set<std::int64_t> posed_before_remake();
   /// All maps that could not be joined, finished; the largest, which is the present one, first.
   std::vector<FinishedMap> maps();
   /// The finished map.

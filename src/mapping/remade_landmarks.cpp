@@ -1,0 +1,182 @@
+#include "mono_pose_tracker/mapping/remade_landmarks.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+#include "keyframe_landmarks.h"
+#include "mono_pose_tracker/geometry/triangulation.h"
+#include "mono_pose_tracker/optimization/map_adjustment.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Keyframes in a row that are matched with each other: they come every two or three degrees of a turn, and
+// beyond twenty SIFT matches fail.
+constexpr int kReach = 8;
+constexpr std::size_t kMinViews = 3;  // two contradict each other in no more than one direction
+// px at 640 px width or less, from where the poses as they are have it: of a wrong match it is tens, while
+// poses that are off by a degree or two displace a right one by several.
+constexpr double kWithin = 10;
+// Of the loss: first so wide that what disagrees pulls as much as what agrees.
+constexpr std::array<double, 3> kWidths = {10, 3, 1};
+// The map is left alone where it comes out as it was, within what is known of the turns of an object: its own
+// landmarks are more, and their observations more exact.
+constexpr double kSame = 0.6 * M_PI / 180;
+constexpr int kIterations = 50;
+constexpr double kTolerance = 1e-6;
+
+// Of one point: a feature of each of several keyframes, which are counted in time.
+using Track = std::vector<std::pair<int, int>>;
+
+// Features joined to tracks (a forest of disjoint sets).
+class Tracks {
+ public:
+  explicit Tracks(const std::vector<const Keyframe*>& keyframes) {
+    for (std::size_t k = 0; k < keyframes.size(); ++k) {
+      first_.push_back(parent_.size());
+      for (int f = 0; f < keyframes[k]->image->size(); ++f) {
+        parent_.push_back(parent_.size());
+        tracks_.push_back({{static_cast<int>(k), f}});
+      }
+    }
+  }
+
+  // Not when a keyframe would see the point twice: one of the matches is wrong, and the first is as good.
+  void join(int keyframe1, int feature1, int keyframe2, int feature2) {
+    const std::size_t a = root(first_[keyframe1] + feature1), b = root(first_[keyframe2] + feature2);
+    if (a == b) return;
+    Track both;
+    std::merge(tracks_[a].begin(), tracks_[a].end(), tracks_[b].begin(), tracks_[b].end(),
+               std::back_inserter(both));
+    const auto twice = std::adjacent_find(both.begin(), both.end(),
+                                          [](const auto& x, const auto& y) { return x.first == y.first; });
+    if (twice != both.end()) return;
+    tracks_[a] = std::move(both);
+    tracks_[b].clear();
+    parent_[b] = a;
+  }
+
+  const std::vector<Track>& all() const { return tracks_; }  // some are empty
+
+ private:
+  std::size_t root(std::size_t feature) {
+    while (parent_[feature] != feature) feature = parent_[feature] = parent_[parent_[feature]];
+    return feature;
+  }
+
+  std::vector<std::size_t> first_;  // of a keyframe's features
+  std::vector<std::size_t> parent_;
+  std::vector<Track> tracks_;  // by the feature that is their root
+};
+
+// Nearest keyframes first: they are matched most surely.
+Tracks find_tracks(const std::vector<const Keyframe*>& in_time, const MatchOptions& matching,
+                   const IsLeftOut& is_left_out) {
+  Tracks tracks(in_time);
+  const int count = static_cast<int>(in_time.size());
+  for (int apart = 1; apart <= kReach; ++apart) {
+    for (int k = 0; k + apart < count; ++k) {
+      const Keyframe &first = *in_time[k], &second = *in_time[k + apart];
+      for (const Match& m :
+           match_descriptors(first.image->set.descriptors, second.image->set.descriptors, matching)) {
+        if (is_left_out(first.id, m.first) || is_left_out(second.id, m.second)) continue;
+        tracks.join(k, m.first, k + apart, m.second);
+      }
+    }
+  }
+  return tracks;
+}
+
+// Where the poses have the point, from its first and last view; false when one of the views lies too far off.
+bool locate(const std::vector<const Keyframe*>& in_time, const Track& track, Eigen::Vector3d* x_in_map) {
+  const Keyframe &first = *in_time[track.front().first], &last = *in_time[track.back().first];
+  Eigen::Vector3d x_in_first;
+  if (!triangulate_two_views(last.camera_from_map * first.camera_from_map.inverse(),
+                             first.image->set.bearings[track.front().second],
+                             last.image->set.bearings[track.back().second], &x_in_first)) {
+    return false;
+  }
+  *x_in_map = first.camera_from_map.inverse() * x_in_first;
+  return std::all_of(track.begin(), track.end(), [&](const auto& view) {
+    const Keyframe& keyframe = *in_time[view.first];
+    const Eigen::Vector3d x_in_camera = keyframe.camera_from_map * *x_in_map;
+    return keyframe.image->set.bearings[view.second].dot(x_in_camera) > 0 &&
+           reprojection_error(*keyframe.image, view.second, x_in_camera).norm() <
+               kWithin * std::max(1.0, keyframe.image->camera.width() / 640.0);
+  });
+}
+
+struct LocatedTrack {
+  Track track;
+  Eigen::Vector3d x_in_map;
+};
+
+std::vector<LocatedTrack> locate_all(const std::vector<const Keyframe*>& in_time, const Tracks& tracks) {
+  std::vector<LocatedTrack> located;
+  for (const Track& track : tracks.all()) {
+    Eigen::Vector3d x_in_map;
+    if (track.size() >= kMinViews && locate(in_time, track, &x_in_map)) located.push_back({track, x_in_map});
+  }
+  return located;
+}
+
+bool hold_all(const std::vector<LocatedTrack>& tracks, std::size_t keyframes, int min_landmarks) {
+  std::vector<int> seen(keyframes, 0);
+  for (const LocatedTrack& t : tracks) {
+    for (const auto& view : t.track) ++seen[view.first];
+  }
+  return std::all_of(seen.begin(), seen.end(), [&](int count) { return count >= min_landmarks; });
+}
+
+// The largest of the keyframes' turns from the first one, from one map to the other, rad.
+double largest_change(const Map& before, const Map& after) {
+  const Rigid3 first_before = before.keyframes().begin()->second.camera_from_map.inverse();
+  const Rigid3 first_after = after.keyframes().begin()->second.camera_from_map.inverse();
+  double largest = 0;
+  for (const auto& [id, keyframe] : before.keyframes()) {
+    const Rigid3 turn_before = keyframe.camera_from_map * first_before;
+    const Rigid3 turn_after = after.keyframe(id)->camera_from_map * first_after;
+    largest = std::max(largest, turn_before.rotation.angularDistance(turn_after.rotation));
+  }
+  return largest;
+}
+
+// The map with these landmarks and no others, adjusted.
+Map remade(const Map& map, const std::vector<const Keyframe*>& in_time,
+           const std::vector<LocatedTrack>& tracks, const BundleOptions& bundle) {
+  Map other = map;
+  for (const LandmarkId l : other.landmark_ids()) other.remove_landmark(l);
+  for (const LocatedTrack& t : tracks) {
+    const LandmarkId l = other.add_landmark(t.x_in_map);
+    for (const auto& [k, feature] : t.track) other.add_observation(l, in_time[k]->id, feature);
+  }
+  BundleOptions widened = bundle;
+  widened.max_iterations = kIterations;
+  widened.function_tolerance = kTolerance;
+  for (const double width : kWidths) {
+    widened.loss_width = width * bundle.loss_width;
+    adjust_map(widened, &other);
+  }
+  return other;
+}
+
+}  // namespace
+
+bool remake_landmarks(const BundleOptions& bundle, const MatchOptions& matching, int min_landmarks,
+                      const IsLeftOut& is_left_out, Map* map) {
+  const std::vector<const Keyframe*> in_time = keyframes_in_time(*map);
+  const std::vector<LocatedTrack> tracks = locate_all(in_time, find_tracks(in_time, matching, is_left_out));
+  if (in_time.empty() || !hold_all(tracks, in_time.size(), min_landmarks)) return false;
+  Map other = remade(*map, in_time, tracks, bundle);
+  if (largest_change(*map, other) < kSame) return false;
+  *map = std::move(other);
+  return true;
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,103 @@
+#include "mono_pose_tracker/mapping/remade_landmarks.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "support/add_view.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+constexpr int kKeyframes = 10, kPoints = 400;
+constexpr double kStep = 3 * kDegree;  // the head turns, from one keyframe to the next
+constexpr double kNoise = 0.1;         // px
+
+// Half a unit of head that turns 6 units away.
+SyntheticScene head(Random& random) {
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < kPoints; ++i) {
+    const double azimuth = random.uniform(-1.3, 1.3), height = random.uniform(-0.6, 0.6);
+    points.emplace_back(0.5 * std::sin(azimuth), height, -0.5 * std::cos(azimuth));
+  }
+  return SyntheticScene(points, random);
+}
+
+Rigid3 turned(double angle) {
+  const Eigen::Vector3d axis = Eigen::Vector3d(0.2, 1, 0).normalized();
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis)), Eigen::Vector3d(0, 0, 6)};
+}
+
+// The poses say that it turns `share` times as far as it does. Each landmark is seen by two keyframes only:
+// the map has nothing that would speak against its poses.
+Map make_map(double share) {
+  Random random(3);
+  const SyntheticScene scene = head(random);
+  const CameraModel camera = synthetic_camera();
+  Map map;
+  std::vector<LandmarkId> ids(kPoints);
+  for (int k = 0; k < kKeyframes; ++k) {
+    for (int i = 0; i < kPoints && k % 2 == 0; ++i) ids[i] = map.add_landmark(scene.x_in_map[i]);
+    add_view(scene, camera, turned(k * kStep), kNoise, k, ids, random, &map);
+    map.set_pose(k, turned(share * k * kStep));
+  }
+  return map;
+}
+
+double total_turn(const Map& map) {
+  return map.keyframe(0)->camera_from_map.rotation.angularDistance(
+      map.keyframe(kKeyframes - 1)->camera_from_map.rotation);
+}
+
+bool nothing_is_left_out(KeyframeId, int) { return false; }
+
+constexpr double kTruth = (kKeyframes - 1) * kStep;
+
+TEST(RemadeLandmarks, SetAMapRightThatAgreesWithItself) {
+  for (const double share : {0.75, 0.9, 1.15}) {
+    Map map = make_map(share);
+    ASSERT_GT(std::abs(total_turn(map) - kTruth), 2 * kDegree);
+    EXPECT_TRUE(remake_landmarks(BundleOptions(), MatchOptions(), 15, nothing_is_left_out, &map)) << share;
+    EXPECT_NEAR(total_turn(map), kTruth, 0.5 * kDegree) << share;
+    EXPECT_GT(map.landmarks().size(), 0.8 * kPoints) << share;
+    map.check();
+  }
+}
+
+TEST(RemadeLandmarks, LeaveARightMapAsItIs) {
+  Map map = make_map(1);
+  const std::size_t landmarks = map.landmarks().size();
+  EXPECT_FALSE(remake_landmarks(BundleOptions(), MatchOptions(), 15, nothing_is_left_out, &map));
+  EXPECT_EQ(total_turn(map), total_turn(make_map(1)));
+  EXPECT_EQ(map.landmarks().size(), landmarks);
+}
+
+TEST(RemadeLandmarks, MustHoldEveryKeyframe) {
+  Map map = make_map(0.75);
+  const double before = total_turn(map);
+  EXPECT_FALSE(remake_landmarks(BundleOptions(), MatchOptions(), kPoints + 1, nothing_is_left_out, &map));
+  const auto is_of_fifth = [](KeyframeId keyframe, int) { return keyframe == 5; };
+  EXPECT_FALSE(remake_landmarks(BundleOptions(), MatchOptions(), 15, is_of_fifth, &map));
+  EXPECT_EQ(total_turn(map), before);
+}
+
+TEST(RemadeLandmarks, AreNoneOfWhatIsLeftOut) {
+  Map map = make_map(0.75);
+  const auto is_left_out = [](KeyframeId, int feature) { return feature % 4 == 0; };
+  EXPECT_TRUE(remake_landmarks(BundleOptions(), MatchOptions(), 15, is_left_out, &map));
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); f += 4) {
+      EXPECT_EQ(keyframe.landmark_of_feature[f], kNoLandmark);
+    }
+  }
+}
+
+TEST(RemadeLandmarks, OfAnEmptyMapAreNone) {
+  Map map;
+  EXPECT_FALSE(remake_landmarks(BundleOptions(), MatchOptions(), 15, nothing_is_left_out, &map));
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
