@@ -142,7 +142,8 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
     const StageTimer timer(stages_, "map_match");
     separate_motions(id);
     const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
-    fuse(id, within_reach(id));
+    LookAlikes unknown;
+    fuse(id, within_reach(id, &unknown));
     create_landmarks(id, near);
     for (const KeyframeId n : near) {
       if (is_cancelled()) break;
@@ -200,7 +201,7 @@ bool Mapper::is_left_out(KeyframeId id, int feature) const {
 
 // What may be in view of a keyframe. In a large map: what is seen by those that share landmarks with it,
 // directly or by one between, and at places that look like it.
-std::vector<LandmarkId> Mapper::within_reach(KeyframeId id) const {
+std::vector<LandmarkId> Mapper::within_reach(KeyframeId id, LookAlikes* known) const {
   // Up to here looking through all takes less than a tenth of the time that adjusting the window does.
   constexpr std::size_t kLarge = 400;
   constexpr int kAll = std::numeric_limits<int>::max();
@@ -215,9 +216,9 @@ std::vector<LandmarkId> Mapper::within_reach(KeyframeId id) const {
     for (const KeyframeId next : neighbors(other, options_.mapping.window_keyframes)) near.insert(next);
   };
   for (const KeyframeId other : direct) add_with_neighbors(other);
-  for (const KeyframeId place : places_->find(map_.keyframe(id)->image->set, kBestPlaces)) {
-    add_with_neighbors(place);
-  }
+  const auto [places, is_new] = known->emplace(id, std::vector<KeyframeId>());
+  if (is_new) places->second = places_->find(map_.keyframe(id)->image->set, kBestPlaces);
+  for (const KeyframeId place : places->second) add_with_neighbors(place);
   return landmarks_seen_by({near.begin(), near.end()});
 }
 
@@ -331,11 +332,12 @@ void Mapper::adjust_window(KeyframeId newest, int waiting) {
 
 // Twice: better poses find more, and wrong observations that the first run uncovers must not bend the second.
 void Mapper::complete(BundleOptions bundle) {
+  LookAlikes found;
   for (const double tolerance : {1e-5, 1e-7}) {
     for (const auto& entry : map_.keyframes()) {
       const KeyframeId id = entry.first;
       const std::vector<KeyframeId> near = neighbors(id, 2 * options_.mapping.matching_keyframes);
-      fuse(id, within_reach(id));
+      fuse(id, within_reach(id, &found));
       create_landmarks(id, near);
     }
     bundle.function_tolerance = tolerance;

@@ -106,13 +106,15 @@ void Mapper::fuse_sides(const std::vector<KeyframeId>& targets, const std::vecto
 }
 
 std::vector<LandmarkId> Mapper::landmarks_seen_by(const std::vector<KeyframeId>& keyframes) const {
-  std::set<LandmarkId> seen;
+  std::vector<LandmarkId> seen;
   for (const KeyframeId id : keyframes) {
-    const std::vector<LandmarkId>& landmarks = map_.keyframe(id)->landmark_of_feature;
-    seen.insert(landmarks.begin(), landmarks.end());
+    for (const LandmarkId l : map_.keyframe(id)->landmark_of_feature) {
+      if (l != kNoLandmark) seen.push_back(l);
+    }
   }
-  seen.erase(kNoLandmark);
-  return {seen.begin(), seen.end()};
+  std::sort(seen.begin(), seen.end());
+  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
+  return seen;
 }
 
 void Mapper::adjust_globally() {

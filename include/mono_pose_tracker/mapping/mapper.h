@@ -85,6 +85,9 @@ class Mapper {
     KeyframeCovariances covariances;
   };
 
+  // Keyframes that look like one, by its id.
+  using LookAlikes = std::map<KeyframeId, std::vector<KeyframeId>>;
+
   std::vector<KeyframeId> neighbors(KeyframeId id, int count) const;
   void begin(const InitialMap& initial, std::uint32_t epoch);
   void keep_present();
@@ -110,7 +113,7 @@ class Mapper {
   void leave_out(KeyframeId id, const std::vector<char>& features);
   bool is_left_out(KeyframeId id, int feature) const;
   void create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& neighbors);
-  std::vector<LandmarkId> within_reach(KeyframeId id) const;
+  std::vector<LandmarkId> within_reach(KeyframeId id, LookAlikes* known) const;
   void fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks);
   void adjust_window(KeyframeId newest, int waiting);
   void update_covariances(const std::vector<KeyframeId>& window);
