@@ -1,0 +1,282 @@
+#include "reduced_bundle.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Of the loss's curvature along a residual, while what is left is noise; it falls below 0 at one loss width,
+// and a step needs it positive. Reweighted least squares (1) are up to three times too stiff.
+constexpr double kLeastBend = 0.3;
+
+// Mean of log(1 + s / width^2), from which on residuals are more than noise: as if all were 1.1 widths. Noise
+// and one outlier in ten stay below.
+constexpr double kOutOfPlace = 0.8;
+
+// Of a whole problem the same mean, from which on its cameras may be far off: as if all residuals were 1.3
+// widths. Where most features are sharper than their sigmas the tails are long, and noise comes to 0.85.
+constexpr double kFarOff = 1;
+
+// Of a point: near its minimum it takes one or two; those that need more are few.
+constexpr int kPointSteps = 20;
+
+// Of the loss width squared (two sigmas squared, by default): a step that lowers the cost by less moves a
+// point by a few thousandths of its standard deviation.
+constexpr double kPointTolerance = 1e-6;
+
+// Of the loss width squared: a point whose cost grows by more may have been led astray by its prediction.
+constexpr double kSuspiciousRise = 0.1;
+
+// Relative, and absolute for what sees nothing: enough to decompose what leaves a direction open.
+constexpr double kDamping = 1e-9, kNothing = 1e-300;
+
+void damp(Eigen::Ref<Eigen::MatrixXd> information) {
+  information.diagonal() *= 1 + kDamping;
+  information.diagonal().array() += kNothing;
+}
+
+// Sum of log(1 + u), one logarithm for many.
+class LogSum {
+ public:
+  void add(double u) {
+    product_ *= 1 + u;
+    if (product_ > 1e150) sum_ += std::log(product_), product_ = 1;
+  }
+  double value() const { return sum_ + std::log(product_); }
+
+ private:
+  double sum_ = 0, product_ = 1;
+};
+
+}  // namespace
+
+ReducedBundle::ReducedBundle(double loss_width, const BundleCameras& cameras, const BundleProblem& problem)
+    : loss_(loss_width),
+      squared_width_(loss_width * loss_width),
+      cameras_(cameras.states),
+      free_(cameras.free),
+      begin_(problem.points.size() + 1, 0),
+      sights_(problem.observations.size()),
+      candidate_(problem.points),
+      candidate_costs_(problem.points.size()),
+      accepted_(problem.points),
+      followers_(problem.points.size()),
+      by_point_(problem.observations.size()),
+      moved_(free_.size()) {
+  std::vector<int> free_of(cameras_.size(), -1);
+  for (std::size_t i = 0; i < free_.size(); ++i) free_of[free_[i]] = static_cast<int>(i);
+  for (const BundleObservation& o : problem.observations) ++begin_[o.point + 1];
+  for (std::size_t p = 0; p < accepted_.size(); ++p) begin_[p + 1] += begin_[p];
+  std::vector<int> next(begin_.begin(), begin_.end() - 1);
+  for (const BundleObservation& o : problem.observations) {
+    sights_[next[o.point]++] = {o.camera, free_of[o.camera], o.bearing, o.pixel_from_bearing / o.sigma_px};
+  }
+  for (std::size_t p = 0; p < accepted_.size(); ++p) initial_cost_ += state_of(p, accepted_[p]).cost;
+}
+
+bool ReducedBundle::is_noise(double cost, int sights) const {
+  return 2 * cost < kOutOfPlace * squared_width_ * sights;
+}
+
+bool ReducedBundle::is_near_noise() const {
+  return 2 * initial_cost_ < kFarOff * squared_width_ * static_cast<double>(sights_.size());
+}
+
+ReducedBundle::PointState ReducedBundle::state_of(std::size_t point, const Eigen::Vector3d& x) const {
+  PointState state;
+  state.information.setZero();
+  state.gradient.setZero();
+  Eigen::Matrix3d bent = Eigen::Matrix3d::Zero();
+  LogSum logs;
+  for (int i = begin_[point]; i < begin_[point + 1]; ++i) {
+    const Sight& sight = sights_[i];
+    const CameraState& camera = cameras_[sight.camera];
+    const Reprojection p(sight.bearing, sight.weighted, camera.rotation * x + camera.translation);
+    const double s = p.residual.squaredNorm();
+    logs.add(s / squared_width_);
+    if (!p.in_sight) continue;
+    const double slope = loss_.slope(s);
+    const Eigen::Matrix<double, 2, 3> j = p.by_point * camera.rotation;
+    const Eigen::Vector3d along = j.transpose() * p.residual;
+    state.gradient += slope * along;
+    state.information += slope * (j.transpose() * j);
+    if (s > 0) bent += (slope * (1 - loss_.bend(s, kLeastBend)) / s * along) * along.transpose();
+  }
+  state.cost = 0.5 * squared_width_ * logs.value();
+  if (is_noise(state.cost, begin_[point + 1] - begin_[point])) state.information -= bent;
+  return state;
+}
+
+Eigen::Vector3d ReducedBundle::predict(std::size_t point) const {
+  const Follower& follower = followers_[point];
+  Eigen::Vector3d shift = follower.residual;
+  for (int i = begin_[point]; i < begin_[point + 1]; ++i) {
+    if (sights_[i].free >= 0) shift += by_point_[i].transpose() * moved_[sights_[i].free];
+  }
+  follower.factor.transpose().triangularView<Eigen::Upper>().solveInPlace(shift);
+  return accepted_[point] - shift;
+}
+
+ReducedBundle::PointState ReducedBundle::begin_at(std::size_t point, Eigen::Vector3d* x) const {
+  *x = accepted_[point];
+  if (!linearized_) return state_of(point, *x);
+  const Eigen::Vector3d predicted = predict(point);
+  const PointState there = state_of(point, predicted);
+  const double expected = accepted_costs_[point] + kSuspiciousRise * squared_width_;
+  if (!(there.cost <= expected)) {
+    const PointState here = state_of(point, *x);
+    if (!(there.cost <= here.cost)) return here;
+  }
+  *x = predicted;
+  return there;
+}
+
+double ReducedBundle::settle(std::size_t point) {
+  Eigen::Vector3d& x = candidate_[point];
+  if (begin_[point + 1] - begin_[point] < 2) return state_of(point, x).cost;
+  PointState state = begin_at(point, &x);
+  double damping = 1e-6;
+  for (int step = 0; step < kPointSteps; ++step) {
+    Eigen::Matrix3d information = state.information;
+    information.diagonal() *= 1 + damping;
+    const Eigen::Vector3d shift = -information.llt().solve(state.gradient);
+    const double promised = -0.5 * state.gradient.dot(shift);
+    if (!shift.allFinite() || promised < kPointTolerance * squared_width_) break;
+    const Eigen::Vector3d moved = x + shift;
+    const PointState there = state_of(point, moved);
+    if (there.cost < state.cost) {
+      x = moved;
+      state = there;
+      damping = std::max(1e-9, 0.1 * damping);
+    } else {
+      damping = std::max(1e-3, 10 * damping);
+    }
+  }
+  return state.cost;
+}
+
+double ReducedBundle::evaluate(const double* parameters) {
+  candidate_parameters_.assign(parameters, parameters + this->parameters());
+  for (std::size_t i = 0; i < free_.size(); ++i) {
+    cameras_[free_[i]].update(parameters + 6 * i);
+    if (!linearized_) continue;
+    for (int k = 0; k < 6; ++k) moved_[i][k] = parameters[6 * i + k] - accepted_parameters_[6 * i + k];
+    moved_[i].head<3>() = (left_jacobians_[i] * moved_[i].head<3>()).eval();
+  }
+  double cost = 0;
+  for (std::size_t p = 0; p < accepted_.size(); ++p) cost += candidate_costs_[p] = settle(p);
+  return cost;
+}
+
+// Of the point's observations, by poses (a turn of the camera where it is, a movement) and point.
+void ReducedBundle::linearize_point(std::size_t point, Eigen::MatrixXd* information,
+                                    Eigen::VectorXd* gradient) {
+  const int begin = begin_[point], end = begin_[point + 1];
+  const double least = is_noise(accepted_costs_[point], end - begin) ? kLeastBend : 1;
+  PointState joint;
+  joint.information.setZero();
+  joint.gradient.setZero();
+  for (int i = begin; i < end; ++i) {
+    const Sight& sight = sights_[i];
+    const CameraState& camera = cameras_[sight.camera];
+    const Eigen::Vector3d x_in_camera = camera.rotation * accepted_[point] + camera.translation;
+    const Reprojection p(sight.bearing, sight.weighted, x_in_camera);
+    by_point_[i].setZero();
+    if (!p.in_sight) continue;
+    const double s = p.residual.squaredNorm();
+    const double bend = std::sqrt(loss_.bend(s, least)), weight = std::sqrt(loss_.slope(s));
+    // The derivative along the residual is scaled by `bend`, the residual by its inverse.
+    Eigen::Matrix<double, 2, 3> scaled = weight * p.by_point;
+    if (s > 0) scaled += ((bend - 1) / s * p.residual) * (p.residual.transpose() * scaled);
+    const Eigen::Vector2d residual = weight / bend * p.residual;
+    const Eigen::Matrix<double, 2, 3> j = scaled * camera.rotation;
+    joint.information += j.transpose() * j;
+    joint.gradient += j.transpose() * residual;
+    if (sight.free < 0) continue;
+    const Eigen::Vector3d turned = x_in_camera - camera.moved;
+    Eigen::Matrix<double, 2, 6> by_pose;
+    for (int row = 0; row < 2; ++row) {
+      by_pose.block<1, 3>(row, 0) = turned.cross(scaled.row(row).transpose()).transpose();
+    }
+    by_pose.rightCols<3>() = scaled;
+    const Eigen::Index at = 6 * sight.free;
+    information->block<6, 6>(at, at) += by_pose.transpose() * by_pose;
+    gradient->segment<6>(at) += by_pose.transpose() * residual;
+    by_point_[i] = by_pose.transpose() * j;
+  }
+  factorize_point(point, joint);
+}
+
+void ReducedBundle::factorize_point(std::size_t point, const PointState& joint) {
+  Eigen::Matrix3d information = joint.information;
+  damp(information);
+  Follower& follower = followers_[point];
+  follower.factor = information.llt().matrixL();
+  follower.residual = follower.factor.triangularView<Eigen::Lower>().solve(joint.gradient);
+  const Eigen::Matrix3d inverse =
+      follower.factor.triangularView<Eigen::Lower>().solve(Eigen::Matrix3d::Identity());
+  for (int i = begin_[point]; i < begin_[point + 1]; ++i) {
+    if (sights_[i].free >= 0) by_point_[i] = (by_point_[i] * inverse.transpose()).eval();
+  }
+}
+
+// Takes off what the point gives way (Schur complement); the lower triangle is kept.
+void ReducedBundle::eliminate_point(std::size_t point, Eigen::MatrixXd* information,
+                                    Eigen::VectorXd* gradient) const {
+  for (int i = begin_[point]; i < begin_[point + 1]; ++i) {
+    if (sights_[i].free < 0) continue;
+    const Eigen::Index a = 6 * sights_[i].free;
+    gradient->segment<6>(a) -= by_point_[i] * followers_[point].residual;
+    for (int j = begin_[point]; j < begin_[point + 1]; ++j) {
+      const Eigen::Index b = 6 * sights_[j].free;
+      if (b >= 0 && b <= a) information->block<6, 6>(a, b) -= by_point_[i] * by_point_[j].transpose();
+    }
+  }
+}
+
+// From turns of the cameras where they are to their parameters; what is held gives way to nothing.
+void ReducedBundle::to_parameters(Eigen::MatrixXd* information, Eigen::VectorXd* gradient) const {
+  for (std::size_t i = 0; i < free_.size(); ++i) {
+    const Eigen::Index at = 6 * static_cast<Eigen::Index>(i), below = information->rows() - at;
+    const Eigen::Matrix3d& turn = left_jacobians_[i];
+    information->block(at, at, below, 3) = (information->block(at, at, below, 3) * turn).eval();
+    information->block(at, 0, 3, at + 3) = (turn.transpose() * information->block(at, 0, 3, at + 3)).eval();
+    gradient->segment<3>(at) = (turn.transpose() * gradient->segment<3>(at)).eval();
+    if (cameras_[free_[i]].held < 0) continue;
+    const Eigen::Index held = at + cameras_[free_[i]].held;
+    information->row(held).setZero();
+    information->col(held).setZero();
+    (*information)(held, held) = 1;
+    (*gradient)[held] = 0;
+  }
+}
+
+bool ReducedBundle::linearize(Eigen::MatrixXd* factor, Eigen::VectorXd* residual) {
+  accepted_ = candidate_;
+  accepted_costs_ = candidate_costs_;
+  accepted_parameters_ = candidate_parameters_;
+  left_jacobians_.clear();
+  for (const int camera : free_) left_jacobians_.push_back(cameras_[camera].left_jacobian);
+  linearized_ = true;
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(parameters(), parameters());
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(parameters());
+  const auto with_each_point = [&](auto&& step) {
+    for (std::size_t p = 0; p < accepted_.size(); ++p) {
+      if (begin_[p + 1] - begin_[p] >= 2) step(p);
+    }
+  };
+  with_each_point([&](std::size_t p) { linearize_point(p, &information, &gradient); });
+  damp(information);
+  with_each_point([&](std::size_t p) { eliminate_point(p, &information, &gradient); });
+  to_parameters(&information, &gradient);
+  const Eigen::LLT<Eigen::MatrixXd> llt(information);
+  if (llt.info() != Eigen::Success) return false;
+  *factor = llt.matrixL();
+  *residual = llt.matrixL().solve(gradient);
+  return residual->allFinite();
+}
+
+}  // namespace mono_pose_tracker

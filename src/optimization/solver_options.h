@@ -1,0 +1,23 @@
+#pragma once
+
+#include <ceres/ceres.h>
+
+#include "cancel_callback.h"
+#include "mono_pose_tracker/optimization/bundle_adjustment.h"
+
+namespace mono_pose_tracker {
+
+// What all solves of a bundle problem have in common.
+inline ceres::Solver::Options solver_options(const BundleOptions& options, CancelCallback* cancel) {
+  ceres::Solver::Options solver;
+  solver.max_num_iterations = options.max_iterations;
+  solver.max_solver_time_in_seconds = options.max_seconds;
+  solver.max_trust_region_radius = kMaxTrustRegionRadius;
+  solver.function_tolerance = options.function_tolerance;
+  solver.num_threads = options.num_threads;
+  solver.logging_type = ceres::SILENT;
+  if (options.cancel) solver.callbacks.push_back(cancel);
+  return solver;
+}
+
+}  // namespace mono_pose_tracker
