@@ -324,7 +324,7 @@ void Mapper::adjust_window(KeyframeId newest, int waiting) {
   if (waiting < 2) {
     BundleOptions bundle = options_.bundle;
     bundle.max_seconds = options_.mapping.bundle_seconds;
-    adjust_keyframes(bundle, window, 3 * size, options_.mapping.window_landmarks, &map_);
+    count(adjust_keyframes(bundle, window, 3 * size, options_.mapping.window_landmarks, &map_));
   }
   cull_observations(landmarks_seen_by(window));
   if (waiting == 0) update_covariances(window);
@@ -341,7 +341,7 @@ void Mapper::complete(BundleOptions bundle) {
       create_landmarks(id, near);
     }
     bundle.function_tolerance = tolerance;
-    adjust_map(bundle, &map_);
+    count(adjust_map(bundle, &map_));
     cull_observations(map_.landmark_ids());
   }
 }
@@ -351,8 +351,8 @@ void Mapper::finish() {
   BundleOptions bundle = options_.bundle;
   bundle.max_iterations = 50;
   if (link_views(options_, &map_) > 0) {
-    adjust_map(with_wide_loss(bundle), &map_);  // nothing is culled yet
-    adjust_map(bundle, &map_);
+    count(adjust_map(with_wide_loss(bundle), &map_));  // nothing is culled yet
+    count(adjust_map(bundle, &map_));
   }
   complete(bundle);
   const auto is_other_body = [this](KeyframeId id, int feature) { return is_left_out(id, feature); };

@@ -264,12 +264,12 @@ void Mapper::adjust_seam(const std::vector<KeyframeId>& seam) {
   window.erase(std::unique(window.begin(), window.end()), window.end());
   BundleOptions bundle = options_.bundle;
   const int fixed = 3 * options_.mapping.window_keyframes;
-  adjust_keyframes(with_wide_loss(bundle), window, fixed, options_.mapping.window_landmarks, &map_);
+  count(adjust_keyframes(with_wide_loss(bundle), window, fixed, options_.mapping.window_landmarks, &map_));
   for (const KeyframeId id : seam) {
     fuse(id, map_.landmark_ids());
     create_landmarks(id, neighbors(id, options_.mapping.matching_keyframes));
   }
-  adjust_keyframes(bundle, window, fixed, options_.mapping.window_landmarks, &map_);
+  count(adjust_keyframes(bundle, window, fixed, options_.mapping.window_landmarks, &map_));
   cull_observations(map_.landmark_ids());
 }
 

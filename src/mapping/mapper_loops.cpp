@@ -95,8 +95,8 @@ bool Mapper::fuse_loop(const LoopConstraint& loop) {
   window.erase(std::unique(window.begin(), window.end()), window.end());
   BundleOptions bundle = options_.bundle;
   bundle.max_seconds = options_.mapping.bundle_seconds;
-  adjust_keyframes(bundle, window, 3 * options_.mapping.window_keyframes, options_.mapping.window_landmarks,
-                   &map_);
+  count(adjust_keyframes(bundle, window, 3 * options_.mapping.window_keyframes,
+                         options_.mapping.window_landmarks, &map_));
   cull_observations(landmarks_seen_by(window));
   return points_between(map_, old_side, new_side) >= std::max(options_.min_inliers, tied / 2);
 }

@@ -80,7 +80,8 @@ BundleReport adjust_bundle(const BundleOptions& options, BundleProblem* problem)
   for (const int i : cameras.free) adjusted.cameras[i].camera_from_map = cameras.pose(i);
   report.usable =
       summary.IsSolutionUsable() && report.final_cost <= report.initial_cost && is_finite(adjusted);
-  if (!report.usable) return report;
+  report.failed = !report.usable;
+  if (report.failed) return report;
   problem->cameras = std::move(adjusted.cameras);
   problem->points = std::move(adjusted.points);
   return report;

@@ -385,6 +385,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   pose_again(recording, result.frames_total, tracker);
   result.maps = tracker->maps();
   result.loops = tracker->loops();
+  result.failed_adjustments = tracker->failed_adjustments();
   leave_out_unseen_maps(&result);
   leave_out_covered_maps(&result.maps);
   if (result.maps.empty()) {

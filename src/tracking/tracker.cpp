@@ -435,6 +435,8 @@ const Map& Tracker::map() const { return impl_->worker().mapper().map(); }
 
 const std::vector<ClosedLoop>& Tracker::loops() const { return impl_->worker().mapper().loops(); }
 
+int Tracker::failed_adjustments() const { return impl_->worker().mapper().failed_adjustments(); }
+
 bool Tracker::is_unconfirmed() const { return impl_->is_unconfirmed(); }
 
 }  // namespace mono_pose_tracker

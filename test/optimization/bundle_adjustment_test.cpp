@@ -187,6 +187,7 @@ TEST(BundleAdjustment, ASolveThatFailsLeavesAllAsItWas) {
   const BundleProblem before = problem;
   const BundleReport report = adjust_bundle(BundleOptions(), &problem);
   EXPECT_FALSE(report.usable);
+  EXPECT_TRUE(report.failed);
   for (std::size_t i = 0; i < before.cameras.size(); ++i) {
     EXPECT_EQ(problem.cameras[i].camera_from_map.translation, before.cameras[i].camera_from_map.translation);
   }
@@ -268,6 +269,7 @@ TEST(PointAdjustment, OneOutlierAmongManySightsDoesNotMoveThePoint) {
 TEST(BundleAdjustment, AnEmptyProblemIsNotUsable) {
   BundleProblem problem;
   EXPECT_FALSE(adjust_bundle(BundleOptions(), &problem).usable);
+  EXPECT_FALSE(adjust_bundle(BundleOptions(), &problem).failed) << "nothing was tried";
 }
 
 TEST(BundleAdjustment, OptionsOutOfRangeAreNamed) {

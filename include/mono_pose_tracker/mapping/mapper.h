@@ -72,6 +72,9 @@ class Mapper {
   /// Copies of all maps, the present one among them, the oldest first.
   std::vector<Map> all_maps() const;
 
+  /// Bundle adjustments that failed, each of which left the map as it was.
+  int failed_adjustments() const { return failed_adjustments_; }
+
   const Map& map() const { return map_; }
   TrackingMapPtr tracking_map() const { return tracking_map_; }
 
@@ -107,6 +110,7 @@ class Mapper {
   std::vector<LandmarkId> landmarks_seen_by(const std::vector<KeyframeId>& keyframes) const;
   void adjust_globally();
   void complete(BundleOptions bundle);
+  void count(const BundleReport& report) { failed_adjustments_ += report.failed; }
   void post_correction(const KeyframeChanges& changes);
   void add_correction(MapCorrection correction);
   void separate_motions(KeyframeId id);
@@ -151,7 +155,8 @@ class Mapper {
   Aside aside_;
   std::vector<ClosedLoop> loops_;
   RigidityWatch watch_;
-  StageTimes stages_;  // of the change under way
+  int failed_adjustments_ = 0;  // since it was made
+  StageTimes stages_;           // of the change under way
   TrackingMapPtr tracking_map_;
 };
 

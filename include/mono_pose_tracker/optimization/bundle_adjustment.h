@@ -47,6 +47,7 @@ struct BundleOptions {
 };
 
 struct BundleReport {
+  bool failed = false;  // tried, and thrown away: the problem is as it was
   bool usable = false;  // the solution is no worse than the start; else all is as it was
   double initial_cost = 0;
   double final_cost = 0;

@@ -43,6 +43,7 @@ struct RecordingResult {
   std::vector<ClosedLoop> loops;  // in any of the maps
   std::int64_t frames_posed_live = 0;
   std::int64_t frames_doubtful = 0;  // of these: DOUBTFUL_POSE
+  int failed_adjustments = 0;        // bundle adjustments that were thrown away
   std::map<std::string, std::vector<double>> stage_ms;
 };
 

@@ -134,6 +134,8 @@ class Tracker {
   const Map& map() const;
   /// The loops that were closed, in any of the maps. Only inline, or after wait().
   const std::vector<ClosedLoop>& loops() const;
+  /// Bundle adjustments that failed, each of which left the map as it was. Only inline, or after wait().
+  int failed_adjustments() const;
   /// True when the map rests on two views that no third has confirmed.
   bool is_unconfirmed() const;
 

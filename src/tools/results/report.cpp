@@ -94,6 +94,7 @@ void write_report(const std::string& path, const RecordingResult& result, const 
                {"frames_posed", result.trajectory.size()},
                {"frames_posed_live", result.frames_posed_live},
                {"frames_doubtful", result.frames_doubtful},
+               {"failed_adjustments", result.failed_adjustments},
                {"keyframes", map.keyframes().size()},
                {"points", map.landmarks().size()},
                {"mean_track_length", statistics.mean_track_length},
