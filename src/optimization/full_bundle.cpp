@@ -43,11 +43,7 @@ class ReprojectionCost : public ceres::SizedCostFunction<2, 6, 3> {
     if (!jacobians) return true;
     if (jacobians[0]) {
       Eigen::Map<Eigen::Matrix<double, 2, 6, Eigen::RowMajor>> j(jacobians[0]);
-      const Eigen::Vector3d turned = x_in_camera - camera_.moved;
-      Eigen::Matrix<double, 2, 3> by_turn;
-      for (int row = 0; row < 2; ++row)
-        by_turn.row(row) = turned.cross(p.by_point.row(row).transpose()).transpose();
-      j.leftCols<3>() = by_turn * camera_.left_jacobian;
+      j.leftCols<3>() = by_turn(p.by_point, x_in_camera - camera_.moved) * camera_.left_jacobian;
       j.rightCols<3>() = p.by_point;
       if (camera_.held >= 0) j.col(camera_.held).setZero();
     }

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include "mono_pose_tracker/common/so3.h"
+#include "reprojection.h"
 
 namespace mono_pose_tracker {
 
@@ -111,12 +112,7 @@ inline void set_pose_parameterization(double* block, int held, ceres::Problem* p
 // d residual / d (w, v) of x_in_camera = exp(w) rotated + t + v, from d residual / d x_in_camera.
 template <typename Jacobian>
 void pose_jacobian(const Eigen::Matrix<double, 2, 3>& dr_dx, const Eigen::Vector3d& rotated, Jacobian* j) {
-  for (int row = 0; row < 2; ++row) {
-    const Eigen::Vector3d d = dr_dx.row(row).transpose();
-    j->template block<1, 3>(row, 0) = rotated.cross(d).transpose();
-    j->template block<1, 3>(row, 3) = d.transpose();
-    (*j)(row, 6) = 0;
-  }
+  *j << by_turn(dr_dx, rotated), dr_dx, Eigen::Vector2d::Zero();
 }
 
 }  // namespace mono_pose_tracker

@@ -196,12 +196,8 @@ void ReducedBundle::linearize_point(std::size_t point, Eigen::MatrixXd* informat
     joint.information += j.transpose() * j;
     joint.gradient += j.transpose() * residual;
     if (sight.free < 0) continue;
-    const Eigen::Vector3d turned = x_in_camera - camera.moved;
     Eigen::Matrix<double, 2, 6> by_pose;
-    for (int row = 0; row < 2; ++row) {
-      by_pose.block<1, 3>(row, 0) = turned.cross(scaled.row(row).transpose()).transpose();
-    }
-    by_pose.rightCols<3>() = scaled;
+    by_pose << by_turn(scaled, x_in_camera - camera.moved), scaled;
     const Eigen::Index at = 6 * sight.free;
     information->block<6, 6>(at, at) += by_pose.transpose() * by_pose;
     gradient->segment<6>(at) += by_pose.transpose() * residual;

@@ -33,6 +33,17 @@ struct Reprojection {
   }
 };
 
+// What a turn of the camera moves, from what a movement of the point (both in the camera's frame) does;
+// turned: the point, from what it is turned about.
+inline Eigen::Matrix<double, 2, 3> by_turn(const Eigen::Matrix<double, 2, 3>& by_point,
+                                           const Eigen::Vector3d& turned) {
+  Eigen::Matrix<double, 2, 3> result;
+  for (int row = 0; row < 2; ++row) {
+    result.row(row) = turned.cross(by_point.row(row).transpose()).transpose();
+  }
+  return result;
+}
+
 // Of a square s of sigmas: the cost rho(s), Cauchy's or (width 0) s itself, and how it bends.
 class Loss {
  public:

@@ -15,10 +15,7 @@ const Ball kHeadBall{head_bound_centre(), kHeadBoundRadius};
 
 bool HeadScene::intersect(const Ray& ray, double start, Hit* hit) const {
   const auto field = [this](const Vector3d& x) { return head_distance(x, look_.neck); };
-  const double distance = march(field, ray, start, end_of_ball(kHeadBall, ray));
-  if (distance < 0) return false;
-  hit->distance = distance;
-  hit->normal_in_map = head_normal(ray.origin + distance * ray.direction, look_.neck);
+  if (!intersect_field(field, kHeadBall, ray, start, hit)) return false;
   hit->surface = 0;
   return true;
 }

@@ -65,8 +65,4 @@ double head_distance(const Vector3d& x_in_head, bool with_neck) {
   return to_ear < 0.03 ? blend(d, ear(p), 0.008) : std::min(d, to_ear - 0.002);
 }
 
-Vector3d head_normal(const Vector3d& x, bool with_neck) {
-  return field_normal([with_neck](const Vector3d& p) { return head_distance(p, with_neck); }, x);
-}
-
 }  // namespace mono_pose_tracker

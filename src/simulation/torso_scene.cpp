@@ -61,11 +61,8 @@ double TorsoScene::distance(const Vector3d& x) const {
 
 bool TorsoScene::intersect(const Ray& ray, double start, Hit* hit) const {
   const auto field = [this](const Vector3d& x) { return distance(x); };
-  const double reached = march(field, ray, start, end_of_ball(kTorsoBall, ray));
-  if (reached < 0) return false;
-  const Vector3d x = ray.origin + reached * ray.direction;
-  hit->distance = reached;
-  hit->normal_in_map = field_normal(field, x);
+  if (!intersect_field(field, kTorsoBall, ray, start, hit)) return false;
+  const Vector3d x = ray.origin + hit->distance * ray.direction;
   hit->surface = beyond_collar(x) > 0 ? kShirt : kSkin;
   return true;
 }

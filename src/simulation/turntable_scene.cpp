@@ -33,12 +33,8 @@ double table_distance(const Vector3d& x) {
 }  // namespace
 
 bool TurntableScene::intersect(const Ray& ray, double start, Hit* hit) const {
-  const double reached = march(table_distance, ray, start, end_of_ball(kTableBall, ray));
-  if (reached < 0) return false;
-  const Vector3d x = ray.origin + reached * ray.direction;
-  hit->distance = reached;
-  hit->normal_in_map = field_normal(table_distance, x);
-  hit->surface = top_distance(x) < 1e-5 ? kTop : kPlinth;
+  if (!intersect_field(table_distance, kTableBall, ray, start, hit)) return false;
+  hit->surface = top_distance(ray.origin + hit->distance * ray.direction) < 1e-5 ? kTop : kPlinth;
   return true;
 }
 

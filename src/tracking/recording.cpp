@@ -240,25 +240,34 @@ void check_map(int image_width, RecordingResult* result) {
   result->warnings.push_back(text);
 }
 
+// The images that are wanted once more, in order.
+void read_again(const Recording& recording, std::int64_t frames_total, const Tracker& tracker,
+                const Reader::IsWanted& is_wanted, const std::function<void(const Reader&)>& use) {
+  Reader reader(recording, tracker, is_wanted, nullptr);
+  // A folder may have grown meanwhile: what the first pass did not see is left alone.
+  while (reader.index() + 1 < frames_total && reader.next()) {
+    if (is_wanted(reader.index())) use(reader);
+  }
+}
+
+FrameReport resect_again(const Reader& reader, Tracker* tracker) {
+  return tracker->resect_again(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
+}
+
 void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tracker* tracker,
                    RecordingResult* result) {
   const std::set<std::int64_t> posed = frames_of(tracker->trajectory());
   if (static_cast<std::int64_t>(posed.size()) == result->frames_total) return;
   const auto is_wanted = [&](std::int64_t index) { return posed.count(index) == 0; };
-  Reader reader(recording, *tracker, is_wanted, nullptr);
   std::map<std::int64_t, FrameReport> held;
-  // A folder may have grown meanwhile: what the first pass did not see is left alone.
-  while (reader.index() + 1 < result->frames_total && reader.next()) {
-    if (posed.count(reader.index())) continue;
-    const SourceImage& image = reader.image();
+  read_again(recording, result->frames_total, *tracker, is_wanted, [&](const Reader& reader) {
     if (held.size() < kMaxHeld) {
       held[reader.index()] =
-          tracker->keep_for_later(reader.index(), image.stamp_ns, reader.prepared(), reader.mask());
+          tracker->keep_for_later(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
     } else {
-      observer(2, reader.index(),
-               tracker->resect_again(reader.index(), image.stamp_ns, reader.prepared(), reader.mask()));
+      observer(2, reader.index(), resect_again(reader, tracker));
     }
-  }
+  });
   tracker->fill_gaps();
   for (const PosedFrame& frame : tracker->trajectory()) {
     const auto report = held.find(frame.index);
@@ -273,11 +282,8 @@ void pose_again(const Recording& recording, std::int64_t frames_total, Tracker* 
   const std::set<std::int64_t> before = tracker->posed_before_remake();
   if (before.empty()) return;
   const auto is_wanted = [&](std::int64_t index) { return before.count(index) > 0; };
-  Reader reader(recording, *tracker, is_wanted, nullptr);
-  while (reader.index() + 1 < frames_total && reader.next()) {
-    if (!is_wanted(reader.index())) continue;
-    tracker->resect_again(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
-  }
+  read_again(recording, frames_total, *tracker, is_wanted,
+             [&](const Reader& reader) { resect_again(reader, tracker); });
 }
 
 }  // namespace

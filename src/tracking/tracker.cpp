@@ -240,9 +240,9 @@ void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   frames_lost_ = 0;
   state_ = State::kTracking;
 
-  reference_ = choose_reference(map, resection);
-  camera_from_reference_ = resection.camera_from_map * map.keyframes.at(reference_).camera_from_map.inverse();
-  frames_[map.map_id].set(frame.index, {frame.stamp_ns, reference_, camera_from_reference_});
+  const FramePose pose = set_pose(frame, map, resection, false);
+  reference_ = pose.reference;
+  camera_from_reference_ = pose.camera_from_reference;
   if (pace_ == SearchPace::kLive) frames_[map.map_id].keep_newest(kMostLiveFrames);
   object_finder_.follow(frame, map, resection);
   const Overlap overlap = overlap_with(map, reference_, resection, camera_);

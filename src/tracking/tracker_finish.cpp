@@ -102,8 +102,9 @@ FrameReport Tracker::Impl::keep_for_later(std::int64_t frame_index, std::int64_t
 std::set<std::int64_t> Tracker::Impl::posed_before_remake() {
   std::set<std::int64_t> frames;
   const TrackingMapPtr map = worker_.latest();
-  if (!map || !is_narrow(worker_.mapper().map())) return frames;
-  for (const auto& entry : frames_.at(map->map_id).all()) frames.insert(entry.first);
+  // A map that is only localised in stays as it is.
+  if (!map || options_.localize_only || !is_narrow(worker_.mapper().map())) return frames;
+  for (const auto& entry : frames_[map->map_id].all()) frames.insert(entry.first);
   for (const auto& entry : map->keyframes) frames.erase(entry.second.frame_index);
   return frames;
 }

@@ -26,13 +26,11 @@ bool Tracker::Impl::pose_beside(const Frame& frame, std::int64_t neighbor) {
   const ResectionReport resection = resector_.resect(frame, *map, reference, predicted);
   if (!is_found(resection)) return false;
   frames_lost_ = 1;  // not beside the frame that was tracked last: any keyframe may be the reference
-  const KeyframeId best = choose_reference(*map, resection);
-  const Rigid3 camera_from_best =
-      resection.camera_from_map * map->keyframes.at(best).camera_from_map.inverse();
-  poses.set(frame.index, {frame.stamp_ns, best, camera_from_best});
-  const Overlap overlap = overlap_with(*map, best, resection, camera_);
+  const FramePose pose = set_pose(frame, *map, resection, false);
+  const Overlap overlap = overlap_with(*map, pose.reference, resection, camera_);
   if (!options_.localize_only && keyframe_policy_.is_due(*map, overlap, resection.inliers, 0)) {
-    KeyframeCandidate candidate{frame, best, camera_from_best, resection.observations, corrections_};
+    KeyframeCandidate candidate{frame, pose.reference, pose.camera_from_reference, resection.observations,
+                                corrections_};
     if (frame.is_masked) leave_out_occluders(*map, camera_, resection.camera_from_map, &candidate);
     grown_ = worker_.insert(candidate) || grown_;
     apply_corrections(*worker_.latest());
@@ -80,13 +78,13 @@ bool Tracker::Impl::is_found(const ResectionReport& resection) const {
 }
 
 // It rides on the best of the keyframes from now on.
-void Tracker::Impl::set_pose(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
-                             bool is_final) {
+FramePose Tracker::Impl::set_pose(const Frame& frame, const TrackingMap& map,
+                                  const ResectionReport& resection, bool is_final) {
   const KeyframeId reference = choose_reference(map, resection);
-  frames_[map.map_id].set(
-      frame.index,
-      {frame.stamp_ns, reference,
-       resection.camera_from_map * map.keyframes.at(reference).camera_from_map.inverse(), is_final});
+  const Rigid3 map_from_reference = map.keyframes.at(reference).camera_from_map.inverse();
+  const FramePose pose{frame.stamp_ns, reference, resection.camera_from_map * map_from_reference, is_final};
+  frames_[map.map_id].set(frame.index, pose);
+  return pose;
 }
 
 // By descriptors alone.

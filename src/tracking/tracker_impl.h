@@ -100,7 +100,8 @@ class Tracker::Impl {
   std::optional<Frame> make_frame_again(std::int64_t frame_index, std::int64_t stamp_ns,
                                         const PreparedImage& image, const cv::Mat& mask, FrameReport* report);
   bool is_found(const ResectionReport& resection) const;
-  void set_pose(const Frame& frame, const TrackingMap& map, const ResectionReport& resection, bool is_final);
+  FramePose set_pose(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
+                     bool is_final);
   bool pose_by_descriptors(const Frame& frame, const TrackingMap& map);
   bool pose_beside(const Frame& frame, std::int64_t neighbor);
   bool fill_gaps_once();

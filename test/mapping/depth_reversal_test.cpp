@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "support/add_view.h"
+#include "support/synthetic_head.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -17,19 +18,13 @@ constexpr double kStep = 4 * kDegree;  // the object turns, from one keyframe to
 Map head_map(double noise_px) {
   Random random(3);
   const CameraModel camera = synthetic_camera();
-  std::vector<Eigen::Vector3d> points;
-  for (int i = 0; i < 150; ++i) {
-    const double azimuth = random.uniform(-1.3, 1.3), height = random.uniform(-0.6, 0.6);
-    points.emplace_back(0.5 * std::sin(azimuth), height, -0.5 * std::cos(azimuth));
-  }
-  const SyntheticScene scene(points, random);
+  const SyntheticScene scene = synthetic_head(150, random);
   Map map;
   std::vector<LandmarkId> ids;
-  for (const Eigen::Vector3d& x : points) ids.push_back(map.add_landmark(x));
+  for (const Eigen::Vector3d& x : scene.x_in_map) ids.push_back(map.add_landmark(x));
   for (int k = 0; k < kKeyframes; ++k) {
-    const Rigid3 camera_from_map(
-        Eigen::Quaterniond(Eigen::AngleAxisd(k * kStep, Eigen::Vector3d(0.2, 1, 0).normalized())),
-        Eigen::Vector3d(0.02 * k, 0, 6));
+    Rigid3 camera_from_map = before_turned_head(k * kStep);
+    camera_from_map.translation.x() = 0.02 * k;
     add_view(scene, camera, camera_from_map, noise_px, k, ids, random, &map);
   }
   return map;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "support/add_view.h"
+#include "support/synthetic_head.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -15,33 +16,18 @@ constexpr int kKeyframes = 10, kPoints = 400;
 constexpr double kStep = 3 * kDegree;  // the head turns, from one keyframe to the next
 constexpr double kNoise = 0.1;         // px
 
-// Half a unit of head that turns 6 units away.
-SyntheticScene head(Random& random) {
-  std::vector<Eigen::Vector3d> points;
-  for (int i = 0; i < kPoints; ++i) {
-    const double azimuth = random.uniform(-1.3, 1.3), height = random.uniform(-0.6, 0.6);
-    points.emplace_back(0.5 * std::sin(azimuth), height, -0.5 * std::cos(azimuth));
-  }
-  return SyntheticScene(points, random);
-}
-
-Rigid3 turned(double angle) {
-  const Eigen::Vector3d axis = Eigen::Vector3d(0.2, 1, 0).normalized();
-  return {Eigen::Quaterniond(Eigen::AngleAxisd(angle, axis)), Eigen::Vector3d(0, 0, 6)};
-}
-
 // The poses say that it turns `share` times as far as it does. Each landmark is seen by two keyframes only:
 // the map has nothing that would speak against its poses.
 Map make_map(double share) {
   Random random(3);
-  const SyntheticScene scene = head(random);
+  const SyntheticScene scene = synthetic_head(kPoints, random);
   const CameraModel camera = synthetic_camera();
   Map map;
   std::vector<LandmarkId> ids(kPoints);
   for (int k = 0; k < kKeyframes; ++k) {
     for (int i = 0; i < kPoints && k % 2 == 0; ++i) ids[i] = map.add_landmark(scene.x_in_map[i]);
-    add_view(scene, camera, turned(k * kStep), kNoise, k, ids, random, &map);
-    map.set_pose(k, turned(share * k * kStep));
+    add_view(scene, camera, before_turned_head(k * kStep), kNoise, k, ids, random, &map);
+    map.set_pose(k, before_turned_head(share * k * kStep));
   }
   return map;
 }

@@ -26,8 +26,8 @@ import sim3  # noqa: E402
 HERE, WAY_BACK = 24, 69  # images before the lens is covered, and from the other end of the wall back
 COVERED = 14  # images
 # Of the path. Lengths of the two maps are compared over the little that both see of the wall, and a live map is not
-# adjusted as a whole after that.
-MOST_ERROR = 0.2  # of the path; 0.001 as a rule, but 0.11 was seen on a busy machine, whose mapper leaves adjustments out
+# adjusted as a whole after that: 0.001 as a rule, 0.11 seen once on a busy machine.
+MOST_ERROR = 0.2
 MOST_WAITS = 5  # times that an image is shown again
 TRACKING = TrackerStatus.TRACKING
 

@@ -5,8 +5,10 @@
 
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/tracking/tracker.h"
+#include "support/add_view.h"
 #include "support/expect_error.h"
 #include "support/simulated_room.h"
+#include "support/synthetic_head.h"
 #include "support/temporary_folder.h"
 
 namespace mono_pose_tracker {
@@ -165,6 +167,28 @@ TEST(SavedMaps, LocalizingOnlyNeverChangesTheMap) {
     saved.end_before_zero();
     EXPECT_EQ(bytes_of(*tracker.copy_maps()), bytes_of(saved));
   }
+}
+
+// A head that turns, seen from afar, by 3 degrees from one keyframe to the next.
+SavedMaps narrow_map() {
+  constexpr int kKeyframes = 6, kPoints = 100;
+  Random random(3);
+  const SyntheticScene scene = synthetic_head(kPoints, random);
+  Map map;
+  std::vector<LandmarkId> ids;
+  for (const Eigen::Vector3d& x : scene.x_in_map) ids.push_back(map.add_landmark(x));
+  for (int k = 0; k < kKeyframes; ++k) {
+    add_view(scene, synthetic_camera(), before_turned_head(0.05 * k), 0.1, k, ids, random, &map);
+  }
+  return {"root_sift", {{synthetic_camera().parameters(), 0, kKeyframes}}, {map}};
+}
+
+TEST(SavedMaps, WhereNoImageIsFoundNoneIsPosedAgain) {
+  Tracker tracker(TrackerOptions(), synthetic_camera(), Tracker::Mapping::kInline);
+  tracker.load_maps(narrow_map());
+  ASSERT_TRUE(tracker.finish());
+  ASSERT_TRUE(is_narrow(tracker.map()));
+  EXPECT_TRUE(tracker.posed_before_remake().empty());
 }
 
 TEST(SavedMaps, LocalizingOnlyBeginsNoMap) {

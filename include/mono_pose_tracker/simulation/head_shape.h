@@ -13,9 +13,6 @@ namespace mono_pose_tracker {
 /// (Hart 1996; Quilez). Without its neck the head ends below jaw and skull.
 double head_distance(const Eigen::Vector3d& x_in_head, bool with_neck = true);
 
-/// Outward unit normal at a point of the surface.
-Eigen::Vector3d head_normal(const Eigen::Vector3d& x_in_head, bool with_neck = true);
-
 /// Everything of the head lies in the ball of this radius (m) about this point.
 inline Eigen::Vector3d head_bound_centre() { return {0, 0.09, 0.02}; }
 constexpr double kHeadBoundRadius = 0.28;

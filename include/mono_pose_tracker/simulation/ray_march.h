@@ -95,4 +95,14 @@ Eigen::Vector3d field_normal(const Field& field_at, const Eigen::Vector3d& x) {
       .normalized();
 }
 
+/// Scene::intersect of a body within the ball, but for the surface's number.
+template <class Field>
+bool intersect_field(const Field& field_at, const Ball& ball, const Ray& ray, double start, Hit* hit) {
+  const double distance = march(field_at, ray, start, end_of_ball(ball, ray));
+  if (distance < 0) return false;
+  hit->distance = distance;
+  hit->normal_in_map = field_normal(field_at, ray.origin + distance * ray.direction);
+  return true;
+}
+
 }  // namespace mono_pose_tracker
