@@ -25,6 +25,11 @@ const FramePose* FramePoses::find(std::int64_t index) const {
   return at == poses_.end() || at->first != index ? nullptr : &at->second;
 }
 
+void FramePoses::erase(std::int64_t index) {
+  const auto at = std::lower_bound(poses_.begin(), poses_.end(), index, is_before);
+  if (at != poses_.end() && at->first == index) poses_.erase(at);
+}
+
 void FramePoses::keep_newest(std::size_t most) {
   while (poses_.size() > most) poses_.pop_front();
 }

@@ -106,6 +106,19 @@ void Mapper::remove_keyframe(KeyframeId id) {
   cull_observations(seen);
 }
 
+void Mapper::remove_keyframes(const std::set<KeyframeId>& ids) {
+  constexpr int kOfTheFrame = 2;
+  auto keyframe = map_.keyframes().begin();
+  std::set<KeyframeId> spared;
+  for (int i = 0; i < kOfTheFrame && keyframe != map_.keyframes().end(); ++i) {
+    spared.insert((keyframe++)->first);
+  }
+  for (const KeyframeId id : ids) {
+    if (map_.keyframe(id) && !spared.count(id)) remove_keyframe(id);
+  }
+  publish();
+}
+
 // Above the limit the keyframe goes that is missed least. Never the first two, which hold the map's frame and
 // scale, nor those that the camera is among.
 void Mapper::cap_keyframes(KeyframeId newest) {

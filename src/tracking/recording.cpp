@@ -286,6 +286,16 @@ void pose_again(const Recording& recording, std::int64_t frames_total, Tracker* 
              [&](const Reader& reader) { resect_again(reader, tracker); });
 }
 
+// Poses where the camera can hardly have been, between images where it certainly was.
+void pose_strays(const Recording& recording, std::int64_t frames_total, Tracker* tracker) {
+  const std::set<std::int64_t> strays = tracker->take_out_strays();
+  if (strays.empty()) return;
+  const auto is_stray = [&](std::int64_t index) { return strays.count(index) > 0; };
+  read_again(recording, frames_total, *tracker, is_stray,
+             [&](const Reader& reader) { resect_again(reader, tracker); });
+  tracker->leave_out_strays();
+}
+
 }  // namespace
 
 bool is_sure(const RecordingResult& result) {
@@ -389,6 +399,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   }
   pose_the_rest(recording, observer, tracker, &result);
   pose_again(recording, result.frames_total, tracker);
+  pose_strays(recording, result.frames_total, tracker);
   result.maps = tracker->maps();
   result.loops = tracker->loops();
   result.failed_adjustments = tracker->failed_adjustments();

@@ -424,6 +424,10 @@ void Tracker::fill_gaps() { impl_->fill_gaps(); }
 
 std::set<std::int64_t> Tracker::posed_before_remake() { return impl_->posed_before_remake(); }
 
+std::set<std::int64_t> Tracker::take_out_strays() { return impl_->take_out_strays(); }
+
+void Tracker::leave_out_strays() { impl_->leave_out_strays(); }
+
 std::vector<FinishedMap> Tracker::maps() { return impl_->maps(); }
 
 FrameReport Tracker::resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,

@@ -30,9 +30,10 @@ struct Tentative {
   Rigid3 camera_from_reference;
 };
 
-// The states of a Tracker, and the one way that an image goes through them. In four files: tracker.cpp
+// The states of a Tracker, and the one way that an image goes through them. In five files: tracker.cpp
 // follows the camera, tracker_search.cpp is for when it is lost, tracker_finish.cpp for the end of a
-// recording, tracker_gaps.cpp for the images that have no pose then.
+// recording, tracker_gaps.cpp for the images that have no pose then, tracker_strays.cpp for those that have
+// an impossible one.
 class Tracker::Impl {
  public:
   Impl(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,
@@ -67,6 +68,8 @@ class Tracker::Impl {
   void fill_gaps();
   std::vector<FinishedMap> maps();
   std::set<std::int64_t> posed_before_remake();
+  std::set<std::int64_t> take_out_strays();
+  void leave_out_strays();
   FinishedMap finished(const TrackingMap& view);
   FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
                            const cv::Mat& mask);
@@ -96,6 +99,7 @@ class Tracker::Impl {
   void accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
               FrameReport* report);
   void complete_map();
+  std::set<std::int64_t> find_strays() const;
   void resume_largest();
   std::optional<Frame> make_frame_again(std::int64_t frame_index, std::int64_t stamp_ns,
                                         const PreparedImage& image, const cv::Mat& mask, FrameReport* report);

@@ -25,6 +25,7 @@ class FramePoses {
 
   void set(std::int64_t index, const FramePose& pose);
   const FramePose* find(std::int64_t index) const;
+  void erase(std::int64_t index);
   bool empty() const { return poses_.empty(); }
   std::size_t size() const { return poses_.size(); }
   void clear() { poses_.clear(); }

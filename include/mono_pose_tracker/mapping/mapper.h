@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
@@ -64,6 +65,10 @@ class Mapper {
   /// Last optimisation of a recording: tracks are completed between all keyframes that share view, and
   /// everything is bundle-adjusted.
   void finish();
+
+  /// Takes out keyframes whose poses are wrong, and what they alone saw; the first two hold the frame and scale
+  /// of the map, and stay.
+  void remove_keyframes(const std::set<KeyframeId>& ids);
 
   /// For the end of a recording: tries each two maps that there are for what they have in common.
   void join_rest();

@@ -128,6 +128,11 @@ class Tracker {
   /// Frames of the finished map that are no keyframes of it, and were posed while its landmarks may have been
   /// others (mapping/remade_landmarks.h): to be posed again.
   std::set<std::int64_t> posed_before_remake();
+  /// Frames of the finished map whose poses lie where the camera can hardly have been between the frames
+  /// before and after, to be posed again. The map is finished anew without the keyframes among them.
+  std::set<std::int64_t> take_out_strays();
+  /// What is still astray has no pose from then on.
+  void leave_out_strays();
   /// All maps that could not be joined, finished; the largest, which is the present one, first.
   std::vector<FinishedMap> maps();
   /// The finished map.

@@ -1,0 +1,62 @@
+// The end of a recording: poses where the camera can hardly have been.
+
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "mono_pose_tracker/common/median.h"
+#include "stray_frames.h"
+#include "tracker_impl.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// From the keyframes that see them: the median over the map.
+double usual_distance(const TrackingMap& map) {
+  std::vector<double> distances;
+  for (const auto& entry : map.keyframes) {
+    for (const LandmarkId l : entry.second.landmark_of_feature) {
+      const auto landmark = map.landmarks.find(l);
+      if (landmark == map.landmarks.end()) continue;
+      distances.push_back((entry.second.camera_from_map * landmark->second).norm());
+    }
+  }
+  return median(std::move(distances));
+}
+
+}  // namespace
+
+std::set<std::int64_t> Tracker::Impl::find_strays() const {
+  // Of the points' distance: one degree of parallax.
+  constexpr double kLeastShare = 0.02;
+  const TrackingMapPtr map = worker_.latest();
+  if (!map) return {};
+  return stray_frames(trajectory(), kLeastShare * usual_distance(*map));
+}
+
+// A keyframe that is wrong is right for the points that it alone vouches for, so that all of it goes before
+// its image is posed anew.
+std::set<std::int64_t> Tracker::Impl::take_out_strays() {
+  std::set<std::int64_t> strays = find_strays();
+  if (strays.empty() || options_.localize_only) return strays;
+  const TrackingMapPtr map = worker_.latest();
+  std::set<KeyframeId> wrong;
+  for (const auto& [id, keyframe] : map->keyframes) {
+    if (strays.count(keyframe.frame_index)) wrong.insert(id);
+  }
+  if (wrong.empty()) return strays;
+  for (const auto& [index, pose] : frames_[map->map_id].all()) {
+    if (wrong.count(pose.reference)) strays.insert(index);
+  }
+  worker_.mapper().remove_keyframes(wrong);
+  worker_.mapper().finish();
+  worker_.publish_mapper();
+  return strays;
+}
+
+void Tracker::Impl::leave_out_strays() {
+  for (const std::int64_t index : find_strays()) frames_[worker_.latest()->map_id].erase(index);
+}
+
+}  // namespace mono_pose_tracker

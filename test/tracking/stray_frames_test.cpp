@@ -1,0 +1,121 @@
+#include "tracking/stray_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <set>
+#include <vector>
+
+#include "mono_pose_tracker/tracking/tracker.h"
+#include "support/simulated_room.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+using Frames = std::set<std::int64_t>;
+
+constexpr double kLeast = 0.05;
+constexpr std::int64_t kPeriod_ns = 33333333;
+
+// Forty frames, a centimetre apart.
+std::vector<PosedFrame> walk() {
+  std::vector<PosedFrame> frames;
+  for (int i = 0; i < 40; ++i) {
+    Rigid3 map_from_camera;
+    map_from_camera.translation = Eigen::Vector3d(0.01 * i, 0, 0);
+    frames.push_back({i, i * kPeriod_ns, map_from_camera});
+  }
+  return frames;
+}
+
+void move(std::vector<PosedFrame>* frames, int frame, double metres) {
+  (*frames)[frame].map_from_camera.translation.z() += metres;
+}
+
+TEST(StrayFrames, AWalkHasNone) { EXPECT_EQ(stray_frames(walk(), kLeast), Frames()); }
+
+TEST(StrayFrames, FramesFarFromThoseBesideThemAreFound) {
+  std::vector<PosedFrame> frames = walk();
+  move(&frames, 7, 1);
+  move(&frames, 20, -0.5);
+  move(&frames, 21, -0.4);
+  EXPECT_EQ(stray_frames(frames, kLeast), Frames({7, 20, 21}));
+}
+
+// A step, a stop and a new place are what cameras do.
+TEST(StrayFrames, WhatDoesNotComeBackIsNotAstray) {
+  std::vector<PosedFrame> frames = walk();
+  for (int i = 15; i < 40; ++i) move(&frames, i, 2);
+  EXPECT_EQ(stray_frames(frames, kLeast), Frames());
+}
+
+// While the frames between are missing it had the time to go there and back.
+TEST(StrayFrames, TimeExcusesALongWay) {
+  std::vector<PosedFrame> frames = walk();
+  move(&frames, 20, 0.3);
+  EXPECT_EQ(stray_frames(frames, kLeast), Frames({20}));
+  frames.erase(frames.begin() + 21, frames.begin() + 25);
+  frames.erase(frames.begin() + 16, frames.begin() + 20);
+  EXPECT_EQ(stray_frames(frames, kLeast), Frames());
+}
+
+TEST(StrayFrames, NoiseOfACameraThatStandsIsNoMotion) {
+  std::vector<PosedFrame> frames = walk();
+  for (PosedFrame& frame : frames) frame.map_from_camera.translation.x() *= 1e-3;
+  move(&frames, 20, 0.8 * kLeast);
+  EXPECT_EQ(stray_frames(frames, kLeast), Frames());
+}
+
+TEST(StrayFrames, AFewFramesTellNoSpeed) {
+  std::vector<PosedFrame> frames = walk();
+  frames.resize(5);
+  move(&frames, 2, 1);
+  EXPECT_EQ(stray_frames(frames, kLeast), Frames());
+}
+
+class TrackedRoom : public ::testing::Test {
+ protected:
+  static constexpr int kFrames = 25, kStray = 6;
+
+  TrackedRoom() : room_(simulated_room(kFrames, 1)), tracker_({}, room_.camera, Tracker::Mapping::kInline) {
+    for (const SimulatedFrame& frame : room_.frames) tracker_.process(frame.stamp_ns, frame.image);
+    EXPECT_TRUE(tracker_.finish());
+  }
+
+  // The pose of image `seen` at the time of kStray.
+  void pose_stray(int seen) {
+    const FrameReport report =
+        tracker_.resect_again(kStray, room_.frames[kStray].stamp_ns, room_.frames[seen].image);
+    ASSERT_TRUE(report.map_from_camera);
+  }
+
+  bool is_posed() const {
+    for (const PosedFrame& frame : tracker_.trajectory()) {
+      if (frame.index == kStray) return true;
+    }
+    return false;
+  }
+
+  const SimulatedRoom room_;
+  Tracker tracker_;
+};
+
+TEST_F(TrackedRoom, AStrayIsPosedAgainWithoutItsKeyframe) {
+  EXPECT_EQ(tracker_.take_out_strays(), Frames());
+  pose_stray(kFrames - 1);
+  EXPECT_EQ(tracker_.take_out_strays().count(kStray), 1u);
+  tracker_.map().check();
+  for (const auto& entry : tracker_.map().keyframes()) EXPECT_NE(entry.second.frame_index, kStray);
+  pose_stray(kStray);
+  tracker_.leave_out_strays();
+  EXPECT_TRUE(is_posed());
+}
+
+TEST_F(TrackedRoom, WhatStaysAstrayHasNoPose) {
+  pose_stray(kFrames - 1);
+  tracker_.leave_out_strays();
+  EXPECT_FALSE(is_posed());
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
