@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """What track_sequence refuses, and that it says why and writes nothing. PROGRAMS names the folder of the program."""
 import os
+import resource
 import sys
 
 import cv2
@@ -65,6 +66,26 @@ class Refusals(RunsOfARoom):
                                     option + "=" + value)
         self.expect_refused(["list.txt", "line 2", "99999999999"], *camera, "--images", self.list_with_stamp("99999999999"))
         self.expect_refused(["/no/masks"], *camera, "--images", self.list, "--masks", "/no/masks")
+
+    def test_endless_files_are_refused(self):
+        """A device that never ends is not read until the memory is full: at most the 256 MB that a list may have."""
+        images, camera, endless = ["--images", self.list], ["--camera", self.camera], "/dev/zero"
+        seconds = 10 * float(os.environ.get("MONO_POSE_TRACKER_SLOWNESS", "1"))
+        for part, arguments in (("more than 262144 bytes", [*images, "--camera", endless]),
+                                ("more than 262144 bytes", [*images, *camera, "--config", endless]),
+                                ("more than 268435456 bytes", [*camera, "--images", endless]),
+                                ("more than 268435456 bytes", [*images, *camera, "--reference", endless]),
+                                ("is no file", [*camera, "--video", endless]),
+                                ("is no file", ["--bag", endless]),
+                                ("Not a directory", [*images, *camera, "--masks", endless]),
+                                ("is no regular file", [*images, *camera, "--map", endless])):
+            with self.subTest(arguments=arguments):
+                before = resource.getrusage(resource.RUSAGE_CHILDREN)
+                self.expect_refused([endless, part], *arguments)
+                after = resource.getrusage(resource.RUSAGE_CHILDREN)
+                # Of the processor, not of the clock: the machine may be busy.
+                self.assertLess(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, seconds)
+                self.assertLess(after.ru_maxrss, 1.5 * 2**20)  # kB, of the largest program so far
 
     def test_unwritable_output_folder_is_refused(self):
         with open(self.path("file"), "w") as f:
