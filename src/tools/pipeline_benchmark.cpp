@@ -122,8 +122,9 @@ Json measure(const Arguments& a) {
   const RunInput input{sequence, camera, options, reference};
   std::vector<Json> offline, live;
   for (int i = 0; i < a.repeat; ++i) {
-    if (a.only != "live") offline.push_back(run_offline(input));
-    if (a.only != "offline") live.push_back(run_live(input, a.rate_hz));
+    std::vector<StampedPose> offline_poses;
+    if (a.only != "live") offline.push_back(run_offline(input, &offline_poses));
+    if (a.only != "offline") live.push_back(run_live(input, a.rate_hz, offline_poses));
   }
   if (!offline.empty()) result["offline"] = median_run(std::move(offline));
   if (!live.empty()) result["live"] = median_run(std::move(live));

@@ -84,12 +84,20 @@ class PipelineBenchmark(unittest.TestCase):
         # The camera does not wait: the last image comes this long after the first.
         self.assertGreaterEqual(live["seconds"], (FRAMES - 1) / 20)
 
+    def test_live_poses_are_compared_with_the_offline_ones(self):
+        doubt = self.figures["live"]["doubt"]
+        self.assertEqual(set(doubt), {"poses_compared", "poses_off", "poses_off_doubtful", "poses_doubtful"})
+        self.assertLessEqual(doubt["poses_compared"], self.figures["live"]["frames_posed"])
+        self.assertLessEqual(doubt["poses_off"], doubt["poses_compared"])
+        self.assertLessEqual(doubt["poses_off_doubtful"], min(doubt["poses_off"], doubt["poses_doubtful"]))
+
     def test_faster_than_it_can_be_frames_are_dropped_not_queued(self):
         result = run_program("pipeline_benchmark", *self.input, "--only", "live", "--rate", "1000", "--quiet", "--json",
                              self.path("fast.json"))
         self.assertEqual((result.returncode, result.stdout), (0, ""), result.stderr)
         live = self.read(self.path("fast.json"))["live"]
         self.assertGreater(live["frames_dropped"], 0)
+        self.assertNotIn("doubt", live, "nothing to compare with")
         self.assertEqual(live["frames_posed"] + live["frames_not_posed"] + live["frames_dropped"], FRAMES)
 
     def test_the_table_says_what_the_file_says(self):

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "live_pipeline.h"
+#include "mono_pose_tracker/evaluation/doubt_error.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/tracking/recording.h"
 #include "process_usage.h"
@@ -50,11 +51,27 @@ Json position_error_percent(const std::vector<StampedPose>& reference,
   }
 }
 
+/// Of the poses that lie far from the offline ones: how many were reported as doubtful.
+Json doubts(const std::vector<StampedPose>& offline, const std::vector<ReportedPose>& reported) {
+  int off = 0, off_and_told = 0, told = 0;
+  const std::vector<PoseDeviation> deviations = deviations_of(offline, reported);
+  for (const PoseDeviation& deviation : deviations) {
+    off += deviation.off;
+    off_and_told += deviation.off && deviation.doubtful;
+    told += deviation.doubtful;
+  }
+  return {{"poses_compared", deviations.size()},
+          {"poses_off", off},
+          {"poses_off_doubtful", off_and_told},
+          {"poses_doubtful", told}};
+}
+
 /// What is gathered from the frames' reports.
 struct Gathered {
   std::vector<double> frame_ms, cpu_ms;
   std::map<std::string, std::vector<double>> stage_ms;
   std::vector<StampedPose> poses;
+  std::vector<ReportedPose> reported;
   int backlog_max = 0;
   FrameReport last;
   double cpu_then = 0;  // of the thread, when the frame before was done
@@ -65,7 +82,11 @@ struct Gathered {
     const double cpu_now = thread_cpu_ms();
     cpu_ms.push_back(cpu_now - std::exchange(cpu_then, cpu_now));
     for (const auto& [stage, stage_time] : report.stages) stage_ms[stage].push_back(stage_time);
-    if (report.map_from_camera) poses.push_back({report.stamp_ns, *report.map_from_camera});
+    if (report.map_from_camera) {
+      poses.push_back({report.stamp_ns, *report.map_from_camera});
+      reported.push_back(
+          {report.stamp_ns, report.map_id, *report.map_from_camera, report.reason == Reason::kDoubtfulPose});
+    }
     backlog_max = std::max(backlog_max, report.worker_backlog);
     last = report;
   }
@@ -73,7 +94,7 @@ struct Gathered {
 
 }  // namespace
 
-Json run_offline(const RunInput& input) {
+Json run_offline(const RunInput& input, std::vector<StampedPose>* trajectory) {
   const MemoryWatch memory;
   Tracker tracker(input.options, CameraModel(input.camera), Tracker::Mapping::kInline);
   Recording recording;
@@ -89,9 +110,9 @@ Json run_offline(const RunInput& input) {
   };
   const RecordingResult result = track_recording(recording, observer, &tracker);
   const double seconds = 1e-3 * ms_since(start);
-  std::vector<StampedPose> final_poses;
+  trajectory->clear();
   for (const PosedFrame& frame : result.trajectory) {
-    final_poses.push_back({frame.stamp_ns, frame.map_from_camera});
+    trajectory->push_back({frame.stamp_ns, frame.map_from_camera});
   }
   const auto posed = static_cast<std::int64_t>(result.trajectory.size());
   return {{"frames_total", result.frames_total},
@@ -105,11 +126,11 @@ Json run_offline(const RunInput& input) {
           {"keyframes", tracker.map().keyframes().size()},
           {"landmarks", tracker.map().landmarks().size()},
           {"memory_mb", memory.result()},
-          {"position_rmse_percent", position_error_percent(input.reference, final_poses)},
+          {"position_rmse_percent", position_error_percent(input.reference, *trajectory)},
           {"position_rmse_percent_as_they_came", position_error_percent(input.reference, gathered.poses)}};
 }
 
-Json run_live(const RunInput& input, double rate_hz) {
+Json run_live(const RunInput& input, double rate_hz, const std::vector<StampedPose>& offline) {
   const MemoryWatch memory;
   Gathered gathered;
   std::vector<double> latency_ms;
@@ -129,22 +150,24 @@ Json run_live(const RunInput& input, double rate_hz) {
   pipeline.wait();
   const LivePipeline::Counts counts = pipeline.counts();
   const int posed = static_cast<int>(gathered.poses.size());
-  return {{"rate_hz", rate_hz},
-          {"frames_total", counts.received},
-          {"frames_posed", posed},
-          {"frames_not_posed", counts.tracked - posed},
-          {"frames_dropped", counts.dropped},
-          {"seconds", 1e-3 * ms_since(start)},
-          {"latency", time_statistics(latency_ms)},
-          {"frame", time_statistics(gathered.frame_ms)},
-          {"frame_cpu", time_statistics(gathered.cpu_ms)},
-          {"stages", time_statistics(gathered.stage_ms)},
-          {"backlog_max", gathered.backlog_max},
-          {"load_level_max", load_level_max},
-          {"keyframes", gathered.last.keyframes},
-          {"landmarks", gathered.last.landmarks},
-          {"memory_mb", memory.result()},
-          {"position_rmse_percent", position_error_percent(input.reference, gathered.poses)}};
+  Json result = {{"rate_hz", rate_hz},
+                 {"frames_total", counts.received},
+                 {"frames_posed", posed},
+                 {"frames_not_posed", counts.tracked - posed},
+                 {"frames_dropped", counts.dropped},
+                 {"seconds", 1e-3 * ms_since(start)},
+                 {"latency", time_statistics(latency_ms)},
+                 {"frame", time_statistics(gathered.frame_ms)},
+                 {"frame_cpu", time_statistics(gathered.cpu_ms)},
+                 {"stages", time_statistics(gathered.stage_ms)},
+                 {"backlog_max", gathered.backlog_max},
+                 {"load_level_max", load_level_max},
+                 {"keyframes", gathered.last.keyframes},
+                 {"landmarks", gathered.last.landmarks},
+                 {"memory_mb", memory.result()},
+                 {"position_rmse_percent", position_error_percent(input.reference, gathered.poses)}};
+  if (!offline.empty()) result["doubt"] = doubts(offline, gathered.reported);
+  return result;
 }
 
 Json median_run(std::vector<Json> runs) {

@@ -19,11 +19,12 @@ struct RunInput {
 };
 
 /// Every frame, one after the other, the mapper inline, as track_sequence does it; then the last
-/// optimisation.
-Json run_offline(const RunInput& input);
+/// optimisation. `trajectory`: the final poses.
+Json run_offline(const RunInput& input, std::vector<StampedPose>* trajectory);
 
-/// Frames put in at `rate_hz` whether the tracker is ready or not, as a camera does it.
-Json run_live(const RunInput& input, double rate_hz);
+/// Frames put in at `rate_hz` whether the tracker is ready or not, as a camera does it. `offline`: what
+/// run_offline found, with which the poses are compared, or empty.
+Json run_live(const RunInput& input, double rate_hz, const std::vector<StampedPose>& offline);
 
 /// The run whose median time of a frame is the median one, with `median_ms_of_runs` beside its figures.
 Json median_run(std::vector<Json> runs);
