@@ -1,6 +1,7 @@
 #include "mono_pose_tracker/mapping/loop_finder.h"
 
 #include <algorithm>
+#include <unordered_map>
 #include <unordered_set>
 
 namespace mono_pose_tracker {
@@ -53,6 +54,33 @@ bool is_covisible(const TrackingMap& map, KeyframeId a, KeyframeId b) {
   return std::find(covisible.begin(), covisible.end(), b) != covisible.end();
 }
 
+double limit_px(const CameraModel& camera) {
+  return kMaxDisagreementPx * std::max(1.0, camera.width() / 640.0);
+}
+
+// Whether what both match is mostly matched to points that the old place sees elsewhere: things that look
+// alike, however near to each other they are.
+bool contradict(const TrackingMap& map, const LoopConstraint& first, const LoopConstraint& second) {
+  const KeyframeView& place = map.keyframes.at(first.from);
+  const auto pixel_of = [&](LandmarkId id, Eigen::Vector2d* pixel) {
+    const auto landmark = map.landmarks.find(id);
+    return landmark != map.landmarks.end() &&
+           place.image->camera.project(place.camera_from_map * landmark->second, pixel);
+  };
+  const std::unordered_map<LandmarkId, LandmarkId> old_of(first.matches.begin(), first.matches.end());
+  const double limit = limit_px(place.image->camera);
+  int both = 0, apart = 0;
+  for (const auto& [in_new, in_old] : second.matches) {
+    const auto other = old_of.find(in_new);
+    if (other == old_of.end()) continue;
+    ++both;
+    Eigen::Vector2d a, b;
+    if (!pixel_of(other->second, &a)) continue;
+    apart += !pixel_of(in_old, &b) || (a - b).norm() > limit;
+  }
+  return 2 * apart > both;
+}
+
 }  // namespace
 
 std::vector<KeyframeId> LoopFinder::candidates(const TrackingMap& map, const PlaceIndex& index,
@@ -69,7 +97,7 @@ std::vector<KeyframeId> LoopFinder::candidates(const TrackingMap& map, const Pla
 
 bool LoopFinder::agree(const TrackingMap& map, const LoopConstraint& first,
                        const LoopConstraint& second) const {
-  const double limit = kMaxDisagreementPx * std::max(1.0, camera_.width() / 640.0);
+  const double limit = limit_px(camera_);
   return loop_disagreement_px(map, first, second) < limit && loop_disagreement_px(map, second, first) < limit;
 }
 
@@ -80,12 +108,13 @@ std::optional<LoopConstraint> LoopFinder::best_without_rival(const TrackingMap& 
     return a.support.found > b.support.found;
   });
   for (std::size_t i = 1; i < loops.size(); ++i) {
-    // Keyframes that share landmarks are one place: their similarities may differ where depth says little of
-    // scale.
-    if (is_covisible(map, loops[0].from, loops[i].from)) continue;
-    if (loops[i].support.found > kRivalShare * loops[0].support.found && !agree(map, loops[0], loops[i])) {
-      return std::nullopt;
-    }
+    if (loops[i].support.found <= kRivalShare * loops[0].support.found) continue;
+    // Keyframes that share landmarks are one place where they say the same of what they see: their
+    // similarities may differ where depth says little of scale. Of two doors in a row they do not.
+    const bool is_rival = is_covisible(map, loops[0].from, loops[i].from)
+                              ? contradict(map, loops[0], loops[i])
+                              : !agree(map, loops[0], loops[i]);
+    if (is_rival) return std::nullopt;
   }
   return std::move(loops[0]);
 }
@@ -97,8 +126,13 @@ std::optional<LoopConstraint> LoopFinder::find(const TrackingMap& map, const Pla
   for (const KeyframeId place : candidates(map, index, keyframe)) {
     if (auto loop = verify_loop(options_, map, keyframe, place)) loops.push_back(std::move(*loop));
   }
+  const bool any = !loops.empty();
   std::optional<LoopConstraint> loop = best_without_rival(map, std::move(loops));
-  if (!loop) return std::nullopt;
+  if (!loop) {
+    // Several places look like this one: what a neighbour found alone was one of them by chance.
+    if (any) awaiting_.reset();
+    return std::nullopt;
+  }
   if (awaiting_ && is_covisible(map, awaiting_->from, loop->from) && agree(map, *awaiting_, *loop)) {
     loop->matches.insert(loop->matches.end(), awaiting_->matches.begin(), awaiting_->matches.end());
     std::sort(loop->matches.begin(), loop->matches.end());

@@ -225,19 +225,52 @@ TEST(LoopFinder, ASecondRoomLikeTheFirstIsNoLoop) {
   }
 }
 
-/// A corridor wall 4 m away with a door of 60 points every 3 m, all alike, and points of its own between.
-SyntheticScene corridor(int doors, int between, Random& random) {
+// A passage whose walls are alike, as one sees them: on the way back the other one looks as the first did. At
+// half its length the camera is where it was, but for its heading.
+TEST(LoopFinder, TheOtherWallOfAPassageIsNoLoop) {
+  constexpr double kLength = 20;
+  Random random(6);
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 600; ++i) {
+    points.emplace_back(random.uniform(0, kLength), random.uniform(-1.5, 1.5), 4 + random.uniform(-0.5, 0.5));
+  }
+  for (int i = 0; i < 600; ++i) points.emplace_back(kLength - points[i].x(), points[i].y(), -points[i].z());
+  SyntheticScene scene(points, random);
+  scene.descriptors.rowRange(0, 600).copyTo(scene.descriptors.rowRange(600, 1200));
+  DriftingMap world(scene);
+  LoopFinder finder(mapper_options(world.camera), world.camera);
+  for (double x = 2; x < 18; x += 1) {
+    EXPECT_FALSE(finder.find(world.map, world.index, world.add(camera_at({x, 0, 0}), 0, Sim3(), random)));
+  }
+  for (double x = 13; x > 7; x -= 0.5) {
+    const KeyframeId keyframe = world.add(camera_at({x, 0, 0}, M_PI), 1, Sim3(), random);
+    EXPECT_FALSE(finder.find(world.map, world.index, keyframe)) << "at " << x;
+  }
+}
+
+TEST(LoopFinder, AHeadingThatWentAstrayByTwentyDegreesIsStillFound) {
+  Hall hall;
+  hall.walk();
+  const Sim3 drifted = drift(1.1, 20, {0.4, 0.1, -0.3});
+  EXPECT_FALSE(hall.look(44, 1, drifted));
+  EXPECT_TRUE(hall.look(54, 1, drifted));
+}
+
+/// A corridor wall so far away (m) with a door of 60 points every 3 m, all alike, and points of its own
+/// between.
+SyntheticScene corridor(int doors, int between, Random& random, double distance = 4) {
   constexpr int kOfDoor = 60;
   std::vector<Eigen::Vector3d> points, door;
   for (int i = 0; i < kOfDoor; ++i) {
-    door.emplace_back(random.uniform(0, 1.8), random.uniform(-1.4, 1.4), 4 + random.uniform(-0.3, 0.3));
+    door.emplace_back(random.uniform(0, 1.8), random.uniform(-1.4, 1.4),
+                      distance + random.uniform(-0.3, 0.3));
   }
   for (int d = 0; d < doors; ++d) {
     for (const Eigen::Vector3d& point : door) points.push_back(point + Eigen::Vector3d(3.0 * d, 0, 0));
   }
   for (int i = 0; i < between * doors; ++i) {
     points.emplace_back(random.uniform(0, 3.0 * doors), random.uniform(-1.4, 1.4),
-                        4 + random.uniform(-0.5, 0.5));
+                        distance + random.uniform(-0.5, 0.5));
   }
   SyntheticScene scene(points, random);
   for (int d = 1; d < doors; ++d) {
@@ -252,7 +285,7 @@ struct Corridor {
   DriftingMap world{scene};
   LoopFinder finder{mapper_options(world.camera), world.camera};
 
-  explicit Corridor(int between) : scene(corridor(20, between, random)) {}
+  explicit Corridor(int between, double distance = 4) : scene(corridor(20, between, random, distance)) {}
 
   std::optional<LoopConstraint> look(double x, int stretch, const Sim3& map_from_world) {
     return finder.find(world.map, world.index,
@@ -296,6 +329,16 @@ TEST(LoopFinder, AmongIdenticalDoorsThePointsBetweenThemDecide) {
     const Eigen::Vector3d center(21, 0, 0);
     EXPECT_LT((loop->old_from_new * (drifted * center) - center).norm(), 0.1);
   }
+}
+
+// Each keyframe sees several doors, so that places of which each says another door are covisible. (Beyond 26
+// m no second place is verified, and nothing else tells the doors apart.)
+TEST(LoopFinder, DoorsThatAreSeenTogetherAreNotOnePlace) {
+  Corridor corridor(0, 9);
+  corridor.walk();
+  corridor.world.add(camera_at({28, 0, -50}, M_PI), 1, Sim3(), corridor.random);
+  const Sim3 drifted = drift(1.02, 1, {1.5, 0, 0.5});
+  for (double x = 20; x < 26; x += 0.75) EXPECT_FALSE(corridor.look(x, 2, drifted)) << x;
 }
 
 }  // namespace
