@@ -14,7 +14,7 @@ namespace {
 constexpr int kMinPoints = 10;
 // Of the scale between the maps, as one keyframe's depths tell it. What it is off by bends the seam, which
 // the bundle adjustment that follows must still be able to mend.
-constexpr double kMaxLogScaleSigma = 0.05;
+constexpr double kMaxLogScaleSigma = 0.1;
 // px at 640 px width: drift between the two keyframes, in either map, adds to the error of the ties.
 constexpr double kMaxDisagreement = 12;
 

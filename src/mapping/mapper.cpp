@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "depth_jump.h"
 #include "epipolar_matcher.h"
 #include "keyframe_landmarks.h"
 #include "keyframe_places.h"
@@ -145,6 +146,11 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
     LookAlikes unknown;
     fuse(id, within_reach(id, &unknown));
     create_landmarks(id, near);
+    if (makes_depths_jump(map_, id, near)) {
+      remove_keyframe(id);
+      publish();
+      return;
+    }
     for (const KeyframeId n : near) {
       if (is_cancelled()) break;
       fuse(n, landmarks_of(*map_.keyframe(id)));

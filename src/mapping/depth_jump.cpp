@@ -1,0 +1,63 @@
+#include "depth_jump.h"
+
+#include <cmath>
+#include <utility>
+
+#include "mono_pose_tracker/common/median.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr float kBeside = 0.05f;         // of the image's width: what is farther off is another surface
+constexpr std::size_t kLeastPairs = 10;  // of fewer the median says little
+constexpr double kMostUsual = 1.5;
+
+struct Sight {
+  Eigen::Vector2f pixel;
+  double log_distance;
+};
+
+// The logarithm of how much farther it is than the nearest of those beside it.
+std::optional<double> compare(const Sight& sight, const std::vector<Sight>& others, float radius_px) {
+  float nearest = radius_px * radius_px;
+  std::optional<double> ratio;
+  for (const Sight& other : others) {
+    const float distance2 = (other.pixel - sight.pixel).squaredNorm();
+    if (distance2 >= nearest) continue;
+    nearest = distance2;
+    ratio = sight.log_distance - other.log_distance;
+  }
+  return ratio;
+}
+
+}  // namespace
+
+std::optional<double> depth_jump(const Map& map, KeyframeId newest, const std::vector<KeyframeId>& others) {
+  std::vector<double> ratios;
+  for (const KeyframeId id : others) {
+    const Keyframe& keyframe = *map.keyframe(id);
+    std::vector<Sight> known, made;
+    for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
+      const LandmarkId l = keyframe.landmark_of_feature[f];
+      if (l == kNoLandmark) continue;
+      const Landmark& landmark = *map.landmark(l);
+      const double distance = (keyframe.camera_from_map * landmark.x_in_map).norm();
+      (landmark.created_by == newest ? made : known)
+          .push_back({keyframe.image->set.features[f].pixel, std::log(distance)});
+    }
+    const float radius_px = kBeside * static_cast<float>(keyframe.image->camera.width());
+    for (const Sight& sight : made) {
+      if (const auto ratio = compare(sight, known, radius_px)) ratios.push_back(*ratio);
+    }
+  }
+  if (ratios.size() < kLeastPairs) return std::nullopt;
+  return std::exp(median(std::move(ratios)));
+}
+
+bool makes_depths_jump(const Map& map, KeyframeId newest, const std::vector<KeyframeId>& others) {
+  const std::optional<double> ratio = depth_jump(map, newest, others);
+  return ratio && (*ratio > kMostUsual || *ratio * kMostUsual < 1);
+}
+
+}  // namespace mono_pose_tracker
