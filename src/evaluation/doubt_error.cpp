@@ -1,12 +1,12 @@
 #include "mono_pose_tracker/evaluation/doubt_error.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
 
 #include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/geometry/nearest_rotation.h"
 #include "mono_pose_tracker/geometry/sim3.h"
 
 namespace mono_pose_tracker {
@@ -34,15 +34,6 @@ std::vector<double> weights_of(const std::vector<Pair>& pairs, const Residual& r
   return weights;
 }
 
-// The rotation nearest to the matrix.
-Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& matrix, Eigen::Vector3d* singular_values) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-  const Eigen::Vector3d signs(1, 1, sign);
-  *singular_values = svd.singularValues().cwiseProduct(signs);
-  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-}
-
 // Umeyama's similarity, weighted.
 Sim3 align_positions(const std::vector<Pair>& pairs, const std::vector<double>& weights) {
   double sum = 0, variance = 0;
@@ -61,9 +52,8 @@ Sim3 align_positions(const std::vector<Pair>& pairs, const std::vector<double>& 
     variance += weights[i] * in_map.squaredNorm();
   }
   Sim3 reference_from_map;
-  Eigen::Vector3d singular_values;
-  const Eigen::Matrix3d rotation = nearest_rotation(covariance, &singular_values);
-  if (variance > 0) reference_from_map.scale = singular_values.sum() / variance;
+  const Eigen::Matrix3d rotation = nearest_rotation(covariance);
+  if (variance > 0) reference_from_map.scale = (rotation.transpose() * covariance).trace() / variance;
   reference_from_map.rotation = Eigen::Quaterniond(rotation);
   reference_from_map.translation = mean_reference - reference_from_map.scale * (rotation * mean_map);
   return reference_from_map;
@@ -75,8 +65,7 @@ Eigen::Quaterniond align_orientations(const std::vector<Pair>& pairs, const std:
     const Eigen::Quaterniond& in_map = pairs[i].reported->map_from_camera.rotation;
     sum += weights[i] * (pairs[i].reference->rotation * in_map.conjugate()).toRotationMatrix();
   }
-  Eigen::Vector3d singular_values;
-  return Eigen::Quaterniond(nearest_rotation(sum, &singular_values));
+  return Eigen::Quaterniond(nearest_rotation(sum));
 }
 
 double position_error(const Pair& pair, const Sim3& reference_from_map) {

@@ -1,6 +1,5 @@
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -8,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "mono_pose_tracker/geometry/nearest_rotation.h"
 #include "mono_pose_tracker/io/stamp.h"
 
 namespace mono_pose_tracker {
@@ -119,9 +119,7 @@ Eigen::Quaterniond best_rotation(const std::vector<PosePair>& pairs) {
   for (const PosePair& pair : pairs) {
     sum += (pair.reference.rotation * pair.estimate.rotation.conjugate()).toRotationMatrix();
   }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);
-  return Eigen::Quaterniond(Eigen::Matrix3d(svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose()));
+  return Eigen::Quaterniond(nearest_rotation(sum));
 }
 
 void measure_orientations(const std::vector<PosePair>& pairs, TrajectoryError* error) {

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <array>
 
+#include "mono_pose_tracker/geometry/nearest_rotation.h"
 #include "mono_pose_tracker/robust/early_rejection.h"
 #include "mono_pose_tracker/robust/sampler.h"
 
@@ -116,13 +117,6 @@ struct PlaneEstimator {
   std::vector<double> inverse_distance;
 };
 
-// The rotation with the least sum of squared distances of the mapped vectors (Kabsch 1976).
-Eigen::Matrix3d rotation_from_covariance(const Eigen::Matrix3d& sum_of_x2_x1) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum_of_x2_x1, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);
-  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-}
-
 struct RotationEstimator {
   using Model = Eigen::Matrix3d;
   static constexpr int kSampleSize = 2;
@@ -142,7 +136,7 @@ struct RotationEstimator {
 
   int solve(const std::array<int, 2>& sample, std::array<Eigen::Matrix3d, 1>* models) const {
     const int i = sample[0], j = sample[1];
-    (*models)[0] = rotation_from_covariance(x2[i] * x1[i].transpose() + x2[j] * x1[j].transpose());
+    (*models)[0] = nearest_rotation(x2[i] * x1[i].transpose() + x2[j] * x1[j].transpose());
     return 1;
   }
 
@@ -158,7 +152,7 @@ struct RotationEstimator {
         sum += x2[i] * x1[i].transpose();
       }
     }
-    *rotation = rotation_from_covariance(sum);
+    *rotation = nearest_rotation(sum);
   }
 
   bool alike(const Eigen::Matrix3d&, const Eigen::Matrix3d&) const { return false; }
