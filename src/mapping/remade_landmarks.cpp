@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "feature_tracks.h"
 #include "keyframe_landmarks.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
@@ -31,54 +32,12 @@ constexpr double kSame = 0.6 * M_PI / 180;
 constexpr int kIterations = 50;
 constexpr double kTolerance = 1e-6;
 
-// Of one point: a feature of each of several keyframes, which are counted in time.
-using Track = std::vector<std::pair<int, int>>;
-
-// Features joined to tracks (a forest of disjoint sets).
-class Tracks {
- public:
-  explicit Tracks(const std::vector<const Keyframe*>& keyframes) {
-    for (std::size_t k = 0; k < keyframes.size(); ++k) {
-      first_.push_back(parent_.size());
-      for (int f = 0; f < keyframes[k]->image->size(); ++f) {
-        parent_.push_back(parent_.size());
-        tracks_.push_back({{static_cast<int>(k), f}});
-      }
-    }
-  }
-
-  // Not when a keyframe would see the point twice: one of the matches is wrong, and the first is as good.
-  void join(int keyframe1, int feature1, int keyframe2, int feature2) {
-    const std::size_t a = root(first_[keyframe1] + feature1), b = root(first_[keyframe2] + feature2);
-    if (a == b) return;
-    Track both;
-    std::merge(tracks_[a].begin(), tracks_[a].end(), tracks_[b].begin(), tracks_[b].end(),
-               std::back_inserter(both));
-    const auto twice = std::adjacent_find(both.begin(), both.end(),
-                                          [](const auto& x, const auto& y) { return x.first == y.first; });
-    if (twice != both.end()) return;
-    tracks_[a] = std::move(both);
-    tracks_[b].clear();
-    parent_[b] = a;
-  }
-
-  const std::vector<Track>& all() const { return tracks_; }  // some are empty
-
- private:
-  std::size_t root(std::size_t feature) {
-    while (parent_[feature] != feature) feature = parent_[feature] = parent_[parent_[feature]];
-    return feature;
-  }
-
-  std::vector<std::size_t> first_;  // of a keyframe's features
-  std::vector<std::size_t> parent_;
-  std::vector<Track> tracks_;  // by the feature that is their root
-};
-
 // Nearest keyframes first: they are matched most surely.
-Tracks find_tracks(const std::vector<const Keyframe*>& in_time, const MatchOptions& matching,
-                   const IsLeftOut& is_left_out) {
-  Tracks tracks(in_time);
+FeatureTracks find_tracks(const std::vector<const Keyframe*>& in_time, const MatchOptions& matching,
+                          const IsLeftOut& is_left_out) {
+  std::vector<int> features;
+  for (const Keyframe* keyframe : in_time) features.push_back(keyframe->image->size());
+  FeatureTracks tracks(features);
   const int count = static_cast<int>(in_time.size());
   for (int apart = 1; apart <= kReach; ++apart) {
     for (int k = 0; k + apart < count; ++k) {
@@ -94,7 +53,8 @@ Tracks find_tracks(const std::vector<const Keyframe*>& in_time, const MatchOptio
 }
 
 // Where the poses have the point, from its first and last view; false when one of the views lies too far off.
-bool locate(const std::vector<const Keyframe*>& in_time, const Track& track, Eigen::Vector3d* x_in_map) {
+bool locate(const std::vector<const Keyframe*>& in_time, const FeatureTrack& track,
+            Eigen::Vector3d* x_in_map) {
   const Keyframe &first = *in_time[track.front().first], &last = *in_time[track.back().first];
   Eigen::Vector3d x_in_first;
   if (!triangulate_two_views(last.camera_from_map * first.camera_from_map.inverse(),
@@ -113,13 +73,14 @@ bool locate(const std::vector<const Keyframe*>& in_time, const Track& track, Eig
 }
 
 struct LocatedTrack {
-  Track track;
+  FeatureTrack track;
   Eigen::Vector3d x_in_map;
 };
 
-std::vector<LocatedTrack> locate_all(const std::vector<const Keyframe*>& in_time, const Tracks& tracks) {
+std::vector<LocatedTrack> locate_all(const std::vector<const Keyframe*>& in_time,
+                                     const FeatureTracks& tracks) {
   std::vector<LocatedTrack> located;
-  for (const Track& track : tracks.all()) {
+  for (const FeatureTrack& track : tracks.all()) {
     Eigen::Vector3d x_in_map;
     if (track.size() >= kMinViews && locate(in_time, track, &x_in_map)) located.push_back({track, x_in_map});
   }

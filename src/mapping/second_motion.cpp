@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/geometry/essential.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
 
@@ -22,7 +21,7 @@ constexpr double kMinShare = 0.4;
 // Nearest features of known motion that decide for those that obey both.
 constexpr int kVoters = 5;
 
-enum class Motion { kNeither, kBody, kOther, kBoth };
+using Motion = ObeyedMotion;
 
 // Sampson error, or what is behind a camera: it contradicts as well.
 bool obeys(const Rigid3& second_from_first, const Eigen::Matrix3d& essential, const Eigen::Vector3d& bearing1,
@@ -81,31 +80,41 @@ bool is_among_others(const std::vector<Match>& matches, const std::vector<Motion
 
 }  // namespace
 
-SecondMotion find_second_motion(const Keyframe& first, const Keyframe& second, const MatchOptions& matching,
-                                const RansacOptions& ransac) {
+PairMotions compare_motions(const PosedImage& first, const PosedImage& second, const MatchOptions& matching,
+                            const RansacOptions& ransac) {
   const FeatureSet &set1 = first.image->set, &set2 = second.image->set;
-  const std::vector<Match> matches = match_descriptors(set1.descriptors, set2.descriptors, matching);
+  PairMotions pair;
+  pair.matches = match_descriptors(set1.descriptors, set2.descriptors, matching);
   const double limit = kContradicts * ransac.threshold;
   const Rigid3 second_from_first = second.camera_from_map * first.camera_from_map.inverse();
-  const std::vector<char> of_body = agree_with(matches, set1, set2, second_from_first, limit);
-  const RelativePoseReport rest = fit_the_rest(matches, of_body, set1, set2, ransac);
-  if (!rest.success) return {};
+  const std::vector<char> of_body = agree_with(pair.matches, set1, set2, second_from_first, limit);
+  for (const char obeys_body : of_body) pair.obeyed.push_back(obeys_body ? Motion::kBody : Motion::kNeither);
+  const RelativePoseReport rest = fit_the_rest(pair.matches, of_body, set1, set2, ransac);
+  pair.has_other = rest.success;
+  if (!rest.success) return pair;
   const std::vector<char> of_other =
-      agree_with(matches, set1, set2, rest.hypotheses[0].second_from_first, limit);
-  std::vector<Motion> motions;
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    motions.push_back(of_body[i] ? (of_other[i] ? Motion::kBoth : Motion::kBody)
-                                 : (of_other[i] ? Motion::kOther : Motion::kNeither));
+      agree_with(pair.matches, set1, set2, rest.hypotheses[0].second_from_first, limit);
+  for (std::size_t i = 0; i < pair.matches.size(); ++i) {
+    if (of_other[i]) pair.obeyed[i] = of_body[i] ? Motion::kBoth : Motion::kOther;
   }
+  return pair;
+}
+
+SecondMotion find_second_motion(const Keyframe& first, const Keyframe& second, const MatchOptions& matching,
+                                const RansacOptions& ransac) {
+  const auto posed = [](const Keyframe& k) { return PosedImage{k.frame_index, k.camera_from_map, k.image}; };
+  const PairMotions pair = compare_motions(posed(first), posed(second), matching, ransac);
+  if (!pair.has_other) return {};
+  const std::vector<Feature>& features2 = second.image->set.features;
   SecondMotion found;
-  found.of_first.assign(set1.features.size(), 0);
-  found.of_second.assign(set2.features.size(), 0);
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    const bool is_other =
-        motions[i] == Motion::kOther ||
-        (motions[i] == Motion::kBoth &&
-         is_among_others(matches, motions, set2.features, set2.features[matches[i].second].pixel));
-    found.of_first[matches[i].first] = found.of_second[matches[i].second] = is_other;
+  found.of_first.assign(first.image->set.features.size(), 0);
+  found.of_second.assign(features2.size(), 0);
+  for (std::size_t i = 0; i < pair.matches.size(); ++i) {
+    const Match& m = pair.matches[i];
+    const bool is_other = pair.obeyed[i] == Motion::kOther ||
+                          (pair.obeyed[i] == Motion::kBoth &&
+                           is_among_others(pair.matches, pair.obeyed, features2, features2[m.second].pixel));
+    found.of_first[m.first] = found.of_second[m.second] = is_other;
   }
   return found;
 }

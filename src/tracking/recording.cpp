@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <optional>
 #include <set>
 #include <utility>
 
+#include "body_masks.h"
 #include "finished_maps.h"
 #include "mono_pose_tracker/common/prefetcher.h"
 
@@ -75,6 +77,10 @@ class Reader {
       item->mask = recording_.masks->mask_of(source.mask_name, source.image.size(), &problem);
       if (item->mask.empty()) item->problems.push_back(problem);
       item->is_mask_usable = !item->mask.empty() && cv::countNonZero(item->mask) > 0;
+    }
+    if (recording_.body && is_wanted_(item->index)) {
+      const cv::Mat body = recording_.body->mask(item->index, source.image.size());
+      item->mask = item->mask.empty() ? body : cv::Mat(item->mask & body);
     }
     if (recording_.threads > 1 && is_wanted_(item->index)) {
       item->prepared = tracker_.prepare(source.image, item->mask);
@@ -182,6 +188,26 @@ void warn_of_torn_tracks(RecordingResult* result) {
       " points have two places in the map, as no one place agrees with all that is seen of them: the map may "
       "be wrong about there; give masks of what moves as one (--masks), or record it again with more "
       "overlap");
+}
+
+// Two bodies, of which a map can be of one only.
+void warn_of_other_body(RecordingResult* result) {
+  const FinishedMap& map = result->maps.front();
+  const long percent = std::lround(100 * map.other_body.share());
+  if (map.is_of_other_body) {
+    result->warnings.push_back(
+        "two bodies move, each as one, and the map's is not plainly the one that turns, as segmentation/body "
+        "asks: " +
+        std::to_string(percent) +
+        " % of the points move with another that turns as far before the camera or farther; give masks of "
+        "the "
+        "one that is wanted (--masks)");
+  } else if (map.other_body.is_comparable()) {
+    result->warnings.push_back(
+        "two bodies move, each as one: the map is of the larger, and " + std::to_string(percent) +
+        " % of the points, which move otherwise, are left out; where the other is wanted, give masks of it "
+        "(--masks), or segmentation/body: turning for one that turns (config/object.yaml)");
+  }
 }
 
 void warn_of_parts(RecordingResult* result) {
@@ -326,22 +352,67 @@ bool is_better(const RecordingResult& result, const RecordingResult& before) {
          kMinShare * static_cast<double>(before.trajectory.size());
 }
 
+// Counts them.
+class Attempts {
+ public:
+  Attempts(const TrackerMaker& make_tracker, const ObserverOfAttempt& observer_of)
+      : make_tracker_(make_tracker), observer_of_(observer_of) {}
+
+  TrackedRecording next(const Recording& recording) {
+    TrackedRecording made;
+    made.attempt = count_++;
+    made.tracker = make_tracker_();
+    made.result = track_recording(recording, observer_of_(made.attempt), made.tracker.get());
+    return made;
+  }
+
+ private:
+  const TrackerMaker& make_tracker_;
+  const ObserverOfAttempt& observer_of_;
+  int count_ = 0;
+};
+
+bool is_of_other_body(const RecordingResult& result) {
+  return result.tracked && result.maps.front().is_of_other_body;
+}
+
+// Where the map is of a body that turns less than another: the recording again, by masks of all that moves
+// otherwise than the map, until the map is of what turns most. It is kept, with the masks, where it plainly
+// turns farther than the first.
+void turn_to_other_body(Attempts* attempts, Recording* recording, TrackedRecording* kept) {
+  constexpr int kMostBodies = 3;  // a head, the shoulders below it, the room behind
+  Recording masked = *recording;
+  TrackedRecording found;
+  const RecordingResult* result = &kept->result;
+  for (int bodies = 1; bodies < kMostBodies && is_of_other_body(*result); ++bodies) {
+    masked.body = std::make_shared<BodyMasks>(result->maps.front().other_body.tracks, masked.body);
+    if (masked.body->are_empty() || masked.interrupted()) return;
+    found = attempts->next(masked);
+    result = &found.result;
+    if (!result->tracked) return;
+  }
+  const double turn = turn_before_cameras(result->maps.front().map);
+  if (turn < OtherBody::kPlainly * turn_before_cameras(kept->result.maps.front().map)) return;
+  *recording = std::move(masked);
+  *kept = std::move(found);
+}
+
 }  // namespace
 
 TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker& make_tracker,
                                   const ObserverOfAttempt& observer_of) {
-  constexpr std::array<double, 4> kBeginnings = {0, 0.5, 0.25, 0.75};  // as far from one another as can be
-  TrackedRecording kept;
-  for (int attempt = 0; attempt < static_cast<int>(kBeginnings.size()); ++attempt) {
-    Recording from_there = recording;
-    from_there.first_tracked =
-        static_cast<std::int64_t>(kBeginnings[attempt] * static_cast<double>(kept.result.frames_total));
-    TrackedRecording next;
-    next.attempt = attempt;
-    next.tracker = make_tracker();
-    next.result = track_recording(from_there, observer_of(attempt), next.tracker.get());
-    if (attempt == 0 || is_better(next.result, kept.result)) kept = std::move(next);
-    if (is_enough(kept.result) || recording.interrupted() || !recording.try_again) break;
+  constexpr std::array<double, 3> kOtherBeginnings = {0.5, 0.25, 0.75};  // as far from one another as can be
+  Attempts attempts(make_tracker, observer_of);
+  TrackedRecording kept = attempts.next(recording);
+  if (!recording.try_again) return kept;
+  Recording again = recording;
+  if (is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
+  for (const double beginning : kOtherBeginnings) {
+    if (is_enough(kept.result) || recording.interrupted()) break;
+    again.first_tracked =
+        static_cast<std::int64_t>(beginning * static_cast<double>(kept.result.frames_total));
+    TrackedRecording next = attempts.next(again);
+    if (is_better(next.result, kept.result)) kept = std::move(next);
   }
   return kept;
 }
@@ -419,6 +490,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   warn_of_depth(&result);
   warn_of_contradictions(&result);
   warn_of_torn_tracks(&result);
+  warn_of_other_body(&result);
   return result;
 }
 

@@ -109,6 +109,22 @@ std::set<std::int64_t> Tracker::Impl::posed_before_remake() {
   return frames;
 }
 
+// The images between the keyframes are asked only where it may be the other body that is wanted.
+void Tracker::Impl::find_other_body_beside(FinishedMap* map) const {
+  const RansacOptions ransac = options_.ransac(camera_.focal());
+  map->other_body = find_other_body(map->map, {}, options_.matching, ransac);
+  map->is_of_other_body = keeps_seen() && map->other_body.exists() && !map->other_body.turns_plainly_less();
+  // What else moves was to be left out.
+  if (keeps_seen() && !map->is_of_other_body) map->other_body = OtherBody();
+  if (!map->is_of_other_body) return;
+  std::vector<PosedImage> between;
+  for (const PosedFrame& frame : map->trajectory) {
+    const auto seen = seen_.find(frame.index);
+    if (seen != seen_.end()) between.push_back({frame.index, frame.map_from_camera.inverse(), seen->second});
+  }
+  map->other_body = find_other_body(map->map, between, options_.matching, ransac);
+}
+
 FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   FinishedMap map;
   map.id = view.map_id;
@@ -120,6 +136,7 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.contradiction = worst_contradiction(map.map, camera_, options_.matching);
   // Seen from near, poses that went astray show by more; and quick turns of a hand-held camera tear as many.
   if (is_narrow(map.map)) map.torn_tracks = worst_torn_tracks(map.map, options_.matching);
+  find_other_body_beside(&map);
   map.confirmed = !unconfirmed_ && map.seam.holds() && map.is_sure();
   return map;
 }

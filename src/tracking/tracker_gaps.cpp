@@ -84,7 +84,20 @@ FramePose Tracker::Impl::set_pose(const Frame& frame, const TrackingMap& map,
   const Rigid3 map_from_reference = map.keyframes.at(reference).camera_from_map.inverse();
   const FramePose pose{frame.stamp_ns, reference, resection.camera_from_map * map_from_reference, is_final};
   frames_[map.map_id].set(frame.index, pose);
+  if (keeps_seen()) keep_seen(frame);
   return pose;
+}
+
+// A few hundred megabytes at most: of a longer recording every second, every fourth image.
+void Tracker::Impl::keep_seen(const Frame& frame) {
+  constexpr std::size_t kMost = 400;
+  seen_[frame.index] = frame.image;
+  if (seen_.size() <= kMost) return;
+  bool is_kept = false;
+  for (auto seen = seen_.begin(); seen != seen_.end();) {
+    is_kept = !is_kept;
+    seen = is_kept ? std::next(seen) : seen_.erase(seen);
+  }
 }
 
 // By descriptors alone.

@@ -71,6 +71,7 @@ class Tracker::Impl {
   std::set<std::int64_t> take_out_strays();
   void leave_out_strays();
   FinishedMap finished(const TrackingMap& view);
+  void find_other_body_beside(FinishedMap* map) const;
   FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
                            const cv::Mat& mask);
 
@@ -82,6 +83,11 @@ class Tracker::Impl {
 
  private:
   void apply_options();
+  // The body that turns is asked for, and what the images show is needed in the end to find it.
+  bool keeps_seen() const {
+    return pace_ == SearchPace::kRecording && options_.segmentation.body == "turning";
+  }
+  void keep_seen(const Frame& frame);
   std::optional<Frame> make_frame(std::int64_t index, std::int64_t stamp_ns, const PreparedImage& image,
                                   const Segmentation& segmentation, FrameReport* report);
   void bootstrap(const Frame& frame, FrameReport* report);
@@ -165,6 +171,7 @@ class Tracker::Impl {
   std::uint64_t corrections_ = 0;                           // sequence of the last one applied
   std::map<std::uint32_t, std::uint32_t> times_corrected_;  // by map
   std::map<std::int64_t, Frame> unposed_;                   // of a finished recording
+  std::map<std::int64_t, ImageFeaturesPtr> seen_;           // of a recording, of the images that were posed
   bool grown_ = false;                                      // the finished map has
   std::pair<std::uint32_t, std::uint64_t> reported_;        // map and correction that the last report knew of
   std::uint32_t present_map_ = 0;                           // id of the one that reference_ is of

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
 
@@ -21,5 +22,26 @@ struct SecondMotion {
 /// them only.
 SecondMotion find_second_motion(const Keyframe& first, const Keyframe& second, const MatchOptions& matching,
                                 const RansacOptions& ransac);
+
+/// What a match obeys: the motion of the body that the map is of, the second one, by chance both, or neither.
+enum class ObeyedMotion { kNeither, kBody, kOther, kBoth };
+
+/// The matches of two images, by descriptors alone. Without a second motion none obeys it.
+struct PairMotions {
+  bool has_other = false;
+  std::vector<Match> matches;
+  std::vector<ObeyedMotion> obeyed;  // one a match
+};
+
+/// An image and where it was taken from, as a map says.
+struct PosedImage {
+  std::int64_t frame_index = 0;
+  Rigid3 camera_from_map;
+  ImageFeaturesPtr image;
+};
+
+/// What find_second_motion goes by.
+PairMotions compare_motions(const PosedImage& first, const PosedImage& second, const MatchOptions& matching,
+                            const RansacOptions& ransac);
 
 }  // namespace mono_pose_tracker

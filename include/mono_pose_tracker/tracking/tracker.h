@@ -14,6 +14,7 @@
 #include "mono_pose_tracker/mapping/contradiction.h"
 #include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/mapping/loop_closer.h"
+#include "mono_pose_tracker/mapping/other_body.h"
 #include "mono_pose_tracker/mapping/seam.h"
 #include "mono_pose_tracker/mapping/torn_tracks.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
@@ -31,12 +32,17 @@ struct FinishedMap {
   Seam seam;                    // where it hangs together least
   Contradiction contradiction;  // where most of what is seen speaks against it
   TornTracks torn_tracks;       // where more is seen as two things than is usual in it
-  double depth_evidence = 0;    // that it is not reversed in depth (mapping/depth_reversal.h)
-  bool confirmed = false;       // a third view confirmed its beginning, it is sure, and its seams hold
+  OtherBody other_body;         // that its images show as well
+  // The body that turns is asked for, and it is the other one, or may be.
+  bool is_of_other_body = false;
+  double depth_evidence = 0;  // that it is not reversed in depth (mapping/depth_reversal.h)
+  bool confirmed = false;     // a third view confirmed its beginning, it is sure, and its seams hold
 
   bool is_depth_sure() const { return depth_evidence >= kMinDepthEvidence; }
   /// Nothing in it speaks against it; it may hang together by little.
-  bool is_sure() const { return is_depth_sure() && !contradiction.is_one() && !torn_tracks.is_one(); }
+  bool is_sure() const {
+    return is_depth_sure() && !contradiction.is_one() && !torn_tracks.is_one() && !is_of_other_body;
+  }
 };
 
 /// Tracks one camera against the map it builds: bootstraps, resects every frame, hands keyframes to the

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/mapping/mapper_options.h"
+#include "mono_pose_tracker/mapping/second_motion.h"
+
+namespace mono_pose_tracker {
+
+/// A feature that is seen in two images, and whether it moves with the body that the map is of.
+struct BodyTrack {
+  std::int64_t from_index = 0, to_index = 0;  // of the images
+  Eigen::Vector2f from, to;                   // pixels
+  bool is_other = false;
+};
+
+/// What moves as one in the keyframes of a finished map, but otherwise than the map says: a head above the
+/// shoulders that the map is of, or the shoulders below it, or the room behind.
+struct OtherBody {
+  int pairs = 0, other_pairs = 0;  // of keyframes: compared; with a second motion in them
+  /// How far the two turn before the camera between the keyframes that show both, summed (rad, about a third
+  /// of the angle): movement within the body that no rotation of the camera explains, by the body's size.
+  /// Where in the image a body is seen, and how far it went, says nothing: a background behind a camera in
+  /// the hand goes far, and hardly turns.
+  double map_turn = 0, other_turn = 0;
+  std::vector<BodyTrack> tracks;  // between images that follow each other
+
+  /// Wrong matches agree on a motion in a pair here and there, a body does in every fourth at least.
+  bool exists() const { return other_pairs > 0 && 4 * other_pairs >= pairs; }
+  /// Of the tracks.
+  double share() const;
+  /// Whoever looks at the images may well have meant it.
+  bool is_comparable() const { return exists() && share() > 0.25; }
+  /// Than the map's body: by half as much again, as the measure is good to a tenth or two.
+  bool turns_plainly_less() const { return map_turn > kPlainly * other_turn; }
+
+  static constexpr double kPlainly = 1.5;
+};
+
+/// Keyframes near in time are matched anew by descriptors alone, since a map holds only what agrees with it.
+/// A feature that obeys one of two motions only tells it of its whole track. between: further images with the
+/// poses that the map gives them, by frame; so the tracks follow what turns farther between two keyframes
+/// than features can be matched.
+OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& between,
+                          const MatchOptions& matching, const RansacOptions& ransac);
+
+/// The angle within which the cameras stand round what the map is of, seen from its middle (rad): how far it
+/// has turned before them.
+double turn_before_cameras(const Map& map);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+namespace mono_pose_tracker {
+
+// Of one point: a feature of each of several images, which are counted in time.
+using FeatureTrack = std::vector<std::pair<int, int>>;
+
+// Features joined to tracks (a forest of disjoint sets).
+class FeatureTracks {
+ public:
+  // How many features each of the images has.
+  explicit FeatureTracks(const std::vector<int>& features) {
+    for (std::size_t k = 0; k < features.size(); ++k) {
+      first_.push_back(parent_.size());
+      for (int f = 0; f < features[k]; ++f) {
+        parent_.push_back(parent_.size());
+        tracks_.push_back({{static_cast<int>(k), f}});
+      }
+    }
+  }
+
+  // Not when an image would see the point twice: one of the matches is wrong, and the first is as good.
+  void join(int image1, int feature1, int image2, int feature2) {
+    const std::size_t a = root(first_[image1] + feature1), b = root(first_[image2] + feature2);
+    if (a == b) return;
+    FeatureTrack both;
+    std::merge(tracks_[a].begin(), tracks_[a].end(), tracks_[b].begin(), tracks_[b].end(),
+               std::back_inserter(both));
+    const auto twice = std::adjacent_find(both.begin(), both.end(),
+                                          [](const auto& x, const auto& y) { return x.first == y.first; });
+    if (twice != both.end()) return;
+    tracks_[a] = std::move(both);
+    tracks_[b].clear();
+    parent_[b] = a;
+  }
+
+  const std::vector<FeatureTrack>& all() const { return tracks_; }  // some are empty
+
+ private:
+  std::size_t root(std::size_t feature) {
+    while (parent_[feature] != feature) feature = parent_[feature] = parent_[parent_[feature]];
+    return feature;
+  }
+
+  std::vector<std::size_t> first_;  // of an image's features
+  std::vector<std::size_t> parent_;
+  std::vector<FeatureTrack> tracks_;  // by the feature that is their root
+};
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,188 @@
+#include "mono_pose_tracker/mapping/other_body.h"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "feature_tracks.h"
+#include "mono_pose_tracker/common/median.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Neighbours show most matches, those farther apart the difference between slow motions.
+constexpr std::array<int, 3> kApart = {1, 2, 4};
+
+using Bearings = std::vector<Eigen::Vector3d>;
+
+// The rotation that takes the first bearings nearest to the second.
+Eigen::Matrix3d best_rotation(const Bearings& bearings1, const Bearings& bearings2) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < bearings1.size(); ++i) sum += bearings2[i] * bearings1[i].transpose();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);
+  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+}
+
+// Median of what a rotation of the camera leaves over, by the median distance from the body's middle.
+double turn_of(const Bearings& bearings1, const Bearings& bearings2) {
+  const Eigen::Matrix3d rotation = best_rotation(bearings1, bearings2);
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& b : bearings1) middle += b;
+  middle.normalize();
+  std::vector<double> left_over, away;
+  for (std::size_t i = 0; i < bearings1.size(); ++i) {
+    left_over.push_back((rotation * bearings1[i] - bearings2[i]).norm());
+    away.push_back((bearings1[i] - middle).norm());
+  }
+  return median(std::move(left_over)) / std::max(median(std::move(away)), 1e-6);
+}
+
+double turn_of(const PairMotions& pair, const PosedImage& first, const PosedImage& second,
+               ObeyedMotion motion) {
+  Bearings bearings1, bearings2;
+  for (std::size_t i = 0; i < pair.matches.size(); ++i) {
+    if (pair.obeyed[i] != motion) continue;
+    bearings1.push_back(first.image->set.bearings[pair.matches[i].first]);
+    bearings2.push_back(second.image->set.bearings[pair.matches[i].second]);
+  }
+  return bearings1.size() < 5 ? 0 : turn_of(bearings1, bearings2);
+}
+
+void compare(const PosedImage& first, const PosedImage& second, const PairMotions& pair, OtherBody* body) {
+  ++body->pairs;
+  if (!pair.has_other) return;
+  ++body->other_pairs;
+  body->map_turn += turn_of(pair, first, second, ObeyedMotion::kBody);
+  body->other_turn += turn_of(pair, first, second, ObeyedMotion::kOther);
+}
+
+// The images in time, each once.
+std::vector<PosedImage> in_time(const Map& map, const std::vector<PosedImage>& between,
+                                std::vector<int>* keyframes) {
+  std::map<std::int64_t, PosedImage> by_index;
+  for (const PosedImage& image : between) by_index[image.frame_index] = image;
+  for (const auto& [id, k] : map.keyframes())
+    by_index[k.frame_index] = {k.frame_index, k.camera_from_map, k.image};
+  std::vector<PosedImage> images;
+  for (const auto& entry : by_index) images.push_back(entry.second);
+  std::set<std::int64_t> of_keyframes;
+  for (const auto& entry : map.keyframes()) of_keyframes.insert(entry.second.frame_index);
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    if (of_keyframes.count(images[i].frame_index)) keyframes->push_back(static_cast<int>(i));
+  }
+  return images;
+}
+
+// Which motion the features obey, said by pairs of images and summed over their tracks.
+class Votes {
+ public:
+  explicit Votes(const std::vector<PosedImage>& images) : tracks_(sizes(images)) {
+    for (const PosedImage& image : images) of_feature_.emplace_back(image.image->size(), 0);
+  }
+
+  void add(int first, int second, const PairMotions& pair) {
+    for (std::size_t i = 0; i < pair.matches.size(); ++i) {
+      const Match& m = pair.matches[i];
+      tracks_.join(first, m.first, second, m.second);
+      if (!pair.has_other || pair.obeyed[i] == ObeyedMotion::kBoth) continue;
+      const int value = pair.obeyed[i] == ObeyedMotion::kBody ? 1 : -1;
+      of_feature_[first][m.first] += value;
+      of_feature_[second][m.second] += value;
+    }
+  }
+
+  void sum_over_tracks() {
+    for (const FeatureTrack& track : tracks_.all()) {
+      int sum = 0;
+      for (const auto& [image, feature] : track) sum += of_feature_[image][feature];
+      for (const auto& [image, feature] : track) of_feature_[image][feature] = sum;
+    }
+  }
+
+  // Above 0: of the map's body; below: of another.
+  int of(int image, int feature) const { return of_feature_[image][feature]; }
+
+ private:
+  static std::vector<int> sizes(const std::vector<PosedImage>& images) {
+    std::vector<int> features;
+    for (const PosedImage& image : images) features.push_back(image.image->size());
+    return features;
+  }
+
+  FeatureTracks tracks_;
+  std::vector<std::vector<int>> of_feature_;
+};
+
+void add_tracks(const std::vector<PosedImage>& images, int k, const PairMotions& pair, const Votes& votes,
+                OtherBody* body) {
+  const PosedImage &first = images[k], &second = images[k + 1];
+  for (const Match& m : pair.matches) {
+    const int sum = votes.of(k, m.first) + votes.of(k + 1, m.second);
+    if (sum == 0) continue;
+    body->tracks.push_back({first.frame_index, second.frame_index, first.image->set.features[m.first].pixel,
+                            second.image->set.features[m.second].pixel, sum < 0});
+  }
+}
+
+}  // namespace
+
+double OtherBody::share() const {
+  const auto others = std::count_if(tracks.begin(), tracks.end(), [](const auto& t) { return t.is_other; });
+  return tracks.empty() ? 0 : static_cast<double>(others) / static_cast<double>(tracks.size());
+}
+
+OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& between,
+                          const MatchOptions& matching, const RansacOptions& ransac) {
+  std::vector<int> keyframes;
+  const std::vector<PosedImage> images = in_time(map, between, &keyframes);
+  OtherBody body;
+  Votes votes(images);
+  std::vector<PairMotions> neighbours;
+  for (int k = 0; k + 1 < static_cast<int>(images.size()); ++k) {
+    neighbours.push_back(compare_motions(images[k], images[k + 1], matching, ransac));
+    votes.add(k, k + 1, neighbours.back());
+  }
+  for (const int apart : kApart) {
+    for (std::size_t k = 0; k + apart < keyframes.size(); ++k) {
+      const int first = keyframes[k], second = keyframes[k + apart];
+      const bool is_known = second == first + 1;
+      const PairMotions pair =
+          is_known ? neighbours[first] : compare_motions(images[first], images[second], matching, ransac);
+      compare(images[first], images[second], pair, &body);
+      if (!is_known) votes.add(first, second, pair);
+    }
+  }
+  if (body.other_pairs == 0) return body;
+  votes.sum_over_tracks();
+  for (std::size_t k = 0; k < neighbours.size(); ++k) {
+    add_tracks(images, static_cast<int>(k), neighbours[k], votes, &body);
+  }
+  return body;
+}
+
+double turn_before_cameras(const Map& map) {
+  std::array<std::vector<double>, 3> places;
+  for (const auto& entry : map.landmarks()) {
+    for (int i = 0; i < 3; ++i) places[i].push_back(entry.second.x_in_map[i]);
+  }
+  if (places[0].empty()) return 0;
+  const Eigen::Vector3d middle(median(std::move(places[0])), median(std::move(places[1])),
+                               median(std::move(places[2])));
+  Bearings to_cameras;
+  for (const auto& entry : map.keyframes()) {
+    to_cameras.push_back((entry.second.center_in_map() - middle).normalized());
+  }
+  double widest = 0;
+  for (const Eigen::Vector3d& a : to_cameras) {
+    for (const Eigen::Vector3d& b : to_cameras)
+      widest = std::max(widest, std::acos(std::clamp(a.dot(b), -1.0, 1.0)));
+  }
+  return widest;
+}
+
+}  // namespace mono_pose_tracker

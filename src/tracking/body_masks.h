@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "mono_pose_tracker/mapping/other_body.h"
+
+namespace mono_pose_tracker {
+
+// Masks of what moves otherwise than the body that a finished map is of, for every image of the recording:
+// what lies nearer to its features than to the map's. Between keyframes features go straight on.
+class BodyMasks {
+ public:
+  // within: masks that these are a part of; null: none.
+  BodyMasks(const std::vector<BodyTrack>& tracks, std::shared_ptr<const BodyMasks> within);
+
+  bool are_empty() const { return spans_.empty(); }
+  // CV_8UC1, 255: of the other body. index: of the image in the recording.
+  cv::Mat mask(std::int64_t index, const cv::Size& size) const;
+
+ private:
+  std::map<std::int64_t, std::vector<BodyTrack>> spans_;  // by the keyframe that each begins with
+  std::shared_ptr<const BodyMasks> within_;
+};
+
+}  // namespace mono_pose_tracker
