@@ -165,6 +165,25 @@ OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& between
   return body;
 }
 
+OtherBody sample_other_body(const Map& map, const MatchOptions& matching, const RansacOptions& ransac) {
+  constexpr int kPairs = 30;
+  std::vector<int> keyframes;
+  const std::vector<PosedImage> images = in_time(map, {}, &keyframes);
+  const int count = static_cast<int>(images.size()) - 1;
+  OtherBody body;
+  Votes votes(images);
+  std::map<int, PairMotions> pairs;  // by the first image
+  for (int i = 0; i < std::min(kPairs, count); ++i) {
+    const int k = i * count / std::min(kPairs, count);
+    const PairMotions& pair = pairs[k] = compare_motions(images[k], images[k + 1], matching, ransac);
+    compare(images[k], images[k + 1], pair, &body);
+    votes.add(k, k + 1, pair);
+  }
+  votes.sum_over_tracks();
+  for (const auto& [k, pair] : pairs) add_tracks(images, k, pair, votes, &body);
+  return body;
+}
+
 double turn_before_cameras(const Map& map) {
   std::array<std::vector<double>, 3> places;
   for (const auto& entry : map.landmarks()) {

@@ -211,7 +211,8 @@ struct Observed {
 
 void tell_of_attempt(int attempt, bool quiet) {
   if (quiet) return;
-  std::fprintf(stderr, "the map is in doubt: attempt %d, begun later in the recording\n", attempt + 1);
+  std::fprintf(stderr, "the map is in doubt, or of another body than the one asked for: attempt %d\n",
+               attempt + 1);
 }
 
 // One way through the recording, and what it left.

@@ -199,9 +199,8 @@ void warn_of_other_body(RecordingResult* result) {
         "two bodies move, each as one, and the map's is not plainly the one that turns, as segmentation/body "
         "asks: " +
         std::to_string(percent) +
-        " % of the points move with another that turns as far before the camera or farther; give masks of "
-        "the "
-        "one that is wanted (--masks)");
+        " % of the points move with another that turns as far or farther; give masks of the one that is "
+        "wanted (--masks)");
   } else if (map.other_body.is_comparable()) {
     result->warnings.push_back(
         "two bodies move, each as one: the map is of the larger, and " + std::to_string(percent) +

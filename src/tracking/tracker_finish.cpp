@@ -112,11 +112,13 @@ std::set<std::int64_t> Tracker::Impl::posed_before_remake() {
 // The images between the keyframes are asked only where it may be the other body that is wanted.
 void Tracker::Impl::find_other_body_beside(FinishedMap* map) const {
   const RansacOptions ransac = options_.ransac(camera_.focal());
-  map->other_body = find_other_body(map->map, {}, options_.matching, ransac);
-  map->is_of_other_body = keeps_seen() && map->other_body.exists() && !map->other_body.turns_plainly_less();
-  // What else moves was to be left out.
-  if (keeps_seen() && !map->is_of_other_body) map->other_body = OtherBody();
-  if (!map->is_of_other_body) return;
+  if (!keeps_seen()) {
+    map->other_body = sample_other_body(map->map, options_.matching, ransac);
+    return;
+  }
+  const OtherBody other = find_other_body(map->map, {}, options_.matching, ransac);
+  map->is_of_other_body = other.exists() && !other.turns_plainly_less();
+  if (!map->is_of_other_body) return;  // what else moves is to be left out
   std::vector<PosedImage> between;
   for (const PosedFrame& frame : map->trajectory) {
     const auto seen = seen_.find(frame.index);

@@ -85,6 +85,17 @@ TEST_F(OtherBodyTest, TheRoomBehindAMapOfTheHeadTurnsLess) {
 
 TEST_F(OtherBodyTest, OneBodyHasNoOther) { EXPECT_FALSE(find(map_with(true, 200, 0)).exists()); }
 
+TEST_F(OtherBodyTest, ASampleTellsItAsWell) {
+  Map map = map_with(true, 150, 200);
+  RansacOptions ransac;
+  ransac.threshold = 2 / camera_.focal();
+  const OtherBody sample = sample_other_body(map, MatchOptions(), ransac);
+  EXPECT_EQ(sample.pairs, kKeyframes - 1);
+  EXPECT_TRUE(sample.is_comparable());
+  EXPECT_FALSE(sample_other_body(map_with(true, 200, 0), MatchOptions(), ransac).is_comparable());
+  EXPECT_FALSE(sample_other_body(Map(), MatchOptions(), ransac).exists());
+}
+
 TEST_F(OtherBodyTest, TracksTellWhichFeaturesAreWhose) {
   const Map map = map_with(false, 100, 300);
   const OtherBody body = find(map);

@@ -47,6 +47,10 @@ struct OtherBody {
 OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& between,
                           const MatchOptions& matching, const RansacOptions& ransac);
 
+/// Whether there is one: the same of some thirty pairs of keyframes that follow each other, spread over the
+/// recording, at a cost that does not grow with the map.
+OtherBody sample_other_body(const Map& map, const MatchOptions& matching, const RansacOptions& ransac);
+
 /// The angle within which the cameras stand round what the map is of, seen from its middle (rad): how far it
 /// has turned before them.
 double turn_before_cameras(const Map& map);
