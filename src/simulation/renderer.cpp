@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kTileSize = 8;  // px
+constexpr int kTileSize = Renderer::kBandRows;  // px
 
 /// Cosine of the slant up to which one sample does for a pixel: textures average over its footprint
 /// themselves, which is as wide as long. Steeper surfaces are sampled as finely as edges.
@@ -104,6 +104,11 @@ Vector3d Renderer::sample_ray(int row, int column, int sample) const {
 
 Renderer::Picture Renderer::render(const Scene& scene, const Rigid3& map_from_camera,
                                    const Lighting& lighting, const cv::Mat& background) const {
+  return render(scene, std::vector<Rigid3>(bands(), map_from_camera), lighting, background);
+}
+
+Renderer::Picture Renderer::render(const Scene& scene, const std::vector<Rigid3>& map_from_camera_of_bands,
+                                   const Lighting& lighting, const cv::Mat& background) const {
   const cv::Size size(camera_.width(), camera_.height());
   if (background.size() != size || background.type() != CV_32FC3) {
     throw std::invalid_argument("the background is not a CV_32FC3 image of the camera's size");
@@ -111,11 +116,13 @@ Renderer::Picture Renderer::render(const Scene& scene, const Rigid3& map_from_ca
   Geometry geometry;
   geometry.pixels.resize(center_rays_.size());
   geometry.tile_start.resize(tiles_.size());
-  parallel_for(tile_rows_, threads_,
-               [&](int tile_row) { cast_tile_row(scene, map_from_camera, tile_row, &geometry); });
+  parallel_for(tile_rows_, threads_, [&](int tile_row) {
+    cast_tile_row(scene, map_from_camera_of_bands.at(tile_row), tile_row, &geometry);
+  });
   Picture picture{cv::Mat(size, CV_32FC3), cv::Mat(size, CV_8UC1)};
   parallel_for(size.height, threads_, [&](int row) {
-    shade_row(scene, map_from_camera, lighting, background, row, geometry, &picture);
+    shade_row(scene, map_from_camera_of_bands[row / kBandRows], lighting, background, row, geometry,
+              &picture);
   });
   return picture;
 }

@@ -24,6 +24,10 @@ void SequenceOptions::validate() const {
   require(exposure_drift >= 0 && exposure_drift < 1, "exposure_drift", exposure_drift,
           "0 or more and less than 1");
   require(rate_hz > 0, "rate_hz", rate_hz, "more than 0");
+  require(rolling_shutter_s >= 0 && rolling_shutter_s * rate_hz <= 1, "rolling_shutter_s", rolling_shutter_s,
+          "0 to 1 / rate_hz: one image after the other is taken");
+  require(rolling_shutter_s == 0 || !hand_held, "rolling_shutter_s", rolling_shutter_s,
+          "0 with hand_held: what is behind is taken at once");
   require(first_stamp_s >= 0, "first_stamp_s", first_stamp_s, "0 or more");
   require(samples >= 1 && samples <= 8, "samples", samples, "1 to 8");
   require(threads >= 0, "threads", threads, "0 (all) or more");

@@ -1,5 +1,6 @@
 #include "mono_pose_tracker/simulation/simulated_sequence.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -73,6 +74,21 @@ Lighting room_lighting() {
   return {Eigen::Vector3f(-0.4f, -0.5f, 0.75f).normalized(), -Eigen::Vector3f::UnitY()};
 }
 
+// Where the camera is so long after the index-th pose of a path, at the speed at which it goes to the next
+// one then, or comes from the one before; beyond the ends it goes on.
+Rigid3 moved(const std::vector<StampedPose>& path, int index, double seconds) {
+  const int last = static_cast<int>(path.size()) - 1;
+  const int from = std::clamp(seconds < 0 ? index - 1 : index, 0, last - 1);
+  const Rigid3 &pose = path[index].map_from_camera, &a = path[from].map_from_camera,
+               &b = path[from + 1].map_from_camera;
+  const double share = 1e9 * seconds / static_cast<double>(path[from + 1].stamp_ns - path[from].stamp_ns);
+  const Eigen::AngleAxisd turn(a.rotation.conjugate() * b.rotation);
+  Rigid3 there;
+  there.rotation = pose.rotation * Eigen::AngleAxisd(share * turn.angle(), turn.axis());
+  there.translation = pose.translation + share * (b.translation - a.translation);
+  return there;
+}
+
 std::int64_t nanoseconds(double seconds) { return std::llround(1e9 * seconds); }
 
 }  // namespace
@@ -139,11 +155,22 @@ Lighting SimulatedSequence::lighting(int index) const {
   return {rotation * key, rotation * fill};
 }
 
+// While the rows are read, from above.
+std::vector<Rigid3> SimulatedSequence::poses_of_bands(int index) const {
+  std::vector<Rigid3> poses(renderer_.bands(), path_.at(index).map_from_camera);
+  if (options_.rolling_shutter_s == 0 || path_.size() < 2) return poses;
+  for (std::size_t band = 0; band < poses.size(); ++band) {
+    const double row = std::min((band + 0.5) * Renderer::kBandRows, camera_.height() - 0.5);
+    poses[band] = moved(path_, index, options_.rolling_shutter_s * (row / camera_.height() - 0.5));
+  }
+  return poses;
+}
+
 // The object and what is before it, at the index-th pose of the path.
 void SimulatedSequence::draw_object(int index, cv::Mat* color, cv::Mat* mask) const {
   const cv::Mat behind = options_.hand_held ? background(share_done(index)) : background_;
   Renderer::Picture picture =
-      renderer_.render(*scene_at(index), path_.at(index).map_from_camera, lighting(index), behind);
+      renderer_.render(*scene_at(index), poses_of_bands(index), lighting(index), behind);
   if (options_.occluder) {
     const auto texture_seed = static_cast<std::uint32_t>(derived_seed(options_.seed, 3));
     draw_hand(camera_, share_done(index), texture_seed, options_.threads, &picture.color, &picture.mask);

@@ -101,6 +101,10 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--distortion-model", a.distortion_model, "plumb_bob, rational_polynomial or equidistant");
   app.add_option("--noise", s.noise_grey_levels, "pixel noise, standard deviation in grey levels of 255 [0]");
   app.add_option("--blur", s.blur_px, "Gaussian blur, standard deviation in px [0]");
+  app.add_option(
+      "--rolling-shutter", s.rolling_shutter_s,
+      "from the first row to the last, s, while the camera moves on; the truth is of the middle row "
+      "[0]");
   app.add_option("--exposure-drift", s.exposure_drift,
                  "greatest relative change of brightness, such as 0.2 [0]");
   app.add_flag("--occluder", s.occluder, "a hand passes before the object (and is 0 in the masks)");

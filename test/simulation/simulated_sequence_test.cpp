@@ -182,6 +182,39 @@ TEST(SimulatedSequence, TakesAPathOfOnesOwn) {
   EXPECT_LT(misplacement(sequence, 0, 1).norm(), 0.03);
 }
 
+// Mean difference of rows [first, last), grey levels.
+double difference(const cv::Mat& a, const cv::Mat& b, int first, int last) {
+  return cv::norm(a.rowRange(first, last), b.rowRange(first, last), cv::NORM_L1) /
+         static_cast<double>(a.rowRange(first, last).total() * a.channels());
+}
+
+TEST(SimulatedSequence, ARollingShutterReadsEachRowWhereTheCameraIsThen) {
+  SequenceOptions options = small_options(SceneKind::kRoom);  // 150 rows
+  const std::vector<StampedPose> path = SimulatedSequence(options).path();
+  options.rolling_shutter_s = 0.03;
+  options.path = {path[10], path[13], path[16]};
+  for (int i = 0; i < 3; ++i) options.path[i].stamp_ns = path[10 + i].stamp_ns;  // at three times the speed
+  const cv::Mat rolled = SimulatedSequence(options).render(1).image;
+  // The first band's middle is row 4 of 150, the last one's row 148.
+  const double interval_s = 1 / options.rate_hz;
+  const auto still = [&](int from, double share) {
+    const Rigid3 &a = options.path[from].map_from_camera, &b = options.path[from + 1].map_from_camera;
+    Rigid3 between;
+    between.rotation = a.rotation.slerp(share, b.rotation);
+    between.translation = a.translation + share * (b.translation - a.translation);
+    SequenceOptions global = options;
+    global.rolling_shutter_s = 0;
+    global.path = {{path[10].stamp_ns, between}};
+    return SimulatedSequence(global).render(0).image;
+  };
+  const cv::Mat at_first = still(0, 1 + 0.03 * (4 / 150.0 - 0.5) / interval_s);
+  const cv::Mat at_last = still(1, 0.03 * (148 / 150.0 - 0.5) / interval_s);
+  EXPECT_LT(difference(rolled, at_first, 1, 7), 0.1);
+  EXPECT_LT(difference(rolled, at_last, 145, 150), 0.1);
+  EXPECT_GT(difference(rolled, at_last, 1, 7), 0.5);
+  EXPECT_GT(difference(rolled, at_first, 145, 150), 0.5);
+}
+
 TEST(SimulatedSequence, TheHeadHasFeaturesForASiftTracker) {
   const SimulatedSequence sequence(small_options(SceneKind::kHead, 640, 480));
   for (const int frame : {0, 40, 119}) {

@@ -27,6 +27,13 @@ class Renderer {
   Picture render(const Scene& scene, const Rigid3& map_from_camera, const Lighting& lighting,
                  const cv::Mat& background) const;
 
+  /// Rows that are seen from one place when they are not all: from the top, the last band may have fewer.
+  static constexpr int kBandRows = 8;
+  int bands() const { return tile_rows_; }
+  /// The camera moves while the image is taken: a pose for each band.
+  Picture render(const Scene& scene, const std::vector<Rigid3>& map_from_camera_of_bands,
+                 const Lighting& lighting, const cv::Mat& background) const;
+
  private:
   struct Tile {
     Eigen::Vector3d axis_in_camera;

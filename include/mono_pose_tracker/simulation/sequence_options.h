@@ -32,6 +32,9 @@ struct SequenceOptions {
   double exposure_drift = 0;            // greatest relative change of brightness, either way
   std::uint64_t seed = 1;               // of textures, path and noise
   double rate_hz = 30;
+  // From the first row to the last: while it takes an image the camera moves on as its path goes. The truth
+  // is of the middle row.
+  double rolling_shutter_s = 0;
   double first_stamp_s = 1;                        // not 0, which ROS takes for no stamp
   int samples = 2;                                 // per pixel side
   int threads = 0;                                 // 0: as many as the machine has; no result depends on it

@@ -48,6 +48,7 @@ class SimulatedSequence {
   void make_path();
   cv::Mat background(double done) const;
   void draw_object(int index, cv::Mat* color, cv::Mat* mask) const;
+  std::vector<Rigid3> poses_of_bands(int index) const;
   std::int64_t stamp(int frame) const;
   double share_done(int index) const;
   Lighting lighting(int index) const;
