@@ -1,6 +1,5 @@
 #include "mono_pose_tracker/mapping/other_body.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,7 @@
 
 #include "feature_tracks.h"
 #include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/geometry/nearest_rotation.h"
 
 namespace mono_pose_tracker {
 
@@ -19,18 +19,11 @@ constexpr std::array<int, 3> kApart = {1, 2, 4};
 
 using Bearings = std::vector<Eigen::Vector3d>;
 
-// The rotation that takes the first bearings nearest to the second.
-Eigen::Matrix3d best_rotation(const Bearings& bearings1, const Bearings& bearings2) {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < bearings1.size(); ++i) sum += bearings2[i] * bearings1[i].transpose();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);
-  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-}
-
 // Median of what a rotation of the camera leaves over, by the median distance from the body's middle.
 double turn_of(const Bearings& bearings1, const Bearings& bearings2) {
-  const Eigen::Matrix3d rotation = best_rotation(bearings1, bearings2);
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < bearings1.size(); ++i) sum += bearings2[i] * bearings1[i].transpose();
+  const Eigen::Matrix3d rotation = nearest_rotation(sum);
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& b : bearings1) middle += b;
   middle.normalize();

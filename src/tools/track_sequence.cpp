@@ -283,7 +283,10 @@ Run track(const Arguments& a, const TrackerOptions& options, const Recording& re
     Run run = track_all(a, options, calibration->camera, recording);
     if (run.result.tracked) {
       const std::string doubt = doubt_of_calibration(refinement, calibration->camera, run.tracker->map());
-      if (!doubt.empty()) run.result.warnings.push_back(doubt);
+      if (!doubt.empty()) {
+        run.result.warnings.push_back(doubt);
+        run.result.maps.front().confirmed = false;
+      }
     }
     return run;
   }

@@ -343,12 +343,15 @@ bool is_enough(const RecordingResult& result) { return is_sure(result) && !fell_
 
 // What takes the place of another must be better founded, or as well and longer. A sure piece of the
 // recording is no better answer than most of it with a warning.
-bool is_better(const RecordingResult& result, const RecordingResult& before) {
+bool is_most_of(const RecordingResult& result, const RecordingResult& before) {
   constexpr double kMinShare = 0.75;
-  if (!is_confirmed(result)) return false;
-  if (is_sure(before)) return result.trajectory.size() > before.trajectory.size();
   return static_cast<double>(result.trajectory.size()) >=
          kMinShare * static_cast<double>(before.trajectory.size());
+}
+
+bool is_better(const RecordingResult& result, const RecordingResult& before) {
+  if (!is_confirmed(result)) return false;
+  return is_sure(before) ? result.trajectory.size() > before.trajectory.size() : is_most_of(result, before);
 }
 
 // Counts them.
@@ -377,7 +380,7 @@ bool is_of_other_body(const RecordingResult& result) {
 
 // Where the map is of a body that turns less than another: the recording again, by masks of all that moves
 // otherwise than the map, until the map is of what turns most. It is kept, with the masks, where it plainly
-// turns farther than the first.
+// turns farther than the first, and most of the images show it: of three bodies it may be two at once.
 void turn_to_other_body(Attempts* attempts, Recording* recording, TrackedRecording* kept) {
   constexpr int kMostBodies = 3;  // a head, the shoulders below it, the room behind
   Recording masked = *recording;
@@ -390,6 +393,7 @@ void turn_to_other_body(Attempts* attempts, Recording* recording, TrackedRecordi
     result = &found.result;
     if (!result->tracked) return;
   }
+  if (!is_most_of(*result, kept->result)) return;
   const double turn = turn_before_cameras(result->maps.front().map);
   if (turn < OtherBody::kPlainly * turn_before_cameras(kept->result.maps.front().map)) return;
   *recording = std::move(masked);
