@@ -83,12 +83,14 @@ class ObjectTest(unittest.TestCase):
     def test_poses_come(self):
         tracked = [a.header.stamp.to_nsec() for a in self.answers if a.state == TrackerStatus.TRACKING]
         self.assertEqual(sorted(self.poses()), tracked)
-        # Images come as fast as they are answered: where the machine is busy elsewhere, the mapper falls behind and
-        # one may be lost, of which the next finds back.
+        # Images come as fast as they are answered: where the machine is busy elsewhere, the mapper falls behind, and a
+        # map that has just begun may lose the head. It is given ten images to find it, and then begun anew: a quarter
+        # of what follows at the most, if that happens twice.
         first = next(i for i, a in enumerate(self.answers) if a.state == TrackerStatus.TRACKING)
         states = [a.state for a in self.answers[first:]]
         self.assertLessEqual(set(states), {TrackerStatus.TRACKING, TrackerStatus.LOST})
-        self.assertGreaterEqual(states.count(TrackerStatus.TRACKING), 0.9 * len(states))
+        lost = ["%d: %s" % (i, a.reason_text) for i, a in enumerate(self.answers) if a.state == TrackerStatus.LOST]
+        self.assertGreaterEqual(states.count(TrackerStatus.TRACKING), 0.75 * len(states), lost)
         turns = []
         for stamp, (rotation, _) in self.poses().items():
             turns.append(sim3.rotation_matrix(self.recording.truth[stamp][1]) @ rotation)  # head_from_object
