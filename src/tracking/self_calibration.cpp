@@ -127,7 +127,7 @@ class Calibrator {
   }
 
   static std::string not_observable(const CameraRefinement& r) {
-    char text[360];
+    char text[240];
     if (std::isfinite(r.focal_sigma)) {
       std::snprintf(
           text, sizeof text,
@@ -165,11 +165,11 @@ std::string doubt_of_calibration(const CameraRefinementOptions& options, const C
   std::snprintf(
       text, sizeof text,
       "the calibration is doubtful: the images fit a focal length of %.0f px better than the %.0f px "
-      "that were given (%+.0f %%); calibrate anew for this size of image, or try --refine-camera; where it "
-      "is "
-      "right the map is wrong, as when more than one thing moves: give masks of the object (--masks)",
+      "that were given (%+.0f %%)",
       camera.fx * (1 + change), camera.fx, 100 * change);
-  return text;
+  return text + std::string(
+                    "; calibrate anew for this size of image, or try --refine-camera; where it is right the "
+                    "map is wrong, as when more than one thing moves: give masks (--masks)");
 }
 
 }  // namespace mono_pose_tracker
