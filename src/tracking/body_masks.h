@@ -22,7 +22,7 @@ class BodyMasks {
   cv::Mat mask(std::int64_t index, const cv::Size& size) const;
 
  private:
-  std::map<std::int64_t, std::vector<BodyTrack>> spans_;  // by the keyframe that each begins with
+  std::map<std::int64_t, std::vector<BodyTrack>> spans_;  // by the image that each begins with
   std::shared_ptr<const BodyMasks> within_;
 };
 

@@ -1,7 +1,7 @@
 #include "stray_frames.h"
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
 #include "mono_pose_tracker/common/median.h"
 

@@ -30,10 +30,10 @@ struct Tentative {
   Rigid3 camera_from_reference;
 };
 
-// The states of a Tracker, and the one way that an image goes through them. In five files: tracker.cpp
+// The states of a Tracker, and the one way that an image goes through them. In six files: tracker.cpp
 // follows the camera, tracker_search.cpp is for when it is lost, tracker_finish.cpp for the end of a
 // recording, tracker_gaps.cpp for the images that have no pose then, tracker_strays.cpp for those that have
-// an impossible one.
+// an impossible one, tracker_saved_maps.cpp for maps of other runs.
 class Tracker::Impl {
  public:
   Impl(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,

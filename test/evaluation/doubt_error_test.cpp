@@ -6,23 +6,12 @@
 
 #include "mono_pose_tracker/common/random.h"
 #include "mono_pose_tracker/geometry/sim3.h"
+#include "support/helix_walk.h"
 
 namespace mono_pose_tracker {
 namespace {
 
-Eigen::Quaterniond turn(double degrees, const Eigen::Vector3d& axis) {
-  return Eigen::Quaterniond(Eigen::AngleAxisd(degrees * M_PI / 180, axis.normalized()));
-}
-
-// A camera that walks along a helix and looks about.
-std::vector<StampedPose> walk(int count) {
-  std::vector<StampedPose> poses(count);
-  for (int i = 0; i < count; ++i) {
-    const double t = 0.1 * i;
-    poses[i] = {i, Rigid3(turn(20 * t, {1, t, 0.3}), {3 * std::cos(t), 3 * std::sin(t), 0.5 * t})};
-  }
-  return poses;
-}
+std::vector<StampedPose> walk(int count) { return helix_walk(count, 1); }
 
 // The same cameras in another map, off by a centimetre and a twentieth of a degree or so.
 std::vector<ReportedPose> reported(const std::vector<StampedPose>& poses, const Sim3& map_from_reference,

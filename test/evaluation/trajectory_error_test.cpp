@@ -6,6 +6,7 @@
 
 #include "mono_pose_tracker/common/random.h"
 #include "support/expect_error.h"
+#include "support/helix_walk.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -13,20 +14,7 @@ namespace {
 constexpr std::int64_t kMillisecond = 1000000;
 constexpr std::int64_t kTolerance = 10 * kMillisecond;
 
-Eigen::Quaterniond turn(double degrees, const Eigen::Vector3d& axis) {
-  return Eigen::Quaterniond(Eigen::AngleAxisd(degrees * M_PI / 180, axis.normalized()));
-}
-
-/// A camera that walks along a helix and looks about.
-std::vector<StampedPose> walk(int count) {
-  std::vector<StampedPose> poses(count);
-  for (int i = 0; i < count; ++i) {
-    const double t = 0.1 * i;
-    poses[i].stamp_ns = 100 * kMillisecond * i;
-    poses[i].map_from_camera = Rigid3(turn(20 * t, {1, t, 0.3}), {3 * std::cos(t), 3 * std::sin(t), 0.5 * t});
-  }
-  return poses;
-}
+std::vector<StampedPose> walk(int count) { return helix_walk(count, 100 * kMillisecond); }
 
 /// The same cameras in another map.
 std::vector<StampedPose> seen_from(const Sim3& other_from_map, std::vector<StampedPose> poses) {

@@ -70,7 +70,6 @@ Json doubts(const std::vector<StampedPose>& offline, const std::vector<ReportedP
 struct Gathered {
   std::vector<double> frame_ms, cpu_ms;
   std::map<std::string, std::vector<double>> stage_ms;
-  std::vector<StampedPose> poses;
   std::vector<ReportedPose> reported;
   int backlog_max = 0;
   FrameReport last;
@@ -83,12 +82,17 @@ struct Gathered {
     cpu_ms.push_back(cpu_now - std::exchange(cpu_then, cpu_now));
     for (const auto& [stage, stage_time] : report.stages) stage_ms[stage].push_back(stage_time);
     if (report.map_from_camera) {
-      poses.push_back({report.stamp_ns, *report.map_from_camera});
       reported.push_back(
           {report.stamp_ns, report.map_id, *report.map_from_camera, report.reason == Reason::kDoubtfulPose});
     }
     backlog_max = std::max(backlog_max, report.worker_backlog);
     last = report;
+  }
+
+  std::vector<StampedPose> poses() const {
+    std::vector<StampedPose> poses;
+    for (const ReportedPose& pose : reported) poses.push_back({pose.stamp_ns, pose.map_from_camera});
+    return poses;
   }
 };
 
@@ -127,7 +131,7 @@ Json run_offline(const RunInput& input, std::vector<StampedPose>* trajectory) {
           {"landmarks", tracker.map().landmarks().size()},
           {"memory_mb", memory.result()},
           {"position_rmse_percent", position_error_percent(input.reference, *trajectory)},
-          {"position_rmse_percent_as_they_came", position_error_percent(input.reference, gathered.poses)}};
+          {"position_rmse_percent_as_they_came", position_error_percent(input.reference, gathered.poses())}};
 }
 
 Json run_live(const RunInput& input, double rate_hz, const std::vector<StampedPose>& offline) {
@@ -149,7 +153,7 @@ Json run_live(const RunInput& input, double rate_hz, const std::vector<StampedPo
   }
   pipeline.wait();
   const LivePipeline::Counts counts = pipeline.counts();
-  const int posed = static_cast<int>(gathered.poses.size());
+  const int posed = static_cast<int>(gathered.reported.size());
   Json result = {{"rate_hz", rate_hz},
                  {"frames_total", counts.received},
                  {"frames_posed", posed},
@@ -165,7 +169,7 @@ Json run_live(const RunInput& input, double rate_hz, const std::vector<StampedPo
                  {"keyframes", gathered.last.keyframes},
                  {"landmarks", gathered.last.landmarks},
                  {"memory_mb", memory.result()},
-                 {"position_rmse_percent", position_error_percent(input.reference, gathered.poses)}};
+                 {"position_rmse_percent", position_error_percent(input.reference, gathered.poses())}};
   if (!offline.empty()) result["doubt"] = doubts(offline, gathered.reported);
   return result;
 }

@@ -1,0 +1,135 @@
+#include "recording_warnings.h"
+
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <set>
+#include <string>
+
+#include "finished_maps.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Frames of earlier runs come before 0.
+std::string place_text(std::int64_t frame_index) {
+  return frame_index < 0 ? "in the loaded map" : "at image number " + std::to_string(frame_index);
+}
+
+void warn_of_motions(RecordingResult* result) {
+  if (result->rigidity.is_rigid) return;
+  char text[320];
+  std::snprintf(text, sizeof text,
+                "more than one motion is in the map: %s and on, the poses that its %s landmarks give "
+                "are %.1f px apart; give masks of the object (--masks), or config/object.yaml",
+                place_text(result->rigidity.frame_index).c_str(), result->rigidity.parts.c_str(),
+                result->rigidity.disagreement_px);
+  result->warnings.push_back(text);
+}
+
+void warn_of_seams(RecordingResult* result) {
+  for (const FinishedMap& map : result->maps) {
+    if (map.seam.holds() || result->unconfirmed) continue;
+    if (map.seam.frame_index < 0) {
+      result->warnings.push_back("a part of the loaded map is held to the rest by " +
+                                 std::to_string(map.seam.points) +
+                                 " points only: its size and place may be wrong");
+      continue;
+    }
+    result->warnings.push_back("images from number " + std::to_string(map.seam.frame_index) +
+                               " on are held to those before by " + std::to_string(map.seam.points) +
+                               " points only: their size and place beside these may be wrong; more overlap "
+                               "between the views would tell");
+  }
+}
+
+void warn_of_depth(RecordingResult* result) {
+  if (result->maps.front().is_depth_sure()) return;
+  result->warnings.push_back(
+      "seen from so far away, the depths could as well be reversed and the turns the other way round: turn "
+      "farther, come nearer, or give masks of what moves as one (--masks)");
+}
+
+void warn_of_contradictions(RecordingResult* result) {
+  const Contradiction& worst = result->maps.front().contradiction;
+  if (!worst.is_one()) return;
+  result->warnings.push_back(
+      place_text(worst.frame_index) + " " + std::to_string(worst.contradicting) + " of " +
+      std::to_string(worst.matches) +
+      " points are seen elsewhere than the map has them: more than one thing moves, or the map is wrong from "
+      "there on; give masks of what moves as one (--masks), or record it again with more overlap");
+}
+
+void warn_of_torn_tracks(RecordingResult* result) {
+  const TornTracks& worst = result->maps.front().torn_tracks;
+  if (!worst.is_one()) return;
+  result->warnings.push_back(
+      place_text(worst.frame_index) + " " + std::to_string(worst.torn) + " of " +
+      std::to_string(worst.matches) +
+      " points have two places in the map, as no one place agrees with all that is seen of them: the map may "
+      "be wrong about there; give masks of what moves as one (--masks), or record it again with more "
+      "overlap");
+}
+
+// Two bodies, of which a map can be of one only.
+void warn_of_other_body(RecordingResult* result) {
+  const FinishedMap& map = result->maps.front();
+  const long percent = std::lround(100 * map.other_body.share());
+  if (map.is_of_other_body) {
+    result->warnings.push_back(
+        "two bodies move, each as one, and the map's is not plainly the one that turns, as segmentation/body "
+        "asks: " +
+        std::to_string(percent) +
+        " % of the points move with another that turns as far or farther; give masks of the one that is "
+        "wanted (--masks)");
+  } else if (map.other_body.is_comparable()) {
+    result->warnings.push_back(
+        "two bodies move, each as one: the map is of the larger, and " + std::to_string(percent) +
+        " % of the points, which move otherwise, are left out; where the other is wanted, give masks of it "
+        "(--masks), or segmentation/body: turning for one that turns (config/object.yaml)");
+  }
+}
+
+void warn_of_parts(RecordingResult* result) {
+  if (result->maps.size() < 2) return;
+  const std::size_t apart = frames_beside_first(result->maps);
+  result->warnings.push_back(
+      "the recording fell into " + std::to_string(result->maps.size()) +
+      " maps that nothing ties together: " + std::to_string(apart) +
+      " images are not in the first; each has a frame and a unit of its own (map_2, ...)");
+}
+
+// What is not posed is easily overlooked in a trajectory.
+void warn_of_unposed(RecordingResult* result) {
+  constexpr double kMostShare = 0.1;  // fewer are the few blurred ones that every recording has
+  std::set<std::int64_t> posed;
+  for (const FinishedMap& map : result->maps) posed.merge(frames_of(map.trajectory));
+  std::int64_t unposed = 0, run = 0, longest = 0, last = -1;
+  for (const auto& name : result->names) {
+    const bool has_none = posed.count(name.first) == 0;
+    unposed += has_none;
+    run = has_none ? run + 1 : 0;
+    if (run > longest) longest = run, last = name.first;
+  }
+  if (static_cast<double>(unposed) <= kMostShare * static_cast<double>(result->frames_total)) return;
+  result->warnings.push_back(std::to_string(unposed) + " of " + std::to_string(result->frames_total) +
+                             " images have no pose, most in a row from number " +
+                             std::to_string(last - longest + 1) + " to " + std::to_string(last) +
+                             ": dark, blurred, or too little overlap with the others");
+}
+
+}  // namespace
+
+void warn_of_doubts(RecordingResult* result) {
+  warn_of_motions(result);
+  warn_of_parts(result);
+  warn_of_unposed(result);
+  warn_of_seams(result);
+  warn_of_depth(result);
+  warn_of_contradictions(result);
+  warn_of_torn_tracks(result);
+  warn_of_other_body(result);
+}
+
+}  // namespace mono_pose_tracker
