@@ -139,7 +139,7 @@ PlotRange view_range(const PlotPanel& panel, int axis, double reach) {
 PlotPanel make_panel(const Overview& overview, const View& view) {
   PlotPanel panel;
   panel.title = view.title;
-  panel.x_label = view.x_label;
+  panel.x_label = std::string(view.x_label) + " (" + overview.unit + ")";
   panel.y_label = view.y_label;
   panel.equal_axes = true;
   const std::vector<Eigen::Vector2d> path = view(overview.cameras);
@@ -160,10 +160,9 @@ PlotPanel make_panel(const Overview& overview, const View& view) {
 
 cv::Mat draw_overview(const Overview& overview) {
   using Eigen::Vector3d;
-  const View above = {"from above", "x, to the right (map units)", "z, forward", Vector3d::UnitX(),
-                      Vector3d::UnitZ()};
-  const View side = {"from the side", "along what is longest (map units)", "-y, up",
-                     longest_direction(overview), -Vector3d::UnitY()};
+  const View above = {"from above", "x, to the right", "z, forward", Vector3d::UnitX(), Vector3d::UnitZ()};
+  const View side = {"from the side", "along what is longest", "-y, up", longest_direction(overview),
+                     -Vector3d::UnitY()};
   const int size = 800, header = overview.title.empty() ? 0 : 44;
   cv::Mat picture(size + header, 2 * size, CV_8UC3, cv::Scalar::all(255));
   draw_panel(make_panel(overview, above), {0, header, size, size}, &picture);

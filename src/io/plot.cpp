@@ -22,6 +22,13 @@ constexpr int kLeft = 75, kTop = 80, kRight = 20, kBottom = 55;
 
 enum class Align { kLeft, kCentre, kRight };
 
+/// The size at which a text is no wider than that; `size` where it is narrower.
+double size_within(int width_px, const std::string& text, double size) {
+  int baseline = 0;
+  const int width = cv::getTextSize(text, kFont, size, 1, &baseline).width;
+  return width > width_px ? size * width_px / width : size;
+}
+
 void draw_text(const std::string& text, cv::Point at, double size, Align align, cv::Mat* picture) {
   int baseline = 0;
   const int width = cv::getTextSize(text, kFont, size, 1, &baseline).width;
@@ -181,7 +188,8 @@ void draw_panel(const PlotPanel& panel, const cv::Rect& area, cv::Mat* picture) 
   cv::Mat inside = (*picture)(box);
   for (const PlotSeries& series : panel.series) draw_series(series, axes, &inside);
   cv::rectangle(*picture, box, kFrame, 1);
-  draw_text(panel.title, {box.x, area.y + 28}, kTitleSize, Align::kLeft, picture);
+  draw_text(panel.title, {box.x, area.y + 28}, size_within(box.width, panel.title, kTitleSize), Align::kLeft,
+            picture);
   draw_legend(panel, {box.x, area.y + 52}, picture);
   draw_text(panel.y_label, {area.x + 8, box.y - 10}, kTextSize, Align::kLeft, picture);
   draw_text(panel.x_label, {box.x + box.width, area.y + area.height - 12}, kTextSize, Align::kRight, picture);

@@ -300,6 +300,7 @@ Run track(const Arguments& a, const TrackerOptions& options, const Recording& re
         return run->result.tracked ? &run->tracker->map() : nullptr;
       });
   run->result.warnings.insert(run->result.warnings.end(), refined.warnings.begin(), refined.warnings.end());
+  if (run->result.tracked && !refined.is_near) run->result.maps.front().confirmed = false;
   calibration->camera = refined.camera;
   calibration->source = refined.source;
   calibration->refined = refined;

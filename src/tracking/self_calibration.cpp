@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 namespace mono_pose_tracker {
 namespace {
@@ -11,8 +12,8 @@ namespace {
 constexpr int kEarlyKeyframes = 25;
 // From 30 % off one is there in two or three.
 constexpr int kMaxEarlyRuns = 5, kMaxRuns = 4;
-// The early ones need to be near only.
-constexpr double kEarlyChange = 0.01;
+// The early ones need to be near only; and what is farther from where it would settle is no calibration.
+constexpr double kNearChange = 0.01;  // of the focal length; of the image's width at its edge
 // What a feature is located to, and a third of the one per cent that a refined focal length is good for.
 constexpr double kSettledShiftPx = 1, kSettledChange = 0.003;
 // A calibration that is right is confirmed to one or two per cent even by a map that has a few wrong points;
@@ -67,22 +68,49 @@ class Calibrator {
 
   // Near to the camera, by the beginning of the recording. False where no focal length gives a map.
   bool approach() {
-    const Map* map = track(kEarlyKeyframes);
+    Approach best = approach_from(1);
+    // With a focal length that is too long the map may be of another geometry, with depths and turns the
+    // other way round, which asks for a longer one still: what runs away is begun anew from the other side.
+    for (const double factor : {0.7, 1.4}) {
+      if (!best.has_map || best.is_settled) break;
+      const Approach other = approach_from(factor);
+      if (other.is_refined && std::abs(other.last_change) < std::abs(best.last_change)) best = other;
+    }
     for (const double factor : {0.8, 1.25, 0.64, 1.56}) {
-      if (map) break;
-      camera_ = with_focal(start_, factor);
-      map = track(kEarlyKeyframes);
+      if (!best.has_map) best = approach_from(factor);
     }
-    if (!map) {
-      camera_ = start_;
-      return false;
+    camera_ = best.has_map ? best.camera : start_;
+    is_refined_ = best.is_refined;
+    return best.has_map;
+  }
+
+  // Where the early runs lead to.
+  struct Approach {
+    bool has_map = false, is_settled = false, is_refined = false;
+    double last_change = 0;  // relative, of the focal length: what the last map asks for
+    CameraParameters camera;
+  };
+
+  Approach approach_from(double factor) {
+    camera_ = with_focal(start_, factor);
+    is_refined_ = false;
+    Approach result;
+    for (int i = 0; i < kMaxEarlyRuns; ++i) {
+      const Map* map = track(kEarlyKeyframes);
+      if (!map) break;
+      const CameraRefinement r = refine_camera(options_, camera_, *map);
+      const double before =
+          std::exchange(result.last_change, r.focal_observable ? r.focal_change : r.focal_asked);
+      result.has_map = true;
+      // What cannot be told from the first map on is left to all of the recording.
+      result.is_settled = std::abs(result.last_change) < kNearChange || !(r.focal_observable || is_refined_);
+      const bool runs_away =
+          before * result.last_change > 0 && std::abs(result.last_change) >= std::abs(before);
+      if (!take(r) || result.is_settled || runs_away) break;
     }
-    for (int i = 1; map; ++i) {
-      const CameraRefinement refinement = refine_camera(options_, camera_, *map);
-      if (!take(refinement) || std::abs(refinement.focal_change) < kEarlyChange || i == kMaxEarlyRuns) break;
-      map = track(kEarlyKeyframes);
-    }
-    return true;
+    result.camera = camera_;
+    result.is_refined = is_refined_;
+    return result;
   }
 
   // To where it stays, by all of the recording.
@@ -114,6 +142,8 @@ class Calibrator {
       camera_ = turns_back ? between(camera_, result.last.camera) : result.last.camera;
       last_change = result.last.focal_change;
     }
+    result.is_near = std::abs(result.last.focal_change) < kNearChange &&
+                     result.last.max_shift_px < kNearChange * camera_.width;
     if (!is_settled(result.last)) {
       result.warnings.push_back(
           "the camera did not settle: what was refined last would still move the image's edge by " +

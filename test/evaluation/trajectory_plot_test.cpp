@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "support/expect_error.h"
 #include "support/temporary_folder.h"
@@ -28,6 +29,17 @@ TEST(TrajectoryPlot, ShowsBothAndTheirDistance) {
 }
 
 TEST(TrajectoryPlot, NoErrorAtAllIsAPictureToo) { EXPECT_FALSE(draw_trajectory_plot(two_lines(0)).empty()); }
+
+TEST(TrajectoryPlot, NoTitleIsCut) {
+  TrajectoryError error = two_lines(0.5);
+  error.position_rmse = 0.000590721;
+  error.position_rmse_percent = 0.0543;
+  const cv::Mat picture = draw_trajectory_plot(error);
+  // The titles' line of the lower two diagrams: nothing is drawn where one ends and the other begins.
+  cv::Mat ink;
+  cv::inRange(picture(cv::Rect(680, 700, 40, 40)), cv::Scalar::all(0), cv::Scalar::all(128), ink);
+  EXPECT_EQ(cv::countNonZero(ink), 0);
+}
 
 TEST(TrajectoryPlot, SaysWhenItCannotWrite) {
   expect_error([&] { write_trajectory_plot("/no/such/folder/plot.png", two_lines(1)); },

@@ -124,6 +124,16 @@ TEST(Overview, TheSideViewShowsTheLongestWay) {
   EXPECT_GT(box_of(pixels_of(drive, kBlue) | pixels_of(drive, kRed)).width, 0.7 * drive.cols);
 }
 
+TEST(Overview, SaysWhatItsLengthsAreIn) {
+  Overview overview = some_overview();
+  const cv::Mat in_map_units = draw_overview(overview);
+  overview.unit = "m";
+  cv::Mat difference = draw_overview(overview) != in_map_units;
+  const cv::Mat last_line = difference.rowRange(difference.rows - 40, difference.rows);
+  EXPECT_GT(cv::countNonZero(last_line.reshape(1)), 100);
+  EXPECT_EQ(cv::countNonZero(difference.reshape(1)), cv::countNonZero(last_line.reshape(1)));
+}
+
 TEST(Overview, AFewFarPointsDoNotShrinkTheRest) {
   Overview overview = some_overview();
   const int before = cv::countNonZero(pixels_of(draw_overview(overview), kRed));

@@ -38,6 +38,16 @@ class DemoTest(unittest.TestCase):
             self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
             self.assertEqual(os.listdir(self.folder), ["there.mp4"], "nothing is built or written")
 
+    def test_the_build_of_another_clone_is_named(self):
+        os.mkdir(self.folder + "/build")
+        with open(self.folder + "/build/CMakeCache.txt", "w") as cache:
+            cache.write("CMAKE_HOME_DIRECTORY:INTERNAL=/clones/first\n")
+        result = self.run_demo()
+        self.assertEqual(result.returncode, 2, result.stderr)
+        for words in ("/clones/first", self.folder + "/build", "MONO_POSE_TRACKER_BUILD"):
+            self.assertIn(words, result.stderr)
+        self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+
     def test_help(self):
         result = self.run_demo("--help")
         self.assertEqual(result.returncode, 0)

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "mono_pose_tracker/tracking/tracker.h"
+#include "support/map_of_views.h"
 #include "support/simulated_room.h"
 
 namespace mono_pose_tracker {
@@ -70,6 +71,50 @@ TEST(SelfCalibration, WithoutAnyMapTheGivenValueStays) {
   EXPECT_EQ(found.camera, camera);
   EXPECT_EQ(found.runs, runs);
   EXPECT_EQ(runs, 6) << "four other focal lengths, and the given one for the report";
+}
+
+// A recording of which every camera whose focal length is `wrong_from` times the true one or longer makes a
+// map that is wrong in such a way that it asks for a longer one still.
+class RunawayRecording {
+ public:
+  explicit RunawayRecording(double wrong_from) : wrong_from_(wrong_from) {}
+
+  const Map* operator()(const CameraParameters& camera) {
+    const CameraModel truth = synthetic_camera();
+    const double factor = camera.fx / truth.parameters().fx;
+    const CameraModel asked = factor < wrong_from_ ? truth : CameraModel(with_focal(1.07 * factor));
+    map_ = map_of(round_about(), asked, CameraModel(camera));
+    return &map_;
+  }
+
+ private:
+  const double wrong_from_;
+  Map map_;
+};
+
+TEST(SelfCalibration, AStartFromWhichItRunsAwayIsLeftForAnother) {
+  RunawayRecording recording(1.1);
+  CameraParameters last;
+  const SelfCalibration found = calibrate_by_tracking(with_focal(1.3), CalibrationSource::kGiven, {},
+                                                      [&](const CameraParameters& camera, int) {
+                                                        last = camera;
+                                                        return recording(camera);
+                                                      });
+  EXPECT_NEAR(found.camera.fx / synthetic_camera().parameters().fx, 1, 0.01);
+  EXPECT_EQ(found.source, CalibrationSource::kRefined);
+  EXPECT_TRUE(found.is_near);
+  EXPECT_TRUE(found.warnings.empty());
+  EXPECT_EQ(found.camera, last);
+}
+
+TEST(SelfCalibration, WhatRunsAwayFromEveryStartIsNotSettled) {
+  RunawayRecording recording(0);
+  const SelfCalibration found =
+      calibrate_by_tracking(with_focal(1), CalibrationSource::kGiven, {},
+                            [&](const CameraParameters& camera, int) { return recording(camera); });
+  EXPECT_FALSE(found.is_near);
+  ASSERT_EQ(found.warnings.size(), 1u);
+  EXPECT_NE(found.warnings[0].find("did not settle"), std::string::npos) << found.warnings[0];
 }
 
 }  // namespace

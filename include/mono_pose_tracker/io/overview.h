@@ -14,6 +14,7 @@ namespace mono_pose_tracker {
 /// forward).
 struct Overview {
   std::string title;
+  std::string unit = "map units";    // of all lengths
   std::vector<ColoredPoint> points;  // drawn in their own colours
   // By time, drawn from blue to red; start and end are marked. no_camera() breaks the line that joins them.
   std::vector<Eigen::Vector3d> cameras;
