@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "mono_pose_tracker/tracking/load_governor.h"
+
 namespace mono_pose_tracker {
 namespace {
 
@@ -75,6 +77,8 @@ Line counts_line(const FrameReport& report) {
           {format("%d unmatched", count(Fate::kUnmatched)), kBlue}};
 }
 
+bool is_busy(const FrameReport& report) { return report.load_level >= kLittleDrawn; }
+
 std::vector<Line> describe(const FrameReport& report) {
   std::string head = to_string(report.state);
   if (report.reason != Reason::kOk) head += std::string(": ") + to_string(report.reason);
@@ -83,6 +87,11 @@ std::vector<Line> describe(const FrameReport& report) {
   std::vector<Line> lines{{{head, color_of(report.state)}}};
   if (!report.reason_text.empty()) lines.push_back({{report.reason_text, kWhite}});
   lines.push_back(counts_line(report));
+  if (is_busy(report)) {
+    lines.push_back(
+        {{"too much to do: drawn once a second (load level " + std::to_string(report.load_level) + ")",
+          kYellow}});
+  }
   if (report.map_from_camera) {
     lines.push_back({{format("map %u: %d keyframes, %d points; error %.2f px", report.epoch, report.keyframes,
                              report.landmarks, report.reprojection_rms_px),
@@ -199,8 +208,15 @@ const char* what_to_do(Reason reason) {
   }
 }
 
+bool DebugImage::is_due(const FrameReport& report) const {
+  constexpr std::int64_t kSecond = 1'000'000'000;  // ns
+  // Stamps that jump back are another recording's.
+  return !is_busy(report) || report.stamp_ns < drawn_ns_ || report.stamp_ns - kSecond >= drawn_ns_;
+}
+
 void DebugImage::grow_tails(const FrameReport& report) {
-  if (report.epoch != std::exchange(epoch_, report.epoch)) tails_.clear();
+  const bool is_new_map = report.epoch != std::exchange(epoch_, report.epoch);
+  if (is_new_map || is_busy(report)) tails_.clear();  // what is a second old is nobody's tail
   std::map<std::int64_t, Tail> grown;
   for (const SeenFeature& feature : report.seen) {
     if (feature.fate != Fate::kInlier) continue;
@@ -232,6 +248,7 @@ cv::Mat DebugImage::draw(const cv::Mat& image, const FrameReport& report,
   } else {
     canvas = image.clone();
   }
+  drawn_ns_ = report.stamp_ns;
   draw_mask(report.mask, canvas);
   grow_tails(report);
   draw_tails(canvas);

@@ -280,7 +280,7 @@ void TrackerNodelet::publish(const Frame& frame, const FrameReport& report) {
   guarded([&] { publishers_->publish_mask(header, report.mask, tracker_->image().size()); }, tell);
   guarded(
       [&] {
-        if (publishers_->debug_image_wanted() && report.load_level < kNothingDrawn) draw(frame, report);
+        if (publishers_->debug_image_wanted() && debug_image_.is_due(report)) draw(frame, report);
       },
       tell);
 }

@@ -4,6 +4,8 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "mono_pose_tracker/tracking/load_governor.h"
+
 namespace mono_pose_tracker {
 namespace {
 
@@ -52,6 +54,45 @@ TEST(DebugImage, InliersTrailTheirTracks) {
   ++report.epoch;
   report.seen = {{{180, 300}, Fate::kInlier, 7}};
   EXPECT_EQ(hue_at(debug.draw(kGrey, report), 160, 300), '-');
+}
+
+TEST(DebugImage, WithoutTimeForMoreOneIsDrawnASecond) {
+  DebugImage debug;
+  FrameReport report = tracked();
+  int drawn = 0;
+  const auto draw_for_three_seconds = [&] {
+    drawn = 0;
+    for (int i = 0; i < 90; ++i) {
+      report.stamp_ns += 1'000'000'000 / 30;
+      if (!debug.is_due(report)) continue;
+      debug.draw(kGrey, report);
+      ++drawn;
+    }
+  };
+  draw_for_three_seconds();
+  EXPECT_EQ(drawn, 90);
+  report.load_level = kLittleDrawn;
+  draw_for_three_seconds();
+  EXPECT_GE(drawn, 2);
+  EXPECT_LE(drawn, 3);
+  report.stamp_ns = 5;  // a bag begins anew
+  EXPECT_TRUE(debug.is_due(report));
+}
+
+TEST(DebugImage, ThatItIsDrawnOnceASecondIsSaidAndNothingTrails) {
+  DebugImage debug;
+  FrameReport report = tracked();
+  report.seen = {{{100, 300}, Fate::kInlier, 7}};
+  const cv::Mat usual = debug.draw(kGrey, report);
+  report.load_level = kLittleDrawn;
+  report.seen = {{{140, 300}, Fate::kInlier, 7}};
+  const cv::Mat busy = debug.draw(kGrey, report);
+  EXPECT_EQ(hue_at(busy, 120, 300), '-') << "where it was a second ago is no tail";
+  int yellow = 0;
+  for (int y = 0; y < 150; ++y) {
+    for (int x = 0; x < busy.cols; ++x) yellow += hue_at(busy, x, y) == 'y' && hue_at(usual, x, y) != 'y';
+  }
+  EXPECT_GT(yellow, 50) << "words";
 }
 
 TEST(DebugImage, TheMotionSinceTheReferenceIsDrawnWhileThereIsNoMap) {

@@ -121,7 +121,7 @@ TEST(LoadGovernor, LeavesNothingOutForWhoWaitsForAnswers) {
 TEST(LoadGovernor, EachLevelLeavesOutMore) {
   TrackerOptions given;
   const auto at = [&](int level) { return options_for_images(given, {640, 480}, SearchPace::kLive, level); };
-  EXPECT_EQ(at(kNothingDrawn).mapping.window_keyframes, given.mapping.window_keyframes);
+  EXPECT_EQ(at(kLittleDrawn).mapping.window_keyframes, given.mapping.window_keyframes);
   EXPECT_EQ(at(kLessMapped).mapping.window_keyframes, given.mapping.window_keyframes / 2);
   EXPECT_EQ(at(kLessMapped).sift.max_features, given.sift.max_features);
   EXPECT_EQ(at(kFewerFeatures).sift.max_features, given.sift.max_features / 2);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <limits>
 #include <map>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -21,6 +22,10 @@ const char* what_to_do(Reason reason);
 /// outline drawn.
 class DebugImage {
  public:
+  /// Whether this image is to be drawn: each one, or, while there is no time for that (load_level), one a
+  /// second of their stamps: a picture that stands still would be taken for the tracker's.
+  bool is_due(const FrameReport& report) const;
+
   /// image: CV_8UC1 or CV_8UC3 (BGR). object: the axes of one that is posed, drawn red, green, blue; it then
   /// has an outline without a mask, too, round the inliers. Returns CV_8UC3 (BGR) of the same size.
   cv::Mat draw(const cv::Mat& image, const FrameReport& report,
@@ -32,7 +37,8 @@ class DebugImage {
   void grow_tails(const FrameReport& report);
   void draw_tails(cv::Mat& canvas) const;
 
-  std::uint32_t epoch_ = 0;  // of the tails
+  std::uint32_t epoch_ = 0;                                           // of the tails
+  std::int64_t drawn_ns_ = std::numeric_limits<std::int64_t>::min();  // stamp of the last one drawn
   std::map<std::int64_t, Tail> tails_;
 };
 

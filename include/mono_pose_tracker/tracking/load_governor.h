@@ -5,7 +5,7 @@ namespace mono_pose_tracker {
 /// What is left out for lack of time; each level leaves out what those before it do.
 enum LoadLevel : int {
   kAllIsDone = 0,
-  kNothingDrawn = 1,   // nobody is posed worse for it
+  kLittleDrawn = 1,    // a debug image a second: nobody is posed worse for it
   kLessMapped = 2,     // smaller windows, fewer keyframes matched
   kFewerFeatures = 3,  // half of them
   kCoarserOctave = 4,  // the image at half the size; not where the octave was chosen explicitly
