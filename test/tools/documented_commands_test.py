@@ -68,6 +68,18 @@ class DocumentedCommandsTest(unittest.TestCase):
                 self.assertTrue(self.help_of(program), f"{document}: {words}")
         self.assertGreater(checked, 30)
 
+    def test_the_packages_own_files_are_where_the_commands_look_for_them(self):
+        """A file of the package's config folder by its bare name is not found from where a user stands."""
+        own = set(os.listdir(os.path.join(ROOT, "config")))
+        checked = 0
+        for document, words in commands():
+            for word in words:
+                name = os.path.basename(word)
+                if name in own:
+                    self.assertTrue(word.endswith("`/config/" + name), f"{document}: {words}")
+                    checked += 1
+        self.assertGreater(checked, 3)
+
     def test_launch_files_have_the_arguments(self):
         checked = 0
         for document, words in commands():
