@@ -213,7 +213,7 @@ CameraParameters BagImageSource::read_camera(const std::string& camera_info_topi
     }
   }
   fail("has no CameraInfo on " + wanted +
-       ": expected one of its CameraInfo topics, which are: " + listed(topics) + "; or a calibration file");
+       ": expected one of its CameraInfo topics, which are: " + listed(topics) + "; or give --camera, a calibration file, or --hfov, a guess");
   return {};
 }
 

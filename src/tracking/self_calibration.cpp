@@ -144,16 +144,22 @@ class Calibrator {
     }
     result.is_near = std::abs(result.last.focal_change) < kNearChange &&
                      result.last.max_shift_px < kNearChange * camera_.width;
-    if (!is_settled(result.last)) {
-      result.warnings.push_back(
-          "the camera did not settle: what was refined last would still move the image's edge by " +
-          std::to_string(std::lround(result.last.max_shift_px)) + " px");
-    }
+    if (!is_settled(result.last)) result.warnings.push_back(not_settled(result.last, result.is_near));
     return result;
   }
 
   static bool is_settled(const CameraRefinement& r) {
     return std::abs(r.focal_change) < kSettledChange && r.max_shift_px < kSettledShiftPx;
+  }
+
+  static std::string not_settled(const CameraRefinement& r, bool is_near) {
+    char text[240];
+    std::snprintf(
+        text, sizeof text,
+        "%s: one more run would change the focal length by %+.1f %%, and move the image's edge by %.1f px",
+        is_near ? "the camera settled nearly" : "the camera did not settle", 100 * r.focal_change,
+        r.max_shift_px);
+    return text;
   }
 
   static std::string not_observable(const CameraRefinement& r) {

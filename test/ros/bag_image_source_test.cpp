@@ -173,7 +173,8 @@ TEST(BagImageSource, ReadsTheCameraBesideTheImages) {
   EXPECT_EQ(raw.read_camera("elsewhere").fx, 77);
   EXPECT_EQ(rectified.read_camera().fx, 4);
   EXPECT_TRUE(rectified.read_camera().distortion.empty());
-  expect_error([&] { raw.read_camera("/none"); }, {"a.bag", "/none", "/cam/camera_info", "/elsewhere"});
+  expect_error([&] { raw.read_camera("/none"); },
+               {"a.bag", "/none", "/cam/camera_info", "/elsewhere", "--camera", "--hfov"});
   expect_error([&] { raw.read_camera("/uncalibrated"); }, {"a.bag", "/uncalibrated", "calibrate"});
   expect_error([&] { raw.read_camera("/odd"); }, {"a.bag", "/odd", "'fov'"});
 }
