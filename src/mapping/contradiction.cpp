@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "keyframe_landmarks.h"
+#include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/features/matching.h"
 
 namespace mono_pose_tracker {
@@ -33,7 +34,7 @@ bool is_there_too(const ImageFeatures& image, const std::uint8_t* descriptor,
 
 Contradiction compare(const Map& map, const Keyframe& first, const Keyframe& second,
                       const CameraModel& camera, const MatchOptions& matching) {
-  const double limit_px = kElsewhere * std::max(1.0, camera.width() / 640.0);
+  const double limit_px = kElsewhere * image_scale(camera);
   Contradiction result;
   result.frame_index = second.frame_index;
   for (const Match& m :

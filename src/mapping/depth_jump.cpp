@@ -3,13 +3,14 @@
 #include <cmath>
 #include <utility>
 
+#include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/median.h"
 
 namespace mono_pose_tracker {
 
 namespace {
 
-constexpr float kBeside = 0.05f;         // of the image's width: what is farther off is another surface
+constexpr float kBeside = 0.05f;         // of the image's longer side: what is farther off is another surface
 constexpr std::size_t kLeastPairs = 10;  // of fewer the median says little
 constexpr double kMostUsual = 1.5;
 
@@ -46,7 +47,7 @@ std::optional<double> depth_jump(const Map& map, KeyframeId newest, const std::v
       (landmark.created_by == newest ? made : known)
           .push_back({keyframe.image->set.features[f].pixel, std::log(distance)});
     }
-    const float radius_px = kBeside * static_cast<float>(keyframe.image->camera.width());
+    const float radius_px = kBeside * static_cast<float>(longer_side(keyframe.image->camera));
     for (const Sight& sight : made) {
       if (const auto ratio = compare(sight, known, radius_px)) ratios.push_back(*ratio);
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <unordered_set>
 
+#include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/mapping/projection_matcher.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
@@ -54,7 +55,7 @@ bool refine(const MapperOptions& options, const std::vector<LandmarkCandidate>& 
             const ImageFeatures& image, Location* location) {
   const CameraModel& camera = image.camera;
   ProjectionMatchOptions guided;
-  guided.radius_px = 1.5 * options.mapping.max_reprojection_px * std::max(1.0, camera.width() / 640.0);
+  guided.radius_px = 1.5 * options.mapping.max_reprojection_px * image_scale(camera);
   guided.max_distance2 = stored_distance2(options.mapping.max_descriptor_distance);
   std::vector<LandmarkMatch> matches;
   for (int round = 0; round < 2; ++round) {

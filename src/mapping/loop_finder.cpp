@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <unordered_map>
 #include <unordered_set>
+#include "mono_pose_tracker/camera/image_scale.h"
 
 namespace mono_pose_tracker {
 
@@ -54,9 +55,7 @@ bool is_covisible(const TrackingMap& map, KeyframeId a, KeyframeId b) {
   return std::find(covisible.begin(), covisible.end(), b) != covisible.end();
 }
 
-double limit_px(const CameraModel& camera) {
-  return kMaxDisagreementPx * std::max(1.0, camera.width() / 640.0);
-}
+double limit_px(const CameraModel& camera) { return kMaxDisagreementPx * image_scale(camera); }
 
 // Whether what both match is mostly matched to points that the old place sees elsewhere: things that look
 // alike, however near to each other they are.

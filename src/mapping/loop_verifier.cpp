@@ -5,6 +5,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/mapping/projection_matcher.h"
@@ -134,7 +135,7 @@ GuidedSearch search(const MapperOptions& options, const CameraModel& camera, con
                     const KeyframeView& keyframe, const std::vector<Sight>& old, const Sim3& old_from_new) {
   ProjectionMatchOptions guided;
   // The similarity is good to the error of an observation where its inliers are, elsewhere to a few of these.
-  guided.radius_px = 3 * options.mapping.max_reprojection_px * std::max(1.0, camera.width() / 640.0);
+  guided.radius_px = 3 * options.mapping.max_reprojection_px * image_scale(camera);
   guided.max_distance2 = stored_distance2(options.mapping.max_descriptor_distance);
   const std::vector<LandmarkCandidate> candidates = candidates_in_new(map, old, old_from_new.inverse());
   GuidedSearch result;

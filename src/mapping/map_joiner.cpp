@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/median.h"
 
 namespace mono_pose_tracker {
@@ -86,7 +87,7 @@ std::optional<MapTie> tie_keyframe(const MapperOptions& options, const Map& map,
 
 bool ties_agree(const Map& map, const Map& other, const MapTie& a, const MapTie& b) {
   const auto limit = [&](const MapTie& tie) {
-    return kMaxDisagreement * std::max(1.0, map.keyframe(tie.keyframe)->image->camera.width() / 640.0);
+    return kMaxDisagreement * image_scale(map.keyframe(tie.keyframe)->image->camera);
   };
   return disagreement(map, other, a, b) < limit(b) && disagreement(map, other, b, a) < limit(a);
 }

@@ -10,6 +10,7 @@
 
 #include "feature_tracks.h"
 #include "keyframe_landmarks.h"
+#include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 
@@ -68,7 +69,7 @@ bool locate(const std::vector<const Keyframe*>& in_time, const FeatureTrack& tra
     const Eigen::Vector3d x_in_camera = keyframe.camera_from_map * *x_in_map;
     return keyframe.image->set.bearings[view.second].dot(x_in_camera) > 0 &&
            reprojection_error(*keyframe.image, view.second, x_in_camera).norm() <
-               kWithin * std::max(1.0, keyframe.image->camera.width() / 640.0);
+               kWithin * image_scale(keyframe.image->camera);
   });
 }
 

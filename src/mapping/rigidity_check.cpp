@@ -7,6 +7,7 @@
 #include <iterator>
 #include <vector>
 
+#include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/robust/motion_refinement.h"
 
@@ -159,7 +160,7 @@ double covariance_factor(const std::vector<Witness>& witnesses) {
 
 }  // namespace
 
-RigidityReport check_rigidity(const Map& map, int image_width, const RigidityOptions& options) {
+RigidityReport check_rigidity(const Map& map, const RigidityOptions& options) {
   std::vector<Witness> witnesses;
   const auto size = static_cast<int>(map.keyframes().size());
   const int passed_over = options.newest > 0 ? std::max(0, size - options.newest) : 0;
@@ -172,7 +173,8 @@ RigidityReport check_rigidity(const Map& map, int image_width, const RigidityOpt
   report.keyframes = static_cast<int>(witnesses.size());
   if (report.keyframes < options.min_keyframes) return report;
   const double factor = covariance_factor(witnesses);
-  const double least_px = options.min_disagreement_px * std::max(1.0, image_width / 640.0);
+  const double least_px =
+      options.min_disagreement_px * image_scale(map.keyframes().begin()->second.image->camera);
   const std::size_t stretch = std::min<std::size_t>(options.stretch, witnesses.size());
   double worst = 0;
   for (int kind = 0; kind < kSplits; ++kind) {

@@ -21,7 +21,7 @@ std::string doubt_about(const Map& map, const CameraModel& camera, const MatchOp
   }
   RigidityOptions options;
   options.newest = options.stretch;
-  const RigidityReport rigidity = check_rigidity(map, camera.width(), options);
+  const RigidityReport rigidity = check_rigidity(map, options);
   if (rigidity.is_rigid) return text;
   std::snprintf(text, sizeof text, "the poses that the %s landmarks give are %.1f px apart",
                 rigidity.parts.c_str(), rigidity.disagreement_px);

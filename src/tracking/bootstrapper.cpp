@@ -263,7 +263,7 @@ bool Bootstrapper::separate_motions(BootstrapReport* report) {
   }
   const TwoMotions motions =
       find_two_motions(*candidates_.front().frame.image, *newest.frame.image, newest.feature_of_reference,
-                       moved_between(), camera_.focal(), camera_.width(), options_);
+                       moved_between(), camera_, options_);
   const int still = static_cast<int>(motions.still.size());
   const int moved = static_cast<int>(motions.moved_of_first.size());
   camera_is_still_ = still > kStillCamera * motions.matches;

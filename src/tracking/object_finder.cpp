@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/segmentation/mask_cleaning.h"
 
@@ -95,7 +96,7 @@ cv::Mat ObjectFinder::clearance(const cv::Mat& mask, const SegmentationOptions& 
                                 const CameraModel& camera) {
   if (mask.empty()) return mask;
   // What a mask is off by grows with the image: masks are made at a fixed size, or drawn by hand.
-  const double size = std::max(1.0, camera.width() / 640.0);
+  const double size = image_scale(camera);
   return clearance_of(mask, size * options.margin_px, options.margin_scales, kMaskScaleSteps);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <unordered_set>
+#include "mono_pose_tracker/camera/image_scale.h"
 
 namespace mono_pose_tracker {
 
@@ -15,8 +16,8 @@ constexpr double kMinFound = 0.25;
 }  // namespace
 
 std::vector<char> features_to_map(const ImageFeatures& image, const std::vector<ExpectedLandmark>& landmarks,
-                                  int image_width) {
-  const double near = kNear * std::max(1.0, image_width / 640.0);
+                                  double scale) {
+  const double near = kNear * scale;
   std::vector<char> flags(image.size());
   for (int i = 0; i < image.size(); ++i) {
     const Eigen::Vector2d pixel = image.set.features[i].pixel.cast<double>();
@@ -49,7 +50,7 @@ void leave_out_occluders(const TrackingMap& map, const CameraModel& camera, cons
   for (const FrameObservation& o : candidate->observations) {
     expected.push_back({image.set.features[o.feature].pixel.cast<double>(), true});
   }
-  std::vector<char> flags = features_to_map(image, expected, camera.width());
+  std::vector<char> flags = features_to_map(image, expected, image_scale(camera));
   for (const FrameObservation& o : candidate->observations) flags[o.feature] = 1;
   std::vector<int> new_index(flags.size());
   int kept = 0;

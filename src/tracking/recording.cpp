@@ -208,9 +208,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   Reader reader(
       recording, *tracker, [&](std::int64_t index) { return index >= recording.first_tracked; },
       &result.problems);
-  int image_width = 0;
   while (reader.next()) {
-    image_width = reader.image().image.cols;
     result.names[reader.index()] = reader.image().name;
     stamps.add(reader.image());
     ++result.frames_total;
@@ -269,7 +267,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
         "no image was found in the loaded map; the last: " + usual_reason(reasons, result.frames_total);
     return result;
   }
-  result.rigidity = check_rigidity(result.maps.front().map, image_width);
+  result.rigidity = check_rigidity(result.maps.front().map);
   result.trajectory = tracker->trajectory();
   warn_of_doubts(&result);
   return result;

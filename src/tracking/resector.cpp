@@ -6,6 +6,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/pose_covariance.h"
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
@@ -163,7 +164,7 @@ ResectionReport Resector::pose_from_matches(const Frame& frame,
 void Resector::refine(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
                       ResectionReport* report) const {
   ProjectionMatchOptions guided;
-  guided.radius_px = options_.resection.refine_radius_px * std::max(1.0, camera_.width() / 640.0);
+  guided.radius_px = options_.resection.refine_radius_px * image_scale(camera_);
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
   guided.cancelled = options_.cancelled;
   std::vector<LandmarkMatch> matches, inliers;
@@ -211,7 +212,7 @@ void Resector::refine(const Frame& frame, const std::vector<LandmarkCandidate>& 
 ResectionReport Resector::by_prediction(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
                                         const Rigid3& predicted) const {
   ProjectionMatchOptions guided;
-  guided.radius_px = options_.resection.search_radius * camera_.width();
+  guided.radius_px = options_.resection.search_radius * longer_side(camera_);
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
   guided.cancelled = options_.cancelled;
   guided.min_ratio =

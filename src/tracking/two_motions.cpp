@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
 
@@ -89,8 +90,8 @@ bool are_few_still(const std::vector<Eigen::Vector2f>& shifts, double moved_px, 
 
 TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& second,
                             const std::vector<int>& second_of_first, const std::vector<char>& has_moved,
-                            double focal_px, int image_width, const TrackerOptions& options) {
-  const double size = std::max(1.0, image_width / 640.0);
+                            const CameraModel& camera, const TrackerOptions& options) {
+  const double size = image_scale(camera);
   TwoMotions motions;
   std::vector<Eigen::Vector3d> bearings1, bearings2;
   std::vector<Eigen::Vector2f> shifts;
@@ -120,7 +121,7 @@ TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& sec
     return motions;
   }
   RelativePoseOptions pose_options;
-  pose_options.ransac = options.ransac(focal_px);
+  pose_options.ransac = options.ransac(camera.focal());
   const RelativePoseReport pose = estimate_relative_pose(bearings1, bearings2, pose_options);
   motions.found = pose.success && pose.hypotheses[0].num_inliers >= options.bootstrap.min_landmarks &&
                   pose.hypotheses[0].num_inliers >= kMinRigid * static_cast<double>(moved.size());

@@ -42,14 +42,14 @@ Eigen::Vector3d sways(int k, const Eigen::Vector3d& x) {
 
 TEST(RigidityCheck, OneRigidBodyAgrees) {
   for (const double noise : {0.2, 0.6, 1.2}) {
-    const RigidityReport report = check_rigidity(make_map(stays, noise), 640);
+    const RigidityReport report = check_rigidity(make_map(stays, noise));
     EXPECT_TRUE(report.is_rigid) << noise << " " << report.parts << " " << report.mahalanobis2;
     EXPECT_EQ(report.keyframes, kKeyframes);
   }
 }
 
 TEST(RigidityCheck, AHalfThatSwaysContradicts) {
-  const RigidityReport report = check_rigidity(make_map(sways), 640);
+  const RigidityReport report = check_rigidity(make_map(sways));
   EXPECT_FALSE(report.is_rigid);
   EXPECT_EQ(report.parts, "left and right");
   EXPECT_GT(report.mahalanobis2, 22.46);
@@ -61,12 +61,12 @@ TEST(RigidityCheck, AHalfThatIsOffByAFractionOfAPixelDoesNot) {
   const auto little = [](int k, const Eigen::Vector3d& x) -> Eigen::Vector3d {
     return x + Eigen::Vector3d(0, (k % 2 ? 0.002 : -0.002), 0);
   };
-  EXPECT_TRUE(check_rigidity(make_map(little, 0.05), 640).is_rigid);
+  EXPECT_TRUE(check_rigidity(make_map(little, 0.05)).is_rigid);
 }
 
 TEST(RigidityCheck, OfAFewKeyframesNothingCanBeSaid) {
   Map map;
-  const RigidityReport report = check_rigidity(map, 640);
+  const RigidityReport report = check_rigidity(map);
   EXPECT_TRUE(report.is_rigid);
   EXPECT_EQ(report.keyframes, 0);
 }

@@ -61,8 +61,7 @@ class TwoMotionsTest : public testing::Test {
          match_descriptors(first.image->set.descriptors, second.image->set.descriptors, MatchOptions())) {
       second_of_first[m.first] = m.second;
     }
-    return find_two_motions(*first.image, *second.image, second_of_first, {}, camera_.focal(),
-                            camera_.width(), TrackerOptions());
+    return find_two_motions(*first.image, *second.image, second_of_first, {}, camera_, TrackerOptions());
   }
 
   Random random_{5};
@@ -102,7 +101,7 @@ TEST_F(TwoMotionsTest, WhatWasElsewhereMeanwhileHasNotStoodStill) {
   }
   const std::vector<char> all_have_moved(first.image->size(), 1);
   const TwoMotions found = find_two_motions(*first.image, *second.image, second_of_first, all_have_moved,
-                                            camera_.focal(), camera_.width(), TrackerOptions());
+                                            camera_, TrackerOptions());
   EXPECT_FALSE(found.found);
   EXPECT_TRUE(found.still.empty());
 }

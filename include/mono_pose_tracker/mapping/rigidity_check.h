@@ -30,6 +30,6 @@ struct RigidityOptions {
 /// A pure function of the map. Poses are refined from each part alone, the landmarks fixed; the distance of
 /// the two is in units of both covariances, and these are scaled by what parts chosen at random disagree by:
 /// noise of the landmarks is in both. Not rigid: p < 1e-3 and the disagreement can be seen in px.
-RigidityReport check_rigidity(const Map& map, int image_width, const RigidityOptions& options = {});
+RigidityReport check_rigidity(const Map& map, const RigidityOptions& options = {});
 
 }  // namespace mono_pose_tracker

@@ -30,7 +30,7 @@ struct BootstrapOptions {
 
 /// How a frame is posed (paper, steps 4a and 4b).
 struct ResectionOptions {
-  double search_radius = 0.04;       // of the image's width: round the pixels that the prediction gives
+  double search_radius = 0.04;       // of the longer side: round the pixels that the prediction gives
   double refine_radius_px = 3;       // round the pixels that the resected pose gives, at 640 px width or less
   int min_inliers = 15;              // P3P fits three; a chance pose rarely gathers ten more within 2 px
   double min_inlier_ratio = 0.25;    // of the matches

@@ -26,7 +26,7 @@ struct TwoMotions {
 /// times as far away and hardly any between; and most of those that moved obey one rigid motion.
 TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& second,
                             const std::vector<int>& second_of_first, const std::vector<char>& has_moved,
-                            double focal_px, int image_width, const TrackerOptions& options);
+                            const CameraModel& camera, const TrackerOptions& options);
 
 /// Which features are the object's: those nearer to a moved place than to a still one. One flag a feature.
 std::vector<char> features_of_object(const ImageFeatures& image, const std::vector<cv::Point2f>& moved,
