@@ -153,6 +153,16 @@ void print(const std::vector<EvaluatedMap>& maps, const Arguments& arguments) {
   print_table(*main_map(maps).error, arguments);
 }
 
+// Stamps of two clocks (those of a video begin at 0) may meet in part, and what is compared then is wrong.
+void tell_of_unmatched(const EvaluatedMap& map) {
+  constexpr double kFew = 0.8;  // a reference often begins later, or ends before
+  if (map.error->frames_matched >= kFew * static_cast<double>(map.frames)) return;
+  std::fprintf(
+      stderr,
+      "only %d of %zu estimated poses have a reference pose near in time: are both stamps of one clock?\n",
+      map.error->frames_matched, map.frames);
+}
+
 void run(const Arguments& arguments) {
   EvaluationOptions options;
   options.max_difference_ns = std::llround(arguments.max_difference * 1e9);
@@ -166,6 +176,7 @@ void run(const Arguments& arguments) {
   if (!best.error)
     throw std::runtime_error("none of the " + std::to_string(maps.size()) + " maps: " + best.problem);
   print(maps, arguments);
+  tell_of_unmatched(best);
   if (!arguments.json.empty()) {
     write_file_atomically(arguments.json,
                           [&](std::ostream& out) { out << to_json(maps, arguments).dump(2) << '\n'; });

@@ -68,6 +68,15 @@ class EvaluateTrajectory(unittest.TestCase):
         with open(plot, "rb") as f:
             self.assertEqual(f.read(4), b"\x89PNG")
 
+    def test_a_part_that_has_no_reference_is_told(self):
+        whole = self.run_program("--reference", self.reference, "--estimate", self.file("e.txt", helix(30)))
+        self.assertEqual(whole.stderr, "")
+        half = self.run_program("--reference", self.file("half.txt", helix(15)), "--estimate", self.file("e.txt", helix(30)))
+        self.assertEqual(half.returncode, 0, half.stderr)
+        for words in ("15 of 30", "stamps"):
+            self.assertIn(words, half.stderr)
+        self.assertEqual(half.stderr.count("\n"), 1, half.stderr)
+
     def test_stamps_further_apart_than_allowed_do_not_match(self):
         late = self.file("late.txt", helix(20).replace("1403715", "1403716"))
         self.expect_refused(["0 of 20", "expected 3"], "--reference", self.reference, "--estimate", late)
