@@ -8,8 +8,8 @@
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/mapping/mapper.h"
 #include "mono_pose_tracker/tracking/resector.h"
-#include "mono_pose_tracker/tracking/tracker_options.h"
 #include "support/synthetic_views.h"
+#include "support/unhurried_options.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -91,7 +91,7 @@ class MapperJoiningTest : public testing::Test {
 
   std::map<int, std::pair<Frame, std::vector<int>>> images_;
   Random random_{23};
-  TrackerOptions options_;
+  TrackerOptions options_ = unhurried_options();
   CameraModel camera_ = synthetic_camera();
   SyntheticScene scene_ = wall(random_);
   Mapper mapper_{options_.mapper(camera_.focal()), camera_};

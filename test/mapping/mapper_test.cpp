@@ -5,14 +5,14 @@
 #include <algorithm>
 
 #include "known_scene.h"
-#include "mono_pose_tracker/tracking/tracker_options.h"
+#include "support/unhurried_options.h"
 
 namespace mono_pose_tracker {
 namespace {
 
 class MapperTest : public testing::Test {
  protected:
-  MapperOptions options() const { return TrackerOptions().mapper(scene_.camera.focal()); }
+  MapperOptions options() const { return unhurried_options().mapper(scene_.camera.focal()); }
 
   // Of a view whose pose is known, posed against the map's newest keyframe, with what it sees of the
   // landmarks.

@@ -9,6 +9,7 @@
 
 #include "mono_pose_tracker/tracking/resector.h"
 #include "support/synthetic_views.h"
+#include "support/unhurried_options.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -128,7 +129,7 @@ TEST_F(MappingWorkerTest, NoMoreKeyframesWaitThanTheBacklogHolds) {
 }
 
 TEST_F(MappingWorkerTest, BehindInTimeItSolvesLessAndTheMapStaysConsistent) {
-  Mapper mapper(TrackerOptions().mapper(camera_.focal()), camera_);
+  Mapper mapper(unhurried_options().mapper(camera_.focal()), camera_);
   mapper.initialize(initial_map(), 0);
   for (int i = 2; i < 6; ++i) mapper.insert(candidate(*mapper.tracking_map(), i));
   for (const int waiting : {0, 1, 2, 3}) {
