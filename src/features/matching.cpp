@@ -1,7 +1,10 @@
 #include "mono_pose_tracker/features/matching.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "descriptor_distances.h"
 #include "mono_pose_tracker/common/function_clones.h"
 
 namespace mono_pose_tracker {
@@ -19,18 +22,38 @@ MPT_FUNCTION_CLONES int distance2_128(const std::uint8_t* a, const std::uint8_t*
   return sum;
 }
 
-// One row against many in one call: the clone's dispatch is paid once.
-MPT_FUNCTION_CLONES void distances2_128(const std::uint8_t* a, const std::uint8_t* rows, std::size_t step,
-                                        int count, int* out) {
-  for (int r = 0; r < count; ++r) {
-    const std::uint8_t* b = rows + r * step;
-    int sum = 0;
-    for (int i = 0; i < 128; ++i) {
-      const std::int16_t d = static_cast<std::int16_t>(a[i] - b[i]);
-      sum += static_cast<int>(d) * d;
-    }
-    out[r] = sum;
+// The nearest two of each row of a block, of the rows that have been offered.
+struct NearestOfBlock {
+  static constexpr int kBlock = DescriptorDistances::kBlock;
+  std::array<int, kBlock> index, best, second;
+
+  NearestOfBlock() {
+    index.fill(NearestTwo().index);
+    best.fill(NearestTwo().best);
+    second.fill(NearestTwo().second);
   }
+};
+
+// As NearestTwo::offer does, without a branch: for all of a block at once.
+MPT_FUNCTION_CLONES void offer_to_each(int candidate, const int* distances, NearestOfBlock* nearest) {
+  for (int j = 0; j < NearestOfBlock::kBlock; ++j) {
+    const int d = distances[j], best = nearest->best[j];
+    nearest->second[j] = std::min(nearest->second[j], std::max(best, d));
+    nearest->index[j] = d < best ? candidate : nearest->index[j];
+    nearest->best[j] = std::min(best, d);
+  }
+}
+
+MPT_FUNCTION_CLONES int least_of(const int* distances, int count) {
+  int least = std::numeric_limits<int>::max();
+  for (int j = 0; j < count; ++j) least = std::min(least, distances[j]);
+  return least;
+}
+
+// Most blocks hold nothing nearer than the second nearest so far.
+void offer_all(int begin, const int* distances, int count, NearestTwo* nearest) {
+  if (least_of(distances, count) >= nearest->second) return;
+  for (int j = 0; j < count; ++j) nearest->offer(begin + j, distances[j]);
 }
 
 }  // namespace
@@ -41,27 +64,29 @@ std::vector<Match> match_descriptors(const cv::Mat& first, const cv::Mat& second
                                      const MatchOptions& options) {
   std::vector<Match> matches;
   if (first.rows == 0 || second.rows == 0) return matches;
-  std::vector<NearestTwo> of_first(first.rows), of_second(second.rows);
-  // Blocks of the second side that stay in the first-level cache.
-  constexpr int kBlock = 128;
-  std::vector<int> distances(kBlock);
-  for (int start = 0; start < second.rows; start += kBlock) {
+  std::vector<NearestTwo> of_first(first.rows);
+  std::vector<int> of_second(second.rows);  // the nearest
+  constexpr int kBlock = DescriptorDistances::kBlock, kRows = DescriptorDistances::kRows;
+  DescriptorDistances distances(first, second);
+  std::array<int, kBlock * kRows> found{};
+  for (int begin = 0; begin < second.rows; begin += kBlock) {
     if (is_set(options.cancelled)) return matches;
-    const int count = std::min(kBlock, second.rows - start);
-    for (int i = 0; i < first.rows; ++i) {
-      distances2_128(first.ptr<std::uint8_t>(i), second.ptr<std::uint8_t>(start), second.step, count,
-                     distances.data());
-      for (int j = 0; j < count; ++j) {
-        of_first[i].offer(start + j, distances[j]);
-        of_second[start + j].offer(i, distances[j]);
+    const int count = distances.take_block(begin);
+    NearestOfBlock of_block;
+    for (int i = 0; i < first.rows; i += kRows) {
+      distances.find(i, found.data());
+      for (int r = 0; r < std::min(kRows, first.rows - i); ++r) {
+        offer_all(begin, &found[kBlock * r], count, &of_first[i + r]);
+        offer_to_each(i + r, &found[kBlock * r], &of_block);
       }
     }
+    std::copy_n(of_block.index.begin(), count, of_second.begin() + begin);
   }
   const double max_ratio2 = 1.0 / (options.min_ratio * options.min_ratio);
   for (int i = 0; i < first.rows; ++i) {
     const NearestTwo& n = of_first[i];
     if (n.index < 0 || n.best > options.max_distance2) continue;
-    if (options.mutual && of_second[n.index].index != i) continue;
+    if (options.mutual && of_second[n.index] != i) continue;
     if (n.second != std::numeric_limits<int>::max() && n.best > max_ratio2 * n.second) continue;
     const double ratio2 = n.second == std::numeric_limits<int>::max() || n.second == 0
                               ? 1.0

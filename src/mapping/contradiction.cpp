@@ -33,12 +33,11 @@ bool is_there_too(const ImageFeatures& image, const std::uint8_t* descriptor,
 }
 
 Contradiction compare(const Map& map, const Keyframe& first, const Keyframe& second,
-                      const CameraModel& camera, const MatchOptions& matching) {
+                      const CameraModel& camera, const std::vector<Match>& matches) {
   const double limit_px = kElsewhere * image_scale(camera);
   Contradiction result;
   result.frame_index = second.frame_index;
-  for (const Match& m :
-       match_descriptors(first.image->set.descriptors, second.image->set.descriptors, matching)) {
+  for (const Match& m : matches) {
     const Landmark* landmark = map.landmark(first.landmark_of_feature[m.first]);
     if (!landmark) continue;
     const Eigen::Vector3d x_in_second = second.camera_from_map * landmark->x_in_map;
@@ -57,11 +56,11 @@ Contradiction compare(const Map& map, const Keyframe& first, const Keyframe& sec
 
 }  // namespace
 
-Contradiction worst_contradiction(const Map& map, const CameraModel& camera, const MatchOptions& matching) {
+Contradiction worst_contradiction(const Map& map, const CameraModel& camera, const MatchesInTime& matches) {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
   Contradiction worst;
   for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
-    const Contradiction here = compare(map, *in_time[i], *in_time[i + 1], camera, matching);
+    const Contradiction here = compare(map, *in_time[i], *in_time[i + 1], camera, matches[i]);
     if (i == 0 || here.share() > worst.share()) worst = here;
   }
   return worst;
@@ -70,7 +69,9 @@ Contradiction worst_contradiction(const Map& map, const CameraModel& camera, con
 Contradiction newest_contradiction(const Map& map, const CameraModel& camera, const MatchOptions& matching) {
   if (map.keyframes().size() < 2) return {};
   const auto newest = std::prev(map.keyframes().end());
-  return compare(map, std::prev(newest)->second, newest->second, camera, matching);
+  const Keyframe &first = std::prev(newest)->second, &second = newest->second;
+  return compare(map, first, second, camera,
+                 match_descriptors(first.image->set.descriptors, second.image->set.descriptors, matching));
 }
 
 }  // namespace mono_pose_tracker

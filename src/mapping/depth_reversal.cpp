@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/common/parallel.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
@@ -111,18 +112,21 @@ Map best_rival(const BundleOptions& bundle, const Map& map, double cost, double*
   constexpr double kFarDearer = 3;
   BundleOptions trial = bundle;
   trial.max_iterations = kTrialIterations;
-  Map best;
-  *rival_cost = std::numeric_limits<double>::infinity();
-  for (const double stretch : kStretches) {
-    Map rival = map;
-    reverse_depth(stretch, &rival);
-    adjust_map(trial, &rival);
-    const double found = cost_of(rival);
-    if (found >= *rival_cost) continue;
-    *rival_cost = found;
-    best = std::move(rival);
-  }
+  constexpr int kRivals = static_cast<int>(kStretches.size());
+  trial.own_threads = (bundle.own_threads + kRivals - 1) / kRivals;
+  std::array<Map, kRivals> rivals;
+  std::array<double, kRivals> costs;
+  parallel_for(kRivals, bundle.own_threads, [&](int i) {
+    rivals[i] = map;
+    reverse_depth(kStretches[i], &rivals[i]);
+    adjust_map(trial, &rivals[i]);
+    costs[i] = cost_of(rivals[i]);
+  });
+  const auto cheapest = std::min_element(costs.begin(), costs.end());
+  Map best = std::move(rivals[cheapest - costs.begin()]);
+  *rival_cost = *cheapest;
   if (*rival_cost > kFarDearer * cost) return best;
+  trial.own_threads = bundle.own_threads;
   trial.max_iterations = kIterations;
   adjust_map(trial, &best);
   *rival_cost = cost_of(best);

@@ -5,6 +5,8 @@
 #include <unordered_set>
 #include "mono_pose_tracker/camera/image_scale.h"
 
+#include "mono_pose_tracker/common/parallel.h"
+
 namespace mono_pose_tracker {
 
 namespace {
@@ -122,8 +124,12 @@ std::optional<LoopConstraint> LoopFinder::find(const TrackingMap& map, const Pla
                                                KeyframeId keyframe) {
   if (awaiting_ && ++waited_ > kMaxWait) awaiting_.reset();
   std::vector<LoopConstraint> loops;
-  for (const KeyframeId place : candidates(map, index, keyframe)) {
-    if (auto loop = verify_loop(options_, map, keyframe, place)) loops.push_back(std::move(*loop));
+  const std::vector<KeyframeId> places = candidates(map, index, keyframe);
+  std::vector<std::optional<LoopConstraint>> verified(places.size());
+  parallel_for(static_cast<int>(places.size()), options_.threads,
+               [&](int i) { verified[i] = verify_loop(options_, map, keyframe, places[i]); });
+  for (std::optional<LoopConstraint>& loop : verified) {
+    if (loop) loops.push_back(std::move(*loop));
   }
   const bool any = !loops.empty();
   std::optional<LoopConstraint> loop = best_without_rival(map, std::move(loops));

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "feature_tracks.h"
 #include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/common/parallel.h"
 #include "mono_pose_tracker/geometry/nearest_rotation.h"
 
 namespace mono_pose_tracker {
@@ -71,6 +73,18 @@ std::vector<PosedImage> in_time(const Map& map, const std::vector<PosedImage>& b
   return images;
 }
 
+// Two images, by their place in time.
+using Pair = std::pair<int, int>;
+
+std::vector<PairMotions> compare_all(const std::vector<PosedImage>& images, const std::vector<Pair>& pairs,
+                                     const MatchOptions& matching, const RansacOptions& ransac, int threads) {
+  std::vector<PairMotions> motions(pairs.size());
+  parallel_for(static_cast<int>(pairs.size()), threads, [&](int i) {
+    motions[i] = compare_motions(images[pairs[i].first], images[pairs[i].second], matching, ransac);
+  });
+  return motions;
+}
+
 // Which motion the features obey, said by pairs of images and summed over their tracks.
 class Votes {
  public:
@@ -78,7 +92,8 @@ class Votes {
     for (const PosedImage& image : images) of_feature_.emplace_back(image.image->size(), 0);
   }
 
-  void add(int first, int second, const PairMotions& pair) {
+  void add(const Pair& images, const PairMotions& pair) {
+    const auto [first, second] = images;
     for (std::size_t i = 0; i < pair.matches.size(); ++i) {
       const Match& m = pair.matches[i];
       tracks_.join(first, m.first, second, m.second);
@@ -130,24 +145,28 @@ double OtherBody::share() const {
 }
 
 OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& between,
-                          const MatchOptions& matching, const RansacOptions& ransac) {
+                          const MatchOptions& matching, const RansacOptions& ransac, int threads) {
   std::vector<int> keyframes;
   const std::vector<PosedImage> images = in_time(map, between, &keyframes);
   OtherBody body;
   Votes votes(images);
-  std::vector<PairMotions> neighbours;
-  for (int k = 0; k + 1 < static_cast<int>(images.size()); ++k) {
-    neighbours.push_back(compare_motions(images[k], images[k + 1], matching, ransac));
-    votes.add(k, k + 1, neighbours.back());
-  }
+  std::vector<Pair> in_a_row;
+  for (int k = 0; k + 1 < static_cast<int>(images.size()); ++k) in_a_row.emplace_back(k, k + 1);
+  const std::vector<PairMotions> neighbours = compare_all(images, in_a_row, matching, ransac, threads);
+  for (std::size_t k = 0; k < neighbours.size(); ++k) votes.add(in_a_row[k], neighbours[k]);
   for (const int apart : kApart) {
+    std::vector<Pair> all, unknown;
     for (std::size_t k = 0; k + apart < keyframes.size(); ++k) {
-      const int first = keyframes[k], second = keyframes[k + apart];
+      all.emplace_back(keyframes[k], keyframes[k + apart]);
+      if (all.back().second != all.back().first + 1) unknown.push_back(all.back());
+    }
+    const std::vector<PairMotions> compared = compare_all(images, unknown, matching, ransac, threads);
+    auto next = compared.begin();
+    for (const auto& [first, second] : all) {
       const bool is_known = second == first + 1;
-      const PairMotions pair =
-          is_known ? neighbours[first] : compare_motions(images[first], images[second], matching, ransac);
+      const PairMotions& pair = is_known ? neighbours[first] : *next++;
       compare(images[first], images[second], pair, &body);
-      if (!is_known) votes.add(first, second, pair);
+      if (!is_known) votes.add({first, second}, pair);
     }
   }
   if (body.other_pairs == 0) return body;
@@ -158,22 +177,26 @@ OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& between
   return body;
 }
 
-OtherBody sample_other_body(const Map& map, const MatchOptions& matching, const RansacOptions& ransac) {
+OtherBody sample_other_body(const Map& map, const MatchOptions& matching, const RansacOptions& ransac,
+                            int threads) {
   constexpr int kPairs = 30;
   std::vector<int> keyframes;
   const std::vector<PosedImage> images = in_time(map, {}, &keyframes);
   const int count = static_cast<int>(images.size()) - 1;
   OtherBody body;
   Votes votes(images);
-  std::map<int, PairMotions> pairs;  // by the first image
+  std::vector<Pair> pairs;
   for (int i = 0; i < std::min(kPairs, count); ++i) {
     const int k = i * count / std::min(kPairs, count);
-    const PairMotions& pair = pairs[k] = compare_motions(images[k], images[k + 1], matching, ransac);
-    compare(images[k], images[k + 1], pair, &body);
-    votes.add(k, k + 1, pair);
+    pairs.emplace_back(k, k + 1);
+  }
+  const std::vector<PairMotions> motions = compare_all(images, pairs, matching, ransac, threads);
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    compare(images[pairs[i].first], images[pairs[i].second], motions[i], &body);
+    votes.add(pairs[i], motions[i]);
   }
   votes.sum_over_tracks();
-  for (const auto& [k, pair] : pairs) add_tracks(images, k, pair, votes, &body);
+  for (std::size_t i = 0; i < pairs.size(); ++i) add_tracks(images, pairs[i].first, motions[i], votes, &body);
   return body;
 }
 

@@ -11,6 +11,7 @@
 #include "feature_tracks.h"
 #include "keyframe_landmarks.h"
 #include "mono_pose_tracker/camera/image_scale.h"
+#include "mono_pose_tracker/common/parallel.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 
@@ -35,16 +36,20 @@ constexpr double kTolerance = 1e-6;
 
 // Nearest keyframes first: they are matched most surely.
 FeatureTracks find_tracks(const std::vector<const Keyframe*>& in_time, const MatchOptions& matching,
-                          const IsLeftOut& is_left_out) {
+                          const IsLeftOut& is_left_out, int threads) {
   std::vector<int> features;
   for (const Keyframe* keyframe : in_time) features.push_back(keyframe->image->size());
   FeatureTracks tracks(features);
   const int count = static_cast<int>(in_time.size());
   for (int apart = 1; apart <= kReach; ++apart) {
+    std::vector<std::vector<Match>> matches(std::max(0, count - apart));
+    parallel_for(count - apart, threads, [&](int k) {
+      matches[k] = match_descriptors(in_time[k]->image->set.descriptors,
+                                     in_time[k + apart]->image->set.descriptors, matching);
+    });
     for (int k = 0; k + apart < count; ++k) {
       const Keyframe &first = *in_time[k], &second = *in_time[k + apart];
-      for (const Match& m :
-           match_descriptors(first.image->set.descriptors, second.image->set.descriptors, matching)) {
+      for (const Match& m : matches[k]) {
         if (is_left_out(first.id, m.first) || is_left_out(second.id, m.second)) continue;
         tracks.join(k, m.first, k + apart, m.second);
       }
@@ -133,7 +138,8 @@ Map remade(const Map& map, const std::vector<const Keyframe*>& in_time,
 bool remake_landmarks(const BundleOptions& bundle, const MatchOptions& matching, int min_landmarks,
                       const IsLeftOut& is_left_out, Map* map) {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(*map);
-  const std::vector<LocatedTrack> tracks = locate_all(in_time, find_tracks(in_time, matching, is_left_out));
+  const std::vector<LocatedTrack> tracks =
+      locate_all(in_time, find_tracks(in_time, matching, is_left_out, bundle.own_threads));
   if (in_time.empty() || !hold_all(tracks, in_time.size(), min_landmarks)) return false;
   Map other = remade(*map, in_time, tracks, bundle);
   if (largest_change(*map, other) < kSame) return false;

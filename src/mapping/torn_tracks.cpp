@@ -5,17 +5,15 @@
 #include <vector>
 
 #include "keyframe_landmarks.h"
-#include "mono_pose_tracker/features/matching.h"
 
 namespace mono_pose_tracker {
 
 namespace {
 
-TornTracks compare(const Keyframe& first, const Keyframe& second, const MatchOptions& matching) {
+TornTracks compare(const Keyframe& first, const Keyframe& second, const std::vector<Match>& matches) {
   TornTracks result;
   result.frame_index = second.frame_index;
-  for (const Match& m :
-       match_descriptors(first.image->set.descriptors, second.image->set.descriptors, matching)) {
+  for (const Match& m : matches) {
     const LandmarkId in_first = first.landmark_of_feature[m.first];
     const LandmarkId in_second = second.landmark_of_feature[m.second];
     if (in_first == kNoLandmark || in_second == kNoLandmark) continue;
@@ -39,18 +37,18 @@ bool TornTracks::is_one() const {
   return torn >= kMinTorn && share() >= kMostOfARightMap && excess(*this) >= kDeviations;
 }
 
-TornTracks worst_torn_tracks(const Map& map, const MatchOptions& matching) {
+TornTracks worst_torn_tracks(const Map& map, const MatchesInTime& matches) {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
   std::vector<TornTracks> pairs;
-  int matches = 0, torn = 0;
+  int matched = 0, torn = 0;
   for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
-    pairs.push_back(compare(*in_time[i], *in_time[i + 1], matching));
-    matches += pairs.back().matches;
+    pairs.push_back(compare(*in_time[i], *in_time[i + 1], matches[i]));
+    matched += pairs.back().matches;
     torn += pairs.back().torn;
   }
   TornTracks worst;
   for (TornTracks& pair : pairs) {
-    pair.usual_share = static_cast<double>(torn) / std::max(1, matches);
+    pair.usual_share = static_cast<double>(torn) / std::max(1, matched);
     const bool is_worse = pair.is_one() != worst.is_one() ? pair.is_one() : excess(pair) > excess(worst);
     if (worst.frame_index < 0 || is_worse) worst = pair;
   }

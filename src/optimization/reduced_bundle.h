@@ -17,8 +17,10 @@ namespace mono_pose_tracker {
 class ReducedBundle {
  public:
   // loss_width > 0; the parameters are the blocks of the free cameras, one after the other. All observations
-  // of the problem are heeded; a point with only one stays where it is.
-  ReducedBundle(double loss_width, const BundleCameras& cameras, const BundleProblem& problem);
+  // of the problem are heeded; a point with only one stays where it is. threads: the results are the same for
+  // any number.
+  ReducedBundle(double loss_width, const BundleCameras& cameras, const BundleProblem& problem,
+                int threads = 1);
 
   int parameters() const { return 6 * static_cast<int>(free_.size()); }
   double initial_cost() const { return initial_cost_; }
@@ -53,19 +55,33 @@ class ReducedBundle {
     Eigen::Vector3d residual;  // factor^-1 gradient
   };
   using CameraByPoint = Eigen::Matrix<double, 6, 3>;
+  // Of an observation by a free camera: what its residual is, and changes by with the camera's pose (a turn
+  // where it is, a movement).
+  struct PoseTerm {
+    Eigen::Matrix<double, 2, 6> by_pose;
+    Eigen::Vector2d residual;
+  };
+  // Of the free cameras, one in so many, whose columns of the matrix one thread fills.
+  struct Part {
+    int first, step;
+    bool has(int camera) const { return camera % step == first; }
+  };
 
   bool is_noise(double cost, int sights) const;
   PointState state_of(std::size_t point, const Eigen::Vector3d& x) const;
   Eigen::Vector3d predict(std::size_t point) const;
   PointState begin_at(std::size_t point, Eigen::Vector3d* x) const;
   double settle(std::size_t point);
-  void linearize_point(std::size_t point, Eigen::MatrixXd* information, Eigen::VectorXd* gradient);
+  void linearize_point(std::size_t point);
   void factorize_point(std::size_t point, const PointState& joint);
-  void eliminate_point(std::size_t point, Eigen::MatrixXd* information, Eigen::VectorXd* gradient) const;
+  void fill(const Part& part, Eigen::MatrixXd* information, Eigen::VectorXd* gradient) const;
+  void eliminate_point(std::size_t point, const Part& part, Eigen::MatrixXd* information,
+                       Eigen::VectorXd* gradient) const;
   void to_parameters(Eigen::MatrixXd* information, Eigen::VectorXd* gradient) const;
 
   const Loss loss_;
   const double squared_width_;
+  const int threads_;
   std::vector<CameraState> cameras_;
   const std::vector<int> free_;
   std::vector<int> begin_;  // sights of point p: from begin_[p] up to begin_[p + 1]
@@ -81,6 +97,7 @@ class ReducedBundle {
   std::vector<Eigen::Matrix3d> left_jacobians_;  // of the free cameras
   std::vector<Follower> followers_;
   std::vector<CameraByPoint> by_point_;  // of sights by free cameras: second derivatives, times factor^-T
+  std::vector<PoseTerm> pose_terms_;     // of sights by free cameras
   std::vector<Eigen::Matrix<double, 6, 1>> moved_;  // the free cameras, since
 };
 

@@ -65,7 +65,7 @@ bool solve_reduced(const BundleOptions& options, BundleCameras* cameras, BundleP
                    CancelCallback* cancel, ceres::Solver::Summary* summary) {
   const std::vector<int>& free = cameras->free;
   if (!(options.loss_width > 0) || free.empty() || free.size() > kMaxCameras) return false;
-  ReducedBundle bundle(options.loss_width, *cameras, *problem);
+  ReducedBundle bundle(options.loss_width, *cameras, *problem, options.own_threads);
   if (!bundle.is_near_noise()) return false;
   std::vector<double> parameters;
   for (const int i : free) {

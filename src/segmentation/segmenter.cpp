@@ -69,7 +69,7 @@ Segmentation Segmenter::find(const cv::Mat& image, const cv::Mat& given, bool le
                    text(image.size());
     return refused;
   }
-  Segmentation result = find_unaided(reduced(image), learn);
+  Segmentation result = find_unaided(image, learn);
   if (!result.mask.empty()) {
     result.mask = enlarged(result.mask, image.size());
     result.method = options_.method;
@@ -80,9 +80,11 @@ Segmentation Segmenter::find(const cv::Mat& image, const cv::Mat& given, bool le
   return result;
 }
 
-Segmentation Segmenter::find_unaided(const cv::Mat& small, bool learn) {
+Segmentation Segmenter::find_unaided(const cv::Mat& image, bool learn) {
   Segmentation result;
   const std::string& method = options_.method;
+  if (method != "background" && method != "threshold" && method != "chroma") return result;
+  const cv::Mat small = reduced(image);
   if (method == "background") {
     result = by_background(small, learn);
   } else if (method == "threshold") {

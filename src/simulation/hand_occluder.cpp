@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "mono_pose_tracker/simulation/noise.h"
-#include "mono_pose_tracker/simulation/parallel.h"
+#include "mono_pose_tracker/common/parallel.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -3,7 +3,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "mono_pose_tracker/common/random.h"
-#include "mono_pose_tracker/simulation/parallel.h"
+#include "mono_pose_tracker/common/parallel.h"
 
 namespace mono_pose_tracker {
 

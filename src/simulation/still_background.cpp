@@ -5,7 +5,7 @@
 
 #include "mono_pose_tracker/simulation/leaf_texture.h"
 #include "mono_pose_tracker/simulation/noise.h"
-#include "mono_pose_tracker/simulation/parallel.h"
+#include "mono_pose_tracker/common/parallel.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -312,11 +312,8 @@ TrackerOptions options_of(const Arguments& a) {
   if (!a.config.empty()) read_options_yaml(a.config, &options);
   if (a.seed) options.seed = *a.seed;
   if (a.localize_only) options.localize_only = true;
-  // Images go ahead side by side; within one, and in Ceres, a thread more would only wait, or change last
-  // digits.
-  options.sift.num_threads = options.bundle.num_threads = 1;
   cv::setNumThreads(1);
-  return options;
+  return options.on_threads(a.threads);
 }
 
 void write_files(const Arguments& a, const Recording& recording, const Calibration& calibration,

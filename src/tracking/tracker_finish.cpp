@@ -113,10 +113,10 @@ std::set<std::int64_t> Tracker::Impl::posed_before_remake() {
 void Tracker::Impl::find_other_body_beside(FinishedMap* map) const {
   const RansacOptions ransac = options_.ransac(camera_.focal());
   if (!keeps_seen()) {
-    map->other_body = sample_other_body(map->map, options_.matching, ransac);
+    map->other_body = sample_other_body(map->map, options_.matching, ransac, options_.threads);
     return;
   }
-  const OtherBody other = find_other_body(map->map, {}, options_.matching, ransac);
+  const OtherBody other = find_other_body(map->map, {}, options_.matching, ransac, options_.threads);
   map->is_of_other_body = other.exists() && !other.turns_plainly_less();
   if (!map->is_of_other_body) return;  // what else moves is to be left out
   std::vector<PosedImage> between;
@@ -124,7 +124,7 @@ void Tracker::Impl::find_other_body_beside(FinishedMap* map) const {
     const auto seen = seen_.find(frame.index);
     if (seen != seen_.end()) between.push_back({frame.index, frame.map_from_camera.inverse(), seen->second});
   }
-  map->other_body = find_other_body(map->map, between, options_.matching, ransac);
+  map->other_body = find_other_body(map->map, between, options_.matching, ransac, options_.threads);
 }
 
 FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
@@ -135,9 +135,10 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.snapshot = snapshot_of(worker_.mapper().tracking_map());
   map.seam = weakest_seam(map.map);
   map.depth_evidence = depth_evidence(options_.bundle, map.map);
-  map.contradiction = worst_contradiction(map.map, camera_, options_.matching);
+  const MatchesInTime matches = match_in_time(map.map, options_.matching, options_.threads);
+  map.contradiction = worst_contradiction(map.map, camera_, matches);
   // Seen from near, poses that went astray show by more; and quick turns of a hand-held camera tear as many.
-  if (is_narrow(map.map)) map.torn_tracks = worst_torn_tracks(map.map, options_.matching);
+  if (is_narrow(map.map)) map.torn_tracks = worst_torn_tracks(map.map, matches);
   find_other_body_beside(&map);
   map.confirmed = !unconfirmed_ && map.seam.holds() && map.is_sure();
   return map;

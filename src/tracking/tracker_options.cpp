@@ -44,8 +44,18 @@ MapperOptions TrackerOptions::mapper(double focal_px) const {
                        ransac(focal_px),
                        resection.min_inliers,
                        true,
-                       segmentation.body == "turning"};
+                       segmentation.body == "turning",
+                       threads};
   return mapper;
+}
+
+TrackerOptions TrackerOptions::on_threads(int count) const {
+  TrackerOptions options = *this;
+  options.threads = options.bundle.own_threads = count;
+  // Images go ahead side by side; within one, and in Ceres, a thread more would only wait, or change last
+  // digits.
+  options.sift.num_threads = options.bundle.num_threads = 1;
+  return options;
 }
 
 TrackerOptions TrackerOptions::cancellable(CancelFlag flag) const {

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <future>
 #include <stdexcept>
+#include <thread>
 
 namespace mono_pose_tracker {
 namespace {
@@ -65,10 +67,36 @@ TEST_P(PrefetcherTest, RunsAheadByABoundedNumberAndStopsWhenNobodyAsks) {
     Number n;
     for (int i = 1; i <= 20; ++i) {
       ASSERT_TRUE(endless.next(&n));
-      EXPECT_LE(read, i + GetParam() + 1);
+      EXPECT_LE(read, i + GetParam() + 2);
     }
   }  // joins its threads: a test that hangs here fails
   EXPECT_GE(read, 20);
+}
+
+// The first item is held back until the second has been worked on, which a single thread ahead can't do: the
+// caller does.
+TEST(Prefetcher, WhoeverWaitsForAnItemWorksOnWhatFollows) {
+  int read = 0;
+  std::promise<void> second_done;
+  std::shared_future<void> is_second_done(second_done.get_future());
+  std::thread::id first_by, second_by;
+  Prefetcher<Number> numbers(
+      [&](Number* n) {
+        n->value = read++;
+        return n->value < 2;
+      },
+      [&](Number* n) {
+        (n->value == 0 ? first_by : second_by) = std::this_thread::get_id();
+        n->value == 0 ? is_second_done.wait() : second_done.set_value();
+      },
+      1);
+  Number n;
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_TRUE(numbers.next(&n));
+    EXPECT_EQ(n.value, i);
+  }
+  EXPECT_FALSE(numbers.next(&n));
+  EXPECT_NE(first_by, second_by);
 }
 
 INSTANTIATE_TEST_SUITE_P(Threads, PrefetcherTest, testing::Values(0, 1, 3, 8));

@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
 
+#include "features/descriptor_distances.h"
 #include "mono_pose_tracker/common/random.h"
 #include "mono_pose_tracker/features/feature_grid.h"
 
@@ -27,6 +30,63 @@ TEST(Matching, DistanceIsTheSquaredEuclideanOne) {
     expected += d * d;
   }
   EXPECT_EQ(descriptor_distance2(m.ptr(0), m.ptr(1)), expected);
+}
+
+// Sizes that fill no block, or several; descriptors at both ends of the range.
+TEST(Matching, AllInstructionsGiveTheExactDistances) {
+  for (const auto instructions :
+       {DescriptorDistances::Instructions::kAny, DescriptorDistances::best_instructions()}) {
+    for (const int rows : {1, 3, 4, 127, 130}) {
+      cv::Mat first = random_descriptors(rows, 7), second = random_descriptors(2 * rows + 1, 8);
+      first.row(0).setTo(255);
+      second.row(0).setTo(0);
+      if (rows > 1) first.row(1).setTo(0);
+      DescriptorDistances distances(first, second, instructions);
+      std::vector<int> found(DescriptorDistances::kBlock * DescriptorDistances::kRows);
+      for (int begin = 0; begin < second.rows; begin += DescriptorDistances::kBlock) {
+        const int count = distances.take_block(begin);
+        ASSERT_EQ(count, std::min(DescriptorDistances::kBlock, second.rows - begin));
+        for (int i = 0; i < rows; ++i) {
+          const int r = i % DescriptorDistances::kRows;
+          if (r == 0) distances.find(i, found.data());
+          for (int j = 0; j < count; ++j) {
+            const double expected = cv::norm(first.row(i), second.row(begin + j), cv::NORM_L2SQR);
+            ASSERT_EQ(found[DescriptorDistances::kBlock * r + j], expected)
+                << rows << " " << i << " " << begin + j;
+          }
+        }
+      }
+    }
+  }
+}
+
+// As many as make several blocks, every fourth a little like one of the other side.
+TEST(Matching, FindsWhatLookingAtEachPairFinds) {
+  const cv::Mat first = random_descriptors(301, 9);
+  cv::Mat second = random_descriptors(517, 10);
+  for (int i = 0; i < second.rows; i += 4) second.row(i) = 0.5 * second.row(i) + 0.5 * first.row(i % 301);
+  std::vector<NearestTwo> of_first(first.rows), of_second(second.rows);
+  for (int i = 0; i < first.rows; ++i) {
+    for (int j = 0; j < second.rows; ++j) {
+      const int d = descriptor_distance2(first.ptr(i), second.ptr(j));
+      of_first[i].offer(j, d);
+      of_second[j].offer(i, d);
+    }
+  }
+  const std::vector<Match> matches = match_descriptors(first, second, MatchOptions());
+  ASSERT_GT(matches.size(), 50u);
+  auto match = matches.begin();
+  for (int i = 0; i < first.rows; ++i) {
+    const NearestTwo& n = of_first[i];
+    if (of_second[n.index].index != i || 1.25 * 1.25 * n.best > n.second) continue;
+    ASSERT_NE(match, matches.end());
+    EXPECT_EQ(match->first, i);
+    EXPECT_EQ(match->second, n.index);
+    EXPECT_EQ(match->distance2, n.best);
+    EXPECT_FLOAT_EQ(match->ratio, std::sqrt(static_cast<float>(n.best) / static_cast<float>(n.second)));
+    ++match;
+  }
+  EXPECT_EQ(match, matches.end());
 }
 
 TEST(Matching, FindsTheShuffledCopies) {

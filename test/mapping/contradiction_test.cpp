@@ -40,23 +40,26 @@ Map make_map(double moved, double left_of) {
   return map;
 }
 
+Contradiction worst_of(const Map& map) {
+  return worst_contradiction(map, synthetic_camera(), match_in_time(map, MatchOptions(), 1));
+}
+
 TEST(Contradiction, ARightMapHasNone) {
-  const Contradiction worst = worst_contradiction(make_map(0, 0), synthetic_camera(), MatchOptions());
+  const Contradiction worst = worst_of(make_map(0, 0));
   EXPECT_EQ(worst.contradicting, 0);
   EXPECT_LT(worst.share(), Contradiction::kMostOfARightMap);
   EXPECT_FALSE(worst.is_one());
 }
 
 TEST(Contradiction, APartThatGoesAnotherWayIsSeenWhereItBegins) {
-  const Contradiction worst =
-      worst_contradiction(make_map(0.2, -0.3), synthetic_camera(), MatchOptions());  // by 27 px
+  const Contradiction worst = worst_of(make_map(0.2, -0.3));  // by 27 px
   EXPECT_EQ(worst.frame_index, kBreak);
   EXPECT_GT(worst.share(), 2 * Contradiction::kMostOfARightMap);
   EXPECT_TRUE(worst.is_one());
 }
 
 TEST(Contradiction, AFewThatMoveByThemselvesAreNone) {
-  const Contradiction worst = worst_contradiction(make_map(0.2, -1.4), synthetic_camera(), MatchOptions());
+  const Contradiction worst = worst_of(make_map(0.2, -1.4));
   EXPECT_LT(worst.share(), Contradiction::kMostOfARightMap);
   EXPECT_FALSE(worst.is_one());
 }
@@ -83,14 +86,12 @@ TEST(Contradiction, ARepeatedPatternSaysNothing) {
     }
     add_view(seen, camera, camera_from_map, 0.2, k, ids, random, &map);
   }
-  const Contradiction worst = worst_contradiction(map, camera, MatchOptions());
+  const Contradiction worst = worst_of(map);
   EXPECT_GE(worst.matches, 30);
   EXPECT_EQ(worst.contradicting, 0);
 }
 
-TEST(Contradiction, ThereIsNothingToCompareInAnEmptyMap) {
-  EXPECT_EQ(worst_contradiction(Map(), synthetic_camera(), MatchOptions()).frame_index, -1);
-}
+TEST(Contradiction, ThereIsNothingToCompareInAnEmptyMap) { EXPECT_EQ(worst_of(Map()).frame_index, -1); }
 
 }  // namespace
 }  // namespace mono_pose_tracker

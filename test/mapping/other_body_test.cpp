@@ -60,7 +60,7 @@ class OtherBodyTest : public testing::Test {
   OtherBody find(const Map& map) const {
     RansacOptions ransac;
     ransac.threshold = 2 / camera_.focal();
-    return find_other_body(map, {}, MatchOptions(), ransac);
+    return find_other_body(map, {}, MatchOptions(), ransac, 1);
   }
 
   Random random_{5};
@@ -89,11 +89,11 @@ TEST_F(OtherBodyTest, ASampleTellsItAsWell) {
   Map map = map_with(true, 150, 200);
   RansacOptions ransac;
   ransac.threshold = 2 / camera_.focal();
-  const OtherBody sample = sample_other_body(map, MatchOptions(), ransac);
+  const OtherBody sample = sample_other_body(map, MatchOptions(), ransac, 1);
   EXPECT_EQ(sample.pairs, kKeyframes - 1);
   EXPECT_TRUE(sample.is_comparable());
-  EXPECT_FALSE(sample_other_body(map_with(true, 200, 0), MatchOptions(), ransac).is_comparable());
-  EXPECT_FALSE(sample_other_body(Map(), MatchOptions(), ransac).exists());
+  EXPECT_FALSE(sample_other_body(map_with(true, 200, 0), MatchOptions(), ransac, 1).is_comparable());
+  EXPECT_FALSE(sample_other_body(Map(), MatchOptions(), ransac, 1).exists());
 }
 
 TEST_F(OtherBodyTest, TracksTellWhichFeaturesAreWhose) {
@@ -122,7 +122,7 @@ TEST_F(OtherBodyTest, ImagesBetweenTheKeyframesAreInTheTracks) {
     if (id % 2 == 0) sparse.add_keyframe(k.frame_index, k.stamp_ns, k.camera_from_map, k.image);
     if (id % 2 != 0) between.push_back({k.frame_index, k.camera_from_map, k.image});
   }
-  const OtherBody body = find_other_body(sparse, between, MatchOptions(), ransac);
+  const OtherBody body = find_other_body(sparse, between, MatchOptions(), ransac, 1);
   ASSERT_FALSE(body.tracks.empty());
   for (const BodyTrack& track : body.tracks) EXPECT_EQ(track.to_index, track.from_index + 1);
 }

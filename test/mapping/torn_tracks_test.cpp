@@ -28,15 +28,17 @@ Map make_map(int torn, int usual) {
   return map;
 }
 
+TornTracks worst_of(const Map& map) { return worst_torn_tracks(map, match_in_time(map, MatchOptions(), 1)); }
+
 TEST(TornTracks, ARightMapHasAFew) {
-  const TornTracks worst = worst_torn_tracks(make_map(0, 5), MatchOptions());
+  const TornTracks worst = worst_of(make_map(0, 5));
   EXPECT_GT(worst.matches, kPoints / 2);
   EXPECT_GT(worst.torn, 0);
   EXPECT_FALSE(worst.is_one());
 }
 
 TEST(TornTracks, AreSeenWhereTheyBegin) {
-  const TornTracks worst = worst_torn_tracks(make_map(25, 5), MatchOptions());
+  const TornTracks worst = worst_of(make_map(25, 5));
   EXPECT_EQ(worst.frame_index, kBreak);
   EXPECT_GE(worst.torn, 20);
   EXPECT_GT(worst.share(), 2 * worst.usual_share);
@@ -44,14 +46,14 @@ TEST(TornTracks, AreSeenWhereTheyBegin) {
 }
 
 TEST(TornTracks, OfARepeatedTextureAreEverywhere) {
-  const TornTracks worst = worst_torn_tracks(make_map(0, 30), MatchOptions());
+  const TornTracks worst = worst_of(make_map(0, 30));
   EXPECT_GT(worst.share(), TornTracks::kMostOfARightMap);
   EXPECT_GE(worst.torn, TornTracks::kMinTorn);
   EXPECT_FALSE(worst.is_one());
 }
 
 TEST(TornTracks, ThereIsNothingToCompareInAnEmptyMap) {
-  const TornTracks none = worst_torn_tracks(Map(), MatchOptions());
+  const TornTracks none = worst_of(Map());
   EXPECT_EQ(none.frame_index, -1);
   EXPECT_FALSE(none.is_one());
 }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
+
 #include "optimization/full_bundle.h"
 #include "optimization/reduced_solve.h"
 #include "support/bundle_scene.h"
@@ -104,6 +106,23 @@ TEST(ReducedBundle, TheGradientIsThatOfTheCost) {
     EXPECT_NEAR(gradient[k], slope, 1e-3 * std::abs(slope) + 1e-3 * gradient.cwiseAbs().maxCoeff()) << k;
   }
   EXPECT_EQ(held, 1) << "the scale";
+}
+
+TEST(ReducedBundle, AnyNumberOfThreadsGivesTheSameBits) {
+  const BundleProblem problem = noisy(12);
+  std::optional<Solved> first;
+  for (const int threads : {1, 2, 3, 7}) {
+    BundleOptions options;
+    options.own_threads = threads;
+    Solved solved(problem);
+    ASSERT_TRUE(solved.reduced(options));
+    EXPECT_GT(solved.summary.num_successful_steps, 2);
+    if (!first) first.emplace(solved);
+    EXPECT_EQ(solved.problem.points, first->problem.points) << threads;
+    for (std::size_t i = 0; i < problem.cameras.size(); ++i) {
+      EXPECT_EQ(solved.cameras.blocks[i], first->cameras.blocks[i]) << threads;
+    }
+  }
 }
 
 // Points must not settle for some of the cameras before these have come together.

@@ -97,7 +97,7 @@ TEST_F(RecordingTest, AnyNumberOfThreadsGivesTheSameBits) {
     Recording recording;
     recording.open = [] { return std::make_unique<RoomImages>(*room_); };
     recording.threads = threads;
-    Tracker tracker(TrackerOptions(), room_->camera, Tracker::Mapping::kInline);
+    Tracker tracker(TrackerOptions().on_threads(threads), room_->camera, Tracker::Mapping::kInline);
     std::vector<FrameReport> reports;
     const RecordingResult result = track_recording(
         recording, [&](int, std::int64_t, const FrameReport& report) { reports.push_back(report); },

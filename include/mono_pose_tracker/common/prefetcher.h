@@ -20,9 +20,10 @@ template <typename Item>
 class Prefetcher {
  public:
   /// read: false at the end; called by one thread at a time. work: by all of them. threads: that run ahead,
-  /// by no more than one item each and one that waits; 0: next() does it all when it is called.
+  /// beside the caller's, by no more than one item each and one that waits; 0: next() does it all when it is
+  /// called.
   Prefetcher(std::function<bool(Item*)> read, std::function<void(Item*)> work, int threads)
-      : read_(std::move(read)), work_(std::move(work)), most_begun_(static_cast<std::size_t>(threads) + 1) {
+      : read_(std::move(read)), work_(std::move(work)), most_begun_(static_cast<std::size_t>(threads) + 2) {
     for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { run(); });
   }
 
@@ -38,8 +39,8 @@ class Prefetcher {
   Prefetcher(const Prefetcher&) = delete;
   Prefetcher& operator=(const Prefetcher&) = delete;
 
-  /// The next item; false at the end. Throws what read or work threw at that place; after that there is no
-  /// more.
+  /// The next item; false at the end. While it is worked on elsewhere, the caller does its share of what
+  /// follows. Throws what read or work threw at that place; after that there is no more.
   bool next(Item* item) {
     if (threads_.empty()) {
       if (!read_(item)) return false;
@@ -47,7 +48,13 @@ class Prefetcher {
       return true;
     }
     std::unique_lock<std::mutex> lock(mutex_);
-    changed_.wait(lock, [this] { return begun_.empty() ? ended_ : begun_.front()->done; });
+    while (!is_next_known()) {
+      if (can_begin()) {
+        do_one(&lock);
+      } else {
+        changed_.wait(lock);
+      }
+    }
     if (begun_.empty()) return false;
     const std::shared_ptr<Entry> first = std::move(begun_.front());
     begun_.pop_front();
@@ -65,49 +72,59 @@ class Prefetcher {
     bool done = false;
   };
 
+  // What follows is called with the lock held.
+  bool is_next_known() const { return begun_.empty() ? ended_ : begun_.front()->done; }
+  // One reads at a time, so that the order is that of the sequence.
+  bool can_begin() const { return !stopped_ && !ended_ && !is_reading_ && begun_.size() < most_begun_; }
+
   void run() {
-    while (const std::shared_ptr<Entry> entry = read_one()) {
-      try {
-        work_(&entry->item);
-      } catch (...) {
-        entry->error = std::current_exception();
+    std::unique_lock<std::mutex> lock(mutex_);
+    while (!stopped_ && !ended_) {
+      if (can_begin()) {
+        do_one(&lock);
+      } else {
+        changed_.wait(lock);
       }
-      finish(entry);
     }
   }
 
-  // Nothing at the end, when stopped, and when reading failed: the error is then given out as an item.
-  std::shared_ptr<Entry> read_one() {
-    const std::lock_guard<std::mutex> one_reads(reading_);
+  // Reads an item and works on it, the lock given back meanwhile.
+  void do_one(std::unique_lock<std::mutex>* lock) {
     const auto entry = std::make_shared<Entry>();
-    {
-      std::unique_lock<std::mutex> lock(mutex_);
-      changed_.wait(lock, [this] { return stopped_ || ended_ || begun_.size() < most_begun_; });
-      if (stopped_ || ended_) return nullptr;
-      begun_.push_back(entry);
-    }
+    begun_.push_back(entry);
+    is_reading_ = true;
+    lock->unlock();
     bool is_there = true;
-    try {
-      is_there = read_(&entry->item);
-    } catch (...) {
-      entry->error = std::current_exception();
-    }
-    if (is_there && !entry->error) return entry;
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
+    const std::exception_ptr error = caught([&] { is_there = read_(&entry->item); });
+    lock->lock();
+    is_reading_ = false;
+    if (error || !is_there) {
       ended_ = true;
+      finish(*entry, error);
       if (!is_there) begun_.pop_back();  // the one just added: others add none meanwhile
+      return;
     }
-    if (is_there) finish(entry);
     changed_.notify_all();
+    lock->unlock();
+    const std::exception_ptr problem = caught([&] { work_(&entry->item); });
+    lock->lock();
+    finish(*entry, problem);
+  }
+
+  template <typename Function>
+  static std::exception_ptr caught(const Function& function) {
+    try {
+      function();
+    } catch (...) {
+      return std::current_exception();
+    }
     return nullptr;
   }
 
-  void finish(const std::shared_ptr<Entry>& entry) {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      entry->done = true;
-    }
+  // An error is given out as an item.
+  void finish(Entry& entry, const std::exception_ptr& error) {
+    entry.error = error;
+    entry.done = true;
     changed_.notify_all();
   }
 
@@ -115,11 +132,10 @@ class Prefetcher {
   const std::function<void(Item*)> work_;
   const std::size_t most_begun_;  // read and not yet given out
 
-  std::mutex reading_;  // held while one reads, so that the order is that of the sequence
-  std::mutex mutex_;    // guards what follows
+  std::mutex mutex_;  // guards what follows
   std::condition_variable changed_;
   std::deque<std::shared_ptr<Entry>> begun_;  // in the order read
-  bool ended_ = false, stopped_ = false;
+  bool is_reading_ = false, ended_ = false, stopped_ = false;
   std::vector<std::thread> threads_;
 };
 

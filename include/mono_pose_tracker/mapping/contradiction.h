@@ -5,6 +5,7 @@
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
+#include "mono_pose_tracker/mapping/matches_in_time.h"
 
 namespace mono_pose_tracker {
 
@@ -26,9 +27,10 @@ struct Contradiction {
 /// The worst pair of keyframes that follow each other in time. Observations are not asked, since a map keeps
 /// only those that agree with it: features are matched anew, and where a matched landmark should be seen is
 /// compared with where it is. A repeated pattern is seen elsewhere and where it should be: it says nothing.
-Contradiction worst_contradiction(const Map& map, const CameraModel& camera, const MatchOptions& matching);
+/// matches: of the map's keyframes.
+Contradiction worst_contradiction(const Map& map, const CameraModel& camera, const MatchesInTime& matches);
 
-/// The same of the newest keyframe and the one before it.
+/// The same of the newest keyframe and the one before it, matched anew.
 Contradiction newest_contradiction(const Map& map, const CameraModel& camera, const MatchOptions& matching);
 
 }  // namespace mono_pose_tracker

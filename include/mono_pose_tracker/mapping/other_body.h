@@ -43,13 +43,14 @@ struct OtherBody {
 /// Keyframes near in time are matched anew by descriptors alone, since a map holds only what agrees with it.
 /// A feature that obeys one of two motions only tells it of its whole track. between: further images with the
 /// poses that the map gives them, by frame; so the tracks follow what turns farther between two keyframes
-/// than features can be matched.
+/// than features can be matched. The result is the same for any number of threads.
 OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& between,
-                          const MatchOptions& matching, const RansacOptions& ransac);
+                          const MatchOptions& matching, const RansacOptions& ransac, int threads);
 
 /// Whether there is one: the same of some thirty pairs of keyframes that follow each other, spread over the
 /// recording, at a cost that does not grow with the map.
-OtherBody sample_other_body(const Map& map, const MatchOptions& matching, const RansacOptions& ransac);
+OtherBody sample_other_body(const Map& map, const MatchOptions& matching, const RansacOptions& ransac,
+                            int threads);
 
 /// The angle within which the cameras stand round what the map is of, seen from its middle (rad): how far it
 /// has turned before them.

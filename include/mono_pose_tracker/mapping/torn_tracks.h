@@ -4,6 +4,7 @@
 
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
+#include "mono_pose_tracker/mapping/matches_in_time.h"
 
 namespace mono_pose_tracker {
 
@@ -29,7 +30,7 @@ struct TornTracks {
 };
 
 /// The worst pair of keyframes that follow each other in time: those whose torn tracks exceed the usual share
-/// by most deviations.
-TornTracks worst_torn_tracks(const Map& map, const MatchOptions& matching);
+/// by most deviations. matches: of the map's keyframes.
+TornTracks worst_torn_tracks(const Map& map, const MatchesInTime& matches);
 
 }  // namespace mono_pose_tracker

@@ -36,6 +36,7 @@ struct BundleOptions {
   double loss_width = 2.0;   // Cauchy loss, in sigmas; 0: squared loss
   double function_tolerance = 1e-6;
   int num_threads = 1;  // Ceres does not repeat its sums on more than one
+  int own_threads = 1;  // of what is not Ceres's: the result is the same for any number
   /// Of adjust_keyframes: multiplications that an iteration may take, as estimated; 0: any number. What is
   /// under way can only be cancelled between iterations.
   double max_iteration_work = 0;

@@ -34,7 +34,7 @@ class Segmenter {
  private:
   void forget();
   Segmentation find(const cv::Mat& image, const cv::Mat& given, bool learn);
-  Segmentation find_unaided(const cv::Mat& small, bool learn);
+  Segmentation find_unaided(const cv::Mat& image, bool learn);
   Segmentation by_background(const cv::Mat& small, bool learn);
   bool learn_background(const cv::Mat& small, bool learn, Segmentation* result);
   cv::Mat clean(const cv::Mat& raw) const;

@@ -61,6 +61,13 @@ struct TrackerOptions {
   /// Set by cancellable.
   CancelFlag cancelled = nullptr;
 
+  /// No option of a user's: of the work on a recording of which the result is the same for any number.
+  /// Set by on_threads.
+  int threads = 1;
+
+  /// The same, with so many threads wherever more than one change no result, and one everywhere else.
+  TrackerOptions on_threads(int count) const;
+
   /// The same, and all that they are handed to looks at the flag.
   TrackerOptions cancellable(CancelFlag flag) const;
 

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace mono_pose_tracker {
+
+/// Calls work(0) to work(count - 1), each once, in any order, on up to `threads` threads (the caller's is one
+/// of them); returns when all are done. What is called writes to a place of its own, so that the result is
+/// the same for any number of threads. Where one throws, no further ones are begun, and the exception (one of
+/// them, when several throw) comes out here.
+inline void parallel_for(int count, int threads, const std::function<void(int)>& work) {
+  if (threads <= 1 || count <= 1) {
+    for (int i = 0; i < count; ++i) work(i);
+    return;
+  }
+  std::atomic<int> next{0};
+  std::mutex mutex;
+  std::exception_ptr error;
+  const auto loop = [&] {
+    try {
+      for (int i = next++; i < count; i = next++) work(i);
+    } catch (...) {
+      next = count;
+      const std::lock_guard<std::mutex> lock(mutex);
+      error = std::current_exception();
+    }
+  };
+  std::vector<std::thread> others;
+  for (int i = 1; i < std::min(threads, count); ++i) others.emplace_back(loop);
+  loop();
+  for (std::thread& thread : others) thread.join();
+  if (error) std::rethrow_exception(error);
+}
+
+/// The same in runs of up to `run` in a row, for work that is less than what handing it out takes.
+template <typename Work>
+void parallel_for_runs(int count, int run, int threads, const Work& work) {
+  parallel_for((count + run - 1) / run, threads, [&](int r) {
+    for (int i = r * run; i < std::min(count, (r + 1) * run); ++i) work(i);
+  });
+}
+
+}  // namespace mono_pose_tracker
