@@ -17,6 +17,7 @@
 #include "mono_pose_tracker/mapping/remade_landmarks.h"
 #include "mono_pose_tracker/mapping/second_motion.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "unseen_landmarks.h"
 #include "view_linker.h"
 
 namespace mono_pose_tracker {
@@ -235,27 +236,7 @@ std::vector<LandmarkId> Mapper::within_reach(KeyframeId id, LookAlikes* known) c
 void Mapper::fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks) {
   const Keyframe& keyframe = *map_.keyframe(target);
   const CameraModel& camera = keyframe.image->camera;
-  const Eigen::Vector3d center = keyframe.center_in_map();
-  std::vector<LandmarkCandidate> candidates;
-  for (const LandmarkId l : landmarks) {
-    const Landmark& landmark = *map_.landmark(l);
-    Eigen::Vector2d pixel;
-    if (!camera.project(keyframe.camera_from_map * landmark.x_in_map, &pixel) || !camera.in_image(pixel))
-      continue;
-    const Observation* nearest = nullptr;
-    double best_cosine = -2;
-    bool seen = false;
-    for (const Observation& o : landmark.observations) {
-      if (o.keyframe == target) seen = true;
-      const Eigen::Vector3d ray = map_.keyframe(o.keyframe)->center_in_map() - landmark.x_in_map;
-      const double cosine = ray.normalized().dot((center - landmark.x_in_map).normalized());
-      if (cosine > best_cosine) best_cosine = cosine, nearest = &o;
-    }
-    if (seen || !nearest) continue;
-    const Keyframe& from = *map_.keyframe(nearest->keyframe);
-    candidates.push_back(
-        make_candidate(l, landmark.x_in_map, *from.image, nearest->feature, from.center_in_map()));
-  }
+  const std::vector<LandmarkCandidate> candidates = unseen_in_view(map_, keyframe, landmarks);
   ProjectionMatchOptions guided;
   guided.radius_px = options_.mapping.max_reprojection_px;
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);

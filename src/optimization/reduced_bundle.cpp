@@ -38,6 +38,9 @@ constexpr double kDamping = 1e-9, kNothing = 1e-300;
 // Of points that a thread takes at once: to hand them out takes a hundredth of the time that they take.
 constexpr int kRun = 32;
 
+// Of observations whose columns of the matrix are worth a thread.
+constexpr std::size_t kSightsOfPart = 1000;
+
 template <typename Matrix>
 void damp(Matrix&& information) {
   information.diagonal() *= 1 + kDamping;
@@ -294,7 +297,8 @@ bool ReducedBundle::linearize(Eigen::MatrixXd* factor, Eigen::VectorXd* residual
   parallel_for_runs(static_cast<int>(accepted_.size()), kRun, threads_, [this](int p) {
     if (begin_[p + 1] - begin_[p] >= 2) linearize_point(p);
   });
-  const int parts = std::clamp<int>(threads_, 1, std::max<int>(static_cast<int>(free_.size()), 1));
+  const std::size_t worth = std::min(free_.size(), 1 + sights_.size() / kSightsOfPart);
+  const int parts = std::clamp(threads_, 1, std::max(1, static_cast<int>(worth)));
   parallel_for(parts, parts, [&](int part) { fill({part, parts}, &information, &gradient); });
   to_parameters(&information, &gradient);
   const Eigen::LLT<Eigen::MatrixXd> llt(information);

@@ -280,9 +280,17 @@ Run track(const Arguments& a, const TrackerOptions& options, const Recording& re
   refinement.bundle = options.bundle;
   refinement.bundle.cancel = [] { return g_signal != 0; };
   if (!a.refine_camera && !a.hfov) {
-    Run run = track_all(a, options, calibration->camera, recording);
+    Recording doubted = recording;
+    doubted.doubt_of = [&](const Map& map, const std::function<bool()>& cancelled) {
+      CameraRefinementOptions beside = refinement;
+      beside.bundle.cancel = [&] { return g_signal != 0 || cancelled(); };
+      return doubt_of_calibration(beside, calibration->camera, map);
+    };
+    Run run = track_all(a, options, calibration->camera, doubted);
     if (run.result.tracked) {
-      const std::string doubt = doubt_of_calibration(refinement, calibration->camera, run.tracker->map());
+      const std::string doubt =
+          run.result.doubt ? *run.result.doubt
+                           : doubt_of_calibration(refinement, calibration->camera, run.tracker->map());
       if (!doubt.empty()) {
         run.result.warnings.push_back(doubt);
         run.result.maps.front().confirmed = false;

@@ -1,6 +1,8 @@
 #include "mono_pose_tracker/tracking/recording.h"
 
 #include <algorithm>
+#include <atomic>
+#include <future>
 #include <optional>
 #include <set>
 #include <utility>
@@ -191,6 +193,27 @@ void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tr
   }
 }
 
+// What doubt_of says of the map as it is now, found while others go on with it.
+class DoubtBeside {
+ public:
+  DoubtBeside(const Recording& recording, const Map& map) {
+    if (recording.threads <= 1 || !recording.doubt_of) return;
+    found_ = std::async(std::launch::async, [this, map, doubt_of = recording.doubt_of] {
+      return doubt_of(map, [this] { return is_given_up_.load(); });
+    });
+  }
+  ~DoubtBeside() { is_given_up_ = true; }
+
+  std::optional<std::string> take() {
+    if (!found_.valid()) return std::nullopt;
+    return found_.get();
+  }
+
+ private:
+  std::atomic<bool> is_given_up_{false};
+  std::future<std::string> found_;  // last: it waits for its thread, which uses what stands before it
+};
+
 void resect_again(const Recording& recording, const std::set<std::int64_t>& frames, std::int64_t frames_total,
                   Tracker* tracker) {
   if (frames.empty()) return;
@@ -256,6 +279,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   // Where the camera can hardly have been, between images where it certainly was.
   resect_again(recording, tracker->take_out_strays(), result.frames_total, tracker);
   tracker->leave_out_strays();
+  DoubtBeside doubt(recording, tracker->map());
   result.maps = tracker->maps();
   result.loops = tracker->loops();
   result.failed_adjustments = tracker->failed_adjustments();
@@ -270,6 +294,8 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   result.rigidity = check_rigidity(result.maps.front().map);
   result.trajectory = tracker->trajectory();
   warn_of_doubts(&result);
+  // Otherwise it may be tracked anew.
+  if (is_sure(result)) result.doubt = doubt.take();
   return result;
 }
 

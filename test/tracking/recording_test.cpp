@@ -113,6 +113,25 @@ TEST_F(RecordingTest, AnyNumberOfThreadsGivesTheSameBits) {
   }
 }
 
+// Of the map as it is in the result; on one thread it is left to the caller.
+TEST_F(RecordingTest, WhatTheCallerDoubtsIsAskedBesideTheOtherChecks) {
+  for (const int threads : {1, 2}) {
+    Recording recording;
+    recording.open = [] { return std::make_unique<RoomImages>(*room_); };
+    recording.threads = threads;
+    recording.doubt_of = [](const Map& map, const std::function<bool()>&) {
+      return std::to_string(map.landmarks().size()) + " points";
+    };
+    Tracker tracker(TrackerOptions().on_threads(threads), room_->camera, Tracker::Mapping::kInline);
+    const RecordingResult result = track_recording(
+        recording, [](int, std::int64_t, const FrameReport&) {}, &tracker);
+    ASSERT_TRUE(is_sure(result));
+    ASSERT_EQ(result.doubt.has_value(), threads > 1);
+    const std::string expected = std::to_string(tracker.map().landmarks().size()) + " points";
+    EXPECT_EQ(result.doubt.value_or(expected), expected);
+  }
+}
+
 // What was done ahead rests on a guess of the mask, and on the options of that time.
 TEST_F(RecordingTest, WhatWasDoneAheadChangesNothingWhateverTheMask) {
   cv::Mat mask = cv::Mat::zeros(room_->frames[0].image.size(), CV_8UC1);

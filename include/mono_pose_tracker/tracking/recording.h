@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,9 @@ struct Recording {
   bool try_again = true;                  // where a result is in doubt; of no use in a map that was loaded
   /// On more, images are read and searched for features ahead of tracking: the same results, sooner.
   int threads = 1;
+  /// What speaks against the finished map for reasons of the caller's, empty for nothing; asked beside the
+  /// other checks, on a thread of its own, where there are several. Until `cancelled`: then nobody wants it.
+  std::function<std::string(const Map&, const std::function<bool()>& cancelled)> doubt_of;
   /// True: no further image is read. Asked on any thread.
   std::function<bool()> interrupted = [] { return false; };
 };
@@ -39,6 +43,7 @@ struct RecordingResult {
   RigidityReport rigidity;                    // of the finished map
   std::vector<std::string> problems;          // one line for each image skipped or mask missing
   std::vector<std::string> warnings;          // what makes the result doubtful and what to do
+  std::optional<std::string> doubt;           // what doubt_of says, where it was asked and the map is sure
   std::map<std::int64_t, std::string> names;  // of the images, by frame index
   std::vector<PosedFrame> trajectory;         // after the last optimisation, by index
   /// All that could not be joined and in which a frame is posed; the trajectory is the first's.
