@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <unordered_map>
 #include <unordered_set>
+
 #include "mono_pose_tracker/camera/image_scale.h"
 
 #include "mono_pose_tracker/common/parallel.h"

@@ -212,8 +212,8 @@ CameraParameters BagImageSource::read_camera(const std::string& camera_info_topi
       fail(topic + ": " + one_line(error.what()));
     }
   }
-  fail("has no CameraInfo on " + wanted +
-       ": expected one of its CameraInfo topics, which are: " + listed(topics) + "; or give --camera, a calibration file, or --hfov, a guess");
+  fail("has no CameraInfo on " + wanted + ": expected one of its CameraInfo topics, which are: " +
+       listed(topics) + "; or give --camera, a calibration file, or --hfov, a guess");
   return {};
 }
 

@@ -11,8 +11,8 @@
 #include "mono_pose_tracker/evaluation/relative_pose_choice.h"
 #include "mono_pose_tracker/geometry/essential.h"
 #include "mono_pose_tracker/simulation/two_view_problem.h"
-#include "study/minimal_solvers.h"
 #include "progress_bar.h"
+#include "study/minimal_solvers.h"
 #include "study/robust_problems.h"
 #include "study/statistics.h"
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <unordered_set>
+
 #include "mono_pose_tracker/camera/image_scale.h"
 
 namespace mono_pose_tracker {

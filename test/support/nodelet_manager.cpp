@@ -1,4 +1,5 @@
-// `nodelet manager` for sanitizer builds: that program is not instrumented and cannot load libraries that are.
+// `nodelet manager` for sanitizer builds: that program is not instrumented and cannot load libraries that
+// are.
 #include <nodelet/loader.h>
 #include <ros/ros.h>
 
