@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mono_pose_tracker/simulation/noise.h"
 #include "mono_pose_tracker/common/parallel.h"
+#include "mono_pose_tracker/simulation/noise.h"
 
 namespace mono_pose_tracker {
 namespace {

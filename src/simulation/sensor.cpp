@@ -2,8 +2,8 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "mono_pose_tracker/common/random.h"
 #include "mono_pose_tracker/common/parallel.h"
+#include "mono_pose_tracker/common/random.h"
 
 namespace mono_pose_tracker {
 

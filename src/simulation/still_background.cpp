@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <functional>
 
+#include "mono_pose_tracker/common/parallel.h"
 #include "mono_pose_tracker/simulation/leaf_texture.h"
 #include "mono_pose_tracker/simulation/noise.h"
-#include "mono_pose_tracker/common/parallel.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -10,7 +10,8 @@ namespace mono_pose_tracker {
 /// Stage names and their times in milliseconds, in the order the stages ran.
 using StageTimes = std::vector<std::pair<std::string, double>>;
 
-/// Appends the time between its construction and destruction to a list. Only for reports: no result depends on it.
+/// Appends the time between its construction and destruction to a list. Only for reports: no result depends
+/// on it.
 class StageTimer {
  public:
   StageTimer(StageTimes& times, const char* stage)

@@ -16,9 +16,10 @@ struct ProjectiveRoot {
   bool is_inverse;
 };
 
-/// Real roots of c[0] + c[1] z + ... + c[10] z^10: isolated by Descartes' rule of signs on Bernstein coefficients
-/// (Lane and Riesenfeld 1981), then refined by Newton's method. Roots closer together than 1e-6, or complex pairs as
-/// close to the real line, are reported as two roots at the ends of an interval around them. Returns how many.
+/// Real roots of c[0] + c[1] z + ... + c[10] z^10: isolated by Descartes' rule of signs on Bernstein
+/// coefficients (Lane and Riesenfeld 1981), then refined by Newton's method. Roots closer together than 1e-6,
+/// or complex pairs as close to the real line, are reported as two roots at the ends of an interval around
+/// them. Returns how many.
 int real_roots_degree10(const double c[11], ProjectiveRoot roots[10]);
 
 }  // namespace mono_pose_tracker

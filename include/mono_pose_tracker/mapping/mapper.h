@@ -66,8 +66,8 @@ class Mapper {
   /// everything is bundle-adjusted.
   void finish();
 
-  /// Takes out keyframes whose poses are wrong, and what they alone saw; the first two hold the frame and scale
-  /// of the map, and stay.
+  /// Takes out keyframes whose poses are wrong, and what they alone saw; the first two hold the frame and
+  /// scale of the map, and stay.
   void remove_keyframes(const std::set<KeyframeId>& ids);
 
   /// For the end of a recording: tries each two maps that there are for what they have in common.

@@ -10,8 +10,8 @@
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
-#include <mutex>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -82,8 +82,8 @@ class OutputFrames {
   std::optional<geometry_msgs::TransformStamped> transform(const std_msgs::Header& image_header,
                                                            const BodyPose& pose) const;
 
-  /// tf of what rviz follows: ~view_frame, where the camera is in the world; of an object also its middle, with
-  /// its axes (~view_frame with _object behind it). Nothing when none is wanted.
+  /// tf of what rviz follows: ~view_frame, where the camera is in the world; of an object also its middle,
+  /// with its axes (~view_frame with _object behind it). Nothing when none is wanted.
   std::vector<geometry_msgs::TransformStamped> view_transforms(const std_msgs::Header& image_header,
                                                                const Rigid3& world_from_camera) const;
 
