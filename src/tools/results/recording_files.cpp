@@ -69,10 +69,12 @@ void write_map(const fs::path& output, const CameraParameters& camera, const Rec
     overview.cameras.push_back(frame.map_from_camera.translation);
   }
   write_tum((output / "trajectory.txt").string(), poses);
+  const bool is_first = &map == &result.maps.front();
+  const bool confirmed = is_first ? is_confirmed(result) : map.confirmed;
   overview.points = map.snapshot->points;
   overview.title = std::to_string(poses.size()) + " of " + std::to_string(result.frames_total) +
                    " images posed, " + std::to_string(overview.points.size()) + " points" +
-                   (map.confirmed && result.rigidity.is_rigid ? "" : "; NOT confirmed: see report.json");
+                   (confirmed ? "" : "; NOT confirmed: see report.json");
   if (map.map.scale_source() != ScaleSource::kMapUnits) overview.unit = "m";
   if (!reference.empty()) overview.true_cameras = true_positions(reference, poses);
   write_ply((output / "points.ply").string(), overview.points);
