@@ -18,21 +18,6 @@ constexpr int kSize = 128;  // of a descriptor
 constexpr int kLanes = 16;  // rows of a block that one instruction serves
 constexpr int kGroup = kLanes * kSize;
 
-// The 16-bit differences let the compiler use multiply-add pairs. One row against many in one call: the
-// clone's dispatch is paid once.
-MPT_FUNCTION_CLONES void distances2(const std::uint8_t* a, const std::uint8_t* rows, std::size_t step,
-                                    int count, int* out) {
-  for (int r = 0; r < count; ++r) {
-    const std::uint8_t* b = rows + r * step;
-    int sum = 0;
-    for (int i = 0; i < kSize; ++i) {
-      const std::int16_t d = static_cast<std::int16_t>(a[i] - b[i]);
-      sum += static_cast<int>(d) * d;
-    }
-    out[r] = sum;
-  }
-}
-
 #ifdef MPT_HAS_DOT_PRODUCTS
 #define MPT_DOT_PRODUCTS __attribute__((target("avx512f,avx512vnni")))
 
@@ -76,6 +61,20 @@ MPT_FUNCTION_CLONES void to_distances(int of_row, const int* of_block, int* dot_
 int rounded_up(int count, int step) { return (count + step - 1) / step * step; }
 
 }  // namespace
+
+// The 16-bit differences let the compiler use multiply-add pairs.
+MPT_FUNCTION_CLONES void distances2_to_rows(const std::uint8_t* a, const std::uint8_t* rows, std::size_t step,
+                                            int count, int* out) {
+  for (int r = 0; r < count; ++r) {
+    const std::uint8_t* b = rows + r * step;
+    int sum = 0;
+    for (int i = 0; i < kSize; ++i) {
+      const std::int16_t d = static_cast<std::int16_t>(a[i] - b[i]);
+      sum += static_cast<int>(d) * d;
+    }
+    out[r] = sum;
+  }
+}
 
 DescriptorDistances::Instructions DescriptorDistances::best_instructions() {
 #ifdef MPT_HAS_DOT_PRODUCTS
@@ -136,8 +135,8 @@ void DescriptorDistances::find(int row, int* result) const {
     return;
   }
   for (int r = 0; r < std::min(kRows, first_.rows - row); ++r) {
-    distances2(first_.ptr<std::uint8_t>(row + r), second_.ptr<std::uint8_t>(begin_), second_.step, count_,
-               result + kBlock * r);
+    distances2_to_rows(first_.ptr<std::uint8_t>(row + r), second_.ptr<std::uint8_t>(begin_), second_.step,
+                       count_, result + kBlock * r);
   }
 }
 

@@ -1,10 +1,16 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
 
 namespace mono_pose_tracker {
+
+// Of a descriptor to `count` others, `step` bytes apart, in one call: the dispatch to what the processor has
+// is paid once.
+void distances2_to_rows(const std::uint8_t* a, const std::uint8_t* rows, std::size_t step, int count,
+                        int* out);
 
 // Squared distances between the rows of two sets of descriptors (N x 128, CV_8U), some at a time: a block of
 // the second that stays in the first-level cache, against a few rows of the first. They are integers, the

@@ -11,34 +11,21 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// The 16-bit differences let the compiler use multiply-add pairs; the clones are chosen when the program is
-// loaded.
-MPT_FUNCTION_CLONES int distance2_128(const std::uint8_t* a, const std::uint8_t* b) {
-  int sum = 0;
-  for (int i = 0; i < 128; ++i) {
-    const std::int16_t d = static_cast<std::int16_t>(a[i] - b[i]);
-    sum += static_cast<int>(d) * d;
-  }
-  return sum;
-}
-
-// The nearest two of each row of a block, of the rows that have been offered.
+// The nearest to each row of a block, of the rows that have been offered.
 struct NearestOfBlock {
   static constexpr int kBlock = DescriptorDistances::kBlock;
-  std::array<int, kBlock> index, best, second;
+  std::array<int, kBlock> index, best;
 
   NearestOfBlock() {
     index.fill(NearestTwo().index);
     best.fill(NearestTwo().best);
-    second.fill(NearestTwo().second);
   }
 };
 
-// As NearestTwo::offer does, without a branch: for all of a block at once.
+// Without a branch, for all of a block at once.
 MPT_FUNCTION_CLONES void offer_to_each(int candidate, const int* distances, NearestOfBlock* nearest) {
   for (int j = 0; j < NearestOfBlock::kBlock; ++j) {
     const int d = distances[j], best = nearest->best[j];
-    nearest->second[j] = std::min(nearest->second[j], std::max(best, d));
     nearest->index[j] = d < best ? candidate : nearest->index[j];
     nearest->best[j] = std::min(best, d);
   }
@@ -58,7 +45,11 @@ void offer_all(int begin, const int* distances, int count, NearestTwo* nearest) 
 
 }  // namespace
 
-int descriptor_distance2(const std::uint8_t* a, const std::uint8_t* b) { return distance2_128(a, b); }
+int descriptor_distance2(const std::uint8_t* a, const std::uint8_t* b) {
+  int distance2;
+  distances2_to_rows(a, b, 0, 1, &distance2);
+  return distance2;
+}
 
 std::vector<Match> match_descriptors(const cv::Mat& first, const cv::Mat& second,
                                      const MatchOptions& options) {

@@ -5,7 +5,6 @@
 #include <unordered_set>
 
 #include "mono_pose_tracker/camera/image_scale.h"
-
 #include "mono_pose_tracker/common/parallel.h"
 
 namespace mono_pose_tracker {

@@ -11,8 +11,8 @@
 #include "feature_tracks.h"
 #include "keyframe_landmarks.h"
 #include "mono_pose_tracker/camera/image_scale.h"
-#include "mono_pose_tracker/common/parallel.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
+#include "mono_pose_tracker/mapping/matches_in_time.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
@@ -35,18 +35,15 @@ constexpr int kIterations = 50;
 constexpr double kTolerance = 1e-6;
 
 // Nearest keyframes first: they are matched most surely.
-FeatureTracks find_tracks(const std::vector<const Keyframe*>& in_time, const MatchOptions& matching,
-                          const IsLeftOut& is_left_out, int threads) {
+FeatureTracks find_tracks(const Map& map, const MatchOptions& matching, const IsLeftOut& is_left_out,
+                          int threads) {
+  const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
   std::vector<int> features;
   for (const Keyframe* keyframe : in_time) features.push_back(keyframe->image->size());
   FeatureTracks tracks(features);
   const int count = static_cast<int>(in_time.size());
   for (int apart = 1; apart <= kReach; ++apart) {
-    std::vector<std::vector<Match>> matches(std::max(0, count - apart));
-    parallel_for(count - apart, threads, [&](int k) {
-      matches[k] = match_descriptors(in_time[k]->image->set.descriptors,
-                                     in_time[k + apart]->image->set.descriptors, matching);
-    });
+    const MatchesInTime matches = match_in_time(map, matching, threads, apart);
     for (int k = 0; k + apart < count; ++k) {
       const Keyframe &first = *in_time[k], &second = *in_time[k + apart];
       for (const Match& m : matches[k]) {
@@ -139,7 +136,7 @@ bool remake_landmarks(const BundleOptions& bundle, const MatchOptions& matching,
                       const IsLeftOut& is_left_out, Map* map) {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(*map);
   const std::vector<LocatedTrack> tracks =
-      locate_all(in_time, find_tracks(in_time, matching, is_left_out, bundle.own_threads));
+      locate_all(in_time, find_tracks(*map, matching, is_left_out, bundle.own_threads));
   if (in_time.empty() || !hold_all(tracks, in_time.size(), min_landmarks)) return false;
   Map other = remade(*map, in_time, tracks, bundle);
   if (largest_change(*map, other) < kSame) return false;

@@ -83,18 +83,16 @@ Segmentation Segmenter::find(const cv::Mat& image, const cv::Mat& given, bool le
 Segmentation Segmenter::find_unaided(const cv::Mat& image, bool learn) {
   Segmentation result;
   const std::string& method = options_.method;
-  if (method != "background" && method != "threshold" && method != "chroma") return result;
-  const cv::Mat small = reduced(image);
   if (method == "background") {
-    result = by_background(small, learn);
+    result = by_background(reduced(image), learn);
   } else if (method == "threshold") {
     const Backdrop backdrop = options_.backdrop == "dark"     ? Backdrop::kDark
                               : options_.backdrop == "bright" ? Backdrop::kBright
                                                               : Backdrop::kAuto;
-    result.mask = clean(threshold_foreground(small, backdrop, options_.level));
+    result.mask = clean(threshold_foreground(reduced(image), backdrop, options_.level));
   } else if (method == "chroma") {
     const Chroma chroma = options_.chroma_color == "blue" ? Chroma::kBlue : Chroma::kGreen;
-    result.mask = clean(chroma_foreground(small, chroma, options_.level));
+    result.mask = clean(chroma_foreground(reduced(image), chroma, options_.level));
   }
   return result;
 }

@@ -17,6 +17,10 @@ std::string place_text(std::int64_t frame_index) {
   return frame_index < 0 ? "in the loaded map" : "at image number " + std::to_string(frame_index);
 }
 
+std::string share_text(std::int64_t frame_index, int part, int all) {
+  return place_text(frame_index) + " " + std::to_string(part) + " of " + std::to_string(all) + " points";
+}
+
 void warn_of_motions(RecordingResult* result) {
   if (result->rigidity.is_rigid) return;
   char text[320];
@@ -55,9 +59,8 @@ void warn_of_contradictions(RecordingResult* result) {
   const Contradiction& worst = result->maps.front().contradiction;
   if (!worst.is_one()) return;
   result->warnings.push_back(
-      place_text(worst.frame_index) + " " + std::to_string(worst.contradicting) + " of " +
-      std::to_string(worst.matches) +
-      " points are seen elsewhere than the map has them: more than one thing moves, or the map is wrong from "
+      share_text(worst.frame_index, worst.contradicting, worst.matches) +
+      " are seen elsewhere than the map has them: more than one thing moves, or the map is wrong from "
       "there on; give masks of what moves as one (--masks), or record it again with more overlap");
 }
 
@@ -65,9 +68,8 @@ void warn_of_torn_tracks(RecordingResult* result) {
   const TornTracks& worst = result->maps.front().torn_tracks;
   if (!worst.is_one()) return;
   result->warnings.push_back(
-      place_text(worst.frame_index) + " " + std::to_string(worst.torn) + " of " +
-      std::to_string(worst.matches) +
-      " points have two places in the map, as no one place agrees with all that is seen of them: the map may "
+      share_text(worst.frame_index, worst.torn, worst.matches) +
+      " have two places in the map, as no one place agrees with all that is seen of them: the map may "
       "be wrong about there; give masks of what moves as one (--masks), or record it again with more "
       "overlap");
 }
