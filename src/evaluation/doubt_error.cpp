@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/geometry/nearest_rotation.h"
 #include "mono_pose_tracker/geometry/sim3.h"
@@ -12,7 +13,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr double kDegrees = 180 / M_PI;
 constexpr std::size_t kMinPoses = 10;  // of a map: a similarity fits fewer too well
 constexpr double kOff = 5;             // medians
 constexpr int kSteps = 30;             // of the fits, which settle in a dozen
@@ -74,8 +74,9 @@ double position_error(const Pair& pair, const Sim3& reference_from_map) {
 }
 
 double rotation_error_deg(const Pair& pair, const Eigen::Quaterniond& reference_from_map) {
-  return kDegrees * pair.reference->rotation.angularDistance(reference_from_map *
-                                                             pair.reported->map_from_camera.rotation);
+  return pair.reference->rotation.angularDistance(reference_from_map *
+                                                  pair.reported->map_from_camera.rotation) /
+         kDegree;
 }
 
 void add_deviations(const std::vector<Pair>& pairs, std::vector<PoseDeviation>* deviations) {

@@ -6,12 +6,11 @@
 #include <cmath>
 #include <utility>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/geometry/essential.h"
 
 namespace mono_pose_tracker {
 namespace {
-
-constexpr double kDegrees = 180 / 3.14159265358979323846;
 
 double squared_sampson_errors(const Eigen::Matrix3d& essential, const ChoiceInput& input) {
   double sum = 0;
@@ -46,8 +45,8 @@ std::pair<double, double> badness(const Rigid3& pose, double sampson, const Choi
 
 PoseError pose_error(const Rigid3& estimate, const Rigid3& truth) {
   const Eigen::Vector3d &a = estimate.translation, &b = truth.translation;
-  return {kDegrees * rotation_angle_between(estimate.rotation, truth.rotation),
-          kDegrees * std::atan2(a.cross(b).norm(), a.dot(b))};
+  return {rotation_angle_between(estimate.rotation, truth.rotation) / kDegree,
+          std::atan2(a.cross(b).norm(), a.dot(b)) / kDegree};
 }
 
 Eigen::Matrix3d nearest_essential(const Eigen::Matrix3d& matrix) {

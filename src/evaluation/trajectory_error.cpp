@@ -7,13 +7,12 @@
 #include <stdexcept>
 #include <utility>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/geometry/nearest_rotation.h"
 #include "mono_pose_tracker/io/stamp.h"
 
 namespace mono_pose_tracker {
 namespace {
-
-constexpr double kDegrees = 180 / M_PI;
 
 // A step shorter than this share of the mean step is none: its direction is that of the reference's rounding.
 constexpr double kNoMotion = 1e-3;
@@ -126,8 +125,9 @@ void measure_orientations(const std::vector<PosePair>& pairs, TrajectoryError* e
   const Eigen::Quaterniond reference_from_estimate = best_rotation(pairs);
   std::vector<double> angles;
   for (const PosePair& pair : pairs) {
-    angles.push_back(kDegrees * rotation_angle_between(pair.reference.rotation,
-                                                       reference_from_estimate * pair.estimate.rotation));
+    angles.push_back(
+        rotation_angle_between(pair.reference.rotation, reference_from_estimate * pair.estimate.rotation) /
+        kDegree);
     error->positions[angles.size() - 1].rotation_deg = angles.back();
   }
   error->rotation_max_deg = *std::max_element(angles.begin(), angles.end());
@@ -149,11 +149,11 @@ void measure_steps(const std::vector<PosePair>& pairs, TrajectoryError* error) {
   const double no_motion = kNoMotion * length / static_cast<double>(steps.size());
   std::vector<double> rotations, directions;
   for (const auto& [reference, estimate] : steps) {
-    rotations.push_back(kDegrees * rotation_angle_between(reference.rotation, estimate.rotation));
+    rotations.push_back(rotation_angle_between(reference.rotation, estimate.rotation) / kDegree);
     if (reference.translation.norm() <= no_motion) continue;
     directions.push_back(estimate.translation.isZero(0)
                              ? 180
-                             : kDegrees * angle_between(reference.translation, estimate.translation));
+                             : angle_between(reference.translation, estimate.translation) / kDegree);
   }
   error->relative_rotation_median_deg = median(std::move(rotations));
   error->relative_direction_median_deg = median(std::move(directions));
@@ -170,7 +170,7 @@ MotionError motion_error(const PosePair& from, const PosePair& to, double scale)
   estimate.translation *= scale;
   const Rigid3 difference = reference.inverse() * estimate;
   return {difference.translation.norm(),
-          kDegrees * rotation_angle_between(reference.rotation, estimate.rotation)};
+          rotation_angle_between(reference.rotation, estimate.rotation) / kDegree};
 }
 
 /// The first pair at least so far along the path; pairs.size() when there is none.

@@ -77,15 +77,6 @@ Fronts fronts_of(const Motion& motion, const AlignedPairs& pairs, double toleran
   return fronts;
 }
 
-void orthonormalize(Eigen::Matrix3d* rotation) {
-  Eigen::Matrix3d& r = *rotation;
-  for (int i = 0; i < 5; ++i) {
-    const Eigen::Matrix3d gram = r.transpose() * r;
-    r = 1.5 * r - 0.5 * r * gram;
-    if ((gram - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-8) break;
-  }
-}
-
 double polish(const AlignedPairs& pairs, Motion* motion) {
   Eigen::Matrix3d& rotation = motion->rotation;
   Eigen::Vector3d& t = motion->translation;

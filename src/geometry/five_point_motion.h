@@ -30,10 +30,6 @@ struct Fronts {
 /// The distances along the rays may fall short by tolerance |t x x2|.
 Fronts fronts_of(const Motion& motion, const AlignedPairs& pairs, double tolerance);
 
-/// Newton's iteration for the orthogonal factor squares the error: once below 1e-8 it is below rounding
-/// after.
-void orthonormalize(Eigen::Matrix3d* rotation);
-
 /// Newton's method on the five epipolar constraints over rotation and direction of translation, so that E
 /// stays an essential matrix. Returns the length of the first step in radians: how far off it found the
 /// motion; infinity when it does not converge.

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "mono_pose_tracker/common/so3.h"
 #include "mono_pose_tracker/geometry/polynomial_roots.h"
 
 namespace mono_pose_tracker {
@@ -266,11 +267,6 @@ bool projects(const Motion& pose, const std::array<Eigen::Vector3d, 3>& points,
     if (!(y.cross(bearings[k]).squaredNorm() <= sine2 && y.dot(bearings[k]) > 0)) return false;
   }
   return true;
-}
-
-/// The orthogonal factor of what is nearly a rotation, by Newton's iteration, which squares the error.
-void orthonormalize(Eigen::Matrix3d* r) {
-  for (int i = 0; i < 4; ++i) *r = (1.5 * *r - 0.5 * *r * (r->transpose() * *r)).eval();
 }
 
 }  // namespace

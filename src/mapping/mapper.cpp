@@ -11,6 +11,7 @@
 #include "keyframe_landmarks.h"
 #include "keyframe_places.h"
 #include "known_baseline.h"
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/mapping/projection_matcher.h"
@@ -23,8 +24,6 @@
 namespace mono_pose_tracker {
 
 namespace {
-
-constexpr double kDegree = M_PI / 180;
 
 // Whether the features see more than half of the keyframe's landmarks: then it is the pose that is in doubt,
 // not they.

@@ -7,13 +7,12 @@
 #include <vector>
 
 #include "keyframe_landmarks.h"
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/mapping/mapper.h"
 
 namespace mono_pose_tracker {
 
 namespace {
-
-constexpr double kDegree = M_PI / 180;
 
 // Whether two of the rays that see the landmark differ by at least the angle.
 bool has_parallax(const Map& map, const Landmark& landmark, double min_angle) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/random.h"
 #include "mono_pose_tracker/common/so3.h"
 #include "mono_pose_tracker/simulation/wander.h"
@@ -11,9 +12,6 @@ namespace {
 
 using Eigen::AngleAxisd;
 using Eigen::Vector3d;
-
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kDegree = kPi / 180;
 
 /// 0 to 1 as s goes from 0 to 1, starting and stopping gently.
 double ease(double s) { return 0.5 - 0.5 * std::cos(kPi * std::min(std::max(s, 0.0), 1.0)); }

@@ -8,13 +8,12 @@
 #include <stdexcept>
 
 #include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/random.h"
 #include "mono_pose_tracker/simulation/noise.h"
 
 namespace mono_pose_tracker {
 namespace {
-
-constexpr double kDegree = M_PI / 180;
 
 // The map's axes: x along the corridor, y to the right, z down. Metres, and metres a second.
 constexpr double kHalfWidth = 1.2, kHalfHeight = 1.3;

@@ -6,13 +6,12 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/simulation/camera_path.h"
 #include "mono_pose_tracker/simulation/simulated_sequence.h"
 
 namespace mono_pose_tracker {
 namespace {
-
-constexpr double kDegree = M_PI / 180;
 
 // The hand: slow turns, and a tremor of some hertz.
 constexpr double kTurnDegrees = 2.5;

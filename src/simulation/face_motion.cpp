@@ -2,12 +2,11 @@
 
 #include <cmath>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/simulation/noise.h"
 
 namespace mono_pose_tracker {
 namespace {
-
-constexpr float kPi = 3.14159265f;
 
 /// Syllables of 0.2 s open the mouth by up to 13 mm each; one in five is a pause.
 float mouth_open(std::uint32_t seed, float time) {
@@ -15,7 +14,7 @@ float mouth_open(std::uint32_t seed, float time) {
   const std::uint32_t h = hash_cell(seed, syllable, 0);
   if (unit_float(h) < 0.2f) return 0;
   const float s = time / 0.2f - static_cast<float>(syllable);
-  return (0.004f + 0.009f * unit_float(rehash(h))) * std::pow(std::sin(kPi * s), 2.f);
+  return (0.004f + 0.009f * unit_float(rehash(h))) * std::pow(std::sin(static_cast<float>(kPi) * s), 2.f);
 }
 
 /// The first blink comes within the first second, the next 1 to 2.5 s after it, and so on.

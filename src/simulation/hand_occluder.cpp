@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/parallel.h"
 #include "mono_pose_tracker/simulation/noise.h"
 
@@ -46,7 +47,6 @@ struct HandPose {
 };
 
 HandPose hand_pose(double done) {
-  constexpr double kPi = 3.14159265358979323846;
   const double s = std::clamp((done - kComes) / (kGone - kComes), 0.0, 1.0);
   const auto in = static_cast<float>(std::sin(kPi * s));  // 0 outside the image, 1 farthest in
   const float angle = -0.6f + 0.5f * static_cast<float>(std::sin(3 * kPi * s));

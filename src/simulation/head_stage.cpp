@@ -1,5 +1,6 @@
 #include "mono_pose_tracker/simulation/head_stage.h"
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/random.h"
 #include "mono_pose_tracker/common/so3.h"
 #include "mono_pose_tracker/simulation/camera_path.h"
@@ -12,8 +13,6 @@ namespace mono_pose_tracker {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kDegree = 3.14159265358979323846 / 180;
 
 /// From the camera to the middle of the head, m: the head fills three quarters of the image's height, or,
 /// that its shoulders are in the image, half of it.

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/random.h"
 #include "mono_pose_tracker/simulation/camera_path.h"
 #include "mono_pose_tracker/simulation/hand_occluder.h"
@@ -20,8 +21,6 @@ namespace mono_pose_tracker {
 namespace {
 
 constexpr int kFrames = 120;  // of the paper's sequence
-constexpr double kPi = 3.14159265358979323846;
-
 /// A stream of its own for each use of the sequence's seed.
 std::uint64_t derived_seed(std::uint64_t seed, std::uint64_t use) {
   return Random(seed * 0x2545f4914f6cdd1dull + use).next();

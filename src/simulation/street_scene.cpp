@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/random.h"
 #include "mono_pose_tracker/simulation/wander.h"
 
@@ -12,7 +13,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = M_PI / 180;
 constexpr double kEyeLevel = 1.6;  // m
 constexpr double kStep = 0.25;     // m from one frame to the next
 constexpr double kHouse = 8;       // m, width of a front

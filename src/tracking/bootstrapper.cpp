@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
 #include "view_hypothesis.h"
@@ -12,8 +13,6 @@
 namespace mono_pose_tracker {
 
 namespace {
-
-constexpr double kDegree = M_PI / 180;
 
 // Frames in a row that must show an object before a still background: one may do so by chance.
 constexpr int kTwoMotionsFrames = 3;

@@ -5,16 +5,13 @@
 #include <utility>
 #include <vector>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
 
 namespace mono_pose_tracker {
 
-namespace {
-
-constexpr double kDegree = M_PI / 180;
-
-}  // namespace
+namespace {}  // namespace
 
 Overlap overlap_with(const TrackingMap& map, KeyframeId id, const ResectionReport& resection,
                      const CameraModel& camera) {

@@ -15,7 +15,7 @@ constexpr int kMaxEarlyRuns = 5, kMaxRuns = 4;
 // The early ones need to be near only.
 constexpr double kNearChange = 0.01;
 // Few views leave steps to and fro of one per cent about the right camera; what still goes farther is none.
-constexpr double kUnsettledChange = 0.02;  // of the focal length; of the image's width at its edge
+constexpr double kUnsettledChange = 0.02;  // of the focal length; of the image's longer side at its edge
 // What a feature is located to, and a third of the one per cent that a refined focal length is good for.
 constexpr double kSettledShiftPx = 1, kSettledChange = 0.003;
 // A calibration that is right is confirmed to one or two per cent even by a map that has a few wrong points;
@@ -145,7 +145,7 @@ class Calibrator {
       last_change = result.last.focal_change;
     }
     result.is_near = std::abs(result.last.focal_change) < kUnsettledChange &&
-                     result.last.max_shift_px < kUnsettledChange * camera_.width;
+                     result.last.max_shift_px < kUnsettledChange * std::max(camera_.width, camera_.height);
     if (!is_settled(result.last)) result.warnings.push_back(not_settled(result.last, result.is_near));
     return result;
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
@@ -11,8 +12,6 @@
 namespace mono_pose_tracker {
 
 namespace {
-
-constexpr double kDegree = M_PI / 180;
 
 void triangulate_pair(const ViewSet& views, const std::vector<char>& inliers, ViewHypothesis* h) {
   const Rigid3 second_from_first = h->cameras_from_map[1] * h->cameras_from_map[0].inverse();

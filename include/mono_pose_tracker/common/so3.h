@@ -18,4 +18,15 @@ inline Eigen::Matrix3d exp_so3_matrix(const Eigen::Vector3d& w) {
                         : Eigen::Matrix3d::Identity().eval();
 }
 
+/// The orthogonal factor of what is nearly a rotation. Newton's iteration squares the error: once below 1e-8
+/// it is below rounding after.
+inline void orthonormalize(Eigen::Matrix3d* rotation) {
+  Eigen::Matrix3d& r = *rotation;
+  for (int i = 0; i < 5; ++i) {
+    const Eigen::Matrix3d gram = r.transpose() * r;
+    r = 1.5 * r - 0.5 * r * gram;
+    if ((gram - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-8) break;
+  }
+}
+
 }  // namespace mono_pose_tracker
