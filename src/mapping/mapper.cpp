@@ -73,9 +73,11 @@ void Mapper::begin_beside(const InitialMap& initial, std::uint32_t epoch) {
 // What is known of the present map beside it is nothing of another's.
 void Mapper::forget_beside_map() {
   left_out_.clear();
+  whole_.clear();
   markers_.clear();
   covariances_ = KeyframeCovariances();
   watch_.reset();
+  body_watch_.reset();
   forget_loops();
 }
 
@@ -89,6 +91,7 @@ void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
   for (const InitialMap::View& view : initial.views) {
     ids.push_back(
         map_.add_keyframe(view.frame.index, view.frame.stamp_ns, view.camera_from_map, view.frame.image));
+    if (view.frame.whole) whole_[ids.back()] = view.frame.whole;
   }
   std::vector<double> depths;
   for (const InitialMap::Point& point : initial.points) {
@@ -138,6 +141,7 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   const KeyframeId id =
       map_.add_keyframe(candidate.frame.index, candidate.frame.stamp_ns,
                         candidate.camera_from_reference * reference_from_map, candidate.frame.image);
+  if (candidate.frame.whole) whole_[id] = candidate.frame.whole;
   for (const FrameObservation& o : candidate.observations) map_.add_observation(o.landmark, id, o.feature);
   {
     const StageTimer timer(stages_, "map_match");
@@ -181,12 +185,28 @@ void Mapper::separate_motions(KeyframeId id) {
   }
   for (const KeyframeId partner : partners) {
     if (is_cancelled()) return;
-    const SecondMotion other =
-        find_second_motion(*map_.keyframe(partner), *map_.keyframe(id), options_.matching, options_.ransac);
+    const PosedImage before = posed_image(*map_.keyframe(partner)), newest = posed_image(*map_.keyframe(id));
+    const PairMotions pair = compare_motions(before, newest, options_.matching, options_.ransac);
+    watch_body(before, newest, pair, partner, id);
+    const SecondMotion other = second_motion_in(pair, *before.image, *newest.image);
     if (other.of_first.empty() || is_most_of(*map_.keyframe(partner), other.of_first)) continue;
     leave_out(partner, other.of_first);
     leave_out(id, other.of_second);
   }
+}
+
+// What was left out of the images, being another body's, is asked as well: the wrong one may have been left
+// out.
+void Mapper::watch_body(PosedImage before, PosedImage newest, const PairMotions& pair, KeyframeId before_id,
+                        KeyframeId newest_id) {
+  const auto whole_before = whole_.find(before_id), whole_newest = whole_.find(newest_id);
+  if (whole_before == whole_.end() || whole_newest == whole_.end()) {
+    body_watch_.note(before, newest, pair);
+    return;
+  }
+  before.image = whole_before->second;
+  newest.image = whole_newest->second;
+  body_watch_.note(before, newest, compare_motions(before, newest, options_.matching, options_.ransac));
 }
 
 void Mapper::leave_out(KeyframeId id, const std::vector<char>& features) {
@@ -363,6 +383,7 @@ void Mapper::publish() {
   view->corrections = corrections_;
   view->kept_maps = kept_maps();
   view->doubt = watch_.doubt();
+  view->turning_body = body_watch_.found();
   places_->follow(map_);
   view->places = places_;
   view->scale_source = map_.scale_source();

@@ -101,6 +101,7 @@ void Mapper::remove_keyframe(KeyframeId id) {
   const std::vector<KeyframeId> nearest = neighbors(id, 1);
   map_.remove_keyframe(id, nearest.empty() ? std::prev(map_.keyframes().find(id))->first : nearest[0]);
   left_out_.erase(id);
+  whole_.erase(id);
   covariances_.erase(id);
   cull_observations(seen);
 }

@@ -227,6 +227,7 @@ bool Mapper::join(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
     seam.push_back(old_id);
   }
   left_out_.clear();  // of ids that are no longer
+  whole_.clear();
   Map apart = std::exchange(map_, std::move(joined));
   adjust_seam(seam);
   if (united.empty() && points_across(map_, added.keyframes) < options_.min_inliers) {

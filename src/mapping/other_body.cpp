@@ -37,23 +37,12 @@ double turn_of(const Bearings& bearings1, const Bearings& bearings2) {
   return median(std::move(left_over)) / std::max(median(std::move(away)), 1e-6);
 }
 
-double turn_of(const PairMotions& pair, const PosedImage& first, const PosedImage& second,
-               ObeyedMotion motion) {
-  Bearings bearings1, bearings2;
-  for (std::size_t i = 0; i < pair.matches.size(); ++i) {
-    if (pair.obeyed[i] != motion) continue;
-    bearings1.push_back(first.image->set.bearings[pair.matches[i].first]);
-    bearings2.push_back(second.image->set.bearings[pair.matches[i].second]);
-  }
-  return bearings1.size() < 5 ? 0 : turn_of(bearings1, bearings2);
-}
-
 void compare(const PosedImage& first, const PosedImage& second, const PairMotions& pair, OtherBody* body) {
   ++body->pairs;
   if (!pair.has_other) return;
   ++body->other_pairs;
-  body->map_turn += turn_of(pair, first, second, ObeyedMotion::kBody);
-  body->other_turn += turn_of(pair, first, second, ObeyedMotion::kOther);
+  body->map_turn += turn_between(first, second, pair, ObeyedMotion::kBody);
+  body->other_turn += turn_between(first, second, pair, ObeyedMotion::kOther);
 }
 
 // The images in time, each once.
@@ -198,6 +187,17 @@ OtherBody sample_other_body(const Map& map, const MatchOptions& matching, const 
   votes.sum_over_tracks();
   for (std::size_t i = 0; i < pairs.size(); ++i) add_tracks(images, pairs[i].first, motions[i], votes, &body);
   return body;
+}
+
+double turn_between(const PosedImage& first, const PosedImage& second, const PairMotions& pair,
+                    ObeyedMotion motion) {
+  Bearings bearings1, bearings2;
+  for (std::size_t i = 0; i < pair.matches.size(); ++i) {
+    if (pair.obeyed[i] != motion) continue;
+    bearings1.push_back(first.image->set.bearings[pair.matches[i].first]);
+    bearings2.push_back(second.image->set.bearings[pair.matches[i].second]);
+  }
+  return bearings1.size() < 5 ? 0 : turn_of(bearings1, bearings2);
 }
 
 double turn_before_cameras(const Map& map) {

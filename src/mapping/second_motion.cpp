@@ -102,12 +102,16 @@ PairMotions compare_motions(const PosedImage& first, const PosedImage& second, c
 
 SecondMotion find_second_motion(const Keyframe& first, const Keyframe& second, const MatchOptions& matching,
                                 const RansacOptions& ransac) {
-  const auto posed = [](const Keyframe& k) { return PosedImage{k.frame_index, k.camera_from_map, k.image}; };
-  const PairMotions pair = compare_motions(posed(first), posed(second), matching, ransac);
+  const PairMotions pair = compare_motions(posed_image(first), posed_image(second), matching, ransac);
+  return second_motion_in(pair, *first.image, *second.image);
+}
+
+SecondMotion second_motion_in(const PairMotions& pair, const ImageFeatures& first,
+                              const ImageFeatures& second) {
   if (!pair.has_other) return {};
-  const std::vector<Feature>& features2 = second.image->set.features;
+  const std::vector<Feature>& features2 = second.set.features;
   SecondMotion found;
-  found.of_first.assign(first.image->set.features.size(), 0);
+  found.of_first.assign(first.set.features.size(), 0);
   found.of_second.assign(features2.size(), 0);
   for (std::size_t i = 0; i < pair.matches.size(); ++i) {
     const Match& m = pair.matches[i];

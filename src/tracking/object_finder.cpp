@@ -9,9 +9,7 @@
 
 namespace mono_pose_tracker {
 
-namespace {
-
-std::vector<cv::Point2f> object_pixels(const Frame& frame, const ResectionReport& resection) {
+std::vector<cv::Point2f> pixels_of(const Frame& frame, const ResectionReport& resection) {
   std::vector<cv::Point2f> pixels;
   for (const FrameObservation& o : resection.observations) {
     const Eigen::Vector2f& pixel = frame.image->set.features[o.feature].pixel;
@@ -19,8 +17,6 @@ std::vector<cv::Point2f> object_pixels(const Frame& frame, const ResectionReport
   }
   return pixels;
 }
-
-}  // namespace
 
 ObjectFinder::ObjectFinder(const SegmentationOptions& options, const CameraModel& camera)
     : options_(options), camera_(camera), segmenter_(options), motion_mask_(options) {}
@@ -55,7 +51,7 @@ Segmentation ObjectFinder::find_again(const cv::Mat& image, const cv::Mat& given
 
 void ObjectFinder::start(const BootstrapReport& bootstrap, const Frame& frame,
                          const ResectionReport& resection) {
-  motion_mask_.start(object_pixels(frame, resection), bootstrap.still_background,
+  motion_mask_.start(pixels_of(frame, resection), bootstrap.still_background,
                      static_cast<int>(frame.index - bootstrap.reference_index), bootstrap.moved_px);
   visited_ = {resection.camera_from_map};
 }
@@ -88,7 +84,7 @@ void ObjectFinder::follow(const Frame& frame, const TrackingMap& map, const Rese
   const bool is_new = moved >= kLeastMove;
   if (is_new) visited_.push_back(resection.camera_from_map);
   if (visited_.size() > kMostVisited) visited_.erase(visited_.begin());
-  motion_mask_.observe(object_pixels(frame, resection), is_new ? moved : 0);
+  motion_mask_.observe(pixels_of(frame, resection), is_new ? moved : 0);
 }
 
 // Where features may be; empty: anywhere.

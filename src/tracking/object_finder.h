@@ -12,6 +12,9 @@
 
 namespace mono_pose_tracker {
 
+// Where the frame sees what it was posed by.
+std::vector<cv::Point2f> pixels_of(const Frame& frame, const ResectionReport& resection);
+
 // Which pixels of each image are the object (paper, step 1): by a given mask, a background or a backdrop, or
 // by its motion before a still background once a bootstrap has told the two apart. One thread.
 class ObjectFinder {

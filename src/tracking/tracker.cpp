@@ -47,8 +47,9 @@ FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const PreparedImage& i
       report.reason = Reason::kRelocalising;
       report.reason_text = "there is no map, and localize_only lets none be begun: load one";
     } else if (state_ == State::kBootstrapping) {
+      const Frame of_body = followed(*frame, &report);
       const StageTimer timer(report.stages, "bootstrap");
-      bootstrap(*frame, &report);
+      bootstrap(of_body, &report);
     } else {
       track(*frame, &report);
     }
@@ -77,9 +78,11 @@ void Tracker::Impl::finish_report(FrameReport* report) {
     if (!is_corrected_since) scale_ = map->scale_source;
     report->scale = scale_;
     report_corrections(*map, report);
-    if (report->map_from_camera && report->reason == Reason::kOk && !map->doubt.empty()) {
+    const std::string doubt =
+        map->turning_body ? "the map is of a body that turns less than another" : map->doubt;
+    if (report->map_from_camera && report->reason == Reason::kOk && !doubt.empty()) {
       report->reason = Reason::kNotRigid;
-      report->reason_text = map->doubt;
+      report->reason_text = doubt;
     }
     if (std::exchange(reported_revision_, map->revision) != map->revision) {
       report->stages.insert(report->stages.end(), map->stages.begin(), map->stages.end());
@@ -180,33 +183,29 @@ ResectionReport Tracker::Impl::follow(const Frame& frame, const TrackingMap& map
 }
 
 void Tracker::Impl::track(const Frame& frame, FrameReport* report) {
+  if (turn_to_other_body(frame, report)) return;
   apply_corrections(*worker_.latest());
   forget_dropped_maps(*worker_.latest());
+  Frame of_body = followed(frame, report);
   ResectionReport resection;
   {
     const StageTimer timer(report->stages, "resect");
-    if (frames_lost_ == 0) {
-      resection = follow(frame, *worker_.latest());
-    } else if (tentative_) {
+    if (frames_lost_ == 0 && (!body_ || of_body.whole)) resection = follow(of_body, *worker_.latest());
+    if (!resection.success && body_) {
+      resection = find_body(frame, &of_body, report);
+    } else if (frames_lost_ > 0 && tentative_) {
       confirm(frame, &resection);
     }
   }
   describe(resection, report);
   if (resection.success) {
-    accept(frame, *worker_.latest(), resection, report);
+    accept(of_body, *worker_.latest(), resection, report);
   } else {
-    lose(frame, report);
+    lose(frame, of_body, report);
   }
 }
 
-namespace {
-
-// It was loaded: what earlier runs have seen is never dropped for being young.
-bool has_earlier_frames(const TrackingMap& map) { return map.keyframes.begin()->second.frame_index < 0; }
-
-}  // namespace
-
-void Tracker::Impl::lose(const Frame& frame, FrameReport* report) {
+void Tracker::Impl::lose(const Frame& frame, const Frame& of_body, FrameReport* report) {
   state_ = State::kLost;
   motion_.reset();
   ++frames_lost_;
@@ -221,7 +220,8 @@ void Tracker::Impl::lose(const Frame& frame, FrameReport* report) {
   if (static_cast<int>(map.keyframes.size()) <= options_.young_map_keyframes && !has_earlier_frames(map)) {
     drop_young_map(report);
   } else {
-    bootstrap_beside(frame, report);
+    if (body_) show_features(of_body, report);
+    bootstrap_beside(of_body, report);
   }
 }
 
@@ -239,12 +239,15 @@ void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   }
   frames_lost_ = 0;
   state_ = State::kTracking;
+  if (!map.turning_body && static_cast<int>(map.keyframes.size()) > options_.young_map_keyframes)
+    bodies_left_ = 0;
 
   const FramePose pose = set_pose(frame, map, resection, false);
   reference_ = pose.reference;
   camera_from_reference_ = pose.camera_from_reference;
   if (pace_ == SearchPace::kLive) frames_[map.map_id].keep_newest(kMostLiveFrames);
   object_finder_.follow(frame, map, resection);
+  if (body_ && frame.whole) body_->settle(pixels_of(frame, resection));
   const Overlap overlap = overlap_with(map, reference_, resection, camera_);
   report->median_parallax_deg = overlap.parallax_deg;
   if (doubtful || options_.localize_only) return;  // nothing of it comes into the map
@@ -330,6 +333,8 @@ void Tracker::Impl::reset() {
   keyframe_policy_.reset();
   pose_doubt_.reset();
   frames_lost_ = 0;
+  bodies_left_ = 0;
+  body_.reset();
   unconfirmed_ = false;
   sessions_.clear();
 }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "body_follower.h"
 #include "bootstrap_job.h"
 #include "frame_maker.h"
 #include "keyframe_policy.h"
@@ -30,10 +31,19 @@ struct Tentative {
   Rigid3 camera_from_reference;
 };
 
-// The states of a Tracker, and the one way that an image goes through them. In six files: tracker.cpp
-// follows the camera, tracker_search.cpp is for when it is lost, tracker_finish.cpp for the end of a
-// recording, tracker_gaps.cpp for the images that have no pose then, tracker_strays.cpp for those that have
-// an impossible one, tracker_saved_maps.cpp for maps of other runs.
+// It was loaded: what earlier runs have seen is never dropped for being young.
+inline bool has_earlier_frames(const TrackingMap& map) {
+  return map.keyframes.begin()->second.frame_index < 0;
+}
+
+// The features that the drawing of a frame shows.
+void show_features(const Frame& frame, FrameReport* report);
+
+// The states of a Tracker, and the one way that an image goes through them. In seven files: tracker.cpp
+// follows the camera, tracker_body.cpp keeps to the body that turns, tracker_search.cpp is for when it is
+// lost, tracker_finish.cpp for the end of a recording, tracker_gaps.cpp for the images that have no pose
+// then, tracker_strays.cpp for those that have an impossible one, tracker_saved_maps.cpp for maps of other
+// runs.
 class Tracker::Impl {
  public:
   Impl(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,
@@ -92,10 +102,11 @@ class Tracker::Impl {
                                   const Segmentation& segmentation, FrameReport* report);
   void bootstrap(const Frame& frame, FrameReport* report);
   void track(const Frame& frame, FrameReport* report);
-  void lose(const Frame& frame, FrameReport* report);
+  void lose(const Frame& frame, const Frame& of_body, FrameReport* report);
   ResectionReport follow(const Frame& frame, const TrackingMap& map) const;
   bool search(const Frame& frame, FrameReport* report);
   bool confirm(const Frame& frame, ResectionReport* resection);
+  bool turn_to_other_body(const Frame& frame, FrameReport* report);
   void drop_young_map(FrameReport* report);
   void bootstrap_beside(const Frame& frame, FrameReport* report);
   bool go_back_to(std::uint32_t map_id, bool keep_present);
@@ -134,6 +145,8 @@ class Tracker::Impl {
   void begin_in(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
                 const std::string& text, FrameReport* report);
   void describe(const ResectionReport& resection, FrameReport* report) const;
+  Frame followed(const Frame& frame, FrameReport* report);
+  ResectionReport find_body(const Frame& frame, Frame* of_body, FrameReport* report);
   void finish_report(FrameReport* report);
   void report_corrections(const TrackingMap& map, FrameReport* report);
 
@@ -164,6 +177,9 @@ class Tracker::Impl {
   Rigid3 camera_from_reference_;
   std::optional<Rigid3> motion_;  // camera now from camera one frame ago
   int frames_lost_ = 0;
+  std::optional<BodyFollower>
+      body_;             // live: that the map is to be of; nothing: of whatever it was begun with
+  int bodies_left_ = 0;  // maps in a row that were dropped, since another body turned more
 
   std::map<std::uint32_t, FramePoses> frames_;      // by map
   std::map<std::uint32_t, TrackingMapPtr> others_;  // by map: those kept beside the present one

@@ -91,6 +91,14 @@ class PipelineBenchmark(unittest.TestCase):
         self.assertLessEqual(doubt["poses_off"], doubt["poses_compared"])
         self.assertLessEqual(doubt["poses_off_doubtful"], min(doubt["poses_off"], doubt["poses_doubtful"]))
 
+    def test_live_each_map_is_measured_by_itself(self):
+        live = self.figures["live"]
+        self.assertEqual(sum(m["frames"] for m in live["maps"]), live["frames_posed"])
+        self.assertEqual(sum(live["reasons"].values()), FRAMES - live["frames_dropped"])
+        largest = max(live["maps"], key=lambda m: m["frames"])
+        self.assertLess(largest["position_rmse_percent"], 5)
+        self.assertLess(largest["rotation_median_deg"], 3)
+
     def test_faster_than_it_can_be_frames_are_dropped_not_queued(self):
         result = run_program("pipeline_benchmark", *self.input, "--only", "live", "--rate", "1000", "--quiet", "--json",
                              self.path("fast.json"))

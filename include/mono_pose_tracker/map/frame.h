@@ -15,8 +15,9 @@ struct Frame {
   std::int64_t stamp_ns = 0;
   ImageFeaturesPtr image;
   std::vector<Eigen::Vector3d> marker =
-      {};                  // bearings of the corners of the marker that sets the scale, if seen
-  bool is_masked = false;  // its features are of the object alone
+      {};                            // bearings of the corners of the marker that sets the scale, if seen
+  bool is_masked = false;            // its features are of the object alone
+  ImageFeaturesPtr whole = nullptr;  // with what was left out, being another body's; null: nothing was
 };
 
 /// Feature `feature` of the frame sees the landmark.

@@ -11,6 +11,7 @@
 #include "mono_pose_tracker/map/map_correction.h"
 #include "mono_pose_tracker/map/map_views.h"
 #include "mono_pose_tracker/map/place_finder.h"
+#include "mono_pose_tracker/map/turning_body.h"
 
 namespace mono_pose_tracker {
 
@@ -30,6 +31,8 @@ struct TrackingMap {
   ScaleSource scale_source = ScaleSource::kMapUnits;
   std::shared_ptr<const PlaceFinder> places;  // null: none is kept
   std::string doubt;  // what speaks against the newest keyframes (mapping/rigidity_watch.h); empty: nothing
+  std::shared_ptr<const TurningBody>
+      turning_body;                      // that the map should be of, and is not; null: none is known
   MapCorrections corrections;            // the latest, of this map and others
   std::vector<std::uint32_t> kept_maps;  // ids of those that are kept beside this one
   StageTimes stages;                     // of the change that this map is the result of

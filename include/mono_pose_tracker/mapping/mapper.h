@@ -11,6 +11,7 @@
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/map/tracking_map.h"
 #include "mono_pose_tracker/mapping/aside.h"
+#include "mono_pose_tracker/mapping/body_watch.h"
 #include "mono_pose_tracker/mapping/initial_map.h"
 #include "mono_pose_tracker/mapping/keyframe_candidate.h"
 #include "mono_pose_tracker/mapping/loop_closer.h"
@@ -119,6 +120,8 @@ class Mapper {
   void post_correction(const KeyframeChanges& changes);
   void add_correction(MapCorrection correction);
   void separate_motions(KeyframeId id);
+  void watch_body(PosedImage before, PosedImage newest, const PairMotions& pair, KeyframeId before_id,
+                  KeyframeId newest_id);
   void leave_out(KeyframeId id, const std::vector<char>& features);
   bool is_left_out(KeyframeId id, int feature) const;
   void create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& neighbors);
@@ -141,6 +144,8 @@ class Mapper {
   MapperOptions options_;
   CameraModel camera_;
   Map map_;
+  std::map<KeyframeId, ImageFeaturesPtr>
+      whole_;  // images that something was left out of before they came here
   std::map<KeyframeId, std::vector<char>> left_out_;  // features of another motion, where there are some
   /// Of keyframes where the last adjustment left them, in the map (TrackingMap::covariances).
   KeyframeCovariances covariances_;
@@ -160,6 +165,7 @@ class Mapper {
   Aside aside_;
   std::vector<ClosedLoop> loops_;
   RigidityWatch watch_;
+  BodyWatch body_watch_;
   int failed_adjustments_ = 0;  // since it was made
   StageTimes stages_;           // of the change under way
   TrackingMapPtr tracking_map_;

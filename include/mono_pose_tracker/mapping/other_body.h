@@ -52,6 +52,11 @@ OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& between
 OtherBody sample_other_body(const Map& map, const MatchOptions& matching, const RansacOptions& ransac,
                             int threads);
 
+/// How far what obeys the motion turns before the camera between the two images, as in OtherBody; 0 of fewer
+/// than five matches.
+double turn_between(const PosedImage& first, const PosedImage& second, const PairMotions& pair,
+                    ObeyedMotion motion);
+
 /// The angle within which the cameras stand round what the map is of, seen from its middle (rad): how far it
 /// has turned before them.
 double turn_before_cameras(const Map& map);

@@ -40,8 +40,14 @@ struct PosedImage {
   ImageFeaturesPtr image;
 };
 
+inline PosedImage posed_image(const Keyframe& k) { return {k.frame_index, k.camera_from_map, k.image}; }
+
 /// What find_second_motion goes by.
 PairMotions compare_motions(const PosedImage& first, const PosedImage& second, const MatchOptions& matching,
                             const RansacOptions& ransac);
+
+/// The same of two images that were compared before.
+SecondMotion second_motion_in(const PairMotions& pair, const ImageFeatures& first,
+                              const ImageFeatures& second);
 
 }  // namespace mono_pose_tracker

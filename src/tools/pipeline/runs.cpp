@@ -40,15 +40,21 @@ class MemoryWatch {
   double before_ = 0;
 };
 
-/// Null without a reference, or where too little is posed to be compared.
+/// Nothing without a reference, or where too little is posed to be compared.
+std::optional<TrajectoryError> error_of(const std::vector<StampedPose>& reference,
+                                        const std::vector<StampedPose>& estimate) {
+  if (reference.empty()) return std::nullopt;
+  try {
+    return evaluate_trajectory(reference, estimate, kMaxStampDifference);
+  } catch (const std::runtime_error&) {
+    return std::nullopt;
+  }
+}
+
 Json position_error_percent(const std::vector<StampedPose>& reference,
                             const std::vector<StampedPose>& estimate) {
-  if (reference.empty()) return nullptr;
-  try {
-    return evaluate_trajectory(reference, estimate, kMaxStampDifference).position_rmse_percent;
-  } catch (const std::runtime_error&) {
-    return nullptr;
-  }
+  const std::optional<TrajectoryError> error = error_of(reference, estimate);
+  return error ? Json(error->position_rmse_percent) : nullptr;
 }
 
 /// Of the poses that lie far from the offline ones: how many were reported as doubtful.
@@ -66,11 +72,31 @@ Json doubts(const std::vector<StampedPose>& offline, const std::vector<ReportedP
           {"poses_doubtful", told}};
 }
 
+/// Each map by itself, since each has a frame and a unit of its own: poses as they came.
+Json live_maps(const std::vector<StampedPose>& reference, const std::vector<ReportedPose>& reported) {
+  std::map<std::uint32_t, std::vector<StampedPose>> poses;
+  std::map<std::uint32_t, int> doubtful;
+  for (const ReportedPose& pose : reported) {
+    poses[pose.map_id].push_back({pose.stamp_ns, pose.map_from_camera});
+    doubtful[pose.map_id] += pose.doubtful;
+  }
+  Json maps = Json::array();
+  for (const auto& [id, of_map] : poses) {
+    Json map = {{"map_id", id}, {"frames", of_map.size()}, {"doubtful", doubtful[id]}};
+    const std::optional<TrajectoryError> error = error_of(reference, of_map);
+    map["position_rmse_percent"] = error ? Json(error->position_rmse_percent) : nullptr;
+    map["rotation_median_deg"] = error ? Json(error->rotation_median_deg) : nullptr;
+    maps.push_back(map);
+  }
+  return maps;
+}
+
 /// What is gathered from the frames' reports.
 struct Gathered {
   std::vector<double> frame_ms, cpu_ms;
   std::map<std::string, std::vector<double>> stage_ms;
   std::vector<ReportedPose> reported;
+  std::map<std::string, int> reasons;  // how many images each was given for
   int backlog_max = 0;
   FrameReport last;
   double cpu_then = 0;  // of the thread, when the frame before was done
@@ -85,6 +111,7 @@ struct Gathered {
       reported.push_back(
           {report.stamp_ns, report.map_id, *report.map_from_camera, report.reason == Reason::kDoubtfulPose});
     }
+    ++reasons[to_string(report.reason)];
     backlog_max = std::max(backlog_max, report.worker_backlog);
     last = report;
   }
@@ -169,7 +196,9 @@ Json run_live(const RunInput& input, double rate_hz, const std::vector<StampedPo
                  {"keyframes", gathered.last.keyframes},
                  {"landmarks", gathered.last.landmarks},
                  {"memory_mb", memory.result()},
-                 {"position_rmse_percent", position_error_percent(input.reference, gathered.poses())}};
+                 {"position_rmse_percent", position_error_percent(input.reference, gathered.poses())},
+                 {"maps", live_maps(input.reference, gathered.reported)},
+                 {"reasons", gathered.reasons}};
   if (!offline.empty()) result["doubt"] = doubts(offline, gathered.reported);
   return result;
 }

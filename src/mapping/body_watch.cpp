@@ -1,0 +1,52 @@
+#include "mono_pose_tracker/mapping/body_watch.h"
+
+#include <algorithm>
+
+#include "mono_pose_tracker/mapping/other_body.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Fewer features than the first map must have (bootstrap/min_landmarks) begin none, and tell a turn badly.
+constexpr std::ptrdiff_t kLeastMembers = 25;
+// Pairs that show a second motion: one by chance in one pair in a hundred is in four never.
+constexpr std::ptrdiff_t kLeastPairs = 4;
+// Asked at a time. A map that was right may have gone astray; what was seen long ago does not speak for it.
+constexpr std::size_t kMostPairs = 12;
+// rad, a third of what it has turned: half a pixel of noise looks as much on a body of 60 px.
+constexpr double kLeastTurn = 0.015;
+
+std::shared_ptr<const TurningBody> body_in(const PosedImage& image, const PairMotions& pair) {
+  auto body = std::make_shared<TurningBody>();
+  body->image = image.image;
+  body->turns.assign(image.image->size(), 0);
+  body->moves_otherwise = body->turns;
+  for (std::size_t i = 0; i < pair.matches.size(); ++i) {
+    body->turns[pair.matches[i].second] = pair.obeyed[i] == ObeyedMotion::kOther;
+    body->moves_otherwise[pair.matches[i].second] = pair.obeyed[i] == ObeyedMotion::kBody;
+  }
+  return body;
+}
+
+}  // namespace
+
+void BodyWatch::note(const PosedImage& before, const PosedImage& newest, const PairMotions& pair) {
+  const auto members = std::count(pair.obeyed.begin(), pair.obeyed.end(), ObeyedMotion::kOther);
+  Seen seen = Seen::kOneMotion;
+  if (pair.has_other && members >= kLeastMembers) {
+    const double turn = turn_between(before, newest, pair, ObeyedMotion::kBody);
+    const double other_turn = turn_between(before, newest, pair, ObeyedMotion::kOther);
+    seen = other_turn > std::max(OtherBody::kPlainly * turn, kLeastTurn) ? Seen::kOtherTurns : Seen::kOther;
+  }
+  seen_.push_back(seen);
+  if (seen_.size() > kMostPairs) seen_.pop_front();
+  if (seen != Seen::kOtherTurns) return;
+  const auto turning = std::count(seen_.begin(), seen_.end(), Seen::kOtherTurns);
+  const auto others = turning + std::count(seen_.begin(), seen_.end(), Seen::kOther);
+  // A body is in every fourth pair at least (OtherBody::exists); that it turns more must be plain in most.
+  const bool exists = others >= kLeastPairs && 4 * others >= static_cast<std::ptrdiff_t>(seen_.size());
+  if (exists && 4 * turning >= 3 * others) found_ = body_in(newest, pair);
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,73 @@
+// The body that turns, live: a map of another is dropped, and images are left only its features.
+
+#include <utility>
+
+#include "tracker_impl.h"
+
+namespace mono_pose_tracker {
+
+void show_features(const Frame& frame, FrameReport* report) {
+  report->features = frame.image->size();
+  report->seen.clear();
+  for (const Feature& feature : frame.image->set.features) report->seen.push_back({feature.pixel, {}, -1});
+}
+
+// With the features of the body that turns, where there is one to be followed and it is in view.
+Frame Tracker::Impl::followed(const Frame& frame, FrameReport* report) {
+  Frame of_body = frame;
+  if (!body_) return of_body;
+  const StageTimer timer(report->stages, "segment");
+  if (body_->follow(camera_, options_, &of_body)) show_features(of_body, report);
+  return of_body;
+}
+
+// Where the map is of a body that turns less than another it is dropped, and one of that body begun. False
+// when the map goes on.
+bool Tracker::Impl::turn_to_other_body(const Frame& frame, FrameReport* report) {
+  constexpr int kMostLeft = 2;  // of a head, the shoulders below it and the room behind
+  const TrackingMapPtr map = worker_.latest();
+  if (pace_ != SearchPace::kLive || !map->turning_body || bodies_left_ >= kMostLeft) return false;
+  if (options_.localize_only || has_earlier_frames(*map)) return false;
+  const int left = bodies_left_ + 1;
+  const bool begins_anew = others_.empty();
+  if (begins_anew) {
+    reset();
+  } else if (!go_back_to(others_.rbegin()->first, false)) {
+    return false;
+  }
+  bodies_left_ = left;
+  body_.emplace(*map->turning_body);
+  const Frame of_body = followed(frame, report);
+  if (begins_anew) {
+    const StageTimer timer(report->stages, "bootstrap");
+    bootstrap(of_body, report);
+  } else {
+    frames_lost_ = options_.young_map_patience - 1;
+    lose(frame, of_body, report);
+  }
+  report->reason_text =
+      "the map was of a body that turns less than another, and is dropped: " + report->reason_text;
+  return true;
+}
+
+// By all of the frame's features: where the body was taken for something else, or has been lost. What it is
+// posed by says where the body is.
+ResectionReport Tracker::Impl::find_body(const Frame& frame, Frame* of_body, FrameReport* report) {
+  ResectionReport resection;
+  if (frames_lost_ == 0) {
+    resection = follow(frame, *worker_.latest());
+  } else if (tentative_) {
+    confirm(frame, &resection);
+  }
+  show_features(frame, report);
+  if (!resection.success) return resection;
+  const TrackingMapPtr map = worker_.latest();
+  *of_body = body_->settle(camera_, frame, pixels_of(frame, resection));
+  const ResectionReport again =
+      resector_.resect(*of_body, *map, choose_reference(*map, resection), resection.camera_from_map);
+  if (again.success) show_features(*of_body, report);
+  if (!again.success) *of_body = frame;
+  return again.success ? again : resection;
+}
+
+}  // namespace mono_pose_tracker
