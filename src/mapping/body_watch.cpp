@@ -10,8 +10,11 @@ namespace {
 
 // Fewer features than the first map must have (bootstrap/min_landmarks) begin none, and tell a turn badly.
 constexpr std::ptrdiff_t kLeastMembers = 25;
-// Pairs that show a second motion: one by chance in one pair in a hundred is in four never.
-constexpr std::ptrdiff_t kLeastPairs = 4;
+// Matches that obey the map alone: where there are fewer it is the map that is astray, and nothing says where
+// the rest is.
+constexpr std::ptrdiff_t kLeastOfMap = 5;
+// Pairs that show a second motion: one by chance in one pair in a hundred is in three never.
+constexpr std::ptrdiff_t kLeastPairs = 3;
 // Asked at a time. A map that was right may have gone astray; what was seen long ago does not speak for it.
 constexpr std::size_t kMostPairs = 12;
 // rad, a third of what it has turned: half a pixel of noise looks as much on a body of 60 px.
@@ -33,6 +36,7 @@ std::shared_ptr<const TurningBody> body_in(const PosedImage& image, const PairMo
 
 void BodyWatch::note(const PosedImage& before, const PosedImage& newest, const PairMotions& pair) {
   const auto members = std::count(pair.obeyed.begin(), pair.obeyed.end(), ObeyedMotion::kOther);
+  const auto of_map = std::count(pair.obeyed.begin(), pair.obeyed.end(), ObeyedMotion::kBody);
   Seen seen = Seen::kOneMotion;
   if (pair.has_other && members >= kLeastMembers) {
     const double turn = turn_between(before, newest, pair, ObeyedMotion::kBody);
@@ -41,12 +45,15 @@ void BodyWatch::note(const PosedImage& before, const PosedImage& newest, const P
   }
   seen_.push_back(seen);
   if (seen_.size() > kMostPairs) seen_.pop_front();
-  if (seen != Seen::kOtherTurns) return;
   const auto turning = std::count(seen_.begin(), seen_.end(), Seen::kOtherTurns);
   const auto others = turning + std::count(seen_.begin(), seen_.end(), Seen::kOther);
   // A body is in every fourth pair at least (OtherBody::exists); that it turns more must be plain in most.
   const bool exists = others >= kLeastPairs && 4 * others >= static_cast<std::ptrdiff_t>(seen_.size());
-  if (exists && 4 * turning >= 3 * others) found_ = body_in(newest, pair);
+  if (!exists || 4 * turning < 3 * others) {
+    found_.reset();
+  } else if (seen == Seen::kOtherTurns && of_map >= kLeastOfMap) {
+    found_ = body_in(newest, pair);
+  }
 }
 
 }  // namespace mono_pose_tracker

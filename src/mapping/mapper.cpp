@@ -187,7 +187,8 @@ void Mapper::separate_motions(KeyframeId id) {
     if (is_cancelled()) return;
     const PosedImage before = posed_image(*map_.keyframe(partner)), newest = posed_image(*map_.keyframe(id));
     const PairMotions pair = compare_motions(before, newest, options_.matching, options_.ransac);
-    watch_body(before, newest, pair, partner, id);
+    // Each pair once; the first views of a map ask those after them as well.
+    if (options_.watches_rigidity && partner < id) watch_body(before, newest, pair, partner, id);
     const SecondMotion other = second_motion_in(pair, *before.image, *newest.image);
     if (other.of_first.empty() || is_most_of(*map_.keyframe(partner), other.of_first)) continue;
     leave_out(partner, other.of_first);

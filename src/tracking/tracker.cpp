@@ -134,7 +134,7 @@ void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
   const ResectionReport resection =
       resector_.resect(frame, *map, reference_, map->keyframes.at(reference_).camera_from_map);
   if (!resection.success) {
-    reset();
+    begin_anew();
     report->reason = resection.reason;
     report->reason_text = "the new map does not hold: " + resection.text;
     return;
@@ -183,9 +183,9 @@ ResectionReport Tracker::Impl::follow(const Frame& frame, const TrackingMap& map
 }
 
 void Tracker::Impl::track(const Frame& frame, FrameReport* report) {
-  if (turn_to_other_body(frame, report)) return;
   apply_corrections(*worker_.latest());
   forget_dropped_maps(*worker_.latest());
+  if (turn_to_other_body(frame, report)) return;
   Frame of_body = followed(frame, report);
   ResectionReport resection;
   {
@@ -317,6 +317,13 @@ KeyframeId Tracker::Impl::choose_reference(const TrackingMap& map, const Resecti
 }
 
 void Tracker::Impl::reset() {
+  begin_anew();
+  bodies_left_ = 0;
+  body_.reset();
+}
+
+// What is known of the body that the map is to be of stays.
+void Tracker::Impl::begin_anew() {
   ++epoch_;
   worker_.reset(epoch_);
   bootstrap_ = BootstrapReport();
@@ -333,8 +340,6 @@ void Tracker::Impl::reset() {
   keyframe_policy_.reset();
   pose_doubt_.reset();
   frames_lost_ = 0;
-  bodies_left_ = 0;
-  body_.reset();
   unconfirmed_ = false;
   sessions_.clear();
 }

@@ -31,7 +31,7 @@ bool Tracker::Impl::turn_to_other_body(const Frame& frame, FrameReport* report) 
   const int left = bodies_left_ + 1;
   const bool begins_anew = others_.empty();
   if (begins_anew) {
-    reset();
+    begin_anew();
   } else if (!go_back_to(others_.rbegin()->first, false)) {
     return false;
   }
@@ -43,6 +43,7 @@ bool Tracker::Impl::turn_to_other_body(const Frame& frame, FrameReport* report) 
     bootstrap(of_body, report);
   } else {
     frames_lost_ = options_.young_map_patience - 1;
+    show_features(frame, report);
     lose(frame, of_body, report);
   }
   report->reason_text =

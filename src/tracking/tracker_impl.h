@@ -93,6 +93,7 @@ class Tracker::Impl {
 
  private:
   void apply_options();
+  void begin_anew();
   // The body that turns is asked for, and what the images show is needed in the end to find it.
   bool keeps_seen() const {
     return pace_ == SearchPace::kRecording && options_.segmentation.body == "turning";

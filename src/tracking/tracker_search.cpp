@@ -91,7 +91,7 @@ bool Tracker::Impl::go_back_to(std::uint32_t map_id, bool keep_present) {
 void Tracker::Impl::drop_young_map(FrameReport* report) {
   report->reason_text += "; the young map is dropped, a new one begun";
   if (others_.empty()) {
-    reset();
+    begin_anew();
   } else {
     go_back_to(others_.rbegin()->first, false);
   }

@@ -25,7 +25,7 @@ class BodyWatchTest : public testing::Test, protected TwoBodies {
 TEST_F(BodyWatchTest, AHeadThatTurnsBeforeAMapOfTheRoomIsFound) {
   const Map map = map_with(false, 100, 300);
   const int keyframes = watch(map);
-  ASSERT_GT(keyframes, 4) << "one pair may be chance";
+  ASSERT_GT(keyframes, 3) << "one pair, or two, may be chance";
   const TurningBody& body = *watch_.found();
   const int newest = keyframes - 1;
   EXPECT_EQ(body.image, map.keyframe(newest)->image);
