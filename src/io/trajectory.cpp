@@ -19,7 +19,7 @@ namespace mono_pose_tracker {
 namespace {
 
 // Poses of a day at 30 Hz.
-constexpr std::size_t kMaxTrajectoryBytes = std::size_t{1} << 28;
+constexpr std::size_t kMaxBytes = std::size_t{1} << 28;
 
 // Significant ones, not decimals: a map may be measured in micrometres or in kilometres.
 constexpr int kDigits = 12;
@@ -68,7 +68,7 @@ std::string tum_line(const StampedPose& pose) {
 }
 
 std::vector<std::vector<StampedPose>> read_tum_maps(const std::string& path) {
-  std::istringstream lines(read_text_file(path, std::string("lines `") + kLayout + "`", kMaxTrajectoryBytes));
+  std::istringstream lines(read_text_file(path, std::string("lines `") + kLayout + "`", kMaxBytes));
   std::vector<std::vector<StampedPose>> maps;
   bool begins = true;
   std::string line;

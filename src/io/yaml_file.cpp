@@ -15,7 +15,7 @@ namespace mono_pose_tracker {
 namespace {
 
 // A calibration has 1 kB and some tens of values, config/default.yaml 12 kB and a hundred, in two levels.
-constexpr std::size_t kMaxYamlBytes = 256 * 1024;
+constexpr std::size_t kMaxBytes = 256 * 1024;
 constexpr std::size_t kMaxDepth = 20;
 constexpr std::size_t kMaxValues = 20000;
 
@@ -159,7 +159,7 @@ YamlValue parse_yaml(const std::string& content, const std::string& expected) {
 }
 
 YamlValue read_yaml_file(const std::string& path, const std::string& expected) {
-  const std::string content = read_text_file(path, expected, kMaxYamlBytes);
+  const std::string content = read_text_file(path, expected, kMaxBytes);
   try {
     return parse_yaml(content, expected);
   } catch (const std::runtime_error& error) {

@@ -23,11 +23,11 @@ constexpr double kLeastTurn = 0.015;
 std::shared_ptr<const TurningBody> body_in(const PosedImage& image, const PairMotions& pair) {
   auto body = std::make_shared<TurningBody>();
   body->image = image.image;
-  body->turns.assign(image.image->size(), 0);
-  body->moves_otherwise = body->turns;
+  body->sides.assign(image.image->size(), BodySide::kUnknown);
   for (std::size_t i = 0; i < pair.matches.size(); ++i) {
-    body->turns[pair.matches[i].second] = pair.obeyed[i] == ObeyedMotion::kOther;
-    body->moves_otherwise[pair.matches[i].second] = pair.obeyed[i] == ObeyedMotion::kBody;
+    BodySide& side = body->sides[pair.matches[i].second];
+    if (pair.obeyed[i] == ObeyedMotion::kOther) side = BodySide::kTurns;
+    if (pair.obeyed[i] == ObeyedMotion::kBody) side = BodySide::kMovesOtherwise;
   }
   return body;
 }

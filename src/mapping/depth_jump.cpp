@@ -14,16 +14,16 @@ constexpr float kBeside = 0.05f;         // of the image's longer side: what is 
 constexpr std::size_t kLeastPairs = 10;  // of fewer the median says little
 constexpr double kMostUsual = 1.5;
 
-struct PointSeen {
+struct Sight {
   Eigen::Vector2f pixel;
   double log_distance;
 };
 
 // The logarithm of how much farther it is than the nearest of those beside it.
-std::optional<double> compare(const PointSeen& sight, const std::vector<PointSeen>& others, float radius_px) {
+std::optional<double> compare(const Sight& sight, const std::vector<Sight>& others, float radius_px) {
   float nearest = radius_px * radius_px;
   std::optional<double> ratio;
-  for (const PointSeen& other : others) {
+  for (const Sight& other : others) {
     const float distance2 = (other.pixel - sight.pixel).squaredNorm();
     if (distance2 >= nearest) continue;
     nearest = distance2;
@@ -38,7 +38,7 @@ std::optional<double> depth_jump(const Map& map, KeyframeId newest, const std::v
   std::vector<double> ratios;
   for (const KeyframeId id : others) {
     const Keyframe& keyframe = *map.keyframe(id);
-    std::vector<PointSeen> known, made;
+    std::vector<Sight> known, made;
     for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
       const LandmarkId l = keyframe.landmark_of_feature[f];
       if (l == kNoLandmark) continue;
@@ -48,7 +48,7 @@ std::optional<double> depth_jump(const Map& map, KeyframeId newest, const std::v
           .push_back({keyframe.image->set.features[f].pixel, std::log(distance)});
     }
     const float radius_px = kBeside * static_cast<float>(longer_side(keyframe.image->camera));
-    for (const PointSeen& sight : made) {
+    for (const Sight& sight : made) {
       if (const auto ratio = compare(sight, known, radius_px)) ratios.push_back(*ratio);
     }
   }

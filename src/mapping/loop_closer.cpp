@@ -17,7 +17,7 @@ namespace {
 // Edges of a keyframe to those that share most landmarks with it. More would make stretches stiff where the
 // camera was slow; the first of them ties it to the rest whatever it shares.
 constexpr int kEdges = 4;
-constexpr int kMinSharedByEdge = 15;  // landmarks of a further edge: what a pose asks for
+constexpr int kMinShared = 15;  // landmarks of a further edge: what a pose asks for
 
 // Standard deviations between two keyframes of one window, of the order in which windows drift: a tenth of a
 // degree, a hundredth of scale, as much of the way between the two, and of the depth what the turn makes of
@@ -57,7 +57,7 @@ std::set<std::pair<KeyframeId, KeyframeId>> tied_pairs(const TrackingMap& map) {
     int edges = 0;
     for (std::size_t i = 0; i < keyframe.covisible.size() && edges < kEdges; ++i) {
       const KeyframeId other = keyframe.covisible[i];
-      if (edges > 0 && keyframe.shared_landmarks[i] < kMinSharedByEdge) break;
+      if (edges > 0 && keyframe.shared_landmarks[i] < kMinShared) break;
       if (map.keyframes.count(other) == 0) continue;
       pairs.insert(std::minmax(id, other));
       ++edges;

@@ -28,7 +28,7 @@ constexpr double kMaxDriftOfDepth = 0.1;
 constexpr double kMaxTurn = 2 * kMaxDrift;
 
 // A landmark and where a keyframe sees it.
-struct Sighting {
+struct Sight {
   LandmarkId landmark = kNoLandmark;
   const KeyframeView* keyframe = nullptr;
   int feature = -1;
@@ -48,9 +48,9 @@ std::unordered_set<LandmarkId> landmarks_of(const KeyframeView& keyframe) {
 }
 
 // Each landmark once, as the first of the keyframes has it; without those `left_out`.
-std::vector<Sighting> sights(const TrackingMap& map, const std::vector<KeyframeId>& keyframes,
-                             const std::unordered_set<LandmarkId>& left_out) {
-  std::vector<Sighting> result;
+std::vector<Sight> sights(const TrackingMap& map, const std::vector<KeyframeId>& keyframes,
+                          const std::unordered_set<LandmarkId>& left_out) {
+  std::vector<Sight> result;
   std::unordered_set<LandmarkId> known = left_out;
   for (const KeyframeId id : keyframes) {
     const KeyframeView& keyframe = map.keyframes.at(id);
@@ -63,7 +63,7 @@ std::vector<Sighting> sights(const TrackingMap& map, const std::vector<KeyframeI
   return result;
 }
 
-cv::Mat descriptors_of(const std::vector<Sighting>& sights) {
+cv::Mat descriptors_of(const std::vector<Sight>& sights) {
   cv::Mat descriptors(static_cast<int>(sights.size()), 128, CV_8U);
   for (std::size_t i = 0; i < sights.size(); ++i) {
     std::memcpy(descriptors.ptr(static_cast<int>(i)),
@@ -72,7 +72,7 @@ cv::Mat descriptors_of(const std::vector<Sighting>& sights) {
   return descriptors;
 }
 
-SightedPoint sighted(const TrackingMap& map, const Sighting& sight) {
+SightedPoint sighted(const TrackingMap& map, const Sight& sight) {
   const Rigid3 map_from_camera = sight.keyframe->camera_from_map.inverse();
   return {map.landmarks.at(sight.landmark), map_from_camera.translation,
           map_from_camera.rotation * sight.keyframe->image->set.bearings[sight.feature]};
@@ -83,7 +83,7 @@ struct Pairs {
   std::vector<SimilarityMatch> points;
   std::vector<std::pair<LandmarkId, LandmarkId>> landmarks;  // new, old
 
-  void add(const TrackingMap& map, const Sighting& in_new, const Sighting& in_old) {
+  void add(const TrackingMap& map, const Sight& in_new, const Sight& in_old) {
     points.push_back({sighted(map, in_new), sighted(map, in_old)});
     landmarks.emplace_back(in_new.landmark, in_old.landmark);
   }
@@ -109,10 +109,10 @@ bool fit(const MapperOptions& options, int seed, Pairs* pairs, Sim3* old_from_ne
 }
 
 // Old landmarks as the new side would have them.
-std::vector<LandmarkCandidate> candidates_in_new(const TrackingMap& map, const std::vector<Sighting>& old,
+std::vector<LandmarkCandidate> candidates_in_new(const TrackingMap& map, const std::vector<Sight>& old,
                                                  const Sim3& new_from_old) {
   std::vector<LandmarkCandidate> candidates;
-  for (const Sighting& sight : old) {
+  for (const Sight& sight : old) {
     LandmarkCandidate c =
         make_candidate(sight.landmark, map.landmarks.at(sight.landmark), *sight.keyframe->image,
                        sight.feature, sight.keyframe->camera_from_map.inverse().translation);
@@ -132,8 +132,7 @@ struct GuidedSearch {
 };
 
 GuidedSearch search(const MapperOptions& options, const CameraModel& camera, const TrackingMap& map,
-                    const KeyframeView& keyframe, const std::vector<Sighting>& old,
-                    const Sim3& old_from_new) {
+                    const KeyframeView& keyframe, const std::vector<Sight>& old, const Sim3& old_from_new) {
   ProjectionMatchOptions guided;
   // The similarity is good to the error of an observation where its inliers are, elsewhere to a few of these.
   guided.radius_px = 3 * options.mapping.max_reprojection_px * image_scale(camera);
@@ -181,8 +180,8 @@ std::optional<double> drift_of(const TrackingMap& map, const KeyframeView& keyfr
   return way > 0 ? moved / way : 0;
 }
 
-Pairs match_landmarks(const MapperOptions& options, const TrackingMap& map,
-                      const std::vector<Sighting>& in_new, const std::vector<Sighting>& in_old) {
+Pairs match_landmarks(const MapperOptions& options, const TrackingMap& map, const std::vector<Sight>& in_new,
+                      const std::vector<Sight>& in_old) {
   Pairs pairs;
   for (const Match& m : match_descriptors(descriptors_of(in_new), descriptors_of(in_old), options.matching)) {
     pairs.add(map, in_new[m.first], in_old[m.second]);
@@ -198,12 +197,12 @@ std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const Tr
   const CameraModel& camera = keyframe.image->camera;
   // What both sides see as one landmark already says nothing about drift.
   const std::unordered_set<LandmarkId> own = landmarks_of(keyframe);
-  const std::vector<Sighting> in_new = sights(map, {keyframe_id}, {});
+  const std::vector<Sight> in_new = sights(map, {keyframe_id}, {});
   Pairs pairs =
       match_landmarks(options, map, in_new, sights(map, neighbourhood(map, place, kMatchedKeyframes), own));
   LoopConstraint loop;
   if (!fit(options, keyframe_id, &pairs, &loop.old_from_new)) return std::nullopt;
-  const std::vector<Sighting> old = sights(map, neighbourhood(map, place, kGuidedKeyframes), own);
+  const std::vector<Sight> old = sights(map, neighbourhood(map, place, kGuidedKeyframes), own);
   pairs = search(options, camera, map, keyframe, old, loop.old_from_new).pairs;
   if (!fit(options, keyframe_id, &pairs, &loop.old_from_new)) return std::nullopt;
   const std::optional<double> drift = drift_of(map, keyframe, place, pairs, loop.old_from_new);

@@ -188,7 +188,7 @@ void Mapper::separate_motions(KeyframeId id) {
     const PosedImage before = posed_image(*map_.keyframe(partner)), newest = posed_image(*map_.keyframe(id));
     const PairMotions pair = compare_motions(before, newest, options_.matching, options_.ransac);
     // Each pair once; the first views of a map ask those after them as well.
-    if (options_.watches_rigidity && partner < id) watch_body(before, newest, pair, partner, id);
+    if (options_.watches_rigidity && partner < id) watch_body(partner, id, pair);
     const SecondMotion other = second_motion_in(pair, *before.image, *newest.image);
     if (other.of_first.empty() || is_most_of(*map_.keyframe(partner), other.of_first)) continue;
     leave_out(partner, other.of_first);
@@ -198,8 +198,8 @@ void Mapper::separate_motions(KeyframeId id) {
 
 // What was left out of the images, being another body's, is asked as well: the wrong one may have been left
 // out.
-void Mapper::watch_body(PosedImage before, PosedImage newest, const PairMotions& pair, KeyframeId before_id,
-                        KeyframeId newest_id) {
+void Mapper::watch_body(KeyframeId before_id, KeyframeId newest_id, const PairMotions& pair) {
+  PosedImage before = posed_image(*map_.keyframe(before_id)), newest = posed_image(*map_.keyframe(newest_id));
   const auto whole_before = whole_.find(before_id), whole_newest = whole_.find(newest_id);
   if (whole_before == whole_.end() || whole_newest == whole_.end()) {
     body_watch_.note(before, newest, pair);
@@ -383,8 +383,8 @@ void Mapper::publish() {
   view->map_id = map_id_;
   view->corrections = corrections_;
   view->kept_maps = kept_maps();
-  view->doubt = watch_.doubt();
   view->turning_body = body_watch_.found();
+  view->doubt = view->turning_body ? "the map is of a body that turns less than another" : watch_.doubt();
   places_->follow(map_);
   view->places = places_;
   view->scale_source = map_.scale_source();

@@ -50,8 +50,7 @@ std::vector<PosedImage> in_time(const Map& map, const std::vector<PosedImage>& b
                                 std::vector<int>* keyframes) {
   std::map<std::int64_t, PosedImage> by_index;
   for (const PosedImage& image : between) by_index[image.frame_index] = image;
-  for (const auto& [id, k] : map.keyframes())
-    by_index[k.frame_index] = {k.frame_index, k.camera_from_map, k.image};
+  for (const auto& [id, k] : map.keyframes()) by_index[k.frame_index] = posed_image(k);
   std::vector<PosedImage> images;
   for (const auto& entry : by_index) images.push_back(entry.second);
   std::set<std::int64_t> of_keyframes;

@@ -37,20 +37,20 @@ struct Observed {
   double sigma_px = 1;
 };
 
-using CalibratedPoseBlock = std::array<double, 7>;
+using PoseBlock = std::array<double, 7>;
 
 struct Problem {
-  std::vector<CalibratedPoseBlock> poses;  // the first stays
+  std::vector<PoseBlock> poses;  // the first stays
   std::vector<Eigen::Vector3d> points;
   std::vector<Observed> observations;
   CalibrationStep step = CalibrationStep::Zero();
 };
 
-Eigen::Matrix3d rotation_of(const CalibratedPoseBlock& b) {
+Eigen::Matrix3d rotation_of(const PoseBlock& b) {
   return Eigen::Quaterniond(b[3], b[0], b[1], b[2]).normalized().toRotationMatrix();
 }
 
-Eigen::Vector3d translation_of(const CalibratedPoseBlock& b) { return {b[4], b[5], b[6]}; }
+Eigen::Vector3d translation_of(const PoseBlock& b) { return {b[4], b[5], b[6]}; }
 
 // A pixel's error in its sigmas, by pose, point and camera.
 class CalibratingCost : public ceres::SizedCostFunction<2, 7, 3, kParameters> {
@@ -165,7 +165,7 @@ std::vector<double> residual_lengths(const CameraModel& camera, const Problem& p
   std::vector<double> lengths;
   lengths.reserve(problem.observations.size());
   for (const Observed& o : problem.observations) {
-    const CalibratedPoseBlock& pose = problem.poses[o.camera];
+    const PoseBlock& pose = problem.poses[o.camera];
     Eigen::Vector2d pixel;
     const bool seen =
         camera.project(rotation_of(pose) * problem.points[o.point] + translation_of(pose), &pixel);
@@ -236,7 +236,7 @@ Information marginal_information(const CalibratingCamera& camera, double width, 
   ReducedSystem system(poses, kParameters, width);
   for (std::size_t i = 0; i < problem.observations.size(); ++i) {
     const Observed& o = problem.observations[i];
-    const CalibratedPoseBlock& pose = problem.poses[o.camera];
+    const PoseBlock& pose = problem.poses[o.camera];
     const Eigen::Matrix3d rotation = rotation_of(pose);
     const Eigen::Vector3d rotated = rotation * problem.points[o.point];
     Eigen::Vector2d pixel;

@@ -13,7 +13,7 @@ namespace {
 // the loss's curvature along the residuals counts, at least this much of it: what is left is noise, of which
 // they would take two thirds a step only.
 constexpr int kReweightedSteps = 2;
-constexpr double kLeastBendOfPoint = 0.3;
+constexpr double kLeastBend = 0.3;
 
 // A step ends the search that would lower the cost by less than this share of the loss width squared (two
 // sigmas squared, by default): it moves the point by a hundredth of its standard deviation.
@@ -47,7 +47,7 @@ class PointSolver {
     for (; step < options_.max_iterations; ++step) {
       Eigen::Matrix3d information;
       Eigen::Vector3d gradient;
-      linearize(sights, *x, step < kReweightedSteps ? 1 : kLeastBendOfPoint, &information, &gradient);
+      linearize(sights, *x, step < kReweightedSteps ? 1 : kLeastBend, &information, &gradient);
       information.diagonal() += damping * information.diagonal();
       const Eigen::Vector3d shift = -information.ldlt().solve(gradient);
       if (!shift.allFinite() || -gradient.dot(shift) < 2 * tolerance_) break;

@@ -14,8 +14,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr int kLocalPoseIterations = 5;   // of a model just sampled
-constexpr int kFinalPoseIterations = 20;  // of the result; quadratic convergence ends it after a few
+constexpr int kLocalIterations = 5;   // of a model just sampled
+constexpr int kFinalIterations = 20;  // of the result; quadratic convergence ends it after a few
 
 class PoseEstimator {
  public:
@@ -40,9 +40,7 @@ class PoseEstimator {
     return score_camera_pose(matches_, pose, threshold_, cost_bound);
   }
 
-  void optimize(CameraPose* pose) const {
-    refine_camera_pose(matches_, threshold_, kLocalPoseIterations, pose);
-  }
+  void optimize(CameraPose* pose) const { refine_camera_pose(matches_, threshold_, kLocalIterations, pose); }
 
   bool alike(const CameraPose&, const CameraPose&) const { return false; }
 
@@ -99,7 +97,7 @@ AbsolutePoseReport estimate_absolute_pose(const std::vector<Eigen::Vector3d>& be
     return report;
   }
   CameraPose& pose = sampled.best.model;
-  refine_camera_pose(matches, threshold, kFinalPoseIterations, &pose);
+  refine_camera_pose(matches, threshold, kFinalIterations, &pose);
   std::vector<char> inliers;
   const RansacScore score =
       score_camera_pose(matches, pose, threshold, std::numeric_limits<double>::infinity(), &inliers);

@@ -12,12 +12,11 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr int kPairsPerBlock =
-    64;  // pairs whose errors are computed at once; scoring may give up between blocks
+constexpr int kBlock = 64;  // pairs whose errors are computed at once; scoring may give up between blocks
 struct BlockErrors {
-  double squared[kPairsPerBlock];  // Sampson errors, rad^2
-  double along1[kPairsPerBlock];   // t . R x1
-  double along2[kPairsPerBlock];   // t . x2
+  double squared[kBlock];  // Sampson errors, rad^2
+  double along1[kBlock];   // t . R x1
+  double along2[kBlock];   // t . x2
 };
 
 Eigen::Matrix3d essential_of(const TwoViewModel& model) {
@@ -98,8 +97,8 @@ RansacScore score_two_views(const BearingPairs& pairs, const TwoViewModel& model
   RansacScore score;
   score.cost = 0;
   BlockErrors block;
-  for (int begin = 0; begin < pairs.size(); begin += kPairsPerBlock) {
-    const int count = std::min(kPairsPerBlock, pairs.size() - begin);
+  for (int begin = 0; begin < pairs.size(); begin += kBlock) {
+    const int count = std::min(kBlock, pairs.size() - begin);
     sampson_errors(pairs, model, essential, begin, count, &block);
     for (int i = 0; i < count; ++i) {
       if (!(block.squared[i] < squared_threshold)) {

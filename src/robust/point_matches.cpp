@@ -15,7 +15,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr int kMatchesPerBlock = 16;  // matches after which scoring may give up
+constexpr int kBlock = 16;  // matches after which scoring may give up
 
 // A model as good as the bound is given up once in 20 times: scoring is most of the work where nearly all are
 // outliers, and one good sample in 20 costs a twentieth more samples where this spares half of their scoring
@@ -47,7 +47,7 @@ bool may_have_inliers(const PointMatches& matches, const CameraPose& pose, doubl
   return most.maxCoeff() >= 0;
 }
 
-using PoseEquations = NormalEquations<6>;
+using Equations = NormalEquations<6>;
 
 // Sums over matches of w (I - u u^T), by its six different elements.
 struct ProjectorSum {
@@ -74,7 +74,7 @@ struct ProjectorSum {
 // Residual u - b for the direction u to the point, nearly the angle between them; the perturbation is x' =
 // exp(w) x + v in the camera's frame, order v, w. With J of u, J^T J has the blocks (I - u u^T) / |p|^2,
 // -[u]x / |p|, I - u u^T.
-PoseEquations linearize(const PointMatches& matches, const CameraPose& pose, double squared_threshold) {
+Equations linearize(const PointMatches& matches, const CameraPose& pose, double squared_threshold) {
   ProjectorSum by_shift, by_turn;
   const Lanes zero = Lanes::Zero();
   LaneVector mixed{zero, zero, zero}, shift_gradient{zero, zero, zero}, turn_gradient{zero, zero, zero};
@@ -95,7 +95,7 @@ PoseEquations linearize(const PointMatches& matches, const CameraPose& pose, dou
     turn_gradient -= weight * cross(u, b);
   }
   const Eigen::Vector3d m = sum(mixed);
-  PoseEquations equations;
+  Equations equations;
   equations.information.topLeftCorner<3, 3>() = by_shift.matrix();
   equations.information.bottomRightCorner<3, 3>() = by_turn.matrix();
   equations.information.bottomLeftCorner<3, 3>() << 0, -m.z(), m.y(), m.z(), 0, -m.x(), -m.y(), m.x(), 0;
@@ -111,7 +111,7 @@ struct CameraPoseProblem {
   double cost(const CameraPose& pose) const {
     return score_camera_pose(matches, pose, threshold, std::numeric_limits<double>::infinity()).cost;
   }
-  PoseEquations linearize(const CameraPose& pose) const {
+  Equations linearize(const CameraPose& pose) const {
     return mono_pose_tracker::linearize(matches, pose, threshold * threshold);
   }
   CameraPose stepped(const CameraPose& pose, const Eigen::Matrix<double, 6, 1>& step) const {
@@ -155,8 +155,8 @@ RansacScore score_camera_pose(const PointMatches& matches, const CameraPose& pos
   RansacScore score;
   score.cost = 0;
   double inlier_squares = 0;
-  for (int begin = 0; begin < matches.size(); begin += kMatchesPerBlock) {
-    const int end = std::min(begin + kMatchesPerBlock, matches.size());
+  for (int begin = 0; begin < matches.size(); begin += kBlock) {
+    const int end = std::min(begin + kBlock, matches.size());
     if (may_have_inliers(matches, pose, squared_threshold, begin, end)) {
       for (int i = begin; i < end; i += kLanes) {
         const LaneVector p = pose.rotation * matches.points().lanes(i) + pose.translation;

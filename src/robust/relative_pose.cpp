@@ -19,10 +19,9 @@ namespace {
 
 using ScoredTwoViews = ScoredModel<TwoViewModel>;
 
-constexpr int kLocalMotionIterations =
-    4;  // of a model just sampled: enough to reach the basin's floor roughly
-constexpr int kFinalMotionIterations = 25;  // of the hypotheses returned: narrow views have long flat valleys
-constexpr int kInnerSamples = 10;           // more hardly lower the errors any further
+constexpr int kLocalIterations = 4;   // of a model just sampled: enough to reach the basin's floor roughly
+constexpr int kFinalIterations = 25;  // of the hypotheses returned: narrow views have long flat valleys
+constexpr int kInnerSamples = 10;     // more hardly lower the errors any further
 // A rival with fewer inliers than this share of the best one's explains another part of the scene, if
 // anything.
 constexpr double kRivalInlierShare = 0.5;
@@ -62,9 +61,7 @@ class TwoViewEstimator {
     return score_two_views(pairs_, model, threshold_, cost_bound);
   }
 
-  void optimize(TwoViewModel* model) const {
-    refine_two_views(pairs_, threshold_, kLocalMotionIterations, model);
-  }
+  void optimize(TwoViewModel* model) const { refine_two_views(pairs_, threshold_, kLocalIterations, model); }
 
   bool alike(const TwoViewModel& a, const TwoViewModel& b) const {
     return rotation_angle(a.rotation, b.rotation) < options_.distinct_rotation &&
@@ -92,10 +89,9 @@ class LocalOptima {
     if (is_known(model)) {
       return;
     }
-    for (const int iterations : {kLocalMotionIterations, kFinalMotionIterations}) {
-      refine_two_views(
-          pairs_, threshold_, iterations, &model,
-          iterations == kLocalMotionIterations ? PairsThatCount::kAll : PairsThatCount::kInFront);
+    for (const int iterations : {kLocalIterations, kFinalIterations}) {
+      refine_two_views(pairs_, threshold_, iterations, &model,
+                       iterations == kLocalIterations ? PairsThatCount::kAll : PairsThatCount::kInFront);
       if (is_known(model)) {
         break;
       }
@@ -111,7 +107,7 @@ class LocalOptima {
 
   // Once no more are added: one that is not polished costs less than the best one polished.
   void polish_best() {
-    change_best([&](TwoViewModel* m) { polish_two_views(pairs_, threshold_, kFinalMotionIterations, m); });
+    change_best([&](TwoViewModel* m) { polish_two_views(pairs_, threshold_, kFinalIterations, m); });
   }
 
   const std::vector<ScoredTwoViews>& models() { return pool_.models(); }

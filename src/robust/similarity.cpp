@@ -19,8 +19,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr int kLocalSimilarityIterations = 5;   // of a model just sampled
-constexpr int kFinalSimilarityIterations = 20;  // of the result; quadratic convergence ends it after a few
+constexpr int kLocalIterations = 5;   // of a model just sampled
+constexpr int kFinalIterations = 20;  // of the result; quadratic convergence ends it after a few
 
 // Height of a sampled triangle over its longest side: a flatter one tells the turn about that side only
 // through the noise of its points.
@@ -167,7 +167,7 @@ class SimilarityEstimator {
     return score_similarity(matches_, b_from_a, threshold_, cost_bound);
   }
 
-  void optimize(Sim3* b_from_a) const { refine(matches_, threshold_, kLocalSimilarityIterations, b_from_a); }
+  void optimize(Sim3* b_from_a) const { refine(matches_, threshold_, kLocalIterations, b_from_a); }
 
   bool alike(const Sim3&, const Sim3&) const { return false; }
 
@@ -261,7 +261,7 @@ SimilarityReport estimate_similarity(const std::vector<SimilarityMatch>& matches
   if (sampled.best.score.num_inliers <= SimilarityEstimator::kSampleSize) return report;
 
   report.b_from_a = sampled.best.model;
-  refine(data, threshold, kFinalSimilarityIterations, &report.b_from_a);
+  refine(data, threshold, kFinalIterations, &report.b_from_a);
   std::vector<char> flags;
   const RansacScore score =
       score_similarity(data, report.b_from_a, threshold, std::numeric_limits<double>::infinity(), &flags);

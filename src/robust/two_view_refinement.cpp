@@ -54,11 +54,11 @@ double truncated_cost(const BearingPairs& pairs, const TwoViewModel& model, doub
   return cost.sum();  // the padding's errors are zero
 }
 
-using MotionEquations = NormalEquations<5>;
+using Equations = NormalEquations<5>;
 
 // Parameters: R' = exp(w) R, t' = (t + basis d) normalised; order w, d. The padding adds rows of zeros.
-MotionEquations linearize(const BearingPairs& pairs, const TwoViewModel& model, double threshold,
-                          PairsThatCount which) {
+Equations linearize(const BearingPairs& pairs, const TwoViewModel& model, double threshold,
+                    PairsThatCount which) {
   const Eigen::Matrix<double, 3, 2> basis = tangent_basis(model.translation);
   const double squared_threshold = threshold * threshold;
   const Eigen::Vector3d& t = model.translation;
@@ -97,7 +97,7 @@ MotionEquations linearize(const BearingPairs& pairs, const TwoViewModel& model, 
       sums[k++] += weighted * constraint;
     }
   }
-  MotionEquations equations;
+  Equations equations;
   int k = 0;
   for (int a = 0; a < 5; ++a) {
     for (int b = 0; b <= a; ++b) {
@@ -114,7 +114,7 @@ struct TwoViewProblem {
   PairsThatCount which;
 
   double cost(const TwoViewModel& model) const { return truncated_cost(pairs, model, threshold, which); }
-  MotionEquations linearize(const TwoViewModel& model) const {
+  Equations linearize(const TwoViewModel& model) const {
     return mono_pose_tracker::linearize(pairs, model, threshold, which);
   }
   TwoViewModel stepped(const TwoViewModel& model, const Eigen::Matrix<double, 5, 1>& step) const {

@@ -13,11 +13,11 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kFeatureSight = 25;  // m: what is farther has no features
-constexpr double kMinFacing = 0.17;   // cosine: walls seen at more than 80 degrees have none either
-constexpr double kStep = 0.5;         // m from one frame to the next
-constexpr double kFeatureSize = 12;   // px at 1 m
-constexpr double kDensity = 12;       // points a metre of wall
+constexpr double kSight = 25;        // m: what is farther has no features
+constexpr double kMinFacing = 0.17;  // cosine: walls seen at more than 80 degrees have none either
+constexpr double kStep = 0.5;        // m from one frame to the next
+constexpr double kFeatureSize = 12;  // px at 1 m
+constexpr double kDensity = 12;      // points a metre of wall
 
 class WalkBuilder {
  public:
@@ -103,7 +103,7 @@ bool hides(const WalkBlock& block, const Vector2d& a, const Vector2d& b) {
 bool is_seen(const FeatureWalk& walk, int point, const Vector3d& center) {
   const Vector3d ray = walk.x_in_world[point] - center;
   const double distance = ray.norm();
-  if (distance > kFeatureSight || -ray.dot(walk.normal_in_world[point]) < kMinFacing * distance) return false;
+  if (distance > kSight || -ray.dot(walk.normal_in_world[point]) < kMinFacing * distance) return false;
   const Vector2d from(center.x(), center.z());
   const Vector2d to(walk.x_in_world[point].x(), walk.x_in_world[point].z());
   return std::none_of(walk.blocks.begin(), walk.blocks.end(),
@@ -173,7 +173,7 @@ FeatureWalk street_walk(std::uint64_t seed, int frames) {
   constexpr double kWall = 6;  // m from the way
   const double end = kStep * frames;
   WalkBuilder builder(seed);
-  builder.add_wall({{-kWall, -kFeatureSight}, {-kWall, end + kFeatureSight}}, 5 * kDensity);
+  builder.add_wall({{-kWall, -kSight}, {-kWall, end + kSight}}, 5 * kDensity);
   std::vector<Waypoint> way;
   for (int i = 0; i < frames; ++i) way.push_back({{0, kStep * i}, 0});
   return builder.finish(way, -70);

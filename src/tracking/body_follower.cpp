@@ -9,58 +9,54 @@
 namespace mono_pose_tracker {
 
 bool BodyFollower::follow(const CameraModel& camera, const TrackerOptions& options, Frame* frame) {
-  const ImageFeaturesPtr image = frame->image;
-  std::vector<cv::Point2f> turning, otherwise;
-  known_.assign(image->size(), Side::kUnknown);
+  known_.assign(frame->image->size(), BodySide::kUnknown);
   for (const Match& m :
-       match_descriptors(last_.image->set.descriptors, image->set.descriptors, options.matching)) {
-    const Eigen::Vector2f& pixel = image->set.features[m.second].pixel;
-    if (last_.turns[m.first]) {
-      turning.emplace_back(pixel.x(), pixel.y());
-      known_[m.second] = Side::kTurns;
-    } else if (last_.moves_otherwise[m.first]) {
-      otherwise.emplace_back(pixel.x(), pixel.y());
-      known_[m.second] = Side::kMovesOtherwise;
-    }
+       match_descriptors(last_.image->set.descriptors, frame->image->set.descriptors, options.matching)) {
+    known_[m.second] = last_.sides[m.first];
   }
-  otherwise_ = std::move(otherwise);
+  const std::vector<cv::Point2f> turning = known_pixels(*frame->image, BodySide::kTurns);
   if (turning.size() < kFewest) return false;
-  divide(image, turning);
-  *frame = of_body(camera, *frame);
+  *frame = settle(camera, *frame, turning);
   return true;
-}
-
-Frame BodyFollower::of_body(const CameraModel& camera, const Frame& frame) const {
-  Frame masked = frame;
-  masked.whole = frame.image;
-  masked.image = select_features(*frame.image, last_.turns, camera.width(), camera.height());
-  masked.is_masked = true;
-  return masked;
 }
 
 Frame BodyFollower::settle(const CameraModel& camera, const Frame& frame,
                            const std::vector<cv::Point2f>& inliers) {
   divide(frame.image, inliers);
-  return of_body(camera, frame);
+  std::vector<char> turns;
+  for (const BodySide side : last_.sides) turns.push_back(side == BodySide::kTurns);
+  Frame of_body = frame;
+  of_body.whole = frame.image;
+  of_body.image = select_features(*frame.image, turns, camera.width(), camera.height());
+  of_body.is_masked = true;
+  return of_body;
 }
 
 void BodyFollower::settle(const std::vector<cv::Point2f>& inliers) {
   if (inliers.size() >= kFewest) divide(last_.image, inliers);
 }
 
+std::vector<cv::Point2f> BodyFollower::known_pixels(const ImageFeatures& image, BodySide side) const {
+  std::vector<cv::Point2f> pixels;
+  for (int f = 0; f < image.size(); ++f) {
+    const Eigen::Vector2f& pixel = image.set.features[f].pixel;
+    if (known_[f] == side) pixels.emplace_back(pixel.x(), pixel.y());
+  }
+  return pixels;
+}
+
 void BodyFollower::divide(ImageFeaturesPtr image, const std::vector<cv::Point2f>& turning) {
-  last_.turns = features_of_object(*image, turning, otherwise_);
+  const std::vector<char> nearer =
+      features_of_object(*image, turning, known_pixels(*image, BodySide::kMovesOtherwise));
+  last_.sides.clear();
   for (int f = 0; f < image->size(); ++f) {
     const Eigen::Vector2f& pixel = image->set.features[f].pixel;
     // What the body was posed by is not of something else, whatever it was taken for.
-    if (std::find(turning.begin(), turning.end(), cv::Point2f(pixel.x(), pixel.y())) != turning.end()) {
-      last_.turns[f] = 1;
-    } else if (known_[f] != Side::kUnknown) {
-      last_.turns[f] = known_[f] == Side::kTurns;
-    }
+    const bool posed =
+        std::find(turning.begin(), turning.end(), cv::Point2f(pixel.x(), pixel.y())) != turning.end();
+    const bool turns = known_[f] == BodySide::kUnknown ? nearer[f] != 0 : known_[f] == BodySide::kTurns;
+    last_.sides.push_back(posed || turns ? BodySide::kTurns : BodySide::kMovesOtherwise);
   }
-  last_.moves_otherwise.clear();
-  for (const char turns : last_.turns) last_.moves_otherwise.push_back(turns == 0);
   last_.image = std::move(image);
 }
 

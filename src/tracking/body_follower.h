@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -30,16 +29,13 @@ class BodyFollower {
   // As few say nothing of where a body is.
   static constexpr std::size_t kFewest = 8;
 
+  std::vector<cv::Point2f> known_pixels(const ImageFeatures& image, BodySide side) const;
   // Every feature of the image is one or the other's: what it was in the image before, or whichever is
   // nearer.
   void divide(ImageFeaturesPtr image, const std::vector<cv::Point2f>& turning);
-  Frame of_body(const CameraModel& camera, const Frame& frame) const;
-
-  enum class Side : std::uint8_t { kUnknown, kTurns, kMovesOtherwise };
 
   TurningBody last_;
-  std::vector<Side> known_;             // of the last image's features: by the image before
-  std::vector<cv::Point2f> otherwise_;  // pixels in the last image of what moves otherwise
+  std::vector<BodySide> known_;  // of the features of the image that was asked for last: by the one before
 };
 
 }  // namespace mono_pose_tracker

@@ -7,6 +7,12 @@
 
 namespace mono_pose_tracker {
 
+void show_features(const Frame& frame, FrameReport* report) {
+  report->features = frame.image->size();
+  report->seen.clear();
+  for (const Feature& feature : frame.image->set.features) report->seen.push_back({feature.pixel, {}, -1});
+}
+
 FrameMaker::FrameMaker(const SiftOptions& sift, const ScaleOptions& scale,
                        const SegmentationOptions& segmentation, const CameraModel& camera)
     : scale_(scale), camera_(camera) {
@@ -74,8 +80,7 @@ std::optional<Frame> FrameMaker::make(std::int64_t index, std::int64_t stamp_ns,
     }
   }
   frame.is_masked = !segmentation.mask.empty();
-  report->features = frame.image->size();
-  for (const Feature& feature : frame.image->set.features) report->seen.push_back({feature.pixel, {}, -1});
+  show_features(frame, report);
   return frame;
 }
 

@@ -15,6 +15,9 @@
 
 namespace mono_pose_tracker {
 
+// The features that the drawing of a frame shows.
+void show_features(const Frame& frame, FrameReport* report);
+
 // Makes an image into what tracking works with (paper, step 2): features of the object, their bearings and
 // colours. One thread.
 class FrameMaker {

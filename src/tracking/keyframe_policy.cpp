@@ -11,8 +11,6 @@
 
 namespace mono_pose_tracker {
 
-namespace {}  // namespace
-
 Overlap overlap_with(const TrackingMap& map, KeyframeId id, const ResectionReport& resection,
                      const CameraModel& camera) {
   Overlap overlap;

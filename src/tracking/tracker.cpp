@@ -78,11 +78,9 @@ void Tracker::Impl::finish_report(FrameReport* report) {
     if (!is_corrected_since) scale_ = map->scale_source;
     report->scale = scale_;
     report_corrections(*map, report);
-    const std::string doubt =
-        map->turning_body ? "the map is of a body that turns less than another" : map->doubt;
-    if (report->map_from_camera && report->reason == Reason::kOk && !doubt.empty()) {
+    if (report->map_from_camera && report->reason == Reason::kOk && !map->doubt.empty()) {
       report->reason = Reason::kNotRigid;
-      report->reason_text = doubt;
+      report->reason_text = map->doubt;
     }
     if (std::exchange(reported_revision_, map->revision) != map->revision) {
       report->stages.insert(report->stages.end(), map->stages.begin(), map->stages.end());
@@ -187,16 +185,7 @@ void Tracker::Impl::track(const Frame& frame, FrameReport* report) {
   forget_dropped_maps(*worker_.latest());
   if (turn_to_other_body(frame, report)) return;
   Frame of_body = followed(frame, report);
-  ResectionReport resection;
-  {
-    const StageTimer timer(report->stages, "resect");
-    if (frames_lost_ == 0 && (!body_ || of_body.whole)) resection = follow(of_body, *worker_.latest());
-    if (!resection.success && body_) {
-      resection = find_body(frame, &of_body, report);
-    } else if (frames_lost_ > 0 && tentative_) {
-      confirm(frame, &resection);
-    }
-  }
+  const ResectionReport resection = locate(frame, &of_body, report);
   describe(resection, report);
   if (resection.success) {
     accept(of_body, *worker_.latest(), resection, report);

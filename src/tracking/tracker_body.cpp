@@ -6,12 +6,6 @@
 
 namespace mono_pose_tracker {
 
-void show_features(const Frame& frame, FrameReport* report) {
-  report->features = frame.image->size();
-  report->seen.clear();
-  for (const Feature& feature : frame.image->set.features) report->seen.push_back({feature.pixel, {}, -1});
-}
-
 // With the features of the body that turns, where there is one to be followed and it is in view.
 Frame Tracker::Impl::followed(const Frame& frame, FrameReport* report) {
   Frame of_body = frame;
@@ -51,23 +45,28 @@ bool Tracker::Impl::turn_to_other_body(const Frame& frame, FrameReport* report) 
   return true;
 }
 
-// By all of the frame's features: where the body was taken for something else, or has been lost. What it is
-// posed by says where the body is.
-ResectionReport Tracker::Impl::find_body(const Frame& frame, Frame* of_body, FrameReport* report) {
+// By the features of the body that turns where it is followed. By all of the frame's where there is none,
+// where it was taken for something else or has been lost: then what the frame is posed by says where the body
+// is.
+ResectionReport Tracker::Impl::locate(const Frame& frame, Frame* of_body, FrameReport* report) {
+  const StageTimer timer(report->stages, "resect");
   ResectionReport resection;
+  if (frames_lost_ == 0 && of_body->whole) resection = follow(*of_body, *worker_.latest());
+  if (resection.success) return resection;
   if (frames_lost_ == 0) {
     resection = follow(frame, *worker_.latest());
   } else if (tentative_) {
     confirm(frame, &resection);
   }
+  if (!body_) return resection;
   show_features(frame, report);
   if (!resection.success) return resection;
   const TrackingMapPtr map = worker_.latest();
-  *of_body = body_->settle(camera_, frame, pixels_of(frame, resection));
+  const Frame settled = body_->settle(camera_, frame, pixels_of(frame, resection));
   const ResectionReport again =
-      resector_.resect(*of_body, *map, choose_reference(*map, resection), resection.camera_from_map);
-  if (again.success) show_features(*of_body, report);
-  if (!again.success) *of_body = frame;
+      resector_.resect(settled, *map, choose_reference(*map, resection), resection.camera_from_map);
+  *of_body = again.success ? settled : frame;
+  show_features(*of_body, report);
   return again.success ? again : resection;
 }
 

@@ -36,9 +36,6 @@ inline bool has_earlier_frames(const TrackingMap& map) {
   return map.keyframes.begin()->second.frame_index < 0;
 }
 
-// The features that the drawing of a frame shows.
-void show_features(const Frame& frame, FrameReport* report);
-
 // The states of a Tracker, and the one way that an image goes through them. In seven files: tracker.cpp
 // follows the camera, tracker_body.cpp keeps to the body that turns, tracker_search.cpp is for when it is
 // lost, tracker_finish.cpp for the end of a recording, tracker_gaps.cpp for the images that have no pose
@@ -147,7 +144,7 @@ class Tracker::Impl {
                 const std::string& text, FrameReport* report);
   void describe(const ResectionReport& resection, FrameReport* report) const;
   Frame followed(const Frame& frame, FrameReport* report);
-  ResectionReport find_body(const Frame& frame, Frame* of_body, FrameReport* report);
+  ResectionReport locate(const Frame& frame, Frame* of_body, FrameReport* report);
   void finish_report(FrameReport* report);
   void report_corrections(const TrackingMap& map, FrameReport* report);
 

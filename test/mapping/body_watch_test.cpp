@@ -32,9 +32,9 @@ TEST_F(BodyWatchTest, AHeadThatTurnsBeforeAMapOfTheRoomIsFound) {
   int of_head = 0, of_room = 0, otherwise_of_head = 0;
   for (int f = 0; f < body.image->size(); ++f) {
     const bool is_head = f < head_features(newest);
-    of_head += body.turns[f] && is_head;
-    of_room += body.turns[f] && !is_head;
-    otherwise_of_head += body.moves_otherwise[f] && is_head;
+    of_head += body.sides[f] == BodySide::kTurns && is_head;
+    of_room += body.sides[f] == BodySide::kTurns && !is_head;
+    otherwise_of_head += body.sides[f] == BodySide::kMovesOtherwise && is_head;
   }
   EXPECT_GT(of_head, 25) << "many obey both motions";
   EXPECT_LE(of_room, 3);

@@ -16,8 +16,7 @@ class BodyFollowerTest : public testing::Test, protected TwoBodies {
     TurningBody body;
     body.image = map_.keyframe(0)->image;
     for (int f = 0; f < body.image->size(); ++f) {
-      body.turns.push_back(f < head_features(0));
-      body.moves_otherwise.push_back(f >= head_features(0));
+      body.sides.push_back(f < head_features(0) ? BodySide::kTurns : BodySide::kMovesOtherwise);
     }
     return body;
   }
@@ -76,7 +75,7 @@ TEST_F(BodyFollowerTest, WhatIsOutOfViewIsNotFollowed) {
 TEST_F(BodyFollowerTest, WhatItWasPosedByIsTheBody) {
   // Everything is taken for the room but ten features of the head.
   TurningBody wrong = start();
-  for (std::size_t f = 10; f < wrong.turns.size(); ++f) wrong.turns[f] = 0, wrong.moves_otherwise[f] = 1;
+  std::fill(wrong.sides.begin() + 10, wrong.sides.end(), BodySide::kMovesOtherwise);
   BodyFollower follower(wrong);
   Frame of_body = frame(1);
   ASSERT_TRUE(follower.follow(camera(), TrackerOptions(), &of_body));

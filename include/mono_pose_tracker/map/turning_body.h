@@ -1,16 +1,19 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "mono_pose_tracker/map/image_features.h"
 
 namespace mono_pose_tracker {
 
-/// Which features of an image are a body's that turns before the camera, and which are of what moves
-/// otherwise: one flag a feature, of what is unknown neither.
+/// What a feature is of: a body that turns before the camera, or what moves otherwise.
+enum class BodySide : std::uint8_t { kUnknown, kTurns, kMovesOtherwise };
+
+/// Which features of an image are of a body that turns before the camera, one side a feature.
 struct TurningBody {
   ImageFeaturesPtr image;
-  std::vector<char> turns, moves_otherwise;
+  std::vector<BodySide> sides;
 };
 
 }  // namespace mono_pose_tracker

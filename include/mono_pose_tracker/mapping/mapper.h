@@ -120,8 +120,7 @@ class Mapper {
   void post_correction(const KeyframeChanges& changes);
   void add_correction(MapCorrection correction);
   void separate_motions(KeyframeId id);
-  void watch_body(PosedImage before, PosedImage newest, const PairMotions& pair, KeyframeId before_id,
-                  KeyframeId newest_id);
+  void watch_body(KeyframeId before_id, KeyframeId newest_id, const PairMotions& pair);
   void leave_out(KeyframeId id, const std::vector<char>& features);
   bool is_left_out(KeyframeId id, int feature) const;
   void create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& neighbors);
