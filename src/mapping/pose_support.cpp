@@ -9,6 +9,7 @@ namespace {
 constexpr int kColumns = 8, kRows = 6;
 constexpr double kMinFound = 0.15;   // of the expected
 constexpr double kMinSpread = 0.25;  // a quarter of where there is anything to see
+constexpr double kCorner = 0.125;
 
 int cell_of(const ImageFeatures& image, int feature, int width, int height) {
   const Eigen::Vector2f& pixel = image.set.features[feature].pixel;
@@ -26,6 +27,7 @@ PoseSupport pose_support(const ImageFeatures& image, int width, int height, cons
   for (const int f : inliers) held[cell_of(image, f, width, height)] = 1;
   PoseSupport support;
   support.found = static_cast<int>(inliers.size());
+  support.features = image.size();
   support.expected = expected;
   const auto cells = std::count(any.begin(), any.end(), 1);
   if (cells > 0) support.spread = static_cast<double>(std::count(held.begin(), held.end(), 1)) / cells;
@@ -33,8 +35,11 @@ PoseSupport pose_support(const ImageFeatures& image, int width, int height, cons
 }
 
 bool is_supported(const PoseSupport& support, int min_inliers) {
-  return support.found >= min_inliers && support.found >= kMinFound * support.expected &&
+  return support.found >= min_inliers &&
+         support.found >= kMinFound * std::min(support.expected, support.features) &&
          support.spread >= kMinSpread;
 }
+
+bool hangs_in_corner(const PoseSupport& support) { return support.spread < kCorner; }
 
 }  // namespace mono_pose_tracker

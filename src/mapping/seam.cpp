@@ -1,6 +1,7 @@
 #include "mono_pose_tracker/mapping/seam.h"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <vector>
 
@@ -34,6 +35,22 @@ Seam weakest_seam(const Map& map) {
     if (i >= 2 && i + 2 <= frames.size() && held < weakest.points) weakest = {frames[i], held};
   }
   return weakest;
+}
+
+std::set<KeyframeId> loose_end(const Map& map, std::size_t most) {
+  const Seam seam = weakest_seam(map);
+  if (seam.holds()) return {};
+  std::set<KeyframeId> before, after;
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    (keyframe.frame_index < seam.frame_index ? before : after).insert(id);
+  }
+  const std::set<KeyframeId>& loose = after.size() <= before.size() ? after : before;
+  if (loose.size() > most) return {};
+  const auto first = map.keyframes().begin();
+  if (loose.count(first->first) || loose.count(std::next(first)->first)) return {};
+  const bool any_earlier = std::any_of(loose.begin(), loose.end(),
+                                       [&](KeyframeId id) { return map.keyframe(id)->frame_index < 0; });
+  return any_earlier ? std::set<KeyframeId>() : loose;
 }
 
 }  // namespace mono_pose_tracker

@@ -19,8 +19,6 @@ constexpr double kClip = 9;
 // Of the usual share: a pose that is wrong finds half of what it should at the most, the rest being
 // elsewhere; a blurred image, whose pose may be off as well, no more.
 constexpr double kUnexplained = 0.6;
-// An eighth of the cells with anything to see: one corner.
-constexpr double kCorner = 0.125;
 
 double learn(double variance, double squared, int learnt) {
   const double weight = std::max(kWeight, 1.0 / (learnt + 1));
@@ -34,7 +32,7 @@ std::optional<std::string> PoseDoubt::judge(std::int64_t stamp_ns, const Resecti
                                             const std::optional<Rigid3>& predicted, int min_inliers) {
   char text[200];
   const std::optional<std::int64_t> last = std::exchange(last_stamp_ns_, stamp_ns);
-  if (resection.inliers < 2 * min_inliers && resection.support.spread < kCorner) {
+  if (resection.inliers < 2 * min_inliers && hangs_in_corner(resection.support)) {
     std::snprintf(text, sizeof text, "%d inliers in %.0f %% of where there is anything to see",
                   resection.inliers, 100 * resection.support.spread);
     return text;

@@ -279,6 +279,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   // Where the camera can hardly have been, between images where it certainly was.
   resect_again(recording, tracker->take_out_strays(), result.frames_total, tracker);
   tracker->leave_out_strays();
+  resect_again(recording, tracker->take_out_loose_ends(), result.frames_total, tracker);
   DoubtBeside doubt(recording, tracker->map());
   result.maps = tracker->maps();
   result.loops = tracker->loops();

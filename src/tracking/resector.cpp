@@ -238,6 +238,7 @@ ResectionReport Resector::resect(const Frame& frame, const TrackingMap& map, Key
   if (predicted) {
     report = by_prediction(frame, candidates, *predicted);
     if (report.success) refine(frame, candidates, &report);
+    report.is_where_predicted = report.success;
   }
   if (!report.success) {
     report = by_descriptors(frame, candidates);

@@ -425,6 +425,8 @@ std::set<std::int64_t> Tracker::posed_before_remake() { return impl_->posed_befo
 
 std::set<std::int64_t> Tracker::take_out_strays() { return impl_->take_out_strays(); }
 
+std::set<std::int64_t> Tracker::take_out_loose_ends() { return impl_->take_out_loose_ends(); }
+
 void Tracker::leave_out_strays() { impl_->leave_out_strays(); }
 
 std::vector<FinishedMap> Tracker::maps() { return impl_->maps(); }

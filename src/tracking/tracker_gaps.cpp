@@ -24,7 +24,10 @@ bool Tracker::Impl::pose_beside(const Frame& frame, std::int64_t neighbor) {
     predicted = near * before.inverse() * near;
   }
   const ResectionReport resection = resector_.resect(frame, *map, reference, predicted);
-  if (!is_found(resection)) return false;
+  // As while tracking, the frame beside it speaks for what is found where that one leads.
+  const bool is_followed =
+      resection.success && resection.is_where_predicted && !hangs_in_corner(resection.support);
+  if (!is_followed && !is_found(resection)) return false;
   frames_lost_ = 1;  // not beside the frame that was tracked last: any keyframe may be the reference
   const FramePose pose = set_pose(frame, *map, resection, false);
   const Overlap overlap = overlap_with(*map, pose.reference, resection, camera_);

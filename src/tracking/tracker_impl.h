@@ -76,6 +76,7 @@ class Tracker::Impl {
   std::vector<FinishedMap> maps();
   std::set<std::int64_t> posed_before_remake();
   std::set<std::int64_t> take_out_strays();
+  std::set<std::int64_t> take_out_loose_ends();
   void leave_out_strays();
   FinishedMap finished(const TrackingMap& view);
   void find_other_body_beside(FinishedMap* map) const;
@@ -115,6 +116,7 @@ class Tracker::Impl {
               FrameReport* report);
   void complete_map();
   std::set<std::int64_t> find_strays() const;
+  std::set<std::int64_t> take_out(const std::set<KeyframeId>& keyframes);
   void resume_largest();
   std::optional<Frame> make_frame_again(std::int64_t frame_index, std::int64_t stamp_ns,
                                         const PreparedImage& image, const cv::Mat& mask, FrameReport* report);

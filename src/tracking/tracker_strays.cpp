@@ -1,10 +1,11 @@
-// The end of a recording: poses where the camera can hardly have been.
+// The end of a recording: poses where the camera can hardly have been, and those that hang on too little.
 
 #include <set>
 #include <utility>
 #include <vector>
 
 #include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/mapping/seam.h"
 #include "stray_frames.h"
 #include "tracker_impl.h"
 
@@ -35,6 +36,18 @@ std::set<std::int64_t> Tracker::Impl::find_strays() const {
   return stray_frames(trajectory(), kLeastShare * usual_distance(*map));
 }
 
+// Takes keyframes out of the map, which is finished anew. The frames that rode on them.
+std::set<std::int64_t> Tracker::Impl::take_out(const std::set<KeyframeId>& keyframes) {
+  std::set<std::int64_t> frames;
+  for (const auto& [index, pose] : frames_[worker_.latest()->map_id].all()) {
+    if (keyframes.count(pose.reference)) frames.insert(index);
+  }
+  worker_.mapper().remove_keyframes(keyframes);
+  worker_.mapper().finish();
+  worker_.publish_mapper();
+  return frames;
+}
+
 // A keyframe that is wrong is right for the points that it alone vouches for, so that all of it goes before
 // its image is posed anew.
 std::set<std::int64_t> Tracker::Impl::take_out_strays() {
@@ -45,18 +58,26 @@ std::set<std::int64_t> Tracker::Impl::take_out_strays() {
   for (const auto& [id, keyframe] : map->keyframes) {
     if (strays.count(keyframe.frame_index)) wrong.insert(id);
   }
-  if (wrong.empty()) return strays;
-  for (const auto& [index, pose] : frames_[map->map_id].all()) {
-    if (wrong.count(pose.reference)) strays.insert(index);
-  }
-  worker_.mapper().remove_keyframes(wrong);
-  worker_.mapper().finish();
-  worker_.publish_mapper();
+  if (!wrong.empty()) strays.merge(take_out(wrong));
   return strays;
 }
 
 void Tracker::Impl::leave_out_strays() {
   for (const std::int64_t index : find_strays()) frames_[worker_.latest()->map_id].erase(index);
+}
+
+// Too little for a map of its own, and held to the rest by too few points to know its place there.
+std::set<std::int64_t> Tracker::Impl::take_out_loose_ends() {
+  std::set<std::int64_t> frames;
+  if (options_.localize_only) return frames;
+  const auto most = static_cast<std::size_t>(options_.young_map_keyframes);
+  for (;;) {
+    const std::set<KeyframeId> loose = loose_end(worker_.mapper().map(), most);
+    if (loose.empty()) return frames;
+    std::set<std::int64_t> of_loose = take_out(loose);
+    for (const std::int64_t index : of_loose) frames_[worker_.latest()->map_id].erase(index);
+    frames.merge(of_loose);
+  }
 }
 
 }  // namespace mono_pose_tracker

@@ -59,5 +59,38 @@ TEST_F(SeamTest, AMapOfThreeKeyframesHasNone) {
   EXPECT_EQ(weakest_seam(map_).points, std::numeric_limits<int>::max());
 }
 
+TEST_F(SeamTest, ALooseEndIsWhatTooFewPointsHold) {
+  add_landmarks(100, 0, 7);
+  add_landmarks(100, 6, 9);
+  add_landmarks(10, 5, 8);
+  EXPECT_EQ(loose_end(map_, 3), std::set<KeyframeId>({7, 8, 9}));
+  EXPECT_TRUE(loose_end(map_, 2).empty()) << "more than are too little for a map";
+  add_landmarks(30, 5, 8);
+  EXPECT_TRUE(loose_end(map_, 3).empty()) << "held by forty";
+}
+
+TEST_F(SeamTest, WhatHoldsTheFrameIsNoLooseEnd) {
+  add_landmarks(100, 0, 2);
+  add_landmarks(100, 3, 9);
+  EXPECT_TRUE(loose_end(map_, 5).empty());
+}
+
+TEST_F(SeamTest, EarlierRunsAreNoLooseEnd) {
+  auto image = std::make_shared<ImageFeatures>();
+  image->set.features.resize(1000);
+  Map map;
+  // The first two are of this run; those of the one before come before them in time.
+  for (const std::int64_t frame : {0, 10, 20, 30, -40, -30, -20, -10}) {
+    map.add_keyframe(frame, 0, Rigid3(), image);
+  }
+  const std::vector<std::set<KeyframeId>> seen = {{4, 5, 6, 7}, {5, 6, 7, 0}, {7, 0, 1, 2}, {0, 1, 2, 3}};
+  for (int f = 0; f < 400; ++f) {
+    const LandmarkId l = map.add_landmark({0, 0, 1});
+    for (const KeyframeId k : seen[f % 4]) map.add_observation(l, k, f);
+  }
+  ASSERT_EQ(weakest_seam(map).frame_index, 0);
+  EXPECT_TRUE(loose_end(map, 5).empty());
+}
+
 }  // namespace
 }  // namespace mono_pose_tracker

@@ -4,6 +4,8 @@
 
 #include <cstring>
 
+#include "mono_pose_tracker/common/angles.h"
+#include "support/random_texture.h"
 #include "support/simulated_room.h"
 
 namespace mono_pose_tracker {
@@ -197,6 +199,30 @@ TEST_F(RecordingTest, AMapMayBeginLaterThanTheRecording) {
   EXPECT_EQ(result.frames_total, 15);
   EXPECT_EQ(result.names.size(), 15u);
   EXPECT_EQ(result.trajectory.size(), 15u);
+}
+
+// A picture that moves with nothing hides all but a fifth of the images before the map's beginning: too
+// little to find a place by, enough beside a frame whose place is known.
+TEST_F(RecordingTest, WhatIsFollowedBackwardsMayHangOnAPartOfTheImage) {
+  std::vector<cv::Mat> images;
+  for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image.clone());
+  constexpr int kHidden = 5;
+  for (int i = 0; i < kHidden; ++i) {
+    const cv::Rect place(images[i].cols / 5, 0, images[i].cols - images[i].cols / 5, images[i].rows);
+    cv::Mat picture;
+    cv::cvtColor(random_texture(place.width, place.height, 7 + i), picture, cv::COLOR_GRAY2BGR);
+    picture.copyTo(images[i](place));
+  }
+  Recording recording;
+  recording.open = [&] { return std::make_unique<GivenImages>(images); };
+  recording.first_tracked = kHidden;
+  Tracker tracker(TrackerOptions(), room_->camera, Tracker::Mapping::kInline);
+  const RecordingResult result = track_recording(
+      recording, [](int, std::int64_t, const FrameReport&) {}, &tracker);
+  ASSERT_EQ(result.trajectory.size(), images.size());
+  const Rigid3 truth = room_->truth[0].map_from_camera.inverse() * room_->truth[10].map_from_camera;
+  const Rigid3 found = result.trajectory[0].map_from_camera.inverse() * result.trajectory[10].map_from_camera;
+  EXPECT_LT(rotation_angle_between(found.rotation, truth.rotation), 0.3 * kDegree);
 }
 
 std::vector<cv::Mat> one_after_the_other(const SimulatedRoom& first, const SimulatedRoom& second) {

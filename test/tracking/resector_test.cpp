@@ -60,12 +60,16 @@ TEST_F(ResectorTest, DescriptorsAloneGiveThePose) {
 TEST_F(ResectorTest, PredictionGuidesTheMatching) {
   const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 7, random_);
   const Rigid3 predicted = camera_at({0.39, -0.11, 0.3}, 5.4 * kDegree);
-  expect_right(resector_.resect(frame, map_, 0, predicted), truth_);
+  const ResectionReport report = resector_.resect(frame, map_, 0, predicted);
+  expect_right(report, truth_);
+  EXPECT_TRUE(report.is_where_predicted);
 }
 
 TEST_F(ResectorTest, PredictionFarOffIsOvercome) {
   const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 7, random_);
-  expect_right(resector_.resect(frame, map_, 0, camera_at({-2, 1, -3}, -40 * kDegree)), truth_);
+  const ResectionReport report = resector_.resect(frame, map_, 0, camera_at({-2, 1, -3}, -40 * kDegree));
+  expect_right(report, truth_);
+  EXPECT_FALSE(report.is_where_predicted);
 }
 
 TEST_F(ResectorTest, ObservationsNameTheLandmarksSeen) {

@@ -6,6 +6,7 @@
 #include <set>
 #include <vector>
 
+#include "mono_pose_tracker/mapping/seam.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "support/simulated_room.h"
 
@@ -115,6 +116,31 @@ TEST_F(TrackedRoom, WhatStaysAstrayHasNoPose) {
   pose_stray(kFrames - 1);
   tracker_.leave_out_strays();
   EXPECT_FALSE(is_posed());
+}
+
+// The last images show an eighth of the room, and beside it another, which comes into view with them.
+TEST(LooseEnds, HaveNoPose) {
+  constexpr int kWhole = 25, kFrames = 50;
+  const SimulatedRoom room = simulated_room(kFrames, 1), other = simulated_room(kFrames, 1, 2);
+  Tracker tracker({}, room.camera, Tracker::Mapping::kInline);
+  for (int i = 0; i < kFrames; ++i) {
+    cv::Mat image = room.frames[i].image.clone();
+    if (i >= kWhole) {
+      const cv::Rect place(image.cols / 8, 0, image.cols - image.cols / 8, image.rows);
+      other.frames[i].image(place).copyTo(image(place));
+    }
+    tracker.process(room.frames[i].stamp_ns, image);
+  }
+  ASSERT_TRUE(tracker.finish());
+  ASSERT_FALSE(weakest_seam(tracker.map()).holds());
+  const Frames loose = tracker.take_out_loose_ends();
+  EXPECT_TRUE(weakest_seam(tracker.map()).holds());
+  tracker.map().check();
+  ASSERT_FALSE(loose.empty());
+  EXPECT_GE(*loose.begin(), kWhole);
+  const std::vector<PosedFrame> posed = tracker.trajectory();
+  EXPECT_GE(posed.size(), static_cast<std::size_t>(kWhole));
+  for (const PosedFrame& frame : posed) EXPECT_EQ(loose.count(frame.index), 0u) << frame.index;
 }
 
 }  // namespace

@@ -13,6 +13,7 @@ struct PoseSupport {
   int found = 0;      // inliers
   int expected = 0;   // landmarks that the pose brings into view as they were seen before, found or not
   double spread = 0;  // share of the cells of the image with features in which there are inliers
+  int features = 0;   // of the image
 };
 
 /// inliers: features of the image that agree with the pose. The image is cut into 8 x 6 cells.
@@ -21,7 +22,12 @@ PoseSupport pose_support(const ImageFeatures& image, int width, int height, cons
 
 /// Whether the pose may be believed once a second view agrees. Of landmarks in view SIFT finds two in three
 /// again from a near view, one in five from a far one; look-alikes (one window of many) leave what surrounds
-/// them unfound: at most one in ten. They also sit in one corner of it.
+/// them unfound: at most one in ten. They also sit in one corner of it. Where a map has more landmarks in
+/// view than the image has features, no more than these can be found.
 bool is_supported(const PoseSupport& support, int min_inliers);
+
+/// In an eighth of the cells with anything to see at the most: what moves the pose may move this corner
+/// alone.
+bool hangs_in_corner(const PoseSupport& support);
 
 }  // namespace mono_pose_tracker

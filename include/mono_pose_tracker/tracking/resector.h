@@ -19,6 +19,7 @@ struct ResectionReport {
   bool success = false;
   Reason reason = Reason::kTooFewMatches;
   std::string text;
+  bool is_where_predicted = false;  // the prediction led to it
   Rigid3 camera_from_map;
   Matrix6d covariance = Matrix6d::Zero();  // of map_from_camera, as FrameReport::covariance; the map is held
   Matrix6d map_covariance = Matrix6d::Zero();  // what the map's own uncertainty adds; images near share it

@@ -139,6 +139,9 @@ class Tracker {
   std::set<std::int64_t> take_out_strays();
   /// What is still astray has no pose from then on.
   void leave_out_strays();
+  /// Frames of an end of the finished map that hangs on too few points (mapping/seam.h), and is too little
+  /// for a map of its own: they have no pose any more, and may be posed again in the map without them.
+  std::set<std::int64_t> take_out_loose_ends();
   /// All maps that could not be joined, finished; the largest, which is the present one, first.
   std::vector<FinishedMap> maps();
   /// The finished map.

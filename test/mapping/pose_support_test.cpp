@@ -1,0 +1,68 @@
+#include "mono_pose_tracker/mapping/pose_support.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr int kWidth = 640, kHeight = 480, kMinInliers = 15;
+
+// A feature each 20 px, row by row.
+ImageFeatures grid() {
+  ImageFeatures image;
+  for (int y = 10; y < kHeight; y += 20) {
+    for (int x = 10; x < kWidth; x += 20) {
+      Feature feature;
+      feature.pixel = Eigen::Vector2f(static_cast<float>(x), static_cast<float>(y));
+      image.set.features.push_back(feature);
+    }
+  }
+  return image;
+}
+
+// Every n-th feature is an inlier.
+PoseSupport one_in(int n, int expected) {
+  const ImageFeatures image = grid();
+  std::vector<int> inliers;
+  for (int f = 0; f < image.size(); f += n) inliers.push_back(f);
+  return pose_support(image, kWidth, kHeight, inliers, expected);
+}
+
+// The inliers are the first of the rows.
+PoseSupport first_rows(int rows) {
+  std::vector<int> inliers(static_cast<std::size_t>(rows) * kWidth / 20);
+  std::iota(inliers.begin(), inliers.end(), 0);
+  return pose_support(grid(), kWidth, kHeight, inliers, static_cast<int>(inliers.size()));
+}
+
+TEST(PoseSupport, OneOfFiveLandmarksInViewIsEnoughOneOfTenIsNot) {
+  EXPECT_TRUE(is_supported(one_in(9, 5 * 86), kMinInliers));
+  EXPECT_FALSE(is_supported(one_in(9, 10 * 86), kMinInliers)) << "768 features could show 768 of them";
+}
+
+// A map made of many views of an object has three times as many landmarks in view as one image has features.
+TEST(PoseSupport, NoMoreLandmarksThanTheImageHasFeaturesCanBeFound) {
+  EXPECT_TRUE(is_supported(one_in(5, 3 * 768), kMinInliers));
+  EXPECT_FALSE(is_supported(one_in(10, 3 * 768), kMinInliers));
+}
+
+TEST(PoseSupport, FewInliersAreNone) {
+  EXPECT_TRUE(is_supported(one_in(50, 16), kMinInliers));
+  EXPECT_FALSE(is_supported(one_in(60, 13), kMinInliers));
+}
+
+TEST(PoseSupport, APartOfTheImageIsNoneHoweverManyItHolds) {
+  EXPECT_FALSE(is_supported(first_rows(4), kMinInliers)) << "of 24";
+  EXPECT_TRUE(is_supported(first_rows(9), kMinInliers));
+}
+
+TEST(PoseSupport, HangsInACorner) {
+  const ImageFeatures image = grid();
+  EXPECT_TRUE(hangs_in_corner(pose_support(image, kWidth, kHeight, {0, 1, 2, 3, 4, 5}, 6)));
+  EXPECT_FALSE(hangs_in_corner(first_rows(4))) << "a sixth of the image";
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
