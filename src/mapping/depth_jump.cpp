@@ -1,5 +1,7 @@
 #include "depth_jump.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -12,24 +14,31 @@ namespace {
 
 constexpr float kBeside = 0.05f;         // of the image's longer side: what is farther off is another surface
 constexpr std::size_t kLeastPairs = 10;  // of fewer the median says little
-constexpr double kMostUsual = 1.5;
+// Nearer by as much: what comes in between is seldom half of all that is new.
+constexpr double kMostNearer = 1.5;
+// Through a fence or branches the far side may be all that is new.
+constexpr double kMostFarther = 10;
 
 struct Sight {
   Eigen::Vector2f pixel;
   double log_distance;
 };
 
-// The logarithm of how much farther it is than the nearest of those beside it.
+// The logarithm of how much farther it is than the nearest of those about it. Nothing where these are all on
+// one side: there it may lie past the edge of what they are on.
 std::optional<double> compare(const Sight& sight, const std::vector<Sight>& others, float radius_px) {
   float nearest = radius_px * radius_px;
   std::optional<double> ratio;
+  std::array<bool, 4> quadrants{};
   for (const Sight& other : others) {
-    const float distance2 = (other.pixel - sight.pixel).squaredNorm();
-    if (distance2 >= nearest) continue;
-    nearest = distance2;
+    const Eigen::Vector2f away = other.pixel - sight.pixel;
+    if (away.squaredNorm() >= radius_px * radius_px) continue;
+    quadrants[2 * (away.x() > 0) + (away.y() > 0)] = true;
+    if (away.squaredNorm() >= nearest) continue;
+    nearest = away.squaredNorm();
     ratio = sight.log_distance - other.log_distance;
   }
-  return ratio;
+  return std::count(quadrants.begin(), quadrants.end(), true) >= 3 ? ratio : std::nullopt;
 }
 
 }  // namespace
@@ -58,7 +67,7 @@ std::optional<double> depth_jump(const Map& map, KeyframeId newest, const std::v
 
 bool makes_depths_jump(const Map& map, KeyframeId newest, const std::vector<KeyframeId>& others) {
   const std::optional<double> ratio = depth_jump(map, newest, others);
-  return ratio && (*ratio > kMostUsual || *ratio * kMostUsual < 1);
+  return ratio && (*ratio > kMostFarther || *ratio * kMostNearer < 1);
 }
 
 }  // namespace mono_pose_tracker

@@ -70,6 +70,7 @@ void unite(KeyframeId old_id, KeyframeId new_id, Map* map) {
 
 void Mapper::keep_present() {
   if (map_.keyframes().empty()) return;
+  places_->follow(map_);  // it may be changed since it was published
   kept_[map_id_] = {std::move(map_), std::move(places_), std::move(covariances_)};
   map_ = Map();
 }

@@ -52,7 +52,8 @@ TEST_F(DepthJump, SaysWhichStepsAreOfAnotherSize) {
   EXPECT_FALSE(makes_depths_jump(map_made(1, kPoints), 2, {0}));
   EXPECT_FALSE(makes_depths_jump(map_made(0.8, kPoints), 2, {0}));
   EXPECT_TRUE(makes_depths_jump(map_made(0.4, kPoints), 2, {0}));
-  EXPECT_TRUE(makes_depths_jump(map_made(2.5, kPoints), 2, {0}));
+  EXPECT_FALSE(makes_depths_jump(map_made(5, kPoints), 2, {0})) << "seen through branches";
+  EXPECT_TRUE(makes_depths_jump(map_made(20, kPoints), 2, {0}));
 }
 
 TEST_F(DepthJump, AFewPointsSayNothing) {

@@ -206,6 +206,21 @@ TEST_F(MapperJoiningTest, TheOlderMapsFrameStaysWhicheverIsTracked) {
   EXPECT_LT(worst_distance_error(), 0.01);
 }
 
+// So near each other keyframes become redundant with the next: the one with which the two maps meet takes one
+// out, which is no place any more where the newer map may find itself.
+TEST_F(MapperJoiningTest, AKeyframeThatHasJustGoneIsNoPlace) {
+  mapper_.initialize(initial_map(0, 2), 0);
+  const std::uint32_t older = mapper_.tracking_map()->map_id;
+  for (int i = 4; i <= 10; i += 2) insert(i);
+  mapper_.begin_beside(initial_map(50, 48), 1);
+  for (int i = 46; i >= 36; i -= 2) insert(i);
+  ASSERT_TRUE(mapper_.resume(older, true, 2));
+  for (int i = 11; !mapper_.kept_maps().empty() && i < 40; ++i) insert(i);
+  EXPECT_TRUE(mapper_.kept_maps().empty()) << "they were never joined";
+  EXPECT_EQ(mapper_.tracking_map()->map_id, older);
+  mapper_.map().check();
+}
+
 // Gaps are filled from both sides, so that two maps may come to have the same images.
 TEST_F(MapperJoiningTest, AnImageOfBothMapsIsOneKeyframeOfTheJoinedOne) {
   mapper_.initialize(initial_map(0, 2), 0);
