@@ -23,6 +23,15 @@ TEST(LoopStudy, ALoopIsClosedOnARing) {
   EXPECT_LT(with.worst_prediction, 2 * without.worst_prediction);
 }
 
+// Past each corner of a house all that is new is four times as far as the house.
+TEST(LoopStudy, ABlockIsWalkedRound) {
+  const LoopStudy result = study(block_walk(1));
+  EXPECT_EQ(result.frames_posed, result.frames);
+  ASSERT_FALSE(result.loops.empty());
+  for (const StudiedLoop& loop : result.loops) EXPECT_LT(loop.apart, 10) << loop.from_frame << loop.to_frame;
+  EXPECT_LT(result.position_rmse, 0.01);
+}
+
 TEST(LoopStudy, TwoRoomsWithTheSameFurnitureAreNoLoop) {
   const LoopStudy result = study(alike_rooms_walk(1));
   EXPECT_EQ(result.frames_posed, result.frames);
