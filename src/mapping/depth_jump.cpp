@@ -12,7 +12,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr float kBeside = 0.05f;         // of the image's longer side: what is farther off is another surface
+constexpr float kBeside = 0.05f;  // of the image's longer side: what is farther off is another surface
+constexpr float kAbout = 3;       // radii within which a point has others on all sides, or is past an edge
 constexpr std::size_t kLeastPairs = 10;  // of fewer the median says little
 // Nearer by as much: what comes in between is seldom half of all that is new.
 constexpr double kMostNearer = 1.5;
@@ -32,7 +33,7 @@ std::optional<double> compare(const Sight& sight, const std::vector<Sight>& othe
   std::array<bool, 4> quadrants{};
   for (const Sight& other : others) {
     const Eigen::Vector2f away = other.pixel - sight.pixel;
-    if (away.squaredNorm() >= radius_px * radius_px) continue;
+    if (away.squaredNorm() >= kAbout * kAbout * radius_px * radius_px) continue;
     quadrants[2 * (away.x() > 0) + (away.y() > 0)] = true;
     if (away.squaredNorm() >= nearest) continue;
     nearest = away.squaredNorm();

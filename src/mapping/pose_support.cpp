@@ -8,6 +8,7 @@ namespace {
 
 constexpr int kColumns = 8, kRows = 6;
 constexpr double kMinFound = 0.15;   // of the expected
+constexpr int kFewFeatures = 200;    // an image that has fewer shows too little to lack what is not found
 constexpr double kMinSpread = 0.25;  // a quarter of where there is anything to see
 constexpr double kCorner = 0.125;
 
@@ -36,7 +37,7 @@ PoseSupport pose_support(const ImageFeatures& image, int width, int height, cons
 
 bool is_supported(const PoseSupport& support, int min_inliers) {
   return support.found >= min_inliers &&
-         support.found >= kMinFound * std::min(support.expected, support.features) &&
+         support.found >= kMinFound * std::min(support.expected, std::max(support.features, kFewFeatures)) &&
          support.spread >= kMinSpread;
 }
 

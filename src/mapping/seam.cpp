@@ -45,7 +45,8 @@ std::set<KeyframeId> loose_end(const Map& map, std::size_t most) {
     (keyframe.frame_index < seam.frame_index ? before : after).insert(id);
   }
   const std::set<KeyframeId>& loose = after.size() <= before.size() ? after : before;
-  if (loose.size() > most) return {};
+  // What is left must be more than what is too little.
+  if (loose.size() > most || map.keyframes().size() - loose.size() <= most) return {};
   const auto first = map.keyframes().begin();
   if (loose.count(first->first) || loose.count(std::next(first)->first)) return {};
   const bool any_earlier = std::any_of(loose.begin(), loose.end(),

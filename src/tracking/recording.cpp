@@ -222,6 +222,12 @@ void resect_again(const Recording& recording, const std::set<std::int64_t>& fram
              [&](const Reader& reader) { resect_again(reader, tracker); });
 }
 
+std::set<std::int64_t> unposed_of(const std::set<std::int64_t>& frames, const Tracker& tracker) {
+  std::set<std::int64_t> unposed = frames;
+  for (const PosedFrame& frame : tracker.trajectory()) unposed.erase(frame.index);
+  return unposed;
+}
+
 }  // namespace
 
 RecordingResult track_recording(const Recording& recording, const FrameObserver& observer, Tracker* tracker) {
@@ -244,7 +250,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
       result.problems.push_back(reader.image().name + ": " + report.reason_text + ", skipped");
     }
     if (report.map_from_camera) ++result.frames_posed_live;
-    if (report.reason == Reason::kDoubtfulPose) ++result.frames_doubtful;
+    if (report.reason == Reason::kDoubtfulPose) result.doubtful.insert(reader.index());
     if (report.reason != Reason::kOk && report.reason != Reason::kFirstFrame) {
       auto& [count, text] = reasons[report.reason];
       ++count;
@@ -279,7 +285,12 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   // Where the camera can hardly have been, between images where it certainly was.
   resect_again(recording, tracker->take_out_strays(), result.frames_total, tracker);
   tracker->leave_out_strays();
-  resect_again(recording, tracker->take_out_loose_ends(), result.frames_total, tracker);
+  if (!recording.interrupted()) {
+    const std::set<std::int64_t> loose = tracker->take_out_loose_ends();
+    resect_again(recording, loose, result.frames_total, tracker);
+    tracker->leave_out_strays();
+    result.left_out = unposed_of(loose, *tracker);
+  }
   DoubtBeside doubt(recording, tracker->map());
   result.maps = tracker->maps();
   result.loops = tracker->loops();

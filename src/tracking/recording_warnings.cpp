@@ -5,12 +5,15 @@
 #include <cstdio>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "finished_maps.h"
 
 namespace mono_pose_tracker {
 
 namespace {
+
+constexpr std::size_t kMostNumbers = 10;  // of images in a line
 
 // Frames of earlier runs come before 0.
 std::string place_text(std::int64_t frame_index) {
@@ -46,6 +49,16 @@ void warn_of_seams(RecordingResult* result) {
                                " points only: their size and place beside these may be wrong; more overlap "
                                "between the views would tell");
   }
+}
+
+void warn_of_loose_ends(RecordingResult* result) {
+  const std::set<std::int64_t>& out = result->left_out;
+  if (out.empty()) return;
+  result->warnings.push_back(
+      std::to_string(out.size()) + " images between number " + std::to_string(*out.begin()) + " and " +
+      std::to_string(*out.rbegin()) +
+      " hang on the others by so few points that their place is not known, and have no "
+      "pose; more overlap between the views would tell");
 }
 
 void warn_of_depth(RecordingResult* result) {
@@ -121,13 +134,37 @@ void warn_of_unposed(RecordingResult* result) {
                              ": dark, blurred, or too little overlap with the others");
 }
 
+// Between two frames that are beyond doubt a doubtful one can't be far off, or it was found astray.
+void warn_of_doubtful_poses(RecordingResult* result) {
+  const std::set<std::int64_t> posed = frames_of(result->trajectory);
+  const auto is_sure = [&](std::int64_t frame) {
+    return posed.count(frame) && !result->doubtful.count(frame);
+  };
+  std::vector<std::int64_t> alone;
+  for (const std::int64_t frame : result->doubtful) {
+    if (posed.count(frame) && !(is_sure(frame - 1) && is_sure(frame + 1))) alone.push_back(frame);
+  }
+  if (alone.empty()) return;
+  std::string numbers;
+  for (std::size_t i = 0; i < alone.size() && i < kMostNumbers; ++i) {
+    numbers += (i == 0 ? "" : ", ") + std::to_string(alone[i]);
+  }
+  if (alone.size() > kMostNumbers) numbers += ", ...";
+  result->warnings.push_back("the poses of " + std::to_string(alone.size()) +
+                             " images are doubtful (number " + numbers +
+                             "): they rest on few points and lie away from where the motion led; do without "
+                             "them where a wrong one does harm");
+}
+
 }  // namespace
 
 void warn_of_doubts(RecordingResult* result) {
   warn_of_motions(result);
   warn_of_parts(result);
   warn_of_unposed(result);
+  warn_of_doubtful_poses(result);
   warn_of_seams(result);
+  warn_of_loose_ends(result);
   warn_of_depth(result);
   warn_of_contradictions(result);
   warn_of_torn_tracks(result);

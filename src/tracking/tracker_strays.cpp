@@ -26,6 +26,27 @@ double usual_distance(const TrackingMap& map) {
   return median(std::move(distances));
 }
 
+// The frames that stand on one of the keyframes: on what it was taken out for as well, and its own.
+std::set<std::int64_t> frames_on(const TrackingMap& map, const FramePoses& poses,
+                                 const std::set<KeyframeId>& keyframes) {
+  const auto stands_on_one = [&](KeyframeId id) {
+    for (auto link = map.removed_keyframes.find(id); link != map.removed_keyframes.end();
+         link = map.removed_keyframes.find(id)) {
+      id = link->second.parent;
+    }
+    return keyframes.count(id) > 0;
+  };
+  std::set<std::int64_t> frames;
+  for (const auto& [index, pose] : poses.all()) {
+    if (stands_on_one(pose.reference)) frames.insert(index);
+  }
+  for (const KeyframeId id : keyframes) frames.insert(map.keyframes.at(id).frame_index);
+  for (const auto& [id, link] : map.removed_keyframes) {
+    if (stands_on_one(id)) frames.insert(link.frame_index);
+  }
+  return frames;
+}
+
 }  // namespace
 
 std::set<std::int64_t> Tracker::Impl::find_strays() const {
@@ -36,12 +57,10 @@ std::set<std::int64_t> Tracker::Impl::find_strays() const {
   return stray_frames(trajectory(), kLeastShare * usual_distance(*map));
 }
 
-// Takes keyframes out of the map, which is finished anew. The frames that rode on them.
+// Takes keyframes out of the map, which is finished anew. The frames that stood on them.
 std::set<std::int64_t> Tracker::Impl::take_out(const std::set<KeyframeId>& keyframes) {
-  std::set<std::int64_t> frames;
-  for (const auto& [index, pose] : frames_[worker_.latest()->map_id].all()) {
-    if (keyframes.count(pose.reference)) frames.insert(index);
-  }
+  const TrackingMapPtr map = worker_.latest();
+  const std::set<std::int64_t> frames = frames_on(*map, frames_[map->map_id], keyframes);
   worker_.mapper().remove_keyframes(keyframes);
   worker_.mapper().finish();
   worker_.publish_mapper();
@@ -70,10 +89,11 @@ void Tracker::Impl::leave_out_strays() {
 std::set<std::int64_t> Tracker::Impl::take_out_loose_ends() {
   std::set<std::int64_t> frames;
   if (options_.localize_only) return frames;
-  const auto most = static_cast<std::size_t>(options_.young_map_keyframes);
+  auto most = static_cast<std::size_t>(options_.young_map_keyframes);
   for (;;) {
     const std::set<KeyframeId> loose = loose_end(worker_.mapper().map(), most);
     if (loose.empty()) return frames;
+    most -= loose.size();
     std::set<std::int64_t> of_loose = take_out(loose);
     for (const std::int64_t index : of_loose) frames_[worker_.latest()->map_id].erase(index);
     frames.merge(of_loose);

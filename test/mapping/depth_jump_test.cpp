@@ -56,6 +56,24 @@ TEST_F(DepthJump, SaysWhichStepsAreOfAnotherSize) {
   EXPECT_TRUE(makes_depths_jump(map_made(20, kPoints), 2, {0}));
 }
 
+// The known points are left of the middle, what is made right of it.
+TEST_F(DepthJump, WhatLiesPastAnEdgeIsNoWorldOfAnotherSize) {
+  Map map;
+  for (int view = 0; view < 2; ++view) add(view, &map);
+  const auto is_left = [&](int point) {
+    const int feature = scene_.feature_of(0, point);
+    return feature >= 0 && map.keyframe(0)->image->set.features[feature].pixel.x() < 320;
+  };
+  for (int p = 0; p < kPoints; ++p) {
+    if (is_left(p)) add_point(p, 1, {0, 1}, &map);
+  }
+  add(2, &map);
+  for (int p = 0; p < kPoints; ++p) {
+    if (!is_left(p)) add_point(p, 0.4, {0, 2}, &map);
+  }
+  EXPECT_FALSE(makes_depths_jump(map, 2, {0}));
+}
+
 TEST_F(DepthJump, AFewPointsSayNothing) {
   EXPECT_FALSE(depth_jump(map_made(0.1, 9), 2, {0}));
   EXPECT_FALSE(depth_jump(map_made(0.1, kPoints), 2, {1})) << "the second view sees none of them";

@@ -48,6 +48,13 @@ TEST(PoseSupport, NoMoreLandmarksThanTheImageHasFeaturesCanBeFound) {
   EXPECT_FALSE(is_supported(one_in(10, 3 * 768), kMinInliers));
 }
 
+TEST(PoseSupport, OfAFewFeaturesThirtyAreAskedFor) {
+  PoseSupport support{20, 400, 0.5, 80};
+  EXPECT_FALSE(is_supported(support, kMinInliers));
+  support.found = 30;
+  EXPECT_TRUE(is_supported(support, kMinInliers));
+}
+
 TEST(PoseSupport, FewInliersAreNone) {
   EXPECT_TRUE(is_supported(one_in(50, 16), kMinInliers));
   EXPECT_FALSE(is_supported(one_in(60, 13), kMinInliers));

@@ -65,6 +65,7 @@ TEST_F(SeamTest, ALooseEndIsWhatTooFewPointsHold) {
   add_landmarks(10, 5, 8);
   EXPECT_EQ(loose_end(map_, 3), std::set<KeyframeId>({7, 8, 9}));
   EXPECT_TRUE(loose_end(map_, 2).empty()) << "more than are too little for a map";
+  EXPECT_TRUE(loose_end(map_, 7).empty()) << "the others would be too little as well";
   add_landmarks(30, 5, 8);
   EXPECT_TRUE(loose_end(map_, 3).empty()) << "held by forty";
 }
@@ -80,16 +81,18 @@ TEST_F(SeamTest, EarlierRunsAreNoLooseEnd) {
   image->set.features.resize(1000);
   Map map;
   // The first two are of this run; those of the one before come before them in time.
-  for (const std::int64_t frame : {0, 10, 20, 30, -40, -30, -20, -10}) {
+  for (const std::int64_t frame : {0, 10, 20, 30, 40, -40, -30, -20, -10}) {
     map.add_keyframe(frame, 0, Rigid3(), image);
   }
-  const std::vector<std::set<KeyframeId>> seen = {{4, 5, 6, 7}, {5, 6, 7, 0}, {7, 0, 1, 2}, {0, 1, 2, 3}};
-  for (int f = 0; f < 400; ++f) {
+  const std::vector<std::set<KeyframeId>> seen = {
+      {5, 6, 7, 8}, {6, 7, 8, 0}, {8, 0, 1, 2}, {0, 1, 2, 3}, {1, 2, 3, 4}};
+  for (int f = 0; f < 500; ++f) {
     const LandmarkId l = map.add_landmark({0, 0, 1});
-    for (const KeyframeId k : seen[f % 4]) map.add_observation(l, k, f);
+    for (const KeyframeId k : seen[f % 5]) map.add_observation(l, k, f);
   }
   ASSERT_EQ(weakest_seam(map).frame_index, 0);
-  EXPECT_TRUE(loose_end(map, 5).empty());
+  ASSERT_FALSE(weakest_seam(map).holds());
+  EXPECT_TRUE(loose_end(map, 4).empty());
 }
 
 }  // namespace

@@ -23,10 +23,11 @@ PoseSupport pose_support(const ImageFeatures& image, int width, int height, cons
 /// Whether the pose may be believed once a second view agrees. Of landmarks in view SIFT finds two in three
 /// again from a near view, one in five from a far one; look-alikes (one window of many) leave what surrounds
 /// them unfound: at most one in ten. They also sit in one corner of it. Where a map has more landmarks in
-/// view than the image has features, no more than these can be found.
+/// view than the image has features, no more than these can be found; of an image with few, a wall seen
+/// through one window, thirty are asked for all the same.
 bool is_supported(const PoseSupport& support, int min_inliers);
 
-/// In an eighth of the cells with anything to see at the most: what moves the pose may move this corner
+/// In less than an eighth of the cells with anything to see: what moves the pose may move this corner
 /// alone.
 bool hangs_in_corner(const PoseSupport& support);
 

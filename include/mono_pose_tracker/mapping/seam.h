@@ -23,9 +23,9 @@ struct Seam {
 /// one sees has no depth there. Where a point is seen from both sides of several seams it counts for each.
 Seam weakest_seam(const Map& map);
 
-/// The keyframes on the smaller side of the weakest seam, where that does not hold and they are `most` at the
-/// most: without them the rest is certain. Empty otherwise, and where they are of an earlier run or among the
-/// first two, which hold the map's frame and scale.
+/// The keyframes on the smaller side of the weakest seam, where that does not hold, they are `most` at the
+/// most and the others more: without them the others hang together better. Empty otherwise, and where they
+/// are of an earlier run or among the first two, which hold the map's frame and scale.
 std::set<KeyframeId> loose_end(const Map& map, std::size_t most);
 
 }  // namespace mono_pose_tracker

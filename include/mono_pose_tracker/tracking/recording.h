@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -50,8 +51,9 @@ struct RecordingResult {
   std::vector<FinishedMap> maps;
   std::vector<ClosedLoop> loops;  // in any of the maps
   std::int64_t frames_posed_live = 0;
-  std::int64_t frames_doubtful = 0;  // of these: DOUBTFUL_POSE
-  int failed_adjustments = 0;        // bundle adjustments that were thrown away
+  std::set<std::int64_t> doubtful;  // frames of these: DOUBTFUL_POSE
+  std::set<std::int64_t> left_out;  // of an end that hangs on too few points (Tracker::take_out_loose_ends)
+  int failed_adjustments = 0;       // bundle adjustments that were thrown away
   std::map<std::string, std::vector<double>> stage_ms;
 };
 
