@@ -28,12 +28,10 @@ bool Tracker::Impl::pose_beside(const Frame& frame, std::int64_t neighbor) {
   const bool is_followed =
       resection.success && resection.is_where_predicted && !hangs_in_corner(resection.support);
   if (!is_followed && !is_found(resection)) return false;
-  const bool may_be_keyframe = is_found(resection) || resection.inliers >= 2 * options_.resection.min_inliers;
   frames_lost_ = 1;  // not beside the frame that was tracked last: any keyframe may be the reference
   const FramePose pose = set_pose(frame, *map, resection, false);
   const Overlap overlap = overlap_with(*map, pose.reference, resection, camera_);
-  if (may_be_keyframe && !options_.localize_only &&
-      keyframe_policy_.is_due(*map, overlap, resection.inliers, 0)) {
+  if (!options_.localize_only && keyframe_policy_.is_due(*map, overlap, resection.inliers, 0)) {
     KeyframeCandidate candidate{frame, pose.reference, pose.camera_from_reference, resection.observations,
                                 corrections_};
     if (frame.is_masked) leave_out_occluders(*map, camera_, resection.camera_from_map, &candidate);
