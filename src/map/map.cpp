@@ -290,9 +290,7 @@ void Map::transform(const Sim3& new_from_map) {
 void Map::apply(const std::map<KeyframeId, Sim3>& new_from_map) {
   views_.touch_all();
   for (auto& [id, link] : removed_) {
-    KeyframeId ancestor = link.parent;
-    while (!keyframes_.count(ancestor)) ancestor = removed_.at(ancestor).parent;
-    const auto change = new_from_map.find(ancestor);
+    const auto change = new_from_map.find(living_ancestor(removed_, id));
     if (change != new_from_map.end()) link.removed_from_parent.translation *= change->second.scale;
   }
   for (auto& [id, landmark] : landmarks_) {

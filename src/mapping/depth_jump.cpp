@@ -28,15 +28,17 @@ struct Sight {
 // The logarithm of how much farther it is than the nearest of those about it. Nothing where these are all on
 // one side: there it may lie past the edge of what they are on.
 std::optional<double> compare(const Sight& sight, const std::vector<Sight>& others, float radius_px) {
-  float nearest = radius_px * radius_px;
+  const float radius2 = radius_px * radius_px;
+  float nearest = radius2;
   std::optional<double> ratio;
   std::array<bool, 4> quadrants{};
   for (const Sight& other : others) {
     const Eigen::Vector2f away = other.pixel - sight.pixel;
-    if (away.squaredNorm() >= kAbout * kAbout * radius_px * radius_px) continue;
+    const float distance2 = away.squaredNorm();
+    if (distance2 >= kAbout * kAbout * radius2) continue;
     quadrants[2 * (away.x() > 0) + (away.y() > 0)] = true;
-    if (away.squaredNorm() >= nearest) continue;
-    nearest = away.squaredNorm();
+    if (distance2 >= nearest) continue;
+    nearest = distance2;
     ratio = sight.log_distance - other.log_distance;
   }
   return std::count(quadrants.begin(), quadrants.end(), true) >= 3 ? ratio : std::nullopt;

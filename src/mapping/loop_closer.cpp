@@ -122,9 +122,7 @@ std::map<KeyframeId, double> scales_of(const Map& map, const KeyframeChanges& ch
   std::map<KeyframeId, double> scales;
   for (const auto& [id, change] : changes) scales[id] = change.scale;
   for (const auto& [id, link] : map.removed_keyframes()) {
-    KeyframeId ancestor = link.parent;
-    while (!map.keyframe(ancestor)) ancestor = map.removed_keyframes().at(ancestor).parent;
-    const auto found = changes.find(ancestor);
+    const auto found = changes.find(living_ancestor(map.removed_keyframes(), id));
     if (found != changes.end()) scales[id] = found->second.scale;
   }
   return scales;

@@ -222,10 +222,15 @@ void resect_again(const Recording& recording, const std::set<std::int64_t>& fram
              [&](const Reader& reader) { resect_again(reader, tracker); });
 }
 
-std::set<std::int64_t> unposed_of(const std::set<std::int64_t>& frames, const Tracker& tracker) {
-  std::set<std::int64_t> unposed = frames;
-  for (const PosedFrame& frame : tracker.trajectory()) unposed.erase(frame.index);
-  return unposed;
+// What of an end that hangs on too few points is found without it stays.
+void leave_out_loose_ends(const Recording& recording, Tracker* tracker, RecordingResult* result) {
+  if (recording.interrupted()) return;
+  const std::set<std::int64_t> loose = tracker->take_out_loose_ends();
+  if (loose.empty()) return;
+  resect_again(recording, loose, result->frames_total, tracker);
+  tracker->leave_out_strays();
+  result->left_out = loose;
+  for (const PosedFrame& frame : tracker->trajectory()) result->left_out.erase(frame.index);
 }
 
 }  // namespace
@@ -285,12 +290,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   // Where the camera can hardly have been, between images where it certainly was.
   resect_again(recording, tracker->take_out_strays(), result.frames_total, tracker);
   tracker->leave_out_strays();
-  if (!recording.interrupted()) {
-    const std::set<std::int64_t> loose = tracker->take_out_loose_ends();
-    resect_again(recording, loose, result.frames_total, tracker);
-    tracker->leave_out_strays();
-    result.left_out = unposed_of(loose, *tracker);
-  }
+  leave_out_loose_ends(recording, tracker, &result);
   DoubtBeside doubt(recording, tracker->map());
   result.maps = tracker->maps();
   result.loops = tracker->loops();

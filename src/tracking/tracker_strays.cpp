@@ -30,11 +30,7 @@ double usual_distance(const TrackingMap& map) {
 std::set<std::int64_t> frames_on(const TrackingMap& map, const FramePoses& poses,
                                  const std::set<KeyframeId>& keyframes) {
   const auto stands_on_one = [&](KeyframeId id) {
-    for (auto link = map.removed_keyframes.find(id); link != map.removed_keyframes.end();
-         link = map.removed_keyframes.find(id)) {
-      id = link->second.parent;
-    }
-    return keyframes.count(id) > 0;
+    return keyframes.count(living_ancestor(map.removed_keyframes, id)) > 0;
   };
   std::set<std::int64_t> frames;
   for (const auto& [index, pose] : poses.all()) {

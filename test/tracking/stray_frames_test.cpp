@@ -141,7 +141,7 @@ TEST(LooseEnds, HaveNoPose) {
   const std::vector<PosedFrame> posed = tracker.trajectory();
   EXPECT_GE(posed.size(), static_cast<std::size_t>(kWhole));
   for (const PosedFrame& frame : posed) EXPECT_EQ(loose.count(frame.index), 0u) << frame.index;
-  // Those that were keyframes, now or before, ride on others: what they rode on is gone as well.
+  // The end's keyframes are gone as well.
   for (const auto& entry : tracker.map().keyframes()) EXPECT_LT(entry.second.frame_index, *loose.rbegin());
 }
 

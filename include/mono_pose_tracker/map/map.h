@@ -47,6 +47,12 @@ struct KeyframeLink {
   Rigid3 removed_from_parent;
 };
 
+/// The keyframe that one rides on: itself, or where the links of removed ones end.
+inline KeyframeId living_ancestor(const std::map<KeyframeId, KeyframeLink>& removed, KeyframeId id) {
+  for (auto link = removed.find(id); link != removed.end(); link = removed.find(id)) id = link->second.parent;
+  return id;
+}
+
 /// Pose of a keyframe found through the links of removed ones; false when the walk ends nowhere.
 template <typename Keyframes>
 bool resolve_keyframe(const Keyframes& keyframes, const std::map<KeyframeId, KeyframeLink>& removed,
