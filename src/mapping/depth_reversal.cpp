@@ -90,6 +90,14 @@ void reverse_depth(double stretch, Map* map) {
   for (const auto& [id, pose] : poses) map->set_pose(id, pose);
 }
 
+bool is_narrow(const std::vector<Eigen::Vector3d>& bearings) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& bearing : bearings) sum += bearing;
+  double off2 = 0;
+  for (const Eigen::Vector3d& bearing : bearings) off2 += (bearing - sum.normalized()).squaredNorm();
+  return !bearings.empty() && std::sqrt(off2 / bearings.size()) < kNarrow;
+}
+
 bool is_narrow(const Map& map) {
   double sum = 0;
   int count = 0;

@@ -13,14 +13,30 @@ namespace mono_pose_tracker {
 
 namespace {
 
+// So far away, in units of the first two views' distance, that where it is seen from makes no difference: .1
+// px at a focal length of 1000 px.
+constexpr double kFar = 1e4;
+
+// Rays that noise alone keeps from meeting in front of the cameras are of a point too far away to be placed.
+// It tells of the turn all the same, and must not cost as much as a wrong match.
+Eigen::Vector3d far_point(const std::vector<Rigid3>& cameras_from_map,
+                          const std::vector<Eigen::Vector3d>& bearings) {
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < bearings.size(); ++i) {
+    direction += cameras_from_map[i].rotation.conjugate() * bearings[i];
+  }
+  return kFar * direction.normalized();
+}
+
 void triangulate_pair(const ViewSet& views, const std::vector<char>& inliers, ViewHypothesis* h) {
   const Rigid3 second_from_first = h->cameras_from_map[1] * h->cameras_from_map[0].inverse();
   for (std::size_t i = 0; i < views.tracks.size(); ++i) {
     const Track& track = views.tracks[i];
-    h->is_point[i] =
-        inliers[i] &&
-        triangulate_two_views(second_from_first, views.images[0]->set.bearings[track.feature_of_view[0]],
-                              views.images[1]->set.bearings[track.feature_of_view[1]], &h->points[i]);
+    const Eigen::Vector3d& bearing1 = views.images[0]->set.bearings[track.feature_of_view[0]];
+    const Eigen::Vector3d& bearing2 = views.images[1]->set.bearings[track.feature_of_view[1]];
+    h->is_point[i] = inliers[i];
+    if (!inliers[i] || triangulate_two_views(second_from_first, bearing1, bearing2, &h->points[i])) continue;
+    h->points[i] = far_point(h->cameras_from_map, {bearing1, bearing2});
   }
 }
 
@@ -75,14 +91,14 @@ void score(const ViewSet& views, const TrackerOptions& options, ViewHypothesis* 
       bearings.push_back(views.images[v]->set.bearings[f]);
     }
     Eigen::Vector3d x_in_map;
-    const bool found = triangulate_multi_view(cameras, bearings, &x_in_map);
-    bool agreed = found;
+    const bool is_near = triangulate_multi_view(cameras, bearings, &x_in_map);
+    if (!is_near) x_in_map = far_point(cameras, bearings);
+    bool agreed = is_near;
     for (std::size_t v = 0; v < views.images.size(); ++v) {
       const int f = views.tracks[i].feature_of_view[v];
       if (f < 0) continue;
-      const double e2 =
-          found ? reprojection_error(*views.images[v], f, h->cameras_from_map[v] * x_in_map).squaredNorm()
-                : cap;
+      const Eigen::Vector3d x_in_camera = h->cameras_from_map[v] * x_in_map;
+      const double e2 = reprojection_error(*views.images[v], f, x_in_camera).squaredNorm();
       agreed = agreed && e2 < cap;
       h->cost += std::min(e2, cap);
     }

@@ -114,6 +114,35 @@ TEST_F(BootstrapperTest, PlaneGivesTheRightMapNotItsTwin) {
   }
 }
 
+// A walk on a roof: the town far away, noise deciding whether its rays meet, and a railing near by.
+TEST_F(BootstrapperTest, WhatIsFarAwayTellsTheTurnAndTheNearTheWay) {
+  const auto turning = [](int frame) { return camera_at({0.06 * frame, 0, 0}, -2 * kDegree * frame); };
+  int maps = 0;
+  for (int trial = 0; trial < 20; ++trial) {
+    bootstrapper_.reset();
+    next_index_ = 0;
+    std::vector<Eigen::Vector3d> x_in_map;
+    for (int i = 0; i < 200; ++i) {
+      const double z = i < 150 ? random_.uniform(150, 1000) : random_.uniform(3, 6);
+      x_in_map.emplace_back(z * random_.uniform(-0.9, 0.6), z * random_.uniform(i < 150 ? -0.2 : 0.1, 0.4),
+                            z);
+    }
+    const SyntheticScene scene(x_in_map, random_);
+    BootstrapReport report;
+    for (int i = 0; i < 12 && !report.map; ++i) report = bootstrapper_.add(frame(scene, turning(i)));
+    if (!report.map) continue;
+    ++maps;
+    const InitialMap::View& first = report.map->views.front();
+    const InitialMap::View& last = report.map->views.back();
+    const Rigid3 found = last.camera_from_map * first.camera_from_map.inverse();
+    const Rigid3 truth =
+        turning(static_cast<int>(last.frame.index)) * turning(static_cast<int>(first.frame.index)).inverse();
+    EXPECT_LT(rotation_angle_between(found.rotation, truth.rotation) / kDegree, 1) << "trial " << trial;
+    EXPECT_LT(angle_deg(found.inverse().translation, truth.inverse().translation), 30) << "trial " << trial;
+  }
+  EXPECT_GE(maps, 5);
+}
+
 TEST_F(BootstrapperTest, NoMapBeforeAThirdView) {
   const SyntheticScene scene = box_scene(300, random_);
   bootstrapper_.add(frame(scene, on_the_way(0)));

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <vector>
+
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 
@@ -10,6 +13,9 @@ namespace mono_pose_tracker {
 /// turns farther. About the middle of the landmarks as the first keyframe sees it; turns are `stretch` times
 /// as far, depths as much flatter. Images agree up to perspective.
 void reverse_depth(double stretch, Map* map);
+
+/// Whether unit bearings lie within 8.6 degrees (rms) of their middle.
+bool is_narrow(const std::vector<Eigen::Vector3d>& bearings);
 
 /// Whether the landmarks fill so little of the view that a map may have begun reversed: less than 8.6 degrees
 /// (rms) round their middle.
