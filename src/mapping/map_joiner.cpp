@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "landmark_parallax.h"
 #include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/median.h"
 
@@ -11,6 +12,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
+// px of parallax at 640 px width, with which features of .6 px know a depth to a fifth.
+constexpr double kKnownDepthPx = 4.2;
 // Points that both maps know, seen by one keyframe: fewer tell no scale.
 constexpr int kMinPoints = 10;
 // Of the scale between the maps, as one keyframe's depths tell it. What it is off by bends the seam, which
@@ -19,13 +22,18 @@ constexpr double kMaxLogScaleSigma = 0.1;
 // px at 640 px width: drift between the two keyframes, in either map, adds to the error of the ties.
 constexpr double kMaxDisagreement = 12;
 
-// Ratio of depths, other over map, of the points that both know: log of the median, and its standard error.
+// Ratio of depths, other over map, of the points whose depth both know: log of the median, and its standard
+// error. What is far away looks the same from anywhere: it has a depth in either map, and tells no scale.
 bool scale_between(const Map& map, const Keyframe& keyframe, const Map& other, const Location& location,
                    double* log_scale, double* sigma) {
+  const double known = kKnownDepthPx * image_scale(keyframe.image->camera) / keyframe.image->camera.focal();
   std::vector<double> ratios;
   for (const auto& [feature, landmark] : location.matches) {
     const LandmarkId own = keyframe.landmark_of_feature[feature];
-    if (own == kNoLandmark) continue;
+    if (own == kNoLandmark || !has_parallax(map, *map.landmark(own), known) ||
+        !has_parallax(other, *other.landmark(landmark), known)) {
+      continue;
+    }
     const double here = (keyframe.camera_from_map * map.landmark(own)->x_in_map).norm();
     const double there = (location.camera_from_map * other.landmark(landmark)->x_in_map).norm();
     if (here > 0 && there > 0) ratios.push_back(std::log(there / here));

@@ -7,26 +7,13 @@
 #include <vector>
 
 #include "keyframe_landmarks.h"
+#include "landmark_parallax.h"
 #include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/mapping/mapper.h"
 
 namespace mono_pose_tracker {
 
 namespace {
-
-// Whether two of the rays that see the landmark differ by at least the angle.
-bool has_parallax(const Map& map, const Landmark& landmark, double min_angle) {
-  std::vector<Eigen::Vector3d> rays;
-  const double max_cosine = std::cos(min_angle);
-  for (const Observation& o : landmark.observations) {
-    const Eigen::Vector3d ray = (map.keyframe(o.keyframe)->center_in_map() - landmark.x_in_map).normalized();
-    for (const Eigen::Vector3d& other : rays) {
-      if (ray.dot(other) <= max_cosine) return true;
-    }
-    rays.push_back(ray);
-  }
-  return false;
-}
 
 // Of a capped map: a keyframe each half second for twelve minutes, which is as long as the tracker keeps
 // the poses of frames at 30 Hz. Every snapshot has them all.
