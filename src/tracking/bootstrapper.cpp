@@ -98,8 +98,9 @@ std::vector<ViewHypothesis> grow_all(const ViewSet& views, const RelativePoseRep
 // 152 begun with more, two.
 constexpr double kMinEvidence = 8;
 
-// How many observations' worth the runner-up costs more. A narrow view hardly tells its rivals apart however
-// long one waits: its map is begun with what there is, and set right as it grows (mapping/depth_reversal.h).
+// Whether the runner-up costs enough more. An object, or what else fills a narrow view, hardly tells its
+// rivals apart however long one waits: its map is begun with what there is, and set right as it grows
+// (mapping/depth_reversal.h).
 bool has_evidence(const ViewSet& views, const ViewHypothesis& best, const ViewHypothesis& rival,
                   const TrackerOptions& options) {
   const double more = rival.cost - best.cost;
@@ -109,7 +110,7 @@ bool has_evidence(const ViewSet& views, const ViewHypothesis& best, const ViewHy
   for (const Track& track : views.tracks) {
     bearings.push_back(views.images[0]->set.bearings[track.feature_of_view[0]]);
   }
-  return is_narrow(bearings) ||
+  return !views.has_horizon || is_narrow(bearings) ||
          more >= kMinEvidence * options.inlier_threshold_px * options.inlier_threshold_px;
 }
 
@@ -346,6 +347,7 @@ std::vector<int> Bootstrapper::third_views(std::size_t second) const {
 ViewSet Bootstrapper::collect(const std::vector<int>& used, std::vector<Frame>* frames) const {
   ViewSet views;
   views.focal_px = camera_.focal();
+  views.has_horizon = options_.segmentation.body != "turning";
   for (const int i : used) {
     views.images.push_back(candidates_[i].frame.image);
     frames->push_back(candidates_[i].frame);

@@ -34,9 +34,10 @@ void triangulate_pair(const ViewSet& views, const std::vector<char>& inliers, Vi
     const Track& track = views.tracks[i];
     const Eigen::Vector3d& bearing1 = views.images[0]->set.bearings[track.feature_of_view[0]];
     const Eigen::Vector3d& bearing2 = views.images[1]->set.bearings[track.feature_of_view[1]];
-    h->is_point[i] = inliers[i];
-    if (!inliers[i] || triangulate_two_views(second_from_first, bearing1, bearing2, &h->points[i])) continue;
-    h->points[i] = far_point(h->cameras_from_map, {bearing1, bearing2});
+    const bool is_near =
+        inliers[i] && triangulate_two_views(second_from_first, bearing1, bearing2, &h->points[i]);
+    h->is_point[i] = is_near || (inliers[i] && views.has_horizon);
+    if (h->is_point[i] && !is_near) h->points[i] = far_point(h->cameras_from_map, {bearing1, bearing2});
   }
 }
 
@@ -97,8 +98,10 @@ void score(const ViewSet& views, const TrackerOptions& options, ViewHypothesis* 
     for (std::size_t v = 0; v < views.images.size(); ++v) {
       const int f = views.tracks[i].feature_of_view[v];
       if (f < 0) continue;
-      const Eigen::Vector3d x_in_camera = h->cameras_from_map[v] * x_in_map;
-      const double e2 = reprojection_error(*views.images[v], f, x_in_camera).squaredNorm();
+      const double e2 =
+          is_near || views.has_horizon
+              ? reprojection_error(*views.images[v], f, h->cameras_from_map[v] * x_in_map).squaredNorm()
+              : cap;
       agreed = agreed && e2 < cap;
       h->cost += std::min(e2, cap);
     }
