@@ -93,31 +93,33 @@ std::vector<ViewHypothesis> grow_all(const ViewSet& views, const RelativePoseRep
   return distinct;
 }
 
-// In observations that are out by the threshold: a few wrong matches fit either of two geometries by chance.
-// Of 86 maps begun with less, of a phone's recording and a head's before a room, 41 were of the wrong one; of
-// 152 begun with more, two.
-constexpr double kMinEvidence = 8;
+// In observations as they cost on average: what is no noise (a rolling shutter, the calibration, a few wrong
+// matches) is shared by many and fits either of two geometries by chance. Of 98 maps begun with less, of a
+// phone's recording and a head's before a room, 41 were of the wrong one; of 140 begun with more, 2.
+constexpr double kMinEvidence = 80;
 
 // Whether the runner-up costs enough more. An object, or what else fills a narrow view, hardly tells its
 // rivals apart however long one waits: its map is begun with what there is, and set right as it grows
 // (mapping/depth_reversal.h).
 bool has_evidence(const ViewSet& views, const ViewHypothesis& best, const ViewHypothesis& rival,
-                  const TrackerOptions& options) {
+                  double min_share) {
   const double more = rival.cost - best.cost;
-  if (options.bootstrap.min_evidence == 0) return true;
-  if (more < options.bootstrap.min_evidence * best.cost) return false;
+  if (min_share == 0) return true;
+  if (more < min_share * best.cost) return false;
   std::vector<Eigen::Vector3d> bearings;
+  std::ptrdiff_t observations = 0;
   for (const Track& track : views.tracks) {
-    bearings.push_back(views.images[0]->set.bearings[track.feature_of_view[0]]);
+    const std::vector<int>& seen = track.feature_of_view;
+    bearings.push_back(views.images[0]->set.bearings[seen[0]]);
+    observations += std::count_if(seen.begin(), seen.end(), [](int f) { return f >= 0; });
   }
-  return !views.has_horizon || is_narrow(bearings) ||
-         more >= kMinEvidence * options.inlier_threshold_px * options.inlier_threshold_px;
+  const double usual = best.cost / static_cast<double>(observations);
+  return !views.has_horizon || is_narrow(bearings) || more >= kMinEvidence * usual;
 }
 
 // Whether the best of the hypotheses is good enough for a map; says why not.
 bool judge(const ViewSet& views, const std::vector<ViewHypothesis>& hypotheses,
-           const TrackerOptions& tracker_options, BootstrapReport* report) {
-  const BootstrapOptions& options = tracker_options.bootstrap;
+           const BootstrapOptions& options, BootstrapReport* report) {
   const ViewHypothesis& best = hypotheses[0];
   const double parallax = median_parallax(views, best);
   report->median_parallax_deg = parallax / kDegree;
@@ -135,7 +137,7 @@ bool judge(const ViewSet& views, const std::vector<ViewHypothesis>& hypotheses,
     report->reason = Reason::kAwaitingConfirmation;
     report->text = text("a third view confirms %.0f %% of the points, %.0f %% needed", 100 * best.confirmed,
                         100 * options.min_confirmed);
-  } else if (hypotheses.size() > 1 && !has_evidence(views, best, hypotheses[1], tracker_options)) {
+  } else if (hypotheses.size() > 1 && !has_evidence(views, best, hypotheses[1], options.min_evidence)) {
     report->reason = Reason::kAmbiguousPose;
     report->text = text("a rival geometry of the %d matches fits within %.1f %% of the best", report->matches,
                         100 * (hypotheses[1].cost / best.cost - 1));
@@ -395,7 +397,7 @@ BootstrapReport Bootstrapper::add(const Frame& frame) {
   const RelativePoseReport pose = relative_pose(views, options_, &report);
   if (report.reason != Reason::kOk) return report;
   const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_);
-  if (judge(views, hypotheses, options_, &report)) {
+  if (judge(views, hypotheses, options_.bootstrap, &report)) {
     report.map = to_map(views, frames, hypotheses[0]);
     if (!still_.empty()) report_motions(&report);
   }
@@ -427,9 +429,9 @@ BootstrapReport Bootstrapper::unconfirmed() const {
   const RelativePoseReport pose = relative_pose(views, options_, &report);
   if (report.reason != Reason::kOk) return report;
   const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_);
-  TrackerOptions two_view = options_;
-  two_view.bootstrap.min_confirmed = 0;
-  two_view.bootstrap.min_evidence = 0;
+  BootstrapOptions two_view = options_.bootstrap;
+  two_view.min_confirmed = 0;
+  two_view.min_evidence = 0;
   if (judge(views, hypotheses, two_view, &report)) {
     report.map = to_map(views, frames, hypotheses[0]);
   }
