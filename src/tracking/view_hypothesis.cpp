@@ -78,8 +78,8 @@ bool resect(const ViewSet& views, int v, const TrackerOptions& options, ViewHypo
 
 // Every track gets its best point under the cameras, so that hypotheses are compared on the same
 // observations.
-void score(const ViewSet& views, const TrackerOptions& options, ViewHypothesis* h) {
-  const double cap = options.inlier_threshold_px * options.inlier_threshold_px;
+void score(const ViewSet& views, ViewHypothesis* h) {
+  const double cap = views.inlier_threshold_px * views.inlier_threshold_px;
   h->cost = 0;
   h->num_points = 0;
   for (std::size_t i = 0; i < views.tracks.size(); ++i) {
@@ -132,7 +132,7 @@ ViewHypothesis grow_hypothesis(const ViewSet& views, const Rigid3& second_from_f
     }
   }
   if (num_views > 2) adjust(views, num_views, options, &h);
-  score(views, options, &h);
+  score(views, &h);
   return h;
 }
 
