@@ -93,8 +93,9 @@ void reverse_depth(double stretch, Map* map) {
 bool is_narrow(const std::vector<Eigen::Vector3d>& bearings) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& bearing : bearings) sum += bearing;
+  const Eigen::Vector3d middle = sum.normalized();
   double off2 = 0;
-  for (const Eigen::Vector3d& bearing : bearings) off2 += (bearing - sum.normalized()).squaredNorm();
+  for (const Eigen::Vector3d& bearing : bearings) off2 += (bearing - middle).squaredNorm();
   return !bearings.empty() && std::sqrt(off2 / bearings.size()) < kNarrow;
 }
 

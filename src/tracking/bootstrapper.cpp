@@ -104,10 +104,11 @@ constexpr double kMinEvidence = 80, kMinEvidenceOut = 8;
 // rivals apart however long one waits: its map is begun with what there is, and set right as it grows
 // (mapping/depth_reversal.h).
 bool has_evidence(const ViewSet& views, const ViewHypothesis& best, const ViewHypothesis& rival,
-                  double min_share) {
+                  const TrackerOptions& options) {
   const double more = rival.cost - best.cost;
-  if (min_share == 0) return true;
-  if (more < min_share * best.cost) return false;
+  if (options.bootstrap.min_evidence == 0) return true;
+  if (more < options.bootstrap.min_evidence * best.cost) return false;
+  if (!views.has_horizon) return true;
   std::vector<Eigen::Vector3d> bearings;
   std::ptrdiff_t observations = 0;
   for (const Track& track : views.tracks) {
@@ -115,33 +116,34 @@ bool has_evidence(const ViewSet& views, const ViewHypothesis& best, const ViewHy
     bearings.push_back(views.images[0]->set.bearings[seen[0]]);
     observations += std::count_if(seen.begin(), seen.end(), [](int f) { return f >= 0; });
   }
+  if (is_narrow(bearings)) return true;
   const double usual = best.cost / static_cast<double>(observations);
-  const double out = views.inlier_threshold_px * views.inlier_threshold_px;
-  return !views.has_horizon || is_narrow(bearings) ||
-         more >= std::min(kMinEvidence * usual, kMinEvidenceOut * out);
+  const double out = options.inlier_threshold_px * options.inlier_threshold_px;
+  return more >= std::min(kMinEvidence * usual, kMinEvidenceOut * out);
 }
 
 // Whether the best of the hypotheses is good enough for a map; says why not.
-bool judge(const ViewSet& views, const std::vector<ViewHypothesis>& hypotheses,
-           const BootstrapOptions& options, BootstrapReport* report) {
+bool judge(const ViewSet& views, const std::vector<ViewHypothesis>& hypotheses, const TrackerOptions& options,
+           BootstrapReport* report) {
+  const BootstrapOptions& limits = options.bootstrap;
   const ViewHypothesis& best = hypotheses[0];
   const double parallax = median_parallax(views, best);
   report->median_parallax_deg = parallax / kDegree;
   report->inliers = best.num_points;
-  if (best.num_points < options.min_landmarks) {
+  if (best.num_points < limits.min_landmarks) {
     report->reason = Reason::kTooFewInliers;
-    report->text = text("%d points agree in all views, %d needed", best.num_points, options.min_landmarks);
-  } else if (report->median_parallax_deg < options.min_parallax_deg ||
-             parallax * views.focal_px < options.min_parallax_px) {
+    report->text = text("%d points agree in all views, %d needed", best.num_points, limits.min_landmarks);
+  } else if (report->median_parallax_deg < limits.min_parallax_deg ||
+             parallax * views.focal_px < limits.min_parallax_px) {
     report->reason = Reason::kLowParallax;
     report->text = text("too little parallax: median %.2f deg (%.1f px), %.2f deg and %.1f px needed",
-                        report->median_parallax_deg, parallax * views.focal_px, options.min_parallax_deg,
-                        options.min_parallax_px);
-  } else if (best.confirmed < options.min_confirmed) {
+                        report->median_parallax_deg, parallax * views.focal_px, limits.min_parallax_deg,
+                        limits.min_parallax_px);
+  } else if (best.confirmed < limits.min_confirmed) {
     report->reason = Reason::kAwaitingConfirmation;
     report->text = text("a third view confirms %.0f %% of the points, %.0f %% needed", 100 * best.confirmed,
-                        100 * options.min_confirmed);
-  } else if (hypotheses.size() > 1 && !has_evidence(views, best, hypotheses[1], options.min_evidence)) {
+                        100 * limits.min_confirmed);
+  } else if (hypotheses.size() > 1 && !has_evidence(views, best, hypotheses[1], options)) {
     report->reason = Reason::kAmbiguousPose;
     report->text = text("a rival geometry of the %d matches fits within %.1f %% of the best", report->matches,
                         100 * (hypotheses[1].cost / best.cost - 1));
@@ -353,7 +355,6 @@ std::vector<int> Bootstrapper::third_views(std::size_t second) const {
 ViewSet Bootstrapper::collect(const std::vector<int>& used, std::vector<Frame>* frames) const {
   ViewSet views;
   views.focal_px = camera_.focal();
-  views.inlier_threshold_px = options_.inlier_threshold_px;
   views.has_horizon = options_.segmentation.body != "turning";
   for (const int i : used) {
     views.images.push_back(candidates_[i].frame.image);
@@ -402,7 +403,7 @@ BootstrapReport Bootstrapper::add(const Frame& frame) {
   const RelativePoseReport pose = relative_pose(views, options_, &report);
   if (report.reason != Reason::kOk) return report;
   const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_);
-  if (judge(views, hypotheses, options_.bootstrap, &report)) {
+  if (judge(views, hypotheses, options_, &report)) {
     report.map = to_map(views, frames, hypotheses[0]);
     if (!still_.empty()) report_motions(&report);
   }
@@ -434,9 +435,9 @@ BootstrapReport Bootstrapper::unconfirmed() const {
   const RelativePoseReport pose = relative_pose(views, options_, &report);
   if (report.reason != Reason::kOk) return report;
   const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_);
-  BootstrapOptions two_view = options_.bootstrap;
-  two_view.min_confirmed = 0;
-  two_view.min_evidence = 0;
+  TrackerOptions two_view = options_;
+  two_view.bootstrap.min_confirmed = 0;
+  two_view.bootstrap.min_evidence = 0;
   if (judge(views, hypotheses, two_view, &report)) {
     report.map = to_map(views, frames, hypotheses[0]);
   }

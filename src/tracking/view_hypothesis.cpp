@@ -78,8 +78,8 @@ bool resect(const ViewSet& views, int v, const TrackerOptions& options, ViewHypo
 
 // Every track gets its best point under the cameras, so that hypotheses are compared on the same
 // observations.
-void score(const ViewSet& views, ViewHypothesis* h) {
-  const double cap = views.inlier_threshold_px * views.inlier_threshold_px;
+void score(const ViewSet& views, double threshold_px, ViewHypothesis* h) {
+  const double cap = threshold_px * threshold_px;
   h->cost = 0;
   h->num_points = 0;
   for (std::size_t i = 0; i < views.tracks.size(); ++i) {
@@ -93,7 +93,7 @@ void score(const ViewSet& views, ViewHypothesis* h) {
     }
     Eigen::Vector3d x_in_map;
     const bool is_near = triangulate_multi_view(cameras, bearings, &x_in_map);
-    if (!is_near) x_in_map = far_point(cameras, bearings);
+    if (!is_near && views.has_horizon) x_in_map = far_point(cameras, bearings);
     bool agreed = is_near;
     for (std::size_t v = 0; v < views.images.size(); ++v) {
       const int f = views.tracks[i].feature_of_view[v];
@@ -132,7 +132,7 @@ ViewHypothesis grow_hypothesis(const ViewSet& views, const Rigid3& second_from_f
     }
   }
   if (num_views > 2) adjust(views, num_views, options, &h);
-  score(views, &h);
+  score(views, options.inlier_threshold_px, &h);
   return h;
 }
 

@@ -29,7 +29,6 @@ struct ViewSet {
   std::vector<ImageFeaturesPtr> images;
   std::vector<Track> tracks;
   double focal_px = 1;  // one pixel is 1 / focal_px radians
-  double inlier_threshold_px = 2;
   bool has_horizon = true;  // points may be too far away to be placed; an object's are not
 };
 
