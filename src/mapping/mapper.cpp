@@ -8,6 +8,7 @@
 
 #include "depth_jump.h"
 #include "epipolar_matcher.h"
+#include "fixed_in_image.h"
 #include "keyframe_landmarks.h"
 #include "keyframe_places.h"
 #include "known_baseline.h"
@@ -106,6 +107,7 @@ void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
   {
     const StageTimer timer(stages_, "map_match");
     for (const KeyframeId id : ids) separate_motions(id);
+    leave_out_fixed(ids.back());
     for (const KeyframeId id : ids) {
       const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
       create_landmarks(id, near);
@@ -146,6 +148,7 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   {
     const StageTimer timer(stages_, "map_match");
     separate_motions(id);
+    leave_out_fixed(id);
     const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
     LookAlikes unknown;
     fuse(id, within_reach(id, &unknown));
@@ -194,6 +197,12 @@ void Mapper::separate_motions(KeyframeId id) {
     leave_out(partner, other.of_first);
     leave_out(id, other.of_second);
   }
+}
+
+// What stays where it is in the image is no part of the map, however well it fits one keyframe and the next.
+void Mapper::leave_out_fixed(KeyframeId id) {
+  for (const auto& [keyframe, features] : find_fixed_in_image(options_, map_, id))
+    leave_out(keyframe, features);
 }
 
 // What was left out of the images, being another body's, is asked as well: the wrong one may have been left
@@ -357,6 +366,7 @@ void Mapper::finish() {
   if (map_.keyframes().empty()) return;
   BundleOptions bundle = options_.bundle;
   bundle.max_iterations = 50;
+  for (const auto& entry : map_.keyframes()) leave_out_fixed(entry.first);
   if (link_views(options_, &map_) > 0) {
     count(adjust_map(with_wide_loss(bundle), &map_));  // nothing is culled yet
     count(adjust_map(bundle, &map_));

@@ -281,6 +281,13 @@ std::vector<char> Bootstrapper::moved_between() const {
   return flags;
 }
 
+// No matches of this pair and the views between: the next image is asked anew.
+void Bootstrapper::leave_out_fixed(const std::vector<int>& of_reference) {
+  for (std::size_t c = 1; c < candidates_.size(); ++c) {
+    for (const int f : of_reference) candidates_[c].feature_of_reference[f] = -1;
+  }
+}
+
 // Looks for an object that moves before a still background, and leaves the background's features out once it
 // is certain that there is one. False when no map can be made of this frame; the report says why.
 bool Bootstrapper::separate_motions(BootstrapReport* report) {
@@ -297,6 +304,7 @@ bool Bootstrapper::separate_motions(BootstrapReport* report) {
   const int still = static_cast<int>(motions.still.size());
   const int moved = static_cast<int>(motions.moved_of_first.size());
   camera_is_still_ = still > kStillCamera * motions.matches;
+  if (motions.fixed_to_camera) leave_out_fixed(motions.still_of_first);
   two_motions_seen_ = motions.found ? two_motions_seen_ + 1 : 0;
   report->matches = motions.matches;
   if (two_motions_seen_ >= kTwoMotionsFrames && method != "none") {

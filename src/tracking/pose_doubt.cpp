@@ -30,6 +30,13 @@ double learn(double variance, double squared, int learnt) {
 
 std::optional<std::string> PoseDoubt::judge(std::int64_t stamp_ns, const ResectionReport& resection,
                                             const std::optional<Rigid3>& predicted, int min_inliers) {
+  std::optional<std::string> doubt = doubt_of(stamp_ns, resection, predicted, min_inliers);
+  in_a_row_ = doubt ? in_a_row_ + 1 : 0;
+  return doubt;
+}
+
+std::optional<std::string> PoseDoubt::doubt_of(std::int64_t stamp_ns, const ResectionReport& resection,
+                                               const std::optional<Rigid3>& predicted, int min_inliers) {
   char text[200];
   const std::optional<std::int64_t> last = std::exchange(last_stamp_ns_, stamp_ns);
   if (resection.inliers < 2 * min_inliers && hangs_in_corner(resection.support)) {
@@ -52,7 +59,10 @@ std::optional<std::string> PoseDoubt::judge(std::int64_t stamp_ns, const Resecti
       translation_variance_ + resection.covariance.topLeftCorner<3, 3>().trace() / 3;
   const double distance2 = turn * turn / rotation_variance + shift * shift / translation_variance;
   const double share = static_cast<double>(resection.support.found) / std::max(1, resection.support.expected);
-  const bool is_outlier = learnt_ >= kLeastLearnt && distance2 > kGate && share < kUnexplained * usual_share_;
+  // What goes on from a doubtful pose is asked what is asked of a camera that was lost.
+  const bool goes_on_in_doubt = in_a_row_ > 0 && !is_supported(resection.support, min_inliers);
+  const bool is_outlier = learnt_ >= kLeastLearnt &&
+                          (goes_on_in_doubt || (distance2 > kGate && share < kUnexplained * usual_share_));
   if (!is_outlier) usual_share_ += std::max(kWeight, 1.0 / (learnt_ + 1)) * (share - usual_share_);
   rotation_variance_ = learn(rotation_variance_, turn * turn / 3, learnt_);
   translation_variance_ = learn(translation_variance_, shift * shift / 3, learnt_);

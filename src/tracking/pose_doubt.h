@@ -19,14 +19,24 @@ class PoseDoubt {
   // no pose. min_inliers: of any pose. What speaks against it, in words; nothing when nothing does.
   std::optional<std::string> judge(std::int64_t stamp_ns, const ResectionReport& resection,
                                    const std::optional<Rigid3>& predicted_camera_from_map, int min_inliers);
+  // Those that were doubted in a row, up to the last.
+  int in_a_row() const { return in_a_row_; }
 
   // Another map or another place: what comes next is no continuation.
-  void interrupt() { last_stamp_ns_.reset(); }
+  void interrupt() {
+    last_stamp_ns_.reset();
+    in_a_row_ = 0;
+  }
   // Lengths of the map have another unit.
   void rescale(double scale) { translation_variance_ *= scale * scale; }
   void reset() { *this = PoseDoubt(); }
 
  private:
+  std::optional<std::string> doubt_of(std::int64_t stamp_ns, const ResectionReport& resection,
+                                      const std::optional<Rigid3>& predicted_camera_from_map,
+                                      int min_inliers);
+
+  int in_a_row_ = 0;
   std::optional<std::int64_t> last_stamp_ns_;
   double usual_gap_ns_ = 0;  // between frames
   int learnt_ = 0;           // innovations

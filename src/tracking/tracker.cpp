@@ -187,11 +187,8 @@ void Tracker::Impl::track(const Frame& frame, FrameReport* report) {
   Frame of_body = followed(frame, report);
   const ResectionReport resection = locate(frame, &of_body, report);
   describe(resection, report);
-  if (resection.success) {
-    accept(of_body, *worker_.latest(), resection, report);
-  } else {
-    lose(frame, of_body, report);
-  }
+  if (resection.success && accept(of_body, *worker_.latest(), resection, report)) return;
+  lose(frame, of_body, report);
 }
 
 void Tracker::Impl::lose(const Frame& frame, const Frame& of_body, FrameReport* report) {
@@ -214,13 +211,15 @@ void Tracker::Impl::lose(const Frame& frame, const Frame& of_body, FrameReport* 
   }
 }
 
-void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
+// False when it is one doubtful pose too many.
+bool Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
                            FrameReport* report) {
   Rigid3 reference_from_map;
   const bool continuous = frames_lost_ == 0 && map.camera_from_map(reference_, &reference_from_map);
   std::optional<Rigid3> last;
   if (continuous) last = camera_from_reference_ * reference_from_map;
   const bool doubtful = is_doubtful(frame, resection, last, report);
+  if (doubtful && withdraw_doubtful(frame, map, report)) return false;
   if (continuous) {
     motion_ = resection.camera_from_map * (camera_from_reference_ * reference_from_map).inverse();
   } else {
@@ -239,8 +238,15 @@ void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   if (body_ && frame.whole) body_->settle(pixels_of(frame, resection));
   const Overlap overlap = overlap_with(map, reference_, resection, camera_);
   report->median_parallax_deg = overlap.parallax_deg;
-  if (doubtful || options_.localize_only) return;  // nothing of it comes into the map
-  if (!keyframe_policy_.is_due(map, overlap, resection.inliers, worker_.backlog())) return;
+  if (doubtful || options_.localize_only) return true;  // nothing of it comes into the map
+  if (keyframe_policy_.is_due(map, overlap, resection.inliers, worker_.backlog())) {
+    insert_keyframe(frame, map, resection, report);
+  }
+  return true;
+}
+
+void Tracker::Impl::insert_keyframe(const Frame& frame, const TrackingMap& map,
+                                    const ResectionReport& resection, FrameReport* report) {
   const StageTimer timer(report->stages, "keyframe");
   KeyframeCandidate candidate{frame, reference_, camera_from_reference_, resection.observations,
                               corrections_};
@@ -258,6 +264,22 @@ void Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
     frames_[now->map_id].set(frame.index, {frame.stamp_ns, reference_, camera_from_reference_});
     report->map_from_camera = now->keyframes.at(reference_).camera_from_map.inverse();
   }
+}
+
+// One doubtful pose may be right, and so may the next. Of a run of them each has led to the one after it, and
+// nothing has confirmed any: the camera is elsewhere, and none of them is kept.
+bool Tracker::Impl::withdraw_doubtful(const Frame& frame, const TrackingMap& map, FrameReport* report) {
+  constexpr int kMostInARow = 2;
+  if (pose_doubt_.in_a_row() <= kMostInARow) return false;
+  for (int back = 0; back <= kMostInARow; ++back) {
+    frames_[map.map_id].erase(frame.index - back);
+    if (pace_ != SearchPace::kLive) withdrawn_.insert(frame.index - back);
+  }
+  pose_doubt_.interrupt();
+  report->map_from_camera.reset();
+  report->reason = Reason::kRelocalising;
+  report->reason_text = "one doubtful pose after the other; the last: " + report->reason_text;
+  return true;
 }
 
 // Told, not hidden: the pose is reported with what speaks against it.

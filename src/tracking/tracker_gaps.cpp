@@ -24,9 +24,9 @@ bool Tracker::Impl::pose_beside(const Frame& frame, std::int64_t neighbor) {
     predicted = near * before.inverse() * near;
   }
   const ResectionReport resection = resector_.resect(frame, *map, reference, predicted);
-  // The frame beside it speaks for what is found where that one leads.
-  const bool is_followed =
-      resection.success && resection.is_where_predicted && !hangs_in_corner(resection.support);
+  // The frame beside it speaks for what is found where that one leads, unless that has led astray before.
+  const bool is_followed = resection.success && resection.is_where_predicted &&
+                           !hangs_in_corner(resection.support) && withdrawn_.count(frame.index) == 0;
   if (!is_followed && !is_found(resection)) return false;
   frames_lost_ = 1;  // not beside the frame that was tracked last: any keyframe may be the reference
   const FramePose pose = set_pose(frame, *map, resection, false);
@@ -191,10 +191,7 @@ bool Tracker::Impl::track_in_gap(const Frame& frame) {
   } else if (tentative_) {
     confirm(frame, &resection);
   }
-  if (resection.success) {
-    accept(frame, *worker_.latest(), resection, &report);
-    return true;
-  }
+  if (resection.success && accept(frame, *worker_.latest(), resection, &report)) return true;
   motion_.reset();
   frames_lost_ = std::max(frames_lost_ + 1, options_.young_map_patience);
   if (!search(frame, &report)) bootstrap_beside(frame, &report);

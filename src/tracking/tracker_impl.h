@@ -112,7 +112,7 @@ class Tracker::Impl {
   void apply_corrections(const TrackingMap& map);
   void forget_dropped_maps(const TrackingMap& map);
   TrackingMapPtr view_of(std::uint32_t map_id) const;
-  void accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
+  bool accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
               FrameReport* report);
   void complete_map();
   std::set<std::int64_t> find_strays() const;
@@ -138,6 +138,9 @@ class Tracker::Impl {
   ResectionReport resect_near_in_time(const Frame& frame, const TrackingMap& map,
                                       std::size_t keyframes) const;
   ResectionReport resect_near(const Frame& frame, const TrackingMap& map) const;
+  bool withdraw_doubtful(const Frame& frame, const TrackingMap& map, FrameReport* report);
+  void insert_keyframe(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
+                       FrameReport* report);
   bool is_doubtful(const Frame& frame, const ResectionReport& resection, const std::optional<Rigid3>& last,
                    FrameReport* report);
   KeyframeId choose_reference(const TrackingMap& map, const ResectionReport& resection) const;
@@ -177,6 +180,7 @@ class Tracker::Impl {
   Rigid3 camera_from_reference_;
   std::optional<Rigid3> motion_;  // camera now from camera one frame ago
   int frames_lost_ = 0;
+  std::set<std::int64_t> withdrawn_;  // frames of a recording whose poses were doubtful, one after the other
   std::optional<BodyFollower>
       body_;             // live: that the map is to be of; nothing: of whatever it was begun with
   int bodies_left_ = 0;  // maps in a row that were dropped, since another body turned more

@@ -1,6 +1,7 @@
 #include "mono_pose_tracker/tracking/two_motions.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -33,6 +34,9 @@ constexpr double kMinFewOfNearly = 0.6;
 constexpr double kMinFewMoved = 6;  // px, median
 // Mean of a dozen shifts of up to a pixel.
 constexpr double kMaxFewMeanShift = 0.5;
+// A side of the image, an eighth of it, is of those that have so many features there, and most.
+constexpr double kSide = 1.0 / 8;
+constexpr int kMinAtSide = 3;
 
 double distance2(const cv::Point2f& a, const Eigen::Vector2f& b) {
   const double dx = a.x - b.x(), dy = a.y - b.y();
@@ -86,6 +90,30 @@ bool are_few_still(const std::vector<Eigen::Vector2f>& shifts, double moved_px, 
          std::hypot(median(s.x), median(s.y)) <= kMaxFewMeanShift * size;
 }
 
+// Features at the left, right, upper and lower side of the image.
+std::array<int, 4> count_at_sides(const std::vector<cv::Point2f>& pixels, const CameraModel& camera) {
+  std::array<int, 4> count{};
+  for (const cv::Point2f& p : pixels) {
+    count[0] += p.x < kSide * camera.width();
+    count[1] += p.x > (1 - kSide) * camera.width();
+    count[2] += p.y < kSide * camera.height();
+    count[3] += p.y > (1 - kSide) * camera.height();
+  }
+  return count;
+}
+
+// A background reaches the image's sides beside the object; a view reaches them beside what is before it.
+bool reaches_round(const std::vector<cv::Point2f>& moved, const std::vector<cv::Point2f>& still,
+                   const CameraModel& camera) {
+  const std::array<int, 4> moving = count_at_sides(moved, camera), standing = count_at_sides(still, camera);
+  int of_moving = 0, of_still = 0;
+  for (std::size_t i = 0; i < moving.size(); ++i) {
+    of_moving += moving[i] >= kMinAtSide && moving[i] > standing[i];
+    of_still += standing[i] >= kMinAtSide && standing[i] >= moving[i];
+  }
+  return of_moving > of_still;
+}
+
 }  // namespace
 
 TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& second,
@@ -107,7 +135,9 @@ TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& sec
     const bool came_back = !has_moved.empty() && has_moved[f] && length < kNearlyFewStill * size;
     if (!came_back) shifts.push_back(shift);
     if (length < kFewStill * size) {
-      if (!came_back) motions.still.emplace_back(to.x(), to.y());
+      if (came_back) continue;
+      motions.still.emplace_back(to.x(), to.y());
+      motions.still_of_first.push_back(static_cast<int>(f));
     } else if (length >= options.bootstrap.min_parallax_px) {
       motions.moved_of_first.push_back(static_cast<int>(f));
       moved.push_back(length);
@@ -125,6 +155,15 @@ TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& sec
   const RelativePoseReport pose = estimate_relative_pose(bearings1, bearings2, pose_options);
   motions.found = pose.success && pose.hypotheses[0].num_inliers >= options.bootstrap.min_landmarks &&
                   pose.hypotheses[0].num_inliers >= kMinRigid * static_cast<double>(moved.size());
+  if (!motions.found || options.segmentation.body == "turning") return motions;
+  std::vector<cv::Point2f> rigid;
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    if (!pose.hypotheses[0].inliers[i]) continue;
+    const Eigen::Vector2f& to = second.set.features[second_of_first[motions.moved_of_first[i]]].pixel;
+    rigid.emplace_back(to.x(), to.y());
+  }
+  motions.fixed_to_camera = reaches_round(rigid, motions.still, camera);
+  motions.found = !motions.fixed_to_camera;
   return motions;
 }
 

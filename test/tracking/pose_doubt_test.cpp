@@ -67,6 +67,18 @@ TEST_F(PoseDoubtTest, AJumpIsDoubtedAndWhatFollowsIsNot) {
   EXPECT_LE(go_on(100), 3);
 }
 
+TEST_F(PoseDoubtTest, CountsThoseInARow) {
+  go_on(60);
+  for (int i = 1; i <= 3; ++i) {
+    const Rigid3 predicted = camera_at({0.6, 0, 0});
+    ASSERT_TRUE(doubt_.judge(stamp_ += kGapNs, unexplained_at(camera_at({0.6, 0.05, 0})), predicted, 15))
+        << i;
+    EXPECT_EQ(doubt_.in_a_row(), i);
+  }
+  go_on(1);
+  EXPECT_EQ(doubt_.in_a_row(), 0);
+}
+
 TEST_F(PoseDoubtTest, AJumpIsNotLearntAsUsual) {
   go_on(60);
   for (int i = 0; i < 3; ++i) {

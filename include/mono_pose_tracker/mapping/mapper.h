@@ -120,6 +120,7 @@ class Mapper {
   void post_correction(const KeyframeChanges& changes);
   void add_correction(MapCorrection correction);
   void separate_motions(KeyframeId id);
+  void leave_out_fixed(KeyframeId id);
   void watch_body(KeyframeId before_id, KeyframeId newest_id, const PairMotions& pair);
   void leave_out(KeyframeId id, const std::vector<char>& features);
   bool is_left_out(KeyframeId id, int feature) const;

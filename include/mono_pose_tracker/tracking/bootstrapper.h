@@ -65,6 +65,7 @@ class Bootstrapper {
   bool replace_reference();
   void thin_out();
   std::vector<int> third_views(std::size_t second) const;
+  void leave_out_fixed(const std::vector<int>& of_reference);
   bool separate_motions(BootstrapReport* report);
   std::vector<char> moved_between() const;
   void begin_separation(const TwoMotions& motions);

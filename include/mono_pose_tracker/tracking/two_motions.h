@@ -9,13 +9,15 @@
 namespace mono_pose_tracker {
 
 /// How the matches of two images have moved: those of a background that stands still before a fixed camera,
-/// and those of one rigid object that moves before it.
+/// and those of one rigid object that moves before it. Or those of the view, and of what is fixed to the
+/// camera that moves through it (a bonnet, a handlebar, a finger before the lens).
 struct TwoMotions {
-  bool found = false;
+  bool found = false;            // an object before a still background
+  bool fixed_to_camera = false;  // what stands still is, since what moves reaches round it
   int matches = 0;
-  std::vector<cv::Point2f> still;   // pixels, the same in both images
-  std::vector<int> moved_of_first;  // features of the first image
-  double moved_px = 0;              // median, of the moved ones
+  std::vector<cv::Point2f> still;                   // pixels, the same in both images
+  std::vector<int> still_of_first, moved_of_first;  // features of the first image
+  double moved_px = 0;                              // median, of the moved ones
 };
 
 /// Fits the two motions. second_of_first: matched feature of each of the first's, -1 where none. has_moved:
@@ -23,7 +25,8 @@ struct TwoMotions {
 /// still, wherever they are now. A camera that moves itself leaves nothing exactly in its place: what is near
 /// shifts by little and by more, what is far by what the hand shakes. Hence found only when many features
 /// stand as still as noise lets them, in the mean as well, or a few nearly so while the others are several
-/// times as far away and hardly any between; and most of those that moved obey one rigid motion.
+/// times as far away and hardly any between; and most of those that moved obey one rigid motion. With
+/// segmentation/body: turning it is always the object that is wanted.
 TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& second,
                             const std::vector<int>& second_of_first, const std::vector<char>& has_moved,
                             const CameraModel& camera, const TrackerOptions& options);

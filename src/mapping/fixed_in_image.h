@@ -1,0 +1,18 @@
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/mapping/mapper_options.h"
+
+namespace mono_pose_tracker {
+
+// Features that stay where they are in the image, in the keyframe and in earlier ones, though these show that
+// no point can: of what is fixed to the camera (a bonnet, a handlebar, a finger before the lens), or of what
+// stands still behind a body that turns before a camera that does not. One flag a feature; empty when there
+// are none.
+using FlaggedFeatures = std::map<KeyframeId, std::vector<char>>;
+FlaggedFeatures find_fixed_in_image(const MapperOptions& options, const Map& map, KeyframeId newest);
+
+}  // namespace mono_pose_tracker
