@@ -1,5 +1,6 @@
 #include "fixed_in_image.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <iterator>
 
@@ -55,6 +56,11 @@ struct Sighting {
   int feature;
 };
 
+bool is_known(const FlaggedFeatures& known, const Sighting& sighting) {
+  const auto flags = known.find(sighting.keyframe->id);
+  return flags != known.end() && flags->second[sighting.feature];
+}
+
 // Whether the best point for them all is off in most of them; where their rays don't meet, one that is too
 // far away to be placed.
 bool is_no_point(const std::vector<Sighting>& seen) {
@@ -78,7 +84,8 @@ bool is_no_point(const std::vector<Sighting>& seen) {
 
 }  // namespace
 
-FlaggedFeatures find_fixed_in_image(const MapperOptions& options, const Map& map, KeyframeId newest_id) {
+FlaggedFeatures find_fixed_in_image(const MapperOptions& options, const Map& map, KeyframeId newest_id,
+                                    const FlaggedFeatures& known) {
   const Keyframe& newest = *map.keyframe(newest_id);
   const std::vector<const Keyframe*> earlier = earlier_keyframes(map, newest_id);
   FlaggedFeatures fixed;
@@ -90,7 +97,11 @@ FlaggedFeatures find_fixed_in_image(const MapperOptions& options, const Map& map
       if (there >= 0) seen.push_back({keyframe, there});
     }
     const std::size_t again = seen.size() - 1;
-    if (again < kMinEarlier || again < kMinEarlierShare * earlier.size() || !is_no_point(seen)) continue;
+    const bool is_one =
+        std::any_of(seen.begin() + 1, seen.end(), [&](const Sighting& s) { return is_known(known, s); });
+    if (!is_one && (again < kMinEarlier || again < kMinEarlierShare * earlier.size() || !is_no_point(seen))) {
+      continue;
+    }
     ++found;
     for (const Sighting& s : seen) {
       std::vector<char>& flags = fixed[s.keyframe->id];

@@ -107,7 +107,10 @@ void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
   {
     const StageTimer timer(stages_, "map_match");
     for (const KeyframeId id : ids) separate_motions(id);
-    leave_out_fixed(ids.back());
+    for (std::size_t v = 0; v < ids.size(); ++v) {
+      if (!initial.views[v].fixed.empty()) leave_out(ids[v], initial.views[v].fixed);
+      leave_out_fixed(ids[v]);
+    }
     for (const KeyframeId id : ids) {
       const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
       create_landmarks(id, near);
@@ -201,7 +204,7 @@ void Mapper::separate_motions(KeyframeId id) {
 
 // What stays where it is in the image is no part of the map, however well it fits one keyframe and the next.
 void Mapper::leave_out_fixed(KeyframeId id) {
-  for (const auto& [keyframe, features] : find_fixed_in_image(options_, map_, id))
+  for (const auto& [keyframe, features] : find_fixed_in_image(options_, map_, id, left_out_))
     leave_out(keyframe, features);
 }
 

@@ -8,6 +8,7 @@
 
 #include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/random.h"
+#include "mono_pose_tracker/simulation/bonnet.h"
 #include "mono_pose_tracker/simulation/camera_path.h"
 #include "mono_pose_tracker/simulation/hand_occluder.h"
 #include "mono_pose_tracker/simulation/head_scene.h"
@@ -173,6 +174,11 @@ void SimulatedSequence::draw_object(int index, cv::Mat* color, cv::Mat* mask) co
   if (options_.occluder) {
     const auto texture_seed = static_cast<std::uint32_t>(derived_seed(options_.seed, 3));
     draw_hand(camera_, share_done(index), texture_seed, options_.threads, &picture.color, &picture.mask);
+  }
+  if (options_.bonnet != BonnetKind::kNone) {
+    const auto texture_seed = static_cast<std::uint32_t>(derived_seed(options_.seed, 5));
+    draw_bonnet(camera_, options_.bonnet == BonnetKind::kShakes, index, texture_seed, options_.threads,
+                &picture.color, &picture.mask);
   }
   *color = picture.color;
   *mask = picture.mask;

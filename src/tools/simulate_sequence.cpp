@@ -24,7 +24,8 @@ namespace fs = std::filesystem;
 using namespace mono_pose_tracker;
 
 struct Arguments {
-  std::string scene = "head", background = "plain", shoulders = "none", lights = "camera", path, output;
+  std::string scene = "head", background = "plain", shoulders = "none", bonnet = "none", lights = "camera",
+              path, output;
   int width = 640, height = 480;
   double focal_px = 0, hfov_deg = 0;
   std::string distortion_model = "plumb_bob";
@@ -108,6 +109,11 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--exposure-drift", s.exposure_drift,
                  "greatest relative change of brightness, such as 0.2 [0]");
   app.add_flag("--occluder", s.occluder, "a hand passes before the object (and is 0 in the masks)");
+  app.add_option(
+         "--bonnet", a.bonnet,
+         "none, still or shakes: fixed to the camera, over the lower quarter of the image (and 0 in the "
+         "masks) [none]")
+      ->check(CLI::IsMember({"none", "still", "shakes"}));
   app.add_option("--seed", s.seed, "of textures, path and noise [1]")->check(whole_number(0));
   app.add_option("--rate", s.rate_hz, "frames a second [30]");
   app.add_option("--first-stamp", s.first_stamp_s, "time stamp of the first image, s [1]");
@@ -146,6 +152,9 @@ void complete(Arguments& a) {
       {"none", ShouldersKind::kNone}, {"still", ShouldersKind::kStill}, {"sway", ShouldersKind::kSway}};
   s.background = backgrounds.at(a.background);
   s.shoulders = shoulders.at(a.shoulders);
+  static const std::map<std::string, BonnetKind> bonnets = {
+      {"none", BonnetKind::kNone}, {"still", BonnetKind::kStill}, {"shakes", BonnetKind::kShakes}};
+  s.bonnet = bonnets.at(a.bonnet);
   s.lights_move_with_camera = a.lights == "camera";
   s.camera = camera_of(a);
   if (a.path.empty()) return;

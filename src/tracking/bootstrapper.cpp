@@ -283,6 +283,8 @@ std::vector<char> Bootstrapper::moved_between() const {
 
 // No matches of this pair and the views between: the next image is asked anew.
 void Bootstrapper::leave_out_fixed(const std::vector<int>& of_reference) {
+  fixed_.assign(candidates_.front().frame.image->size(), 0);
+  for (const int f : of_reference) fixed_[f] = 1;
   for (std::size_t c = 1; c < candidates_.size(); ++c) {
     for (const int f : of_reference) candidates_[c].feature_of_reference[f] = -1;
   }
@@ -304,6 +306,7 @@ bool Bootstrapper::separate_motions(BootstrapReport* report) {
   const int still = static_cast<int>(motions.still.size());
   const int moved = static_cast<int>(motions.moved_of_first.size());
   camera_is_still_ = still > kStillCamera * motions.matches;
+  fixed_.clear();
   if (motions.fixed_to_camera) leave_out_fixed(motions.still_of_first);
   two_motions_seen_ = motions.found ? two_motions_seen_ + 1 : 0;
   report->matches = motions.matches;
@@ -413,6 +416,7 @@ BootstrapReport Bootstrapper::add(const Frame& frame) {
   const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_);
   if (judge(views, hypotheses, options_, &report)) {
     report.map = to_map(views, frames, hypotheses[0]);
+    report.map->views.front().fixed = fixed_;  // the reference is the oldest
     if (!still_.empty()) report_motions(&report);
   }
   return report;

@@ -7,6 +7,7 @@
 
 #include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/geometry/essential.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
 
 namespace mono_pose_tracker {
@@ -114,6 +115,23 @@ bool reaches_round(const std::vector<cv::Point2f>& moved, const std::vector<cv::
   return of_moving > of_still;
 }
 
+// Where those are now that went as the motion says, by however little.
+std::vector<cv::Point2f> moved_as(const ImageFeatures& first, const ImageFeatures& second,
+                                  const std::vector<int>& second_of_first, const Rigid3& second_from_first,
+                                  double least_px, double threshold) {
+  const Eigen::Matrix3d essential = essential_matrix(second_from_first);
+  std::vector<cv::Point2f> pixels;
+  for (std::size_t f = 0; f < second_of_first.size(); ++f) {
+    const int s = second_of_first[f];
+    if (s < 0) continue;
+    const Eigen::Vector2f& to = second.set.features[s].pixel;
+    if ((to - first.set.features[f].pixel).norm() < least_px) continue;
+    const double error = sampson_error(essential, first.set.bearings[f], second.set.bearings[s]);
+    if (std::abs(error) < threshold) pixels.emplace_back(to.x(), to.y());
+  }
+  return pixels;
+}
+
 }  // namespace
 
 TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& second,
@@ -156,12 +174,9 @@ TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& sec
   motions.found = pose.success && pose.hypotheses[0].num_inliers >= options.bootstrap.min_landmarks &&
                   pose.hypotheses[0].num_inliers >= kMinRigid * static_cast<double>(moved.size());
   if (!motions.found || options.segmentation.body == "turning") return motions;
-  std::vector<cv::Point2f> rigid;
-  for (std::size_t i = 0; i < moved.size(); ++i) {
-    if (!pose.hypotheses[0].inliers[i]) continue;
-    const Eigen::Vector2f& to = second.set.features[second_of_first[motions.moved_of_first[i]]].pixel;
-    rigid.emplace_back(to.x(), to.y());
-  }
+  const std::vector<cv::Point2f> rigid =
+      moved_as(first, second, second_of_first, pose.hypotheses[0].second_from_first, kFewStill * size,
+               pose_options.ransac.threshold);
   motions.fixed_to_camera = reaches_round(rigid, motions.still, camera);
   motions.found = !motions.fixed_to_camera;
   return motions;

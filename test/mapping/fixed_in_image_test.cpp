@@ -44,7 +44,7 @@ class FixedInImage : public testing::Test {
   // Flags of the last of so many keyframes.
   std::vector<char> last_of(int keyframes, const std::function<Rigid3(int)>& pose) {
     for (int i = 0; i < keyframes; ++i) add_keyframe(pose(i));
-    FlaggedFeatures found = find_fixed_in_image(MapperOptions(), map_, keyframes - 1);
+    FlaggedFeatures found = find_fixed_in_image(MapperOptions(), map_, keyframes - 1, {});
     return found[keyframes - 1];
   }
 

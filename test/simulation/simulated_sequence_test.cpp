@@ -115,6 +115,22 @@ TEST(SimulatedSequence, SameSeedSameBytesWhateverTheThreads) {
   }
 }
 
+TEST(SimulatedSequence, ABonnetIsFixedToTheCamera) {
+  SequenceOptions options = small_options(SceneKind::kRoom);
+  const SimulatedFrame without = SimulatedSequence(options).render(5);
+  options.bonnet = BonnetKind::kStill;
+  const SimulatedSequence still(options);
+  const SimulatedFrame one = still.render(5), other = still.render(60);
+  const cv::Mat bonnet = (without.mask != 0) & (one.mask == 0);
+  EXPECT_GT(cv::countNonZero(bonnet), 0.1 * bonnet.total());
+  EXPECT_LT(cv::countNonZero(bonnet), 0.3 * bonnet.total());
+  EXPECT_EQ(cv::norm(one.image, other.image, cv::NORM_INF, bonnet), 0);
+  EXPECT_EQ(cv::norm(one.image, without.image, cv::NORM_INF, bonnet == 0), 0);
+  options.bonnet = BonnetKind::kShakes;
+  const SimulatedSequence shaking(options);
+  EXPECT_GT(cv::norm(shaking.render(5).image, shaking.render(9).image, cv::NORM_INF, bonnet), 10);
+}
+
 TEST(SimulatedSequence, NoiseHasTheDeviationAskedFor) {
   SequenceOptions options = small_options(SceneKind::kPlane);
   const cv::Mat clean = SimulatedSequence(options).render(5).image;

@@ -101,6 +101,33 @@ TEST(Tracker, PosesEveryImageOfARecording) {
   EXPECT_EQ(tracker.snapshot()->points.size(), tracker.map().landmarks().size());
 }
 
+// A sticker on the lens, as it were.
+TEST(Tracker, WhatIsFixedToTheCameraIsNoPartOfTheMap) {
+  const cv::Rect place(90, 160, 140, 60);
+  cv::Mat sticker;
+  cv::cvtColor(random_texture(place.width, place.height, 3), sticker, cv::COLOR_GRAY2BGR);
+  Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
+  for (const SimulatedFrame& frame : room().frames) {
+    cv::Mat image = frame.image.clone();
+    sticker.copyTo(image(place));
+    tracker.process(frame.stamp_ns, image);
+  }
+  ASSERT_TRUE(tracker.finish());
+  int on_sticker = 0, others = 0;
+  for (const auto& [id, keyframe] : tracker.map().keyframes()) {
+    for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
+      if (keyframe.landmark_of_feature[f] == kNoLandmark) continue;
+      const Eigen::Vector2f& pixel = keyframe.image->set.features[f].pixel;
+      ++(place.contains({static_cast<int>(pixel.x()), static_cast<int>(pixel.y())}) ? on_sticker : others);
+    }
+  }
+  EXPECT_GT(others, 500);
+  EXPECT_LT(on_sticker, 0.02 * others);
+  const std::vector<PosedFrame> trajectory = tracker.trajectory();
+  EXPECT_GE(trajectory.size(), kFrames - 8u);
+  expect_accurate(posed(trajectory), 0.8, 2);
+}
+
 TEST(Tracker, OneSeedGivesOneResult) {
   std::vector<std::vector<StampedPose>> runs;
   for (int run = 0; run < 2; ++run) {

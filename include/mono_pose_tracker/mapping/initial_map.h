@@ -14,6 +14,7 @@ struct InitialMap {
   struct View {
     Frame frame;
     Rigid3 camera_from_map;
+    std::vector<char> fixed{};  // flags of features that are fixed to the camera; empty: none is known
   };
   struct Point {
     Eigen::Vector3d x_in_map;

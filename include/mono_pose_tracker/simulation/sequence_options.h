@@ -17,6 +17,8 @@ enum class SceneKind { kHead, kTurntable, kRoom, kPlane, kBlock, kEight, kCorrid
 /// bright wall with hardly any, still as well; kRoom: a furnished room, some metres away.
 enum class BackgroundKind { kPlain, kTextured, kWall, kRoom };
 enum class ShouldersKind { kNone, kStill, kSway };
+/// Before the camera and fixed to it: exactly, or shaking by a pixel or two.
+enum class BonnetKind { kNone, kStill, kShakes };
 
 /// What to simulate. Poses are map_from_camera; the map of the head and of the turntable scene is the
 /// head's own frame.
@@ -39,6 +41,7 @@ struct SequenceOptions {
   int samples = 2;                                 // per pixel side
   int threads = 0;                                 // 0: as many as the machine has; no result depends on it
   bool occluder = false;                           // a hand that passes before the object
+  BonnetKind bonnet = BonnetKind::kNone;           // is 0 in the masks
   ShouldersKind shoulders = ShouldersKind::kNone;  // of the head; they do not turn, and are 0 in the masks
   FaceMotionOptions face;                          // what of the head moves by itself
   double shine = 0;               // of head or bust, 0 to 1: reflections, which stay in place while it turns

@@ -77,6 +77,7 @@ class Bootstrapper {
 
   TrackerOptions options_;
   CameraModel camera_;
+  std::vector<char> fixed_;  // which features of the reference are fixed to the camera, by the newest image
   std::deque<Candidate> candidates_;  // the reference first
   int two_motions_seen_ = 0;          // frames in a row
   bool camera_is_still_ = false;      // and hardly anything moves before it
