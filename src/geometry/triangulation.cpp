@@ -100,6 +100,15 @@ bool triangulate_multi_view(const std::vector<Rigid3>& cameras_from_map,
   return true;
 }
 
+Eigen::Vector3d common_direction(const std::vector<Rigid3>& cameras_from_map,
+                                 const std::vector<Eigen::Vector3d>& bearings) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < bearings.size(); ++i) {
+    sum += cameras_from_map[i].rotation.conjugate() * bearings[i];
+  }
+  return sum.normalized();
+}
+
 double parallax_angle(const Eigen::Vector3d& x_in_map, const Eigen::Vector3d& center1_in_map,
                       const Eigen::Vector3d& center2_in_map) {
   const Eigen::Vector3d ray1 = x_in_map - center1_in_map;

@@ -66,14 +66,13 @@ bool is_known(const FlaggedFeatures& known, const Sighting& sighting) {
 bool is_no_point(const std::vector<Sighting>& seen) {
   std::vector<Rigid3> cameras;
   std::vector<Eigen::Vector3d> bearings;
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
   for (const Sighting& s : seen) {
     cameras.push_back(s.keyframe->camera_from_map);
     bearings.push_back(s.keyframe->image->set.bearings[s.feature]);
-    direction += cameras.back().rotation.conjugate() * bearings.back();
   }
   Eigen::Vector3d x_in_map;
   const bool is_near = triangulate_multi_view(cameras, bearings, &x_in_map);
+  const Eigen::Vector3d direction = common_direction(cameras, bearings);
   std::vector<double> errors;
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const Eigen::Vector3d x = is_near ? cameras[i] * x_in_map : cameras[i].rotation * direction;

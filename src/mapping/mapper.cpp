@@ -369,6 +369,7 @@ void Mapper::finish() {
   if (map_.keyframes().empty()) return;
   BundleOptions bundle = options_.bundle;
   bundle.max_iterations = 50;
+  // What was known of it is forgotten where maps are joined or gone back to.
   for (const auto& entry : map_.keyframes()) leave_out_fixed(entry.first);
   if (link_views(options_, &map_) > 0) {
     count(adjust_map(with_wide_loss(bundle), &map_));  // nothing is culled yet

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
+#include "formatted.h"
 #include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/mapping/depth_reversal.h"
@@ -14,18 +14,6 @@
 namespace mono_pose_tracker {
 
 namespace {
-
-// Frames in a row that must show an object before a still background: one may do so by chance.
-constexpr int kTwoMotionsFrames = 3;
-// Share of the matches that stand still when the camera does, and nothing of size moves.
-constexpr double kStillCamera = 0.9;
-
-template <typename... Args>
-std::string text(const char* format, Args... args) {
-  char buffer[256];
-  std::snprintf(buffer, sizeof buffer, format, args...);
-  return buffer;
-}
 
 // Tracks seen by the first two views, and the pair's bearings.
 void collect_pair(const ViewSet& views, std::vector<Eigen::Vector3d>* bearings1,
@@ -58,17 +46,18 @@ RelativePoseReport relative_pose(const ViewSet& views, const TrackerOptions& opt
   report->median_parallax_deg = median(left_over) / kDegree;
   if (moved_px < options.bootstrap.min_parallax_px) {
     report->reason = Reason::kLowParallax;
-    report->text = text("too little parallax: the image moved by %.1f px since the reference, %.1f needed",
-                        moved_px, options.bootstrap.min_parallax_px);
+    report->text =
+        formatted("too little parallax: the image moved by %.1f px since the reference, %.1f needed",
+                  moved_px, options.bootstrap.min_parallax_px);
   } else if (rotation_share > options.bootstrap.max_rotation_only) {
     report->reason = Reason::kRotationOnly;
     report->text =
-        text("too little parallax: a rotation alone explains %.0f %% of %d matches, %.0f %% at most",
-             100 * rotation_share, report->matches, 100 * options.bootstrap.max_rotation_only);
+        formatted("too little parallax: a rotation alone explains %.0f %% of %d matches, %.0f %% at most",
+                  100 * rotation_share, report->matches, 100 * options.bootstrap.max_rotation_only);
   } else if (!pose.success || report->inliers < options.bootstrap.min_landmarks) {
     report->reason = Reason::kTooFewInliers;
-    report->text = text("%d of %d matches fit one rigid motion, %d needed", report->inliers, report->matches,
-                        options.bootstrap.min_landmarks);
+    report->text = formatted("%d of %d matches fit one rigid motion, %d needed", report->inliers,
+                             report->matches, options.bootstrap.min_landmarks);
   } else {
     report->reason = Reason::kOk;
   }
@@ -132,25 +121,26 @@ bool judge(const ViewSet& views, const std::vector<ViewHypothesis>& hypotheses, 
   report->inliers = best.num_points;
   if (best.num_points < limits.min_landmarks) {
     report->reason = Reason::kTooFewInliers;
-    report->text = text("%d points agree in all views, %d needed", best.num_points, limits.min_landmarks);
+    report->text =
+        formatted("%d points agree in all views, %d needed", best.num_points, limits.min_landmarks);
   } else if (report->median_parallax_deg < limits.min_parallax_deg ||
              parallax * views.focal_px < limits.min_parallax_px) {
     report->reason = Reason::kLowParallax;
-    report->text = text("too little parallax: median %.2f deg (%.1f px), %.2f deg and %.1f px needed",
-                        report->median_parallax_deg, parallax * views.focal_px, limits.min_parallax_deg,
-                        limits.min_parallax_px);
+    report->text = formatted("too little parallax: median %.2f deg (%.1f px), %.2f deg and %.1f px needed",
+                             report->median_parallax_deg, parallax * views.focal_px, limits.min_parallax_deg,
+                             limits.min_parallax_px);
   } else if (best.confirmed < limits.min_confirmed) {
     report->reason = Reason::kAwaitingConfirmation;
-    report->text = text("a third view confirms %.0f %% of the points, %.0f %% needed", 100 * best.confirmed,
-                        100 * limits.min_confirmed);
+    report->text = formatted("a third view confirms %.0f %% of the points, %.0f %% needed",
+                             100 * best.confirmed, 100 * limits.min_confirmed);
   } else if (hypotheses.size() > 1 && !has_evidence(views, best, hypotheses[1], options)) {
     report->reason = Reason::kAmbiguousPose;
-    report->text = text("a rival geometry of the %d matches fits within %.1f %% of the best", report->matches,
-                        100 * (hypotheses[1].cost / best.cost - 1));
+    report->text = formatted("a rival geometry of the %d matches fits within %.1f %% of the best",
+                             report->matches, 100 * (hypotheses[1].cost / best.cost - 1));
   } else {
     report->reason = Reason::kOk;
-    report->text = text("map of %d points from %d views, median parallax %.2f deg", best.num_points,
-                        static_cast<int>(views.images.size()), report->median_parallax_deg);
+    report->text = formatted("map of %d points from %d views, median parallax %.2f deg", best.num_points,
+                             static_cast<int>(views.images.size()), report->median_parallax_deg);
     return true;
   }
   return false;
@@ -230,126 +220,6 @@ void Bootstrapper::forget_motions() {
   camera_is_still_ = false;
 }
 
-// Leaves the candidate's features of the object, which was seen where these of the reference's features are
-// matched.
-void Bootstrapper::keep_object(const std::vector<int>& moved_of_reference, Candidate* candidate) const {
-  const bool is_reference = candidate == &candidates_.front();
-  const ImageFeatures& image = *candidate->frame.image;
-  std::vector<cv::Point2f> moved;
-  for (const int f : moved_of_reference) {
-    const int i = is_reference ? f : candidate->feature_of_reference[f];
-    if (i >= 0) moved.emplace_back(image.set.features[i].pixel.x(), image.set.features[i].pixel.y());
-  }
-  candidate->frame.image = select_features(
-      image, features_of_object(image, moved, still_, options_.cancelled), camera_.width(), camera_.height());
-  candidate->frame.is_masked = true;
-}
-
-// From now on the background's features are left out.
-void Bootstrapper::begin_separation(const TwoMotions& motions) {
-  still_ = motions.still;
-  for (std::size_t i = candidates_.size(); i-- > 0;) keep_object(motions.moved_of_first, &candidates_[i]);
-  for (Candidate& candidate : candidates_) match_to_reference(&candidate);
-}
-
-// The newest candidate's features of the object, which the reference knows by now.
-void Bootstrapper::separate_newest() {
-  std::vector<int> matched;
-  Candidate& newest = candidates_.back();
-  for (std::size_t f = 0; f < newest.feature_of_reference.size(); ++f) {
-    if (newest.feature_of_reference[f] >= 0) matched.push_back(static_cast<int>(f));
-  }
-  keep_object(matched, &newest);
-  match_to_reference(&newest);
-}
-
-// Which of the reference's features at least two images between it and the newest show elsewhere (one may be
-// a wrong match).
-std::vector<char> Bootstrapper::moved_between() const {
-  const double far = options_.bootstrap.min_parallax_px;
-  const std::vector<Feature>& from = candidates_.front().frame.image->set.features;
-  std::vector<int> moved(from.size(), 0);
-  for (std::size_t c = 1; c + 1 < candidates_.size(); ++c) {
-    const std::vector<Feature>& to = candidates_[c].frame.image->set.features;
-    for (std::size_t f = 0; f < from.size(); ++f) {
-      const int matched = candidates_[c].feature_of_reference[f];
-      moved[f] += matched >= 0 && (to[matched].pixel - from[f].pixel).norm() > far;
-    }
-  }
-  std::vector<char> flags;
-  for (const int images : moved) flags.push_back(images >= 2);
-  return flags;
-}
-
-// No matches of this pair and the views between: the next image is asked anew.
-void Bootstrapper::leave_out_fixed(const std::vector<int>& of_reference) {
-  fixed_.assign(candidates_.front().frame.image->size(), 0);
-  for (const int f : of_reference) fixed_[f] = 1;
-  for (std::size_t c = 1; c < candidates_.size(); ++c) {
-    for (const int f : of_reference) candidates_[c].feature_of_reference[f] = -1;
-  }
-}
-
-// Looks for an object that moves before a still background, and leaves the background's features out once it
-// is certain that there is one. False when no map can be made of this frame; the report says why.
-bool Bootstrapper::separate_motions(BootstrapReport* report) {
-  const std::string& method = options_.segmentation.method;
-  Candidate& newest = candidates_.back();
-  if (newest.frame.is_masked || (method != "auto" && method != "motion" && method != "none")) return true;
-  if (!still_.empty() && method != "none") {
-    separate_newest();
-    return true;
-  }
-  const TwoMotions motions =
-      find_two_motions(*candidates_.front().frame.image, *newest.frame.image, newest.feature_of_reference,
-                       moved_between(), camera_, options_);
-  const int still = static_cast<int>(motions.still.size());
-  const int moved = static_cast<int>(motions.moved_of_first.size());
-  camera_is_still_ = still > kStillCamera * motions.matches;
-  fixed_.clear();
-  if (motions.fixed_to_camera) leave_out_fixed(motions.still_of_first);
-  two_motions_seen_ = motions.found ? two_motions_seen_ + 1 : 0;
-  report->matches = motions.matches;
-  if (two_motions_seen_ >= kTwoMotionsFrames && method != "none") {
-    begin_separation(motions);
-    return true;
-  }
-  if (two_motions_seen_ >= kTwoMotionsFrames) still_ = motions.still;
-  if (!still_.empty()) {
-    report->reason = Reason::kStillBackground;
-    report->text = text(
-        "of %d matches %d stand still, %d moved: an object before a background that segmentation/method "
-        "none does not leave out",
-        motions.matches, still, moved);
-  } else if (motions.found) {
-    report->reason = Reason::kAwaitingConfirmation;
-    report->text = text("of %d matches %d stand still and %d moved as one: another image must confirm it",
-                        motions.matches, still, moved);
-  } else if (method == "motion") {
-    report->reason = Reason::kAwaitingConfirmation;
-    report->text =
-        text("no object is seen to move before a still background: of %d matches %d stand still, %d moved",
-             motions.matches, still, moved);
-  } else {
-    return true;
-  }
-  return false;
-}
-
-void Bootstrapper::report_motions(BootstrapReport* report) const {
-  report->still_background = still_;
-  report->reference_index = candidates_.front().frame.index;
-  const Candidate& newest = candidates_.back();
-  std::vector<double> moved;
-  for (std::size_t f = 0; f < newest.feature_of_reference.size(); ++f) {
-    if (newest.feature_of_reference[f] < 0) continue;
-    moved.push_back((newest.frame.image->set.features[newest.feature_of_reference[f]].pixel -
-                     candidates_.front().frame.image->set.features[f].pixel)
-                        .norm());
-  }
-  report->moved_px = median(std::move(moved));
-}
-
 // Up to three views between the reference and the second: at the middle and the quarters.
 std::vector<int> Bootstrapper::third_views(std::size_t second) const {
   std::vector<int> chosen;
@@ -362,8 +232,10 @@ std::vector<int> Bootstrapper::third_views(std::size_t second) const {
   return chosen;
 }
 
-// Tracks of the reference's features that the second of the used views (the pair's other half) sees, too.
-ViewSet Bootstrapper::collect(const std::vector<int>& used, std::vector<Frame>* frames) const {
+// Tracks of the reference's features that the second of the used views (the pair's other half) sees, too, and
+// that are not fixed to the camera.
+ViewSet Bootstrapper::collect(const std::vector<int>& used, const std::vector<char>& fixed,
+                              std::vector<Frame>* frames) const {
   ViewSet views;
   views.focal_px = camera_.focal();
   views.has_horizon = options_.segmentation.body != "turning";
@@ -373,7 +245,7 @@ ViewSet Bootstrapper::collect(const std::vector<int>& used, std::vector<Frame>* 
   }
   const std::vector<int>& second = candidates_[used[1]].feature_of_reference;
   for (std::size_t f = 0; f < second.size(); ++f) {
-    if (second[f] < 0) continue;
+    if (second[f] < 0 || (!fixed.empty() && fixed[f])) continue;
     Track track;
     for (const int i : used) {
       track.feature_of_view.push_back(i == 0 ? static_cast<int>(f) : candidates_[i].feature_of_reference[f]);
@@ -387,7 +259,7 @@ BootstrapReport Bootstrapper::add(const Frame& frame) {
   BootstrapReport report;
   if (frame.image->size() < options_.bootstrap.min_features) {
     report.reason = Reason::kTooFewFeatures;
-    report.text = text("%d features, %d needed", frame.image->size(), options_.bootstrap.min_features);
+    report.text = formatted("%d features, %d needed", frame.image->size(), options_.bootstrap.min_features);
     return report;
   }
   candidates_.push_back({frame, {}, 0});
@@ -400,23 +272,24 @@ BootstrapReport Bootstrapper::add(const Frame& frame) {
   if (matches < options_.bootstrap.min_matches && !replace_reference()) {
     report.reason = Reason::kTooFewMatches;
     report.matches = matches;
-    report.text = text("%d matches to the reference frame, %d needed: it is replaced", matches,
-                       options_.bootstrap.min_matches);
+    report.text = formatted("%d matches to the reference frame, %d needed: it is replaced", matches,
+                            options_.bootstrap.min_matches);
     return report;
   }
 
-  if (!separate_motions(&report)) return report;
+  std::vector<char> fixed;
+  if (!separate_motions(&fixed, &report)) return report;
 
   std::vector<int> used = third_views(candidates_.size() - 1);
   used.insert(used.begin(), {0, static_cast<int>(candidates_.size()) - 1});
   std::vector<Frame> frames;
-  const ViewSet views = collect(used, &frames);
+  const ViewSet views = collect(used, fixed, &frames);
   const RelativePoseReport pose = relative_pose(views, options_, &report);
   if (report.reason != Reason::kOk) return report;
   const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_);
   if (judge(views, hypotheses, options_, &report)) {
     report.map = to_map(views, frames, hypotheses[0]);
-    report.map->views.front().fixed = fixed_;  // the reference is the oldest
+    report.map->views.front().fixed = fixed;  // the reference is the oldest
     if (!still_.empty()) report_motions(&report);
   }
   return report;
@@ -443,7 +316,7 @@ BootstrapReport Bootstrapper::unconfirmed() const {
     return report;
   }
   std::vector<Frame> frames;
-  const ViewSet views = collect({0, static_cast<int>(candidates_.size()) - 1}, &frames);
+  const ViewSet views = collect({0, static_cast<int>(candidates_.size()) - 1}, {}, &frames);
   const RelativePoseReport pose = relative_pose(views, options_, &report);
   if (report.reason != Reason::kOk) return report;
   const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_);

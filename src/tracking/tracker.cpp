@@ -11,14 +11,6 @@
 
 namespace mono_pose_tracker {
 
-namespace {
-
-// Whose poses are known live when the map is corrected: eleven minutes at 30 Hz, as much as ~path holds by
-// default.
-constexpr std::size_t kMostLiveFrames = 20000;
-
-}  // namespace
-
 std::optional<Frame> Tracker::Impl::make_frame(std::int64_t index, std::int64_t stamp_ns,
                                                const PreparedImage& image, const Segmentation& segmentation,
                                                FrameReport* report) {
@@ -209,122 +201,6 @@ void Tracker::Impl::lose(const Frame& frame, const Frame& of_body, FrameReport* 
     if (body_) show_features(of_body, report);
     bootstrap_beside(of_body, report);
   }
-}
-
-// False when it is one doubtful pose too many.
-bool Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
-                           FrameReport* report) {
-  Rigid3 reference_from_map;
-  const bool continuous = frames_lost_ == 0 && map.camera_from_map(reference_, &reference_from_map);
-  std::optional<Rigid3> last;
-  if (continuous) last = camera_from_reference_ * reference_from_map;
-  const bool doubtful = is_doubtful(frame, resection, last, report);
-  if (doubtful && withdraw_doubtful(frame, map, report)) return false;
-  if (continuous) {
-    motion_ = resection.camera_from_map * (camera_from_reference_ * reference_from_map).inverse();
-  } else {
-    motion_.reset();
-  }
-  frames_lost_ = 0;
-  state_ = State::kTracking;
-  if (!map.turning_body && static_cast<int>(map.keyframes.size()) > options_.young_map_keyframes)
-    bodies_left_ = 0;
-
-  const FramePose pose = set_pose(frame, map, resection, false);
-  reference_ = pose.reference;
-  camera_from_reference_ = pose.camera_from_reference;
-  if (pace_ == SearchPace::kLive) frames_[map.map_id].keep_newest(kMostLiveFrames);
-  object_finder_.follow(frame, map, resection);
-  if (body_ && frame.whole) body_->settle(pixels_of(frame, resection));
-  const Overlap overlap = overlap_with(map, reference_, resection, camera_);
-  report->median_parallax_deg = overlap.parallax_deg;
-  if (doubtful || options_.localize_only) return true;  // nothing of it comes into the map
-  if (keyframe_policy_.is_due(map, overlap, resection.inliers, worker_.backlog())) {
-    insert_keyframe(frame, map, resection, report);
-  }
-  return true;
-}
-
-void Tracker::Impl::insert_keyframe(const Frame& frame, const TrackingMap& map,
-                                    const ResectionReport& resection, FrameReport* report) {
-  const StageTimer timer(report->stages, "keyframe");
-  KeyframeCandidate candidate{frame, reference_, camera_from_reference_, resection.observations,
-                              corrections_};
-  if (frame.is_masked) leave_out_occluders(map, camera_, resection.camera_from_map, &candidate);
-  report->is_keyframe = worker_.insert(candidate);
-  if (!report->is_keyframe) return;
-  // Inline, the keyframe is there already and has been adjusted: go on from it. Live, what has been done in
-  // the meantime is the next image's: this one's pose is of the map as it was.
-  if (pace_ == SearchPace::kLive) return;
-  const TrackingMapPtr now = worker_.latest();
-  apply_corrections(*now);
-  if (now->revision != map.revision && now->keyframes.rbegin()->second.frame_index == frame.index) {
-    reference_ = now->keyframes.rbegin()->first;
-    camera_from_reference_ = Rigid3();
-    frames_[now->map_id].set(frame.index, {frame.stamp_ns, reference_, camera_from_reference_});
-    report->map_from_camera = now->keyframes.at(reference_).camera_from_map.inverse();
-  }
-}
-
-// One doubtful pose may be right, and so may the next. Of a run of them each has led to the one after it, and
-// nothing has confirmed any: the camera is elsewhere, and none of them is kept.
-bool Tracker::Impl::withdraw_doubtful(const Frame& frame, const TrackingMap& map, FrameReport* report) {
-  constexpr int kMostInARow = 2;
-  if (pose_doubt_.in_a_row() <= kMostInARow) return false;
-  for (int back = 0; back <= kMostInARow; ++back) {
-    frames_[map.map_id].erase(frame.index - back);
-    if (pace_ != SearchPace::kLive) withdrawn_.insert(frame.index - back);
-  }
-  pose_doubt_.interrupt();
-  report->map_from_camera.reset();
-  report->reason = Reason::kRelocalising;
-  report->reason_text = "one doubtful pose after the other; the last: " + report->reason_text;
-  return true;
-}
-
-// Told, not hidden: the pose is reported with what speaks against it.
-bool Tracker::Impl::is_doubtful(const Frame& frame, const ResectionReport& resection,
-                                const std::optional<Rigid3>& last, FrameReport* report) {
-  if (!last) pose_doubt_.interrupt();
-  std::optional<Rigid3> predicted = last;
-  if (predicted && motion_) predicted = *motion_ * *last;
-  const std::optional<std::string> doubt =
-      pose_doubt_.judge(frame.stamp_ns, resection, predicted, options_.resection.min_inliers);
-  if (!doubt) return false;
-  report->reason = Reason::kDoubtfulPose;
-  report->reason_text = *doubt;
-  return true;
-}
-
-// The keyframe that shares most landmarks with the frame.
-KeyframeId Tracker::Impl::choose_reference(const TrackingMap& map, const ResectionReport& resection) const {
-  std::unordered_set<LandmarkId> seen;
-  for (const FrameObservation& o : resection.observations) seen.insert(o.landmark);
-  const auto current = map.keyframes.find(reference_);
-  std::vector<KeyframeId> local;
-  if (current != map.keyframes.end() && frames_lost_ == 0) {
-    local.push_back(reference_);
-    for (const KeyframeId id : current->second.covisible) {
-      if (static_cast<int>(local.size()) < options_.resection.max_local_keyframes) local.push_back(id);
-    }
-  }
-  const KeyframeId newest = map.keyframes.rbegin()->first;
-  if (std::find(local.begin(), local.end(), newest) == local.end()) local.push_back(newest);
-  const auto shared = [&](KeyframeId id) {
-    const std::vector<LandmarkId>& landmarks = map.keyframes.at(id).landmark_of_feature;
-    return std::count_if(landmarks.begin(), landmarks.end(), [&](LandmarkId l) { return seen.count(l) > 0; });
-  };
-  KeyframeId best = local.front();
-  auto most = shared(best);
-  const auto consider = [&](KeyframeId id) {
-    const auto n = shared(id);
-    if (n > most || (n == most && id > best)) most = n, best = id;
-  };
-  for (const KeyframeId id : local) consider(id);
-  if (most == 0 || frames_lost_ > 0) {  // relocalised, anywhere
-    for (const auto& entry : map.keyframes) consider(entry.first);
-  }
-  return best;
 }
 
 void Tracker::Impl::reset() {

@@ -21,11 +21,7 @@ constexpr double kFar = 1e4;
 // It tells of the turn all the same, and must not cost as much as a wrong match.
 Eigen::Vector3d far_point(const std::vector<Rigid3>& cameras_from_map,
                           const std::vector<Eigen::Vector3d>& bearings) {
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < bearings.size(); ++i) {
-    direction += cameras_from_map[i].rotation.conjugate() * bearings[i];
-  }
-  return kFar * direction.normalized();
+  return kFar * common_direction(cameras_from_map, bearings);
 }
 
 void triangulate_pair(const ViewSet& views, const std::vector<char>& inliers, ViewHypothesis* h) {

@@ -28,7 +28,7 @@ struct ViewHypothesis {
 struct ViewSet {
   std::vector<ImageFeaturesPtr> images;
   std::vector<Track> tracks;
-  double focal_px = 1;  // one pixel is 1 / focal_px radians
+  double focal_px = 1;      // one pixel is 1 / focal_px radians
   bool has_horizon = true;  // points may be too far away to be placed; an object's are not
 };
 

@@ -146,6 +146,22 @@ TEST_F(TwoMotionsTest, AMapIsBegunWithoutWhatIsHeldBeforeTheCamera) {
   FAIL() << "no map";
 }
 
+// Masks that come with some of the images only: what an earlier image said of the reference is not of this
+// map.
+TEST_F(TwoMotionsTest, WhatIsFixedIsToldByTheNewestImageAlone) {
+  Bootstrapper bootstrapper(TrackerOptions(), camera_);
+  for (int i = 0; i < 12; ++i) {
+    Frame frame = held_before(camera_at({0.05 * i, 0.01 * i, 0}, 0.3 * i * kDegree));
+    frame.is_masked = i > 1;
+    const BootstrapReport report = bootstrapper.add(frame);
+    if (!report.map) continue;
+    EXPECT_GT(i, 1);
+    EXPECT_TRUE(report.map->views.front().fixed.empty());
+    return;
+  }
+  FAIL() << "no map";
+}
+
 TEST_F(TwoMotionsTest, ACameraThatStandsStillSeesNone) { EXPECT_FALSE(motions(frame(0), frame(0)).found); }
 
 TEST_F(TwoMotionsTest, ACameraThatMovesSeesNone) {

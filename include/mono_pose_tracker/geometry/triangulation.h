@@ -19,6 +19,11 @@ bool triangulate_two_views(const Rigid3& second_from_first, const Eigen::Vector3
 bool triangulate_multi_view(const std::vector<Rigid3>& cameras_from_map,
                             const std::vector<Eigen::Vector3d>& bearings, Eigen::Vector3d* x_in_map);
 
+/// Unit vector in the map's frame to where the unit bearings point together: to what is too far away to be
+/// placed.
+Eigen::Vector3d common_direction(const std::vector<Rigid3>& cameras_from_map,
+                                 const std::vector<Eigen::Vector3d>& bearings);
+
 /// Angle in radians between the rays from two camera centres to a point.
 double parallax_angle(const Eigen::Vector3d& x_in_map, const Eigen::Vector3d& center1_in_map,
                       const Eigen::Vector3d& center2_in_map);

@@ -65,19 +65,18 @@ class Bootstrapper {
   bool replace_reference();
   void thin_out();
   std::vector<int> third_views(std::size_t second) const;
-  void leave_out_fixed(const std::vector<int>& of_reference);
-  bool separate_motions(BootstrapReport* report);
+  bool separate_motions(std::vector<char>* fixed, BootstrapReport* report);
   std::vector<char> moved_between() const;
   void begin_separation(const TwoMotions& motions);
   void separate_newest();
   void keep_object(const std::vector<int>& moved_of_reference, Candidate* candidate) const;
   void forget_motions();
   void report_motions(BootstrapReport* report) const;
-  ViewSet collect(const std::vector<int>& used, std::vector<Frame>* frames) const;
+  ViewSet collect(const std::vector<int>& used, const std::vector<char>& fixed,
+                  std::vector<Frame>* frames) const;
 
   TrackerOptions options_;
   CameraModel camera_;
-  std::vector<char> fixed_;  // which features of the reference are fixed to the camera, by the newest image
   std::deque<Candidate> candidates_;  // the reference first
   int two_motions_seen_ = 0;          // frames in a row
   bool camera_is_still_ = false;      // and hardly anything moves before it

@@ -1,0 +1,138 @@
+// The part of the Bootstrapper that tells an object from a background that stands still, and what is fixed to
+// the camera from both.
+
+#include <algorithm>
+#include <cmath>
+
+#include "formatted.h"
+#include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/tracking/bootstrapper.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Frames in a row that must show an object before a still background: one may do so by chance.
+constexpr int kTwoMotionsFrames = 3;
+// Share of the matches that stand still when the camera does, and nothing of size moves.
+constexpr double kStillCamera = 0.9;
+
+}  // namespace
+
+// Leaves the candidate's features of the object, which was seen where these of the reference's features are
+// matched.
+void Bootstrapper::keep_object(const std::vector<int>& moved_of_reference, Candidate* candidate) const {
+  const bool is_reference = candidate == &candidates_.front();
+  const ImageFeatures& image = *candidate->frame.image;
+  std::vector<cv::Point2f> moved;
+  for (const int f : moved_of_reference) {
+    const int i = is_reference ? f : candidate->feature_of_reference[f];
+    if (i >= 0) moved.emplace_back(image.set.features[i].pixel.x(), image.set.features[i].pixel.y());
+  }
+  candidate->frame.image = select_features(
+      image, features_of_object(image, moved, still_, options_.cancelled), camera_.width(), camera_.height());
+  candidate->frame.is_masked = true;
+}
+
+// From now on the background's features are left out.
+void Bootstrapper::begin_separation(const TwoMotions& motions) {
+  still_ = motions.still;
+  for (std::size_t i = candidates_.size(); i-- > 0;) keep_object(motions.moved_of_first, &candidates_[i]);
+  for (Candidate& candidate : candidates_) match_to_reference(&candidate);
+}
+
+// The newest candidate's features of the object, which the reference knows by now.
+void Bootstrapper::separate_newest() {
+  std::vector<int> matched;
+  Candidate& newest = candidates_.back();
+  for (std::size_t f = 0; f < newest.feature_of_reference.size(); ++f) {
+    if (newest.feature_of_reference[f] >= 0) matched.push_back(static_cast<int>(f));
+  }
+  keep_object(matched, &newest);
+  match_to_reference(&newest);
+}
+
+// Which of the reference's features at least two images between it and the newest show elsewhere (one may be
+// a wrong match).
+std::vector<char> Bootstrapper::moved_between() const {
+  const double far = options_.bootstrap.min_parallax_px;
+  const std::vector<Feature>& from = candidates_.front().frame.image->set.features;
+  std::vector<int> moved(from.size(), 0);
+  for (std::size_t c = 1; c + 1 < candidates_.size(); ++c) {
+    const std::vector<Feature>& to = candidates_[c].frame.image->set.features;
+    for (std::size_t f = 0; f < from.size(); ++f) {
+      const int matched = candidates_[c].feature_of_reference[f];
+      moved[f] += matched >= 0 && (to[matched].pixel - from[f].pixel).norm() > far;
+    }
+  }
+  std::vector<char> flags;
+  for (const int images : moved) flags.push_back(images >= 2);
+  return flags;
+}
+
+// Looks for an object that moves before a still background, and leaves the background's features out once it
+// is certain that there is one. fixed: flags of the reference's features that are fixed to a camera that
+// moves, by the newest image; empty where none is known. False when no map can be made of this frame; the
+// report says why.
+bool Bootstrapper::separate_motions(std::vector<char>* fixed, BootstrapReport* report) {
+  const std::string& method = options_.segmentation.method;
+  Candidate& newest = candidates_.back();
+  if (newest.frame.is_masked || (method != "auto" && method != "motion" && method != "none")) return true;
+  if (!still_.empty() && method != "none") {
+    separate_newest();
+    return true;
+  }
+  const TwoMotions motions =
+      find_two_motions(*candidates_.front().frame.image, *newest.frame.image, newest.feature_of_reference,
+                       moved_between(), camera_, options_);
+  const int still = static_cast<int>(motions.still.size());
+  const int moved = static_cast<int>(motions.moved_of_first.size());
+  camera_is_still_ = still > kStillCamera * motions.matches;
+  if (motions.fixed_to_camera) {
+    fixed->assign(candidates_.front().frame.image->size(), 0);
+    for (const int f : motions.still_of_first) (*fixed)[f] = 1;
+  }
+  two_motions_seen_ = motions.found ? two_motions_seen_ + 1 : 0;
+  report->matches = motions.matches;
+  if (two_motions_seen_ >= kTwoMotionsFrames && method != "none") {
+    begin_separation(motions);
+    return true;
+  }
+  if (two_motions_seen_ >= kTwoMotionsFrames) still_ = motions.still;
+  if (!still_.empty()) {
+    report->reason = Reason::kStillBackground;
+    report->text = formatted(
+        "of %d matches %d stand still, %d moved: an object before a background that segmentation/method "
+        "none does not leave out",
+        motions.matches, still, moved);
+  } else if (motions.found) {
+    report->reason = Reason::kAwaitingConfirmation;
+    report->text =
+        formatted("of %d matches %d stand still and %d moved as one: another image must confirm it",
+                  motions.matches, still, moved);
+  } else if (method == "motion") {
+    report->reason = Reason::kAwaitingConfirmation;
+    report->text = formatted(
+        "no object is seen to move before a still background: of %d matches %d stand still, %d moved",
+        motions.matches, still, moved);
+  } else {
+    return true;
+  }
+  return false;
+}
+
+void Bootstrapper::report_motions(BootstrapReport* report) const {
+  report->still_background = still_;
+  report->reference_index = candidates_.front().frame.index;
+  const Candidate& newest = candidates_.back();
+  std::vector<double> moved;
+  for (std::size_t f = 0; f < newest.feature_of_reference.size(); ++f) {
+    if (newest.feature_of_reference[f] < 0) continue;
+    moved.push_back((newest.frame.image->set.features[newest.feature_of_reference[f]].pixel -
+                     candidates_.front().frame.image->set.features[f].pixel)
+                        .norm());
+  }
+  report->moved_px = median(std::move(moved));
+}
+
+}  // namespace mono_pose_tracker
