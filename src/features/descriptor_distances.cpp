@@ -52,8 +52,8 @@ MPT_DOT_PRODUCTS void dot_products(const std::int8_t* a, const std::uint8_t* gro
 void dot_products(const std::int8_t*, const std::uint8_t*, int, int*) {}
 #endif
 
-MPT_FUNCTION_CLONES void to_distances(int of_row, const int* of_block, int* dot_products) {
-  for (int j = 0; j < DescriptorDistances::kBlock; ++j) {
+MPT_FUNCTION_CLONES void to_distances(int of_row, const int* of_block, int count, int* dot_products) {
+  for (int j = 0; j < count; ++j) {
     dot_products[j] = of_row + of_block[j] - 2 * dot_products[j];
   }
 }
@@ -127,10 +127,11 @@ void DescriptorDistances::pack_block() {
 
 void DescriptorDistances::find(int row, int* result) const {
   if (instructions_ == Instructions::kDotProducts) {
-    dot_products(&signed_first_[static_cast<std::size_t>(row) * kSize], block_bytes_.data(),
-                 rounded_up(count_, kLanes) / kLanes, result);
+    const int count = rounded_up(count_, kLanes);  // of a block that is not full no more is written
+    dot_products(&signed_first_[static_cast<std::size_t>(row) * kSize], block_bytes_.data(), count / kLanes,
+                 result);
     for (int r = 0; r < kRows; ++r) {
-      to_distances(first_terms_[row + r], block_terms_.data(), result + kBlock * r);
+      to_distances(first_terms_[row + r], block_terms_.data(), count, result + kBlock * r);
     }
     return;
   }

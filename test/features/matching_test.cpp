@@ -42,13 +42,20 @@ TEST(Matching, AllInstructionsGiveTheExactDistances) {
       second.row(0).setTo(0);
       if (rows > 1) first.row(1).setTo(0);
       DescriptorDistances distances(first, second, instructions);
-      std::vector<int> found(DescriptorDistances::kBlock * DescriptorDistances::kRows);
+      constexpr int kUntouched = 1'234'567'890;  // twice that is no int
+      std::vector<int> found(DescriptorDistances::kBlock * DescriptorDistances::kRows, kUntouched);
       for (int begin = 0; begin < second.rows; begin += DescriptorDistances::kBlock) {
         const int count = distances.take_block(begin);
         ASSERT_EQ(count, std::min(DescriptorDistances::kBlock, second.rows - begin));
         for (int i = 0; i < rows; ++i) {
           const int r = i % DescriptorDistances::kRows;
-          if (r == 0) distances.find(i, found.data());
+          if (r == 0) {
+            std::fill(found.begin(), found.end(), kUntouched);
+            distances.find(i, found.data());
+          }
+          if (count <= DescriptorDistances::kBlock / 2) {
+            ASSERT_EQ(found[DescriptorDistances::kBlock * (r + 1) - 1], kUntouched) << "not of this block";
+          }
           for (int j = 0; j < count; ++j) {
             const double expected = cv::norm(first.row(i), second.row(begin + j), cv::NORM_L2SQR);
             ASSERT_EQ(found[DescriptorDistances::kBlock * r + j], expected)
