@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <iomanip>
@@ -73,7 +74,12 @@ class VideoFile : public ImageSource {
 }  // namespace
 
 bool open_as_recorded(const std::string& path, cv::VideoCapture* capture) {
-  if (!capture->open(path)) return false;
+  // Those that read files: others of OpenCV's look for cameras on the USB first, and leak what they find.
+  const auto backends = {cv::CAP_FFMPEG, cv::CAP_GSTREAMER, cv::CAP_OPENCV_MJPEG};
+  if (std::none_of(backends.begin(), backends.end(),
+                   [&](int backend) { return capture->open(path, backend); })) {
+    return false;
+  }
 #if MONO_POSE_TRACKER_OPENCV_SINCE(4, 5)
   // Earlier ones turn nothing. Where the reader knows of no flags it refuses, and that is fine.
   capture->set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
