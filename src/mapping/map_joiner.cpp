@@ -40,8 +40,9 @@ bool scale_between(const Map& map, const Keyframe& keyframe, const Map& other, c
   }
   if (static_cast<int>(ratios.size()) < kMinPoints) return false;
   *log_scale = median(ratios);
-  std::vector<double> off;
-  for (const double ratio : ratios) off.push_back(std::abs(ratio - *log_scale));
+  std::vector<double> off(ratios.size());
+  std::transform(ratios.begin(), ratios.end(), off.begin(),
+                 [&](double ratio) { return std::abs(ratio - *log_scale); });
   // The median of n normal values spreads by 1.25 sigma / sqrt(n); sigma is 1.48 median deviations.
   *sigma = 1.25 * 1.48 * median(std::move(off)) / std::sqrt(static_cast<double>(ratios.size()));
   return true;

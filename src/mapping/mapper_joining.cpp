@@ -132,6 +132,7 @@ std::vector<Map> Mapper::all_maps() const {
   for (const auto& entry : kept_) by_age[entry.first] = &entry.second.map;
   if (!map_.keyframes().empty()) by_age[map_id_] = &map_;
   std::vector<Map> maps;
+  maps.reserve(by_age.size());
   for (const auto& entry : by_age) maps.push_back(*entry.second);
   return maps;
 }
@@ -190,6 +191,7 @@ bool Mapper::join_newer(std::uint32_t kept_id, const std::vector<MapTie>& ties) 
     }
   }
   std::vector<std::pair<int, KeyframeId>> most;
+  most.reserve(seen.size());
   for (const auto& [id, count] : seen) most.emplace_back(-count, id);
   std::sort(most.begin(), most.end());
   if (most.size() > kTries) most.resize(kTries);

@@ -129,7 +129,7 @@ void SimulatedSequence::make_path() {
 // What is behind the head.
 cv::Mat SimulatedSequence::background(double done) const {
   const auto texture_seed = static_cast<std::uint32_t>(derived_seed(options_.seed, 1));
-  const cv::Mat still = still_background(camera_, options_.background, texture_seed, options_.threads);
+  cv::Mat still = still_background(camera_, options_.background, texture_seed, options_.threads);
   if (options_.background != BackgroundKind::kRoom) return still;
   return renderer_.render(stage_->room(), stage_->room_from_camera(done), room_lighting(), still).color;
 }

@@ -65,8 +65,8 @@ std::vector<char> Bootstrapper::moved_between() const {
       moved[f] += matched >= 0 && (to[matched].pixel - from[f].pixel).norm() > far;
     }
   }
-  std::vector<char> flags;
-  for (const int images : moved) flags.push_back(images >= 2);
+  std::vector<char> flags(moved.size());
+  std::transform(moved.begin(), moved.end(), flags.begin(), [](int images) { return images >= 2; });
   return flags;
 }
 

@@ -85,7 +85,7 @@ FramePose Tracker::Impl::set_pose(const Frame& frame, const TrackingMap& map,
                                   const ResectionReport& resection, bool is_final) {
   const KeyframeId reference = choose_reference(map, resection);
   const Rigid3 map_from_reference = map.keyframes.at(reference).camera_from_map.inverse();
-  const FramePose pose{frame.stamp_ns, reference, resection.camera_from_map * map_from_reference, is_final};
+  FramePose pose{frame.stamp_ns, reference, resection.camera_from_map * map_from_reference, is_final};
   frames_[map.map_id].set(frame.index, pose);
   if (keeps_seen()) keep_seen(frame);
   return pose;

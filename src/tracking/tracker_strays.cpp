@@ -56,7 +56,7 @@ std::set<std::int64_t> Tracker::Impl::find_strays() const {
 // Takes keyframes out of the map, which is finished anew. The frames that stood on them.
 std::set<std::int64_t> Tracker::Impl::take_out(const std::set<KeyframeId>& keyframes) {
   const TrackingMapPtr map = worker_.latest();
-  const std::set<std::int64_t> frames = frames_on(*map, frames_[map->map_id], keyframes);
+  std::set<std::int64_t> frames = frames_on(*map, frames_[map->map_id], keyframes);
   worker_.mapper().remove_keyframes(keyframes);
   worker_.mapper().finish();
   worker_.publish_mapper();
