@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -45,6 +46,13 @@ bool are_unique(const std::vector<std::string>& texts) {
   return std::set<std::string>(texts.begin(), texts.end()).size() == texts.size();
 }
 
+/// A name that stays on its line in the text files that hold it.
+std::string without_control_characters(std::string name) {
+  std::replace_if(
+      name.begin(), name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '_');
+  return name;
+}
+
 /// Gives the files their names.
 std::vector<StampedFile> named(std::vector<StampedFile> files) {
   std::vector<fs::path> paths;
@@ -58,10 +66,13 @@ std::vector<StampedFile> named(std::vector<StampedFile> files) {
     for (std::size_t i = 0; i < files.size(); ++i) names[i] = paths[i].lexically_relative(common).string();
   }
   std::set<std::string> taken;
+  std::map<std::string, int> last_number;
   for (std::size_t i = 0; i < files.size(); ++i) {
-    files[i].mask_name = files[i].name = names[i];
-    for (int number = 2; !taken.insert(files[i].name).second; ++number) {
-      const fs::path name = names[i];
+    files[i].mask_name = names[i];
+    const fs::path name = files[i].name = without_control_characters(names[i]);
+    int& number = last_number.emplace(files[i].name, 1).first->second;
+    while (!taken.insert(files[i].name).second) {
+      ++number;
       files[i].name = (name.parent_path() /
                        (name.stem().string() + "_" + std::to_string(number) + name.extension().string()))
                           .string();
@@ -111,9 +122,7 @@ StampedFile parse_line(const std::string& line, std::int64_t index, const fs::pa
   return file;
 }
 
-}  // namespace
-
-std::unique_ptr<ImageSource> open_image_folder(const std::string& path) {
+std::vector<StampedFile> files_of_folder(const std::string& path) {
   std::error_code error;
   fs::directory_iterator folder(path, error);
   if (error)
@@ -135,10 +144,10 @@ std::unique_ptr<ImageSource> open_image_folder(const std::string& path) {
     file.path = (fs::path(path) / name).string();
     files.push_back(file);
   }
-  return std::make_unique<ImageFiles>(std::move(files));
+  return files;
 }
 
-std::unique_ptr<ImageSource> open_image_list(const std::string& path) {
+std::vector<StampedFile> files_of_list(const std::string& path) {
   const char* const expected = "a text file with lines `timestamp path` or `path`";
   const std::string content = read_text_file(path, expected, kMaxListBytes);
   if (content.find('\0') != std::string::npos) {
@@ -159,15 +168,40 @@ std::unique_ptr<ImageSource> open_image_list(const std::string& path) {
     }
   }
   if (files.empty()) throw std::runtime_error(path + ": names no image: expected " + expected);
-  return std::make_unique<ImageFiles>(std::move(files));
+  return files;
 }
 
-std::unique_ptr<ImageSource> open_images(const std::string& path) {
+std::vector<StampedFile> files_of(const std::string& path) {
   std::error_code ignored;
   if (!fs::exists(path, ignored)) {
     throw std::runtime_error(path + ": does not exist: expected a folder of images or a list of them");
   }
-  return fs::is_directory(path, ignored) ? open_image_folder(path) : open_image_list(path);
+  if (fs::is_directory(path, ignored)) return files_of_folder(path);
+  // It is read more than once, which a pipe can't be.
+  if (!fs::is_regular_file(path, ignored)) {
+    throw std::runtime_error(path + ": is neither a folder of images nor a file that lists them");
+  }
+  return files_of_list(path);
+}
+
+}  // namespace
+
+std::unique_ptr<ImageSource> open_image_folder(const std::string& path) {
+  return std::make_unique<ImageFiles>(files_of_folder(path));
+}
+
+std::unique_ptr<ImageSource> open_image_list(const std::string& path) {
+  return std::make_unique<ImageFiles>(files_of_list(path));
+}
+
+std::unique_ptr<ImageSource> open_images(const std::string& path) {
+  return std::make_unique<ImageFiles>(files_of(path));
+}
+
+std::vector<ImageFile> image_files(const std::string& path) {
+  std::vector<ImageFile> files;
+  for (const StampedFile& file : named(files_of(path))) files.push_back({file.path, file.name});
+  return files;
 }
 
 }  // namespace mono_pose_tracker

@@ -119,9 +119,13 @@ TrajectoryWriter::TrajectoryWriter(const std::string& path) : path_(path) {
 }
 
 void TrajectoryWriter::append(const StampedPose& pose) {
+  errno = 0;
   stream_ << tum_line(pose) << '\n';
   stream_.flush();
-  if (!stream_) throw std::runtime_error(path_ + ": cannot be written further");
+  if (!stream_) {
+    throw std::runtime_error(path_ + ": cannot be written further (" +
+                             (errno ? std::strerror(errno) : "unknown reason") + ")");
+  }
 }
 
 }  // namespace mono_pose_tracker

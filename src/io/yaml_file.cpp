@@ -35,9 +35,10 @@ class Builder : public YAML::EventHandler {
  public:
   YamlValue take() { return std::move(root_); }
 
-  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentStart(const YAML::Mark&) override { ++documents_; }
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    if (documents_ > 1 && open_.empty()) return;  // a line of dashes at the end
     add(leaf(YamlValue::Kind::kNothing, "", mark), anchor);
   }
   void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
@@ -72,6 +73,9 @@ class Builder : public YAML::EventHandler {
   };
 
   YamlValue leaf(YamlValue::Kind kind, const std::string& text, const YAML::Mark& mark) {
+    if (documents_ > 1) {
+      fail(mark.line + 1, "belongs to a second document, of which nothing would be heeded");
+    }
     count(1, mark);
     YamlValue value;
     value.kind = kind;
@@ -133,6 +137,7 @@ class Builder : public YAML::EventHandler {
   std::vector<Open> open_;
   std::map<YAML::anchor_t, YamlValue> anchored_;
   std::size_t values_ = 0;
+  int documents_ = 0;
 };
 
 }  // namespace
@@ -149,7 +154,8 @@ YamlValue parse_yaml(const std::string& content, const std::string& expected) {
   try {
     std::istringstream stream(content);
     YAML::Parser parser(stream);
-    parser.HandleNextDocument(builder);
+    while (parser.HandleNextDocument(builder)) {
+    }
   } catch (const YAML::Exception& error) {
     fail(error.mark.line + 1, "is no YAML (" + one_line(error.msg) + "): expected " + expected);
   } catch (const std::runtime_error& error) {

@@ -26,11 +26,20 @@ std_msgs::Header header_of(std::int64_t stamp_ns) {
 
 }  // namespace
 
+void BagWriter::EndBag::operator()(rosbag::Bag* bag) const {
+  try {
+    bag->close();
+    delete bag;
+  } catch (const std::exception&) {
+    // It stays: its own destructor would close it again, and end the process by what that throws.
+  }
+}
+
 BagWriter::BagWriter(const std::string& path, const std::optional<CameraParameters>& camera, int jpeg_quality)
-    : path_(path), jpeg_quality_(jpeg_quality) {
+    : path_(path), jpeg_quality_(jpeg_quality), bag_(new rosbag::Bag) {
   if (camera) info_ = to_camera_info(*camera);
   try {
-    bag_.open(path, rosbag::bagmode::Write);
+    bag_->open(path, rosbag::bagmode::Write);
   } catch (const rosbag::BagException& error) {
     throw std::runtime_error(path + ": cannot be written (" + error.what() + ")");
   }
@@ -39,7 +48,7 @@ BagWriter::BagWriter(const std::string& path, const std::optional<CameraParamete
 template <typename Message>
 void BagWriter::write_message(const std::string& topic, const Message& message) {
   try {
-    bag_.write(topic, record_time(message.header.stamp), message);
+    bag_->write(topic, record_time(message.header.stamp), message);
   } catch (const rosbag::BagException& error) {
     throw std::runtime_error(path_ + ": cannot be written (" + error.what() + ")");
   }
@@ -76,8 +85,9 @@ void BagWriter::write_mask(std::int64_t stamp_ns, const cv::Mat& mask) {
 
 void BagWriter::close() {
   try {
-    bag_.close();
+    bag_->close();
   } catch (const rosbag::BagException& error) {
+    static_cast<void>(bag_.release());  // half closed: it must not be touched again, see EndBag
     throw std::runtime_error(path_ + ": cannot be written (" + error.what() + ")");
   }
 }

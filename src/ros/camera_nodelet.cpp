@@ -32,7 +32,9 @@ std::string size_text(const cv::Size& size) {
 
 }  // namespace
 
-CameraNodelet::~CameraNodelet() {
+CameraNodelet::~CameraNodelet() { tear_down(); }
+
+void CameraNodelet::tear_down() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     stopping_ = true;
@@ -40,17 +42,21 @@ CameraNodelet::~CameraNodelet() {
   stop_.notify_all();
   if (capturing_.joinable()) capturing_.join();
   diagnostics_.reset();  // it reads what is destroyed before it
+  publisher_ = image_transport::CameraPublisher();
+  calibration_.reset();
 }
 
 void CameraNodelet::onInit() {
   try {
     read_settings();
     advertise();
+    capturing_ = std::thread([this] { capture_images(); });
   } catch (const std::exception& e) {
     NODELET_FATAL("%s", e.what());
+    // The loader drops the callback queue before the nodelet: no publisher may outlive it.
+    tear_down();
     throw;  // the loader says that the nodelet could not be loaded
   }
-  capturing_ = std::thread([this] { capture_images(); });
 }
 
 void CameraNodelet::read_settings() {

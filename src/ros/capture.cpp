@@ -44,6 +44,7 @@ void Capture::open_video() {
   const std::string& path = settings_.video;
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) throw std::runtime_error("no such video: " + path);
+  if (!std::filesystem::is_regular_file(path, ignored)) throw std::runtime_error(path + " is no file");
   if (!open_as_recorded(path, &capture_)) throw std::runtime_error(path + " cannot be read as a video");
   const double own = capture_.get(cv::CAP_PROP_FPS);
   rate_ = settings_.rate > 0 ? settings_.rate : own;

@@ -6,19 +6,19 @@
 namespace mono_pose_tracker {
 
 int run_nodelet(const std::string& type, const std::string& default_name, int argc, char** argv) {
-  ros::init(argc, argv, default_name);
-  nodelet::Loader loader(false);  // no services to load others
   try {
+    ros::init(argc, argv, default_name);  // throws where a name on the command line is none
+    nodelet::Loader loader(false);        // no services to load others
     if (!loader.load(ros::this_node::getName(), type, ros::names::getRemappings(),
                      nodelet::V_string(argv + 1, argv + argc))) {
       return 1;  // the loader has said why
     }
+    ros::spin();
+    return 0;
   } catch (const std::exception& e) {
     ROS_FATAL("%s", e.what());
     return 2;
   }
-  ros::spin();
-  return 0;
 }
 
 }  // namespace mono_pose_tracker

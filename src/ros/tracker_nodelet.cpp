@@ -12,6 +12,7 @@
 #include "mono_pose_tracker/ros/guard.h"
 #include "mono_pose_tracker/ros/messages.h"
 #include "mono_pose_tracker/ros/paths.h"
+#include "mono_pose_tracker/tracking/background_image.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -35,7 +36,9 @@ std::string camera_info_topic(const ros::NodeHandle& handle, const std::string& 
 
 }  // namespace
 
-TrackerNodelet::~TrackerNodelet() {
+TrackerNodelet::~TrackerNodelet() { tear_down(); }
+
+void TrackerNodelet::tear_down() {
   stopping_ = true;
   if (slot_) slot_->close();         // services that wait for their turn give up
   if (tracker_) tracker_->cancel();  // whatever the options: the image and the mapping under way end soon
@@ -46,10 +49,14 @@ TrackerNodelet::~TrackerNodelet() {
   image_subscriber_ = ImageSubscriber();
   camera_info_subscriber_.shutdown();
   mask_subscriber_.shutdown();
+  initialpose_subscriber_.shutdown();
   timer_.stop();
   tf_timer_.stop();
   diagnostics_.reset();
   if (processing_.joinable()) processing_.join();
+  publishers_.reset();
+  frames_.reset();
+  board_.reset();
 }
 
 void TrackerNodelet::onInit() {
@@ -57,6 +64,8 @@ void TrackerNodelet::onInit() {
     set_up();
   } catch (const std::exception& e) {
     NODELET_FATAL("%s", e.what());
+    // The loader drops the callback queue before the nodelet: no publisher or subscriber may outlive it.
+    tear_down();
     throw;  // the loader says that the nodelet could not be loaded
   }
 }
@@ -66,6 +75,7 @@ void TrackerNodelet::set_up() {
   const NodeParameters& p = parameters_;
   for (const std::string& warning : p.warnings) NODELET_WARN("%s", warning.c_str());
   NODELET_INFO("parameters: %s", p.effective.c_str());
+  read_background_image(p.tracker.segmentation);  // refused now, not image by image
   cameras_ = std::make_unique<CameraSource>(p.rectified, p.hfov);
   if (!p.camera_info_url.empty()) cameras_->set_file(load_camera_info(p.camera_info_url));
   if (!p.trajectory_file.empty()) {

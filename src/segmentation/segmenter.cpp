@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <stdexcept>
 
 #include "mono_pose_tracker/segmentation/backdrop.h"
 #include "mono_pose_tracker/segmentation/mask_cleaning.h"
@@ -21,26 +19,10 @@ std::string text(const cv::Size& size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height);
 }
 
-cv::Mat read_background(const std::string& path) {
-  if (path.empty()) return {};
-  cv::Mat image;
-  try {
-    image = cv::imread(path, cv::IMREAD_COLOR);
-  } catch (const std::exception&) {  // of OpenCV, or there is no memory for it
-  }
-  if (image.empty()) {
-    throw std::invalid_argument("segmentation/background_image = " + path +
-                                ", expected an image that can be read");
-  }
-  return image;
-}
-
 }  // namespace
 
-Segmenter::Segmenter(const SegmentationOptions& options)
-    : options_(options),
-      background_image_(options.method == "background" ? read_background(options.background_image)
-                                                       : cv::Mat()) {
+Segmenter::Segmenter(const SegmentationOptions& options, const cv::Mat& background_image)
+    : options_(options), background_image_(background_image) {
   forget();
 }
 

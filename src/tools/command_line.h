@@ -21,12 +21,22 @@ inline CLI::Validator whole_number(std::uint64_t least) {
       "", "whole number");
 }
 
+/// An option that is given nothing is most likely a variable of a script that is not set.
+inline void refuse_empty_texts(const CLI::App& app) {
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& text : option->results()) {
+      if (text.empty()) throw CLI::ValidationError(option->get_name(), "is empty");
+    }
+  }
+}
+
 /// Parses and runs; run returns the exit status. What goes wrong is one line on standard error that names the
 /// program, and status 2.
 template <typename Run>
 int run_command_line(const char* program, CLI::App& app, int argc, char** argv, const Run& run) {
   try {
     app.parse(argc, argv);
+    refuse_empty_texts(app);
     return run();
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "command_line.h"
+#include "inputs.h"
 #include "json.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/evaluation/trajectory_plot.h"
@@ -168,6 +169,11 @@ void run(const Arguments& arguments) {
   options.max_difference_ns = std::llround(arguments.max_difference * 1e9);
   options.alignment = arguments.align == "se3" ? Alignment::kSe3 : Alignment::kSim3;
   options.delta = parse_delta(arguments.delta);
+  Inputs inputs;
+  inputs.add(arguments.reference);
+  inputs.add(arguments.estimate);
+  inputs.refuse_to_overwrite(arguments.json);
+  inputs.refuse_to_overwrite(arguments.plot);
   const std::vector<StampedPose> reference = read_tum(arguments.reference);
   std::vector<std::vector<StampedPose>> estimate = read_tum_maps(arguments.estimate);
   if (estimate.empty()) estimate.emplace_back();
@@ -192,6 +198,8 @@ void run(const Arguments& arguments) {
 
 }  // namespace
 
+// Options are declared before anything is caught: that fails for lack of memory only.
+// NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char** argv) {
   Arguments arguments;
   CLI::App app(

@@ -115,6 +115,8 @@ void run(const Arguments& a) {
 }  // namespace
 }  // namespace mono_pose_tracker
 
+// Options are declared before anything is caught: that fails for lack of memory only.
+// NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char** argv) {
   using namespace mono_pose_tracker;
   CLI::App app("Times our SIFT beside cv::SIFT: CPU time of one thread, by google-benchmark.",

@@ -63,6 +63,8 @@ void study(const Arguments& a) {
 
 }  // namespace
 
+// Options are declared before anything is caught: that fails for lack of memory only.
+// NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char** argv) {
   Arguments a;
   CLI::App app(

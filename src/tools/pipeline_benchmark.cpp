@@ -189,6 +189,8 @@ void run(const Arguments& a) {
 
 }  // namespace
 
+// Options are declared before anything is caught: that fails for lack of memory only.
+// NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char** argv) {
   CLI::App app(
       "Measures the tracker on a sequence of images, decoded beforehand: offline (every image, the mapper "

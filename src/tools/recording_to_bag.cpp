@@ -7,6 +7,8 @@
 #include <stdexcept>
 
 #include "command_line.h"
+#include "inputs.h"
+#include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
 #include "mono_pose_tracker/io/image_source.h"
 #include "mono_pose_tracker/ros/bag_writer.h"
@@ -71,8 +73,14 @@ int run(Arguments a) {
   std::optional<CameraParameters> camera;
   if (!a.camera.empty()) camera = read_camera_yaml(a.camera);
   const std::unique_ptr<ImageSource> source = open_recording(a.recording);
-  // Under another name until it is complete: half a bag is none.
-  const std::string path = a.bag, partial = path + ".part";
+  // Under another name until it is complete: half a bag is none. A link stays, what it names is written.
+  require_regular_file(a.bag);
+  const std::string path = fs::is_symlink(a.bag) ? fs::weakly_canonical(a.bag).string() : a.bag;
+  Inputs inputs;
+  inputs.add(a.recording);
+  inputs.add(a.camera);
+  inputs.refuse_to_overwrite(path);
+  const std::string partial = path + ".part";
   a.bag = partial;
   int written = 0;
   std::error_code error;
@@ -91,6 +99,8 @@ int run(Arguments a) {
 
 }  // namespace
 
+// Options are declared before anything is caught: that fails for lack of memory only.
+// NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char** argv) {
   CLI::App app(
       "Writes a video, a folder or a list of images as a bag: /camera/image_raw and /camera/camera_info.",

@@ -2,14 +2,16 @@
 #include <atomic>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
+#include <functional>
 #include <map>
 #include <memory>
+#include <stdexcept>
 #include <thread>
 
 #include "command_line.h"
 #include "mono_pose_tracker/evaluation/relative_pose_choice.h"
 #include "mono_pose_tracker/geometry/essential.h"
+#include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/simulation/two_view_problem.h"
 #include "progress_bar.h"
 #include "study/minimal_solvers.h"
@@ -195,39 +197,34 @@ void write_histogram(std::ostream& file, const std::vector<Row>& rows, const Tri
   }
 }
 
-template <class Write>
-bool write_file(const std::filesystem::path& path, Write write) {
-  std::ofstream file(path);
-  file.precision(9);
-  write(file);
-  file.close();
-  if (!file) std::fprintf(stderr, "%s: cannot be written\n", path.c_str());
-  return static_cast<bool>(file);
+void write_file(const std::filesystem::path& path, const std::function<void(std::ostream&)>& write) {
+  write_file_atomically(path.string(), [&](std::ostream& file) {
+    file.precision(9);
+    write(file);
+  });
 }
 
-int run(const Settings& settings) {
+void run(const Settings& settings) {
   std::error_code error;
   std::filesystem::create_directories(settings.output, error);
   if (error) {
-    std::fprintf(stderr, "--output %s: cannot be made: %s\n", settings.output.c_str(),
-                 error.message().c_str());
-    return 2;
+    throw std::runtime_error("--output " + settings.output.string() + ": cannot be made (" + error.message() +
+                             ")");
   }
   cv::setNumThreads(1);  // the trials are what runs in parallel
   const std::vector<Row> rows = rows_of(settings.peers);
   const Trials trials = run_all(settings, rows);
-  const bool written = write_file(settings.output / "errors.csv",
-                                  [&](std::ostream& file) { write_errors(file, rows, trials); }) &&
-                       write_file(settings.output / "histogram.csv",
-                                  [&](std::ostream& file) { write_histogram(file, rows, trials); });
-  if (!written) return 2;
+  write_file(settings.output / "errors.csv", [&](std::ostream& file) { write_errors(file, rows, trials); });
+  write_file(settings.output / "histogram.csv",
+             [&](std::ostream& file) { write_histogram(file, rows, trials); });
   std::printf("wrote %s and histogram.csv beside it\n", (settings.output / "errors.csv").c_str());
-  return 0;
 }
 
 }  // namespace
 }  // namespace mono_pose_tracker
 
+// Options are declared before anything is caught: that fails for lack of memory only.
+// NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char** argv) {
   using namespace mono_pose_tracker;
   Settings settings;
@@ -265,13 +262,8 @@ int main(int argc, char** argv) {
   app.add_option("--seed", settings.seed, "of the random numbers")
       ->capture_default_str()
       ->check(whole_number(0));
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& help) {
-    return app.exit(help);
-  } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "relative_pose_experiment: %s\n", error.what());
-    return 2;
-  }
-  return run(settings);
+  return run_command_line("relative_pose_experiment", app, argc, argv, [&] {
+    run(settings);
+    return 0;
+  });
 }

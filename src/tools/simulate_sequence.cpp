@@ -6,12 +6,13 @@
 #include <filesystem>
 #include <iostream>
 #include <map>
-#include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
 #include "command_line.h"
+#include "inputs.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
+#include "mono_pose_tracker/io/image_writing.h"
 #include "mono_pose_tracker/io/stamp.h"
 #include "mono_pose_tracker/io/trajectory.h"
 #include "mono_pose_tracker/ros/bag_writer.h"
@@ -34,15 +35,6 @@ struct Arguments {
   bool bag_masks = false, quiet = false;
   SequenceOptions sequence;
 };
-
-void write_image(const fs::path& path, const cv::Mat& image) {
-  bool written = false;
-  try {
-    written = cv::imwrite(path.string(), image);
-  } catch (const cv::Exception&) {
-  }
-  if (!written) throw std::runtime_error(path.string() + ": cannot be written");
-}
 
 void make_folder(const fs::path& path) {
   std::error_code error;
@@ -167,7 +159,12 @@ void render_to(const Arguments& a, const SimulatedSequence& sequence) {
   make_folder(folder / "images");
   make_folder(folder / "masks");
   write_camera_yaml((folder / "camera.yaml").string(), "simulated", sequence.camera().parameters());
-  BagWriter bag(a.bag.empty() ? (folder / "sequence.bag").string() : a.bag, sequence.camera().parameters());
+  const std::string bag_path = a.bag.empty() ? (folder / "sequence.bag").string() : a.bag;
+  Inputs inputs;
+  inputs.add(a.path);
+  inputs.refuse_to_overwrite(bag_path);
+  require_regular_file(bag_path);
+  BagWriter bag(bag_path, sequence.camera().parameters());
   std::string list;
   ProgressBar progress(sequence.size(), a.quiet);
   for (int i = 0; i < sequence.size(); ++i) {
@@ -187,6 +184,8 @@ void render_to(const Arguments& a, const SimulatedSequence& sequence) {
 
 }  // namespace
 
+// Options are declared before anything is caught: that fails for lack of memory only.
+// NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char** argv) {
   Arguments a;
   CLI::App app("Renders a sequence with exact ground truth: images, masks, camera.yaml, groundtruth.txt.");

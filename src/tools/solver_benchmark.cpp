@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 
+#include "command_line.h"
 #include "mono_pose_tracker/evaluation/relative_pose_choice.h"
 #include "mono_pose_tracker/geometry/essential.h"
 #include "mono_pose_tracker/simulation/two_view_problem.h"
@@ -242,9 +243,32 @@ void register_estimators(int trials) {
   }
 }
 
+void register_benchmarks(int trials, int estimator_trials) {
+  std::vector<EpipolarSolver<5>> five_point = five_point_solvers();
+  five_point.push_back(five_point_motions());
+  register_all("five_point", five_point, two_view_problem_sets<5>(trials));
+  register_all("seven_point", seven_point_solvers(), two_view_problem_sets<7>(trials));
+  register_all("p3p", p3p_solvers(), pose_problem_sets(trials));
+  register_estimators(estimator_trials);
+}
+
+// The exit status.
+int run_benchmarks(char* program, std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "--benchmark_counters_tabular=true");
+  std::vector<char*> pointers = {program};
+  for (std::string& argument : arguments) pointers.push_back(&argument[0]);
+  int count = static_cast<int>(pointers.size());
+  benchmark::Initialize(&count, pointers.data());
+  if (benchmark::ReportUnrecognizedArguments(count, pointers.data())) return 2;
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}
+
 }  // namespace
 }  // namespace mono_pose_tracker
 
+// Options are declared before anything is caught: that fails for lack of memory only.
+// NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char** argv) {
   using namespace mono_pose_tracker;
   CLI::App app(
@@ -263,32 +287,9 @@ int main(int argc, char** argv) {
   app.add_option("--estimator-trials", estimator_trials, "problems of each kind for the robust estimators")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& help) {
-    return app.exit(help);
-  } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "solver_benchmark: %s\n", error.what());
-    return 2;
-  }
-
-  cv::setNumThreads(1);
-  std::vector<EpipolarSolver<5>> five_point = five_point_solvers();
-  five_point.push_back(five_point_motions());
-  register_all("five_point", five_point, two_view_problem_sets<5>(trials));
-  register_all("seven_point", seven_point_solvers(), two_view_problem_sets<7>(trials));
-  register_all("p3p", p3p_solvers(), pose_problem_sets(trials));
-
-  register_estimators(estimator_trials);
-
-  std::vector<std::string> arguments = app.remaining();
-  arguments.insert(arguments.begin(), argv[0]);
-  arguments.insert(arguments.begin() + 1, "--benchmark_counters_tabular=true");
-  std::vector<char*> pointers;
-  for (std::string& argument : arguments) pointers.push_back(&argument[0]);
-  int count = static_cast<int>(pointers.size());
-  benchmark::Initialize(&count, pointers.data());
-  if (benchmark::ReportUnrecognizedArguments(count, pointers.data())) return 2;
-  benchmark::RunSpecifiedBenchmarks();
-  return 0;
+  return run_command_line("solver_benchmark", app, argc, argv, [&] {
+    cv::setNumThreads(1);
+    register_benchmarks(trials, estimator_trials);
+    return run_benchmarks(argv[0], app.remaining());
+  });
 }

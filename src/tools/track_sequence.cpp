@@ -16,19 +16,20 @@
 #include <thread>
 
 #include "command_line.h"
+#include "inputs.h"
 #include "mono_pose_tracker/camera/camera_guess.h"
 #include "mono_pose_tracker/common/calibration_source.h"
-#include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
-#include "mono_pose_tracker/io/image_decoding.h"
 #include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/io/trajectory.h"
 #include "mono_pose_tracker/ros/bag_image_source.h"
+#include "mono_pose_tracker/tracking/background_image.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "mono_pose_tracker/tracking/recording.h"
 #include "mono_pose_tracker/tracking/self_calibration.h"
 #include "progress_bar.h"
 #include "results/mask_record.h"
+#include "results/outputs.h"
 #include "results/recording_files.h"
 #include "results/report.h"
 
@@ -105,6 +106,9 @@ void end_on_signals() {
   }
 }
 
+// As a shell has it.
+int end_status(int otherwise) { return g_signal != 0 ? 128 + static_cast<int>(g_signal) : otherwise; }
+
 // Progress: a bar on a terminal, plain lines elsewhere.
 class Progress {
  public:
@@ -162,15 +166,6 @@ CameraParameters camera_of(const Arguments& a) {
       "no calibration: give --camera, the YAML that camera_calibration writes, or --hfov, a guess");
 }
 
-// An unwritable folder is found before the work, and no trajectory of an earlier run is taken for this one's.
-void make_output_folder(const std::string& path) {
-  make_folder(path);
-  const std::string trajectory = (fs::path(path) / "trajectory.txt").string();
-  write_tum(trajectory, {});
-  std::error_code ignored;
-  fs::remove(trajectory, ignored);
-}
-
 // The size of the first image that can be read must be the camera's.
 void check_first_image(const std::function<std::unique_ptr<ImageSource>()>& open,
                        const CameraParameters& camera) {
@@ -181,10 +176,9 @@ void check_first_image(const std::function<std::unique_ptr<ImageSource>()>& open
                            std::to_string(camera.width) + "x" + std::to_string(camera.height));
 }
 
-// Before the work, not image by image. The tracker itself says whether it can be read.
+// Before the work, not image by image.
 void check_background_image(const SegmentationOptions& options, const CameraParameters& camera) {
-  if (options.method != "background" || options.background_image.empty()) return;
-  const cv::Mat image = read_image(options.background_image).image;
+  const cv::Mat image = read_background_image(options);
   if (image.empty() || (image.cols == camera.width && image.rows == camera.height)) return;
   throw std::runtime_error("segmentation/background_image = " + options.background_image + ": is " +
                            std::to_string(image.cols) + "x" + std::to_string(image.rows) +
@@ -192,13 +186,18 @@ void check_background_image(const SegmentationOptions& options, const CameraPara
                            std::to_string(camera.height));
 }
 
-// That the map can be written is known before the work.
-void check_map_folder(const std::string& path) {
-  const fs::path folder = fs::absolute(path).parent_path();
-  if (!fs::is_directory(folder)) {
-    throw std::runtime_error(path + ": cannot be written (" + folder.string() + " is no folder)");
+// What is to be written can be, and is nothing that is read: known before the work.
+void check_outputs(const Arguments& a, const TrackerOptions& options) {
+  Inputs inputs;
+  for (const std::string& path : {a.images, a.video, a.bag, a.camera, a.config, a.masks, a.reference,
+                                  options.segmentation.background_image}) {
+    inputs.add(path);
   }
-  require_regular_file(path);
+  const std::vector<ImageFile> images = a.images.empty() ? std::vector<ImageFile>() : image_files(a.images);
+  for (const ImageFile& image : images) inputs.add(image.path);
+  const Outputs outputs = {a.output, a.save_map, a.write_masks, a.undistorted, a.refine_camera || a.hfov};
+  refuse_to_overwrite(inputs, images, outputs);
+  require_writable(outputs);
 }
 
 // What is kept of an attempt while it goes on.
@@ -315,6 +314,12 @@ Run track(const Arguments& a, const TrackerOptions& options, const Recording& re
   return std::move(*run);
 }
 
+std::vector<StampedPose> read_reference(const std::string& path) {
+  std::vector<StampedPose> reference = read_tum(path);
+  if (reference.empty()) throw std::runtime_error(path + ": holds no pose");
+  return reference;
+}
+
 TrackerOptions options_of(const Arguments& a) {
   TrackerOptions options;
   if (!a.config.empty()) read_options_yaml(a.config, &options);
@@ -346,7 +351,7 @@ int run(const Arguments& a) {
   const auto start = std::chrono::steady_clock::now();
   const TrackerOptions options = options_of(a);
   const std::vector<StampedPose> reference =
-      a.reference.empty() ? std::vector<StampedPose>() : read_tum(a.reference);
+      a.reference.empty() ? std::vector<StampedPose>() : read_reference(a.reference);
   Recording recording;
   recording.open = source_of(a);
   recording.max_frames = a.max_frames;
@@ -357,7 +362,6 @@ int run(const Arguments& a) {
   if (a.hfov) calibration.source = CalibrationSource::kGuessed;
   std::optional<SavedMaps> loaded;
   if (!a.map.empty()) loaded = read_map_file(a.map, descriptor_kind(options));
-  if (!a.save_map.empty()) check_map_folder(a.save_map);
   recording.try_again = !loaded;
   const SavedMaps* const maps = loaded ? &*loaded : nullptr;
   make_tracker(options, calibration.camera, maps);  // refuses options before the work
@@ -365,7 +369,7 @@ int run(const Arguments& a) {
   if (!a.masks.empty()) recording.masks = &masks.emplace(a.masks);
   check_first_image(recording.open, calibration.camera);
   check_background_image(options.segmentation, calibration.camera);
-  make_output_folder(a.output);
+  check_outputs(a, options);
 
   end_on_signals();
   Run run = track(a, options, recording, maps, &calibration);
@@ -384,7 +388,7 @@ int run(const Arguments& a) {
   if (!result.tracked) {
     std::fprintf(stderr, "%s: %s\n", a.localize_only ? "no image could be posed" : "no map could be made",
                  result.reason.c_str());
-    return 1;
+    return end_status(1);
   }
   if (!a.quiet) {
     std::printf("%zu of %ld images posed (%ld as they came), %zu keyframes, %zu points, %.1f s%s: %s\n",
@@ -392,11 +396,13 @@ int run(const Arguments& a) {
                 static_cast<long>(result.frames_posed_live), map.keyframes().size(), map.landmarks().size(),
                 wall.count(), result.unconfirmed ? " (two views only: unconfirmed)" : "", a.output.c_str());
   }
-  return g_signal != 0 ? 128 + static_cast<int>(g_signal) : 0;  // as a shell has it
+  return end_status(0);
 }
 
 }  // namespace
 
+// Options are declared before anything is caught: that fails for lack of memory only.
+// NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char** argv) {
   CLI::App app("Tracks every frame of a recording: poses, points, a COLMAP model, a picture.",
                "track_sequence");

@@ -6,6 +6,7 @@
 #include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/segmentation/mask_cleaning.h"
+#include "mono_pose_tracker/tracking/background_image.h"
 
 namespace mono_pose_tracker {
 
@@ -19,7 +20,10 @@ std::vector<cv::Point2f> pixels_of(const Frame& frame, const ResectionReport& re
 }
 
 ObjectFinder::ObjectFinder(const SegmentationOptions& options, const CameraModel& camera)
-    : options_(options), camera_(camera), segmenter_(options), motion_mask_(options) {}
+    : options_(options),
+      camera_(camera),
+      segmenter_(options, read_background_image(options)),
+      motion_mask_(options) {}
 
 // Given no mask, an object may be found by its motion.
 bool ObjectFinder::looks_for_motion(const cv::Mat& given) const {

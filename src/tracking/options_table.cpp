@@ -3,6 +3,8 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <iomanip>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -62,10 +64,24 @@ bool parse(const std::string& text, std::optional<T>* value) {
   return true;
 }
 
-std::string number_text(double value) {
-  std::ostringstream stream;
-  stream << value;
-  return stream.str();
+// With as few digits (six at least) as read back as the same value: 0.999999999 is not 1.
+template <typename T>
+std::string number_text(T value) {
+  constexpr int kFewest = 6;
+  std::string text;
+  for (int digits = kFewest; digits <= std::numeric_limits<T>::max_digits10; ++digits) {
+    std::ostringstream stream;
+    stream << std::setprecision(digits) << value;
+    text = stream.str();
+    if (static_cast<T>(std::strtod(text.c_str(), nullptr)) == value) break;
+  }
+  return text;
+}
+
+// Whether keys of the table begin with it: one whose values are all commented out says nothing.
+bool is_group(const std::vector<OptionEntry>& table, const std::string& key) {
+  return std::any_of(table.begin(), table.end(),
+                     [&](const OptionEntry& entry) { return entry.key.rfind(key + "/", 0) == 0; });
 }
 
 // The values by their full keys, with what cannot be the value of an option.
@@ -349,6 +365,7 @@ void read_options_yaml(const std::string& path, TrackerOptions* options) {
     }
     const auto entry =
         std::find_if(table.begin(), table.end(), [&](const OptionEntry& e) { return e.key == key; });
+    if (entry == table.end() && text.empty() && is_group(table, key)) continue;
     if (entry == table.end()) {
       problems += "; unknown key " + key + ", did you mean " + nearest_key(table, key) + "?";
     } else if (!set_option(*entry, text) || !is_in_range(*entry)) {

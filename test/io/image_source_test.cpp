@@ -6,6 +6,7 @@
 #include <iterator>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
+#include <set>
 
 #include "mono_pose_tracker/io/image_decoding.h"
 #include "mono_pose_tracker/io/mask_folder.h"
@@ -81,6 +82,28 @@ TEST(ImageList, NamesAreUniqueAcrossFolders) {
       (Names{{"left/1.png", "left/1.png"}, {"right/1.png", "right/1.png"}, {"left/2.png", "left/2.png"}}));
   EXPECT_EQ(names_of("left/1.png\nleft/1.png\nleft/1.png\n"),
             (Names{{"1.png", "1.png"}, {"1_2.png", "1.png"}, {"1_3.png", "1.png"}}));
+}
+
+// A line end would begin another line of the text files that name the images.
+TEST(ImageFolder, NamesHaveNoControlCharacters) {
+  TemporaryFolder folder;
+  for (const char* name : {"a\nb.png", "a_b.png", "a\tb.png"}) cv::imwrite(folder / name, grey(1));
+  const auto source = open_image_folder(folder.path());
+  std::set<std::string> names;
+  for (SourceImage image = source->next(); image.kind == Kind::kImage; image = source->next()) {
+    EXPECT_TRUE(std::filesystem::exists(folder / image.mask_name)) << "masks have the files' own names";
+    names.insert(image.name);
+  }
+  EXPECT_EQ(names, (std::set<std::string>{"a_b.png", "a_b_2.png", "a_b_3.png"}));
+}
+
+TEST(ImageList, ItsFilesAreKnownByPathAndName) {
+  TemporaryFolder folder;
+  const std::vector<ImageFile> files = image_files(folder.write("list.txt", "1 left/a.png\n2 right/a.png\n"));
+  ASSERT_EQ(files.size(), 2u);
+  EXPECT_EQ(files[0].path, folder / "left/a.png");
+  EXPECT_EQ(files[0].name, "left/a.png");
+  EXPECT_EQ(files[1].name, "right/a.png");
 }
 
 TEST(ImageList, AByteOrderMarkIsNoPartOfTheFirstLine) {

@@ -135,10 +135,19 @@ class CameraTest(unittest.TestCase):
 
     def test_bad_parameters_are_refused(self):
         program = roslib.packages.find_node("mono_pose_tracker", "camera_node")[0]
-        result = subprocess.run([program, "__name:=refused", "_pixel_format:=MJPEG"], stdout=subprocess.PIPE,
-                                stderr=subprocess.STDOUT, text=True, timeout=TIMEOUT)
-        self.assertEqual(result.returncode, 1)
-        self.assertIn("~pixel_format is MJPEG, expected four letters", result.stdout)
+        for parameter, said in (("_pixel_format:=MJPEG", "~pixel_format is MJPEG, expected four letters"),
+                                ("_camera_info_url:=http://x/y", "~camera_info_url is http://x/y, expected a path")):
+            result = subprocess.run([program, "__name:=refused", parameter], stdout=subprocess.PIPE,
+                                    stderr=subprocess.STDOUT, text=True, timeout=TIMEOUT)
+            rospy.delete_param("/refused")
+            self.assertEqual(result.returncode, 1)
+            self.assertIn(said, result.stdout)
+
+    def test_a_pipe_in_place_of_a_video_is_named(self):
+        """Nobody writes into it: to open it would wait for ever."""
+        os.mkfifo(self.folder.name + "/pipe")
+        self.start("piped", video=self.folder.name + "/pipe")
+        self.diagnosis("piped", lambda s: s.level == DiagnosticStatus.ERROR and "pipe is no file" in s.message)
 
     def test_with_the_tracker_in_one_manager(self):
         folder = self.folder.name

@@ -89,6 +89,18 @@ class FaultsTest(unittest.TestCase):
         self.assertLess(after[0] - before[0], 10, "threads")
         self.assertLess(after[1] - before[1], 20, "open files and sockets")
 
+    def test_what_cannot_be_loaded_leaves_the_others_alone(self):
+        self.load("good", "/good_camera")
+        self.addCleanup(self.unload, "good")
+        camera, tracker = feeding.Camera("/good_camera", self.recording.info), feeding.Tracker("/good")
+        rospy.set_param("/bad", {"load_map_at_start": True, "map_path": "/no/such.map"})
+        self.addCleanup(rospy.delete_param, "/bad")
+        with self.assertRaises(rospy.ServiceException):
+            self.load_nodelet(name="/bad", type="mono_pose_tracker/TrackerNodelet", remap_source_args=["image"],
+                              remap_target_args=["/good_camera/image_raw"])
+        self.assertEqual(processes.left_below("/bad/"), [], "nothing of it is left")
+        camera.show(self.recording.images[0], tracker)  # answered
+
     def test_two_trackers_in_one_manager_under_a_flood(self):
         for name in ("flooded_a", "flooded_b"):
             self.load(name, "/flooded_camera")

@@ -34,6 +34,21 @@ class ParametersTest(unittest.TestCase):
     def test_a_missing_calibration_file_is_named(self):
         self.assertIn("/no/such/camera.yaml", self.refusal("_camera_info_url:=/no/such/camera.yaml"))
 
+    def test_what_is_refused_after_publishers_are_there_ends_it_in_order(self):
+        """Exit status 1 and a line, where the nodelet's publishers outlived its queue: a crash."""
+        self.assertIn("/no/such.map: cannot be read",
+                      self.refusal("_load_map_at_start:=true", "_map_path:=/no/such.map"))
+        self.assertIn("nonsense", self.refusal("_image_transport:=nonsense"))
+        self.assertIn("segmentation/background_image = /no/such.png",
+                      self.refusal("_segmentation/method:=background", "_segmentation/background_image:=/no/such.png"))
+
+    def test_a_name_on_the_command_line_that_is_none(self):
+        node = roslib.packages.find_node("mono_pose_tracker", "tracker_node")[0]
+        result = subprocess.run([node, "mask:=/x y"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                                timeout=30)
+        self.assertEqual(result.returncode, 2, result.stdout)
+        self.assertIn("/x y", result.stdout)
+
     def test_frames_with_two_parents_are_refused(self):
         said = self.refusal("_odom_frame:=odom", "_invert_tf:=true")
         self.assertIn("~odom_frame and ~invert_tf", said)

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """What recording_to_bag writes: the images that track_sequence sees, with its stamps. PROGRAMS names the programs' folder."""
 import os
+import stat
 import subprocess
 import sys
 import tempfile
@@ -117,6 +118,19 @@ class RecordingToBag(unittest.TestCase):
             self.assertIn(words, result.stderr)
             self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
             self.assertEqual([f for f in os.listdir(self.folder) if f.startswith("bad.bag")], [])
+
+    def test_what_is_no_file_is_not_replaced(self):
+        os.mkfifo(self.path("pipe"))
+        result = self.run_program(self.path("images"), self.path("pipe"))
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertIn("is no regular file", result.stderr)
+        self.assertTrue(stat.S_ISFIFO(os.stat(self.path("pipe")).st_mode))
+        self.write("old.bag", "")
+        os.symlink(self.path("old.bag"), self.path("link.bag"))
+        self.assertEqual(self.run_program(self.path("images"), self.path("link.bag")).returncode, 0)
+        self.assertTrue(os.path.islink(self.path("link.bag")))
+        with rosbag.Bag(self.path("old.bag")) as bag:
+            self.assertEqual(bag.get_message_count(), COUNT)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 """What track_sequence refuses, and that it says why and writes nothing. PROGRAMS names the folder of the program."""
 import os
 import resource
+import shutil
 import sys
 
 import cv2
@@ -11,7 +12,7 @@ import yaml
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import told_skips  # noqa: E402, F401
-from track_sequence_runs import RunsOfARoom, content  # noqa: E402
+from track_sequence_runs import RunsOfARoom, content, run_program  # noqa: E402
 
 
 class Refusals(RunsOfARoom):
@@ -73,7 +74,7 @@ class Refusals(RunsOfARoom):
         seconds = 10 * float(os.environ.get("MONO_POSE_TRACKER_SLOWNESS", "1"))
         for part, arguments in (("more than 262144 bytes", [*images, "--camera", endless]),
                                 ("more than 262144 bytes", [*images, *camera, "--config", endless]),
-                                ("more than 268435456 bytes", [*camera, "--images", endless]),
+                                ("is neither a folder", [*camera, "--images", endless]),
                                 ("more than 268435456 bytes", [*images, *camera, "--reference", endless]),
                                 ("is no file", [*camera, "--video", endless]),
                                 ("is no file", ["--bag", endless]),
@@ -93,11 +94,59 @@ class Refusals(RunsOfARoom):
         below = self.path("file", "out")
         self.expect_refused([below], "--images", self.list, "--camera", self.camera, output=below)
 
+    def test_what_is_read_is_not_written_over(self):
+        room, camera = self.path("room"), ["--camera", self.path("room", "camera.yaml")]
+        shutil.copytree(self.sequence, room)
+        images = ["--images", os.path.join(room, "images.txt")]
+        before = {name: content(os.path.join(room, name)) for name in ("camera.yaml", "images.txt", "groundtruth.txt")}
+        for arguments in ([*images, *camera, "--save-map", self.path("room", "camera.yaml")],
+                          [*images, *camera, "--save-map", self.path("room", "images", "..", "images.txt")],
+                          [*images, *camera, "--masks", self.path("room", "masks"), "--write-masks", self.path("room", "masks")],
+                          [*images, *camera, "--write-masks", self.path("room", "images")],
+                          [*images, *camera, "--save-map", self.path("room", "images", self.names[3])]):
+            self.expect_refused(["would be written over"], *arguments)
+        with open(self.path("room", "two_folders.txt"), "w") as f:  # whose names hold their folders
+            f.writelines("%s/%s\n" % (folder, self.names[0]) for folder in ("images", "masks"))
+        self.expect_refused([self.path("room", "images", self.names[0])], "--images", self.path("room", "two_folders.txt"),
+                            *camera, "--write-masks", room)
+        os.rename(os.path.join(room, "groundtruth.txt"), os.path.join(room, "trajectory.txt"))
+        result = run_program("track_sequence", *images, *camera, "--reference", self.path("room", "trajectory.txt"),
+                             "--output", room)
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertIn("trajectory.txt: would be written over", result.stderr)
+        os.rename(os.path.join(room, "trajectory.txt"), os.path.join(room, "groundtruth.txt"))
+        self.assertEqual({name: content(os.path.join(room, name)) for name in before}, before)
+
+    def test_what_cannot_be_written_is_told_before_the_work(self):
+        images = ["--images", self.list, "--camera", self.camera]
+        self.expect_refused(["/proc/a.map"], *images, "--save-map", "/proc/a.map")
+        self.expect_refused(["/proc"], *images, "--write-masks", "/proc")
+
+    def test_an_option_that_is_given_nothing_is_refused(self):
+        """Most likely a variable of a script that is not set."""
+        for option in ("--masks", "--config", "--save-map", "--reference"):
+            self.expect_refused([option], "--images", self.list, "--camera", self.camera, option, "")
+        with open(self.path("empty.txt"), "w"):
+            pass
+        self.expect_refused(["empty.txt: holds no pose"], "--images", self.list, "--camera", self.camera, "--reference",
+                            self.path("empty.txt"))
+
+    def test_pipes_are_refused(self):
+        """Nobody writes into it: to open it would wait for ever."""
+        pipe, config = self.path("pipe"), self.path("tracker.yaml")
+        os.mkfifo(pipe)
+        self.expect_refused([pipe], "--images", pipe, "--camera", self.camera)
+        with open(config, "w") as f:
+            f.write("segmentation: {method: background, background_image: %s}\n" % pipe)
+        self.expect_refused([pipe], "--images", self.list, "--camera", self.camera, "--config", config)
+
     def test_bad_options_are_refused(self):
         images = ["--images", self.list, "--camera", self.camera, "--config"]
         config = self.path("tracker.yaml")
         for text, parts in (("confidense: 0.9\n", ["confidense", "confidence"]), ("confidence: 2\n", ["confidence", "2"]),
-                            ("confidence: [\n", []), ("a: &a\n  b: *a\n", ["line 2"]), ("seed: 0100\n", ["0100"])):
+                            ("confidence: [\n", []), ("a: &a\n  b: *a\n", ["line 2"]), ("seed: 0100\n", ["0100"]),
+                            ("seed: 1\n---\nseed: 2\n", ["line 3", "second document"]),
+                            ("confidence: 1\n", ["to 0.999999999"])):
             with open(config, "w") as f:
                 f.write(text)
             self.expect_refused([config, *parts], *images, config)
@@ -111,6 +160,11 @@ class Refusals(RunsOfARoom):
         with open(config, "w") as f:
             f.write("segmentation: {method: background, background_image: %s}\n" % background)
         self.expect_refused(["background_image", "80x60", "320x240"], *images, config)
+        with open(self.path("cut.jpg"), "wb") as f:
+            f.write(cv2.imencode(".jpg", numpy.random.RandomState(1).randint(0, 256, (240, 320, 3), numpy.uint8))[1][:20000])
+        with open(config, "w") as f:
+            f.write("segmentation: {method: background, background_image: %s}\n" % self.path("cut.jpg"))
+        self.expect_refused(["background_image", "cut.jpg"], *images, config)
 
 
 if __name__ == "__main__":

@@ -276,6 +276,20 @@ class TrackSequence(RunsOfARoom):
         self.assertLess(figures["frames_total"], 50 + 200)
         self.assertGreater(len(rows(output, "trajectory.txt")), 40)
 
+    def test_interrupted_before_there_is_a_map(self):
+        """It says so by its exit status, as any interrupted run does."""
+        program = os.path.join(os.environ["PROGRAMS"], "track_sequence")
+        process = subprocess.Popen([program, "--images", self.list_of(self.names[:1] * 3000), "--camera", self.camera,
+                                    "--output", self.path("still")], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        for line in process.stderr:
+            if "image 50:" in line:
+                process.send_signal(signal.SIGINT)
+                break
+        said = process.communicate(timeout=300)[1]
+        self.assertEqual(process.returncode, 128 + signal.SIGINT, said)
+        self.assertIn("no map could be made", said)
+        self.assertLess(report(self.path("still"))["frames_total"], 3000)
+
     def masks_of(self, values):
         os.mkdir(self.path("masks"))
         for name, value in zip(self.names, values):

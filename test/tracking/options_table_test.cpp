@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "support/expect_error.h"
 #include "support/temporary_folder.h"
 
 namespace mono_pose_tracker {
@@ -91,6 +92,14 @@ TEST(OptionsTable, ReadsGroupsAndFlatKeys) {
   EXPECT_EQ(options.seed, 7u);
   EXPECT_EQ(options.sift.max_features, 900);
   EXPECT_EQ(options.mapping.min_parallax_deg, 1.5);
+}
+
+TEST(OptionsTable, AGroupOfWhichEverythingIsCommentedOutSaysNothing) {
+  TrackerOptions options;
+  const TemporaryFolder folder;
+  read_options_yaml(folder.write("tracker.yaml", "sift:\n  # max_features: 900\nseed: 7\n"), &options);
+  EXPECT_EQ(options.seed, 7u);
+  expect_error([&] { read_options_yaml(folder.write("tracker.yaml", "shift:\n"), &options); }, {"shift"});
 }
 
 TEST(OptionsTable, OctaveAndSigmaAreAutoOrNumbers) {

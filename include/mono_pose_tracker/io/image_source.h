@@ -4,6 +4,7 @@
 #include <memory>
 #include <opencv2/core.hpp>
 #include <string>
+#include <vector>
 
 namespace mono_pose_tracker {
 
@@ -15,7 +16,7 @@ struct SourceImage {
   /// No two images of a recording have the same: the file's name, or that of the file which a frame of a
   /// video or bag would be written to (its number with six digits, .png). Where files of several folders have
   /// one name, the path below what these folders have in common; where one file is named several times, with
-  /// _2, _3 ... before its extension.
+  /// _2, _3 ... before its extension. Control characters, such as an end of line, are _ in it.
   std::string name;
   std::string mask_name;  // what its mask is named after: the path below that common folder, or the number
   cv::Mat image;          // kImage: CV_8UC1 or CV_8UC3 (BGR)
@@ -40,8 +41,17 @@ std::unique_ptr<ImageSource> open_image_folder(const std::string& path);
 /// be read or names nothing.
 std::unique_ptr<ImageSource> open_image_list(const std::string& path);
 
-/// A folder or a list.
+/// A folder or a list. Throws std::runtime_error, one line, when it is neither (it is read more than once,
+/// which a pipe can't be), and as those above.
 std::unique_ptr<ImageSource> open_images(const std::string& path);
+
+/// A file of a recording, and the name that it goes by there (SourceImage::name).
+struct ImageFile {
+  std::string path, name;
+};
+
+/// The files of a folder or a list, whether they can be read or not. Throws as open_images.
+std::vector<ImageFile> image_files(const std::string& path);
 
 /// A video file: frame i is stamped i / fps. Throws std::runtime_error, one line, when it cannot be opened.
 std::unique_ptr<ImageSource> open_video(const std::string& path);

@@ -4,6 +4,7 @@
 #include <sensor_msgs/CameraInfo.h>
 
 #include <cstdint>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
@@ -32,6 +33,10 @@ class BagWriter {
   void close();
 
  private:
+  /// Leaves a bag that cannot be closed where it is.
+  struct EndBag {
+    void operator()(rosbag::Bag* bag) const;
+  };
   template <typename Message>
   void write_message(const std::string& topic, const Message& message);
   void write_raw(const std::string& topic, std::int64_t stamp_ns, const cv::Mat& image);
@@ -39,7 +44,7 @@ class BagWriter {
 
   const std::string path_;
   const int jpeg_quality_;
-  rosbag::Bag bag_;
+  std::unique_ptr<rosbag::Bag, EndBag> bag_;
   std::optional<sensor_msgs::CameraInfo> info_;
 };
 

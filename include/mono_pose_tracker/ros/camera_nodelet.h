@@ -41,6 +41,7 @@ class CameraNodelet : public nodelet::Nodelet {
   void onInit() override;
   void read_settings();
   void advertise();
+  void tear_down();  // at any stage of its start, and more than once
 
   void capture_images();
   bool stream(Capture& capture);
@@ -63,7 +64,7 @@ class CameraNodelet : public nodelet::Nodelet {
   std::condition_variable stop_;
   bool stopping_ = false;
   Health health_;
-  std::thread capturing_;  // joined by the destructor
+  std::thread capturing_;  // joined by tear_down
 };
 
 }  // namespace mono_pose_tracker

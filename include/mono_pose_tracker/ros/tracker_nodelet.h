@@ -60,6 +60,7 @@ class TrackerNodelet : public nodelet::Nodelet {
 
   void onInit() override;
   void set_up();
+  void tear_down();  // at any stage of set_up, and more than once
   void subscribe();
   void take_initialpose(const geometry_msgs::PoseWithCovarianceStampedConstPtr& pose);
   void advertise_services();

@@ -21,8 +21,9 @@ struct Segmentation {
 /// backdrop. Works on images of at most 320 px width; masks come at full size. One thread.
 class Segmenter {
  public:
-  /// Throws std::invalid_argument when the background image can't be read.
-  explicit Segmenter(const SegmentationOptions& options);
+  /// background_image: CV_8UC3, what the method `background` holds images against; empty: learnt from the
+  /// first ones.
+  explicit Segmenter(const SegmentationOptions& options, const cv::Mat& background_image = {});
 
   /// The next image of a sequence; the background model learns from it. given: empty, or not 0 = object;
   /// where there is a method besides, the object is what both say.

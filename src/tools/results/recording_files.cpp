@@ -2,7 +2,6 @@
 
 #include <cstdio>
 #include <functional>
-#include <opencv2/imgcodecs.hpp>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -10,6 +9,7 @@
 #include "colmap_model.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/io/atomic_file.h"
+#include "mono_pose_tracker/io/image_writing.h"
 #include "mono_pose_tracker/io/overview.h"
 #include "mono_pose_tracker/io/ply.h"
 #include "mono_pose_tracker/io/undistortion.h"
@@ -20,14 +20,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void write_image(const fs::path& path, const cv::Mat& image) {
+void write_into(const fs::path& path, const cv::Mat& image) {
   make_folder(path.parent_path());
-  bool written = false;
-  try {
-    written = cv::imwrite(path.string(), image);
-  } catch (const cv::Exception&) {
-  }
-  if (!written) throw std::runtime_error(path.string() + ": cannot be written");
+  write_image(path.string(), image);
 }
 
 void for_each_image(const Recording& recording, const RecordingResult& result,
@@ -100,14 +95,14 @@ void write_masks(const fs::path& folder, const Recording& recording, const Recor
     if (mask.empty()) return;
     fs::path name = fs::path(image.name).replace_extension(".png");
     if (!written.insert(name).second) name = image.name + ".png";  // a.png and a.jpg
-    write_image(folder / name, mask);
+    write_into(folder / name, mask);
   });
 }
 
 void write_frames(const fs::path& folder, const Recording& recording, const RecordingResult& result) {
   make_folder(folder);
   for_each_image(recording, result, [&](std::int64_t, const SourceImage& image) {
-    write_image(folder / image.name, image.image);
+    write_into(folder / image.name, image.image);
   });
 }
 
@@ -120,8 +115,8 @@ void write_undistorted(const fs::path& folder, const CameraModel& camera, const 
   for_each_image(recording, result, [&](std::int64_t index, const SourceImage& image) {
     if (posed.count(index) == 0) return;
     const std::string& name = image.name;
-    write_image(folder / "images" / name, undistorter.image(image.image));
-    write_image(folder / "masks" / (name + ".png"), undistorter.mask(masks.mask(index)));
+    write_into(folder / "images" / name, undistorter.image(image.image));
+    write_into(folder / "masks" / (name + ".png"), undistorter.mask(masks.mask(index)));
     pairs += name + "\n__auto__, 20\n";
     fused += name + "\n";
   });

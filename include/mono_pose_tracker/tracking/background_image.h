@@ -1,0 +1,14 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include "mono_pose_tracker/segmentation/segmentation_options.h"
+
+namespace mono_pose_tracker {
+
+/// segmentation/background_image (CV_8UC3) where the method is `background` and one is named, else empty.
+/// Throws std::invalid_argument, one line with the option, the path and the reason, when it is no whole
+/// image.
+cv::Mat read_background_image(const SegmentationOptions& options);
+
+}  // namespace mono_pose_tracker

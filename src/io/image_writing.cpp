@@ -1,0 +1,47 @@
+#include "mono_pose_tracker/io/image_writing.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
+#include <vector>
+
+#include "mono_pose_tracker/io/atomic_file.h"
+#include "mono_pose_tracker/io/image_decoding.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+bool encode(const std::string& extension, const cv::Mat& image, std::vector<unsigned char>* bytes) {
+  try {
+    return cv::imencode(extension, image, *bytes) && !bytes->empty();
+  } catch (const cv::Exception&) {  // the format is not for such an image
+    return false;
+  }
+}
+
+// OpenCV makes something else of grey levels in a bitmap, and some of its versions of colours in a graymap.
+bool can_hold(std::string extension, const cv::Mat& image) {
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension != ".pbm" && (extension != ".pgm" || image.channels() == 1);
+}
+
+}  // namespace
+
+void write_image(const std::string& path, const cv::Mat& image) {
+  const std::string extension = std::filesystem::path(path).extension().string();
+  std::vector<unsigned char> bytes;
+  const bool as_named =
+      has_image_extension(path) && can_hold(extension, image) && encode(extension, image, &bytes);
+  if (!as_named && !encode(".png", image, &bytes)) {
+    throw std::runtime_error(path + ": cannot be written (no image)");
+  }
+  // Not by cv::imwrite: it says nothing of a disk that is full.
+  write_file_atomically(path, [&](std::ostream& out) {
+    out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  });
+}
+
+}  // namespace mono_pose_tracker

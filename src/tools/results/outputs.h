@@ -1,0 +1,25 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "../inputs.h"
+#include "mono_pose_tracker/io/image_source.h"
+
+namespace mono_pose_tracker {
+
+/// Where track_sequence writes; empty: it does not.
+struct Outputs {
+  std::filesystem::path folder, map, masks;
+  bool undistorted = false, refined_camera = false;  // in the folder
+};
+
+/// Throws std::runtime_error naming the path when anything of the outputs is one of the inputs, be it the
+/// mask or the undistorted image of one of these images.
+void refuse_to_overwrite(const Inputs& inputs, const std::vector<ImageFile>& images, const Outputs& outputs);
+
+/// Makes the folders. No trajectory of an earlier run is left, which could be taken for this one's. Throws
+/// std::runtime_error naming the path and the reason when something could not be written.
+void require_writable(const Outputs& outputs);
+
+}  // namespace mono_pose_tracker
