@@ -12,10 +12,18 @@ namespace {
 
 using Kind = YamlValue::Kind;
 
+// Nothing of it would be heeded.
+TEST(Yaml, ASecondDocumentIsRefused) {
+  expect_error([] { parse_yaml("a: 1\n---\nb: 2\n", "x"); }, {"line 3", "second document"});
+  expect_error([] { parse_yaml("a: 1\n---\n[2]\n", "x"); }, {"second document"});
+  for (const char* one : {"a: 1\n", "---\na: 1\n...\n", "a: 1\n---\n", "a: 1\n...\n# end\n"}) {
+    EXPECT_EQ(parse_yaml(one, "x").find("a")->text, "1") << one;
+  }
+}
+
 TEST(Yaml, MapsListsTextsAndAliases) {
   const YamlValue root = parse_yaml(
-      "%YAML 1.1\n---\na: 5 # five\nb: &b [1, 'x y', ~]\nc: {d: *b, 'e f': \"\"}\n? g\n: h\n---\nsecond: 1\n",
-      "x");
+      "%YAML 1.1\n---\na: 5 # five\nb: &b [1, 'x y', ~]\nc: {d: *b, 'e f': \"\"}\n? g\n: h\n---\n", "x");
   ASSERT_EQ(root.kind, Kind::kMap);
   ASSERT_EQ(root.entries.size(), 4u);
   EXPECT_EQ(root.find("a")->text, "5");
