@@ -99,6 +99,7 @@ void add_deviations(const std::vector<Pair>& pairs, std::vector<PoseDeviation>* 
 template <typename Value>
 double median_of(const std::vector<PoseDeviation>& deviations, Value value) {
   std::vector<double> values;
+  values.reserve(deviations.size());
   for (const PoseDeviation& deviation : deviations) values.push_back(value(deviation));
   return median(std::move(values));
 }

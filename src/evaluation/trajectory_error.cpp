@@ -48,6 +48,7 @@ std::vector<Match> match_by_stamp(const std::vector<StampedPose>& reference,
     if (!is_new && difference(i) < difference(entry->second)) entry->second = i;
   }
   std::vector<Match> matches;
+  matches.reserve(estimate_of.size());
   for (const auto& [r, e] : estimate_of) matches.push_back({r, e});
   return matches;
 }

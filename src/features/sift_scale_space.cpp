@@ -55,7 +55,11 @@ float ScaleSpace::sigma_of_level(float level) const {
 void ScaleSpace::build(const cv::Mat& gray) {
   octaves_ = 0;
   const float scale = 1.0f / pixel_size(0);
-  for (float side = scale * std::min(gray.cols, gray.rows); side >= kSmallestOctave; side *= 0.5f) ++octaves_;
+  float side = scale * std::min(gray.cols, gray.rows);
+  while (side >= kSmallestOctave) {
+    ++octaves_;
+    side *= 0.5f;
+  }
   planes_.resize(static_cast<std::size_t>(octaves_) * (layers() + 3));
   if (octaves_ == 0) return;
 

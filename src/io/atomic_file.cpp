@@ -2,11 +2,12 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <locale>
 #include <stdexcept>
+
+#include "mono_pose_tracker/common/system_error.h"
 
 namespace mono_pose_tracker {
 
@@ -33,7 +34,7 @@ void write_file_atomically(const std::string& path, const std::function<void(std
   const bool replace = is_replaceable(path);
   const std::string written = replace ? path + ".part" : path;
   const auto fail = [&] {
-    const std::string reason = errno ? std::strerror(errno) : "write error";
+    const std::string reason = system_error_text();
     if (replace) std::remove(written.c_str());
     throw std::runtime_error(path + ": cannot be written (" + reason + ")");
   };

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "mono_pose_tracker/common/system_error.h"
 #include "mono_pose_tracker/io/image_header.h"
 
 namespace mono_pose_tracker {
@@ -55,7 +55,7 @@ DecodedImage read_with(DecodedImage (*decode)(const std::vector<unsigned char>&,
   errno = 0;
   std::ifstream stream(path, std::ios::binary);
   if (!stream) {
-    return {{}, path + ": cannot be read (" + (errno ? std::strerror(errno) : "unknown reason") + ")"};
+    return {{}, path + ": cannot be read (" + system_error_text() + ")"};
   }
   DecodedImage decoded =
       decode({std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()}, kMaxImagePixels);
@@ -90,7 +90,7 @@ DecodedImage to_8_bit(const cv::Mat& image) {
 }
 
 DecodedImage decode_image(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels) {
-  const DecodedImage decoded = decode_unchanged(bytes, max_pixels);
+  DecodedImage decoded = decode_unchanged(bytes, max_pixels);
   if (!decoded.problem.empty()) return decoded;
   try {
     return to_8_bit(decoded.image);

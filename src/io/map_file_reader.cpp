@@ -71,7 +71,7 @@ CameraParameters read_camera(ByteReader& in) {
 
 CameraModel model_of(const CameraParameters& camera) {
   try {
-    const CameraModel model(camera);
+    CameraModel model(camera);
     if (std::max(camera.width, camera.height) <= kMaxImageSide) return model;
   } catch (const std::invalid_argument&) {  // its text may hold what the file does
   }

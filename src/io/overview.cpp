@@ -25,6 +25,7 @@ constexpr double kFarPoints = 0.03;
 
 std::vector<Eigen::Vector3d> positions(const std::vector<ColoredPoint>& points) {
   std::vector<Eigen::Vector3d> result;
+  result.reserve(points.size());
   for (const ColoredPoint& point : points) result.push_back(point.x_in_map.cast<double>());
   return result;
 }
@@ -56,6 +57,7 @@ Eigen::Vector3d longest_direction(const Overview& overview) {
   std::array<PlotRange, 3> kept;
   for (const int axis : {0, 2}) {
     std::vector<double> values;
+    values.reserve(all.size());
     for (const Eigen::Vector3d& p : all) values.push_back(p[axis]);
     kept[axis] = range_of(values, kFarPoints, kFarPoints);
   }
@@ -90,6 +92,7 @@ struct View {
 
   std::vector<Eigen::Vector2d> operator()(const std::vector<Eigen::Vector3d>& points) const {
     std::vector<Eigen::Vector2d> result;
+    result.reserve(points.size());
     for (const Eigen::Vector3d& p : points) result.emplace_back(right.dot(p), up.dot(p));
     return result;
   }

@@ -47,6 +47,16 @@ double tick_step(const PlotRange& range, int count) {
   return 10 * power;
 }
 
+/// The multiples of the step in the range.
+std::vector<double> ticks(const PlotRange& range, double step) {
+  const double first = std::ceil(range.low / step) * step;
+  constexpr double kRounding = 1e-9;
+  const int count = 1 + static_cast<int>(std::floor((range.high - first) / step + kRounding));
+  std::vector<double> values(std::max(count, 0));
+  for (int i = 0; i < count; ++i) values[i] = first + i * step;
+  return values;
+}
+
 std::string tick_label(double value, double step) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", std::abs(value) < 1e-6 * step ? 0.0 : value);
@@ -70,12 +80,12 @@ class Axes {
 
   void draw_scale(cv::Mat* picture) const {
     const double x_step = tick_step(x_, box_.width / 90), y_step = tick_step(y_, box_.height / 60);
-    for (double x = std::ceil(x_.low / x_step) * x_step; x <= x_.high; x += x_step) {
+    for (const double x : ticks(x_, x_step)) {
       const int px = box_.x + cvRound(x_px(x));
       cv::line(*picture, {px, box_.y}, {px, box_.y + box_.height}, kGrid, 1);
       draw_text(tick_label(x, x_step), {px, box_.y + box_.height + 20}, kTextSize, Align::kCentre, picture);
     }
-    for (double y = std::ceil(y_.low / y_step) * y_step; y <= y_.high; y += y_step) {
+    for (const double y : ticks(y_, y_step)) {
       const int py = box_.y + cvRound(y_px(y));
       cv::line(*picture, {box_.x, py}, {box_.x + box_.width, py}, kGrid, 1);
       draw_text(tick_label(y, y_step), {box_.x - 8, py + 5}, kTextSize, Align::kRight, picture);

@@ -1,11 +1,12 @@
 #include "mono_pose_tracker/io/text_file.h"
 
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
 #include <vector>
+
+#include "mono_pose_tracker/common/system_error.h"
 
 namespace mono_pose_tracker {
 
@@ -17,7 +18,7 @@ std::string read_text_file(const std::string& path, const std::string& expected,
   if (std::filesystem::is_directory(path, ignored)) fail("it is a folder");
   errno = 0;
   std::ifstream stream(path, std::ios::binary);
-  if (!stream) fail(errno ? std::strerror(errno) : "unknown reason");
+  if (!stream) fail(system_error_text());
   std::string content;
   std::vector<char> block(64 * 1024);
   do {

@@ -4,13 +4,13 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <iomanip>
 #include <locale>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
 
+#include "mono_pose_tracker/common/system_error.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/stamp.h"
 #include "mono_pose_tracker/io/text_file.h"
@@ -112,8 +112,7 @@ TrajectoryWriter::TrajectoryWriter(const std::string& path) : path_(path) {
   errno = 0;
   stream_.open(path, std::ios::binary | std::ios::trunc);
   if (!stream_) {
-    throw std::runtime_error(path + ": cannot be written (" +
-                             (errno ? std::strerror(errno) : "unknown reason") + ")");
+    throw std::runtime_error(path + ": cannot be written (" + system_error_text() + ")");
   }
   stream_.imbue(std::locale::classic());
 }
@@ -123,8 +122,7 @@ void TrajectoryWriter::append(const StampedPose& pose) {
   stream_ << tum_line(pose) << '\n';
   stream_.flush();
   if (!stream_) {
-    throw std::runtime_error(path_ + ": cannot be written further (" +
-                             (errno ? std::strerror(errno) : "unknown reason") + ")");
+    throw std::runtime_error(path_ + ": cannot be written further (" + system_error_text() + ")");
   }
 }
 

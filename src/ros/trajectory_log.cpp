@@ -5,9 +5,9 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 #include <stdexcept>
 
+#include "mono_pose_tracker/common/system_error.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/trajectory.h"
 
@@ -25,7 +25,7 @@ std::string line_of(std::int64_t stamp_ns, const Rigid3& map_from_camera) {
 TrajectoryLog::TrajectoryLog(const std::string& path) : path_(path) {
   // A pipe that nobody reads is refused, one that is full is tried again: nobody waits.
   file_ = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_NONBLOCK | O_CLOEXEC, 0666);
-  if (file_ < 0) throw std::runtime_error(path + ": cannot be written (" + std::strerror(errno) + ")");
+  if (file_ < 0) throw std::runtime_error(path + ": cannot be written (" + system_error_text() + ")");
   waiting_.push_back(kHead);
   write_waiting();
 }
@@ -92,7 +92,7 @@ bool TrajectoryLog::write_first() {
     if (count > 0) {
       written += static_cast<std::size_t>(count);
     } else if (count == 0 || errno != EINTR) {
-      reason_ = count == 0 ? "nothing is taken" : std::strerror(errno);
+      reason_ = count == 0 ? "nothing is taken" : system_error_text();
       // A pipe gives nothing back: it gets the rest of the line.
       if (written > 0 && !(known && ftruncate(file_, before.st_size) == 0)) line.erase(0, written);
       return false;

@@ -2,10 +2,10 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <fstream>
 #include <stdexcept>
 
+#include "mono_pose_tracker/common/system_error.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "recording_files.h"
 
@@ -23,8 +23,7 @@ void try_to_write(const fs::path& folder, const std::string& what) {
   const int reason = errno;
   std::remove(path.c_str());
   if (made) return;
-  throw std::runtime_error(what + ": cannot be written (" +
-                           (reason ? std::strerror(reason) : "unknown reason") + ")");
+  throw std::runtime_error(what + ": cannot be written (" + system_error_text(reason) + ")");
 }
 
 void require_writable_folder(const fs::path& folder) {
