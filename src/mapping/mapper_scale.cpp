@@ -24,6 +24,7 @@ std::vector<Eigen::Vector3d> marker_corners(const std::vector<Rigid3>& cameras_f
   std::vector<Eigen::Vector3d> corners(4);
   for (int c = 0; c < 4; ++c) {
     std::vector<Eigen::Vector3d> bearings;
+    bearings.reserve(markers.size());
     for (const auto& marker : markers) bearings.push_back(marker[c]);
     if (!triangulate_multi_view(cameras_from_map, bearings, &corners[c])) return {};
   }

@@ -52,6 +52,7 @@ std::vector<PosedImage> in_time(const Map& map, const std::vector<PosedImage>& b
   for (const PosedImage& image : between) by_index[image.frame_index] = image;
   for (const auto& [id, k] : map.keyframes()) by_index[k.frame_index] = posed_image(k);
   std::vector<PosedImage> images;
+  images.reserve(by_index.size());
   for (const auto& entry : by_index) images.push_back(entry.second);
   std::set<std::int64_t> of_keyframes;
   for (const auto& entry : map.keyframes()) of_keyframes.insert(entry.second.frame_index);
@@ -106,6 +107,7 @@ class Votes {
  private:
   static std::vector<int> sizes(const std::vector<PosedImage>& images) {
     std::vector<int> features;
+    features.reserve(images.size());
     for (const PosedImage& image : images) features.push_back(image.image->size());
     return features;
   }

@@ -135,7 +135,7 @@ void PlaceIndex::clear() {
 }
 
 std::size_t PlaceIndex::memory_bytes() const {
-  std::size_t bytes = features_of_word_.size() * sizeof(features_of_word_[0]);
+  std::size_t bytes = features_of_word_.size() * sizeof(std::vector<CodedFeature>);
   for (const auto& list : features_of_word_) bytes += list.capacity() * sizeof(CodedFeature);
   for (const Slot& slot : slots_) bytes += sizeof slot + slot.words.capacity() * sizeof(std::uint16_t);
   return bytes;

@@ -166,8 +166,8 @@ RigidityReport check_rigidity(const Map& map, const RigidityOptions& options) {
   const int passed_over = options.newest > 0 ? std::max(0, size - options.newest) : 0;
   for (auto entry = std::next(map.keyframes().begin(), passed_over); entry != map.keyframes().end();
        ++entry) {
-    Witness witness = hear(map, entry->second, options.min_landmarks);
-    if (witness.mixed.is_known) witnesses.push_back(std::move(witness));
+    const Witness witness = hear(map, entry->second, options.min_landmarks);
+    if (witness.mixed.is_known) witnesses.push_back(witness);
   }
   RigidityReport report;
   report.keyframes = static_cast<int>(witnesses.size());

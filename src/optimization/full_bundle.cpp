@@ -67,6 +67,7 @@ ceres::Problem::Options problem_options(ceres::EvaluationCallback* update) {
 #else
   static_cast<void>(update);  // given to the solver
 #endif
+  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   options.disable_all_safety_checks = true;  // the blocks are ours, and apart
   return options;
 }
@@ -76,11 +77,12 @@ ceres::Problem::Options problem_options(ceres::EvaluationCallback* update) {
 ceres::Solver::Summary solve_in_full(const BundleOptions& options, BundleCameras* cameras,
                                      BundleProblem* problem, CancelCallback* cancel) {
   CameraUpdate update(cameras->blocks, &cameras->states);
+  std::unique_ptr<ceres::LossFunction> loss;
+  if (options.loss_width > 0) loss = std::make_unique<ceres::CauchyLoss>(options.loss_width);
   ceres::Problem full(problem_options(&update));
-  ceres::LossFunction* loss = options.loss_width > 0 ? new ceres::CauchyLoss(options.loss_width) : nullptr;
   std::vector<char> point_used(problem->points.size(), 0);
   for (const BundleObservation& o : problem->observations) {
-    full.AddResidualBlock(new ReprojectionCost(o, cameras->states[o.camera]), loss,
+    full.AddResidualBlock(new ReprojectionCost(o, cameras->states[o.camera]), loss.get(),
                           cameras->blocks[o.camera].data(), problem->points[o.point].data());
     point_used[o.point] = 1;
   }

@@ -136,10 +136,10 @@ ReducedBundle::PointState ReducedBundle::begin_at(std::size_t point, Eigen::Vect
   *x = accepted_[point];
   if (!linearized_) return state_of(point, *x);
   const Eigen::Vector3d predicted = predict(point);
-  const PointState there = state_of(point, predicted);
+  PointState there = state_of(point, predicted);
   const double expected = accepted_costs_[point] + kSuspiciousRise * squared_width_;
   if (!(there.cost <= expected)) {
-    const PointState here = state_of(point, *x);
+    PointState here = state_of(point, *x);
     if (!(there.cost <= here.cost)) return here;
   }
   *x = predicted;
