@@ -3,6 +3,7 @@
 #include <dynamic_reconfigure/config_tools.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <type_traits>
 
@@ -126,7 +127,10 @@ void LiveOptions::__fromMessage__(const dynamic_reconfigure::Config& message) {
       }
     } else if (ConfigTools::getParameter(message, entry.key, sent)) {
       // No range holds NaN, and the nearest value in range is none: the one before stays.
-      if (!(sent != sent)) *value = static_cast<T>(sent);
+      if constexpr (std::is_floating_point_v<Sent<T>>) {
+        if (std::isnan(sent)) return;
+      }
+      *value = static_cast<T>(sent);
     }
   });
 }

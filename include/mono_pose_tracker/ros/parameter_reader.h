@@ -15,7 +15,7 @@ namespace mono_pose_tracker {
 /// a user is told all of it at once.
 class ParameterReader {
  public:
-  explicit ParameterReader(ros::NodeHandle private_handle) : handle_(std::move(private_handle)) {}
+  explicit ParameterReader(const ros::NodeHandle& private_handle) : handle_(private_handle) {}
 
   void read(const std::string& key, std::string* value) { read_value(key, "a string", value); }
   void read(const std::string& key, bool* value) { read_value(key, "true or false", value); }
