@@ -98,9 +98,7 @@ void write_colmap_text(const std::string& folder, const CameraParameters& camera
                        const std::vector<ColmapImage>& images, const std::vector<ColmapPoint>& points) {
   const Tracks tracks = tracks_of(images, points.size());
   const std::filesystem::path path(folder);
-  std::error_code error;
-  std::filesystem::create_directories(path, error);
-  if (error) throw std::runtime_error(folder + ": cannot be made (" + error.message() + ")");
+  make_folder(folder);
   const auto write = [&](const char* name, const auto& content) {
     write_file_atomically((path / name).string(), [&](std::ostream& out) {
       out.precision(17);

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "mono_pose_tracker/io/atomic_file.h"
-#include "mono_pose_tracker/io/image_decoding.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -28,20 +27,27 @@ bool can_hold(std::string extension, const cv::Mat& image) {
   return extension != ".pbm" && (extension != ".pgm" || image.channels() == 1);
 }
 
-}  // namespace
-
-void write_image(const std::string& path, const cv::Mat& image) {
-  const std::string extension = std::filesystem::path(path).extension().string();
+// Not by cv::imwrite: it says nothing of a disk that is full.
+bool write_as(const std::string& extension, const std::string& path, const cv::Mat& image) {
   std::vector<unsigned char> bytes;
-  const bool as_named =
-      has_image_extension(path) && can_hold(extension, image) && encode(extension, image, &bytes);
-  if (!as_named && !encode(".png", image, &bytes)) {
-    throw std::runtime_error(path + ": cannot be written (no image)");
-  }
-  // Not by cv::imwrite: it says nothing of a disk that is full.
+  if (!can_hold(extension, image) || !encode(extension, image, &bytes)) return false;
   write_file_atomically(path, [&](std::ostream& out) {
     out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   });
+  return true;
+}
+
+}  // namespace
+
+bool write_image_as_named(const std::string& path, const cv::Mat& image) {
+  const std::string extension = std::filesystem::path(path).extension().string();
+  return !extension.empty() && write_as(extension, path, image);
+}
+
+void write_image(const std::string& path, const cv::Mat& image) {
+  if (!write_image_as_named(path, image) && !write_as(".png", path, image)) {
+    throw std::runtime_error(path + ": cannot be written (no image)");
+  }
 }
 
 }  // namespace mono_pose_tracker

@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <utility>
 
-#include "mono_pose_tracker/io/atomic_file.h"
+#include "mono_pose_tracker/io/image_writing.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -206,19 +204,8 @@ void draw_panel(const PlotPanel& panel, const cv::Rect& area, cv::Mat* picture) 
 }
 
 void write_picture(const std::string& path, const cv::Mat& picture) {
-  const std::string extension = std::filesystem::path(path).extension().string();
-  std::vector<unsigned char> bytes;
-  bool encoded = false;
-  try {
-    encoded = !extension.empty() && cv::imencode(extension, picture, bytes);
-  } catch (const cv::Exception&) {
-    // An extension that OpenCV has no encoder for.
-  }
-  if (!encoded)
+  if (!write_image_as_named(path, picture))
     throw std::runtime_error(path + ": no picture can be written: expected a name in .png or .jpg");
-  write_file_atomically(path, [&](std::ostream& out) {
-    out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  });
 }
 
 }  // namespace mono_pose_tracker

@@ -51,8 +51,7 @@ ConvertedCamera convert_camera_info(const sensor_msgs::CameraInfo& info, bool re
   }
   try {
     const CameraParameters parameters = camera_parameters(info, rectified);
-    const CameraModel made{parameters};  // refuses what is no camera
-    static_cast<void>(made);
+    static_cast<void>(CameraModel(parameters));  // refuses what is no camera
     return {parameters, Reason::kOk, ""};
   } catch (const std::exception& e) {  // of the model's, or of image_geometry's own checks
     return {{}, Reason::kUncalibrated, std::string("the camera's calibration can't be used: ") + e.what()};

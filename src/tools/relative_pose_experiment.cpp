@@ -205,12 +205,7 @@ void write_file(const std::filesystem::path& path, const std::function<void(std:
 }
 
 void run(const Settings& settings) {
-  std::error_code error;
-  std::filesystem::create_directories(settings.output, error);
-  if (error) {
-    throw std::runtime_error("--output " + settings.output.string() + ": cannot be made (" + error.message() +
-                             ")");
-  }
+  make_folder(settings.output);
   cv::setNumThreads(1);  // the trials are what runs in parallel
   const std::vector<Row> rows = rows_of(settings.peers);
   const Trials trials = run_all(settings, rows);

@@ -36,12 +36,6 @@ struct Arguments {
   SequenceOptions sequence;
 };
 
-void make_folder(const fs::path& path) {
-  std::error_code error;
-  fs::create_directories(path, error);
-  if (error) throw std::runtime_error(path.string() + ": cannot be made (" + error.message() + ")");
-}
-
 std::string image_name(int index) {
   char name[32];
   std::snprintf(name, sizeof name, "%06d.png", index);

@@ -257,12 +257,10 @@ class TrackSequence(RunsOfARoom):
         self.assertIn("one image makes no map", said)
         self.assertIn("one image makes no map", report(output)["reason"])
 
-    def test_an_interrupted_run_writes_what_there_is(self):
-        output = self.path("interrupted")
+    def interrupt(self, images, output):
+        """What it says when it is interrupted at its 50th image."""
         program = os.path.join(os.environ["PROGRAMS"], "track_sequence")
-        # Long enough that it cannot end by itself before it is told to.
-        long_list = self.list_of(self.names + 30 * (self.names[::-1] + self.names))
-        process = subprocess.Popen([program, "--images", long_list, "--camera", self.camera, "--output", output],
+        process = subprocess.Popen([program, "--images", images, "--camera", self.camera, "--output", output],
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         for line in process.stderr:  # a line for every change of state and for every 50 images
             if "image 50:" in line:
@@ -270,6 +268,12 @@ class TrackSequence(RunsOfARoom):
                 break
         said = process.communicate(timeout=300)[1]
         self.assertEqual(process.returncode, 128 + signal.SIGINT, said)
+        return said
+
+    def test_an_interrupted_run_writes_what_there_is(self):
+        output = self.path("interrupted")
+        # Long enough that it cannot end by itself before it is told to.
+        said = self.interrupt(self.list_of(self.names + 30 * (self.names[::-1] + self.names)), output)
         self.assertIn("interrupted after", said)
         figures = report(output)
         self.assertTrue(any("interrupted after" in warning for warning in figures["warnings"]), figures["warnings"])
@@ -278,15 +282,7 @@ class TrackSequence(RunsOfARoom):
 
     def test_interrupted_before_there_is_a_map(self):
         """It says so by its exit status, as any interrupted run does."""
-        program = os.path.join(os.environ["PROGRAMS"], "track_sequence")
-        process = subprocess.Popen([program, "--images", self.list_of(self.names[:1] * 3000), "--camera", self.camera,
-                                    "--output", self.path("still")], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        for line in process.stderr:
-            if "image 50:" in line:
-                process.send_signal(signal.SIGINT)
-                break
-        said = process.communicate(timeout=300)[1]
-        self.assertEqual(process.returncode, 128 + signal.SIGINT, said)
+        said = self.interrupt(self.list_of(self.names[:1] * 3000), self.path("still"))
         self.assertIn("no map could be made", said)
         self.assertLess(report(self.path("still"))["frames_total"], 3000)
 

@@ -119,10 +119,12 @@ TEST_F(TrackedRoom, WhatStaysAstrayHasNoPose) {
   EXPECT_FALSE(is_posed());
 }
 
+constexpr int kWhole = 25;  // images that show the room only
+
 // The last images show a quarter of the room, and beside it another, which comes into view with them. Tracked
 // with so many features an image.
 std::unique_ptr<Tracker> track_into_another_room(int features) {
-  constexpr int kWhole = 25, kFrames = 50;
+  constexpr int kFrames = 50;
   const SimulatedRoom room = simulated_room(kFrames, 1), other = simulated_room(kFrames, 1, 2);
   TrackerOptions options;
   options.sift.max_features = features;
@@ -138,26 +140,32 @@ std::unique_ptr<Tracker> track_into_another_room(int features) {
   return tracker->finish() ? std::move(tracker) : nullptr;
 }
 
+// Its images since the other room came into view hang on too few points.
+bool has_loose_end(const Map& map) {
+  const Seam seam = weakest_seam(map);
+  return !seam.holds() && seam.frame_index >= kWhole;
+}
+
 TEST(LooseEnds, HaveNoPose) {
-  // A quarter of so many features are enough for a pose, and too few for a seam; by how much is the
+  // A quarter of so many features are enough for a pose, and too few for a seam; of how many is the
   // processor's rounding's.
   std::unique_ptr<Tracker> tracker;
-  for (const int features : {280, 260, 300, 240, 320}) {
+  for (const int features : {280, 260, 270, 290, 250, 300}) {
     tracker = track_into_another_room(features);
-    if (tracker && !weakest_seam(tracker->map()).holds()) break;
+    ASSERT_TRUE(tracker);
+    if (has_loose_end(tracker->map())) break;
   }
-  ASSERT_TRUE(tracker);
-  const Seam before = weakest_seam(tracker->map());
-  ASSERT_FALSE(before.holds());
+  ASSERT_TRUE(has_loose_end(tracker->map()));
   const Frames loose = tracker->take_out_loose_ends();
-  EXPECT_GT(weakest_seam(tracker->map()).points, before.points);
+  EXPECT_TRUE(weakest_seam(tracker->map()).holds());
   tracker->map().check();
   ASSERT_FALSE(loose.empty());
+  EXPECT_GE(*loose.begin(), kWhole);
   const std::vector<PosedFrame> posed = tracker->trajectory();
-  EXPECT_GE(posed.size(), 15u);
+  EXPECT_GE(posed.size(), static_cast<std::size_t>(kWhole));
   for (const PosedFrame& frame : posed) EXPECT_EQ(loose.count(frame.index), 0u) << frame.index;
   // The end's keyframes are gone as well.
-  for (const auto& entry : tracker->map().keyframes()) EXPECT_EQ(loose.count(entry.second.frame_index), 0u);
+  for (const auto& entry : tracker->map().keyframes()) EXPECT_LT(entry.second.frame_index, *loose.rbegin());
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 
 #include "mono_pose_tracker/common/system_error.h"
 #include "mono_pose_tracker/io/atomic_file.h"
-#include "recording_files.h"
 
 namespace mono_pose_tracker {
 

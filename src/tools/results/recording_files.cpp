@@ -80,12 +80,6 @@ void write_map(const fs::path& output, const CameraParameters& camera, const Rec
 
 }  // namespace
 
-void make_folder(const fs::path& path) {
-  std::error_code error;
-  fs::create_directories(path, error);
-  if (error) throw std::runtime_error(path.string() + ": cannot be made (" + error.message() + ")");
-}
-
 void write_masks(const fs::path& folder, const Recording& recording, const RecordingResult& result,
                  const MaskRecord& masks) {
   make_folder(folder);

@@ -10,9 +10,6 @@
 
 namespace mono_pose_tracker {
 
-/// Makes the folder, and those above it. Throws std::runtime_error when it can't be.
-void make_folder(const std::filesystem::path& path);
-
 /// Trajectory, points, picture and COLMAP model: the largest map's in the output folder, the others' in
 /// map_2, map_3, ...; no trajectory of an earlier run is left there.
 void write_results(const std::filesystem::path& output, const CameraParameters& camera,
