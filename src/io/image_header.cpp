@@ -8,6 +8,8 @@
 #include <optional>
 #include <string_view>
 
+#include "jpeg_data.h"
+
 namespace mono_pose_tracker {
 namespace {
 
@@ -207,7 +209,7 @@ ImageHeader read_image_header(const std::vector<unsigned char>& content) {
 
 bool is_cut_jpeg(const std::vector<unsigned char>& bytes) {
   const Bytes content(bytes);
-  return content.has(0, "\xff\xd8") && !walk_jpeg(content).complete;
+  return content.has(0, "\xff\xd8") && (!walk_jpeg(content).complete || jpeg_data_end_early(bytes));
 }
 
 }  // namespace mono_pose_tracker

@@ -135,6 +135,27 @@ TEST(ImageDecoding, AThumbnailsEndIsNotTheImages) {
   }
 }
 
+TEST(ImageDecoding, AnEndMarkerBehindACutIsNoEnd) {
+  const Content whole = encoded(".jpg", noise(300, 200));
+  for (const double share : {0.5, 0.98}) {
+    Content cut(whole.begin(), whole.begin() + static_cast<long>(share * whole.size()));
+    cut.insert(cut.end(), {0xff, 0xd9});
+    EXPECT_TRUE(is_cut_jpeg(cut)) << share;
+    EXPECT_NE(decode_image(cut).problem.find("ends too early"), std::string::npos) << share;
+  }
+}
+
+TEST(ImageDecoding, WholeJpegsOfEachKindAreTaken) {
+  for (const cv::Mat& image : {noise(300, 200), noise(1, 1), noise(17, 8)}) {
+    for (const int progressive : {0, 1}) {
+      cv::Mat grey;
+      cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
+      EXPECT_FALSE(is_cut_jpeg(encoded(".jpg", image, {cv::IMWRITE_JPEG_PROGRESSIVE, progressive})));
+      EXPECT_FALSE(is_cut_jpeg(encoded(".jpg", grey, {cv::IMWRITE_JPEG_PROGRESSIVE, progressive})));
+    }
+  }
+}
+
 TEST(ImageDecoding, FillBytesRestartsAndTrailersAreNoCut) {
   Content bytes = encoded(".jpg", noise(300, 200), {cv::IMWRITE_JPEG_RST_INTERVAL, 4});
   ASSERT_FALSE(is_cut_jpeg(bytes));

@@ -13,6 +13,7 @@ import unittest
 import roslib.packages
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from dynamic_reconfigure.msg import Config, DoubleParameter
 from dynamic_reconfigure.srv import Reconfigure
 from nodelet.srv import NodeletLoad, NodeletUnload
@@ -24,6 +25,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import feeding  # noqa: E402
 import processes  # noqa: E402
 from background import Stream  # noqa: E402
+from listening import Listener  # noqa: E402
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import told_skips  # noqa: E402, F401
@@ -199,7 +201,7 @@ class FaultsTest(unittest.TestCase):
         feeding.track(camera, tracker, images, 3)
 
     def test_a_disk_that_is_full_and_freed(self):
-        """The trajectory file holds whole lines only, and goes on when there is room again."""
+        """The trajectory file holds whole lines only, and goes on when there is room again; nothing else waits for it."""
         disk = os.path.join(self.folder.name, "disk")
         os.mkdir(disk)
         in_small_disk = ("unshare", "--mount", *([] if os.geteuid() == 0 else ["--map-root-user"]), "sh", "-c",
@@ -208,8 +210,12 @@ class FaultsTest(unittest.TestCase):
             self.skipTest("no disk can be mounted here")
         node = self.start("full", "/full_camera", "_trajectory_file:=" + disk + "/trajectory.txt", prefix=in_small_disk)
         camera, tracker = feeding.Camera("/full_camera", self.recording.info), feeding.Tracker("/full")
+        drawn, diagnostics = Listener("/full/debug_image", Image), Listener("/diagnostics", DiagnosticArray)
+        feeding.wait_for_connections(drawn.subscriber, diagnostics.subscriber)
         images = self.recording.walk()
-        feeding.track(camera, tracker, images, 5)
+        posed = [s.header.stamp for s in feeding.track(camera, tracker, images, 5) if s.state == TrackerStatus.TRACKING]
+        self.assertIsNotNone(drawn.wait_for(lambda image: image.header.stamp in posed), "no picture while it is full")
+        self.assertEqual(self.output_told(diagnostics, "/full", lambda text: "trajectory.txt" in text), DiagnosticStatus.WARN)
         seen_from_here = "/proc/%d/root%s" % (node.pid, disk)
         os.remove(seen_from_here + "/filler")
         posed = [s for s in feeding.track(camera, tracker, images, 10) if s.state == TrackerStatus.TRACKING]
@@ -217,6 +223,16 @@ class FaultsTest(unittest.TestCase):
         # The status leaves before its line is written: the last one may be missing.
         stamps = {s.header.stamp.to_nsec() for s in posed[1:-1]}
         self.assertLessEqual(stamps, set(trajectory), "posed after there was room again")
+        self.output_told(diagnostics, "/full", lambda text: text == "all is written")
+
+    def output_told(self, diagnostics, node, meets):
+        """The level at which /diagnostics next say of what the node writes what is expected."""
+        def told(array):
+            return next((s for s in array.status if node[1:] in s.name and
+                         any(v.key == "output" and meets(v.value) for v in s.values)), None)
+        array = diagnostics.wait_for(told, start=len(diagnostics.messages))
+        self.assertIsNotNone(array, "it was never said on /diagnostics")
+        return told(array).level
 
     def test_interrupted_while_images_come(self):
         node = self.start("interrupted", "/interrupted_camera")
