@@ -7,99 +7,13 @@
 #include <set>
 #include <utility>
 
-#include "body_masks.h"
 #include "finished_maps.h"
-#include "mono_pose_tracker/common/prefetcher.h"
+#include "recording_reader.h"
 #include "recording_warnings.h"
 
 namespace mono_pose_tracker {
 
 namespace {
-
-// The next image of a recording with its mask, or the end.
-struct Item {
-  std::int64_t index = -1;  // counts the images that could be read
-  SourceImage source;
-  cv::Mat mask;
-  bool is_mask_usable = false;
-  std::vector<std::string> problems;  // since the item before
-  PreparedImage prepared;
-};
-
-// The images of a recording, read and prepared ahead on threads - 1 threads.
-class Reader {
- public:
-  using IsWanted = std::function<bool(std::int64_t)>;  // by index: the others need not be prepared
-
-  Reader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
-         std::vector<std::string>* problems)
-      : recording_(recording),
-        tracker_(tracker),
-        is_wanted_(std::move(is_wanted)),
-        problems_(problems),
-        source_(recording.open()),
-        items_([this](Item* item) { return read(item); }, [this](Item* item) { prepare(item); },
-               std::max(recording.threads - 1, 0)) {}
-
-  bool next() {
-    item_ = Item();
-    if (!items_.next(&item_)) return false;
-    usable_masks_ += item_.is_mask_usable;
-    if (problems_) problems_->insert(problems_->end(), item_.problems.begin(), item_.problems.end());
-    return item_.source.kind == SourceImage::Kind::kImage;
-  }
-
-  std::int64_t index() const { return item_.index; }
-  const SourceImage& image() const { return item_.source; }
-  const PreparedImage& prepared() const { return item_.prepared; }
-  const cv::Mat& mask() const { return item_.mask; }
-  std::int64_t usable_masks() const { return usable_masks_; }
-
- private:
-  // One thread at a time. The end is an item, too, for the problems before it.
-  bool read(Item* item) {
-    if (has_ended_) return false;
-    while ((recording_.max_frames < 0 || read_ < recording_.max_frames) && !recording_.interrupted()) {
-      item->source = source_->next();
-      if (item->source.kind != SourceImage::Kind::kSkipped) break;
-      item->problems.push_back(item->source.problem);
-    }
-    has_ended_ = item->source.kind != SourceImage::Kind::kImage;
-    if (!has_ended_) item->index = read_++;
-    return true;
-  }
-
-  void prepare(Item* item) const {
-    if (item->index < 0) return;
-    const SourceImage& source = item->source;
-    if (recording_.masks) {
-      std::string problem;
-      item->mask = recording_.masks->mask_of(source.mask_name, source.image.size(), &problem);
-      if (item->mask.empty()) item->problems.push_back(problem);
-      item->is_mask_usable = !item->mask.empty() && cv::countNonZero(item->mask) > 0;
-    }
-    if (recording_.body && is_wanted_(item->index)) {
-      const cv::Mat body = recording_.body->mask(item->index, source.image.size());
-      item->mask = item->mask.empty() ? body : cv::Mat(item->mask & body);
-    }
-    if (recording_.threads > 1 && is_wanted_(item->index)) {
-      item->prepared = tracker_.prepare(source.image, item->mask);
-    } else {
-      item->prepared.image = source.image;
-    }
-  }
-
-  const Recording& recording_;
-  const Tracker& tracker_;
-  const IsWanted is_wanted_;
-  std::vector<std::string>* problems_;
-  std::unique_ptr<ImageSource> source_;
-  std::int64_t read_ = 0;
-  std::int64_t usable_masks_ = 0;
-  bool has_ended_ = false;
-  Item item_;
-  Prefetcher<Item> items_;  // last: its threads use what stands before it
-};
 
 // Tells when the stamps do not grow: two poses of one time are one too many for whoever reads the trajectory.
 class StampCheck {
@@ -156,17 +70,7 @@ void leave_out_unseen_maps(RecordingResult* result) {
 // Features of so many images are held at once: half a gigabyte. What is beyond is posed image by image.
 constexpr std::size_t kMaxHeld = 1000;
 
-// The images that are wanted once more, in order.
-void read_again(const Recording& recording, std::int64_t frames_total, const Tracker& tracker,
-                const Reader::IsWanted& is_wanted, const std::function<void(const Reader&)>& use) {
-  Reader reader(recording, tracker, is_wanted, nullptr);
-  // A folder may have grown meanwhile: what the first pass did not see is left alone.
-  while (reader.index() + 1 < frames_total && reader.next()) {
-    if (is_wanted(reader.index())) use(reader);
-  }
-}
-
-FrameReport resect_again(const Reader& reader, Tracker* tracker) {
+FrameReport resect_again(const RecordingReader& reader, Tracker* tracker) {
   return tracker->resect_again(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
 }
 
@@ -176,7 +80,7 @@ void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tr
   if (static_cast<std::int64_t>(posed.size()) == result->frames_total) return;
   const auto is_wanted = [&](std::int64_t index) { return posed.count(index) == 0; };
   std::map<std::int64_t, FrameReport> held;
-  read_again(recording, result->frames_total, *tracker, is_wanted, [&](const Reader& reader) {
+  read_again(recording, result->frames_total, *tracker, is_wanted, [&](const RecordingReader& reader) {
     if (held.size() < kMaxHeld) {
       held[reader.index()] =
           tracker->keep_for_later(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
@@ -219,7 +123,7 @@ void resect_again(const Recording& recording, const std::set<std::int64_t>& fram
   if (frames.empty()) return;
   const auto is_wanted = [&](std::int64_t index) { return frames.count(index) > 0; };
   read_again(recording, frames_total, *tracker, is_wanted,
-             [&](const Reader& reader) { resect_again(reader, tracker); });
+             [&](const RecordingReader& reader) { resect_again(reader, tracker); });
 }
 
 // What of an end that hangs on too few points is found without it stays.
@@ -239,7 +143,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   RecordingResult result;
   std::map<Reason, std::pair<int, std::string>> reasons;
   StampCheck stamps;
-  Reader reader(
+  RecordingReader reader(
       recording, *tracker, [&](std::int64_t index) { return index >= recording.first_tracked; },
       &result.problems);
   while (reader.next()) {

@@ -1,12 +1,15 @@
 // A recording that is tracked more than once.
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <memory>
 #include <utility>
 
 #include "body_masks.h"
 #include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/tracking/recording.h"
+#include "recording_reader.h"
 
 namespace mono_pose_tracker {
 
@@ -28,6 +31,10 @@ bool fell_apart(const RecordingResult& result) {
 
 bool is_enough(const RecordingResult& result) { return is_sure(result) && !fell_apart(result); }
 
+bool has_background(const RecordingResult& result) {
+  return result.tracked && result.maps.front().background.exists;
+}
+
 // A sure piece of the recording is no better answer than most of it with a warning.
 bool is_most_of(const RecordingResult& result, const RecordingResult& before) {
   constexpr double kMinShare = 0.75;
@@ -35,10 +42,28 @@ bool is_most_of(const RecordingResult& result, const RecordingResult& before) {
          kMinShare * static_cast<double>(before.trajectory.size());
 }
 
-// What takes the place of another must be better founded, or as well and longer.
+// What speaks against it, but for its depths.
+int objections(const RecordingResult& result) {
+  const FinishedMap& map = result.maps.front();
+  return !result.rigidity.is_rigid + map.contradiction.is_one() + map.torn_tracks.is_one() +
+         map.is_of_other_body + map.background.exists + !map.seam.holds();
+}
+
+// Of two results in doubt, as long at least: less speaks against it, or as much and its depths are surer.
+bool is_less_doubtful(const RecordingResult& result, const RecordingResult& before) {
+  if (!result.tracked || result.trajectory.size() < before.trajectory.size()) return false;
+  const int now = objections(result), then = objections(before);
+  return now < then ||
+         (now == then && result.maps.front().depth_evidence > before.maps.front().depth_evidence);
+}
+
+// What takes the place of another must be better founded, or as well and longer. A map of what moves and what
+// stands still at once is worse than any other, whatever that leaves to be desired.
 bool is_better(const RecordingResult& result, const RecordingResult& before) {
-  if (!is_confirmed(result)) return false;
-  return is_sure(before) ? result.trajectory.size() > before.trajectory.size() : is_most_of(result, before);
+  if (!before.tracked) return result.tracked;
+  if (has_background(before)) return result.tracked && !has_background(result) && is_most_of(result, before);
+  if (is_sure(before)) return is_confirmed(result) && result.trajectory.size() > before.trajectory.size();
+  return (is_confirmed(result) && is_most_of(result, before)) || is_less_doubtful(result, before);
 }
 
 // Counts them.
@@ -63,6 +88,36 @@ class Attempts {
 
 bool is_of_other_body(const RecordingResult& result) {
   return result.tracked && result.maps.front().is_of_other_body;
+}
+
+// The images of a recording, at equal distances: what moves between two of them by more than can be matched
+// is left to the outermost features that can.
+constexpr std::int64_t kSampled = 64;
+
+StillBackground background_of(const Recording& recording, std::int64_t frames_total, Tracker* tracker) {
+  const std::int64_t step = std::max<std::int64_t>(1, (frames_total + kSampled - 1) / kSampled);
+  std::vector<SeenImage> images;
+  read_again(
+      recording, frames_total, *tracker, [&](std::int64_t index) { return index % step == 0; },
+      [&](const RecordingReader& reader) {
+        const ImageFeaturesPtr features = tracker->features_of(reader.prepared());
+        if (features) images.push_back({reader.index(), features});
+      });
+  return tracker->background_of(images);
+}
+
+// Where it is in doubt what was tracked, or nothing was: whether something moves before what stands still,
+// all over the recording. From then on it is tracked by masks of that.
+bool leave_out_background(const TrackedRecording& first, Recording* recording) {
+  if (is_enough(first.result) && first.result.tracked) return false;
+  if (recording->masks || !first.tracker->looks_for_background() || recording->interrupted()) return false;
+  const StillBackground background =
+      background_of(*recording, first.result.frames_total, first.tracker.get());
+  if (!background.exists) return false;
+  auto masks = std::make_shared<BodyMasks>(background.tracks, nullptr);
+  if (masks->are_empty()) return false;
+  recording->body = std::move(masks);
+  return true;
 }
 
 // Where the map is of a body that turns less than another: the recording again, by masks of all that moves
@@ -91,18 +146,24 @@ void turn_to_other_body(Attempts* attempts, Recording* recording, TrackedRecordi
 
 TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker& make_tracker,
                                   const ObserverOfAttempt& observer_of) {
-  constexpr std::array<double, 3> kOtherBeginnings = {0.5, 0.25, 0.75};  // as far from one another as can be
+  // After the first, as far from one another as can be.
+  constexpr std::array<double, 4> kBeginnings = {0, 0.5, 0.25, 0.75};
   Attempts attempts(make_tracker, observer_of);
   TrackedRecording kept = attempts.next(recording);
   if (!recording.try_again) return kept;
   Recording again = recording;
-  if (is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
-  for (const double beginning : kOtherBeginnings) {
-    if (is_enough(kept.result) || recording.interrupted()) break;
+  std::size_t tried = leave_out_background(kept, &again) ? 0 : 1;
+  if (tried == 1 && is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
+  const auto is_done = [&] {
+    if (recording.interrupted()) return true;
+    return kept.result.tracked ? is_enough(kept.result) : again.body == nullptr;
+  };
+  while (tried < kBeginnings.size() && !is_done()) {
     again.first_tracked =
-        static_cast<std::int64_t>(beginning * static_cast<double>(kept.result.frames_total));
+        static_cast<std::int64_t>(kBeginnings[tried++] * static_cast<double>(kept.result.frames_total));
     TrackedRecording next = attempts.next(again);
     if (is_better(next.result, kept.result)) kept = std::move(next);
+    if (tried == 1 && is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
   }
   return kept;
 }

@@ -87,6 +87,13 @@ void warn_of_torn_tracks(RecordingResult* result) {
       "overlap");
 }
 
+void warn_of_background(RecordingResult* result) {
+  if (!result->maps.front().background.exists) return;
+  result->warnings.push_back(
+      "something moves before a background that stands still, and the map may be of both: give masks of what "
+      "moves (--masks)");
+}
+
 // Two bodies, of which a map can be of one only.
 void warn_of_other_body(RecordingResult* result) {
   const FinishedMap& map = result->maps.front();
@@ -168,6 +175,7 @@ void warn_of_doubts(RecordingResult* result) {
   warn_of_depth(result);
   warn_of_contradictions(result);
   warn_of_torn_tracks(result);
+  warn_of_background(result);
   warn_of_other_body(result);
 }
 

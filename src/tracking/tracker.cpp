@@ -17,6 +17,7 @@ std::optional<Frame> Tracker::Impl::make_frame(std::int64_t index, std::int64_t 
   // Looking for it takes time, and a map that has a scale keeps it.
   const bool looks_for_marker =
       state_ == State::kBootstrapping || (scale_ == ScaleSource::kMapUnits && !options_.localize_only);
+  is_segmented_ |= !segmentation.mask.empty();
   return frame_maker_.make(index, stamp_ns, image, segmentation, object_finder_.clearance(segmentation.mask),
                            looks_for_marker, report);
 }
@@ -318,6 +319,14 @@ FrameReport Tracker::keep_for_later(std::int64_t frame_index, std::int64_t stamp
 }
 
 void Tracker::fill_gaps() { impl_->fill_gaps(); }
+
+bool Tracker::looks_for_background() const { return impl_->looks_for_background(); }
+
+ImageFeaturesPtr Tracker::features_of(const PreparedImage& image) { return impl_->features_of(image); }
+
+StillBackground Tracker::background_of(const std::vector<SeenImage>& images) const {
+  return impl_->background_of(images);
+}
 
 std::set<std::int64_t> Tracker::posed_before_remake() { return impl_->posed_before_remake(); }
 

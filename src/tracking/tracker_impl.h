@@ -80,6 +80,10 @@ class Tracker::Impl {
   void leave_out_strays();
   FinishedMap finished(const TrackingMap& view);
   void find_other_body_beside(FinishedMap* map) const;
+  StillBackground background_in(const TrackingMap& view, const Map& map, const MatchesInTime& in_time) const;
+  bool looks_for_background() const { return options_.segmentation.method == "auto"; }
+  ImageFeaturesPtr features_of(const PreparedImage& image);
+  StillBackground background_of(const std::vector<SeenImage>& images) const;
   FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
                            const cv::Mat& mask);
 
@@ -171,6 +175,7 @@ class Tracker::Impl {
   std::uint32_t epoch_ = 0;
   std::int64_t next_index_ = 0;
   bool unconfirmed_ = false;
+  bool is_segmented_ = false;            // an image has had a mask, given or found
   std::vector<MapSession> sessions_;     // of the maps that come from a file; empty: none does
   BootstrapReport bootstrap_;            // the last known
   std::uint64_t reported_revision_ = 0;  // of the map whose mapping times were reported last

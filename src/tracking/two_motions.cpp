@@ -1,13 +1,13 @@
 #include "mono_pose_tracker/tracking/two_motions.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
 #include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/geometry/essential.h"
+#include "mono_pose_tracker/mapping/image_sides.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
 
 namespace mono_pose_tracker {
@@ -35,9 +35,6 @@ constexpr double kMinFewOfNearly = 0.6;
 constexpr double kMinFewMoved = 6;  // px, median
 // Mean of a dozen shifts of up to a pixel.
 constexpr double kMaxFewMeanShift = 0.5;
-// A side of the image, an eighth of it, is of those that have so many features there, and most.
-constexpr double kSide = 1.0 / 8;
-constexpr int kMinAtSide = 3;
 
 double distance2(const cv::Point2f& a, const Eigen::Vector2f& b) {
   const double dx = a.x - b.x(), dy = a.y - b.y();
@@ -89,30 +86,6 @@ bool are_few_still(const std::vector<Eigen::Vector2f>& shifts, double moved_px, 
          still >= kMinFewStillShare * static_cast<double>(shifts.size()) &&
          still >= kMinFewOfNearly * s.nearly &&
          std::hypot(median(s.x), median(s.y)) <= kMaxFewMeanShift * size;
-}
-
-// Features at the left, right, upper and lower side of the image.
-std::array<int, 4> count_at_sides(const std::vector<cv::Point2f>& pixels, const CameraModel& camera) {
-  std::array<int, 4> count{};
-  for (const cv::Point2f& p : pixels) {
-    count[0] += p.x < kSide * camera.width();
-    count[1] += p.x > (1 - kSide) * camera.width();
-    count[2] += p.y < kSide * camera.height();
-    count[3] += p.y > (1 - kSide) * camera.height();
-  }
-  return count;
-}
-
-// A background reaches the image's sides beside the object; a view reaches them beside what is before it.
-bool reaches_round(const std::vector<cv::Point2f>& moved, const std::vector<cv::Point2f>& still,
-                   const CameraModel& camera) {
-  const std::array<int, 4> moving = count_at_sides(moved, camera), standing = count_at_sides(still, camera);
-  int of_moving = 0, of_still = 0;
-  for (std::size_t i = 0; i < moving.size(); ++i) {
-    of_moving += moving[i] >= kMinAtSide && moving[i] > standing[i];
-    of_still += standing[i] >= kMinAtSide && standing[i] >= moving[i];
-  }
-  return of_moving > of_still;
 }
 
 // Where those are now that went as the motion says, by however little.

@@ -37,6 +37,20 @@ class RealSequences(Runs):
     def test_fountain(self):
         self.expect_real("fountain", 11, 8, 0.04, 0.025)
 
+    def test_a_head_that_turns_from_the_first_image_on(self):
+        """Before two motions are told apart there is a map, of both."""
+        folder = os.path.join(DATA, "head_real_67")
+        with open(os.path.join(folder, "images.txt")) as images:
+            lines = [line.split() for line in images if line.strip() and not line.startswith("#")][20:59]
+        part = os.path.join(self.folder.name, "part.txt")
+        with open(part, "w") as out:
+            out.writelines("%s %s\n" % (stamp, os.path.join(folder, path)) for stamp, path in lines)
+        output, _ = self.track("--images", part, "--camera", os.path.join(folder, "camera.yaml"))
+        self.assertEqual(report(output)["frames_posed"], len(lines))
+        final = self.error_of(os.path.join(folder, "groundtruth.txt"), output)
+        self.assertLessEqual(final["rotation_median_deg"], 1)
+        self.assertLessEqual(final["position_rmse_percent"], 1.5)
+
     def test_still_camera(self):
         output, said, _ = self.track_real("euroc_still_30", status=1)
         self.assertIn("too little parallax", said)

@@ -16,6 +16,7 @@
 #include "mono_pose_tracker/mapping/loop_closer.h"
 #include "mono_pose_tracker/mapping/other_body.h"
 #include "mono_pose_tracker/mapping/seam.h"
+#include "mono_pose_tracker/mapping/still_background.h"
 #include "mono_pose_tracker/mapping/torn_tracks.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 #include "mono_pose_tracker/tracking/prepared_image.h"
@@ -35,13 +36,15 @@ struct FinishedMap {
   OtherBody other_body;         // that its images show as well
   // The body that turns is asked for, and it is the other one, or may be.
   bool is_of_other_body = false;
-  double depth_evidence = 0;  // that it is not reversed in depth (mapping/depth_reversal.h)
-  bool confirmed = false;     // a third view confirmed its beginning, it is sure, and its seams hold
+  StillBackground background;  // before which something else moves; the map is of both, or of either
+  double depth_evidence = 0;   // that it is not reversed in depth (mapping/depth_reversal.h)
+  bool confirmed = false;      // a third view confirmed its beginning, it is sure, and its seams hold
 
   bool is_depth_sure() const { return depth_evidence >= kMinDepthEvidence; }
   /// Nothing in it speaks against it; it may hang together by little.
   bool is_sure() const {
-    return is_depth_sure() && !contradiction.is_one() && !torn_tracks.is_one() && !is_of_other_body;
+    return is_depth_sure() && !contradiction.is_one() && !torn_tracks.is_one() && !is_of_other_body &&
+           !background.exists;
   }
 };
 
@@ -142,6 +145,12 @@ class Tracker {
   /// Frames of an end of the finished map that hangs on too few points (mapping/seam.h), and is too little
   /// for a map of its own: they have no pose any more, and may be posed again in the map without them.
   std::set<std::int64_t> take_out_loose_ends();
+  /// Whether nothing but the images is to tell an object from what is behind it (segmentation/method: auto).
+  bool looks_for_background() const;
+  /// The features of a whole image, whatever a mask leaves out of it; no result changes by it.
+  ImageFeaturesPtr features_of(const PreparedImage& image);
+  /// What stands still in images of a recording while something moves.
+  StillBackground background_of(const std::vector<SeenImage>& images) const;
   /// All maps that could not be joined, finished; the largest, which is the present one, first.
   std::vector<FinishedMap> maps();
   /// The finished map.

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "mono_pose_tracker/mapping/matches_in_time.h"
+#include "mono_pose_tracker/mapping/other_body.h"
+
+namespace mono_pose_tracker {
+
+/// What keeps its place in the images of a recording while other things move: the room behind a head that
+/// turns before a fixed camera. Whatever a map of such images is of, what moves is what was meant.
+struct StillBackground {
+  bool exists = false;
+  std::vector<BodyTrack> tracks;  // between images that follow each other; is_other: of what moves
+};
+
+/// An image of a recording.
+struct SeenImage {
+  std::int64_t frame_index = 0;
+  ImageFeaturesPtr image;
+};
+
+/// In time, by the places of what is matched between images near to each other and far apart. What is fixed
+/// to a camera that moves is no background: the view reaches round it (not asked where body_turns: there an
+/// object is before the camera). The result is the same for any number of threads.
+StillBackground find_still_background(const std::vector<SeenImage>& images, const MatchOptions& matching,
+                                      bool body_turns, int threads);
+
+/// Of a map's keyframes: whether it may be of both. in_time: their matches. Poses are not asked.
+StillBackground find_still_background(const Map& map, const MatchesInTime& in_time,
+                                      const MatchOptions& matching, bool body_turns, int threads);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,192 @@
+#include "mono_pose_tracker/mapping/still_background.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <opencv2/core.hpp>
+#include <utility>
+#include <vector>
+
+#include "feature_tracks.h"
+#include "keyframe_landmarks.h"
+#include "mono_pose_tracker/camera/image_scale.h"
+#include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/common/parallel.h"
+#include "mono_pose_tracker/mapping/image_sides.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Images that are compared: neighbours share most, those far apart tell best what has moved.
+constexpr std::array<int, 5> kFartherApart = {2, 4, 8, 16, 32};
+// px at 640 px width. Up to the first a feature is in its place, noise, JPEG and a breathing tripod allowed
+// for; from the second on it has left it.
+constexpr double kStillPx = 1, kMovedPx = 3;
+// Of a track, pairs of images that show it in its place: a wrong match or two bring a feature there by
+// chance. One match in five may be wrong.
+constexpr int kMinStill = 3;
+constexpr int kStillPerMoved = 4;
+// Between neighbours, in the median. Of a rigid scene that a camera moves in none or two are in their place.
+constexpr double kMinStillFeatures = 12, kMinStillShare = 0.08;
+constexpr double kMinMovingFeatures = 25;  // fewer make no map
+
+using Images = std::vector<SeenImage>;
+
+double shift_px(const SeenImage& first, const SeenImage& second, const Match& m) {
+  const Eigen::Vector2f shift =
+      second.image->set.features[m.second].pixel - first.image->set.features[m.first].pixel;
+  return shift.norm() / image_scale(first.image->camera);
+}
+
+// Whether so many neighbours share enough that hardly moved between them: of most recordings this is the end.
+bool may_be_still(const Images& images, const MatchesInTime& in_time) {
+  std::vector<double> still;
+  for (std::size_t k = 0; k < in_time.size(); ++k) {
+    int count = 0;
+    for (const Match& m : in_time[k]) count += shift_px(images[k], images[k + 1], m) < kStillPx;
+    still.push_back(count);
+  }
+  return median(std::move(still)) >= kMinStillFeatures;
+}
+
+// How often a feature was seen to keep its place, and to leave it, by its whole track.
+class Evidence {
+ public:
+  explicit Evidence(const Images& images) : images_(images), tracks_(sizes(images)) {
+    for (const SeenImage& seen : images) of_feature_.emplace_back(seen.image->size());
+  }
+
+  void add(const MatchesInTime& matches, int apart) {
+    for (int k = 0; k < static_cast<int>(matches.size()); ++k) add(matches[k], k, k + apart);
+  }
+
+  void sum_over_tracks() {
+    for (const FeatureTrack& track : tracks_.all()) {
+      Count sum;
+      for (const auto& [image, feature] : track) {
+        sum.still += of_feature_[image][feature].still;
+        sum.moved += of_feature_[image][feature].moved;
+      }
+      for (const auto& [image, feature] : track) of_feature_[image][feature] = sum;
+    }
+  }
+
+  bool is_still(std::size_t image, int feature) const {
+    const Count& count = of_feature_[image][feature];
+    return count.still >= kMinStill && count.still >= kStillPerMoved * count.moved;
+  }
+  bool is_moving(std::size_t image, int feature) const {
+    const Count& count = of_feature_[image][feature];
+    return count.moved > count.still;
+  }
+
+ private:
+  struct Count {
+    int still = 0, moved = 0;
+  };
+
+  void add(const std::vector<Match>& matches, int first, int second) {
+    std::vector<double> shifts;
+    for (const Match& m : matches) shifts.push_back(shift_px(images_[first], images_[second], m));
+    const auto moved =
+        std::count_if(shifts.begin(), shifts.end(), [](double shift) { return shift > kMovedPx; });
+    // Where nothing moves, what stands still tells nothing.
+    const bool tells = moved >= kMinMovingFeatures;
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      tracks_.join(first, matches[i].first, second, matches[i].second);
+      Count& count = of_feature_[first][matches[i].first];
+      count.still += tells && shifts[i] < kStillPx;
+      count.moved += shifts[i] > kMovedPx;
+    }
+  }
+
+  static std::vector<int> sizes(const Images& images) {
+    std::vector<int> features;
+    features.reserve(images.size());
+    for (const SeenImage& seen : images) features.push_back(seen.image->size());
+    return features;
+  }
+
+  const Images& images_;
+  FeatureTracks tracks_;
+  std::vector<std::vector<Count>> of_feature_;
+};
+
+// Whether what moves reaches round what stands still in most of the images.
+bool is_view(const Images& images, const std::vector<BodyTrack>& tracks) {
+  std::map<std::int64_t, std::array<std::vector<cv::Point2f>, 2>> places;  // still and moving, by image
+  for (const BodyTrack& t : tracks) places[t.from_index][t.is_other].emplace_back(t.from.x(), t.from.y());
+  std::vector<double> views;
+  for (const auto& entry : places) {
+    views.push_back(reaches_round(entry.second[1], entry.second[0], images.front().image->camera));
+  }
+  return median(std::move(views)) > 0.5;
+}
+
+MatchesInTime match_apart(const Images& images, const MatchOptions& matching, int threads, int apart) {
+  MatchesInTime matches(std::max(0, static_cast<int>(images.size()) - apart));
+  parallel_for(static_cast<int>(matches.size()), threads, [&](int i) {
+    matches[i] = match_descriptors(images[i].image->set.descriptors, images[i + apart].image->set.descriptors,
+                                   matching);
+  });
+  return matches;
+}
+
+// What is certain of the matches of neighbours.
+StillBackground tell_apart(const Images& images, const MatchesInTime& in_time, const Evidence& evidence,
+                           bool body_turns) {
+  StillBackground background;
+  std::vector<double> still, moving, all;
+  for (std::size_t k = 0; k < in_time.size(); ++k) {
+    std::array<int, 2> count{};
+    for (const Match& m : in_time[k]) {
+      const bool moves = evidence.is_moving(k, m.first);
+      if (!moves && !evidence.is_still(k, m.first)) continue;
+      ++count[moves];
+      background.tracks.push_back({images[k].frame_index, images[k + 1].frame_index,
+                                   images[k].image->set.features[m.first].pixel,
+                                   images[k + 1].image->set.features[m.second].pixel, moves});
+    }
+    still.push_back(count[0]);
+    moving.push_back(count[1]);
+    all.push_back(static_cast<double>(in_time[k].size()));
+  }
+  const double median_still = median(std::move(still));
+  background.exists =
+      median_still >= kMinStillFeatures && median_still >= kMinStillShare * median(std::move(all)) &&
+      median(std::move(moving)) >= kMinMovingFeatures && (body_turns || !is_view(images, background.tracks));
+  return background;
+}
+
+StillBackground find(const Images& images, const MatchesInTime& in_time, const MatchOptions& matching,
+                     bool body_turns, int threads) {
+  if (!may_be_still(images, in_time)) return {};
+  Evidence evidence(images);
+  evidence.add(in_time, 1);
+  for (const int apart : kFartherApart) {
+    evidence.add(match_apart(images, matching, threads, apart), apart);
+  }
+  evidence.sum_over_tracks();
+  return tell_apart(images, in_time, evidence, body_turns);
+}
+
+}  // namespace
+
+StillBackground find_still_background(const std::vector<SeenImage>& images, const MatchOptions& matching,
+                                      bool body_turns, int threads) {
+  return find(images, match_apart(images, matching, threads, 1), matching, body_turns, threads);
+}
+
+StillBackground find_still_background(const Map& map, const MatchesInTime& in_time,
+                                      const MatchOptions& matching, bool body_turns, int threads) {
+  Images images;
+  for (const Keyframe* keyframe : keyframes_in_time(map)) {
+    images.push_back({keyframe->frame_index, keyframe->image});
+  }
+  return find(images, in_time, matching, body_turns, threads);
+}
+
+}  // namespace mono_pose_tracker

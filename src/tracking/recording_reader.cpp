@@ -1,0 +1,71 @@
+#include "recording_reader.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "body_masks.h"
+
+namespace mono_pose_tracker {
+
+RecordingReader::RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
+                                 std::vector<std::string>* problems)
+    : recording_(recording),
+      tracker_(tracker),
+      is_wanted_(std::move(is_wanted)),
+      problems_(problems),
+      source_(recording.open()),
+      items_([this](Item* item) { return read(item); }, [this](Item* item) { prepare(item); },
+             std::max(recording.threads - 1, 0)) {}
+
+bool RecordingReader::next() {
+  item_ = Item();
+  if (!items_.next(&item_)) return false;
+  usable_masks_ += item_.is_mask_usable;
+  if (problems_) problems_->insert(problems_->end(), item_.problems.begin(), item_.problems.end());
+  return item_.source.kind == SourceImage::Kind::kImage;
+}
+
+// One thread at a time. The end is an item, too, for the problems before it.
+bool RecordingReader::read(Item* item) {
+  if (has_ended_) return false;
+  while ((recording_.max_frames < 0 || read_ < recording_.max_frames) && !recording_.interrupted()) {
+    item->source = source_->next();
+    if (item->source.kind != SourceImage::Kind::kSkipped) break;
+    item->problems.push_back(item->source.problem);
+  }
+  has_ended_ = item->source.kind != SourceImage::Kind::kImage;
+  if (!has_ended_) item->index = read_++;
+  return true;
+}
+
+void RecordingReader::prepare(Item* item) const {
+  if (item->index < 0) return;
+  const SourceImage& source = item->source;
+  if (recording_.masks) {
+    std::string problem;
+    item->mask = recording_.masks->mask_of(source.mask_name, source.image.size(), &problem);
+    if (item->mask.empty()) item->problems.push_back(problem);
+    item->is_mask_usable = !item->mask.empty() && cv::countNonZero(item->mask) > 0;
+  }
+  if (recording_.body && is_wanted_(item->index)) {
+    const cv::Mat body = recording_.body->mask(item->index, source.image.size());
+    item->mask = item->mask.empty() ? body : cv::Mat(item->mask & body);
+  }
+  if (recording_.threads > 1 && is_wanted_(item->index)) {
+    item->prepared = tracker_.prepare(source.image, item->mask);
+  } else {
+    item->prepared.image = source.image;
+  }
+}
+
+void read_again(const Recording& recording, std::int64_t frames_total, const Tracker& tracker,
+                const RecordingReader::IsWanted& is_wanted,
+                const std::function<void(const RecordingReader&)>& use) {
+  RecordingReader reader(recording, tracker, is_wanted, nullptr);
+  // A folder may have grown meanwhile: what the first pass did not see is left alone.
+  while (reader.index() + 1 < frames_total && reader.next()) {
+    if (is_wanted(reader.index())) use(reader);
+  }
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "mono_pose_tracker/common/prefetcher.h"
+#include "mono_pose_tracker/tracking/recording.h"
+
+namespace mono_pose_tracker {
+
+// The images of a recording, read and prepared ahead on threads - 1 threads.
+class RecordingReader {
+ public:
+  using IsWanted = std::function<bool(std::int64_t)>;  // by index: the others need not be prepared
+
+  // problems: gets a line for each image or mask that cannot be read; null: nobody is told.
+  RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
+                  std::vector<std::string>* problems);
+
+  // False at the end.
+  bool next();
+
+  std::int64_t index() const { return item_.index; }
+  const SourceImage& image() const { return item_.source; }
+  const PreparedImage& prepared() const { return item_.prepared; }
+  const cv::Mat& mask() const { return item_.mask; }
+  std::int64_t usable_masks() const { return usable_masks_; }
+
+ private:
+  // The next image with its mask, or the end.
+  struct Item {
+    std::int64_t index = -1;  // counts the images that could be read
+    SourceImage source;
+    cv::Mat mask;
+    bool is_mask_usable = false;
+    std::vector<std::string> problems;  // since the item before
+    PreparedImage prepared;
+  };
+
+  bool read(Item* item);
+  void prepare(Item* item) const;
+
+  const Recording& recording_;
+  const Tracker& tracker_;
+  const IsWanted is_wanted_;
+  std::vector<std::string>* problems_;
+  std::unique_ptr<ImageSource> source_;
+  std::int64_t read_ = 0;
+  std::int64_t usable_masks_ = 0;
+  bool has_ended_ = false;
+  Item item_;
+  Prefetcher<Item> items_;  // last: its threads use what stands before it
+};
+
+// The images that are wanted once more, in order.
+void read_again(const Recording& recording, std::int64_t frames_total, const Tracker& tracker,
+                const RecordingReader::IsWanted& is_wanted,
+                const std::function<void(const RecordingReader&)>& use);
+
+}  // namespace mono_pose_tracker
