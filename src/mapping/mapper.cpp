@@ -79,6 +79,7 @@ void Mapper::forget_beside_map() {
   covariances_ = KeyframeCovariances();
   watch_.reset();
   body_watch_.reset();
+  background_watch_.reset();
   forget_loops();
 }
 
@@ -172,6 +173,10 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   cull_keyframes(id);
   cap_keyframes(id);
   scale_by_marker(id, candidate.frame.marker);
+  if (options_.tells_background && !candidate.frame.is_masked) {
+    background_watch_.note({candidate.frame.index, candidate.frame.image}, options_.matching,
+                           options_.separates_motions);
+  }
   if (options_.watches_rigidity && waiting == 0) watch_.ask(map_, camera_, options_.matching);
   if (waiting == 0 && !is_cancelled()) join_where_met(map_.keyframes().rbegin()->first);
   publish();
@@ -397,8 +402,10 @@ void Mapper::publish() {
   view->map_id = map_id_;
   view->corrections = corrections_;
   view->kept_maps = kept_maps();
-  view->turning_body = body_watch_.found();
-  view->doubt = view->turning_body ? "the map is of a body that turns less than another" : watch_.doubt();
+  view->turning_body = background_watch_.found() ? background_watch_.found() : body_watch_.found();
+  view->doubt = background_watch_.found() ? "the map is of what moves and of the background that stands still"
+                : view->turning_body      ? "the map is of a body that turns less than another"
+                                          : watch_.doubt();
   places_->follow(map_);
   view->places = places_;
   view->scale_source = map_.scale_source();

@@ -74,6 +74,12 @@ class Evidence {
     }
   }
 
+  // Of a feature of the last image.
+  BodySide side(int feature) const {
+    const std::size_t last = of_feature_.size() - 1;
+    if (is_moving(last, feature)) return BodySide::kTurns;
+    return is_still(last, feature) ? BodySide::kMovesOtherwise : BodySide::kUnknown;
+  }
   bool is_still(std::size_t image, int feature) const {
     const Count& count = of_feature_[image][feature];
     return count.still >= kMinStill && count.still >= kStillPerMoved * count.moved;
@@ -154,6 +160,7 @@ StillBackground tell_apart(const Images& images, const MatchesInTime& in_time, c
     moving.push_back(count[1]);
     all.push_back(static_cast<double>(in_time[k].size()));
   }
+  for (int f = 0; f < images.back().image->size(); ++f) background.newest.push_back(evidence.side(f));
   const double median_still = median(std::move(still));
   background.exists =
       median_still >= kMinStillFeatures && median_still >= kMinStillShare * median(std::move(all)) &&
@@ -161,8 +168,10 @@ StillBackground tell_apart(const Images& images, const MatchesInTime& in_time, c
   return background;
 }
 
-StillBackground find(const Images& images, const MatchesInTime& in_time, const MatchOptions& matching,
-                     bool body_turns, int threads) {
+}  // namespace
+
+StillBackground find_still_background(const std::vector<SeenImage>& images, const MatchesInTime& in_time,
+                                      const MatchOptions& matching, bool body_turns, int threads) {
   if (!may_be_still(images, in_time)) return {};
   Evidence evidence(images);
   evidence.add(in_time, 1);
@@ -173,11 +182,10 @@ StillBackground find(const Images& images, const MatchesInTime& in_time, const M
   return tell_apart(images, in_time, evidence, body_turns);
 }
 
-}  // namespace
-
 StillBackground find_still_background(const std::vector<SeenImage>& images, const MatchOptions& matching,
                                       bool body_turns, int threads) {
-  return find(images, match_apart(images, matching, threads, 1), matching, body_turns, threads);
+  return find_still_background(images, match_apart(images, matching, threads, 1), matching, body_turns,
+                               threads);
 }
 
 StillBackground find_still_background(const Map& map, const MatchesInTime& in_time,
@@ -186,7 +194,7 @@ StillBackground find_still_background(const Map& map, const MatchesInTime& in_ti
   for (const Keyframe* keyframe : keyframes_in_time(map)) {
     images.push_back({keyframe->frame_index, keyframe->image});
   }
-  return find(images, in_time, matching, body_turns, threads);
+  return find_still_background(images, in_time, matching, body_turns, threads);
 }
 
 }  // namespace mono_pose_tracker

@@ -15,8 +15,8 @@ Frame Tracker::Impl::followed(const Frame& frame, FrameReport* report) {
   return of_body;
 }
 
-// Where the map is of a body that turns less than another it is dropped, and one of that body begun. False
-// when the map goes on.
+// Where the map is of a body that turns less than another, or of what stands still behind it as well, it is
+// dropped, and one of that body begun. False when the map goes on.
 bool Tracker::Impl::turn_to_other_body(const Frame& frame, FrameReport* report) {
   constexpr int kMostLeft = 2;  // of a head, the shoulders below it and the room behind
   const TrackingMapPtr map = worker_.latest();
@@ -40,8 +40,7 @@ bool Tracker::Impl::turn_to_other_body(const Frame& frame, FrameReport* report) 
     show_features(frame, report);
     lose(frame, of_body, report);
   }
-  report->reason_text =
-      "the map was of a body that turns less than another, and is dropped: " + report->reason_text;
+  report->reason_text = map->doubt + ", and is dropped: " + report->reason_text;
   return true;
 }
 

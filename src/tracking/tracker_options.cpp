@@ -45,6 +45,7 @@ MapperOptions TrackerOptions::mapper(double focal_px) const {
                        resection.min_inliers,
                        true,
                        segmentation.body == "turning",
+                       segmentation.method == "auto",
                        threads};
   return mapper;
 }

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "mono_pose_tracker/mapping/background_watch.h"
 #include "support/two_bodies.h"
 
 namespace mono_pose_tracker {
@@ -154,6 +155,38 @@ TEST_F(StillBackgroundTest, AMapsKeyframesTellItAsWell) {
   const MatchesInTime in_time = match_in_time(map, MatchOptions(), 1);
   EXPECT_TRUE(find_still_background(map, in_time, MatchOptions(), false, 1).exists);
   EXPECT_FALSE(find_still_background(Map(), {}, MatchOptions(), false, 1).exists);
+}
+
+TEST_F(StillBackgroundTest, KeyframesTellItAsTheyCome) {
+  const std::vector<SeenImage> images = see_head(TwoBodies::camera_from_head, 100);
+  BackgroundWatch watch;
+  std::size_t needed = 0;
+  for (const SeenImage& image : images) {
+    watch.note(image, MatchOptions(), false);
+    if (!watch.found()) ++needed;
+  }
+  ASSERT_TRUE(watch.found());
+  EXPECT_LE(needed, 5u);
+  EXPECT_EQ(watch.found()->image, images.back().image);
+  int right = 0, wrong = 0;
+  for (int f = 0; f < images.back().image->size(); ++f) {
+    const BodySide side = watch.found()->sides[f];
+    if (side == BodySide::kUnknown) continue;
+    const bool is_head = f < of_one_.back();
+    (is_head == (side == BodySide::kTurns) ? right : wrong) += 1;
+  }
+  EXPECT_GT(right, 100);
+  EXPECT_LT(20 * wrong, right);
+  watch.reset();
+  EXPECT_FALSE(watch.found());
+}
+
+TEST_F(StillBackgroundTest, ACameraThatMovesTellsNoneAsItGoes) {
+  BackgroundWatch watch;
+  for (const SeenImage& image : see_head(TwoBodies::camera_from_head, 300, TwoBodies::camera_from_room)) {
+    watch.note(image, MatchOptions(), false);
+    EXPECT_FALSE(watch.found());
+  }
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/map/tracking_map.h"
 #include "mono_pose_tracker/mapping/aside.h"
+#include "mono_pose_tracker/mapping/background_watch.h"
 #include "mono_pose_tracker/mapping/body_watch.h"
 #include "mono_pose_tracker/mapping/initial_map.h"
 #include "mono_pose_tracker/mapping/keyframe_candidate.h"
@@ -166,6 +167,7 @@ class Mapper {
   std::vector<ClosedLoop> loops_;
   RigidityWatch watch_;
   BodyWatch body_watch_;
+  BackgroundWatch background_watch_;
   int failed_adjustments_ = 0;  // since it was made
   StageTimes stages_;           // of the change under way
   TrackingMapPtr tracking_map_;

@@ -47,6 +47,7 @@ struct MapperOptions {
   int min_inliers = 15;            // of a pose that ties two keyframes
   bool watches_rigidity = true;    // live; a recording is checked as a whole when it ends
   bool separates_motions = false;  // leaves out what moves otherwise than the body, all together
+  bool tells_background = true;    // live; from what moves before it, where no mask does
   int threads = 1;                 // the result is the same for any number
 };
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "mono_pose_tracker/map/turning_body.h"
 #include "mono_pose_tracker/mapping/matches_in_time.h"
 #include "mono_pose_tracker/mapping/other_body.h"
 
@@ -13,6 +14,7 @@ namespace mono_pose_tracker {
 struct StillBackground {
   bool exists = false;
   std::vector<BodyTrack> tracks;  // between images that follow each other; is_other: of what moves
+  std::vector<BodySide> newest;   // of the last image's features: what turns is what moves
 };
 
 /// An image of a recording.
@@ -23,7 +25,12 @@ struct SeenImage {
 
 /// In time, by the places of what is matched between images near to each other and far apart. What is fixed
 /// to a camera that moves is no background: the view reaches round it (not asked where body_turns: there an
-/// object is before the camera). The result is the same for any number of threads.
+/// object is before the camera). in_time: matches of each image with the next. The result is the same for
+/// any number of threads.
+StillBackground find_still_background(const std::vector<SeenImage>& images, const MatchesInTime& in_time,
+                                      const MatchOptions& matching, bool body_turns, int threads);
+
+/// The same, where those matches are still to be made.
 StillBackground find_still_background(const std::vector<SeenImage>& images, const MatchOptions& matching,
                                       bool body_turns, int threads);
 
