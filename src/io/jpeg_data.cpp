@@ -19,8 +19,13 @@ struct ErrorManager {
 ErrorManager& manager_of(j_common_ptr decoder) { return *reinterpret_cast<ErrorManager*>(decoder->err); }
 
 void note_warning(j_common_ptr decoder, int level) {
+  if (level >= 0) return;
   const int code = decoder->err->msg_code;
-  if (level < 0 && (code == JWRN_HIT_MARKER || code == JWRN_JPEG_EOF)) manager_of(decoder).end_early = true;
+  // A part that is damaged ends at the next restart, and what follows is good.
+  const int marker = reinterpret_cast<j_decompress_ptr>(decoder)->unread_marker;
+  if (code == JWRN_JPEG_EOF || (code == JWRN_HIT_MARKER && marker == JPEG_EOI)) {
+    manager_of(decoder).end_early = true;
+  }
 }
 
 void refuse(j_common_ptr decoder) { std::longjmp(manager_of(decoder).refused, 1); }

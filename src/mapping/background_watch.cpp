@@ -1,32 +1,52 @@
 #include "mono_pose_tracker/mapping/background_watch.h"
 
+#include <algorithm>
 #include <cstddef>
 
 namespace mono_pose_tracker {
 
 namespace {
 
-// A feature must be seen three times in its place while others move. A map that was right may have gone
-// astray; what was seen long ago does not speak for it.
+// A feature must be seen three times in its place while others move. By the twelfth keyframe the object has
+// moved as far as it needs to be told.
 constexpr std::size_t kFewest = 5, kMost = 12;
+// Features of the newest image: fewer begin no map (bootstrap/min_landmarks), and fewer that stand still do
+// not say where the object ends.
+constexpr std::ptrdiff_t kLeastMoving = 25, kLeastStill = 5;
 
 }  // namespace
 
-void BackgroundWatch::note(const SeenImage& newest, const MatchOptions& matching, bool body_turns) {
+void BackgroundWatch::begin(const std::vector<SeenImage>& views, const MatchOptions& matching) {
+  reset();
+  watches_ = true;
+  for (const SeenImage& view : views) add(view, matching);
+}
+
+void BackgroundWatch::add(const SeenImage& image, const MatchOptions& matching) {
   if (!images_.empty()) {
     in_time_.push_back(
-        match_descriptors(images_.back().image->set.descriptors, newest.image->set.descriptors, matching));
+        match_descriptors(images_.back().image->set.descriptors, image.image->set.descriptors, matching));
   }
-  images_.push_back(newest);
-  if (images_.size() > kMost) {
-    images_.erase(images_.begin());
-    in_time_.erase(in_time_.begin());
-  }
+  images_.push_back(image);
+}
+
+void BackgroundWatch::note(const SeenImage& newest, const MatchOptions& matching, bool body_turns) {
+  if (!watches_) return;
+  add(newest, matching);
   found_.reset();
   if (images_.size() < kFewest) return;
   const StillBackground background = find_still_background(images_, in_time_, matching, body_turns, 1);
-  if (!background.exists) return;
-  found_ = std::make_shared<const TurningBody>(TurningBody{newest.image, background.newest});
+  if (background.exists) {
+    const std::vector<BodySide>& sides = background.sides.back();
+    if (std::count(sides.begin(), sides.end(), BodySide::kTurns) >= kLeastMoving &&
+        std::count(sides.begin(), sides.end(), BodySide::kMovesOtherwise) >= kLeastStill) {
+      found_ = std::make_shared<const TurningBody>(TurningBody{newest.image, sides});
+    }
+  }
+  if (images_.size() < kMost) return;
+  watches_ = false;
+  images_.clear();
+  in_time_.clear();
 }
 
 }  // namespace mono_pose_tracker

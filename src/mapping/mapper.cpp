@@ -95,6 +95,7 @@ void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
         map_.add_keyframe(view.frame.index, view.frame.stamp_ns, view.camera_from_map, view.frame.image));
     if (view.frame.whole) whole_[ids.back()] = view.frame.whole;
   }
+  watch_background(initial);
   std::vector<double> depths;
   for (const InitialMap::Point& point : initial.points) {
     const LandmarkId l = map_.add_landmark(point.x_in_map);
@@ -173,7 +174,9 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   cull_keyframes(id);
   cap_keyframes(id);
   scale_by_marker(id, candidate.frame.marker);
-  if (options_.tells_background && !candidate.frame.is_masked) {
+  if (options_.tells_background && candidate.frame.is_masked) background_watch_.reset();
+  if (options_.tells_background && !is_cancelled()) {
+    const StageTimer timer(stages_, "map_background");
     background_watch_.note({candidate.frame.index, candidate.frame.image}, options_.matching,
                            options_.separates_motions);
   }
@@ -211,6 +214,17 @@ void Mapper::separate_motions(KeyframeId id) {
 void Mapper::leave_out_fixed(KeyframeId id) {
   for (const auto& [keyframe, features] : find_fixed_in_image(options_, map_, id, left_out_))
     leave_out(keyframe, features);
+}
+
+// Where a mask leaves out of the images what stands still there is nothing to be told.
+void Mapper::watch_background(const InitialMap& initial) {
+  if (!options_.tells_background) return;
+  std::vector<SeenImage> images;
+  for (const InitialMap::View& view : initial.views) {
+    if (view.frame.is_masked) return;
+    images.push_back({view.frame.index, view.frame.image});
+  }
+  background_watch_.begin(images, options_.matching);
 }
 
 // What was left out of the images, being another body's, is asked as well: the wrong one may have been left
@@ -396,16 +410,25 @@ void Mapper::finish() {
   publish();
 }
 
+void Mapper::tell_doubt(TrackingMap* view) const {
+  if (background_watch_.found()) {
+    view->turning_body = background_watch_.found();
+    view->doubt = "the map is of what moves and of the background that stands still";
+  } else if (body_watch_.found()) {
+    view->turning_body = body_watch_.found();
+    view->doubt = "the map is of a body that turns less than another";
+  } else {
+    view->doubt = watch_.doubt();
+  }
+}
+
 void Mapper::publish() {
   auto view = std::make_shared<TrackingMap>();
   view->epoch = epoch_;
   view->map_id = map_id_;
   view->corrections = corrections_;
   view->kept_maps = kept_maps();
-  view->turning_body = background_watch_.found() ? background_watch_.found() : body_watch_.found();
-  view->doubt = background_watch_.found() ? "the map is of what moves and of the background that stands still"
-                : view->turning_body      ? "the map is of a body that turns less than another"
-                                          : watch_.doubt();
+  tell_doubt(view.get());
   places_->follow(map_);
   view->places = places_;
   view->scale_source = map_.scale_source();

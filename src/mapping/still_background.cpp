@@ -32,6 +32,8 @@ constexpr int kStillPerMoved = 4;
 // Between neighbours, in the median. Of a rigid scene that a camera moves in none or two are in their place.
 constexpr double kMinStillFeatures = 12, kMinStillShare = 0.08;
 constexpr double kMinMovingFeatures = 25;  // fewer make no map
+// Of a keyframe's features that stand still, what is in its map: of a map of what moves a few by chance.
+constexpr double kMinHeldShare = 0.25;
 
 using Images = std::vector<SeenImage>;
 
@@ -74,19 +76,11 @@ class Evidence {
     }
   }
 
-  // Of a feature of the last image.
-  BodySide side(int feature) const {
-    const std::size_t last = of_feature_.size() - 1;
-    if (is_moving(last, feature)) return BodySide::kTurns;
-    return is_still(last, feature) ? BodySide::kMovesOtherwise : BodySide::kUnknown;
-  }
-  bool is_still(std::size_t image, int feature) const {
+  BodySide side(std::size_t image, int feature) const {
     const Count& count = of_feature_[image][feature];
-    return count.still >= kMinStill && count.still >= kStillPerMoved * count.moved;
-  }
-  bool is_moving(std::size_t image, int feature) const {
-    const Count& count = of_feature_[image][feature];
-    return count.moved > count.still;
+    if (count.moved > count.still) return BodySide::kTurns;
+    const bool is_still = count.still >= kMinStill && count.still >= kStillPerMoved * count.moved;
+    return is_still ? BodySide::kMovesOtherwise : BodySide::kUnknown;
   }
 
  private:
@@ -121,15 +115,16 @@ class Evidence {
   std::vector<std::vector<Count>> of_feature_;
 };
 
-// Whether what moves reaches round what stands still in most of the images.
-bool is_view(const Images& images, const std::vector<BodyTrack>& tracks) {
+// Whether what stands still reaches round what moves in most of the images: where neither does, it may as
+// well be fixed to the camera.
+bool is_behind(const Images& images, const std::vector<BodyTrack>& tracks) {
   std::map<std::int64_t, std::array<std::vector<cv::Point2f>, 2>> places;  // still and moving, by image
   for (const BodyTrack& t : tracks) places[t.from_index][t.is_other].emplace_back(t.from.x(), t.from.y());
-  std::vector<double> views;
+  std::vector<double> behind;
   for (const auto& entry : places) {
-    views.push_back(reaches_round(entry.second[1], entry.second[0], images.front().image->camera));
+    behind.push_back(reaches_round(entry.second[0], entry.second[1], images.front().image->camera));
   }
-  return median(std::move(views)) > 0.5;
+  return median(std::move(behind)) > 0.5;
 }
 
 MatchesInTime match_apart(const Images& images, const MatchOptions& matching, int threads, int apart) {
@@ -145,12 +140,17 @@ MatchesInTime match_apart(const Images& images, const MatchOptions& matching, in
 StillBackground tell_apart(const Images& images, const MatchesInTime& in_time, const Evidence& evidence,
                            bool body_turns) {
   StillBackground background;
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    background.sides.emplace_back();
+    for (int f = 0; f < images[k].image->size(); ++f) background.sides[k].push_back(evidence.side(k, f));
+  }
   std::vector<double> still, moving, all;
   for (std::size_t k = 0; k < in_time.size(); ++k) {
     std::array<int, 2> count{};
     for (const Match& m : in_time[k]) {
-      const bool moves = evidence.is_moving(k, m.first);
-      if (!moves && !evidence.is_still(k, m.first)) continue;
+      const BodySide side = background.sides[k][m.first];
+      if (side == BodySide::kUnknown) continue;
+      const bool moves = side == BodySide::kTurns;
       ++count[moves];
       background.tracks.push_back({images[k].frame_index, images[k + 1].frame_index,
                                    images[k].image->set.features[m.first].pixel,
@@ -160,11 +160,10 @@ StillBackground tell_apart(const Images& images, const MatchesInTime& in_time, c
     moving.push_back(count[1]);
     all.push_back(static_cast<double>(in_time[k].size()));
   }
-  for (int f = 0; f < images.back().image->size(); ++f) background.newest.push_back(evidence.side(f));
   const double median_still = median(std::move(still));
   background.exists =
       median_still >= kMinStillFeatures && median_still >= kMinStillShare * median(std::move(all)) &&
-      median(std::move(moving)) >= kMinMovingFeatures && (body_turns || !is_view(images, background.tracks));
+      median(std::move(moving)) >= kMinMovingFeatures && (body_turns || is_behind(images, background.tracks));
   return background;
 }
 
@@ -188,13 +187,29 @@ StillBackground find_still_background(const std::vector<SeenImage>& images, cons
                                threads);
 }
 
+bool holds_background(const Keyframe& keyframe, const std::vector<BodySide>& sides) {
+  int held = 0, still = 0;
+  for (std::size_t f = 0; f < sides.size(); ++f) {
+    if (sides[f] != BodySide::kMovesOtherwise) continue;
+    ++still;
+    held += keyframe.landmark_of_feature[f] != kNoLandmark;
+  }
+  return held >= kMinHeldShare * still && held > 0;
+}
+
 StillBackground find_still_background(const Map& map, const MatchesInTime& in_time,
                                       const MatchOptions& matching, bool body_turns, int threads) {
+  const std::vector<const Keyframe*> keyframes = keyframes_in_time(map);
   Images images;
-  for (const Keyframe* keyframe : keyframes_in_time(map)) {
-    images.push_back({keyframe->frame_index, keyframe->image});
+  for (const Keyframe* keyframe : keyframes) images.push_back({keyframe->frame_index, keyframe->image});
+  StillBackground background = find_still_background(images, in_time, matching, body_turns, threads);
+  if (!background.exists) return background;
+  std::vector<double> holding;
+  for (std::size_t k = 0; k < keyframes.size(); ++k) {
+    holding.push_back(holds_background(*keyframes[k], background.sides[k]));
   }
-  return find_still_background(images, in_time, matching, body_turns, threads);
+  background.exists = median(std::move(holding)) > 0.5;
+  return background;
 }
 
 }  // namespace mono_pose_tracker

@@ -28,7 +28,7 @@ Frame BodyFollower::settle(const CameraModel& camera, const Frame& frame,
   Frame of_body = frame;
   of_body.whole = frame.image;
   of_body.image = select_features(*frame.image, turns, camera.width(), camera.height());
-  of_body.is_masked = true;
+  of_body.is_masked = of_body.is_of_object = true;
   return of_body;
 }
 

@@ -1,10 +1,10 @@
 // A recording that is tracked more than once.
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "body_masks.h"
 #include "mono_pose_tracker/mapping/depth_reversal.h"
@@ -53,15 +53,19 @@ int objections(const RecordingResult& result) {
 bool is_less_doubtful(const RecordingResult& result, const RecordingResult& before) {
   if (!result.tracked || result.trajectory.size() < before.trajectory.size()) return false;
   const int now = objections(result), then = objections(before);
+  const FinishedMap &map = result.maps.front(), &map_before = before.maps.front();
   return now < then ||
-         (now == then && result.maps.front().depth_evidence > before.maps.front().depth_evidence);
+         (now == then && !map_before.is_depth_sure() && map.depth_evidence > map_before.depth_evidence);
 }
 
-// What takes the place of another must be better founded, or as well and longer. A map of what moves and what
-// stands still at once is worse than any other, whatever that leaves to be desired.
-bool is_better(const RecordingResult& result, const RecordingResult& before) {
+// What takes the place of another must be better founded, or as well and longer. By masks of what moves, most
+// of the images are better than all by a map of what moves and of what stands still.
+bool is_better(const RecordingResult& result, bool is_masked, const RecordingResult& before) {
   if (!before.tracked) return result.tracked;
-  if (has_background(before)) return result.tracked && !has_background(result) && is_most_of(result, before);
+  if (is_masked && has_background(before) && result.tracked && is_most_of(result, before) &&
+      objections(result) <= objections(before)) {
+    return true;
+  }
   if (is_sure(before)) return is_confirmed(result) && result.trajectory.size() > before.trajectory.size();
   return (is_confirmed(result) && is_most_of(result, before)) || is_less_doubtful(result, before);
 }
@@ -76,6 +80,7 @@ class Attempts {
     TrackedRecording made;
     made.attempt = count_++;
     made.tracker = make_tracker_();
+    if (recording.body) made.tracker->expect_object();
     made.result = track_recording(recording, observer_of_(made.attempt), made.tracker.get());
     return made;
   }
@@ -90,9 +95,9 @@ bool is_of_other_body(const RecordingResult& result) {
   return result.tracked && result.maps.front().is_of_other_body;
 }
 
-// The images of a recording, at equal distances: what moves between two of them by more than can be matched
-// is left to the outermost features that can.
-constexpr std::int64_t kSampled = 64;
+// Images of a recording, at equal distances: of a minute at 30 Hz every ninth, within which a head turns by
+// no more than can be matched. Their features take some hundred megabytes at most.
+constexpr std::int64_t kSampled = 200;
 
 StillBackground background_of(const Recording& recording, std::int64_t frames_total, Tracker* tracker) {
   const std::int64_t step = std::max<std::int64_t>(1, (frames_total + kSampled - 1) / kSampled);
@@ -109,7 +114,7 @@ StillBackground background_of(const Recording& recording, std::int64_t frames_to
 // Where it is in doubt what was tracked, or nothing was: whether something moves before what stands still,
 // all over the recording. From then on it is tracked by masks of that.
 bool leave_out_background(const TrackedRecording& first, Recording* recording) {
-  if (is_enough(first.result) && first.result.tracked) return false;
+  if (first.result.tracked && is_enough(first.result)) return false;
   if (recording->masks || !first.tracker->looks_for_background() || recording->interrupted()) return false;
   const StillBackground background =
       background_of(*recording, first.result.frames_total, first.tracker.get());
@@ -142,29 +147,39 @@ void turn_to_other_body(Attempts* attempts, Recording* recording, TrackedRecordi
   *kept = std::move(found);
 }
 
+// At these shares of the recording (as far from one another as can be), until a result is sure. Whether one
+// of them is kept.
+bool begin_elsewhere(Attempts* attempts, const std::vector<double>& beginnings, Recording recording,
+                     TrackedRecording* kept) {
+  bool is_kept = false;
+  for (const double beginning : beginnings) {
+    if (recording.interrupted() || (kept->result.tracked && is_enough(kept->result))) break;
+    recording.first_tracked =
+        static_cast<std::int64_t>(beginning * static_cast<double>(kept->result.frames_total));
+    TrackedRecording next = attempts->next(recording);
+    if (!is_better(next.result, recording.body != nullptr, kept->result)) continue;
+    *kept = std::move(next);
+    is_kept = true;
+  }
+  return is_kept;
+}
+
 }  // namespace
 
 TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker& make_tracker,
                                   const ObserverOfAttempt& observer_of) {
-  // After the first, as far from one another as can be.
-  constexpr std::array<double, 4> kBeginnings = {0, 0.5, 0.25, 0.75};
   Attempts attempts(make_tracker, observer_of);
   TrackedRecording kept = attempts.next(recording);
   if (!recording.try_again) return kept;
   Recording again = recording;
-  std::size_t tried = leave_out_background(kept, &again) ? 0 : 1;
-  if (tried == 1 && is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
-  const auto is_done = [&] {
-    if (recording.interrupted()) return true;
-    return kept.result.tracked ? is_enough(kept.result) : again.body == nullptr;
-  };
-  while (tried < kBeginnings.size() && !is_done()) {
-    again.first_tracked =
-        static_cast<std::int64_t>(kBeginnings[tried++] * static_cast<double>(kept.result.frames_total));
-    TrackedRecording next = attempts.next(again);
-    if (is_better(next.result, kept.result)) kept = std::move(next);
-    if (tried == 1 && is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
-  }
+  const bool is_masked =
+      leave_out_background(kept, &again) && begin_elsewhere(&attempts, {0, 0.5, 0.25, 0.75}, again, &kept);
+  if (!kept.result.tracked) return kept;
+  if (!is_masked) again = recording;
+  const auto masks = again.body;
+  if (is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
+  const bool has_begun_elsewhere = is_masked && again.body == masks;
+  if (!has_begun_elsewhere) begin_elsewhere(&attempts, {0.5, 0.25, 0.75}, again, &kept);
   return kept;
 }
 

@@ -18,8 +18,11 @@ std::optional<Frame> Tracker::Impl::make_frame(std::int64_t index, std::int64_t 
   const bool looks_for_marker =
       state_ == State::kBootstrapping || (scale_ == ScaleSource::kMapUnits && !options_.localize_only);
   is_segmented_ |= !segmentation.mask.empty();
-  return frame_maker_.make(index, stamp_ns, image, segmentation, object_finder_.clearance(segmentation.mask),
-                           looks_for_marker, report);
+  std::optional<Frame> frame =
+      frame_maker_.make(index, stamp_ns, image, segmentation, object_finder_.clearance(segmentation.mask),
+                        looks_for_marker, report);
+  if (frame) frame->is_of_object = frame->is_masked && (expects_object_ || segmentation.method == "motion");
+  return frame;
 }
 
 FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const PreparedImage& image, const cv::Mat& mask) {
@@ -216,6 +219,7 @@ void Tracker::Impl::begin_anew() {
   worker_.reset(epoch_);
   bootstrap_ = BootstrapReport();
   object_finder_.reset();
+  is_segmented_ = false;
   frames_.clear();
   others_.clear();
   tentative_.reset();
@@ -319,6 +323,8 @@ FrameReport Tracker::keep_for_later(std::int64_t frame_index, std::int64_t stamp
 }
 
 void Tracker::fill_gaps() { impl_->fill_gaps(); }
+
+void Tracker::expect_object() { impl_->expect_object(); }
 
 bool Tracker::looks_for_background() const { return impl_->looks_for_background(); }
 

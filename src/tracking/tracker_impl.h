@@ -36,11 +36,11 @@ inline bool has_earlier_frames(const TrackingMap& map) {
   return map.keyframes.begin()->second.frame_index < 0;
 }
 
-// The states of a Tracker, and the one way that an image goes through them. In seven files: tracker.cpp
-// follows the camera, tracker_body.cpp keeps to the body that turns, tracker_search.cpp is for when it is
-// lost, tracker_finish.cpp for the end of a recording, tracker_gaps.cpp for the images that have no pose
-// then, tracker_strays.cpp for those that have an impossible one, tracker_saved_maps.cpp for maps of other
-// runs.
+// The states of a Tracker, and the one way that an image goes through them. In nine files: tracker.cpp and
+// tracker_accept.cpp follow the camera, tracker_body.cpp keeps to the body that turns, tracker_search.cpp is
+// for when it is lost, tracker_finish.cpp for the end of a recording, tracker_gaps.cpp for the images that
+// have no pose then, tracker_strays.cpp for those that have an impossible one, tracker_background.cpp for
+// what stood still, tracker_saved_maps.cpp for maps of other runs.
 class Tracker::Impl {
  public:
   Impl(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,
@@ -81,7 +81,10 @@ class Tracker::Impl {
   FinishedMap finished(const TrackingMap& view);
   void find_other_body_beside(FinishedMap* map) const;
   StillBackground background_in(const TrackingMap& view, const Map& map, const MatchesInTime& in_time) const;
-  bool looks_for_background() const { return options_.segmentation.method == "auto"; }
+  bool looks_for_background() const {
+    return options_.segmentation.method == "auto" && !options_.localize_only;
+  }
+  void expect_object() { expects_object_ = true; }
   ImageFeaturesPtr features_of(const PreparedImage& image);
   StillBackground background_of(const std::vector<SeenImage>& images) const;
   FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
@@ -176,6 +179,7 @@ class Tracker::Impl {
   std::int64_t next_index_ = 0;
   bool unconfirmed_ = false;
   bool is_segmented_ = false;            // an image has had a mask, given or found
+  bool expects_object_ = false;          // masks are of one that was found by its motion
   std::vector<MapSession> sessions_;     // of the maps that come from a file; empty: none does
   BootstrapReport bootstrap_;            // the last known
   std::uint64_t reported_revision_ = 0;  // of the map whose mapping times were reported last

@@ -16,7 +16,8 @@ struct Frame {
   ImageFeaturesPtr image;
   std::vector<Eigen::Vector3d> marker =
       {};                            // bearings of the corners of the marker that sets the scale, if seen
-  bool is_masked = false;            // its features are of the object alone
+  bool is_masked = false;            // features are left out by a mask
+  bool is_of_object = false;         // all those of what is behind it, which was found by its motion
   ImageFeaturesPtr whole = nullptr;  // with what was left out, being another body's; null: nothing was
 };
 

@@ -8,18 +8,23 @@
 
 namespace mono_pose_tracker {
 
-/// Whether a map that is being made is of what moves and of a background that stands still at once: the same
-/// that is asked of a finished map, of the keyframes as they come.
+/// Whether a young map is of what moves and of a background that stands still: the same that is asked of a
+/// finished map, of its first keyframes as they come. What is seen to stand still later does not end a map.
 class BackgroundWatch {
  public:
-  /// A whole image that has become a keyframe.
+  /// A map begins with these images.
+  void begin(const std::vector<SeenImage>& views, const MatchOptions& matching);
+  /// A whole image has become a keyframe.
   void note(const SeenImage& newest, const MatchOptions& matching, bool body_turns);
   /// What moves in the newest one, once it is certain; null: nothing stands still behind it.
   const std::shared_ptr<const TurningBody>& found() const { return found_; }
   void reset() { *this = BackgroundWatch(); }
 
  private:
-  std::vector<SeenImage> images_;  // the latest, in time
+  void add(const SeenImage& image, const MatchOptions& matching);
+
+  bool watches_ = false;
+  std::vector<SeenImage> images_;  // in time
   MatchesInTime in_time_;          // of each with the next
   std::shared_ptr<const TurningBody> found_;
 };

@@ -122,6 +122,8 @@ class Mapper {
   void add_correction(MapCorrection correction);
   void separate_motions(KeyframeId id);
   void leave_out_fixed(KeyframeId id);
+  void watch_background(const InitialMap& initial);
+  void tell_doubt(TrackingMap* view) const;
   void watch_body(KeyframeId before_id, KeyframeId newest_id, const PairMotions& pair);
   void leave_out(KeyframeId id, const std::vector<char>& features);
   bool is_left_out(KeyframeId id, int feature) const;

@@ -82,8 +82,9 @@ using ObserverOfAttempt = std::function<FrameObserver(int attempt)>;
 
 /// A result that is not sure is made again, the map begun half way, a quarter, three quarters on in the
 /// recording, where the body shows itself otherwise; the first confirmed one that poses three quarters as
-/// many images is the result, and where there is none, the first. Where segmentation/body asks for the body
-/// that turns and the map is of another, it is made again first with masks of what moves otherwise.
+/// many images is the result, and where there is none, the one against which least speaks. Where something
+/// moves before a background that stands still, or segmentation/body asks for the body that turns and the map
+/// is of another, it is made again first with masks.
 TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker& make_tracker,
                                   const ObserverOfAttempt& observer_of);
 

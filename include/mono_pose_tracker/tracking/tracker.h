@@ -69,6 +69,10 @@ class Tracker {
   /// ignore.
   FrameReport process(std::int64_t stamp_ns, const PreparedImage& image, const cv::Mat& mask = cv::Mat());
 
+  /// The masks to come are of an object that was found by its motion: nothing of what they leave is far
+  /// behind it.
+  void expect_object();
+
   /// The next image of a recording is not looked at; it may be posed in the end.
   void pass_over();
 
@@ -147,7 +151,8 @@ class Tracker {
   std::set<std::int64_t> take_out_loose_ends();
   /// Whether nothing but the images is to tell an object from what is behind it (segmentation/method: auto).
   bool looks_for_background() const;
-  /// The features of a whole image, whatever a mask leaves out of it; no result changes by it.
+  /// The features of a whole image, whatever a mask leaves out of it; no result changes by it. Null when the
+  /// image is not of the camera's size.
   ImageFeaturesPtr features_of(const PreparedImage& image);
   /// What stands still in images of a recording while something moves.
   StillBackground background_of(const std::vector<SeenImage>& images) const;
