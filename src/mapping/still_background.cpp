@@ -32,8 +32,6 @@ constexpr int kStillPerMoved = 4;
 // Between neighbours, in the median. Of a rigid scene that a camera moves in none or two are in their place.
 constexpr double kMinStillFeatures = 12, kMinStillShare = 0.08;
 constexpr double kMinMovingFeatures = 25;  // fewer make no map
-// Of a keyframe's features that stand still, what is in its map: of a map of what moves a few by chance.
-constexpr double kMinHeldShare = 0.25;
 
 using Images = std::vector<SeenImage>;
 
@@ -115,16 +113,15 @@ class Evidence {
   std::vector<std::vector<Count>> of_feature_;
 };
 
-// Whether what stands still reaches round what moves in most of the images: where neither does, it may as
-// well be fixed to the camera.
-bool is_behind(const Images& images, const std::vector<BodyTrack>& tracks) {
+// In how many of the images the first (0: what stands still, 1: what moves) reaches round the other.
+double share_round(const Images& images, const std::vector<BodyTrack>& tracks, bool first) {
   std::map<std::int64_t, std::array<std::vector<cv::Point2f>, 2>> places;  // still and moving, by image
   for (const BodyTrack& t : tracks) places[t.from_index][t.is_other].emplace_back(t.from.x(), t.from.y());
-  std::vector<double> behind;
+  double round = 0;
   for (const auto& entry : places) {
-    behind.push_back(reaches_round(entry.second[0], entry.second[1], images.front().image->camera));
+    round += reaches_round(entry.second[first], entry.second[!first], images.front().image->camera);
   }
-  return median(std::move(behind)) > 0.5;
+  return places.empty() ? 0 : round / static_cast<double>(places.size());
 }
 
 MatchesInTime match_apart(const Images& images, const MatchOptions& matching, int threads, int apart) {
@@ -161,9 +158,11 @@ StillBackground tell_apart(const Images& images, const MatchesInTime& in_time, c
     all.push_back(static_cast<double>(in_time[k].size()));
   }
   const double median_still = median(std::move(still));
-  background.exists =
-      median_still >= kMinStillFeatures && median_still >= kMinStillShare * median(std::move(all)) &&
-      median(std::move(moving)) >= kMinMovingFeatures && (body_turns || is_behind(images, background.tracks));
+  background.exists = median_still >= kMinStillFeatures &&
+                      median_still >= kMinStillShare * median(std::move(all)) &&
+                      median(std::move(moving)) >= kMinMovingFeatures &&
+                      (body_turns || share_round(images, background.tracks, true) <= 0.5);
+  background.reaches_round = share_round(images, background.tracks, false) > 0.5;
   return background;
 }
 
@@ -187,29 +186,13 @@ StillBackground find_still_background(const std::vector<SeenImage>& images, cons
                                threads);
 }
 
-bool holds_background(const Keyframe& keyframe, const std::vector<BodySide>& sides) {
-  int held = 0, still = 0;
-  for (std::size_t f = 0; f < sides.size(); ++f) {
-    if (sides[f] != BodySide::kMovesOtherwise) continue;
-    ++still;
-    held += keyframe.landmark_of_feature[f] != kNoLandmark;
-  }
-  return held >= kMinHeldShare * still && held > 0;
-}
-
 StillBackground find_still_background(const Map& map, const MatchesInTime& in_time,
                                       const MatchOptions& matching, bool body_turns, int threads) {
-  const std::vector<const Keyframe*> keyframes = keyframes_in_time(map);
   Images images;
-  for (const Keyframe* keyframe : keyframes) images.push_back({keyframe->frame_index, keyframe->image});
-  StillBackground background = find_still_background(images, in_time, matching, body_turns, threads);
-  if (!background.exists) return background;
-  std::vector<double> holding;
-  for (std::size_t k = 0; k < keyframes.size(); ++k) {
-    holding.push_back(holds_background(*keyframes[k], background.sides[k]));
+  for (const Keyframe* keyframe : keyframes_in_time(map)) {
+    images.push_back({keyframe->frame_index, keyframe->image});
   }
-  background.exists = median(std::move(holding)) > 0.5;
-  return background;
+  return find_still_background(images, in_time, matching, body_turns, threads);
 }
 
 }  // namespace mono_pose_tracker

@@ -31,7 +31,9 @@ bool fell_apart(const RecordingResult& result) {
 
 bool is_enough(const RecordingResult& result) { return is_sure(result) && !fell_apart(result); }
 
-bool has_background(const RecordingResult& result) {
+bool is_done(const RecordingResult& result) { return result.tracked && is_enough(result); }
+
+bool shows_background(const RecordingResult& result) {
   return result.tracked && result.maps.front().background.exists;
 }
 
@@ -59,10 +61,10 @@ bool is_less_doubtful(const RecordingResult& result, const RecordingResult& befo
 }
 
 // What takes the place of another must be better founded, or as well and longer. By masks of what moves, most
-// of the images are better than all by a map of what moves and of what stands still.
+// of the images are better than all by what was not told from the background.
 bool is_better(const RecordingResult& result, bool is_masked, const RecordingResult& before) {
   if (!before.tracked) return result.tracked;
-  if (is_masked && has_background(before) && result.tracked && is_most_of(result, before) &&
+  if (is_masked && shows_background(before) && result.tracked && is_most_of(result, before) &&
       objections(result) <= objections(before)) {
     return true;
   }
@@ -114,7 +116,7 @@ StillBackground background_of(const Recording& recording, std::int64_t frames_to
 // Where it is in doubt what was tracked, or nothing was: whether something moves before what stands still,
 // all over the recording. From then on it is tracked by masks of that.
 bool leave_out_background(const TrackedRecording& first, Recording* recording) {
-  if (first.result.tracked && is_enough(first.result)) return false;
+  if (is_done(first.result)) return false;
   if (recording->masks || !first.tracker->looks_for_background() || recording->interrupted()) return false;
   const StillBackground background =
       background_of(*recording, first.result.frames_total, first.tracker.get());
@@ -147,19 +149,20 @@ void turn_to_other_body(Attempts* attempts, Recording* recording, TrackedRecordi
   *kept = std::move(found);
 }
 
-// At these shares of the recording (as far from one another as can be), until a result is sure. Whether one
-// of them is kept.
-bool begin_elsewhere(Attempts* attempts, const std::vector<double>& beginnings, Recording recording,
-                     TrackedRecording* kept) {
+// At these shares of the recording, until a result is sure. Whether one of them is kept.
+bool begin_anew(Attempts* attempts, const std::vector<double>& beginnings, Recording recording,
+                TrackedRecording* kept) {
   bool is_kept = false;
   for (const double beginning : beginnings) {
-    if (recording.interrupted() || (kept->result.tracked && is_enough(kept->result))) break;
+    if (recording.interrupted()) break;
     recording.first_tracked =
         static_cast<std::int64_t>(beginning * static_cast<double>(kept->result.frames_total));
     TrackedRecording next = attempts->next(recording);
-    if (!is_better(next.result, recording.body != nullptr, kept->result)) continue;
-    *kept = std::move(next);
-    is_kept = true;
+    if (is_better(next.result, recording.body != nullptr, kept->result)) {
+      *kept = std::move(next);
+      is_kept = true;
+    }
+    if (is_done(kept->result)) break;
   }
   return is_kept;
 }
@@ -168,18 +171,17 @@ bool begin_elsewhere(Attempts* attempts, const std::vector<double>& beginnings, 
 
 TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker& make_tracker,
                                   const ObserverOfAttempt& observer_of) {
+  const std::vector<double> elsewhere = {0.5, 0.25, 0.75};  // as far from one another as can be
   Attempts attempts(make_tracker, observer_of);
   TrackedRecording kept = attempts.next(recording);
   if (!recording.try_again) return kept;
   Recording again = recording;
-  const bool is_masked =
-      leave_out_background(kept, &again) && begin_elsewhere(&attempts, {0, 0.5, 0.25, 0.75}, again, &kept);
+  const bool is_by_masks =
+      leave_out_background(kept, &again) && begin_anew(&attempts, {0, 0.5, 0.25, 0.75}, again, &kept);
   if (!kept.result.tracked) return kept;
-  if (!is_masked) again = recording;
-  const auto masks = again.body;
+  if (!is_by_masks) again = recording;
   if (is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
-  const bool has_begun_elsewhere = is_masked && again.body == masks;
-  if (!has_begun_elsewhere) begin_elsewhere(&attempts, {0.5, 0.25, 0.75}, again, &kept);
+  if (!is_by_masks && !is_done(kept.result)) begin_anew(&attempts, elsewhere, again, &kept);
   return kept;
 }
 

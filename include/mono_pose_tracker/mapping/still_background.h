@@ -13,6 +13,7 @@ namespace mono_pose_tracker {
 /// turns before a fixed camera. Whatever a map of such images is of, what moves is what was meant.
 struct StillBackground {
   bool exists = false;
+  bool reaches_round = false;  // what moves in most images, so that it is not fixed to the camera for certain
   std::vector<BodyTrack> tracks;             // between images that follow each other; is_other: of what moves
   std::vector<std::vector<BodySide>> sides;  // of each image's features: what turns is what moves
 };
@@ -34,11 +35,7 @@ StillBackground find_still_background(const std::vector<SeenImage>& images, cons
 StillBackground find_still_background(const std::vector<SeenImage>& images, const MatchOptions& matching,
                                       bool body_turns, int threads);
 
-/// Whether the map has landmarks of what stands still: what sides says of a keyframe's features.
-bool holds_background(const Keyframe& keyframe, const std::vector<BodySide>& sides);
-
-/// Of a map's keyframes: exists where most of them hold a background, so that the map is of both, or of that
-/// alone. in_time: their matches. Poses are not asked.
+/// Of a map's keyframes. in_time: their matches. Poses are not asked.
 StillBackground find_still_background(const Map& map, const MatchesInTime& in_time,
                                       const MatchOptions& matching, bool body_turns, int threads);
 

@@ -36,7 +36,7 @@ struct FinishedMap {
   OtherBody other_body;         // that its images show as well
   // The body that turns is asked for, and it is the other one, or may be.
   bool is_of_other_body = false;
-  StillBackground background;  // before which something else moves; the map is of both, or of either
+  StillBackground background;  // that the images show, and that no mask has told from what moves
   double depth_evidence = 0;   // that it is not reversed in depth (mapping/depth_reversal.h)
   bool confirmed = false;      // a third view confirmed its beginning, it is sure, and its seams hold
 
