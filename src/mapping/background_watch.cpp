@@ -7,9 +7,9 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// A feature must be seen three times in its place while others move. By the twelfth keyframe the object has
-// moved as far as it needs to be told.
-constexpr std::size_t kFewest = 5, kMost = 12;
+// Of fewer, what has hardly moved as yet is taken for what stands still, and the next map begins with the
+// wrong features. By the twelfth the object has moved as far as it needs to be told.
+constexpr std::size_t kFewest = 9, kMost = 12;
 // Features of the newest image: fewer begin no map (bootstrap/min_landmarks), and fewer that stand still do
 // not say where the object ends.
 constexpr std::ptrdiff_t kLeastMoving = 25, kLeastStill = 5;

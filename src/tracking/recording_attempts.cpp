@@ -1,7 +1,6 @@
 // A recording that is tracked more than once.
 
 #include <algorithm>
-#include <cstddef>
 #include <memory>
 #include <utility>
 #include <vector>

@@ -165,7 +165,7 @@ TEST_F(StillBackgroundTest, KeyframesTellItAsTheyCome) {
   watch.begin({images[0], images[1]}, MatchOptions());
   for (std::size_t i = 2; i < images.size(); ++i) {
     watch.note(images[i], MatchOptions(), false);
-    EXPECT_EQ(watch.found() != nullptr, i >= 4) << i;
+    EXPECT_EQ(watch.found() != nullptr, i >= 8) << i;
   }
   EXPECT_EQ(watch.found()->image, images.back().image);
   int right = 0, wrong = 0;
