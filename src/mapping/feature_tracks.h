@@ -11,10 +11,19 @@ namespace mono_pose_tracker {
 // Of one point: a feature of each of several images, which are counted in time.
 using FeatureTrack = std::vector<std::pair<int, int>>;
 
+// How many features each of the images has.
+template <typename Image>
+std::vector<int> feature_counts(const std::vector<Image>& images) {
+  std::vector<int> features;
+  features.reserve(images.size());
+  for (const Image& image : images) features.push_back(image.image->size());
+  return features;
+}
+
 // Features joined to tracks (a forest of disjoint sets).
 class FeatureTracks {
  public:
-  // How many features each of the images has.
+  // features: how many each of the images has.
   explicit FeatureTracks(const std::vector<int>& features) {
     for (std::size_t k = 0; k < features.size(); ++k) {
       first_.push_back(parent_.size());

@@ -174,8 +174,8 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   cull_keyframes(id);
   cap_keyframes(id);
   scale_by_marker(id, candidate.frame.marker);
-  if (options_.tells_background && candidate.frame.is_masked) background_watch_.reset();
-  if (options_.tells_background && !is_cancelled()) {
+  if (candidate.frame.is_masked) background_watch_.reset();
+  if (background_watch_.watches() && !is_cancelled()) {
     const StageTimer timer(stages_, "map_background");
     background_watch_.note({candidate.frame.index, candidate.frame.image}, options_.matching,
                            options_.separates_motions);

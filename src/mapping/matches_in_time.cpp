@@ -7,14 +7,27 @@
 
 namespace mono_pose_tracker {
 
-MatchesInTime match_in_time(const Map& map, const MatchOptions& matching, int threads, int apart) {
-  const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
-  MatchesInTime matches(std::max(0, static_cast<int>(in_time.size()) - apart));
+std::vector<SeenImage> images_in_time(const Map& map) {
+  std::vector<SeenImage> images;
+  images.reserve(map.keyframes().size());
+  for (const Keyframe* keyframe : keyframes_in_time(map)) {
+    images.push_back({keyframe->frame_index, keyframe->image});
+  }
+  return images;
+}
+
+MatchesInTime match_in_time(const std::vector<SeenImage>& images, const MatchOptions& matching, int threads,
+                            int apart) {
+  MatchesInTime matches(std::max(0, static_cast<int>(images.size()) - apart));
   parallel_for(static_cast<int>(matches.size()), threads, [&](int i) {
-    matches[i] = match_descriptors(in_time[i]->image->set.descriptors,
-                                   in_time[i + apart]->image->set.descriptors, matching);
+    matches[i] = match_descriptors(images[i].image->set.descriptors, images[i + apart].image->set.descriptors,
+                                   matching);
   });
   return matches;
+}
+
+MatchesInTime match_in_time(const Map& map, const MatchOptions& matching, int threads) {
+  return match_in_time(images_in_time(map), matching, threads);
 }
 
 }  // namespace mono_pose_tracker

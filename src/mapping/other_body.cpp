@@ -77,7 +77,7 @@ std::vector<PairMotions> compare_all(const std::vector<PosedImage>& images, cons
 // Which motion the features obey, said by pairs of images and summed over their tracks.
 class Votes {
  public:
-  explicit Votes(const std::vector<PosedImage>& images) : tracks_(sizes(images)) {
+  explicit Votes(const std::vector<PosedImage>& images) : tracks_(feature_counts(images)) {
     for (const PosedImage& image : images) of_feature_.emplace_back(image.image->size(), 0);
   }
 
@@ -105,13 +105,6 @@ class Votes {
   int of(int image, int feature) const { return of_feature_[image][feature]; }
 
  private:
-  static std::vector<int> sizes(const std::vector<PosedImage>& images) {
-    std::vector<int> features;
-    features.reserve(images.size());
-    for (const PosedImage& image : images) features.push_back(image.image->size());
-    return features;
-  }
-
   FeatureTracks tracks_;
   std::vector<std::vector<int>> of_feature_;
 };

@@ -35,15 +35,12 @@ constexpr int kIterations = 50;
 constexpr double kTolerance = 1e-6;
 
 // Nearest keyframes first: they are matched most surely.
-FeatureTracks find_tracks(const Map& map, const MatchOptions& matching, const IsLeftOut& is_left_out,
-                          int threads) {
-  const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
-  std::vector<int> features;
-  for (const Keyframe* keyframe : in_time) features.push_back(keyframe->image->size());
-  FeatureTracks tracks(features);
+FeatureTracks find_tracks(const std::vector<const Keyframe*>& in_time, const std::vector<SeenImage>& images,
+                          const MatchOptions& matching, const IsLeftOut& is_left_out, int threads) {
+  FeatureTracks tracks(feature_counts(images));
   const int count = static_cast<int>(in_time.size());
   for (int apart = 1; apart <= kReach; ++apart) {
-    const MatchesInTime matches = match_in_time(map, matching, threads, apart);
+    const MatchesInTime matches = match_in_time(images, matching, threads, apart);
     for (int k = 0; k + apart < count; ++k) {
       const Keyframe &first = *in_time[k], &second = *in_time[k + apart];
       for (const Match& m : matches[k]) {
@@ -135,8 +132,8 @@ Map remade(const Map& map, const std::vector<const Keyframe*>& in_time,
 bool remake_landmarks(const BundleOptions& bundle, const MatchOptions& matching, int min_landmarks,
                       const IsLeftOut& is_left_out, Map* map) {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(*map);
-  const std::vector<LocatedTrack> tracks =
-      locate_all(in_time, find_tracks(*map, matching, is_left_out, bundle.own_threads));
+  const std::vector<LocatedTrack> tracks = locate_all(
+      in_time, find_tracks(in_time, images_in_time(*map), matching, is_left_out, bundle.own_threads));
   if (in_time.empty() || !hold_all(tracks, in_time.size(), min_landmarks)) return false;
   Map other = remade(*map, in_time, tracks, bundle);
   if (largest_change(*map, other) < kSame) return false;

@@ -10,10 +10,8 @@
 #include <vector>
 
 #include "feature_tracks.h"
-#include "keyframe_landmarks.h"
 #include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/common/parallel.h"
 #include "mono_pose_tracker/mapping/image_sides.h"
 
 namespace mono_pose_tracker {
@@ -55,7 +53,7 @@ bool may_be_still(const Images& images, const MatchesInTime& in_time) {
 // How often a feature was seen to keep its place, and to leave it, by its whole track.
 class Evidence {
  public:
-  explicit Evidence(const Images& images) : images_(images), tracks_(sizes(images)) {
+  explicit Evidence(const Images& images) : images_(images), tracks_(feature_counts(images)) {
     for (const SeenImage& seen : images) of_feature_.emplace_back(seen.image->size());
   }
 
@@ -101,36 +99,29 @@ class Evidence {
     }
   }
 
-  static std::vector<int> sizes(const Images& images) {
-    std::vector<int> features;
-    features.reserve(images.size());
-    for (const SeenImage& seen : images) features.push_back(seen.image->size());
-    return features;
-  }
-
   const Images& images_;
   FeatureTracks tracks_;
   std::vector<std::vector<Count>> of_feature_;
 };
 
-// In how many of the images the first (0: what stands still, 1: what moves) reaches round the other.
-double share_round(const Images& images, const std::vector<BodyTrack>& tracks, bool first) {
+// Shares of the images in which what stands still reaches round what moves, and the other way round.
+struct SharesRound {
+  double still = 0, moving = 0;
+};
+
+SharesRound shares_round(const Images& images, const std::vector<BodyTrack>& tracks) {
   std::map<std::int64_t, std::array<std::vector<cv::Point2f>, 2>> places;  // still and moving, by image
   for (const BodyTrack& t : tracks) places[t.from_index][t.is_other].emplace_back(t.from.x(), t.from.y());
-  double round = 0;
+  if (places.empty()) return {};
+  const CameraModel& camera = images.front().image->camera;
+  SharesRound shares;
   for (const auto& entry : places) {
-    round += reaches_round(entry.second[first], entry.second[!first], images.front().image->camera);
+    const auto& [still, moving] = entry.second;
+    shares.still += reaches_round(still, moving, camera);
+    shares.moving += reaches_round(moving, still, camera);
   }
-  return places.empty() ? 0 : round / static_cast<double>(places.size());
-}
-
-MatchesInTime match_apart(const Images& images, const MatchOptions& matching, int threads, int apart) {
-  MatchesInTime matches(std::max(0, static_cast<int>(images.size()) - apart));
-  parallel_for(static_cast<int>(matches.size()), threads, [&](int i) {
-    matches[i] = match_descriptors(images[i].image->set.descriptors, images[i + apart].image->set.descriptors,
-                                   matching);
-  });
-  return matches;
+  const auto count = static_cast<double>(places.size());
+  return {shares.still / count, shares.moving / count};
 }
 
 // What is certain of the matches of neighbours.
@@ -158,11 +149,11 @@ StillBackground tell_apart(const Images& images, const MatchesInTime& in_time, c
     all.push_back(static_cast<double>(in_time[k].size()));
   }
   const double median_still = median(std::move(still));
+  const SharesRound round = shares_round(images, background.tracks);
   background.exists = median_still >= kMinStillFeatures &&
                       median_still >= kMinStillShare * median(std::move(all)) &&
-                      median(std::move(moving)) >= kMinMovingFeatures &&
-                      (body_turns || share_round(images, background.tracks, true) <= 0.5);
-  background.reaches_round = share_round(images, background.tracks, false) > 0.5;
+                      median(std::move(moving)) >= kMinMovingFeatures && (body_turns || round.moving <= 0.5);
+  background.reaches_round = round.still > 0.5;
   return background;
 }
 
@@ -174,25 +165,10 @@ StillBackground find_still_background(const std::vector<SeenImage>& images, cons
   Evidence evidence(images);
   evidence.add(in_time, 1);
   for (const int apart : kFartherApart) {
-    evidence.add(match_apart(images, matching, threads, apart), apart);
+    evidence.add(match_in_time(images, matching, threads, apart), apart);
   }
   evidence.sum_over_tracks();
   return tell_apart(images, in_time, evidence, body_turns);
-}
-
-StillBackground find_still_background(const std::vector<SeenImage>& images, const MatchOptions& matching,
-                                      bool body_turns, int threads) {
-  return find_still_background(images, match_apart(images, matching, threads, 1), matching, body_turns,
-                               threads);
-}
-
-StillBackground find_still_background(const Map& map, const MatchesInTime& in_time,
-                                      const MatchOptions& matching, bool body_turns, int threads) {
-  Images images;
-  for (const Keyframe* keyframe : keyframes_in_time(map)) {
-    images.push_back({keyframe->frame_index, keyframe->image});
-  }
-  return find_still_background(images, in_time, matching, body_turns, threads);
 }
 
 }  // namespace mono_pose_tracker

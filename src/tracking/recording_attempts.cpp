@@ -1,6 +1,8 @@
 // A recording that is tracked more than once.
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -25,15 +27,15 @@ namespace {
 // An object that is lost while it turns is often found again from another beginning; its recordings are
 // short.
 bool fell_apart(const RecordingResult& result) {
-  return result.tracked && result.maps.size() > 1 && is_narrow(result.maps.front().map);
+  return result.maps.size() > 1 && is_narrow(result.maps.front().map);
 }
 
-bool is_enough(const RecordingResult& result) { return is_sure(result) && !fell_apart(result); }
-
-bool is_done(const RecordingResult& result) { return result.tracked && is_enough(result); }
+bool is_enough(const RecordingResult& result) {
+  return result.tracked && is_sure(result) && !fell_apart(result);
+}
 
 bool shows_background(const RecordingResult& result) {
-  return result.tracked && result.maps.front().background.exists;
+  return result.tracked && result.maps.front().shows_background;
 }
 
 // A sure piece of the recording is no better answer than most of it with a warning.
@@ -47,7 +49,7 @@ bool is_most_of(const RecordingResult& result, const RecordingResult& before) {
 int objections(const RecordingResult& result) {
   const FinishedMap& map = result.maps.front();
   return !result.rigidity.is_rigid + map.contradiction.is_one() + map.torn_tracks.is_one() +
-         map.is_of_other_body + map.background.exists + !map.seam.holds();
+         map.is_of_other_body + map.shows_background + !map.seam.holds();
 }
 
 // Of two results in doubt, as long at least: less speaks against it, or as much and its depths are surer.
@@ -115,7 +117,7 @@ StillBackground background_of(const Recording& recording, std::int64_t frames_to
 // Where it is in doubt what was tracked, or nothing was: whether something moves before what stands still,
 // all over the recording. From then on it is tracked by masks of that.
 bool leave_out_background(const TrackedRecording& first, Recording* recording) {
-  if (is_done(first.result)) return false;
+  if (is_enough(first.result)) return false;
   if (recording->masks || !first.tracker->looks_for_background() || recording->interrupted()) return false;
   const StillBackground background =
       background_of(*recording, first.result.frames_total, first.tracker.get());
@@ -148,20 +150,22 @@ void turn_to_other_body(Attempts* attempts, Recording* recording, TrackedRecordi
   *kept = std::move(found);
 }
 
-// At these shares of the recording, until a result is sure. Whether one of them is kept.
-bool begin_anew(Attempts* attempts, const std::vector<double>& beginnings, Recording recording,
-                TrackedRecording* kept) {
+// Shares of the recording, as far from one another as can be.
+constexpr std::array<double, 4> kBeginnings = {0, 0.5, 0.25, 0.75};
+
+// At these, from the first_index-th on, until a result is sure. Whether one of them is kept.
+bool begin_anew(Attempts* attempts, std::size_t first_index, Recording recording, TrackedRecording* kept) {
   bool is_kept = false;
-  for (const double beginning : beginnings) {
+  for (std::size_t i = first_index; i < kBeginnings.size(); ++i) {
     if (recording.interrupted()) break;
     recording.first_tracked =
-        static_cast<std::int64_t>(beginning * static_cast<double>(kept->result.frames_total));
+        static_cast<std::int64_t>(kBeginnings[i] * static_cast<double>(kept->result.frames_total));
     TrackedRecording next = attempts->next(recording);
     if (is_better(next.result, recording.body != nullptr, kept->result)) {
       *kept = std::move(next);
       is_kept = true;
     }
-    if (is_done(kept->result)) break;
+    if (is_enough(kept->result)) break;
   }
   return is_kept;
 }
@@ -170,17 +174,15 @@ bool begin_anew(Attempts* attempts, const std::vector<double>& beginnings, Recor
 
 TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker& make_tracker,
                                   const ObserverOfAttempt& observer_of) {
-  const std::vector<double> elsewhere = {0.5, 0.25, 0.75};  // as far from one another as can be
   Attempts attempts(make_tracker, observer_of);
   TrackedRecording kept = attempts.next(recording);
   if (!recording.try_again) return kept;
   Recording again = recording;
-  const bool is_by_masks =
-      leave_out_background(kept, &again) && begin_anew(&attempts, {0, 0.5, 0.25, 0.75}, again, &kept);
+  const bool is_by_masks = leave_out_background(kept, &again) && begin_anew(&attempts, 0, again, &kept);
   if (!kept.result.tracked) return kept;
   if (!is_by_masks) again = recording;
   if (is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
-  if (!is_by_masks && !is_done(kept.result)) begin_anew(&attempts, elsewhere, again, &kept);
+  if (!is_by_masks && !is_enough(kept.result)) begin_anew(&attempts, 1, again, &kept);
   return kept;
 }
 

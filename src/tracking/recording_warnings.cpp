@@ -88,7 +88,7 @@ void warn_of_torn_tracks(RecordingResult* result) {
 }
 
 void warn_of_background(RecordingResult* result) {
-  if (!result->maps.front().background.exists) return;
+  if (!result->maps.front().shows_background) return;
   result->warnings.push_back(
       "something moves before a background that stands still, and the map may be of both: give masks of what "
       "moves (--masks)");

@@ -5,11 +5,13 @@
 namespace mono_pose_tracker {
 
 // Where masks told an object from what is behind it, the keyframes have none of that.
-StillBackground Tracker::Impl::background_in(const TrackingMap& view, const Map& map,
-                                             const MatchesInTime& in_time) const {
-  if (!looks_for_background() || is_segmented_ || has_earlier_frames(view)) return {};
-  return find_still_background(map, in_time, options_.matching, options_.segmentation.body == "turning",
-                               options_.threads);
+bool Tracker::Impl::shows_background(const TrackingMap& view, const Map& map,
+                                     const MatchesInTime& in_time) const {
+  if (!looks_for_background() || is_segmented_ || has_earlier_frames(view)) return false;
+  const StillBackground background =
+      find_still_background(images_in_time(map), in_time, options_.matching,
+                            options_.segmentation.body == "turning", options_.threads);
+  return background.exists;
 }
 
 ImageFeaturesPtr Tracker::Impl::features_of(const PreparedImage& image) {
@@ -21,7 +23,8 @@ ImageFeaturesPtr Tracker::Impl::features_of(const PreparedImage& image) {
 }
 
 StillBackground Tracker::Impl::background_of(const std::vector<SeenImage>& images) const {
-  return find_still_background(images, options_.matching, options_.segmentation.body == "turning",
+  const MatchesInTime in_time = match_in_time(images, options_.matching, options_.threads);
+  return find_still_background(images, in_time, options_.matching, options_.segmentation.body == "turning",
                                options_.threads);
 }
 

@@ -139,7 +139,7 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.contradiction = worst_contradiction(map.map, camera_, matches);
   // Seen from near, poses that went astray show by more; and quick turns of a hand-held camera tear as many.
   if (is_narrow(map.map)) map.torn_tracks = worst_torn_tracks(map.map, matches);
-  map.background = background_in(view, map.map, matches);
+  map.shows_background = shows_background(view, map.map, matches);
   find_other_body_beside(&map);
   map.confirmed = !unconfirmed_ && map.seam.holds() && map.is_sure();
   return map;

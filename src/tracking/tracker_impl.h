@@ -80,7 +80,7 @@ class Tracker::Impl {
   void leave_out_strays();
   FinishedMap finished(const TrackingMap& view);
   void find_other_body_beside(FinishedMap* map) const;
-  StillBackground background_in(const TrackingMap& view, const Map& map, const MatchesInTime& in_time) const;
+  bool shows_background(const TrackingMap& view, const Map& map, const MatchesInTime& in_time) const;
   bool looks_for_background() const {
     return options_.segmentation.method == "auto" && !options_.localize_only;
   }

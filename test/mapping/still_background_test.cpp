@@ -59,7 +59,8 @@ class StillBackgroundTest : public testing::Test {
   }
 
   StillBackground find(const std::vector<SeenImage>& images, bool body_turns = false, int threads = 1) const {
-    return find_still_background(images, MatchOptions(), body_turns, threads);
+    const MatchesInTime in_time = match_in_time(images, MatchOptions(), threads);
+    return find_still_background(images, in_time, MatchOptions(), body_turns, threads);
   }
 
   // How many tracks are said to be of what moves, of the head's and of the rest.
@@ -153,8 +154,8 @@ TEST_F(StillBackgroundTest, AMapsKeyframesTellItAsWell) {
     map.add_keyframe(seen.frame_index, seen.frame_index, Rigid3(), seen.image);
   }
   const MatchesInTime in_time = match_in_time(map, MatchOptions(), 1);
-  EXPECT_TRUE(find_still_background(map, in_time, MatchOptions(), false, 1).exists);
-  EXPECT_FALSE(find_still_background(Map(), {}, MatchOptions(), false, 1).exists);
+  EXPECT_TRUE(find_still_background(images_in_time(map), in_time, MatchOptions(), false, 1).exists);
+  EXPECT_FALSE(find_still_background(images_in_time(Map()), {}, MatchOptions(), false, 1).exists);
 }
 
 TEST_F(StillBackgroundTest, KeyframesTellItAsTheyCome) {

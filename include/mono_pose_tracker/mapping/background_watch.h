@@ -14,6 +14,8 @@ class BackgroundWatch {
  public:
   /// A map begins with these images.
   void begin(const std::vector<SeenImage>& views, const MatchOptions& matching);
+  /// Whether the next keyframe is asked.
+  bool watches() const { return watches_; }
   /// A whole image has become a keyframe.
   void note(const SeenImage& newest, const MatchOptions& matching, bool body_turns);
   /// What moves in the newest one, once it is certain; null: nothing stands still behind it.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "mono_pose_tracker/features/matching.h"
@@ -7,11 +8,23 @@
 
 namespace mono_pose_tracker {
 
-/// Of the keyframes in the order of time: the i-th with the one after it, or so many after it. What asks a
-/// finished map for contradictions matches them anew by descriptors alone, all by the same matches.
+/// An image of a recording.
+struct SeenImage {
+  std::int64_t frame_index = 0;
+  ImageFeaturesPtr image;
+};
+
+/// Of a map's keyframes.
+std::vector<SeenImage> images_in_time(const Map& map);
+
+/// Of images in the order of time: the i-th with the one after it, or so many after it. What asks a finished
+/// map for contradictions matches its keyframes anew by descriptors alone, all by the same matches.
 using MatchesInTime = std::vector<std::vector<Match>>;
 
 /// On so many threads; the result is the same for any number.
-MatchesInTime match_in_time(const Map& map, const MatchOptions& matching, int threads, int apart = 1);
+MatchesInTime match_in_time(const std::vector<SeenImage>& images, const MatchOptions& matching, int threads,
+                            int apart = 1);
+/// Of a map's keyframes.
+MatchesInTime match_in_time(const Map& map, const MatchOptions& matching, int threads);
 
 }  // namespace mono_pose_tracker

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "mono_pose_tracker/map/turning_body.h"
@@ -18,25 +17,11 @@ struct StillBackground {
   std::vector<std::vector<BodySide>> sides;  // of each image's features: what turns is what moves
 };
 
-/// An image of a recording.
-struct SeenImage {
-  std::int64_t frame_index = 0;
-  ImageFeaturesPtr image;
-};
-
 /// In time, by the places of what is matched between images near to each other and far apart. What is fixed
 /// to a camera that moves is no background: the view reaches round it (not asked where body_turns: there an
 /// object is before the camera). in_time: matches of each image with the next. The result is the same for
 /// any number of threads.
 StillBackground find_still_background(const std::vector<SeenImage>& images, const MatchesInTime& in_time,
-                                      const MatchOptions& matching, bool body_turns, int threads);
-
-/// The same, where those matches are still to be made.
-StillBackground find_still_background(const std::vector<SeenImage>& images, const MatchOptions& matching,
-                                      bool body_turns, int threads);
-
-/// Of a map's keyframes. in_time: their matches. Poses are not asked.
-StillBackground find_still_background(const Map& map, const MatchesInTime& in_time,
                                       const MatchOptions& matching, bool body_turns, int threads);
 
 }  // namespace mono_pose_tracker

@@ -36,15 +36,16 @@ struct FinishedMap {
   OtherBody other_body;         // that its images show as well
   // The body that turns is asked for, and it is the other one, or may be.
   bool is_of_other_body = false;
-  StillBackground background;  // that the images show, and that no mask has told from what moves
-  double depth_evidence = 0;   // that it is not reversed in depth (mapping/depth_reversal.h)
-  bool confirmed = false;      // a third view confirmed its beginning, it is sure, and its seams hold
+  // Its images show one that stands still, and no mask has told it from what moves.
+  bool shows_background = false;
+  double depth_evidence = 0;  // that it is not reversed in depth (mapping/depth_reversal.h)
+  bool confirmed = false;     // a third view confirmed its beginning, it is sure, and its seams hold
 
   bool is_depth_sure() const { return depth_evidence >= kMinDepthEvidence; }
   /// Nothing in it speaks against it; it may hang together by little.
   bool is_sure() const {
     return is_depth_sure() && !contradiction.is_one() && !torn_tracks.is_one() && !is_of_other_body &&
-           !background.exists;
+           !shows_background;
   }
 };
 
