@@ -113,6 +113,33 @@ class DocumentedCommandsTest(unittest.TestCase):
                 checked += 1
         self.assertGreater(checked, 10)
 
+    def test_each_is_run_by_a_test_or_by_scripts_figures(self):
+        """Told by names: a file that has the program's has the option's as well."""
+        runners = {}
+        for path in [*glob.glob(os.path.join(ROOT, "test", "tools", "*.py")), *glob.glob(os.path.join(ROOT, "test", "ros", "*.py")),
+                     *glob.glob(os.path.join(ROOT, "test", "ros", "*.test")), os.path.join(ROOT, "scripts", "figures"),
+                     os.path.join(ROOT, "scripts", "demo")]:
+            if not path.endswith("documented_commands_test.py"):
+                with open(path) as file:
+                    runners[path] = file.read()
+
+        def is_run(program, option):
+            return any(program in text and re.search(rf"(?<![\w-]){re.escape(option)}(?![\w-])", text)
+                       for text in runners.values())
+        checked = 0
+        for document, words in commands():
+            if words[:2] == ["rosrun", PACKAGE]:
+                program, given = words[2], options(words[3:]) or [""]
+            elif words[0] == "roslaunch" and PACKAGE in words:
+                file = words[words.index(PACKAGE) + 1]
+                program, given = file.replace(".launch", ""), [word.split(":=")[0] for word in words if ":=" in word]
+            else:
+                continue
+            for option in given:
+                self.assertTrue(program == "FILE" or is_run(program, option), f"{document}: nothing runs {program} with {option}")
+                checked += 1
+        self.assertGreater(checked, 100)
+
 
 if __name__ == "__main__":
     rosunit.unitrun(PACKAGE, "documented_commands", DocumentedCommandsTest, sysargs=sys.argv)
