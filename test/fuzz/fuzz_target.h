@@ -2,6 +2,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
 #include <functional>
 #include <map>
 #include <string>
@@ -16,6 +19,16 @@ inline std::map<std::string, FuzzTarget>& fuzz_targets() {
   return targets;
 }
 
+/// Of all threads: wall time is the machine's and what else it does.
+constexpr double kMostCpuSeconds = 5;
+
+inline void require_quick(std::clock_t start) {
+  const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  if (seconds <= kMostCpuSeconds) return;
+  std::fprintf(stderr, "quickness does not hold: %.1f s of CPU time\n", seconds);
+  std::abort();
+}
+
 }  // namespace mono_pose_tracker
 
 /// Before the body of a function of `bytes` and `size`, which takes any bytes that there are: it may throw
@@ -25,7 +38,9 @@ inline std::map<std::string, FuzzTarget>& fuzz_targets() {
 #define FUZZ_TARGET(name)                                                              \
   static void fuzz_##name(const std::uint8_t* bytes, std::size_t size);                \
   extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) { \
+    const std::clock_t start = std::clock();                                           \
     fuzz_##name(bytes, size);                                                          \
+    mono_pose_tracker::require_quick(start);                                           \
     return 0;                                                                          \
   }                                                                                    \
   static void fuzz_##name(const std::uint8_t* bytes, std::size_t size)

@@ -14,7 +14,8 @@ namespace {
 
 constexpr int kWidth = 160, kHeight = 120;
 constexpr int kViews = 24;
-constexpr std::size_t kMostSteps = 60;  // so that an input takes a second at most
+// So that an input takes a second or two at most, with the sanitizers: enough to begin a map and go on in it.
+constexpr int kMostSteps = 60, kMostImages = 16;
 
 struct Room {
   sensor_msgs::CameraInfo info;
@@ -50,7 +51,8 @@ sensor_msgs::ImagePtr to_message(const cv::Mat& image, const ros::Time& stamp) {
 
 TrackerOptions small_options() {
   TrackerOptions options;
-  options.sift.max_features = 300;
+  options.sift.max_features = 200;
+  options.bundle.max_iterations = 5;
   return options;
 }
 
@@ -64,7 +66,10 @@ class Session {
     cameras_.set_message(boost::make_shared<sensor_msgs::CameraInfo>(kRoom.info));
   }
 
+  bool goes_on() const { return steps_ < kMostSteps && images_ < kMostImages && !input_.empty(); }
+
   void step() {
+    ++steps_;
     switch (input_.take<std::uint8_t>() % 12) {
       case 0:
         stamp_ns_ = input_.take<std::int64_t>();  // a clock that jumps
@@ -154,6 +159,7 @@ class Session {
   }
 
   void show(const sensor_msgs::ImagePtr& message) {
+    ++images_;
     const FrameReport report = tracker_.process(message);
     FUZZ_CHECK(report.reason != Reason::kInternalError);
     FUZZ_CHECK(report.epoch >= epoch_);
@@ -171,6 +177,7 @@ class Session {
   std::int64_t stamp_ns_ = 1000000000;
   int view_ = 0;
   std::uint32_t epoch_ = 0;
+  int steps_ = 0, images_ = 0;
 };
 
 }  // namespace
@@ -178,5 +185,5 @@ class Session {
 FUZZ_TARGET(live_tracker) {
   FuzzInput input(bytes, size);
   Session session(&input);
-  for (std::size_t i = 0; i < kMostSteps && !input.empty(); ++i) session.step();
+  while (session.goes_on()) session.step();
 }
