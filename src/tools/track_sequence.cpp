@@ -70,7 +70,9 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--output", a.output, "folder to write to (made when missing)")->required();
   app.add_option("--config", a.config, "tracker.yaml: options, see config/default.yaml");
   app.add_option("--masks", a.masks, "folder of masks with the images' base names, 0 = ignore");
-  app.add_option("--write-masks", a.write_masks, "folder to write the masks in force to");
+  app.add_option(
+      "--write-masks", a.write_masks,
+      "folder to write masks to: what was taken for the object, outlined where no masks are given");
   app.add_flag(
       "--undistorted", a.undistorted,
       "undistorted images and masks for dense reconstruction, in the folder undistorted of the output");
@@ -329,6 +331,13 @@ TrackerOptions options_of(const Arguments& a) {
   return options.on_threads(a.threads);
 }
 
+// Masks that were given, or made as asked for, are written as they are.
+bool are_to_be_outlined(const Arguments& a, const Recording& recording, const RecordingResult& result,
+                        const std::string& method) {
+  const bool are_written = a.undistorted || !a.write_masks.empty();
+  return are_written && result.tracked && !recording.masks && (method == "auto" || method == "motion");
+}
+
 void write_files(const Arguments& a, const Recording& recording, const Calibration& calibration,
                  const std::vector<StampedPose>& reference, const Run& run) {
   const fs::path output = a.output;
@@ -380,6 +389,9 @@ int run(const Arguments& a) {
   const RecordingResult& result = run.result;
   for (const std::string& problem : result.problems) std::fprintf(stderr, "%s\n", problem.c_str());
   for (const std::string& warning : result.warnings) std::fprintf(stderr, "warning: %s\n", warning.c_str());
+  if (are_to_be_outlined(a, recording, result, options.segmentation.method)) {
+    outline_masks(recording, result, CameraModel(calibration.camera), &run.masks);
+  }
   write_files(a, recording, calibration, reference, run);
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
   const Map& map = run.tracker->map();

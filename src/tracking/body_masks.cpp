@@ -68,18 +68,23 @@ BodyMasks::BodyMasks(const std::vector<BodyTrack>& tracks, std::shared_ptr<const
   }
 }
 
-cv::Mat BodyMasks::mask(std::int64_t index, const cv::Size& size) const {
+BodiesInImage BodyMasks::at(std::int64_t index) const {
   auto span = spans_.upper_bound(index);
   if (span != spans_.begin()) --span;
-  std::vector<Eigen::Vector2f> of_map, of_other;
+  BodiesInImage bodies;
   for (const BodyTrack& track : span->second) {
     const auto frames = static_cast<float>(track.to_index - track.from_index);
     const float on = std::clamp(static_cast<float>(index - track.from_index) / frames, 0.0F, 1.0F);
-    (track.is_other ? of_other : of_map).push_back((1 - on) * track.from + on * track.to);
+    (track.is_other ? bodies.of_other : bodies.of_map).push_back((1 - on) * track.from + on * track.to);
   }
-  const cv::Mat1f other = distances(of_other, size);
-  cv::Mat mask = other <= reach_of(of_other);
-  if (!of_map.empty()) mask &= other < distances(of_map, size);
+  return bodies;
+}
+
+cv::Mat BodyMasks::mask(std::int64_t index, const cv::Size& size) const {
+  const BodiesInImage bodies = at(index);
+  const cv::Mat1f other = distances(bodies.of_other, size);
+  cv::Mat mask = other <= reach_of(bodies.of_other);
+  if (!bodies.of_map.empty()) mask &= other < distances(bodies.of_map, size);
   if (within_) mask &= within_->mask(index, size);
   return mask;
 }

@@ -10,6 +10,11 @@
 
 namespace mono_pose_tracker {
 
+// Pixels of features, by the body that they move with.
+struct BodiesInImage {
+  std::vector<Eigen::Vector2f> of_map, of_other;
+};
+
 // Masks of what moves otherwise than the body that a finished map is of, for every image of the recording:
 // what lies nearer to its features than to the map's. Between keyframes features go straight on.
 class BodyMasks {
@@ -18,7 +23,9 @@ class BodyMasks {
   BodyMasks(const std::vector<BodyTrack>& tracks, std::shared_ptr<const BodyMasks> within);
 
   bool are_empty() const { return spans_.empty(); }
-  // CV_8UC1, 255: of the other body. index: of the image in the recording.
+  // index: of the image in the recording. Not when they are empty.
+  BodiesInImage at(std::int64_t index) const;
+  // CV_8UC1, 255: of the other body.
   cv::Mat mask(std::int64_t index, const cv::Size& size) const;
 
  private:

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """A head above shoulders that do not turn with it, before a bright wall, tracked with the default parameters, and a bust
-on a turntable before a camera in the hand, with those for an object; nothing is given. PROGRAMS names the folder of the
-programs."""
+on a turntable before a camera in the hand, with those for an object; nothing is given: poses, and the masks that are
+written. PROGRAMS names the folder of the programs."""
 import json
 import os
 import pathlib
@@ -11,6 +11,9 @@ import tempfile
 import unittest
 
 import rosunit
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from mask_overlap import compare_masks  # noqa: E402
 
 CONFIG = pathlib.Path(__file__).resolve().parents[2] / "config" / "object.yaml"
 
@@ -32,7 +35,9 @@ class LivingHead(unittest.TestCase):
         self.run_program("simulate_sequence", "--output", sequence, "--frames", "60", *simulated, "--noise", "1",
                          "--seed", "0", "--quiet")
         self.run_program("track_sequence", "--images", os.path.join(sequence, "images.txt"), "--camera",
-                         os.path.join(sequence, "camera.yaml"), "--output", output, "--seed", "0", "--quiet", *tracked)
+                         os.path.join(sequence, "camera.yaml"), "--output", output, "--seed", "0", "--quiet", *tracked,
+                         "--write-masks", os.path.join(self.folder.name, "written"))
+        self.masks = compare_masks(os.path.join(self.folder.name, "written"), os.path.join(sequence, "masks"))
         self.run_program("evaluate_trajectory", "--reference", os.path.join(sequence, "groundtruth.txt"), "--estimate",
                          os.path.join(output, "trajectory.txt"), "--json", errors)
         with open(os.path.join(output, "report.json")) as f:
@@ -51,11 +56,16 @@ class LivingHead(unittest.TestCase):
         report = self.track(["--shoulders", "still", "--background", "wall"])
         self.expect_right(report)
         self.assertEqual(report["segmentation"]["method"], "motion")
+        # Without the outline .80, and the first images, before anything had moved, had none.
+        self.assertEqual(len(self.masks), 60)
+        self.assertGreater(self.masks.mean_overlap(), 0.87)
 
     def test_what_turns_is_found_before_a_room_of_more_features(self):
         report = self.track(["--scene", "turntable", "--background", "room", "--hand-held", "--shine", "0.5"],
                             ["--config", str(CONFIG)])
         self.expect_right(report)
+        self.assertEqual(len(self.masks), 60)
+        self.assertGreater(self.masks.mean_overlap(), 0.75)
 
 
 if __name__ == "__main__":

@@ -9,9 +9,11 @@ import rosunit
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import told_skips  # noqa: E402, F401
+from mask_overlap import compare_masks  # noqa: E402
 from track_sequence_runs import Runs, report  # noqa: E402
 
 DATA = os.environ.get("MONO_POSE_TRACKER_DATA", "")
+CONFIG = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "config", "object.yaml")
 
 
 @unittest.skipUnless(DATA, "MONO_POSE_TRACKER_DATA names no folder of real sequences")
@@ -50,6 +52,26 @@ class RealSequences(Runs):
         final = self.error_of(os.path.join(folder, "groundtruth.txt"), output)
         self.assertLessEqual(final["rotation_median_deg"], 1)
         self.assertLessEqual(final["position_rmse_percent"], 1.5)
+
+    def written_masks(self, name, *options):
+        folder, written = os.path.join(DATA, name), os.path.join(self.folder.name, "masks")
+        output, _ = self.track("--images", os.path.join(folder, "images.txt"), "--camera", os.path.join(folder, "camera.yaml"),
+                               "--write-masks", written, *options)
+        return report(output), compare_masks(written, os.path.join(folder, "masks"))
+
+    def test_masks_of_a_living_head(self):
+        """The truth ends at the chin, above the neck that turns with the head."""
+        _, masks = self.written_masks("head_real_67")
+        self.assertEqual(len(masks), 67)
+        self.assertGreaterEqual(masks.mean_overlap(), 0.75)
+
+    def test_masks_of_a_bust_on_a_turntable(self):
+        """The truth is the bust alone, the masks are of what turns with it as well."""
+        figures, masks = self.written_masks("head_bronze_66", "--config", CONFIG)
+        self.assertGreaterEqual(figures["frames_posed"], 60)
+        self.assertGreaterEqual(len(masks), figures["frames_posed"])
+        self.assertGreaterEqual(masks.mean_covered(), 0.9)
+        self.assertLessEqual(masks.mean_area(), 2)
 
     def test_still_camera(self):
         output, said, _ = self.track_real("euroc_still_30", status=1)

@@ -36,6 +36,8 @@ struct FinishedMap {
   OtherBody other_body;         // that its images show as well
   // The body that turns is asked for, and it is the other one, or may be.
   bool is_of_other_body = false;
+  /// Where segmentation/body asks for the body that turns: what was seen of it and of what moves otherwise.
+  std::vector<BodyTrack> beside;
   // Its images show one that stands still, and no mask has told it from what moves.
   bool shows_background = false;
   double depth_evidence = 0;  // that it is not reversed in depth (mapping/depth_reversal.h)

@@ -12,6 +12,10 @@ void MaskRecord::add(std::int64_t index, const FrameReport& report) {
   if (keep_) cv::imencode(".png", report.mask, packed_[index]);
 }
 
+void MaskRecord::replace(std::int64_t index, const cv::Mat& mask) {
+  cv::imencode(".png", mask, packed_[index]);
+}
+
 cv::Mat MaskRecord::mask(std::int64_t index) const {
   const auto packed = packed_.find(index);
   return packed == packed_.end() ? cv::Mat() : cv::imdecode(packed->second, cv::IMREAD_GRAYSCALE);

@@ -11,15 +11,20 @@
 
 namespace mono_pose_tracker {
 
-/// The masks in force, by the frames' indices, packed; and what they say of the recording.
+/// The masks in force, by the frames' indices, packed, until others replace them; and what they say of the
+/// recording.
 class MaskRecord {
  public:
   explicit MaskRecord(bool keep) : keep_(keep) {}
 
   void add(std::int64_t index, const FrameReport& report);
+  /// Another one for the frame; the summary stays that of the masks in force.
+  void replace(std::int64_t index, const cv::Mat& mask);
   /// Empty where there was none.
   cv::Mat mask(std::int64_t index) const;
   Json summary() const;
+  /// Of frames that had one in force.
+  int frames() const { return masks_; }
 
  private:
   const bool keep_;

@@ -13,6 +13,7 @@
 #include "mono_pose_tracker/io/overview.h"
 #include "mono_pose_tracker/io/ply.h"
 #include "mono_pose_tracker/io/undistortion.h"
+#include "mono_pose_tracker/tracking/body_outlines.h"
 
 namespace mono_pose_tracker {
 
@@ -79,6 +80,16 @@ void write_map(const fs::path& output, const CameraParameters& camera, const Rec
 }
 
 }  // namespace
+
+void outline_masks(const Recording& recording, const RecordingResult& result, const CameraModel& camera,
+                   MaskRecord* masks) {
+  const BodyOutlines outlines(result, camera);
+  if (!outlines.have_other() && 2 * masks->frames() < result.frames_total) return;
+  for_each_image(recording, result, [&](std::int64_t index, const SourceImage& image) {
+    const cv::Mat mask = outlines.outlined(index, image.image, masks->mask(index));
+    if (!mask.empty()) masks->replace(index, mask);
+  });
+}
 
 void write_masks(const fs::path& folder, const Recording& recording, const RecordingResult& result,
                  const MaskRecord& masks) {

@@ -15,7 +15,13 @@ namespace mono_pose_tracker {
 void write_results(const std::filesystem::path& output, const CameraParameters& camera,
                    const RecordingResult& result, const std::vector<StampedPose>& reference);
 
-/// The masks in force, under the images' names.
+/// The masks in force, where the tracker has found them by what moves, cut down to the body's outline; frames
+/// without one get it where something was seen to move otherwise than the map, or most of the others have
+/// one.
+void outline_masks(const Recording& recording, const RecordingResult& result, const CameraModel& camera,
+                   MaskRecord* masks);
+
+/// The masks under the images' names.
 void write_masks(const std::filesystem::path& folder, const Recording& recording,
                  const RecordingResult& result, const MaskRecord& masks);
 

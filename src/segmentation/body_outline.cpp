@@ -1,0 +1,120 @@
+#include "mono_pose_tracker/segmentation/body_outline.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <opencv2/imgproc.hpp>
+
+#include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/segmentation/mask_cleaning.h"
+#include "reduced_image.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Fewer of the body's points are no sample of its colours.
+constexpr std::size_t kFewest = 20;
+// px of the reduced image: within the first of a feature is what made it a feature, on the body's side only
+// where nothing else is within the second.
+constexpr float kOfFeature = 2, kApart = 4;
+// The colours settle in two rounds; further ones move the outline by a pixel.
+constexpr int kRounds = 2;
+// Of the body's points. Landmarks at its rim, where an outline may run, are some; the shares of single pieces
+// (a tag that hangs from it) are smaller.
+constexpr double kMinHeld = 0.8, kMinOfPiece = 0.05;
+
+std::vector<cv::Point> reduced_points(const std::vector<cv::Point2f>& points, const cv::Size& full,
+                                      const cv::Size& small) {
+  std::vector<cv::Point> inside;
+  for (const cv::Point2f& p : points) {
+    const cv::Point pixel(static_cast<int>(std::floor((p.x + 0.5F) * small.width / full.width)),
+                          static_cast<int>(std::floor((p.y + 0.5F) * small.height / full.height)));
+    if (cv::Rect(cv::Point(), small).contains(pixel)) inside.push_back(pixel);
+  }
+  return inside;
+}
+
+// Of each pixel from the nearest of the points, px; of none, farther than any.
+cv::Mat1f distances(const std::vector<cv::Point>& points, const cv::Size& size) {
+  if (points.empty()) return cv::Mat1f(size, static_cast<float>(size.width + size.height));
+  cv::Mat1b places(size, 255);
+  for (const cv::Point& p : points) places(p) = 0;
+  cv::Mat1f distance;
+  cv::distanceTransform(places, distance, cv::DIST_L2, cv::DIST_MASK_5);
+  return distance;
+}
+
+// Beyond its outermost points a body goes on by a part of its size.
+double reach_of(const std::vector<cv::Point>& points) {
+  std::vector<double> x, y, away;
+  for (const cv::Point& p : points) x.push_back(p.x), y.push_back(p.y);
+  const double middle_x = median(std::move(x)), middle_y = median(std::move(y));
+  for (const cv::Point& p : points) away.push_back(std::hypot(p.x - middle_x, p.y - middle_y));
+  return median(std::move(away)) / 2;
+}
+
+// What is sure, and what is likely, by the points alone.
+cv::Mat1b beginning(const std::vector<cv::Point>& body, const std::vector<cv::Point>& other,
+                    const cv::Size& size) {
+  const cv::Mat1f from_body = distances(body, size), from_other = distances(other, size);
+  const double reach = reach_of(body);
+  cv::Mat1b labels(size, cv::GC_PR_BGD);
+  labels.setTo(cv::GC_PR_FGD, (from_body <= reach) & (from_body < from_other));
+  labels.setTo(cv::GC_BGD, (from_body > 2 * reach) | (from_other < kOfFeature));
+  labels.setTo(cv::GC_FGD, (from_body < kOfFeature) & (from_other > kApart));
+  return labels;
+}
+
+// OpenCV's clusters of colours begin at random: from the same numbers each time, and those of others are
+// left.
+void cut(const cv::Mat& image, cv::Mat1b* labels) {
+  cv::Mat color = image, background, foreground;
+  if (image.channels() == 1) cv::cvtColor(image, color, cv::COLOR_GRAY2BGR);
+  const cv::RNG of_others = cv::theRNG();
+  cv::theRNG() = cv::RNG(0);
+  cv::grabCut(color, *labels, cv::Rect(), background, foreground, kRounds, cv::GC_INIT_WITH_MASK);
+  cv::theRNG() = of_others;
+}
+
+bool has_both(const cv::Mat1b& labels) {
+  const cv::Mat1b of_body = labels & 1;  // GC_FGD, GC_PR_FGD
+  const int count = cv::countNonZero(of_body);
+  return count > 0 && count < static_cast<int>(of_body.total());
+}
+
+// The pieces that hold points enough, with what they surround; empty where too many points are in none.
+cv::Mat pieces_with_points(const cv::Mat1b& of_body, const std::vector<cv::Point>& body) {
+  cv::Mat1i piece;
+  std::vector<int> held(cv::connectedComponents(of_body, piece), 0);
+  for (const cv::Point& p : body) ++held[piece(p)];
+  cv::Mat kept = cv::Mat::zeros(of_body.size(), CV_8UC1);
+  double all = 0;
+  for (std::size_t i = 1; i < held.size(); ++i) {
+    if (held[i] < kMinOfPiece * static_cast<double>(body.size())) continue;
+    all += held[i];
+    kept.setTo(255, piece == static_cast<int>(i));
+  }
+  if (all < kMinHeld * static_cast<double>(body.size())) return {};
+  fill_holes(&kept);
+  return kept;
+}
+
+}  // namespace
+
+cv::Mat outline_body(const cv::Mat& image, const BodyPoints& points) {
+  const cv::Mat small = reduced(image);
+  const std::vector<cv::Point> body = reduced_points(points.body, image.size(), small.size());
+  const std::vector<cv::Point> other = reduced_points(points.other, image.size(), small.size());
+  if (body.size() < kFewest) return {};
+  cv::Mat1b labels = beginning(body, other, small.size());
+  if (!has_both(labels)) return {};
+  cut(small, &labels);
+  cv::Mat1b of_body = (labels & 1) * 255;
+  cv::morphologyEx(of_body, of_body, cv::MORPH_OPEN, cv::Mat());
+  const cv::Mat kept = pieces_with_points(of_body, body);
+  return kept.empty() ? kept : enlarged(kept, image.size());
+}
+
+}  // namespace mono_pose_tracker

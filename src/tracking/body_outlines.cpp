@@ -1,0 +1,66 @@
+#include "mono_pose_tracker/tracking/body_outlines.h"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "body_masks.h"
+#include "mono_pose_tracker/segmentation/body_outline.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// One may have been taken through a blur; of more, landmarks at the rim have turned out of sight.
+constexpr std::size_t kNearest = 2;
+
+// What the nearest keyframes see.
+std::set<LandmarkId> landmarks_near(const Map& map, const Eigen::Vector3d& center_in_map) {
+  std::vector<std::pair<double, const Keyframe*>> near;
+  for (const auto& entry : map.keyframes()) {
+    near.emplace_back((entry.second.center_in_map() - center_in_map).norm(), &entry.second);
+  }
+  const auto last = near.begin() + static_cast<std::ptrdiff_t>(std::min(kNearest, near.size()));
+  std::partial_sort(near.begin(), last, near.end(), [](const auto& a, const auto& b) {
+    return a.first < b.first || (a.first == b.first && a.second->id < b.second->id);
+  });
+  std::set<LandmarkId> landmarks;
+  for (auto k = near.begin(); k != last; ++k) {
+    for (const LandmarkId l : k->second->landmark_of_feature) {
+      if (l != kNoLandmark) landmarks.insert(l);
+    }
+  }
+  return landmarks;
+}
+
+}  // namespace
+
+BodyOutlines::BodyOutlines(const RecordingResult& result, const CameraModel& camera)
+    : map_(result.maps.front().map), camera_(camera) {
+  for (const PosedFrame& frame : result.trajectory) {
+    camera_from_map_[frame.index] = frame.map_from_camera.inverse();
+  }
+  auto others = std::make_shared<const BodyMasks>(result.maps.front().beside, nullptr);
+  if (!others->are_empty()) others_ = std::move(others);
+}
+
+cv::Mat BodyOutlines::outlined(std::int64_t frame_index, const cv::Mat& image, const cv::Mat& mask) const {
+  const auto pose = camera_from_map_.find(frame_index);
+  if (pose == camera_from_map_.end()) return mask;
+  BodyPoints points;
+  for (const LandmarkId l : landmarks_near(map_, pose->second.inverse().translation)) {
+    Eigen::Vector2d pixel;
+    if (!camera_.project(pose->second * map_.landmark(l)->x_in_map, &pixel)) continue;
+    points.body.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
+  }
+  if (others_) {
+    for (const Eigen::Vector2f& p : others_->at(frame_index).of_other)
+      points.other.emplace_back(p.x(), p.y());
+  }
+  const cv::Mat outline = outline_body(image, points);
+  if (outline.empty()) return mask;
+  return mask.empty() ? outline : cv::Mat(mask & outline);
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,91 @@
+#include "mono_pose_tracker/segmentation/body_outline.h"
+
+#include <gtest/gtest.h>
+
+#include "mono_pose_tracker/common/random.h"
+#include "segmentation/object_images.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+// Features on the inner part of the object's mask, and outside it.
+BodyPoints features_of(const cv::Mat& object, int count) {
+  cv::Mat inner, outside;
+  cv::erode(object, inner, cv::Mat(), {-1, -1}, 6);
+  cv::dilate(object, outside, cv::Mat(), {-1, -1}, 6);
+  BodyPoints points;
+  Random random(1);
+  for (int i = 0; i < count; ++i) {
+    const cv::Point p(static_cast<int>(random.index(object.cols)),
+                      static_cast<int>(random.index(object.rows)));
+    if (inner.at<std::uint8_t>(p)) points.body.emplace_back(p);
+    if (!outside.at<std::uint8_t>(p)) points.other.emplace_back(p);
+  }
+  return points;
+}
+
+const ObjectImage kImage = object_before({200, 190, 180}, {40, 60, 120}, 8, 1);
+
+TEST(OutlineBody, FindsTheEdgeByColours) {
+  const BodyPoints points = features_of(kImage.object, 400);
+  const cv::Mat outline = outline_body(kImage.bgr, points);
+  ASSERT_EQ(outline.type(), CV_8UC1);
+  EXPECT_GT(overlap(outline, kImage.object), 0.97);
+}
+
+TEST(OutlineBody, NeedsNoPointOfAnythingElse) {
+  BodyPoints points = features_of(kImage.object, 400);
+  points.other.clear();
+  EXPECT_GT(overlap(outline_body(kImage.bgr, points), kImage.object), 0.97);
+}
+
+TEST(OutlineBody, TakesGreyAndLargeImages) {
+  cv::Mat gray, large;
+  cv::cvtColor(kImage.bgr, gray, cv::COLOR_BGR2GRAY);
+  BodyPoints points = features_of(kImage.object, 400);
+  EXPECT_GT(overlap(outline_body(gray, points), kImage.object), 0.97);
+  cv::resize(kImage.bgr, large, {1280, 960});
+  for (auto* of : {&points.body, &points.other}) {
+    for (cv::Point2f& p : *of) p = (p + cv::Point2f(0.5F, 0.5F)) * 4 - cv::Point2f(0.5F, 0.5F);
+  }
+  cv::Mat large_object;
+  cv::resize(kImage.object, large_object, large.size());
+  EXPECT_GT(overlap(outline_body(large, points), large_object >= 128), 0.97);
+}
+
+// Of the object's colour, but with features that are not its own.
+TEST(OutlineBody, LeavesOutWhatLooksAlikeAndMovesOtherwise) {
+  cv::Mat image = kImage.bgr.clone(), other = ellipse_mask(image.size(), {275, 120}) & ~kImage.object;
+  cv::Mat gap;
+  cv::dilate(kImage.object, gap, cv::Mat(), {-1, -1}, 8);
+  other &= ~gap;
+  image.setTo(cv::Scalar(40, 60, 120), other);
+  const cv::Mat outline = outline_body(image, features_of(kImage.object, 400));
+  ASSERT_FALSE(outline.empty());
+  EXPECT_GT(overlap(outline, kImage.object), 0.95);
+}
+
+TEST(OutlineBody, IsEmptyWhereTooLittleIsKnown) {
+  BodyPoints points = features_of(kImage.object, 400);
+  points.body.resize(15);
+  EXPECT_TRUE(outline_body(kImage.bgr, points).empty());
+  for (int i = 0; i < 50; ++i) points.body.emplace_back(-10.0F, 5.0F * static_cast<float>(i));
+  EXPECT_TRUE(outline_body(kImage.bgr, points).empty()) << "outside the image";
+  BodyPoints everywhere;
+  for (int y = 0; y < 240; ++y) {
+    for (int x = 0; x < 320; ++x) everywhere.body.emplace_back(x, y);
+  }
+  EXPECT_TRUE(outline_body(kImage.bgr, everywhere).empty()) << "all of the image is the body";
+}
+
+TEST(OutlineBody, IsTheSameWheneverItIsAsked) {
+  const BodyPoints points = features_of(kImage.object, 400);
+  const cv::Mat first = outline_body(kImage.bgr, points);
+  cv::theRNG().state = 12345;
+  const cv::Mat second = outline_body(kImage.bgr, points);
+  EXPECT_EQ(cv::theRNG().state, 12345U) << "others' random numbers are left alone";
+  EXPECT_EQ(cv::norm(first, second, cv::NORM_INF), 0);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
