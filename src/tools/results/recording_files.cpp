@@ -5,8 +5,10 @@
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "colmap_model.h"
+#include "mono_pose_tracker/common/parallel.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/image_writing.h"
@@ -85,10 +87,26 @@ void outline_masks(const Recording& recording, const RecordingResult& result, co
                    MaskRecord* masks) {
   const BodyOutlines outlines(result, camera);
   if (!outlines.have_other() && 2 * masks->frames() < result.frames_total) return;
+  struct Outlined {
+    std::int64_t index;
+    cv::Mat image, mask;
+  };
+  std::vector<Outlined> several;
+  const auto outline = [&] {
+    parallel_for(static_cast<int>(several.size()), recording.threads, [&](int i) {
+      several[i].mask = outlines.outlined(several[i].index, several[i].image, several[i].mask);
+    });
+    for (const Outlined& o : several) {
+      if (!o.mask.empty()) masks->replace(o.index, o.mask);
+    }
+    several.clear();
+  };
   for_each_image(recording, result, [&](std::int64_t index, const SourceImage& image) {
-    const cv::Mat mask = outlines.outlined(index, image.image, masks->mask(index));
-    if (!mask.empty()) masks->replace(index, mask);
+    if (recording.interrupted()) return;
+    several.push_back({index, image.image, masks->mask(index)});
+    if (several.size() >= 4 * static_cast<std::size_t>(recording.threads)) outline();
   });
+  outline();
 }
 
 void write_masks(const fs::path& folder, const Recording& recording, const RecordingResult& result,

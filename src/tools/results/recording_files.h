@@ -17,7 +17,7 @@ void write_results(const std::filesystem::path& output, const CameraParameters& 
 
 /// The masks in force, where the tracker has found them by what moves, cut down to the body's outline; frames
 /// without one get it where something was seen to move otherwise than the map, or most of the others have
-/// one.
+/// one. Not once the recording is interrupted. The same on any number of threads.
 void outline_masks(const Recording& recording, const RecordingResult& result, const CameraModel& camera,
                    MaskRecord* masks);
 
