@@ -67,15 +67,32 @@ cv::Mat1b beginning(const std::vector<cv::Point>& body, const std::vector<cv::Po
   return labels;
 }
 
-// OpenCV's clusters of colours begin at random: from the same numbers each time, and those of others are
-// left.
-void cut(const cv::Mat& image, cv::Mat1b* labels) {
-  cv::Mat color = image, background, foreground;
+// Where images are burnt out, and drawn ones, whole areas have one and the same colour, on which OpenCV's cut
+// takes for ever: no camera is without this much noise.
+cv::Mat with_noise(const cv::Mat& image) {
+  constexpr double kSigma = 2;  // grey levels
+  cv::Mat noise(image.size(), CV_16SC3), noisy;
+  cv::RNG(0).fill(noise, cv::RNG::NORMAL, 0, kSigma);
+  cv::Mat color = image;
   if (image.channels() == 1) cv::cvtColor(image, color, cv::COLOR_GRAY2BGR);
+  cv::add(color, noise, noisy, cv::noArray(), CV_8U);
+  return noisy;
+}
+
+// Its clusters of colours begin at random: from the same numbers each time, and those of others are left.
+bool cut(const cv::Mat& image, cv::Mat1b* labels) {
+  cv::Mat background, foreground;
   const cv::RNG of_others = cv::theRNG();
   cv::theRNG() = cv::RNG(0);
-  cv::grabCut(color, *labels, cv::Rect(), background, foreground, kRounds, cv::GC_INIT_WITH_MASK);
+  bool is_cut = true;
+  try {
+    cv::grabCut(with_noise(image), *labels, cv::Rect(), background, foreground, kRounds,
+                cv::GC_INIT_WITH_MASK);
+  } catch (const cv::Exception&) {
+    is_cut = false;  // colours that make no clusters: there is no outline
+  }
   cv::theRNG() = of_others;
+  return is_cut;
 }
 
 bool has_both(const cv::Mat1b& labels) {
@@ -109,8 +126,7 @@ cv::Mat outline_body(const cv::Mat& image, const BodyPoints& points) {
   const std::vector<cv::Point> other = reduced_points(points.other, image.size(), small.size());
   if (body.size() < kFewest) return {};
   cv::Mat1b labels = beginning(body, other, small.size());
-  if (!has_both(labels)) return {};
-  cut(small, &labels);
+  if (!has_both(labels) || !cut(small, &labels)) return {};
   cv::Mat1b of_body = (labels & 1) * 255;
   cv::morphologyEx(of_body, of_body, cv::MORPH_OPEN, cv::Mat());
   const cv::Mat kept = pieces_with_points(of_body, body);

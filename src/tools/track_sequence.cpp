@@ -339,20 +339,21 @@ bool are_to_be_outlined(const Arguments& a, const Recording& recording, const Re
 }
 
 void write_files(const Arguments& a, const Recording& recording, const Calibration& calibration,
-                 const std::vector<StampedPose>& reference, const Run& run) {
+                 const std::vector<StampedPose>& reference, bool outlined, Run* run) {
   const fs::path output = a.output;
-  const RecordingResult& result = run.result;
+  const RecordingResult& result = run->result;
   if (!result.tracked) write_tum((output / "trajectory.txt").string(), {});
   if (result.tracked) write_results(output, calibration.camera, result, reference);
   if (calibration.refined) {
     write_camera_yaml((output / "camera_refined.yaml").string(), "camera", calibration.camera);
   }
-  if (result.tracked && !a.save_map.empty()) write_map_file(a.save_map, *run.tracker->copy_maps());
-  if (!a.write_masks.empty()) write_masks(a.write_masks, recording, result, run.masks);
+  if (result.tracked && !a.save_map.empty()) write_map_file(a.save_map, *run->tracker->copy_maps());
+  if (outlined) outline_masks(recording, result, CameraModel(calibration.camera), &run->masks);
+  if (!a.write_masks.empty()) write_masks(a.write_masks, recording, result, run->masks);
   if (a.write_frames) write_frames(output / "frames", recording, result);
   if (result.tracked && a.undistorted) {
-    write_undistorted(output / "undistorted", CameraModel(calibration.camera), recording, result, run.masks,
-                      run.tracker->map());
+    write_undistorted(output / "undistorted", CameraModel(calibration.camera), recording, result, run->masks,
+                      run->tracker->map());
   }
 }
 
@@ -389,10 +390,8 @@ int run(const Arguments& a) {
   const RecordingResult& result = run.result;
   for (const std::string& problem : result.problems) std::fprintf(stderr, "%s\n", problem.c_str());
   for (const std::string& warning : result.warnings) std::fprintf(stderr, "warning: %s\n", warning.c_str());
-  if (are_to_be_outlined(a, recording, result, options.segmentation.method)) {
-    outline_masks(recording, result, CameraModel(calibration.camera), &run.masks);
-  }
-  write_files(a, recording, calibration, reference, run);
+  const bool outlined = are_to_be_outlined(a, recording, result, options.segmentation.method);
+  write_files(a, recording, calibration, reference, outlined, &run);
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
   const Map& map = run.tracker->map();
   write_report((fs::path(a.output) / "report.json").string(), result, map, run.masks, calibration,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
@@ -66,6 +67,14 @@ BodyMasks::BodyMasks(const std::vector<BodyTrack>& tracks, std::shared_ptr<const
     span->second = outvoted(span->second);
     span = show_both(span->second) ? std::next(span) : spans_.erase(span);
   }
+}
+
+bool BodyMasks::show(std::int64_t index) const {
+  const auto span = spans_.upper_bound(index);
+  if (span == spans_.begin()) return false;
+  const std::vector<BodyTrack>& tracks = std::prev(span)->second;
+  return std::any_of(tracks.begin(), tracks.end(),
+                     [&](const BodyTrack& track) { return index <= track.to_index; });
 }
 
 BodiesInImage BodyMasks::at(std::int64_t index) const {

@@ -23,6 +23,8 @@ class BodyMasks {
   BodyMasks(const std::vector<BodyTrack>& tracks, std::shared_ptr<const BodyMasks> within);
 
   bool are_empty() const { return spans_.empty(); }
+  // Whether features were seen before and after the image, or in it.
+  bool show(std::int64_t index) const;
   // index: of the image in the recording. Not when they are empty.
   BodiesInImage at(std::int64_t index) const;
   // CV_8UC1, 255: of the other body.

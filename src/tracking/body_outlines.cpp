@@ -1,6 +1,8 @@
 #include "mono_pose_tracker/tracking/body_outlines.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <iterator>
 #include <set>
 #include <utility>
 #include <vector>
@@ -41,8 +43,15 @@ BodyOutlines::BodyOutlines(const RecordingResult& result, const CameraModel& cam
   for (const PosedFrame& frame : result.trajectory) {
     camera_from_map_[frame.index] = frame.map_from_camera.inverse();
   }
-  auto others = std::make_shared<const BodyMasks>(result.maps.front().beside, nullptr);
-  if (!others->are_empty()) others_ = std::move(others);
+  // Frames of a loaded map were seen in another recording.
+  std::vector<BodyTrack> here;
+  const std::vector<BodyTrack>& beside = result.maps.front().beside;
+  std::copy_if(beside.begin(), beside.end(), std::back_inserter(here),
+               [](const BodyTrack& track) { return track.from_index >= 0; });
+  auto others = std::make_shared<const BodyMasks>(here, nullptr);
+  const auto shown = std::count_if(camera_from_map_.begin(), camera_from_map_.end(),
+                                   [&](const auto& frame) { return others->show(frame.first); });
+  if (2 * shown >= static_cast<std::ptrdiff_t>(camera_from_map_.size())) others_ = std::move(others);
 }
 
 cv::Mat BodyOutlines::outlined(std::int64_t frame_index, const cv::Mat& image, const cv::Mat& mask) const {
@@ -54,13 +63,15 @@ cv::Mat BodyOutlines::outlined(std::int64_t frame_index, const cv::Mat& image, c
     if (!camera_.project(pose->second * map_.landmark(l)->x_in_map, &pixel)) continue;
     points.body.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
   }
-  if (others_) {
+  if (others_ && others_->show(frame_index)) {
     for (const Eigen::Vector2f& p : others_->at(frame_index).of_other)
       points.other.emplace_back(p.x(), p.y());
   }
   const cv::Mat outline = outline_body(image, points);
   if (outline.empty()) return mask;
-  return mask.empty() ? outline : cv::Mat(mask & outline);
+  if (mask.empty()) return outline;
+  const cv::Mat both = mask & outline;
+  return 2 * cv::countNonZero(both) < cv::countNonZero(outline) ? outline : both;
 }
 
 }  // namespace mono_pose_tracker

@@ -116,9 +116,9 @@ void Tracker::Impl::find_other_body_beside(FinishedMap* map) const {
     map->other_body = sample_other_body(map->map, options_.matching, ransac, options_.threads);
     return;
   }
-  const OtherBody other = find_other_body(map->map, {}, options_.matching, ransac, options_.threads);
+  OtherBody other = find_other_body(map->map, {}, options_.matching, ransac, options_.threads);
   map->is_of_other_body = other.exists() && !other.turns_plainly_less();
-  if (other.exists()) map->beside = other.tracks;
+  if (other.exists()) map->beside = std::move(other.tracks);
   if (!map->is_of_other_body) return;  // what else moves is to be left out
   std::vector<PosedImage> between;
   for (const PosedFrame& frame : map->trajectory) {

@@ -78,6 +78,18 @@ TEST(OutlineBody, IsEmptyWhereTooLittleIsKnown) {
   EXPECT_TRUE(outline_body(kImage.bgr, everywhere).empty()) << "all of the image is the body";
 }
 
+// OpenCV's cut does not end on such areas, or takes seconds.
+TEST(OutlineBody, IsFoundInImagesWithoutNoise) {
+  ObjectImage image = object_before({255, 255, 255}, {40, 60, 120}, 0, 1);
+  image.bgr.at<cv::Vec3b>(20, 20) = {254, 255, 255};
+  image.bgr.at<cv::Vec3b>(120, 160) = {40, 61, 120};
+  EXPECT_GT(overlap(outline_body(image.bgr, features_of(image.object, 400)), image.object), 0.97);
+  cv::Mat flat(image.bgr.size(), CV_8UC1, cv::Scalar(128));
+  flat.at<std::uint8_t>(120, 160) = 200;
+  const cv::Mat outline = outline_body(flat, features_of(image.object, 400));  // by the points alone, or none
+  EXPECT_TRUE(outline.empty() || overlap(outline, image.object) > 0.3);
+}
+
 TEST(OutlineBody, IsTheSameWheneverItIsAsked) {
   const BodyPoints points = features_of(kImage.object, 400);
   const cv::Mat first = outline_body(kImage.bgr, points);

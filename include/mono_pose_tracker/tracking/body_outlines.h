@@ -17,10 +17,11 @@ class BodyOutlines {
   /// The result must stay.
   BodyOutlines(const RecordingResult& result, const CameraModel& camera);
 
-  /// Whether something was seen to move otherwise than the map says, all over the recording.
+  /// Whether something was seen to move otherwise than the map says, beside half of the images at least.
   bool have_other() const { return others_ != nullptr; }
   /// mask: what is known of where the body is, CV_8UC1, 0: not of it; may be empty. What of it lies within
-  /// the outline, or the mask itself where the frame has no pose or shows too little of the body.
+  /// the outline; the outline alone where that is less than half of it; the mask itself where the frame has
+  /// no pose or shows too little of the body.
   cv::Mat outlined(std::int64_t frame_index, const cv::Mat& image, const cv::Mat& mask) const;
 
  private:

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <opencv2/core.hpp>
@@ -23,8 +24,8 @@ class MaskRecord {
   /// Empty where there was none.
   cv::Mat mask(std::int64_t index) const;
   Json summary() const;
-  /// Of frames that had one in force.
-  int frames() const { return masks_; }
+  /// How many frames have one; none, where they are not kept.
+  std::size_t frames() const { return packed_.size(); }
 
  private:
   const bool keep_;

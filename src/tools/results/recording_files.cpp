@@ -85,8 +85,10 @@ void write_map(const fs::path& output, const CameraParameters& camera, const Rec
 
 void outline_masks(const Recording& recording, const RecordingResult& result, const CameraModel& camera,
                    MaskRecord* masks) {
+  if (result.maps.front().is_of_other_body) return;  // its outline is of what is not wanted
   const BodyOutlines outlines(result, camera);
-  if (!outlines.have_other() && 2 * masks->frames() < result.frames_total) return;
+  const bool most_have = 2 * masks->frames() >= static_cast<std::size_t>(result.frames_total);
+  if (!outlines.have_other() && !most_have) return;
   struct Outlined {
     std::int64_t index;
     cv::Mat image, mask;
