@@ -13,14 +13,14 @@ endif()
 option(MONO_POSE_TRACKER_PRECOMPILED_HEADERS "parse what most files include once (CMake 3.16)" ${precompiled})
 
 # The target's own, of these headers.
-function(mono_pose_tracker_precompile target)
+function(tracker_precompile target)
   if(MONO_POSE_TRACKER_PRECOMPILED_HEADERS AND NOT CMAKE_VERSION VERSION_LESS 3.16)
     target_precompile_headers(${target} PRIVATE ${ARGN})
   endif()
 endfunction()
 
 # Those of another target that is compiled with the same options.
-function(mono_pose_tracker_precompile_as target other)
+function(tracker_precompile_as target other)
   if(MONO_POSE_TRACKER_PRECOMPILED_HEADERS AND NOT CMAKE_VERSION VERSION_LESS 3.16)
     target_precompile_headers(${target} REUSE_FROM ${other})
   endif()
