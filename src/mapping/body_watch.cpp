@@ -14,7 +14,7 @@ constexpr std::ptrdiff_t kLeastMembers = 25;
 // the rest is.
 constexpr std::ptrdiff_t kLeastOfMap = 5;
 // Pairs that show a second motion: one by chance in one pair in a hundred is in three never.
-constexpr std::ptrdiff_t kLeastPairs = 3;
+constexpr std::ptrdiff_t kLeastOthers = 3;
 // Asked at a time. A map that was right may have gone astray; what was seen long ago does not speak for it.
 constexpr std::size_t kMostPairs = 12;
 // rad, a third of what it has turned: half a pixel of noise looks as much on a body of 60 px.
@@ -48,7 +48,7 @@ void BodyWatch::note(const PosedImage& before, const PosedImage& newest, const P
   const auto turning = std::count(seen_.begin(), seen_.end(), Seen::kOtherTurns);
   const auto others = turning + std::count(seen_.begin(), seen_.end(), Seen::kOther);
   // A body is in every fourth pair at least (OtherBody::exists); that it turns more must be plain in most.
-  const bool exists = others >= kLeastPairs && 4 * others >= static_cast<std::ptrdiff_t>(seen_.size());
+  const bool exists = others >= kLeastOthers && 4 * others >= static_cast<std::ptrdiff_t>(seen_.size());
   if (!exists || 4 * turning < 3 * others) {
     found_.reset();
   } else if (seen == Seen::kOtherTurns && of_map >= kLeastOfMap) {

@@ -20,19 +20,20 @@ constexpr double kMostNearer = 1.5;
 // Through a fence or branches the far side may be all that is new.
 constexpr double kMostFarther = 10;
 
-struct Sight {
+struct DepthSight {
   Eigen::Vector2f pixel;
   double log_distance;
 };
 
 // The logarithm of how much farther it is than the nearest of those about it. Nothing where these are all on
 // one side: there it may lie past the edge of what they are on.
-std::optional<double> compare(const Sight& sight, const std::vector<Sight>& others, float radius_px) {
+std::optional<double> compare(const DepthSight& sight, const std::vector<DepthSight>& others,
+                              float radius_px) {
   const float radius2 = radius_px * radius_px;
   float nearest = radius2;
   std::optional<double> ratio;
   std::array<bool, 4> quadrants{};
-  for (const Sight& other : others) {
+  for (const DepthSight& other : others) {
     const Eigen::Vector2f away = other.pixel - sight.pixel;
     const float distance2 = away.squaredNorm();
     if (distance2 >= kAbout * kAbout * radius2) continue;
@@ -50,7 +51,7 @@ std::optional<double> depth_jump(const Map& map, KeyframeId newest, const std::v
   std::vector<double> ratios;
   for (const KeyframeId id : others) {
     const Keyframe& keyframe = *map.keyframe(id);
-    std::vector<Sight> known, made;
+    std::vector<DepthSight> known, made;
     for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
       const LandmarkId l = keyframe.landmark_of_feature[f];
       if (l == kNoLandmark) continue;
@@ -60,7 +61,7 @@ std::optional<double> depth_jump(const Map& map, KeyframeId newest, const std::v
           .push_back({keyframe.image->set.features[f].pixel, std::log(distance)});
     }
     const float radius_px = kBeside * static_cast<float>(longer_side(keyframe.image->camera));
-    for (const Sight& sight : made) {
+    for (const DepthSight& sight : made) {
       if (const auto ratio = compare(sight, known, radius_px)) ratios.push_back(*ratio);
     }
   }

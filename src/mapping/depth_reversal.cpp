@@ -9,6 +9,7 @@
 
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/common/parallel.h"
+#include "mono_pose_tracker/common/so3.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
@@ -30,11 +31,6 @@ Eigen::Vector3d middle_in(const Map& map, const Rigid3& camera_from_map) {
     for (int i = 0; i < 3; ++i) axis[i].push_back(x[i]);
   }
   return {median(std::move(axis[0])), median(std::move(axis[1])), median(std::move(axis[2]))};
-}
-
-// Takes the direction to the z axis.
-Eigen::Matrix3d aligned(const Eigen::Vector3d& direction) {
-  return Eigen::Quaterniond::FromTwoVectors(direction, Eigen::Vector3d::UnitZ()).toRotationMatrix();
 }
 
 Eigen::Matrix3d about(double angle, const Eigen::Vector3d& axis) {
@@ -72,7 +68,7 @@ void reverse_depth(double stretch, Map* map) {
   const Rigid3 first_from_map = map->keyframes().begin()->second.camera_from_map;
   const Eigen::Vector3d middle = middle_in(*map, first_from_map);
   const Eigen::Vector3d sight = middle.normalized();
-  const Eigen::Matrix3d align_first = aligned(sight);
+  const Eigen::Matrix3d align_first = rotation_between(sight, Eigen::Vector3d::UnitZ());
   for (const LandmarkId l : map->landmark_ids()) {
     const Eigen::Vector3d off = first_from_map * map->landmark(l)->x_in_map - middle;
     const Eigen::Vector3d reversed_off = off - (1 + 1 / stretch) * sight.dot(off) * sight;
@@ -82,7 +78,7 @@ void reverse_depth(double stretch, Map* map) {
   for (const auto& [id, keyframe] : map->keyframes()) {
     const Rigid3 from_first = keyframe.camera_from_map * first_from_map.inverse();
     const Eigen::Vector3d middle_here = from_first * middle;
-    const Eigen::Matrix3d align_here = aligned(middle_here.normalized());
+    const Eigen::Matrix3d align_here = rotation_between(middle_here.normalized(), Eigen::Vector3d::UnitZ());
     const Eigen::Matrix3d turn = align_here * from_first.rotation_matrix() * align_first.transpose();
     const Eigen::Matrix3d rotation = align_here.transpose() * reversed(turn, stretch) * align_first;
     poses.emplace_back(id, Rigid3(rotation, middle_here - rotation * middle) * first_from_map);

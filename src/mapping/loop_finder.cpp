@@ -23,7 +23,7 @@ constexpr double kRivalShare = 0.75;
 
 // Landmarks that tie two keyframes: what a pose asks for. Less may be a few wrong fusions, that must not keep
 // a place from being found.
-constexpr int kMinShared = 15;
+constexpr int kMinCovisible = 15;
 
 // Keyframes of the map that are tied to this one.
 std::vector<KeyframeId> tied_to(const TrackingMap& map, KeyframeId keyframe) {
@@ -31,7 +31,7 @@ std::vector<KeyframeId> tied_to(const TrackingMap& map, KeyframeId keyframe) {
   const auto found = map.keyframes.find(keyframe);
   if (found == map.keyframes.end()) return tied;
   const KeyframeView& view = found->second;
-  for (std::size_t i = 0; i < view.covisible.size() && view.shared_landmarks[i] >= kMinShared; ++i) {
+  for (std::size_t i = 0; i < view.covisible.size() && view.shared_landmarks[i] >= kMinCovisible; ++i) {
     tied.push_back(view.covisible[i]);
   }
   return tied;

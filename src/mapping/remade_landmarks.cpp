@@ -31,7 +31,7 @@ constexpr std::array<double, 3> kWidths = {10, 3, 1};
 // The map is left alone where it comes out as it was, within what is known of the turns of an object: its own
 // landmarks are more, and their observations more exact.
 constexpr double kSame = 0.6 * M_PI / 180;
-constexpr int kIterations = 50;
+constexpr int kRemakingIterations = 50;
 constexpr double kTolerance = 1e-6;
 
 // Nearest keyframes first: they are matched most surely.
@@ -118,7 +118,7 @@ Map remade(const Map& map, const std::vector<const Keyframe*>& in_time,
     for (const auto& [k, feature] : t.track) other.add_observation(l, in_time[k]->id, feature);
   }
   BundleOptions widened = bundle;
-  widened.max_iterations = kIterations;
+  widened.max_iterations = kRemakingIterations;
   widened.function_tolerance = kTolerance;
   for (const double width : kWidths) {
     widened.loss_width = width * bundle.loss_width;

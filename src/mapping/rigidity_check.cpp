@@ -22,7 +22,7 @@ constexpr int kSplits = 3;
 constexpr std::array<const char*, kSplits> kNames = {"left and right", "near and far", "middle and rim"};
 
 // What a keyframe sees of the map; units of bearings and sigmas: rad.
-struct Sight {
+struct KeyframeSight {
   std::vector<Eigen::Vector3d> bearings, points;
   std::vector<double> sigmas;
   std::vector<double> px_per_rad;
@@ -41,8 +41,8 @@ struct Comparison {
   double px = 0;
 };
 
-Sight sight_of(const Map& map, const Keyframe& keyframe) {
-  Sight sight;
+KeyframeSight sight_of(const Map& map, const Keyframe& keyframe) {
+  KeyframeSight sight;
   for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
     const Landmark* landmark = map.landmark(keyframe.landmark_of_feature[f]);
     // Two views can't contradict each other along the epipolar line.
@@ -64,7 +64,7 @@ std::vector<char> below_median(const std::vector<double>& values) {
   return flags;
 }
 
-std::vector<char> split(const Sight& sight, const Rigid3& camera_from_map, int kind) {
+std::vector<char> split(const KeyframeSight& sight, const Rigid3& camera_from_map, int kind) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& b : sight.bearings) middle += b / sight.size();
   std::vector<double> values;
@@ -76,9 +76,9 @@ std::vector<char> split(const Sight& sight, const Rigid3& camera_from_map, int k
   return below_median(values);
 }
 
-bool pose_of(const Sight& sight, const std::vector<char>& flags, bool first, const Rigid3& start,
+bool pose_of(const KeyframeSight& sight, const std::vector<char>& flags, bool first, const Rigid3& start,
              Part* part) {
-  Sight own;
+  KeyframeSight own;
   for (int i = 0; i < sight.size(); ++i) {
     if ((flags[i] != 0) != first) continue;
     own.bearings.push_back(sight.bearings[i]);
@@ -102,7 +102,7 @@ Eigen::Matrix<double, 6, 1> difference(const Rigid3& a, const Rigid3& b) {
   return d;
 }
 
-double median_px(const Sight& sight, const Rigid3& a, const Rigid3& b) {
+double median_px(const KeyframeSight& sight, const Rigid3& a, const Rigid3& b) {
   std::vector<double> px;
   for (int i = 0; i < sight.size(); ++i) {
     const Eigen::Vector3d from_a = (a * sight.points[i]).normalized(),
@@ -112,7 +112,7 @@ double median_px(const Sight& sight, const Rigid3& a, const Rigid3& b) {
   return median(std::move(px));
 }
 
-Comparison compare(const Sight& sight, const std::vector<char>& flags, const Rigid3& camera_from_map,
+Comparison compare(const KeyframeSight& sight, const std::vector<char>& flags, const Rigid3& camera_from_map,
                    int min_landmarks) {
   Comparison comparison;
   const auto first = std::count(flags.begin(), flags.end(), 1);
@@ -137,7 +137,7 @@ struct Witness {
 Witness hear(const Map& map, const Keyframe& keyframe, int min_landmarks) {
   Witness witness;
   witness.frame_index = keyframe.frame_index;
-  const Sight sight = sight_of(map, keyframe);
+  const KeyframeSight sight = sight_of(map, keyframe);
   if (sight.size() < 2 * min_landmarks) return witness;
   for (int kind = 0; kind < kSplits; ++kind) {
     witness.splits[kind] =

@@ -16,6 +16,7 @@
 #include "cancel_callback.h"
 #include "mono_pose_tracker/camera/calibrating_camera.h"
 #include "pose_parameterization.h"
+#include "positive_definite.h"
 #include "reduced_system.h"
 #include "solver_log.h"
 
@@ -253,15 +254,8 @@ Information marginal_information(const CalibratingCamera& camera, double width, 
       system.eliminate_point();
     }
   }
-  const int n = 6 * poses;
-  if (n == 0 || system.variance() <= 0) return Information::Zero();
-  Eigen::MatrixXd pose_pose = system.information().topLeftCorner(n, n);
-  const Eigen::MatrixXd pose_camera = system.information().topRightCorner(n, kParameters);
-  // The scale is free: a little of the diagonal holds it, and no more than it.
-  for (int i = 0; i < n; ++i) pose_pose(i, i) = pose_pose(i, i) * (1 + 1e-10) + 1e-12;
-  const Information information = system.information().bottomRightCorner<kParameters, kParameters>() -
-                                  pose_camera.transpose() * pose_pose.ldlt().solve(pose_camera);
-  return 0.5 * (information + information.transpose()) / system.variance();
+  if (poses == 0 || system.variance() <= 0) return Information::Zero();
+  return system.shared_information() / system.variance();
 }
 
 // Variances of the parameters in use while the others stay; infinite where they are open.
@@ -275,12 +269,9 @@ CalibrationStep sigmas(const Information& information, const Active& active) {
     for (std::size_t j = 0; j < used.size(); ++j) part(i, j) = information(used[i], used[j]);
   }
   CalibrationStep result = CalibrationStep::Zero();
-  const Eigen::LLT<Eigen::MatrixXd> llt(part);
-  const bool sound = llt.info() == Eigen::Success;
-  const Eigen::MatrixXd covariance =
-      sound ? llt.solve(Eigen::MatrixXd::Identity(part.rows(), part.cols())).eval() : part;
+  const std::optional<Eigen::MatrixXd> covariance = inverse_of_positive(part);
   for (std::size_t i = 0; i < used.size(); ++i) {
-    result[used[i]] = sound ? std::sqrt(covariance(i, i)) : std::numeric_limits<double>::infinity();
+    result[used[i]] = covariance ? std::sqrt((*covariance)(i, i)) : std::numeric_limits<double>::infinity();
   }
   return result;
 }

@@ -7,6 +7,7 @@
 
 #include "fixed_keyframes.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "positive_definite.h"
 #include "reduced_system.h"
 #include "reprojection.h"
 
@@ -121,10 +122,9 @@ std::map<KeyframeId, PoseCovariance> keyframe_covariances(const std::vector<Keyf
     const Gauge gauge = gauge_of(map, free);
     information += (1e3 * information.diagonal().maxCoeff()) * gauge * gauge.transpose();
   }
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(information);
-  if (system.variance() <= 0 || !(ldlt.vectorD().minCoeff() > 0)) return {};
-  const Eigen::MatrixXd covariance =
-      system.variance() * ldlt.solve(Eigen::MatrixXd::Identity(system.size(), system.size()));
+  const std::optional<Eigen::MatrixXd> inverse = inverse_of_positive(information);
+  if (system.variance() <= 0 || !inverse) return {};
+  const Eigen::MatrixXd covariance = system.variance() * *inverse;
   std::map<KeyframeId, PoseCovariance> result;
   for (std::size_t i = 0; i < free.size(); ++i) {
     const auto at_row = 6 * static_cast<Eigen::Index>(i);

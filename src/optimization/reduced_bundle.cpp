@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "mono_pose_tracker/common/parallel.h"
+#include "positive_definite.h"
 
 namespace mono_pose_tracker {
 
@@ -301,10 +302,10 @@ bool ReducedBundle::linearize(Eigen::MatrixXd* factor, Eigen::VectorXd* residual
   const int parts = std::clamp(threads_, 1, std::max(1, static_cast<int>(worth)));
   parallel_for(parts, parts, [&](int part) { fill({part, parts}, &information, &gradient); });
   to_parameters(&information, &gradient);
-  const Eigen::LLT<Eigen::MatrixXd> llt(information);
-  if (llt.info() != Eigen::Success) return false;
-  *factor = llt.matrixL();
-  *residual = llt.matrixL().solve(gradient);
+  std::optional<Eigen::MatrixXd> lower = cholesky_factor(information);
+  if (!lower) return false;
+  *factor = std::move(*lower);
+  *residual = factor->triangularView<Eigen::Lower>().solve(gradient);
   return residual->allFinite();
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <array>
 
+#include "mono_pose_tracker/common/so3.h"
 #include "mono_pose_tracker/geometry/nearest_rotation.h"
 #include "mono_pose_tracker/robust/early_rejection.h"
 #include "mono_pose_tracker/robust/sampler.h"
@@ -161,11 +162,6 @@ struct RotationEstimator {
   std::vector<Eigen::Vector3d> x1, x2;
 };
 
-// A rotation that takes the z axis to the direction.
-Eigen::Matrix3d frame_along(const Eigen::Vector3d& direction) {
-  return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), direction).toRotationMatrix();
-}
-
 }  // namespace
 
 PlaneFit fit_plane(const BearingPairs& pairs, const std::vector<char>& members, const TwoViewModel& model,
@@ -228,7 +224,8 @@ bool turn_scaled(const BearingPairs& pairs, const std::vector<char>& members, co
     return false;
   }
   // R = A Rz(a) Ry(turn) Rz(b) B^T, with A and B looking along the middle of each view.
-  const Eigen::Matrix3d a = frame_along(middle2), b = frame_along(middle1);
+  const Eigen::Matrix3d a = rotation_between(Eigen::Vector3d::UnitZ(), middle2);
+  const Eigen::Matrix3d b = rotation_between(Eigen::Vector3d::UnitZ(), middle1);
   const Eigen::Vector3d angles = (a.transpose() * model.rotation * b).eulerAngles(2, 1, 2);
   const Eigen::Matrix3d turned = (Eigen::AngleAxisd(angles[0], Eigen::Vector3d::UnitZ()) *
                                   Eigen::AngleAxisd(factor * angles[1], Eigen::Vector3d::UnitY()) *

@@ -13,9 +13,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kSight = 25;        // m: what is farther has no features
+constexpr double kFarthest = 25;     // m: what is farther has no features
 constexpr double kMinFacing = 0.17;  // cosine: walls seen at more than 80 degrees have none either
-constexpr double kStep = 0.5;        // m from one frame to the next
+constexpr double kStride = 0.5;      // m from one frame to the next
 constexpr double kFeatureSize = 12;  // px at 1 m
 constexpr double kDensity = 12;      // points a metre of wall
 
@@ -103,7 +103,7 @@ bool hides(const WalkBlock& block, const Vector2d& a, const Vector2d& b) {
 bool is_seen(const FeatureWalk& walk, int point, const Vector3d& center) {
   const Vector3d ray = walk.x_in_world[point] - center;
   const double distance = ray.norm();
-  if (distance > kSight || -ray.dot(walk.normal_in_world[point]) < kMinFacing * distance) return false;
+  if (distance > kFarthest || -ray.dot(walk.normal_in_world[point]) < kMinFacing * distance) return false;
   const Vector2d from(center.x(), center.z());
   const Vector2d to(walk.x_in_world[point].x(), walk.x_in_world[point].z());
   return std::none_of(walk.blocks.begin(), walk.blocks.end(),
@@ -116,14 +116,14 @@ FeatureWalk block_walk(std::uint64_t seed, double overlap) {
   const StreetPlan plan = block_plan(overlap);
   WalkBuilder builder(seed);
   builder.add_plan(plan, kDensity);
-  return builder.finish(rounded_way(plan, kStep), plan.aside_deg);
+  return builder.finish(rounded_way(plan, kStride), plan.aside_deg);
 }
 
 FeatureWalk figure_eight_walk(std::uint64_t seed) {
   const StreetPlan plan = figure_eight_plan();
   WalkBuilder builder(seed);
   builder.add_plan(plan, kDensity);
-  return builder.finish(rounded_way(plan, kStep), plan.aside_deg);
+  return builder.finish(rounded_way(plan, kStride), plan.aside_deg);
 }
 
 FeatureWalk corridor_walk(std::uint64_t seed) {
@@ -140,7 +140,7 @@ FeatureWalk corridor_walk(std::uint64_t seed) {
     const int doors = static_cast<int>((wall.to - wall.from).norm() / plan.door_spacing);
     builder.add_copies(wall, 0.5, plan.door_spacing, doors, kDoorWidth, kPointsOfDoor, seed * 7919 + 1);
   }
-  return builder.finish(rounded_way(plan, 0.5 * kStep), plan.aside_deg);
+  return builder.finish(rounded_way(plan, 0.5 * kStride), plan.aside_deg);
 }
 
 FeatureWalk alike_rooms_walk(std::uint64_t seed) {
@@ -152,7 +152,7 @@ FeatureWalk alike_rooms_walk(std::uint64_t seed) {
   builder.add_copies(wall, 0, 28, 2, 24, 400, seed * 7919 + 1);
   StreetPlan plan;
   plan.corners = {{0, 0}, {0, 44}};
-  return builder.finish(rounded_way(plan, kStep), -80);
+  return builder.finish(rounded_way(plan, kStride), -80);
 }
 
 FeatureWalk ring_walk(std::uint64_t seed) {
@@ -171,11 +171,11 @@ FeatureWalk ring_walk(std::uint64_t seed) {
 
 FeatureWalk street_walk(std::uint64_t seed, int frames) {
   constexpr double kWall = 6;  // m from the way
-  const double end = kStep * frames;
+  const double end = kStride * frames;
   WalkBuilder builder(seed);
-  builder.add_wall({{-kWall, -kSight}, {-kWall, end + kSight}}, 5 * kDensity);
+  builder.add_wall({{-kWall, -kFarthest}, {-kWall, end + kFarthest}}, 5 * kDensity);
   std::vector<Waypoint> way;
-  for (int i = 0; i < frames; ++i) way.push_back({{0, kStep * i}, 0});
+  for (int i = 0; i < frames; ++i) way.push_back({{0, kStride * i}, 0});
   return builder.finish(way, -70);
 }
 

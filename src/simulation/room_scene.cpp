@@ -4,13 +4,13 @@
 namespace mono_pose_tracker {
 namespace {
 
-enum RoomStyle { kWall, kFloor, kPicture, kWood, kCardboard, kCloth, kBooks, kStyles };
+enum RoomStyle { kWall, kFloor, kPicture, kWood, kCardboard, kCloth, kBooks, kRoomStyles };
 
 const std::vector<Color> kBright = {{0.70f, 0.24f, 0.18f}, {0.16f, 0.32f, 0.50f}, {0.86f, 0.68f, 0.28f},
                                     {0.16f, 0.17f, 0.19f}, {0.28f, 0.46f, 0.32f}, {0.90f, 0.87f, 0.80f}};
 
 std::vector<LeafStyle> room_styles() {
-  std::vector<LeafStyle> styles(kStyles);
+  std::vector<LeafStyle> styles(kRoomStyles);
   styles[kWall] =
       leaf_style({0.72f, 0.69f, 0.62f},
                  {{0.82f, 0.79f, 0.72f}, {0.58f, 0.58f, 0.52f}, {0.66f, 0.58f, 0.48f}, {0.50f, 0.54f, 0.55f}},

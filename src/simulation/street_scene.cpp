@@ -17,10 +17,10 @@ constexpr double kEyeLevel = 1.6;  // m
 constexpr double kStep = 0.25;     // m from one frame to the next
 constexpr double kHouse = 8;       // m, width of a front
 
-enum StreetStyle { kFront, kGround, kPlaster, kDoor, kStyles };
+enum StreetStyle { kFront, kGround, kPlaster, kDoor, kStreetStyles };
 
 std::vector<LeafStyle> street_styles() {
-  std::vector<LeafStyle> styles(kStyles);
+  std::vector<LeafStyle> styles(kStreetStyles);
   const std::vector<Color> bright = {{0.70f, 0.30f, 0.22f}, {0.24f, 0.34f, 0.46f}, {0.84f, 0.72f, 0.44f},
                                      {0.18f, 0.18f, 0.20f}, {0.34f, 0.46f, 0.34f}, {0.90f, 0.88f, 0.82f}};
   styles[kFront] = leaf_style({0.66f, 0.60f, 0.52f}, bright, 1.2f, 0.03f, 0.9f);

@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-enum Surface { kShirt, kSkin };
+enum TorsoSurface { kShirt, kSkin };
 
 const Ball kTorsoBall{{0, 0.40, 0.05}, 0.44};
 const Vector3d kNeckBase(0, 0.200, 0.050), kNeckTopInHead(0, 0.045, 0.028);

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-enum Surface { kTop, kPlinth };
+enum TurntableSurface { kTop, kPlinth };
 
 const Ball kTableBall{{0, 0.36, 0.03}, 0.36};
 const Vector3d kAxis(0, 0, 0.03);  // what turns turns about the upright line through here

@@ -7,7 +7,7 @@
 namespace mono_pose_tracker {
 namespace {
 
-std::vector<CameraParameters> cameras() {
+std::vector<CameraParameters> calibrated_cameras() {
   CameraParameters plain;
   plain.width = 640, plain.height = 480;
   plain.fx = 500, plain.fy = 510, plain.cx = 310, plain.cy = 245;
@@ -26,7 +26,7 @@ const CalibrationStep& step() {
 }
 
 TEST(CalibratingCamera, ProjectsAsTheCameraItHasBecome) {
-  for (const CameraParameters& start : cameras()) {
+  for (const CameraParameters& start : calibrated_cameras()) {
     const CalibratingCamera calibrating(start);
     const CameraModel moved(calibrating.moved(step()));
     EXPECT_NEAR(moved.parameters().fx / start.fx, moved.parameters().fy / start.fy, 1e-12);
@@ -43,7 +43,7 @@ TEST(CalibratingCamera, ProjectsAsTheCameraItHasBecome) {
 }
 
 TEST(CalibratingCamera, KnowsHowPixelsFollow) {
-  for (const CameraParameters& start : cameras()) {
+  for (const CameraParameters& start : calibrated_cameras()) {
     const CalibratingCamera calibrating(start);
     const Eigen::Vector3d x(0.3, -0.2, 1);
     Eigen::Vector2d pixel, low, high;
@@ -79,7 +79,7 @@ TEST(CalibratingCamera, SeesNothingBehindIt) {
   Eigen::Vector2d pixel;
   Eigen::Matrix<double, 2, 3> by_point;
   Eigen::Matrix<double, 2, kCalibrationParameters> by_step;
-  EXPECT_FALSE(CalibratingCamera(cameras()[0])
+  EXPECT_FALSE(CalibratingCamera(calibrated_cameras()[0])
                    .project(CalibrationStep::Zero(), {0.1, 0, -1}, &pixel, &by_point, &by_step));
 }
 

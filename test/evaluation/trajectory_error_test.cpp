@@ -14,7 +14,7 @@ namespace {
 constexpr std::int64_t kMillisecond = 1000000;
 constexpr std::int64_t kTolerance = 10 * kMillisecond;
 
-std::vector<StampedPose> walk(int count) { return helix_walk(count, 100 * kMillisecond); }
+std::vector<StampedPose> slow_walk(int count) { return helix_walk(count, 100 * kMillisecond); }
 
 /// The same cameras in another map.
 std::vector<StampedPose> seen_from(const Sim3& other_from_map, std::vector<StampedPose> poses) {
@@ -34,7 +34,7 @@ Sim3 some_map() {
 }
 
 TEST(TrajectoryError, AnotherMapIsNoError) {
-  const std::vector<StampedPose> reference = walk(50);
+  const std::vector<StampedPose> reference = slow_walk(50);
   const TrajectoryError error = evaluate_trajectory(reference, seen_from(some_map(), reference), kTolerance);
   EXPECT_EQ(error.frames_reference, 50);
   EXPECT_EQ(error.frames_matched, 50);
@@ -70,7 +70,7 @@ TEST(TrajectoryError, PositionErrorOfKnownSize) {
 }
 
 TEST(TrajectoryError, OneTurnedCamera) {
-  const std::vector<StampedPose> reference = walk(41);
+  const std::vector<StampedPose> reference = slow_walk(41);
   std::vector<StampedPose> estimate = seen_from(some_map(), reference);
   Rigid3& turned = estimate[20].map_from_camera;
   turned.rotation = turned.rotation * turn(10, {0, 1, 0});
@@ -85,7 +85,7 @@ TEST(TrajectoryError, OneTurnedCamera) {
 TEST(TrajectoryError, CamerasThatAllLookElsewhere) {
   // Turned about their own axes by the same 5 degrees: no single rotation of the map can undo that, as they
   // look about.
-  const std::vector<StampedPose> reference = walk(41);
+  const std::vector<StampedPose> reference = slow_walk(41);
   std::vector<StampedPose> estimate = reference;
   for (StampedPose& pose : estimate) {
     pose.map_from_camera.rotation = pose.map_from_camera.rotation * turn(5, {1, 0, 0});
@@ -105,7 +105,7 @@ TEST(TrajectoryError, CamerasThatAllLookElsewhere) {
 }
 
 TEST(TrajectoryError, PathRunsOverAllReferenceFramesBetweenTheMatched) {
-  const std::vector<StampedPose> reference = walk(50);
+  const std::vector<StampedPose> reference = slow_walk(50);
   std::vector<StampedPose> estimate;
   for (int i = 10; i <= 30; i += 5) estimate.push_back(reference[i]);
   const TrajectoryError error = evaluate_trajectory(reference, estimate, kTolerance);
@@ -115,7 +115,7 @@ TEST(TrajectoryError, PathRunsOverAllReferenceFramesBetweenTheMatched) {
 }
 
 TEST(TrajectoryError, StampsMatchTheNearestWithinTheTolerance) {
-  const std::vector<StampedPose> reference = walk(10);
+  const std::vector<StampedPose> reference = slow_walk(10);
   std::vector<StampedPose> estimate = {reference[1], reference[2], reference[3], reference[4]};
   estimate[0].stamp_ns += 9 * kMillisecond;   // within
   estimate[1].stamp_ns -= 10 * kMillisecond;  // just within
@@ -132,7 +132,7 @@ TEST(TrajectoryError, StampsMatchTheNearestWithinTheTolerance) {
 }
 
 TEST(TrajectoryError, StepsWithoutReferenceMotionHaveNoDirection) {
-  std::vector<StampedPose> reference = walk(11), estimate;
+  std::vector<StampedPose> reference = slow_walk(11), estimate;
   for (int i = 6; i < 11; ++i) {
     reference[i].map_from_camera = Rigid3(turn(i, {0, 1, 0}), reference[5].map_from_camera.translation);
   }
@@ -146,7 +146,7 @@ TEST(TrajectoryError, StepsWithoutReferenceMotionHaveNoDirection) {
 }
 
 TEST(TrajectoryError, RefusesWhatCannotBeCompared) {
-  const std::vector<StampedPose> reference = walk(10);
+  const std::vector<StampedPose> reference = slow_walk(10);
   const std::vector<StampedPose> two(reference.begin(), reference.begin() + 2);
   expect_error([&] { evaluate_trajectory(reference, two, kTolerance); }, {"2 of 2", "expected 3"});
   expect_error([&] { evaluate_trajectory({}, reference, kTolerance); }, {"0 of 10", "expected 3"});
@@ -174,7 +174,8 @@ TEST(TrajectoryError, ScaleDriftIsThatOfTheUnit) {
   ASSERT_TRUE(error.scale_drift_percent);
   // The quarters' middles are 3/4 of the way apart: (1 + 0.2 * 0.875) / (1 + 0.2 * 0.125).
   EXPECT_NEAR(*error.scale_drift_percent, 100 * (1.175 / 1.025 - 1), 0.3);
-  EXPECT_NEAR(*evaluate_trajectory(walk(50), seen_from(some_map(), walk(50)), kTolerance).scale_drift_percent,
+  EXPECT_NEAR(*evaluate_trajectory(slow_walk(50), seen_from(some_map(), slow_walk(50)), kTolerance)
+                   .scale_drift_percent,
               0, 1e-9);
 }
 
@@ -192,7 +193,7 @@ TEST(TrajectoryError, DriftIsAShareOfThePath) {
 }
 
 TEST(TrajectoryError, WithoutAScaleItIsAnError) {
-  const std::vector<StampedPose> reference = walk(50);
+  const std::vector<StampedPose> reference = slow_walk(50);
   Sim3 smaller;
   smaller.scale = 0.5;
   EvaluationOptions options;
@@ -204,7 +205,7 @@ TEST(TrajectoryError, WithoutAScaleItIsAnError) {
 }
 
 TEST(TrajectoryError, UnitedMapsAreOnePicture) {
-  const std::vector<StampedPose> all = walk(50);
+  const std::vector<StampedPose> all = slow_walk(50);
   const std::vector<StampedPose> first(all.begin(), all.begin() + 20), second(all.begin() + 20, all.end());
   const TrajectoryError error = united({evaluate_trajectory(all, seen_from(some_map(), second), kTolerance),
                                         evaluate_trajectory(all, first, kTolerance)});

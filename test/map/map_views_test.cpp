@@ -8,7 +8,7 @@
 namespace mono_pose_tracker {
 namespace {
 
-ImageFeaturesPtr image_of(int features) {
+ImageFeaturesPtr view_image(int features) {
   auto image = std::make_shared<ImageFeatures>();
   image->set.features.resize(features);
   image->set.bearings.assign(features, Eigen::Vector3d::UnitZ());
@@ -66,7 +66,7 @@ void edit_at_random(Random& random, Map* map) {
 TEST(MapViews, AreWhatTheMapIsAfterEachEdit) {
   Random random(1);
   Map map;
-  for (int i = 0; i < 9; ++i) map.add_keyframe(i, i, Rigid3(), image_of(20));
+  for (int i = 0; i < 9; ++i) map.add_keyframe(i, i, Rigid3(), view_image(20));
   for (int step = 0; step < 600; ++step) {
     for (int i = 0; i < 5; ++i) edit_at_random(random, &map);
     ASSERT_NO_FATAL_FAILURE(expect_up_to_date(&map)) << "step " << step;
@@ -89,8 +89,8 @@ TEST(MapViews, AreWhatTheMapIsAfterEachEdit) {
 
 TEST(MapViews, AnEarlierOneStaysAsItWas) {
   Map map;
-  const KeyframeId first = map.add_keyframe(0, 0, Rigid3(), image_of(2));
-  const KeyframeId second = map.add_keyframe(1, 1, Rigid3(), image_of(2));
+  const KeyframeId first = map.add_keyframe(0, 0, Rigid3(), view_image(2));
+  const KeyframeId second = map.add_keyframe(1, 1, Rigid3(), view_image(2));
   const LandmarkId l = map.add_landmark({0, 0, 1});
   map.add_observation(l, first, 0);
   const MapViews before = map.views();
@@ -106,7 +106,7 @@ TEST(Map, KnowsWhatCameWithAKeyframe) {
   Random random(2);
   Map map;
   for (int i = 0; i < 6; ++i) {
-    map.add_keyframe(i, i, Rigid3(), image_of(1));
+    map.add_keyframe(i, i, Rigid3(), view_image(1));
     for (int n = 0; n < i; ++n) map.add_landmark({0, 0, 1});
   }
   map.remove_landmark(map.landmarks_created_by(4)[2]);

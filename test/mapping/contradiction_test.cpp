@@ -4,13 +4,13 @@
 
 #include <cmath>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "support/add_view.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
 constexpr int kKeyframes = 6, kPoints = 200, kBreak = 4;
 
 // Keyframes along a box of points; from kBreak on the left of it has been moved, and the map, which follows

@@ -4,14 +4,14 @@
 
 #include <cmath>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "support/add_view.h"
 #include "support/synthetic_head.h"
 
 namespace mono_pose_tracker {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
-constexpr int kKeyframes = 8;
+constexpr int kTurns = 8;
 constexpr double kStep = 4 * kDegree;  // the object turns, from one keyframe to the next
 
 // A head of half a unit that turns 6 units away.
@@ -22,7 +22,7 @@ Map head_map(double noise_px) {
   Map map;
   std::vector<LandmarkId> ids;
   for (const Eigen::Vector3d& x : scene.x_in_map) ids.push_back(map.add_landmark(x));
-  for (int k = 0; k < kKeyframes; ++k) {
+  for (int k = 0; k < kTurns; ++k) {
     Rigid3 camera_from_map = before_turned_head(k * kStep);
     camera_from_map.translation.x() = 0.02 * k;
     add_view(scene, camera, camera_from_map, noise_px, k, ids, random, &map);

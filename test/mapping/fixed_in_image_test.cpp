@@ -6,11 +6,11 @@
 #include <functional>
 
 #include "known_scene.h"
+#include "mono_pose_tracker/common/angles.h"
 
 namespace mono_pose_tracker {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
 constexpr int kFixed = 40;
 
 class FixedInImage : public testing::Test {

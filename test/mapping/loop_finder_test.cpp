@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
@@ -76,8 +77,6 @@ class DriftingMap {
 
   const SyntheticScene& scene_;
 };
-
-constexpr double kDegree = M_PI / 180;
 
 /// A round hall: the camera goes round in a circle of 5 m and looks at a wall 4 m away, which is seen once
 /// each way.

@@ -16,7 +16,7 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr double kNoise = 0.5;  // px
+constexpr double kLoopNoise = 0.5;  // px
 
 // A ring walked round with a worker that closes loops.
 class MapperLoopsTest : public testing::Test {
@@ -34,7 +34,7 @@ class MapperLoopsTest : public testing::Test {
     worker_ = std::make_unique<MappingWorker>(
         with_cancel(options_.mapper(camera_.focal()), [this] { return ask(); }), camera_, threaded,
         [this] { mapping_thread_ = std::this_thread::get_id(); });
-    worker_->initialize(true_beginning(walk_, camera_, kNoise, random_), 0);
+    worker_->initialize(true_beginning(walk_, camera_, kLoopNoise, random_), 0);
   }
 
   // Asked by solves after each iteration: those beside the mapper's thread stand still while held.
@@ -53,7 +53,7 @@ class MapperLoopsTest : public testing::Test {
     const TrackingMapPtr map = worker_->latest();
     const KeyframeView& newest = map->keyframes.rbegin()->second;
     KeyframeCandidate candidate;
-    candidate.frame = walk_frame(walk_, camera_, index, kNoise, random_);
+    candidate.frame = walk_frame(walk_, camera_, index, kLoopNoise, random_);
     const ResectionReport report =
         Resector(options_, camera_).resect(candidate.frame, *map, newest.id, std::nullopt);
     EXPECT_TRUE(report.success) << index << ": " << report.text;

@@ -7,6 +7,7 @@
 #include <future>
 #include <thread>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/tracking/resector.h"
 #include "support/synthetic_views.h"
 #include "support/unhurried_options.h"
@@ -14,8 +15,7 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
-constexpr double kNoise = 0.3;  // px
+constexpr double kWorkerNoise = 0.3;  // px
 
 class MappingWorkerTest : public testing::Test {
  protected:
@@ -27,7 +27,7 @@ class MappingWorkerTest : public testing::Test {
     std::vector<std::vector<int>> point_of(2);
     for (int v = 0; v < 2; ++v) {
       map.views.push_back(
-          {synthetic_frame(scene_, camera_, pose(v), kNoise, v, random_, &point_of[v]), pose(v)});
+          {synthetic_frame(scene_, camera_, pose(v), kWorkerNoise, v, random_, &point_of[v]), pose(v)});
     }
     for (std::size_t i = 0; i < scene_.x_in_map.size(); ++i) {
       InitialMap::Point point;
@@ -46,7 +46,7 @@ class MappingWorkerTest : public testing::Test {
   KeyframeCandidate candidate(const TrackingMap& map, int index) {
     const KeyframeView& newest = map.keyframes.rbegin()->second;
     KeyframeCandidate candidate;
-    candidate.frame = synthetic_frame(scene_, camera_, pose(index), kNoise, index, random_);
+    candidate.frame = synthetic_frame(scene_, camera_, pose(index), kWorkerNoise, index, random_);
     const ResectionReport report =
         Resector(TrackerOptions(), camera_).resect(candidate.frame, map, newest.id, std::nullopt);
     EXPECT_TRUE(report.success) << report.text;

@@ -4,13 +4,13 @@
 
 #include <cmath>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "support/add_view.h"
 
 namespace mono_pose_tracker {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
-constexpr int kKeyframes = 12, kPoints = 200;
+constexpr int kRound = 12, kBoxPoints = 200;
 
 // Keyframes round a box of points. Those right of the middle may have a motion of their own: `own` takes a
 // point to where it is in keyframe k.
@@ -18,11 +18,11 @@ template <typename Motion>
 Map make_map(const Motion& own, double noise_px = 0.5) {
   Random random(11);
   const CameraModel camera = synthetic_camera();
-  const SyntheticScene scene = box_scene(kPoints, random);
+  const SyntheticScene scene = box_scene(kBoxPoints, random);
   Map map;
   std::vector<LandmarkId> ids;
   for (const Eigen::Vector3d& x : scene.x_in_map) ids.push_back(map.add_landmark(x));
-  for (int k = 0; k < kKeyframes; ++k) {
+  for (int k = 0; k < kRound; ++k) {
     const Rigid3 camera_from_map = camera_at({0.06 * k, 0, 0}, -0.5 * k * kDegree);
     SyntheticScene moved = scene;
     for (Eigen::Vector3d& x : moved.x_in_map) {
@@ -44,7 +44,7 @@ TEST(RigidityCheck, OneRigidBodyAgrees) {
   for (const double noise : {0.2, 0.6, 1.2}) {
     const RigidityReport report = check_rigidity(make_map(stays, noise));
     EXPECT_TRUE(report.is_rigid) << noise << " " << report.parts << " " << report.mahalanobis2;
-    EXPECT_EQ(report.keyframes, kKeyframes);
+    EXPECT_EQ(report.keyframes, kRound);
   }
 }
 

@@ -7,13 +7,13 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr int kPoints = 200;
+constexpr int kPairPoints = 200;
 
 // Two keyframes, the second with the left of the scene moved by `moved`.
-Map make_map(double moved, double seconds) {
+Map make_pair_map(double moved, double seconds) {
   Random random(5);
   const CameraModel camera = synthetic_camera();
-  const SyntheticScene scene = box_scene(kPoints, random);
+  const SyntheticScene scene = box_scene(kPairPoints, random);
   Map map;
   std::vector<LandmarkId> ids;
   for (const Eigen::Vector3d& x : scene.x_in_map) ids.push_back(map.add_landmark(x));
@@ -37,20 +37,20 @@ Map make_map(double moved, double seconds) {
 
 TEST(RigidityWatch, APartThatGoesAnotherWayIsADoubtUntilItDoesNot) {
   RigidityWatch watch;
-  watch.ask(make_map(0, 1), synthetic_camera(), MatchOptions());
+  watch.ask(make_pair_map(0, 1), synthetic_camera(), MatchOptions());
   EXPECT_TRUE(watch.doubt().empty());
-  watch.ask(make_map(0.2, 3), synthetic_camera(), MatchOptions());
+  watch.ask(make_pair_map(0.2, 3), synthetic_camera(), MatchOptions());
   EXPECT_NE(watch.doubt().find("seen elsewhere"), std::string::npos) << watch.doubt();
-  watch.ask(make_map(0, 5), synthetic_camera(), MatchOptions());
+  watch.ask(make_pair_map(0, 5), synthetic_camera(), MatchOptions());
   EXPECT_TRUE(watch.doubt().empty());
 }
 
 TEST(RigidityWatch, ItAsksOnceASecond) {
   RigidityWatch watch;
-  watch.ask(make_map(0, 1), synthetic_camera(), MatchOptions());
-  watch.ask(make_map(0.2, 1.5), synthetic_camera(), MatchOptions());
+  watch.ask(make_pair_map(0, 1), synthetic_camera(), MatchOptions());
+  watch.ask(make_pair_map(0.2, 1.5), synthetic_camera(), MatchOptions());
   EXPECT_TRUE(watch.doubt().empty());
-  watch.ask(make_map(0.2, 2.1), synthetic_camera(), MatchOptions());
+  watch.ask(make_pair_map(0.2, 2.1), synthetic_camera(), MatchOptions());
   EXPECT_FALSE(watch.doubt().empty());
 }
 

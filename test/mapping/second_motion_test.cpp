@@ -4,16 +4,16 @@
 
 #include <cmath>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
-constexpr double kNoise = 0.3;  // px
+constexpr double kSecondNoise = 0.3;  // px
 
-std::vector<Eigen::Vector3d> box(int points, const Eigen::Vector3d& low, const Eigen::Vector3d& high,
-                                 Random& random) {
+std::vector<Eigen::Vector3d> box_between(int points, const Eigen::Vector3d& low, const Eigen::Vector3d& high,
+                                         Random& random) {
   std::vector<Eigen::Vector3d> x;
   for (int i = 0; i < points; ++i) {
     x.emplace_back(random.uniform(low.x(), high.x()), random.uniform(low.y(), high.y()),
@@ -26,15 +26,15 @@ std::vector<Eigen::Vector3d> box(int points, const Eigen::Vector3d& low, const E
 class SecondMotionTest : public testing::Test {
  protected:
   SecondMotionTest()
-      : body_(box(150, {-0.5, -0.6, -0.5}, {0.5, 0.6, 0.5}, random_), random_),
-        rest_(box(80, {-2, -1.5, 4.5}, {2, 1.5, 6}, random_), random_) {}
+      : body_(box_between(150, {-0.5, -0.6, -0.5}, {0.5, 0.6, 0.5}, random_), random_),
+        rest_(box_between(80, {-2, -1.5, 4.5}, {2, 1.5, 6}, random_), random_) {}
 
   // The first features are the body's; the keyframe's pose is relative to the body.
   Keyframe keyframe(double yaw, const Rigid3& camera_from_rest) {
     const Rigid3 camera_from_body(Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY())),
                                   Eigen::Vector3d(0, 0, 3));
-    const Frame body = synthetic_frame(body_, camera_, camera_from_body, kNoise, 0, random_);
-    const Frame rest = synthetic_frame(rest_, camera_, camera_from_rest, kNoise, 0, random_);
+    const Frame body = synthetic_frame(body_, camera_, camera_from_body, kSecondNoise, 0, random_);
+    const Frame rest = synthetic_frame(rest_, camera_, camera_from_rest, kSecondNoise, 0, random_);
     FeatureSet both = body.image->set;
     both.bearings.clear();
     const FeatureSet& other = rest.image->set;

@@ -7,21 +7,21 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr int kKeyframes = 8, kPoints = 200, kBreak = 5;
+constexpr int kRow = 8, kRowPoints = 200, kTear = 5;
 
-// Keyframes before a box of points. Each landmark is seen by all, but that from kBreak on those of `torn` are
+// Keyframes before a box of points. Each landmark is seen by all, but that from kTear on those of `torn` are
 // seen as others, and so are from each keyframe on a few more, `usual` of them.
-Map make_map(int torn, int usual) {
+Map make_torn_map(int torn, int usual) {
   Random random(5);
   const CameraModel camera = synthetic_camera();
-  const SyntheticScene scene = box_scene(kPoints, random);
+  const SyntheticScene scene = box_scene(kRowPoints, random);
   Map map;
   std::vector<LandmarkId> ids;
   for (const Eigen::Vector3d& x : scene.x_in_map) ids.push_back(map.add_landmark(x));
   const auto tear = [&](int i) { ids[i] = map.add_landmark(scene.x_in_map[i]); };
-  for (int k = 0; k < kKeyframes; ++k) {
-    for (int i = 0; k > 0 && i < usual; ++i) tear((17 * k + i) % kPoints);
-    for (int i = 0; k == kBreak && i < torn; ++i) tear((17 * k + usual + i) % kPoints);
+  for (int k = 0; k < kRow; ++k) {
+    for (int i = 0; k > 0 && i < usual; ++i) tear((17 * k + i) % kRowPoints);
+    for (int i = 0; k == kTear && i < torn; ++i) tear((17 * k + usual + i) % kRowPoints);
     const Rigid3 camera_from_map = camera_at({0.03 * k, 0, 0}, 0);
     add_view(scene, camera, camera_from_map, 0.5, k, ids, random, &map);
   }
@@ -31,22 +31,22 @@ Map make_map(int torn, int usual) {
 TornTracks worst_of(const Map& map) { return worst_torn_tracks(map, match_in_time(map, MatchOptions(), 1)); }
 
 TEST(TornTracks, ARightMapHasAFew) {
-  const TornTracks worst = worst_of(make_map(0, 5));
-  EXPECT_GT(worst.matches, kPoints / 2);
+  const TornTracks worst = worst_of(make_torn_map(0, 5));
+  EXPECT_GT(worst.matches, kRowPoints / 2);
   EXPECT_GT(worst.torn, 0);
   EXPECT_FALSE(worst.is_one());
 }
 
 TEST(TornTracks, AreSeenWhereTheyBegin) {
-  const TornTracks worst = worst_of(make_map(25, 5));
-  EXPECT_EQ(worst.frame_index, kBreak);
+  const TornTracks worst = worst_of(make_torn_map(25, 5));
+  EXPECT_EQ(worst.frame_index, kTear);
   EXPECT_GE(worst.torn, 20);
   EXPECT_GT(worst.share(), 2 * worst.usual_share);
   EXPECT_TRUE(worst.is_one());
 }
 
 TEST(TornTracks, OfARepeatedTextureAreEverywhere) {
-  const TornTracks worst = worst_of(make_map(0, 30));
+  const TornTracks worst = worst_of(make_torn_map(0, 30));
   EXPECT_GT(worst.share(), TornTracks::kMostOfARightMap);
   EXPECT_GE(worst.torn, TornTracks::kMinTorn);
   EXPECT_FALSE(worst.is_one());

@@ -13,12 +13,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr double kNoBound = std::numeric_limits<double>::infinity();
-
-TwoViewModel model_of(const Rigid3& second_from_first) {
-  return {second_from_first.rotation_matrix(), second_from_first.translation.normalized()};
-}
-
 TEST(BearingPairs, ShufflesAndLeavesOutWhatIsNotFinite) {
   TwoViewScene scene = make_two_view_scene(TwoViewSceneOptions(), 1);
   scene.bearings1[10].x() = std::numeric_limits<double>::quiet_NaN();

@@ -13,7 +13,7 @@
 namespace mono_pose_tracker {
 namespace {
 
-TwoViewScene make_scene(double outlier_ratio, double noise, std::uint64_t seed) {
+TwoViewScene make_motion_scene(double outlier_ratio, double noise, std::uint64_t seed) {
   TwoViewSceneOptions options;
   options.num_points = 100;
   options.outlier_ratio = outlier_ratio;
@@ -35,7 +35,7 @@ Eigen::Matrix<double, 6, 1> perturbation(const Rigid3& estimate, const Rigid3& t
 }
 
 TEST(MotionRefinement, FindsTheExactPose) {
-  const TwoViewScene scene = make_scene(0, 0, 1);
+  const TwoViewScene scene = make_motion_scene(0, 0, 1);
   MotionRefinementOptions options;
   options.max_iterations = 30;
   const auto report =
@@ -50,7 +50,7 @@ TEST(MotionRefinement, CovarianceIsThatOfTheErrors) {
   const int trials = 400;
   double mean_nees = 0, mean_nees_unknown_sigma = 0;
   for (int seed = 0; seed < trials; ++seed) {
-    const TwoViewScene scene = make_scene(0, kPixel, seed);
+    const TwoViewScene scene = make_motion_scene(0, kPixel, seed);
     const Rigid3 start = disturbed(scene.second_from_first, 0.002, 0.01);
     // A sigma that is half the truth: the variance factor has to make up for it.
     const auto report =
@@ -71,7 +71,7 @@ TEST(MotionRefinement, CovarianceIsThatOfTheErrors) {
 }
 
 TEST(MotionRefinement, OutliersHardlyMoveIt) {
-  const TwoViewScene scene = make_scene(0.2, kPixel, 4);
+  const TwoViewScene scene = make_motion_scene(0.2, kPixel, 4);
   const std::vector<double> sigmas(100, kPixel);
   const Rigid3 start = disturbed(scene.second_from_first, 0.005, 0.02);
   MotionRefinementOptions options;
@@ -83,7 +83,7 @@ TEST(MotionRefinement, OutliersHardlyMoveIt) {
 }
 
 TEST(MotionRefinement, LeavesOutWhatIsNotFinite) {
-  TwoViewScene scene = make_scene(0, kPixel, 5);
+  TwoViewScene scene = make_motion_scene(0, kPixel, 5);
   scene.bearings2[7].z() = std::numeric_limits<double>::quiet_NaN();
   scene.points_in_first[8].x() = std::numeric_limits<double>::infinity();
   const auto report =
@@ -94,7 +94,7 @@ TEST(MotionRefinement, LeavesOutWhatIsNotFinite) {
 }
 
 TEST(MotionRefinement, DoesNotConvergeOnTooFewMatches) {
-  const TwoViewScene scene = make_scene(0, kPixel, 6);
+  const TwoViewScene scene = make_motion_scene(0, kPixel, 6);
   const std::vector<Eigen::Vector3d> bearings(scene.bearings2.begin(), scene.bearings2.begin() + 2);
   const std::vector<Eigen::Vector3d> points(scene.points_in_first.begin(), scene.points_in_first.begin() + 2);
   const auto report =
@@ -104,7 +104,7 @@ TEST(MotionRefinement, DoesNotConvergeOnTooFewMatches) {
 }
 
 TEST(MotionRefinement, RefusesBadOptions) {
-  const TwoViewScene scene = make_scene(0, kPixel, 7);
+  const TwoViewScene scene = make_motion_scene(0, kPixel, 7);
   MotionRefinementOptions options;
   options.loss_width = 0;
   EXPECT_THROW(refine_absolute_pose(scene.bearings2, scene.points_in_first, {}, Rigid3(), options),

@@ -13,7 +13,7 @@
 namespace mono_pose_tracker {
 namespace {
 
-RelativePoseOptions default_options(std::uint64_t seed = 0) {
+RelativePoseOptions relative_options(std::uint64_t seed = 0) {
   RelativePoseOptions options;
   options.ransac.threshold = 2 * kPixel;
   options.ransac.confidence = 0.999;
@@ -31,7 +31,7 @@ TEST(RelativePose, IsExactOnExactMatches) {
   scene_options.noise = 0;
   scene_options.outlier_ratio = 0.3;
   const TwoViewScene scene = make_two_view_scene(scene_options, 1);
-  const auto report = estimate_relative_pose(scene.bearings1, scene.bearings2, default_options());
+  const auto report = estimate_relative_pose(scene.bearings1, scene.bearings2, relative_options());
   ASSERT_TRUE(report.success);
   const RelativePoseHypothesis& best = report.hypotheses[0];
   EXPECT_LT(rotation_error(best.second_from_first, scene.second_from_first), 1e-6);
@@ -49,7 +49,7 @@ TEST(RelativePose, IsAccurateAtHalfOutliers) {
   std::vector<double> rotation_errors, direction_errors;
   for (int seed = 0; seed < 60; ++seed) {
     const TwoViewScene scene = make_two_view_scene(scene_options, seed);
-    const auto report = estimate_relative_pose(scene.bearings1, scene.bearings2, default_options(seed));
+    const auto report = estimate_relative_pose(scene.bearings1, scene.bearings2, relative_options(seed));
     ASSERT_TRUE(report.success);
     rotation_errors.push_back(
         rotation_error(report.hypotheses[0].second_from_first, scene.second_from_first));
@@ -67,7 +67,7 @@ TEST(RelativePose, NeverTakesTheTwinOfAnAlmostPlanarScene) {
   scene_options.outlier_ratio = 0.3;
   for (int seed = 0; seed < 60; ++seed) {
     const TwoViewScene scene = make_two_view_scene(scene_options, seed);
-    const auto report = estimate_relative_pose(scene.bearings1, scene.bearings2, default_options(seed));
+    const auto report = estimate_relative_pose(scene.bearings1, scene.bearings2, relative_options(seed));
     ASSERT_TRUE(report.success);
     EXPECT_LT(rotation_error(report.hypotheses[0].second_from_first, scene.second_from_first), 2.5 * kDegree)
         << "seed " << seed;
@@ -79,7 +79,7 @@ TEST(RelativePose, HypothesesAreDistinctAndSorted) {
   TwoViewSceneOptions scene_options;
   scene_options.depth_over_width = 0.01;
   const TwoViewScene scene = make_two_view_scene(scene_options, 5);
-  const RelativePoseOptions options = default_options();
+  const RelativePoseOptions options = relative_options();
   const auto report = estimate_relative_pose(scene.bearings1, scene.bearings2, options);
   ASSERT_GE(report.hypotheses.size(), 2u);
   EXPECT_LE(static_cast<int>(report.hypotheses.size()), options.max_hypotheses);
@@ -105,13 +105,13 @@ TEST(RelativePose, SaysWhenThereIsOnlyARotation) {
       scene.bearings2[i] = add_noise(turn * scene.bearings1[i], kPixel, &random);
     }
   }
-  const auto report = estimate_relative_pose(scene.bearings1, scene.bearings2, default_options());
+  const auto report = estimate_relative_pose(scene.bearings1, scene.bearings2, relative_options());
   ASSERT_TRUE(report.success);
   EXPECT_GT(report.rotation_only_inliers, 0.85 * report.hypotheses[0].num_inliers);
   EXPECT_LT(rotation_angle_between(report.rotation_only, turn), 0.1 * kDegree);
 
   const TwoViewScene moving = make_two_view_scene(TwoViewSceneOptions(), 3);
-  const auto moving_report = estimate_relative_pose(moving.bearings1, moving.bearings2, default_options());
+  const auto moving_report = estimate_relative_pose(moving.bearings1, moving.bearings2, relative_options());
   EXPECT_LT(moving_report.rotation_only_inliers, 0.3 * moving_report.hypotheses[0].num_inliers);
   EXPECT_LT(moving_report.plane_inliers, 0.3 * moving_report.hypotheses[0].num_inliers);
 }
@@ -120,8 +120,8 @@ TEST(RelativePose, SameSeedSameBytes) {
   TwoViewSceneOptions scene_options;
   scene_options.outlier_ratio = 0.4;
   const TwoViewScene scene = make_two_view_scene(scene_options, 7);
-  const auto a = estimate_relative_pose(scene.bearings1, scene.bearings2, default_options(9));
-  const auto b = estimate_relative_pose(scene.bearings1, scene.bearings2, default_options(9));
+  const auto a = estimate_relative_pose(scene.bearings1, scene.bearings2, relative_options(9));
+  const auto b = estimate_relative_pose(scene.bearings1, scene.bearings2, relative_options(9));
   ASSERT_EQ(a.hypotheses.size(), b.hypotheses.size());
   EXPECT_EQ(a.iterations, b.iterations);
   for (std::size_t i = 0; i < a.hypotheses.size(); ++i) {
@@ -139,7 +139,7 @@ TEST(RelativePose, BearingsThatAreNotFiniteAreOutliers) {
   scene.bearings1[3] = Eigen::Vector3d(nan, 0, 1);
   scene.bearings2[5] = Eigen::Vector3d(std::numeric_limits<double>::infinity(), 0, 1);
   scene.bearings2[6] = Eigen::Vector3d::Zero();
-  const auto report = estimate_relative_pose(scene.bearings1, scene.bearings2, default_options());
+  const auto report = estimate_relative_pose(scene.bearings1, scene.bearings2, relative_options());
   ASSERT_TRUE(report.success);
   EXPECT_FALSE(report.hypotheses[0].inliers[3]);
   EXPECT_FALSE(report.hypotheses[0].inliers[5]);
@@ -151,7 +151,7 @@ TEST(RelativePose, GoodMatchesFirstNeedFewerSamples) {
   TwoViewSceneOptions scene_options;
   scene_options.outlier_ratio = 0.7;
   const TwoViewScene scene = make_two_view_scene(scene_options, 11);
-  RelativePoseOptions options = default_options();
+  RelativePoseOptions options = relative_options();
   options.ransac.max_iterations = 50;  // by chance a good sample in 412
   for (const char inlier : scene.is_inlier) {
     options.quality.push_back(inlier ? 0.5f : 0.7f);
@@ -165,22 +165,22 @@ TEST(RelativePose, FailsOnTooFewMatches) {
   TwoViewSceneOptions scene_options;
   scene_options.num_points = 5;
   const TwoViewScene scene = make_two_view_scene(scene_options, 1);
-  EXPECT_FALSE(estimate_relative_pose(scene.bearings1, scene.bearings2, default_options()).success);
-  EXPECT_FALSE(estimate_relative_pose({}, {}, default_options()).success);
+  EXPECT_FALSE(estimate_relative_pose(scene.bearings1, scene.bearings2, relative_options()).success);
+  EXPECT_FALSE(estimate_relative_pose({}, {}, relative_options()).success);
 }
 
 TEST(RelativePose, RefusesBadOptions) {
   const TwoViewScene scene = make_two_view_scene(TwoViewSceneOptions(), 1);
-  RelativePoseOptions options = default_options();
+  RelativePoseOptions options = relative_options();
   options.ransac.threshold = -1;
   EXPECT_THROW(estimate_relative_pose(scene.bearings1, scene.bearings2, options), std::invalid_argument);
-  options = default_options();
+  options = relative_options();
   options.max_hypotheses = 0;
   EXPECT_THROW(estimate_relative_pose(scene.bearings1, scene.bearings2, options), std::invalid_argument);
-  options = default_options();
+  options = relative_options();
   options.quality.assign(3, 1.0f);
   EXPECT_THROW(estimate_relative_pose(scene.bearings1, scene.bearings2, options), std::invalid_argument);
-  EXPECT_THROW(estimate_relative_pose(scene.bearings1, {}, default_options()), std::invalid_argument);
+  EXPECT_THROW(estimate_relative_pose(scene.bearings1, {}, relative_options()), std::invalid_argument);
 }
 
 }  // namespace

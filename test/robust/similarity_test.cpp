@@ -6,17 +6,17 @@
 #include <limits>
 #include <stdexcept>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/simulation/two_view_problem.h"
 
 namespace mono_pose_tracker {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
-constexpr double kPixel = 1.0 / 500;  // rad
+constexpr double kSightPixel = 1.0 / 500;  // rad
 
 SimilarityOptions options() {
   SimilarityOptions options;
-  options.ransac.threshold = 3 * kPixel;
+  options.ransac.threshold = 3 * kSightPixel;
   return options;
 }
 
@@ -87,7 +87,7 @@ TEST(Similarity, NoiseCostsWhatItStates) {
   int within = 0;
   const int trials = 30;
   for (int trial = 0; trial < trials; ++trial) {
-    const TwoMaps maps = two_maps(100, 0.3, 0.5 * kPixel, random);
+    const TwoMaps maps = two_maps(100, 0.3, 0.5 * kSightPixel, random);
     const SimilarityReport report = estimate_similarity(maps.matches, options());
     ASSERT_TRUE(report.success) << trial;
     EXPECT_GE(report.num_inliers, 50);
@@ -103,7 +103,7 @@ TEST(Similarity, PointsOnALineLeaveTheTurnAboutItOpen) {
   Random random(3);
   for (const double width : {0.0, 1e-3}) {
     for (int trial = 0; trial < 10; ++trial) {
-      const TwoMaps maps = two_maps(80, 0, 0.3 * kPixel, random, {2, width, width});
+      const TwoMaps maps = two_maps(80, 0, 0.3 * kSightPixel, random, {2, width, width});
       EXPECT_FALSE(estimate_similarity(maps.matches, options()).success) << width;
     }
   }
@@ -136,7 +136,7 @@ TEST(Similarity, AnInlierIsSeenBeforeTheCameraOnBothSides) {
 
 TEST(Similarity, TheSameSeedGivesTheSameBytes) {
   Random random(6);
-  const TwoMaps maps = two_maps(80, 0.5, 0.5 * kPixel, random);
+  const TwoMaps maps = two_maps(80, 0.5, 0.5 * kSightPixel, random);
   const SimilarityReport first = estimate_similarity(maps.matches, options());
   const SimilarityReport second = estimate_similarity(maps.matches, options());
   EXPECT_EQ(first.b_from_a.scale, second.b_from_a.scale);

@@ -13,10 +13,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-TwoViewModel model_of(const Rigid3& second_from_first) {
-  return {second_from_first.rotation_matrix(), second_from_first.translation.normalized()};
-}
-
 double rotation_error(const TwoViewModel& a, const TwoViewModel& b) {
   return rotation_angle_between(Eigen::Quaterniond(a.rotation), Eigen::Quaterniond(b.rotation));
 }

@@ -11,12 +11,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr double kNoBound = std::numeric_limits<double>::infinity();
-
-TwoViewModel model_of(const Rigid3& second_from_first) {
-  return {second_from_first.rotation_matrix(), second_from_first.translation.normalized()};
-}
-
 // Only with right derivatives do six steps end at the exact pose.
 TEST(RefineTwoViews, ConvergesAsNewtonDoes) {
   TwoViewSceneOptions options;

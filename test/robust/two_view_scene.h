@@ -3,15 +3,18 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cmath>
+#include <limits>
 #include <vector>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/random.h"
 #include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/robust/bearing_pairs.h"
 
 namespace mono_pose_tracker {
 
+constexpr double kNoBound = std::numeric_limits<double>::infinity();
 constexpr double kPixel = 0.785398 / 1296;  // rad: 1296 px span 45 degrees
-constexpr double kDegree = 0.017453292519943295;
 
 /// A box at distance 4 whose front subtends 45 degrees, turned about its centre between the views (issue of
 /// the paper).
@@ -21,6 +24,10 @@ struct TwoViewScene {
   std::vector<char> is_inlier;
   Rigid3 second_from_first;
 };
+
+inline TwoViewModel model_of(const Rigid3& second_from_first) {
+  return {second_from_first.rotation_matrix(), second_from_first.translation.normalized()};
+}
 
 struct TwoViewSceneOptions {
   int num_points = 500;

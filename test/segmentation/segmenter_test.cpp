@@ -8,7 +8,7 @@ namespace mono_pose_tracker {
 namespace {
 
 constexpr int kLearning = 10;
-const cv::Size kSize(640, 480);
+const cv::Size kPlainSize(640, 480);
 
 SegmentationOptions with_method(const std::string& method) {
   SegmentationOptions options;
@@ -18,7 +18,7 @@ SegmentationOptions with_method(const std::string& method) {
 }
 
 // A textured object that moves before a textured background, with sensor noise.
-class Stage {
+class PlainStage {
  public:
   cv::Mat empty(int frame) const {
     cv::Mat image = background_.clone();
@@ -26,7 +26,7 @@ class Stage {
     return image;
   }
   ObjectImage with_object(int frame) const {
-    ObjectImage image{background_.clone(), cv::Mat::zeros(kSize, CV_8UC1)};
+    ObjectImage image{background_.clone(), cv::Mat::zeros(kPlainSize, CV_8UC1)};
     cv::ellipse(image.object, {300 + 3 * frame, 240}, {110, 160}, 0, 0, 360, 255, cv::FILLED);
     object_.copyTo(image.bgr, image.object);
     add_noise(2, 500 + frame, &image.bgr);
@@ -34,15 +34,15 @@ class Stage {
   }
 
  private:
-  cv::Mat background_ = texture(kSize, 1), object_ = texture(kSize, 2);
+  cv::Mat background_ = texture(kPlainSize, 1), object_ = texture(kPlainSize, 2);
 };
 
-void learn(const Stage& stage, Segmenter* segmenter) {
+void learn(const PlainStage& stage, Segmenter* segmenter) {
   for (int i = 0; i < kLearning; ++i) segmenter->segment(stage.empty(i), cv::Mat());
 }
 
 TEST(Segmenter, NoMethodMeansNoMaskAndAGivenMaskIsTakenAsItIs) {
-  const ObjectImage image = Stage().with_object(0);
+  const ObjectImage image = PlainStage().with_object(0);
   EXPECT_TRUE(Segmenter(with_method("none")).segment(image.bgr, image.object).mask.empty());
   for (const char* method : {"auto", "mask"}) {
     Segmenter segmenter(with_method(method));
@@ -53,7 +53,7 @@ TEST(Segmenter, NoMethodMeansNoMaskAndAGivenMaskIsTakenAsItIs) {
 }
 
 TEST(Segmenter, SaysThatItLearnsTheBackgroundAndForHowLong) {
-  const Stage stage;
+  const PlainStage stage;
   Segmenter segmenter(with_method("background"));
   for (int i = 0; i < kLearning; ++i) {
     const Segmentation segmentation = segmenter.segment(stage.empty(i), cv::Mat());
@@ -65,7 +65,7 @@ TEST(Segmenter, SaysThatItLearnsTheBackgroundAndForHowLong) {
 }
 
 TEST(Segmenter, FindsTheObjectBeforeALearntBackground) {
-  const Stage stage;
+  const PlainStage stage;
   Segmenter segmenter(with_method("background"));
   learn(stage, &segmenter);
   EXPECT_EQ(cv::countNonZero(segmenter.segment(stage.empty(50), cv::Mat()).mask), 0);
@@ -76,7 +76,7 @@ TEST(Segmenter, FindsTheObjectBeforeALearntBackground) {
 }
 
 TEST(Segmenter, WhatPassesByWhileLearningIsNotLearnt) {
-  const Stage stage;
+  const PlainStage stage;
   Segmenter segmenter(with_method("background"));
   for (int i = 0; i < kLearning; ++i) {
     segmenter.segment(i % 4 == 1 ? stage.with_object(i).bgr : stage.empty(i), cv::Mat());
@@ -86,11 +86,11 @@ TEST(Segmenter, WhatPassesByWhileLearningIsNotLearnt) {
 }
 
 TEST(Segmenter, AShadowIsNotTheObject) {
-  const Stage stage;
+  const PlainStage stage;
   Segmenter segmenter(with_method("background"));
   learn(stage, &segmenter);
   ObjectImage image = stage.with_object(0);
-  cv::Mat shadow = cv::Mat::zeros(kSize, CV_8UC1);
+  cv::Mat shadow = cv::Mat::zeros(kPlainSize, CV_8UC1);
   cv::ellipse(shadow, {480, 300}, {110, 140}, 0, 0, 360, 255, cv::FILLED);
   shadow.setTo(0, image.object);
   cv::Mat darker = 0.65 * image.bgr;
@@ -99,7 +99,7 @@ TEST(Segmenter, AShadowIsNotTheObject) {
 }
 
 TEST(Segmenter, AnExposureThatChangesIsFollowed) {
-  const Stage stage;
+  const PlainStage stage;
   Segmenter segmenter(with_method("background"));
   learn(stage, &segmenter);
   for (int i = 0; i < 20; ++i) {
@@ -110,7 +110,7 @@ TEST(Segmenter, AnExposureThatChangesIsFollowed) {
 }
 
 TEST(Segmenter, TheBackgroundIsUpdatedOutsideTheObjectOnly) {
-  const Stage stage;
+  const PlainStage stage;
   SegmentationOptions options = with_method("background");
   options.update_rate = 0.2;
   Segmenter segmenter(options);
@@ -126,7 +126,7 @@ TEST(Segmenter, TheBackgroundIsUpdatedOutsideTheObjectOnly) {
 }
 
 TEST(Segmenter, ABackgroundImageNeedsNoLearning) {
-  const Stage stage;
+  const PlainStage stage;
   Segmenter segmenter(with_method("background"), stage.empty(0));
   ObjectImage image = stage.with_object(0);
   EXPECT_GT(overlap(segmenter.segment(image.bgr, cv::Mat()).mask, image.object), 0.95);
@@ -137,24 +137,24 @@ TEST(Segmenter, ABackgroundImageNeedsNoLearning) {
 
 TEST(Segmenter, ABackgroundImageOfAnotherSizeIsNotStretched) {
   Segmenter segmenter(with_method("background"), cv::Mat(240, 320, CV_8UC3, cv::Scalar(1, 2, 3)));
-  const Segmentation segmentation = segmenter.segment(Stage().empty(0), cv::Mat());
+  const Segmentation segmentation = segmenter.segment(PlainStage().empty(0), cv::Mat());
   EXPECT_EQ(segmentation.reason, Reason::kImageSizeMismatch);
   EXPECT_EQ(segmentation.text, "segmentation/background_image is 320x240, the image 640x480");
 }
 
 TEST(Segmenter, AGivenMaskAndAMethodMustAgree) {
-  const ObjectImage image = Stage().with_object(0);
+  const ObjectImage image = PlainStage().with_object(0);
   Segmenter segmenter(with_method("threshold"));
-  cv::Mat left = cv::Mat::zeros(kSize, CV_8UC1);
+  cv::Mat left = cv::Mat::zeros(kPlainSize, CV_8UC1);
   left.colRange(0, 300) = 255;
-  const cv::Mat plain = cv::Mat(kSize, CV_8UC3, cv::Scalar(20, 20, 20));
+  const cv::Mat plain = cv::Mat(kPlainSize, CV_8UC3, cv::Scalar(20, 20, 20));
   cv::Mat bgr = plain.clone();
   bgr.setTo(cv::Scalar(150, 150, 150), image.object);
   EXPECT_GT(overlap(segmenter.segment(bgr, left).mask, image.object & left), 0.97);
 }
 
 TEST(Segmenter, OutOfOrderNothingIsLearnt) {
-  const Stage stage;
+  const PlainStage stage;
   Segmenter segmenter(with_method("background"));
   for (int i = 0; i < 3 * kLearning; ++i) {
     EXPECT_EQ(segmenter.segment_again(stage.empty(i), cv::Mat()).reason, Reason::kLearningBackground);

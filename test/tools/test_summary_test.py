@@ -31,10 +31,10 @@ class TestSummary(unittest.TestCase):
         path.parent.mkdir(exist_ok=True)
         path.write_text(text)
 
-    def summarise(self):
+    def summarise(self, *programs):
         """Its lines and exit status."""
-        done = subprocess.run([sys.executable, SCRIPTS / "summarise_tests", self.folder.name], stdout=subprocess.PIPE,
-                              text=True)
+        done = subprocess.run([sys.executable, SCRIPTS / "summarise_tests", self.folder.name, *programs],
+                              stdout=subprocess.PIPE, text=True)
         return done.stdout.splitlines(), done.returncode
 
     def test_the_last_two_lines(self):
@@ -43,6 +43,16 @@ class TestSummary(unittest.TestCase):
         lines, status = self.summarise()
         self.assertEqual(lines[-2:], ["skipped: Group.left_out", "2 passed, 0 failed"])
         self.assertEqual(status, 0)
+
+    def test_a_program_that_never_ran_has_failed(self):
+        self.write("pkg/gtest-test_map.xml", suite(case("good")))
+        self.write("pkg/rostest-test_ros_bag_test.xml", suite(case("good")))
+        programs = ["gtest_test_map", "rostest_test_ros_bag_test.test", "python_readme_test"]
+        self.assertEqual(self.summarise(*programs[:2])[1], 0)
+        lines, status = self.summarise(*programs)
+        self.assertIn("failed: python_readme_test: left no result", lines)
+        self.assertEqual(lines[-1], "1 passed, 1 failed")
+        self.assertEqual(status, 1)
 
     def test_skipped_python_tests_are_named(self):
         """rosunit by itself writes them down as passed."""

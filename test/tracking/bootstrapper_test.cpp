@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
 constexpr double kNoise = 0.5;  // px, of a SIFT feature
 
 double angle_deg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {

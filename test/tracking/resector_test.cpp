@@ -6,13 +6,13 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
-constexpr double kNoise = 0.5;  // px, of a SIFT feature
+constexpr double kResectorNoise = 0.5;  // px, of a SIFT feature
 
 // A map of one keyframe at the origin that has every point of the scene for a landmark.
 TrackingMap map_of(const SyntheticScene& scene, const CameraModel& camera, Random& random) {
@@ -41,7 +41,7 @@ class ResectorTest : public testing::Test {
     EXPECT_LT(offset.norm(), 0.005);
     EXPECT_GT(report.inliers, 0.9 * report.matches);
     EXPECT_EQ(report.inliers, static_cast<int>(report.observations.size()));
-    EXPECT_NEAR(report.rms_px, kNoise * std::sqrt(2), 0.15);
+    EXPECT_NEAR(report.rms_px, kResectorNoise * std::sqrt(2), 0.15);
   }
 
   Random random_{3};
@@ -53,12 +53,12 @@ class ResectorTest : public testing::Test {
 };
 
 TEST_F(ResectorTest, DescriptorsAloneGiveThePose) {
-  const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 7, random_);
+  const Frame frame = synthetic_frame(scene_, camera_, truth_, kResectorNoise, 7, random_);
   expect_right(resector_.resect(frame, map_, 0, std::nullopt), truth_);
 }
 
 TEST_F(ResectorTest, PredictionGuidesTheMatching) {
-  const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 7, random_);
+  const Frame frame = synthetic_frame(scene_, camera_, truth_, kResectorNoise, 7, random_);
   const Rigid3 predicted = camera_at({0.39, -0.11, 0.3}, 5.4 * kDegree);
   const ResectionReport report = resector_.resect(frame, map_, 0, predicted);
   expect_right(report, truth_);
@@ -66,7 +66,7 @@ TEST_F(ResectorTest, PredictionGuidesTheMatching) {
 }
 
 TEST_F(ResectorTest, PredictionFarOffIsOvercome) {
-  const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 7, random_);
+  const Frame frame = synthetic_frame(scene_, camera_, truth_, kResectorNoise, 7, random_);
   const ResectionReport report = resector_.resect(frame, map_, 0, camera_at({-2, 1, -3}, -40 * kDegree));
   expect_right(report, truth_);
   EXPECT_FALSE(report.is_where_predicted);
@@ -74,7 +74,7 @@ TEST_F(ResectorTest, PredictionFarOffIsOvercome) {
 
 TEST_F(ResectorTest, ObservationsNameTheLandmarksSeen) {
   std::vector<int> point_of;
-  const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 7, random_, &point_of);
+  const Frame frame = synthetic_frame(scene_, camera_, truth_, kResectorNoise, 7, random_, &point_of);
   const ResectionReport report = resector_.resect(frame, map_, 0, std::nullopt);
   ASSERT_GT(report.observations.size(), 100u);
   for (const FrameObservation& o : report.observations) EXPECT_EQ(o.landmark, point_of[o.feature]);
@@ -86,7 +86,7 @@ TEST_F(ResectorTest, OutliersAreLeftOut) {
     const Eigen::Vector3d shift(random_.normal(), random_.normal(), random_.normal());
     if (id % 3 == 0) map_.landmarks.set(id, x_in_map + 0.5 * shift);
   }
-  const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 7, random_);
+  const Frame frame = synthetic_frame(scene_, camera_, truth_, kResectorNoise, 7, random_);
   const ResectionReport report = resector_.resect(frame, map_, 0, std::nullopt);
   ASSERT_TRUE(report.success) << report.text;
   EXPECT_LT(rotation_angle_between(report.camera_from_map.rotation, truth_.rotation), 0.1 * kDegree);
@@ -100,7 +100,7 @@ TEST_F(ResectorTest, CovarianceTellsTheSpreadOfTheErrors) {
   double sum = 0;
   constexpr int kTrials = 60;
   for (int trial = 0; trial < kTrials; ++trial) {
-    const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, trial, random_);
+    const Frame frame = synthetic_frame(scene_, camera_, truth_, kResectorNoise, trial, random_);
     const ResectionReport report = resector_.resect(frame, map_, 0, truth_);
     ASSERT_TRUE(report.success) << report.text;
     const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(report.covariance);
@@ -117,7 +117,7 @@ TEST_F(ResectorTest, CovarianceTellsTheSpreadOfTheErrors) {
 
 TEST_F(ResectorTest, TooFewMatchesAreCounted) {
   const SyntheticScene other = box_scene(300, random_);
-  const Frame frame = synthetic_frame(other, camera_, truth_, kNoise, 7, random_);
+  const Frame frame = synthetic_frame(other, camera_, truth_, kResectorNoise, 7, random_);
   for (const std::optional<Rigid3>& predicted : {std::optional<Rigid3>(), std::optional<Rigid3>(truth_)}) {
     const ResectionReport report = resector_.resect(frame, map_, 0, predicted);
     EXPECT_FALSE(report.success);
@@ -131,7 +131,7 @@ TEST_F(ResectorTest, MatchesWithoutAPoseAreTooFewInliers) {
     map_.landmarks.set(entry.first,
                        {random_.uniform(-1.6, 1.6), random_.uniform(-1.2, 1.2), random_.uniform(3, 6)});
   }
-  const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 7, random_);
+  const Frame frame = synthetic_frame(scene_, camera_, truth_, kResectorNoise, 7, random_);
   const ResectionReport report = resector_.resect(frame, map_, 0, std::nullopt);
   EXPECT_FALSE(report.success);
   EXPECT_EQ(report.reason, Reason::kTooFewInliers) << report.text;
@@ -161,7 +161,7 @@ TEST_F(ResectorTest, RelocalisationLooksWhereTheIndexSays) {
     elsewhere.landmark_of_feature.assign(elsewhere.image->size(), kNoLandmark);
     map_.keyframes.set(id, elsewhere);
   }
-  const Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 20, random_);
+  const Frame frame = synthetic_frame(scene_, camera_, truth_, kResectorNoise, 20, random_);
   map_.places = std::make_shared<NewestFirst>(map_);
   EXPECT_FALSE(resector_.relocalize(frame, map_, 8).success);
   expect_right(resector_.relocalize(frame, map_, 13), truth_);
@@ -182,7 +182,7 @@ TEST_F(ResectorTest, WhatLeavesMostOfTheViewUnexplainedIsNoRelocalisation) {
     corner.x_in_map[i] = points[i];
     descriptors.row(static_cast<int>(i)).copyTo(corner.descriptors.row(static_cast<int>(i)));
   }
-  const Frame frame = synthetic_frame(corner, camera_, Rigid3(), kNoise, 20, random_);
+  const Frame frame = synthetic_frame(corner, camera_, Rigid3(), kResectorNoise, 20, random_);
   map_.places = std::make_shared<NewestFirst>(map_);
   const ResectionReport report = resector_.relocalize(frame, map_, 8);
   EXPECT_GE(report.inliers, TrackerOptions().resection.min_inliers) << "enough to look right";

@@ -15,11 +15,11 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr int kFrames = 25;
+constexpr int kScaleFrames = 25;
 
 // Rendered once.
-const SimulatedRoom& room() {
-  static const SimulatedRoom room = simulated_room(kFrames, SequenceOptions().noise_grey_levels);
+const SimulatedRoom& scale_room() {
+  static const SimulatedRoom room = simulated_room(kScaleFrames, SequenceOptions().noise_grey_levels);
   return room;
 }
 
@@ -31,27 +31,27 @@ struct Result {
 };
 
 Result track(const TrackerOptions& options, const std::vector<cv::Mat>& images) {
-  Tracker tracker(options, room().camera, Tracker::Mapping::kInline);
+  Tracker tracker(options, scale_room().camera, Tracker::Mapping::kInline);
   Result result;
-  for (int i = 0; i < kFrames; ++i) {
-    const FrameReport report = tracker.process(room().frames[i].stamp_ns, images[i]);
+  for (int i = 0; i < kScaleFrames; ++i) {
+    const FrameReport report = tracker.process(scale_room().frames[i].stamp_ns, images[i]);
     if (!report.map_from_camera) continue;
     if (result.poses.empty()) result.first_views = tracker.snapshot()->keyframes;
     result.poses.push_back({report.stamp_ns, *report.map_from_camera});
     result.scale = report.scale;
   }
-  result.true_scale = evaluate_trajectory(room().truth, result.poses, 0).reference_from_estimate.scale;
+  result.true_scale = evaluate_trajectory(scale_room().truth, result.poses, 0).reference_from_estimate.scale;
   return result;
 }
 
 std::vector<cv::Mat> plain_images() {
   std::vector<cv::Mat> images;
-  for (const SimulatedFrame& frame : room().frames) images.push_back(frame.image);
+  for (const SimulatedFrame& frame : scale_room().frames) images.push_back(frame.image);
   return images;
 }
 
 Eigen::Vector3d true_position(std::int64_t stamp_ns) {
-  for (const StampedPose& pose : room().truth) {
+  for (const StampedPose& pose : scale_room().truth) {
     if (pose.stamp_ns == stamp_ns) return pose.map_from_camera.translation;
   }
   throw std::logic_error("no such stamp");
@@ -110,15 +110,15 @@ std::vector<cv::Mat> images_with_marker(double side) {
   cv::cvtColor(marker, marker, cv::COLOR_GRAY2BGR);
   const std::vector<cv::Point2f> corners = {
       {79.5f, 79.5f}, {559.5f, 79.5f}, {559.5f, 559.5f}, {79.5f, 559.5f}};
-  const Rigid3& map_from_first = room().truth.front().map_from_camera;
+  const Rigid3& map_from_first = scale_room().truth.front().map_from_camera;
   std::vector<cv::Mat> images = plain_images();
-  for (int i = 0; i < kFrames; ++i) {
+  for (int i = 0; i < kScaleFrames; ++i) {
     std::vector<cv::Point2f> quad;
     for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
       const Eigen::Vector3d x_in_first(0.5 * side * x, 0.5 * side * y, 1.5);
       Eigen::Vector2d pixel;
-      const Rigid3 camera_from_map = room().truth[i].map_from_camera.inverse();
-      if (!room().camera.project(camera_from_map * (map_from_first * x_in_first), &pixel)) {
+      const Rigid3 camera_from_map = scale_room().truth[i].map_from_camera.inverse();
+      if (!scale_room().camera.project(camera_from_map * (map_from_first * x_in_first), &pixel)) {
         throw std::logic_error("the marker is behind the camera");
       }
       quad.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
@@ -154,10 +154,10 @@ TEST(Scale, AMarkerThatIsSeenLaterSetsMetres) {
   options.mapping.keyframe_parallax_deg = 1;  // keyframes enough in the rest of a short path
   std::vector<cv::Mat> images = plain_images(), later = images_with_marker(0.4);
   std::copy(later.begin() + kHungUpAfter, later.end(), images.begin() + kHungUpAfter);
-  Tracker tracker(options, room().camera, Tracker::Mapping::kInline);
+  Tracker tracker(options, scale_room().camera, Tracker::Mapping::kInline);
   std::vector<StampedPose> in_units, in_metres;
-  for (int i = 0; i < kFrames; ++i) {
-    const FrameReport report = tracker.process(room().frames[i].stamp_ns, images[i]);
+  for (int i = 0; i < kScaleFrames; ++i) {
+    const FrameReport report = tracker.process(scale_room().frames[i].stamp_ns, images[i]);
     if (!report.map_from_camera) continue;
     const bool is_metric = report.scale == ScaleSource::kMarker;
     EXPECT_EQ(is_metric, report.corrections == 1) << "with the correction, and once";
@@ -171,7 +171,7 @@ TEST(Scale, AMarkerThatIsSeenLaterSetsMetres) {
   ASSERT_GE(in_metres.size(), 4u);
   std::vector<StampedPose> all;
   for (const PosedFrame& frame : tracker.trajectory()) all.push_back({frame.stamp_ns, frame.map_from_camera});
-  EXPECT_NEAR(evaluate_trajectory(room().truth, all, 0).reference_from_estimate.scale, 1, 0.03);
+  EXPECT_NEAR(evaluate_trajectory(scale_room().truth, all, 0).reference_from_estimate.scale, 1, 0.03);
   for (std::size_t i = 1; i < in_metres.size(); ++i) {
     const double step =
         (in_metres[i].map_from_camera.translation - in_metres[i - 1].map_from_camera.translation).norm();
@@ -187,13 +187,13 @@ TEST(Scale, AMapThatIsMovedAsAWholeTakesAllWithIt) {
   constexpr int kMovedAfter = 15;
   const Sim3 moved_from_map(2.5, Eigen::Quaterniond(Eigen::AngleAxisd(1.2, Eigen::Vector3d::UnitY())),
                             {3, -1, 2});
-  Tracker left_alone(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
-  Tracker moved(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
+  Tracker left_alone(TrackerOptions(), scale_room().camera, Tracker::Mapping::kInline);
+  Tracker moved(TrackerOptions(), scale_room().camera, Tracker::Mapping::kInline);
   moved.transform_map(moved_from_map, ScaleSource::kOdometry);  // without a map: nothing
-  for (int i = 0; i < kFrames; ++i) {
-    const std::int64_t stamp_ns = room().frames[i].stamp_ns;
-    const FrameReport expected = left_alone.process(stamp_ns, room().frames[i].image);
-    const FrameReport report = moved.process(stamp_ns, room().frames[i].image);
+  for (int i = 0; i < kScaleFrames; ++i) {
+    const std::int64_t stamp_ns = scale_room().frames[i].stamp_ns;
+    const FrameReport expected = left_alone.process(stamp_ns, scale_room().frames[i].image);
+    const FrameReport report = moved.process(stamp_ns, scale_room().frames[i].image);
     ASSERT_EQ(report.map_from_camera.has_value(), expected.map_from_camera.has_value()) << i;
     EXPECT_EQ(report.corrections, i > kMovedAfter ? 1u : 0u);
     if (i == kMovedAfter) {

@@ -4,14 +4,14 @@
 
 #include <cmath>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/tracking/bootstrapper.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
-constexpr double kNoise = 0.15;  // px, of a feature that stands still
+constexpr double kStillNoise = 0.15;  // px, of a feature that stands still
 constexpr int kStill = 300, kMoving = 150;
 
 // Points in a box of half a unit, 3 units away, that turn by `yaw` about its middle.
@@ -45,8 +45,8 @@ class TwoMotionsTest : public testing::Test {
   }
 
   Frame frame_of(const Rigid3& camera_from_wall, const Rigid3& camera_from_object) {
-    const Frame wall = synthetic_frame(wall_, camera_, camera_from_wall, kNoise, index_, random_);
-    const Frame object = synthetic_frame(object_, camera_, camera_from_object, kNoise, index_, random_);
+    const Frame wall = synthetic_frame(wall_, camera_, camera_from_wall, kStillNoise, index_, random_);
+    const Frame object = synthetic_frame(object_, camera_, camera_from_object, kStillNoise, index_, random_);
     FeatureSet both = wall.image->set;
     both.bearings.clear();
     both.features.insert(both.features.end(), object.image->set.features.begin(),

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 namespace mono_pose_tracker {
 
@@ -16,6 +17,22 @@ inline Eigen::Matrix3d exp_so3_matrix(const Eigen::Vector3d& w) {
   const double angle = w.norm();
   return angle > 1e-300 ? Eigen::AngleAxisd(angle, w / angle).toRotationMatrix()
                         : Eigen::Matrix3d::Identity().eval();
+}
+
+/// The least turn that takes one direction to the other; of opposite ones any of the half turns.
+inline Eigen::Matrix3d rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Vector3d a = from.normalized(), b = to.normalized();
+  const double cosine = b.dot(a);
+  Eigen::Quaterniond turn;
+  if (cosine > -1 + 1e-12) {
+    const double s = std::sqrt((1 + cosine) * 2);
+    turn.vec() = a.cross(b) * (1 / s);
+    turn.w() = s * 0.5;
+  } else {
+    turn.vec() = a.unitOrthogonal();
+    turn.w() = 0;
+  }
+  return turn.toRotationMatrix();
 }
 
 /// The orthogonal factor of what is nearly a rotation. Newton's iteration squares the error: once below 1e-8
