@@ -24,6 +24,11 @@ bool is_confirmed(const RecordingResult& result) {
 
 namespace {
 
+// Of which body the map is, other attempts leave as it is.
+bool is_founded(const RecordingResult& result) {
+  return result.tracked && result.rigidity.is_rigid && result.maps.front().is_founded;
+}
+
 // An object that is lost while it turns is often found again from another beginning; its recordings are
 // short.
 bool fell_apart(const RecordingResult& result) {
@@ -49,7 +54,7 @@ bool is_most_of(const RecordingResult& result, const RecordingResult& before) {
 int objections(const RecordingResult& result) {
   const FinishedMap& map = result.maps.front();
   return !result.rigidity.is_rigid + map.contradiction.is_one() + map.torn_tracks.is_one() +
-         map.is_of_other_body + map.shows_background + !map.seam.holds();
+         map.collapse.is_one() + map.is_of_other_body + map.shows_background + !map.seam.holds();
 }
 
 // Of two results in doubt, as long at least: less speaks against it, or as much and its depths are surer.
@@ -69,8 +74,8 @@ bool is_better(const RecordingResult& result, bool is_masked, const RecordingRes
       objections(result) <= objections(before)) {
     return true;
   }
-  if (is_sure(before)) return is_confirmed(result) && result.trajectory.size() > before.trajectory.size();
-  return (is_confirmed(result) && is_most_of(result, before)) || is_less_doubtful(result, before);
+  if (is_sure(before)) return is_founded(result) && result.trajectory.size() > before.trajectory.size();
+  return (is_founded(result) && is_most_of(result, before)) || is_less_doubtful(result, before);
 }
 
 // Counts them.
@@ -179,7 +184,6 @@ TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker
   if (!recording.try_again) return kept;
   Recording again = recording;
   const bool is_by_masks = leave_out_background(kept, &again) && begin_anew(&attempts, 0, again, &kept);
-  if (!kept.result.tracked) return kept;
   if (!is_by_masks) again = recording;
   if (is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
   if (!is_by_masks && !is_enough(kept.result)) begin_anew(&attempts, 1, again, &kept);

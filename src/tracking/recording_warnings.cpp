@@ -87,6 +87,15 @@ void warn_of_torn_tracks(RecordingResult* result) {
       "overlap");
 }
 
+void warn_of_collapse(RecordingResult* result) {
+  const ScaleCollapse& worst = result->maps.front().collapse;
+  if (!worst.is_one()) return;
+  result->warnings.push_back(
+      share_text(worst.frame_index, worst.near, worst.landmarks) +
+      " lie at the lens: the images about there hang on the others by far things only, and their part of the "
+      "map has shrunk to a point; turn more slowly and move on meanwhile, with something near in view");
+}
+
 void warn_of_background(RecordingResult* result) {
   if (!result->maps.front().shows_background) return;
   result->warnings.push_back(
@@ -107,9 +116,9 @@ void warn_of_other_body(RecordingResult* result) {
         "wanted (--masks)");
   } else if (map.other_body.is_comparable()) {
     result->warnings.push_back(
-        "two bodies move, each as one: the map is of the larger, and " + std::to_string(percent) +
-        " % of the points, which move otherwise, are left out; where the other is wanted, give masks of it "
-        "(--masks), or segmentation/body: turning for one that turns (config/object.yaml)");
+        "two bodies move, each as one, or the map is wrong about what is near: " + std::to_string(percent) +
+        " % of the points move otherwise than it says, and are left out; where they are what is wanted, give "
+        "masks of it (--masks), or segmentation/body: turning for what turns (config/object.yaml)");
   }
 }
 
@@ -175,6 +184,7 @@ void warn_of_doubts(RecordingResult* result) {
   warn_of_depth(result);
   warn_of_contradictions(result);
   warn_of_torn_tracks(result);
+  warn_of_collapse(result);
   warn_of_background(result);
   warn_of_other_body(result);
 }

@@ -114,6 +114,7 @@ void Tracker::Impl::find_other_body_beside(FinishedMap* map) const {
   const RansacOptions ransac = options_.ransac(camera_.focal());
   if (!keeps_seen()) {
     map->other_body = sample_other_body(map->map, options_.matching, ransac, options_.threads);
+    map->may_be_of_wrong_body = map->other_body.is_comparable();
     return;
   }
   OtherBody other = find_other_body(map->map, {}, options_.matching, ransac, options_.threads);
@@ -140,9 +141,11 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.contradiction = worst_contradiction(map.map, camera_, matches);
   // Seen from near, poses that went astray show by more; and quick turns of a hand-held camera tear as many.
   if (is_narrow(map.map)) map.torn_tracks = worst_torn_tracks(map.map, matches);
+  map.collapse = worst_scale_collapse(map.map);
   map.shows_background = shows_background(view, map.map, matches);
   find_other_body_beside(&map);
-  map.confirmed = !unconfirmed_ && map.seam.holds() && map.is_sure();
+  map.is_founded = !unconfirmed_ && map.seam.holds() && map.is_sure();
+  map.confirmed = map.is_founded && !map.may_be_of_wrong_body;
   return map;
 }
 

@@ -51,6 +51,9 @@ class LivingHead(unittest.TestCase):
         self.assertEqual(report["frames_posed"], 60)
         self.assertLess(report["errors"]["rotation_median_deg"], 0.5)
         self.assertLess(report["errors"]["position_rmse_percent"], 1)
+        # What is told of the masks is told of those that are written.
+        self.assertEqual(report["segmentation"]["frames"], len(self.masks))
+        self.assertAlmostEqual(report["segmentation"]["mean_foreground_share"], self.masks.mean_share(), 3)
 
     def test_shoulders_and_wall_do_not_disturb(self):
         report = self.track(["--shoulders", "still", "--background", "wall"])

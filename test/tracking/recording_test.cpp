@@ -182,6 +182,25 @@ TEST_F(RecordingTest, WhatIsSureIsTrackedOnce) {
   EXPECT_TRUE(tracked.result.warnings.empty());
 }
 
+// From the first beginning none can be made, whatever the images show.
+TEST_F(RecordingTest, WithoutAMapItIsTriedFromElsewhere) {
+  Recording recording;
+  recording.open = [] { return std::make_unique<RoomImages>(*room_); };
+  int attempts = 0;
+  const TrackedRecording tracked = track_until_sure(
+      recording,
+      [&] {
+        TrackerOptions options;
+        if (++attempts == 1) options.bootstrap.min_matches = 1000000;
+        return std::make_unique<Tracker>(options, room_->camera, Tracker::Mapping::kInline);
+      },
+      [](int) { return [](int, std::int64_t, const FrameReport&) {}; });
+  EXPECT_EQ(attempts, 2);
+  EXPECT_EQ(tracked.attempt, 1);
+  ASSERT_TRUE(tracked.result.tracked);
+  EXPECT_EQ(tracked.result.trajectory.size(), 15u);
+}
+
 // Images before the first that is tracked get their poses in the end.
 TEST_F(RecordingTest, AMapMayBeginLaterThanTheRecording) {
   Recording recording;

@@ -31,15 +31,28 @@ TEST(RecordingWarnings, DoubtfulPosesAtAnEndAreTold) {
   EXPECT_NE(doubt_of({0, 1, 2, 4, 5}, {2}).find("1 images are doubtful (number 2)"), std::string::npos);
 }
 
+bool is_told(const RecordingResult& result, const std::string& words) {
+  return std::any_of(result.warnings.begin(), result.warnings.end(),
+                     [&](const std::string& line) { return line.find(words) != std::string::npos; });
+}
+
 TEST(RecordingWarnings, ALooseEndIsTold) {
   RecordingResult result;
   result.maps.resize(1);
   result.left_out = {7, 8, 9};
   warn_of_doubts(&result);
-  const auto is_told = [](const std::string& line) {
-    return line.find("3 images between number 7 and 9") != std::string::npos;
-  };
-  EXPECT_TRUE(std::any_of(result.warnings.begin(), result.warnings.end(), is_told));
+  EXPECT_TRUE(is_told(result, "3 images between number 7 and 9"));
+}
+
+TEST(RecordingWarnings, APartThatHasShrunkToAPointIsTold) {
+  RecordingResult result;
+  result.maps.resize(1);
+  result.maps[0].depth_evidence = 1e3;
+  ASSERT_TRUE(result.maps[0].is_sure());
+  result.maps[0].collapse = {12, 100, 30};
+  warn_of_doubts(&result);
+  EXPECT_TRUE(is_told(result, "30 of 100 points lie at the lens"));
+  EXPECT_FALSE(result.maps[0].is_sure());
 }
 
 TEST(RecordingWarnings, ALineNamesTenAtMost) {

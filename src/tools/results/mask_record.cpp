@@ -5,15 +5,13 @@
 namespace mono_pose_tracker {
 
 void MaskRecord::add(std::int64_t index, const FrameReport& report) {
-  ++frames_[report.segmentation];
-  if (report.mask.empty()) return;
-  share_ += cv::countNonZero(report.mask) / static_cast<double>(report.mask.total());
-  ++masks_;
-  if (keep_) cv::imencode(".png", report.mask, packed_[index]);
+  methods_[index] = report.segmentation;
+  if (!report.mask.empty()) replace(index, report.mask);
 }
 
 void MaskRecord::replace(std::int64_t index, const cv::Mat& mask) {
-  cv::imencode(".png", mask, packed_[index]);
+  shares_[index] = cv::countNonZero(mask) / static_cast<double>(mask.total());
+  if (keep_) cv::imencode(".png", mask, packed_[index]);
 }
 
 cv::Mat MaskRecord::mask(std::int64_t index) const {
@@ -22,13 +20,19 @@ cv::Mat MaskRecord::mask(std::int64_t index) const {
 }
 
 Json MaskRecord::summary() const {
+  std::map<std::string, int> frames;
+  for (const auto& [index, name] : methods_) ++frames[name];
   std::string method = "none";  // that most frames with a mask had
   int most = 0;
-  for (const auto& [name, frames] : frames_) {
-    if (name != "none" && frames > most) method = name, most = frames;
+  for (const auto& [name, count] : frames) {
+    if (name != "none" && count > most) method = name, most = count;
   }
-  return {
-      {"method", method}, {"frames", masks_}, {"mean_foreground_share", masks_ > 0 ? share_ / masks_ : 1.0}};
+  double sum = 0;
+  for (const auto& [index, share] : shares_) sum += share;
+  const auto count = static_cast<double>(shares_.size());
+  return {{"method", method},
+          {"frames", shares_.size()},
+          {"mean_foreground_share", shares_.empty() ? 1.0 : sum / count}};
 }
 
 }  // namespace mono_pose_tracker

@@ -12,27 +12,24 @@
 
 namespace mono_pose_tracker {
 
-/// The masks in force, by the frames' indices, packed, until others replace them; and what they say of the
-/// recording.
+/// The masks by the frames' indices, packed; and what they say of the recording.
 class MaskRecord {
  public:
   explicit MaskRecord(bool keep) : keep_(keep) {}
 
   void add(std::int64_t index, const FrameReport& report);
-  /// Another one for the frame; the summary stays that of the masks in force.
+  /// Another one for the frame than was in force.
   void replace(std::int64_t index, const cv::Mat& mask);
   /// Empty where there was none.
   cv::Mat mask(std::int64_t index) const;
   Json summary() const;
-  /// How many frames have one; none, where they are not kept.
-  std::size_t frames() const { return packed_.size(); }
+  std::size_t frames() const { return shares_.size(); }
 
  private:
   const bool keep_;
-  std::map<std::string, int> frames_;
+  std::map<std::int64_t, std::string> methods_;
+  std::map<std::int64_t, double> shares_;  // of the image that is foreground
   std::map<std::int64_t, std::vector<std::uint8_t>> packed_;
-  double share_ = 0;
-  int masks_ = 0;
 };
 
 }  // namespace mono_pose_tracker

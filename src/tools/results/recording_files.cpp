@@ -81,14 +81,17 @@ void write_map(const fs::path& output, const CameraParameters& camera, const Rec
                        [](const Eigen::Vector2d& pixel) { return pixel; });
 }
 
+bool most_have(const MaskRecord& masks, const RecordingResult& result) {
+  return 2 * masks.frames() >= static_cast<std::size_t>(result.frames_total);
+}
+
 }  // namespace
 
 void outline_masks(const Recording& recording, const RecordingResult& result, const CameraModel& camera,
                    MaskRecord* masks) {
   if (result.maps.front().is_of_other_body) return;  // its outline is of what is not wanted
   const BodyOutlines outlines(result, camera);
-  const bool most_have = 2 * masks->frames() >= static_cast<std::size_t>(result.frames_total);
-  if (!outlines.have_other() && !most_have) return;
+  if (!outlines.have_other() && !most_have(*masks, result)) return;
   struct Outlined {
     std::int64_t index;
     cv::Mat image, mask;
@@ -136,12 +139,17 @@ void write_undistorted(const fs::path& folder, const CameraModel& camera, const 
   const Undistorter undistorter(camera);
   std::set<std::int64_t> posed;
   for (const PosedFrame& frame : result.trajectory) posed.insert(frame.index);
+  // Amid outlines of an object an image without one would bring in all that lies behind. Of masks that were
+  // given none means that nothing is to be ignored.
+  const bool are_of_object = !recording.masks && most_have(masks, result);
   std::string pairs, fused;
   for_each_image(recording, result, [&](std::int64_t index, const SourceImage& image) {
     if (posed.count(index) == 0) return;
     const std::string& name = image.name;
+    cv::Mat mask = masks.mask(index);
+    if (mask.empty() && are_of_object) mask = cv::Mat::zeros(image.image.size(), CV_8UC1);
     write_into(folder / "images" / name, undistorter.image(image.image));
-    write_into(folder / "masks" / (name + ".png"), undistorter.mask(masks.mask(index)));
+    write_into(folder / "masks" / (name + ".png"), undistorter.mask(mask));
     pairs += name + "\n__auto__, 20\n";
     fused += name + "\n";
   });
