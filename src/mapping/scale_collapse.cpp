@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "keyframe_landmarks.h"
 #include "mono_pose_tracker/common/median.h"
 
 namespace mono_pose_tracker {
@@ -11,9 +12,8 @@ namespace {
 
 std::vector<double> distances(const Map& map, const Keyframe& keyframe) {
   std::vector<double> result;
-  for (const LandmarkId id : keyframe.landmark_of_feature) {
-    const Landmark* landmark = map.landmark(id);
-    if (landmark) result.push_back((keyframe.camera_from_map * landmark->x_in_map).norm());
+  for (const LandmarkId l : landmarks_of(keyframe)) {
+    result.push_back((keyframe.camera_from_map * map.landmark(l)->x_in_map).norm());
   }
   return result;
 }

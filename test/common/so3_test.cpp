@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "mono_pose_tracker/common/angles.h"
+
 namespace mono_pose_tracker {
 namespace {
 
@@ -16,6 +18,21 @@ TEST(So3, TurnsAboutTheAxisByTheLength) {
 TEST(So3, IsItsOwnDerivativeAtZero) {
   const Eigen::Vector3d w(1e-9, -2e-9, 3e-9), x(1, 2, 3);
   EXPECT_LT((exp_so3(w) * x - x - w.cross(x)).norm(), 1e-15);
+}
+
+TEST(So3, TheTurnBetweenDirectionsIsTheLeast) {
+  const Eigen::Vector3d from(2, 0, 0), to(1, 1, 0);
+  const Eigen::AngleAxisd turn(rotation_between(from, to));
+  EXPECT_NEAR(turn.angle(), 0.25 * kPi, 1e-12);
+  EXPECT_NEAR((turn.axis() - Eigen::Vector3d::UnitZ()).norm(), 0, 1e-12);
+  EXPECT_NEAR((rotation_between(to, to) - Eigen::Matrix3d::Identity()).norm(), 0, 1e-12);
+}
+
+TEST(So3, BetweenOppositeDirectionsThereIsATurnAsWell) {
+  const Eigen::Vector3d from(0.3, -0.2, 0.9);
+  const Eigen::Matrix3d turn = rotation_between(from, -from);
+  EXPECT_NEAR((turn * from + from).norm(), 0, 1e-12);
+  EXPECT_NEAR(turn.determinant(), 1, 1e-12);
 }
 
 TEST(So3, NoTurnIsTheIdentity) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <functional>
 
 #include "mono_pose_tracker/common/angles.h"
 #include "support/random_texture.h"
@@ -163,18 +164,22 @@ TEST_F(RecordingTest, WhatWasDoneAheadChangesNothingWhateverTheMask) {
   }
 }
 
+// Each attempt asks for its options.
+TrackedRecording track_until_sure(const SimulatedRoom& room, const std::function<TrackerOptions()>& options) {
+  Recording recording;
+  recording.open = [&] { return std::make_unique<RoomImages>(room); };
+  return track_until_sure(
+      recording, [&] { return std::make_unique<Tracker>(options(), room.camera, Tracker::Mapping::kInline); },
+      [](int) { return [](int, std::int64_t, const FrameReport&) {}; });
+}
+
 // A room fills the view, and stands: the first attempt is sure.
 TEST_F(RecordingTest, WhatIsSureIsTrackedOnce) {
-  Recording recording;
-  recording.open = [] { return std::make_unique<RoomImages>(*room_); };
   int attempts = 0;
-  const TrackedRecording tracked = track_until_sure(
-      recording,
-      [&] {
-        ++attempts;
-        return std::make_unique<Tracker>(TrackerOptions(), room_->camera, Tracker::Mapping::kInline);
-      },
-      [](int) { return [](int, std::int64_t, const FrameReport&) {}; });
+  const TrackedRecording tracked = track_until_sure(*room_, [&] {
+    ++attempts;
+    return TrackerOptions();
+  });
   EXPECT_EQ(attempts, 1);
   EXPECT_EQ(tracked.attempt, 0);
   EXPECT_TRUE(is_sure(tracked.result));
@@ -184,17 +189,12 @@ TEST_F(RecordingTest, WhatIsSureIsTrackedOnce) {
 
 // From the first beginning none can be made, whatever the images show.
 TEST_F(RecordingTest, WithoutAMapItIsTriedFromElsewhere) {
-  Recording recording;
-  recording.open = [] { return std::make_unique<RoomImages>(*room_); };
   int attempts = 0;
-  const TrackedRecording tracked = track_until_sure(
-      recording,
-      [&] {
-        TrackerOptions options;
-        if (++attempts == 1) options.bootstrap.min_matches = 1000000;
-        return std::make_unique<Tracker>(options, room_->camera, Tracker::Mapping::kInline);
-      },
-      [](int) { return [](int, std::int64_t, const FrameReport&) {}; });
+  const TrackedRecording tracked = track_until_sure(*room_, [&] {
+    TrackerOptions options;
+    if (++attempts == 1) options.bootstrap.min_matches = 1000000;
+    return options;
+  });
   EXPECT_EQ(attempts, 2);
   EXPECT_EQ(tracked.attempt, 1);
   ASSERT_TRUE(tracked.result.tracked);

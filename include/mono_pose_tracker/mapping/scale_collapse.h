@@ -15,8 +15,6 @@ struct ScaleCollapse {
   int landmarks = 0;              // that the keyframe sees
   int near = 0;                   // of them: at its lens
 
-  double share() const { return landmarks > 0 ? static_cast<double>(near) / landmarks : 0; }
-
   /// Of the median distance. A hand before a skyline is a hundredth or thousandth, a wall of 10 m at a
   /// millimetre nothing that a lens can see.
   static constexpr double kNearest = 1e-4;
