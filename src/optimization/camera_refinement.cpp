@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <unordered_map>
@@ -191,10 +192,13 @@ double loss_width(const BundleOptions& options, std::vector<double> lengths) {
 // The scale is left to the solver's damping: nothing here depends on it.
 bool solve(const BundleOptions& options, const CalibratingCamera& start, const Active& active, double width,
            Problem* problem) {
-  ceres::Problem ceres_problem;
-  ceres::LossFunction* loss = width > 0 ? new ceres::CauchyLoss(width) : nullptr;
+  // The problem would leak a loss that no residual uses.
+  const auto loss = width > 0 ? std::make_unique<ceres::CauchyLoss>(width) : nullptr;
+  ceres::Problem::Options ownership;
+  ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem ceres_problem(ownership);
   for (const Observed& o : problem->observations) {
-    ceres_problem.AddResidualBlock(new CalibratingCost(start, active, o), loss,
+    ceres_problem.AddResidualBlock(new CalibratingCost(start, active, o), loss.get(),
                                    problem->poses[o.camera].data(), problem->points[o.point].data(),
                                    problem->step.data());
   }

@@ -155,9 +155,11 @@ void draw_axes(const ObjectAxes& axes, cv::Mat& canvas) {
 }
 
 void draw_text(const std::vector<Line>& lines, cv::Mat& canvas) {
-  const double normal = std::max(0.35, canvas.cols / 800.0);  // readable in a small panel of rviz
-  const int height = cvRound(28 * normal) + 4;                // px
-  const int margin = 6;                                       // px
+  // Readable in a small panel of rviz; of a wide image a quarter of the rows is left to it.
+  const double lowest = (canvas.rows / 4.0 / static_cast<double>(lines.size()) - 4) / 28;
+  const double normal = std::max(0.35, std::min(canvas.cols / 800.0, lowest));
+  const int height = cvRound(28 * normal) + 4;  // px
+  const int margin = 6;                         // px
   cv::Mat band = canvas.rowRange(0, std::min(canvas.rows, height * static_cast<int>(lines.size()) + margin));
   band *= 0.35;  // dark enough for the text to be read on any image
   for (std::size_t i = 0; i < lines.size(); ++i) {

@@ -162,7 +162,8 @@ FeatureWalk ring_walk(std::uint64_t seed) {
   hall.surroundings = {{{-8, -8}, {-8, 8}}, {{-8, 8}, {8, 8}}, {{8, 8}, {8, -8}}, {{8, -8}, {-8, -8}}};
   builder.add_plan(hall, 2 * kDensity);
   std::vector<Waypoint> way;
-  for (double angle = 0; angle < 430; angle += kStepDeg) {
+  for (int step = 0; step * kStepDeg < 430; ++step) {
+    const double angle = step * kStepDeg;
     way.push_back(
         {kRadius * Vector2d(std::sin(angle * kDegree), std::cos(angle * kDegree)), (angle + 90) * kDegree});
   }

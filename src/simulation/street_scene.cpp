@@ -55,7 +55,8 @@ class StreetBuilder {
 
   void add_fronts(const PlanWall& wall, double height, int style) {
     const double length = (wall.to - wall.from).norm();
-    for (double first = 0; first < length - 1e-9; first += kHouse) {
+    for (int house = 0; house * kHouse < length - 1e-9; ++house) {
+      const double first = house * kHouse;
       add_wall(wall, first, std::min(kHouse, length - first), 0, height, style, 0, next_seed());
     }
   }

@@ -161,6 +161,14 @@ TEST(DebugImage, WordsStayInTheImage) {
   EXPECT_LT(brightest, 100) << "none runs over the edge";
 }
 
+TEST(DebugImage, WordsLeaveThreeQuartersOfAWideImage) {
+  const cv::Mat wide(376, 1241, CV_8UC1, cv::Scalar(90));
+  const cv::Mat drawn = DebugImage().draw(wide, tracked());
+  const int words_end = 376 / 4 + 6;  // px, with the margin
+  for (const int y : {words_end + 1, 180, 300}) EXPECT_EQ(drawn.at<cv::Vec3b>(y, 1200)[0], 90) << y;
+  EXPECT_LT(drawn.at<cv::Vec3b>(10, 1200)[0], 60) << "a dark band behind them";
+}
+
 // Whatever keeps the tracker waiting, the image says what would help.
 TEST(DebugImage, EveryReasonToWaitHasAdvice) {
   for (const Reason reason :
