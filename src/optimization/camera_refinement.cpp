@@ -98,15 +98,16 @@ class CalibratingCost : public ceres::SizedCostFunction<2, 7, 3, kParameters> {
   const Observed o_;
 };
 
-std::vector<KeyframeId> chosen_keyframes(const Map& map, int max_keyframes) {
+std::vector<KeyframeId> chosen_keyframes(const Map& map, const CameraRefinementOptions& options) {
   std::vector<std::pair<std::int64_t, KeyframeId>> by_time;
   for (const auto& [id, keyframe] : map.keyframes()) by_time.emplace_back(keyframe.frame_index, id);
   std::sort(by_time.begin(), by_time.end());
-  const int surplus = std::max(static_cast<int>(by_time.size()) - max_keyframes, 0);
+  const int surplus = std::max(static_cast<int>(by_time.size()) - options.max_keyframes, 0);
+  const auto count = static_cast<double>(by_time.size()) - surplus;
+  const auto first = surplus / 2 + static_cast<std::size_t>(options.begin * count);
+  const auto last = surplus / 2 + static_cast<std::size_t>(options.end * count);
   std::vector<KeyframeId> chosen;
-  for (std::size_t i = surplus / 2; i < by_time.size() - (surplus - surplus / 2); ++i) {
-    chosen.push_back(by_time[i].second);
-  }
+  for (std::size_t i = first; i < last; ++i) chosen.push_back(by_time[i].second);
   return chosen;
 }
 
@@ -130,7 +131,7 @@ std::unordered_set<LandmarkId> chosen_landmarks(const Map& map, const std::vecto
 Problem build(const CameraRefinementOptions& options, const CameraModel& camera, const Map& map) {
   Problem problem;
   std::unordered_map<KeyframeId, int> camera_of;
-  const std::vector<KeyframeId> keyframes = chosen_keyframes(map, options.max_keyframes);
+  const std::vector<KeyframeId> keyframes = chosen_keyframes(map, options);
   for (const KeyframeId id : keyframes) {
     camera_of[id] = static_cast<int>(problem.poses.size());
     const Rigid3& pose = map.keyframe(id)->camera_from_map;

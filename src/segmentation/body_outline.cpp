@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 
-#include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/segmentation/mask_cleaning.h"
 #include "reduced_image.h"
 
@@ -25,41 +24,22 @@ constexpr int kRounds = 2;
 // (a tag that hangs from it) are smaller.
 constexpr double kMinHeld = 0.8, kMinOfPiece = 0.05;
 
-std::vector<cv::Point> reduced_points(const std::vector<cv::Point2f>& points, const cv::Size& full,
-                                      const cv::Size& small) {
-  std::vector<cv::Point> inside;
+std::vector<cv::Point2f> reduced_points(const std::vector<cv::Point2f>& points, const cv::Size& full,
+                                        const cv::Size& small) {
+  std::vector<cv::Point2f> inside;
   for (const cv::Point2f& p : points) {
     const cv::Point pixel(static_cast<int>(std::floor((p.x + 0.5F) * small.width / full.width)),
                           static_cast<int>(std::floor((p.y + 0.5F) * small.height / full.height)));
-    if (cv::Rect(cv::Point(), small).contains(pixel)) inside.push_back(pixel);
+    if (cv::Rect(cv::Point(), small).contains(pixel)) inside.emplace_back(pixel);
   }
   return inside;
 }
 
-// Of each pixel from the nearest of the points, px; of none, farther than any.
-cv::Mat1f distances(const std::vector<cv::Point>& points, const cv::Size& size) {
-  if (points.empty()) return cv::Mat1f(size, static_cast<float>(size.width + size.height));
-  cv::Mat1b places(size, 255);
-  for (const cv::Point& p : points) places(p) = 0;
-  cv::Mat1f distance;
-  cv::distanceTransform(places, distance, cv::DIST_L2, cv::DIST_MASK_5);
-  return distance;
-}
-
-// Beyond its outermost points a body goes on by a part of its size.
-double reach_of(const std::vector<cv::Point>& points) {
-  std::vector<double> x, y, away;
-  for (const cv::Point& p : points) x.push_back(p.x), y.push_back(p.y);
-  const double middle_x = median(std::move(x)), middle_y = median(std::move(y));
-  for (const cv::Point& p : points) away.push_back(std::hypot(p.x - middle_x, p.y - middle_y));
-  return median(std::move(away)) / 2;
-}
-
 // What is sure, and what is likely, by the points alone.
-cv::Mat1b beginning(const std::vector<cv::Point>& body, const std::vector<cv::Point>& other,
+cv::Mat1b beginning(const std::vector<cv::Point2f>& body, const std::vector<cv::Point2f>& other,
                     const cv::Size& size) {
-  const cv::Mat1f from_body = distances(body, size), from_other = distances(other, size);
-  const double reach = reach_of(body);
+  const cv::Mat1f from_body = distances_from(body, size), from_other = distances_from(other, size);
+  const float reach = reach_of(body);
   cv::Mat1b labels(size, cv::GC_PR_BGD);
   labels.setTo(cv::GC_PR_FGD, (from_body <= reach) & (from_body < from_other));
   labels.setTo(cv::GC_BGD, (from_body > 2 * reach) | (from_other < kOfFeature));
@@ -102,10 +82,10 @@ bool has_both(const cv::Mat1b& labels) {
 }
 
 // The pieces that hold points enough, with what they surround; empty where too many points are in none.
-cv::Mat pieces_with_points(const cv::Mat1b& of_body, const std::vector<cv::Point>& body) {
+cv::Mat pieces_with_points(const cv::Mat1b& of_body, const std::vector<cv::Point2f>& body) {
   cv::Mat1i piece;
   std::vector<int> held(cv::connectedComponents(of_body, piece), 0);
-  for (const cv::Point& p : body) ++held[piece(p)];
+  for (const cv::Point2f& p : body) ++held[piece(cv::Point(p))];
   cv::Mat kept = cv::Mat::zeros(of_body.size(), CV_8UC1);
   double all = 0;
   for (std::size_t i = 1; i < held.size(); ++i) {
@@ -122,8 +102,8 @@ cv::Mat pieces_with_points(const cv::Mat1b& of_body, const std::vector<cv::Point
 
 cv::Mat outline_body(const cv::Mat& image, const BodyPoints& points) {
   const cv::Mat small = reduced(image);
-  const std::vector<cv::Point> body = reduced_points(points.body, image.size(), small.size());
-  const std::vector<cv::Point> other = reduced_points(points.other, image.size(), small.size());
+  const std::vector<cv::Point2f> body = reduced_points(points.body, image.size(), small.size());
+  const std::vector<cv::Point2f> other = reduced_points(points.other, image.size(), small.size());
   if (body.size() < kFewest) return {};
   cv::Mat1b labels = beginning(body, other, small.size());
   if (!has_both(labels) || !cut(small, &labels)) return {};

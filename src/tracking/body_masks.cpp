@@ -1,12 +1,8 @@
 #include "body_masks.h"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
-#include <opencv2/imgproc.hpp>
 #include <utility>
-
-#include "mono_pose_tracker/common/median.h"
 
 namespace mono_pose_tracker {
 
@@ -37,27 +33,6 @@ bool show_both(const std::vector<BodyTrack>& tracks) {
   return others >= kFewest;
 }
 
-// Distance of each pixel from the nearest of the points, px.
-cv::Mat1f distances(const std::vector<Eigen::Vector2f>& points, const cv::Size& size) {
-  cv::Mat1b places(size, 255);
-  for (const Eigen::Vector2f& p : points) {
-    const cv::Point pixel(static_cast<int>(std::lround(p.x())), static_cast<int>(std::lround(p.y())));
-    if (cv::Rect(cv::Point(), size).contains(pixel)) places(pixel) = 0;
-  }
-  cv::Mat1f distance;
-  cv::distanceTransform(places, distance, cv::DIST_L2, cv::DIST_MASK_5);
-  return distance;
-}
-
-// Beyond its outermost features a body goes on by a part of its size, and what is there is nobody's.
-float reach_of(const std::vector<Eigen::Vector2f>& points) {
-  std::vector<double> x, y, away;
-  for (const Eigen::Vector2f& p : points) x.push_back(p.x()), y.push_back(p.y());
-  const Eigen::Vector2f middle(static_cast<float>(median(x)), static_cast<float>(median(y)));
-  for (const Eigen::Vector2f& p : points) away.push_back((p - middle).norm());
-  return static_cast<float>(median(std::move(away)) / 2);
-}
-
 }  // namespace
 
 BodyMasks::BodyMasks(const std::vector<BodyTrack>& tracks, std::shared_ptr<const BodyMasks> within)
@@ -77,23 +52,24 @@ bool BodyMasks::show(std::int64_t index) const {
                      [&](const BodyTrack& track) { return index <= track.to_index; });
 }
 
-BodiesInImage BodyMasks::at(std::int64_t index) const {
+BodyPoints BodyMasks::at(std::int64_t index) const {
   auto span = spans_.upper_bound(index);
   if (span != spans_.begin()) --span;
-  BodiesInImage bodies;
+  BodyPoints bodies;
   for (const BodyTrack& track : span->second) {
     const auto frames = static_cast<float>(track.to_index - track.from_index);
     const float on = std::clamp(static_cast<float>(index - track.from_index) / frames, 0.0F, 1.0F);
-    (track.is_other ? bodies.of_other : bodies.of_map).push_back((1 - on) * track.from + on * track.to);
+    const Eigen::Vector2f pixel = (1 - on) * track.from + on * track.to;
+    (track.is_other ? bodies.other : bodies.body).emplace_back(pixel.x(), pixel.y());
   }
   return bodies;
 }
 
 cv::Mat BodyMasks::mask(std::int64_t index, const cv::Size& size) const {
-  const BodiesInImage bodies = at(index);
-  const cv::Mat1f other = distances(bodies.of_other, size);
-  cv::Mat mask = other <= reach_of(bodies.of_other);
-  if (!bodies.of_map.empty()) mask &= other < distances(bodies.of_map, size);
+  const BodyPoints bodies = at(index);
+  const cv::Mat1f from_other = distances_from(bodies.other, size);
+  cv::Mat mask = from_other <= reach_of(bodies.other);
+  mask &= from_other < distances_from(bodies.body, size);
   if (within_) mask &= within_->mask(index, size);
   return mask;
 }

@@ -7,13 +7,9 @@
 #include <vector>
 
 #include "mono_pose_tracker/mapping/other_body.h"
+#include "mono_pose_tracker/segmentation/body_points.h"
 
 namespace mono_pose_tracker {
-
-// Pixels of features, by the body that they move with.
-struct BodiesInImage {
-  std::vector<Eigen::Vector2f> of_map, of_other;
-};
 
 // Masks of what moves otherwise than the body that a finished map is of, for every image of the recording:
 // what lies nearer to its features than to the map's. Between keyframes features go straight on.
@@ -25,8 +21,8 @@ class BodyMasks {
   bool are_empty() const { return spans_.empty(); }
   // Whether features were seen before and after the image, or in it.
   bool show(std::int64_t index) const;
-  // index: of the image in the recording. Not when they are empty.
-  BodiesInImage at(std::int64_t index) const;
+  // The map's body, and the other. index: of the image in the recording. Not when they are empty.
+  BodyPoints at(std::int64_t index) const;
   // CV_8UC1, 255: of the other body.
   cv::Mat mask(std::int64_t index, const cv::Size& size) const;
 

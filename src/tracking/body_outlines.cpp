@@ -63,10 +63,7 @@ cv::Mat BodyOutlines::outlined(std::int64_t frame_index, const cv::Mat& image, c
     if (!camera_.project(pose->second * map_.landmark(l)->x_in_map, &pixel)) continue;
     points.body.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
   }
-  if (others_ && others_->show(frame_index)) {
-    for (const Eigen::Vector2f& p : others_->at(frame_index).of_other)
-      points.other.emplace_back(p.x(), p.y());
-  }
+  if (others_ && others_->show(frame_index)) points.other = others_->at(frame_index).other;
   const cv::Mat outline = outline_body(image, points);
   if (outline.empty()) return mask;
   if (mask.empty()) return outline;

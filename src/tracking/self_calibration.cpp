@@ -21,6 +21,8 @@ constexpr double kSettledShiftPx = 1, kSettledChange = 0.003;
 // A calibration that is right is confirmed to one or two per cent even by a map that has a few wrong points;
 // zoom, binning or another camera's file are off by far more.
 constexpr double kDoubtfulChange = 0.1, kDoubtfulSigmas = 10;
+// What a part of the recording says against it counts where it could tell.
+constexpr double kTellingSigmas = 3, kLeastOfChange = 0.5;
 
 CameraParameters with_focal(CameraParameters camera, double factor) {
   camera.fx *= factor;
@@ -193,12 +195,33 @@ SelfCalibration calibrate_by_tracking(const CameraParameters& start, Calibration
   return Calibrator(start, options, track).run(source);
 }
 
+namespace {
+
+// That it is off is seen before it is known well enough to be refined.
+double change_asked(const CameraRefinement& r) { return r.focal_observable ? r.focal_change : r.focal_asked; }
+
+// A wrong camera asks for the same in every part of the recording; what moves by itself, such as a face that
+// talks, for something else in each.
+bool is_asked_by_all_parts(CameraRefinementOptions options, const CameraParameters& camera, const Map& map,
+                           double change) {
+  for (const double begin : {0.0, 0.25, 0.5}) {
+    options.begin = begin;
+    options.end = begin + 0.5;
+    const CameraRefinement r = refine_camera(options, camera, map);
+    const bool tells = kTellingSigmas * r.focal_sigma < std::abs(change);
+    if (tells && change_asked(r) / change < kLeastOfChange) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
 std::string doubt_of_calibration(const CameraRefinementOptions& options, const CameraParameters& camera,
                                  const Map& map) {
   const CameraRefinement r = refine_camera(options, camera, map);
-  // That it is off is seen before it is known well enough to be refined.
-  const double change = r.focal_observable ? r.focal_change : r.focal_asked;
+  const double change = change_asked(r);
   if (!(std::abs(change) >= std::max(kDoubtfulChange, kDoubtfulSigmas * r.focal_sigma))) return "";
+  if (!is_asked_by_all_parts(options, camera, map, change)) return "";
   char text[240];
   std::snprintf(
       text, sizeof text,

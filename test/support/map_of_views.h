@@ -16,18 +16,18 @@ inline CameraParameters with_focal(double factor) {
   return p;
 }
 
-// A map of a box of points: the views are made with the true camera, all else is as one with another camera
-// has it.
-inline Map map_of(const std::vector<Rigid3>& poses, const CameraModel& truth, const CameraModel& believed,
-                  int points = 300) {
+// A map of a box of points: the views are made with the true cameras, one for each, all else is as one with
+// another camera has it.
+inline Map map_of(const std::vector<Rigid3>& poses, const std::vector<CameraModel>& truth,
+                  const CameraModel& believed, int points = 300) {
   constexpr double kNoise = 0.3;  // px
   Random random(11);
   const SyntheticScene scene = box_scene(points, random);
   Map map;
   std::vector<std::vector<int>> point_of(poses.size());
   for (std::size_t k = 0; k < poses.size(); ++k) {
-    const Frame frame =
-        synthetic_frame(scene, truth, poses[k], kNoise, static_cast<std::int64_t>(k), random, &point_of[k]);
+    const Frame frame = synthetic_frame(scene, truth[k], poses[k], kNoise, static_cast<std::int64_t>(k),
+                                        random, &point_of[k]);
     map.add_keyframe(frame.index, frame.stamp_ns, poses[k],
                      restore_image_features({frame.image->set.features, frame.image->set.descriptors, {}},
                                             frame.image->color_rgb, believed));
@@ -47,6 +47,11 @@ inline Map map_of(const std::vector<Rigid3>& poses, const CameraModel& truth, co
   options.max_iterations = 100;
   adjust_map(options, &map);
   return map;
+}
+
+inline Map map_of(const std::vector<Rigid3>& poses, const CameraModel& truth, const CameraModel& believed,
+                  int points = 300) {
+  return map_of(poses, std::vector<CameraModel>(poses.size(), truth), believed, points);
 }
 
 // To the right, turning to the left: points are seen from several sides and all over the image.

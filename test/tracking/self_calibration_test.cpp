@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
 
@@ -54,6 +56,18 @@ TEST_F(SelfCalibrationTest, AWrongCalibrationIsDoubtedARightOneNot) {
     const std::string doubt = doubt_of_calibration({}, off_by(factor), *track(off_by(factor)));
     EXPECT_NE(doubt.find("doubtful"), std::string::npos) << factor << ": " << doubt;
   }
+}
+
+TEST(SelfCalibration, ADoubtIsOfAllPartsOfTheRecording) {
+  const CameraParameters camera = with_focal(1);
+  const CameraModel given(camera), shorter(with_focal(0.7));
+  std::vector<CameraModel> truth(12, shorter);
+  EXPECT_NE(doubt_of_calibration({}, camera, map_of(round_about(), truth, given)), "");
+  std::fill(truth.begin(), truth.begin() + 6, given);
+  const Map half_wrong = map_of(round_about(), truth, given);
+  EXPECT_GT(std::abs(refine_camera({}, camera, half_wrong).focal_asked), 0.1)
+      << "or there is no doubt to lift";
+  EXPECT_EQ(doubt_of_calibration({}, camera, half_wrong), "");
 }
 
 TEST(SelfCalibration, WithoutAnyMapTheGivenValueStays) {

@@ -13,6 +13,8 @@ struct CameraRefinementOptions {
   /// Of a longer recording, so many keyframes from the middle on are taken: the reduced system is dense.
   int max_keyframes = 150;
   int max_landmarks = 200;  // of each keyframe: those that most keyframes see
+  /// Of those keyframes, by time, the part between these shares of them.
+  double begin = 0, end = 1;
 };
 
 /// What the views of a map say of the camera that made them.

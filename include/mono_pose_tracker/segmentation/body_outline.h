@@ -1,14 +1,10 @@
 #pragma once
 
 #include <opencv2/core.hpp>
-#include <vector>
+
+#include "mono_pose_tracker/segmentation/body_points.h"
 
 namespace mono_pose_tracker {
-
-/// Pixels of an image's features: of a body, and of what is not of it.
-struct BodyPoints {
-  std::vector<cv::Point2f> body, other;
-};
 
 /// The body's outline by where its points are and what it looks like: GrabCut (Rother, Kolmogorov and Blake,
 /// SIGGRAPH 2004; OpenCV's), begun with what lies near the body's points and nearer than to the others, on
