@@ -1,4 +1,5 @@
 #include "mono_pose_tracker/camera/camera_guess.h"
+#include "mono_pose_tracker/common/angles.h"
 
 #include <cmath>
 #include <sstream>
@@ -16,7 +17,7 @@ CameraParameters guess_camera(int width_px, int height_px, double hfov_deg) {
   CameraParameters camera;
   camera.width = width_px;
   camera.height = height_px;
-  camera.fx = camera.fy = 0.5 * width_px / std::tan(0.5 * hfov_deg * M_PI / 180);
+  camera.fx = camera.fy = 0.5 * width_px / std::tan(0.5 * hfov_deg * kDegree);
   // The centre of the first pixel is (0, 0).
   camera.cx = 0.5 * (width_px - 1);
   camera.cy = 0.5 * (height_px - 1);

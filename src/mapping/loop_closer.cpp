@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "mono_pose_tracker/optimization/pose_graph.h"
@@ -22,7 +23,7 @@ constexpr int kMinShared = 15;  // landmarks of a further edge: what a pose asks
 // Standard deviations between two keyframes of one window, of the order in which windows drift: a tenth of a
 // degree, a hundredth of scale, as much of the way between the two, and of the depth what the turn makes of
 // it.
-constexpr double kTurnSigma = 0.1 * M_PI / 180;
+constexpr double kTurnSigma = 0.1 * kDegree;
 constexpr double kScaleSigma = 0.01;
 // The loop was measured once, the way there is a chain of dozens of edges: what is left over at its seam must
 // be less than an observation's error, so that points can be fused there.

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/mapping/mapper.h"
 
@@ -13,7 +14,7 @@ namespace mono_pose_tracker {
 namespace {
 
 // Corners are found to about 0.3 px: under this angle that is a depth of 1 to 2 % at 600 px of focal length.
-constexpr double kLateMarkerParallax = 2 * M_PI / 180;
+constexpr double kLateMarkerParallax = 2 * kDegree;
 // It is square: sides farther from their mean come from a corner that was found wrongly.
 constexpr double kMaxSideDifference = 0.05;
 

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/features/matching.h"
 
 namespace mono_pose_tracker {
@@ -42,7 +43,7 @@ class Visibility {
         camera_from_map_(camera_from_map),
         center_(camera_from_map.inverse().translation),
         focal_px_(camera.focal()),
-        min_cosine_(std::cos(max_view_angle_deg * M_PI / 180)) {}
+        min_cosine_(std::cos(max_view_angle_deg * kDegree)) {}
 
   bool of(const LandmarkCandidate& c, Eigen::Vector2d* pixel, double* scale) const {
     if (!camera_.project(camera_from_map_ * c.x_in_map, pixel) || !camera_.in_image(*pixel)) return false;

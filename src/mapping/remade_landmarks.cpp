@@ -11,6 +11,7 @@
 #include "feature_tracks.h"
 #include "keyframe_landmarks.h"
 #include "mono_pose_tracker/camera/image_scale.h"
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/mapping/matches_in_time.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
@@ -30,7 +31,7 @@ constexpr double kWithin = 10;
 constexpr std::array<double, 3> kWidths = {10, 3, 1};
 // The map is left alone where it comes out as it was, within what is known of the turns of an object: its own
 // landmarks are more, and their observations more exact.
-constexpr double kSame = 0.6 * M_PI / 180;
+constexpr double kSame = 0.6 * kDegree;
 constexpr int kRemakingIterations = 50;
 constexpr double kTolerance = 1e-6;
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/median.h"
 
 namespace mono_pose_tracker {
@@ -17,7 +18,7 @@ constexpr std::size_t kMinSegments = 10;
 // Six metres: older ones tell of a scale that may have drifted since.
 constexpr std::size_t kMaxSegments = 40;
 // Two directions of one motion; beyond, one of the two did something else.
-const double kMinCosine = std::cos(20 * M_PI / 180);
+const double kMinCosine = std::cos(20 * kDegree);
 // A camera that has hardly moved in the map while odometry went on was not carried along, whatever the unit.
 constexpr double kMinUnits = 1e-6;
 constexpr double kMaxSigma = 0.01, kMaxOff = 0.03;

@@ -2,13 +2,15 @@
 
 #include <cmath>
 
+#include "mono_pose_tracker/common/angles.h"
+
 namespace mono_pose_tracker {
 namespace {
 
 using Eigen::Vector2d;
 
 // From one waypoint to the next: who walks round a tight corner takes more pictures there.
-constexpr double kMaxTurn = 8 * M_PI / 180;
+constexpr double kMaxTurn = 8 * kDegree;
 
 // The four walls of a rectangle, seen from inside; from outside when the ends of each change places.
 std::vector<PlanWall> walls_inwards(const Vector2d& low, const Vector2d& high) {
@@ -78,7 +80,7 @@ std::vector<Waypoint> rounded_way(const StreetPlan& plan, double step) {
     const Vector2d along = fine[i + 1] - fine[i];
     const double length = along.norm(), heading = std::atan2(along.x(), along.y());
     if (length == 0) continue;
-    if (!way.empty() && std::abs(std::remainder(heading - way.back().heading, 2 * M_PI)) > kMaxTurn) next = 0;
+    if (!way.empty() && std::abs(std::remainder(heading - way.back().heading, 2 * kPi)) > kMaxTurn) next = 0;
     for (; next < length; next += step) way.push_back({fine[i] + next / length * along, heading});
     next -= length;
   }

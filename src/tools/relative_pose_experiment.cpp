@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "command_line.h"
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/evaluation/relative_pose_choice.h"
 #include "mono_pose_tracker/geometry/essential.h"
 #include "mono_pose_tracker/io/atomic_file.h"
@@ -80,7 +81,7 @@ ChoiceInput make_input(const Settings& settings, double depth_by_width, double n
   input.sample_size = kLargestSample;
   const int count = kLargestSample + settings.check_points;
   for (int i = 0; i < count; ++i) {
-    const auto problem = box_problem<1>(random, depth_by_width, settings.alpha_deg * M_PI / 180);
+    const auto problem = box_problem<1>(random, depth_by_width, settings.alpha_deg * kDegree);
     input.true_second_from_first = problem.second_from_first;
     input.bearings1.push_back(disturbed(problem.bearings1[0], noise_px, random));
     input.bearings2.push_back(disturbed(problem.bearings2[0], noise_px, random));

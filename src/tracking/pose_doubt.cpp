@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "mono_pose_tracker/common/angles.h"
+
 namespace mono_pose_tracker {
 
 namespace {
@@ -72,7 +74,7 @@ std::optional<std::string> PoseDoubt::doubt_of(std::int64_t stamp_ns, const Rese
       text, sizeof text,
       "%.2f deg and %.3g units from where the motion led, %.1f times what is usual, and %.0f %% of the "
       "points in view found",
-      turn * 180 / M_PI, shift, std::sqrt(distance2 / 6), 100 * share);
+      turn / kDegree, shift, std::sqrt(distance2 / 6), 100 * share);
   return text;
 }
 

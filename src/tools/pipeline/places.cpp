@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/random.h"
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/features/sift.h"
@@ -104,7 +105,7 @@ bool is_right(const View& query, const View& keyframe, double focal_px, const Tr
   if (!report.success || report.hypotheses[0].num_inliers < kMinInliers) return false;
   const Eigen::Quaterniond truth = keyframe.map_from_camera.conjugate() * query.map_from_camera;
   return rotation_angle_between(report.hypotheses[0].second_from_first.rotation, truth) <
-         kMaxRotationDeg * M_PI / 180;
+         kMaxRotationDeg * kDegree;
 }
 
 /// Features of others', each off by up to 20 of 255 in every element.

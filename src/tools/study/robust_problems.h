@@ -2,13 +2,14 @@
 
 #include <cmath>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/simulation/two_view_problem.h"
 #include "robust_estimators.h"
 
 namespace mono_pose_tracker {
 
 // 1296 px span 45 degrees, the front of the box.
-const double kFocalPx = 648 / std::tan(22.5 * M_PI / 180);
+const double kFocalPx = 648 / std::tan(22.5 * kDegree);
 constexpr double kNoisePx = 1;
 constexpr double kThresholdPx = 2;
 
