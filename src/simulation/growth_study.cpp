@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <deque>
-#include <limits>
 #include <numeric>
 #include <stdexcept>
 
@@ -50,8 +49,7 @@ std::vector<GrowthStep> run_growth_study(const FeatureWalk& walk, const CameraMo
                                          TrackerOptions options, const std::vector<int>& sizes,
                                          int finish_up_to) {
   options.mapping.redundant_overlap = 1.01;  // none goes
-  options.mapping.bundle_seconds = std::numeric_limits<double>::max();
-  options.bundle.num_threads = 1;  // so that the thread's CPU time is all
+  options.bundle.num_threads = 1;            // so that the thread's CPU time is all
   Random random(options.seed);
   WalkFollower follower(options, camera);
   follower.begin(true_beginning(walk, camera, kNoise, random));

@@ -2,11 +2,25 @@
 
 #include <algorithm>
 #include <ctime>
+#include <limits>
 #include <optional>
 
 #include "mono_pose_tracker/simulation/loop_study.h"
 
 namespace mono_pose_tracker {
+
+namespace {
+
+// What the clock cuts short would not repeat.
+MapperOptions unhurried(MapperOptions options) {
+  options.mapping.bundle_seconds = std::numeric_limits<double>::max();
+  return options;
+}
+
+}  // namespace
+
+WalkFollower::WalkFollower(const TrackerOptions& options, const CameraModel& camera)
+    : resector_(options, camera), mapper_(unhurried(options.mapper(camera.focal())), camera) {}
 
 double thread_seconds() {
   timespec t;

@@ -15,8 +15,7 @@ double thread_seconds();
 // by the last motion) and becomes a keyframe.
 class WalkFollower {
  public:
-  WalkFollower(const TrackerOptions& options, const CameraModel& camera)
-      : resector_(options, camera), mapper_(options.mapper(camera.focal()), camera) {}
+  WalkFollower(const TrackerOptions& options, const CameraModel& camera);
 
   Mapper& mapper() { return mapper_; }
   double worst_prediction() const { return worst_prediction_; }
