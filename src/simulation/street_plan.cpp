@@ -81,7 +81,10 @@ std::vector<Waypoint> rounded_way(const StreetPlan& plan, double step) {
     const double length = along.norm(), heading = std::atan2(along.x(), along.y());
     if (length == 0) continue;
     if (!way.empty() && std::abs(std::remainder(heading - way.back().heading, 2 * kPi)) > kMaxTurn) next = 0;
-    for (; next < length; next += step) way.push_back({fine[i] + next / length * along, heading});
+    while (next < length) {
+      way.push_back({fine[i] + next / length * along, heading});
+      next += step;
+    }
     next -= length;
   }
   return way;
