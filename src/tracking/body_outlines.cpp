@@ -64,7 +64,7 @@ cv::Mat BodyOutlines::outlined(std::int64_t frame_index, const cv::Mat& image, c
     points.body.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
   }
   if (others_ && others_->show(frame_index)) points.other = others_->at(frame_index).other;
-  const cv::Mat outline = outline_body(image, points);
+  cv::Mat outline = outline_body(image, points);
   if (outline.empty()) return mask;
   if (mask.empty()) return outline;
   const cv::Mat both = mask & outline;
