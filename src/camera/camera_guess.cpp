@@ -1,9 +1,10 @@
 #include "mono_pose_tracker/camera/camera_guess.h"
-#include "mono_pose_tracker/common/angles.h"
 
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
+
+#include "mono_pose_tracker/common/angles.h"
 
 namespace mono_pose_tracker {
 

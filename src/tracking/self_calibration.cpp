@@ -42,6 +42,23 @@ CameraParameters between(const CameraParameters& a, CameraParameters b) {
   return b;
 }
 
+// That it is off is seen before it is known well enough to be refined.
+double change_asked(const CameraRefinement& r) { return r.focal_observable ? r.focal_change : r.focal_asked; }
+
+// A wrong camera asks for the same in every part of the recording; what moves by itself, such as a face that
+// talks, for something else in each.
+bool is_asked_by_all_parts(CameraRefinementOptions options, const CameraParameters& camera, const Map& map,
+                           double change) {
+  for (const double begin : {0.0, 0.25, 0.5}) {
+    options.begin = begin;
+    options.end = begin + 0.5;
+    const CameraRefinement r = refine_camera(options, camera, map);
+    const bool tells = kTellingSigmas * r.focal_sigma < std::abs(change);
+    if (tells && change_asked(r) / change < kLeastOfChange) return false;
+  }
+  return true;
+}
+
 class Calibrator {
  public:
   Calibrator(const CameraParameters& start, const CameraRefinementOptions& options,
@@ -103,8 +120,7 @@ class Calibrator {
       const Map* map = track(kEarlyKeyframes);
       if (!map) break;
       const CameraRefinement r = refine_camera(options_, camera_, *map);
-      const double before =
-          std::exchange(result.last_change, r.focal_observable ? r.focal_change : r.focal_asked);
+      const double before = std::exchange(result.last_change, change_asked(r));
       result.has_map = true;
       // What cannot be told from the first map on is left to all of the recording.
       result.is_settled = std::abs(result.last_change) < kNearChange || !(r.focal_observable || is_refined_);
@@ -194,27 +210,6 @@ SelfCalibration calibrate_by_tracking(const CameraParameters& start, Calibration
                                       const CameraRefinementOptions& options, const TrackWithCamera& track) {
   return Calibrator(start, options, track).run(source);
 }
-
-namespace {
-
-// That it is off is seen before it is known well enough to be refined.
-double change_asked(const CameraRefinement& r) { return r.focal_observable ? r.focal_change : r.focal_asked; }
-
-// A wrong camera asks for the same in every part of the recording; what moves by itself, such as a face that
-// talks, for something else in each.
-bool is_asked_by_all_parts(CameraRefinementOptions options, const CameraParameters& camera, const Map& map,
-                           double change) {
-  for (const double begin : {0.0, 0.25, 0.5}) {
-    options.begin = begin;
-    options.end = begin + 0.5;
-    const CameraRefinement r = refine_camera(options, camera, map);
-    const bool tells = kTellingSigmas * r.focal_sigma < std::abs(change);
-    if (tells && change_asked(r) / change < kLeastOfChange) return false;
-  }
-  return true;
-}
-
-}  // namespace
 
 std::string doubt_of_calibration(const CameraRefinementOptions& options, const CameraParameters& camera,
                                  const Map& map) {

@@ -85,8 +85,8 @@ class BagTest(unittest.TestCase):
                         "--width", "320", "--height", "240", "--quiet"], check=True)
         cls.truth = read_tum(os.path.join(folder, "groundtruth.txt"))
         cls.connected = listener.wait_for_connections()
-        subprocess.run(["rosbag", "play", "--quiet", "--clock", "--rate", str(1 / SLOWNESS), "--wait-for-subscribers", "--bags",
-                        os.path.join(folder, "sequence.bag"), "--topics", "/camera/image_raw",
+        subprocess.run(["rosbag", "play", "--quiet", "--clock", "--rate", str(1 / SLOWNESS), "--wait-for-subscribers",
+                        "--bags", os.path.join(folder, "sequence.bag"), "--topics", "/camera/image_raw",
                         "/camera/camera_info"], check=True)
         listener.wait_until(lambda: len(listener.statuses) >= FRAMES)
         listener.wait_until(lambda: listener.points is not None and listener.points.width > 0)
