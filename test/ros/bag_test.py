@@ -18,11 +18,11 @@ from tf2_msgs.msg import TFMessage
 from mono_pose_tracker.msg import TrackerStatus
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import feeding  # noqa: E402
 import sim3  # noqa: E402
 
 FRAMES = 60
-SLOWNESS = float(os.environ.get("MONO_POSE_TRACKER_SLOWNESS", "1"))
-TIMEOUT = 150 * SLOWNESS  # s, of the wall; on a busy machine an image takes a second
+TIMEOUT = 150 * feeding.SLOWNESS  # s, of the wall; on a busy machine an image takes a second
 
 
 def read_tum(path):
@@ -85,7 +85,7 @@ class BagTest(unittest.TestCase):
                         "--width", "320", "--height", "240", "--quiet"], check=True)
         cls.truth = read_tum(os.path.join(folder, "groundtruth.txt"))
         cls.connected = listener.wait_for_connections()
-        subprocess.run(["rosbag", "play", "--quiet", "--clock", "--rate", str(1 / SLOWNESS), "--wait-for-subscribers",
+        subprocess.run(["rosbag", "play", "--quiet", "--clock", "--rate", str(1 / feeding.SLOWNESS), "--wait-for-subscribers",
                         "--bags", os.path.join(folder, "sequence.bag"), "--topics", "/camera/image_raw",
                         "/camera/camera_info"], check=True)
         listener.wait_until(lambda: len(listener.statuses) >= FRAMES)

@@ -12,8 +12,8 @@ from std_srvs.srv import Trigger
 
 from mono_pose_tracker.msg import TrackerStatus
 
-# s, of the wall; on a busy machine an image takes a second, with a sanitizer ten times that
-TIMEOUT = 60 * float(os.environ.get("MONO_POSE_TRACKER_SLOWNESS", "1"))
+SLOWNESS = float(os.environ.get("MONO_POSE_TRACKER_SLOWNESS", "1"))  # of this build: with a sanitizer 10
+TIMEOUT = 60 * SLOWNESS  # s, of the wall; on a busy machine an image takes a second
 
 
 def read_tum(path):

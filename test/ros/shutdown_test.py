@@ -21,8 +21,6 @@ from background import Stream  # noqa: E402
 
 FRAMES = 24
 LIMIT = 2  # s
-# Sanitizers make everything slower that many times.
-SLOWNESS = float(os.environ.get("MONO_POSE_TRACKER_SLOWNESS", "1"))
 
 # Bundle adjustment that never has enough: of all keyframes there are and all they see, by steps without end.
 ENDLESS = {"bundle/max_iterations": 10000, "bundle/function_tolerance": 0.0, "bundle/loss_width": 0.0,
@@ -76,7 +74,7 @@ class ShutdownTest(unittest.TestCase):
         begin = time.monotonic()
         node.send_signal(signal.SIGINT)
         self.assertEqual(node.wait(60), 0)
-        self.assertLess(time.monotonic() - begin, SLOWNESS * LIMIT)
+        self.assertLess(time.monotonic() - begin, feeding.SLOWNESS * LIMIT)
 
     def unload(self, name, options, keep):
         for key, value in options.items():
@@ -89,7 +87,7 @@ class ShutdownTest(unittest.TestCase):
         keep(name)
         begin = time.monotonic()
         self.assertTrue(rospy.ServiceProxy("/manager/unload_nodelet", NodeletUnload)(name="/" + name).success)
-        self.assertLess(time.monotonic() - begin, SLOWNESS * LIMIT)
+        self.assertLess(time.monotonic() - begin, feeding.SLOWNESS * LIMIT)
 
     def test_interrupted_in_the_middle_of_bundle_adjustment(self):
         self.interrupt("interrupted", ENDLESS, self.keep_mapping)
