@@ -20,6 +20,7 @@ std::string expand_prefix(const std::string& path) {
     if (folder.empty()) throw std::runtime_error(path + ": no package \"" + package + "\" is found");
     return slash == std::string::npos ? folder : folder + path.substr(slash);
   }
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
   const char* home = std::getenv("HOME");
   if (home != nullptr && (path == "~" || starts_with(path, "~/"))) return home + path.substr(1);
   return path;

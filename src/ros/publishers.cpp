@@ -208,7 +208,7 @@ void Publishers::publish_debug_image(const std_msgs::Header& header, const cv::M
   debug_image_.publish(cv_bridge::CvImage(header, "bgr8", bgr).toImageMsg());
 }
 
-bool Publishers::publish_map(std::uint32_t epoch, std::shared_ptr<const MapSnapshot> map,
+bool Publishers::publish_map(std::uint32_t epoch, const std::shared_ptr<const MapSnapshot>& map,
                              const CameraParameters& camera) {
   if (frames_.options().object_mode) {
     const std::lock_guard<std::mutex> lock(mutex_);

@@ -29,7 +29,7 @@ std::string format_seconds(double seconds) {
 
 /// The camera_info beside the image, unless the user has remapped camera_info.
 std::string camera_info_topic(const ros::NodeHandle& handle, const std::string& image_topic) {
-  const std::string remapped = handle.resolveName("camera_info");
+  std::string remapped = handle.resolveName("camera_info");
   if (remapped != handle.resolveName("camera_info", false)) return remapped;
   return image_transport::getCameraInfoTopic(handle.resolveName(image_topic));
 }

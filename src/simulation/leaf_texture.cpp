@@ -70,8 +70,8 @@ Color leaf_texture(const LeafStyle& style, std::uint32_t seed, float u, float v,
   const float stretched_u = u / style.stretch_u, stretched_v = v / style.stretch_v;
   std::uint32_t layer_seed = seed;
   Layer layer{style.density, 0, 0};
-  for (float cell = style.largest; cell >= style.smallest;
-       cell *= kLayerRatio, layer.density *= decay_ratio) {
+  float cell = style.largest;
+  while (cell >= style.smallest) {
     layer_seed = rehash(layer_seed);
     // Shapes of a layer are about a cell across: they fade as the cell nears two samples.
     layer.weight = smooth_step(1.5f, 3.f, cell / footprint);
@@ -83,6 +83,8 @@ Color leaf_texture(const LeafStyle& style, std::uint32_t seed, float u, float v,
       for (int i = x0; i <= x0 + 1; ++i)
         blend_cell(style, layer, hash_cell(layer_seed, i, j), x - i, y - j, &color);
     }
+    cell *= kLayerRatio;
+    layer.density *= decay_ratio;
   }
   if (style.grain > 0) {
     color *= 1.f + style.grain *

@@ -59,8 +59,8 @@ void Renderer::make_rays() {
       const std::size_t pixel = static_cast<std::size_t>(row) * width + column;
       center_rays_[pixel] = camera_.bearing(Eigen::Vector2d(column, row));
       for (int k = 0; k < per_pixel; ++k) {
-        const Eigen::Vector2d offset((k % samples_ + 0.5) / samples_ - 0.5,
-                                     (k / samples_ + 0.5) / samples_ - 0.5);
+        const int across = k % samples_, down = k / samples_;
+        const Eigen::Vector2d offset((across + 0.5) / samples_ - 0.5, (down + 0.5) / samples_ - 0.5);
         sample_rays_[pixel * per_pixel + k] =
             camera_.bearing(Eigen::Vector2d(column, row) + offset).cast<float>();
       }
@@ -180,7 +180,7 @@ void Renderer::shade_row(const Scene& scene, const Rigid3& map_from_camera, cons
     const Hit& hit = geometry.pixels[static_cast<std::size_t>(row) * camera_.width() + column].hit;
     picture->mask.at<std::uint8_t>(row, column) = hit.surface >= 0 && scene.is_body(hit) ? 255 : 0;
     cv::Vec3f& color = picture->color.at<cv::Vec3f>(row, column);
-    const cv::Vec3f behind = background.at<cv::Vec3f>(row, column);
+    const cv::Vec3f& behind = background.at<cv::Vec3f>(row, column);
     if (!even_surface(geometry, row, column)) {
       color = shade_edge(scene, map_from_camera, lighting, behind, row, column, geometry);
     } else {

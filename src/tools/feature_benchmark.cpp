@@ -60,7 +60,7 @@ void time_extractor(benchmark::State& state, const std::vector<cv::Mat>& images,
     features += set.size();
   }
   std::size_t next = 0;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     extractor->extract(images[next++ % images.size()], cv::Mat(), &set);
     benchmark::DoNotOptimize(set.features.data());
   }

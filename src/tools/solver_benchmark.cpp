@@ -122,7 +122,7 @@ void register_benchmark(const std::string& method, const MinimalSolver<Problem, 
     // Enough problems that no branch of theirs is learnt by heart, few enough for the cache.
     const std::size_t timed = std::min<std::size_t>(set->problems.size(), 1000);
     std::size_t i = 0;
-    for (auto _ : state) {
+    for ([[maybe_unused]] auto _ : state) {
       benchmark::DoNotOptimize(prepared.run(i));
       i = i + 1 < timed ? i + 1 : 0;
     }
@@ -182,7 +182,7 @@ void register_estimator(const std::string& name, const RobustEstimator& estimato
     const std::vector<Matches>* problems = &source->get();
     std::vector<Rigid3> poses(problems->size());
     std::size_t i = 0;
-    for (auto _ : state) {
+    for ([[maybe_unused]] auto _ : state) {
       // A failure leaves the pose that is furthest from any truth here: looking the other way.
       if (!estimator.estimate((*problems)[i], &poses[i])) {
         poses[i] = Rigid3((*problems)[i].truth.rotation * Eigen::Quaterniond(0, 0, 1, 0),

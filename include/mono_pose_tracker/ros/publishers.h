@@ -44,7 +44,7 @@ class Publishers {
   /// The map, placed in the world as the frame was whose stamp it gets. An object turns with each frame: its
   /// points are sent again with each pose, lest they stay behind its tf; and not at all (false) before the
   /// first pose in this map, as no tf says where they are.
-  bool publish_map(std::uint32_t epoch, std::shared_ptr<const MapSnapshot> map,
+  bool publish_map(std::uint32_t epoch, const std::shared_ptr<const MapSnapshot>& map,
                    const CameraParameters& camera);
 
   /// map -> odom once more, as if the robot went on as it did, also while there is no pose: for those who

@@ -108,7 +108,7 @@ std::string benchmark_table(const Json& result) {
 Json read_benchmark(const std::string& path) {
   std::ifstream file(path);
   if (!file) throw std::runtime_error(path + ": cannot be read");
-  const Json json = Json::parse(file, nullptr, false);
+  Json json = Json::parse(file, nullptr, false);
   if (!json.is_object() || json.value("program", "") != "pipeline_benchmark") {
     throw std::runtime_error(path + ": expected what pipeline_benchmark --json wrote");
   }
