@@ -34,12 +34,18 @@ MappingWorker::MappingWorker(const MapperOptions& options, const CameraModel& ca
     : mapper_(options, camera), threaded_(threaded), before_job_(std::move(before_job)) {
   mapper_.set_options(prepared(options));
   if (!threaded_) return;
-  thread_ = std::thread([this] { run(); });
-  aside_thread_ = std::thread([this] { run_aside(); });
+  try {
+    thread_ = std::thread([this] { run(); });
+    aside_thread_ = std::thread([this] { run_aside(); });
+  } catch (...) {  // the system gives no second thread
+    stop();
+    throw;
+  }
 }
 
-MappingWorker::~MappingWorker() {
-  if (!threaded_) return;
+MappingWorker::~MappingWorker() { stop(); }
+
+void MappingWorker::stop() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     stop_ = true;
@@ -48,8 +54,9 @@ MappingWorker::~MappingWorker() {
   }
   wake_.notify_all();
   wake_aside_.notify_all();
-  thread_.join();
-  aside_thread_.join();
+  for (std::thread* thread : {&thread_, &aside_thread_}) {
+    if (thread->joinable()) thread->join();
+  }
 }
 
 void MappingWorker::initialize(const InitialMap& initial, std::uint32_t epoch) {

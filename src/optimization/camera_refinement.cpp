@@ -285,7 +285,6 @@ CalibrationStep sigmas(const Information& information, const Active& active) {
 double corner_radius(const CameraParameters& p) { return 0.5 * std::hypot(p.width / p.fx, p.height / p.fy); }
 
 // One standard deviation of what is taken as known may be this.
-constexpr double kMaxFocalSigma = 0.003;       // relative: 1 % is more than three of them
 constexpr double kMaxCenterSigma = 0.003;      // of the image's width
 constexpr double kMaxDistortionSigma = 0.003;  // of the corner's radius
 

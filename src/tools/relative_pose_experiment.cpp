@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <atomic>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
@@ -10,6 +9,7 @@
 
 #include "command_line.h"
 #include "mono_pose_tracker/common/angles.h"
+#include "mono_pose_tracker/common/parallel.h"
 #include "mono_pose_tracker/evaluation/relative_pose_choice.h"
 #include "mono_pose_tracker/geometry/essential.h"
 #include "mono_pose_tracker/io/atomic_file.h"
@@ -127,23 +127,17 @@ Trials run_all(const Settings& settings, const std::vector<Row>& rows) {
                 {std::size(kDepthsByWidth),
                  std::vector<std::vector<Trial>>(kNoiseSteps, std::vector<Trial>(settings.trials))});
   const int jobs = static_cast<int>(std::size(kDepthsByWidth)) * kNoiseSteps * settings.trials;
-  std::atomic<int> next{0};
   ProgressBar progress(jobs);
-  const auto work = [&] {
-    for (int job = next++; job < jobs; job = next++) {
-      const int trial = job % settings.trials, noise = job / settings.trials % kNoiseSteps;
-      const int scene = job / settings.trials / kNoiseSteps;
-      const std::uint64_t seed = settings.seed * 1000000007ull + static_cast<std::uint64_t>(job);
-      const ChoiceInput input = make_input(settings, kDepthsByWidth[scene], noise * kNoiseStepPx, seed);
-      for (std::size_t row = 0; row < rows.size(); ++row) {
-        trials[row][scene][noise][trial] = run_trial(rows[row], input, settings.choice);
-      }
-      progress.advance();
+  parallel_for(jobs, settings.threads, [&](int job) {
+    const int trial = job % settings.trials, noise = job / settings.trials % kNoiseSteps;
+    const int scene = job / settings.trials / kNoiseSteps;
+    const std::uint64_t seed = settings.seed * 1000000007ull + static_cast<std::uint64_t>(job);
+    const ChoiceInput input = make_input(settings, kDepthsByWidth[scene], noise * kNoiseStepPx, seed);
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+      trials[row][scene][noise][trial] = run_trial(rows[row], input, settings.choice);
     }
-  };
-  std::vector<std::thread> threads;
-  for (int i = 0; i < settings.threads; ++i) threads.emplace_back(work);
-  for (std::thread& thread : threads) thread.join();
+    progress.advance();
+  });
   return trials;
 }
 

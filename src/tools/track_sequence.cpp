@@ -61,7 +61,7 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option(
          "--hfov", a.hfov,
          "in place of a calibration: degrees that the images span from left to right, a guess that is "
-         "refined as --refine-camera does")
+         "refined as --refine-camera does (not with --map)")
       ->excludes(camera)
       ->check(CLI::Range(kMinHfovDeg, kMaxHfovDeg));
   app.add_flag("--refine-camera", a.refine_camera,
@@ -272,33 +272,33 @@ Run track_all(const Arguments& a, const TrackerOptions& options, const CameraPar
   return {std::move(tracked.tracker), std::move(tracked.result), std::move(kept.masks)};
 }
 
-// Tracks; where it is asked for, with a camera that is refined on the way.
-Run track(const Arguments& a, const TrackerOptions& options, const Recording& recording,
-          const SavedMaps* loaded, Calibration* calibration) {
-  // A map that is there already is of other cameras, too, and holds to the one that is given.
-  if (loaded) return track_all(a, options, calibration->camera, recording, loaded);
-  CameraRefinementOptions refinement;
-  refinement.bundle = options.bundle;
-  refinement.bundle.cancel = [] { return g_signal != 0; };
-  if (!a.refine_camera && !a.hfov) {
-    Recording doubted = recording;
-    doubted.doubt_of = [&](const Map& map, const std::function<bool()>& cancelled) {
-      CameraRefinementOptions beside = refinement;
-      beside.bundle.cancel = [&] { return g_signal != 0 || cancelled(); };
-      return doubt_of_calibration(beside, calibration->camera, map);
-    };
-    Run run = track_all(a, options, calibration->camera, doubted);
-    if (run.result.tracked) {
-      const std::string doubt =
-          run.result.doubt ? *run.result.doubt
-                           : doubt_of_calibration(refinement, calibration->camera, run.tracker->map());
-      if (!doubt.empty()) {
-        run.result.warnings.push_back(doubt);
-        run.result.maps.front().confirmed = false;
-      }
-    }
-    return run;
+void leave_unconfirmed(const std::string& why, Run* run) {
+  if (why.empty() || !run->result.tracked) return;
+  run->result.warnings.push_back(why);
+  run->result.maps.front().confirmed = false;
+}
+
+// Tracks with the camera that is given, and asks the map whether it is right.
+Run track_with_given(const Arguments& a, const TrackerOptions& options, const Recording& recording,
+                     const CameraRefinementOptions& refinement, const CameraParameters& camera) {
+  Recording doubted = recording;
+  doubted.doubt_of = [&](const Map& map, const std::function<bool()>& cancelled) {
+    CameraRefinementOptions beside = refinement;
+    beside.bundle.cancel = [&] { return g_signal != 0 || cancelled(); };
+    return doubt_of_calibration(beside, camera, map);
+  };
+  Run run = track_all(a, options, camera, doubted);
+  if (run.result.tracked) {
+    leave_unconfirmed(
+        run.result.doubt ? *run.result.doubt : doubt_of_calibration(refinement, camera, run.tracker->map()),
+        &run);
   }
+  return run;
+}
+
+// Tracks with a camera that is refined on the way.
+Run track_and_refine(const Arguments& a, const TrackerOptions& options, const Recording& recording,
+                     const CameraRefinementOptions& refinement, Calibration* calibration) {
   std::optional<Run> run;
   const SelfCalibration refined = calibrate_by_tracking(
       calibration->camera, calibration->source, refinement,
@@ -313,7 +313,29 @@ Run track(const Arguments& a, const TrackerOptions& options, const Recording& re
   calibration->camera = refined.camera;
   calibration->source = refined.source;
   calibration->refined = refined;
+  if (refined.source != CalibrationSource::kRefined && run->result.tracked) {
+    leave_unconfirmed(doubt_of_calibration(refinement, refined.camera, run->tracker->map()), &*run);
+  }
   return std::move(*run);
+}
+
+Run track(const Arguments& a, const TrackerOptions& options, const Recording& recording,
+          const SavedMaps* loaded, Calibration* calibration) {
+  CameraRefinementOptions refinement;
+  refinement.bundle = options.bundle;
+  refinement.bundle.cancel = [] { return g_signal != 0; };
+  // A map that is there already is of other cameras, too, and holds to the one that is given.
+  Run run = loaded ? track_all(a, options, calibration->camera, recording, loaded)
+            : a.refine_camera || a.hfov
+                ? track_and_refine(a, options, recording, refinement, calibration)
+                : track_with_given(a, options, recording, refinement, calibration->camera);
+  if (calibration->source == CalibrationSource::kGuessed) {
+    leave_unconfirmed(
+        "the focal length is a guess that nothing has confirmed: path and map may be of a wrong shape; "
+        "calibrate the camera, or record it with turns and views from more sides",
+        &run);
+  }
+  return run;
 }
 
 std::vector<StampedPose> read_reference(const std::string& path) {

@@ -102,9 +102,11 @@ class DoubtBeside {
  public:
   DoubtBeside(const Recording& recording, const Map& map) {
     if (recording.threads <= 1 || !recording.doubt_of) return;
-    found_ = std::async(std::launch::async, [this, map, doubt_of = recording.doubt_of] {
-      return doubt_of(map, [this] { return is_given_up_.load(); });
-    });
+    // Where there is no thread to be had: when it is asked for.
+    found_ =
+        std::async(std::launch::async | std::launch::deferred, [this, map, doubt_of = recording.doubt_of] {
+          return doubt_of(map, [this] { return is_given_up_.load(); });
+        });
   }
   ~DoubtBeside() { is_given_up_ = true; }
 

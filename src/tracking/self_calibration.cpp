@@ -187,9 +187,10 @@ class Calibrator {
     if (std::isfinite(r.focal_sigma)) {
       std::snprintf(
           text, sizeof text,
-          "the focal length is not observable in this motion (one standard deviation is %.1f %%): it "
-          "stays as it was given; views from more sides, and turned, would tell",
-          100 * r.focal_sigma);
+          "the focal length is not observable in this motion (one standard deviation is %.2f %%, less than "
+          "%.2f %% is wanted, of a camera that can be): it stays as it was given; views from more sides, and "
+          "turned, would tell",
+          100 * r.focal_sigma, 100 * kMaxFocalSigma);
       return text;
     }
     return "the focal length is not observable in this motion: it stays as it was given; views from more "

@@ -2,7 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "support/no_threads.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -37,6 +42,14 @@ TEST(Parallel, ThreadsRunAtTheSameTime) {
     while (begun < 2) std::this_thread::yield();
   });
   EXPECT_EQ(begun, 2);
+}
+
+TEST(Parallel, WhereNoThreadIsToBeHadTheCallerDoesItAll) {
+  const NoThreads none;
+  EXPECT_TRUE(start_threads(3, [] {}).empty());
+  std::vector<int> done(100, 0);
+  parallel_for(100, 8, [&](int i) { ++done[i]; });
+  EXPECT_EQ(done, std::vector<int>(100, 1));
 }
 
 INSTANTIATE_TEST_SUITE_P(Threads, ParallelTest, testing::Values(1, 2, 7));

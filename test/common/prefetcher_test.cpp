@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "support/no_threads.h"
+
 namespace mono_pose_tracker {
 namespace {
 
@@ -97,6 +99,23 @@ TEST(Prefetcher, WhoeverWaitsForAnItemWorksOnWhatFollows) {
   }
   EXPECT_FALSE(numbers.next(&n));
   EXPECT_NE(first_by, second_by);
+}
+
+TEST(Prefetcher, WhereNoThreadIsToBeHadTheCallerDoesItAll) {
+  const NoThreads none;
+  int read = 0;
+  Prefetcher<Number> numbers(
+      [&](Number* n) {
+        n->value = read++;
+        return n->value < 3;
+      },
+      [](Number* n) { n->value *= 10; }, 4);
+  Number n;
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(numbers.next(&n));
+    EXPECT_EQ(n.value, 10 * i);
+  }
+  EXPECT_FALSE(numbers.next(&n));
 }
 
 INSTANTIATE_TEST_SUITE_P(Threads, PrefetcherTest, testing::Values(0, 1, 3, 8));

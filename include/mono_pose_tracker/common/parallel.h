@@ -8,6 +8,8 @@
 #include <thread>
 #include <vector>
 
+#include "mono_pose_tracker/common/start_threads.h"
+
 namespace mono_pose_tracker {
 
 /// Calls work(0) to work(count - 1), each once, in any order, on up to `threads` threads (the caller's is one
@@ -31,8 +33,7 @@ inline void parallel_for(int count, int threads, const std::function<void(int)>&
       error = std::current_exception();
     }
   };
-  std::vector<std::thread> others;
-  for (int i = 1; i < std::min(threads, count); ++i) others.emplace_back(loop);
+  std::vector<std::thread> others = start_threads(std::min(threads, count) - 1, loop);
   loop();
   for (std::thread& thread : others) thread.join();
   if (error) std::rethrow_exception(error);

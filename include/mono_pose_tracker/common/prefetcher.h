@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "mono_pose_tracker/common/start_threads.h"
+
 namespace mono_pose_tracker {
 
 /// Works ahead on a sequence: its items are read one after the other, worked on by several threads at once,
@@ -20,11 +22,11 @@ template <typename Item>
 class Prefetcher {
  public:
   /// read: false at the end; called by one thread at a time. work: by all of them. threads: that run ahead,
-  /// beside the caller's, by no more than one item each and one that waits; 0: next() does it all when it is
-  /// called.
+  /// beside the caller's, by no more than one item each and one that waits; 0, or none to be had: next() does
+  /// it all when it is called.
   Prefetcher(std::function<bool(Item*)> read, std::function<void(Item*)> work, int threads)
       : read_(std::move(read)), work_(std::move(work)), most_begun_(static_cast<std::size_t>(threads) + 2) {
-    for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { run(); });
+    threads_ = start_threads(threads, [this] { run(); });
   }
 
   ~Prefetcher() {

@@ -82,6 +82,7 @@ class MappingWorker {
   };
 
   void post(Job job);
+  void stop();  // and wait for both threads
   void run();
   void run_aside();
   void run_job(const Job& job);

@@ -8,6 +8,10 @@
 
 namespace mono_pose_tracker {
 
+/// One standard deviation of a focal length that counts as observable, relative: 1 % is more than three of
+/// them.
+inline constexpr double kMaxFocalSigma = 0.003;
+
 struct CameraRefinementOptions {
   BundleOptions bundle;
   /// Of a longer recording, so many keyframes from the middle on are taken: the reduced system is dense.

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <new>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+namespace mono_pose_tracker {
+
+/// Up to `most` threads that call work(), fewer or none where the system gives no more (limits of a user, a
+/// container, the address space): for work that those who came share. To be joined by the caller.
+template <typename Work>
+std::vector<std::thread> start_threads(int most, const Work& work) {
+  std::vector<std::thread> threads;
+  threads.reserve(static_cast<std::size_t>(most > 0 ? most : 0));  // nothing else may throw below
+  try {
+    for (int i = 0; i < most; ++i) threads.emplace_back(work);
+  } catch (const std::system_error&) {
+  } catch (const std::bad_alloc&) {
+  }
+  return threads;
+}
+
+}  // namespace mono_pose_tracker

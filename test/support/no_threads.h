@@ -1,0 +1,31 @@
+#pragma once
+
+#include <pthread.h>
+
+#include <cstddef>
+
+namespace mono_pose_tracker {
+
+/// While it lives no thread is to be had: none fits where stacks are as large as the address space.
+class NoThreads {
+ public:
+  NoThreads() {
+    pthread_getattr_default_np(&before_);
+    pthread_attr_t endless;
+    pthread_getattr_default_np(&endless);
+    pthread_attr_setstacksize(&endless, std::size_t{1} << 50);
+    pthread_setattr_default_np(&endless);
+    pthread_attr_destroy(&endless);
+  }
+  ~NoThreads() {
+    pthread_setattr_default_np(&before_);
+    pthread_attr_destroy(&before_);
+  }
+  NoThreads(const NoThreads&) = delete;
+  NoThreads& operator=(const NoThreads&) = delete;
+
+ private:
+  pthread_attr_t before_{};
+};
+
+}  // namespace mono_pose_tracker
