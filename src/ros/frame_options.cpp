@@ -4,12 +4,17 @@
 
 namespace mono_pose_tracker {
 
+std::string without_leading_slashes(const std::string& frame) {
+  const std::size_t begin = frame.find_first_not_of('/');
+  return begin == std::string::npos ? "" : frame.substr(begin);
+}
+
 std::vector<std::string> normalize_frames(FrameOptions* options) {
   FrameOptions& o = *options;
   std::vector<std::string> problems;
   std::map<std::string, std::string> used;  // the parameter that took a name
   const auto take = [&](const char* parameter, std::string* frame, bool counts) {
-    frame->erase(0, frame->find_first_not_of('/'));
+    *frame = without_leading_slashes(*frame);
     if (!counts || frame->empty()) return;
     const auto [other, first] = used.emplace(*frame, parameter);
     if (!first) {

@@ -52,7 +52,7 @@ std::string MapPlacement::rescale() {
 
 std::string MapPlacement::place(const geometry_msgs::PoseWithCovarianceStamped& pose) {
   const std::string& frame = pose.header.frame_id;
-  if (!frame.empty() && frame != frames_.world() && frame != "/" + frames_.world()) {
+  if (!frame.empty() && without_leading_slashes(frame) != frames_.world()) {
     throw std::runtime_error("it is in the frame " + frame + ", expected " + frames_.world());
   }
   const auto& p = pose.pose.pose.position;

@@ -102,10 +102,10 @@ FrameReport OutputFrames::in_world(FrameReport report) const {
   return report;
 }
 
-/// tf takes neither an empty name nor the leading slash of older drivers.
+/// tf takes neither an empty name nor the leading slashes of older drivers.
 std::string OutputFrames::camera_frame(const std_msgs::Header& image_header) const {
   if (!options_.camera_frame.empty()) return options_.camera_frame;
-  const std::string frame = image_header.frame_id.substr(image_header.frame_id.rfind('/', 0) == 0 ? 1 : 0);
+  const std::string frame = without_leading_slashes(image_header.frame_id);
   return frame.empty() ? "camera" : frame;
 }
 

@@ -24,7 +24,10 @@ struct FrameOptions {
   double tf_tolerance = 0.1;         // s that it is stamped ahead then
 };
 
-/// Takes off the leading slashes that tf2 does not know. Returns one line for each combination that can't be:
+/// tf2 does not know the leading slashes of older frames.
+std::string without_leading_slashes(const std::string& frame);
+
+/// Takes off leading slashes. Returns one line for each combination that can't be:
 /// a frame with two parents, or one that is its own parent.
 std::vector<std::string> normalize_frames(FrameOptions* options);
 
