@@ -28,6 +28,8 @@ std::vector<std::string> normalize_frames(FrameOptions* options) {
   take("base_frame", &o.base_frame, true);
   take("odom_frame", &o.odom_frame, true);
   take("view_frame", &o.view_frame, true);
+  std::string middle = o.view_frame.empty() ? "" : o.view_frame + kMiddleSuffix;
+  take("view_frame with _object behind it", &middle, o.object_mode);
   if (o.map_frame.empty()) problems.push_back("~map_frame is empty");
   if (o.object_frame.empty()) problems.push_back("~object_frame is empty");
   if (!o.odom_frame.empty() && o.object_mode) {

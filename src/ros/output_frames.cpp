@@ -239,11 +239,10 @@ std::optional<geometry_msgs::TransformStamped> OutputFrames::transform(const std
 std::vector<geometry_msgs::TransformStamped> OutputFrames::view_transforms(
     const std_msgs::Header& image_header, const Rigid3& world_from_camera) const {
   if (!options_.publish_tf || options_.view_frame.empty()) return {};
-  std::string other;
-  if (buffer_._getParent(options_.view_frame, ros::Time(0), other) && other != world()) {
-    warn_("view frame", "no tf is published from " + world() + " to " + options_.view_frame +
-                            ": its parent is " + other +
-                            " already; another tracker needs another ~view_frame (or none)");
+  const std::string problem = view_problem(camera_frame(image_header));
+  if (!problem.empty()) {
+    warn_("view frame", "no tf is published from " + world() + " to " + options_.view_frame + ": " + problem +
+                            " (or none)");
     return {};
   }
   std_msgs::Header header = image_header;
@@ -252,9 +251,22 @@ std::vector<geometry_msgs::TransformStamped> OutputFrames::view_transforms(
       to_transform(header, options_.view_frame, world_from_camera)};
   if (const std::optional<ObjectBox> object = object_in_world()) {
     const Rigid3 world_from_middle(Eigen::Quaterniond::Identity(), object->centre);
-    transforms.push_back(to_transform(header, options_.view_frame + "_object", world_from_middle));
+    transforms.push_back(to_transform(header, options_.view_frame + kMiddleSuffix, world_from_middle));
   }
   return transforms;
+}
+
+std::string OutputFrames::view_problem(const std::string& camera) const {
+  // It would be there twice, or have the world below it that the camera is below, or above.
+  if (options_.view_frame == camera ||
+      (options_.object_mode && options_.view_frame + kMiddleSuffix == camera)) {
+    return camera + " is the images' own frame; expected another ~view_frame";
+  }
+  std::string other;
+  if (buffer_._getParent(options_.view_frame, ros::Time(0), other) && other != world()) {
+    return "its parent is " + other + " already; another tracker needs another ~view_frame";
+  }
+  return "";
 }
 
 std::string OutputFrames::conflict(const std::string& parent, const std::string& child) const {

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """tf, poses and points in each mode of frames, held against where the camera was."""
+import itertools
 import os
 import sys
 import tempfile
@@ -22,6 +23,7 @@ from mono_pose_tracker.msg import TrackerStatus
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import feeding  # noqa: E402
 import sim3  # noqa: E402
+from listening import Listener  # noqa: E402
 from transforms import BASE_FROM_CAMERA, matrix, of_pose, of_transform, stamped  # noqa: E402
 
 FRAMES = 30
@@ -241,6 +243,23 @@ class FramesTest(unittest.TestCase):
         self.assertLess(numpy.linalg.norm(low + high) / 2, 0.1 * (high - low).max())
         low, high = numpy.percentile(self.points("plain"), (5, 95), axis=0)
         self.assertGreater(numpy.linalg.norm(low + high) / 2, 0.5, "in the first camera's frame it is far from the origin")
+
+    def test_a_view_frame_that_is_the_images_is_left_out(self):
+        """Below the object it would close a loop with what is asked for: the object below the camera."""
+        transforms, log = Listener("/tf", TFMessage), Listener("/rosout", Log)
+        tracker, camera = feeding.Tracker("/view/tracker"), feeding.Camera("/viewed_camera", self.recording.info)
+        images = itertools.islice(self.recording.walk(), 20 * POSED)
+        feeding.track(camera, tracker, (self.of_frame("/view_camera", image) for image in images), 5)
+        self.assertIsNotNone(transforms.wait_for(lambda m: any(
+            (t.header.frame_id, t.child_frame_id) == ("view_camera", "view_object") for t in m.transforms)))
+        self.assertIsNotNone(log.wait_for(lambda m: "view_camera is the images' own frame" in m.msg))
+        self.assertFalse(self.of_tf("", "view_camera"))
+        self.assertFalse(self.of_tf("", "view_camera_object"), "beside a view frame only")
+
+    @staticmethod
+    def of_frame(frame, image):
+        image.header.frame_id = frame
+        return image
 
     def test_no_second_parent(self):
         self.assertFalse(self.of_tf("", "conflict_camera"), "its parent is conflict_mount, on tf_static")

@@ -5,6 +5,9 @@
 
 namespace mono_pose_tracker {
 
+/// Behind ~view_frame: the middle of the object.
+constexpr const char* kMiddleSuffix = "_object";
+
 /// Which frames the tracker's results are given in (private parameters of the nodelet, see the README).
 struct FrameOptions {
   std::string map_frame = "map";

@@ -96,6 +96,7 @@ class OutputFrames {
   void tell_ways_to_metres() const;
   bool wait_for_transform(const std::string& parent, const std::string& child, const ros::Time& stamp,
                           std::string* why) const;
+  std::string view_problem(const std::string& camera) const;
   std::string conflict(const std::string& parent, const std::string& child) const;
 
   const FrameOptions options_;
