@@ -201,6 +201,7 @@ void LiveTracker::wait_for_mapping() {
 }
 
 void LiveTracker::cancel() {
+  masks_.cancel();
   const std::lock_guard<std::mutex> lock(mutex_);
   cancelled_ = true;
   if (tracker_) tracker_->cancel();

@@ -21,9 +21,17 @@ sensor_msgs::ImageConstPtr MaskSource::wait(const ros::Time& stamp, std::chrono:
       return mask->header.stamp == stamp;
     });
     if (it != masks_.end()) found = *it;
-    return found != nullptr;
+    return cancelled_ || found != nullptr;
   });
   return found;
+}
+
+void MaskSource::cancel() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    cancelled_ = true;
+  }
+  arrived_.notify_all();
 }
 
 }  // namespace mono_pose_tracker

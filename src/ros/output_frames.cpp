@@ -45,6 +45,14 @@ OutputFrames::~OutputFrames() {
   tf_listening_.disconnect();
 }
 
+void OutputFrames::cancel() {
+  {
+    const std::lock_guard<std::mutex> lock(tf_mutex_);
+    cancelled_ = true;
+  }
+  tf_changed_.notify_all();
+}
+
 bool OutputFrames::wants_points(std::uint32_t epoch) const {
   if (!options_.object_mode) return false;
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -109,13 +117,22 @@ std::string OutputFrames::camera_frame(const std_msgs::Header& image_header) con
   return frame.empty() ? "camera" : frame;
 }
 
+/// By the wall clock: ROS time may stand still (a bag that is paused), and tf2's own waiting with it.
+std::chrono::steady_clock::time_point OutputFrames::deadline_of(const ros::Time& stamp) const {
+  const std::lock_guard<std::mutex> lock(tf_mutex_);
+  if (stamp != waited_stamp_ || deadline_ == std::chrono::steady_clock::time_point()) {
+    const auto timeout = std::chrono::duration<double>(options_.tf_timeout);
+    waited_stamp_ = stamp;
+    deadline_ = std::chrono::steady_clock::now() +
+                std::chrono::duration_cast<std::chrono::steady_clock::duration>(timeout);
+  }
+  return deadline_;
+}
+
 /// Odometry is often published a little later than the image of its time is here.
 bool OutputFrames::wait_for_transform(const std::string& parent, const std::string& child,
                                       const ros::Time& stamp, std::string* why) const {
-  // By the wall clock: ROS time may stand still (a bag that is paused), and tf2's own waiting with it.
-  const auto timeout = std::chrono::duration<double>(options_.tf_timeout);
-  const auto deadline = std::chrono::steady_clock::now() +
-                        std::chrono::duration_cast<std::chrono::steady_clock::duration>(timeout);
+  const std::chrono::steady_clock::time_point deadline = deadline_of(stamp);
   while (true) {
     std::uint64_t changes;
     {
@@ -124,7 +141,8 @@ bool OutputFrames::wait_for_transform(const std::string& parent, const std::stri
     }
     if (buffer_.canTransform(parent, child, stamp, why)) return true;
     std::unique_lock<std::mutex> lock(tf_mutex_);
-    if (!tf_changed_.wait_until(lock, deadline, [&] { return tf_changes_ != changes; })) return false;
+    tf_changed_.wait_until(lock, deadline, [&] { return cancelled_ || tf_changes_ != changes; });
+    if (cancelled_ || tf_changes_ == changes) return false;
   }
 }
 

@@ -40,8 +40,10 @@ TrackerNodelet::~TrackerNodelet() { tear_down(); }
 
 void TrackerNodelet::tear_down() {
   stopping_ = true;
-  if (slot_) slot_->close();         // services that wait for their turn give up
-  if (tracker_) tracker_->cancel();  // whatever the options: the image and the mapping under way end soon
+  if (slot_) slot_->close();  // services that wait for their turn give up
+  // Whatever the options: the image and the mapping under way end soon.
+  if (tracker_) tracker_->cancel();
+  if (frames_) frames_->cancel();
   // Each of these returns when its callbacks under way have: none may meet a nodelet half gone.
   services_.clear();
   live_server_.reset();

@@ -47,6 +47,17 @@ TEST(MaskSource, TheImageWaitsForItsMask) {
   EXPECT_EQ(waiting.get(), mask);
 }
 
+// Whatever ~mask_timeout is, who ends the node does not wait so long.
+TEST(MaskSource, CancelledNobodyWaits) {
+  MaskSource masks;
+  auto waiting = std::async(std::launch::async, [&] { return masks.wait(ros::Time(2), kLong); });
+  const auto before = std::chrono::steady_clock::now();
+  masks.cancel();
+  EXPECT_EQ(waiting.get(), nullptr);
+  EXPECT_EQ(masks.wait(ros::Time(3), kLong), nullptr);
+  EXPECT_LT(std::chrono::steady_clock::now() - before, kLong);
+}
+
 // Whoever publishes masks without end for images that never come must not fill the memory.
 TEST(MaskSource, OldMasksGo) {
   MaskSource masks;

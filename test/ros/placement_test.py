@@ -77,14 +77,15 @@ class PlacementTest(unittest.TestCase):
     def tearDownClass(cls):
         cls.folder.cleanup()
 
-    def show(self):
+    def show(self, with_odometry=True):
         """The trackers' answers, by name, to the next image."""
         image = next(self.images)
         stamp = image.header.stamp
         self.bases[stamp.to_nsec()] = self.robot.go(matrix(*self.recording.truth[stamp.to_nsec()]))
         odom_from_base = self.robot.odom_from_base
-        self.moving.sendTransform(stamped("driven_odom", "driven_base", stamp, odom_from_base[:3, 3],
-                                          quaternion_of(odom_from_base[:3, :3])))
+        if with_odometry:
+            self.moving.sendTransform(stamped("driven_odom", "driven_base", stamp, odom_from_base[:3, 3],
+                                              quaternion_of(odom_from_base[:3, :3])))
         answers = dict(zip(self.trackers, self.camera.show(image, *self.trackers.values())))
         if answers["driven"].scale == TrackerStatus.MAP_UNITS:
             self.in_units.append(stamp.to_nsec())
@@ -151,6 +152,16 @@ class PlacementTest(unittest.TestCase):
         self.assertEqual(len([m for m in self.log if "scale/odometry: one map unit is" in m]), 1, "rescaled once")
         self.assertGreater(len(self.in_units), 5)
         self.assertFalse(set(self.in_units) & set(self.poses["driven"]), "published in units of the map")
+
+    def test_odometry_that_stops_is_waited_for_once(self):
+        """Not for the scale and for tf, one after the other."""
+        self.show_until(lambda a: a["driven"].state == TrackerStatus.TRACKING and
+                        a["driven"].scale == TrackerStatus.ODOMETRY)
+        answer = self.show(with_odometry=False)["driven"]
+        self.assertEqual(answer.state, TrackerStatus.TRACKING)
+        timeout_ms = 1e3 * rospy.get_param("/driven/tracker/tf_timeout")
+        self.assertGreaterEqual(answer.latency_ms, timeout_ms)
+        self.assertLess(answer.latency_ms, 1.9 * timeout_ms)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """A tracker ends within two seconds, whatever legal options it has and whatever it is about."""
+import itertools
 import os
 import signal
 import subprocess
@@ -12,6 +13,7 @@ import roslib.packages
 import rospy
 import rostest
 from nodelet.srv import NodeletLoad, NodeletUnload
+from sensor_msgs.msg import Image
 
 from mono_pose_tracker.msg import TrackerStatus
 
@@ -33,6 +35,8 @@ EXTREME = {**ENDLESS, "max_iterations": 1000000, "confidence": 0.999999999, "sif
            "sift/octave_layers": 10, "sift/edge_threshold": 1000.0, "resection/max_local_keyframes": 1000000,
            "resection/relocalization_keyframes": 1000000, "bootstrap/max_frames": 1000,
            "bootstrap/min_confirmed": 0.0, "bootstrap/min_evidence": 0.0, "matching/min_ratio": 1.0}
+
+WAITING_FOR_TF = {"tf_timeout": 10.0, "base_frame": "nobody_knows_it", "scale/initial_median_depth": 1.0}
 
 
 class ShutdownTest(unittest.TestCase):
@@ -62,6 +66,19 @@ class ShutdownTest(unittest.TestCase):
         camera, tracker = feeding.Camera("/%s_camera" % name, self.recording.info), feeding.Tracker("/" + name)
         self.addCleanup(Stream(camera, self.recording.images, 0.02).stop)
         self.assertTrue(tracker.wait_until(lambda: sum(s.reason != TrackerStatus.DROPPED for s in tracker.statuses) > 5))
+
+    def keep_waiting(self, name):
+        """Images that displace one another for two seconds, as the one under way waits for what does not come."""
+        camera, tracker = feeding.Camera("/%s_camera" % name, self.recording.info), feeding.Tracker("/" + name)
+        self.addCleanup(Stream(camera, list(itertools.islice(self.recording.walk(), 1000)), 0.1).stop)
+        self.assertTrue(tracker.wait_until(lambda: len(tracker.statuses) > 20 and all(
+            s.reason == TrackerStatus.DROPPED for s in tracker.statuses[-20:])))
+
+    def keep_waiting_for_a_mask(self, name):
+        masks = rospy.Publisher("/mask", Image, queue_size=1)
+        self.addCleanup(masks.unregister)
+        feeding.wait_for_connections(masks)
+        self.keep_waiting(name)
 
     def interrupt(self, name, options, keep):
         for key, value in options.items():
@@ -94,6 +111,12 @@ class ShutdownTest(unittest.TestCase):
 
     def test_unloaded_in_the_middle_of_bundle_adjustment(self):
         self.unload("unloaded", ENDLESS, self.keep_mapping)
+
+    def test_interrupted_while_it_waits_for_a_mask(self):
+        self.interrupt("interrupted_masked", {"mask_timeout": 10.0}, self.keep_waiting_for_a_mask)
+
+    def test_unloaded_while_it_waits_for_tf(self):
+        self.unload("unloaded_based", WAITING_FOR_TF, self.keep_waiting)
 
     def test_interrupted_with_everything_extreme(self):
         self.interrupt("interrupted_extreme", EXTREME, self.keep_busy)

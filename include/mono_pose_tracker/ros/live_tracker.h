@@ -77,7 +77,8 @@ class LiveTracker {
   /// As Tracker::transform_map.
   void transform_map(const Sim3& new_from_map, std::optional<ScaleSource> scale_source);
 
-  /// Tracker::cancel, also of a tracker that is begun later. May be called from any thread.
+  /// Tracker::cancel, also of a tracker that is begun later; no mask is waited for any more. May be called
+  /// from any thread.
   void cancel();
   /// Returns when the mapper has nothing left to do.
   void wait_for_mapping();

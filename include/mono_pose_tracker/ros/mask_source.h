@@ -17,6 +17,9 @@ class MaskSource {
   /// The mask with this stamp; waits for it at most this long. Null when there is none.
   sensor_msgs::ImageConstPtr wait(const ros::Time& stamp, std::chrono::milliseconds timeout);
 
+  /// Nobody waits any more, now or later.
+  void cancel();
+
  private:
   // Masks that may wait for their images: a segmentation runs a few images ahead of the tracker at most.
   static constexpr std::size_t kCapacity = 30;
@@ -24,6 +27,7 @@ class MaskSource {
   std::mutex mutex_;  // guards what follows
   std::condition_variable arrived_;
   std::deque<sensor_msgs::ImageConstPtr> masks_;
+  bool cancelled_ = false;
 };
 
 }  // namespace mono_pose_tracker

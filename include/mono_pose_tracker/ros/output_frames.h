@@ -7,6 +7,7 @@
 
 #include <boost/signals2/connection.hpp>
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
@@ -36,6 +37,9 @@ class OutputFrames {
   /// options: normalised. warn: what a user should hear.
   OutputFrames(const FrameOptions& options, Warn warn);
   ~OutputFrames();
+
+  /// Whoever waits for tf is woken, and nobody waits any more.
+  void cancel();
 
   const FrameOptions& options() const { return options_; }
 
@@ -94,6 +98,7 @@ class OutputFrames {
                                 const ros::Time& stamp) const;
   bool mixes_units(const std::string& camera, ScaleSource scale) const;
   void tell_ways_to_metres() const;
+  std::chrono::steady_clock::time_point deadline_of(const ros::Time& stamp) const;
   bool wait_for_transform(const std::string& parent, const std::string& child, const ros::Time& stamp,
                           std::string* why) const;
   std::string view_problem(const std::string& camera) const;
@@ -103,9 +108,14 @@ class OutputFrames {
   const Warn warn_;
   tf2_ros::Buffer buffer_;  // locks for itself
   // Those who wait for tf are woken when there is more of it.
-  mutable std::mutex tf_mutex_;  // guards tf_changes_
+  mutable std::mutex tf_mutex_;  // guards what follows
   mutable std::condition_variable tf_changed_;
   std::uint64_t tf_changes_ = 0;
+  bool cancelled_ = false;
+  // All look-ups of one image, known by its stamp, end by the same time.
+  mutable ros::Time waited_stamp_;
+  mutable std::chrono::steady_clock::time_point deadline_;
+
   boost::signals2::scoped_connection tf_listening_;
   std::unique_ptr<tf2_ros::TransformListener> listener_;
 
