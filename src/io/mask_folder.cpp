@@ -1,12 +1,10 @@
 #include "mono_pose_tracker/io/mask_folder.h"
 
-#include <algorithm>
 #include <filesystem>
-#include <opencv2/imgproc.hpp>
 #include <stdexcept>
-#include <vector>
 
 #include "mono_pose_tracker/io/image_decoding.h"
+#include "mono_pose_tracker/io/mask_image.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -15,15 +13,6 @@ namespace fs = std::filesystem;
 
 std::string text(const cv::Size& size) {
   return std::to_string(size.width) + " x " + std::to_string(size.height);
-}
-
-/// 255 wherever any channel but transparency is not zero.
-cv::Mat nonzero(const cv::Mat& image) {
-  std::vector<cv::Mat> channels;
-  cv::split(image, channels);
-  cv::Mat mask = channels[0] != 0;
-  for (std::size_t i = 1; i < std::min<std::size_t>(channels.size(), 3); ++i) mask |= channels[i] != 0;
-  return mask;
 }
 
 }  // namespace
@@ -70,7 +59,7 @@ cv::Mat MaskFolder::mask_of(const std::string& mask_name, const cv::Size& size, 
                ", the size of the image";
     return {};
   }
-  return nonzero(decoded.image);
+  return mask_of_image(decoded.image);
 }
 
 }  // namespace mono_pose_tracker

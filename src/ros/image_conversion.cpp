@@ -9,6 +9,8 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
+#include "mono_pose_tracker/io/mask_image.h"
+
 namespace mono_pose_tracker {
 namespace {
 
@@ -107,9 +109,8 @@ cv::Mat as_16bit(const cv::Mat& image) {
   return cv::Mat(image.rows, image.cols, CV_16UC1, image.data, image.step).clone();
 }
 
-}  // namespace
-
-ConvertedImage convert_image(const sensor_msgs::ImageConstPtr& message) {
+/// finish: makes an image for the tracker of pixels with all their bits (8 or 16) and one or three channels.
+ConvertedImage convert(const sensor_msgs::ImageConstPtr& message, cv::Mat (*finish)(const cv::Mat&)) {
   if (!is_known(message->encoding)) {
     return refuse(Reason::kUnsupportedEncoding,
                   "encoding \"" + message->encoding + "\" is not supported (known: " + kKnownEncodings + ")");
@@ -118,21 +119,23 @@ ConvertedImage convert_image(const sensor_msgs::ImageConstPtr& message) {
     return refuse(Reason::kUnreadableImage, "the image contradicts itself: " + describe(*message));
   }
   try {
-    if (message->encoding == kYuy2) return {yuy2_to_bgr(*message), Reason::kOk, "", message};
+    if (message->encoding == kYuy2) return {finish(yuy2_to_bgr(*message)), Reason::kOk, "", message};
     const cv::Mat image = as_16bit(cv_bridge::toCvShare(message, target_encoding(message->encoding))->image);
     if (is_16bit_bayer(message->encoding)) {
-      return {to_8bit(demosaic(image, message->encoding)), Reason::kOk, "", message};
+      return {finish(demosaic(image, message->encoding)), Reason::kOk, "", message};
     }
-    return {to_8bit(image), Reason::kOk, "", message};
+    return {finish(image), Reason::kOk, "", message};
   } catch (const std::exception& e) {
     return refuse(Reason::kUnreadableImage, describe(*message) + ": " + e.what());
   }
 }
 
+}  // namespace
+
+ConvertedImage convert_image(const sensor_msgs::ImageConstPtr& message) { return convert(message, to_8bit); }
+
 ConvertedImage convert_mask(const sensor_msgs::ImageConstPtr& message) {
-  ConvertedImage mask = convert_image(message);
-  if (mask.image.channels() == 3) cv::cvtColor(mask.image, mask.image, cv::COLOR_BGR2GRAY);
-  return mask;
+  return convert(message, mask_of_image);
 }
 
 sensor_msgs::ImagePtr decode_image(const sensor_msgs::CompressedImage& message, std::uint64_t max_pixels) {

@@ -106,6 +106,32 @@ TEST(ImageConversion, UnknownEncodingIsNamed) {
   EXPECT_NE(converted.error.find("32FC1"), std::string::npos);
 }
 
+// A label of an object is as good as 255, whatever it is and however many bits it has.
+TEST(MaskConversion, WhateverIsNotZeroIsUsed) {
+  const std::vector<std::pair<std::string, std::vector<std::uint8_t>>> used = {
+      {"mono8", {1}},          {"8UC1", {255}},      {"mono16", {1, 0}},  {"16UC1", {1, 0}},
+      {"mono16", {0, 1}},      {"bgr8", {1, 0, 0}},  {"rgb8", {0, 0, 1}}, {"8UC3", {0, 1, 0}},
+      {"rgba8", {1, 0, 0, 0}}, {"16UC1", {255, 255}}};
+  for (const auto& [encoding, pixel] : used) {
+    const ConvertedImage mask = convert_mask(image_of(encoding, pixel));
+    ASSERT_EQ(mask.image.type(), CV_8UC1) << encoding << ": " << mask.error;
+    EXPECT_EQ(cv::countNonZero(mask.image), 4) << encoding;
+  }
+  sensor_msgs::ImagePtr big_endian = image_of("mono16", {0, 1});
+  big_endian->is_bigendian = 1;
+  EXPECT_EQ(cv::countNonZero(convert_mask(big_endian).image), 4);
+}
+
+TEST(MaskConversion, ZeroIsIgnored) {
+  const std::vector<std::pair<std::string, std::vector<std::uint8_t>>> ignored = {
+      {"mono8", {0}}, {"16UC1", {0, 0}}, {"bgr8", {0, 0, 0}}, {"bgra8", {0, 0, 0, 255}}};
+  for (const auto& [encoding, pixel] : ignored) {
+    const ConvertedImage mask = convert_mask(image_of(encoding, pixel));
+    ASSERT_EQ(mask.image.type(), CV_8UC1) << encoding << ": " << mask.error;
+    EXPECT_EQ(cv::countNonZero(mask.image), 0) << encoding;
+  }
+}
+
 // It goes into statuses, diagnostics and logs, some of which take a line for a message and UTF-8 for text.
 TEST(ImageConversion, AnEncodingThatIsNoNameStaysOneShortLine) {
   sensor_msgs::ImagePtr image = image_of("mono8", {0});

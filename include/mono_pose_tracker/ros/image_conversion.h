@@ -25,7 +25,8 @@ struct ConvertedImage {
 /// contradicts itself (empty, or shorter than its size says): kUnreadableImage.
 ConvertedImage convert_image(const sensor_msgs::ImageConstPtr& message);
 
-/// A mask as the tracker takes it: CV_8UC1, 0 = ignore.
+/// A mask as the tracker takes it: CV_8UC1, 0 = ignore, 255 = use, which is whatever is not 0 in the message.
+/// Encodings as of images.
 ConvertedImage convert_mask(const sensor_msgs::ImageConstPtr& message);
 
 /// Decodes a compressed image into an image message (mono8 or bgr8) with the same header: 16 bits are divided

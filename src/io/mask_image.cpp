@@ -1,0 +1,16 @@
+#include "mono_pose_tracker/io/mask_image.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace mono_pose_tracker {
+
+cv::Mat mask_of_image(const cv::Mat& image) {
+  std::vector<cv::Mat> channels;
+  cv::split(image, channels);
+  cv::Mat mask = channels[0] != 0;
+  for (std::size_t i = 1; i < std::min<std::size_t>(channels.size(), 3); ++i) mask |= channels[i] != 0;
+  return mask;
+}
+
+}  // namespace mono_pose_tracker
