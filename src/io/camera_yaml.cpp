@@ -5,6 +5,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "mono_pose_tracker/camera/camera_matrix.h"
 #include "mono_pose_tracker/common/decimal.h"
 #include "mono_pose_tracker/common/one_line.h"
 #include "mono_pose_tracker/io/atomic_file.h"
@@ -120,8 +121,10 @@ CameraParameters read_camera_yaml(const std::string& path) {
     reader.fail("camera_matrix has " + std::to_string(k.size()) +
                 " numbers: expected 9 (fx 0 cx 0 fy cy 0 0 1)");
   }
-  if (k[1] != 0 || k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1) {
-    reader.fail("camera_matrix is not of the form fx 0 cx 0 fy cy 0 0 1: expected a camera without skew");
+  try {
+    require_camera_matrix({k[0], k[1], k[2], k[3], k[4], k[5], k[6], k[7], k[8]});
+  } catch (const std::invalid_argument& error) {
+    reader.fail(std::string("camera_matrix ") + error.what());
   }
   p.fx = k[0];
   p.cx = k[2];

@@ -3,9 +3,11 @@
 #include <camera_calibration_parsers/parse.h>
 #include <image_geometry/pinhole_camera_model.h>
 
+#include <array>
 #include <filesystem>
 #include <stdexcept>
 
+#include "mono_pose_tracker/camera/camera_matrix.h"
 #include "mono_pose_tracker/io/yaml_file.h"
 #include "mono_pose_tracker/ros/paths.h"
 
@@ -22,7 +24,21 @@ image_geometry::PinholeCameraModel linear_model(sensor_msgs::CameraInfo info) {
   return model;
 }
 
+/// What our cameras have no place for would be wrong without a sign.
+void require_no_skew(const sensor_msgs::CameraInfo& info, bool rectified) {
+  const auto& K = info.K;
+  const auto& P = info.P;
+  try {
+    require_camera_matrix(rectified
+                              ? std::array<double, 9>{P[0], P[1], P[2], P[4], P[5], P[6], P[8], P[9], P[10]}
+                              : std::array<double, 9>{K[0], K[1], K[2], K[3], K[4], K[5], K[6], K[7], K[8]});
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string(rectified ? "P " : "K ") + error.what());
+  }
+}
+
 CameraParameters camera_parameters(const sensor_msgs::CameraInfo& info, bool rectified) {
+  require_no_skew(info, rectified);
   const image_geometry::PinholeCameraModel model = linear_model(info);
   CameraParameters parameters;
   const cv::Size size = model.reducedResolution();

@@ -319,6 +319,30 @@ TEST(CameraInfoConversion, NonsenseIsUncalibrated) {
   expect_refused([nan](auto* info) { info->K[2] = info->P[2] = nan; });
 }
 
+// As the reader of calibration files does: what is left out of a camera would be wrong without a sign.
+TEST(CameraInfoConversion, AMatrixOfNoSuchCameraIsRefused) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const auto& [place, value] :
+       {std::pair(1, 5.0), std::pair(1, 50.0), std::pair(1, nan), std::pair(3, -7.0), std::pair(6, 0.001),
+        std::pair(7, 1.0), std::pair(8, 2.0), std::pair(8, 0.0)}) {
+    sensor_msgs::CameraInfo info = calibration();
+    info.K[static_cast<std::size_t>(place)] = value;
+    info.P[static_cast<std::size_t>(place + place / 3)] = value;  // 3x4: each row is longer by one
+    for (const bool rectified : {false, true}) {
+      const ConvertedCamera camera = convert_camera_info(info, rectified);
+      EXPECT_EQ(camera.reason, Reason::kUncalibrated) << place << ": " << value;
+      EXPECT_NE(camera.error.find("without skew"), std::string::npos) << camera.error;
+    }
+  }
+  sensor_msgs::CameraInfo rounded = calibration();
+  rounded.K[1] = 9e-4;  // px
+  rounded.K[8] = 1 + 1e-9;
+  EXPECT_EQ(convert_camera_info(rounded, false).reason, Reason::kOk);
+  sensor_msgs::CameraInfo right_of_a_pair = calibration();
+  right_of_a_pair.P[3] = -40;
+  EXPECT_EQ(convert_camera_info(right_of_a_pair, true).reason, Reason::kOk);
+}
+
 TEST(CameraInfoConversion, MissingFileIsNamed) {
   try {
     load_camera_info("/no/such/camera.yaml");

@@ -18,7 +18,7 @@ struct ConvertedCamera {
 };
 
 /// K and D of the message; when the images are rectified P and no distortion. kUncalibrated when the matrix
-/// is zero (what drivers send before calibration) or the distortion of no known model.
+/// is zero (what drivers send before calibration) or has skew, or the distortion is of no known model.
 ConvertedCamera convert_camera_info(const sensor_msgs::CameraInfo& info, bool rectified);
 
 /// The message that a driver of this camera would send, frame_id camera_optical, without a stamp.
