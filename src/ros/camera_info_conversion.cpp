@@ -87,9 +87,19 @@ sensor_msgs::CameraInfo to_camera_info(const CameraParameters& camera) {
   return info;
 }
 
-sensor_msgs::CameraInfo load_camera_info(const std::string& url) {
+std::string calibration_file(const std::string& url) {
   const std::string path = expand_path(url);
-  if (!std::filesystem::is_regular_file(path)) {
+  std::error_code ignored;
+  const std::filesystem::file_status status = std::filesystem::status(path, ignored);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    throw std::runtime_error("camera_info_url " + url + ": " + path + " is no file");
+  }
+  return path;
+}
+
+sensor_msgs::CameraInfo load_camera_info(const std::string& url) {
+  const std::string path = calibration_file(url);
+  if (!std::filesystem::exists(path)) {
     throw std::runtime_error("camera_info_url " + url + ": no such file: " + path);
   }
   if (path.size() > 4 && path.compare(path.size() - 4, 4, ".ini") != 0) {

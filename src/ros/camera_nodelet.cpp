@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <pluginlib/class_list_macros.hpp>
+#include <sstream>
 #include <stdexcept>
 
 #include "mono_pose_tracker/ros/camera_info_conversion.h"
@@ -67,6 +68,12 @@ void CameraNodelet::read_settings() {
   reader.read("width", &settings_.width, 0, 100000);
   reader.read("height", &settings_.height, 0, 100000);
   reader.read("rate", &settings_.rate, 0.0, 1000.0);
+  if (settings_.rate != 0 && settings_.rate < kSlowestRate) {
+    std::ostringstream problem;
+    problem << "~rate is " << settings_.rate << ", expected 0 (the device's or video's own) or "
+            << kSlowestRate << " to 1000 Hz";
+    reader.add_problem(problem.str());
+  }
   reader.read("pixel_format", &settings_.pixel_format);
   reader.read("frame_id", &frame_id_);
   reader.read("camera_name", &camera_name_);
@@ -89,6 +96,8 @@ void CameraNodelet::advertise() {
     throw std::invalid_argument("~camera_info_url is " + camera_info_url_ +
                                 ", expected a path, file:// or package://");
   }
+  // Told now: it is read at the first image.
+  if (!url.empty()) calibration_file(calibration_->resolveURL(url, camera_name_));
   publisher_ = image_transport::ImageTransport(handle).advertiseCamera("image_raw", 2);
   diagnostics_ = std::make_unique<WallClockUpdater>(
       getNodeHandle(), handle, getName(), settings_.video.empty() ? settings_.device : settings_.video,

@@ -48,7 +48,7 @@ void Capture::open_video() {
   if (!open_as_recorded(path, &capture_)) throw std::runtime_error(path + " cannot be read as a video");
   const double own = capture_.get(cv::CAP_PROP_FPS);
   rate_ = settings_.rate > 0 ? settings_.rate : own;
-  if (!(rate_ > 0) || !std::isfinite(rate_)) {
+  if (!(rate_ >= kSlowestRate) || !std::isfinite(rate_)) {
     close();
     throw std::runtime_error(path + " states no frame rate: set ~rate");
   }

@@ -136,7 +136,8 @@ class CameraTest(unittest.TestCase):
     def test_bad_parameters_are_refused(self):
         program = roslib.packages.find_node("mono_pose_tracker", "camera_node")[0]
         for parameter, said in (("_pixel_format:=MJPEG", "~pixel_format is MJPEG, expected four letters"),
-                                ("_camera_info_url:=http://x/y", "~camera_info_url is http://x/y, expected a path")):
+                                ("_camera_info_url:=http://x/y", "~camera_info_url is http://x/y, expected a path"),
+                                ("_rate:=1e-12", "~rate is 1e-12, expected 0")):
             result = subprocess.run([program, "__name:=refused", parameter], stdout=subprocess.PIPE,
                                     stderr=subprocess.STDOUT, text=True, timeout=TIMEOUT)
             rospy.delete_param("/refused")
@@ -148,6 +149,19 @@ class CameraTest(unittest.TestCase):
         os.mkfifo(self.folder.name + "/pipe")
         self.start("piped", video=self.folder.name + "/pipe")
         self.diagnosis("piped", lambda s: s.level == DiagnosticStatus.ERROR and "pipe is no file" in s.message)
+
+    def test_a_pipe_in_place_of_a_calibration_is_refused(self):
+        """By both nodes, at once: to open it would wait for ever, and past Ctrl-C."""
+        os.mkfifo(self.calibration)
+        write_video(self.video, grey_images(3))
+        for kind, source in (("camera_node", "_video:=" + self.video), ("tracker_node", "image:=none/image_raw")):
+            program = roslib.packages.find_node("mono_pose_tracker", kind)[0]
+            for url in (self.calibration, "file://" + self.calibration):
+                result = subprocess.run([program, "__name:=calibrated_by_pipe", source, "_camera_info_url:=" + url],
+                                        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=TIMEOUT)
+                rospy.delete_param("/calibrated_by_pipe")
+                self.assertEqual(result.returncode, 1)
+                self.assertIn(self.calibration + " is no file", result.stdout)
 
     def test_with_the_tracker_in_one_manager(self):
         folder = self.folder.name

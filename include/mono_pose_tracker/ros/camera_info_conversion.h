@@ -24,8 +24,13 @@ ConvertedCamera convert_camera_info(const sensor_msgs::CameraInfo& info, bool re
 /// The message that a driver of this camera would send, frame_id camera_optical, without a stamp.
 sensor_msgs::CameraInfo to_camera_info(const CameraParameters& camera);
 
-/// Reads a calibration file (YAML or INI, as camera_calibration writes it). url: a path, file://PATH or
-/// package://PACKAGE/PATH. Throws std::runtime_error naming the file.
+/// The path of a calibration file, which need not be there. url: a path, file://PATH or
+/// package://PACKAGE/PATH. Throws std::runtime_error naming what is there in a file's place: a pipe would be
+/// waited for without end.
+std::string calibration_file(const std::string& url);
+
+/// Reads a calibration file (YAML or INI, as camera_calibration writes it). url: as of calibration_file.
+/// Throws std::runtime_error naming the file.
 sensor_msgs::CameraInfo load_camera_info(const std::string& url);
 
 }  // namespace mono_pose_tracker

@@ -6,13 +6,16 @@
 
 namespace mono_pose_tracker {
 
+/// Hz: an image in eleven days. Of a slower one the time to the next would outgrow the clock's numbers.
+constexpr double kSlowestRate = 1e-6;
+
 /// What to capture, and how.
 struct CaptureSettings {
   std::string device = "/dev/video0";  // V4L2: a path, or the number at the end of it
   std::string video;                   // a video file in the device's place; empty: the device
   bool loop = false;                   // the video, from its beginning again
   int width = 0, height = 0;           // px, asked of the device; 0: its own
-  double rate = 0;                     // Hz; 0: the device's or the video's own
+  double rate = 0;                     // Hz, not below kSlowestRate; 0: the device's or the video's own
   std::string pixel_format;            // MJPG, YUYV, ...: asked of the device; empty: its own
 };
 
