@@ -15,6 +15,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "mono_pose_tracker/camera/same_camera.h"
 #include "mono_pose_tracker/common/one_line.h"
 #include "mono_pose_tracker/io/image_decoding.h"
 #include "mono_pose_tracker/io/stamp.h"
@@ -142,13 +143,13 @@ CameraParameters camera_of_all(rosbag::View& view, bool rectified) {
       problem = converted.error;
       continue;
     }
-    if (camera && *camera != converted.parameters) {
+    if (camera && !is_same_camera(*camera, converted.parameters)) {
       throw std::runtime_error(
           "the calibration changes at " + format_stamp(stamp_of(message, info->header)) + " (" +
           difference(*camera, converted.parameters) +
           "): expected one for the whole bag, or a calibration file to use for all of it");
     }
-    camera = converted.parameters;
+    if (!camera) camera = converted.parameters;
   }
   if (!camera) throw std::runtime_error(problem);
   return *camera;

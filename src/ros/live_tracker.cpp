@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "mono_pose_tracker/camera/same_camera.h"
 #include "mono_pose_tracker/ros/image_conversion.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 
@@ -72,7 +73,7 @@ FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
                                                   ", the calibration is for " +
                                                   size_text(parameters.width, parameters.height));
   }
-  if (!tracker_ || camera_.parameters() != parameters) {
+  if (!tracker_ || !is_same_camera(camera_.parameters(), parameters)) {
     if (camera->source == CalibrationSource::kGuessed) {
       warn_("",
             "there is no calibration: a camera is guessed that sees as wide as ~hfov says; the shape of the "
@@ -107,8 +108,8 @@ void LiveTracker::use_camera(const CameraParameters& parameters) {
   std::shared_ptr<Tracker> tracker = std::make_shared<Tracker>(options_, camera, Tracker::Mapping::kThreaded);
   if (tracker_) {
     if (options_.localize_only) waiting_maps_ = tracker_->copy_maps();
-    warn_("", waiting_maps_ ? "the calibration has changed: the camera is looked for anew"
-                            : "the calibration has changed: the map is dropped");
+    warn_("changed calibration", waiting_maps_ ? "the calibration has changed: the camera is looked for anew"
+                                               : "the calibration has changed: the map is dropped");
     ++epoch_;
   }
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -128,7 +129,8 @@ SavedMaps LiveTracker::copy_maps() {
 
 bool LiveTracker::load_maps(SavedMaps saved) {
   const std::optional<ConvertedCamera> camera = cameras_.wait(std::chrono::milliseconds(0));
-  if (camera && camera->reason == Reason::kOk && (!tracker_ || camera_.parameters() != camera->parameters)) {
+  if (camera && camera->reason == Reason::kOk &&
+      (!tracker_ || !is_same_camera(camera_.parameters(), camera->parameters))) {
     use_camera(camera->parameters);
   }
   waiting_maps_ = std::move(saved);

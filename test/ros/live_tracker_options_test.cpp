@@ -13,11 +13,14 @@ namespace {
 
 class LiveTrackerTest : public testing::Test {
  protected:
-  LiveTrackerTest() {
+  LiveTrackerTest() { calibrate(150); }
+
+  /// A calibration of this focal length.
+  void calibrate(double focal) {
     CameraParameters camera;
     camera.width = 160;
     camera.height = 120;
-    camera.fx = camera.fy = 150;
+    camera.fx = camera.fy = focal;
     camera.cx = 80;
     camera.cy = 60;
     cameras_.set_message(boost::make_shared<sensor_msgs::CameraInfo>(to_camera_info(camera)));
@@ -41,7 +44,8 @@ class LiveTrackerTest : public testing::Test {
                        masks_,
                        std::chrono::milliseconds(0),
                        [] { return false; },
-                       [](const std::string&, const std::string&) {}};
+                       [this](const std::string&, const std::string& text) { said_ += text; }};
+  std::string said_;
   std::uint32_t seconds_ = 0;
 };
 
@@ -57,6 +61,23 @@ TEST_F(LiveTrackerTest, OptionsThatAreRefusedLeaveThoseBeforeInForce) {
   good.max_iterations = 10;
   EXPECT_NO_THROW(tracker_.set_options(good));
   EXPECT_NE(answer(), Reason::kInternalError);
+}
+
+// A driver that computes its calibration for each image does not get the same bits each time.
+TEST_F(LiveTrackerTest, ACalibrationThatMovesNoPixelIsNoOther) {
+  answer();
+  const std::uint32_t epoch = tracker_.epoch();
+  for (int i = 1; i < 5; ++i) {
+    calibrate(150 + 1e-9 * i);
+    answer();
+  }
+  EXPECT_EQ(tracker_.epoch(), epoch);
+  EXPECT_EQ(tracker_.map_version().camera, 1u);
+  EXPECT_EQ(said_, "");
+  calibrate(150.1);
+  answer();
+  EXPECT_EQ(tracker_.epoch(), epoch + 1);
+  EXPECT_NE(said_.find("the calibration has changed"), std::string::npos) << said_;
 }
 
 }  // namespace

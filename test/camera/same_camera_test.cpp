@@ -1,0 +1,53 @@
+#include "mono_pose_tracker/camera/same_camera.h"
+
+#include <gtest/gtest.h>
+
+namespace mono_pose_tracker {
+namespace {
+
+CameraParameters wide_camera() {
+  CameraParameters camera;
+  camera.width = 640;
+  camera.height = 480;
+  camera.fx = camera.fy = 400;
+  camera.cx = 320;
+  camera.cy = 240;
+  camera.distortion = {-0.2, 0.05, 0, 0, 0};
+  return camera;
+}
+
+TEST(SameCamera, WhatMovesNoPixelIsRounding) {
+  const CameraParameters camera = wide_camera();
+  CameraParameters rounded = camera;
+  rounded.fx += 1e-4;
+  rounded.cy -= 1e-4;
+  rounded.distortion[1] += 1e-9;
+  EXPECT_TRUE(is_same_camera(camera, camera));
+  EXPECT_TRUE(is_same_camera(camera, rounded));
+  EXPECT_TRUE(is_same_camera(rounded, camera));
+}
+
+TEST(SameCamera, WhatMovesOneIsNot) {
+  const CameraParameters camera = wide_camera();
+  const auto expect_other = [&](void (*change)(CameraParameters*)) {
+    CameraParameters other = camera;
+    change(&other);
+    EXPECT_FALSE(is_same_camera(camera, other));
+    EXPECT_FALSE(is_same_camera(other, camera));
+  };
+  expect_other([](CameraParameters* other) { other->fx += 0.01; });
+  expect_other([](CameraParameters* other) { other->cx += 0.01; });
+  expect_other([](CameraParameters* other) { other->distortion[1] += 1e-4; });  // in the corners
+  expect_other([](CameraParameters* other) { other->width += 1; });
+}
+
+TEST(SameCamera, AModelThatDistortsNothingIsNone) {
+  CameraParameters camera = wide_camera(), other = camera;
+  camera.distortion.clear();
+  other.distortion_model = "rational_polynomial";
+  other.distortion.assign(8, 0.0);
+  EXPECT_TRUE(is_same_camera(camera, other));
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
