@@ -5,6 +5,27 @@
 #include <stdexcept>
 
 namespace mono_pose_tracker {
+namespace {
+
+// From the origin. Coordinates of the whole Earth are within it (UTM's reach 1e7 m, those from its centre
+// 6.4e6 m), and doubles are 1.5e-8 fine there: a hundred thousandth of what a pixel tells at arm's length.
+constexpr double kFarthestPlace = 1e8;
+
+void require_pose(const Eigen::Vector3d& position, const Eigen::Quaterniond& orientation) {
+  // Quaternions that were typed in have few digits: a tenth off the length of 1 is still meant as one.
+  if (!position.allFinite() || !(std::abs(orientation.norm() - 1) < 0.1)) {
+    throw std::runtime_error("it is no pose: expected finite numbers and a quaternion of length 1");
+  }
+  const double distance = position.stableNorm();
+  if (distance <= kFarthestPlace) return;
+  char text[128];
+  std::snprintf(text, sizeof text,
+                "it is %.3g from the origin, expected %.0e at most: poses would be too coarse", distance,
+                kFarthestPlace);
+  throw std::runtime_error(text);
+}
+
+}  // namespace
 
 std::string MapPlacement::follow(const std_msgs::Header& image_header, const FrameReport& report) {
   present_.reset();
@@ -59,10 +80,7 @@ std::string MapPlacement::place(const geometry_msgs::PoseWithCovarianceStamped& 
   const auto& o = pose.pose.pose.orientation;
   const Eigen::Vector3d position(p.x, p.y, p.z);
   const Eigen::Quaterniond orientation(o.w, o.x, o.y, o.z);
-  // Quaternions that were typed in have few digits: a tenth off the length of 1 is still meant as one.
-  if (!position.allFinite() || !(std::abs(orientation.norm() - 1) < 0.1)) {
-    throw std::runtime_error("it is no pose: expected finite numbers and a quaternion of length 1");
-  }
+  require_pose(position, orientation);
   if (!present_) throw std::runtime_error("there is no present pose that it could replace");
   const Rigid3 wanted =
       frames_.map_from_camera(present_->header, present_->scale, {orientation.normalized(), position});

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """~initialpose moves the map; scale/odometry makes it metric. The images, and how the robot moves, are simulated."""
+import copy
 import os
 import random
 import sys
@@ -122,6 +123,11 @@ class PlacementTest(unittest.TestCase):
         self.initialpose.publish(wanted)
         self.show_until(lambda a: any("expected told_map" in m for m in self.log))
         self.assertEqual(self.trackers["told"].statuses[-1].corrections, 0, "of another frame: refused")
+        far = copy.deepcopy(wanted)
+        far.header.frame_id, far.pose.pose.position.x = "told_map", 1e12
+        self.initialpose.publish(far)
+        self.show_until(lambda a: any("~initialpose: it is 1e+12 from the origin" in m for m in self.log))
+        self.assertEqual(self.trackers["told"].statuses[-1].corrections, 0, "beyond what doubles are fine enough for")
 
         before = self.show_until(is_tracking)["told"]
         found = self.pose_of("told", before.header.stamp)
