@@ -2,6 +2,7 @@
 
 #include "mono_pose_tracker/camera/camera_guess.h"
 #include "mono_pose_tracker/ros/parameter_reader.h"
+#include "mono_pose_tracker/ros/paths.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -25,6 +26,9 @@ void read_node(ParameterReader& reader, NodeParameters& p) {
   reader.read("save_trajectory_path", &p.save_trajectory_path);
   reader.read("map_path", &p.map_path);
   reader.read("load_map_at_start", &p.load_map_at_start);
+  // The log begins its file anew: a map that was kept would be gone.
+  const std::string problem = one_file_problem("map_path", p.map_path, "trajectory_file", p.trajectory_file);
+  if (!problem.empty()) reader.add_problem(problem);
 }
 
 void read_frames(ParameterReader& reader, FrameOptions& f) {

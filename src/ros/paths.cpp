@@ -33,4 +33,13 @@ std::string expand_path(const std::string& path) {
   return std::filesystem::absolute(expand_prefix(path)).lexically_normal().string();
 }
 
+std::string one_file_problem(const std::string& parameter, const std::string& path,
+                             const std::string& other_parameter, const std::string& other_path) {
+  if (path.empty() || other_path.empty()) return "";
+  const std::string a = expand_path(path), b = expand_path(other_path);
+  std::error_code none_there;
+  if (a != b && !std::filesystem::equivalent(a, b, none_there)) return "";
+  return "~" + parameter + " and ~" + other_parameter + " are one file, " + b + ": they must differ";
+}
+
 }  // namespace mono_pose_tracker

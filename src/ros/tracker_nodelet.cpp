@@ -387,6 +387,11 @@ void TrackerNodelet::check_inputs() {
 void TrackerNodelet::check_outputs() {
   if (!trajectory_) return;
   trajectory_->retry();
+  if (trajectory_->renewals() > told_renewals_) {
+    told_renewals_ = trajectory_->renewals();
+    NODELET_WARN("%s was moved away or removed: later poses are in a new one",
+                 expand_path(parameters_.trajectory_file).c_str());
+  }
   const std::string problem = trajectory_->problem();
   if (problem.empty() && !output_problem_.empty()) NODELET_INFO("the trajectory file is written again");
   if (!problem.empty() && input_throttle_.due("output")) NODELET_ERROR("%s", problem.c_str());

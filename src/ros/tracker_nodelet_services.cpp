@@ -50,6 +50,13 @@ std::string TrackerNodelet::path_parameter(const std::string& name, const std::s
   return expand_path(path);
 }
 
+std::string TrackerNodelet::path_to_replace(const std::string& name, const std::string& at_start) {
+  const std::string path = path_parameter(name, at_start);
+  const std::string problem = one_file_problem(name, path, "trajectory_file", parameters_.trajectory_file);
+  if (!problem.empty()) throw std::runtime_error(problem);
+  return path;
+}
+
 void TrackerNodelet::advertise_services() {
   advertise("reset", [this] {
     on_processing_thread<void>([this] {
@@ -68,7 +75,7 @@ void TrackerNodelet::advertise_services() {
     return std::string("tracking goes on");
   });
   advertise("save_trajectory", [this] {
-    const std::string path = path_parameter("save_trajectory_path", parameters_.save_trajectory_path);
+    const std::string path = path_to_replace("save_trajectory_path", parameters_.save_trajectory_path);
     const std::vector<KeyframePose> poses = publishers_->trajectory();
     write_tum_trajectory(path, poses);
     return std::to_string(poses.size()) + " poses in " + path;
@@ -79,7 +86,7 @@ void TrackerNodelet::advertise_services() {
 void TrackerNodelet::advertise_map_services() {
   // Files are written and read on the service's thread: images go on meanwhile.
   advertise("save_map", [this] {
-    const std::string path = path_parameter("map_path", parameters_.map_path);
+    const std::string path = path_to_replace("map_path", parameters_.map_path);
     const auto saved = on_processing_thread<SavedMaps>([this] { return tracker_->copy_maps(); });
     write_map_file(path, saved);
     return size_text(saved.maps) + " in " + path;

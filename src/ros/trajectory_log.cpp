@@ -20,11 +20,15 @@ std::string line_of(std::int64_t stamp_ns, const Rigid3& map_from_camera) {
   return tum_line({stamp_ns, map_from_camera}) + '\n';
 }
 
+/// A pipe that nobody reads is refused, one that is full is tried again: nobody waits.
+int open_without_waiting(const std::string& path, int flags) {
+  return open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NONBLOCK | O_CLOEXEC | flags, 0666);
+}
+
 }  // namespace
 
 TrajectoryLog::TrajectoryLog(const std::string& path) : path_(path) {
-  // A pipe that nobody reads is refused, one that is full is tried again: nobody waits.
-  file_ = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_NONBLOCK | O_CLOEXEC, 0666);
+  file_ = open_without_waiting(path, O_TRUNC);
   if (file_ < 0) throw std::runtime_error(path + ": cannot be written (" + system_error_text() + ")");
   waiting_.push_back(kHead);
   write_waiting();
@@ -65,6 +69,11 @@ void TrajectoryLog::retry() {
   write_waiting();
 }
 
+std::size_t TrajectoryLog::renewals() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return renewals_;
+}
+
 std::string TrajectoryLog::problem() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (waiting_.empty()) return "";
@@ -74,7 +83,33 @@ std::string TrajectoryLog::problem() const {
   return text;
 }
 
+/// Whether the path still leads to the file that is open: what is written to one that is not there any more
+/// is lost without an error. A pipe stays what it is.
+bool TrajectoryLog::is_in_place() const {
+  struct stat open = {}, found = {};
+  if (fstat(file_, &open) != 0 || !S_ISREG(open.st_mode)) return true;
+  return stat(path_.c_str(), &found) == 0 && found.st_dev == open.st_dev && found.st_ino == open.st_ino;
+}
+
+/// False, with the reason, when it can't be. What is found in its place may be somebody's: it is added to.
+bool TrajectoryLog::renew() {
+  const int file = open_without_waiting(path_, 0);
+  if (file < 0) {
+    reason_ = system_error_text();
+    return false;
+  }
+  close(file_);
+  file_ = file;
+  ++renewals_;
+  struct stat found = {};
+  const bool is_new = fstat(file_, &found) == 0 && found.st_size == 0;
+  // To the first line, not before it: note_ counts them.
+  if (is_new && waiting_.front().rfind(kHead, 0) != 0) waiting_.front().insert(0, kHead);
+  return true;
+}
+
 void TrajectoryLog::write_waiting() {
+  if (waiting_.empty() || (!is_in_place() && !renew())) return;
   while (!waiting_.empty() && write_first()) {
     waiting_.pop_front();
     if (note_ >= 0 && --note_ < 0) lost_ = 0;

@@ -1,6 +1,8 @@
 #!/usr/bin/python3
 """Parameters that can't be used stop the node at once, and all of them are told."""
+import os
 import subprocess
+import tempfile
 import unittest
 
 import roslib.packages
@@ -58,6 +60,21 @@ class ParametersTest(unittest.TestCase):
         self.assertIn('~base_frame and ~map_frame are both "world"',
                       self.refusal("_map_frame:=/world", "_base_frame:=world"))
         self.assertIn("~object_origin is centre, which needs ~object_mode", self.refusal("_object_origin:=centre"))
+
+    def test_a_view_frame_that_is_the_objects_is_refused(self):
+        said = self.refusal("_object_mode:=true", "_object_frame:=v_object", "_view_frame:=/v")
+        self.assertIn('~view_frame with _object behind it and ~object_frame are both "v_object"', said)
+
+    def test_a_map_is_not_written_over_by_the_trajectory(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "kept.map")
+            with open(path, "w") as file:
+                file.write("a map")
+            said = self.refusal("_map_path:=" + path, "_trajectory_file:=" + folder + "/./kept.map",
+                                "_load_map_at_start:=true")
+            self.assertIn("~map_path and ~trajectory_file are one file", said)
+            with open(path) as file:
+                self.assertEqual(file.read(), "a map")
 
     def test_an_unknown_key_is_answered_by_the_nearest(self):
         said = self.refusal("_camera_frme:=lens", "_camera_info_url:=/no/such/camera.yaml")

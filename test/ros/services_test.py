@@ -70,6 +70,21 @@ class ServicesTest(unittest.TestCase):
         self.assertLessEqual(stamps - set(trajectory), {posed[-1].header.stamp.to_nsec()})
         self.assertLessEqual(set(trajectory), stamps)
 
+    def test_what_is_saved_does_not_end_the_growing_trajectory(self):
+        """The same file by other names: a whole one would be renamed over it, and later poses go nowhere."""
+        by_another_name = os.path.join(self.folder.name, "..", os.path.basename(self.folder.name), "both.txt")
+        _, tracker, camera = self.start("saving", "_trajectory_file:=both.txt", "_save_trajectory_path:=" + by_another_name)
+        images = self.recording.walk()
+        feeding.track(camera, tracker, images, 5)
+        os.symlink("both.txt", os.path.join(self.folder.name, "link.map"))
+        rospy.set_param("/saving/map_path", os.path.join(self.folder.name, "link.map"))
+        for service, parameter in (("save_trajectory", "save_trajectory_path"), ("save_map", "map_path")):
+            refused = tracker.call(service)
+            self.assertFalse(refused.success, refused.message)
+            self.assertIn("~%s and ~trajectory_file are one file" % parameter, refused.message)
+        posed = [s.header.stamp.to_nsec() for s in feeding.track(camera, tracker, images, 5)]
+        self.assertTrue(tracker.wait_until(lambda: posed[-2] in feeding.read_tum(self.folder.name + "/both.txt")))
+
     def test_relative_paths_and_tilde(self):
         _, tracker, camera = self.start("paths", "_save_trajectory_path:=saved.txt", "_map_path:=~/no_such_folder/a.map")
         feeding.track(camera, tracker, self.recording.walk(), 5)

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <filesystem>
 
 #include "../support/expect_error.h"
 #include "../support/temporary_folder.h"
@@ -80,6 +81,48 @@ TEST(TrajectoryLog, AFullDiskAtTheStartIsToldAsWell) {
   TrajectoryLog log("/dev/full");
   EXPECT_NE(log.problem().find("/dev/full: cannot be written (No space left on device)"), std::string::npos)
       << log.problem();
+}
+
+// What log rotation does, and whoever tidies up.
+TEST(TrajectoryLog, AFileThatIsMovedAwayOrRemovedIsBegunAnew) {
+  TemporaryFolder folder;
+  TrajectoryLog log(folder / "t.txt");
+  log.append(posed(1));
+  std::filesystem::rename(folder / "t.txt", folder / "t.txt.1");
+  log.append(posed(2));
+  log.append(posed(3));
+  EXPECT_EQ(read_tum(folder / "t.txt.1").size(), 1u);
+  ASSERT_EQ(poses_in(folder).size(), 2u);
+  EXPECT_EQ(folder.read("t.txt").rfind("# timestamp", 0), 0u) << "with its own head";
+  std::filesystem::remove(folder / "t.txt");
+  log.append(posed(4));
+  ASSERT_EQ(poses_in(folder).size(), 1u);
+  EXPECT_EQ(log.problem(), "");
+}
+
+TEST(TrajectoryLog, WhatIsFoundInItsPlaceIsKept) {
+  TemporaryFolder folder;
+  TrajectoryLog log(folder / "t.txt");
+  log.append(posed(1));
+  write_tum_trajectory(folder / "t.txt", std::vector<KeyframePose>(5, KeyframePose{5, Rigid3()}));
+  log.append(posed(2));
+  ASSERT_EQ(poses_in(folder).size(), 6u);
+  EXPECT_EQ(poses_in(folder).back().stamp_ns, 2000000000);
+}
+
+TEST(TrajectoryLog, WhereItCannotBeBegunAnewPosesWait) {
+  TemporaryFolder folder;
+  const std::string path = folder / "t.txt";
+  TrajectoryLog log(path);
+  std::filesystem::remove(path);
+  std::filesystem::create_directory(path);
+  log.append(posed(1));
+  EXPECT_NE(log.problem().find("t.txt: cannot be written (Is a directory)"), std::string::npos)
+      << log.problem();
+  std::filesystem::remove(path);
+  log.retry();
+  EXPECT_EQ(log.problem(), "");
+  ASSERT_EQ(poses_in(folder).size(), 1u);
 }
 
 TEST(TrajectoryLog, PosesThatAreLostAreCounted) {

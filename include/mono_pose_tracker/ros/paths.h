@@ -9,4 +9,9 @@ namespace mono_pose_tracker {
 /// Throws std::runtime_error when there is no such package.
 std::string expand_path(const std::string& path);
 
+/// What is wrong when these two parameters, paths as a user may write them, lead to one file, by whatever
+/// names; empty when they don't.
+std::string one_file_problem(const std::string& parameter, const std::string& path,
+                             const std::string& other_parameter, const std::string& other_path);
+
 }  // namespace mono_pose_tracker

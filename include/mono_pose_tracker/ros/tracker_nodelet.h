@@ -91,6 +91,8 @@ class TrackerNodelet : public nodelet::Nodelet {
   ros::NodeHandle service_handle();
   /// A parameter that may be set anew before each call of a service; a path as a user may write it.
   std::string path_parameter(const std::string& name, const std::string& at_start);
+  /// The same of a file that is written whole; throws where that is the one that grows.
+  std::string path_to_replace(const std::string& name, const std::string& at_start);
   using Answer = std::function<std::string()>;  // what was done; throws what went wrong
   void advertise(const std::string& name, Answer answer);
   /// Runs the command between two images and returns what it returned or throws what it threw. The command
@@ -131,7 +133,8 @@ class TrackerNodelet : public nodelet::Nodelet {
   ros::Time last_clock_;
   Recording recording_;
   std::string input_problem_, output_problem_;
-  TrackerStatus diagnosed_;  // as /diagnostics last told it
+  std::size_t told_renewals_ = 0;  // of the trajectory file
+  TrackerStatus diagnosed_;        // as /diagnostics last told it
   std::optional<MapVersion> published_map_;
 
   // Of the processing thread

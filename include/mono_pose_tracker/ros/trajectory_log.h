@@ -14,8 +14,9 @@ namespace mono_pose_tracker {
 /// A trajectory file (TUM lines: timestamp tx ty tz qx qy qz qw, map_from_camera) that is complete at any
 /// moment: each pose is handed to the system as it comes, so that nothing is lost when the process is killed.
 /// There are whole lines in it only. What cannot be written now (a full disk) waits and is written when it
-/// can be; of more than kMostWaiting poses the oldest are lost, and a comment in the file counts them. May be
-/// called from any thread; nothing here waits for a reader at the other end of a pipe.
+/// can be; of more than kMostWaiting poses the oldest are lost, and a comment in the file counts them. A file
+/// that is moved away or removed (log rotation) is begun anew. May be called from any thread; nothing here
+/// waits for a reader at the other end of a pipe.
 class TrajectoryLog {
  public:
   static constexpr std::size_t kMostWaiting = 100000;  // poses: an hour at 30 Hz, 12 MB
@@ -32,10 +33,15 @@ class TrajectoryLog {
   /// Tries again to write what waits.
   void retry();
 
+  /// How often the file was gone and begun anew.
+  std::size_t renewals() const;
+
   /// Why lines wait and how many, naming the file; empty when all is written.
   std::string problem() const;
 
  private:
+  bool is_in_place() const;
+  bool renew();
   void write_waiting();
   bool write_first();
 
@@ -45,6 +51,7 @@ class TrajectoryLog {
   std::deque<std::string> waiting_;  // lines, the first perhaps without what could not be taken back
   std::size_t lost_ = 0;             // told by the line with the number note_; -1: there is none
   int note_ = -1;
+  std::size_t renewals_ = 0;
   std::string reason_;  // why the first of them waits
   std::uint32_t epoch_ = 0;
   bool empty_ = true;
