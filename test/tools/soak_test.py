@@ -50,6 +50,8 @@ class SoakTest(unittest.TestCase):
         self.assertGreaterEqual(len(later), 3)
         self.assertLessEqual(later[-1][1], later[0][1], "threads")
         self.assertLessEqual(later[-1][2], later[0][2], "open files")
+        if "ASAN_OPTIONS" in os.environ:
+            return  # AddressSanitizer keeps what is freed, up to 256 MB of it
         hours = len(later) / 60
         self.assertLess(later[-1][0] - later[0][0], NOISE_MB + MOST_GROWTH_AN_HOUR * hours,
                         "MB, of %s" % [round(s[0], 1) for s in later])
