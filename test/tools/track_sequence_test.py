@@ -119,6 +119,13 @@ class TrackSequence(RunsOfARoom):
         self.assertLess(self.error_of(self.truth, output)["position_rmse_percent"], 3)
         camera = rows(output, "colmap", "cameras.txt")[0]
         self.assertAlmostEqual(float(camera[4]), refined, places=2)
+        # A map that is there already refines nothing, and a guess that nothing confirms confirms no map.
+        saved = os.path.join(self.folder.name, "guessed.map")
+        self.track("--images", self.list, "--camera", self.camera, "--save-map", saved)
+        output, said = self.track("--images", self.list, "--hfov", "%.3f" % hfov, "--map", saved)
+        self.assertEqual(report(output)["calibration"], "GUESSED")
+        self.assertFalse(report(output)["maps"][0]["confirmed"])
+        self.assertIn("the focal length is a guess", said)
         self.expect_refused(["--hfov"], "--images", self.list, "--hfov", "170")
         self.expect_refused(["--hfov", "--camera"], "--images", self.list, "--hfov", "60", "--camera", self.camera)
 
