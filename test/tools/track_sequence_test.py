@@ -120,7 +120,7 @@ class TrackSequence(RunsOfARoom):
         camera = rows(output, "colmap", "cameras.txt")[0]
         self.assertAlmostEqual(float(camera[4]), refined, places=2)
         # A map that is there already refines nothing, and a guess that nothing confirms confirms no map.
-        saved = os.path.join(self.folder.name, "guessed.map")
+        saved = self.path("guessed.map")
         self.track("--images", self.list, "--camera", self.camera, "--save-map", saved)
         output, said = self.track("--images", self.list, "--hfov", "%.3f" % hfov, "--map", saved)
         self.assertEqual(report(output)["calibration"], "GUESSED")
