@@ -191,13 +191,16 @@ void check_background_image(const SegmentationOptions& options, const CameraPara
 // What is to be written can be, and is nothing that is read: known before the work.
 void check_outputs(const Arguments& a, const TrackerOptions& options) {
   Inputs inputs;
-  for (const std::string& path : {a.images, a.video, a.bag, a.camera, a.config, a.masks, a.reference,
-                                  options.segmentation.background_image}) {
+  for (const std::string& path :
+       {a.images, a.video, a.bag, a.camera, a.config, a.reference, options.segmentation.background_image}) {
     inputs.add(path);
   }
+  inputs.add_folder(a.masks);
+  if (a.map != a.save_map) inputs.add(a.map);  // a map may be gone on in, and kept where it was
   const std::vector<ImageFile> images = a.images.empty() ? std::vector<ImageFile>() : image_files(a.images);
   for (const ImageFile& image : images) inputs.add(image.path);
-  const Outputs outputs = {a.output, a.save_map, a.write_masks, a.undistorted, a.refine_camera || a.hfov};
+  const Outputs outputs = {a.output,      a.save_map,     a.write_masks,
+                           a.undistorted, a.write_frames, a.refine_camera || a.hfov};
   refuse_to_overwrite(inputs, images, outputs);
   require_writable(outputs);
 }

@@ -117,9 +117,64 @@ class Refusals(RunsOfARoom):
         os.rename(os.path.join(room, "trajectory.txt"), os.path.join(room, "groundtruth.txt"))
         self.assertEqual({name: content(os.path.join(room, name)) for name in before}, before)
 
+    def refusal(self, *arguments):
+        """What it says as it refuses to write into a folder that is there."""
+        result = run_program("track_sequence", *arguments)
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+        return result.stderr
+
+    def test_a_list_in_the_folder_of_a_model_is_not_written_over(self):
+        """COLMAP's file of the images has the name that the list has."""
+        for folder in ("colmap", os.path.join("map_3", "colmap")):
+            output = self.path(folder.replace("/", "_"))
+            os.makedirs(os.path.join(output, folder))
+            listed = os.path.join(output, folder, "images.txt")
+            with open(listed, "w") as f:
+                f.writelines("%s\n" % os.path.join(self.images, name) for name in self.names)
+            before = content(listed)
+            said = self.refusal("--images", listed, "--camera", self.camera, "--output", output)
+            self.assertIn(os.path.join(folder, "images.txt") + ": would be written over", said)
+            self.assertEqual(content(listed), before)
+
+    def test_masks_that_are_read_are_not_written_over_by_others(self):
+        output = self.path("out")
+        shutil.copytree(os.path.join(self.sequence, "masks"), os.path.join(output, "frames"))
+        said = self.refusal("--bag", os.path.join(self.sequence, "sequence.bag"), "--write-frames", "--masks",
+                            os.path.join(output, "frames"), "--output", output)
+        self.assertIn("000000.png: would be written over", said)
+
+    def test_outputs_do_not_write_over_each_other(self):
+        output = self.path("out")
+        os.mkdir(output)
+        images = ["--images", self.list, "--camera", self.camera, "--output", output]
+        for name in ("report.json", "trajectory.txt", "points.ply"):
+            self.assertIn(name + ": would be written twice, by --output and by --save-map",
+                          self.refusal(*images, "--save-map", os.path.join(output, name)))
+        frames = ["--bag", os.path.join(self.sequence, "sequence.bag"), "--output", output, "--write-frames"]
+        self.assertIn("by --write-frames and by --write-masks",
+                      self.refusal(*frames, "--write-masks", os.path.join(output, "frames")))
+        self.assertIn("by --undistorted and by --write-masks",
+                      self.refusal(*images, "--undistorted", "--write-masks",
+                                   os.path.join(output, "undistorted", "images")))
+        self.assertEqual(os.listdir(output), [])
+
+    def test_files_that_are_in_an_output_folder_stay(self):
+        output = self.path("out")
+        for name in (".writable", "trajectory.txt.part", "a.map.part"):
+            os.makedirs(output, exist_ok=True)
+            with open(os.path.join(output, name), "w") as f:
+                f.write("a user's own")
+        result = run_program("track_sequence", "--images", self.list, "--camera", self.camera, "--max-frames", "1",
+                             "--output", output, "--save-map", os.path.join(output, "a.map"), "--quiet")
+        self.assertEqual(result.returncode, 1, result.stderr)  # one image makes no map
+        for name in (".writable", "trajectory.txt.part", "a.map.part"):
+            self.assertEqual(content(output, name), b"a user's own", name)
+
     def test_what_cannot_be_written_is_told_before_the_work(self):
         images = ["--images", self.list, "--camera", self.camera]
         self.expect_refused(["/proc/a.map"], *images, "--save-map", "/proc/a.map")
+        self.expect_refused(["File name too long"], *images, "--save-map", self.path(256 * "a"))
         self.expect_refused(["/proc"], *images, "--write-masks", "/proc")
 
     def test_an_option_that_is_given_nothing_is_refused(self):

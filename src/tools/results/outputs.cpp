@@ -1,11 +1,10 @@
 #include "outputs.h"
 
-#include <cerrno>
-#include <cstdio>
-#include <fstream>
 #include <stdexcept>
+#include <string>
 
-#include "mono_pose_tracker/common/system_error.h"
+#include "../written_files.h"
+#include "mono_pose_tracker/common/decimal.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 
 namespace mono_pose_tracker {
@@ -14,30 +13,24 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Whether a file can be made there is only known by making one, which goes again.
-void try_to_write(const fs::path& folder, const std::string& what) {
-  const std::string path = (folder / ".writable").string();
-  errno = 0;
-  const bool made = std::ofstream(path).is_open();
-  const int reason = errno;
-  std::remove(path.c_str());
-  if (made) return;
-  throw std::runtime_error(what + ": cannot be written (" + system_error_text(reason) + ")");
+bool is_map_folder(const fs::path& folder) {
+  const std::string name = folder.filename().string();
+  int number = 0;
+  return name.rfind("map_", 0) == 0 && parse_decimal(name.substr(4), &number);
 }
 
-void require_writable_folder(const fs::path& folder) {
-  make_folder(folder);
-  try_to_write(folder, folder.string());
-}
-
-void require_writable_file(const fs::path& path) {
-  const fs::path written = fs::weakly_canonical(fs::absolute(path));  // what a link leads to
-  const fs::path folder = written.parent_path();
-  if (!fs::is_directory(folder)) {
-    throw std::runtime_error(path.string() + ": cannot be written (" + folder.string() + " is no folder)");
+// Of the largest map, and of the others where they are there: what is read can be in no other.
+std::vector<fs::path> map_folders(const fs::path& output) {
+  std::vector<fs::path> folders = {output};
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(output, error)) {
+    if (is_map_folder(entry.path())) folders.push_back(entry.path());
   }
-  require_regular_file(path.string());
-  try_to_write(folder, path.string());
+  return folders;
+}
+
+std::vector<fs::path> colmap_files(const fs::path& folder) {
+  return {folder / "cameras.txt", folder / "images.txt", folder / "points3D.txt"};
 }
 
 // The files in the output folder itself, whatever comes of the recording.
@@ -51,26 +44,56 @@ std::vector<fs::path> result_files(const Outputs& outputs) {
   return files;
 }
 
+void add_results(const Outputs& outputs, WrittenFiles* files) {
+  for (const fs::path& file : result_files(outputs)) files->add(file, "--output");
+  for (const fs::path& folder : map_folders(outputs.folder)) {
+    for (const char* name : {"trajectory.txt", "points.ply", "overview.png"}) {
+      files->add(folder / name, "--output");
+    }
+    for (const fs::path& file : colmap_files(folder / "colmap")) files->add(file, "--output");
+  }
+}
+
+void add_undistorted(const fs::path& folder, const std::vector<std::string>& names, WrittenFiles* files) {
+  for (const std::string& name : names) {
+    files->add(folder / "images" / name, "--undistorted");
+    files->add(folder / "masks" / (name + ".png"), "--undistorted");
+  }
+  for (const fs::path& file : colmap_files(folder / "sparse")) files->add(file, "--undistorted");
+  for (const char* name : {"patch-match.cfg", "fusion.cfg"}) {
+    files->add(folder / "stereo" / name, "--undistorted");
+  }
+}
+
+void add_masks(const fs::path& folder, const std::vector<std::string>& names, WrittenFiles* files) {
+  for (const std::string& name : names) {
+    files->add(folder / fs::path(name).replace_extension(".png"), "--write-masks");
+    files->add(folder / (name + ".png"), "--write-masks");
+  }
+}
+
 }  // namespace
 
 void refuse_to_overwrite(const Inputs& inputs, const std::vector<ImageFile>& images, const Outputs& outputs) {
-  for (const fs::path& file : result_files(outputs)) inputs.refuse_to_overwrite(file);
-  inputs.refuse_to_overwrite(outputs.map);
-  inputs.refuse_to_overwrite(outputs.masks);
-  for (const ImageFile& image : images) {
-    const fs::path name = image.name;
-    if (outputs.undistorted) inputs.refuse_to_overwrite(outputs.folder / "undistorted" / "images" / name);
-    if (outputs.masks.empty()) continue;
-    inputs.refuse_to_overwrite(outputs.masks / fs::path(name).replace_extension(".png"));
-    inputs.refuse_to_overwrite(outputs.masks / fs::path(image.name + ".png"));
+  std::vector<std::string> names;
+  for (const ImageFile& image : images) names.push_back(image.name);
+  if (images.empty()) names = {"000000.png"};  // where one frame goes the others go
+  WrittenFiles files(inputs);
+  add_results(outputs, &files);
+  files.add(outputs.map, "--save-map");
+  if (outputs.frames) {
+    for (const std::string& name : names) files.add(outputs.folder / "frames" / name, "--write-frames");
   }
+  if (outputs.undistorted) add_undistorted(outputs.folder / "undistorted", names, &files);
+  inputs.refuse_to_overwrite(outputs.masks);
+  if (!outputs.masks.empty()) add_masks(outputs.masks, names, &files);
 }
 
 void require_writable(const Outputs& outputs) {
   for (const fs::path& file : result_files(outputs)) require_regular_file(file.string());
-  if (!outputs.map.empty()) require_writable_file(outputs.map);
-  if (!outputs.masks.empty()) require_writable_folder(outputs.masks);
-  require_writable_folder(outputs.folder);
+  if (!outputs.map.empty()) require_writable_file(outputs.map.string());
+  if (!outputs.masks.empty()) require_writable_folder(outputs.masks.string());
+  require_writable_folder(outputs.folder.string());
   const fs::path trajectory = outputs.folder / "trajectory.txt";
   std::error_code error;
   fs::remove(trajectory, error);

@@ -11,11 +11,11 @@ namespace mono_pose_tracker {
 /// Where track_sequence writes; empty: it does not.
 struct Outputs {
   std::filesystem::path folder, map, masks;
-  bool undistorted = false, refined_camera = false;  // in the folder
+  bool undistorted = false, frames = false, refined_camera = false;  // in the folder
 };
 
-/// Throws std::runtime_error naming the path when anything of the outputs is one of the inputs, be it the
-/// mask or the undistorted image of one of these images.
+/// Throws std::runtime_error naming the path when anything of the outputs is one of the inputs, or what
+/// another of the options writes. `images`: none: frames of a video or bag.
 void refuse_to_overwrite(const Inputs& inputs, const std::vector<ImageFile>& images, const Outputs& outputs);
 
 /// Makes the folders. No trajectory of an earlier run is left, which could be taken for this one's. Throws
