@@ -3,9 +3,12 @@
 #include <nodelet/loader.h>
 #include <ros/ros.h>
 
+#include "mono_pose_tracker/common/begin_process.h"
+
 namespace mono_pose_tracker {
 
 int run_nodelet(const std::string& type, const std::string& default_name, int argc, char** argv) {
+  begin_process();
   try {
     ros::init(argc, argv, default_name);  // throws where a name on the command line is none
     nodelet::Loader loader(false);        // no services to load others

@@ -1,12 +1,18 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cstdint>
 #include <cstdio>
 #include <exception>
+#include <sstream>
+#include <stdexcept>
 #include <string>
 
+#include "mono_pose_tracker/common/begin_process.h"
 #include "mono_pose_tracker/common/decimal.h"
+#include "mono_pose_tracker/common/one_line.h"
+#include "mono_pose_tracker/common/system_error.h"
 
 namespace mono_pose_tracker {
 
@@ -19,6 +25,26 @@ inline CLI::Validator whole_number(std::uint64_t least) {
         return parse_decimal(text, &value) && value >= least ? std::string() : text + ": " + expected;
       },
       "", "whole number");
+}
+
+/// Accepts decimal numbers in the range, and no other text: to CLI::Range nan is in every range.
+inline CLI::Validator number_between(double least, double most) {
+  std::ostringstream range;
+  range << least << " to " << most;
+  return CLI::Validator(
+      [=, expected = ": expected a number from " + range.str()](const std::string& text) {
+        double value = 0;
+        return parse_decimal(text, &value) && value >= least && value <= most ? std::string()
+                                                                              : text + expected;
+      },
+      "in " + range.str(), "number in range");
+}
+
+/// For programs whose result is what they print: throws when it has not arrived, on a full disk say.
+inline void require_printed() {
+  errno = 0;
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
+  throw std::runtime_error("standard output: cannot be written (" + system_error_text() + ")");
 }
 
 /// An option that is given nothing is most likely a variable of a script that is not set.
@@ -34,15 +60,16 @@ inline void refuse_empty_texts(const CLI::App& app) {
 /// program, and status 2.
 template <typename Run>
 int run_command_line(const char* program, CLI::App& app, int argc, char** argv, const Run& run) {
+  begin_process();
   try {
     app.parse(argc, argv);
     refuse_empty_texts(app);
     return run();
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e);
-    std::fprintf(stderr, "%s: %s\n", program, e.what());
+    std::fprintf(stderr, "%s: %s\n", program, one_line(e.what()).c_str());
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "%s: %s\n", program, e.what());
+    std::fprintf(stderr, "%s: %s\n", program, one_line(e.what()).c_str());
   }
   return 2;
 }

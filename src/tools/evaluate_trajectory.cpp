@@ -10,12 +10,12 @@
 #include <vector>
 
 #include "command_line.h"
-#include "inputs.h"
 #include "json.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/evaluation/trajectory_plot.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/trajectory.h"
+#include "written_files.h"
 
 using namespace mono_pose_tracker;
 
@@ -86,9 +86,13 @@ void print_table(const TrajectoryError& e, const Arguments& arguments) {
   std::printf("                rmse is %.4f %% of the path of %.6g\n", e.position_rmse_percent,
               e.path_length);
   std::printf("rotation        median %.4f deg   max %.4f deg\n", e.rotation_median_deg, e.rotation_max_deg);
-  std::printf("RPE             over %s%s: translation rmse %.6g   rotation rmse %.4f deg   (%d pairs)\n",
-              arguments.delta.c_str(), arguments.delta.back() == 'm' ? "" : " frames", e.rpe_translation_rmse,
-              e.rpe_rotation_rmse_deg, e.rpe_pairs);
+  const char* const unit = arguments.delta.back() == 'm' ? "" : " frames";
+  if (e.rpe_pairs == 0) {
+    std::printf("RPE             over %s%s: no pairs\n", arguments.delta.c_str(), unit);
+  } else {
+    std::printf("RPE             over %s%s: translation rmse %.6g   rotation rmse %.4f deg   (%d pairs)\n",
+                arguments.delta.c_str(), unit, e.rpe_translation_rmse, e.rpe_rotation_rmse_deg, e.rpe_pairs);
+  }
   std::printf("drift           translation %.4f %%   rotation %.4f deg per unit of path\n",
               e.drift_translation_percent, e.drift_rotation_deg_per_length);
   if (e.scale_drift_percent) {
@@ -115,11 +119,15 @@ Json to_json(const TrajectoryError& e, const Arguments& arguments) {
                {"ate_rmse", e.position_rmse},
                {"rpe_delta", arguments.delta},
                {"rpe_pairs", e.rpe_pairs},
-               {"rpe_translation_rmse", e.rpe_translation_rmse},
-               {"rpe_rotation_rmse_deg", e.rpe_rotation_rmse_deg},
+               {"rpe_translation_rmse", nullptr},
+               {"rpe_rotation_rmse_deg", nullptr},
                {"drift_translation_percent", e.drift_translation_percent},
                {"drift_rotation_deg_per_length", e.drift_rotation_deg_per_length},
                {"scale_drift_percent", nullptr}};
+  if (e.rpe_pairs > 0) {
+    json["rpe_translation_rmse"] = e.rpe_translation_rmse;
+    json["rpe_rotation_rmse_deg"] = e.rpe_rotation_rmse_deg;
+  }
   if (e.scale_drift_percent) json["scale_drift_percent"] = *e.scale_drift_percent;
   return json;
 }
@@ -172,8 +180,9 @@ void run(const Arguments& arguments) {
   Inputs inputs;
   inputs.add(arguments.reference);
   inputs.add(arguments.estimate);
-  inputs.refuse_to_overwrite(arguments.json);
-  inputs.refuse_to_overwrite(arguments.plot);
+  WrittenFiles files(inputs);
+  files.add(arguments.json, "--json");
+  files.add(arguments.plot, "--plot");
   const std::vector<StampedPose> reference = read_tum(arguments.reference);
   std::vector<std::vector<StampedPose>> estimate = read_tum_maps(arguments.estimate);
   if (estimate.empty()) estimate.emplace_back();
@@ -182,6 +191,7 @@ void run(const Arguments& arguments) {
   if (!best.error)
     throw std::runtime_error("none of the " + std::to_string(maps.size()) + " maps: " + best.problem);
   print(maps, arguments);
+  require_printed();
   tell_of_unmatched(best);
   if (!arguments.json.empty()) {
     write_file_atomically(arguments.json,
@@ -211,7 +221,7 @@ int main(int argc, char** argv) {
   app.add_option("--max-difference", arguments.max_difference,
                  "largest difference in s between stamps of one frame")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(number_between(0, 1e6));
   app.add_option("--align", arguments.align,
                  "sim3: with a scale; se3: the estimate is in the reference's units")
       ->capture_default_str()

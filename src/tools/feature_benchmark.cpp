@@ -130,6 +130,7 @@ int main(int argc, char** argv) {
   app.add_option("--seconds", arguments.seconds, "of CPU time for each [1]")->check(CLI::Range(0.01, 1000.0));
   return run_command_line("feature_benchmark", app, argc, argv, [&] {
     run(arguments);
+    require_printed();
     return 0;
   });
 }

@@ -78,6 +78,7 @@ int main(int argc, char** argv) {
   app.add_flag("--without", a.without, "no loop is closed: what drift there is");
   return run_command_line("loop_study", app, argc, argv, [&] {
     study(a);
+    require_printed();
     return 0;
   });
 }

@@ -202,6 +202,7 @@ int main(int argc, char** argv) {
   declare(app, arguments);
   return run_command_line("pipeline_benchmark", app, argc, argv, [&] {
     run(arguments);
+    require_printed();
     return 0;
   });
 }

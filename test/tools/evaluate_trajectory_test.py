@@ -95,7 +95,23 @@ class EvaluateTrajectory(unittest.TestCase):
         self.expect_refused(["/no/such/e.json"], *good, "--json", "/no/such/e.json")
         self.expect_refused(["e.xyz", ".png"], *good, "--plot", os.path.join(self.folder.name, "e.xyz"))
         self.expect_refused(["--max-difference"], *good, "--max-difference", "-1")
+        self.expect_refused(["--max-difference", "nan"], *good, "--max-difference", "nan")
         self.expect_refused(["--nonsense"], *good, "--nonsense")
+        both = os.path.join(self.folder.name, "a.png")
+        self.expect_refused(["written twice, by --json and by --plot"], *good, "--json", both, "--plot", both)
+        self.assertFalse(os.path.exists(both))
+
+    def test_what_does_not_arrive_is_no_success(self):
+        """A full disk, and a standard output that is closed: neither goes into a file that is opened."""
+        figures = os.path.join(self.folder.name, "e.json")
+        for redirection, reason in ((">/dev/full", "No space left"), (">&-", "standard output")):
+            result = subprocess.run(["bash", "-c", 'exec "$0" "$@" ' + redirection,
+                                     os.path.join(os.environ["PROGRAMS"], "evaluate_trajectory"), "--reference",
+                                     self.reference, "--estimate", self.reference, "--json", figures],
+                                    stderr=subprocess.PIPE, text=True, timeout=60)
+            self.assertEqual(result.returncode, 2, redirection)
+            self.assertIn(reason, result.stderr)
+            self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
 
     def figures_of(self, content, *options):
         figures = os.path.join(self.folder.name, "figures.json")
@@ -125,6 +141,9 @@ class EvaluateTrajectory(unittest.TestCase):
             error, _ = self.figures_of(helix(30, 0.9), "--align", "se3", "--delta", delta)
             self.assertEqual(error["rpe_pairs"], pairs)
             self.assertAlmostEqual(error["rpe_translation_rmse"], 0.1 * chord, places=6)
+        none, said = self.figures_of(helix(30, 0.9), "--delta", "100")
+        self.assertEqual((none["rpe_pairs"], none["rpe_translation_rmse"], none["rpe_rotation_rmse_deg"]), (0, None, None))
+        self.assertIn("over 100 frames: no pairs", said)
         for bad in ("", "0", "-1", "1.5", "x", "3km", "nan"):
             self.expect_refused(["--delta"], "--reference", self.reference, "--estimate", self.reference, "--delta=" + bad)
 
