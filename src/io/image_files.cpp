@@ -200,7 +200,8 @@ std::unique_ptr<ImageSource> open_images(const std::string& path) {
 
 std::vector<ImageFile> image_files(const std::string& path) {
   std::vector<ImageFile> files;
-  for (const StampedFile& file : named(files_of(path))) files.push_back({file.path, file.name});
+  for (const StampedFile& file : named(files_of(path)))
+    files.push_back({file.path, file.name, file.stamp_ns});
   return files;
 }
 

@@ -9,6 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
+#include "mono_pose_tracker/io/stamp.h"
 #include "mono_pose_tracker/ros/camera_info_conversion.h"
 
 namespace mono_pose_tracker {
@@ -25,6 +26,13 @@ std_msgs::Header header_of(std::int64_t stamp_ns) {
 }
 
 }  // namespace
+
+void require_message_stamp(const std::string& of_what, std::int64_t stamp_ns) {
+  constexpr std::int64_t kEnd = (std::int64_t{1} << 32) * 1'000'000'000;
+  if (stamp_ns >= 0 && stamp_ns < kEnd) return;
+  throw std::runtime_error(of_what + ": the time stamp " + format_stamp(stamp_ns) +
+                           " s cannot stand in a bag: expected 0 to 4294967295");
+}
 
 void BagWriter::EndBag::operator()(rosbag::Bag* bag) const {
   try {

@@ -1,21 +1,28 @@
 #include "mono_pose_tracker/simulation/sequence_options.h"
 
+#include <sstream>
 #include <stdexcept>
 #include <string>
+
+#include "mono_pose_tracker/io/image_decoding.h"
 
 namespace mono_pose_tracker {
 namespace {
 
 void require(bool holds, const char* key, double value, const char* expected) {
   if (holds) return;
-  throw std::invalid_argument(std::string(key) + " = " + std::to_string(value) + ", expected " + expected);
+  std::ostringstream text;
+  text.precision(15);
+  text << key << " = " << value << ", expected " << expected;
+  throw std::invalid_argument(text.str());
 }
 
 }  // namespace
 
 void SequenceOptions::validate() const {
-  require(frames >= 0, "frames", frames, "0 (all) or more");
-  require(lead_in >= 0, "lead_in", lead_in, "0 or more");
+  require(frames >= 0 && frames <= kMaxFrames, "frames", frames, "0 (all) to 1000000");
+  require(lead_in >= 0 && lead_in <= kMaxFrames, "lead_in", lead_in, "0 to 1000000");
+  require_image_size();
   require(lead_in == 0 || has_head(scene), "lead_in", lead_in, "0: only a head can be away");
   require(shine >= 0 && shine <= 1, "shine", shine, "0 to 1");
   require_what_has_it();
@@ -23,14 +30,23 @@ void SequenceOptions::validate() const {
   require(blur_px >= 0 && blur_px <= 50, "blur_px", blur_px, "0 to 50");
   require(exposure_drift >= 0 && exposure_drift < 1, "exposure_drift", exposure_drift,
           "0 or more and less than 1");
-  require(rate_hz > 0, "rate_hz", rate_hz, "more than 0");
+  require(rate_hz >= kMinRateHz && rate_hz <= kMaxRateHz, "rate_hz", rate_hz, "0.001 to 1000000");
   require(rolling_shutter_s >= 0 && rolling_shutter_s * rate_hz <= 1, "rolling_shutter_s", rolling_shutter_s,
           "0 to 1 / rate_hz: one image after the other is taken");
   require(rolling_shutter_s == 0 || !hand_held, "rolling_shutter_s", rolling_shutter_s,
           "0 with hand_held: what is behind is taken at once");
-  require(first_stamp_s >= 0, "first_stamp_s", first_stamp_s, "0 or more");
+  require(first_stamp_s >= 0 && first_stamp_s <= kMaxStampS, "first_stamp_s", first_stamp_s,
+          "0 to 4294967295: what a message can hold");
   require(samples >= 1 && samples <= 8, "samples", samples, "1 to 8");
   require(threads >= 0, "threads", threads, "0 (all) or more");
+}
+
+// Before anything is made of that size.
+void SequenceOptions::require_image_size() const {
+  if (camera.width <= 0 || camera.height <= 0) return;  // the camera model refuses them
+  const double pixels = static_cast<double>(camera.width) * camera.height;
+  require(pixels <= static_cast<double>(kMaxImagePixels), "width * height", pixels,
+          "100000000 pixels at most");
 }
 
 // Options that only some scenes know.

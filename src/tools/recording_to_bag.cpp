@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "command_line.h"
+#include "end_on_signals.h"
 #include "inputs.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
@@ -38,21 +39,36 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_flag("--quiet", a.quiet, "say nothing but errors");
 }
 
-std::unique_ptr<ImageSource> open_recording(const std::string& path) {
+// The list or folder of images that the recording is; of a video none.
+std::string images_of(const std::string& path) {
   const fs::path list = fs::path(path) / "images.txt";
-  if (fs::is_regular_file(list)) return open_image_list(list.string());
-  if (fs::is_directory(path) || fs::path(path).extension() == ".txt") return open_images(path);
-  return open_video(path);
+  if (fs::is_regular_file(list)) return list.string();
+  return fs::is_directory(path) || fs::path(path).extension() == ".txt" ? path : "";
 }
 
-int write_images(const Arguments& a, ImageSource& source, const std::optional<CameraParameters>& camera) {
-  BagWriter bag(a.bag, camera, a.jpeg_quality);
+// What is known before any image is read.
+void check(const Arguments& a, const std::string& images, const std::string& written) {
+  Inputs inputs;
+  for (const std::string& path : {a.recording, a.camera, images}) inputs.add(path);
+  if (!images.empty()) {
+    for (const ImageFile& image : image_files(images)) {
+      inputs.add(image.path);
+      require_message_stamp(image.path, image.stamp_ns);
+    }
+  }
+  inputs.refuse_to_overwrite(written);
+}
+
+int write_images(const Arguments& a, const std::string& path, ImageSource& source,
+                 const std::optional<CameraParameters>& camera) {
+  BagWriter bag(path, camera, a.jpeg_quality);
   ProgressBar progress(source.size(), a.quiet);
   int written = 0;
   for (SourceImage image = source.next(); image.kind != SourceImage::Kind::kEnd; image = source.next()) {
+    if (signals_caught > 0) throw std::runtime_error("interrupted");
     progress.advance();
     if (image.kind == SourceImage::Kind::kSkipped) {
-      std::fprintf(stderr, "%s\n", image.problem.c_str());
+      std::fprintf(stderr, "%s\n", one_line(image.problem).c_str());
       continue;
     }
     if (camera && (image.image.cols != camera->width || image.image.rows != camera->height)) {
@@ -72,27 +88,17 @@ int run(Arguments a) {
   if (!a.compressed) a.jpeg_quality = 0;
   std::optional<CameraParameters> camera;
   if (!a.camera.empty()) camera = read_camera_yaml(a.camera);
-  const std::unique_ptr<ImageSource> source = open_recording(a.recording);
-  // Under another name until it is complete: half a bag is none. A link stays, what it names is written.
+  const std::string images = images_of(a.recording);
+  const std::unique_ptr<ImageSource> source = images.empty() ? open_video(a.recording) : open_images(images);
   require_regular_file(a.bag);
+  // A link stays, what it names is written.
   const std::string path = fs::is_symlink(a.bag) ? fs::weakly_canonical(a.bag).string() : a.bag;
-  Inputs inputs;
-  inputs.add(a.recording);
-  inputs.add(a.camera);
-  inputs.refuse_to_overwrite(path);
-  const std::string partial = path + ".part";
-  a.bag = partial;
-  int written = 0;
-  std::error_code error;
-  try {
-    written = write_images(a, *source, camera);
-    if (written == 0) throw std::runtime_error(a.recording + ": no image in it could be read");
-    fs::rename(partial, path, error);
-    if (error) throw std::runtime_error(path + ": cannot be written (" + error.message() + ")");
-  } catch (const std::exception&) {
-    fs::remove(partial, error);
-    throw;
-  }
+  check(a, images, path);
+  end_on_signals();
+  PartFile part(path);  // half a bag is none
+  const int written = write_images(a, part.name(), *source, camera);
+  if (written == 0) throw std::runtime_error(a.recording + ": no image in it could be read");
+  part.put_in_place();
   if (!a.quiet) std::printf("%d images in %s\n", written, path.c_str());
   return 0;
 }
@@ -107,5 +113,5 @@ int main(int argc, char** argv) {
       "recording_to_bag");
   Arguments arguments;
   declare(app, arguments);
-  return run_command_line("recording_to_bag", app, argc, argv, [&] { return run(arguments); });
+  return end_status(run_command_line("recording_to_bag", app, argc, argv, [&] { return run(arguments); }));
 }

@@ -9,7 +9,6 @@
 #include <stdexcept>
 
 #include "command_line.h"
-#include "inputs.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
 #include "mono_pose_tracker/io/image_writing.h"
@@ -18,6 +17,7 @@
 #include "mono_pose_tracker/ros/bag_writer.h"
 #include "mono_pose_tracker/simulation/simulated_sequence.h"
 #include "progress_bar.h"
+#include "written_files.h"
 
 namespace {
 
@@ -148,16 +148,37 @@ void complete(Arguments& a) {
   if (s.path.empty()) throw std::invalid_argument(a.path + ": no pose in it, expected TUM lines");
 }
 
+std::string bag_of(const Arguments& a) {
+  return a.bag.empty() ? (fs::path(a.output) / "sequence.bag").string() : a.bag;
+}
+
+// Before anything is made.
+void check_outputs(const Arguments& a, const SimulatedSequence& sequence) {
+  for (const int frame : {0, sequence.size() - 1}) {
+    require_message_stamp("image " + std::to_string(frame + 1) + " of " + std::to_string(sequence.size()),
+                          sequence.stamp(frame));
+  }
+  Inputs inputs;
+  inputs.add(a.path);
+  WrittenFiles files(inputs);
+  const fs::path folder(a.output);
+  for (const char* name : {"camera.yaml", "images.txt", "groundtruth.txt"}) {
+    files.add(folder / name, "--output");
+  }
+  for (int i = 0; i < sequence.size(); ++i) {
+    for (const char* kind : {"images", "masks"}) files.add(folder / kind / image_name(i), "--output");
+  }
+  files.add(bag_of(a), "--bag");
+  require_regular_file(bag_of(a));
+}
+
 void render_to(const Arguments& a, const SimulatedSequence& sequence) {
+  check_outputs(a, sequence);
   const fs::path folder(a.output);
   make_folder(folder / "images");
   make_folder(folder / "masks");
   write_camera_yaml((folder / "camera.yaml").string(), "simulated", sequence.camera().parameters());
-  const std::string bag_path = a.bag.empty() ? (folder / "sequence.bag").string() : a.bag;
-  Inputs inputs;
-  inputs.add(a.path);
-  inputs.refuse_to_overwrite(bag_path);
-  require_regular_file(bag_path);
+  const std::string bag_path = bag_of(a);
   BagWriter bag(bag_path, sequence.camera().parameters());
   std::string list;
   ProgressBar progress(sequence.size(), a.quiet);

@@ -1,6 +1,8 @@
 #!/usr/bin/python3
 """What recording_to_bag writes: the images that track_sequence sees, with its stamps. PROGRAMS names the programs' folder."""
 import os
+import resource
+import signal
 import stat
 import subprocess
 import sys
@@ -118,6 +120,60 @@ class RecordingToBag(unittest.TestCase):
             self.assertIn(words, result.stderr)
             self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
             self.assertEqual([f for f in os.listdir(self.folder) if f.startswith("bad.bag")], [])
+
+    def test_what_is_read_stays(self):
+        before = cv2.imread(self.path("images", "0.png"))
+        for bag in ("images/0.png", "images/../camera.yaml"):
+            result = self.run_program(self.path("images"), self.path(bag), "--camera", self.path("camera.yaml"))
+            self.assertEqual(result.returncode, 2, result.stderr)
+            self.assertIn("would be written over", result.stderr)
+        numpy.testing.assert_array_equal(cv2.imread(self.path("images", "0.png")), before)
+        listed = self.write("out.bag.part", "images/3.png\n")
+        os.rename(listed, self.path("part.txt"))
+        os.link(self.path("part.txt"), listed)
+        self.messages(self.path("part.txt"))
+        with open(listed) as file:
+            self.assertEqual(file.read(), "images/3.png\n")
+
+    def test_stamps_that_no_message_holds(self):
+        for stamp in ("-0.5", "4294967296"):
+            listed = self.write("list.txt", "1 images/0.png\n%s images/1.png\n" % stamp)
+            result = self.run_program(listed, self.path("bad.bag"))
+            self.assertEqual((result.returncode, result.stderr.count("\n")), (2, 1), result.stderr)
+            self.assertIn("images/1.png: the time stamp " + stamp, result.stderr)
+            self.assertFalse(os.path.exists(self.path("bad.bag")))
+
+    def start(self, recording, **options):
+        return subprocess.Popen([os.path.join(os.environ["PROGRAMS"], "recording_to_bag"), recording, self.path("out.bag")],
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+
+    def test_two_that_write_one_bag(self):
+        """Each writes a whole one, of which one stays."""
+        listed = self.write("list.txt", "".join("%d images/%d.png\n" % (i, i % COUNT) for i in range(2000)))
+        for process in [self.start(listed) for _ in range(3)]:
+            said = process.communicate(timeout=60)
+            self.assertEqual(process.returncode, 0, said)
+        with rosbag.Bag(self.path("out.bag")) as bag:
+            self.assertEqual(len([m.data for _, m, _ in bag.read_messages()]), 2000)
+        self.assertEqual(sorted(os.listdir(self.folder)), ["camera.yaml", "images", "list.txt", "out.bag"])
+
+    def test_interrupted_it_leaves_nothing(self):
+        listed = self.write("list.txt", "".join("%d images/%d.png\n" % (i, i % COUNT) for i in range(200000)))
+        process = self.start(listed)
+        while not [name for name in os.listdir(self.folder) if name.endswith(".part")]:
+            self.assertIsNone(process.poll())
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.communicate(timeout=60)[1], "recording_to_bag: interrupted\n")
+        self.assertEqual(process.returncode, 130)
+        self.assertEqual(sorted(os.listdir(self.folder)), ["camera.yaml", "images", "list.txt"])
+
+    def test_a_limit_of_the_size_of_files_is_told(self):
+        process = self.start(self.path("images"),
+                             preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000)))
+        said = process.communicate(timeout=60)[1]
+        self.assertEqual((process.returncode, said.count("\n")), (2, 1), said)
+        self.assertIn("cannot be written", said)
+        self.assertEqual(sorted(os.listdir(self.folder)), ["camera.yaml", "images"])
 
     def test_what_is_no_file_is_not_replaced(self):
         os.mkfifo(self.path("pipe"))

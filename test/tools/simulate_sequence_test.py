@@ -105,6 +105,22 @@ class SimulateSequence(unittest.TestCase):
         written = [[float(v) for v in line.split()] for line in lines(self.path("out", "groundtruth.txt"))]
         self.assertEqual(written, [[float(v) for v in line.split()] for line in given])
 
+    def test_files_are_not_written_over_each_other(self):
+        out = self.path("out")
+        os.mkdir(out)
+        for name in ("images.txt", "groundtruth.txt", "camera.yaml"):
+            self.expect_refused("would be written twice, by --output and by --bag", "--frames", "1", "--output", out, "--bag",
+                                os.path.join(out, name))
+        pose = "5.000000000 0 0 -0.6 0 0 0 1\n# mine\n"
+        for name in ("groundtruth.txt", "images.txt"):
+            path = os.path.join(out, name)
+            with open(path, "w") as f:
+                f.write(pose)
+            self.expect_refused(name + ": would be written over", "--path", path, "--output", out)
+            self.assertEqual(open(path).read(), pose)
+            self.assertEqual(os.listdir(out), [name])
+            os.remove(path)
+
     def test_refusals_name_what_is_wrong(self):
         out = ["--output", self.path("out")]
         with open(self.path("file"), "w") as f:
@@ -119,6 +135,20 @@ class SimulateSequence(unittest.TestCase):
         self.expect_refused("hand_held", *out, "--background", "wall", "--hand-held")
         self.expect_refused("shine = 2", *out, "--shine", "2")
         self.expect_refused("fx", *out, "--focal", "-5")
+        for option, value, named in (("--lead-in", "2147483647", "lead_in = 2147483647"),
+                                     ("--frames", "2147483647", "frames = 2147483647"),
+                                     ("--rate", "1e-300", "rate_hz = 1e-300"), ("--rate", "1e10", "rate_hz = 10000000000"),
+                                     ("--first-stamp", "5e9", "first_stamp_s = 5000000000")):
+            self.expect_refused(named, *out, option, value)
+        for width, height in (("65535", "65535"), ("2147483647", "90")):
+            result = self.run_program(*out, "--width", width, "--height", height)
+            self.assertEqual((result.returncode, result.stderr.count("\n")), (2, 1), result.stderr)
+            self.assertIn("expected 100000000 pixels at most", result.stderr)
+        for stamp in ("-5", "4294967296"):
+            with open(self.path("path"), "w") as f:
+                f.write("%s 0 0 -0.6 0 0 0 1\n" % stamp)
+            self.expect_refused("image 1 of 1: the time stamp " + stamp, *out, "--path", self.path("path"))
+        self.assertFalse(os.path.exists(self.path("out")))
         self.expect_refused("noise_grey_levels", *out, "--noise", "-1")
         self.expect_refused("fisheye", *out, "--distortion-model", "fisheye")
         self.expect_refused(self.path("missing"), *out, "--path", self.path("missing"))

@@ -45,9 +45,10 @@ std::unique_ptr<ImageSource> open_image_list(const std::string& path);
 /// which a pipe can't be), and as those above.
 std::unique_ptr<ImageSource> open_images(const std::string& path);
 
-/// A file of a recording, and the name that it goes by there (SourceImage::name).
+/// A file of a recording, and the name and the stamp that it has there (SourceImage).
 struct ImageFile {
   std::string path, name;
+  std::int64_t stamp_ns = 0;
 };
 
 /// The files of a folder or a list, whether they can be read or not. Throws as open_images.

@@ -13,6 +13,10 @@
 
 namespace mono_pose_tracker {
 
+/// Throws std::runtime_error, one line that begins with `of_what`, when a message's stamp cannot hold the
+/// time: before 0, or beyond 32 bits of seconds.
+void require_message_stamp(const std::string& of_what, std::int64_t stamp_ns);
+
 /// Writes images with their calibration as a camera driver would have them recorded: sensor_msgs/Image on
 /// /camera/image_raw, sensor_msgs/CameraInfo on /camera/camera_info, frame_id camera_optical, one stamp for
 /// both.

@@ -20,6 +20,13 @@ enum class ShouldersKind { kNone, kStill, kSway };
 /// Before the camera and fixed to it: exactly, or shaking by a pixel or two.
 enum class BonnetKind { kNone, kStill, kShakes };
 
+/// Names of images have six digits.
+constexpr int kMaxFrames = 1'000'000;
+/// Frames a second: with so many frames the last stamp is still one, and no two are the same.
+constexpr double kMinRateHz = 1e-3, kMaxRateHz = 1e6;
+/// The last whole second that a message's stamp can hold (32 bits).
+constexpr double kMaxStampS = 4294967295.0;
+
 /// What to simulate. Poses are map_from_camera; the map of the head and of the turntable scene is the
 /// head's own frame.
 struct SequenceOptions {
@@ -53,6 +60,7 @@ struct SequenceOptions {
 
  private:
   void require_what_has_it() const;
+  void require_image_size() const;
 };
 
 /// Whether the map is a head's frame: the head, and the bust on a turntable.

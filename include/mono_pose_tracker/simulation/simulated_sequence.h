@@ -43,13 +43,13 @@ class SimulatedSequence {
   std::shared_ptr<const Scene> scene_at(int index) const;
 
   SimulatedFrame render(int frame) const;
+  std::int64_t stamp(int frame) const;  // ns
 
  private:
   void make_path();
   cv::Mat background(double done) const;
   void draw_object(int index, cv::Mat* color, cv::Mat* mask) const;
   std::vector<Rigid3> poses_of_bands(int index) const;
-  std::int64_t stamp(int frame) const;
   double share_done(int index) const;
   Lighting lighting(int index) const;
 
