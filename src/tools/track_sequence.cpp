@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <deque>
+#include <exception>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "command_line.h"
+#include "end_on_signals.h"
 #include "inputs.h"
 #include "mono_pose_tracker/camera/camera_guess.h"
 #include "mono_pose_tracker/common/calibration_source.h"
@@ -28,6 +29,7 @@
 #include "mono_pose_tracker/tracking/recording.h"
 #include "mono_pose_tracker/tracking/self_calibration.h"
 #include "progress_bar.h"
+#include "results/colmap_model.h"
 #include "results/mask_record.h"
 #include "results/outputs.h"
 #include "results/recording_files.h"
@@ -63,7 +65,7 @@ void declare(CLI::App& app, Arguments& a) {
          "in place of a calibration: degrees that the images span from left to right, a guess that is "
          "refined as --refine-camera does (not with --map)")
       ->excludes(camera)
-      ->check(CLI::Range(kMinHfovDeg, kMaxHfovDeg));
+      ->check(number_between(kMinHfovDeg, kMaxHfovDeg));
   app.add_flag("--refine-camera", a.refine_camera,
                "find focal length, principal point and distortion as far as the motion tells them: the "
                "recording is tracked several times; writes camera_refined.yaml");
@@ -95,21 +97,6 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--max-frames", a.max_frames, "stop after so many images")->check(whole_number(1));
   app.add_flag("--quiet", a.quiet, "say nothing but errors");
 }
-
-// The signal that asks for an end; 0: none. A second one ends the program at once.
-volatile std::sig_atomic_t g_signal = 0;
-
-void end_on_signals() {
-  for (const int signal : {SIGINT, SIGTERM}) {
-    std::signal(signal, [](int caught) {
-      g_signal = caught;
-      std::signal(caught, SIG_DFL);
-    });
-  }
-}
-
-// As a shell has it.
-int end_status(int otherwise) { return g_signal != 0 ? 128 + static_cast<int>(g_signal) : otherwise; }
 
 // Progress: a bar on a terminal, plain lines elsewhere.
 class Progress {
@@ -145,21 +132,21 @@ std::function<std::unique_ptr<ImageSource>()> source_of(const Arguments& a) {
 }
 
 // The first image that can be read.
-SourceImage first_image(const std::function<std::unique_ptr<ImageSource>()>& open) {
-  const std::unique_ptr<ImageSource> source = open();
+SourceImage first_image(const Arguments& a) {
+  const std::unique_ptr<ImageSource> source = source_of(a)();
   SourceImage image = source->next();
   const std::string first_problem = image.problem;
   while (image.kind == SourceImage::Kind::kSkipped) image = source->next();
   if (image.kind == SourceImage::Kind::kEnd) {
-    throw std::runtime_error("no image could be read: " +
-                             (first_problem.empty() ? "there is none" : first_problem));
+    throw std::runtime_error(a.images + a.video + a.bag + ": no image in it could be read" +  // one of them
+                             (first_problem.empty() ? "" : ": " + first_problem));
   }
   return image;
 }
 
 CameraParameters camera_of(const Arguments& a) {
   if (a.hfov) {
-    const cv::Size size = first_image(source_of(a)).image.size();
+    const cv::Size size = first_image(a).image.size();
     return guess_camera(size.width, size.height, *a.hfov);
   }
   if (!a.camera.empty()) return read_camera_yaml(a.camera);
@@ -169,9 +156,8 @@ CameraParameters camera_of(const Arguments& a) {
 }
 
 // The size of the first image that can be read must be the camera's.
-void check_first_image(const std::function<std::unique_ptr<ImageSource>()>& open,
-                       const CameraParameters& camera) {
-  const SourceImage image = first_image(open);
+void check_first_image(const Arguments& a, const CameraParameters& camera) {
+  const SourceImage image = first_image(a);
   if (image.image.cols == camera.width && image.image.rows == camera.height) return;
   throw std::runtime_error(image.name + ": is " + std::to_string(image.image.cols) + "x" +
                            std::to_string(image.image.rows) + ", the calibration is for " +
@@ -239,7 +225,7 @@ Run track_beginning(const Arguments& a, const TrackerOptions& options, const Cam
                     int max_keyframes, Recording recording) {
   Run run{make_tracker(options, camera, nullptr), {}, MaskRecord(false)};
   std::atomic<bool> has_enough{false};
-  recording.interrupted = [&] { return g_signal != 0 || has_enough; };
+  recording.interrupted = [&] { return signals_caught > 0 || has_enough; };
   Progress progress(recording.open()->size(), a.quiet);
   const FrameObserver observer = [&](int pass, std::int64_t, const FrameReport& report) {
     if (pass == 1) progress.show(report);
@@ -287,7 +273,7 @@ Run track_with_given(const Arguments& a, const TrackerOptions& options, const Re
   Recording doubted = recording;
   doubted.doubt_of = [&](const Map& map, const std::function<bool()>& cancelled) {
     CameraRefinementOptions beside = refinement;
-    beside.bundle.cancel = [&] { return g_signal != 0 || cancelled(); };
+    beside.bundle.cancel = [&] { return signals_caught > 0 || cancelled(); };
     return doubt_of_calibration(beside, camera, map);
   };
   Run run = track_all(a, options, camera, doubted);
@@ -326,7 +312,7 @@ Run track(const Arguments& a, const TrackerOptions& options, const Recording& re
           const SavedMaps* loaded, Calibration* calibration) {
   CameraRefinementOptions refinement;
   refinement.bundle = options.bundle;
-  refinement.bundle.cancel = [] { return g_signal != 0; };
+  refinement.bundle.cancel = [] { return signals_caught > 0; };
   // A map that is there already is of other cameras, too, and holds to the one that is given.
   Run run = loaded ? track_all(a, options, calibration->camera, recording, loaded)
             : a.refine_camera || a.hfov
@@ -363,6 +349,10 @@ bool are_to_be_outlined(const Arguments& a, const Recording& recording, const Re
   return are_written && result.tracked && !recording.masks && (method == "auto" || method == "motion");
 }
 
+void tell(const char* what, const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) std::fprintf(stderr, "%s%s\n", what, one_line(line).c_str());
+}
+
 void write_files(const Arguments& a, const Recording& recording, const Calibration& calibration,
                  const std::vector<StampedPose>& reference, bool outlined, Run* run) {
   const fs::path output = a.output;
@@ -382,6 +372,31 @@ void write_files(const Arguments& a, const Recording& recording, const Calibrati
   }
 }
 
+// Also the report, whatever becomes of the other files. What interrupts the recording from now on leaves out
+// images that are not written yet.
+void write_all(const Arguments& a, const TrackerOptions& options, const Recording& recording,
+               const Calibration& calibration, const std::vector<StampedPose>& reference,
+               std::chrono::steady_clock::time_point start, Run* run) {
+  RecordingResult& result = run->result;
+  const bool outlined =
+      signals_caught == 0 && are_to_be_outlined(a, recording, result, options.segmentation.method);
+  std::exception_ptr failure;
+  try {
+    write_files(a, recording, calibration, reference, outlined, run);
+  } catch (const std::exception& e) {
+    failure = std::current_exception();
+    result.problems.push_back(e.what());
+  }
+  if (recording.interrupted()) {
+    result.warnings.push_back("interrupted while files were written: masks or images are missing");
+    tell("warning: ", {result.warnings.back()});
+  }
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
+  write_report((fs::path(a.output) / "report.json").string(), result, run->tracker->map(), run->masks,
+               calibration, options.seed, wall.count());
+  if (failure) std::rethrow_exception(failure);
+}
+
 int run(const Arguments& a) {
   const auto start = std::chrono::steady_clock::now();
   const TrackerOptions options = options_of(a);
@@ -391,7 +406,7 @@ int run(const Arguments& a) {
   recording.open = source_of(a);
   recording.max_frames = a.max_frames;
   recording.threads = a.threads;
-  recording.interrupted = [] { return g_signal != 0; };
+  recording.interrupted = [] { return signals_caught > 0; };
   Calibration calibration;
   calibration.camera = camera_of(a);
   if (a.hfov) calibration.source = CalibrationSource::kGuessed;
@@ -402,7 +417,7 @@ int run(const Arguments& a) {
   make_tracker(options, calibration.camera, maps);  // refuses options before the work
   std::optional<MaskFolder> masks;
   if (!a.masks.empty()) recording.masks = &masks.emplace(a.masks);
-  check_first_image(recording.open, calibration.camera);
+  check_first_image(a, calibration.camera);
   check_background_image(options.segmentation, calibration.camera);
   check_outputs(a, options);
 
@@ -413,24 +428,26 @@ int run(const Arguments& a) {
         "scale/odometry is heeded by the nodelet alone, which has tf: it sets no scale here");
   }
   const RecordingResult& result = run.result;
-  for (const std::string& problem : result.problems) std::fprintf(stderr, "%s\n", problem.c_str());
-  for (const std::string& warning : result.warnings) std::fprintf(stderr, "warning: %s\n", warning.c_str());
-  const bool outlined = are_to_be_outlined(a, recording, result, options.segmentation.method);
-  write_files(a, recording, calibration, reference, outlined, &run);
-  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
-  const Map& map = run.tracker->map();
-  write_report((fs::path(a.output) / "report.json").string(), result, map, run.masks, calibration,
-               options.seed, wall.count());
+  const std::string spaces = doubt_of_names(result.names);
+  if (result.tracked && !spaces.empty()) run.result.warnings.push_back(spaces);
+  tell("", result.problems);
+  tell("warning: ", result.warnings);
+  end_on_signals();  // one that came while images were tracked has had its effect
+  recording.interrupted = [before = int{signals_caught}] { return signals_caught > before; };
+  write_all(a, options, recording, calibration, reference, start, &run);
   if (!result.tracked) {
     std::fprintf(stderr, "%s: %s\n", a.localize_only ? "no image could be posed" : "no map could be made",
                  result.reason.c_str());
     return end_status(1);
   }
   if (!a.quiet) {
+    const Map& map = run.tracker->map();
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     std::printf("%zu of %ld images posed (%ld as they came), %zu keyframes, %zu points, %.1f s%s: %s\n",
                 result.trajectory.size(), static_cast<long>(result.frames_total),
                 static_cast<long>(result.frames_posed_live), map.keyframes().size(), map.landmarks().size(),
-                wall.count(), result.unconfirmed ? " (two views only: unconfirmed)" : "", a.output.c_str());
+                seconds.count(), result.unconfirmed ? " (two views only: unconfirmed)" : "",
+                a.output.c_str());
   }
   return end_status(0);
 }

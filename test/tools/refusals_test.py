@@ -60,6 +60,10 @@ class Refusals(RunsOfARoom):
         self.expect_refused(["none.bag"], "--bag", "none.bag")
         self.expect_refused(["/camera/image_raw", "/no/topic"], "--bag", os.path.join(self.sequence, "sequence.bag"),
                             "--image-topic", "/no/topic")
+        cv2.VideoWriter(self.path("no_frames.avi"), cv2.VideoWriter_fourcc(*"MJPG"), 10, (320, 240)).release()
+        self.expect_refused([self.path("no_frames.avi")], *camera, "--video", self.path("no_frames.avi"))
+        self.expect_refused(["a?b.yaml"], "--images", self.list, "--camera", "a\nb.yaml")
+        self.expect_refused(["--hfov", "nan"], "--images", self.list, "--hfov", "nan")
         self.expect_refused(["--nonsense"], *camera, "--images", self.list, "--nonsense")
         for option, values in (("--max-frames", ("0", "-1", "010", "x")), ("--seed", ("-1", "0100", "0x1", "1.5"))):
             for value in values:

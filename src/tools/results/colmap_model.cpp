@@ -60,4 +60,13 @@ void write_map_for_colmap(const std::string& folder, const CameraParameters& cam
   write_colmap_text(folder, camera, images, points);
 }
 
+std::string doubt_of_names(const std::map<std::int64_t, std::string>& names) {
+  const auto has_space = [](const auto& name) { return name.second.find(' ') != std::string::npos; };
+  const auto first = std::find_if(names.begin(), names.end(), has_space);
+  if (first == names.end()) return "";
+  return std::to_string(std::count_if(first, names.end(), has_space)) +
+         " images have a space in their names (the first: " + first->second +
+         "), at which COLMAP ends a name as it reads a text model: for COLMAP, rename them";
+}
+
 }  // namespace mono_pose_tracker

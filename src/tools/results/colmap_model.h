@@ -20,4 +20,7 @@ void write_map_for_colmap(const std::string& folder, const CameraParameters& cam
                           const std::vector<PosedFrame>& trajectory,
                           const std::map<std::int64_t, std::string>& names, const PixelChange& changed);
 
+/// What COLMAP makes of the names when it reads the model; empty: what they are.
+std::string doubt_of_names(const std::map<std::int64_t, std::string>& names);
+
 }  // namespace mono_pose_tracker

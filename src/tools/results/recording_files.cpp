@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <functional>
+#include <map>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -28,10 +29,11 @@ void write_into(const fs::path& path, const cv::Mat& image) {
   write_image(path.string(), image);
 }
 
+// Until the recording is interrupted.
 void for_each_image(const Recording& recording, const RecordingResult& result,
                     const std::function<void(std::int64_t, const SourceImage&)>& visit) {
   const std::unique_ptr<ImageSource> source = recording.open();
-  for (std::int64_t index = 0; index < result.frames_total;) {
+  for (std::int64_t index = 0; index < result.frames_total && !recording.interrupted();) {
     const SourceImage image = source->next();
     if (image.kind == SourceImage::Kind::kEnd) return;
     if (image.kind == SourceImage::Kind::kImage) visit(index++, image);
@@ -107,7 +109,6 @@ void outline_masks(const Recording& recording, const RecordingResult& result, co
     several.clear();
   };
   for_each_image(recording, result, [&](std::int64_t index, const SourceImage& image) {
-    if (recording.interrupted()) return;
     several.push_back({index, image.image, masks->mask(index)});
     if (several.size() >= 4 * static_cast<std::size_t>(recording.threads)) outline();
   });
@@ -137,8 +138,9 @@ void write_frames(const fs::path& folder, const Recording& recording, const Reco
 void write_undistorted(const fs::path& folder, const CameraModel& camera, const Recording& recording,
                        const RecordingResult& result, const MaskRecord& masks, const Map& map) {
   const Undistorter undistorter(camera);
-  std::set<std::int64_t> posed;
-  for (const PosedFrame& frame : result.trajectory) posed.insert(frame.index);
+  std::map<std::int64_t, PosedFrame> posed;
+  for (const PosedFrame& frame : result.trajectory) posed[frame.index] = frame;
+  std::vector<PosedFrame> written;
   // Amid outlines of an object an image without one would bring in all that lies behind. Of masks that were
   // given none means that nothing is to be ignored.
   const bool are_of_object = !recording.masks && most_have(masks, result);
@@ -152,9 +154,10 @@ void write_undistorted(const fs::path& folder, const CameraModel& camera, const 
     write_into(folder / "masks" / (name + ".png"), undistorter.mask(mask));
     pairs += name + "\n__auto__, 20\n";
     fused += name + "\n";
+    written.push_back(posed.at(index));
   });
-  write_map_for_colmap((folder / "sparse").string(), undistorter.camera(), map, result.trajectory,
-                       result.names, [&](const Eigen::Vector2d& pixel) { return undistorter.pixel(pixel); });
+  write_map_for_colmap((folder / "sparse").string(), undistorter.camera(), map, written, result.names,
+                       [&](const Eigen::Vector2d& pixel) { return undistorter.pixel(pixel); });
   for (const char* part : {"depth_maps", "normal_maps", "consistency_graphs"}) {
     make_folder(folder / "stereo" / part);
   }

@@ -15,9 +15,11 @@ namespace mono_pose_tracker {
 void write_results(const std::filesystem::path& output, const CameraParameters& camera,
                    const RecordingResult& result, const std::vector<StampedPose>& reference);
 
+// These end early, each file of them whole, once the recording is interrupted.
+
 /// The masks in force, where the tracker has found them by what moves, cut down to the body's outline; frames
 /// without one get it where something was seen to move otherwise than the map, or most of the others have
-/// one. Not once the recording is interrupted. The same on any number of threads.
+/// one. The same on any number of threads.
 void outline_masks(const Recording& recording, const RecordingResult& result, const CameraModel& camera,
                    MaskRecord* masks);
 
