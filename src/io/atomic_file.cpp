@@ -27,8 +27,7 @@ std::string make_part(const std::string& path) {
   static std::atomic<unsigned> count{0};
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   for (;;) {
-    const std::string name =
-        folder / ("." + std::to_string(getpid()) + "_" + std::to_string(count++) + ".part");
+    std::string name = folder / ("." + std::to_string(getpid()) + "_" + std::to_string(count++) + ".part");
     const int file = open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (file >= 0) {
       close(file);

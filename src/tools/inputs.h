@@ -10,8 +10,8 @@ namespace mono_pose_tracker {
 /// The path in full, links followed as far as there is something: one file, one text.
 inline std::string followed(const std::filesystem::path& path) {
   std::error_code error;
-  const std::filesystem::path whole =
-      std::filesystem::weakly_canonical(std::filesystem::absolute(path), error);
+  std::filesystem::path whole = std::filesystem::absolute(path, error);
+  if (!error) whole = std::filesystem::weakly_canonical(whole, error);
   return (error ? path.lexically_normal() : whole).string();
 }
 
@@ -21,16 +21,6 @@ class Inputs {
   /// Empty paths name nothing.
   void add(const std::filesystem::path& path) {
     if (!path.empty()) paths_.insert(followed(path));
-  }
-
-  /// The folder with all the files in it; no folder: nothing more than add.
-  void add_folder(const std::filesystem::path& folder) {
-    add(folder);
-    std::error_code error;
-    for (std::filesystem::recursive_directory_iterator entry(folder, error), end; !error && entry != end;
-         entry.increment(error)) {
-      add(entry->path());
-    }
   }
 
   /// Throws std::runtime_error when the path is, links followed, one of them.

@@ -181,10 +181,11 @@ void check_outputs(const Arguments& a, const TrackerOptions& options) {
        {a.images, a.video, a.bag, a.camera, a.config, a.reference, options.segmentation.background_image}) {
     inputs.add(path);
   }
-  inputs.add_folder(a.masks);
-  if (a.map != a.save_map) inputs.add(a.map);  // a map may be gone on in, and kept where it was
+  // A map may be gone on in, and kept where it was.
+  if (followed(a.map) != followed(a.save_map)) inputs.add(a.map);
   const std::vector<ImageFile> images = a.images.empty() ? std::vector<ImageFile>() : image_files(a.images);
   for (const ImageFile& image : images) inputs.add(image.path);
+  if (!a.masks.empty()) add_masks(a.masks, images, &inputs);
   const Outputs outputs = {a.output,      a.save_map,     a.write_masks,
                            a.undistorted, a.write_frames, a.refine_camera || a.hfov};
   refuse_to_overwrite(inputs, images, outputs);
@@ -387,8 +388,8 @@ void write_all(const Arguments& a, const TrackerOptions& options, const Recordin
     failure = std::current_exception();
     result.problems.push_back(e.what());
   }
-  if (recording.interrupted()) {
-    result.warnings.push_back("interrupted while files were written: masks or images are missing");
+  if (recording.interrupted() && (a.undistorted || a.write_frames || !a.write_masks.empty())) {
+    result.warnings.push_back("interrupted while files were written: masks or images may be missing");
     tell("warning: ", {result.warnings.back()});
   }
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;

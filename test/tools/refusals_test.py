@@ -147,6 +147,12 @@ class Refusals(RunsOfARoom):
         said = self.refusal("--bag", os.path.join(self.sequence, "sequence.bag"), "--write-frames", "--masks",
                             os.path.join(output, "frames"), "--output", output)
         self.assertIn("000000.png: would be written over", said)
+        # What else is below the folder of the masks is none of them.
+        with open(self.path("report.json"), "w"):
+            pass
+        result = run_program("track_sequence", "--images", self.list, "--camera", self.camera, "--max-frames", "1", "--masks",
+                             self.folder.name, "--output", self.folder.name, "--write-masks", self.path("written"))
+        self.assertEqual(result.returncode, 1, result.stderr)  # one image makes no map
 
     def test_outputs_do_not_write_over_each_other(self):
         output = self.path("out")

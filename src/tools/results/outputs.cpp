@@ -1,5 +1,6 @@
 #include "outputs.h"
 
+#include <set>
 #include <stdexcept>
 #include <string>
 
@@ -65,19 +66,39 @@ void add_undistorted(const fs::path& folder, const std::vector<std::string>& nam
   }
 }
 
-void add_masks(const fs::path& folder, const std::vector<std::string>& names, WrittenFiles* files) {
+void add_written_masks(const fs::path& folder, const std::vector<std::string>& names, WrittenFiles* files) {
   for (const std::string& name : names) {
     files->add(folder / fs::path(name).replace_extension(".png"), "--write-masks");
     files->add(folder / (name + ".png"), "--write-masks");
   }
 }
 
-}  // namespace
-
-void refuse_to_overwrite(const Inputs& inputs, const std::vector<ImageFile>& images, const Outputs& outputs) {
+std::vector<std::string> names_of(const std::vector<ImageFile>& images) {
   std::vector<std::string> names;
   for (const ImageFile& image : images) names.push_back(image.name);
   if (images.empty()) names = {"000000.png"};  // where one frame goes the others go
+  return names;
+}
+
+}  // namespace
+
+void add_masks(const fs::path& folder, const std::vector<ImageFile>& images, Inputs* inputs) {
+  inputs->add(folder);
+  std::set<std::string> wanted;
+  for (const std::string& name : names_of(images)) {
+    const fs::path stem = fs::path(name).replace_extension();
+    wanted.insert({stem.string(), stem.filename().string()});
+  }
+  std::error_code error;
+  for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    fs::path name = entry->path().lexically_relative(folder);
+    if (wanted.count(name.replace_extension().string()) > 0) inputs->add(entry->path());
+  }
+}
+
+void refuse_to_overwrite(const Inputs& inputs, const std::vector<ImageFile>& images, const Outputs& outputs) {
+  const std::vector<std::string> names = names_of(images);
   WrittenFiles files(inputs);
   add_results(outputs, &files);
   files.add(outputs.map, "--save-map");
@@ -86,7 +107,7 @@ void refuse_to_overwrite(const Inputs& inputs, const std::vector<ImageFile>& ima
   }
   if (outputs.undistorted) add_undistorted(outputs.folder / "undistorted", names, &files);
   inputs.refuse_to_overwrite(outputs.masks);
-  if (!outputs.masks.empty()) add_masks(outputs.masks, names, &files);
+  if (!outputs.masks.empty()) add_written_masks(outputs.masks, names, &files);
 }
 
 void require_writable(const Outputs& outputs) {

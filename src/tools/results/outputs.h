@@ -14,6 +14,10 @@ struct Outputs {
   bool undistorted = false, frames = false, refined_camera = false;  // in the folder
 };
 
+/// The masks in the folder that belong to the images (none: frames of a video or bag): of what else is below
+/// it nothing is read.
+void add_masks(const std::filesystem::path& folder, const std::vector<ImageFile>& images, Inputs* inputs);
+
 /// Throws std::runtime_error naming the path when anything of the outputs is one of the inputs, or what
 /// another of the options writes. `images`: none: frames of a video or bag.
 void refuse_to_overwrite(const Inputs& inputs, const std::vector<ImageFile>& images, const Outputs& outputs);
