@@ -1,19 +1,15 @@
 // Tracks every frame of a recording and writes its poses and its map.
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <deque>
 #include <exception>
 #include <filesystem>
-#include <iostream>
-#include <map>
 #include <opencv2/core/utility.hpp>
 #include <optional>
 #include <stdexcept>
-#include <thread>
 
 #include "command_line.h"
 #include "end_on_signals.h"
@@ -34,69 +30,12 @@
 #include "results/outputs.h"
 #include "results/recording_files.h"
 #include "results/report.h"
+#include "track_sequence_arguments.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 using namespace mono_pose_tracker;
-
-struct Arguments {
-  std::string images, video, bag, image_topic, camera_info_topic;
-  std::string camera, config, masks, output, write_masks, reference, map, save_map;
-  bool localize_only = false;
-  std::optional<double> hfov;
-  bool undistorted = false, write_frames = false, refine_camera = false;
-  std::optional<std::uint64_t> seed;
-  std::int64_t max_frames = -1;
-  int threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1u));
-  bool quiet = false;
-};
-
-void declare(CLI::App& app, Arguments& a) {
-  auto* images =
-      app.add_option("--images", a.images, "folder of images, or a list of `timestamp path` lines");
-  auto* video = app.add_option("--video", a.video, "video file")->excludes(images);
-  auto* bag = app.add_option("--bag", a.bag, "bag file")->excludes(images)->excludes(video);
-  app.add_option("--image-topic", a.image_topic, "of the bag [its only one]")->needs(bag);
-  app.add_option("--camera-info-topic", a.camera_info_topic, "of the bag [beside the images]")->needs(bag);
-  auto* camera = app.add_option("--camera", a.camera, "calibration, the YAML that camera_calibration writes");
-  app.add_option(
-         "--hfov", a.hfov,
-         "in place of a calibration: degrees that the images span from left to right, a guess that is "
-         "refined as --refine-camera does (not with --map)")
-      ->excludes(camera)
-      ->check(number_between(kMinHfovDeg, kMaxHfovDeg));
-  app.add_flag("--refine-camera", a.refine_camera,
-               "find focal length, principal point and distortion as far as the motion tells them: the "
-               "recording is tracked several times; writes camera_refined.yaml");
-  app.add_option("--output", a.output, "folder to write to (made when missing)")->required();
-  app.add_option("--config", a.config, "tracker.yaml: options, see config/default.yaml");
-  app.add_option("--masks", a.masks, "folder of masks with the images' base names, 0 = ignore");
-  app.add_option(
-      "--write-masks", a.write_masks,
-      "folder to write masks to: what was taken for the object, outlined where no masks are given");
-  app.add_flag(
-      "--undistorted", a.undistorted,
-      "undistorted images and masks for dense reconstruction, in the folder undistorted of the output");
-  app.add_flag("--write-frames", a.write_frames,
-               "the images of a video or bag, in the folder frames of the output, named as in colmap")
-      ->excludes(images);
-  app.add_option("--reference", a.reference, "true trajectory (TUM lines), drawn into overview.png");
-  auto* map = app.add_option("--map", a.map, "go on in a saved map, which may be another camera's")
-                  ->excludes(app.get_option("--refine-camera"));
-  auto* localize = app.add_flag("--localize-only", a.localize_only,
-                                "poses in the saved map only: it is not changed, and none is begun")
-                       ->needs(map);
-  app.add_option("--save-map", a.save_map, "file to write the map to, to go on in it another time")
-      ->excludes(localize);
-  app.add_option("--seed", a.seed, "of all random choices [0]")->check(whole_number(0));
-  app.add_option("--threads", a.threads,
-                 "the same results for any number, sooner [all cores]; sift/num_threads and "
-                 "bundle/num_threads are not heeded")
-      ->check(CLI::Range(1, 256));
-  app.add_option("--max-frames", a.max_frames, "stop after so many images")->check(whole_number(1));
-  app.add_flag("--quiet", a.quiet, "say nothing but errors");
-}
 
 // Progress: a bar on a terminal, plain lines elsewhere.
 class Progress {
@@ -374,10 +313,10 @@ void write_files(const Arguments& a, const Recording& recording, const Calibrati
 }
 
 // Also the report, whatever becomes of the other files. What interrupts the recording from now on leaves out
-// images that are not written yet.
-void write_all(const Arguments& a, const TrackerOptions& options, const Recording& recording,
-               const Calibration& calibration, const std::vector<StampedPose>& reference,
-               std::chrono::steady_clock::time_point start, Run* run) {
+// images that are not written yet. The seconds that all took.
+double write_all(const Arguments& a, const TrackerOptions& options, const Recording& recording,
+                 const Calibration& calibration, const std::vector<StampedPose>& reference,
+                 std::chrono::steady_clock::time_point start, Run* run) {
   RecordingResult& result = run->result;
   const bool outlined =
       signals_caught == 0 && are_to_be_outlined(a, recording, result, options.segmentation.method);
@@ -396,6 +335,7 @@ void write_all(const Arguments& a, const TrackerOptions& options, const Recordin
   write_report((fs::path(a.output) / "report.json").string(), result, run->tracker->map(), run->masks,
                calibration, options.seed, wall.count());
   if (failure) std::rethrow_exception(failure);
+  return wall.count();
 }
 
 int run(const Arguments& a) {
@@ -435,7 +375,7 @@ int run(const Arguments& a) {
   tell("warning: ", result.warnings);
   end_on_signals();  // one that came while images were tracked has had its effect
   recording.interrupted = [before = int{signals_caught}] { return signals_caught > before; };
-  write_all(a, options, recording, calibration, reference, start, &run);
+  const double seconds = write_all(a, options, recording, calibration, reference, start, &run);
   if (!result.tracked) {
     std::fprintf(stderr, "%s: %s\n", a.localize_only ? "no image could be posed" : "no map could be made",
                  result.reason.c_str());
@@ -443,12 +383,10 @@ int run(const Arguments& a) {
   }
   if (!a.quiet) {
     const Map& map = run.tracker->map();
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     std::printf("%zu of %ld images posed (%ld as they came), %zu keyframes, %zu points, %.1f s%s: %s\n",
                 result.trajectory.size(), static_cast<long>(result.frames_total),
                 static_cast<long>(result.frames_posed_live), map.keyframes().size(), map.landmarks().size(),
-                seconds.count(), result.unconfirmed ? " (two views only: unconfirmed)" : "",
-                a.output.c_str());
+                seconds, result.unconfirmed ? " (two views only: unconfirmed)" : "", a.output.c_str());
   }
   return end_status(0);
 }

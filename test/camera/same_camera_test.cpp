@@ -2,22 +2,19 @@
 
 #include <gtest/gtest.h>
 
+#include "support/plain_camera.h"
+
 namespace mono_pose_tracker {
 namespace {
 
-CameraParameters wide_camera() {
-  CameraParameters camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 400;
-  camera.cx = 320;
-  camera.cy = 240;
+CameraParameters distorting_camera() {
+  CameraParameters camera = plain_camera().parameters();
   camera.distortion = {-0.2, 0.05, 0, 0, 0};
   return camera;
 }
 
 TEST(SameCamera, WhatMovesNoPixelIsRounding) {
-  const CameraParameters camera = wide_camera();
+  const CameraParameters camera = distorting_camera();
   CameraParameters rounded = camera;
   rounded.fx += 1e-4;
   rounded.cy -= 1e-4;
@@ -28,7 +25,7 @@ TEST(SameCamera, WhatMovesNoPixelIsRounding) {
 }
 
 TEST(SameCamera, WhatMovesOneIsNot) {
-  const CameraParameters camera = wide_camera();
+  const CameraParameters camera = distorting_camera();
   const auto expect_other = [&](void (*change)(CameraParameters*)) {
     CameraParameters other = camera;
     change(&other);
@@ -42,7 +39,7 @@ TEST(SameCamera, WhatMovesOneIsNot) {
 }
 
 TEST(SameCamera, AModelThatDistortsNothingIsNone) {
-  CameraParameters camera = wide_camera(), other = camera;
+  CameraParameters camera = distorting_camera(), other = camera;
   camera.distortion.clear();
   other.distortion_model = "rational_polynomial";
   other.distortion.assign(8, 0.0);

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "command_line.h"
+#include "mono_pose_tracker/camera/camera_guess.h"
+
+namespace mono_pose_tracker {
+
+/// As the command line has them; those that were not given are empty.
+struct Arguments {
+  std::string images, video, bag, image_topic, camera_info_topic;
+  std::string camera, config, masks, output, write_masks, reference, map, save_map;
+  bool localize_only = false;
+  std::optional<double> hfov;
+  bool undistorted = false, write_frames = false, refine_camera = false;
+  std::optional<std::uint64_t> seed;
+  std::int64_t max_frames = -1;
+  int threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1u));
+  bool quiet = false;
+};
+
+inline void declare(CLI::App& app, Arguments& a) {
+  auto* images =
+      app.add_option("--images", a.images, "folder of images, or a list of `timestamp path` lines");
+  auto* video = app.add_option("--video", a.video, "video file")->excludes(images);
+  auto* bag = app.add_option("--bag", a.bag, "bag file")->excludes(images)->excludes(video);
+  app.add_option("--image-topic", a.image_topic, "of the bag [its only one]")->needs(bag);
+  app.add_option("--camera-info-topic", a.camera_info_topic, "of the bag [beside the images]")->needs(bag);
+  auto* camera = app.add_option("--camera", a.camera, "calibration, the YAML that camera_calibration writes");
+  app.add_option(
+         "--hfov", a.hfov,
+         "in place of a calibration: degrees that the images span from left to right, a guess that is "
+         "refined as --refine-camera does (not with --map)")
+      ->excludes(camera)
+      ->check(number_between(kMinHfovDeg, kMaxHfovDeg));
+  app.add_flag("--refine-camera", a.refine_camera,
+               "find focal length, principal point and distortion as far as the motion tells them: the "
+               "recording is tracked several times; writes camera_refined.yaml");
+  app.add_option("--output", a.output, "folder to write to (made when missing)")->required();
+  app.add_option("--config", a.config, "tracker.yaml: options, see config/default.yaml");
+  app.add_option("--masks", a.masks, "folder of masks with the images' base names, 0 = ignore");
+  app.add_option(
+      "--write-masks", a.write_masks,
+      "folder to write masks to: what was taken for the object, outlined where no masks are given");
+  app.add_flag(
+      "--undistorted", a.undistorted,
+      "undistorted images and masks for dense reconstruction, in the folder undistorted of the output");
+  app.add_flag("--write-frames", a.write_frames,
+               "the images of a video or bag, in the folder frames of the output, named as in colmap")
+      ->excludes(images);
+  app.add_option("--reference", a.reference, "true trajectory (TUM lines), drawn into overview.png");
+  auto* map = app.add_option("--map", a.map, "go on in a saved map, which may be another camera's")
+                  ->excludes(app.get_option("--refine-camera"));
+  auto* localize = app.add_flag("--localize-only", a.localize_only,
+                                "poses in the saved map only: it is not changed, and none is begun")
+                       ->needs(map);
+  app.add_option("--save-map", a.save_map, "file to write the map to, to go on in it another time")
+      ->excludes(localize);
+  app.add_option("--seed", a.seed, "of all random choices [0]")->check(whole_number(0));
+  app.add_option("--threads", a.threads,
+                 "the same results for any number, sooner [all cores]; sift/num_threads and "
+                 "bundle/num_threads are not heeded")
+      ->check(CLI::Range(1, 256));
+  app.add_option("--max-frames", a.max_frames, "stop after so many images")->check(whole_number(1));
+  app.add_flag("--quiet", a.quiet, "say nothing but errors");
+}
+
+}  // namespace mono_pose_tracker
