@@ -88,7 +88,7 @@ sensor_msgs::CameraInfo to_camera_info(const CameraParameters& camera) {
 }
 
 std::string calibration_file(const std::string& url) {
-  const std::string path = expand_path(url);
+  std::string path = expand_path(url);
   std::error_code ignored;
   const std::filesystem::file_status status = std::filesystem::status(path, ignored);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {

@@ -51,7 +51,7 @@ std::string TrackerNodelet::path_parameter(const std::string& name, const std::s
 }
 
 std::string TrackerNodelet::path_to_replace(const std::string& name, const std::string& at_start) {
-  const std::string path = path_parameter(name, at_start);
+  std::string path = path_parameter(name, at_start);
   const std::string problem = one_file_problem(name, path, "trajectory_file", parameters_.trajectory_file);
   if (!problem.empty()) throw std::runtime_error(problem);
   return path;
