@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "known_scene.h"
 
@@ -47,6 +50,56 @@ TEST(EpipolarMatcher, TheGeometryTellsTwinsApart) {
   for (const Match& m : matches) wrong += scene.point_of[0][m.first] != scene.point_of[1][m.second];
   EXPECT_GT(matches.size(), 0.8 * count_seen_by_both(scene));
   EXPECT_LT(wrong, 0.05 * matches.size()) << "a twin that is alone near the line, its own point out of view";
+}
+
+// Descriptors of which any two are about as far apart as two of one leaf's, .36, however little they have to
+// do with each other.
+void make_look_alike(KnownScene* scene) {
+  cv::Mat& descriptors = scene->scene.descriptors;
+  for (int i = 0; i < descriptors.rows; ++i) {
+    for (int k = 0; k < descriptors.cols; ++k) {
+      descriptors.at<std::uint8_t>(i, k) = static_cast<std::uint8_t>(30 + scene->random.index(40));
+    }
+  }
+}
+
+/// The keyframe with the features of these points only.
+template <typename Wanted>
+Keyframe keyframe_of(KnownScene& scene, int view, Wanted wanted) {
+  Keyframe result = keyframe(scene, view);
+  std::vector<char> flags;
+  for (const int point : scene.point_of[view]) flags.push_back(wanted(point) ? 1 : 0);
+  result.image = select_features(*result.image, flags, scene.camera.width(), scene.camera.height());
+  result.landmark_of_feature.assign(result.image->size(), kNoLandmark);
+  std::vector<int>& points = scene.point_of[view];
+  points.erase(std::remove_if(points.begin(), points.end(), [&](int p) { return !wanted(p); }), points.end());
+  return result;
+}
+
+TEST(EpipolarMatcher, WhereNothingIsSeenByBothChanceIsNotTaken) {
+  KnownScene scene(1600);
+  make_look_alike(&scene);
+  const Keyframe first = keyframe_of(scene, 0, [](int point) { return point < 800; });
+  const Keyframe second = keyframe_of(scene, 1, [](int point) { return point >= 800; });
+  EpipolarMatchOptions mutual = options();
+  mutual.min_ratio = 1;  // it would leave out most of these, which are as far from one as from another
+  EXPECT_LT(match_along_epipolar_lines(first, second, mutual).size(), 10u);
+  mutual.max_chance_share = 1e9;
+  EXPECT_GT(match_along_epipolar_lines(first, second, mutual).size(), 50u);
+}
+
+TEST(EpipolarMatcher, OfLookAlikesMostAreRight) {
+  KnownScene scene(1600);
+  make_look_alike(&scene);
+  const Keyframe first = keyframe(scene, 0);
+  const Keyframe second = keyframe_of(scene, 1, [](int point) { return point % 2 == 0 || point > 1000; });
+  EpipolarMatchOptions mutual = options();
+  mutual.min_ratio = 1;
+  const std::vector<Match> matches = match_along_epipolar_lines(first, second, mutual);
+  int wrong = 0;
+  for (const Match& m : matches) wrong += scene.point_of[0][m.first] != scene.point_of[1][m.second];
+  EXPECT_GT(matches.size(), 0.8 * count_seen_by_both(scene));
+  EXPECT_LT(wrong, 0.3 * matches.size()) << "a fifth is asked for, by chance it may be more";
 }
 
 TEST(EpipolarMatcher, LeavesFeaturesThatSeeALandmark) {
