@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "astray_pose.h"
 #include "depth_jump.h"
 #include "epipolar_matcher.h"
 #include "fixed_in_image.h"
@@ -152,6 +153,7 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   for (const FrameObservation& o : candidate.observations) map_.add_observation(o.landmark, id, o.feature);
   {
     const StageTimer timer(stages_, "map_match");
+    set_pose_right(id);
     separate_motions(id);
     leave_out_fixed(id);
     const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
@@ -183,6 +185,14 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   if (options_.watches_rigidity && waiting == 0) watch_.ask(map_, camera_, options_.matching);
   if (waiting == 0 && !is_cancelled()) join_where_met(map_.keyframes().rbegin()->first);
   publish();
+}
+
+// By the latest that it shares landmarks with. Where another body may move before the camera, its motion is
+// no other pose.
+void Mapper::set_pose_right(KeyframeId id) {
+  if (options_.separates_motions || is_cancelled()) return;
+  const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
+  if (!near.empty()) correct_astray_pose(options_, id, *std::max_element(near.begin(), near.end()), &map_);
 }
 
 // What moves as one, but not with the body, in the keyframe and one before it is no part of the map, now or

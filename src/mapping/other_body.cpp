@@ -39,6 +39,10 @@ double turn_of(const Bearings& bearings1, const Bearings& bearings2) {
 
 void compare(const PosedImage& first, const PosedImage& second, const PairMotions& pair, OtherBody* body) {
   ++body->pairs;
+  body->matches += static_cast<long>(pair.matches.size());
+  body->obeying += std::count_if(pair.obeyed.begin(), pair.obeyed.end(), [](ObeyedMotion motion) {
+    return motion == ObeyedMotion::kBody || motion == ObeyedMotion::kBoth;
+  });
   if (!pair.has_other) return;
   ++body->other_pairs;
   body->map_turn += turn_between(first, second, pair, ObeyedMotion::kBody);

@@ -92,8 +92,9 @@ PairMotions compare_motions(const PosedImage& first, const PosedImage& second, c
   const RelativePoseReport rest = fit_the_rest(pair.matches, of_body, set1, set2, ransac);
   pair.has_other = rest.success;
   if (!rest.success) return pair;
+  pair.other_second_from_first = rest.hypotheses[0].second_from_first;
   const std::vector<char> of_other =
-      agree_with(pair.matches, set1, set2, rest.hypotheses[0].second_from_first, limit);
+      agree_with(pair.matches, set1, set2, pair.other_second_from_first, limit);
   for (std::size_t i = 0; i < pair.matches.size(); ++i) {
     if (of_other[i]) pair.obeyed[i] = of_body[i] ? Motion::kBoth : Motion::kOther;
   }

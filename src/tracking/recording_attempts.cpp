@@ -57,13 +57,25 @@ int objections(const RecordingResult& result) {
          map.collapse.is_one() + map.is_of_other_body + map.shows_background + !map.seam.holds();
 }
 
-// Of two results in doubt, as long at least: less speaks against it, or as much and its depths are surer.
+// By a twentieth, as what of its images a map explains is drawn from some thousand matches: good to a few
+// hundredths.
+bool explains_more(const RecordingResult& result, const RecordingResult& before) {
+  constexpr double kPlainly = 1.05;
+  const auto explained = [](const RecordingResult& r) {
+    return static_cast<double>(r.trajectory.size()) * r.maps.front().other_body.explained();
+  };
+  return explained(result) > kPlainly * explained(before);
+}
+
+// Of two results in doubt, as long at least: less speaks against it, or as much and its depths are surer, or
+// it explains more of the recording.
 bool is_less_doubtful(const RecordingResult& result, const RecordingResult& before) {
   if (!result.tracked || result.trajectory.size() < before.trajectory.size()) return false;
   const int now = objections(result), then = objections(before);
   const FinishedMap &map = result.maps.front(), &map_before = before.maps.front();
-  return now < then ||
-         (now == then && !map_before.is_depth_sure() && map.depth_evidence > map_before.depth_evidence);
+  if (now != then) return now < then;
+  if (!map_before.is_depth_sure()) return map.depth_evidence > map_before.depth_evidence;
+  return map.is_depth_sure() && explains_more(result, before);
 }
 
 // What takes the place of another must be better founded, or as well and longer. By masks of what moves, most

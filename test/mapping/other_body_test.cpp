@@ -29,6 +29,12 @@ TEST_F(OtherBodyTest, TheRoomBehindAMapOfTheHeadTurnsLess) {
 
 TEST_F(OtherBodyTest, OneBodyHasNoOther) { EXPECT_FALSE(find(map_with(true, 200, 0)).exists()); }
 
+TEST_F(OtherBodyTest, AMapExplainsWhatItIsOf) {
+  EXPECT_GT(find(map_with(true, 200, 0)).explained(), 0.95);
+  EXPECT_NEAR(find(map_with(true, 150, 200)).explained(), 150.0 / 350, 0.2);
+  EXPECT_EQ(OtherBody().explained(), 0);
+}
+
 TEST_F(OtherBodyTest, ASampleTellsItAsWell) {
   Map map = map_with(true, 150, 200);
   const OtherBody sample = sample_other_body(map, MatchOptions(), ransac(), 1);

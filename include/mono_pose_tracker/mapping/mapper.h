@@ -120,6 +120,7 @@ class Mapper {
   void count(const BundleReport& report) { failed_adjustments_ += report.failed; }
   void post_correction(const KeyframeChanges& changes);
   void add_correction(MapCorrection correction);
+  void set_pose_right(KeyframeId id);
   void separate_motions(KeyframeId id);
   void leave_out_fixed(KeyframeId id);
   void watch_background(const InitialMap& initial);

@@ -21,6 +21,7 @@ struct BodyTrack {
 /// shoulders that the map is of, or the shoulders below it, or the room behind.
 struct OtherBody {
   int pairs = 0, other_pairs = 0;  // of keyframes: compared; with a second motion in them
+  long matches = 0, obeying = 0;   // of these pairs, by descriptors alone; those that the map's poses explain
   /// How far the two turn before the camera between the keyframes that show both, summed (rad, about a third
   /// of the angle): movement within the body that no rotation of the camera explains, by the body's size.
   /// Where in the image a body is seen, and how far it went, says nothing: a background behind a camera in
@@ -32,6 +33,10 @@ struct OtherBody {
   bool exists() const { return other_pairs > 0 && 4 * other_pairs >= pairs; }
   /// Of the tracks.
   double share() const;
+  /// Of the matches: how much of what its images show the map explains.
+  double explained() const {
+    return matches > 0 ? static_cast<double>(obeying) / static_cast<double>(matches) : 0;
+  }
   /// Whoever looks at the images may well have meant it.
   bool is_comparable() const { return exists() && share() > 0.25; }
   /// Than the map's body: by half as much again, as the measure is good to a tenth or two.

@@ -31,6 +31,7 @@ struct PairMotions {
   bool has_other = false;
   std::vector<Match> matches;
   std::vector<ObeyedMotion> obeyed;  // one a match
+  Rigid3 other_second_from_first;    // the second motion, where there is one; its translation has length 1
 };
 
 /// An image and where it was taken from, as a map says.
