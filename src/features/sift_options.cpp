@@ -36,7 +36,7 @@ void SiftOptions::validate() const {
   check_range("octave_layers", octave_layers, 1, 10);
   if (sigma) check_range("sigma", *sigma, 0.6f, 10.0f);
   check_range("min_features", min_features, 0, 1000000);
-  check_range("num_threads", num_threads, 1, 256);
+  check_range("num_threads", num_threads, 0, 64);
 }
 
 std::unique_ptr<FeatureExtractor> make_sift_extractor(const SiftOptions& options) {

@@ -20,10 +20,15 @@ namespace {
 // points.
 constexpr float kLowestContrastShare = 0.25f;
 
+SiftOptions with_threads(SiftOptions options) {
+  options.num_threads = std::max(options.num_threads, 1);
+  return options;
+}
+
 class OwnSift : public FeatureExtractor {
  public:
   explicit OwnSift(const SiftOptions& options)
-      : options_(options), space_(options, SiftScale()), finder_(options) {}
+      : options_(with_threads(options)), space_(options_, SiftScale()), finder_(options_) {}
 
   void prepare(const cv::Mat& gray) override {
     check_images(gray, cv::Mat());

@@ -79,11 +79,13 @@ void ScaleSpace::build(const cv::Mat& gray) {
 
 void ScaleSpace::build_base(const cv::Mat& gray) {
   input_.resize(gray.cols, gray.rows);
-  for (int y = 0; y < gray.rows; ++y) {
-    const std::uint8_t* from = gray.ptr<std::uint8_t>(y);
-    float* to = input_.row(y);
-    for (int x = 0; x < gray.cols; ++x) to[x] = static_cast<float>(from[x]) * (1.0f / 255.0f);
-  }
+  for_parts(gray.rows, options_.num_threads, [&](int, int begin, int end) {
+    for (int y = begin; y < end; ++y) {
+      const std::uint8_t* from = gray.ptr<std::uint8_t>(y);
+      float* to = input_.row(y);
+      for (int x = 0; x < gray.cols; ++x) to[x] = static_cast<float>(from[x]) * (1.0f / 255.0f);
+    }
+  });
   if (scale_.first_octave < 0) {
     build_doubled_base(&planes_[0]);
     return;
@@ -106,9 +108,13 @@ void ScaleSpace::build_doubled_base(Plane* base) {
 void ScaleSpace::halve_input(const PairKernel& kernel) {
   blur(input_, kernel, 2, &smoothed_);
   input_.resize((smoothed_.width() + 1) / 2, smoothed_.height());
-  for (int y = 0; y < input_.height(); ++y) {
-    for (int x = 0; x < input_.width(); ++x) input_.row(y)[x] = smoothed_.row(y)[2 * x];
-  }
+  for_parts(input_.height(), options_.num_threads, [&](int, int begin, int end) {
+    for (int y = begin; y < end; ++y) {
+      const float* from = smoothed_.row(y);
+      float* to = input_.row(y);
+      for (int x = 0; x < input_.width(); ++x) to[x] = from[2 * x];
+    }
+  });
 }
 
 // Row y of the output is row y * row_step of the input, blurred.

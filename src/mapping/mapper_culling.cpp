@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <set>
 #include <vector>
 
@@ -18,6 +19,10 @@ namespace {
 // Of a capped map: a keyframe each half second for twelve minutes, which is as long as the tracker keeps
 // the poses of frames at 30 Hz. Every snapshot has them all.
 constexpr std::size_t kMostRemovedKeyframes = 1500;
+
+// A capped map is asked for its least useful keyframes when it is full, which takes as long as it is large:
+// then room is made for a fiftieth of it.
+constexpr std::size_t kRoomMadeAtOnce = 50;
 
 // Share of the keyframe's landmarks that it is not needed for: at least three others see them, on the same
 // scale or a finer one (Mur-Artal et al., ORB-SLAM, 2015). 1 when it sees none.
@@ -38,6 +43,13 @@ double redundant_share(const Map& map, const Keyframe& keyframe) {
     redundant += others >= kOthers;
   }
   return all == 0 ? 1 : static_cast<double>(redundant) / all;
+}
+
+// The earliest of equals.
+KeyframeId most_redundant(const std::map<KeyframeId, double>& shares) {
+  return std::max_element(shares.begin(), shares.end(),
+                          [](const auto& a, const auto& b) { return a.second < b.second; })
+      ->first;
 }
 
 }  // namespace
@@ -117,16 +129,20 @@ void Mapper::cap_keyframes(KeyframeId newest) {
   for (const KeyframeId id : neighbors(newest, window)) spared.insert(id);
   auto first = map_.keyframes().begin();
   for (int i = 0; i < 2; ++i) spared.insert((first++)->first);
-  while (map_.keyframes().size() > most) {
-    double most_redundant = -1;
-    KeyframeId least_useful = newest;
-    for (const auto& [id, keyframe] : map_.keyframes()) {
-      if (spared.count(id)) continue;
-      const double share = redundant_share(map_, keyframe);
-      if (share > most_redundant) most_redundant = share, least_useful = id;
-    }
-    if (least_useful == newest) return;
+  std::map<KeyframeId, double> shares;
+  for (const auto& [id, keyframe] : map_.keyframes()) {
+    if (!spared.count(id)) shares[id] = redundant_share(map_, keyframe);
+  }
+  const std::size_t kept = most - most / kRoomMadeAtOnce;
+  while (map_.keyframes().size() > kept && !shares.empty()) {
+    const KeyframeId least_useful = most_redundant(shares);
+    const auto affected = map_.covisible(least_useful);
     remove_keyframe(least_useful);
+    shares.erase(least_useful);
+    for (const auto& entry : affected) {
+      const auto share = shares.find(entry.first);
+      if (share != shares.end()) share->second = redundant_share(map_, *map_.keyframe(entry.first));
+    }
   }
   // Frames of the last minutes ride on those.
   map_.forget_removed_keyframes(kMostRemovedKeyframes);

@@ -144,7 +144,7 @@ std::vector<OptionEntry> option_table(TrackerOptions* o) {
       {"sift/sigma", &o->sift.sigma, 0.6, 10, {}},
       {"sift/root_sift", &o->sift.root_sift, 0, 1, {}},
       {"sift/min_features", &o->sift.min_features, 0, 1e6, {}},
-      {"sift/num_threads", &o->sift.num_threads, 1, 64, {}},
+      {"sift/num_threads", &o->sift.num_threads, 0, 64, {}},
       {"matching/min_ratio", &o->matching.min_ratio, 1, 10, {}},
       {"matching/mutual", &o->matching.mutual, 0, 1, {}},
       {"bootstrap/min_features", &o->bootstrap.min_features, 8, 1e6, {}},

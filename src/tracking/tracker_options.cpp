@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "mono_pose_tracker/tracking/load_governor.h"
@@ -89,6 +90,8 @@ TrackerOptions options_for_images(const TrackerOptions& given, const cv::Size& i
   }
   options.sift.first_octave = scale.first_octave;
   options.sift.sigma = scale.sigma;
+  options.sift.num_threads = choose_sift_threads(given.sift, scale, image, pace,
+                                                 static_cast<int>(std::thread::hardware_concurrency()));
   options.sift.finer_for_small_objects = !is_chosen && !given.sift.sigma && pace == SearchPace::kRecording;
   if (is_chosen) return options;  // whoever chose the octave chose the thresholds with it
   const double pixel = feature_pixel_size(scale);

@@ -58,6 +58,24 @@ TEST(SiftScaleTest, ExplicitValuesWin) {
   EXPECT_FLOAT_EQ(scale.sigma, 2.0f);
 }
 
+TEST(SiftScaleTest, LiveALargeImageIsSearchedByMoreThreads) {
+  const auto threads = [](const cv::Size& size, SearchPace pace, int cores, int chosen = 0) {
+    SiftOptions options;
+    options.num_threads = chosen;
+    return choose_sift_threads(options, choose_sift_scale(options, size, kWholeImage, pace), size, pace,
+                               cores);
+  };
+  EXPECT_EQ(threads({640, 480}, SearchPace::kLive, 4), 1);
+  EXPECT_EQ(threads({752, 480}, SearchPace::kLive, 4), 1);
+  EXPECT_EQ(threads({1280, 720}, SearchPace::kLive, 4), 1) << "by half of its size";
+  EXPECT_EQ(threads({1920, 1080}, SearchPace::kLive, 4), 2);
+  EXPECT_EQ(threads({3840, 2160}, SearchPace::kLive, 4), 2);
+  EXPECT_EQ(threads({3840, 2160}, SearchPace::kLive, 1), 1);
+  EXPECT_EQ(threads({3840, 2160}, SearchPace::kLive, 0), 1) << "not known how many there are";
+  EXPECT_EQ(threads({3840, 2160}, SearchPace::kRecording, 4), 1);
+  EXPECT_EQ(threads({640, 480}, SearchPace::kLive, 2, 3), 3) << "it was chosen";
+}
+
 TEST(SiftScaleTest, FeaturesArePixelsOfTheirOctaveButNeverFinerThanTheImage) {
   EXPECT_EQ(feature_pixel_size({-1, 1.6f}), 1);
   EXPECT_EQ(feature_pixel_size({0, 1.2f}), 1);

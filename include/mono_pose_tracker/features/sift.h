@@ -37,7 +37,9 @@ struct SiftOptions {
   bool finer_for_small_objects = false;
   bool root_sift = true;   // Arandjelovic and Zisserman (2012): Hellinger distance
   int min_features = 800;  // own: the contrast threshold is lowered (to a quarter at most) below this many
-  int num_threads = 1;     // own: the result is the same for any number
+  // own: the result is the same for any number. 0: one, or live as the image's size asks for
+  // (choose_sift_threads).
+  int num_threads = 0;
   CancelFlag cancelled = nullptr;  // own: once it is set, features are no more than what there is so far
 
   /// Throws std::invalid_argument naming key, value and range.

@@ -34,6 +34,11 @@ constexpr double kWholeImage = 0;
 SiftScale choose_sift_scale(const SiftOptions& options, const cv::Size& image, double object_px = kWholeImage,
                             SearchPace pace = SearchPace::kRecording);
 
+/// Threads to search an image with, where options leave that open. Live one for each 640 x 480 px of the
+/// first octave, or a fifth more, on no more than `cores`; a recording's images go side by side, on one each.
+int choose_sift_threads(const SiftOptions& options, const SiftScale& scale, const cv::Size& image,
+                        SearchPace pace, int cores);
+
 /// Input px in one px of the finest features that are searched for, at least 1: what thresholds in px that
 /// stand for the features' noise are to be multiplied with.
 double feature_pixel_size(const SiftScale& scale);
