@@ -24,16 +24,16 @@ struct Observation {
 
 struct Landmark {
   LandmarkId id = kNoLandmark;
-  Eigen::Vector3d x_in_map = Eigen::Vector3d::Zero();
-  std::vector<Observation> observations;  // by keyframe, at most one for each
-  KeyframeId created_by = -1;             // the keyframe that was newest then
+  Eigen::Vector3d x_in_map = Eigen::Vector3d::Zero();  // map units: what they rest on says scale_source()
+  std::vector<Observation> observations;               // by keyframe, at most one for each
+  KeyframeId created_by = -1;                          // the keyframe that was newest then
 };
 
 struct Keyframe {
   KeyframeId id = -1;
   std::int64_t frame_index = 0;
   std::int64_t stamp_ns = 0;
-  Rigid3 camera_from_map;
+  Rigid3 camera_from_map;  // lengths in map units, as of all that follows
   ImageFeaturesPtr image;
   std::vector<LandmarkId> landmark_of_feature;  // kNoLandmark where there is none
 
@@ -93,7 +93,7 @@ class Map {
   LandmarkId add_landmark(const Eigen::Vector3d& x_in_map);
 
   /// False, and nothing changed, when either is gone, the feature is taken, or the keyframe sees the landmark
-  /// already.
+  /// already. feature: an index into the keyframe's image->set, in [0, image->size()), which is not checked.
   bool add_observation(LandmarkId landmark, KeyframeId keyframe, int feature);
   void remove_observation(LandmarkId landmark, KeyframeId keyframe);
 

@@ -11,12 +11,14 @@
 
 namespace mono_pose_tracker {
 
-/// A keyframe of one map found in another, and the similarity that this makes between the two.
+/// A keyframe of one map found in another, and the similarity that this makes between the two. Each map has a
+/// unit of its own: lengths in `location` are in the other's, and other_from_map.scale is the length in the
+/// other's units of what is 1 in the keyframe's own.
 struct MapTie {
   KeyframeId keyframe = -1;
   Location location;  // of the keyframe, in the other map
   Sim3 other_from_map;
-  double log_scale_sigma = 0;
+  double log_scale_sigma = 0;  // standard error of log(other_from_map.scale), no unit
 };
 
 /// Nothing when the keyframe is not found at that place of the other map, or the depths of the points that

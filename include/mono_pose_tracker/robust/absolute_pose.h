@@ -13,12 +13,14 @@ struct AbsolutePoseOptions {
   std::vector<float> quality;  // empty, or one value a match, smaller is better (PROSAC order)
 };
 
+/// Without success (fewer than three matches of use, or no pose with a fourth inlier) the pose is the
+/// identity, the score 0, no match an inlier, and iterations tells what was tried.
 struct AbsolutePoseReport {
   bool success = false;
-  Rigid3 camera_from_map;
-  double score = 0;  // MSAC, rad^2
+  Rigid3 camera_from_map;  // in the unit of the points
+  double score = 0;        // MSAC, rad^2
   int num_inliers = 0;
-  std::vector<char> inliers;
+  std::vector<char> inliers;  // a flag for each match given, also without success
   int iterations = 0;
 };
 
