@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdarg>
 #include <cstdio>
 #include <opencv2/imgproc.hpp>
 #include <string>
@@ -60,10 +61,13 @@ void draw_motions(const std::vector<SeenMotion>& motions, cv::Mat& canvas) {
 /// Words with their colour, side by side.
 using Line = std::vector<std::pair<std::string, cv::Scalar>>;
 
-template <typename... Args>
-std::string format(const char* text, Args... args) {
+/// Of 159 characters at most. The compiler holds the arguments against the text.
+__attribute__((format(printf, 1, 2))) std::string format(const char* text, ...) {
   char buffer[160];
-  std::snprintf(buffer, sizeof buffer, text, args...);
+  va_list arguments;
+  va_start(arguments, text);
+  std::vsnprintf(buffer, sizeof buffer, text, arguments);
+  va_end(arguments);
   return buffer;
 }
 

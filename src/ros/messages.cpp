@@ -30,6 +30,12 @@ void copy_row_major(const Matrix6d& matrix, boost::array<double, 36>& out) {
 
 }  // namespace
 
+std::optional<ros::Time> later(const ros::Time& stamp, std::int64_t ns) {
+  const std::int64_t sum = static_cast<std::int64_t>(stamp.toNSec()) + ns;
+  if (sum < 0 || sum > static_cast<std::int64_t>(ros::TIME_MAX.toNSec())) return std::nullopt;
+  return to_ros_time(sum);
+}
+
 geometry_msgs::Point to_point(const Eigen::Vector3d& x) {
   geometry_msgs::Point point;
   point.x = x.x();

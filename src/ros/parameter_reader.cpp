@@ -1,6 +1,7 @@
 #include "mono_pose_tracker/ros/parameter_reader.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <stdexcept>
 
@@ -24,10 +25,14 @@ std::string to_text(XmlRpc::XmlRpcValue& value) {
   }
 }
 
-/// Parameters below the node's name that other libraries read.
+/// Parameters below the node's name that other libraries read. image_transport's plugins have theirs below
+/// the topics that are published, and below their own names of what is subscribed to.
 bool is_of_a_library(const std::string& key) {
-  return key == "diagnostic_period" || key == "num_worker_threads" || key.rfind("debug_image/", 0) == 0 ||
-         key.rfind("image_raw/", 0) == 0;
+  if (key == "diagnostic_period" || key == "num_worker_threads") return true;
+  const auto is_below = [&key](const char* folder) { return key.rfind(folder, 0) == 0; };
+  constexpr std::array folders{"debug_image/", "image_raw/",       "mask/",
+                               "compressed/",  "compressedDepth/", "theora/"};
+  return std::any_of(folders.begin(), folders.end(), is_below);
 }
 
 std::string joined(const std::vector<std::string>& parts, const char* separator) {

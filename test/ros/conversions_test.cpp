@@ -352,6 +352,16 @@ TEST(CameraInfoConversion, MissingFileIsNamed) {
   }
 }
 
+// With ~tf_tolerance a stamp may lie behind the last that there is; roscpp's own sum throws there.
+TEST(Messages, ALaterStampIsNoneBehindTheLastOne) {
+  EXPECT_EQ(*later(ros::Time(10, 900000000), 200000000), ros::Time(11, 100000000));
+  EXPECT_EQ(*later(ros::Time(10, 0), -1), ros::Time(9, 999999999));
+  EXPECT_EQ(*later(ros::TIME_MAX - ros::Duration(0, 1), 1), ros::TIME_MAX);
+  EXPECT_FALSE(later(ros::TIME_MAX, 1));
+  EXPECT_FALSE(later(ros::TIME_MAX, static_cast<std::int64_t>(ros::TIME_MAX.toNSec())));
+  EXPECT_FALSE(later(ros::Time(0, 0), -1));
+}
+
 TEST(Messages, TransformMapsTheChildIntoTheParent) {
   const Rigid3 map_from_camera(Eigen::Quaterniond(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitY())),
                                {1, 2, 3});

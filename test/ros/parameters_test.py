@@ -80,6 +80,14 @@ class ParametersTest(unittest.TestCase):
         said = self.refusal("_camera_frme:=lens", "_camera_info_url:=/no/such/camera.yaml")
         self.assertIn("~camera_frme is no parameter of the tracker; did you mean ~camera_frame?", said)
 
+    def test_what_the_plugins_of_image_transport_read_is_known(self):
+        said = self.refusal("_mask/compressed/format:=png", "_debug_image/compressed/jpeg_quality:=50",
+                            "_compressed/mode:=gray", "_compressedDepth/x:=1", "_theora/post_processing_level:=1",
+                            "_compresed/mode:=gray", "_camera_info_url:=/no/such/camera.yaml")
+        unknown = [line for line in said.splitlines() if "is no parameter" in line]
+        self.assertEqual(len(unknown), 1, said)
+        self.assertIn("~compresed/mode is no parameter of the tracker", unknown[0])
+
     def test_the_effective_set_is_printed_once(self):
         said = self.refusal("_sift/max_features:=900", "_camera_info_url:=/no/such/camera.yaml")
         lines = [line for line in said.splitlines() if "parameters: " in line]

@@ -9,6 +9,8 @@
 #include <ros/time.h>
 #include <sensor_msgs/PointCloud2.h>
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +23,10 @@ namespace mono_pose_tracker {
 inline ros::Time to_ros_time(std::int64_t stamp_ns) {
   return ros::Time().fromNSec(static_cast<std::uint64_t>(stamp_ns));
 }
+
+/// The stamp so many ns later. Nothing where that is no ros::Time, whose seconds have 32 bits: the sums of
+/// roscpp throw there.
+std::optional<ros::Time> later(const ros::Time& stamp, std::int64_t ns);
 
 // None of these changes a frame or a unit: what comes in is written as it is, and the message's header must
 // name the frame it is in.
