@@ -2,9 +2,9 @@
 
 #include <cv_bridge/cv_bridge.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
-#include <nav_msgs/Path.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <utility>
 
@@ -31,18 +31,23 @@ ColoredPoint camera_position(const KeyframePose& pose, double age) {
 
 }  // namespace
 
-Publishers::Publishers(const OutputFrames& frames, int path_max_length, ros::NodeHandle private_handle)
+Publishers::Publishers(const OutputFrames& frames, int path_max_length, ros::NodeHandle private_handle,
+                       const std::function<void(const std::string&)>& tell)
     : frames_(frames),
       path_max_length_(static_cast<std::size_t>(path_max_length)),
       pose_(private_handle.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", 10)),
       odometry_(private_handle.advertise<nav_msgs::Odometry>("odometry", 10)),
-      path_(private_handle.advertise<nav_msgs::Path>("path", 1, kLatched)),
-      points_(private_handle.advertise<sensor_msgs::PointCloud2>("points", 1, kLatched)),
-      camera_positions_(private_handle.advertise<sensor_msgs::PointCloud2>("camera_positions", 1, kLatched)),
-      keyframes_(private_handle.advertise<visualization_msgs::MarkerArray>("keyframes", 1, kLatched)),
       camera_frustum_(private_handle.advertise<visualization_msgs::Marker>("camera_frustum", 1, kLatched)),
       debug_image_(image_transport::ImageTransport(private_handle).advertise("debug_image", 1)),
-      mask_(image_transport::ImageTransport(private_handle).advertise("mask", 1)) {}
+      mask_(image_transport::ImageTransport(private_handle).advertise("mask", 1)),
+      path_(
+          private_handle, "path", [this] { return path(); }, tell),
+      points_(
+          private_handle, "points", [this] { return points(); }, tell),
+      camera_positions_(
+          private_handle, "camera_positions", [this] { return camera_positions(); }, tell),
+      keyframes_(
+          private_handle, "keyframes", [this] { return keyframes(); }, tell) {}
 
 void Publishers::publish_frame(const std_msgs::Header& image_header, const FrameReport& report) {
   std::optional<OutputFrames::BodyPose> body;
@@ -50,7 +55,7 @@ void Publishers::publish_frame(const std_msgs::Header& image_header, const Frame
   remember(report, body);
   if (body) publish_pose(image_header, report, *body);
   publish_view(image_header, report);
-  if (body && frames_.options().object_mode) publish_object(image_header, report.epoch);
+  if (body && frames_.options().object_mode) points_.publish();
 }
 
 void Publishers::move_world(const Rigid3& new_world_from_world) {
@@ -144,11 +149,15 @@ void Publishers::repeat_transform() {
   if (!map_to_odom_) return;
   // In the images' own time, which need not be the clock's; ahead, so that what is asked for now can be
   // answered.
-  const ros::Duration since = ros::Time::now() - map_to_odom_arrival_;
-  if (since < ros::Duration(0)) return;  // the clock has jumped back
+  const ros::Time now = ros::Time::now();
+  if (now < map_to_odom_arrival_) return;  // the clock has jumped back
+  const std::int64_t ahead_ns = std::llround(1e9 * frames_.options().tf_tolerance);
+  const std::optional<ros::Time> stamp =
+      later(map_to_odom_->header.stamp,
+            static_cast<std::int64_t>(now.toNSec() - map_to_odom_arrival_.toNSec()) + ahead_ns);
+  if (!stamp || *stamp == repeated_stamp_) return;  // the end of time, or the clock stands still
   geometry_msgs::TransformStamped transform = *map_to_odom_;
-  transform.header.stamp += since + ros::Duration(frames_.options().tf_tolerance);
-  if (transform.header.stamp == repeated_stamp_) return;  // the clock stands still
+  transform.header.stamp = *stamp;
   repeated_stamp_ = transform.header.stamp;
   broadcaster_.sendTransform(transform);
 }
@@ -187,14 +196,12 @@ std::vector<KeyframePose> Publishers::trajectory() const {
 }
 
 // An object's are in a frame that turns: at the last stamp of which tf is known.
-Publishers::Placed Publishers::placed() const {
-  Placed placed;
-  placed.header.frame_id = frames_.world();
-  const std::lock_guard<std::mutex> lock(mutex_);
+std_msgs::Header Publishers::header_locked() const {
+  std_msgs::Header header;
+  header.frame_id = frames_.world();
   const bool turns = frames_.options().object_mode && !poses_.empty();
-  placed.header.stamp = to_ros_time(turns ? poses_.back().camera.stamp_ns : newest_stamp_ns_);
-  placed.world_from_map = world_from_map_;
-  return placed;
+  header.stamp = to_ros_time(turns ? poses_.back().camera.stamp_ns : newest_stamp_ns_);
+  return header;
 }
 
 void Publishers::publish_mask(const std_msgs::Header& header, const cv::Mat& mask,
@@ -210,61 +217,91 @@ void Publishers::publish_debug_image(const std_msgs::Header& header, const cv::M
 
 bool Publishers::publish_map(std::uint32_t epoch, const std::shared_ptr<const MapSnapshot>& map,
                              const CameraParameters& camera) {
-  if (frames_.options().object_mode) {
+  const double depth = frustum_depth(*map, camera);  // wherever in the world the map is
+  {
     const std::lock_guard<std::mutex> lock(mutex_);
-    object_ = map;
-    object_epoch_ = epoch;
-    if (!map->points.empty() && (epoch != epoch_ || poses_.empty())) return false;
+    map_ = map;
+    map_epoch_ = epoch;
+    drawn_camera_ = camera;
+    frustum_depth_ = depth;
+    if (!is_placed_locked()) return false;
   }
-  const Placed at = placed();
-  const MapSnapshot snapshot = in_world(at.world_from_map, *map);
-  points_.publish(to_point_cloud(at.header, snapshot.points));
-  const double depth = frustum_depth(snapshot, camera);
-  keyframes_.publish(
-      to_keyframe_markers(at.header, camera, thinned_keyframes(snapshot.keyframes, depth), depth));
-  const std::lock_guard<std::mutex> lock(mutex_);
-  drawn_camera_ = camera;
-  frustum_depth_ = depth;
+  points_.publish();
+  keyframes_.publish();
   return true;
 }
 
-void Publishers::publish_object(const std_msgs::Header& image_header, std::uint32_t epoch) {
-  if (points_.getNumSubscribers() == 0) return;
-  std::shared_ptr<const MapSnapshot> object;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (object_epoch_ != epoch) return;
-    object = object_;
-  }
-  if (!object) return;
-  std_msgs::Header header = image_header;
-  header.frame_id = frames_.world();
-  points_.publish(to_point_cloud(header, in_world(frames_.world_from_map(), *object).points));
+// Where an object is, tf says from its first pose on.
+bool Publishers::is_placed_locked() const {
+  if (!map_) return false;
+  if (!frames_.options().object_mode || map_->points.empty()) return true;
+  return map_epoch_ == epoch_ && !poses_.empty();
+}
+
+std::optional<Publishers::PlacedMap> Publishers::placed_map() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!is_placed_locked() || !drawn_camera_) return std::nullopt;
+  return PlacedMap{header_locked(), world_from_map_, map_, *drawn_camera_, frustum_depth_};
+}
+
+std::optional<sensor_msgs::PointCloud2> Publishers::points() const {
+  const std::optional<PlacedMap> at = placed_map();
+  if (!at) return std::nullopt;
+  MapSnapshot points;
+  points.points = at->map->points;
+  return to_point_cloud(at->header, in_world(at->world_from_map, points).points);
+}
+
+std::optional<visualization_msgs::MarkerArray> Publishers::keyframes() const {
+  const std::optional<PlacedMap> at = placed_map();
+  if (!at) return std::nullopt;
+  MapSnapshot keyframes;
+  keyframes.keyframes = at->map->keyframes;
+  keyframes = in_world(at->world_from_map, keyframes);
+  return to_keyframe_markers(at->header, at->camera,
+                             thinned_keyframes(keyframes.keyframes, at->frustum_depth), at->frustum_depth);
 }
 
 void Publishers::publish_path() {
-  const std_msgs::Header header = placed().header;
-  std::vector<Posed> poses;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!std::exchange(path_changed_, false)) return;
-    poses.assign(poses_.begin(), poses_.end());
+    has_path_ = true;
   }
+  path_.publish();
+  camera_positions_.publish();
+}
+
+std::optional<nav_msgs::Path> Publishers::path() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!has_path_) return std::nullopt;
   nav_msgs::Path path;
-  path.header = header;
-  std::vector<ColoredPoint> positions;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const double age = 1 - static_cast<double>(i + 1) / static_cast<double>(poses.size());
-    positions.push_back(camera_position(poses[i].camera, age));
-    if (!poses[i].body) continue;
+  path.header = header_locked();
+  for (const Posed& posed : poses_) {
+    if (!posed.body) continue;
     geometry_msgs::PoseStamped pose;
-    pose.header.frame_id = path.header.frame_id = poses[i].body->frame;
-    pose.header.stamp = to_ros_time(poses[i].camera.stamp_ns);
-    pose.pose = to_pose(poses[i].body->frame_from_child.b_from_a);
+    pose.header.frame_id = path.header.frame_id = posed.body->frame;
+    pose.header.stamp = to_ros_time(posed.camera.stamp_ns);
+    pose.pose = to_pose(posed.body->frame_from_child.b_from_a);
     path.poses.push_back(std::move(pose));
   }
-  path_.publish(path);
-  camera_positions_.publish(to_point_cloud(header, positions));
+  return path;
+}
+
+std::optional<sensor_msgs::PointCloud2> Publishers::camera_positions() const {
+  std_msgs::Header header;
+  std::vector<ColoredPoint> positions;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!has_path_) return std::nullopt;
+    header = header_locked();
+    positions.reserve(poses_.size());
+    for (const Posed& posed : poses_) {
+      const double age = 1 - static_cast<double>(positions.size() + 1) / static_cast<double>(poses_.size());
+      positions.push_back(camera_position(posed.camera, age));
+    }
+  }
+  return to_point_cloud(header, positions);
 }
 
 }  // namespace mono_pose_tracker

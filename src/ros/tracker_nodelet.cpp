@@ -88,7 +88,8 @@ void TrackerNodelet::set_up() {
       std::make_unique<OutputFrames>(p.frames, [this](const std::string& subject, const std::string& text) {
         if (throttle_.due(subject)) NODELET_ERROR("%s", text.c_str());
       });
-  publishers_ = std::make_unique<Publishers>(*frames_, p.path_max_length, getPrivateNodeHandle());
+  publishers_ = std::make_unique<Publishers>(*frames_, p.path_max_length, getPrivateNodeHandle(),
+                                             [this](const std::string& text) { complain("listener", text); });
   time_guard_ = std::make_unique<TimeGuard>(static_cast<std::int64_t>(1e9 * p.time_jump));
   slot_ = std::make_unique<ImageSlot<Frame>>(static_cast<std::size_t>(p.queue_size));
   tracker_ = std::make_unique<LiveTracker>(
@@ -109,11 +110,17 @@ void TrackerNodelet::set_up() {
       [this](diagnostic_updater::DiagnosticStatusWrapper& status) { diagnose(status); });
   if (!p.frames.odom_frame.empty() && p.frames.tf_rate > 0) {
     tf_timer_ = getPrivateNodeHandle().createWallTimer(
-        ros::WallDuration(1 / p.frames.tf_rate),
-        [this](const ros::WallTimerEvent&) { publishers_->repeat_transform(); });
+        ros::WallDuration(1 / p.frames.tf_rate), [this](const ros::WallTimerEvent&) {
+          guarded([this] { publishers_->repeat_transform(); },
+                  [this](const std::string& text) { complain("tf", text); });
+        });
   }
   offer_live_options();
   service_spinner_.start();
+}
+
+void TrackerNodelet::complain(const char* subject, const std::string& text) {
+  if (throttle_.due(subject)) NODELET_ERROR("%s", text.c_str());
 }
 
 void TrackerNodelet::offer_live_options() {
@@ -180,10 +187,11 @@ void TrackerNodelet::subscribe() {
 }
 
 void TrackerNodelet::take_initialpose(const geometry_msgs::PoseWithCovarianceStampedConstPtr& pose) {
-  slot_->post([this, pose] {
-    guarded([&] { NODELET_WARN("~initialpose: %s", placement_->place(*pose).c_str()); },
-            [this](const std::string& text) { NODELET_ERROR("~initialpose: %s", text.c_str()); });
-  });
+  const auto tell = [this](const std::string& text) { NODELET_ERROR("~initialpose: %s", text.c_str()); };
+  const auto place = [this, pose, tell] {
+    guarded([&] { NODELET_WARN("~initialpose: %s", placement_->place(*pose).c_str()); }, tell);
+  };
+  guarded([&] { slot_->post(place); }, tell);
 }
 
 void TrackerNodelet::take_image(const sensor_msgs::ImageConstPtr& image) {
@@ -237,10 +245,7 @@ bool TrackerNodelet::clock_went_back() {
 
 void TrackerNodelet::process_images() {
   while (std::optional<Frame> frame = slot_->take()) {
-    guarded([&] { process(*frame); },
-            [&](const std::string& text) {
-              if (throttle_.due("processing")) NODELET_ERROR("%s", text.c_str());
-            });
+    guarded([&] { process(*frame); }, [this](const std::string& text) { complain("processing", text); });
   }
 }
 
@@ -276,9 +281,7 @@ void TrackerNodelet::follow_object(std::uint32_t epoch) {
 void TrackerNodelet::publish(const Frame& frame, const FrameReport& report) {
   if (stopping_) return;  // it was cut short: no result
   // Each by itself: what is wrong with one output must not silence the others.
-  const auto tell = [this](const std::string& text) {
-    if (throttle_.due("processing")) NODELET_ERROR("%s", text.c_str());
-  };
+  const auto tell = [this](const std::string& text) { complain("processing", text); };
   const std_msgs::Header& header = frame.image->header;
   guarded(
       [&] {
@@ -334,9 +337,7 @@ void TrackerNodelet::say_state(const FrameReport& report) {
 
 void TrackerNodelet::on_timer() {
   // Each by itself: what is wrong with one must not silence the others.
-  const auto tell = [this](const std::string& text) {
-    if (throttle_.due("timer")) NODELET_ERROR("%s", text.c_str());
-  };
+  const auto tell = [this](const std::string& text) { complain("timer", text); };
   guarded([this] { publish_map(); }, tell);
   guarded([this] { check_inputs(); }, tell);
   guarded([this] { check_outputs(); }, tell);

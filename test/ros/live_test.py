@@ -10,7 +10,10 @@ import roslib.packages
 import rospy
 import rostest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from sensor_msgs.msg import CameraInfo, Image
+from nav_msgs.msg import Path
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
 
 from mono_pose_tracker.msg import TrackerStatus
 
@@ -100,6 +103,32 @@ class LiveTest(unittest.TestCase):
         self.assertGreater(in_green, 2 * status.inliers, "dots of some pixels each")
         drawn.subscriber.unregister()
 
+    def first_heard(self, topic, message_type):
+        """Of one who comes late, and no image comes any more."""
+        listener = Listener("tracker/" + topic, message_type)
+        self.addCleanup(listener.subscriber.unregister)
+        self.assertTrue(listener.wait_for_number(1), topic + " is given to who comes late")
+        return listener.messages[0]
+
+    def test_4_who_comes_late_hears_it_all_as_it_is_now(self):
+        """Nobody listened before, then somebody who has left: neither is what came late to be told from."""
+        for _ in range(2):
+            status = self.camera.walk(3)
+            posed = [s.header.stamp for s in self.camera.statuses.messages
+                     if s.state == TrackerStatus.TRACKING and s.epoch == status.epoch]
+            for _ in range(2):  # the second while the first still listens
+                path = self.first_heard("path", Path)
+                self.assertEqual([p.header.stamp for p in path.poses], posed)
+                self.assertEqual(path.header.stamp, status.header.stamp)
+                self.assertEqual(path._connection_header["latching"], "1")
+                positions = self.first_heard("camera_positions", PointCloud2)
+                self.assertEqual((positions.width, positions.header.stamp), (len(posed), status.header.stamp))
+                points = self.first_heard("points", PointCloud2)
+                self.assertGreater(points.width, status.inliers)
+                self.assertEqual(points.header.stamp, status.header.stamp)
+                self.assertGreater(len(self.first_heard("keyframes", MarkerArray).markers[0].points), 0)
+            self.doCleanups()
+
     def test_5_parameters_change_while_it_tracks(self):
         before = self.camera.walk(1)
         self.assertGreater(before.features, 400)
@@ -128,6 +157,15 @@ class LiveTest(unittest.TestCase):
                          "a second view has to agree")
         self.assertEqual(self.camera.walk(1).state, TrackerStatus.TRACKING)
         self.diagnosis(lambda s: s.level == DiagnosticStatus.OK)
+
+    def test_7_of_a_map_that_is_gone_nobody_is_told(self):
+        self.assertGreater(len(self.first_heard("path", Path).poses), 0)
+        self.doCleanups()
+        self.assertTrue(rospy.ServiceProxy("tracker/reset", Trigger)().success)
+        status = self.camera.walk(1)
+        self.assertEqual(status.state, TrackerStatus.BOOTSTRAPPING)
+        self.assertEqual(self.first_heard("path", Path).poses, [])
+        self.assertEqual(self.first_heard("camera_positions", PointCloud2).width, 0)
 
 
 if __name__ == "__main__":

@@ -1,12 +1,16 @@
 #pragma once
 
 #include <image_transport/image_transport.h>
+#include <nav_msgs/Path.h>
 #include <ros/node_handle.h>
+#include <sensor_msgs/PointCloud2.h>
 #include <std_msgs/Header.h>
 #include <tf2_ros/transform_broadcaster.h>
+#include <visualization_msgs/MarkerArray.h>
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <opencv2/core.hpp>
@@ -16,16 +20,20 @@
 
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/ros/messages.h"
+#include "mono_pose_tracker/ros/on_demand_publisher.h"
 #include "mono_pose_tracker/ros/output_frames.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 
 namespace mono_pose_tracker {
 
 /// Everything the nodelet says but ~status and /diagnostics. publish_frame is called by the processing
-/// thread, publish_map and publish_path by a timer; the mutex guards the poses they share.
+/// thread, publish_map and publish_path by a timer; the mutex guards what they share. What grows with the map
+/// or the way is made only while someone listens.
 class Publishers {
  public:
-  Publishers(const OutputFrames& frames, int path_max_length, ros::NodeHandle private_handle);
+  /// tell: what went wrong while a new subscriber was served; called by the handle's queue.
+  Publishers(const OutputFrames& frames, int path_max_length, ros::NodeHandle private_handle,
+             const std::function<void(const std::string&)>& tell);
 
   /// header: the image's; report: in the world's frame. A report without a pose publishes nothing (but starts
   /// the path anew with a new map).
@@ -41,9 +49,9 @@ class Publishers {
   /// 255 = the object; published only while someone listens.
   void publish_mask(const std_msgs::Header& header, const cv::Mat& mask, const cv::Size& image_size) const;
 
-  /// The map, placed in the world as the frame was whose stamp it gets. An object turns with each frame: its
-  /// points are sent again with each pose, lest they stay behind its tf; and not at all (false) before the
-  /// first pose in this map, as no tf says where they are.
+  /// The map as it is from now on, placed in the world as the frame was whose stamp it gets. An object turns
+  /// with each frame: its points are sent again with each pose, lest they stay behind its tf; and not at all
+  /// (false: to be given again) before the first pose in this map, as no tf says where they are.
   bool publish_map(std::uint32_t epoch, const std::shared_ptr<const MapSnapshot>& map,
                    const CameraParameters& camera);
 
@@ -71,18 +79,29 @@ class Publishers {
                     const OutputFrames::BodyPose& body);
   /// For eyes: the frame that rviz follows, and the camera's frustum.
   void publish_view(const std_msgs::Header& image_header, const FrameReport& report);
-  /// Of what belongs to the whole map, and where that is in the world at this stamp.
-  struct Placed {
+  /// Of what belongs to the whole map; the mutex is held.
+  std_msgs::Header header_locked() const;
+  /// A map, and where it is in the world at the header's stamp.
+  struct PlacedMap {
     std_msgs::Header header;
     Rigid3 world_from_map;
+    std::shared_ptr<const MapSnapshot> map;
+    CameraParameters camera;
+    double frustum_depth = 0;
   };
-  Placed placed() const;
-  void publish_object(const std_msgs::Header& image_header, std::uint32_t epoch);
+  bool is_placed_locked() const;
+  std::optional<PlacedMap> placed_map() const;
+
+  // The messages as they are now
+  std::optional<nav_msgs::Path> path() const;
+  std::optional<sensor_msgs::PointCloud2> camera_positions() const;
+  std::optional<sensor_msgs::PointCloud2> points() const;
+  std::optional<visualization_msgs::MarkerArray> keyframes() const;
 
   const OutputFrames& frames_;
   const std::size_t path_max_length_;
   tf2_ros::TransformBroadcaster broadcaster_;
-  ros::Publisher pose_, odometry_, path_, points_, camera_positions_, keyframes_, camera_frustum_;
+  ros::Publisher pose_, odometry_, camera_frustum_;
   image_transport::Publisher debug_image_, mask_;
 
   // Last posed frame; the processing thread's own
@@ -97,12 +116,17 @@ class Publishers {
   std::int64_t newest_stamp_ns_ = 0;
   Rigid3 world_from_map_;  // at that stamp
   std::uint32_t epoch_ = 0;
-  std::shared_ptr<const MapSnapshot> object_;  // of object_epoch_, whose points turn with each pose
-  std::uint32_t object_epoch_ = 0;
-  bool path_changed_ = false;
-  std::optional<CameraParameters> drawn_camera_;  // of the newest map that was published
+  std::shared_ptr<const MapSnapshot> map_;  // the newest that was given, of map_epoch_
+  std::uint32_t map_epoch_ = 0;
+  bool path_changed_ = false, has_path_ = false;
+  std::optional<CameraParameters> drawn_camera_;  // of the newest map that was given
   double frustum_depth_ = 0;                      // map units
   bool camera_is_drawn_ = false;
+
+  // Last, and so gone first: their callbacks read all of the above.
+  OnDemandPublisher<nav_msgs::Path> path_;
+  OnDemandPublisher<sensor_msgs::PointCloud2> points_, camera_positions_;
+  OnDemandPublisher<visualization_msgs::MarkerArray> keyframes_;
 };
 
 }  // namespace mono_pose_tracker

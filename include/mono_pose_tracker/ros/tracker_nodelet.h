@@ -60,7 +60,8 @@ class TrackerNodelet : public nodelet::Nodelet {
 
   void onInit() override;
   void set_up();
-  void tear_down();  // at any stage of set_up, and more than once
+  void tear_down();                                             // at any stage of set_up, and more than once
+  void complain(const char* subject, const std::string& text);  // about each subject once in a while
   void subscribe();
   void take_initialpose(const geometry_msgs::PoseWithCovarianceStampedConstPtr& pose);
   void advertise_services();
