@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""README and doc explain every reason, state, parameter and launch argument that there is, and no other reason."""
+"""README and doc explain every reason, state, parameter, launch argument, option and key of a JSON file that there is, and no
+other reason."""
 import glob
 import os
 import re
@@ -83,6 +84,35 @@ class ReadmeTest(unittest.TestCase):
 
     def test_the_readme_is_for_a_user_and_fits(self):
         self.assertLessEqual(os.path.getsize(os.path.join(ROOT, "README.md")), 25000)
+
+    def test_every_key_of_report_json_is_named(self):
+        self.expect_keys("report.md", {"tracked", "weakest_seam_points", "focal_length_sigma", "camera", "p95_ms"},
+                         ("results", "report.cpp"), ("results", "mask_record.cpp"), ("pipeline", "time_statistics.h"))
+
+    def test_every_key_of_evaluate_trajectory_is_named(self):
+        self.expect_keys("evaluation.md", {"frames_matched", "epochs", "problem", "rpe_delta"}, ("evaluate_trajectory.cpp",))
+
+    def test_every_option_of_a_program_is_named(self):
+        text = "".join(documents())
+        found = set()
+        for path in sorted(glob.glob(os.path.join(ROOT, "src", "tools", "*.*"))):
+            with open(path) as file:
+                declared = re.findall(r'add_(?:option|flag)\(\s*"(--[a-z-]+)"', file.read())
+            missing = [option for option in declared if not re.search(rf"(?<![\w-]){option}(?![\w-])", text)]
+            self.assertEqual(missing, [], os.path.basename(path))
+            found |= set(declared)
+        self.assertLessEqual({"--images", "--align", "--bag-masks", "--alpha", "--quality", "--repeat"}, found)
+
+    def expect_keys(self, document, some, *sources):
+        """Each key that these sources write stands in a row of a table of the document; `some` of them are known."""
+        keys = set()
+        for source in sources:
+            # {"key", value} in an initialiser, json["key"] = value.
+            keys |= set(re.findall(r'\{"(\w+)",|\w\["(\w+)"\] =', read("src", "tools", *source)))
+        keys = {key for pair in keys for key in pair if key}
+        self.assertLessEqual(some, keys, "every way to write one is seen")
+        rows = "".join(re.findall(r"^\|.*\|$", read("doc", document), re.M))
+        self.assertEqual(sorted(key for key in keys if f"`{key}`" not in rows), [], "in doc/" + document)
 
     def test_every_parameter_is_named(self):
         text = "".join(documents())
