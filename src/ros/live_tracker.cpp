@@ -198,6 +198,10 @@ bool LiveTracker::restart() {
   return true;
 }
 
+std::vector<PosedFrame> LiveTracker::trajectory() const {
+  return tracker_ ? tracker_->trajectory() : std::vector<PosedFrame>();
+}
+
 void LiveTracker::wait_for_mapping() {
   if (tracker_) tracker_->wait();
 }

@@ -92,6 +92,14 @@ class PipelineBenchmark(unittest.TestCase):
         self.assertLessEqual(doubt["poses_off"], doubt["poses_compared"])
         self.assertLessEqual(doubt["poses_off_doubtful"], min(doubt["poses_off"], doubt["poses_doubtful"]))
 
+    def test_live_the_final_map_is_compared_with_the_offline_result(self):
+        live = self.figures["live"]
+        self.assertIn("position_rmse_percent_on_final_map", live)
+        if len(live["maps"]) == 1:  # on a busy machine another may just have begun
+            self.assertLess(live["position_rmse_percent_on_final_map"], 2)
+            self.assertGreater(live["position_percent_from_offline"], 0)
+            self.assertLess(live["position_percent_from_offline"], 2)
+
     def test_live_each_map_is_measured_by_itself(self):
         live = self.figures["live"]
         self.assertEqual(sum(m["frames"] for m in live["maps"]), live["frames_posed"])

@@ -80,6 +80,8 @@ class LiveTracker {
   /// Tracker::cancel, also of a tracker that is begun later; no mask is waited for any more. May be called
   /// from any thread.
   void cancel();
+  /// As Tracker::trajectory; nothing before the first calibration.
+  std::vector<PosedFrame> trajectory() const;
   /// Returns when the mapper has nothing left to do.
   void wait_for_mapping();
 

@@ -59,6 +59,8 @@ constexpr Row kRows[] = {
     {"seconds", "/seconds", "%.1f"},
     {"position rmse, % of path", "/position_rmse_percent", "%.4f"},
     {"  as they came", "/position_rmse_percent_as_they_came", "%.4f"},
+    {"  on the final map", "/position_rmse_percent_on_final_map", "%.4f"},
+    {"  of that from offline", "/position_percent_from_offline", "%.4f"},
     {"poses far from offline", "/doubt/poses_off", "%.0f"},
     {"  told as doubtful", "/doubt/poses_off_doubtful", "%.0f"},
     {"doubtful in all", "/doubt/poses_doubtful", "%.0f"},

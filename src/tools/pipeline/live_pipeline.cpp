@@ -51,6 +51,11 @@ LivePipeline::Counts LivePipeline::counts() const {
   return counts_;
 }
 
+std::vector<PosedFrame> LivePipeline::trajectory_on_final_map() {
+  tracker_.wait_for_mapping();
+  return tracker_.trajectory();
+}
+
 void LivePipeline::run() {
   while (const std::optional<Frame> frame = slot_.take()) {
     const Clock::time_point start = Clock::now();

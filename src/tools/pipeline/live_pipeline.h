@@ -39,6 +39,9 @@ class LivePipeline {
   /// Returns when every image has been tracked or dropped.
   void wait();
   Counts counts() const;
+  /// Every frame posed against the present map, on the map as the mapper leaves it when nothing more comes.
+  /// After wait().
+  std::vector<PosedFrame> trajectory_on_final_map();
 
  private:
   struct Frame {

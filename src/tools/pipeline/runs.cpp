@@ -51,6 +51,12 @@ std::optional<TrajectoryError> error_of(const std::vector<StampedPose>& referenc
   }
 }
 
+std::vector<StampedPose> stamped(const std::vector<PosedFrame>& frames) {
+  std::vector<StampedPose> poses;
+  for (const PosedFrame& frame : frames) poses.push_back({frame.stamp_ns, frame.map_from_camera});
+  return poses;
+}
+
 Json position_error_percent(const std::vector<StampedPose>& reference,
                             const std::vector<StampedPose>& estimate) {
   const std::optional<TrajectoryError> error = error_of(reference, estimate);
@@ -141,10 +147,7 @@ Json run_offline(const RunInput& input, std::vector<StampedPose>* trajectory) {
   };
   const RecordingResult result = track_recording(recording, observer, &tracker);
   const double seconds = 1e-3 * ms_since(start);
-  trajectory->clear();
-  for (const PosedFrame& frame : result.trajectory) {
-    trajectory->push_back({frame.stamp_ns, frame.map_from_camera});
-  }
+  *trajectory = stamped(result.trajectory);
   const auto posed = static_cast<std::int64_t>(result.trajectory.size());
   return {{"frames_total", result.frames_total},
           {"frames_posed", posed},
@@ -181,24 +184,28 @@ Json run_live(const RunInput& input, double rate_hz, const std::vector<StampedPo
   pipeline.wait();
   const LivePipeline::Counts counts = pipeline.counts();
   const int posed = static_cast<int>(gathered.reported.size());
-  Json result = {{"rate_hz", rate_hz},
-                 {"frames_total", counts.received},
-                 {"frames_posed", posed},
-                 {"frames_not_posed", counts.tracked - posed},
-                 {"frames_dropped", counts.dropped},
-                 {"seconds", 1e-3 * ms_since(start)},
-                 {"latency", time_statistics(latency_ms)},
-                 {"frame", time_statistics(gathered.frame_ms)},
-                 {"frame_cpu", time_statistics(gathered.cpu_ms)},
-                 {"stages", time_statistics(gathered.stage_ms)},
-                 {"backlog_max", gathered.backlog_max},
-                 {"load_level_max", load_level_max},
-                 {"keyframes", gathered.last.keyframes},
-                 {"landmarks", gathered.last.landmarks},
-                 {"memory_mb", memory.result()},
-                 {"position_rmse_percent", position_error_percent(input.reference, gathered.poses())},
-                 {"maps", live_maps(input.reference, gathered.reported)},
-                 {"reasons", gathered.reasons}};
+  const std::vector<StampedPose> on_final_map = stamped(pipeline.trajectory_on_final_map());
+  Json result = {
+      {"rate_hz", rate_hz},
+      {"frames_total", counts.received},
+      {"frames_posed", posed},
+      {"frames_not_posed", counts.tracked - posed},
+      {"frames_dropped", counts.dropped},
+      {"seconds", 1e-3 * ms_since(start)},
+      {"latency", time_statistics(latency_ms)},
+      {"frame", time_statistics(gathered.frame_ms)},
+      {"frame_cpu", time_statistics(gathered.cpu_ms)},
+      {"stages", time_statistics(gathered.stage_ms)},
+      {"backlog_max", gathered.backlog_max},
+      {"load_level_max", load_level_max},
+      {"keyframes", gathered.last.keyframes},
+      {"landmarks", gathered.last.landmarks},
+      {"memory_mb", memory.result()},
+      {"position_rmse_percent", position_error_percent(input.reference, gathered.poses())},
+      {"position_rmse_percent_on_final_map", position_error_percent(input.reference, on_final_map)},
+      {"position_percent_from_offline", position_error_percent(offline, on_final_map)},
+      {"maps", live_maps(input.reference, gathered.reported)},
+      {"reasons", gathered.reasons}};
   if (!offline.empty()) result["doubt"] = doubts(offline, gathered.reported);
   return result;
 }

@@ -23,7 +23,8 @@ struct RunInput {
 Json run_offline(const RunInput& input, std::vector<StampedPose>* trajectory);
 
 /// Frames put in at `rate_hz` whether the tracker is ready or not, as a camera does it. `offline`: what
-/// run_offline found, with which the poses are compared, or empty.
+/// run_offline found, with which the poses are compared, or empty: as they came, and all of the last map's as
+/// they ride on it at the end, without an offline end.
 Json run_live(const RunInput& input, double rate_hz, const std::vector<StampedPose>& offline);
 
 /// The run whose median time of a frame is the median one, with `median_ms_of_runs` beside its figures.
