@@ -134,7 +134,7 @@ void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
     return;
   }
   if (!bootstrap.still_background.empty()) object_finder_.start(bootstrap, frame, resection);
-  begin_in(frame, *map, resection, report->reason_text, report);
+  begin_in(frame, *map, resection, bootstrap.text, report);
 }
 
 // The first frame that is posed in a new map.

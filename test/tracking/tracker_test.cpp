@@ -46,6 +46,17 @@ TEST(Tracker, PosesEveryImageOfARecording) {
   EXPECT_EQ(tracker.snapshot()->points.size(), tracker.map().landmarks().size());
 }
 
+TEST(Tracker, TheFirstPoseSaysWhatTheMapWasBegunWith) {
+  Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
+  const std::vector<FrameReport> reports = track_all(&tracker);
+  const auto first = std::find_if(reports.begin(), reports.end(), [](const FrameReport& report) {
+    return report.map_from_camera.has_value();
+  });
+  ASSERT_NE(first, reports.end());
+  EXPECT_EQ(first->reason_text.rfind("map of ", 0), 0u) << first->reason_text;
+  EXPECT_NE(first->reason_text.find("points from"), std::string::npos) << first->reason_text;
+}
+
 // A sticker on the lens, as it were.
 TEST(Tracker, WhatIsFixedToTheCameraIsNoPartOfTheMap) {
   const cv::Rect place(90, 160, 140, 60);
