@@ -196,12 +196,16 @@ bool Mapper::join_newer(std::uint32_t kept_id, const std::vector<MapTie>& ties) 
   std::sort(most.begin(), most.end());
   if (most.size() > kTries) most.resize(kTries);
   const std::uint32_t older = map_id_;
+  auto left_out = std::exchange(left_out_, {});  // the older one has it back where the two stay apart
+  auto whole = std::exchange(whole_, {});
   resume(kept_id, true, epoch_);
   for (const auto& entry : most) {
     const std::vector<MapTie> own_ties = find_ties(kept_.at(older), entry.second);
     if (!own_ties.empty() && join(older, own_ties)) return true;
   }
   resume(older, true, epoch_);
+  left_out_ = std::move(left_out);
+  whole_ = std::move(whole);
   return false;
 }
 
@@ -229,12 +233,14 @@ bool Mapper::join(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
     std::replace(seam.begin(), seam.end(), new_id, old_id);
     seam.push_back(old_id);
   }
-  left_out_.clear();  // of ids that are no longer
-  whole_.clear();
+  auto left_out = std::exchange(left_out_, {});  // of ids that are no longer, if the join holds
+  auto whole = std::exchange(whole_, {});
   Map apart = std::exchange(map_, std::move(joined));
   adjust_seam(seam);
   if (united.empty() && points_across(map_, added.keyframes) < options_.min_inliers) {
     map_ = std::move(apart);
+    left_out_ = std::move(left_out);
+    whole_ = std::move(whole);
     return false;
   }
   MapCorrection correction;

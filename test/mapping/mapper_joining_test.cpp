@@ -289,6 +289,38 @@ TEST_F(MapperJoiningTest, MapsOfDifferentPlacesStayApart) {
   EXPECT_EQ(mapper_.kept_maps().size(), 1u);
 }
 
+// What was found to move otherwise is no part of the map after it either.
+TEST_F(MapperJoiningTest, AJoinThatDoesNotHoldLeavesTheMapAsItWas) {
+  mapper_.initialize(initial_map(0, 2), 0);
+  for (int i = 4; i <= 24; i += 2) insert(i);
+  InitialMap newer = initial_map(51, 49);
+  std::vector<char>& fixed = newer.views[0].fixed;
+  for (int f = 0; f < newer.views[0].frame.image->size(); ++f) fixed.push_back(f % 3 == 0);
+  mapper_.begin_beside(newer, 1);
+  for (int i = 47; i >= 21; i -= 2) insert(i, 1);  // maps are not joined while others wait
+  const std::size_t landmarks = mapper_.map().landmarks().size();
+  // No point is seen under so large an angle: none is left to hold the two together.
+  const MapperOptions usual = options_.mapper(camera_.focal());
+  MapperOptions strict = usual;
+  strict.mapping.min_parallax_deg = 180;
+  mapper_.set_options(strict);
+  mapper_.join_rest();
+  ASSERT_EQ(mapper_.kept_maps().size(), 1u);
+  EXPECT_EQ(mapper_.map().landmarks().size(), landmarks);
+  mapper_.set_options(usual);
+  mapper_.finish();
+  const Keyframe& first = mapper_.map().keyframes().begin()->second;
+  ASSERT_EQ(first.frame_index, 51);
+  int others = 0;
+  for (std::size_t f = 0; f < fixed.size(); ++f) {
+    others += !fixed[f] && first.landmark_of_feature[f] != kNoLandmark;
+    EXPECT_TRUE(!fixed[f] || first.landmark_of_feature[f] == kNoLandmark) << f;
+  }
+  EXPECT_GT(others, 100);
+  mapper_.join_rest();
+  EXPECT_TRUE(mapper_.kept_maps().empty()) << "they do meet";
+}
+
 TEST_F(MapperJoiningTest, AMapIsGoneBackTo) {
   mapper_.initialize(initial_map(0, 2), 0);
   const std::uint32_t first = mapper_.tracking_map()->map_id;
