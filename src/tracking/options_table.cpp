@@ -22,6 +22,7 @@ namespace mono_pose_tracker {
 namespace {
 
 constexpr double kUnbounded = 1e12;
+constexpr bool kChangeable = true;
 
 // Letters: enough for every key of a file of one's own; not for a file of another kind.
 constexpr std::size_t kMaxProblems = 4000;
@@ -129,51 +130,51 @@ std::vector<std::string> known_dictionaries() {
 std::vector<OptionEntry> option_table(TrackerOptions* o) {
   return {
       {"seed", &o->seed, 0, kUnbounded, {}},
-      {"inlier_threshold_px", &o->inlier_threshold_px, 0.1, 50, {}},
+      {"inlier_threshold_px", &o->inlier_threshold_px, 0.1, 50, {}, kChangeable},
       {"confidence", &o->confidence, 0.5, 0.999999999, {}},
-      {"max_iterations", &o->max_iterations, 10, 1e6, {}},
-      {"young_map_keyframes", &o->young_map_keyframes, 0, 1000, {}},
-      {"young_map_patience", &o->young_map_patience, 1, 1e6, {}},
-      {"localize_only", &o->localize_only, 0, 1, {}},
+      {"max_iterations", &o->max_iterations, 10, 1e6, {}, kChangeable},
+      {"young_map_keyframes", &o->young_map_keyframes, 0, 1000, {}, kChangeable},
+      {"young_map_patience", &o->young_map_patience, 1, 1e6, {}, kChangeable},
+      {"localize_only", &o->localize_only, 0, 1, {}, kChangeable},
       {"sift/implementation", &o->sift.implementation, 0, 0, {"own", "opencv"}},
       {"sift/first_octave", &o->sift.first_octave, kFinestOctave, kCoarsestOctave, {}},
-      {"sift/max_features", &o->sift.max_features, 0, 1e6, {}},
-      {"sift/contrast_threshold", &o->sift.contrast_threshold, 0, 1, {}},
-      {"sift/edge_threshold", &o->sift.edge_threshold, 1, 1000, {}},
+      {"sift/max_features", &o->sift.max_features, 0, 1e6, {}, kChangeable},
+      {"sift/contrast_threshold", &o->sift.contrast_threshold, 0, 1, {}, kChangeable},
+      {"sift/edge_threshold", &o->sift.edge_threshold, 1, 1000, {}, kChangeable},
       {"sift/octave_layers", &o->sift.octave_layers, 1, 10, {}},
       {"sift/sigma", &o->sift.sigma, 0.6, 10, {}},
       {"sift/root_sift", &o->sift.root_sift, 0, 1, {}},
-      {"sift/min_features", &o->sift.min_features, 0, 1e6, {}},
-      {"sift/num_threads", &o->sift.num_threads, 0, 64, {}},
-      {"matching/min_ratio", &o->matching.min_ratio, 1, 10, {}},
+      {"sift/min_features", &o->sift.min_features, 0, 1e6, {}, kChangeable},
+      {"sift/num_threads", &o->sift.num_threads, 0, 64, {}, kChangeable},
+      {"matching/min_ratio", &o->matching.min_ratio, 1, 10, {}, kChangeable},
       {"matching/mutual", &o->matching.mutual, 0, 1, {}},
-      {"bootstrap/min_features", &o->bootstrap.min_features, 8, 1e6, {}},
-      {"bootstrap/min_matches", &o->bootstrap.min_matches, 8, 1e6, {}},
-      {"bootstrap/min_landmarks", &o->bootstrap.min_landmarks, 6, 1e6, {}},
-      {"bootstrap/min_parallax_deg", &o->bootstrap.min_parallax_deg, 0, 90, {}},
-      {"bootstrap/min_parallax_px", &o->bootstrap.min_parallax_px, 0, 1000, {}},
+      {"bootstrap/min_features", &o->bootstrap.min_features, 8, 1e6, {}, kChangeable},
+      {"bootstrap/min_matches", &o->bootstrap.min_matches, 8, 1e6, {}, kChangeable},
+      {"bootstrap/min_landmarks", &o->bootstrap.min_landmarks, 6, 1e6, {}, kChangeable},
+      {"bootstrap/min_parallax_deg", &o->bootstrap.min_parallax_deg, 0, 90, {}, kChangeable},
+      {"bootstrap/min_parallax_px", &o->bootstrap.min_parallax_px, 0, 1000, {}, kChangeable},
       {"bootstrap/max_rotation_only", &o->bootstrap.max_rotation_only, 0, 1, {}},
-      {"bootstrap/min_confirmed", &o->bootstrap.min_confirmed, 0, 1, {}},
-      {"bootstrap/min_evidence", &o->bootstrap.min_evidence, 0, 100, {}},
+      {"bootstrap/min_confirmed", &o->bootstrap.min_confirmed, 0, 1, {}, kChangeable},
+      {"bootstrap/min_evidence", &o->bootstrap.min_evidence, 0, 100, {}, kChangeable},
       {"bootstrap/max_frames", &o->bootstrap.max_frames, 3, 1000, {}},
-      {"resection/search_radius", &o->resection.search_radius, 0.001, 1, {}},
+      {"resection/search_radius", &o->resection.search_radius, 0.001, 1, {}, kChangeable},
       {"resection/refine_radius_px", &o->resection.refine_radius_px, 0.5, 1000, {}},
-      {"resection/min_inliers", &o->resection.min_inliers, 6, 1e6, {}},
-      {"resection/min_inlier_ratio", &o->resection.min_inlier_ratio, 0, 1, {}},
-      {"resection/max_local_keyframes", &o->resection.max_local_keyframes, 1, 1e6, {}},
-      {"resection/relocalization_keyframes", &o->resection.relocalization_keyframes, 1, 1e6, {}},
-      {"mapping/keyframe_overlap", &o->mapping.keyframe_overlap, 0, 1, {}},
-      {"mapping/keyframe_parallax_deg", &o->mapping.keyframe_parallax_deg, 0, 90, {}},
-      {"mapping/keyframe_found", &o->mapping.keyframe_found, 0, 1, {}},
-      {"mapping/matching_keyframes", &o->mapping.matching_keyframes, 1, 1000, {}},
-      {"mapping/window_keyframes", &o->mapping.window_keyframes, 2, 1000, {}},
+      {"resection/min_inliers", &o->resection.min_inliers, 6, 1e6, {}, kChangeable},
+      {"resection/min_inlier_ratio", &o->resection.min_inlier_ratio, 0, 1, {}, kChangeable},
+      {"resection/max_local_keyframes", &o->resection.max_local_keyframes, 1, 1e6, {}, kChangeable},
+      {"resection/relocalization_keyframes", &o->resection.relocalization_keyframes, 1, 1e6, {}, kChangeable},
+      {"mapping/keyframe_overlap", &o->mapping.keyframe_overlap, 0, 1, {}, kChangeable},
+      {"mapping/keyframe_parallax_deg", &o->mapping.keyframe_parallax_deg, 0, 90, {}, kChangeable},
+      {"mapping/keyframe_found", &o->mapping.keyframe_found, 0, 1, {}, kChangeable},
+      {"mapping/matching_keyframes", &o->mapping.matching_keyframes, 1, 1000, {}, kChangeable},
+      {"mapping/window_keyframes", &o->mapping.window_keyframes, 2, 1000, {}, kChangeable},
       {"mapping/window_landmarks", &o->mapping.window_landmarks, 50, 1e6, {}},
-      {"mapping/min_parallax_deg", &o->mapping.min_parallax_deg, 0, 90, {}},
-      {"mapping/max_reprojection_px", &o->mapping.max_reprojection_px, 0.1, 100, {}},
+      {"mapping/min_parallax_deg", &o->mapping.min_parallax_deg, 0, 90, {}, kChangeable},
+      {"mapping/max_reprojection_px", &o->mapping.max_reprojection_px, 0.1, 100, {}, kChangeable},
       {"mapping/max_descriptor_distance", &o->mapping.max_descriptor_distance, 0.05, 1.5, {}},
-      {"mapping/redundant_overlap", &o->mapping.redundant_overlap, 0, 1.01, {}},
-      {"mapping/max_keyframes", &o->mapping.max_keyframes, 0, 1e6, {}},
-      {"mapping/bundle_seconds", &o->mapping.bundle_seconds, 0.001, kUnbounded, {}},
+      {"mapping/redundant_overlap", &o->mapping.redundant_overlap, 0, 1.01, {}, kChangeable},
+      {"mapping/max_keyframes", &o->mapping.max_keyframes, 0, 1e6, {}, kChangeable},
+      {"mapping/bundle_seconds", &o->mapping.bundle_seconds, 0.001, kUnbounded, {}, kChangeable},
       {"segmentation/method",
        &o->segmentation.method,
        0,
@@ -193,7 +194,7 @@ std::vector<OptionEntry> option_table(TrackerOptions* o) {
       {"segmentation/min_area", &o->segmentation.min_area, 0, 1, {}},
       {"segmentation/margin_px", &o->segmentation.margin_px, 0, 1000, {}},
       {"segmentation/margin_scales", &o->segmentation.margin_scales, 0, 20, {}},
-      {"bundle/max_iterations", &o->bundle.max_iterations, 1, 10000, {}},
+      {"bundle/max_iterations", &o->bundle.max_iterations, 1, 10000, {}, kChangeable},
       {"bundle/loss_width", &o->bundle.loss_width, 0, 1000, {}},
       {"bundle/function_tolerance", &o->bundle.function_tolerance, 0, 1, {}},
       {"bundle/num_threads", &o->bundle.num_threads, 1, 64, {}},
@@ -206,53 +207,18 @@ std::vector<OptionEntry> option_table(TrackerOptions* o) {
   };
 }
 
-bool is_changeable(const std::string& key) { return changeable_keys().count(key) > 0; }
-
-const std::set<std::string>& changeable_keys() {
-  static const std::set<std::string> keys = {
-      "inlier_threshold_px",
-      "max_iterations",
-      "young_map_keyframes",
-      "young_map_patience",
-      "localize_only",
-      "sift/max_features",
-      "sift/min_features",
-      "sift/contrast_threshold",
-      "sift/edge_threshold",
-      "sift/num_threads",
-      "matching/min_ratio",
-      "bootstrap/min_features",
-      "bootstrap/min_matches",
-      "bootstrap/min_landmarks",
-      "bootstrap/min_parallax_deg",
-      "bootstrap/min_parallax_px",
-      "bootstrap/min_confirmed",
-      "bootstrap/min_evidence",
-      "resection/search_radius",
-      "resection/min_inliers",
-      "resection/min_inlier_ratio",
-      "resection/max_local_keyframes",
-      "resection/relocalization_keyframes",
-      "mapping/keyframe_overlap",
-      "mapping/keyframe_parallax_deg",
-      "mapping/keyframe_found",
-      "mapping/matching_keyframes",
-      "mapping/window_keyframes",
-      "mapping/min_parallax_deg",
-      "mapping/max_reprojection_px",
-      "mapping/redundant_overlap",
-      "mapping/max_keyframes",
-      "mapping/bundle_seconds",
-      "bundle/max_iterations",
-  };
-  return keys;
+bool is_changeable(const std::string& key) {
+  TrackerOptions options;
+  const std::vector<OptionEntry> table = option_table(&options);
+  return std::any_of(table.begin(), table.end(),
+                     [&](const OptionEntry& entry) { return entry.changeable && entry.key == key; });
 }
 
 void copy_changeable(const TrackerOptions& from, TrackerOptions* to) {
   TrackerOptions source = from;
   const std::vector<OptionEntry> sources = option_table(&source), targets = option_table(to);
   for (std::size_t i = 0; i < targets.size(); ++i) {
-    if (!is_changeable(targets[i].key)) continue;
+    if (!targets[i].changeable) continue;
     std::visit([&](auto* target) { *target = *std::get<decltype(target)>(sources[i].value); },
                targets[i].value);
   }

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <set>
 #include <string>
 #include <variant>
 #include <vector>
@@ -20,6 +19,9 @@ struct OptionEntry {
   Value value;
   double min = 0, max = 0;           // of numbers
   std::vector<std::string> choices;  // of strings; none: any text
+  /// Tracker::set_options changes it: what a map that stands does not rest on. (Descriptors of other scales
+  /// or of another norm would no longer match those in the map; a seed counts from the start.)
+  bool changeable = false;
 };
 
 /// Every option of the tracker, in the order of config/default.yaml: the only list of their names and ranges.
@@ -32,10 +34,8 @@ std::string option_text(const OptionEntry& entry);     // its value
 std::string expected_value(const OptionEntry& entry);  // "a number from 0 to 1", ...
 bool is_in_range(const OptionEntry& entry);
 
-/// Whether Tracker::set_options changes it: what a map that stands does not rest on. (Descriptors of other
-/// scales or of another norm would no longer match those in the map; a seed counts from the start.)
+/// Whether the option of this key is there and changeable.
 bool is_changeable(const std::string& key);
-const std::set<std::string>& changeable_keys();
 
 /// Copies the changeable options.
 void copy_changeable(const TrackerOptions& from, TrackerOptions* to);
