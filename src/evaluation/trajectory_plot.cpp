@@ -1,8 +1,8 @@
 #include "mono_pose_tracker/evaluation/trajectory_plot.h"
 
-#include <cstdio>
 #include <opencv2/imgproc.hpp>
 
+#include "mono_pose_tracker/common/formatted.h"
 #include "mono_pose_tracker/io/plot.h"
 
 namespace mono_pose_tracker {
@@ -55,10 +55,8 @@ PlotPanel over_time(const TrajectoryError& error, double most, const Quantity& q
 PlotPanel position_error_over_time(const TrajectoryError& error) {
   PlotPanel panel = over_time(error, error.position_max,
                               [](const MatchedPosition& p) { return (p.estimate - p.reference).norm(); });
-  char title[96];
-  std::snprintf(title, sizeof title, "position error (ATE): rmse %.4g, %.3g %% of the path",
-                error.position_rmse, error.position_rmse_percent);
-  panel.title = title;
+  panel.title = formatted("position error (ATE): rmse %.4g, %.3g %% of the path", error.position_rmse,
+                          error.position_rmse_percent);
   panel.y_label = "error (units of the reference)";
   return panel;
 }
@@ -66,9 +64,7 @@ PlotPanel position_error_over_time(const TrajectoryError& error) {
 PlotPanel rotation_error_over_time(const TrajectoryError& error) {
   PlotPanel panel =
       over_time(error, error.rotation_max_deg, [](const MatchedPosition& p) { return p.rotation_deg; });
-  char title[96];
-  std::snprintf(title, sizeof title, "rotation error: %.3g degrees at most", error.rotation_max_deg);
-  panel.title = title;
+  panel.title = formatted("rotation error: %.3g degrees at most", error.rotation_max_deg);
   panel.y_label = "error (degrees)";
   return panel;
 }

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <utility>
 
+#include "mono_pose_tracker/common/formatted.h"
 #include "mono_pose_tracker/io/image_writing.h"
 
 namespace mono_pose_tracker {
@@ -56,9 +56,7 @@ std::vector<double> ticks(const PlotRange& range, double step) {
 }
 
 std::string tick_label(double value, double step) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", std::abs(value) < 1e-6 * step ? 0.0 : value);
-  return text;
+  return formatted("%.6g", std::abs(value) < 1e-6 * step ? 0.0 : value);
 }
 
 /// Places the ranges on a rectangle of pixels.

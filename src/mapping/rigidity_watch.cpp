@@ -1,7 +1,6 @@
 #include "mono_pose_tracker/mapping/rigidity_watch.h"
 
-#include <cstdio>
-
+#include "mono_pose_tracker/common/formatted.h"
 #include "mono_pose_tracker/mapping/contradiction.h"
 #include "mono_pose_tracker/mapping/rigidity_check.h"
 
@@ -12,20 +11,17 @@ namespace {
 constexpr std::int64_t kPeriod = 1000000000;  // ns
 
 std::string doubt_about(const Map& map, const CameraModel& camera, const MatchOptions& matching) {
-  char text[160] = "";
   const Contradiction contradiction = newest_contradiction(map, camera, matching);
   if (contradiction.is_one()) {
-    std::snprintf(text, sizeof text, "%d of %d points are seen elsewhere than the map has them",
-                  contradiction.contradicting, contradiction.matches);
-    return text;
+    return formatted("%d of %d points are seen elsewhere than the map has them", contradiction.contradicting,
+                     contradiction.matches);
   }
   RigidityOptions options;
   options.newest = options.stretch;
   const RigidityReport rigidity = check_rigidity(map, options);
-  if (rigidity.is_rigid) return text;
-  std::snprintf(text, sizeof text, "the poses that the %s landmarks give are %.1f px apart",
-                rigidity.parts.c_str(), rigidity.disagreement_px);
-  return text;
+  if (rigidity.is_rigid) return "";
+  return formatted("the poses that the %s landmarks give are %.1f px apart", rigidity.parts.c_str(),
+                   rigidity.disagreement_px);
 }
 
 }  // namespace

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "formatted.h"
 #include "mono_pose_tracker/common/angles.h"
+#include "mono_pose_tracker/common/formatted.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/robust/relative_pose.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formatted.h"
+#include "mono_pose_tracker/common/formatted.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/tracking/bootstrapper.h"
 

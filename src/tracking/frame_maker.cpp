@@ -1,8 +1,8 @@
 #include "frame_maker.h"
 
-#include <cstdio>
 #include <utility>
 
+#include "mono_pose_tracker/common/formatted.h"
 #include "mono_pose_tracker/features/marker.h"
 
 namespace mono_pose_tracker {
@@ -26,11 +26,9 @@ void FrameMaker::set_options(const SiftOptions& sift, const SegmentationOptions&
 
 bool FrameMaker::has_camera_size(const cv::Mat& image, FrameReport* report) const {
   if (image.cols == camera_.width() && image.rows == camera_.height()) return true;
-  char text[128];
-  std::snprintf(text, sizeof text, "image is %dx%d, the camera %dx%d", image.cols, image.rows,
-                camera_.width(), camera_.height());
   report->reason = Reason::kImageSizeMismatch;
-  report->reason_text = std::string(text);
+  report->reason_text = formatted("image is %dx%d, the camera %dx%d", image.cols, image.rows, camera_.width(),
+                                  camera_.height());
   return false;
 }
 

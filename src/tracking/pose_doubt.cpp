@@ -3,9 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "mono_pose_tracker/common/angles.h"
+#include "mono_pose_tracker/common/formatted.h"
 
 namespace mono_pose_tracker {
 
@@ -39,12 +39,10 @@ std::optional<std::string> PoseDoubt::judge(std::int64_t stamp_ns, const Resecti
 
 std::optional<std::string> PoseDoubt::doubt_of(std::int64_t stamp_ns, const ResectionReport& resection,
                                                const std::optional<Rigid3>& predicted, int min_inliers) {
-  char text[200];
   const std::optional<std::int64_t> last = std::exchange(last_stamp_ns_, stamp_ns);
   if (resection.inliers < 2 * min_inliers && hangs_in_corner(resection.support)) {
-    std::snprintf(text, sizeof text, "%d inliers in %.0f %% of where there is anything to see",
-                  resection.inliers, 100 * resection.support.spread);
-    return text;
+    return formatted("%d inliers in %.0f %% of where there is anything to see", resection.inliers,
+                     100 * resection.support.spread);
   }
   if (!last || !predicted) return std::nullopt;
   const double gap_ns = static_cast<double>(std::max<std::int64_t>(1, stamp_ns - *last));
@@ -70,12 +68,10 @@ std::optional<std::string> PoseDoubt::doubt_of(std::int64_t stamp_ns, const Rese
   translation_variance_ = learn(translation_variance_, shift * shift / 3, learnt_);
   ++learnt_;
   if (!is_outlier) return std::nullopt;
-  std::snprintf(
-      text, sizeof text,
+  return formatted(
       "%.2f deg and %.3g units from where the motion led, %.1f times what is usual, and %.0f %% of the "
       "points in view found",
       turn / kDegree, shift, std::sqrt(distance2 / 6), 100 * share);
-  return text;
 }
 
 }  // namespace mono_pose_tracker

@@ -2,12 +2,12 @@
 
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "finished_maps.h"
+#include "mono_pose_tracker/common/formatted.h"
 
 namespace mono_pose_tracker {
 
@@ -26,13 +26,11 @@ std::string share_text(std::int64_t frame_index, int part, int all) {
 
 void warn_of_motions(RecordingResult* result) {
   if (result->rigidity.is_rigid) return;
-  char text[320];
-  std::snprintf(text, sizeof text,
-                "more than one motion is in the map: %s and on, the poses that its %s landmarks give "
+  result->warnings.push_back(
+      formatted("more than one motion is in the map: %s and on, the poses that its %s landmarks give "
                 "are %.1f px apart; give masks of the object (--masks), or config/object.yaml",
                 place_text(result->rigidity.frame_index).c_str(), result->rigidity.parts.c_str(),
-                result->rigidity.disagreement_px);
-  result->warnings.push_back(text);
+                result->rigidity.disagreement_px));
 }
 
 void warn_of_seams(RecordingResult* result) {

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <unordered_set>
 #include <utility>
 
 #include "mono_pose_tracker/camera/image_scale.h"
+#include "mono_pose_tracker/common/formatted.h"
 #include "mono_pose_tracker/common/pose_covariance.h"
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
@@ -17,16 +17,12 @@ namespace mono_pose_tracker {
 namespace {
 
 std::string shortfall(int found, int needed, const char* what) {
-  char buffer[160];
-  std::snprintf(buffer, sizeof buffer, "%d %s, %d needed", found, what, needed);
-  return buffer;
+  return formatted("%d %s, %d needed", found, what, needed);
 }
 
 std::string unsupported(const PoseSupport& support) {
-  char buffer[160];
-  std::snprintf(buffer, sizeof buffer, "%d of %d points in view found, over %.0f %% of what is to be seen",
-                support.found, support.expected, 100 * support.spread);
-  return buffer;
+  return formatted("%d of %d points in view found, over %.0f %% of what is to be seen", support.found,
+                   support.expected, 100 * support.spread);
 }
 
 // Where to look for a frame: what looks like it most. What the index knows may be gone from the snapshot.

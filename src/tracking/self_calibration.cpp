@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
+
+#include "mono_pose_tracker/common/formatted.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -173,25 +174,19 @@ class Calibrator {
   }
 
   static std::string not_settled(const CameraRefinement& r, bool is_near) {
-    char text[240];
-    std::snprintf(
-        text, sizeof text,
+    return formatted(
         "%s: one more run would change the focal length by %+.1f %%, and move the image's edge by %.1f px",
         is_near ? "the camera settled nearly" : "the camera did not settle", 100 * r.focal_change,
         r.max_shift_px);
-    return text;
   }
 
   static std::string not_observable(const CameraRefinement& r) {
-    char text[240];
     if (std::isfinite(r.focal_sigma)) {
-      std::snprintf(
-          text, sizeof text,
+      return formatted(
           "the focal length is not observable in this motion (one standard deviation is %.2f %%, less than "
           "%.2f %% is wanted, of a camera that can be): it stays as it was given; views from more sides, and "
           "turned, would tell",
           100 * r.focal_sigma, 100 * kMaxFocalSigma);
-      return text;
     }
     return "the focal length is not observable in this motion: it stays as it was given; views from more "
            "sides, and turned, would tell";
@@ -218,15 +213,12 @@ std::string doubt_of_calibration(const CameraRefinementOptions& options, const C
   const double change = change_asked(r);
   if (!(std::abs(change) >= std::max(kDoubtfulChange, kDoubtfulSigmas * r.focal_sigma))) return "";
   if (!is_asked_by_all_parts(options, camera, map, change)) return "";
-  char text[240];
-  std::snprintf(
-      text, sizeof text,
+  return formatted(
       "the calibration is doubtful: the images fit a focal length of %.0f px better than the %.0f px "
-      "that were given (%+.0f %%)",
+      "that were given (%+.0f %%); calibrate anew for this size of image, or try --refine-camera; where it "
+      "is "
+      "right the map is wrong, as when more than one thing moves: give masks (--masks)",
       camera.fx * (1 + change), camera.fx, 100 * change);
-  return text + std::string(
-                    "; calibrate anew for this size of image, or try --refine-camera; where it is right the "
-                    "map is wrong, as when more than one thing moves: give masks (--masks)");
 }
 
 }  // namespace mono_pose_tracker
