@@ -76,7 +76,7 @@ std::vector<Match> match_descriptors(const cv::Mat& first, const cv::Mat& second
   const double max_ratio2 = 1.0 / (options.min_ratio * options.min_ratio);
   for (int i = 0; i < first.rows; ++i) {
     const NearestTwo& n = of_first[i];
-    if (n.index < 0 || n.best > options.max_distance2) continue;
+    if (n.index < 0) continue;
     if (options.mutual && of_second[n.index] != i) continue;
     if (n.second != std::numeric_limits<int>::max() && n.best > max_ratio2 * n.second) continue;
     const double ratio2 = n.second == std::numeric_limits<int>::max() || n.second == 0

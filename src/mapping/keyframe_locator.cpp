@@ -59,7 +59,7 @@ bool refine(const MapperOptions& options, const std::vector<LandmarkCandidate>& 
   guided.max_distance2 = stored_distance2(options.mapping.max_descriptor_distance);
   std::vector<LandmarkMatch> matches;
   for (int round = 0; round < 2; ++round) {
-    matches = match_by_projection(candidates, image, camera, location->camera_from_map, {}, guided);
+    matches = match_by_projection(candidates, image, camera, location->camera_from_map, guided);
     std::vector<Eigen::Vector3d> bearings, points;
     std::vector<double> sigmas;
     for (const LandmarkMatch& m : matches) {

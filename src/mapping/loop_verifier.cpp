@@ -1,12 +1,12 @@
 #include "mono_pose_tracker/mapping/loop_verifier.h"
 
 #include <algorithm>
-#include <cstring>
 #include <unordered_map>
 #include <unordered_set>
 
 #include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/features/feature_set.h"
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/mapping/projection_matcher.h"
 #include "mono_pose_tracker/robust/similarity.h"
@@ -64,12 +64,8 @@ std::vector<Sight> sights(const TrackingMap& map, const std::vector<KeyframeId>&
 }
 
 cv::Mat descriptors_of(const std::vector<Sight>& sights) {
-  cv::Mat descriptors(static_cast<int>(sights.size()), 128, CV_8U);
-  for (std::size_t i = 0; i < sights.size(); ++i) {
-    std::memcpy(descriptors.ptr(static_cast<int>(i)),
-                sights[i].keyframe->image->set.descriptor(sights[i].feature), 128);
-  }
-  return descriptors;
+  return stacked_descriptors(
+      sights, [](const Sight& sight) { return sight.keyframe->image->set.descriptor(sight.feature); });
 }
 
 SightedPoint sighted(const TrackingMap& map, const Sight& sight) {
@@ -141,7 +137,7 @@ GuidedSearch search(const MapperOptions& options, const CameraModel& camera, con
   GuidedSearch result;
   result.expected = count_visible(candidates, camera, keyframe.camera_from_map, guided);
   for (const LandmarkMatch& m :
-       match_by_projection(candidates, *keyframe.image, camera, keyframe.camera_from_map, {}, guided)) {
+       match_by_projection(candidates, *keyframe.image, camera, keyframe.camera_from_map, guided)) {
     const Eigen::Vector3d x_in_camera = keyframe.camera_from_map * candidates[m.candidate].x_in_map;
     if (weighted_error(*keyframe.image, m.feature, x_in_camera) < options.mapping.max_reprojection_px) {
       result.inliers.push_back(m.feature);

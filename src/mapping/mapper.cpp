@@ -303,7 +303,7 @@ void Mapper::fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks) {
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
   guided.cancelled = options_.ransac.cancelled;
   for (const LandmarkMatch& m :
-       match_by_projection(candidates, *keyframe.image, camera, keyframe.camera_from_map, {}, guided)) {
+       match_by_projection(candidates, *keyframe.image, camera, keyframe.camera_from_map, guided)) {
     if (is_left_out(target, m.feature)) continue;
     const LandmarkId l = candidates[m.candidate].id;
     const LandmarkId held = keyframe.landmark_of_feature[m.feature];

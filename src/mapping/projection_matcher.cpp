@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "mono_pose_tracker/common/angles.h"
+#include "mono_pose_tracker/features/feature_set.h"
 #include "mono_pose_tracker/features/matching.h"
 
 namespace mono_pose_tracker {
@@ -25,11 +25,7 @@ LandmarkCandidate make_candidate(LandmarkId id, const Eigen::Vector3d& x_in_map,
 }
 
 cv::Mat descriptors_of(const std::vector<LandmarkCandidate>& candidates) {
-  cv::Mat descriptors(static_cast<int>(candidates.size()), 128, CV_8U);
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    std::memcpy(descriptors.ptr(static_cast<int>(i)), candidates[i].descriptor, 128);
-  }
-  return descriptors;
+  return stacked_descriptors(candidates, [](const LandmarkCandidate& c) { return c.descriptor; });
 }
 
 namespace {
@@ -65,7 +61,7 @@ class Visibility {
 
 std::vector<LandmarkMatch> match_by_projection(const std::vector<LandmarkCandidate>& candidates,
                                                const ImageFeatures& image, const CameraModel& camera,
-                                               const Rigid3& camera_from_map, const std::vector<char>& taken,
+                                               const Rigid3& camera_from_map,
                                                const ProjectionMatchOptions& options) {
   const Visibility visibility(camera, camera_from_map, options.max_view_angle_deg);
   const double min_ratio2 = options.min_ratio * options.min_ratio;
@@ -77,7 +73,6 @@ std::vector<LandmarkMatch> match_by_projection(const std::vector<LandmarkCandida
     if (!visibility.of(c, &pixel, &scale)) continue;
     NearestTwo nearest;
     image.grid.visit_near(pixel, options.radius_px, [&](int f) {
-      if (!taken.empty() && taken[f]) return;
       const double found = image.set.features[f].scale;
       if (found > scale * options.max_scale_ratio || scale > found * options.max_scale_ratio) return;
       nearest.offer(f, descriptor_distance2(c.descriptor, image.set.descriptor(f)));

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <vector>
 
+#include "mono_pose_tracker/features/feature_set.h"
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
 
@@ -60,10 +60,8 @@ int shared_landmarks(const Map& map, const std::vector<SeenLandmark>& landmarks,
 
 bool link(const MapperOptions& options, const Keyframe& first, const Keyframe& second, Map* map) {
   const std::vector<SeenLandmark> landmarks = seen_landmarks(first);
-  cv::Mat descriptors(static_cast<int>(landmarks.size()), 128, CV_8U);
-  for (std::size_t i = 0; i < landmarks.size(); ++i) {
-    std::memcpy(descriptors.ptr(static_cast<int>(i)), first.image->set.descriptor(landmarks[i].feature), 128);
-  }
+  const cv::Mat descriptors = stacked_descriptors(
+      landmarks, [&](const SeenLandmark& seen) { return first.image->set.descriptor(seen.feature); });
   const std::vector<Match> matches =
       match_descriptors(descriptors, second.image->set.descriptors, options.matching);
   std::vector<Eigen::Vector3d> bearings, points;

@@ -174,8 +174,7 @@ void MotionMask::find_object() {
   const cv::Mat differs = background_.foreground(image_, known_outside());
   const double known = cv::countNonZero(known_), gone = cv::countNonZero(known_ & differs);
   images_lost_ = known > 0.2 * known_.total() && gone > kLostShare * known ? images_lost_ + 1 : 0;
-  background_lost_ = images_lost_ >= kLostImages;
-  if (background_lost_) {
+  if (images_lost_ >= kLostImages) {
     images_lost_ = 0;
     begin(image_);
   }

@@ -166,7 +166,7 @@ void Resector::refine(const Frame& frame, const std::vector<LandmarkCandidate>& 
   std::vector<LandmarkMatch> matches, inliers;
   bool converged = false;
   for (int round = 0; round < 2; ++round) {
-    matches = match_by_projection(candidates, *frame.image, camera_, report->camera_from_map, {}, guided);
+    matches = match_by_projection(candidates, *frame.image, camera_, report->camera_from_map, guided);
     const Sight sight = gather(frame, candidates, matches, camera_.focal());
     const MotionRefinementReport refined =
         refine_absolute_pose(sight.bearings, sight.points, sight.sigmas, report->camera_from_map, {});
@@ -214,7 +214,7 @@ ResectionReport Resector::by_prediction(const Frame& frame, const std::vector<La
   guided.min_ratio =
       1.1;  // within a few per cent of the image a look-alike is rare: less than the paper's 1.25
   return pose_from_matches(frame, candidates,
-                           match_by_projection(candidates, *frame.image, camera_, predicted, {}, guided));
+                           match_by_projection(candidates, *frame.image, camera_, predicted, guided));
 }
 
 ResectionReport Resector::by_descriptors(const Frame& frame,

@@ -2,7 +2,9 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -24,5 +26,16 @@ struct FeatureSet {
   int size() const { return static_cast<int>(features.size()); }
   const std::uint8_t* descriptor(int i) const { return descriptors.ptr<std::uint8_t>(i); }
 };
+
+/// The descriptors that `descriptor_of` gives of the items, a row each (N x 128, CV_8U).
+template <typename Item, typename DescriptorOf>
+cv::Mat stacked_descriptors(const std::vector<Item>& items, const DescriptorOf& descriptor_of) {
+  constexpr int kBytes = 128;
+  cv::Mat descriptors(static_cast<int>(items.size()), kBytes, CV_8U);
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    std::memcpy(descriptors.ptr(static_cast<int>(i)), descriptor_of(items[i]), kBytes);
+  }
+  return descriptors;
+}
 
 }  // namespace mono_pose_tracker

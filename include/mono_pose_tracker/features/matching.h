@@ -44,9 +44,8 @@ struct Match {
 };
 
 struct MatchOptions {
-  double min_ratio = 1.25;  // second nearest over nearest distance at least (the paper, step 3a)
-  bool mutual = true;       // the nearest of the second must be the first, too
-  int max_distance2 = 1 << 30;
+  double min_ratio = 1.25;         // second nearest over nearest distance at least (the paper, step 3a)
+  bool mutual = true;              // the nearest of the second must be the first, too
   CancelFlag cancelled = nullptr;  // once it is set: no matches
 };
 

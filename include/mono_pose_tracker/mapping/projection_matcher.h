@@ -43,11 +43,10 @@ LandmarkCandidate make_candidate(LandmarkId id, const Eigen::Vector3d& x_in_map,
 cv::Mat descriptors_of(const std::vector<LandmarkCandidate>& candidates);
 
 /// Guided matching (paper, step 4c): each candidate is projected by the pose and compared with the features
-/// round its pixel; a feature that several candidates claim goes to the nearest. `taken[f]` features are left
-/// out (empty: none).
+/// round its pixel; a feature that several candidates claim goes to the nearest.
 std::vector<LandmarkMatch> match_by_projection(const std::vector<LandmarkCandidate>& candidates,
                                                const ImageFeatures& image, const CameraModel& camera,
-                                               const Rigid3& camera_from_map, const std::vector<char>& taken,
+                                               const Rigid3& camera_from_map,
                                                const ProjectionMatchOptions& options);
 
 /// How many of the candidates the pose brings into view, from a side and at a scale at which they could be

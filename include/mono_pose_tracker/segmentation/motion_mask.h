@@ -11,8 +11,9 @@ namespace mono_pose_tracker {
 /// The outline of an object that moves before a background that stands still, with no mask known beforehand.
 /// Texture that did not change while the object moved on is background: it is learnt, and then whatever
 /// differs from it is the object. Pixels nothing is known of go with the nearest evidence: features of the
-/// object, or still texture. Points are in px of the images; distances of the object's movement, too. One
-/// thread.
+/// object, or still texture. When most of the known background is gone at once, the camera itself has moved:
+/// what was known of it is forgotten; the object stays. Points are in px of the images; distances of the
+/// object's movement, too. One thread.
 class MotionMask {
  public:
   explicit MotionMask(const SegmentationOptions& options);
@@ -36,10 +37,6 @@ class MotionMask {
   /// The object in an image out of order, by what is known of the background.
   cv::Mat mask_of(const cv::Mat& image) const;
 
-  /// True when most of the known background is gone at once: the camera itself has moved. What was known is
-  /// forgotten; the object stays.
-  bool is_background_lost() const { return background_lost_; }
-
   void reset();
 
  private:
@@ -56,8 +53,7 @@ class MotionMask {
 
   SegmentationOptions options_;
   bool started_ = false;
-  bool background_lost_ = false;
-  int images_lost_ = 0;
+  int images_lost_ = 0;  // in a row that showed little of the known background
   cv::Size full_size_;
   cv::Mat image_;      // the last one, reduced
   cv::Mat unchanged_;  // [pixel] as it has been since
