@@ -59,33 +59,9 @@ void MappingWorker::stop() {
   }
 }
 
-void MappingWorker::initialize(const InitialMap& initial, std::uint32_t epoch) {
+void MappingWorker::begin(std::uint32_t epoch, Work work) {
   reset(epoch);
-  post({[initial, epoch](Mapper& mapper) { mapper.initialize(initial, epoch); }, epoch});
-  wait_for_jobs();
-}
-
-void MappingWorker::begin_beside(const InitialMap& initial, std::uint32_t epoch) {
-  reset(epoch);
-  post({[initial, epoch](Mapper& mapper) { mapper.begin_beside(initial, epoch); }, epoch});
-  wait_for_jobs();
-}
-
-void MappingWorker::resume(std::uint32_t map_id, bool keep_present, std::uint32_t epoch) {
-  reset(epoch);
-  post({[=](Mapper& mapper) { mapper.resume(map_id, keep_present, epoch); }, epoch});
-  wait_for_jobs();
-}
-
-void MappingWorker::restore(const Map& map, std::uint32_t epoch) {
-  reset(epoch);
-  post({[map, epoch](Mapper& mapper) { mapper.restore(map, epoch); }, epoch});
-  wait_for_jobs();
-}
-
-void MappingWorker::restore_beside(const Map& map, std::uint32_t epoch) {
-  reset(epoch);
-  post({[map, epoch](Mapper& mapper) { mapper.restore_beside(map, epoch); }, epoch});
+  post({std::move(work), epoch});
   wait_for_jobs();
 }
 

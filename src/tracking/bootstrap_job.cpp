@@ -18,7 +18,10 @@ void BootstrapJob::post(const Frame& frame, std::uint32_t epoch, bool begins, Ma
   worker->offer(
       [this, frame, epoch, begins, report](Mapper& mapper) {
         *report = run(frame, epoch);
-        if (report->map && begins) mapper.initialize(*report->map, epoch);
+        if (!report->map || !begins) return;
+        mapper.initialize(*report->map, epoch);
+        report->map.reset();
+        report->is_begun = true;
       },
       [this, epoch, report] {
         const std::lock_guard<std::mutex> lock(mutex_);

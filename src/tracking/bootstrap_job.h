@@ -22,8 +22,8 @@ class BootstrapJob {
   void offer(const Frame& frame, std::uint32_t epoch, MappingWorker* worker);
   // The same for a map beside those that there are: it is not begun, the report holds it.
   void offer_beside(const Frame& frame, std::uint32_t epoch, MappingWorker* worker);
-  // What became of the last frame offered in this epoch, once, when it is known. With a map in it, that map
-  // can be had from the worker.
+  // What became of the last frame offered in this epoch, once, when it is known. A map that is begun can be
+  // had from the worker.
   std::optional<BootstrapReport> take(std::uint32_t epoch);
   // From the next frame on.
   void set_options(const TrackerOptions& options);

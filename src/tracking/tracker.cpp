@@ -109,7 +109,7 @@ void Tracker::Impl::start_map() {
 void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
   // On a thread, this is what became of an earlier frame, and the frames since then are passed over.
   std::optional<BootstrapReport> known = bootstrap_job_.take(epoch_);
-  if (!known || !known->map) {
+  if (!known || !known->is_begun) {
     bootstrap_job_.offer(frame, epoch_, &worker_);
     if (!known) known = bootstrap_job_.take(epoch_);
   }
@@ -120,7 +120,7 @@ void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
   report->inliers = bootstrap_.inliers;
   report->median_parallax_deg = bootstrap_.median_parallax_deg;
   report->motions = bootstrap_.motions;
-  if (!bootstrap_.map) return;
+  if (!bootstrap_.is_begun) return;
   const BootstrapReport bootstrap = std::exchange(bootstrap_, BootstrapReport());
   start_map();
   // Against the map just made: the pose gets its covariance and the whole map's points.

@@ -15,11 +15,11 @@ bool Tracker::Impl::finish() {
   if (state_ == State::kBootstrapping) {
     if (options_.localize_only) return false;
     const std::optional<BootstrapReport> known = bootstrap_job_.take(epoch_);
-    if (!known || !known->map) {
+    if (!known || !known->is_begun) {
       if (next_index_ != 2) return false;
       const BootstrapReport two_views = bootstrap_job_.bootstrapper().unconfirmed();
       if (!two_views.map) return false;
-      worker_.initialize(*two_views.map, epoch_);
+      worker_.begin(epoch_, [&](Mapper& mapper) { mapper.initialize(*two_views.map, epoch_); });
       unconfirmed_ = true;
     }
     start_map();

@@ -37,12 +37,13 @@ void Tracker::Impl::load_maps(SavedMaps saved) {
   }
   saved.end_before_zero();  // what is tracked from now on is counted from next_index_
   reset();
-  worker_.restore(saved.maps.front(), epoch_);
+  worker_.begin(epoch_, [&](Mapper& mapper) { mapper.restore(saved.maps.front(), epoch_); });
   TrackingMapPtr largest = worker_.latest();
   for (std::size_t i = 1; i < saved.maps.size(); ++i) {
     const TrackingMapPtr before = worker_.latest();
     others_[before->map_id] = before;
-    worker_.restore_beside(saved.maps[i], ++epoch_);
+    ++epoch_;
+    worker_.begin(epoch_, [&](Mapper& mapper) { mapper.restore_beside(saved.maps[i], epoch_); });
     const TrackingMapPtr map = worker_.latest();
     if (map->keyframes.size() > largest->keyframes.size()) largest = map;
   }
@@ -63,7 +64,8 @@ void Tracker::Impl::restart() {
   frames_.clear();
   tentative_.reset();
   motion_.reset();
-  worker_.resume(map->map_id, true, ++epoch_);
+  ++epoch_;
+  worker_.begin(epoch_, [&](Mapper& mapper) { mapper.resume(map->map_id, true, epoch_); });
   state_ = State::kLost;
   frames_lost_ = 1;
 }

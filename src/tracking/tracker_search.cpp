@@ -73,7 +73,8 @@ bool Tracker::Impl::confirm(const Frame& frame, ResectionReport* resection) {
 // False when it is no more: it was joined with another meanwhile. Then the present one goes on.
 bool Tracker::Impl::go_back_to(std::uint32_t map_id, bool keep_present) {
   const TrackingMapPtr present = worker_.latest();
-  worker_.resume(map_id, keep_present, ++epoch_);
+  ++epoch_;
+  worker_.begin(epoch_, [&](Mapper& mapper) { mapper.resume(map_id, keep_present, epoch_); });
   present_map_ = worker_.latest()->map_id;
   keyframe_policy_.reset();
   pose_doubt_.reset();
@@ -112,7 +113,8 @@ void Tracker::Impl::bootstrap_beside(const Frame& frame, FrameReport* report) {
   if (!known->map) return;
   const TrackingMapPtr before = worker_.latest();
   others_[before->map_id] = before;
-  worker_.begin_beside(*known->map, ++epoch_);
+  ++epoch_;
+  worker_.begin(epoch_, [&](Mapper& mapper) { mapper.begin_beside(*known->map, epoch_); });
   keyframe_policy_.reset();
   pose_doubt_.reset();
   start_map();

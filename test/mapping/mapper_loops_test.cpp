@@ -34,7 +34,8 @@ class MapperLoopsTest : public testing::Test {
     worker_ = std::make_unique<MappingWorker>(
         with_cancel(options_.mapper(camera_.focal()), [this] { return ask(); }), camera_, threaded,
         [this] { mapping_thread_ = std::this_thread::get_id(); });
-    worker_->initialize(true_beginning(walk_, camera_, kLoopNoise, random_), 0);
+    const InitialMap initial = true_beginning(walk_, camera_, kLoopNoise, random_);
+    worker_->begin(0, [&](Mapper& mapper) { mapper.initialize(initial, 0); });
   }
 
   // Asked by solves after each iteration: those beside the mapper's thread stand still while held.

@@ -42,6 +42,10 @@ class MappingWorkerTest : public testing::Test {
     return map;
   }
 
+  static void begin(const InitialMap& initial, std::uint32_t epoch, MappingWorker* worker) {
+    worker->begin(epoch, [&](Mapper& mapper) { mapper.initialize(initial, epoch); });
+  }
+
   // A new view posed against the newest keyframe of the map.
   KeyframeCandidate candidate(const TrackingMap& map, int index) {
     const KeyframeView& newest = map.keyframes.rbegin()->second;
@@ -66,7 +70,7 @@ class OnAThreadOrInline : public MappingWorkerTest, public testing::WithParamInt
 TEST_P(OnAThreadOrInline, KeyframesComeToTheMap) {
   MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, GetParam());
   EXPECT_EQ(worker.latest(), nullptr);
-  worker.initialize(initial_map(), 3);
+  begin(initial_map(), 3, &worker);
   const TrackingMapPtr two = worker.latest();
   ASSERT_NE(two, nullptr);
   EXPECT_EQ(two->epoch, 3u);
@@ -96,14 +100,14 @@ TEST_P(OnAThreadOrInline, KeyframesComeToTheMap) {
 
 TEST_P(OnAThreadOrInline, ResetLeavesNoMap) {
   MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, GetParam());
-  worker.initialize(initial_map(), 0);
+  begin(initial_map(), 0, &worker);
   const KeyframeCandidate next = candidate(*worker.latest(), 2);
   ASSERT_TRUE(worker.insert(next));
   worker.reset(1);
   EXPECT_EQ(worker.latest(), nullptr);
   worker.wait();
   EXPECT_EQ(worker.latest(), nullptr) << "what was under way belongs to the map before";
-  worker.initialize(initial_map(), 1);
+  begin(initial_map(), 1, &worker);
   ASSERT_NE(worker.latest(), nullptr);
   EXPECT_EQ(worker.latest()->epoch, 1u);
   EXPECT_EQ(worker.latest()->keyframes.size(), 2u);
@@ -114,7 +118,7 @@ INSTANTIATE_TEST_SUITE_P(Mapping, OnAThreadOrInline, testing::Bool(),
 
 TEST_F(MappingWorkerTest, NoMoreKeyframesWaitThanTheBacklogHolds) {
   MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, true);
-  worker.initialize(initial_map(), 0);
+  begin(initial_map(), 0, &worker);
   const KeyframeCandidate next = candidate(*worker.latest(), 2);
   // Were insert to block, none would ever be refused. Mapping takes longer than queueing: a few calls do.
   int accepted = 0, refused = 0;
@@ -159,7 +163,7 @@ TEST_F(MappingWorkerTest, BehindInTimeItSolvesLessAndTheMapStaysConsistent) {
 TEST_F(MappingWorkerTest, JobsThatWaitDoNotKeepItAlive) {
   for (int trial = 0; trial < 20; ++trial) {
     MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, true);
-    worker.initialize(initial_map(), 0);
+    begin(initial_map(), 0, &worker);
     const KeyframeCandidate next = candidate(*worker.latest(), 2);
     for (int i = 0; i < MappingWorker::kMaxBacklog; ++i) worker.insert(next);
   }
@@ -188,7 +192,7 @@ TEST_F(MappingWorkerTest, ResetEndsTheSolveUnderWay) {
   SolveUnderWay solve;
   std::atomic<bool> is_reset{false};
   MappingWorker worker(solve.options().mapper(camera_.focal()), camera_, true);
-  worker.initialize(initial_map(), 0);
+  begin(initial_map(), 0, &worker);
   solve.until = [&] { return is_reset.load(); };
   ASSERT_TRUE(worker.insert(candidate(*worker.latest(), 2)));
   solve.begun.get_future().wait();
@@ -196,7 +200,7 @@ TEST_F(MappingWorkerTest, ResetEndsTheSolveUnderWay) {
   is_reset = true;
   worker.wait();
   EXPECT_EQ(solve.asked, 1) << "the iteration after the reset is not begun";
-  worker.initialize(initial_map(), 1);
+  begin(initial_map(), 1, &worker);
   EXPECT_GT(solve.asked, 2) << "the next job is not cancelled";
 }
 
@@ -205,7 +209,7 @@ TEST_F(MappingWorkerTest, DestructionEndsTheSolveUnderWay) {
   std::atomic<bool> one_waits{false};
   {
     MappingWorker worker(solve.options().mapper(camera_.focal()), camera_, true);
-    worker.initialize(initial_map(), 0);
+    begin(initial_map(), 0, &worker);
     // The destructor drops what waits.
     solve.until = [&] { return one_waits && worker.backlog() == 1; };
     const KeyframeCandidate next = candidate(*worker.latest(), 2);
@@ -220,10 +224,10 @@ TEST_F(MappingWorkerTest, DestructionEndsTheSolveUnderWay) {
 TEST_F(MappingWorkerTest, TwoHundredResetsUnderLoad) {
   MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, true);
   const InitialMap initial = initial_map();
-  worker.initialize(initial, 0);
+  begin(initial, 0, &worker);
   const KeyframeCandidate next = candidate(*worker.latest(), 2);
   for (std::uint32_t epoch = 1; epoch <= 400; epoch += 2) {
-    worker.initialize(initial, epoch);
+    begin(initial, epoch, &worker);
     ASSERT_EQ(worker.latest()->epoch, epoch);
     ASSERT_EQ(worker.latest()->keyframes.size(), 2u);
     for (int i = 0; i < MappingWorker::kMaxBacklog; ++i) worker.insert(next);

@@ -15,8 +15,8 @@
 namespace mono_pose_tracker {
 
 /// Runs a Mapper and whatever else is handed to it, one job after the other: inline (every call returns when
-/// its work is done: repeatable) or on a thread of its own, where no call but wait, initialize and restore
-/// ever waits for work. What the mapper wants done aside (aside.h) has a second thread, so that keyframes go
+/// its work is done: repeatable) or on a thread of its own, where no call but wait and begin ever waits for
+/// work. What the mapper wants done aside (aside.h) has a second thread, so that keyframes go
 /// into the map meanwhile; inline it follows the job that asked for it.
 ///
 /// Threads: one thread calls; latest and backlog may be called from any. mutex_ guards jobs_, aside_, busy_,
@@ -37,16 +37,9 @@ class MappingWorker {
   /// called where the work ran, after a map that it may have begun can be had from latest().
   bool offer(Work work, std::function<void()> done = {});
 
-  /// Begins a map; returns when it is there.
-  void initialize(const InitialMap& initial, std::uint32_t epoch);
-  /// Begins a map beside those that there are; returns when it is there.
-  void begin_beside(const InitialMap& initial, std::uint32_t epoch);
-  /// Goes back to a map that is kept (Mapper::resume); returns when it is there.
-  void resume(std::uint32_t map_id, bool keep_present, std::uint32_t epoch);
-  /// Goes on in a map that was saved; returns when it is there.
-  void restore(const Map& map, std::uint32_t epoch);
-  /// The same beside those that there are; returns when it is there.
-  void restore_beside(const Map& map, std::uint32_t epoch);
+  /// Drops what waits, as reset does, and has `work` give the mapper another map: one that it begins, goes
+  /// back to or restores, in this epoch. Returns when it is there.
+  void begin(std::uint32_t epoch, Work work);
   /// False, and nothing queued, when kMaxBacklog keyframes wait already.
   bool insert(const KeyframeCandidate& candidate);
   /// Moves the present map as a whole (Mapper::transform), after what waits.

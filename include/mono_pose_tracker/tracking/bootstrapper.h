@@ -25,6 +25,7 @@ struct BootstrapReport {
   int inliers = 0;
   double median_parallax_deg = 0;
   std::optional<InitialMap> map;
+  bool is_begun = false;            // the map was, and is the mapper's: the report holds it no more
   std::vector<SeenMotion> motions;  // from the reference to the frame added
 
   /// When a background stands still before which an object moves: its features' pixels, and since which frame
