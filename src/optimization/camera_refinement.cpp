@@ -12,10 +12,12 @@
 #include <stdexcept>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "cancel_callback.h"
 #include "mono_pose_tracker/camera/calibrating_camera.h"
+#include "mono_pose_tracker/common/median.h"
 #include "pose_parameterization.h"
 #include "positive_definite.h"
 #include "reduced_system.h"
@@ -186,8 +188,7 @@ double rms(const std::vector<double>& lengths) {
 // As for a map: a few times the residuals' own spread, within what features can have.
 double loss_width(const BundleOptions& options, std::vector<double> lengths) {
   if (lengths.empty()) return options.loss_width;
-  std::nth_element(lengths.begin(), lengths.begin() + lengths.size() / 2, lengths.end());
-  return options.loss_width * std::clamp(lengths[lengths.size() / 2] / 1.1774, 0.1, 1.0);
+  return options.loss_width * std::clamp(sigma_of_lengths(std::move(lengths)), 0.1, 1.0);
 }
 
 // The scale is left to the solver's damping: nothing here depends on it.

@@ -7,8 +7,10 @@
 #include <set>
 #include <tuple>
 #include <unordered_map>
+#include <utility>
 
 #include "fixed_keyframes.h"
+#include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/optimization/point_adjustment.h"
 
 namespace mono_pose_tracker {
@@ -151,8 +153,7 @@ MapProblem build(const Map& map, const std::vector<KeyframeId>& free, const std:
   return problem;
 }
 
-// Spread (sigma of each coordinate) of the residuals: their lengths' median over that of a Rayleigh
-// distribution.
+// Sigma of each coordinate of the residuals.
 double residual_spread(const BundleProblem& problem) {
   std::vector<double> errors;
   errors.reserve(problem.observations.size());
@@ -160,9 +161,7 @@ double residual_spread(const BundleProblem& problem) {
     const Eigen::Vector3d x = problem.cameras[o.camera].camera_from_map * problem.points[o.point];
     errors.push_back((o.pixel_from_bearing * x / o.bearing.dot(x)).norm() / o.sigma_px);
   }
-  if (errors.empty()) return 1;
-  std::nth_element(errors.begin(), errors.begin() + errors.size() / 2, errors.end());
-  return errors[errors.size() / 2] / 1.1774;
+  return errors.empty() ? 1 : sigma_of_lengths(std::move(errors));
 }
 
 BundleOptions with_spread(BundleOptions options, const BundleProblem& problem) {

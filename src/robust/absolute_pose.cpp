@@ -8,7 +8,7 @@
 #include "mono_pose_tracker/geometry/p3p.h"
 #include "mono_pose_tracker/robust/point_matches.h"
 #include "mono_pose_tracker/robust/ransac.h"
-#include "mono_pose_tracker/robust/sampler.h"
+#include "sample_consensus.h"
 
 namespace mono_pose_tracker {
 
@@ -56,24 +56,7 @@ void validate(const std::vector<Eigen::Vector3d>& bearings, const std::vector<Ei
     throw std::invalid_argument("estimate_absolute_pose: " + std::to_string(bearings.size()) +
                                 " bearings match " + std::to_string(points.size()) + " points");
   }
-  if (!options.quality.empty() && options.quality.size() != points.size()) {
-    throw std::invalid_argument("AbsolutePoseOptions: quality has " + std::to_string(options.quality.size()) +
-                                " values for " + std::to_string(points.size()) + " matches");
-  }
-}
-
-RansacReport<CameraPose> sample_consensus(const PointMatches& matches, const AbsolutePoseOptions& options,
-                                          PoseEstimator& estimator) {
-  if (options.quality.empty()) {
-    UniformSampler sampler(estimator.num_data(), PoseEstimator::kSampleSize);
-    return ransac(options.ransac, estimator, sampler);
-  }
-  std::vector<float> quality(matches.size());
-  for (int i = 0; i < matches.size(); ++i) {
-    quality[i] = options.quality[matches.source(i)];
-  }
-  ProsacSampler sampler(quality, PoseEstimator::kSampleSize);
-  return ransac(options.ransac, estimator, sampler);
+  require_quality_of_each(options.quality, points.size(), "AbsolutePoseOptions", "matches");
 }
 
 }  // namespace
@@ -90,7 +73,7 @@ AbsolutePoseReport estimate_absolute_pose(const std::vector<Eigen::Vector3d>& be
     return report;
   }
   PoseEstimator estimator(matches, threshold);
-  RansacReport<CameraPose> sampled = sample_consensus(matches, options, estimator);
+  RansacReport<CameraPose> sampled = sample_consensus(options.ransac, matches, options.quality, estimator);
   report.iterations = sampled.iterations;
   // Any three matches fit some pose: only a fourth says anything.
   if (sampled.best.score.num_inliers <= PoseEstimator::kSampleSize) {

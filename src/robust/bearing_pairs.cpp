@@ -3,10 +3,9 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
-#include "mono_pose_tracker/common/random.h"
 #include "mono_pose_tracker/robust/early_rejection.h"
+#include "shuffled_indices.h"
 
 namespace mono_pose_tracker {
 
@@ -57,17 +56,11 @@ bool distances_positive(double along1, double along2, double cosine, double tole
 }  // namespace
 
 BearingPairs::BearingPairs(const std::vector<Eigen::Vector3d>& bearings1,
-                           const std::vector<Eigen::Vector3d>& bearings2, std::uint64_t seed) {
-  for (std::size_t i = 0; i < bearings1.size(); ++i) {
-    const double norms = bearings1[i].norm() * bearings2[i].norm();
-    if (std::isfinite(norms) && norms > 0) {
-      source_.push_back(static_cast<int>(i));
-    }
-  }
-  Random random(seed);
-  for (int i = size() - 1; i > 0; --i) {
-    std::swap(source_[i], source_[random.index(static_cast<std::uint32_t>(i + 1))]);
-  }
+                           const std::vector<Eigen::Vector3d>& bearings2, std::uint64_t seed)
+    : source_(shuffled_indices(bearings1.size(), seed, [&](std::size_t i) {
+        const double norms = bearings1[i].norm() * bearings2[i].norm();
+        return std::isfinite(norms) && norms > 0;
+      })) {
   std::vector<Eigen::Vector3d> first, second;
   first.reserve(source_.size());
   second.reserve(source_.size());

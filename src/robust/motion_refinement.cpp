@@ -5,7 +5,9 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
+#include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/common/so3.h"
 
 namespace mono_pose_tracker {
@@ -46,21 +48,20 @@ struct Linearization {
   int count = 0;
 };
 
-// From the median residual, which is sqrt(2 ln 2) sigma for normal errors of two components.
-double estimate_sigma(const Matches& matches, const Rigid3& pose, std::vector<double>* lengths) {
-  lengths->clear();
+double estimate_sigma(const Matches& matches, const Rigid3& pose) {
+  std::vector<double> lengths;
+  lengths.reserve(matches.points.size());
   for (std::size_t i = 0; i < matches.points.size(); ++i) {
     if (matches.usable(i)) {
       const Eigen::Vector3d p = pose * matches.points[i];
-      lengths->push_back((p / std::max(p.norm(), kMinDistance) - matches.bearings[i]).norm());
+      lengths.push_back((p / std::max(p.norm(), kMinDistance) - matches.bearings[i]).norm());
     }
   }
-  if (lengths->empty()) {
+  if (lengths.empty()) {
     return 1;
   }
-  const auto middle = lengths->begin() + lengths->size() / 2;
-  std::nth_element(lengths->begin(), middle, lengths->end());
-  return std::max(*middle / 1.1774, 1e-12);  // exact data: the rounding errors of double precision, and more
+  // Exact data: the rounding errors of double precision, and more.
+  return std::max(sigma_of_lengths(std::move(lengths)), 1e-12);
 }
 
 double robust_cost(const Matches& matches, const Rigid3& pose, double squared_width) {
@@ -208,11 +209,9 @@ MotionRefinementReport refine_absolute_pose(const std::vector<Eigen::Vector3d>& 
   report.camera_from_map = initial_camera_from_map;
   Linearization at;
   // An unknown sigma is first taken from the initial pose's residuals, then from those of the pose that gave.
-  std::vector<double> lengths;
-  lengths.reserve(matches.points.size());
   for (int round = 0; round < (sigmas.empty() ? 2 : 1); ++round) {
     if (sigmas.empty()) {
-      matches.common_sigma = estimate_sigma(matches, report.camera_from_map, &lengths);
+      matches.common_sigma = estimate_sigma(matches, report.camera_from_map);
     }
     report.converged = minimize(matches, options, &report.camera_from_map, &at);
   }

@@ -4,12 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "levenberg_marquardt.h"
-#include "mono_pose_tracker/common/random.h"
 #include "mono_pose_tracker/common/so3.h"
 #include "mono_pose_tracker/robust/early_rejection.h"
+#include "shuffled_indices.h"
 
 namespace mono_pose_tracker {
 
@@ -123,17 +122,11 @@ struct CameraPoseProblem {
 }  // namespace
 
 PointMatches::PointMatches(const std::vector<Eigen::Vector3d>& bearings_in_camera,
-                           const std::vector<Eigen::Vector3d>& points_in_map, std::uint64_t seed) {
-  for (std::size_t i = 0; i < points_in_map.size(); ++i) {
-    const double norm = bearings_in_camera[i].norm();
-    if (points_in_map[i].allFinite() && std::isfinite(norm) && norm > 0) {
-      source_.push_back(static_cast<int>(i));
-    }
-  }
-  Random random(seed);
-  for (int i = size() - 1; i > 0; --i) {
-    std::swap(source_[i], source_[random.index(static_cast<std::uint32_t>(i + 1))]);
-  }
+                           const std::vector<Eigen::Vector3d>& points_in_map, std::uint64_t seed)
+    : source_(shuffled_indices(points_in_map.size(), seed, [&](std::size_t i) {
+        const double norm = bearings_in_camera[i].norm();
+        return points_in_map[i].allFinite() && std::isfinite(norm) && norm > 0;
+      })) {
   std::vector<Eigen::Vector3d> bearings, points;
   bearings.reserve(source_.size());
   points.reserve(source_.size());

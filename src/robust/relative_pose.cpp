@@ -9,9 +9,9 @@
 #include "mono_pose_tracker/geometry/five_point.h"
 #include "mono_pose_tracker/robust/bearing_pairs.h"
 #include "mono_pose_tracker/robust/ransac.h"
-#include "mono_pose_tracker/robust/sampler.h"
 #include "mono_pose_tracker/robust/two_view_ambiguity.h"
 #include "mono_pose_tracker/robust/two_view_refinement.h"
+#include "sample_consensus.h"
 
 namespace mono_pose_tracker {
 
@@ -151,25 +151,7 @@ void validate(const std::vector<Eigen::Vector3d>& bearings1, const std::vector<E
     throw std::invalid_argument("estimate_relative_pose: " + std::to_string(bearings1.size()) +
                                 " bearings match " + std::to_string(bearings2.size()));
   }
-  if (!options.quality.empty() && options.quality.size() != bearings1.size()) {
-    throw std::invalid_argument("RelativePoseOptions: quality has " + std::to_string(options.quality.size()) +
-                                " values for " + std::to_string(bearings1.size()) + " pairs");
-  }
-}
-
-RansacReport<TwoViewModel> sample_consensus(const BearingPairs& pairs, const RelativePoseOptions& options,
-                                            TwoViewEstimator& estimator) {
-  const int num_rivals = options.max_hypotheses > 1 ? options.max_hypotheses : 0;
-  if (options.quality.empty()) {
-    UniformSampler sampler(pairs.size(), TwoViewEstimator::kSampleSize);
-    return ransac(options.ransac, estimator, sampler, num_rivals);
-  }
-  std::vector<float> quality(pairs.size());
-  for (int i = 0; i < pairs.size(); ++i) {
-    quality[i] = options.quality[pairs.source(i)];
-  }
-  ProsacSampler sampler(quality, TwoViewEstimator::kSampleSize);
-  return ransac(options.ransac, estimator, sampler, num_rivals);
+  require_quality_of_each(options.quality, bearings1.size(), "RelativePoseOptions", "pairs");
 }
 
 // Motions that the matches may hardly tell from the best one: the twin of the dominant plane, and its turn
@@ -219,7 +201,9 @@ RelativePoseReport estimate_relative_pose(const std::vector<Eigen::Vector3d>& be
     return report;
   }
   TwoViewEstimator estimator(pairs, options);
-  RansacReport<TwoViewModel> sampled = sample_consensus(pairs, options, estimator);
+  const int num_rivals = options.max_hypotheses > 1 ? options.max_hypotheses : 0;
+  const RansacReport<TwoViewModel> sampled =
+      sample_consensus(options.ransac, pairs, options.quality, estimator, num_rivals);
   report.iterations = sampled.iterations;
   // Any five pairs fit some pose: only a sixth says anything.
   if (sampled.best.score.num_inliers <= TwoViewEstimator::kSampleSize) {

@@ -1,6 +1,7 @@
 // The end of a recording: maps are joined and finished, images without a pose get one.
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdlib>
 #include <iterator>
 #include <utility>
@@ -65,10 +66,11 @@ ResectionReport Tracker::Impl::resect_near_in_time(const Frame& frame, const Tra
   for (const auto& [id, keyframe] : map.keyframes) {
     by_time.emplace_back(std::abs(keyframe.frame_index - frame.index), id);
   }
-  std::sort(by_time.begin(), by_time.end());
+  const auto end = by_time.begin() + static_cast<std::ptrdiff_t>(std::min(by_time.size(), keyframes));
+  std::partial_sort(by_time.begin(), end, by_time.end());
   ResectionReport best;
-  for (std::size_t i = 0; i < std::min(by_time.size(), keyframes); ++i) {
-    ResectionReport report = resector_.resect(frame, map, by_time[i].second, std::nullopt);
+  for (auto nearest = by_time.begin(); nearest != end; ++nearest) {
+    ResectionReport report = resector_.resect(frame, map, nearest->second, std::nullopt);
     if (is_better(report, best)) best = std::move(report);
   }
   return best;

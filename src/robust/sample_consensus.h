@@ -1,0 +1,38 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "mono_pose_tracker/robust/ransac.h"
+#include "mono_pose_tracker/robust/sampler.h"
+
+namespace mono_pose_tracker {
+
+// Throws std::invalid_argument. options: the name of those that hold the quality; data: what it is of.
+inline void require_quality_of_each(const std::vector<float>& quality, std::size_t count, const char* options,
+                                    const char* data) {
+  if (quality.empty() || quality.size() == count) return;
+  throw std::invalid_argument(std::string(options) + ": quality has " + std::to_string(quality.size()) +
+                              " values for " + std::to_string(count) + " " + data);
+}
+
+// Samples the best data first where their quality is known. quality: of the data that `data`, whose source(i)
+// tells where the i-th comes from, was made of; empty: not known.
+template <class Data, class Estimator>
+RansacReport<typename Estimator::Model> sample_consensus(const RansacOptions& options, const Data& data,
+                                                         const std::vector<float>& quality,
+                                                         Estimator& estimator, int num_rivals = 0) {
+  if (quality.empty()) {
+    UniformSampler sampler(data.size(), Estimator::kSampleSize);
+    return ransac(options, estimator, sampler, num_rivals);
+  }
+  std::vector<float> of_data(data.size());
+  for (int i = 0; i < data.size(); ++i) {
+    of_data[i] = quality[data.source(i)];
+  }
+  ProsacSampler sampler(of_data, Estimator::kSampleSize);
+  return ransac(options, estimator, sampler, num_rivals);
+}
+
+}  // namespace mono_pose_tracker
