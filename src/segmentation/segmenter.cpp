@@ -42,7 +42,7 @@ Segmentation Segmenter::segment_again(const cv::Mat& image, const cv::Mat& given
 }
 
 Segmentation Segmenter::find(const cv::Mat& image, const cv::Mat& given, bool learn) {
-  if (options_.method == "none") return {};
+  if (options_.is_off()) return {};
   if (!background_image_.empty() && background_image_.size() != image.size()) {
     // Stretched, it would be of another view.
     Segmentation refused;
@@ -56,7 +56,7 @@ Segmentation Segmenter::find(const cv::Mat& image, const cv::Mat& given, bool le
     result.mask = enlarged(result.mask, image.size());
     result.method = options_.method;
   } else if (!given.empty()) {
-    result.method = "mask";
+    result.method = Segmentation::kGivenMask;
   }
   if (!given.empty()) result.mask = result.mask.empty() ? given != 0 : (given != 0) & result.mask;
   return result;
@@ -64,15 +64,14 @@ Segmentation Segmenter::find(const cv::Mat& image, const cv::Mat& given, bool le
 
 Segmentation Segmenter::find_unaided(const cv::Mat& image, bool learn) {
   Segmentation result;
-  const std::string& method = options_.method;
-  if (method == "background") {
+  if (options_.is_by_background()) {
     result = by_background(reduced(image), learn);
-  } else if (method == "threshold") {
+  } else if (options_.is_by_threshold()) {
     const Backdrop backdrop = options_.backdrop == "dark"     ? Backdrop::kDark
                               : options_.backdrop == "bright" ? Backdrop::kBright
                                                               : Backdrop::kAuto;
     result.mask = clean(threshold_foreground(reduced(image), backdrop, options_.level));
-  } else if (method == "chroma") {
+  } else if (options_.is_by_chroma()) {
     const Chroma chroma = options_.chroma_color == "blue" ? Chroma::kBlue : Chroma::kGreen;
     result.mask = clean(chroma_foreground(reduced(image), chroma, options_.level));
   }

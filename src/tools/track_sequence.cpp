@@ -284,9 +284,9 @@ TrackerOptions options_of(const Arguments& a) {
 
 // Masks that were given, or made as asked for, are written as they are.
 bool are_to_be_outlined(const Arguments& a, const Recording& recording, const RecordingResult& result,
-                        const std::string& method) {
+                        const SegmentationOptions& segmentation) {
   const bool are_written = a.undistorted || !a.write_masks.empty();
-  return are_written && result.tracked && !recording.masks && (method == "auto" || method == "motion");
+  return are_written && result.tracked && !recording.masks && segmentation.may_find_motion();
 }
 
 void tell(const char* what, const std::vector<std::string>& lines) {
@@ -318,8 +318,7 @@ double write_all(const Arguments& a, const TrackerOptions& options, const Record
                  const Calibration& calibration, const std::vector<StampedPose>& reference,
                  std::chrono::steady_clock::time_point start, Run* run) {
   RecordingResult& result = run->result;
-  const bool outlined =
-      signals_caught == 0 && are_to_be_outlined(a, recording, result, options.segmentation.method);
+  const bool outlined = signals_caught == 0 && are_to_be_outlined(a, recording, result, options.segmentation);
   std::exception_ptr failure;
   try {
     write_files(a, recording, calibration, reference, outlined, run);

@@ -8,7 +8,7 @@
 namespace mono_pose_tracker {
 
 cv::Mat read_background_image(const SegmentationOptions& options) {
-  if (options.method != "background" || options.background_image.empty()) return {};
+  if (!options.is_by_background() || options.background_image.empty()) return {};
   DecodedImage read = read_image(options.background_image);
   if (!read.problem.empty()) {
     throw std::invalid_argument("segmentation/background_image = " + read.problem +

@@ -238,7 +238,7 @@ ViewSet Bootstrapper::collect(const std::vector<int>& used, const std::vector<ch
                               std::vector<Frame>* frames) const {
   ViewSet views;
   views.focal_px = camera_.focal();
-  views.has_horizon = options_.segmentation.body != "turning" && !candidates_.front().frame.is_of_object;
+  views.has_horizon = !options_.segmentation.wants_turning_body() && !candidates_.front().frame.is_of_object;
   for (const int i : used) {
     views.images.push_back(candidates_[i].frame.image);
     frames->push_back(candidates_[i].frame);

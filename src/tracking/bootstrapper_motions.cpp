@@ -75,10 +75,10 @@ std::vector<char> Bootstrapper::moved_between() const {
 // moves, by the newest image; empty where none is known. False when no map can be made of this frame; the
 // report says why.
 bool Bootstrapper::separate_motions(std::vector<char>* fixed, BootstrapReport* report) {
-  const std::string& method = options_.segmentation.method;
+  const SegmentationOptions& segmentation = options_.segmentation;
   Candidate& newest = candidates_.back();
-  if (newest.frame.is_masked || (method != "auto" && method != "motion" && method != "none")) return true;
-  if (!still_.empty() && method != "none") {
+  if (newest.frame.is_masked || !(segmentation.is_off() || segmentation.may_find_motion())) return true;
+  if (!still_.empty() && !segmentation.is_off()) {
     separate_newest();
     return true;
   }
@@ -94,7 +94,7 @@ bool Bootstrapper::separate_motions(std::vector<char>* fixed, BootstrapReport* r
   }
   two_motions_seen_ = motions.found ? two_motions_seen_ + 1 : 0;
   report->matches = motions.matches;
-  if (two_motions_seen_ >= kTwoMotionsFrames && method != "none") {
+  if (two_motions_seen_ >= kTwoMotionsFrames && !segmentation.is_off()) {
     begin_separation(motions);
     return true;
   }
@@ -110,7 +110,7 @@ bool Bootstrapper::separate_motions(std::vector<char>* fixed, BootstrapReport* r
     report->text =
         formatted("of %d matches %d stand still and %d moved as one: another image must confirm it",
                   motions.matches, still, moved);
-  } else if (method == "motion") {
+  } else if (segmentation.is_by_motion()) {
     report->reason = Reason::kAwaitingConfirmation;
     report->text = formatted(
         "no object is seen to move before a still background: of %d matches %d stand still, %d moved",

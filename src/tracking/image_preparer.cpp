@@ -46,7 +46,7 @@ PreparedImage ImagePreparer::prepare(const cv::Mat& image, const cv::Mat& mask) 
 }
 
 cv::Mat ImagePreparer::guess_clearance(const cv::Mat& mask) const {
-  if (segmentation_.method == "none" || mask.empty()) return {};
+  if (segmentation_.is_off() || mask.empty()) return {};
   return ObjectFinder::clearance(mask != 0, segmentation_, camera_);
 }
 

@@ -27,8 +27,7 @@ ObjectFinder::ObjectFinder(const SegmentationOptions& options, const CameraModel
 
 // Given no mask, an object may be found by its motion.
 bool ObjectFinder::looks_for_motion(const cv::Mat& given) const {
-  const std::string& method = options_.method;
-  return method == "motion" || (method == "auto" && given.empty());
+  return options_.is_by_motion() || (options_.is_automatic() && given.empty());
 }
 
 Segmentation ObjectFinder::find(const cv::Mat& image, const cv::Mat& given, bool bootstrapping) {
@@ -39,7 +38,7 @@ Segmentation ObjectFinder::find(const cv::Mat& image, const cv::Mat& given, bool
   motion_mask_.watch(image);
   if (motion_mask_.is_started()) {
     segmentation.mask = given.empty() ? motion_mask_.mask() : motion_mask_.mask() & segmentation.mask;
-    segmentation.method = "motion";
+    segmentation.method = Segmentation::kByMotion;
   }
   return segmentation;
 }
@@ -49,7 +48,7 @@ Segmentation ObjectFinder::find_again(const cv::Mat& image, const cv::Mat& given
   if (!looks_for_motion(given) || !motion_mask_.is_started()) return segmentation;
   const cv::Mat mask = motion_mask_.mask_of(image);
   segmentation.mask = given.empty() ? mask : mask & segmentation.mask;
-  segmentation.method = "motion";
+  segmentation.method = Segmentation::kByMotion;
   return segmentation;
 }
 

@@ -82,7 +82,7 @@ class Tracker::Impl {
   void find_other_body_beside(FinishedMap* map) const;
   bool shows_background(const TrackingMap& view, const Map& map, const MatchesInTime& in_time) const;
   bool looks_for_background() const {
-    return options_.segmentation.method == "auto" && !options_.localize_only;
+    return options_.segmentation.is_automatic() && !options_.localize_only;
   }
   void expect_object() { expects_object_ = true; }
   ImageFeaturesPtr features_of(const PreparedImage& image);
@@ -101,7 +101,7 @@ class Tracker::Impl {
   void begin_anew();
   // The body that turns is asked for, and what the images show is needed in the end to find it.
   bool keeps_seen() const {
-    return pace_ == SearchPace::kRecording && options_.segmentation.body == "turning";
+    return pace_ == SearchPace::kRecording && options_.segmentation.wants_turning_body();
   }
   void keep_seen(const Frame& frame);
   std::optional<Frame> make_frame(std::int64_t index, std::int64_t stamp_ns, const PreparedImage& image,

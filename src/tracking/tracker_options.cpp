@@ -45,8 +45,8 @@ MapperOptions TrackerOptions::mapper(double focal_px) const {
                        ransac(focal_px),
                        resection.min_inliers,
                        true,
-                       segmentation.body == "turning",
-                       segmentation.method == "auto",
+                       segmentation.wants_turning_body(),
+                       segmentation.is_automatic(),
                        threads};
   return mapper;
 }

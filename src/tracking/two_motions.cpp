@@ -146,7 +146,7 @@ TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& sec
   const RelativePoseReport pose = estimate_relative_pose(bearings1, bearings2, pose_options);
   motions.found = pose.success && pose.hypotheses[0].num_inliers >= options.bootstrap.min_landmarks &&
                   pose.hypotheses[0].num_inliers >= kMinRigid * static_cast<double>(moved.size());
-  if (!motions.found || options.segmentation.body == "turning") return motions;
+  if (!motions.found || options.segmentation.wants_turning_body()) return motions;
   const std::vector<cv::Point2f> rigid =
       moved_as(first, second, second_of_first, pose.hypotheses[0].second_from_first, kFewStill * size,
                pose_options.ransac.threshold);

@@ -31,6 +31,17 @@ struct SegmentationOptions {
   // looks at some scales of its feature round it.
   double margin_px = 2;
   double margin_scales = 2;
+
+  // What the names of methods and bodies mean: they are compared nowhere else.
+  bool is_off() const { return method == "none"; }
+  bool is_automatic() const { return method == "auto"; }
+  bool is_by_motion() const { return method == "motion"; }  // and by nothing else
+  bool is_by_background() const { return method == "background"; }
+  bool is_by_threshold() const { return method == "threshold"; }
+  bool is_by_chroma() const { return method == "chroma"; }
+  /// Given no mask, an object may be found by its motion.
+  bool may_find_motion() const { return is_automatic() || is_by_motion(); }
+  bool wants_turning_body() const { return body == "turning"; }
 };
 
 }  // namespace mono_pose_tracker

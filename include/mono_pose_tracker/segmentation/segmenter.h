@@ -11,10 +11,15 @@
 namespace mono_pose_tracker {
 
 struct Segmentation {
-  std::string method = "none";  // that found the mask
-  cv::Mat mask;                 // CV_8UC1 of the image's size, 255 = object; empty: all of it may be
-  Reason reason = Reason::kOk;  // or kLearningBackground: there is no mask yet
+  std::string method = kNoMask;  // that found the mask
+  cv::Mat mask;                  // CV_8UC1 of the image's size, 255 = object; empty: all of it may be
+  Reason reason = Reason::kOk;   // or kLearningBackground: there is no mask yet
   std::string text;
+
+  static constexpr const char* kNoMask = "none";
+  static constexpr const char* kGivenMask = "mask";
+  static constexpr const char* kByMotion = "motion";
+  bool is_by_motion() const { return method == kByMotion; }
 };
 
 /// Finds the object in each image by the methods that need no motion: a given mask, a background, a plain
