@@ -49,6 +49,12 @@ void set_right(const MapperOptions& options, Map* map) {
   correct_depth_reversal(bundle, kMinEvidence, map);
 }
 
+// Of the two bundle adjustments that end a recording, shares of the cost: after the first more is found and
+// what is wrong is culled, so that it need not go to the end; the second gives the result.
+constexpr double kRoughTolerance = 1e-5, kFinalTolerance = 1e-7;
+// Whatever the options let an adjustment between images take: here no image waits.
+constexpr int kFinalIterations = 50;
+
 bool is_due(std::size_t keyframes) { return keyframes % 6 == 0 && keyframes <= 24; }
 
 }  // namespace
@@ -381,7 +387,7 @@ void Mapper::adjust_window(KeyframeId newest, int waiting) {
 // Twice: better poses find more, and wrong observations that the first run uncovers must not bend the second.
 void Mapper::complete(BundleOptions bundle) {
   LookAlikes found;
-  for (const double tolerance : {1e-5, 1e-7}) {
+  for (const double tolerance : {kRoughTolerance, kFinalTolerance}) {
     for (const auto& entry : map_.keyframes()) {
       const KeyframeId id = entry.first;
       const std::vector<KeyframeId> near = neighbors(id, 2 * options_.mapping.matching_keyframes);
@@ -397,7 +403,7 @@ void Mapper::complete(BundleOptions bundle) {
 void Mapper::finish() {
   if (map_.keyframes().empty()) return;
   BundleOptions bundle = options_.bundle;
-  bundle.max_iterations = 50;
+  bundle.max_iterations = kFinalIterations;
   // What was known of it is forgotten where maps are joined or gone back to.
   for (const auto& entry : map_.keyframes()) leave_out_fixed(entry.first);
   if (link_views(options_, &map_) > 0) {

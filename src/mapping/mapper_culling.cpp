@@ -24,10 +24,18 @@ constexpr std::size_t kMostRemovedKeyframes = 1500;
 // then room is made for a fiftieth of it.
 constexpr std::size_t kRoomMadeAtOnce = 50;
 
-// Share of the keyframe's landmarks that it is not needed for: at least three others see them, on the same
-// scale or a finer one (Mur-Artal et al., ORB-SLAM, 2015). 1 when it sees none.
+// Keyframes that must see a landmark besides one for that one not to be needed for it (Mur-Artal et al.,
+// ORB-SLAM, 2015).
+constexpr int kOthers = 3;
+// Two views can't contradict each other along the epipolar line: a landmark that two keyframes saw and none
+// of so many that came since is more often a wrong match than not.
+constexpr KeyframeId kKeyframesToConfirm = 3;
+// Two hold the map's frame and scale; a third is needed to contradict them.
+constexpr std::size_t kFewestKeyframes = 3;
+
+// Share of the keyframe's landmarks that it is not needed for: at least kOthers see them, on the same scale
+// or a finer one. 1 when it sees none.
 double redundant_share(const Map& map, const Keyframe& keyframe) {
-  constexpr int kOthers = 3;
   constexpr float kSameScale = 1.26f;  // a layer of SIFT's three in an octave
   int all = 0, redundant = 0;
   for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
@@ -74,21 +82,20 @@ void Mapper::cull_observations(const std::vector<LandmarkId>& landmarks) {
   }
 }
 
-// A landmark that two keyframes saw and none of the three that came since is more often a wrong match than
-// not: two views can't contradict each other along the epipolar line.
 void Mapper::cull_young_landmarks(KeyframeId newest) {
-  for (const LandmarkId l : map_.landmarks_created_by(newest - 3)) {
+  for (const LandmarkId l : map_.landmarks_created_by(newest - kKeyframesToConfirm)) {
     if (map_.landmark(l)->observations.size() == 2) map_.remove_landmark(l);
   }
 }
 
-// A keyframe goes whose landmarks at least three others see, too.
+// A keyframe goes whose landmarks enough others see, too.
 void Mapper::cull_keyframes(KeyframeId newest) {
   for (const KeyframeId id : neighbors(newest, options_.mapping.window_keyframes)) {
-    if (map_.keyframes().size() <= 3 || id == map_.keyframes().begin()->first) continue;
+    if (map_.keyframes().size() <= kFewestKeyframes || id == map_.keyframes().begin()->first) continue;
     const std::vector<LandmarkId> seen = landmarks_of(*map_.keyframe(id));
-    const auto redundant = std::count_if(
-        seen.begin(), seen.end(), [&](LandmarkId l) { return map_.landmark(l)->observations.size() >= 4; });
+    const auto redundant = std::count_if(seen.begin(), seen.end(), [&](LandmarkId l) {
+      return map_.landmark(l)->observations.size() > static_cast<std::size_t>(kOthers);
+    });
     if (redundant < options_.mapping.redundant_overlap * seen.size()) continue;
     if (!neighbors(id, 1).empty()) remove_keyframe(id);
   }

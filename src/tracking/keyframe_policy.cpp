@@ -11,6 +11,18 @@
 
 namespace mono_pose_tracker {
 
+namespace {
+
+// Of what makes a keyframe due: half of it gone, the view is about to leave what the map knows, and to wait
+// for the mapper would lose it.
+constexpr double kUrgentShare = 0.5;
+// A young map's points were made from little parallax: it wants more views early.
+constexpr double kYoungParallaxDivisor = 3;
+// Of the parallax that makes a keyframe due: below, a new view of what is found no more would add nothing.
+constexpr double kLeastParallaxShare = 0.1;
+
+}  // namespace
+
 Overlap overlap_with(const TrackingMap& map, KeyframeId id, const ResectionReport& resection,
                      const CameraModel& camera) {
   Overlap overlap;
@@ -41,18 +53,16 @@ bool KeyframePolicy::is_due(const TrackingMap& map, const Overlap& overlap, int 
   if (newest != newest_keyframe_) most_inliers_ = 0;
   newest_keyframe_ = newest;
   most_inliers_ = std::max(most_inliers_, inliers);
-  // One may wait. With more, until they are in the map the next would tell it little - unless the view is
-  // about to leave what the map knows.
-  const bool urgent = overlap.in_view < 0.5 * options_.keyframe_overlap ||
-                      inliers < 0.5 * options_.keyframe_found * most_inliers_;
+  // One may wait. With more, until they are in the map the next would tell it little.
+  const bool urgent = overlap.in_view < kUrgentShare * options_.keyframe_overlap ||
+                      inliers < kUrgentShare * options_.keyframe_found * most_inliers_;
   if (backlog > 1 && !urgent) return false;
-  // A young map's points were made from little parallax: it wants more views early.
   const bool young = static_cast<int>(map.keyframes.size()) <= young_map_keyframes_;
-  const double parallax = options_.keyframe_parallax_deg / (young ? 3 : 1);
+  const double parallax = options_.keyframe_parallax_deg / (young ? kYoungParallaxDivisor : 1);
   if (overlap.parallax_deg > parallax || overlap.in_view < options_.keyframe_overlap) return true;
-  // Landmarks are found no more though they are in view: another side, another scale or light. Below a tenth
-  // of the parallax a new view of them would add nothing.
-  return inliers < options_.keyframe_found * most_inliers_ && overlap.parallax_deg > 0.1 * parallax;
+  // Landmarks are found no more though they are in view: another side, another scale or light.
+  return inliers < options_.keyframe_found * most_inliers_ &&
+         overlap.parallax_deg > kLeastParallaxShare * parallax;
 }
 
 }  // namespace mono_pose_tracker

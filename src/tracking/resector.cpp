@@ -16,6 +16,10 @@ namespace mono_pose_tracker {
 
 namespace {
 
+// Second nearest over nearest distance, of a point that is looked for where the motion leads: within a few
+// per cent of the image a look-alike is rarer than in the whole of it, which the paper's 1.25 is for.
+constexpr double kRatioWhereExpected = 1.1;
+
 std::string shortfall(int found, int needed, const char* what) {
   return formatted("%d %s, %d needed", found, what, needed);
 }
@@ -211,8 +215,7 @@ ResectionReport Resector::by_prediction(const Frame& frame, const std::vector<La
   guided.radius_px = options_.resection.search_radius * longer_side(camera_);
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
   guided.cancelled = options_.cancelled;
-  guided.min_ratio =
-      1.1;  // within a few per cent of the image a look-alike is rare: less than the paper's 1.25
+  guided.min_ratio = kRatioWhereExpected;
   return pose_from_matches(frame, candidates,
                            match_by_projection(candidates, *frame.image, camera_, predicted, guided));
 }
