@@ -40,9 +40,11 @@ void add_stages(const FrameReport& report, RecordingResult* result) {
   for (const auto& [stage, ms] : report.stages) result->stage_ms[stage].push_back(ms);
 }
 
+// Why frames have no pose: how many, and the last one's text.
+using Reasons = std::map<Reason, std::pair<int, std::string>>;
+
 // The last text of the reason that most frames had.
-std::string usual_reason(const std::map<Reason, std::pair<int, std::string>>& reasons,
-                         std::int64_t frames_total) {
+std::string usual_reason(const Reasons& reasons, std::int64_t frames_total) {
   const auto usual = std::max_element(reasons.begin(), reasons.end(), [](const auto& a, const auto& b) {
     return a.second.first < b.second.first;
   });
@@ -139,81 +141,110 @@ void leave_out_loose_ends(const Recording& recording, Tracker* tracker, Recordin
   for (const PosedFrame& frame : tracker->trajectory()) result->left_out.erase(frame.index);
 }
 
-}  // namespace
+void note(const FrameReport& report, const RecordingReader& reader, Reasons* reasons,
+          RecordingResult* result) {
+  if (report.reason == Reason::kImageSizeMismatch) {
+    result->problems.push_back(reader.image().name + ": " + report.reason_text + ", skipped");
+  }
+  if (report.map_from_camera) ++result->frames_posed_live;
+  if (report.reason == Reason::kDoubtfulPose) result->doubtful.insert(reader.index());
+  if (report.reason != Reason::kOk && report.reason != Reason::kFirstFrame) {
+    auto& [count, text] = (*reasons)[report.reason];
+    ++count;
+    text = report.reason_text;
+  }
+  add_stages(report, result);
+}
 
-RecordingResult track_recording(const Recording& recording, const FrameObserver& observer, Tracker* tracker) {
-  RecordingResult result;
-  std::map<Reason, std::pair<int, std::string>> reasons;
+void warn_of_masks(const Recording& recording, const RecordingReader& reader, RecordingResult* result) {
+  if (!recording.masks) return;
+  if (result->frames_total > 0 && reader.usable_masks() == 0) {
+    result->warnings.push_back(
+        "not one image has a mask that leaves anything of it: check --masks and its names");
+  }
+  if (recording.masks->is_flat() && has_folders(result->names)) {
+    result->warnings.push_back(
+        "images of several folders have the same names, and --masks holds no such folders: "
+        "each mask is used for all images of its name");
+  }
+}
+
+// Every image in order, as a camera would show them.
+Reasons track_all(const Recording& recording, const FrameObserver& observer, Tracker* tracker,
+                  RecordingResult* result) {
+  Reasons reasons;
   StampCheck stamps;
   RecordingReader reader(
       recording, *tracker, [&](std::int64_t index) { return index >= recording.first_tracked; },
-      &result.problems);
+      &result->problems);
   while (reader.next()) {
-    result.names[reader.index()] = reader.image().name;
+    result->names[reader.index()] = reader.image().name;
     stamps.add(reader.image());
-    ++result.frames_total;
+    ++result->frames_total;
     if (reader.index() < recording.first_tracked) {
       tracker->pass_over();
       continue;
     }
     const FrameReport report = tracker->process(reader.image().stamp_ns, reader.prepared(), reader.mask());
-    if (report.reason == Reason::kImageSizeMismatch) {
-      result.problems.push_back(reader.image().name + ": " + report.reason_text + ", skipped");
-    }
-    if (report.map_from_camera) ++result.frames_posed_live;
-    if (report.reason == Reason::kDoubtfulPose) result.doubtful.insert(reader.index());
-    if (report.reason != Reason::kOk && report.reason != Reason::kFirstFrame) {
-      auto& [count, text] = reasons[report.reason];
-      ++count;
-      text = report.reason_text;
-    }
-    add_stages(report, &result);
+    note(report, reader, &reasons, result);
     observer(1, reader.index(), report);
   }
-  stamps.tell(&result.warnings);
-  if (recording.masks && result.frames_total > 0 && reader.usable_masks() == 0) {
-    result.warnings.push_back(
-        "not one image has a mask that leaves anything of it: check --masks and its names");
-  }
-  if (recording.masks && recording.masks->is_flat() && has_folders(result.names)) {
-    result.warnings.push_back(
-        "images of several folders have the same names, and --masks holds no such folders: "
-        "each mask is used for all images of its name");
-  }
+  stamps.tell(&result->warnings);
+  warn_of_masks(recording, reader, result);
   if (recording.interrupted()) {
-    result.warnings.push_back("interrupted after " + std::to_string(result.frames_total) +
-                              " images: what follows is not in the result");
+    result->warnings.push_back("interrupted after " + std::to_string(result->frames_total) +
+                               " images: what follows is not in the result");
   }
+  return reasons;
+}
+
+// Against the finished map: what has no pose yet, and what has one that no longer holds.
+void pose_again(const Recording& recording, const FrameObserver& observer, Tracker* tracker,
+                RecordingResult* result) {
+  pose_the_rest(recording, observer, tracker, result);
+  // Of the images that are no keyframes the poses were found while the map was another.
+  resect_again(recording, tracker->posed_before_remake(), result->frames_total, tracker);
+  // Where the camera can hardly have been, between images where it certainly was.
+  resect_again(recording, tracker->take_out_strays(), result->frames_total, tracker);
+  tracker->leave_out_strays();
+  leave_out_loose_ends(recording, tracker, result);
+}
+
+// The maps of this recording, and what speaks against them.
+void judge_maps(const Recording& recording, const Reasons& reasons, Tracker* tracker,
+                RecordingResult* result) {
+  DoubtBeside doubt(recording, tracker->map());
+  result->maps = tracker->maps();
+  result->loops = tracker->loops();
+  result->failed_adjustments = tracker->failed_adjustments();
+  leave_out_unseen_maps(result);
+  leave_out_covered_maps(&result->maps);
+  if (result->maps.empty()) {
+    result->tracked = false;
+    result->reason =
+        "no image was found in the loaded map; the last: " + usual_reason(reasons, result->frames_total);
+    return;
+  }
+  result->rigidity = check_rigidity(result->maps.front().map);
+  result->trajectory = tracker->trajectory();
+  warn_of_doubts(result);
+  // Otherwise it may be tracked anew.
+  if (is_sure(*result)) result->doubt = doubt.take();
+}
+
+}  // namespace
+
+RecordingResult track_recording(const Recording& recording, const FrameObserver& observer, Tracker* tracker) {
+  RecordingResult result;
+  const Reasons reasons = track_all(recording, observer, tracker, &result);
   result.tracked = tracker->finish();
   result.unconfirmed = tracker->is_unconfirmed();
   if (!result.tracked) {
     result.reason = usual_reason(reasons, result.frames_total);
     return result;
   }
-  pose_the_rest(recording, observer, tracker, &result);
-  // Of the images that are no keyframes the poses were found while the map was another.
-  resect_again(recording, tracker->posed_before_remake(), result.frames_total, tracker);
-  // Where the camera can hardly have been, between images where it certainly was.
-  resect_again(recording, tracker->take_out_strays(), result.frames_total, tracker);
-  tracker->leave_out_strays();
-  leave_out_loose_ends(recording, tracker, &result);
-  DoubtBeside doubt(recording, tracker->map());
-  result.maps = tracker->maps();
-  result.loops = tracker->loops();
-  result.failed_adjustments = tracker->failed_adjustments();
-  leave_out_unseen_maps(&result);
-  leave_out_covered_maps(&result.maps);
-  if (result.maps.empty()) {
-    result.tracked = false;
-    result.reason =
-        "no image was found in the loaded map; the last: " + usual_reason(reasons, result.frames_total);
-    return result;
-  }
-  result.rigidity = check_rigidity(result.maps.front().map);
-  result.trajectory = tracker->trajectory();
-  warn_of_doubts(&result);
-  // Otherwise it may be tracked anew.
-  if (is_sure(result)) result.doubt = doubt.take();
+  pose_again(recording, observer, tracker, &result);
+  judge_maps(recording, reasons, tracker, &result);
   return result;
 }
 

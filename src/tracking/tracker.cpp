@@ -1,11 +1,9 @@
 #include "mono_pose_tracker/tracking/tracker.h"
 
 #include <algorithm>
-#include <unordered_set>
 #include <utility>
 
 #include "mono_pose_tracker/tracking/options_table.h"
-#include "occlusion.h"
 #include "options_for_images.h"
 #include "tracker_impl.h"
 

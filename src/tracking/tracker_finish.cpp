@@ -6,7 +6,6 @@
 #include <iterator>
 #include <utility>
 
-#include "occlusion.h"
 #include "tracker_impl.h"
 
 namespace mono_pose_tracker {

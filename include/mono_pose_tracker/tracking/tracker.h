@@ -11,51 +11,14 @@
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/map/map.h"
-#include "mono_pose_tracker/mapping/contradiction.h"
-#include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/mapping/loop_closer.h"
-#include "mono_pose_tracker/mapping/other_body.h"
-#include "mono_pose_tracker/mapping/scale_collapse.h"
-#include "mono_pose_tracker/mapping/seam.h"
 #include "mono_pose_tracker/mapping/still_background.h"
-#include "mono_pose_tracker/mapping/torn_tracks.h"
+#include "mono_pose_tracker/tracking/finished_map.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 #include "mono_pose_tracker/tracking/prepared_image.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 
 namespace mono_pose_tracker {
-
-/// One of the maps that a recording ended in.
-struct FinishedMap {
-  std::uint32_t id = 0;
-  std::vector<PosedFrame> trajectory;
-  Map map;
-  std::shared_ptr<const MapSnapshot> snapshot;
-  Seam seam;                    // where it hangs together least
-  Contradiction contradiction;  // where most of what is seen speaks against it
-  TornTracks torn_tracks;       // where more is seen as two things than is usual in it
-  ScaleCollapse collapse;       // where a part of it has shrunk to a point
-  OtherBody other_body;         // that its images show as well
-  // The body that turns is asked for, and it is the other one, or may be.
-  bool is_of_other_body = false;
-  // Another is as likely wanted: none was asked for but the larger. Where but one thing moves, the map is
-  // wrong about what is near, and holds together by what is far.
-  bool may_be_of_wrong_body = false;
-  /// Where segmentation/body asks for the body that turns: what was seen of it and of what moves otherwise.
-  std::vector<BodyTrack> beside;
-  // Its images show one that stands still, and no mask has told it from what moves.
-  bool shows_background = false;
-  double depth_evidence = 0;  // that it is not reversed in depth (mapping/depth_reversal.h)
-  bool is_founded = false;    // a third view confirmed its beginning, it is sure, and its seams hold
-  bool confirmed = false;     // that, and what it is of is what was asked for
-
-  bool is_depth_sure() const { return depth_evidence >= kMinDepthEvidence; }
-  /// Nothing in it speaks against it; it may hang together by little.
-  bool is_sure() const {
-    return is_depth_sure() && !contradiction.is_one() && !torn_tracks.is_one() && !collapse.is_one() &&
-           !is_of_other_body && !shows_background;
-  }
-};
 
 /// Tracks one camera against the map it builds: bootstraps, resects every frame, hands keyframes to the
 /// mapper, which runs inline (repeatable) or on a worker thread of its own.
