@@ -2,6 +2,7 @@
 """One story of a map: the lens is covered, the camera moved on, a new map is begun beside the first; the camera comes back
 and the two are joined; the map is saved, the tracker started anew, the map loaded, the camera found in it. And maps go
 from live to track_sequence and back."""
+import itertools
 import math
 import os
 import signal
@@ -115,10 +116,20 @@ class MapsKeptTest(unittest.TestCase):
             image = grey
         answer = self.show_once(image, truth, tracker)
         for _ in range(MOST_WAITS):  # a camera that is lost keeps the mapper busy with each image: it seeks another map
-            if answer.worker_backlog == 0:
+            # The views that are to begin a map must not all be one.
+            if answer.worker_backlog == 0 or answer.state == TrackerStatus.BOOTSTRAPPING:
                 break
             answer = self.show_once(image, truth, tracker)
         return answer
+
+    def begin(self, tracker):
+        """Before the first end of the wall until there is a map: there and back again where a busy machine takes longer."""
+        there_and_back = itertools.cycle([*range(HERE), *range(HERE - 2, 0, -1)])
+        for shown, i in enumerate(itertools.islice(there_and_back, 10 * HERE), 1):
+            answer = self.show(i, tracker)
+            if shown >= HERE and answer.state == TRACKING and answer.keyframes > 3:
+                return answer
+        self.fail("no map: " + answer.reason_text)
 
     def send_odometry(self, stamp, truth):
         """A robot that knows its way to within its wheels: odom -> camera, a hundredth too long."""
@@ -155,9 +166,7 @@ class MapsKeptTest(unittest.TestCase):
     def test_1_maps_are_joined_and_saved(self):
         tracker = self.start("tracker", map_path=self.in_folder("live.map"), odom_frame="odom",
                              scale__initial_median_depth=2.5, young_map_keyframes=3)
-        first = [self.show(i, tracker) for i in range(HERE)][-1]
-        self.assertEqual(first.state, TRACKING, first.reason_text)
-        self.assertGreater(first.keyframes, 3)
+        first = self.begin(tracker)
         covered = [self.show(None, tracker) for _ in range(COVERED)]
         self.assertEqual({a.state for a in covered}, {TrackerStatus.LOST})
         first_to_odom = self.transforms[-1].transform
