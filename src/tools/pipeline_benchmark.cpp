@@ -94,6 +94,7 @@ TrackerOptions options_of(const Arguments& a) {
   TrackerOptions options;
   if (!a.config.empty()) read_options_yaml(a.config, &options);
   if (a.seed) options.seed = *a.seed;
+  options.validate();
   return options;
 }
 

@@ -212,6 +212,10 @@ class PipelineBenchmark(unittest.TestCase):
         self.expect_refused("/nowhere", *self.input, "--reference", "/nowhere")
         self.expect_refused("/nowhere", *self.input, "--config", "/nowhere")
         self.expect_refused("--rate", *self.input, "--rate", "0")
+        with open(self.path("small.yaml"), "w") as file:
+            file.write("mapping:\n  max_keyframes: 9\n")
+        for run in self.input, ["--simulate", "room", "--minutes", "0.01"]:
+            self.expect_refused("mapping/max_keyframes", *run, "--config", self.path("small.yaml"))
         self.expect_refused("--only", *self.input, "--only", "both")
         self.expect_refused("--repeat", *self.input, "--repeat", "0")
         self.expect_refused("--simulate", *self.input, "--simulate", "room")
