@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdarg>
-#include <cstdio>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "mono_pose_tracker/common/formatted.h"
 #include "mono_pose_tracker/tracking/load_governor.h"
 
 namespace mono_pose_tracker {
@@ -61,24 +60,14 @@ void draw_motions(const std::vector<SeenMotion>& motions, cv::Mat& canvas) {
 /// Words with their colour, side by side.
 using Line = std::vector<std::pair<std::string, cv::Scalar>>;
 
-/// Of 159 characters at most. The compiler holds the arguments against the text.
-__attribute__((format(printf, 1, 2))) std::string format(const char* text, ...) {
-  char buffer[160];
-  va_list arguments;
-  va_start(arguments, text);
-  std::vsnprintf(buffer, sizeof buffer, text, arguments);
-  va_end(arguments);
-  return buffer;
-}
-
 Line counts_line(const FrameReport& report) {
   const auto count = [&](Fate fate) {
     return static_cast<int>(std::count_if(report.seen.begin(), report.seen.end(),
                                           [&](const SeenFeature& f) { return f.fate == fate; }));
   };
-  return {{format("%d inliers  ", count(Fate::kInlier)), kGreen},
-          {format("%d outliers  ", count(Fate::kOutlier)), kRed},
-          {format("%d unmatched", count(Fate::kUnmatched)), kBlue}};
+  return {{formatted("%d inliers  ", count(Fate::kInlier)), kGreen},
+          {formatted("%d outliers  ", count(Fate::kOutlier)), kRed},
+          {formatted("%d unmatched", count(Fate::kUnmatched)), kBlue}};
 }
 
 bool is_busy(const FrameReport& report) { return report.load_level >= kLittleDrawn; }
@@ -97,8 +86,8 @@ std::vector<Line> describe(const FrameReport& report) {
           kYellow}});
   }
   if (report.map_from_camera) {
-    lines.push_back({{format("map %u: %d keyframes, %d points; error %.2f px", report.epoch, report.keyframes,
-                             report.landmarks, report.reprojection_rms_px),
+    lines.push_back({{formatted("map %u: %d keyframes, %d points; error %.2f px", report.epoch,
+                                report.keyframes, report.landmarks, report.reprojection_rms_px),
                       kWhite}});
   }
   return lines;

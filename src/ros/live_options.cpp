@@ -50,7 +50,7 @@ const char* type_name() {
 std::vector<OptionEntry> LiveOptions::entries() {
   std::vector<OptionEntry> live{{"publish_period", &publish_period, 0.01, 1e3, {}}};
   for (const OptionEntry& entry : option_table(&tracker)) {
-    if (is_changeable(entry.key)) live.push_back(entry);
+    if (entry.changeable) live.push_back(entry);
   }
   return live;
 }

@@ -58,6 +58,12 @@ void Publishers::publish_frame(const std_msgs::Header& image_header, const Frame
   if (body && frames_.options().object_mode) points_.publish();
 }
 
+void Publishers::drop_map() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  poses_.clear();
+  path_changed_ = true;
+}
+
 void Publishers::move_world(const Rigid3& new_world_from_world) {
   previous_.reset();  // what lies between is no velocity
   const std::lock_guard<std::mutex> lock(mutex_);

@@ -61,6 +61,7 @@ void TrackerNodelet::advertise_services() {
   advertise("reset", [this] {
     on_processing_thread<void>([this] {
       tracker_->reset();
+      publishers_->drop_map();
       board_->note(tracker_->state(), tracker_->epoch());
     });
     NODELET_WARN("reset by ~reset: the map is dropped, tracking starts anew");
@@ -97,6 +98,7 @@ void TrackerNodelet::advertise_map_services() {
     const std::string size = size_text(saved->maps);
     const bool loaded = on_processing_thread<bool>([this, saved] {
       const bool is_loaded = tracker_->load_maps(std::move(*saved));
+      if (is_loaded) publishers_->drop_map();
       board_->note(tracker_->state(), tracker_->epoch());
       return is_loaded;
     });

@@ -97,6 +97,18 @@ class ServicesTest(unittest.TestCase):
         self.assertFalse(refused.success)
         self.assertIn(os.path.expanduser("~/no_such_folder/a.map"), refused.message)
 
+    def test_the_trajectory_is_dropped_with_its_map(self):
+        """At once, not with the next image, which may be long in coming."""
+        _, tracker, camera = self.start("dropping", "_save_trajectory_path:=dropped.txt", "_map_path:=dropped.map")
+        images = self.recording.walk()
+        for service in ("reset", "load_map"):
+            feeding.track(camera, tracker, images, 5)
+            self.assertTrue(tracker.call("save_map").success)
+            self.assertGreaterEqual(int(tracker.call("save_trajectory").message.split()[0]), 5)
+            self.assertTrue(tracker.call(service).success)
+            saved = tracker.call("save_trajectory")
+            self.assertTrue(saved.message.startswith("0 poses "), saved.message)
+
     def test_200_resets_under_load(self):
         _, tracker, camera = self.start("resets")
         stream = Stream(camera, self.recording.images)

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""scripts/demo checks what it is given before it builds anything."""
+"""scripts/demo checks what it is given before it builds anything; clones do not build over each other."""
 import os
 import subprocess
 import sys
@@ -37,6 +37,24 @@ class DemoTest(unittest.TestCase):
             self.assertIn(words, result.stderr)
             self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
             self.assertEqual(os.listdir(self.folder), ["there.mp4"], "nothing is built or written")
+
+    def build_folder(self):
+        environment = {name: value for name, value in os.environ.items()
+                       if name not in ("MONO_POSE_TRACKER_BUILD", "XDG_CACHE_HOME")}
+        result = subprocess.run([os.path.join(os.path.dirname(DEMO), "build_folder")], capture_output=True, text=True,
+                                env={**environment, "HOME": self.folder}, check=True)
+        return result.stdout.strip()
+
+    def test_each_clone_has_a_build_folder_of_its_own(self):
+        first = self.folder + "/.cache/mono_pose_tracker/build"
+        self.assertEqual(self.build_folder(), first)
+        os.makedirs(first)
+        for built_from, is_ours in ((os.path.dirname(os.path.dirname(DEMO)), True), ("/clones/first", False)):
+            with open(first + "/CMakeCache.txt", "w") as cache:
+                cache.write("CMAKE_HOME_DIRECTORY:INTERNAL=%s\n" % built_from)
+            folder = self.build_folder()
+            self.assertEqual(folder == first, is_ours, folder)
+            self.assertTrue(folder.startswith(first), folder)
 
     def test_the_build_of_another_clone_is_named(self):
         os.mkdir(self.folder + "/build")

@@ -39,6 +39,9 @@ class Publishers {
   /// the path anew with a new map).
   void publish_frame(const std_msgs::Header& header, const FrameReport& report);
 
+  /// By command, between two frames: the poses so far are of a map that is no more.
+  void drop_map();
+
   /// Before the frame from which on it holds: what was given so far lies elsewhere in the world. A
   /// correction.
   void move_world(const Rigid3& new_world_from_world);
