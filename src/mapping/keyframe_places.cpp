@@ -1,5 +1,7 @@
 #include "keyframe_places.h"
 
+#include <algorithm>
+#include <iterator>
 #include <mutex>
 
 namespace mono_pose_tracker {
@@ -11,21 +13,25 @@ std::vector<KeyframeId> KeyframePlaces::find(const FeatureSet& features, int cou
   return ids;
 }
 
+// Keyframes get ids in the order in which they come. So it is seen from the newest ones, and from how many
+// there are, what is to be done; all are gone through only where one has gone.
 void KeyframePlaces::follow(const Map& map) {
-  for (auto known = known_.begin(); known != known_.end();) {
-    if (map.keyframe(*known)) {
-      ++known;
-      continue;
-    }
+  const auto& keyframes = map.keyframes();
+  auto is_new = keyframes.rbegin();
+  while (is_new != keyframes.rend() && (known_.empty() || is_new->first > known_.back())) ++is_new;
+  for (auto added = is_new.base(); added != keyframes.end(); ++added) {
     const std::unique_lock<std::shared_mutex> lock(mutex_);
-    index_.remove(*known);
-    known = known_.erase(known);
+    index_.add(added->first, added->second.image->set);
+    known_.push_back(added->first);
   }
-  for (const auto& [id, keyframe] : map.keyframes()) {
-    if (!known_.insert(id).second) continue;
+  if (known_.size() == keyframes.size()) return;
+  const auto is_gone = [&](KeyframeId id) {
+    if (map.keyframe(id)) return false;
     const std::unique_lock<std::shared_mutex> lock(mutex_);
-    index_.add(id, keyframe.image->set);
-  }
+    index_.remove(id);
+    return true;
+  };
+  known_.erase(std::remove_if(known_.begin(), known_.end(), is_gone), known_.end());
 }
 
 }  // namespace mono_pose_tracker

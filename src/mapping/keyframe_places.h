@@ -1,7 +1,7 @@
 #pragma once
 
-#include <set>
 #include <shared_mutex>
+#include <vector>
 
 #include "mono_pose_tracker/map/place_finder.h"
 #include "mono_pose_tracker/mapping/place_index.h"
@@ -21,7 +21,7 @@ class KeyframePlaces : public PlaceFinder {
  private:
   mutable std::shared_mutex mutex_;  // guards index_; the mapper alone changes it
   PlaceIndex index_;
-  std::set<KeyframeId> known_;  // the mapper's
+  std::vector<KeyframeId> known_;  // the mapper's; ascending
 };
 
 }  // namespace mono_pose_tracker

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -54,7 +56,8 @@ bool is_most_of(const RecordingResult& result, const RecordingResult& before) {
 int objections(const RecordingResult& result) {
   const FinishedMap& map = result.maps.front();
   return !result.rigidity.is_rigid + map.contradiction.is_one() + map.torn_tracks.is_one() +
-         map.collapse.is_one() + map.is_of_other_body + map.shows_background + !map.seam.holds();
+         map.collapse.is_one() + map.is_of_other_body + map.is_of_smaller_body + map.shows_background +
+         !map.seam.holds();
 }
 
 // By a twentieth, as what of its images a map explains is drawn from some thousand matches: good to a few
@@ -115,6 +118,10 @@ bool is_of_other_body(const RecordingResult& result) {
   return result.tracked && result.maps.front().is_of_other_body;
 }
 
+bool is_of_smaller_body(const RecordingResult& result) {
+  return result.tracked && result.maps.front().is_of_smaller_body;
+}
+
 // Images of a recording, at equal distances: of a minute at 30 Hz every ninth, within which a head turns by
 // no more than can be matched. Their features take some hundred megabytes at most.
 constexpr std::int64_t kSampled = 200;
@@ -167,16 +174,62 @@ void turn_to_other_body(Attempts* attempts, Recording* recording, TrackedRecordi
   *kept = std::move(found);
 }
 
+// What its features see of it, in all images.
+double observations_of(const RecordingResult& result) {
+  std::size_t count = 0;
+  for (const auto& entry : result.maps.front().map.landmarks()) {
+    count += entry.second.observations.size();
+  }
+  return static_cast<double>(count);
+}
+
 // Shares of the recording, as far from one another as can be.
 constexpr std::array<double, 4> kBeginnings = {0, 0.5, 0.25, 0.75};
+
+std::int64_t frame_at(double share, const RecordingResult& result) {
+  return static_cast<std::int64_t>(share * static_cast<double>(result.frames_total));
+}
+
+// Beside the larger body of which the map is now there is one that may have been meant.
+void tell_of_smaller_body(double share, RecordingResult* result) {
+  FinishedMap& map = result->maps.front();
+  if (share <= OtherBody::kComparable) return;
+  map.may_be_of_wrong_body = true;
+  map.confirmed = false;
+  result->warnings.push_back("two bodies move, each as one: the map is of the larger, and " +
+                             std::to_string(std::lround(100 * share)) +
+                             " % of the points move with the other and are left out; where they are what is "
+                             "wanted, give masks of it (--masks)");
+}
+
+// Where the map is of less than what moves as one otherwise, and no masks say which is wanted: the recording
+// again, by masks of the other. It is kept where it is the larger indeed.
+void turn_to_larger_body(Attempts* attempts, const Recording& recording, TrackedRecording* kept) {
+  constexpr double kPlainly = 1.2;  // times as much of it is seen, as OtherBody::is_larger asks
+  const OtherBody& larger = kept->result.maps.front().other_body;
+  Recording masked = recording;
+  masked.body = std::make_shared<BodyMasks>(larger.tracks, masked.body);
+  if (recording.masks || masked.body->are_empty()) return;
+  for (const double beginning : kBeginnings) {
+    if (masked.interrupted()) return;
+    masked.first_tracked = frame_at(beginning, kept->result);
+    TrackedRecording found = attempts->next(masked);
+    if (!is_founded(found.result) || !is_most_of(found.result, kept->result) ||
+        observations_of(found.result) < kPlainly * observations_of(kept->result)) {
+      continue;
+    }
+    tell_of_smaller_body(1 - larger.share(), &found.result);
+    *kept = std::move(found);
+    return;
+  }
+}
 
 // At these, from the first_index-th on, until a result is sure. Whether one of them is kept.
 bool begin_anew(Attempts* attempts, std::size_t first_index, Recording recording, TrackedRecording* kept) {
   bool is_kept = false;
   for (std::size_t i = first_index; i < kBeginnings.size(); ++i) {
     if (recording.interrupted()) break;
-    recording.first_tracked =
-        static_cast<std::int64_t>(kBeginnings[i] * static_cast<double>(kept->result.frames_total));
+    recording.first_tracked = frame_at(kBeginnings[i], kept->result);
     TrackedRecording next = attempts->next(recording);
     if (is_better(next.result, recording.body != nullptr, kept->result)) {
       *kept = std::move(next);
@@ -197,8 +250,11 @@ TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker
   Recording again = recording;
   const bool is_by_masks = leave_out_background(kept, &again) && begin_anew(&attempts, 0, again, &kept);
   if (!is_by_masks) again = recording;
+  const bool first_is_smaller = is_of_smaller_body(kept.result);
+  if (first_is_smaller) turn_to_larger_body(&attempts, again, &kept);
   if (is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
   if (!is_by_masks && !is_enough(kept.result)) begin_anew(&attempts, 1, again, &kept);
+  if (!first_is_smaller && is_of_smaller_body(kept.result)) turn_to_larger_body(&attempts, again, &kept);
   return kept;
 }
 

@@ -116,6 +116,10 @@ void Tracker::Impl::find_other_body_beside(FinishedMap* map) const {
   if (!keeps_seen()) {
     map->other_body = sample_other_body(map->map, options_.matching, ransac, options_.threads);
     map->may_be_of_wrong_body = map->other_body.is_comparable();
+    map->is_of_smaller_body = map->other_body.is_larger();
+    if (map->is_of_smaller_body) {
+      map->other_body = find_other_body(map->map, {}, options_.matching, ransac, options_.threads);
+    }
     return;
   }
   OtherBody other = find_other_body(map->map, {}, options_.matching, ransac, options_.threads);

@@ -38,16 +38,16 @@ RansacOptions TrackerOptions::ransac(double focal_px) const {
 }
 
 MapperOptions TrackerOptions::mapper(double focal_px) const {
-  MapperOptions mapper{mapping,
-                       scale,
-                       matching,
-                       bundle,
-                       ransac(focal_px),
-                       resection.min_inliers,
-                       true,
-                       segmentation.wants_turning_body(),
-                       segmentation.is_automatic(),
-                       threads};
+  MapperOptions mapper;
+  mapper.mapping = mapping;
+  mapper.scale = scale;
+  mapper.matching = matching;
+  mapper.bundle = bundle;
+  mapper.ransac = ransac(focal_px);
+  mapper.min_inliers = resection.min_inliers;
+  mapper.separates_motions = segmentation.wants_turning_body();
+  mapper.tells_background = segmentation.is_automatic();
+  mapper.threads = threads;
   return mapper;
 }
 

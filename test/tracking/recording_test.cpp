@@ -201,6 +201,44 @@ TEST_F(RecordingTest, WithoutAMapItIsTriedFromElsewhere) {
   EXPECT_EQ(tracked.result.trajectory.size(), 15u);
 }
 
+// A picture within the picture: from the fifth image on most of it shows another room, as a camera sees it
+// that goes the other way. The map that was begun goes on with what is left of the first.
+TEST_F(RecordingTest, AMapOfTheSmallerOfTwoBodiesIsMadeAnewOfTheLarger) {
+  constexpr int kFrames = 30, kAlone = 5, kStride = 3;
+  const SimulatedRoom first = simulated_room(kFrames, 1), second = simulated_room(kStride * kFrames, 1, 2);
+  const auto shown = [](std::int64_t i) { return kStride * (kFrames - 1 - i); };
+  std::vector<cv::Mat> images;
+  for (int i = 0; i < kFrames; ++i) {
+    images.push_back(first.frames[i].image.clone());
+    const cv::Rect place(images[i].cols / 3, 0, images[i].cols - images[i].cols / 3, images[i].rows);
+    if (i >= kAlone) second.frames[shown(i)].image(place).copyTo(images[i](place));
+  }
+  Recording recording;
+  recording.open = [&] { return std::make_unique<GivenImages>(images); };
+  std::vector<int> attempts;
+  const TrackedRecording tracked = track_until_sure(
+      recording,
+      [&] { return std::make_unique<Tracker>(TrackerOptions(), first.camera, Tracker::Mapping::kInline); },
+      [&](int attempt) {
+        attempts.push_back(attempt);
+        return [](int, std::int64_t, const FrameReport&) {};
+      });
+  const RecordingResult& result = tracked.result;
+  ASSERT_TRUE(result.tracked);
+  EXPECT_GT(tracked.attempt, 0);
+  EXPECT_FALSE(result.maps.front().is_of_smaller_body);
+  const PosedFrame &a = result.trajectory[result.trajectory.size() / 4], &b = result.trajectory.back();
+  const auto truth = [&](const PosedFrame& frame) {
+    return second.truth[shown(frame.index)].map_from_camera;
+  };
+  EXPECT_LT(rotation_angle_between((a.map_from_camera.inverse() * b.map_from_camera).rotation,
+                                   (truth(a).inverse() * truth(b)).rotation),
+            1.5 * kDegree);
+  // The other may have been meant.
+  EXPECT_FALSE(result.maps.front().confirmed);
+  EXPECT_FALSE(result.warnings.empty());
+}
+
 // Images before the first that is tracked get their poses in the end.
 TEST_F(RecordingTest, AMapMayBeginLaterThanTheRecording) {
   Recording recording;

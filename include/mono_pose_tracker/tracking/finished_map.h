@@ -28,6 +28,8 @@ struct FinishedMap {
   OtherBody other_body;         // that its images show as well
   // The body that turns is asked for, and it is the other one, or may be.
   bool is_of_other_body = false;
+  // The largest is asked for, and another is larger.
+  bool is_of_smaller_body = false;
   // Another is as likely wanted: none was asked for but the larger. Where but one thing moves, the map is
   // wrong about what is near, and holds together by what is far.
   bool may_be_of_wrong_body = false;
@@ -43,7 +45,7 @@ struct FinishedMap {
   /// Nothing in it speaks against it; it may hang together by little.
   bool is_sure() const {
     return is_depth_sure() && !contradiction.is_one() && !torn_tracks.is_one() && !collapse.is_one() &&
-           !is_of_other_body && !shows_background;
+           !is_of_other_body && !is_of_smaller_body && !shows_background;
   }
 };
 

@@ -91,7 +91,8 @@ bool most_have(const MaskRecord& masks, const RecordingResult& result) {
 
 void outline_masks(const Recording& recording, const RecordingResult& result, const CameraModel& camera,
                    MaskRecord* masks) {
-  if (result.maps.front().is_of_other_body) return;  // its outline is of what is not wanted
+  const FinishedMap& first = result.maps.front();
+  if (first.is_of_other_body || first.is_of_smaller_body) return;  // its outline is of what is not wanted
   const BodyOutlines outlines(result, camera);
   if (!outlines.have_other() && !most_have(*masks, result)) return;
   struct Outlined {
