@@ -30,8 +30,8 @@ struct TrackingMap {
   std::map<KeyframeId, KeyframeLink> removed_keyframes;
   ScaleSource scale_source = ScaleSource::kMapUnits;
   std::shared_ptr<const PlaceFinder> places;  // null: none is kept
-  // What speaks against the newest keyframes (mapping/rigidity_watch.h, mapping/body_watch.h); empty:
-  // nothing.
+  // What speaks against the newest keyframes (mapping/rigidity_watch.h, larger_body_watch.h, body_watch.h);
+  // empty: nothing.
   std::string doubt;
   std::shared_ptr<const TurningBody>
       turning_body;                      // that the map should be of, and is not; null: none is known

@@ -15,6 +15,7 @@
 #include "mono_pose_tracker/mapping/body_watch.h"
 #include "mono_pose_tracker/mapping/initial_map.h"
 #include "mono_pose_tracker/mapping/keyframe_candidate.h"
+#include "mono_pose_tracker/mapping/larger_body_watch.h"
 #include "mono_pose_tracker/mapping/loop_closer.h"
 #include "mono_pose_tracker/mapping/loop_finder.h"
 #include "mono_pose_tracker/mapping/map_joiner.h"
@@ -125,6 +126,7 @@ class Mapper {
   void leave_out_fixed(KeyframeId id);
   void watch_background(const InitialMap& initial);
   void tell_doubt(TrackingMap* view) const;
+  void watch_body_of_map();
   void watch_body(KeyframeId before_id, KeyframeId newest_id, const PairMotions& pair);
   void leave_out(KeyframeId id, const std::vector<char>& features);
   bool is_left_out(KeyframeId id, int feature) const;
@@ -169,6 +171,7 @@ class Mapper {
   Aside aside_;
   std::vector<ClosedLoop> loops_;
   RigidityWatch watch_;
+  LargerBodyWatch larger_body_watch_;
   BodyWatch body_watch_;
   BackgroundWatch background_watch_;
   int failed_adjustments_ = 0;  // since it was made

@@ -1,0 +1,53 @@
+#include "mono_pose_tracker/mapping/larger_body_watch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "mono_pose_tracker/common/formatted.h"
+#include "mono_pose_tracker/mapping/second_motion.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr std::int64_t kPeriod = 1000000000;  // ns
+// A thing that passes before the camera within a few seconds is no body that the map should be of.
+constexpr std::size_t kPairs = 6;
+constexpr std::ptrdiff_t kLeastOthers = 3;  // pairs that show it: by chance one in a hundred does
+constexpr std::int64_t kLeastMembers = 25;  // as many points as the first map must have
+constexpr double kLarger = 0.55;  // share of what obeys one of the two only, as OtherBody::is_larger
+
+}  // namespace
+
+void LargerBodyWatch::ask(const Map& map, const MatchOptions& matching, const RansacOptions& ransac) {
+  if (map.keyframes().size() < 2) return;
+  const auto newest = std::prev(map.keyframes().end());
+  const std::int64_t newest_ns = newest->second.stamp_ns;
+  if (has_asked_ && newest_ns - asked_ns_ < kPeriod && newest_ns >= asked_ns_) return;
+  has_asked_ = true;
+  asked_ns_ = newest_ns;
+  const PairMotions pair =
+      compare_motions(posed_image(std::prev(newest)->second), posed_image(newest->second), matching, ransac);
+  const auto obeying = [&](ObeyedMotion motion) {
+    return std::count(pair.obeyed.begin(), pair.obeyed.end(), motion);
+  };
+  Seen now{obeying(ObeyedMotion::kBody), obeying(ObeyedMotion::kOther)};
+  if (!pair.has_other || now.of_other < kLeastMembers) now.of_other = 0;
+  seen_.push_back(now);
+  if (seen_.size() > kPairs) seen_.pop_front();
+  Seen all;
+  for (const Seen& seen : seen_) {
+    all.of_map += seen.of_map;
+    all.of_other += seen.of_other;
+  }
+  const auto others = std::count_if(seen_.begin(), seen_.end(), [](const Seen& s) { return s.of_other > 0; });
+  const double share =
+      static_cast<double>(all.of_other) / std::max<double>(1, static_cast<double>(all.of_map + all.of_other));
+  doubt_ = others >= kLeastOthers && share > kLarger
+               ? formatted("%ld %% of the points move as one, but otherwise than the map",
+                           std::lround(100 * share))
+               : "";
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,128 @@
+// The part of the Mapper that leaves out what moves otherwise than the body, and watches what that may be.
+
+#include <algorithm>
+#include <iterator>
+
+#include "astray_pose.h"
+#include "fixed_in_image.h"
+#include "mono_pose_tracker/mapping/mapper.h"
+#include "mono_pose_tracker/mapping/second_motion.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Whether the features see more than half of the keyframe's landmarks: then it is the pose that is in doubt,
+// not they.
+bool is_most_of(const Keyframe& keyframe, const std::vector<char>& features) {
+  int all = 0, flagged = 0;
+  for (std::size_t f = 0; f < features.size(); ++f) {
+    if (keyframe.landmark_of_feature[f] == kNoLandmark) continue;
+    ++all;
+    flagged += features[f] != 0;
+  }
+  return 2 * flagged > all;
+}
+
+}  // namespace
+
+// By the latest that it shares landmarks with. Where another body may move before the camera, its motion is
+// no other pose.
+void Mapper::set_pose_right(KeyframeId id) {
+  if (options_.separates_motions || is_cancelled()) return;
+  const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
+  if (!near.empty()) correct_astray_pose(options_, id, *std::max_element(near.begin(), near.end()), &map_);
+}
+
+// What moves as one, but not with the body, in the keyframe and one before it is no part of the map, now or
+// later.
+void Mapper::separate_motions(KeyframeId id) {
+  // Two neighbours: in one of them the two motions may happen to look alike.
+  constexpr int kPartners = 2;
+  if (!options_.separates_motions) return;
+  std::vector<KeyframeId> partners = neighbors(id, kPartners);
+  const auto before = map_.keyframes().find(id);
+  if (before != map_.keyframes().begin()) {
+    const KeyframeId previous = std::prev(before)->first;
+    if (std::find(partners.begin(), partners.end(), previous) == partners.end()) partners.push_back(previous);
+  }
+  for (const KeyframeId partner : partners) {
+    if (is_cancelled()) return;
+    const PosedImage before = posed_image(*map_.keyframe(partner)), newest = posed_image(*map_.keyframe(id));
+    const PairMotions pair = compare_motions(before, newest, options_.matching, options_.ransac);
+    // Each pair once; the first views of a map ask those after them as well.
+    if (options_.watches_rigidity && partner < id) watch_body(partner, id, pair);
+    const SecondMotion other = second_motion_in(pair, *before.image, *newest.image);
+    if (other.of_first.empty() || is_most_of(*map_.keyframe(partner), other.of_first)) continue;
+    leave_out(partner, other.of_first);
+    leave_out(id, other.of_second);
+  }
+}
+
+// What stays where it is in the image is no part of the map, however well it fits one keyframe and the next.
+void Mapper::leave_out_fixed(KeyframeId id) {
+  for (const auto& [keyframe, features] : find_fixed_in_image(options_, map_, id, left_out_))
+    leave_out(keyframe, features);
+}
+
+// Where a mask leaves out of the images what stands still there is nothing to be told.
+void Mapper::watch_background(const InitialMap& initial) {
+  if (!options_.tells_background) return;
+  std::vector<SeenImage> images;
+  for (const InitialMap::View& view : initial.views) {
+    if (view.frame.is_masked) return;
+    images.push_back({view.frame.index, view.frame.image});
+  }
+  background_watch_.begin(images, options_.matching);
+}
+
+// What was left out of the images, being another body's, is asked as well: the wrong one may have been left
+// out.
+void Mapper::watch_body(KeyframeId before_id, KeyframeId newest_id, const PairMotions& pair) {
+  PosedImage before = posed_image(*map_.keyframe(before_id)), newest = posed_image(*map_.keyframe(newest_id));
+  const auto whole_before = whole_.find(before_id), whole_newest = whole_.find(newest_id);
+  if (whole_before == whole_.end() || whole_newest == whole_.end()) {
+    body_watch_.note(before, newest, pair);
+    return;
+  }
+  before.image = whole_before->second;
+  newest.image = whole_newest->second;
+  body_watch_.note(before, newest, compare_motions(before, newest, options_.matching, options_.ransac));
+}
+
+void Mapper::leave_out(KeyframeId id, const std::vector<char>& features) {
+  std::vector<char>& left_out = left_out_[id];
+  left_out.resize(features.size(), 0);
+  for (std::size_t f = 0; f < features.size(); ++f) {
+    if (!features[f]) continue;
+    left_out[f] = 1;
+    const LandmarkId l = map_.keyframe(id)->landmark_of_feature[f];
+    if (l != kNoLandmark) map_.remove_landmark(l);
+  }
+}
+
+bool Mapper::is_left_out(KeyframeId id, int feature) const {
+  const auto found = left_out_.find(id);
+  return found != left_out_.end() && found->second[feature] != 0;
+}
+
+// Whether it is one rigid body, and, where what moves otherwise is not told from it all along, the largest.
+void Mapper::watch_body_of_map() {
+  if (!options_.watches_rigidity) return;
+  watch_.ask(map_, camera_, options_.matching);
+  if (!options_.separates_motions) larger_body_watch_.ask(map_, options_.matching, options_.ransac);
+}
+
+void Mapper::tell_doubt(TrackingMap* view) const {
+  if (background_watch_.found()) {
+    view->turning_body = background_watch_.found();
+    view->doubt = "the map is of what moves and of the background that stands still";
+  } else if (body_watch_.found()) {
+    view->turning_body = body_watch_.found();
+    view->doubt = "the map is of a body that turns less than another";
+  } else {
+    view->doubt = watch_.doubt().empty() ? larger_body_watch_.doubt() : watch_.doubt();
+  }
+}
+
+}  // namespace mono_pose_tracker
