@@ -129,9 +129,12 @@ std::map<KeyframeId, double> scales_of(const Map& map, const KeyframeChanges& ch
   return scales;
 }
 
-std::optional<GlobalAdjustment> GlobalAdjustment::solve(const BundleOptions& options, const Map& snapshot) {
+std::optional<GlobalAdjustment> GlobalAdjustment::solve(const BundleOptions& options, const Map& snapshot,
+                                                        bool parts_were_apart) {
   Map adjusted = snapshot;
-  for (const BundleOptions& bundle : {with_wide_loss(options), options}) {
+  std::vector<BundleOptions> passes = {options};
+  if (parts_were_apart) passes.insert(passes.begin(), with_wide_loss(options));
+  for (const BundleOptions& bundle : passes) {
     const BundleReport report = adjust_map(bundle, &adjusted);
     if (!report.usable || report.cancelled) return std::nullopt;
   }

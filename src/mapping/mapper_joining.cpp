@@ -149,12 +149,10 @@ void Mapper::bring_up_to_date(KeyframeCandidate* candidate) const {
 
 void Mapper::add_correction(MapCorrection correction) {
   // Of a run without end: more than there are keyframes that wait, images that are late, and then some.
-  constexpr std::size_t kMostOfCappedMap = 64;
+  constexpr std::size_t kMost = 64;
   correction.sequence = ++last_correction_;
   corrections_.push_back(std::make_shared<const MapCorrection>(std::move(correction)));
-  if (options_.mapping.max_keyframes > 0 && corrections_.size() > kMostOfCappedMap) {
-    corrections_.erase(corrections_.begin());
-  }
+  if (corrections_.size() > kMost) corrections_.erase(corrections_.begin());
 }
 
 // Two ties that agree, of the keyframe and another that shares view with it; or none.

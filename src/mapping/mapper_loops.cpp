@@ -33,8 +33,8 @@ int points_between(const Map& map, const std::vector<KeyframeId>& old_side,
 
 void Mapper::forget_loops() {
   ++loop_ticket_;
-  closing_ = false;
-  sought_ = -1;
+  closing_ = adjusting_ = false;
+  sought_ = adjusted_at_ = -1;
   aside_ = nullptr;
   loop_finder_.reset();
 }
@@ -48,6 +48,7 @@ void Mapper::seek_loop() {
   const StageTimer timer(stages_, "loop_search");
   const std::optional<LoopConstraint> loop = loop_finder_.find(*tracking_map_, places_->index(), newest);
   if (!loop) return;
+  if (std::exchange(adjusting_, false)) ++loop_ticket_;  // it would be of what has drifted
   closing_ = true;
   aside_ = [loop = *loop, map = tracking_map_, ticket = loop_ticket_,
             asked = options_.bundle.cancel](const std::function<bool()>& cancelled) {
@@ -73,7 +74,7 @@ void Mapper::close_loop(const LoopConstraint& loop, const std::optional<Keyframe
   }
   loops_.push_back(closed);
   post_correction(all);
-  adjust_globally();
+  adjust_globally(true);
 }
 
 // What stands twice becomes one. False when it does not hold once it was adjusted: then the two were not the
@@ -117,16 +118,28 @@ std::vector<LandmarkId> Mapper::landmarks_seen_by(const std::vector<KeyframeId>&
   return seen;
 }
 
-void Mapper::adjust_globally() {
-  closing_ = true;
-  aside_ = [map = map_, bundle = options_.bundle,
+// A tenth: what that costs all in all is some ten times the last adjustment, whatever the map grows to.
+void Mapper::adjust_now_and_then() {
+  if (!options_.adjusts_all || closing_ || adjusting_) return;
+  const auto keyframes = static_cast<int>(map_.keyframes().size());
+  const int window = options_.mapping.window_keyframes;
+  if (keyframes <= 2 * window) return;  // adjusted as a whole with every keyframe
+  const KeyframeId newest = map_.keyframes().rbegin()->first;
+  if (newest - adjusted_at_ < std::max(window, keyframes / 10)) return;
+  adjusted_at_ = newest;
+  adjust_globally(false);
+}
+
+void Mapper::adjust_globally(bool parts_were_apart) {
+  (parts_were_apart ? closing_ : adjusting_) = true;
+  aside_ = [map = map_, bundle = options_.bundle, parts_were_apart,
             ticket = loop_ticket_](const std::function<bool()>& cancelled) {
     BundleOptions options = bundle;
     options.cancel = [&] { return cancelled() || (bundle.cancel && bundle.cancel()); };
-    const auto solved = GlobalAdjustment::solve(options, map);
+    const auto solved = GlobalAdjustment::solve(options, map, parts_were_apart);
     return [=](Mapper& mapper) {
       if (ticket != mapper.loop_ticket_) return;
-      mapper.closing_ = false;
+      mapper.closing_ = mapper.adjusting_ = false;
       if (!solved) return;
       const KeyframeChanges all = solved->apply(&mapper.map_);
       mapper.cull_observations(mapper.map_.landmark_ids());

@@ -11,8 +11,8 @@ namespace mono_pose_tracker {
 namespace {
 
 // Below tracking, which must be done before the next image comes: a map that grows a little later harms
-// nobody.
-constexpr int kNiceSteps = 5;
+// nobody. What is done aside waits for both.
+constexpr int kNiceSteps = 5, kNiceStepsAside = 10;
 
 // Multiplications: about half a second, so that a tracker that ends need not wait long for it.
 constexpr double kMaxIterationWork = 1e9;
@@ -23,7 +23,7 @@ MapperOptions unhurried(MapperOptions options) {
   options.mapping.bundle_seconds = std::numeric_limits<double>::max();
   options.mapping.window_landmarks = std::numeric_limits<int>::max();
   options.mapping.max_keyframes = 0;
-  options.watches_rigidity = options.tells_background = false;
+  options.watches_rigidity = options.tells_background = options.adjusts_all = false;
   return options;
 }
 
@@ -93,7 +93,9 @@ bool MappingWorker::insert(const KeyframeCandidate& candidate) {
 void MappingWorker::insert_and_seek(const KeyframeCandidate& candidate, Mapper& mapper) {
   mapper.insert(candidate, waiting());
   publish_mapper();
-  if (waiting() == 0) mapper.seek_loop();
+  if (waiting() > 0) return;
+  mapper.seek_loop();
+  mapper.adjust_now_and_then();
 }
 
 void MappingWorker::transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source) {
@@ -217,13 +219,14 @@ void MappingWorker::start_aside(std::uint32_t epoch) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (epoch != epoch_) return;
+    if (aside_busy_) cancel_aside_ = true;  // what is under way is no longer wanted
     aside_ = AsideJob{std::move(aside), epoch};
   }
   wake_aside_.notify_one();
 }
 
 void MappingWorker::run_aside() {
-  lower_thread_priority(kNiceSteps);
+  lower_thread_priority(kNiceStepsAside);
   std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
     wake_aside_.wait(lock, [this] { return stop_ || aside_; });

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "mono_pose_tracker/mapping/mapping_worker.h"
+#include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "mono_pose_tracker/simulation/loop_study.h"
 #include "mono_pose_tracker/tracking/resector.h"
 #include "support/synthetic_views.h"
@@ -28,12 +29,14 @@ class MapperLoopsTest : public testing::Test {
     return options;
   }
 
-  void begin(bool threaded) {
+  // Loops alone, or as it is live: all that was drifted is adjusted now and then as well.
+  void begin(bool threaded, bool adjusts_all = false) {
     // Without a limit of time: where a machine is busy the map would drift more than loops are looked for.
     options_.mapping.bundle_seconds = 1e6;
-    worker_ = std::make_unique<MappingWorker>(
-        with_cancel(options_.mapper(camera_.focal()), [this] { return ask(); }), camera_, threaded,
-        [this] { mapping_thread_ = std::this_thread::get_id(); });
+    MapperOptions options = with_cancel(options_.mapper(camera_.focal()), [this] { return ask(); });
+    options.adjusts_all = adjusts_all;
+    worker_ = std::make_unique<MappingWorker>(options, camera_, threaded,
+                                              [this] { mapping_thread_ = std::this_thread::get_id(); });
     const InitialMap initial = true_beginning(walk_, camera_, kLoopNoise, random_);
     worker_->begin(0, [&](Mapper& mapper) { mapper.initialize(initial, 0); });
   }
@@ -167,6 +170,53 @@ TEST_F(MapperLoopsTest, WhileALoopIsClosedKeyframesGoIntoTheMap) {
   EXPECT_EQ(worker_->latest()->keyframes.rbegin()->second.frame_index, i - 1);
   worker_->mapper().map().check();
   EXPECT_LT(position_rmse(), 0.06) << "not closed, it is 0.11 m";
+}
+
+// m: how far keyframes are, in the mean, from where an adjustment of all has them.
+double unadjusted(const Map& map) {
+  Map adjusted = map;
+  adjust_map(BundleOptions(), &adjusted);
+  double sum = 0;
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    sum += (keyframe.center_in_map() - adjusted.keyframe(id)->center_in_map()).norm();
+  }
+  return sum / static_cast<double>(map.keyframes().size());
+}
+
+TEST_F(MapperLoopsTest, WhatHasDriftedIsAdjustedNowAndThen) {
+  double off[2];
+  for (const bool adjusts_all : {false, true}) {
+    random_ = Random(5);
+    begin(true, adjusts_all);
+    // Three quarters of the way: no loop is there to be closed.
+    for (int i = 2; i < 3 * frames() / 4; ++i) {
+      ASSERT_TRUE(insert(i));
+      worker_->wait();
+    }
+    EXPECT_EQ(worker_->latest()->corrections.empty(), !adjusts_all);
+    EXPECT_TRUE(worker_->mapper().loops().empty());
+    worker_->mapper().map().check();
+    off[adjusts_all] = unadjusted(worker_->mapper().map());
+  }
+  EXPECT_LT(off[true], 0.5 * off[false]);
+}
+
+TEST_F(MapperLoopsTest, ALoopIsNotKeptWaitingByWhatIsAdjusted) {
+  begin(true, true);
+  std::future<void> arrived = at_gate_.get_future();
+  int i = 2;
+  for (; i < 3 * frames() / 5; ++i) {
+    ASSERT_TRUE(insert(i));
+    worker_->wait();
+  }
+  hold_ = true;
+  for (; i < frames(); ++i) ASSERT_TRUE(insert(i));
+  ASSERT_EQ(arrived.wait_for(std::chrono::seconds(60)), std::future_status::ready) << "nothing is adjusted";
+  EXPECT_TRUE(worker_->mapper().loops().empty());
+  let_go();
+  worker_->wait();
+  EXPECT_EQ(worker_->mapper().loops().size(), 1u);
+  EXPECT_LT(position_rmse(), 0.06);
 }
 
 TEST_F(MapperLoopsTest, WhatWasSolvedForAMapThatIsLeftIsDropped) {

@@ -40,8 +40,9 @@ std::map<KeyframeId, double> scales_of(const Map& map, const KeyframeChanges& ch
 /// What a global bundle adjustment changed in a snapshot, to be applied to the map that has grown since.
 class GlobalAdjustment {
  public:
-  /// Adjusts all of the snapshot, with a wide loss first: parts that were just tied are still apart.
-  static std::optional<GlobalAdjustment> solve(const BundleOptions& options, const Map& snapshot);
+  /// Adjusts all of the snapshot; with a wide loss first where parts that were just tied are still apart.
+  static std::optional<GlobalAdjustment> solve(const BundleOptions& options, const Map& snapshot,
+                                               bool parts_were_apart);
 
   /// Keyframes and landmarks that have not changed since are where the adjustment has them; the others go
   /// with the keyframe they belong to. Returns the changes of all keyframes.

@@ -53,6 +53,9 @@ class Mapper {
   /// Looks whether the newest keyframe, when it has not been asked about, shows an old place again. A loop is
   /// closed aside: its drift is spread over the map (a correction), then all of it is adjusted (another).
   void seek_loop();
+  /// Where the map has grown by a tenth since it was, all of it is adjusted aside: windows that were adjusted
+  /// one after the other have drifted against each other. A correction.
+  void adjust_now_and_then();
   /// What is to be done beside the mapper's own work now; null: nothing.
   Aside take_aside();
   /// Those closed in any of the maps, in order.
@@ -116,7 +119,7 @@ class Mapper {
   bool fuse_loop(const LoopConstraint& loop);
   void fuse_sides(const std::vector<KeyframeId>& targets, const std::vector<KeyframeId>& others);
   std::vector<LandmarkId> landmarks_seen_by(const std::vector<KeyframeId>& keyframes) const;
-  void adjust_globally();
+  void adjust_globally(bool parts_were_apart);
   void complete(BundleOptions bundle);
   void count(const BundleReport& report) { failed_adjustments_ += report.failed; }
   void post_correction(const KeyframeChanges& changes);
@@ -166,7 +169,9 @@ class Mapper {
   std::shared_ptr<KeyframePlaces> places_;
   LoopFinder loop_finder_;
   KeyframeId sought_ = -1;         // the last keyframe that was asked about
+  KeyframeId adjusted_at_ = -1;    // the newest keyframe when all was adjusted last
   bool closing_ = false;           // a loop is
+  bool adjusting_ = false;         // all is, with nothing to be closed
   std::uint64_t loop_ticket_ = 0;  // of what is done aside: that of an earlier map has another
   Aside aside_;
   std::vector<ClosedLoop> loops_;

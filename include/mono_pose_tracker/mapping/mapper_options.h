@@ -48,6 +48,7 @@ struct MapperOptions {
   bool watches_rigidity = true;    // live; a recording is checked as a whole when it ends
   bool separates_motions = false;  // leaves out what moves otherwise than the body, all together
   bool tells_background = true;    // live; from what moves before it, where no mask does
+  bool adjusts_all = true;         // live, now and then, aside; a recording is when it ends
   int threads = 1;                 // the result is the same for any number
 };
 
