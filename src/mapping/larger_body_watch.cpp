@@ -11,7 +11,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr std::int64_t kPeriod = 1000000000;  // ns
+constexpr std::int64_t kPeriod = 400000000;  // ns: matching two images takes a hundredth of a second
 // A thing that passes before the camera within a few seconds is no body that the map should be of.
 constexpr std::size_t kPairs = 6;
 constexpr std::ptrdiff_t kLeastOthers = 3;  // pairs that show it: by chance one in a hundred does

@@ -9,7 +9,7 @@
 
 namespace mono_pose_tracker {
 
-/// Asks of a live map, once a second at most, whether more moves as one otherwise than it says: of a room
+/// Asks of a live map, each 0.4 s at most, whether more moves as one otherwise than it says: of a room
 /// that is seen past a larger thing which turns before the camera, say. The same that OtherBody::is_larger
 /// asks of a finished map.
 class LargerBodyWatch {
