@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "mono_pose_tracker/common/formatted.h"
+#include "mono_pose_tracker/mapping/other_body.h"
 #include "mono_pose_tracker/mapping/second_motion.h"
 
 namespace mono_pose_tracker {
@@ -16,17 +17,13 @@ constexpr std::int64_t kPeriod = 400000000;  // ns: matching two images takes a 
 constexpr std::size_t kPairs = 6;
 constexpr std::ptrdiff_t kLeastOthers = 3;  // pairs that show it: by chance one in a hundred does
 constexpr std::int64_t kLeastMembers = 25;  // as many points as the first map must have
-constexpr double kLarger = 0.55;  // share of what obeys one of the two only, as OtherBody::is_larger
 
 }  // namespace
 
 void LargerBodyWatch::ask(const Map& map, const MatchOptions& matching, const RansacOptions& ransac) {
   if (map.keyframes().size() < 2) return;
   const auto newest = std::prev(map.keyframes().end());
-  const std::int64_t newest_ns = newest->second.stamp_ns;
-  if (has_asked_ && newest_ns - asked_ns_ < kPeriod && newest_ns >= asked_ns_) return;
-  has_asked_ = true;
-  asked_ns_ = newest_ns;
+  if (!asked_.is_due(newest->second.stamp_ns, kPeriod)) return;
   const PairMotions pair =
       compare_motions(posed_image(std::prev(newest)->second), posed_image(newest->second), matching, ransac);
   const auto obeying = [&](ObeyedMotion motion) {
@@ -44,7 +41,7 @@ void LargerBodyWatch::ask(const Map& map, const MatchOptions& matching, const Ra
   const auto others = std::count_if(seen_.begin(), seen_.end(), [](const Seen& s) { return s.of_other > 0; });
   const double share =
       static_cast<double>(all.of_other) / std::max<double>(1, static_cast<double>(all.of_map + all.of_other));
-  doubt_ = others >= kLeastOthers && share > kLarger
+  doubt_ = others >= kLeastOthers && share > OtherBody::kLarger
                ? formatted("%ld %% of the points move as one, but otherwise than the map",
                            std::lround(100 * share))
                : "";

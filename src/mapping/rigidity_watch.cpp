@@ -28,10 +28,7 @@ std::string doubt_about(const Map& map, const CameraModel& camera, const MatchOp
 
 void RigidityWatch::ask(const Map& map, const CameraModel& camera, const MatchOptions& matching) {
   if (map.keyframes().empty()) return;
-  const std::int64_t newest_ns = map.keyframes().rbegin()->second.stamp_ns;
-  if (has_asked_ && newest_ns - asked_ns_ < kPeriod && newest_ns >= asked_ns_) return;
-  has_asked_ = true;
-  asked_ns_ = newest_ns;
+  if (!asked_.is_due(map.keyframes().rbegin()->second.stamp_ns, kPeriod)) return;
   doubt_ = doubt_about(map, camera, matching);
 }
 

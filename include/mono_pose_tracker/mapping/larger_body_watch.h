@@ -4,6 +4,7 @@
 #include <deque>
 #include <string>
 
+#include "mono_pose_tracker/common/last_time.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
 
@@ -25,9 +26,8 @@ class LargerBodyWatch {
     std::int64_t of_map = 0, of_other = 0;  // matches that obey one of the two motions only
   };
 
-  bool has_asked_ = false;
-  std::int64_t asked_ns_ = 0;  // stamp of the newest keyframe then
-  std::deque<Seen> seen_;      // in the latest pairs
+  LastTime asked_;         // by the stamps of newest keyframes
+  std::deque<Seen> seen_;  // in the latest pairs
   std::string doubt_;
 };
 

@@ -40,11 +40,11 @@ struct OtherBody {
   /// Whoever looks at the images may well have meant it.
   bool is_comparable() const { return exists() && share() > kComparable; }
   /// Of what moves as one, and not by tracks that a few wrong matches have moved to its side.
-  bool is_larger() const { return exists() && share() > 0.55; }
+  bool is_larger() const { return exists() && share() > kLarger; }
   /// Than the map's body: by half as much again, as the measure is good to a tenth or two.
   bool turns_plainly_less() const { return map_turn > kPlainly * other_turn; }
 
-  static constexpr double kPlainly = 1.5, kComparable = 0.25;
+  static constexpr double kPlainly = 1.5, kComparable = 0.25, kLarger = 0.55;
 };
 
 /// Keyframes near in time are matched anew by descriptors alone, since a map holds only what agrees with it.

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <cstdint>
 #include <string>
 
 #include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/common/last_time.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
 
@@ -20,8 +20,7 @@ class RigidityWatch {
   void reset() { *this = RigidityWatch(); }
 
  private:
-  bool has_asked_ = false;
-  std::int64_t asked_ns_ = 0;  // stamp of the newest keyframe then
+  LastTime asked_;  // by the stamps of newest keyframes
   std::string doubt_;
 };
 
