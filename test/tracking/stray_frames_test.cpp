@@ -121,9 +121,9 @@ TEST_F(TrackedRoom, WhatStaysAstrayHasNoPose) {
 
 constexpr int kWhole = 25;  // images that show the room only
 
-// The last images show a quarter of the room, and beside it another, which comes into view with them. Tracked
-// with so many features an image.
-std::unique_ptr<Tracker> track_into_another_room(int features) {
+// The last images show the left part of the room, and beside it another, which comes into view with them.
+// Tracked with so many features an image.
+std::unique_ptr<Tracker> track_into_another_room(double part, int features) {
   constexpr int kFrames = 50;
   const SimulatedRoom room = simulated_room(kFrames, 1), other = simulated_room(kFrames, 1, 2);
   TrackerOptions options;
@@ -132,7 +132,8 @@ std::unique_ptr<Tracker> track_into_another_room(int features) {
   for (int i = 0; i < kFrames; ++i) {
     cv::Mat image = room.frames[i].image.clone();
     if (i >= kWhole) {
-      const cv::Rect place(image.cols / 4, 0, image.cols - image.cols / 4, image.rows);
+      const int left = static_cast<int>(part * image.cols);
+      const cv::Rect place(left, 0, image.cols - left, image.rows);
       other.frames[i].image(place).copyTo(image(place));
     }
     tracker->process(room.frames[i].stamp_ns, image);
@@ -146,16 +147,21 @@ bool has_loose_end(const Map& map) {
   return !seam.holds() && seam.frame_index >= kWhole;
 }
 
-TEST(LooseEnds, HaveNoPose) {
-  // A quarter of so many features are enough for a pose, and too few for a seam; of how many is the
-  // processor's rounding's.
-  std::unique_ptr<Tracker> tracker;
-  for (const int features : {280, 260, 270, 290, 250, 300}) {
-    tracker = track_into_another_room(features);
-    ASSERT_TRUE(tracker);
-    if (has_loose_end(tracker->map())) break;
+// A quarter of so many features are enough for a pose, and too few for a seam; of how many is the processor's
+// rounding's: about half of these have a loose end.
+std::unique_ptr<Tracker> with_loose_end() {
+  for (const double part : {0.25, 0.24, 0.26, 0.27}) {
+    for (const int features : {260, 240, 220, 300, 280}) {
+      std::unique_ptr<Tracker> tracker = track_into_another_room(part, features);
+      if (tracker && has_loose_end(tracker->map())) return tracker;
+    }
   }
-  ASSERT_TRUE(has_loose_end(tracker->map()));
+  return nullptr;
+}
+
+TEST(LooseEnds, HaveNoPose) {
+  const std::unique_ptr<Tracker> tracker = with_loose_end();
+  ASSERT_TRUE(tracker);
   const Frames loose = tracker->take_out_loose_ends();
   EXPECT_TRUE(weakest_seam(tracker->map()).holds());
   tracker->map().check();
