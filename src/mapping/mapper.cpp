@@ -331,6 +331,15 @@ void Mapper::finish() {
   publish();
 }
 
+void Mapper::settle_motion(double least) {
+  if (!moves_beyond_belief(map_, least)) return;
+  BundleOptions bundle = options_.bundle;
+  bundle.max_iterations = kFinalIterations;
+  bundle.function_tolerance = kFinalTolerance;
+  count(adjust_map_as_it_moved(bundle, &map_));
+  publish();
+}
+
 void Mapper::publish() {
   auto view = std::make_shared<TrackingMap>();
   view->epoch = epoch_;

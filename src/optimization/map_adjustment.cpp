@@ -11,6 +11,7 @@
 
 #include "fixed_keyframes.h"
 #include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/geometry/motion_prior.h"
 #include "mono_pose_tracker/optimization/point_adjustment.h"
 
 namespace mono_pose_tracker {
@@ -153,6 +154,44 @@ MapProblem build(const Map& map, const std::vector<KeyframeId>& free, const std:
   return problem;
 }
 
+// Keyframes by their frames, those of earlier runs first.
+struct KeyframesInTime {
+  explicit KeyframesInTime(const Map& map) {
+    for (const auto& entry : map.keyframes()) ids.push_back(entry.first);
+    std::sort(ids.begin(), ids.end(), [&](KeyframeId a, KeyframeId b) {
+      return std::make_pair(map.keyframe(a)->frame_index, a) <
+             std::make_pair(map.keyframe(b)->frame_index, b);
+    });
+    for (const KeyframeId id : ids) {
+      centers.push_back({map.keyframe(id)->stamp_ns, map.keyframe(id)->center_in_map()});
+    }
+  }
+  // At the second of three, from the first of them on.
+  VelocityChange change(std::size_t first) const {
+    return {centers[first], centers[first + 1], centers[first + 2]};
+  }
+
+  std::vector<KeyframeId> ids;
+  std::vector<TimedCenter> centers;
+};
+
+// Of each three keyframes in a row, all of which are in the problem.
+void add_motions(const Map& map, MapProblem* problem) {
+  const KeyframesInTime in_time(map);
+  const MotionPrior prior(in_time.centers);
+  std::unordered_map<KeyframeId, int> camera_of;
+  for (const KeyframeId id : problem->keyframes) camera_of.emplace(id, static_cast<int>(camera_of.size()));
+  for (std::size_t i = 0; prior && i + 2 < in_time.ids.size(); ++i) {
+    const VelocityChange change = in_time.change(i);
+    if (!change.is_timed()) continue;
+    problem->bundle.motions.push_back(
+        {{camera_of.at(in_time.ids[i]), camera_of.at(in_time.ids[i + 1]), camera_of.at(in_time.ids[i + 2])},
+         change.seconds_before,
+         change.seconds_after,
+         prior.sigma_of(change)});
+  }
+}
+
 // Sigma of each coordinate of the residuals.
 double residual_spread(const BundleProblem& problem) {
   std::vector<double> errors;
@@ -233,11 +272,34 @@ BundleOptions with_wide_loss(BundleOptions options) {
   return options;
 }
 
-BundleReport adjust_map(const BundleOptions& options, Map* map) {
+namespace {
+
+MapProblem problem_of_all(const Map& map) {
   std::vector<KeyframeId> all;
-  for (const auto& entry : map->keyframes()) all.push_back(entry.first);
-  MapProblem problem = build(*map, all, {}, seen_by(*map, all));
+  for (const auto& entry : map.keyframes()) all.push_back(entry.first);
+  return build(map, all, {}, seen_by(map, all));
+}
+
+}  // namespace
+
+BundleReport adjust_map(const BundleOptions& options, Map* map) {
+  MapProblem problem = problem_of_all(*map);
   return solve(options, &problem, map);
+}
+
+BundleReport adjust_map_as_it_moved(const BundleOptions& options, Map* map) {
+  MapProblem problem = problem_of_all(*map);
+  add_motions(*map, &problem);
+  return solve(options, &problem, map);
+}
+
+bool moves_beyond_belief(const Map& map, double least) {
+  const KeyframesInTime in_time(map);
+  const MotionPrior prior(in_time.centers);
+  for (std::size_t i = 0; i + 2 < in_time.ids.size(); ++i) {
+    if (prior.is_beyond(in_time.change(i), least)) return true;
+  }
+  return false;
 }
 
 }  // namespace mono_pose_tracker

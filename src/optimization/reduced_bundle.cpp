@@ -72,6 +72,8 @@ ReducedBundle::ReducedBundle(double loss_width, const BundleCameras& cameras, co
       free_(cameras.free),
       begin_(problem.points.size() + 1, 0),
       sights_(problem.observations.size()),
+      motions_(problem.motions),
+      free_of_(cameras_.size(), -1),
       candidate_(problem.points),
       candidate_costs_(problem.points.size()),
       accepted_(problem.points),
@@ -79,15 +81,15 @@ ReducedBundle::ReducedBundle(double loss_width, const BundleCameras& cameras, co
       by_point_(problem.observations.size()),
       pose_terms_(problem.observations.size()),
       moved_(free_.size()) {
-  std::vector<int> free_of(cameras_.size(), -1);
-  for (std::size_t i = 0; i < free_.size(); ++i) free_of[free_[i]] = static_cast<int>(i);
+  for (std::size_t i = 0; i < free_.size(); ++i) free_of_[free_[i]] = static_cast<int>(i);
   for (const BundleObservation& o : problem.observations) ++begin_[o.point + 1];
   for (std::size_t p = 0; p < accepted_.size(); ++p) begin_[p + 1] += begin_[p];
   std::vector<int> next(begin_.begin(), begin_.end() - 1);
   for (const BundleObservation& o : problem.observations) {
-    sights_[next[o.point]++] = {o.camera, free_of[o.camera], o.bearing, o.pixel_from_bearing / o.sigma_px};
+    sights_[next[o.point]++] = {o.camera, free_of_[o.camera], o.bearing, o.pixel_from_bearing / o.sigma_px};
   }
-  for (std::size_t p = 0; p < accepted_.size(); ++p) initial_cost_ += state_of(p, accepted_[p]).cost;
+  for (std::size_t p = 0; p < accepted_.size(); ++p) points_cost_ += state_of(p, accepted_[p]).cost;
+  initial_cost_ = points_cost_ + cost_of_motions();
 }
 
 bool ReducedBundle::is_noise(double cost, int sights) const {
@@ -95,7 +97,7 @@ bool ReducedBundle::is_noise(double cost, int sights) const {
 }
 
 bool ReducedBundle::is_near_noise() const {
-  return 2 * initial_cost_ < kFarOff * squared_width_ * static_cast<double>(sights_.size());
+  return 2 * points_cost_ < kFarOff * squared_width_ * static_cast<double>(sights_.size());
 }
 
 ReducedBundle::PointState ReducedBundle::state_of(std::size_t point, const Eigen::Vector3d& x) const {
@@ -179,7 +181,7 @@ double ReducedBundle::evaluate(const double* parameters) {
     for (int k = 0; k < 6; ++k) moved_[i][k] = parameters[6 * i + k] - accepted_parameters_[6 * i + k];
     moved_[i].head<3>() = (left_jacobians_[i] * moved_[i].head<3>()).eval();
   }
-  double cost = 0;
+  double cost = cost_of_motions();
   parallel_for_runs(static_cast<int>(accepted_.size()), kRun, threads_,
                     [this](int p) { candidate_costs_[p] = settle(p); });
   for (const double of_point : candidate_costs_) cost += of_point;
@@ -269,6 +271,35 @@ void ReducedBundle::fill(const Part& part, Eigen::MatrixXd* information, Eigen::
   with_each_point([&](std::size_t p) { eliminate_point(p, part, information, gradient); });
 }
 
+double ReducedBundle::cost_of_motions() const {
+  double cost = 0;
+  for (const BundleMotion& m : motions_) {
+    cost += 0.5 * motion_cost(MotionTie(m, cameras_, false).residual.squaredNorm());
+  }
+  return cost;
+}
+
+// The lower triangle, as it is kept.
+void ReducedBundle::add_motions(Eigen::MatrixXd* information, Eigen::VectorXd* gradient) const {
+  for (const BundleMotion& m : motions_) {
+    const MotionTie tie(m, cameras_, true);
+    const double squared = tie.residual.squaredNorm(), slope = motion_slope(squared);
+    const Eigen::Matrix3d curvature = slope * Eigen::Matrix3d::Identity() +
+                                      2 * motion_bend(squared) * tie.residual * tie.residual.transpose();
+    for (int i = 0; i < 3; ++i) {
+      const int row = free_of_[m.cameras[i]];
+      if (row < 0) continue;
+      gradient->segment<6>(6 * row) += slope * tie.by_pose[i].transpose() * tie.residual;
+      for (int j = 0; j < 3; ++j) {
+        const int column = free_of_[m.cameras[j]];
+        if (column < 0 || column > row) continue;
+        information->block<6, 6>(6 * row, 6 * column) +=
+            tie.by_pose[i].transpose() * curvature * tie.by_pose[j];
+      }
+    }
+  }
+}
+
 // From turns of the cameras where they are to their parameters; what is held gives way to nothing.
 void ReducedBundle::to_parameters(Eigen::MatrixXd* information, Eigen::VectorXd* gradient) const {
   for (std::size_t i = 0; i < free_.size(); ++i) {
@@ -301,6 +332,7 @@ bool ReducedBundle::linearize(Eigen::MatrixXd* factor, Eigen::VectorXd* residual
   const std::size_t worth = std::min(free_.size(), 1 + sights_.size() / kSightsOfPart);
   const int parts = std::clamp(threads_, 1, std::max(1, static_cast<int>(worth)));
   parallel_for(parts, parts, [&](int part) { fill({part, parts}, &information, &gradient); });
+  add_motions(&information, &gradient);
   to_parameters(&information, &gradient);
   std::optional<Eigen::MatrixXd> lower = cholesky_factor(information);
   if (!lower) return false;

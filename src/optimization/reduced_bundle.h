@@ -5,6 +5,7 @@
 
 #include "bundle_cameras.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
+#include "motion_tie.h"
 #include "reprojection.h"
 
 namespace mono_pose_tracker {
@@ -77,6 +78,8 @@ class ReducedBundle {
   void fill(const Part& part, Eigen::MatrixXd* information, Eigen::VectorXd* gradient) const;
   void eliminate_point(std::size_t point, const Part& part, Eigen::MatrixXd* information,
                        Eigen::VectorXd* gradient) const;
+  double cost_of_motions() const;
+  void add_motions(Eigen::MatrixXd* information, Eigen::VectorXd* gradient) const;
   void to_parameters(Eigen::MatrixXd* information, Eigen::VectorXd* gradient) const;
 
   const Loss loss_;
@@ -86,7 +89,9 @@ class ReducedBundle {
   const std::vector<int> free_;
   std::vector<int> begin_;  // sights of point p: from begin_[p] up to begin_[p + 1]
   std::vector<Sight> sights_;
-  double initial_cost_ = 0;
+  std::vector<BundleMotion> motions_;
+  std::vector<int> free_of_;                   // by camera, or -1
+  double points_cost_ = 0, initial_cost_ = 0;  // of the points, and with the motions
 
   std::vector<Eigen::Vector3d> candidate_;  // of the last evaluation
   std::vector<double> candidate_costs_, candidate_parameters_;

@@ -130,6 +130,15 @@ void resect_again(const Recording& recording, const std::set<std::int64_t>& fram
              [&](const RecordingReader& reader) { resect_again(reader, tracker); });
 }
 
+// Where the images hardly tell where the camera was, its motion does.
+void settle_motion(const Recording& recording, Tracker* tracker, RecordingResult* result) {
+  if (recording.interrupted()) return;
+  const std::set<std::int64_t> unsettled = tracker->settle_motion();
+  resect_again(recording, unsettled, result->frames_total, tracker);
+  tracker->smooth(unsettled);
+  tracker->leave_out_strays();
+}
+
 // What of an end that hangs on too few points is found without it stays.
 void leave_out_loose_ends(const Recording& recording, Tracker* tracker, RecordingResult* result) {
   if (recording.interrupted()) return;
@@ -208,6 +217,7 @@ void pose_again(const Recording& recording, const FrameObserver& observer, Track
   resect_again(recording, tracker->take_out_strays(), result->frames_total, tracker);
   tracker->leave_out_strays();
   leave_out_loose_ends(recording, tracker, result);
+  settle_motion(recording, tracker, result);
 }
 
 // The maps of this recording, and what speaks against them.

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/geometry/motion_prior.h"
 
 namespace mono_pose_tracker {
 
@@ -14,7 +15,12 @@ namespace {
 constexpr double kTimesFaster = 10;
 constexpr std::size_t kAbout = 10;      // frames before and after that tell the speed
 constexpr std::size_t kLeastSteps = 6;  // of these: fewer tell none
-constexpr std::size_t kLongestRun = 2;
+constexpr std::size_t kShortRun = 2;
+constexpr std::size_t kMostInRun = 60;  // a second at 60 Hz
+// Of a run of more than two: the steps into it and out of it over the longest within. A hand that reaches out
+// and back within a second does not do so in one step.
+constexpr double kTimesLonger = 3;
+constexpr double kLongestS = 1;  // from before a run to after it: what stays away longer may be there
 
 double distance(const PosedFrame& a, const PosedFrame& b) {
   return (a.map_from_camera.translation - b.map_from_camera.translation).norm();
@@ -36,6 +42,14 @@ double speed_about(const std::vector<PosedFrame>& frames, std::size_t first, std
   return speeds.size() < kLeastSteps ? -1 : median(std::move(speeds));
 }
 
+// The camera steps into the run and out of it, and hardly moves between.
+bool is_entered_by_a_jump(const std::vector<PosedFrame>& frames, std::size_t first, std::size_t last) {
+  double within = 0;
+  for (std::size_t i = first; i < last; ++i) within = std::max(within, distance(frames[i], frames[i + 1]));
+  return distance(frames[first - 1], frames[first]) > kTimesLonger * within &&
+         distance(frames[last], frames[last + 1]) > kTimesLonger * within;
+}
+
 // Whether the run of frames is where nothing before and after leads.
 bool is_astray(const std::vector<PosedFrame>& frames, std::size_t first, std::size_t last, double least) {
   const PosedFrame &before = frames[first - 1], &after = frames[last + 1];
@@ -50,14 +64,52 @@ bool is_astray(const std::vector<PosedFrame>& frames, std::size_t first, std::si
   return true;
 }
 
+// Whether no camera moves into a longer run nor out of it, while past it the way goes on.
+bool is_elsewhere(const std::vector<PosedFrame>& frames, std::size_t first, std::size_t last,
+                  const MotionPrior& prior, double least) {
+  if (first < 2 || last + 2 >= frames.size()) return false;
+  if (seconds_between(frames[first - 1], frames[last + 1]) > kLongestS) return false;
+  const auto is_beyond = [&](std::size_t a, std::size_t b, std::size_t c) {
+    const auto center = [&](std::size_t i) {
+      return TimedCenter{frames[i].stamp_ns, frames[i].map_from_camera.translation};
+    };
+    return prior.is_beyond({center(a), center(b), center(c)}, least);
+  };
+  return is_beyond(first - 2, first - 1, first) && is_beyond(last, last + 1, last + 2) &&
+         !is_beyond(first - 2, first - 1, last + 1) && !is_beyond(first - 1, last + 1, last + 2) &&
+         is_entered_by_a_jump(frames, first, last);
+}
+
+MotionPrior prior_of(const std::vector<PosedFrame>& frames) {
+  std::vector<TimedCenter> centers;
+  for (const PosedFrame& frame : frames) {
+    centers.push_back({frame.stamp_ns, frame.map_from_camera.translation});
+  }
+  return MotionPrior(centers);
+}
+
+// Frames that fit into that time.
+std::size_t longest_run(const std::vector<PosedFrame>& frames) {
+  std::size_t longest = kShortRun;
+  for (std::size_t first = 0, last = 0; last < frames.size(); ++last) {
+    while (seconds_between(frames[first], frames[last]) > kLongestS) ++first;
+    longest = std::max(longest, last - first);
+  }
+  return std::min(longest, kMostInRun);
+}
+
 }  // namespace
 
 std::set<std::int64_t> stray_frames(std::vector<PosedFrame> frames, double least) {
   std::set<std::int64_t> strays;
+  const MotionPrior prior = prior_of(frames);
+  const std::size_t longest = longest_run(frames);
   // What is known to be astray tells nothing of the others.
-  for (std::size_t length = 1; length <= kLongestRun; ++length) {
+  for (std::size_t length = 1; length <= longest; ++length) {
     for (std::size_t first = 1; first + length < frames.size();) {
-      if (!is_astray(frames, first, first + length - 1, least)) {
+      const std::size_t last = first + length - 1;
+      if (!(length <= kShortRun ? is_astray(frames, first, last, least)
+                                : is_elsewhere(frames, first, last, prior, least))) {
         ++first;
         continue;
       }

@@ -219,6 +219,7 @@ void Tracker::Impl::begin_anew() {
   object_finder_.reset();
   is_segmented_ = false;
   frames_.clear();
+  posed_again_.clear();
   others_.clear();
   tentative_.reset();
   present_map_ = 0;
@@ -339,6 +340,10 @@ std::set<std::int64_t> Tracker::take_out_strays() { return impl_->take_out_stray
 std::set<std::int64_t> Tracker::take_out_loose_ends() { return impl_->take_out_loose_ends(); }
 
 void Tracker::leave_out_strays() { impl_->leave_out_strays(); }
+
+std::set<std::int64_t> Tracker::settle_motion() { return impl_->settle_motion(); }
+
+void Tracker::smooth(const std::set<std::int64_t>& frames) { impl_->smooth(frames); }
 
 std::vector<FinishedMap> Tracker::maps() { return impl_->maps(); }
 

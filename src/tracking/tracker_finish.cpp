@@ -175,6 +175,7 @@ std::vector<FinishedMap> Tracker::Impl::maps() {
 FrameReport Tracker::Impl::resect_again(std::int64_t frame_index, std::int64_t stamp_ns,
                                         const PreparedImage& image, const cv::Mat& mask) {
   FrameReport report;
+  posed_again_.erase(frame_index);
   const std::optional<Frame> frame = make_frame_again(frame_index, stamp_ns, image, mask, &report);
   const TrackingMapPtr map = worker_.latest();
   if (frame && map) {
@@ -182,7 +183,10 @@ FrameReport Tracker::Impl::resect_again(std::int64_t frame_index, std::int64_t s
     ResectionReport resection = resect_near_in_time(*frame, *map, 2);
     if (!is_found(resection)) resection = resect_near(*frame, *map);
     resection.success = is_found(resection);
-    if (resection.success) set_pose(*frame, *map, resection, true);
+    if (resection.success) {
+      set_pose(*frame, *map, resection, true);
+      posed_again_[frame_index] = resection.covariance + resection.map_covariance;
+    }
     describe(resection, &report);
   }
   finish_report(&report);

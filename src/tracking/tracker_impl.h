@@ -36,11 +36,12 @@ inline bool has_earlier_frames(const TrackingMap& map) {
   return map.keyframes.begin()->second.frame_index < 0;
 }
 
-// The states of a Tracker, and the one way that an image goes through them. In nine files: tracker.cpp and
+// The states of a Tracker, and the one way that an image goes through them. In ten files: tracker.cpp and
 // tracker_accept.cpp follow the camera, tracker_body.cpp keeps to the body that turns, tracker_search.cpp is
 // for when it is lost, tracker_finish.cpp for the end of a recording, tracker_gaps.cpp for the images that
-// have no pose then, tracker_strays.cpp for those that have an impossible one, tracker_background.cpp for
-// what stood still, tracker_saved_maps.cpp for maps of other runs.
+// have no pose then, tracker_strays.cpp for those that have an impossible one, tracker_motion.cpp for
+// those that see too little to know it, tracker_background.cpp for what stood still, tracker_saved_maps.cpp
+// for maps of other runs.
 class Tracker::Impl {
  public:
   Impl(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,
@@ -78,6 +79,8 @@ class Tracker::Impl {
   std::set<std::int64_t> take_out_strays();
   std::set<std::int64_t> take_out_loose_ends();
   void leave_out_strays();
+  std::set<std::int64_t> settle_motion();
+  void smooth(const std::set<std::int64_t>& frames);
   FinishedMap finished(const TrackingMap& view);
   void find_other_body_beside(FinishedMap* map) const;
   bool shows_background(const TrackingMap& view, const Map& map, const MatchesInTime& in_time) const;
@@ -122,6 +125,7 @@ class Tracker::Impl {
   bool accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
               FrameReport* report);
   void complete_map();
+  double least_stray() const;
   std::set<std::int64_t> find_strays() const;
   std::set<std::int64_t> take_out(const std::set<KeyframeId>& keyframes);
   void resume_largest();
@@ -201,11 +205,12 @@ class Tracker::Impl {
   std::map<std::uint32_t, std::uint32_t> times_corrected_;  // by map
   std::map<std::int64_t, Frame> unposed_;                   // of a finished recording
   std::map<std::int64_t, ImageFeaturesPtr> seen_;           // of a recording, of the images that were posed
-  bool grown_ = false;                                      // the finished map has
-  std::pair<std::uint32_t, std::uint64_t> reported_;        // map and correction that the last report knew of
-  std::uint32_t present_map_ = 0;                           // id of the one that reference_ is of
-  ScaleSource scale_ = ScaleSource::kMapUnits;              // of its lengths, as reference_ knows them
-  std::uint32_t searches_ = 0;                              // for a map beside those there are: counts them
+  std::map<std::int64_t, Matrix6d> posed_again_;      // covariances of map_from_camera, in the finished map
+  bool grown_ = false;                                // the finished map has
+  std::pair<std::uint32_t, std::uint64_t> reported_;  // map and correction that the last report knew of
+  std::uint32_t present_map_ = 0;                     // id of the one that reference_ is of
+  ScaleSource scale_ = ScaleSource::kMapUnits;        // of its lengths, as reference_ knows them
+  std::uint32_t searches_ = 0;                        // for a map beside those there are: counts them
 };
 
 }  // namespace mono_pose_tracker

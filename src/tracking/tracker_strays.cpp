@@ -45,12 +45,15 @@ std::set<std::int64_t> frames_on(const TrackingMap& map, const FramePoses& poses
 
 }  // namespace
 
-std::set<std::int64_t> Tracker::Impl::find_strays() const {
-  // Of the points' distance: one degree of parallax.
-  constexpr double kLeastShare = 0.02;
+// In the map's unit.
+double Tracker::Impl::least_stray() const {
+  constexpr double kLeastShare = 0.02;  // of the points' distance: one degree of parallax
   const TrackingMapPtr map = worker_.latest();
-  if (!map) return {};
-  return stray_frames(trajectory(), kLeastShare * usual_distance(*map));
+  return map ? kLeastShare * usual_distance(*map) : 0;
+}
+
+std::set<std::int64_t> Tracker::Impl::find_strays() const {
+  return worker_.latest() ? stray_frames(trajectory(), least_stray()) : std::set<std::int64_t>();
 }
 
 // Takes keyframes out of the map, which is finished anew. The frames that stood on them.

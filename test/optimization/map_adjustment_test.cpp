@@ -131,5 +131,58 @@ TEST_F(MapAdjustment, KeyframesThatAreNotFreeStay) {
   EXPECT_EQ(map_.keyframe(1)->camera_from_map.translation, before.translation);
 }
 
+// Twelve keyframes of a walk; two in the middle see only what is a hundred times as far as a step is long.
+class MapOfAWalk : public testing::Test {
+ protected:
+  static constexpr int kSteps = 12, kFirstFar = 5;
+
+  MapOfAWalk() {
+    std::vector<Eigen::Vector3d> near = box_scene(150, random_).x_in_map,
+                                 far = box_scene(150, random_).x_in_map;
+    for (const Eigen::Vector3d& x : far) near.push_back(10 * x);
+    const SyntheticScene scene(near, random_);
+    std::vector<LandmarkId> ids;
+    for (const Eigen::Vector3d& x : near) ids.push_back(map_.add_landmark(x));
+    for (int i = 0; i < kSteps; ++i) {
+      std::vector<int> point_of;
+      const Frame frame = synthetic_frame(scene, synthetic_camera(), pose(i), 0.5, i, random_, &point_of);
+      const KeyframeId id = map_.add_keyframe(i, i * std::int64_t{100000000}, pose(i), frame.image);
+      for (std::size_t f = 0; f < point_of.size(); ++f) {
+        if (is_far_sighted(i) && point_of[f] < 150) continue;
+        map_.add_observation(ids[point_of[f]], id, static_cast<int>(f));
+      }
+    }
+  }
+
+  static bool is_far_sighted(int i) { return i == kFirstFar || i == kFirstFar + 1; }
+  // Steps of 10 cm, and a little sway.
+  static Rigid3 pose(int i) { return camera_at({0.1 * i, 0.004 * (i % 3), 0.003 * (i % 2)}); }
+
+  double error(int i) const {
+    return (map_.keyframe(i)->center_in_map() - pose(i).inverse().translation).norm();
+  }
+
+  Random random_{5};
+  Map map_;
+};
+
+TEST_F(MapOfAWalk, OnlyWhatIsFlungIsBeyondBelief) {
+  EXPECT_FALSE(moves_beyond_belief(map_, 0));
+  map_.set_pose(kFirstFar, camera_at({0.1 * kFirstFar, 1, 0}));
+  EXPECT_TRUE(moves_beyond_belief(map_, 0.1));
+  EXPECT_FALSE(moves_beyond_belief(map_, 2)) << "not by so much";
+}
+
+TEST_F(MapOfAWalk, KeyframesThatSeeOnlyFarThingsAreLedBackByTheirMotion) {
+  const BundleReport report = adjust_map_as_it_moved(BundleOptions(), &map_);
+  EXPECT_TRUE(report.usable);
+  for (int i = 0; i < kSteps; ++i) EXPECT_LT(error(i), 0.06) << i;
+  // What the images tell stays where they say.
+  for (int i = 0; i < kSteps; ++i) {
+    if (is_far_sighted(i)) continue;
+    EXPECT_LT(error(i), 0.01) << i;
+  }
+}
+
 }  // namespace
 }  // namespace mono_pose_tracker

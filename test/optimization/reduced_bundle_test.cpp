@@ -24,6 +24,15 @@ BundleProblem noisy(std::uint64_t seed, int cameras = 6, int points = 120) {
   return problem;
 }
 
+// Its cameras one after the other in time; of their motion so little is expected that all of it is unusual.
+BundleProblem moving(std::uint64_t seed) {
+  BundleProblem problem = noisy(seed);
+  for (int i = 0; i + 2 < static_cast<int>(problem.cameras.size()); ++i) {
+    problem.motions.push_back({{i, i + 1, i + 2}, 0.1, 0.2, i % 2 == 0 ? 0.2 : 2});
+  }
+  return problem;
+}
+
 BundleOptions to_the_end() {
   BundleOptions options;
   options.max_iterations = 1000;
@@ -46,9 +55,9 @@ struct Solved {
   }
 };
 
-TEST(ReducedBundle, EndsWhereCamerasAndPointsTogetherDo) {
+void ends_where_cameras_and_points_together_do(const BundleProblem& noisy_start) {
   for (const bool constant : {false, true}) {
-    BundleProblem start = noisy(1);
+    BundleProblem start = noisy_start;
     start.cameras[2].constant = start.cameras[4].constant = constant;
     Solved full(start), reduced(start);
     full.in_full(to_the_end());
@@ -66,6 +75,14 @@ TEST(ReducedBundle, EndsWhereCamerasAndPointsTogetherDo) {
   }
 }
 
+TEST(ReducedBundle, EndsWhereCamerasAndPointsTogetherDo) {
+  ends_where_cameras_and_points_together_do(noisy(1));
+}
+
+TEST(ReducedBundle, EndsWhereTheyDoWithMotionsAsWell) {
+  ends_where_cameras_and_points_together_do(moving(1));
+}
+
 // What is slow is a point's own affair.
 TEST(ReducedBundle, FewIterationsComeAsFarAsManyOfCamerasAndPointsTogether) {
   for (std::uint64_t seed = 2; seed < 6; ++seed) {
@@ -79,8 +96,7 @@ TEST(ReducedBundle, FewIterationsComeAsFarAsManyOfCamerasAndPointsTogether) {
   }
 }
 
-TEST(ReducedBundle, TheGradientIsThatOfTheCost) {
-  const BundleProblem problem = noisy(7);
+void has_the_gradient_of_its_cost(const BundleProblem& problem) {
   const BundleCameras cameras(problem);
   ReducedBundle bundle(2, cameras, problem);
   std::vector<double> at;
@@ -107,6 +123,10 @@ TEST(ReducedBundle, TheGradientIsThatOfTheCost) {
   }
   EXPECT_EQ(held, 1) << "the scale";
 }
+
+TEST(ReducedBundle, TheGradientIsThatOfTheCost) { has_the_gradient_of_its_cost(noisy(7)); }
+
+TEST(ReducedBundle, TheGradientIsThatOfTheCostOfMotionsAsWell) { has_the_gradient_of_its_cost(moving(7)); }
 
 TEST(ReducedBundle, AnyNumberOfThreadsGivesTheSameBits) {
   const BundleProblem problem = noisy(12, 10, 400);  // enough for several threads to be worth their while

@@ -14,20 +14,20 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr int kFrames = 25;
+constexpr int kWalkFrames = 25;
 constexpr int kFirstPart = 14;  // images that the map is made of
 
 SequenceOptions room_options(int width, int height) {
   SequenceOptions options;
   options.scene = SceneKind::kRoom;
-  options.frames = kFrames;
+  options.frames = kWalkFrames;
   options.camera = default_camera(SceneKind::kRoom, width, height);
   options.noise_grey_levels = 1;
   return options;
 }
 
-const SimulatedRoom& room() {
-  static const SimulatedRoom room = simulated_room(kFrames, 1);
+const SimulatedRoom& walked_room() {
+  static const SimulatedRoom room = simulated_room(kWalkFrames, 1);
   return room;
 }
 
@@ -39,9 +39,9 @@ void add_pose(const FrameReport& report, std::vector<StampedPose>* poses) {
 const SavedMaps& first_part(std::vector<StampedPose>* poses = nullptr) {
   static std::vector<StampedPose> known;
   static const SavedMaps saved = [] {
-    Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
+    Tracker tracker(TrackerOptions(), walked_room().camera, Tracker::Mapping::kInline);
     for (int i = 0; i < kFirstPart; ++i) {
-      add_pose(tracker.process(room().frames[i].stamp_ns, room().frames[i].image), &known);
+      add_pose(tracker.process(walked_room().frames[i].stamp_ns, walked_room().frames[i].image), &known);
     }
     return *tracker.copy_maps();
   }();
@@ -59,21 +59,21 @@ TEST(SavedMaps, TheRunsThatSawAMapAreTold) {
   const SavedMaps& saved = first_part();
   ASSERT_EQ(saved.sessions.size(), 1u);
   EXPECT_EQ(saved.sessions[0].frames, kFirstPart);
-  Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
+  Tracker tracker(TrackerOptions(), walked_room().camera, Tracker::Mapping::kInline);
   tracker.load_maps(saved);
-  for (int i = kFirstPart; i < kFrames; ++i) {
-    tracker.process(room().frames[i].stamp_ns, room().frames[i].image);
+  for (int i = kFirstPart; i < kWalkFrames; ++i) {
+    tracker.process(walked_room().frames[i].stamp_ns, walked_room().frames[i].image);
   }
   const SavedMaps grown = *tracker.copy_maps();
   ASSERT_EQ(grown.sessions.size(), 2u);
   EXPECT_EQ(grown.sessions[0].first_frame, -kFirstPart);
   EXPECT_EQ(grown.sessions[1].first_frame, 0);
-  EXPECT_EQ(grown.sessions[1].frames, kFrames - kFirstPart);
+  EXPECT_EQ(grown.sessions[1].frames, kWalkFrames - kFirstPart);
   int keyframes_of_second = 0;
   for (const auto& [id, keyframe] : grown.maps[0].keyframes()) {
     const bool second = grown.sessions[1].holds(keyframe.frame_index);
     keyframes_of_second += second;
-    const auto& frame = room().frames[keyframe.frame_index + kFirstPart];
+    const auto& frame = walked_room().frames[keyframe.frame_index + kFirstPart];
     EXPECT_EQ(keyframe.stamp_ns, frame.stamp_ns) << "the number of an image in its run names it";
   }
   EXPECT_GT(keyframes_of_second, 0);
@@ -91,21 +91,21 @@ TEST(SavedMaps, AnotherCameraGoesOnInTheMap) {
   Tracker tracker(TrackerOptions(), sequence.camera(), Tracker::Mapping::kInline);
   tracker.load_maps(saved);
   int posed = 0;
-  for (int i = kFirstPart; i < kFrames; ++i) {
+  for (int i = kFirstPart; i < kWalkFrames; ++i) {
     const SimulatedFrame frame = sequence.render(i);
     const FrameReport report = tracker.process(frame.stamp_ns, frame.image);
     posed += report.map_from_camera.has_value();
     add_pose(report, &poses);
   }
-  EXPECT_GE(posed, kFrames - kFirstPart - 2) << "found within two images";
+  EXPECT_GE(posed, kWalkFrames - kFirstPart - 2) << "found within two images";
   // In the frame and the unit of the first camera's map: one alignment for both.
-  const TrajectoryError error = evaluate_trajectory(room().truth, poses, 0);
+  const TrajectoryError error = evaluate_trajectory(walked_room().truth, poses, 0);
   EXPECT_LT(error.rotation_median_deg, 0.8);
   EXPECT_LT(error.position_rmse_percent, 2);
   const SavedMaps grown = *tracker.copy_maps();
   ASSERT_EQ(grown.maps.size(), 1u);
   grown.maps[0].check();
-  EXPECT_EQ(grown.sessions[0].camera, room().camera.parameters());
+  EXPECT_EQ(grown.sessions[0].camera, walked_room().camera.parameters());
   EXPECT_EQ(grown.sessions[1].camera, sequence.camera().parameters());
   EXPECT_GT(grown.maps[0].keyframes().size(), saved.maps[0].keyframes().size());
   // Points that both have seen: the maps are one.
@@ -142,28 +142,29 @@ TEST(SavedMaps, LocalizingOnlyNeverChangesTheMap) {
   TrackerOptions options;
   options.localize_only = true;
   for (const auto mapping : {Tracker::Mapping::kInline, Tracker::Mapping::kThreaded}) {
-    Tracker tracker(options, room().camera, mapping);
+    Tracker tracker(options, walked_room().camera, mapping);
     std::vector<StampedPose> poses;
     SavedMaps saved = first_part(&poses);
     tracker.load_maps(saved);
     const cv::Mat blank(240, 320, CV_8UC3, cv::Scalar::all(90));
     int posed = 0;
-    for (int i = 0; i < kFrames; ++i) {
-      const FrameReport report = tracker.process(room().frames[i].stamp_ns, room().frames[i].image);
+    for (int i = 0; i < kWalkFrames; ++i) {
+      const FrameReport report =
+          tracker.process(walked_room().frames[i].stamp_ns, walked_room().frames[i].image);
       posed += report.map_from_camera.has_value();
       EXPECT_FALSE(report.is_keyframe);
       if (i >= kFirstPart) add_pose(report, &poses);
     }
-    EXPECT_GE(posed, kFrames - 2);
-    const TrajectoryError error = evaluate_trajectory(room().truth, poses, 0);
+    EXPECT_GE(posed, kWalkFrames - 2);
+    const TrajectoryError error = evaluate_trajectory(walked_room().truth, poses, 0);
     EXPECT_LT(error.position_rmse_percent, 2);
     // Lost for long: no map is begun beside it.
     for (int i = 0; i < 2 * options.young_map_patience; ++i) tracker.process(1'000'000'000'000 + i, blank);
     ASSERT_TRUE(tracker.finish());
-    tracker.keep_for_later(0, room().frames[0].stamp_ns, room().frames[0].image);
+    tracker.keep_for_later(0, walked_room().frames[0].stamp_ns, walked_room().frames[0].image);
     tracker.fill_gaps();
     EXPECT_EQ(tracker.maps().size(), 1u);
-    EXPECT_EQ(tracker.trajectory().size(), static_cast<std::size_t>(kFrames));
+    EXPECT_EQ(tracker.trajectory().size(), static_cast<std::size_t>(kWalkFrames));
     saved.end_before_zero();
     EXPECT_EQ(bytes_of(*tracker.copy_maps()), bytes_of(saved));
   }
@@ -194,9 +195,10 @@ TEST(SavedMaps, WhereNoImageIsFoundNoneIsPosedAgain) {
 TEST(SavedMaps, LocalizingOnlyBeginsNoMap) {
   TrackerOptions options;
   options.localize_only = true;
-  Tracker tracker(options, room().camera, Tracker::Mapping::kInline);
+  Tracker tracker(options, walked_room().camera, Tracker::Mapping::kInline);
   for (int i = 0; i < 8; ++i) {
-    const FrameReport report = tracker.process(room().frames[i].stamp_ns, room().frames[i].image);
+    const FrameReport report =
+        tracker.process(walked_room().frames[i].stamp_ns, walked_room().frames[i].image);
     EXPECT_FALSE(report.map_from_camera);
     EXPECT_EQ(report.reason, Reason::kRelocalising);
     EXPECT_NE(report.reason_text.find("no map"), std::string::npos);
@@ -207,13 +209,13 @@ TEST(SavedMaps, LocalizingOnlyBeginsNoMap) {
 TEST(SavedMaps, AnotherRecordingMayBeginInTheMap) {
   TrackerOptions options;
   options.localize_only = true;
-  Tracker tracker(options, room().camera, Tracker::Mapping::kInline);
+  Tracker tracker(options, walked_room().camera, Tracker::Mapping::kInline);
   tracker.load_maps(first_part());
   for (int run = 0; run < 2; ++run) {
     const std::uint32_t epoch = tracker.epoch();
     FrameReport report;
     for (int i = 0; i < 5; ++i) {
-      report = tracker.process(room().frames[i].stamp_ns, room().frames[i].image);
+      report = tracker.process(walked_room().frames[i].stamp_ns, walked_room().frames[i].image);
       EXPECT_EQ(report.epoch, epoch);
       EXPECT_GT(report.map_id, 0u);
     }
@@ -230,13 +232,13 @@ TEST(SavedMaps, AnotherRecordingMayBeginInTheMap) {
 TEST(SavedMaps, ANewMapIsBegunBesideTheLoadedOne) {
   SequenceOptions elsewhere_options;
   elsewhere_options.scene = SceneKind::kPlane;
-  elsewhere_options.frames = kFrames;
-  elsewhere_options.camera = room().camera.parameters();
+  elsewhere_options.frames = kWalkFrames;
+  elsewhere_options.camera = walked_room().camera.parameters();
   elsewhere_options.seed = 3;
   const SimulatedSequence elsewhere(elsewhere_options);
   TrackerOptions options;
   options.young_map_keyframes = 3;
-  Tracker tracker(options, room().camera, Tracker::Mapping::kInline);
+  Tracker tracker(options, walked_room().camera, Tracker::Mapping::kInline);
   tracker.load_maps(first_part());
   const auto show = [&](Tracker& shown_to, const cv::Mat& image) {
     static std::int64_t stamp = 0;
@@ -253,10 +255,10 @@ TEST(SavedMaps, ANewMapIsBegunBesideTheLoadedOne) {
 
   const TemporaryFolder folder;
   write_map_file(folder / "a.map", both);
-  Tracker again(options, room().camera, Tracker::Mapping::kInline);
+  Tracker again(options, walked_room().camera, Tracker::Mapping::kInline);
   again.load_maps(read_map_file(folder / "a.map", "root_sift"));
   EXPECT_EQ(again.copy_maps()->maps.size(), 2u);
-  for (const cv::Mat& image : {room().frames[3].image, elsewhere.render(kFrames - 1).image}) {
+  for (const cv::Mat& image : {walked_room().frames[3].image, elsewhere.render(kWalkFrames - 1).image}) {
     FrameReport found;
     for (int i = 0; i < 5 && !found.map_from_camera; ++i) found = show(again, image);
     EXPECT_TRUE(found.map_from_camera) << found.reason_text;
@@ -265,7 +267,7 @@ TEST(SavedMaps, ANewMapIsBegunBesideTheLoadedOne) {
 }
 
 TEST(SavedMaps, WhatCantBeGoneOnInIsRefused) {
-  Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
+  Tracker tracker(TrackerOptions(), walked_room().camera, Tracker::Mapping::kInline);
   SavedMaps saved = first_part();
   saved.descriptor = "sift";
   expect_error<std::invalid_argument>([&] { tracker.load_maps(saved); }, {"sift", "root_sift"});

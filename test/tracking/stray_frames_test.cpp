@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <set>
+#include <stdexcept>
 #include <vector>
 
 #include "mono_pose_tracker/mapping/seam.h"
@@ -42,6 +44,26 @@ TEST(StrayFrames, FramesFarFromThoseBesideThemAreFound) {
   move(&frames, 20, -0.5);
   move(&frames, 21, -0.4);
   EXPECT_EQ(stray_frames(frames, kLeast), Frames({7, 20, 21}));
+}
+
+TEST(StrayFrames, ARunThatIsElsewhereForLessThanASecondIsFound) {
+  std::vector<PosedFrame> frames = walk();
+  Frames run;
+  for (int i = 8; i < 32; ++i) run.insert(i), move(&frames, i, 3);
+  EXPECT_EQ(stray_frames(frames, kLeast), run);
+  // In two seconds the camera may have been taken there.
+  frames = walk();
+  for (std::size_t i = 0; i < frames.size(); ++i) frames[i].stamp_ns *= 3;
+  for (int i = 8; i < 32; ++i) move(&frames, i, 3);
+  EXPECT_EQ(stray_frames(frames, kLeast), Frames());
+}
+
+// Half a metre, a second, and before and after it the camera stands.
+TEST(StrayFrames, AHandThatReachesOutAndBackIsNotAstray) {
+  std::vector<PosedFrame> frames = walk();
+  for (PosedFrame& frame : frames) frame.map_from_camera.translation.x() *= 1e-3;
+  for (int i = 10; i <= 30; ++i) move(&frames, i, 0.5 * std::sin(0.05 * 3.1416 * (i - 10)));
+  EXPECT_EQ(stray_frames(frames, kLeast), Frames());
 }
 
 // A step, a stop and a new place are what cameras do.
@@ -117,6 +139,43 @@ TEST_F(TrackedRoom, WhatStaysAstrayHasNoPose) {
   pose_stray(kFrames - 1);
   tracker_.leave_out_strays();
   EXPECT_FALSE(is_posed());
+}
+
+TEST_F(TrackedRoom, WhatMovesAsItShouldIsLeftAlone) {
+  const std::vector<PosedFrame> before = tracker_.trajectory();
+  EXPECT_EQ(tracker_.settle_motion(), Frames());
+  tracker_.smooth({kStray});  // it was not posed again
+  const std::vector<PosedFrame> after = tracker_.trajectory();
+  ASSERT_EQ(after.size(), before.size());
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    EXPECT_EQ(after[i].map_from_camera.translation, before[i].map_from_camera.translation);
+  }
+}
+
+TEST_F(TrackedRoom, AFrameThatMovesBeyondBeliefIsPosedAgain) {
+  const auto center = [&](std::int64_t index) {
+    for (const PosedFrame& frame : tracker_.trajectory()) {
+      if (frame.index == index) return frame.map_from_camera.translation;
+    }
+    throw std::logic_error("not posed");
+  };
+  std::set<std::int64_t> keyframes;
+  for (const auto& entry : tracker_.map().keyframes()) keyframes.insert(entry.second.frame_index);
+  std::int64_t between = 3;
+  while (keyframes.count(between)) ++between;
+  ASSERT_LT(between, kFrames - 3);
+  const Eigen::Vector3d was = center(between);
+  const SimulatedFrame& frame = room_.frames[between];
+  ASSERT_TRUE(
+      tracker_.resect_again(between, frame.stamp_ns, room_.frames[kFrames - 1].image).map_from_camera);
+  EXPECT_GT((center(between) - was).norm(), 0.1);
+  const Frames unsettled = tracker_.settle_motion();
+  EXPECT_EQ(unsettled.count(between), 1u);
+  for (const std::int64_t index : unsettled) EXPECT_EQ(keyframes.count(index), 0u);
+  for (const std::int64_t index : unsettled)
+    tracker_.resect_again(index, room_.frames[index].stamp_ns, room_.frames[index].image);
+  tracker_.smooth(unsettled);
+  EXPECT_LT((center(between) - was).norm(), 0.01);
 }
 
 constexpr int kWhole = 25;  // images that show the room only

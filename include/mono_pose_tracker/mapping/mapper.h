@@ -72,6 +72,10 @@ class Mapper {
   /// everything is bundle-adjusted.
   void finish();
 
+  /// Where keyframes of the finished map are where no camera goes (by this much at the least), everything is
+  /// adjusted again, held to its motion.
+  void settle_motion(double least);
+
   /// Takes out keyframes whose poses are wrong, and what they alone saw; the first two hold the frame and
   /// scale of the map, and stay.
   void remove_keyframes(const std::set<KeyframeId>& ids);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <functional>
 #include <string>
 #include <vector>
@@ -24,10 +25,20 @@ struct BundleObservation {
   double sigma_px = 1;
 };
 
+/// Three cameras one after the other in time: what the camera's velocity changes by between them, over sigma,
+/// is three residuals (Cauchy loss, kMotionLossWidth). A weak tie: it says where a camera was that sees only
+/// what is too far to tell.
+struct BundleMotion {
+  std::array<int, 3> cameras{-1, -1, -1};
+  double seconds_before = 0, seconds_after = 0;  // of the second of them: since the first, until the third
+  double sigma = 1;                              // of the change, map units a second
+};
+
 struct BundleProblem {
   std::vector<BundleCamera> cameras;
   std::vector<Eigen::Vector3d> points;  // in the map's frame
   std::vector<BundleObservation> observations;
+  std::vector<BundleMotion> motions;
 };
 
 struct BundleOptions {

@@ -28,4 +28,12 @@ BundleOptions with_wide_loss(BundleOptions options);
 /// scale.
 BundleReport adjust_map(const BundleOptions& options, Map* map);
 
+/// The same, where cameras are also held to move as they usually do (geometry/motion_prior.h): one that sees
+/// only what is far is led back from where it can hardly have been.
+BundleReport adjust_map_as_it_moved(const BundleOptions& options, Map* map);
+
+/// Whether some keyframe is where no camera goes between those before and after it, by this much at the
+/// least.
+bool moves_beyond_belief(const Map& map, double least);
+
 }  // namespace mono_pose_tracker

@@ -118,6 +118,11 @@ class Tracker {
   std::set<std::int64_t> take_out_strays();
   /// What is still astray has no pose from then on.
   void leave_out_strays();
+  /// The finished map is adjusted again where the camera can hardly have moved so: of images that see only
+  /// what is far. Frames that are no keyframes and still move so, to be posed again.
+  std::set<std::int64_t> settle_motion();
+  /// Those of them that were posed again go to where image and motion together lead.
+  void smooth(const std::set<std::int64_t>& frames);
   /// Frames of an end of the finished map that hangs on too few points (mapping/seam.h), and is too little
   /// for a map of its own: they have no pose any more, and may be posed again in the map without them.
   std::set<std::int64_t> take_out_loose_ends();
