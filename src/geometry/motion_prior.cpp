@@ -9,7 +9,7 @@ namespace mono_pose_tracker {
 namespace {
 
 constexpr std::size_t kLeastChanges = 8;
-// sigmas; twice the greatest change of the cameras whose truth is known.
+// sigmas; a fifth more than the greatest change of the cameras whose truth is known.
 constexpr double kBelief = 17;
 constexpr double kMedianOfThreeSquares = 2.366;  // of chi squared with three degrees of freedom
 

@@ -24,9 +24,9 @@ struct VelocityChange {
 };
 
 /// How a camera moves: its acceleration is taken for white noise of so much power an axis, squared map units
-/// a second cubed (Bar-Shalom et al. 2001, 6.2). On hand-held cameras, cars and turntables whose truth is
-/// known, one change of velocity in a hundred exceeds what that allows three times, and hardly one eight
-/// times. 0: nothing is known.
+/// a second cubed (Bar-Shalom et al. 2001, 6.2). Of hand-held cameras, cars and turntables whose truth is
+/// known, one change of velocity in a hundred is 3 to 13 sigmas of an axis long, and none longer than 14. 0:
+/// nothing is known.
 class MotionPrior {
  public:
   MotionPrior() = default;
@@ -43,7 +43,7 @@ class MotionPrior {
   double sigma_of(const VelocityChange& change) const {
     return sigma_of_change(change.seconds_before, change.seconds_after);
   }
-  /// No camera is known to change its velocity by half as much. least: so far at the least the center is off
+  /// No camera is known to change its velocity by as much. least: so far at the least the center is off
   /// the line between the two others; what hardly moves moves by noise.
   bool is_beyond(const VelocityChange& change, double least) const;
 
