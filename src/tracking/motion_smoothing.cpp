@@ -114,6 +114,14 @@ class Smoother {
 
 }  // namespace
 
+std::vector<TimedCenter> centers_of(const std::vector<PosedFrame>& frames) {
+  std::vector<TimedCenter> centers;
+  for (const PosedFrame& frame : frames) {
+    centers.push_back({frame.stamp_ns, frame.map_from_camera.translation});
+  }
+  return centers;
+}
+
 void smooth_centers(const MotionPrior& prior, std::vector<UncertainCenter>* in_time) {
   if (!prior) return;
   Smoother smoother(prior, *in_time);

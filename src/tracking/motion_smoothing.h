@@ -4,8 +4,11 @@
 #include <vector>
 
 #include "mono_pose_tracker/geometry/motion_prior.h"
+#include "mono_pose_tracker/tracking/frame_report.h"
 
 namespace mono_pose_tracker {
+
+std::vector<TimedCenter> centers_of(const std::vector<PosedFrame>& frames);
 
 // A frame's camera center and how uncertain the image leaves it; held: it stays where it is.
 struct UncertainCenter {

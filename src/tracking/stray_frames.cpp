@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/geometry/motion_prior.h"
+#include "motion_smoothing.h"
 
 namespace mono_pose_tracker {
 
@@ -80,14 +80,6 @@ bool is_elsewhere(const std::vector<PosedFrame>& frames, std::size_t first, std:
          is_entered_by_a_jump(frames, first, last);
 }
 
-MotionPrior prior_of(const std::vector<PosedFrame>& frames) {
-  std::vector<TimedCenter> centers;
-  for (const PosedFrame& frame : frames) {
-    centers.push_back({frame.stamp_ns, frame.map_from_camera.translation});
-  }
-  return MotionPrior(centers);
-}
-
 // Frames that fit into that time.
 std::size_t longest_run(const std::vector<PosedFrame>& frames) {
   std::size_t longest = kShortRun;
@@ -102,7 +94,7 @@ std::size_t longest_run(const std::vector<PosedFrame>& frames) {
 
 std::set<std::int64_t> stray_frames(std::vector<PosedFrame> frames, double least) {
   std::set<std::int64_t> strays;
-  const MotionPrior prior = prior_of(frames);
+  const MotionPrior prior(centers_of(frames));
   const std::size_t longest = longest_run(frames);
   // What is known to be astray tells nothing of the others.
   for (std::size_t length = 1; length <= longest; ++length) {

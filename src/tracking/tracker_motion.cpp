@@ -8,18 +8,6 @@
 
 namespace mono_pose_tracker {
 
-namespace {
-
-std::vector<TimedCenter> centers_of(const std::vector<PosedFrame>& frames) {
-  std::vector<TimedCenter> centers;
-  for (const PosedFrame& frame : frames) {
-    centers.push_back({frame.stamp_ns, frame.map_from_camera.translation});
-  }
-  return centers;
-}
-
-}  // namespace
-
 std::set<std::int64_t> Tracker::Impl::settle_motion() {
   if (!worker_.latest() || options_.localize_only) return {};
   const double least = least_stray();

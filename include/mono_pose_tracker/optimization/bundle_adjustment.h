@@ -26,7 +26,7 @@ struct BundleObservation {
 };
 
 /// Three cameras one after the other in time: what the camera's velocity changes by between them, over sigma,
-/// is three residuals (Cauchy loss, kMotionLossWidth). A weak tie: it says where a camera was that sees only
+/// is three residuals (loss: geometry/motion_prior.h). A weak tie: it says where a camera was that sees only
 /// what is too far to tell.
 struct BundleMotion {
   std::array<int, 3> cameras{-1, -1, -1};
