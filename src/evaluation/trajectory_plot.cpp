@@ -3,6 +3,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "mono_pose_tracker/common/formatted.h"
+#include "mono_pose_tracker/common/time_stamp.h"
 #include "mono_pose_tracker/io/plot.h"
 
 namespace mono_pose_tracker {
@@ -41,7 +42,7 @@ template <typename Quantity>
 PlotPanel over_time(const TrajectoryError& error, double most, const Quantity& quantity) {
   PlotSeries errors = {"", {}, kError, 2, 1};
   for (const MatchedPosition& p : error.positions) {
-    const double seconds = 1e-9 * static_cast<double>(p.stamp_ns - error.positions.front().stamp_ns);
+    const double seconds = seconds_between(error.positions.front().stamp_ns, p.stamp_ns);
     errors.points.emplace_back(seconds, quantity(p));
   }
   PlotPanel panel;

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/common/time_stamp.h"
 
 namespace mono_pose_tracker {
 
@@ -13,15 +14,11 @@ constexpr std::size_t kLeastChanges = 8;
 constexpr double kBelief = 17;
 constexpr double kMedianOfThreeSquares = 2.366;  // of chi squared with three degrees of freedom
 
-double seconds_between(const TimedCenter& a, const TimedCenter& b) {
-  return 1e-9 * static_cast<double>(b.stamp_ns - a.stamp_ns);
-}
-
 }  // namespace
 
 VelocityChange::VelocityChange(const TimedCenter& before, const TimedCenter& at, const TimedCenter& after)
-    : seconds_before(seconds_between(before, at)),
-      seconds_after(seconds_between(at, after)),
+    : seconds_before(seconds_between(before.stamp_ns, at.stamp_ns)),
+      seconds_after(seconds_between(at.stamp_ns, after.stamp_ns)),
       per_second((after.center - at.center) / seconds_after - (at.center - before.center) / seconds_before) {}
 
 MotionPrior::MotionPrior(const std::vector<TimedCenter>& in_time) {

@@ -115,7 +115,7 @@ StampedFile parse_line(const std::string& line, std::int64_t index, const fs::pa
     return file;
   }
   if (space != std::string::npos && is_number(first)) {
-    throw std::runtime_error("the time stamp " + first + " is none: expected seconds, at most 9223372036");
+    throw std::runtime_error("the time stamp " + first + " is none: expected seconds, at most 4611686018");
   }
   file.stamp_ns = index * kSecond;
   file.path = (folder / line).string();

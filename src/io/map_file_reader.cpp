@@ -7,6 +7,7 @@
 
 #include "byte_stream.h"
 #include "map_file_format.h"
+#include "mono_pose_tracker/common/time_stamp.h"
 #include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/io/text_file.h"
 
@@ -41,6 +42,12 @@ double finite(double value) {
 std::int64_t frame_index(ByteReader& in) {
   const std::int64_t value = in.i64();
   if (value < -kMostFrames || value > kMostFrames) contradiction("a frame's number is none");
+  return value;
+}
+
+std::int64_t stamp(ByteReader& in) {
+  const std::int64_t value = in.i64();
+  if (!is_stamp(value)) contradiction("a time stamp is none");
   return value;
 }
 
@@ -114,7 +121,7 @@ Keyframe read_keyframe(ByteReader& in, const Sessions& sessions) {
   Keyframe keyframe;
   keyframe.id = id(in);
   keyframe.frame_index = frame_index(in);
-  keyframe.stamp_ns = in.i64();
+  keyframe.stamp_ns = stamp(in);
   keyframe.camera_from_map = read_transform(in);
   const std::uint32_t n = in.count(kFeatureBytes);
   FeatureSet set;

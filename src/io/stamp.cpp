@@ -1,7 +1,8 @@
 #include "mono_pose_tracker/io/stamp.h"
 
 #include <algorithm>
-#include <limits>
+
+#include "mono_pose_tracker/common/time_stamp.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -30,9 +31,9 @@ bool take_exponent(std::string_view* text, int* exponent) {
 }
 
 /// The value of digits with `decimals` of them after the point, in units of 1e-9. False when it is beyond
-/// int64.
+/// kMaxStampNs.
 bool to_nanoseconds(const std::string& digits, int decimals, std::uint64_t* value) {
-  constexpr std::uint64_t kLimit = std::numeric_limits<std::int64_t>::max();
+  constexpr std::uint64_t kLimit = kMaxStampNs;
   const int kept = static_cast<int>(digits.size()) - decimals + 9;  // digits down to the nanosecond
   *value = 0;
   for (int i = 0; i < kept; ++i) {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "mono_pose_tracker/common/time_stamp.h"
+
 namespace mono_pose_tracker {
 namespace {
 
@@ -92,7 +94,7 @@ sensor_msgs::PointCloud2 to_point_cloud(const std_msgs::Header& header,
 
 geometry_msgs::TwistWithCovariance to_twist(const StampedEstimate& previous, const StampedEstimate& current) {
   geometry_msgs::TwistWithCovariance twist;
-  const double seconds = 1e-9 * static_cast<double>(current.stamp_ns - previous.stamp_ns);
+  const double seconds = seconds_between(previous.stamp_ns, current.stamp_ns);
   const Rigid3& parent_from_previous = previous.parent_from_child.b_from_a;
   const Rigid3& parent_from_current = current.parent_from_child.b_from_a;
   const Rigid3 previous_from_current = parent_from_previous.inverse() * parent_from_current;

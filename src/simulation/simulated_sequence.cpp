@@ -8,6 +8,7 @@
 
 #include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/random.h"
+#include "mono_pose_tracker/common/time_stamp.h"
 #include "mono_pose_tracker/simulation/bonnet.h"
 #include "mono_pose_tracker/simulation/camera_path.h"
 #include "mono_pose_tracker/simulation/hand_occluder.h"
@@ -136,7 +137,7 @@ cv::Mat SimulatedSequence::background(double done) const {
 
 std::shared_ptr<const Scene> SimulatedSequence::scene_at(int index) const {
   if (!stage_) return scene_;
-  const double time = 1e-9 * static_cast<double>(path_.at(index).stamp_ns - path_.front().stamp_ns);
+  const double time = seconds_between(path_.front().stamp_ns, path_.at(index).stamp_ns);
   return stage_->scene(path_.at(index).map_from_camera, share_done(index), time);
 }
 

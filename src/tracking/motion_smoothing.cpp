@@ -22,20 +22,16 @@ struct Change {
 // Huber's. What is usual counts here: the images say nothing better.
 double weight_of(double sigmas) { return sigmas <= kMotionLossWidth ? 1 : kMotionLossWidth / sigmas; }
 
-double seconds_between(const UncertainCenter& a, const UncertainCenter& b) {
-  return 1e-9 * static_cast<double>(b.stamp_ns - a.stamp_ns);
-}
-
 // Of each three in a row of which one may move.
 std::vector<Change> changes_in(const MotionPrior& prior, const std::vector<UncertainCenter>& centers) {
   std::vector<Change> changes;
   for (std::size_t i = 0; i + 2 < centers.size(); ++i) {
     if (centers[i].is_held && centers[i + 1].is_held && centers[i + 2].is_held) continue;
-    const double before = seconds_between(centers[i], centers[i + 1]);
-    const double after = seconds_between(centers[i + 1], centers[i + 2]);
-    if (!(before > 0 && after > 0)) continue;
-    const double sigma = prior.sigma_of_change(before, after);
-    changes.push_back({i, {1 / before / sigma, -(1 / before + 1 / after) / sigma, 1 / after / sigma}});
+    const VelocityChange change(centers[i], centers[i + 1], centers[i + 2]);
+    if (!change.is_timed()) continue;
+    const double before = 1 / change.seconds_before, after = 1 / change.seconds_after;
+    const double sigma = prior.sigma_of(change);
+    changes.push_back({i, {before / sigma, -(before + after) / sigma, after / sigma}});
   }
   return changes;
 }

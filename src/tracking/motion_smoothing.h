@@ -11,9 +11,7 @@ namespace mono_pose_tracker {
 std::vector<TimedCenter> centers_of(const std::vector<PosedFrame>& frames);
 
 // A frame's camera center and how uncertain the image leaves it; held: it stays where it is.
-struct UncertainCenter {
-  std::int64_t stamp_ns = 0;
-  Eigen::Vector3d center;
+struct UncertainCenter : TimedCenter {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   bool is_held = true;
 };

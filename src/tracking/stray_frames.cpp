@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/common/time_stamp.h"
 #include "motion_smoothing.h"
 
 namespace mono_pose_tracker {
@@ -26,16 +27,12 @@ double distance(const PosedFrame& a, const PosedFrame& b) {
   return (a.map_from_camera.translation - b.map_from_camera.translation).norm();
 }
 
-double seconds_between(const PosedFrame& a, const PosedFrame& b) {
-  return 1e-9 * static_cast<double>(b.stamp_ns - a.stamp_ns);
-}
-
 // The usual speed about frames [first, last], in units a second, without them; negative when nothing tells.
 double speed_about(const std::vector<PosedFrame>& frames, std::size_t first, std::size_t last) {
   std::vector<double> speeds;
   const std::size_t end = std::min(last + kAbout, frames.size() - 1);
   for (std::size_t i = first > kAbout ? first - kAbout : 0; i < end; ++i) {
-    const double seconds = seconds_between(frames[i], frames[i + 1]);
+    const double seconds = seconds_between(frames[i].stamp_ns, frames[i + 1].stamp_ns);
     if ((i + 1 >= first && i <= last) || seconds <= 0) continue;
     speeds.push_back(distance(frames[i], frames[i + 1]) / seconds);
   }
@@ -54,7 +51,7 @@ bool is_entered_by_a_jump(const std::vector<PosedFrame>& frames, std::size_t fir
 bool is_astray(const std::vector<PosedFrame>& frames, std::size_t first, std::size_t last, double least) {
   const PosedFrame &before = frames[first - 1], &after = frames[last + 1];
   const double speed = speed_about(frames, first, last);
-  const double seconds = seconds_between(before, after);
+  const double seconds = seconds_between(before.stamp_ns, after.stamp_ns);
   if (speed < 0 || seconds <= 0) return false;
   const double limit = std::max(least, 0.5 * kTimesFaster * speed * seconds);
   if (distance(before, after) > limit) return false;
@@ -68,7 +65,7 @@ bool is_astray(const std::vector<PosedFrame>& frames, std::size_t first, std::si
 bool is_elsewhere(const std::vector<PosedFrame>& frames, std::size_t first, std::size_t last,
                   const MotionPrior& prior, double least) {
   if (first < 2 || last + 2 >= frames.size()) return false;
-  if (seconds_between(frames[first - 1], frames[last + 1]) > kLongestS) return false;
+  if (seconds_between(frames[first - 1].stamp_ns, frames[last + 1].stamp_ns) > kLongestS) return false;
   const auto is_beyond = [&](std::size_t a, std::size_t b, std::size_t c) {
     const auto center = [&](std::size_t i) {
       return TimedCenter{frames[i].stamp_ns, frames[i].map_from_camera.translation};
@@ -84,7 +81,7 @@ bool is_elsewhere(const std::vector<PosedFrame>& frames, std::size_t first, std:
 std::size_t longest_run(const std::vector<PosedFrame>& frames) {
   std::size_t longest = kShortRun;
   for (std::size_t first = 0, last = 0; last < frames.size(); ++last) {
-    while (seconds_between(frames[first], frames[last]) > kLongestS) ++first;
+    while (seconds_between(frames[first].stamp_ns, frames[last].stamp_ns) > kLongestS) ++first;
     longest = std::max(longest, last - first);
   }
   return std::min(longest, kMostInRun);

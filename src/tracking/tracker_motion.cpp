@@ -36,7 +36,7 @@ void Tracker::Impl::smooth(const std::set<std::int64_t>& wanted) {
   };
   std::vector<UncertainCenter> centers;
   for (const PosedFrame& frame : frames) {
-    UncertainCenter center{frame.stamp_ns, frame.map_from_camera.translation};
+    UncertainCenter center{{frame.stamp_ns, frame.map_from_camera.translation}};
     if (const Matrix6d* covariance = covariance_of(frame.index)) {
       center.covariance = covariance->topLeftCorner<3, 3>();
       center.is_held = false;

@@ -5,7 +5,9 @@
 #include <array>
 #include <fstream>
 #include <iterator>
+#include <limits>
 
+#include "mono_pose_tracker/common/time_stamp.h"
 #include "support/expect_error.h"
 #include "support/synthetic_map.h"
 #include "support/temporary_folder.h"
@@ -213,6 +215,24 @@ TEST(MapFile, FrameNumbersAtTheEndOfTheirTypeAreRefused) {
     for (MapSession& session : saved.sessions) session.first_frame += shift;
     write_map_file(folder / "a.map", saved);
     expect_error([&] { read_map_file(folder / "a.map", "root_sift"); }, {"a.map", "a frame's number"});
+  }
+}
+
+// They are subtracted from each other.
+TEST(MapFile, TimeStampsAtTheEndOfTheirTypeAreRefused) {
+  TemporaryFolder folder;
+  for (const std::int64_t stamp_ns :
+       {kMaxStampNs, kMaxStampNs + 1, std::numeric_limits<std::int64_t>::min()}) {
+    SavedMaps saved = synthetic_saved_maps();
+    Map& map = saved.maps.back();
+    const Keyframe& last = map.keyframes().rbegin()->second;
+    map.add_keyframe(last.frame_index, stamp_ns, last.camera_from_map, last.image);
+    write_map_file(folder / "a.map", saved);
+    if (is_stamp(stamp_ns)) {
+      EXPECT_NO_THROW(read_map_file(folder / "a.map", "root_sift"));
+    } else {
+      expect_error([&] { read_map_file(folder / "a.map", "root_sift"); }, {"a.map", "a time stamp"});
+    }
   }
 }
 

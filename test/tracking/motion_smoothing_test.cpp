@@ -19,14 +19,12 @@ Eigen::Vector3d center_at(int i) {
 
 std::vector<UncertainCenter> walk() {
   std::vector<UncertainCenter> centers;
-  for (int i = 0; i < 60; ++i) centers.push_back({i * kPeriod_ns, center_at(i)});
+  for (int i = 0; i < 60; ++i) centers.push_back({{i * kPeriod_ns, center_at(i)}});
   return centers;
 }
 
 MotionPrior prior_of(const std::vector<UncertainCenter>& centers) {
-  std::vector<TimedCenter> in_time;
-  for (const UncertainCenter& c : centers) in_time.push_back({c.stamp_ns, c.center});
-  return MotionPrior(in_time);
+  return MotionPrior(std::vector<TimedCenter>(centers.begin(), centers.end()));
 }
 
 // Says so of itself: off by about sigma along z and by nothing to speak of otherwise.
