@@ -44,9 +44,8 @@ std::pair<double, double> badness(const Rigid3& pose, double sampson, const Choi
 }  // namespace
 
 PoseError pose_error(const Rigid3& estimate, const Rigid3& truth) {
-  const Eigen::Vector3d &a = estimate.translation, &b = truth.translation;
   return {rotation_angle_between(estimate.rotation, truth.rotation) / kDegree,
-          std::atan2(a.cross(b).norm(), a.dot(b)) / kDegree};
+          angle_between(estimate.translation, truth.translation) / kDegree};
 }
 
 Eigen::Matrix3d nearest_essential(const Eigen::Matrix3d& matrix) {

@@ -53,7 +53,7 @@ std::vector<Match> match_by_stamp(const std::vector<StampedPose>& reference,
   return matches;
 }
 
-double median(std::vector<double> values) {
+double median_of_middle_two(std::vector<double> values) {
   if (values.empty()) return 0;
   const auto middle = values.begin() + values.size() / 2;
   std::nth_element(values.begin(), middle, values.end());
@@ -110,7 +110,7 @@ void measure_positions(const std::vector<PosePair>& pairs, Alignment alignment, 
   }
   error->position_rmse = std::sqrt(squares / static_cast<double>(distances.size()));
   error->position_max = *std::max_element(distances.begin(), distances.end());
-  error->position_median = median(std::move(distances));
+  error->position_median = median_of_middle_two(std::move(distances));
 }
 
 /// The rotation R with the least sum of |reference_i - R estimate_i|_F^2.
@@ -132,11 +132,7 @@ void measure_orientations(const std::vector<PosePair>& pairs, TrajectoryError* e
     error->positions[angles.size() - 1].rotation_deg = angles.back();
   }
   error->rotation_max_deg = *std::max_element(angles.begin(), angles.end());
-  error->rotation_median_deg = median(std::move(angles));
-}
-
-double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
+  error->rotation_median_deg = median_of_middle_two(std::move(angles));
 }
 
 void measure_steps(const std::vector<PosePair>& pairs, TrajectoryError* error) {
@@ -156,8 +152,8 @@ void measure_steps(const std::vector<PosePair>& pairs, TrajectoryError* error) {
                              ? 180
                              : angle_between(reference.translation, estimate.translation) / kDegree);
   }
-  error->relative_rotation_median_deg = median(std::move(rotations));
-  error->relative_direction_median_deg = median(std::move(directions));
+  error->relative_rotation_median_deg = median_of_middle_two(std::move(rotations));
+  error->relative_direction_median_deg = median_of_middle_two(std::move(directions));
 }
 
 /// What the estimate's motion from one pair's camera to another's is wrong by; scale: reference / estimate.

@@ -10,8 +10,9 @@ namespace {
 // Of fewer, what has hardly moved as yet is taken for what stands still, and the next map begins with the
 // wrong features. By the twelfth the object has moved as far as it needs to be told.
 constexpr std::size_t kFewest = 9, kMost = 12;
-// Features of the newest image: fewer begin no map (bootstrap/min_landmarks), and fewer that stand still do
-// not say where the object ends.
+// Features of the newest image: fewer begin no map by default (bootstrap/min_landmarks; where that is set
+// higher the next map only waits for a better image), and fewer that stand still do not say where the object
+// ends.
 constexpr std::ptrdiff_t kLeastMoving = 25, kLeastStill = 5;
 
 }  // namespace

@@ -8,7 +8,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Fewer features than the first map must have (bootstrap/min_landmarks) begin none, and tell a turn badly.
+// Fewer features than the first map must have by default (bootstrap/min_landmarks) begin none, and tell a
+// turn badly: that is so for whoever has chosen another number, too.
 constexpr std::ptrdiff_t kLeastMembers = 25;
 // Matches that obey the map alone: where there are fewer it is the map that is astray, and nothing says where
 // the rest is.

@@ -12,7 +12,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// px at 640 px width or less: beyond what noise, a lens model and the drift of a young pose leave over.
+// px at 640 px (image_scale): beyond what noise, a lens model and the drift of a young pose leave over.
 constexpr double kElsewhere = 6;
 constexpr double kAlike = 0.6;  // distance of unit descriptors, as for an observation to its landmark
 // Fewer matches, or fewer that contradict, are chance: a repeated texture gives several wrong ones at once.

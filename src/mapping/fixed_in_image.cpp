@@ -13,10 +13,11 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// px at 640 px width: what is held before the camera shakes against it.
+// px at 640 px (image_scale): what is held before the camera shakes against it.
 constexpr double kSamePlacePx = 3;
-// px at 640 px width, median over the views: twice what an inlier may be off by. What stays within 3 px
-// because the camera hardly moves, keeps it in its middle, or drives straight at it, is off by its noise.
+// px at 640 px (image_scale), median over the views: twice what an inlier may be off by. What stays within
+// 3 px because the camera hardly moves, keeps it in its middle, or drives straight at it, is off by its
+// noise.
 constexpr double kNoPointPx = 4;
 // Earlier keyframes that a feature must be in at its place, at least and as a share: a pattern that is
 // repeated (tiles, a carpet) brings like features to one place now and then. With two the rays would often

@@ -10,8 +10,8 @@ namespace mono_pose_tracker {
 
 // Features that stay where they are in the image, in the keyframe and in earlier ones, though these show that
 // no point can: of what is fixed to the camera (a bonnet, a handlebar, a finger before the lens), or of what
-// stands still behind a body that turns before a camera that does not. In the place of one that is `known` to
-// be of this kind another is as well. One flag a feature; empty when there are none.
+// stands still behind a body that turns before a camera that does not. A feature in the place of one that is
+// `known` to be of this kind is of it as well. One flag a feature; empty when there are none.
 using FlaggedFeatures = std::map<KeyframeId, std::vector<char>>;
 FlaggedFeatures find_fixed_in_image(const MapperOptions& options, const Map& map, KeyframeId newest,
                                     const FlaggedFeatures& known);

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "mono_pose_tracker/map/map.h"
+#include "sorted_unique.h"
 
 namespace mono_pose_tracker {
 
@@ -19,6 +21,17 @@ inline std::vector<LandmarkId> landmarks_of(const Keyframe& keyframe) {
     if (l != kNoLandmark) ids.push_back(l);
   }
   return ids;
+}
+
+// Those that any of the keyframes sees, in the order of their ids.
+inline std::vector<LandmarkId> landmarks_seen_by(const Map& map, const std::vector<KeyframeId>& keyframes) {
+  std::vector<LandmarkId> seen;
+  for (const KeyframeId id : keyframes) {
+    for (const LandmarkId l : map.keyframe(id)->landmark_of_feature) {
+      if (l != kNoLandmark) seen.push_back(l);
+    }
+  }
+  return sorted_unique(std::move(seen));
 }
 
 // A joined map's ids are in another order.

@@ -3,18 +3,14 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "mono_pose_tracker/common/rigid3.h"
+
 namespace mono_pose_tracker {
 
 namespace {
 
 // Standard deviations: all depths that are measured by the baseline are off by a fifth as it is.
 constexpr double kMinSignificance = 5;
-
-Eigen::Matrix3d cross(const Eigen::Vector3d& x) {
-  Eigen::Matrix3d m;
-  m << 0, -x.z(), x.y(), x.z(), 0, -x.x(), -x.y(), x.x(), 0;
-  return m;
-}
 
 // Information (inverse covariance) of a pose, x' = exp(w) x + v, order v, w; the landmarks held fixed.
 Eigen::Matrix<double, 6, 6> information_of(const Map& map, const Keyframe& keyframe) {
@@ -27,7 +23,7 @@ Eigen::Matrix<double, 6, 6> information_of(const Map& map, const Keyframe& keyfr
     const double px_per_rad = keyframe.image->pixel_from_bearing[f].norm() / std::sqrt(2.0);
     Eigen::Matrix<double, 3, 6> jacobian;  // of the ray
     jacobian.leftCols<3>() = (Eigen::Matrix3d::Identity() - ray * ray.transpose()) / x.norm();
-    jacobian.rightCols<3>() = -jacobian.leftCols<3>() * cross(x);
+    jacobian.rightCols<3>() = -jacobian.leftCols<3>() * cross_matrix(x);
     const double weight = px_per_rad / keyframe.image->sigma_px[f];
     information += weight * weight * jacobian.transpose() * jacobian;
   }

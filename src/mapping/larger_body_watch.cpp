@@ -16,7 +16,9 @@ constexpr std::int64_t kPeriod = 400000000;  // ns: matching two images takes a 
 // A thing that passes before the camera within a few seconds is no body that the map should be of.
 constexpr std::size_t kPairs = 6;
 constexpr std::ptrdiff_t kLeastOthers = 3;  // pairs that show it: by chance one in a hundred does
-constexpr std::int64_t kLeastMembers = 25;  // as many points as the first map must have
+// As many points as the first map must have by default. It is a doubt that is told, no map is begun by it: no
+// need to follow bootstrap/min_landmarks.
+constexpr std::int64_t kLeastMembers = 25;
 
 }  // namespace
 

@@ -18,7 +18,9 @@ namespace {
 // Edges of a keyframe to those that share most landmarks with it. More would make stretches stiff where the
 // camera was slow; the first of them ties it to the rest whatever it shares.
 constexpr int kEdges = 4;
-constexpr int kMinShared = 15;  // landmarks of a further edge: what a pose asks for
+// Landmarks of a further edge: what a pose asks for by default. With fewer it is stiffer than they know,
+// whatever resection/min_inliers is.
+constexpr int kMinShared = 15;
 
 // Standard deviations between two keyframes of one window, of the order in which windows drift: a tenth of a
 // degree, a hundredth of scale, as much of the way between the two, and of the depth what the turn makes of

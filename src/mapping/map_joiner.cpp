@@ -12,14 +12,14 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// px of parallax at 640 px width, with which features of .6 px know a depth to a fifth.
+// px of parallax at 640 px (image_scale), with which features of .6 px know a depth to a fifth.
 constexpr double kKnownDepthPx = 4.2;
 // Points that both maps know, seen by one keyframe: fewer tell no scale.
 constexpr int kMinPoints = 10;
 // Of the scale between the maps, as one keyframe's depths tell it. What it is off by bends the seam, which
 // the bundle adjustment that follows must still be able to mend.
 constexpr double kMaxLogScaleSigma = 0.1;
-// px at 640 px width: drift between the two keyframes, in either map, adds to the error of the ties.
+// px at 640 px (image_scale): drift between the two keyframes, in either map, adds to the error of the ties.
 constexpr double kMaxDisagreement = 12;
 
 // Ratio of depths, other over map, of the points whose depth both know: log of the median, and its standard
@@ -49,13 +49,8 @@ bool scale_between(const Map& map, const Keyframe& keyframe, const Map& other, c
 }
 
 Sim3 similarity(const Rigid3& camera_from_map, const Rigid3& camera_from_other, double scale) {
-  const Rigid3 other_from_camera = camera_from_other.inverse();
-  Sim3 other_from_map;
-  other_from_map.scale = scale;
-  other_from_map.rotation = (other_from_camera.rotation * camera_from_map.rotation).normalized();
-  other_from_map.translation =
-      other_from_camera.rotation * (scale * camera_from_map.translation) + other_from_camera.translation;
-  return other_from_map;
+  const Sim3 scaled_camera_from_map(scale, camera_from_map.rotation, scale * camera_from_map.translation);
+  return Sim3(camera_from_other.inverse()) * scaled_camera_from_map;
 }
 
 // Median distance in px between where b's points are seen and where a's similarity shows them.

@@ -11,6 +11,7 @@
 #include "keyframe_places.h"
 #include "known_baseline.h"
 #include "mono_pose_tracker/common/angles.h"
+#include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/mapping/projection_matcher.h"
@@ -25,12 +26,9 @@ namespace {
 
 // A long lens sees an object from so far that the first views may take it for its reverse. The farther it
 // turns, the plainer it is: asked several times while the map is young.
-void set_right(const MapperOptions& options, Map* map) {
+void correct_depths(const MapperOptions& options, Map* map) {
   constexpr double kMinEvidence = 0.1;  // share of the cost
-  if (!is_narrow(*map)) return;
-  BundleOptions bundle = options.bundle;
-  bundle.max_seconds = options.mapping.bundle_seconds;
-  correct_depth_reversal(bundle, kMinEvidence, map);
+  if (is_narrow(*map)) correct_depth_reversal(options.window_bundle(), kMinEvidence, map);
 }
 
 // Of the two bundle adjustments that end a recording, shares of the cost: after the first more is found and
@@ -39,6 +37,8 @@ constexpr double kRoughTolerance = 1e-5, kFinalTolerance = 1e-7;
 // Whatever the options let an adjustment between images take: here no image waits.
 constexpr int kFinalIterations = 50;
 
+// When the depths are asked about. A keyframe comes every two or three degrees of a turn: so each fifteen or
+// so, up to sixty, beyond which a reverse fits plainly worse. Each time costs several adjustments.
 bool is_due(std::size_t keyframes) { return keyframes % 6 == 0 && keyframes <= 24; }
 
 }  // namespace
@@ -64,15 +64,10 @@ void Mapper::begin_beside(const InitialMap& initial, std::uint32_t epoch) {
 
 // What is known of the present map beside it is nothing of another's.
 void Mapper::forget_beside_map() {
-  left_out_.clear();
-  whole_.clear();
-  markers_.clear();
+  const std::uint64_t ticket = beside_.ticket + 1;
+  beside_ = BesideMap(options_, camera_);
+  beside_.ticket = ticket;
   covariances_ = KeyframeCovariances();
-  watch_.reset();
-  larger_body_watch_.reset();
-  body_watch_.reset();
-  background_watch_.reset();
-  forget_loops();
 }
 
 void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
@@ -85,7 +80,7 @@ void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
   for (const InitialMap::View& view : initial.views) {
     ids.push_back(
         map_.add_keyframe(view.frame.index, view.frame.stamp_ns, view.camera_from_map, view.frame.image));
-    if (view.frame.whole) whole_[ids.back()] = view.frame.whole;
+    if (view.frame.whole) beside_.whole[ids.back()] = view.frame.whole;
   }
   watch_background(initial);
   std::vector<double> depths;
@@ -94,9 +89,8 @@ void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
     for (const auto& [view, feature] : point.observations) map_.add_observation(l, ids[view], feature);
     depths.push_back((initial.views[0].camera_from_map * point.x_in_map).z());
   }
-  std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
   const double median_depth = options_.scale.initial_median_depth;
-  map_.rescale((median_depth > 0 ? median_depth : 1) / depths[depths.size() / 2]);
+  map_.rescale((median_depth > 0 ? median_depth : 1) / median(depths));
   if (median_depth > 0) map_.set_scale_source(ScaleSource::kInitialMedianDepth);
   {
     const StageTimer timer(stages_, "map_match");
@@ -136,15 +130,15 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   KeyframeCandidate candidate = candidate_as_sent;
   bring_up_to_date(&candidate);
   Rigid3 reference_from_map;
-  if (!map_.camera_from_map(candidate.reference, &reference_from_map)) return;
+  if (candidate.map_id != map_id_ || !map_.camera_from_map(candidate.reference, &reference_from_map)) return;
   const KeyframeId id =
       map_.add_keyframe(candidate.frame.index, candidate.frame.stamp_ns,
                         candidate.camera_from_reference * reference_from_map, candidate.frame.image);
-  if (candidate.frame.whole) whole_[id] = candidate.frame.whole;
+  if (candidate.frame.whole) beside_.whole[id] = candidate.frame.whole;
   for (const FrameObservation& o : candidate.observations) map_.add_observation(o.landmark, id, o.feature);
   {
     const StageTimer timer(stages_, "map_match");
-    set_pose_right(id);
+    correct_pose(id);
     separate_motions(id);
     leave_out_fixed(id);
     const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
@@ -162,16 +156,16 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
     }
   }
   adjust_window(id, waiting);
-  if (is_due(map_.keyframes().size()) && !is_cancelled()) set_right(options_, &map_);
+  if (is_due(map_.keyframes().size()) && !is_cancelled()) correct_depths(options_, &map_);
   cull_young_landmarks(id);
   cull_keyframes(id);
   cap_keyframes(id);
   scale_by_marker(id, candidate.frame.marker);
-  if (candidate.frame.is_masked) background_watch_.reset();
-  if (background_watch_.watches() && !is_cancelled()) {
+  if (candidate.frame.is_masked) beside_.background_watch.reset();
+  if (beside_.background_watch.watches() && !is_cancelled()) {
     const StageTimer timer(stages_, "map_background");
-    background_watch_.note({candidate.frame.index, candidate.frame.image}, options_.matching,
-                           options_.separates_motions);
+    beside_.background_watch.note({candidate.frame.index, candidate.frame.image}, options_.matching,
+                                  options_.separates_motions);
   }
   if (waiting == 0) watch_body_of_map();
   if (waiting == 0 && !is_cancelled()) join_where_met(map_.keyframes().rbegin()->first);
@@ -198,7 +192,7 @@ std::vector<LandmarkId> Mapper::within_reach(KeyframeId id, LookAlikes* known) c
   const auto [places, is_new] = known->emplace(id, std::vector<KeyframeId>());
   if (is_new) places->second = places_->find(map_.keyframe(id)->image->set, kBestPlaces);
   for (const KeyframeId place : places->second) add_with_neighbors(place);
-  return landmarks_seen_by({near.begin(), near.end()});
+  return landmarks_seen_by(map_, {near.begin(), near.end()});
 }
 
 // Longer tracks: landmarks that the target keyframe does not see yet, whoever saw them and however long ago,
@@ -281,11 +275,10 @@ void Mapper::adjust_window(KeyframeId newest, int waiting) {
     window.push_back(newest);
   }
   if (waiting < 2) {
-    BundleOptions bundle = options_.bundle;
-    bundle.max_seconds = options_.mapping.bundle_seconds;
-    count(adjust_keyframes(bundle, window, 3 * size, options_.mapping.window_landmarks, &map_));
+    count(adjust_keyframes(options_.window_bundle(), window, held_keyframes(size),
+                           options_.mapping.window_landmarks, &map_));
   }
-  cull_observations(landmarks_seen_by(window));
+  cull_observations(landmarks_seen_by(map_, window));
   if (waiting == 0) update_covariances(window);
 }
 

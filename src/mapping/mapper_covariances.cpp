@@ -16,7 +16,7 @@ namespace mono_pose_tracker {
 void Mapper::update_covariances(const std::vector<KeyframeId>& window) {
   // They hold a pose about as well as all do: the noise of the others is seen in the frame's own residuals.
   constexpr int kLandmarks = 200;
-  const auto found = keyframe_covariances(window, 3 * options_.mapping.window_keyframes,
+  const auto found = keyframe_covariances(window, held_keyframes(options_.mapping.window_keyframes),
                                           std::min(kLandmarks, options_.mapping.window_landmarks), map_);
   KeyframeCovariances::Changes changes;
   for (const auto& [id, own] : found) {
@@ -25,7 +25,7 @@ void Mapper::update_covariances(const std::vector<KeyframeId>& window) {
       const auto known = covariances_.find(other);
       if (found.count(other) > 0 || known == covariances_.end()) continue;
       const Eigen::Matrix<double, 6, 6> carried =
-          carried_by(map_.keyframe(id)->camera_from_map * map_.keyframe(other)->camera_from_map.inverse());
+          adjoint(map_.keyframe(id)->camera_from_map * map_.keyframe(other)->camera_from_map.inverse());
       covariance += carried * known->second * carried.transpose();
       break;
     }

@@ -9,6 +9,7 @@
 #include "keyframe_places.h"
 #include "mono_pose_tracker/mapping/mapper.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "sorted_unique.h"
 
 namespace mono_pose_tracker {
 
@@ -96,14 +97,14 @@ void Mapper::cap_kept_maps() {
 
 bool Mapper::resume(std::uint32_t map_id, bool keep_this, std::uint32_t epoch) {
   if (map_id == map_id_ && !map_.keyframes().empty()) {
-    forget_loops();  // what is done aside is of another epoch
+    forget_aside();  // what is done aside is of another epoch
     epoch_ = epoch;
     publish();
     return true;
   }
   const auto kept = kept_.find(map_id);
   if (kept == kept_.end()) {
-    forget_loops();
+    forget_aside();
     epoch_ = epoch;
     publish();
     return false;
@@ -140,7 +141,8 @@ std::vector<Map> Mapper::all_maps() const {
 // Ids and lengths in the candidate are of the time when its frame was posed.
 void Mapper::bring_up_to_date(KeyframeCandidate* candidate) const {
   for (const auto& correction : corrections_) {
-    if (correction->sequence <= candidate->corrections) continue;
+    if (correction->sequence <= candidate->corrections || correction->of_map != candidate->map_id) continue;
+    candidate->map_id = correction->into_map;
     candidate->reference += correction->added.keyframes;
     candidate->camera_from_reference.translation *= correction->length_scale(candidate->reference);
     for (FrameObservation& o : candidate->observations) o.landmark += correction->added.landmarks;
@@ -194,16 +196,14 @@ bool Mapper::join_newer(std::uint32_t kept_id, const std::vector<MapTie>& ties) 
   std::sort(most.begin(), most.end());
   if (most.size() > kTries) most.resize(kTries);
   const std::uint32_t older = map_id_;
-  auto left_out = std::exchange(left_out_, {});  // the older one has it back where the two stay apart
-  auto whole = std::exchange(whole_, {});
+  const BesideMap beside = beside_;  // the older one has it back where the two stay apart
   resume(kept_id, true, epoch_);
   for (const auto& entry : most) {
     const std::vector<MapTie> own_ties = find_ties(kept_.at(older), entry.second);
     if (!own_ties.empty() && join(older, own_ties)) return true;
   }
   resume(older, true, epoch_);
-  left_out_ = std::move(left_out);
-  whole_ = std::move(whole);
+  beside_ = beside;
   return false;
 }
 
@@ -231,14 +231,14 @@ bool Mapper::join(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
     std::replace(seam.begin(), seam.end(), new_id, old_id);
     seam.push_back(old_id);
   }
-  auto left_out = std::exchange(left_out_, {});  // of ids that are no longer, if the join holds
-  auto whole = std::exchange(whole_, {});
+  auto left_out = std::exchange(beside_.left_out, {});  // of ids that are no longer, if the join holds
+  auto whole = std::exchange(beside_.whole, {});
   Map apart = std::exchange(map_, std::move(joined));
   adjust_seam(seam);
   if (united.empty() && points_across(map_, added.keyframes) < options_.min_inliers) {
     map_ = std::move(apart);
-    left_out_ = std::move(left_out);
-    whole_ = std::move(whole);
+    beside_.left_out = std::move(left_out);
+    beside_.whole = std::move(whole);
     return false;
   }
   MapCorrection correction;
@@ -268,10 +268,9 @@ void Mapper::adjust_seam(const std::vector<KeyframeId>& seam) {
   for (const KeyframeId id : seam) {
     for (const KeyframeId n : neighbors(id, 2 * options_.mapping.window_keyframes)) window.push_back(n);
   }
-  std::sort(window.begin(), window.end());
-  window.erase(std::unique(window.begin(), window.end()), window.end());
-  BundleOptions bundle = options_.bundle;
-  const int fixed = 3 * options_.mapping.window_keyframes;
+  window = sorted_unique(std::move(window));
+  const BundleOptions& bundle = options_.bundle;
+  const int fixed = held_keyframes(options_.mapping.window_keyframes);
   count(adjust_keyframes(with_wide_loss(bundle), window, fixed, options_.mapping.window_landmarks, &map_));
   for (const KeyframeId id : seam) {
     fuse(id, map_.landmark_ids());
@@ -283,7 +282,7 @@ void Mapper::adjust_seam(const std::vector<KeyframeId>& seam) {
 
 void Mapper::transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source) {
   if (map_.keyframes().empty()) return;
-  forget_loops();  // what is solved aside is of the map as it was
+  forget_aside();  // what is solved aside is of the map as it was
   map_.transform(new_from_map);
   scale_covariances([&](KeyframeId) { return new_from_map.scale; });
   if (scale_source) map_.set_scale_source(*scale_source);

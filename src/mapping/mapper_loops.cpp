@@ -4,9 +4,11 @@
 #include <set>
 #include <utility>
 
+#include "keyframe_landmarks.h"
 #include "keyframe_places.h"
 #include "mono_pose_tracker/mapping/mapper.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "sorted_unique.h"
 
 namespace mono_pose_tracker {
 
@@ -31,36 +33,52 @@ int points_between(const Map& map, const std::vector<KeyframeId>& old_side,
 
 }  // namespace
 
-void Mapper::forget_loops() {
-  ++loop_ticket_;
-  closing_ = adjusting_ = false;
-  sought_ = adjusted_at_ = -1;
-  aside_ = nullptr;
-  loop_finder_.reset();
+void Mapper::forget_aside() {
+  ++beside_.ticket;
+  beside_.closing = beside_.adjusting = false;
+  beside_.sought = beside_.adjusted_at = -1;
+  beside_.aside = nullptr;
+  beside_.loop_finder.reset();
 }
 
-Aside Mapper::take_aside() { return std::exchange(aside_, nullptr); }
+// Whatever becomes of it, nothing else is kept waiting for it; what it throws, the mapper does.
+Aside Mapper::told_of_its_end(Aside work) const {
+  return [work = std::move(work),
+          ticket = beside_.ticket](const std::function<bool()>& cancelled) -> std::function<void(Mapper&)> {
+    try {
+      return work(cancelled);
+    } catch (...) {
+      return [ticket, error = std::current_exception()](Mapper& mapper) {
+        if (ticket == mapper.beside_.ticket) mapper.beside_.closing = mapper.beside_.adjusting = false;
+        std::rethrow_exception(error);
+      };
+    }
+  };
+}
+
+Aside Mapper::take_aside() { return std::exchange(beside_.aside, nullptr); }
 
 void Mapper::seek_loop() {
   const KeyframeId newest = tracking_map_->keyframes.rbegin()->first;
   // The same keyframe asked twice would be its own second witness.
-  if (closing_ || std::exchange(sought_, newest) == newest) return;
+  if (beside_.closing || std::exchange(beside_.sought, newest) == newest) return;
   const StageTimer timer(stages_, "loop_search");
-  const std::optional<LoopConstraint> loop = loop_finder_.find(*tracking_map_, places_->index(), newest);
+  const std::optional<LoopConstraint> loop =
+      beside_.loop_finder.find(*tracking_map_, places_->index(), newest);
   if (!loop) return;
-  if (std::exchange(adjusting_, false)) ++loop_ticket_;  // it would be of what has drifted
-  closing_ = true;
-  aside_ = [loop = *loop, map = tracking_map_, ticket = loop_ticket_,
-            asked = options_.bundle.cancel](const std::function<bool()>& cancelled) {
+  if (std::exchange(beside_.adjusting, false)) ++beside_.ticket;  // it would be of what has drifted
+  beside_.closing = true;
+  beside_.aside = told_of_its_end([loop = *loop, map = tracking_map_, ticket = beside_.ticket,
+                                   asked = options_.bundle.cancel](const std::function<bool()>& cancelled) {
     const auto changes = spread_loop(*map, loop, [&] { return cancelled() || (asked && asked()); });
     return [=](Mapper& mapper) { mapper.close_loop(loop, changes, ticket); };
-  };
+  });
 }
 
 void Mapper::close_loop(const LoopConstraint& loop, const std::optional<KeyframeChanges>& changes,
                         std::uint64_t ticket) {
-  if (ticket != loop_ticket_) return;
-  closing_ = false;
+  if (ticket != beside_.ticket) return;
+  beside_.closing = false;
   const Keyframe *from = map_.keyframe(loop.from), *to = map_.keyframe(loop.to);
   if (!changes || !from || !to) return;
   const StageTimer timer(stages_, "loop_close");
@@ -92,60 +110,45 @@ bool Mapper::fuse_loop(const LoopConstraint& loop) {
   fuse_sides(new_side, old_side);
   std::vector<KeyframeId> window = old_side;
   window.insert(window.end(), new_side.begin(), new_side.end());
-  std::sort(window.begin(), window.end());
-  window.erase(std::unique(window.begin(), window.end()), window.end());
-  BundleOptions bundle = options_.bundle;
-  bundle.max_seconds = options_.mapping.bundle_seconds;
-  count(adjust_keyframes(bundle, window, 3 * options_.mapping.window_keyframes,
+  window = sorted_unique(std::move(window));
+  count(adjust_keyframes(options_.window_bundle(), window, held_keyframes(options_.mapping.window_keyframes),
                          options_.mapping.window_landmarks, &map_));
-  cull_observations(landmarks_seen_by(window));
+  cull_observations(landmarks_seen_by(map_, window));
   return points_between(map_, old_side, new_side) >= std::max(options_.min_inliers, tied / 2);
 }
 
 void Mapper::fuse_sides(const std::vector<KeyframeId>& targets, const std::vector<KeyframeId>& others) {
-  for (const KeyframeId target : targets) fuse(target, landmarks_seen_by(others));
-}
-
-std::vector<LandmarkId> Mapper::landmarks_seen_by(const std::vector<KeyframeId>& keyframes) const {
-  std::vector<LandmarkId> seen;
-  for (const KeyframeId id : keyframes) {
-    for (const LandmarkId l : map_.keyframe(id)->landmark_of_feature) {
-      if (l != kNoLandmark) seen.push_back(l);
-    }
-  }
-  std::sort(seen.begin(), seen.end());
-  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
-  return seen;
+  for (const KeyframeId target : targets) fuse(target, landmarks_seen_by(map_, others));
 }
 
 // A tenth: what that costs all in all is some ten times the last adjustment, whatever the map grows to.
 void Mapper::adjust_now_and_then() {
-  if (!options_.adjusts_all || closing_ || adjusting_) return;
+  if (!options_.adjusts_all || beside_.closing || beside_.adjusting) return;
   const auto keyframes = static_cast<int>(map_.keyframes().size());
   const int window = options_.mapping.window_keyframes;
   if (keyframes <= 2 * window) return;  // adjusted as a whole with every keyframe
   const KeyframeId newest = map_.keyframes().rbegin()->first;
-  if (newest - adjusted_at_ < std::max(window, keyframes / 10)) return;
-  adjusted_at_ = newest;
+  if (newest - beside_.adjusted_at < std::max(window, keyframes / 10)) return;
+  beside_.adjusted_at = newest;
   adjust_globally(false);
 }
 
 void Mapper::adjust_globally(bool parts_were_apart) {
-  (parts_were_apart ? closing_ : adjusting_) = true;
-  aside_ = [map = map_, bundle = options_.bundle, parts_were_apart,
-            ticket = loop_ticket_](const std::function<bool()>& cancelled) {
+  (parts_were_apart ? beside_.closing : beside_.adjusting) = true;
+  beside_.aside = told_of_its_end([map = map_, bundle = options_.bundle, parts_were_apart,
+                                   ticket = beside_.ticket](const std::function<bool()>& cancelled) {
     BundleOptions options = bundle;
     options.cancel = [&] { return cancelled() || (bundle.cancel && bundle.cancel()); };
     const auto solved = GlobalAdjustment::solve(options, map, parts_were_apart);
     return [=](Mapper& mapper) {
-      if (ticket != mapper.loop_ticket_) return;
-      mapper.closing_ = mapper.adjusting_ = false;
+      if (ticket != mapper.beside_.ticket) return;
+      mapper.beside_.closing = mapper.beside_.adjusting = false;
       if (!solved) return;
       const KeyframeChanges all = solved->apply(&mapper.map_);
       mapper.cull_observations(mapper.map_.landmark_ids());
       mapper.post_correction(all);
     };
-  };
+  });
 }
 
 void Mapper::post_correction(const KeyframeChanges& changes) {
@@ -155,7 +158,7 @@ void Mapper::post_correction(const KeyframeChanges& changes) {
   scale_covariances([&](KeyframeId id) { return correction.length_scale(id); });
   add_correction(std::move(correction));
   // What awaits a second keyframe is of the map as it was.
-  loop_finder_.reset();
+  beside_.loop_finder.reset();
   publish();
 }
 

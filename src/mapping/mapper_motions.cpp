@@ -28,7 +28,7 @@ bool is_most_of(const Keyframe& keyframe, const std::vector<char>& features) {
 
 // By the latest that it shares landmarks with. Where another body may move before the camera, its motion is
 // no other pose.
-void Mapper::set_pose_right(KeyframeId id) {
+void Mapper::correct_pose(KeyframeId id) {
   if (options_.separates_motions || is_cancelled()) return;
   const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
   if (!near.empty()) correct_astray_pose(options_, id, *std::max_element(near.begin(), near.end()), &map_);
@@ -61,7 +61,7 @@ void Mapper::separate_motions(KeyframeId id) {
 
 // What stays where it is in the image is no part of the map, however well it fits one keyframe and the next.
 void Mapper::leave_out_fixed(KeyframeId id) {
-  for (const auto& [keyframe, features] : find_fixed_in_image(options_, map_, id, left_out_))
+  for (const auto& [keyframe, features] : find_fixed_in_image(options_, map_, id, beside_.left_out))
     leave_out(keyframe, features);
 }
 
@@ -73,25 +73,26 @@ void Mapper::watch_background(const InitialMap& initial) {
     if (view.frame.is_masked) return;
     images.push_back({view.frame.index, view.frame.image});
   }
-  background_watch_.begin(images, options_.matching);
+  beside_.background_watch.begin(images, options_.matching);
 }
 
 // What was left out of the images, being another body's, is asked as well: the wrong one may have been left
 // out.
 void Mapper::watch_body(KeyframeId before_id, KeyframeId newest_id, const PairMotions& pair) {
   PosedImage before = posed_image(*map_.keyframe(before_id)), newest = posed_image(*map_.keyframe(newest_id));
-  const auto whole_before = whole_.find(before_id), whole_newest = whole_.find(newest_id);
-  if (whole_before == whole_.end() || whole_newest == whole_.end()) {
-    body_watch_.note(before, newest, pair);
+  const auto whole_before = beside_.whole.find(before_id), whole_newest = beside_.whole.find(newest_id);
+  if (whole_before == beside_.whole.end() || whole_newest == beside_.whole.end()) {
+    beside_.body_watch.note(before, newest, pair);
     return;
   }
   before.image = whole_before->second;
   newest.image = whole_newest->second;
-  body_watch_.note(before, newest, compare_motions(before, newest, options_.matching, options_.ransac));
+  beside_.body_watch.note(before, newest,
+                          compare_motions(before, newest, options_.matching, options_.ransac));
 }
 
 void Mapper::leave_out(KeyframeId id, const std::vector<char>& features) {
-  std::vector<char>& left_out = left_out_[id];
+  std::vector<char>& left_out = beside_.left_out[id];
   left_out.resize(features.size(), 0);
   for (std::size_t f = 0; f < features.size(); ++f) {
     if (!features[f]) continue;
@@ -102,26 +103,26 @@ void Mapper::leave_out(KeyframeId id, const std::vector<char>& features) {
 }
 
 bool Mapper::is_left_out(KeyframeId id, int feature) const {
-  const auto found = left_out_.find(id);
-  return found != left_out_.end() && found->second[feature] != 0;
+  const auto found = beside_.left_out.find(id);
+  return found != beside_.left_out.end() && found->second[feature] != 0;
 }
 
 // Whether it is one rigid body, and, where what moves otherwise is not told from it all along, the largest.
 void Mapper::watch_body_of_map() {
   if (!options_.watches_rigidity) return;
-  watch_.ask(map_, camera_, options_.matching);
-  if (!options_.separates_motions) larger_body_watch_.ask(map_, options_.matching, options_.ransac);
+  beside_.watch.ask(map_, camera_, options_.matching);
+  if (!options_.separates_motions) beside_.larger_body_watch.ask(map_, options_.matching, options_.ransac);
 }
 
 void Mapper::tell_doubt(TrackingMap* view) const {
-  if (background_watch_.found()) {
-    view->turning_body = background_watch_.found();
+  if (beside_.background_watch.found()) {
+    view->turning_body = beside_.background_watch.found();
     view->doubt = "the map is of what moves and of the background that stands still";
-  } else if (body_watch_.found()) {
-    view->turning_body = body_watch_.found();
+  } else if (beside_.body_watch.found()) {
+    view->turning_body = beside_.body_watch.found();
     view->doubt = "the map is of a body that turns less than another";
   } else {
-    view->doubt = watch_.doubt().empty() ? larger_body_watch_.doubt() : watch_.doubt();
+    view->doubt = beside_.watch.doubt().empty() ? beside_.larger_body_watch.doubt() : beside_.watch.doubt();
   }
 }
 

@@ -94,10 +94,10 @@ void Mapper::set_scale(const InitialMap& initial, const std::vector<KeyframeId>&
 void Mapper::scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3d>& marker) {
   const double size = options_.scale.marker_size;
   if (size <= 0 || map_.scale_source() != ScaleSource::kMapUnits || marker.empty()) return;
-  markers_[newest] = marker;
+  beside_.markers[newest] = marker;
   std::vector<Rigid3> cameras_from_map;
   std::vector<std::vector<Eigen::Vector3d>> markers;
-  for (const auto& [id, corners] : markers_) {
+  for (const auto& [id, corners] : beside_.markers) {
     const Keyframe* keyframe = map_.keyframe(id);
     if (!keyframe) continue;  // culled since
     cameras_from_map.push_back(keyframe->camera_from_map);
@@ -110,7 +110,7 @@ void Mapper::scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3
   }
   transform(Sim3(size / mean_side(corners), Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()),
             ScaleSource::kMarker);
-  markers_.clear();
+  beside_.markers.clear();
 }
 
 }  // namespace mono_pose_tracker

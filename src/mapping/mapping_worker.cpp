@@ -65,6 +65,11 @@ void MappingWorker::begin(std::uint32_t epoch, Work work) {
   wait_for_jobs();
 }
 
+void MappingWorker::ask(const std::function<void(const Mapper&)>& question) {
+  post({question, current_epoch()});
+  wait_for_jobs();
+}
+
 bool MappingWorker::offer(Work work, std::function<void()> done) {
   std::uint32_t epoch;
   {
@@ -82,7 +87,7 @@ bool MappingWorker::insert(const KeyframeCandidate& candidate) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
-    if (keyframes_waiting() >= kMaxBacklog) return false;
+    if (keyframes_waiting() >= kMostKeyframesWaiting) return false;
     epoch = epoch_;
   }
   post({[this, candidate](Mapper& mapper) { insert_and_seek(candidate, mapper); }, epoch, {}, true});
@@ -99,23 +104,22 @@ void MappingWorker::insert_and_seek(const KeyframeCandidate& candidate, Mapper& 
 }
 
 void MappingWorker::transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source) {
-  std::uint32_t epoch;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    epoch = epoch_;
-  }
-  post({[=](Mapper& mapper) { mapper.transform(new_from_map, scale_source); }, epoch});
+  post({[=](Mapper& mapper) { mapper.transform(new_from_map, scale_source); }, current_epoch()});
 }
 
 void MappingWorker::reset(std::uint32_t epoch) {
+  // Whole maps and images hang on these: they are freed once nobody waits for the mutex.
+  std::deque<Job> jobs;
+  std::optional<AsideJob> aside;
+  TrackingMapPtr latest;
   const std::lock_guard<std::mutex> lock(mutex_);
-  jobs_.clear();
-  aside_.reset();
+  jobs_.swap(jobs);
+  aside_.swap(aside);
+  latest_.swap(latest);
   if (busy_) cancel_ = true;
   if (aside_busy_) cancel_aside_ = true;
   error_ = nullptr;
   epoch_ = epoch;
-  latest_.reset();
 }
 
 void MappingWorker::wait() {
@@ -138,7 +142,12 @@ TrackingMapPtr MappingWorker::latest() const {
   return latest_;
 }
 
-int MappingWorker::backlog() const {
+std::uint32_t MappingWorker::current_epoch() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return epoch_;
+}
+
+int MappingWorker::unfinished_jobs() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return static_cast<int>(jobs_.size()) + busy_;
 }
@@ -154,9 +163,9 @@ int MappingWorker::keyframes_waiting() const {
 }
 
 void MappingWorker::publish_mapper() {
+  TrackingMapPtr map = mapper_.tracking_map();
   const std::lock_guard<std::mutex> lock(mutex_);
-  const TrackingMapPtr map = mapper_.tracking_map();
-  if (map && map->epoch == epoch_) latest_ = map;
+  if (map && map->epoch == epoch_) latest_.swap(map);
 }
 
 void MappingWorker::post(Job job) {
@@ -177,7 +186,7 @@ void MappingWorker::run() {
   while (true) {
     wake_.wait(lock, [this] { return stop_ || !jobs_.empty(); });
     if (stop_) return;
-    const Job job = std::move(jobs_.front());
+    Job job = std::move(jobs_.front());
     jobs_.pop_front();
     busy_ = true;
     cancel_ = false;
@@ -188,8 +197,10 @@ void MappingWorker::run() {
     } catch (...) {
       error = std::current_exception();
     }
+    const std::uint32_t epoch = job.epoch;
+    job = Job();  // what hangs on it is freed while nobody waits for the mutex
     lock.lock();
-    if (error && job.epoch == epoch_) error_ = error;
+    if (error && epoch == epoch_) error_ = error;
     busy_ = false;
     idle_.notify_all();
   }
@@ -216,11 +227,12 @@ void MappingWorker::start_aside(std::uint32_t epoch) {
     publish_mapper();
   }
   if (!aside) return;
+  std::optional<AsideJob> job = AsideJob{std::move(aside), epoch};
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (epoch != epoch_) return;
     if (aside_busy_) cancel_aside_ = true;  // what is under way is no longer wanted
-    aside_ = AsideJob{std::move(aside), epoch};
+    aside_.swap(job);
   }
   wake_aside_.notify_one();
 }
@@ -231,25 +243,20 @@ void MappingWorker::run_aside() {
   while (true) {
     wake_aside_.wait(lock, [this] { return stop_ || aside_; });
     if (stop_) return;
-    const AsideJob job = *std::exchange(aside_, std::nullopt);
+    AsideJob job = *std::exchange(aside_, std::nullopt);
     aside_busy_ = true;
     cancel_aside_ = false;
     lock.unlock();
-    Work work;
-    std::exception_ptr error;
-    try {
-      work = job.work([this] { return cancel_aside_.load(); });
-    } catch (...) {
-      error = std::current_exception();
-    }
+    Job rest{job.work([this] { return cancel_aside_.load(); }), job.epoch};
+    job = AsideJob();  // the map that hangs on it is freed while nobody waits for the mutex
     lock.lock();
     aside_busy_ = false;
-    if (job.epoch == epoch_ && !stop_) {
-      if (error) error_ = error;
-      if (work) jobs_.push_front({std::move(work), job.epoch});
-    }
+    if (rest.work && rest.epoch == epoch_ && !stop_) jobs_.push_front(std::exchange(rest, Job()));
     wake_.notify_one();
     idle_.notify_all();
+    lock.unlock();
+    rest = Job();
+    lock.lock();
   }
 }
 

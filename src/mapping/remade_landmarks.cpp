@@ -24,7 +24,7 @@ namespace {
 // beyond twenty SIFT matches fail.
 constexpr int kReach = 8;
 constexpr std::size_t kMinViews = 3;  // two contradict each other in no more than one direction
-// px at 640 px width or less, from where the poses as they are have it: of a wrong match it is tens, while
+// px at 640 px (image_scale), from where the poses as they are have it: of a wrong match it is tens, while
 // poses that are off by a degree or two displace a right one by several.
 constexpr double kWithin = 10;
 // Of the loss: first so wide that what disagrees pulls as much as what agrees.

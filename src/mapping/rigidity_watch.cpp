@@ -12,7 +12,7 @@ constexpr std::int64_t kPeriod = 1000000000;  // ns
 
 std::string doubt_about(const Map& map, const CameraModel& camera, const MatchOptions& matching) {
   const Contradiction contradiction = newest_contradiction(map, camera, matching);
-  if (contradiction.is_one()) {
+  if (contradiction.is_significant()) {
     return formatted("%d of %d points are seen elsewhere than the map has them", contradiction.contradicting,
                      contradiction.matches);
   }

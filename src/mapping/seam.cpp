@@ -31,8 +31,8 @@ Seam weakest_seam(const Map& map) {
   int held = 0;
   for (std::size_t i = 0; i + 1 < frames.size(); ++i) {
     held += change[i];
-    // Two keyframes are needed on either side.
-    if (i >= 2 && i + 2 <= frames.size() && held < weakest.points) weakest = {frames[i], held};
+    // Two keyframes are needed on either side; the loop leaves two after the last seam.
+    if (i >= 2 && held < weakest.points) weakest = {frames[i], held};
   }
   return weakest;
 }

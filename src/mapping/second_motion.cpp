@@ -21,8 +21,6 @@ constexpr double kMinShare = 0.4;
 // Nearest features of known motion that decide for those that obey both.
 constexpr int kVoters = 5;
 
-using Motion = ObeyedMotion;
-
 // Sampson error, or what is behind a camera: it contradicts as well.
 bool obeys(const Rigid3& second_from_first, const Eigen::Matrix3d& essential, const Eigen::Vector3d& bearing1,
            const Eigen::Vector3d& bearing2, double limit) {
@@ -62,13 +60,13 @@ RelativePoseReport fit_the_rest(const std::vector<Match>& matches, const std::ve
 }
 
 // Whether most of the nearest features of known motion are the second motion's.
-bool is_among_others(const std::vector<Match>& matches, const std::vector<Motion>& motions,
+bool is_among_others(const std::vector<Match>& matches, const std::vector<ObeyedMotion>& motions,
                      const std::vector<Feature>& features, const Eigen::Vector2f& pixel) {
   std::vector<std::pair<float, bool>> known;
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (motions[i] != Motion::kBody && motions[i] != Motion::kOther) continue;
+    if (motions[i] != ObeyedMotion::kBody && motions[i] != ObeyedMotion::kOther) continue;
     known.emplace_back((features[matches[i].second].pixel - pixel).squaredNorm(),
-                       motions[i] == Motion::kOther);
+                       motions[i] == ObeyedMotion::kOther);
   }
   if (known.empty()) return false;
   const std::size_t voters = std::min<std::size_t>(kVoters, known.size());
@@ -88,7 +86,8 @@ PairMotions compare_motions(const PosedImage& first, const PosedImage& second, c
   const double limit = kContradicts * ransac.threshold;
   const Rigid3 second_from_first = second.camera_from_map * first.camera_from_map.inverse();
   const std::vector<char> of_body = agree_with(pair.matches, set1, set2, second_from_first, limit);
-  for (const char obeys_body : of_body) pair.obeyed.push_back(obeys_body ? Motion::kBody : Motion::kNeither);
+  for (const char obeys_body : of_body)
+    pair.obeyed.push_back(obeys_body ? ObeyedMotion::kBody : ObeyedMotion::kNeither);
   const RelativePoseReport rest = fit_the_rest(pair.matches, of_body, set1, set2, ransac);
   pair.has_other = rest.success;
   if (!rest.success) return pair;
@@ -96,15 +95,9 @@ PairMotions compare_motions(const PosedImage& first, const PosedImage& second, c
   const std::vector<char> of_other =
       agree_with(pair.matches, set1, set2, pair.other_second_from_first, limit);
   for (std::size_t i = 0; i < pair.matches.size(); ++i) {
-    if (of_other[i]) pair.obeyed[i] = of_body[i] ? Motion::kBoth : Motion::kOther;
+    if (of_other[i]) pair.obeyed[i] = of_body[i] ? ObeyedMotion::kBoth : ObeyedMotion::kOther;
   }
   return pair;
-}
-
-SecondMotion find_second_motion(const Keyframe& first, const Keyframe& second, const MatchOptions& matching,
-                                const RansacOptions& ransac) {
-  const PairMotions pair = compare_motions(posed_image(first), posed_image(second), matching, ransac);
-  return second_motion_in(pair, *first.image, *second.image);
 }
 
 SecondMotion second_motion_in(const PairMotions& pair, const ImageFeatures& first,
@@ -116,8 +109,8 @@ SecondMotion second_motion_in(const PairMotions& pair, const ImageFeatures& firs
   found.of_second.assign(features2.size(), 0);
   for (std::size_t i = 0; i < pair.matches.size(); ++i) {
     const Match& m = pair.matches[i];
-    const bool is_other = pair.obeyed[i] == Motion::kOther ||
-                          (pair.obeyed[i] == Motion::kBoth &&
+    const bool is_other = pair.obeyed[i] == ObeyedMotion::kOther ||
+                          (pair.obeyed[i] == ObeyedMotion::kBoth &&
                            is_among_others(pair.matches, pair.obeyed, features2, features2[m.second].pixel));
     found.of_first[m.first] = found.of_second[m.second] = is_other;
   }

@@ -20,8 +20,8 @@ namespace {
 
 // Images that are compared: neighbours share most, those far apart tell best what has moved.
 constexpr std::array<int, 5> kFartherApart = {2, 4, 8, 16, 32};
-// px at 640 px width. Up to the first a feature is in its place, noise, JPEG and a breathing tripod allowed
-// for; from the second on it has left it.
+// px at 640 px (image_scale). Up to the first a feature is in its place, noise, JPEG and a breathing tripod
+// allowed for; from the second on it has left it.
 constexpr double kStillPx = 1, kMovedPx = 3;
 // Of a track, pairs of images that show it in its place: a wrong match or two bring a feature there by
 // chance. One match in five may be wrong.

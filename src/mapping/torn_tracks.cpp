@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "keyframe_landmarks.h"
@@ -31,9 +32,13 @@ double excess(const TornTracks& tracks) {
   return (tracks.torn - usual) / std::sqrt(std::max(1.0, usual * (1 - tracks.usual_share)));
 }
 
+bool is_worse(const TornTracks& a, const TornTracks& b) {
+  return a.is_significant() != b.is_significant() ? a.is_significant() : excess(a) > excess(b);
+}
+
 }  // namespace
 
-bool TornTracks::is_one() const {
+bool TornTracks::is_significant() const {
   return torn >= kMinTorn && share() >= kMostOfARightMap && excess(*this) >= kDeviations;
 }
 
@@ -46,13 +51,12 @@ TornTracks worst_torn_tracks(const Map& map, const MatchesInTime& matches) {
     matched += pairs.back().matches;
     torn += pairs.back().torn;
   }
-  TornTracks worst;
+  std::optional<TornTracks> worst;
   for (TornTracks& pair : pairs) {
     pair.usual_share = static_cast<double>(torn) / std::max(1, matched);
-    const bool is_worse = pair.is_one() != worst.is_one() ? pair.is_one() : excess(pair) > excess(worst);
-    if (worst.frame_index < 0 || is_worse) worst = pair;
+    if (!worst || is_worse(pair, *worst)) worst = pair;
   }
-  return worst;
+  return worst.value_or(TornTracks());
 }
 
 }  // namespace mono_pose_tracker

@@ -11,17 +11,18 @@
 #include <optional>
 #include <stdexcept>
 #include <unordered_map>
-#include <unordered_set>
 #include <utility>
 #include <vector>
 
 #include "cancel_callback.h"
+#include "loss_width.h"
 #include "mono_pose_tracker/camera/calibrating_camera.h"
-#include "mono_pose_tracker/common/median.h"
+#include "most_seen_landmarks.h"
 #include "pose_parameterization.h"
 #include "positive_definite.h"
 #include "reduced_system.h"
 #include "solver_log.h"
+#include "solver_options.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -113,23 +114,6 @@ std::vector<KeyframeId> chosen_keyframes(const Map& map, const CameraRefinementO
   return chosen;
 }
 
-// A keyframe's landmarks that most keyframes see: they tie the most views together for what they cost.
-std::unordered_set<LandmarkId> chosen_landmarks(const Map& map, const std::vector<KeyframeId>& keyframes,
-                                                int max_of_keyframe) {
-  std::unordered_set<LandmarkId> chosen;
-  for (const KeyframeId id : keyframes) {
-    std::vector<std::pair<int, LandmarkId>> seen;
-    for (const LandmarkId l : map.keyframe(id)->landmark_of_feature) {
-      if (l != kNoLandmark) seen.emplace_back(-static_cast<int>(map.landmark(l)->observations.size()), l);
-    }
-    std::sort(seen.begin(), seen.end());
-    for (std::size_t i = 0; i < seen.size() && static_cast<int>(i) < max_of_keyframe; ++i) {
-      chosen.insert(seen[i].second);
-    }
-  }
-  return chosen;
-}
-
 Problem build(const CameraRefinementOptions& options, const CameraModel& camera, const Map& map) {
   Problem problem;
   std::unordered_map<KeyframeId, int> camera_of;
@@ -141,10 +125,7 @@ Problem build(const CameraRefinementOptions& options, const CameraModel& camera,
     const Eigen::Vector3d& t = pose.translation;
     problem.poses.push_back({q.x(), q.y(), q.z(), q.w(), t.x(), t.y(), t.z()});
   }
-  const auto landmarks = chosen_landmarks(map, keyframes, options.max_landmarks);
-  std::vector<LandmarkId> ids(landmarks.begin(), landmarks.end());
-  std::sort(ids.begin(), ids.end());
-  for (const LandmarkId id : ids) {
+  for (const LandmarkId id : most_seen_landmarks(map, keyframes, options.max_landmarks)) {
     const Landmark& landmark = *map.landmark(id);
     std::vector<Observed> seen;
     for (const Observation& o : landmark.observations) {
@@ -185,15 +166,9 @@ double rms(const std::vector<double>& lengths) {
   return lengths.empty() ? 0 : std::sqrt(sum / lengths.size());
 }
 
-// As for a map: a few times the residuals' own spread, within what features can have.
-double loss_width(const BundleOptions& options, std::vector<double> lengths) {
-  if (lengths.empty()) return options.loss_width;
-  return options.loss_width * std::clamp(sigma_of_lengths(std::move(lengths)), 0.1, 1.0);
-}
-
 // The scale is left to the solver's damping: nothing here depends on it.
-bool solve(const BundleOptions& options, const CalibratingCamera& start, const Active& active, double width,
-           Problem* problem) {
+bool solve(const CameraRefinementOptions& options, const CalibratingCamera& start, const Active& active,
+           double width, Problem* problem) {
   // The problem would leak a loss that no residual uses.
   const auto loss = width > 0 ? std::make_unique<ceres::CauchyLoss>(width) : nullptr;
   ceres::Problem::Options ownership;
@@ -216,15 +191,15 @@ bool solve(const BundleOptions& options, const CalibratingCamera& start, const A
     if (i == 0) {
       ceres_problem.SetParameterBlockConstant(pose);
     } else {
-      set_pose_parameterization(pose, -1, &ceres_problem);
+      set_pose_parameterization(pose, &ceres_problem);
     }
   }
   ceres::Solver::Options solver;
   solver.linear_solver_ordering.reset(order);
   // The camera meets every view: the reduced system is nearly full all the same.
   solver.linear_solver_type = ceres::DENSE_SCHUR;
+  // What Ceres allows by itself: no image waits for this.
   solver.max_num_iterations = 50;
-  solver.max_solver_time_in_seconds = options.max_seconds;
   solver.function_tolerance = 1e-6;
   solver.max_trust_region_radius = kMaxTrustRegionRadius;
   solver.num_threads = options.num_threads;
@@ -312,11 +287,15 @@ double edge_shift_px(const CameraModel& a, const CameraModel& b) {
   return farthest;
 }
 
+// A pixel's bearing leads back to it to 1e-9 px or, where the distortion does not reach that far, to where it
+// ends or to nothing: any bound between rounding and a pixel tells the two apart.
+constexpr double kMaxRoundTripPx = 0.1;
+
 // The moved camera; nothing where its distortion does not grow up to the image's corners, as a lens' does.
 std::optional<CameraModel> sound_camera(const CalibratingCamera& start, const CalibrationStep& step) {
   try {
     const CameraModel camera(start.moved(step));
-    if (edge_shift_px(camera, camera) < 0.1) return camera;
+    if (edge_shift_px(camera, camera) < kMaxRoundTripPx) return camera;
   } catch (const std::invalid_argument&) {
   }
   return std::nullopt;
@@ -335,25 +314,25 @@ CameraRefinement refine_camera(const CameraRefinementOptions& options, const Cam
   if (problem.observations.empty()) return result;
   std::vector<double> lengths = residual_lengths(start, problem);
   result.rms_before_px = result.rms_after_px = rms(lengths);
-  double width = loss_width(options.bundle, lengths);
-  if (!solve(options.bundle, calibrating, kFocal, width, &problem)) return result;
+  double width = loss_width_by_spread(options.loss_width, lengths);
+  if (!solve(options, calibrating, kFocal, width, &problem)) return result;
   result.focal_asked = calibrating.moved(problem.step).fx / camera.fx - 1;
 
   // What is known is asked where all fits best: a distortion that nobody told of is no noise.
   Problem at = problem;
-  if (!solve(options.bundle, calibrating, kAll, width, &at) || !sound_camera(calibrating, at.step)) {
+  if (!solve(options, calibrating, kAll, width, &at) || !sound_camera(calibrating, at.step)) {
     at = problem;
   }
   const std::optional<CameraModel> best = sound_camera(calibrating, at.step);
   if (!best) return result;
-  width = loss_width(options.bundle, residual_lengths(*best, at));
+  width = loss_width_by_spread(options.loss_width, residual_lengths(*best, at));
   const Information information = marginal_information(calibrating, width, at);
   for (const Active& active : {kAll, kFocalDistortion, kFocal}) {
     const CalibrationStep sigma = sigmas(information, active);
     result.focal_sigma = sigma[0];
     if (!is_known(best->parameters(), sigma)) continue;
     Problem full = problem;
-    if (!solve(options.bundle, calibrating, active, width, &full)) continue;
+    if (!solve(options, calibrating, active, width, &full)) continue;
     const std::optional<CameraModel> refined = sound_camera(calibrating, full.step);
     if (!refined) continue;
     result.focal_observable = true;

@@ -6,10 +6,6 @@
 
 namespace mono_pose_tracker {
 
-// Beyond, damping adds less than 1e-8 to a diagonal: enough for a Cholesky decomposition of what leaves a
-// direction open, which Ceres would report on the terminal when it fails, and no hindrance to convergence.
-constexpr double kMaxTrustRegionRadius = 1e8;
-
 // Ends a solve when the options' owner asks for it.
 class CancelCallback : public ceres::IterationCallback {
  public:

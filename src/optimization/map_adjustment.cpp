@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "fixed_keyframes.h"
-#include "mono_pose_tracker/common/median.h"
+#include "loss_width.h"
 #include "mono_pose_tracker/geometry/motion_prior.h"
 #include "mono_pose_tracker/optimization/point_adjustment.h"
 
@@ -154,10 +154,12 @@ MapProblem build(const Map& map, const std::vector<KeyframeId>& free, const std:
   return problem;
 }
 
-// Keyframes by their frames, those of earlier runs first.
+// Keyframes of this run by their frames: each earlier run had a clock of its own.
 struct KeyframesInTime {
   explicit KeyframesInTime(const Map& map) {
-    for (const auto& entry : map.keyframes()) ids.push_back(entry.first);
+    for (const auto& [id, keyframe] : map.keyframes()) {
+      if (keyframe.frame_index >= 0) ids.push_back(id);
+    }
     std::sort(ids.begin(), ids.end(), [&](KeyframeId a, KeyframeId b) {
       return std::make_pair(map.keyframe(a)->frame_index, a) <
              std::make_pair(map.keyframe(b)->frame_index, b);
@@ -192,20 +194,19 @@ void add_motions(const Map& map, MapProblem* problem) {
   }
 }
 
-// Sigma of each coordinate of the residuals.
-double residual_spread(const BundleProblem& problem) {
-  std::vector<double> errors;
-  errors.reserve(problem.observations.size());
+// Of the residuals.
+std::vector<double> lengths_in_sigmas(const BundleProblem& problem) {
+  std::vector<double> lengths;
+  lengths.reserve(problem.observations.size());
   for (const BundleObservation& o : problem.observations) {
     const Eigen::Vector3d x = problem.cameras[o.camera].camera_from_map * problem.points[o.point];
-    errors.push_back((o.pixel_from_bearing * x / o.bearing.dot(x)).norm() / o.sigma_px);
+    lengths.push_back((o.pixel_from_bearing * x / o.bearing.dot(x)).norm() / o.sigma_px);
   }
-  return errors.empty() ? 1 : sigma_of_lengths(std::move(errors));
+  return lengths;
 }
 
 BundleOptions with_spread(BundleOptions options, const BundleProblem& problem) {
-  // Below a tenth of a pixel it is the features' own quantisation that speaks; above one, outliers.
-  options.loss_width *= std::clamp(residual_spread(problem), 0.1, 1.0);
+  options.loss_width = loss_width_by_spread(options.loss_width, lengths_in_sigmas(problem));
   return options;
 }
 

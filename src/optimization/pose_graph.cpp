@@ -3,7 +3,6 @@
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
@@ -11,13 +10,11 @@
 
 #include "cancel_callback.h"
 #include "solver_log.h"
+#include "solver_options.h"
 
 namespace mono_pose_tracker {
 
 namespace {
-
-// Of the loss width from one solve to the next.
-constexpr double kNarrowing = 4;
 
 // Of a node: a turn by the left from where it began (rotation vector), translation, log scale.
 using Block = std::array<double, 7>;
@@ -145,29 +142,15 @@ std::vector<char> held_nodes(const PoseGraph& graph) {
   return held;
 }
 
-// Of the robust edges, in their standard deviations.
-double largest_robust_error(const PoseGraph& graph, const std::vector<Block>& blocks) {
-  double largest = 0;
-  for (const PoseGraphEdge& e : graph.edges) {
-    if (!e.robust) continue;
-    Eigen::Matrix<double, 7, 1> error;
-    EdgeError(e, graph)(blocks[e.from].data(), blocks[e.to].data(), error.data());
-    largest = std::max(largest, error.norm());
-  }
-  return largest;
-}
-
-// loss_width 0: all edges count as they are.
-ceres::Solver::Summary solve(const PoseGraphOptions& options, const PoseGraph& graph, double loss_width,
-                             CancelCallback* cancel, std::vector<Block>* blocks) {
+ceres::Solver::Summary solve(const PoseGraphOptions& options, const PoseGraph& graph, CancelCallback* cancel,
+                             std::vector<Block>* blocks) {
   const std::vector<char> held = held_nodes(graph), tied = tied_to(held, graph);
   ceres::Problem problem;
   std::vector<char> used(graph.nodes.size(), 0);
   for (const PoseGraphEdge& e : graph.edges) {
     if (!tied[e.from]) continue;
-    ceres::LossFunction* loss = e.robust && loss_width > 0 ? new ceres::CauchyLoss(loss_width) : nullptr;
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<EdgeError, 7, 7, 7>(new EdgeError(e, graph)),
-                             loss, (*blocks)[e.from].data(), (*blocks)[e.to].data());
+                             nullptr, (*blocks)[e.from].data(), (*blocks)[e.to].data());
     used[e.from] = used[e.to] = 1;
   }
   for (std::size_t i = 0; i < blocks->size(); ++i) {
@@ -186,26 +169,6 @@ ceres::Solver::Summary solve(const PoseGraphOptions& options, const PoseGraph& g
   return summary;
 }
 
-bool has_robust_edges(const PoseGraph& graph) {
-  return std::any_of(graph.edges.begin(), graph.edges.end(), [](const PoseGraphEdge& e) { return e.robust; });
-}
-
-// All edges pull at first, also those that are off by all that the map drifted; as the loss narrows, those
-// give way that contradict most of the others.
-ceres::Solver::Summary narrow(const PoseGraphOptions& options, const PoseGraph& graph, CancelCallback* cancel,
-                              std::vector<Block>* blocks, int* iterations) {
-  ceres::Solver::Summary summary = solve(options, graph, 0, cancel, blocks);
-  *iterations += static_cast<int>(summary.iterations.size());
-  double width = largest_robust_error(graph, *blocks);
-  while (summary.IsSolutionUsable() && !cancel->cancelled()) {
-    width = std::max(options.loss_width, width / kNarrowing);
-    summary = solve(options, graph, width, cancel, blocks);
-    *iterations += static_cast<int>(summary.iterations.size());
-    if (width == options.loss_width) break;
-  }
-  return summary;
-}
-
 }  // namespace
 
 void PoseGraphOptions::validate() const {
@@ -216,7 +179,6 @@ void PoseGraphOptions::validate() const {
   };
   check(max_iterations >= 1, "max_iterations", max_iterations, ">= 1");
   check(function_tolerance >= 0, "function_tolerance", function_tolerance, ">= 0");
-  check(loss_width > 0, "loss_width", loss_width, "> 0");
 }
 
 PoseGraphReport adjust_pose_graph(const PoseGraphOptions& options, PoseGraph* graph) {
@@ -226,19 +188,10 @@ PoseGraphReport adjust_pose_graph(const PoseGraphOptions& options, PoseGraph* gr
   if (graph->edges.empty()) return report;
   std::vector<Block> blocks;
   for (const PoseGraphNode& node : graph->nodes) blocks.push_back(to_block(node.map_from_node));
-  std::vector<Block> wide = blocks;
   CancelCallback cancel(options.cancel);
-  ceres::Solver::Summary summary = solve(options, *graph, options.loss_width, &cancel, &blocks);
+  const ceres::Solver::Summary summary = solve(options, *graph, &cancel, &blocks);
   report.initial_cost = summary.initial_cost;
   report.iterations = static_cast<int>(summary.iterations.size());
-  if (has_robust_edges(*graph)) {
-    // From there a true loop far off may not have pulled enough: the better of two ways.
-    const ceres::Solver::Summary other = narrow(options, *graph, &cancel, &wide, &report.iterations);
-    if (other.IsSolutionUsable() && !(summary.IsSolutionUsable() && summary.final_cost <= other.final_cost)) {
-      summary = other;
-      blocks = wide;
-    }
-  }
   report.final_cost = summary.final_cost;
   report.cancelled = cancel.cancelled();
   report.usable = summary.IsSolutionUsable();

@@ -11,10 +11,10 @@
 namespace mono_pose_tracker {
 
 // A bundle problem as a function of its free cameras alone: the points are wherever they fit these best
-// (variable projection; Golub and Pereyra 1973), each found by Newton steps of its own. So a point that is
-// slow to come to rest, for its narrow parallax or since the loss holds it between two places, keeps no other
-// waiting, and what is solved for has as many parameters as the cameras have. For problems of which what is
-// left is mostly noise: points that follow cameras that are far off settle for some of these too soon.
+// (variable projection; Golub and Pereyra 1973), each found by Newton steps of its own. So a point that
+// converges slowly, for its narrow parallax or since the loss holds it between two places, delays no other,
+// and the only parameters are those of the cameras. For problems whose residuals are mostly noise: while
+// cameras are far off, points that follow them side too soon with some of them.
 class ReducedBundle {
  public:
   // loss_width > 0; the parameters are the blocks of the free cameras, one after the other. All observations

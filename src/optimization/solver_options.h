@@ -7,6 +7,10 @@
 
 namespace mono_pose_tracker {
 
+// Beyond, damping adds less than 1e-8 to a diagonal: enough for a Cholesky decomposition of what leaves a
+// direction open, which Ceres would report on the terminal when it fails, and no hindrance to convergence.
+constexpr double kMaxTrustRegionRadius = 1e8;
+
 // What all solves of a bundle problem have in common.
 inline ceres::Solver::Options solver_options(const BundleOptions& options, CancelCallback* cancel) {
   ceres::Solver::Options solver;

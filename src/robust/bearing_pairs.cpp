@@ -44,8 +44,9 @@ void sampson_errors(const BearingPairs& pairs, const TwoViewModel& model, const 
   }
 }
 
-// lambda1 R x1 + t = lambda2 x2 in the plane of the two rays: both distances, times sin^2 of the angle
-// between the rays, are at least -tolerance * |t x x2|.
+// True when the rays meet in front of both cameras, or may do so within an angular error (radians): the rays
+// of a far point are parallel but for noise. lambda1 R x1 + t = lambda2 x2 in the plane of the two rays: both
+// distances, times sin^2 of the angle between the rays, are at least -tolerance * |t x x2|.
 bool distances_positive(double along1, double along2, double cosine, double tolerance) {
   const double scaled1 = along2 * cosine - along1;
   const double scaled2 = along2 - along1 * cosine;
@@ -70,13 +71,6 @@ BearingPairs::BearingPairs(const std::vector<Eigen::Vector3d>& bearings1,
   }
   first_ = VectorArray(first);
   second_ = VectorArray(second);
-}
-
-bool may_be_in_front(const TwoViewModel& model, const Eigen::Vector3d& bearing1,
-                     const Eigen::Vector3d& bearing2, double tolerance) {
-  const Eigen::Vector3d r = model.rotation * bearing1;
-  return distances_positive(model.translation.dot(r), model.translation.dot(bearing2), r.dot(bearing2),
-                            tolerance);
 }
 
 RansacScore score_two_views(const BearingPairs& pairs, const TwoViewModel& model, double threshold,

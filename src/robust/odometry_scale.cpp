@@ -22,12 +22,25 @@ const double kMinCosine = std::cos(20 * kDegree);
 // A camera that has hardly moved in the map while odometry went on was not carried along, whatever the unit.
 constexpr double kMinUnits = 1e-6;
 constexpr double kMaxSigma = 0.01, kMaxOff = 0.03;
+// Of the logarithm of lengths: followed wrongly, it does no more harm than a first estimate's own error.
+constexpr double kMaxFollowed = kMaxSigma;
 
 }  // namespace
 
 void OdometryScale::restart() {
   begin_.reset();
   segments_.clear();
+}
+
+bool OdometryScale::follow(double length_scale) {
+  const double change = std::log(length_scale);
+  if (!(std::abs(change) <= kMaxFollowed)) {
+    restart();
+    return false;
+  }
+  interrupt();
+  for (Segment& segment : segments_) segment.log_ratio -= change;
+  return true;
 }
 
 void OdometryScale::add(const Rigid3& odom_from_camera, const Rigid3& map_from_camera) {

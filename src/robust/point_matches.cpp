@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "levenberg_marquardt.h"
+#include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/common/so3.h"
 #include "mono_pose_tracker/robust/early_rejection.h"
 #include "shuffled_indices.h"
@@ -97,7 +98,7 @@ Equations linearize(const PointMatches& matches, const CameraPose& pose, double 
   Equations equations;
   equations.information.topLeftCorner<3, 3>() = by_shift.matrix();
   equations.information.bottomRightCorner<3, 3>() = by_turn.matrix();
-  equations.information.bottomLeftCorner<3, 3>() << 0, -m.z(), m.y(), m.z(), 0, -m.x(), -m.y(), m.x(), 0;
+  equations.information.bottomLeftCorner<3, 3>() = cross_matrix(m);
   equations.information.topRightCorner<3, 3>() = equations.information.bottomLeftCorner<3, 3>().transpose();
   equations.gradient << sum(shift_gradient), sum(turn_gradient);
   return equations;

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/geometry/five_point.h"
 #include "mono_pose_tracker/robust/bearing_pairs.h"
 #include "mono_pose_tracker/robust/ransac.h"
@@ -27,10 +28,6 @@ constexpr int kInnerSamples = 10;     // more hardly lower the errors any furthe
 constexpr double kRivalInlierShare = 0.5;
 constexpr double kTurnFactors[] = {-1.0, 0.4,
                                    2.0};  // Necker's reversal, and down and up the bas-relief valley
-
-double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
 
 double rotation_angle(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   // |A - B| = 2 sqrt(2) sin(angle / 2)

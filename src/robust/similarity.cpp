@@ -7,9 +7,11 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "levenberg_marquardt.h"
 #include "mono_pose_tracker/common/angles.h"
+#include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/common/so3.h"
 #include "mono_pose_tracker/robust/ransac.h"
@@ -228,8 +230,7 @@ Uncertainty by_points(const std::vector<SimilarityMatch>& inliers, const Sim3& b
     squares.push_back((b_from_a * m.in_a.x - m.in_b.x).squaredNorm());
   }
   constexpr double kMedianOfChi2 = 2.366;  // three degrees of freedom
-  std::nth_element(squares.begin(), squares.begin() + squares.size() / 2, squares.end());
-  const double variance = squares[squares.size() / 2] / kMedianOfChi2;
+  const double variance = median(std::move(squares)) / kMedianOfChi2;
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const SimilarityMatch& m : inliers) scatter += (m.in_b.x - mean) * (m.in_b.x - mean).transpose();
   const Eigen::Vector3d spread = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvalues();

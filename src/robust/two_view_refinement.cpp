@@ -18,8 +18,8 @@ namespace {
 
 using LaneFlags = Eigen::Array<bool, kLanes, 1>;
 
-// May four pairs be in front (may_be_in_front)? along1 and along2 are t . R x1 and t . x2, cosine is R x1 .
-// x2.
+// Which of four pairs may be in front of both cameras, as in bearing_pairs.cpp. along1 and along2 are t . R
+// x1 and t . x2, cosine is R x1 . x2.
 LaneFlags distances_positive(const Lanes& along1, const Lanes& along2, const Lanes& cosine,
                              double tolerance) {
   const Lanes slack = -tolerance * (1 - along2 * along2).max(0.0).sqrt();

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
+#include <utility>
 
 namespace mono_pose_tracker {
 namespace {
@@ -31,12 +32,7 @@ std::string MapPlacement::follow(const std_msgs::Header& image_header, const Fra
   present_.reset();
   if (report.map_from_camera) present_ = Posed{image_header, *report.map_from_camera, report.scale};
   if (!scale_from_odometry_) return "";
-  const MapState state = {report.map_id, report.corrections};
-  if (state != state_) {
-    state_ = state;
-    odometry_scale_.restart();
-    is_rescaling_ = false;
-  }
+  follow_map(report);
   if (!present_ || is_rescaling_) {
     odometry_scale_.interrupt();
     return "";
@@ -50,6 +46,16 @@ std::string MapPlacement::follow(const std_msgs::Header& image_header, const Fra
   }
   odometry_scale_.add(*odom_from_camera, present_->map_from_camera);
   return rescale();
+}
+
+void MapPlacement::follow_map(const FrameReport& report) {
+  const MapState state(report.epoch, report.map_id, report.scale);
+  if (std::exchange(state_, state) != state) {
+    odometry_scale_.restart();
+    is_rescaling_ = false;
+  } else if (report.length_scale != 1 && !odometry_scale_.follow(report.length_scale)) {
+    is_rescaling_ = false;  // this was it, or it is no longer to be had from what was measured
+  }
 }
 
 std::string MapPlacement::rescale() {

@@ -43,9 +43,10 @@ bool WalkFollower::follow(const Frame& frame) {
   const KeyframeId reference = map->keyframes.count(reference_) ? reference_ : map->keyframes.rbegin()->first;
   const ResectionReport pose = resector_.resect(frame, *map, reference, motion_ * last);
   if (!pose.success) return false;
-  KeyframeCandidate candidate{frame, reference,
-                              pose.camera_from_map * map->keyframes.at(reference).camera_from_map.inverse(),
-                              pose.observations, map->corrections.size()};
+  KeyframeCandidate candidate{
+      map->map_id,       frame,
+      reference,         pose.camera_from_map * map->keyframes.at(reference).camera_from_map.inverse(),
+      pose.observations, map->corrections.size()};
   const Eigen::Vector3d expected = (motion_ * last).inverse().translation;
   const double step = motion_.translation.norm();
   const double off = (pose.camera_from_map.inverse().translation - expected).norm();

@@ -213,7 +213,7 @@ Run track_with_given(const Arguments& a, const TrackerOptions& options, const Re
   Recording doubted = recording;
   doubted.doubt_of = [&](const Map& map, const std::function<bool()>& cancelled) {
     CameraRefinementOptions beside = refinement;
-    beside.bundle.cancel = [&] { return signals_caught > 0 || cancelled(); };
+    beside.cancel = [&] { return signals_caught > 0 || cancelled(); };
     return doubt_of_calibration(beside, camera, map);
   };
   Run run = track_all(a, options, camera, doubted);
@@ -251,8 +251,9 @@ Run track_and_refine(const Arguments& a, const TrackerOptions& options, const Re
 Run track(const Arguments& a, const TrackerOptions& options, const Recording& recording,
           const SavedMaps* loaded, Calibration* calibration) {
   CameraRefinementOptions refinement;
-  refinement.bundle = options.bundle;
-  refinement.bundle.cancel = [] { return signals_caught > 0; };
+  refinement.loss_width = options.bundle.loss_width;
+  refinement.num_threads = options.bundle.num_threads;
+  refinement.cancel = [] { return signals_caught > 0; };
   // A map that is there already is of other cameras, too, and holds to the one that is given.
   Run run = loaded ? track_all(a, options, calibration->camera, recording, loaded)
             : a.refine_camera || a.hfov
@@ -385,7 +386,7 @@ int run(const Arguments& a) {
     std::printf("%zu of %ld images posed (%ld as they came), %zu keyframes, %zu points, %.1f s%s: %s\n",
                 result.trajectory.size(), static_cast<long>(result.frames_total),
                 static_cast<long>(result.frames_posed_live), map.keyframes().size(), map.landmarks().size(),
-                seconds, result.unconfirmed ? " (two views only: unconfirmed)" : "", a.output.c_str());
+                seconds, result.rests_on_two_views ? " (two views only: unconfirmed)" : "", a.output.c_str());
   }
   return end_status(0);
 }

@@ -48,15 +48,17 @@ Overlap overlap_with(const TrackingMap& map, KeyframeId id, const ResectionRepor
   return overlap;
 }
 
-bool KeyframePolicy::is_due(const TrackingMap& map, const Overlap& overlap, int inliers, int backlog) {
+bool KeyframePolicy::is_due(const TrackingMap& map, const Overlap& overlap, int inliers,
+                            int unfinished_jobs) {
   const KeyframeId newest = map.keyframes.rbegin()->first;
   if (newest != newest_keyframe_) most_inliers_ = 0;
   newest_keyframe_ = newest;
   most_inliers_ = std::max(most_inliers_, inliers);
-  // One may wait. With more, until they are in the map the next would tell it little.
+  // While one is under way the next may wait. Behind more than one, it would tell the map little by the time
+  // it gets there.
   const bool urgent = overlap.in_view < kUrgentShare * options_.keyframe_overlap ||
                       inliers < kUrgentShare * options_.keyframe_found * most_inliers_;
-  if (backlog > 1 && !urgent) return false;
+  if (unfinished_jobs > 1 && !urgent) return false;
   const bool young = static_cast<int>(map.keyframes.size()) <= young_map_keyframes_;
   const double parallax = options_.keyframe_parallax_deg / (young ? kYoungParallaxDivisor : 1);
   if (overlap.parallax_deg > parallax || overlap.in_view < options_.keyframe_overlap) return true;

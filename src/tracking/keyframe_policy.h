@@ -23,8 +23,8 @@ class KeyframePolicy {
   KeyframePolicy(const MappingOptions& options, int young_map_keyframes)
       : options_(options), young_map_keyframes_(young_map_keyframes) {}
 
-  // Asked once for each posed frame: with how many inliers, and how many keyframes wait for the mapper.
-  bool is_due(const TrackingMap& map, const Overlap& overlap, int inliers, int backlog);
+  // Asked once for each posed frame: with how many inliers, and how many of the mapper's jobs are not done.
+  bool is_due(const TrackingMap& map, const Overlap& overlap, int inliers, int unfinished_jobs);
 
   void set_options(const MappingOptions& options, int young_map_keyframes) {
     options_ = options;

@@ -34,11 +34,11 @@ int LoadGovernor::observe(double period_ms, double latency_ms, bool overtaken) {
     calm_needed_ = did_not_hold ? std::min(2 * calm_needed_, kMostCalm) : calm_needed_;
     went_back_up_ = false;
     change_level(level_ + 1);
-  } else if (calm_ >= calm_needed_ && level_ > kAllIsDone) {
+  } else if (calm_ >= calm_needed_ && level_ > kFullWork) {
     went_back_up_ = true;
     change_level(level_ - 1);
   }
-  if (level_ == kAllIsDone && since_change_ > kMostCalm) calm_needed_ = kLeastCalm;
+  if (level_ == kFullWork && since_change_ > kMostCalm) calm_needed_ = kLeastCalm;
   return level_;
 }
 

@@ -9,7 +9,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// px at 640 px width or less: about two descriptors wide, so that a few landmarks are expected within.
+// px at 640 px (image_scale): about two descriptors wide, so that a few landmarks are expected within.
 constexpr double kNear = 40;
 // A feature is found again in two images of three; of those behind a hand next to none.
 constexpr double kMinFound = 0.25;

@@ -40,12 +40,14 @@ std::optional<std::string> PoseDoubt::judge(std::int64_t stamp_ns, const Resecti
 std::optional<std::string> PoseDoubt::doubt_of(std::int64_t stamp_ns, const ResectionReport& resection,
                                                const std::optional<Rigid3>& predicted, int min_inliers) {
   const std::optional<std::int64_t> last = std::exchange(last_stamp_ns_, stamp_ns);
+  // Twice what a pose needs is believed wherever it lies: of a small thing with much to see on it.
   if (resection.inliers < 2 * min_inliers && hangs_in_corner(resection.support)) {
     return formatted("%d inliers in %.0f %% of where there is anything to see", resection.inliers,
                      100 * resection.support.spread);
   }
   if (!last || !predicted) return std::nullopt;
   const double gap_ns = static_cast<double>(std::max<std::int64_t>(1, stamp_ns - *last));
+  // Over ten frames or so: one that is dropped here and there changes it little, another rate soon.
   usual_gap_ns_ = usual_gap_ns_ == 0 ? gap_ns : 0.9 * usual_gap_ns_ + 0.1 * gap_ns;
   // What acceleration does grows with the square of time.
   const double growth = std::pow(std::max(1.0, gap_ns / usual_gap_ns_), 2);

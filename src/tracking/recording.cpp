@@ -211,11 +211,15 @@ Reasons track_all(const Recording& recording, const FrameObserver& observer, Tra
 void pose_again(const Recording& recording, const FrameObserver& observer, Tracker* tracker,
                 RecordingResult* result) {
   pose_the_rest(recording, observer, tracker, result);
+  // What follows takes poses out, to find them anew.
+  if (recording.interrupted()) return;
   // Of the images that are no keyframes the poses were found while the map was another.
   resect_again(recording, tracker->posed_before_remake(), result->frames_total, tracker);
+  if (recording.interrupted()) return;
   // Where the camera can hardly have been, between images where it certainly was.
   resect_again(recording, tracker->take_out_strays(), result->frames_total, tracker);
   tracker->leave_out_strays();
+  if (recording.interrupted()) return;
   leave_out_loose_ends(recording, tracker, result);
   settle_motion(recording, tracker, result);
 }
@@ -248,12 +252,16 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   RecordingResult result;
   const Reasons reasons = track_all(recording, observer, tracker, &result);
   result.tracked = tracker->finish();
-  result.unconfirmed = tracker->is_unconfirmed();
+  result.rests_on_two_views = tracker->rests_on_two_views();
   if (!result.tracked) {
     result.reason = usual_reason(reasons, result.frames_total);
     return result;
   }
+  const bool was_interrupted = recording.interrupted();
   pose_again(recording, observer, tracker, &result);
+  if (!was_interrupted && recording.interrupted()) {
+    result.warnings.push_back("interrupted while images were posed again: some may have no pose");
+  }
   judge_maps(recording, reasons, tracker, &result);
   return result;
 }

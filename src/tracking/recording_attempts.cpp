@@ -17,7 +17,7 @@
 namespace mono_pose_tracker {
 
 bool is_sure(const RecordingResult& result) {
-  return !result.tracked || (result.rigidity.is_rigid && result.maps.front().is_sure());
+  return result.tracked && result.rigidity.is_rigid && result.maps.front().is_sure();
 }
 
 bool is_confirmed(const RecordingResult& result) {
@@ -37,9 +37,7 @@ bool fell_apart(const RecordingResult& result) {
   return result.maps.size() > 1 && is_narrow(result.maps.front().map);
 }
 
-bool is_enough(const RecordingResult& result) {
-  return result.tracked && is_sure(result) && !fell_apart(result);
-}
+bool is_enough(const RecordingResult& result) { return is_sure(result) && !fell_apart(result); }
 
 bool shows_background(const RecordingResult& result) {
   return result.tracked && result.maps.front().shows_background;
@@ -52,12 +50,10 @@ bool is_most_of(const RecordingResult& result, const RecordingResult& before) {
          kMinShare * static_cast<double>(before.trajectory.size());
 }
 
-// What speaks against it, but for its depths.
+// How many things speak against it, but for its depths: how sure those are is compared apart.
 int objections(const RecordingResult& result) {
   const FinishedMap& map = result.maps.front();
-  return !result.rigidity.is_rigid + map.contradiction.is_one() + map.torn_tracks.is_one() +
-         map.collapse.is_one() + map.is_of_other_body + map.is_of_smaller_body + map.shows_background +
-         !map.seam.holds();
+  return !result.rigidity.is_rigid + map.objections() + !map.seam.holds();
 }
 
 // By a twentieth, as what of its images a map explains is drawn from some thousand matches: good to a few

@@ -35,7 +35,7 @@ void warn_of_motions(RecordingResult* result) {
 
 void warn_of_seams(RecordingResult* result) {
   for (const FinishedMap& map : result->maps) {
-    if (map.seam.holds() || result->unconfirmed) continue;
+    if (map.seam.holds() || result->rests_on_two_views) continue;
     if (map.seam.frame_index < 0) {
       result->warnings.push_back("a part of the loaded map is held to the rest by " +
                                  std::to_string(map.seam.points) +
@@ -68,7 +68,7 @@ void warn_of_depth(RecordingResult* result) {
 
 void warn_of_contradictions(RecordingResult* result) {
   const Contradiction& worst = result->maps.front().contradiction;
-  if (!worst.is_one()) return;
+  if (!worst.is_significant()) return;
   result->warnings.push_back(
       share_text(worst.frame_index, worst.contradicting, worst.matches) +
       " are seen elsewhere than the map has them: more than one thing moves, or the map is wrong from "
@@ -77,7 +77,7 @@ void warn_of_contradictions(RecordingResult* result) {
 
 void warn_of_torn_tracks(RecordingResult* result) {
   const TornTracks& worst = result->maps.front().torn_tracks;
-  if (!worst.is_one()) return;
+  if (!worst.is_significant()) return;
   result->warnings.push_back(
       share_text(worst.frame_index, worst.torn, worst.matches) +
       " have two places in the map, as no one place agrees with all that is seen of them: the map may "
@@ -87,7 +87,7 @@ void warn_of_torn_tracks(RecordingResult* result) {
 
 void warn_of_collapse(RecordingResult* result) {
   const ScaleCollapse& worst = result->maps.front().collapse;
-  if (!worst.is_one()) return;
+  if (!worst.is_significant()) return;
   result->warnings.push_back(
       share_text(worst.frame_index, worst.near, worst.landmarks) +
       " lie at the lens: the images about there hang on the others by far things only, and their part of the "

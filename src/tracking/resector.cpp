@@ -89,7 +89,7 @@ void add_uncertainty_of_map(const TrackingMap& map, KeyframeId reference, Resect
   // an eighth of what independent ones would: so on simulated rooms and heads, where the truth is known
   // (test/tracking/pose_covariance_test.cpp).
   constexpr double kAlike = 8;
-  const Matrix6d carried = carried_by(report->camera_from_map * keyframe->second.camera_from_map.inverse());
+  const Matrix6d carried = adjoint(report->camera_from_map * keyframe->second.camera_from_map.inverse());
   report->map_covariance = covariance_of_map_from_camera(
       kAlike * carried * known->second * carried.transpose(), report->camera_from_map);
 }

@@ -56,7 +56,8 @@ void Tracker::Impl::finish_report(FrameReport* report) {
   report->state = state_;
   report->epoch = epoch_;
   report->load_level = load_level_;
-  report->worker_backlog = worker_.backlog();
+  report->worker_backlog = worker_.unfinished_jobs();
+  report->length_scale = std::exchange(length_scale_, 1.0);
   if (const TrackingMapPtr map = worker_.latest()) {
     report->keyframes = static_cast<int>(map->keyframes.size());
     report->landmarks = static_cast<int>(map->landmarks.size());
@@ -65,11 +66,7 @@ void Tracker::Impl::finish_report(FrameReport* report) {
     for (const auto& entry : others_) report->kept_maps.push_back(entry.first);
     const auto corrected = times_corrected_.find(present_map_);
     if (corrected != times_corrected_.end()) report->corrections = corrected->second;
-    const bool is_corrected_since =
-        std::any_of(map->corrections.begin(), map->corrections.end(), [this](const auto& correction) {
-          return correction->of_map == present_map_ && correction->sequence > corrections_;
-        });
-    if (!is_corrected_since) scale_ = map->scale_source;
+    if (!is_corrected_since(*map)) scale_ = map->scale_source;
     report->scale = scale_;
     report_corrections(*map, report);
     if (report->map_from_camera && report->reason == Reason::kOk && !map->doubt.empty()) {
@@ -82,10 +79,17 @@ void Tracker::Impl::finish_report(FrameReport* report) {
   }
 }
 
+// The lengths that the frame was posed in are no longer those of the map.
+bool Tracker::Impl::is_corrected_since(const TrackingMap& map) const {
+  return std::any_of(map.corrections.begin(), map.corrections.end(), [this](const auto& correction) {
+    return correction->of_map == present_map_ && correction->sequence > corrections_;
+  });
+}
+
 // Where the frames of the map stand, once they are not where they were reported.
 void Tracker::Impl::report_corrections(const TrackingMap& map, FrameReport* report) {
   const std::pair<std::uint32_t, std::uint64_t> now(present_map_, corrections_);
-  if (now == reported_ || map.map_id != present_map_) return;
+  if (now == reported_ || map.map_id != present_map_ || is_corrected_since(map)) return;
   if (reported_.first != 0) report->corrected = trajectory_in(map, frames_[present_map_]);
   reported_ = now;
 }
@@ -174,14 +178,16 @@ ResectionReport Tracker::Impl::follow(const Frame& frame, const TrackingMap& map
                           motion_ ? *motion_ * last : last);
 }
 
+// In one view of the map: what the worker publishes meanwhile has other lengths, and is the next frame's.
 void Tracker::Impl::track(const Frame& frame, FrameReport* report) {
-  apply_corrections(*worker_.latest());
-  forget_dropped_maps(*worker_.latest());
-  if (turn_to_other_body(frame, report)) return;
+  TrackingMapPtr map = worker_.latest();
+  apply_corrections(*map);
+  forget_dropped_maps(*map);
+  if (turn_to_other_body(*map, frame, report)) return;
   Frame of_body = followed(frame, report);
-  const ResectionReport resection = locate(frame, &of_body, report);
+  const ResectionReport resection = locate(frame, &map, &of_body, report);
   describe(resection, report);
-  if (resection.success && accept(of_body, *worker_.latest(), resection, report)) return;
+  if (resection.success && accept(of_body, *map, resection, report)) return;
   lose(frame, of_body, report);
 }
 
@@ -203,6 +209,11 @@ void Tracker::Impl::lose(const Frame& frame, const Frame& of_body, FrameReport* 
     if (body_) show_features(of_body, report);
     bootstrap_beside(of_body, report);
   }
+}
+
+void Tracker::Impl::wait() {
+  worker_.wait();
+  if (const TrackingMapPtr map = worker_.latest()) apply_corrections(*map);
 }
 
 void Tracker::Impl::reset() {
@@ -231,7 +242,7 @@ void Tracker::Impl::begin_anew() {
   keyframe_policy_.reset();
   pose_doubt_.reset();
   frames_lost_ = 0;
-  unconfirmed_ = false;
+  rests_on_two_views_ = false;
   sessions_.clear();
 }
 
@@ -282,7 +293,7 @@ PreparedImage Tracker::prepare(const cv::Mat& image, const cv::Mat& mask) const 
   return impl_->frame_maker().prepare(image, mask);
 }
 
-void Tracker::wait() { impl_->worker().wait(); }
+void Tracker::wait() { impl_->wait(); }
 
 void Tracker::reset() { impl_->reset(); }
 
@@ -358,6 +369,6 @@ const std::vector<ClosedLoop>& Tracker::loops() const { return impl_->worker().m
 
 int Tracker::failed_adjustments() const { return impl_->worker().mapper().failed_adjustments(); }
 
-bool Tracker::is_unconfirmed() const { return impl_->is_unconfirmed(); }
+bool Tracker::rests_on_two_views() const { return impl_->rests_on_two_views(); }
 
 }  // namespace mono_pose_tracker

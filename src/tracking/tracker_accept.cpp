@@ -1,6 +1,7 @@
 // What becomes of a frame that a pose was found for: doubted, kept, made a keyframe.
 
 #include <algorithm>
+#include <iterator>
 #include <unordered_set>
 #include <utility>
 
@@ -45,19 +46,47 @@ bool Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   const Overlap overlap = overlap_with(map, reference_, resection, camera_);
   report->median_parallax_deg = overlap.parallax_deg;
   if (doubtful || options_.localize_only) return true;  // nothing of it comes into the map
-  if (keyframe_policy_.is_due(map, overlap, resection.inliers, worker_.backlog())) {
-    insert_keyframe(frame, map, resection, report);
+  if (keyframe_policy_.is_due(map, overlap, resection.inliers, worker_.unfinished_jobs())) {
+    insert_keyframe(frame, map, pose, resection, report);
   }
   return true;
 }
 
-void Tracker::Impl::insert_keyframe(const Frame& frame, const TrackingMap& map,
+// It rides on the best of the keyframes from now on.
+FramePose Tracker::Impl::set_pose(const Frame& frame, const TrackingMap& map,
+                                  const ResectionReport& resection, bool is_final) {
+  const KeyframeId reference = choose_reference(map, resection);
+  const Rigid3 map_from_reference = map.keyframes.at(reference).camera_from_map.inverse();
+  FramePose pose{frame.stamp_ns, reference, resection.camera_from_map * map_from_reference, is_final};
+  frames_[map.map_id].set(frame.index, pose);
+  if (keeps_seen()) keep_seen(frame);
+  return pose;
+}
+
+// A few hundred megabytes at most: of a longer recording every second, every fourth image.
+void Tracker::Impl::keep_seen(const Frame& frame) {
+  constexpr std::size_t kMost = 400;
+  seen_[frame.index] = frame.image;
+  if (seen_.size() <= kMost) return;
+  bool is_kept = false;
+  for (auto seen = seen_.begin(); seen != seen_.end();) {
+    is_kept = !is_kept;
+    seen = is_kept ? std::next(seen) : seen_.erase(seen);
+  }
+}
+
+KeyframeCandidate Tracker::Impl::candidate_of(const Frame& frame, const TrackingMap& map,
+                                              const FramePose& pose, const ResectionReport& resection) const {
+  KeyframeCandidate candidate{
+      map.map_id, frame, pose.reference, pose.camera_from_reference, resection.observations, corrections_};
+  if (frame.is_masked) leave_out_occluders(map, camera_, resection.camera_from_map, &candidate);
+  return candidate;
+}
+
+void Tracker::Impl::insert_keyframe(const Frame& frame, const TrackingMap& map, const FramePose& pose,
                                     const ResectionReport& resection, FrameReport* report) {
   const StageTimer timer(report->stages, "keyframe");
-  KeyframeCandidate candidate{frame, reference_, camera_from_reference_, resection.observations,
-                              corrections_};
-  if (frame.is_masked) leave_out_occluders(map, camera_, resection.camera_from_map, &candidate);
-  report->is_keyframe = worker_.insert(candidate);
+  report->is_keyframe = worker_.insert(candidate_of(frame, map, pose, resection));
   if (!report->is_keyframe) return;
   // Inline, the keyframe is there already and has been adjusted: go on from it. Live, what has been done in
   // the meantime is the next image's: this one's pose is of the map as it was.

@@ -17,11 +17,10 @@ Frame Tracker::Impl::followed(const Frame& frame, FrameReport* report) {
 
 // Where the map is of a body that turns less than another, or of what stands still behind it as well, it is
 // dropped, and one of that body begun. False when the map goes on.
-bool Tracker::Impl::turn_to_other_body(const Frame& frame, FrameReport* report) {
+bool Tracker::Impl::turn_to_other_body(const TrackingMap& map, const Frame& frame, FrameReport* report) {
   constexpr int kMostLeft = 2;  // of a head, the shoulders below it and the room behind
-  const TrackingMapPtr map = worker_.latest();
-  if (pace_ != SearchPace::kLive || !map->turning_body || bodies_left_ >= kMostLeft) return false;
-  if (options_.localize_only || has_earlier_frames(*map)) return false;
+  if (pace_ != SearchPace::kLive || !map.turning_body || bodies_left_ >= kMostLeft) return false;
+  if (options_.localize_only || has_earlier_frames(map)) return false;
   const int left = bodies_left_ + 1;
   const bool begins_anew = others_.empty();
   if (begins_anew) {
@@ -30,7 +29,7 @@ bool Tracker::Impl::turn_to_other_body(const Frame& frame, FrameReport* report) 
     return false;
   }
   bodies_left_ = left;
-  body_.emplace(*map->turning_body);
+  body_.emplace(*map.turning_body);
   const Frame of_body = followed(frame, report);
   if (begins_anew) {
     const StageTimer timer(report->stages, "bootstrap");
@@ -40,30 +39,30 @@ bool Tracker::Impl::turn_to_other_body(const Frame& frame, FrameReport* report) 
     show_features(frame, report);
     lose(frame, of_body, report);
   }
-  report->reason_text = map->doubt + ", and is dropped: " + report->reason_text;
+  report->reason_text = map.doubt + ", and is dropped: " + report->reason_text;
   return true;
 }
 
 // By the features of the body that turns where it is followed. By all of the frame's where there is none,
 // where it was taken for something else or has been lost: then what the frame is posed by says where the body
-// is.
-ResectionReport Tracker::Impl::locate(const Frame& frame, Frame* of_body, FrameReport* report) {
+// is. map: becomes the one that it was found in, where that is another.
+ResectionReport Tracker::Impl::locate(const Frame& frame, TrackingMapPtr* map, Frame* of_body,
+                                      FrameReport* report) {
   const StageTimer timer(report->stages, "resect");
   ResectionReport resection;
-  if (frames_lost_ == 0 && of_body->whole) resection = follow(*of_body, *worker_.latest());
+  if (frames_lost_ == 0 && of_body->whole) resection = follow(*of_body, **map);
   if (resection.success) return resection;
   if (frames_lost_ == 0) {
-    resection = follow(frame, *worker_.latest());
+    resection = follow(frame, **map);
   } else if (tentative_) {
-    confirm(frame, &resection);
+    confirm(frame, map, &resection);
   }
   if (!body_) return resection;
   show_features(frame, report);
   if (!resection.success) return resection;
-  const TrackingMapPtr map = worker_.latest();
   const Frame settled = body_->settle(camera_, frame, pixels_of(frame, resection));
   const ResectionReport again =
-      resector_.resect(settled, *map, choose_reference(*map, resection), resection.camera_from_map);
+      resector_.resect(settled, **map, choose_reference(**map, resection), resection.camera_from_map);
   *of_body = again.success ? settled : frame;
   show_features(*of_body, report);
   return again.success ? again : resection;

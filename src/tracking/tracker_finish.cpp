@@ -20,7 +20,7 @@ bool Tracker::Impl::finish() {
       const BootstrapReport two_views = bootstrap_job_.bootstrapper().unconfirmed();
       if (!two_views.map) return false;
       worker_.begin(epoch_, [&](Mapper& mapper) { mapper.initialize(*two_views.map, epoch_); });
-      unconfirmed_ = true;
+      rests_on_two_views_ = true;
     }
     start_map();
   }
@@ -149,7 +149,7 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.collapse = worst_scale_collapse(map.map);
   map.shows_background = shows_background(view, map.map, matches);
   find_other_body_beside(&map);
-  map.is_founded = !unconfirmed_ && map.seam.holds() && map.is_sure();
+  map.is_founded = !rests_on_two_views_ && map.seam.holds() && map.is_sure();
   map.confirmed = map.is_founded && !map.may_be_of_wrong_body;
   return map;
 }

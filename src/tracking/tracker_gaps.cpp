@@ -6,7 +6,6 @@
 #include <set>
 #include <utility>
 
-#include "occlusion.h"
 #include "tracker_impl.h"
 
 namespace mono_pose_tracker {
@@ -32,10 +31,7 @@ bool Tracker::Impl::pose_beside(const Frame& frame, std::int64_t neighbor) {
   const FramePose pose = set_pose(frame, *map, resection, false);
   const Overlap overlap = overlap_with(*map, pose.reference, resection, camera_);
   if (!options_.localize_only && keyframe_policy_.is_due(*map, overlap, resection.inliers, 0)) {
-    KeyframeCandidate candidate{frame, pose.reference, pose.camera_from_reference, resection.observations,
-                                corrections_};
-    if (frame.is_masked) leave_out_occluders(*map, camera_, resection.camera_from_map, &candidate);
-    grown_ = worker_.insert(candidate) || grown_;
+    grown_ = worker_.insert(candidate_of(frame, *map, pose, resection)) || grown_;
     apply_corrections(*worker_.latest());
   }
   return true;
@@ -78,29 +74,6 @@ void Tracker::Impl::fill_gaps() {
 
 bool Tracker::Impl::is_found(const ResectionReport& resection) const {
   return resection.success && is_supported(resection.support, options_.resection.min_inliers);
-}
-
-// It rides on the best of the keyframes from now on.
-FramePose Tracker::Impl::set_pose(const Frame& frame, const TrackingMap& map,
-                                  const ResectionReport& resection, bool is_final) {
-  const KeyframeId reference = choose_reference(map, resection);
-  const Rigid3 map_from_reference = map.keyframes.at(reference).camera_from_map.inverse();
-  FramePose pose{frame.stamp_ns, reference, resection.camera_from_map * map_from_reference, is_final};
-  frames_[map.map_id].set(frame.index, pose);
-  if (keeps_seen()) keep_seen(frame);
-  return pose;
-}
-
-// A few hundred megabytes at most: of a longer recording every second, every fourth image.
-void Tracker::Impl::keep_seen(const Frame& frame) {
-  constexpr std::size_t kMost = 400;
-  seen_[frame.index] = frame.image;
-  if (seen_.size() <= kMost) return;
-  bool is_kept = false;
-  for (auto seen = seen_.begin(); seen != seen_.end();) {
-    is_kept = !is_kept;
-    seen = is_kept ? std::next(seen) : seen_.erase(seen);
-  }
 }
 
 // By descriptors alone.
@@ -184,14 +157,15 @@ void Tracker::Impl::begin_in_gaps() {
 bool Tracker::Impl::track_in_gap(const Frame& frame) {
   FrameReport report;
   report.seen.resize(frame.image->size());
-  apply_corrections(*worker_.latest());
+  TrackingMapPtr map = worker_.latest();
+  apply_corrections(*map);
   ResectionReport resection;
   if (frames_lost_ == 0) {
-    resection = follow(frame, *worker_.latest());
+    resection = follow(frame, *map);
   } else if (tentative_) {
-    confirm(frame, &resection);
+    confirm(frame, &map, &resection);
   }
-  if (resection.success && accept(frame, *worker_.latest(), resection, &report)) return true;
+  if (resection.success && accept(frame, *map, resection, &report)) return true;
   motion_.reset();
   frames_lost_ = std::max(frames_lost_ + 1, options_.young_map_patience);
   if (!search(frame, &report)) bootstrap_beside(frame, &report);

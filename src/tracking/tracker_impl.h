@@ -36,12 +36,12 @@ inline bool has_earlier_frames(const TrackingMap& map) {
   return map.keyframes.begin()->second.frame_index < 0;
 }
 
-// The states of a Tracker, and the one way that an image goes through them. In ten files: tracker.cpp and
-// tracker_accept.cpp follow the camera, tracker_body.cpp keeps to the body that turns, tracker_search.cpp is
-// for when it is lost, tracker_finish.cpp for the end of a recording, tracker_gaps.cpp for the images that
-// have no pose then, tracker_strays.cpp for those that have an impossible one, tracker_motion.cpp for
-// those that see too little to know it, tracker_background.cpp for what stood still, tracker_saved_maps.cpp
-// for maps of other runs.
+// The states of a Tracker, and the one way that an image goes through them. In eleven files: tracker.cpp and
+// tracker_accept.cpp follow the camera, tracker_corrections.cpp the mapper's corrections, tracker_body.cpp
+// keeps to the body that turns, tracker_search.cpp is for when the camera is lost, tracker_finish.cpp for the
+// end of a recording, tracker_gaps.cpp for the images that have no pose then, tracker_strays.cpp for those
+// that have an impossible one, tracker_motion.cpp for those that see too little to know it,
+// tracker_background.cpp for what stood still, tracker_saved_maps.cpp for maps of other runs.
 class Tracker::Impl {
  public:
   Impl(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,
@@ -62,6 +62,7 @@ class Tracker::Impl {
   void cancel() { cancelled_ = true; }
   FrameReport process(std::int64_t stamp_ns, const PreparedImage& image, const cv::Mat& mask);
   void pass_over() { ++next_index_; }
+  void wait();
   void reset();
   void set_options(const TrackerOptions& options);
   void set_load_level(int level);
@@ -97,7 +98,7 @@ class Tracker::Impl {
 
   MappingWorker& worker() { return worker_; }
   const MappingWorker& worker() const { return worker_; }
-  bool is_unconfirmed() const { return unconfirmed_; }
+  bool rests_on_two_views() const { return rests_on_two_views_; }
 
  private:
   void apply_options();
@@ -114,14 +115,14 @@ class Tracker::Impl {
   void lose(const Frame& frame, const Frame& of_body, FrameReport* report);
   ResectionReport follow(const Frame& frame, const TrackingMap& map) const;
   bool search(const Frame& frame, FrameReport* report);
-  bool confirm(const Frame& frame, ResectionReport* resection);
-  bool turn_to_other_body(const Frame& frame, FrameReport* report);
+  bool confirm(const Frame& frame, TrackingMapPtr* map, ResectionReport* resection);
+  bool turn_to_other_body(const TrackingMap& map, const Frame& frame, FrameReport* report);
   void drop_young_map(FrameReport* report);
   void bootstrap_beside(const Frame& frame, FrameReport* report);
   bool go_back_to(std::uint32_t map_id, bool keep_present);
   void apply_corrections(const TrackingMap& map);
   void forget_dropped_maps(const TrackingMap& map);
-  TrackingMapPtr view_of(std::uint32_t map_id) const;
+  TrackingMapPtr view_beside(std::uint32_t map_id) const;
   bool accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
               FrameReport* report);
   void complete_map();
@@ -150,8 +151,10 @@ class Tracker::Impl {
                                       std::size_t keyframes) const;
   ResectionReport resect_near(const Frame& frame, const TrackingMap& map) const;
   bool withdraw_doubtful(const Frame& frame, const TrackingMap& map, FrameReport* report);
-  void insert_keyframe(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
-                       FrameReport* report);
+  KeyframeCandidate candidate_of(const Frame& frame, const TrackingMap& map, const FramePose& pose,
+                                 const ResectionReport& resection) const;
+  void insert_keyframe(const Frame& frame, const TrackingMap& map, const FramePose& pose,
+                       const ResectionReport& resection, FrameReport* report);
   bool is_doubtful(const Frame& frame, const ResectionReport& resection, const std::optional<Rigid3>& last,
                    FrameReport* report);
   KeyframeId choose_reference(const TrackingMap& map, const ResectionReport& resection) const;
@@ -160,8 +163,9 @@ class Tracker::Impl {
                 const std::string& text, FrameReport* report);
   void describe(const ResectionReport& resection, FrameReport* report) const;
   Frame followed(const Frame& frame, FrameReport* report);
-  ResectionReport locate(const Frame& frame, Frame* of_body, FrameReport* report);
+  ResectionReport locate(const Frame& frame, TrackingMapPtr* map, Frame* of_body, FrameReport* report);
   void finish_report(FrameReport* report);
+  bool is_corrected_since(const TrackingMap& map) const;
   void report_corrections(const TrackingMap& map, FrameReport* report);
 
   std::atomic<bool> cancelled_{false};
@@ -181,7 +185,7 @@ class Tracker::Impl {
   State state_ = State::kBootstrapping;
   std::uint32_t epoch_ = 0;
   std::int64_t next_index_ = 0;
-  bool unconfirmed_ = false;
+  bool rests_on_two_views_ = false;
   bool is_segmented_ = false;            // an image has had a mask, given or found
   bool expects_object_ = false;          // masks are of one that was found by its motion
   std::vector<MapSession> sessions_;     // of the maps that come from a file; empty: none does
@@ -210,6 +214,7 @@ class Tracker::Impl {
   std::pair<std::uint32_t, std::uint64_t> reported_;  // map and correction that the last report knew of
   std::uint32_t present_map_ = 0;                     // id of the one that reference_ is of
   ScaleSource scale_ = ScaleSource::kMapUnits;        // of its lengths, as reference_ knows them
+  double length_scale_ = 1;                           // by corrections since the last report
   std::uint32_t searches_ = 0;                        // for a map beside those there are: counts them
 };
 

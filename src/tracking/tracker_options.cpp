@@ -68,7 +68,7 @@ TrackerOptions TrackerOptions::cancellable(CancelFlag flag) const {
 }
 
 TrackerOptions TrackerOptions::for_images(const cv::Size& image, SearchPace pace) const {
-  return options_for_images(*this, image, pace, kAllIsDone);
+  return options_for_images(*this, image, pace, kFullWork);
 }
 
 TrackerOptions options_for_images(const TrackerOptions& given, const cv::Size& image, SearchPace pace,

@@ -19,9 +19,9 @@ bool has_frame_from_zero_on(const Map& map) {
 }  // namespace
 
 std::optional<SavedMaps> Tracker::Impl::copy_maps() {
-  worker_.wait();
   if (!worker_.latest()) return std::nullopt;
-  SavedMaps saved{descriptor_kind(options_), sessions_, worker_.mapper().all_maps()};
+  SavedMaps saved{descriptor_kind(options_), sessions_, {}};
+  worker_.ask([&](const Mapper& mapper) { saved.maps = mapper.all_maps(); });
   // The frames of earlier runs come before 0. A run that has added nothing leaves no trace.
   if (std::any_of(saved.maps.begin(), saved.maps.end(), has_frame_from_zero_on)) {
     saved.sessions.push_back({camera_.parameters(), 0, next_index_});

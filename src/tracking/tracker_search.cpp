@@ -1,19 +1,16 @@
 // A camera that is lost: found again in the maps that there are, or a new one is begun beside them.
 
 #include <algorithm>
-#include <set>
 #include <utility>
 
 #include "tracker_impl.h"
 
 namespace mono_pose_tracker {
 
-// Held by whoever looks at it: the worker may publish the next meanwhile, and this one would be gone.
-TrackingMapPtr Tracker::Impl::view_of(std::uint32_t map_id) const {
+// Of one that is kept beside the present map; null: none is.
+TrackingMapPtr Tracker::Impl::view_beside(std::uint32_t map_id) const {
   const auto other = others_.find(map_id);
-  if (other != others_.end()) return other->second;
-  const TrackingMapPtr map = worker_.latest();
-  return map && map->map_id == map_id ? map : nullptr;
+  return other == others_.end() ? nullptr : other->second;
 }
 
 // Looks for a lost frame all over the present map and those beside it, a few keyframes of each at a time.
@@ -45,10 +42,12 @@ bool Tracker::Impl::search(const Frame& frame, FrameReport* report) {
   return true;
 }
 
-// Whether this frame is found near where the one before was found by descriptors alone.
-bool Tracker::Impl::confirm(const Frame& frame, ResectionReport* resection) {
+// Whether this frame is found near where the one before was found by descriptors alone. present: becomes the
+// map that it was found in.
+bool Tracker::Impl::confirm(const Frame& frame, TrackingMapPtr* present, ResectionReport* resection) {
   const Tentative tentative = *std::exchange(tentative_, std::nullopt);
-  const TrackingMapPtr map = view_of(tentative.map_id);
+  const TrackingMapPtr map =
+      (*present)->map_id == tentative.map_id ? *present : view_beside(tentative.map_id);
   Rigid3 reference_from_map;
   if (!map || !map->camera_from_map(tentative.reference, &reference_from_map)) return false;
   const KeyframeId reference =
@@ -59,10 +58,13 @@ bool Tracker::Impl::confirm(const Frame& frame, ResectionReport* resection) {
     resection->success = false;
     return false;
   }
-  if (worker_.latest()->map_id != tentative.map_id && !go_back_to(tentative.map_id, true)) {
-    resection->text = "the map that it was found in has become part of another";
-    resection->success = false;
-    return false;
+  if ((*present)->map_id != tentative.map_id) {
+    if (!go_back_to(tentative.map_id, true)) {
+      resection->text = "the map that it was found in has become part of another";
+      resection->success = false;
+      return false;
+    }
+    *present = worker_.latest();
   }
   reference_ = reference;  // no longer where it was lost
   frames_[tentative.map_id].set(tentative.index,
@@ -73,6 +75,7 @@ bool Tracker::Impl::confirm(const Frame& frame, ResectionReport* resection) {
 // False when it is no more: it was joined with another meanwhile. Then the present one goes on.
 bool Tracker::Impl::go_back_to(std::uint32_t map_id, bool keep_present) {
   const TrackingMapPtr present = worker_.latest();
+  apply_corrections(*present);
   ++epoch_;
   worker_.begin(epoch_, [&](Mapper& mapper) { mapper.resume(map_id, keep_present, epoch_); });
   present_map_ = worker_.latest()->map_id;
@@ -112,6 +115,7 @@ void Tracker::Impl::bootstrap_beside(const Frame& frame, FrameReport* report) {
   report->reason_text += "; for a new map: " + known->text;
   if (!known->map) return;
   const TrackingMapPtr before = worker_.latest();
+  apply_corrections(*before);
   others_[before->map_id] = before;
   ++epoch_;
   worker_.begin(epoch_, [&](Mapper& mapper) { mapper.begin_beside(*known->map, epoch_); });
@@ -129,48 +133,6 @@ void Tracker::Impl::bootstrap_beside(const Frame& frame, FrameReport* report) {
   }
   if (!known->still_background.empty()) object_finder_.start(*known, frame, resection);
   begin_in(frame, *map, resection, known->text, report);
-}
-
-// The map was corrected: what is known by its ids and in its lengths follows.
-void Tracker::Impl::apply_corrections(const TrackingMap& map) {
-  for (const auto& correction : map.corrections) {
-    if (correction->sequence <= corrections_) continue;
-    corrections_ = correction->sequence;
-    ++times_corrected_[correction->into_map];
-    frames_[correction->of_map].apply(*correction);
-    if (tentative_ && tentative_->map_id == correction->of_map) tentative_.reset();
-    if (correction->of_map == present_map_) {
-      present_map_ = correction->into_map;
-      reference_ += correction->added.keyframes;
-      const double scale = correction->length_scale(reference_);
-      camera_from_reference_.translation *= scale;
-      if (motion_) motion_->translation *= scale;
-      pose_doubt_.rescale(scale);
-    }
-    if (correction->into_map == correction->of_map) continue;
-    frames_[correction->into_map].take(frames_[correction->of_map]);
-    frames_.erase(correction->of_map);
-    others_.erase(correction->into_map);
-    others_.erase(correction->of_map);
-    keyframe_policy_.reset();
-  }
-}
-
-// The mapper keeps no more of what lies beside a capped map than that map may hold.
-void Tracker::Impl::forget_dropped_maps(const TrackingMap& map) {
-  if (map.epoch != epoch_) return;  // of a time when others were kept
-  const std::set<std::uint32_t> kept(map.kept_maps.begin(), map.kept_maps.end());
-  for (auto other = others_.begin(); other != others_.end();) {
-    const std::uint32_t id = other->first;
-    if (kept.count(id)) {
-      ++other;
-      continue;
-    }
-    if (tentative_ && tentative_->map_id == id) tentative_.reset();
-    frames_.erase(id);
-    times_corrected_.erase(id);
-    other = others_.erase(other);
-  }
 }
 
 }  // namespace mono_pose_tracker

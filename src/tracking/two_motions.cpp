@@ -14,7 +14,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// px at 640 px width or less. Still features are found again within 0.3 px, of noisy images within 0.5.
+// Lengths are in px at 640 px (image_scale). Still features are found again within 0.3, of noisy images
+// within 0.5.
 constexpr double kStill = 0.5;
 // Up to here a feature is no object's: with a camera that moves, this ring has three times the disc's share.
 constexpr double kNearlyStill = 1.0;
@@ -27,12 +28,12 @@ constexpr double kMinRigid = 0.5;        // share of the moved matches; wrong ma
 // A plain wall and a pair of shoulders have few features, and breathe by a pixel. Where so few are in their
 // place, what moved must have moved several times that, and have left a gap behind: seen by a camera that
 // moves, shifts from nothing to the median are all there.
-constexpr double kFewStill = 1.0;      // px at 640 px width or less
-constexpr double kNearlyFewStill = 2;  // px
-constexpr int kMinFewStill = 12;       // features
+constexpr double kFewStill = 1.0;
+constexpr double kNearlyFewStill = 2;
+constexpr int kMinFewStill = 12;  // features
 constexpr double kMinFewStillShare = 0.08;
 constexpr double kMinFewOfNearly = 0.6;
-constexpr double kMinFewMoved = 6;  // px, median
+constexpr double kMinFewMoved = 6;  // median
 // Mean of a dozen shifts of up to a pixel.
 constexpr double kMaxFewMeanShift = 0.5;
 

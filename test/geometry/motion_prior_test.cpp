@@ -92,6 +92,12 @@ TEST(MotionLoss, IsNothingForWhatIsUsualAndItsSlopeIsItsDerivative) {
                   (motion_slope(squared + step) - motion_slope(squared - step)) / (2 * step), 1e-5);
     }
   }
+  // Rounded squares on either side of the width: a loss that bends where it has no slope is none to Ceres.
+  double squared = kMotionLossWidth * kMotionLossWidth;
+  for (int i = 0; i < 4; ++i) squared = std::nextafter(squared, 0.0);
+  for (int i = 0; i < 8; ++i, squared = std::nextafter(squared, 100.0)) {
+    EXPECT_EQ(motion_bend(squared) > 0, motion_slope(squared) > 0) << i;
+  }
   // From far away the pull is that of twice the width.
   EXPECT_NEAR(motion_slope(1e4) * 100, kMotionLossWidth, 1e-9);
 }

@@ -48,20 +48,20 @@ TEST(Contradiction, ARightMapHasNone) {
   const Contradiction worst = worst_of(make_map(0, 0));
   EXPECT_EQ(worst.contradicting, 0);
   EXPECT_LT(worst.share(), Contradiction::kMostOfARightMap);
-  EXPECT_FALSE(worst.is_one());
+  EXPECT_FALSE(worst.is_significant());
 }
 
 TEST(Contradiction, APartThatGoesAnotherWayIsSeenWhereItBegins) {
   const Contradiction worst = worst_of(make_map(0.2, -0.3));  // by 27 px
   EXPECT_EQ(worst.frame_index, kBreak);
   EXPECT_GT(worst.share(), 2 * Contradiction::kMostOfARightMap);
-  EXPECT_TRUE(worst.is_one());
+  EXPECT_TRUE(worst.is_significant());
 }
 
 TEST(Contradiction, AFewThatMoveByThemselvesAreNone) {
   const Contradiction worst = worst_of(make_map(0.2, -1.4));
   EXPECT_LT(worst.share(), Contradiction::kMostOfARightMap);
-  EXPECT_FALSE(worst.is_one());
+  EXPECT_FALSE(worst.is_significant());
 }
 
 // A row of panels that look alike, of which a camera that turns sees the next where it saw one before: what

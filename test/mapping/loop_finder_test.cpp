@@ -150,6 +150,14 @@ TEST(LoopFinder, FindsARealRevisitWhenASecondKeyframeAgrees) {
       0.5 * kDegree);
 }
 
+TEST(LoopFinder, OptionsThatAreSetInBetweenChangeNothing) {
+  Hall hall;
+  hall.walk();
+  EXPECT_FALSE(hall.look(44, 1, hall.drifted));
+  hall.finder.set_options(mapper_options(hall.world.camera));
+  EXPECT_TRUE(hall.look(54, 1, hall.drifted)) << "the machine was busy for a moment";
+}
+
 TEST(LoopFinder, TheSecondKeyframeMustComeSoon) {
   Hall hall;
   hall.walk();

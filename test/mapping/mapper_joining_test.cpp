@@ -61,6 +61,7 @@ class MapperJoiningTest : public testing::Test {
     const TrackingMapPtr map = mapper_.tracking_map();
     const KeyframeView& newest = map->keyframes.rbegin()->second;
     KeyframeCandidate candidate;
+    candidate.map_id = map->map_id;
     candidate.frame = frame(i);
     const ResectionReport report =
         Resector(options_, camera_).resect(candidate.frame, *map, newest.id, std::nullopt);
@@ -253,6 +254,7 @@ TEST_F(MapperJoiningTest, ACandidatePosedBeforeTheJoinIsStillUnderstood) {
   const TrackingMapPtr map = mapper_.tracking_map();
   const KeyframeView& newest = map->keyframes.rbegin()->second;
   KeyframeCandidate candidate;
+  candidate.map_id = map->map_id;
   candidate.frame = frame(21);
   const ResectionReport report =
       Resector(options_, camera_).resect(candidate.frame, *map, newest.id, std::nullopt);
@@ -267,6 +269,41 @@ TEST_F(MapperJoiningTest, ACandidatePosedBeforeTheJoinIsStillUnderstood) {
   mapper_.map().check();
   EXPECT_EQ(mapper_.tracking_map()->keyframes.rbegin()->second.frame_index, 21);
   EXPECT_LT(worst_distance_error(), 0.02);
+}
+
+// Where ids are those of another map's corrections, they are none of this one's.
+TEST_F(MapperJoiningTest, WhatCorrectedAnotherMapChangesNoCandidateOfThisOne) {
+  mapper_.initialize(initial_map(0, 2), 0);
+  for (int i = 4; i <= 8; i += 2) insert(i);
+  const std::uint32_t first = mapper_.tracking_map()->map_id;
+  mapper_.begin_beside(initial_map(40, 42), 1);
+  mapper_.transform(Sim3(3, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), std::nullopt);
+  ASSERT_TRUE(mapper_.resume(first, true, 2));
+  const TrackingMapPtr map = mapper_.tracking_map();
+  const KeyframeView& newest = map->keyframes.rbegin()->second;
+  KeyframeCandidate candidate;
+  candidate.map_id = first;
+  candidate.frame = frame(10);
+  const ResectionReport report =
+      Resector(options_, camera_).resect(candidate.frame, *map, newest.id, std::nullopt);
+  ASSERT_TRUE(report.success);
+  candidate.reference = newest.id;
+  candidate.camera_from_reference = report.camera_from_map * newest.camera_from_map.inverse();
+  candidate.observations = report.observations;
+  candidate.corrections = 0;  // it was posed before the other map was rescaled
+  mapper_.insert(candidate);
+  EXPECT_EQ(mapper_.tracking_map()->keyframes.rbegin()->second.frame_index, 10);
+  EXPECT_LT(worst_distance_error(), 0.02);
+}
+
+TEST_F(MapperJoiningTest, ACandidateOfAnotherMapIsLeftOut) {
+  mapper_.initialize(initial_map(0, 2), 0);
+  KeyframeCandidate candidate;
+  candidate.map_id = mapper_.tracking_map()->map_id + 1;
+  candidate.frame = frame(4);
+  candidate.reference = 0;
+  mapper_.insert(candidate);
+  EXPECT_EQ(mapper_.map().keyframes().size(), 2u);
 }
 
 // The same wall twice: what looks alike is not the same place when what surrounds it differs.

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <chrono>
 #include <future>
+#include <stdexcept>
 #include <thread>
 
 #include "mono_pose_tracker/mapping/mapping_worker.h"
@@ -41,9 +42,11 @@ class MapperLoopsTest : public testing::Test {
     worker_->begin(0, [&](Mapper& mapper) { mapper.initialize(initial, 0); });
   }
 
-  // Asked by solves after each iteration: those beside the mapper's thread stand still while held.
+  // Asked by solves after each iteration: those beside the mapper's thread stand still while held, or fail.
   bool ask() {
-    if (std::this_thread::get_id() == mapping_thread_ || !hold_) return false;
+    if (std::this_thread::get_id() == mapping_thread_) return false;
+    if (fails_) throw std::runtime_error("no memory, say");
+    if (!hold_) return false;
     if (!std::exchange(arrived_, true)) at_gate_.set_value();
     gate_.get_future().wait();
     hold_ = false;
@@ -57,6 +60,7 @@ class MapperLoopsTest : public testing::Test {
     const TrackingMapPtr map = worker_->latest();
     const KeyframeView& newest = map->keyframes.rbegin()->second;
     KeyframeCandidate candidate;
+    candidate.map_id = map->map_id;
     candidate.frame = walk_frame(walk_, camera_, index, kLoopNoise, random_);
     const ResectionReport report =
         Resector(options_, camera_).resect(candidate.frame, *map, newest.id, std::nullopt);
@@ -66,7 +70,7 @@ class MapperLoopsTest : public testing::Test {
     candidate.observations = report.observations;
     candidate.corrections = map->corrections.size();
     if (!worker_->insert(candidate)) return false;
-    while (worker_->backlog() > 0) std::this_thread::yield();
+    while (worker_->unfinished_jobs() > 0) std::this_thread::yield();
     return true;
   }
 
@@ -94,7 +98,7 @@ class MapperLoopsTest : public testing::Test {
   FeatureWalk walk_ = ring_walk(1);
   std::unique_ptr<MappingWorker> worker_;
   std::atomic<std::thread::id> mapping_thread_{};
-  std::atomic<bool> hold_{false};
+  std::atomic<bool> hold_{false}, fails_{false};
   std::promise<void> at_gate_, gate_;
   bool arrived_ = false, open_ = false;
 };
@@ -219,6 +223,44 @@ TEST_F(MapperLoopsTest, ALoopIsNotKeptWaitingByWhatIsAdjusted) {
   EXPECT_LT(position_rmse(), 0.06);
 }
 
+TEST_F(MapperLoopsTest, WhoeverLooksAtTheMapDoesNotWaitForWhatIsDoneAside) {
+  begin(true, true);
+  std::future<void> arrived = at_gate_.get_future();
+  hold_ = true;
+  for (int i = 2; i < 3 * frames() / 4; ++i) ASSERT_TRUE(insert(i));
+  ASSERT_EQ(arrived.wait_for(std::chrono::seconds(60)), std::future_status::ready) << "nothing is adjusted";
+  std::size_t keyframes = 0;
+  worker_->ask([&](const Mapper& mapper) { keyframes = mapper.map().keyframes().size(); });
+  EXPECT_EQ(keyframes, worker_->latest()->keyframes.size());
+  EXPECT_TRUE(worker_->latest()->corrections.empty()) << "it was to stand still";
+  let_go();
+  worker_->wait();
+}
+
+TEST_F(MapperLoopsTest, WhatGoesWrongAsideKeepsNothingElseFromBeingDone) {
+  begin(true, true);
+  fails_ = true;
+  int i = 2;
+  bool was_told = false;
+  for (; i < frames() / 2 && !was_told; ++i) {
+    ASSERT_TRUE(insert(i));
+    try {
+      worker_->wait();
+    } catch (const std::runtime_error& e) {
+      was_told = true;
+      EXPECT_STREQ(e.what(), "no memory, say");
+    }
+  }
+  ASSERT_TRUE(was_told) << "nothing is adjusted";
+  EXPECT_TRUE(worker_->latest()->corrections.empty());
+  fails_ = false;
+  for (; i < 3 * frames() / 4; ++i) {
+    ASSERT_TRUE(insert(i));
+    worker_->wait();
+  }
+  EXPECT_FALSE(worker_->latest()->corrections.empty()) << "never again";
+}
+
 TEST_F(MapperLoopsTest, WhatWasSolvedForAMapThatIsLeftIsDropped) {
   begin(true);
   hold_ = true;
@@ -244,7 +286,7 @@ TEST_F(MapperLoopsTest, WhatIsSolvedForAMapThatIsMovedIsDroppedAndSoughtAnew) {
   ASSERT_EQ(arrived.wait_for(std::chrono::seconds(60)), std::future_status::ready) << "no loop was found";
   worker_->transform(Sim3(2, Eigen::Quaterniond(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitZ())), {3, 4, 5}),
                      std::nullopt);
-  while (worker_->backlog() > 0) std::this_thread::yield();
+  while (worker_->unfinished_jobs() > 0) std::this_thread::yield();
   const double open = position_rmse();
   let_go();
   worker_->wait();

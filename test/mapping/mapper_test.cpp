@@ -19,7 +19,7 @@ class MapperTest : public testing::Test {
   KeyframeCandidate candidate(const Map& map, const Frame& frame, const Rigid3& true_pose) const {
     const Keyframe& newest = map.keyframes().rbegin()->second;
     const Rigid3 true_newest = KnownScene::pose(static_cast<int>(newest.frame_index));
-    KeyframeCandidate result{frame, newest.id, true_pose * true_newest.inverse(), {}};
+    KeyframeCandidate result{1, frame, newest.id, true_pose * true_newest.inverse(), {}};
     result.camera_from_reference.translation *= unit(map);
     for (const auto& [id, landmark] : map.landmarks()) {
       const int point = scene_.point_of_landmark(map, landmark);

@@ -50,6 +50,7 @@ class MappingWorkerTest : public testing::Test {
   KeyframeCandidate candidate(const TrackingMap& map, int index) {
     const KeyframeView& newest = map.keyframes.rbegin()->second;
     KeyframeCandidate candidate;
+    candidate.map_id = map.map_id;
     candidate.frame = synthetic_frame(scene_, camera_, pose(index), kWorkerNoise, index, random_);
     const ResectionReport report =
         Resector(TrackerOptions(), camera_).resect(candidate.frame, map, newest.id, std::nullopt);
@@ -78,7 +79,7 @@ TEST_P(OnAThreadOrInline, KeyframesComeToTheMap) {
   for (int i = 2; i < 6; ++i) {
     ASSERT_TRUE(worker.insert(candidate(*worker.latest(), i)));
     worker.wait();
-    EXPECT_EQ(worker.backlog(), 0);
+    EXPECT_EQ(worker.unfinished_jobs(), 0);
     const TrackingMapPtr map = worker.latest();
     // A keyframe that three others make redundant goes, but its place is kept.
     EXPECT_EQ(map->keyframes.size() + map->removed_keyframes.size(), static_cast<std::size_t>(i + 1));
@@ -116,7 +117,7 @@ TEST_P(OnAThreadOrInline, ResetLeavesNoMap) {
 INSTANTIATE_TEST_SUITE_P(Mapping, OnAThreadOrInline, testing::Bool(),
                          [](const auto& info) { return info.param ? "Threaded" : "Inline"; });
 
-TEST_F(MappingWorkerTest, NoMoreKeyframesWaitThanTheBacklogHolds) {
+TEST_F(MappingWorkerTest, NoMoreKeyframesWaitThanMay) {
   MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, true);
   begin(initial_map(), 0, &worker);
   const KeyframeCandidate next = candidate(*worker.latest(), 2);
@@ -124,10 +125,11 @@ TEST_F(MappingWorkerTest, NoMoreKeyframesWaitThanTheBacklogHolds) {
   int accepted = 0, refused = 0;
   for (int i = 0; i < 200 && refused == 0; ++i) {
     worker.insert(next) ? ++accepted : ++refused;
-    EXPECT_LE(worker.backlog(), MappingWorker::kMaxBacklog + 1) << "those that wait and the one under way";
+    EXPECT_LE(worker.unfinished_jobs(), MappingWorker::kMostKeyframesWaiting + 1)
+        << "those that wait and the one under way";
   }
   EXPECT_EQ(refused, 1);
-  EXPECT_GE(accepted, MappingWorker::kMaxBacklog);
+  EXPECT_GE(accepted, MappingWorker::kMostKeyframesWaiting);
   worker.wait();
   EXPECT_TRUE(worker.insert(next)) << "there is room again";
 }
@@ -165,7 +167,7 @@ TEST_F(MappingWorkerTest, JobsThatWaitDoNotKeepItAlive) {
     MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, true);
     begin(initial_map(), 0, &worker);
     const KeyframeCandidate next = candidate(*worker.latest(), 2);
-    for (int i = 0; i < MappingWorker::kMaxBacklog; ++i) worker.insert(next);
+    for (int i = 0; i < MappingWorker::kMostKeyframesWaiting; ++i) worker.insert(next);
   }
 }
 
@@ -211,7 +213,7 @@ TEST_F(MappingWorkerTest, DestructionEndsTheSolveUnderWay) {
     MappingWorker worker(solve.options().mapper(camera_.focal()), camera_, true);
     begin(initial_map(), 0, &worker);
     // The destructor drops what waits.
-    solve.until = [&] { return one_waits && worker.backlog() == 1; };
+    solve.until = [&] { return one_waits && worker.unfinished_jobs() == 1; };
     const KeyframeCandidate next = candidate(*worker.latest(), 2);
     ASSERT_TRUE(worker.insert(next));
     ASSERT_TRUE(worker.insert(next));
@@ -230,9 +232,9 @@ TEST_F(MappingWorkerTest, TwoHundredResetsUnderLoad) {
     begin(initial, epoch, &worker);
     ASSERT_EQ(worker.latest()->epoch, epoch);
     ASSERT_EQ(worker.latest()->keyframes.size(), 2u);
-    for (int i = 0; i < MappingWorker::kMaxBacklog; ++i) worker.insert(next);
+    for (int i = 0; i < MappingWorker::kMostKeyframesWaiting; ++i) worker.insert(next);
     worker.reset(epoch + 1);
-    ASSERT_LE(worker.backlog(), 1) << "only what is under way is left";
+    ASSERT_LE(worker.unfinished_jobs(), 1) << "only what is under way is left";
     if (epoch % 20 == 1) worker.wait();  // what was under way has come
     ASSERT_EQ(worker.latest(), nullptr);
   }

@@ -30,24 +30,24 @@ Map map_with_near(double size) {
 
 TEST(ScaleCollapse, ThereIsNoneInARightMap) {
   const ScaleCollapse none = worst_scale_collapse(map_with_near(1));
-  EXPECT_FALSE(none.is_one());
+  EXPECT_FALSE(none.is_significant());
   EXPECT_EQ(none.near, 0);
 }
 
 TEST(ScaleCollapse, AHandBeforeTheSkylineIsNone) {
-  EXPECT_FALSE(worst_scale_collapse(map_with_near(1e-3)).is_one());
+  EXPECT_FALSE(worst_scale_collapse(map_with_near(1e-3)).is_significant());
 }
 
 TEST(ScaleCollapse, IsToldWithItsKeyframe) {
   const ScaleCollapse worst = worst_scale_collapse(map_with_near(1e-7));
-  EXPECT_TRUE(worst.is_one());
+  EXPECT_TRUE(worst.is_significant());
   EXPECT_GE(worst.near, kNearPoints / 2);
   EXPECT_LE(worst.near, kNearPoints);
   EXPECT_EQ(worst.frame_index, kInARow - 1);
   EXPECT_LT(worst.near, 0.5 * worst.landmarks);
 }
 
-TEST(ScaleCollapse, AnEmptyMapHasNone) { EXPECT_FALSE(worst_scale_collapse(Map()).is_one()); }
+TEST(ScaleCollapse, AnEmptyMapHasNone) { EXPECT_FALSE(worst_scale_collapse(Map()).is_significant()); }
 
 }  // namespace
 }  // namespace mono_pose_tracker

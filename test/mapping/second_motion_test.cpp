@@ -52,7 +52,8 @@ class SecondMotionTest : public testing::Test {
   SecondMotion find(const Keyframe& first, const Keyframe& second) const {
     RansacOptions ransac;
     ransac.threshold = 2 / camera_.focal();
-    return find_second_motion(first, second, MatchOptions(), ransac);
+    const PairMotions pair = compare_motions(posed_image(first), posed_image(second), MatchOptions(), ransac);
+    return second_motion_in(pair, *first.image, *second.image);
   }
 
   Random random_{7};

@@ -173,6 +173,18 @@ TEST_F(MapOfAWalk, OnlyWhatIsFlungIsBeyondBelief) {
   EXPECT_FALSE(moves_beyond_belief(map_, 2)) << "not by so much";
 }
 
+// Their clock was another one, and so may their unit of motion be.
+TEST_F(MapOfAWalk, FramesOfAnEarlierRunAreNoPartOfTheMotion) {
+  for (int i = 0; i < 5; ++i) {
+    const ImageFeaturesPtr image = map_.keyframe(i)->image;
+    map_.add_keyframe(-5 + i, 1'000'000'000 + i * std::int64_t{1000}, camera_at({3.0 * (i % 2), 0, 0}),
+                      image);
+  }
+  EXPECT_FALSE(moves_beyond_belief(map_, 0));
+  EXPECT_TRUE(adjust_map_as_it_moved(BundleOptions(), &map_).usable);
+  for (int i = 0; i < kSteps; ++i) EXPECT_LT(error(i), 0.06) << i;
+}
+
 TEST_F(MapOfAWalk, KeyframesThatSeeOnlyFarThingsAreLedBackByTheirMotion) {
   const BundleReport report = adjust_map_as_it_moved(BundleOptions(), &map_);
   EXPECT_TRUE(report.usable);

@@ -83,28 +83,6 @@ TEST(PoseGraph, TurnsAndShiftsDriftAndComeBack) {
   EXPECT_LT((closed.translation - between(kNodes - 1, 0).translation).norm(), 0.001);
 }
 
-TEST(PoseGraph, AFalseLoopGivesWayToTrueOnes) {
-  PoseGraph graph = drifted(0.01);
-  for (int i = 0; i < kNodes / 2; i += 5) {
-    graph.edges.push_back(loop(i, i + kNodes / 2, between(i, i + kNodes / 2)));
-    graph.edges.back().robust = true;
-  }
-  for (PoseGraphEdge& e : graph.edges) {
-    if (e.robust) e.turn_weight = e.shift_weight = e.scale_weight = 100;
-  }
-  PoseGraph with_false = graph;
-  with_false.edges.push_back(loop(3, 40, between(3, 33)));
-  with_false.edges.back().robust = true;
-  with_false.edges.back().turn_weight = with_false.edges.back().shift_weight = 100;
-  EXPECT_TRUE(adjust_pose_graph(PoseGraphOptions(), &graph).usable);
-  EXPECT_TRUE(adjust_pose_graph(PoseGraphOptions(), &with_false).usable);
-  EXPECT_LT(worst_position(graph), 0.01 * kRadius);
-  EXPECT_LT(worst_position(with_false), 0.02 * kRadius);
-  with_false.edges.back().robust = false;
-  EXPECT_TRUE(adjust_pose_graph(PoseGraphOptions(), &with_false).usable);
-  EXPECT_GT(worst_position(with_false), 0.1 * kRadius) << "what is not robust is believed";
-}
-
 TEST(PoseGraph, FixedNodesAndThoseTiedToNoneStay) {
   PoseGraph graph = drifted(0.01);
   graph.nodes[0].fixed = false;
@@ -164,7 +142,7 @@ TEST(PoseGraph, WhatIsNoGraphIsRefused) {
   graph.edges[3].measured.translation.x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(adjust_pose_graph(PoseGraphOptions(), &graph), std::invalid_argument);
   PoseGraphOptions options;
-  options.loss_width = 0;
+  options.max_iterations = 0;
   graph = good;
   EXPECT_THROW(adjust_pose_graph(options, &graph), std::invalid_argument);
   PoseGraph empty;

@@ -87,6 +87,28 @@ TEST(OdometryScale, WheelsThatSlipAQuarterOfTheWayDoNotCount) {
   EXPECT_NEAR(found->metres_per_unit, kMetresPerUnit, 0.02 * kMetresPerUnit);
 }
 
+// A live map is adjusted every ten keyframes: what was measured before counts on.
+TEST(OdometryScale, AMapThatIsAdjustedNowAndThenDoesNotKeepItFromMeasuring) {
+  Drive drive;
+  OdometryScale scale;
+  double correction = 1;
+  for (int i = 0; i < 200; ++i) {
+    drive.step(0.03, 0.01);
+    Rigid3 map_from_camera = drive.map_from_camera();
+    map_from_camera.translation *= correction;
+    scale.add(drive.odom_from_camera(), map_from_camera);
+    if (i % 10 != 9) continue;
+    EXPECT_TRUE(scale.follow(1.002));
+    correction *= 1.002;
+  }
+  const auto found = scale.estimate();
+  ASSERT_TRUE(found);
+  // By 0.2 % twenty times: what is measured is the map as it is now.
+  EXPECT_NEAR(found->metres_per_unit, kMetresPerUnit / correction, 0.01 * kMetresPerUnit);
+  EXPECT_FALSE(scale.follow(1.02)) << "a loop was closed";
+  EXPECT_FALSE(scale.estimate());
+}
+
 TEST(OdometryScale, TransformsThatDoNotFitGiveNothing) {
   Drive drive;
   OdometryScale scale;

@@ -49,7 +49,7 @@ struct Live {
 TEST(LoadGovernor, LeavesNothingOutWhereThereIsTime) {
   Live live;
   live.run(900, [](int) { return 0.8 * kPeriodMs; });
-  EXPECT_EQ(live.governor.level(), kAllIsDone);
+  EXPECT_EQ(live.governor.level(), kFullWork);
   EXPECT_EQ(live.dropped, 0);
   // One slow image now and then is no load.
   int count = 0;
@@ -79,9 +79,9 @@ TEST(LoadGovernor, SeesTheCamerasRateThoughMostImagesAreDropped) {
 TEST(LoadGovernor, GoesBackUpWhenTheLoadIsGone) {
   Live live;
   live.run(300, [](int level) { return (1.6 - 0.3 * level) * kPeriodMs; });
-  EXPECT_GT(live.governor.level(), kAllIsDone);
+  EXPECT_GT(live.governor.level(), kFullWork);
   live.run(900, [](int) { return 0.3 * kPeriodMs; });
-  EXPECT_EQ(live.governor.level(), kAllIsDone);
+  EXPECT_EQ(live.governor.level(), kFullWork);
 }
 
 // Above half of the period, as a camera's usual images may take: no debug image drawn and less mapped spare
@@ -89,9 +89,9 @@ TEST(LoadGovernor, GoesBackUpWhenTheLoadIsGone) {
 TEST(LoadGovernor, GoesBackUpToWhatJustFits) {
   Live live;
   live.run(100, [](int) { return 1.5 * kPeriodMs; });
-  EXPECT_GT(live.governor.level(), kAllIsDone);
+  EXPECT_GT(live.governor.level(), kFullWork);
   live.run(900, [](int level) { return (level < kFewerFeatures ? 0.65 : 0.4) * kPeriodMs; });
-  EXPECT_EQ(live.governor.level(), kAllIsDone);
+  EXPECT_EQ(live.governor.level(), kFullWork);
 }
 
 TEST(LoadGovernor, DoesNotSwingBetweenTwoLevels) {
@@ -114,7 +114,7 @@ TEST(LoadGovernor, LeavesNothingOutForWhoWaitsForAnswers) {
     const double takes_s = i % 3 ? 0.05 : 0.2;
     time_s += takes_s;
     governor.observe(period.milliseconds(), 1e3 * takes_s, false);
-    ASSERT_EQ(governor.level(), kAllIsDone) << i;
+    ASSERT_EQ(governor.level(), kFullWork) << i;
   }
 }
 
@@ -131,7 +131,7 @@ TEST(LoadGovernor, EachLevelLeavesOutMore) {
   EXPECT_EQ(at(kCoarserOctave).mapping.window_keyframes, given.mapping.window_keyframes / 2);
   EXPECT_EQ(options_for_images(given, {3840, 2160}, SearchPace::kLive, kCoarserOctave).sift.first_octave,
             kCoarsestOctave);
-  for (int level = kAllIsDone; level <= kCoarserOctave; ++level) EXPECT_NO_THROW(at(level).validate());
+  for (int level = kFullWork; level <= kCoarserOctave; ++level) EXPECT_NO_THROW(at(level).validate());
   given.sift.first_octave = 0;
   EXPECT_EQ(at(kCoarserOctave).sift.first_octave, 0) << "it was chosen";
 }

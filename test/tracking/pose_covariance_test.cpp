@@ -98,7 +98,7 @@ TEST(PoseCovariance, IsCarriedWithTheFrame) {
   const Eigen::Vector3d x(0.3, 0.2, 4), v(1e-6, -2e-6, 3e-6), w(2e-6, 1e-6, -1e-6);
   Eigen::Matrix<double, 6, 1> movement;
   movement << v, w;
-  const Eigen::Matrix<double, 6, 1> carried = carried_by(b_from_a) * movement;
+  const Eigen::Matrix<double, 6, 1> carried = adjoint(b_from_a) * movement;
   const Eigen::Vector3d x_in_b = b_from_a * x;
   const Eigen::Vector3d moved_in_a = b_from_a * (x + w.cross(x) + v);
   const Eigen::Vector3d moved_in_b = x_in_b + carried.tail<3>().cross(x_in_b) + carried.head<3>();

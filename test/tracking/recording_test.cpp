@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <functional>
+#include <set>
 
 #include "mono_pose_tracker/common/angles.h"
 #include "support/random_texture.h"
@@ -315,6 +316,34 @@ TEST_F(RecordingTest, AMapBesideGetsTheImagesBeforeItsBeginning) {
   ASSERT_TRUE(result.tracked);
   ASSERT_EQ(result.maps.size(), 2u);
   EXPECT_EQ(result.maps[0].trajectory.size() + result.maps[1].trajectory.size(), images.size());
+}
+
+// What was posed stays so.
+TEST_F(RecordingTest, InterruptedWhileImagesArePosedAgainItSaysSo) {
+  std::vector<cv::Mat> images;
+  for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image);
+  images.push_back(cv::Mat::zeros(images[0].size(), images[0].type()));  // it has no pose, and is tried again
+  Recording recording;
+  bool is_over = false;
+  int opened = 0;
+  recording.open = [&] {
+    is_over = ++opened > 1;  // as soon as the images are read again
+    return std::make_unique<GivenImages>(images);
+  };
+  recording.interrupted = [&] { return is_over; };
+  Tracker tracker(TrackerOptions(), room_->camera, Tracker::Mapping::kInline);
+  std::set<std::int64_t> posed;
+  const RecordingResult result = track_recording(
+      recording,
+      [&](int, std::int64_t index, const FrameReport& report) {
+        if (report.map_from_camera) posed.insert(index);
+      },
+      &tracker);
+  ASSERT_TRUE(result.tracked);
+  EXPECT_GE(opened, 2);
+  EXPECT_GE(result.trajectory.size(), posed.size());
+  ASSERT_FALSE(result.warnings.empty());
+  EXPECT_EQ(result.warnings[0], "interrupted while images were posed again: some may have no pose");
 }
 
 TEST_F(RecordingTest, ImagesWithoutAPoseAreTold) {

@@ -3,10 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <thread>
 
 #include "mono_pose_tracker/mapping/mapping_worker.h"
 #include "support/random_texture.h"
@@ -31,7 +34,7 @@ TEST(Tracker, PosesEveryImageOfARecording) {
   expect_accurate(live, 0.8, 2);
 
   ASSERT_TRUE(tracker.finish());
-  EXPECT_FALSE(tracker.is_unconfirmed());
+  EXPECT_FALSE(tracker.rests_on_two_views());
   tracker.map().check();
   for (int i = 0; i < kFrames; ++i) {
     const auto trajectory = tracker.trajectory();
@@ -172,7 +175,7 @@ TEST(Tracker, MappingThatStandsStillNeverBlocksTracking) {
     const FrameReport report = next();
     posed_frames += report.map_from_camera.has_value();
     keyframes += report.is_keyframe;
-    EXPECT_LE(report.worker_backlog, MappingWorker::kMaxBacklog + 1);
+    EXPECT_LE(report.worker_backlog, MappingWorker::kMostKeyframesWaiting + 1);
     expect_consistent(report);
   }
   EXPECT_EQ(posed_frames, 8) << "against the map as it was";
@@ -182,6 +185,44 @@ TEST(Tracker, MappingThatStandsStillNeverBlocksTracking) {
   tracker.wait();
   EXPECT_GT(tracker.revision(), revision) << "what waited has been done";
   tracker.map().check();
+}
+
+// The map's lengths change at any moment of a frame's way through the tracker: it is posed, stored and told
+// in one map or the other.
+TEST(Tracker, AFrameKeepsItsPlaceWhileTheMapIsRescaled) {
+  std::atomic<int> delay_us{0};
+  Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kThreaded,
+                  [&] { std::this_thread::sleep_for(std::chrono::microseconds(delay_us)); });
+  for (int i = 0; i < kFrames / 2; ++i) {
+    tracker.process(room().frames[i].stamp_ns, room().frames[i].image);
+    tracker.wait();
+  }
+  TrackerOptions options;
+  options.localize_only = true;  // nothing else changes the map
+  tracker.set_options(options);
+  double told_scale = 1, scale = 1;
+  int compared = 0;
+  for (int step = 0; step < 3 * kFrames; ++step) {
+    const int back_and_forth = std::abs(step % kFrames - kFrames / 2);
+    const SimulatedFrame& frame = room().frames[back_and_forth];
+    const double factor = step % 2 == 0 ? 2 : 0.5;
+    delay_us = 300 * (step % 40);
+    tracker.transform_map(Sim3(factor, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()),
+                          std::nullopt);
+    scale *= factor;
+    const FrameReport report = tracker.process(1000 + step, frame.image);
+    told_scale *= report.length_scale;
+    tracker.wait();
+    if (!report.map_from_camera) continue;
+    const PosedFrame stored = tracker.trajectory().back();
+    ASSERT_EQ(stored.stamp_ns, 1000 + step);
+    const Eigen::Vector3d told = report.map_from_camera->translation * (scale / told_scale);
+    EXPECT_LT((stored.map_from_camera.translation - told).norm(), 1e-6 * told.norm()) << step;
+    ++compared;
+  }
+  EXPECT_GT(compared, 2 * kFrames);
+  told_scale *= tracker.process(9000, room().frames[0].image).length_scale;
+  EXPECT_DOUBLE_EQ(told_scale, scale);
 }
 
 TEST(Tracker, BootstrapThatStandsStillNeverBlocksTracking) {

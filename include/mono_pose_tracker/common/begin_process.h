@@ -8,10 +8,10 @@
 
 namespace mono_pose_tracker {
 
-/// First thing in a program. Where standard input, output or error is closed, the first file that is opened
-/// would take its place, and what is printed go into it: the null device is there instead, of which what is
-/// closed to write to can only be read, so that printing still fails. A file that grows beyond its limit
-/// (ulimit -f) is an error that is told, as a full disk is, and not the end of the process.
+/// To be called first in a program. Where standard input, output or error is closed, the first file opened
+/// would take its place, and get what is printed: /dev/null is opened there instead, in the wrong direction
+/// (stdin for writing, the others for reading), so that using a closed stream still fails. A file that grows
+/// beyond its limit (ulimit -f) is reported as an error, as a full disk is, instead of ending the process.
 inline void begin_process() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (fcntl(descriptor, F_GETFD) >= 0 || errno != EBADF) continue;

@@ -5,10 +5,10 @@
 
 namespace mono_pose_tracker {
 
-/// When something was done last that is done at most once in a while, by stamps; where those go back, anew.
+/// Limits a rate by stamps: true at most once a period. A stamp that goes back starts over.
 class LastTime {
  public:
-  /// Whether it is time again, which then is the last time.
+  /// True when a period has passed since it last was, or a stamp has gone back.
   bool is_due(std::int64_t now_ns, std::int64_t period_ns) {
     if (last_ns_ && now_ns - *last_ns_ < period_ns && now_ns >= *last_ns_) return false;
     last_ns_ = now_ns;

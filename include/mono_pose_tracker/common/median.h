@@ -13,8 +13,8 @@ inline double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// The sigma of each of two normal components, by the lengths of errors that may have outliers among them:
-/// their median over that of a Rayleigh distribution of sigma 1, which is sqrt(2 ln 2). 0 of nothing.
+/// The sigma of either component of two-dimensional normal errors, from their lengths, some of which may be
+/// outliers: the median over that of a Rayleigh distribution of sigma 1, sqrt(2 ln 2). 0 of nothing.
 inline double sigma_of_lengths(std::vector<double> lengths) {
   constexpr double kRayleighMedian = 1.1774;
   return median(std::move(lengths)) / kRayleighMedian;

@@ -6,9 +6,9 @@
 
 namespace mono_pose_tracker {
 
-/// How a small movement x' = exp(w) x + v (order v, w) of frame a is seen in frame b, to which a is rigidly
-/// tied: covariances go C_b = J C_a J^T.
-inline Eigen::Matrix<double, 6, 6> carried_by(const Rigid3& b_from_a) {
+/// The adjoint of SE(3): takes a small movement x' = exp(w) x + v (order v, w) of frame a to the same
+/// movement as frame b, rigidly tied to a, sees it. Covariances go C_b = J C_a J^T.
+inline Eigen::Matrix<double, 6, 6> adjoint(const Rigid3& b_from_a) {
   const Eigen::Matrix3d R = b_from_a.rotation_matrix();
   Eigen::Matrix<double, 6, 6> J;
   J << R, cross_matrix(b_from_a.translation) * R, Eigen::Matrix3d::Zero(), R;

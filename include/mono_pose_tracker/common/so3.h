@@ -19,7 +19,9 @@ inline Eigen::Matrix3d exp_so3_matrix(const Eigen::Vector3d& w) {
                         : Eigen::Matrix3d::Identity().eval();
 }
 
-/// The least turn that takes one direction to the other; of opposite ones any of the half turns.
+/// The least turn that takes one direction to the other; of opposite ones any of the half turns. As
+/// Eigen::Quaterniond::FromTwoVectors, but without its singular value decomposition for opposite directions,
+/// which every file that calls it would have to compile.
 inline Eigen::Matrix3d rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   const Eigen::Vector3d a = from.normalized(), b = to.normalized();
   const double cosine = b.dot(a);

@@ -7,8 +7,8 @@
 
 namespace mono_pose_tracker {
 
-/// Up to `most` threads that call work(), fewer or none where the system gives no more (limits of a user, a
-/// container, the address space): for work that those who came share. To be joined by the caller.
+/// Up to `most` threads that call work(); fewer or none where the system grants no more (limits of a user, a
+/// container, the address space): for work that any number of threads can share. The caller joins them.
 template <typename Work>
 std::vector<std::thread> start_threads(int most, const Work& work) {
   std::vector<std::thread> threads;

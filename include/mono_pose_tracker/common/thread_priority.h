@@ -2,8 +2,8 @@
 
 namespace mono_pose_tracker {
 
-/// The calling thread lets others of the machine go first, by so many steps of niceness more than it does
-/// already. Where that cannot be told to the system nothing happens.
+/// Lowers the priority of the calling thread by so many steps of niceness. Does nothing where the system
+/// refuses.
 void lower_thread_priority(int steps);
 
 }  // namespace mono_pose_tracker

@@ -4,8 +4,8 @@
 
 namespace mono_pose_tracker {
 
-/// Stamps are nanoseconds within so many of 0: 146 years, so that any two may be subtracted. Whoever reads
-/// one from outside sees to it.
+/// Stamps are nanoseconds, no farther from 0 than this (146 years), so that any two may be subtracted.
+/// Whoever reads one from outside checks it.
 constexpr std::int64_t kMaxStampNs = (std::int64_t{1} << 62) - 1;
 
 inline bool is_stamp(std::int64_t stamp_ns) { return stamp_ns >= -kMaxStampNs && stamp_ns <= kMaxStampNs; }

@@ -25,10 +25,10 @@ struct PoseDeviation {
   bool off = false;  // in position or in rotation more than five times the median of all
 };
 
-/// Whether poses that are wrong were told to be doubtful. `reference`: better poses of the same images, with
-/// the same stamps, as the offline result; what it does not have is left out. Each map is laid over it, its
-/// orientations apart from its positions, by a fit with Huber's loss: those that are wrong have little say.
-/// Maps of fewer than ten poses are left out. By stamp.
+/// Whether wrong poses were reported as doubtful. `reference`: better poses of the same images, with the same
+/// stamps, such as the offline result; images without one are left out. Each map is laid over it,
+/// orientations apart from positions, by a fit with Huber's loss, in which wrong poses have little say. Maps
+/// of fewer than ten poses are left out. Sorted by stamp.
 std::vector<PoseDeviation> deviations_of(const std::vector<StampedPose>& reference,
                                          const std::vector<ReportedPose>& reported);
 

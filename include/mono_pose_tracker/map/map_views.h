@@ -31,8 +31,8 @@ using LandmarkPositions = SharedMap<Eigen::Vector3d, 128>;  // 3 kB: a window ch
 
 using KeyframeCovariances = SharedMap<Eigen::Matrix<double, 6, 6>>;
 
-/// What is read of a map by others, made anew where it has changed only: what is shown of a keyframe costs as
-/// much as what it sees. Belongs to the map, and is copied with it.
+/// What others read of a map, remade only where it has changed; a keyframe's part costs in proportion to what
+/// it sees. Belongs to the map, and is copied with it.
 class MapViews {
  public:
   void touch_keyframe(KeyframeId id) { stale_keyframes_.insert(id); }

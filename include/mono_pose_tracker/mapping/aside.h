@@ -6,8 +6,9 @@ namespace mono_pose_tracker {
 
 class Mapper;
 
-/// Work on a snapshot that takes as long as the map is large, done beside the mapper's own; what it returns
-/// is then done by the mapper, and is little. It is to return soon once `cancelled` says so.
+/// Work on a snapshot that takes the longer the larger the map is, done beside the mapper's own. It returns
+/// the little that the mapper is then to do, and returns soon once `cancelled` says so. It does not throw:
+/// what goes wrong, the mapper is to throw, so that it knows that the work has ended.
 using Aside = std::function<std::function<void(Mapper&)>(const std::function<bool()>& cancelled)>;
 
 }  // namespace mono_pose_tracker

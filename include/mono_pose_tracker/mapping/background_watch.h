@@ -8,8 +8,8 @@
 
 namespace mono_pose_tracker {
 
-/// Whether a young map is of what moves and of a background that stands still: the same that is asked of a
-/// finished map, of its first keyframes as they come. What is seen to stand still later does not end a map.
+/// Whether a young map is of what moves and of a background that stands still: what a finished map is asked,
+/// asked of the first keyframes as they come. What is seen to stand still later does not end a map.
 class BackgroundWatch {
  public:
   /// A map begins with these images.

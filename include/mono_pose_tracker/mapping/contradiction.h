@@ -21,7 +21,7 @@ struct Contradiction {
   /// in seven is a part of the scene that has gone another way than the map says, even if each of its sides
   /// looks well by itself.
   static constexpr double kMostOfARightMap = 1.0 / 7;
-  bool is_one() const { return share() >= kMostOfARightMap; }
+  bool is_significant() const { return share() >= kMostOfARightMap; }
 };
 
 /// The worst pair of keyframes that follow each other in time. Observations are not asked, since a map keeps

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "mono_pose_tracker/common/rigid3.h"
@@ -8,9 +9,10 @@
 
 namespace mono_pose_tracker {
 
-/// A resected frame that shall become a keyframe; its pose is given relative to a keyframe, which may move
-/// meanwhile.
+/// A resected frame that shall become a keyframe of a map; its pose is given relative to a keyframe, which
+/// may move meanwhile.
 struct KeyframeCandidate {
+  std::uint32_t map_id = 0;
   Frame frame;
   KeyframeId reference = -1;
   Rigid3 camera_from_reference;

@@ -10,9 +10,9 @@
 
 namespace mono_pose_tracker {
 
-/// Asks of a live map, each 0.4 s at most, whether more moves as one otherwise than it says: of a room
-/// that is seen past a larger thing which turns before the camera, say. The same that OtherBody::is_larger
-/// asks of a finished map.
+/// Asks of a live map, at most once every 0.4 s, whether more moves as one otherwise than as it says: where
+/// it is of a room, say, seen past a larger thing that turns before the camera. The same that
+/// OtherBody::is_larger asks of a finished map.
 class LargerBodyWatch {
  public:
   /// After the newest keyframe has come into the map: what it and the one before it show.

@@ -23,6 +23,8 @@ class LoopFinder {
   /// may hold keyframes that the map has no more. Of a loop returned, `matches` are those of both keyframes
   /// that agree.
   std::optional<LoopConstraint> find(const TrackingMap& map, const PlaceIndex& index, KeyframeId keyframe);
+  /// What awaits a second keyframe goes on to do so.
+  void set_options(const MapperOptions& options) { options_ = options; }
   /// Forgets what awaits a second keyframe: the map was corrected or another one begun.
   void reset() { awaiting_.reset(); }
 

@@ -32,7 +32,7 @@ class KeyframePlaces;
 class Mapper {
  public:
   Mapper(const MapperOptions& options, const CameraModel& camera)
-      : options_(options), camera_(camera), loop_finder_(options, camera) {}
+      : options_(options), camera_(camera), beside_(options, camera) {}
 
   /// Begins a map, in place of all that there are. Its scale: what ScaleOptions say, else the median depth of
   /// the first view's points is 1.
@@ -50,11 +50,11 @@ class Mapper {
   /// waiting: keyframes that wait behind this one. The bundle adjustment's window is divided among them, and
   /// with two or more it is left to the next; the map is consistent all the same.
   void insert(const KeyframeCandidate& candidate, int waiting = 0);
-  /// Looks whether the newest keyframe, when it has not been asked about, shows an old place again. A loop is
+  /// Looks whether the newest keyframe shows an old place again, unless that was asked before. A loop is
   /// closed aside: its drift is spread over the map (a correction), then all of it is adjusted (another).
   void seek_loop();
-  /// Where the map has grown by a tenth since it was, all of it is adjusted aside: windows that were adjusted
-  /// one after the other have drifted against each other. A correction.
+  /// Adjusts all of the map aside when it has grown by a tenth since that was done last: windows that were
+  /// adjusted one after the other have drifted against each other. What comes of it is a correction.
   void adjust_now_and_then();
   /// What is to be done beside the mapper's own work now; null: nothing.
   Aside take_aside();
@@ -62,7 +62,7 @@ class Mapper {
   const std::vector<ClosedLoop>& loops() const { return loops_; }
   void set_options(const MapperOptions& options) {
     options_ = options;
-    loop_finder_ = LoopFinder(options, camera_);
+    beside_.loop_finder.set_options(options);
   }
   /// Moves the present map as a whole: a correction. scale_source: what its unit rests on from now on;
   /// nothing where that stays.
@@ -96,6 +96,28 @@ class Mapper {
  private:
   bool is_cancelled() const { return options_.bundle.cancel && options_.bundle.cancel(); }
 
+  // What is known of the present map beside it. Another's is not known: it is begun anew.
+  struct BesideMap {
+    BesideMap(const MapperOptions& options, const CameraModel& camera) : loop_finder(options, camera) {}
+
+    // Of images that something was left out of before they came here, all of it.
+    std::map<KeyframeId, ImageFeaturesPtr> whole;
+    std::map<KeyframeId, std::vector<char>> left_out;  // features of another motion, where there are some
+    // Bearings of the corners of the marker in keyframes that saw it while the map had no scale.
+    std::map<KeyframeId, std::vector<Eigen::Vector3d>> markers;
+    RigidityWatch watch;
+    LargerBodyWatch larger_body_watch;
+    BodyWatch body_watch;
+    BackgroundWatch background_watch;
+    LoopFinder loop_finder;
+    KeyframeId sought = -1;       // the last keyframe that a loop was sought of
+    KeyframeId adjusted_at = -1;  // the newest keyframe when all was adjusted last
+    bool closing = false;         // a loop is
+    bool adjusting = false;       // all is, with nothing to be closed
+    std::uint64_t ticket = 0;     // of what is done aside: that of an earlier map has another
+    Aside aside;                  // that nobody has taken yet
+  };
+
   // A map that is not tracked in at present.
   struct KeptMap {
     Map map;
@@ -106,6 +128,9 @@ class Mapper {
   // Keyframes that look like one, by its id.
   using LookAlikes = std::map<KeyframeId, std::vector<KeyframeId>>;
 
+  // Keyframes that are held while so many move, those that see most of the same: as a rule all that share
+  // much with the window, and a limit to what its adjustment costs, however large the map grows.
+  static int held_keyframes(int window) { return 3 * window; }
   std::vector<KeyframeId> neighbors(KeyframeId id, int count) const;
   void begin(const InitialMap& initial, std::uint32_t epoch);
   void keep_present();
@@ -117,18 +142,18 @@ class Mapper {
   void adjust_seam(const std::vector<KeyframeId>& seam);
   void bring_up_to_date(KeyframeCandidate* candidate) const;
   void forget_beside_map();
-  void forget_loops();
+  void forget_aside();
+  Aside told_of_its_end(Aside work) const;
   void close_loop(const LoopConstraint& loop, const std::optional<KeyframeChanges>& changes,
                   std::uint64_t ticket);
   bool fuse_loop(const LoopConstraint& loop);
   void fuse_sides(const std::vector<KeyframeId>& targets, const std::vector<KeyframeId>& others);
-  std::vector<LandmarkId> landmarks_seen_by(const std::vector<KeyframeId>& keyframes) const;
   void adjust_globally(bool parts_were_apart);
   void complete(BundleOptions bundle);
   void count(const BundleReport& report) { failed_adjustments_ += report.failed; }
   void post_correction(const KeyframeChanges& changes);
   void add_correction(MapCorrection correction);
-  void set_pose_right(KeyframeId id);
+  void correct_pose(KeyframeId id);
   void separate_motions(KeyframeId id);
   void leave_out_fixed(KeyframeId id);
   void watch_background(const InitialMap& initial);
@@ -157,13 +182,9 @@ class Mapper {
   MapperOptions options_;
   CameraModel camera_;
   Map map_;
-  std::map<KeyframeId, ImageFeaturesPtr>
-      whole_;  // images that something was left out of before they came here
-  std::map<KeyframeId, std::vector<char>> left_out_;  // features of another motion, where there are some
-  /// Of keyframes where the last adjustment left them, in the map (TrackingMap::covariances).
+  BesideMap beside_;
+  // Of keyframes where the last adjustment left them, in the map (TrackingMap::covariances).
   KeyframeCovariances covariances_;
-  // Bearings of the corners of the marker in keyframes that saw it while the map had no scale.
-  std::map<KeyframeId, std::vector<Eigen::Vector3d>> markers_;
   std::uint32_t epoch_ = 0;
   std::uint64_t revision_ = 0;
   std::uint32_t map_id_ = 0;               // the epoch that it began in, and 1
@@ -171,18 +192,7 @@ class Mapper {
   MapCorrections corrections_;
   std::uint64_t last_correction_ = 0;  // its sequence
   std::shared_ptr<KeyframePlaces> places_;
-  LoopFinder loop_finder_;
-  KeyframeId sought_ = -1;         // the last keyframe that was asked about
-  KeyframeId adjusted_at_ = -1;    // the newest keyframe when all was adjusted last
-  bool closing_ = false;           // a loop is
-  bool adjusting_ = false;         // all is, with nothing to be closed
-  std::uint64_t loop_ticket_ = 0;  // of what is done aside: that of an earlier map has another
-  Aside aside_;
   std::vector<ClosedLoop> loops_;
-  RigidityWatch watch_;
-  LargerBodyWatch larger_body_watch_;
-  BodyWatch body_watch_;
-  BackgroundWatch background_watch_;
   int failed_adjustments_ = 0;  // since it was made
   StageTimes stages_;           // of the change under way
   TrackingMapPtr tracking_map_;

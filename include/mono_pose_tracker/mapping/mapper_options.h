@@ -50,6 +50,13 @@ struct MapperOptions {
   bool tells_background = true;    // live; from what moves before it, where no mask does
   bool adjusts_all = true;         // live, now and then, aside; a recording is when it ends
   int threads = 1;                 // the result is the same for any number
+
+  /// Of a windowed bundle adjustment, which has a budget of time.
+  BundleOptions window_bundle() const {
+    BundleOptions options = bundle;
+    options.max_seconds = mapping.bundle_seconds;
+    return options;
+  }
 };
 
 }  // namespace mono_pose_tracker

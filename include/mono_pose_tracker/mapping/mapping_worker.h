@@ -15,13 +15,17 @@
 namespace mono_pose_tracker {
 
 /// Runs a Mapper and whatever else is handed to it, one job after the other: inline (every call returns when
-/// its work is done: repeatable) or on a thread of its own, where no call but wait and begin ever waits for
-/// work. What the mapper wants done aside (aside.h) has a second thread, so that keyframes go
-/// into the map meanwhile; inline it follows the job that asked for it.
+/// its work is done: repeatable) or on a thread of its own, where no call but wait, begin and ask ever waits
+/// for work. What the mapper wants done aside (aside.h) has a second thread, so that keyframes go into the
+/// map meanwhile; inline it follows the job that asked for it.
 ///
-/// Threads: one thread calls; latest and backlog may be called from any. mutex_ guards jobs_, aside_, busy_,
-/// aside_busy_, stop_, epoch_, new_options_, latest_ and error_; the mapper is touched by the worker only
-/// (inline: by the caller), and by the caller after wait().
+/// An exception that a job throws comes inline out of the call that ran it. On a thread, the next offer,
+/// insert or wait throws it, once; reset drops it. begin drops it as well, and throws what its own job
+/// throws.
+///
+/// Threads: one thread calls; latest and unfinished_jobs may be called from any. mutex_ guards jobs_, aside_,
+/// busy_, aside_busy_, stop_, epoch_, new_options_, latest_ and error_; the mapper is touched by the worker
+/// only (inline: by the caller), and by the caller after wait().
 class MappingWorker {
  public:
   using Work = std::function<void(Mapper&)>;
@@ -33,34 +37,37 @@ class MappingWorker {
   MappingWorker(const MappingWorker&) = delete;
   MappingWorker& operator=(const MappingWorker&) = delete;
 
-  /// Work for when there is nothing else to do; false, and it is passed over, while there is. `done` is
-  /// called where the work ran, after a map that it may have begun can be had from latest().
+  /// Takes work only when there is nothing else to do; otherwise false, and it is passed over. `done` is
+  /// called on the thread that did the work, once latest() has the map that it may have begun.
   bool offer(Work work, std::function<void()> done = {});
 
   /// Drops what waits, as reset does, and has `work` give the mapper another map: one that it begins, goes
-  /// back to or restores, in this epoch. Returns when it is there.
+  /// back to or restores, in this epoch. Returns when it is there; what is done aside may still be under way.
   void begin(std::uint32_t epoch, Work work);
-  /// False, and nothing queued, when kMaxBacklog keyframes wait already.
+  /// Has the mapper looked at, after what waits; returns when that is done. What is done aside may still be
+  /// under way.
+  void ask(const std::function<void(const Mapper&)>& question);
+  /// False, and nothing queued, when kMostKeyframesWaiting keyframes wait already.
   bool insert(const KeyframeCandidate& candidate);
   /// Moves the present map as a whole (Mapper::transform), after what waits.
   void transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source);
   /// Drops the map and what waits. A solve under way ends after its iteration; its result is dropped.
   void reset(std::uint32_t epoch);
-  /// Returns when nothing waits.
+  /// Returns when nothing waits and nothing is under way, aside neither. Inline that is always so.
   void wait();
 
   /// From the next job on.
   void set_options(const MapperOptions& options);
 
   TrackingMapPtr latest() const;  // null: no map
-  int backlog() const;
+  int unfinished_jobs() const;    // that wait, and the one under way; what is done aside does not count
 
   /// Only while nothing waits: after wait(), or inline.
   Mapper& mapper() { return mapper_; }
   /// After changes made through mapper().
   void publish_mapper();
 
-  static constexpr int kMaxBacklog = 3;  // keyframes: more are older than the view they were taken for
+  static constexpr int kMostKeyframesWaiting = 3;  // more are older than the view they were taken for
 
  private:
   struct Job {
@@ -82,6 +89,7 @@ class MappingWorker {
   void insert_and_seek(const KeyframeCandidate& candidate, Mapper& mapper);
   void start_aside(std::uint32_t epoch);
   void wait_for_jobs();
+  std::uint32_t current_epoch() const;
   int keyframes_waiting() const;
   void take_options();
   MapperOptions prepared(MapperOptions options) const;
@@ -102,7 +110,7 @@ class MappingWorker {
   std::uint32_t epoch_ = 0;
   std::optional<MapperOptions> new_options_;  // that the mapper does not have yet
   TrackingMapPtr latest_;
-  std::exception_ptr error_;  // of a job that failed: the caller's next offer, insert or wait throws it
+  std::exception_ptr error_;  // of a job that failed, until offer, insert or wait throws it
   std::thread thread_, aside_thread_;
 };
 

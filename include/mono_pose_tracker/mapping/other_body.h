@@ -39,7 +39,7 @@ struct OtherBody {
   }
   /// Whoever looks at the images may well have meant it.
   bool is_comparable() const { return exists() && share() > kComparable; }
-  /// Of what moves as one, and not by tracks that a few wrong matches have moved to its side.
+  /// Of all that moves as one, and by more than what a few wrong matches may have moved to its side.
   bool is_larger() const { return exists() && share() > kLarger; }
   /// Than the map's body: by half as much again, as the measure is good to a tenth or two.
   bool turns_plainly_less() const { return map_turn > kPlainly * other_turn; }
@@ -48,8 +48,8 @@ struct OtherBody {
 };
 
 /// Keyframes near in time are matched anew by descriptors alone, since a map holds only what agrees with it.
-/// A feature that obeys one of two motions only tells it of its whole track. between: further images with the
-/// poses that the map gives them, by frame; so the tracks follow what turns farther between two keyframes
+/// A feature that obeys only one of the two motions decides for its whole track. between: further images with
+/// the poses that the map gives them, by frame; so the tracks follow what turns farther between two keyframes
 /// than features can be matched. The result is the same for any number of threads.
 OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& between,
                           const MatchOptions& matching, const RansacOptions& ransac, int threads);

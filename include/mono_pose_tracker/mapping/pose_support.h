@@ -27,8 +27,8 @@ PoseSupport pose_support(const ImageFeatures& image, int width, int height, cons
 /// through one window, thirty are asked for all the same.
 bool is_supported(const PoseSupport& support, int min_inliers);
 
-/// In less than an eighth of the cells with anything to see: what moves the pose may move this corner
-/// alone.
+/// Whether the inliers lie in less than an eighth of the cells with anything to see: what holds the pose may
+/// then be something in this corner that moves by itself.
 bool hangs_in_corner(const PoseSupport& support);
 
 }  // namespace mono_pose_tracker

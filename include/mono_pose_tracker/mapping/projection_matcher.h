@@ -9,7 +9,8 @@
 
 namespace mono_pose_tracker {
 
-/// A landmark that a view may see, with the descriptor of one of its observations.
+/// A landmark that a view may see, with the descriptor of one of its observations: it points into the image
+/// that the candidate was made of, which must outlive it.
 struct LandmarkCandidate {
   LandmarkId id = kNoLandmark;
   Eigen::Vector3d x_in_map;

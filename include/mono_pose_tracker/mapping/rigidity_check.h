@@ -24,7 +24,7 @@ struct RigidityOptions {
   int min_landmarks = 20;  // of a part
   // Below this a disagreement is what a calibration and a lens model leave over, however significant many
   // landmarks make it.
-  double min_disagreement_px = 1.5;  // at 640 px width or less
+  double min_disagreement_px = 1.5;  // at 640 px (image_scale)
 };
 
 /// A pure function of the map. Poses are refined from each part alone, the landmarks fixed; the distance of

@@ -15,12 +15,12 @@ struct ScaleCollapse {
   int landmarks = 0;              // that the keyframe sees
   int near = 0;                   // of them: at its lens
 
-  /// Of the median distance. A hand before a skyline is a hundredth or thousandth, a wall of 10 m at a
-  /// millimetre nothing that a lens can see.
+  /// As a share of the median distance. A hand before a skyline is at a hundredth or a thousandth of it. This
+  /// is a millimetre before a wall 10 m away, where no lens can see anything.
   static constexpr double kNearest = 1e-4;
   /// Fewer may be wrong matches.
   static constexpr int kMinNear = 5;
-  bool is_one() const { return near >= kMinNear; }
+  bool is_significant() const { return near >= kMinNear; }
 };
 
 ScaleCollapse worst_scale_collapse(const Map& map);

@@ -19,13 +19,14 @@ struct Seam {
   bool holds() const { return points >= kMinPoints; }
 };
 
-/// Lengths go over from one side to the other by landmarks alone that two keyframes of each side see: what
-/// one sees has no depth there. Where a point is seen from both sides of several seams it counts for each.
+/// Lengths are carried from one side to the other only by landmarks that two keyframes of each side see: what
+/// only one of them sees has no depth there. A point that is seen from both sides of several seams counts for
+/// each.
 Seam weakest_seam(const Map& map);
 
-/// The keyframes on the smaller side of the weakest seam, where that does not hold, they are `most` at the
-/// most and the others more: without them the others hang together better. Empty otherwise, and where they
-/// are of an earlier run or among the first two, which hold the map's frame and scale.
+/// The keyframes on the smaller side of the weakest seam, if it does not hold, they are no more than `most`
+/// and the others are more: without them the others hang together better. Empty otherwise, and if any of them
+/// is of an earlier run or of the first two, which hold the map's frame and scale.
 std::set<KeyframeId> loose_end(const Map& map, std::size_t most);
 
 }  // namespace mono_pose_tracker

@@ -8,21 +8,6 @@
 
 namespace mono_pose_tracker {
 
-/// Which features of two keyframes move as one with each other, but not with the body that the map is of: a
-/// background behind an object that turns before a camera in the hand, the shoulders below a head. One flag a
-/// feature; both empty when there is no such motion.
-struct SecondMotion {
-  std::vector<char> of_first, of_second;
-};
-
-/// The matches that contradict the keyframes' poses must agree on one rigid motion of their own, which chance
-/// does not bring about: wrong matches agree on none. (A background that stands still behind a body that
-/// turns about an upright axis hardly contradicts it in two views: that is for find_two_motions.) What obeys
-/// both motions (it does by chance along an epipolar line) goes with the nearest features that obey one of
-/// them only.
-SecondMotion find_second_motion(const Keyframe& first, const Keyframe& second, const MatchOptions& matching,
-                                const RansacOptions& ransac);
-
 /// What a match obeys: the motion of the body that the map is of, the second one, by chance both, or neither.
 enum class ObeyedMotion { kNeither, kBody, kOther, kBoth };
 
@@ -43,11 +28,21 @@ struct PosedImage {
 
 inline PosedImage posed_image(const Keyframe& k) { return {k.frame_index, k.camera_from_map, k.image}; }
 
-/// What find_second_motion goes by.
+/// The matches that contradict the images' poses must agree on one rigid motion of their own, which chance
+/// does not bring about: wrong matches agree on none. (A background that stands still behind a body that
+/// turns about an upright axis hardly contradicts it in two views: that is for find_two_motions.)
 PairMotions compare_motions(const PosedImage& first, const PosedImage& second, const MatchOptions& matching,
                             const RansacOptions& ransac);
 
-/// The same of two images that were compared before.
+/// Which features of two images move as one with each other, but not with the body that the map is of: a
+/// background behind an object that turns before a camera in the hand, the shoulders below a head. One flag a
+/// feature; both empty when there is no such motion.
+struct SecondMotion {
+  std::vector<char> of_first, of_second;
+};
+
+/// Of two images that were compared. What obeys both motions (it does by chance along an epipolar line) goes
+/// with the nearest features that obey one of them only.
 SecondMotion second_motion_in(const PairMotions& pair, const ImageFeatures& first,
                               const ImageFeatures& second);
 

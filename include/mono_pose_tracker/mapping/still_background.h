@@ -17,10 +17,10 @@ struct StillBackground {
   std::vector<std::vector<BodySide>> sides;  // of each image's features: what turns is what moves
 };
 
-/// In time, by the places of what is matched between images near to each other and far apart. What is fixed
-/// to a camera that moves is no background: the view reaches round it (not asked where body_turns: there an
-/// object is before the camera). in_time: matches of each image with the next. The result is the same for
-/// any number of threads.
+/// images: in the order of time. They are matched with others near by and far off, and what matters is
+/// whether the features keep their places. What is fixed to a camera that moves is no background: the view
+/// reaches round it (not asked where body_turns: there an object is before the camera). in_time: matches of
+/// each image with the next. The result is the same for any number of threads.
 StillBackground find_still_background(const std::vector<SeenImage>& images, const MatchesInTime& in_time,
                                       const MatchOptions& matching, bool body_turns, int threads);
 

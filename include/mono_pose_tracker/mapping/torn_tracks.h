@@ -22,11 +22,11 @@ struct TornTracks {
   /// joined yet. Where the poses have gone another way than the scene, by less than would be seen as a
   /// contradiction, it is one in ten, and two degrees off on a head.
   static constexpr double kMostOfARightMap = 1.0 / 11;
-  /// A repeated texture tears everywhere. What is asked is more than chance makes of the usual share: by so
-  /// many deviations of a count, 1 in 4,000 for each pair.
+  /// A repeated texture tears everywhere. So a pair must exceed the usual share by more than chance makes of
+  /// it: by so many standard deviations of a count, which chance does in one pair of 4,000.
   static constexpr double kDeviations = 3.5;
   static constexpr int kMinTorn = 10;
-  bool is_one() const;
+  bool is_significant() const;
 };
 
 /// The worst pair of keyframes that follow each other in time: those whose torn tracks exceed the usual share

@@ -25,12 +25,11 @@ struct BundleObservation {
   double sigma_px = 1;
 };
 
-/// Three cameras one after the other in time: what the camera's velocity changes by between them, over sigma,
-/// is three residuals (loss: geometry/motion_prior.h). A weak tie: it says where a camera was that sees only
-/// what is too far to tell.
+/// Three cameras in a row in time. The change of velocity between them, over sigma, gives three residuals
+/// (loss: geometry/motion_prior.h): a weak tie, for cameras that see only what is too far away to place them.
 struct BundleMotion {
   std::array<int, 3> cameras{-1, -1, -1};
-  double seconds_before = 0, seconds_after = 0;  // of the second of them: since the first, until the third
+  double seconds_before = 0, seconds_after = 0;  // from the first to the second, from that to the third
   double sigma = 1;                              // of the change, map units a second
 };
 
@@ -48,8 +47,8 @@ struct BundleOptions {
   double function_tolerance = 1e-6;
   int num_threads = 1;  // Ceres does not repeat its sums on more than one
   int own_threads = 1;  // of what is not Ceres's: the result is the same for any number
-  /// Of adjust_keyframes: multiplications that an iteration may take, as estimated; 0: any number. What is
-  /// under way can only be cancelled between iterations.
+  /// For adjust_keyframes: how many multiplications, as estimated, one iteration may take, since a solve can
+  /// only be cancelled between iterations; 0: any number.
   double max_iteration_work = 0;
   /// Asked after every iteration, by the thread that solves; true ends the solve with the best so far.
   std::function<bool()> cancel;
@@ -67,10 +66,11 @@ struct BundleReport {
   bool cancelled = false;
 };
 
-/// Bundle adjustment (paper, 3d, 4d; Triggs et al. 1999): Ceres, Schur complement, analytic derivatives; of
-/// points only: adjust_points. Held by the constant cameras, else by the first and a coordinate of the
-/// farthest. Observations not finite or behind their camera are ignored, one that comes behind it costs 55
-/// degrees. Nothing is written to the terminal.
+/// Bundle adjustment (paper, 3d, 4d; Triggs et al. 1999): Ceres, Schur complement, analytic derivatives;
+/// where all cameras are constant, adjust_points. The constant cameras hold the gauge, or else the first
+/// camera and one coordinate of the farthest. Observations that are not finite, or begin behind their camera,
+/// are ignored; one that gets behind it on the way costs as much as an error of 55 degrees. Nothing is
+/// written to the terminal.
 BundleReport adjust_bundle(const BundleOptions& options, BundleProblem* problem);
 
 }  // namespace mono_pose_tracker

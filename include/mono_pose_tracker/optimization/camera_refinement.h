@@ -1,10 +1,9 @@
 #pragma once
 
-#include <string>
+#include <functional>
 
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/map/map.h"
-#include "mono_pose_tracker/optimization/bundle_adjustment.h"
 
 namespace mono_pose_tracker {
 
@@ -13,7 +12,11 @@ namespace mono_pose_tracker {
 inline constexpr double kMaxFocalSigma = 0.003;
 
 struct CameraRefinementOptions {
-  BundleOptions bundle;
+  /// Cauchy loss, in sigmas, times the residuals' own spread; 0: squared loss.
+  double loss_width = 2.0;
+  int num_threads = 1;  // Ceres does not repeat its sums on more than one
+  /// Asked after every iteration of a solve; once it is true, nothing more is refined.
+  std::function<bool()> cancel;
   /// Of a longer recording, so many keyframes from the middle on are taken: the reduced system is dense.
   int max_keyframes = 150;
   int max_landmarks = 200;  // of each keyframe: those that most keyframes see

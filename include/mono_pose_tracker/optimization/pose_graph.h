@@ -22,9 +22,6 @@ struct PoseGraphEdge {
   Sim3 measured;
   /// One over the standard deviations of turn (rad), shift (units of the node `from`) and log scale.
   double turn_weight = 1, shift_weight = 1, scale_weight = 1;
-  /// An edge that may be wrong (a loop) gives way to the others when they contradict it; those that come from
-  /// tracking itself do not.
-  bool robust = false;
 };
 
 struct PoseGraph {
@@ -35,7 +32,6 @@ struct PoseGraph {
 struct PoseGraphOptions {
   int max_iterations = 100;
   double function_tolerance = 1e-8;
-  double loss_width = 3.0;       // Cauchy loss of robust edges, in their standard deviations
   std::function<bool()> cancel;  // asked after every iteration; true ends the solve with the best so far
 
   /// Throws std::invalid_argument naming key, value and range.

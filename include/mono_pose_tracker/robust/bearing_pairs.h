@@ -32,11 +32,6 @@ class BearingPairs {
 
 using TwoViewModel = Motion;  // second_from_first, the translation of unit length
 
-/// True when the rays meet in front of both cameras, or may do so within an angular error (radians): the rays
-/// of a far point are parallel but for noise.
-bool may_be_in_front(const TwoViewModel& model, const Eigen::Vector3d& bearing1,
-                     const Eigen::Vector3d& bearing2, double tolerance);
-
 /// MSAC: the sum of min(e^2, threshold^2) over Sampson errors e on the unit sphere (radians); pairs behind a
 /// camera count as outliers. Gives up with an infinite cost when it exceeds cost_bound or is all but sure to.
 /// inliers, if given, gets a flag a pair.

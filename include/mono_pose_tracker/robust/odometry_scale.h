@@ -21,9 +21,12 @@ class OdometryScale {
     int segments = 0;
   };
 
-  /// Both of the same image. Poses of another map, or of the map after a correction, need a restart before.
+  /// Both of the same image. Poses of another map need a restart before.
   void add(const Rigid3& odom_from_camera, const Rigid3& map_from_camera);
   void restart();
+  /// The map was corrected, and its lengths were multiplied by this where the camera is. What was measured
+  /// follows a small change. False: it was a large one, which may be another elsewhere; measuring restarts.
+  bool follow(double length_scale);
   /// The next segment begins anew: the camera was lost, or odometry had nothing to say of an image.
   void interrupt() { begin_.reset(); }
 
@@ -40,8 +43,8 @@ class OdometryScale {
     Rigid3 odom_from_camera, map_from_camera;
   };
   struct Segment {
-    double log_ratio = 0;
-    bool agrees = false;  // in direction
+    double log_ratio = 0;  // of metres to units
+    bool agrees = false;   // in direction
   };
 
   std::optional<Pair> begin_;

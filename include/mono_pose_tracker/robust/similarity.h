@@ -23,8 +23,8 @@ struct SimilarityMatch {
 struct SimilarityOptions {
   RansacOptions
       ransac;  // threshold: angle in radians between a sight and the other map's point, on both sides
-  /// A turn that the inliers tell less exactly than this (standard deviation about the worst axis, as it is
-  /// when all lie near one line) would bend a map more than drift does.
+  /// Standard deviation about the worst axis, which is large when all inliers lie near one line. A rotation
+  /// less certain than this would bend a map more than drift does.
   double max_rotation_sigma_deg = 2;
 };
 
@@ -39,11 +39,11 @@ struct SimilarityReport {
   int iterations = 0;
 };
 
-/// Similarity between two maps from points that both have: RANSAC over triangles of points (Umeyama 1991), an
-/// inlier's point of either map is seen within the threshold by the other's camera; then least squares over
-/// these angles, in which depth, that a map knows least, counts no more than it should. No success with three
-/// inliers or fewer, or when they do not determine the turn (see max_rotation_sigma_deg). Throws
-/// std::invalid_argument on options out of range.
+/// Similarity between two maps from points that both have: RANSAC over triangles of points (Umeyama 1991),
+/// then least squares. Errors are the angles between where a camera of one map sees a point and where the
+/// other map has it, both ways; so depth, which a map knows least, counts no more than it should. No success
+/// with three inliers or fewer, or when they do not determine the rotation (see max_rotation_sigma_deg).
+/// Throws std::invalid_argument on options out of range.
 SimilarityReport estimate_similarity(const std::vector<SimilarityMatch>& matches,
                                      const SimilarityOptions& options);
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <tuple>
 
 #include "mono_pose_tracker/robust/odometry_scale.h"
 #include "mono_pose_tracker/ros/live_tracker.h"
@@ -33,13 +34,11 @@ class MapPlacement {
     Rigid3 map_from_camera;
     ScaleSource scale = ScaleSource::kMapUnits;
   };
-  /// Names the map and its frame: poses of two can't be compared.
-  struct MapState {
-    std::uint32_t map_id = 0, corrections = 0;
-    bool operator!=(const MapState& o) const { return map_id != o.map_id || corrections != o.corrections; }
-  };
+  /// Names the map and its unit: poses of two can't be compared. (Epoch, id, scale.)
+  using MapState = std::tuple<std::uint32_t, std::uint32_t, ScaleSource>;
 
   std::string rescale();
+  void follow_map(const FrameReport& report);
 
   const bool scale_from_odometry_;
   const OutputFrames& frames_;

@@ -30,8 +30,8 @@ struct FinishedMap {
   bool is_of_other_body = false;
   // The largest is asked for, and another is larger.
   bool is_of_smaller_body = false;
-  // Another is as likely wanted: none was asked for but the larger. Where but one thing moves, the map is
-  // wrong about what is near, and holds together by what is far.
+  // Another body may as well be what is wanted, as only the larger was asked for. If but one thing moves
+  // after all, the map is wrong about what is near, and holds together by what is far.
   bool may_be_of_wrong_body = false;
   /// Where segmentation/body asks for the body that turns: what was seen of it and of what moves otherwise.
   std::vector<BodyTrack> beside;
@@ -42,11 +42,13 @@ struct FinishedMap {
   bool confirmed = false;     // that, and what it is of is what was asked for
 
   bool is_depth_sure() const { return depth_evidence >= kMinDepthEvidence; }
-  /// Nothing in it speaks against it; it may hang together by little.
-  bool is_sure() const {
-    return is_depth_sure() && !contradiction.is_one() && !torn_tracks.is_one() && !collapse.is_one() &&
-           !is_of_other_body && !is_of_smaller_body && !shows_background;
+  /// How many things in it speak against it. Its depths and its weakest seam are not among them.
+  int objections() const {
+    return contradiction.is_significant() + torn_tracks.is_significant() + collapse.is_significant() +
+           is_of_other_body + is_of_smaller_body + shows_background;
   }
+  /// Nothing in it speaks against it; it may hang together by little.
+  bool is_sure() const { return is_depth_sure() && objections() == 0; }
 };
 
 }  // namespace mono_pose_tracker

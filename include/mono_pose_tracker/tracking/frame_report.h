@@ -46,6 +46,7 @@ struct FrameReport {
   std::uint32_t epoch = 0;   // counts maps: only grows, whenever another map is begun, loaded or gone back to
   std::uint32_t map_id = 0;  // names the map that the frame was posed in; 0: none
   std::uint32_t corrections = 0;         // of this map so far; each moves poses
+  double length_scale = 1;               // of lengths where the camera is, by those since the last report
   std::vector<std::uint32_t> kept_maps;  // ids of those beside it, which it may yet be joined with
 
   std::optional<Rigid3> map_from_camera;  // empty while there is no pose
@@ -66,7 +67,7 @@ struct FrameReport {
   double reprojection_rms_px = 0;
   int keyframes = 0;
   int landmarks = 0;
-  int worker_backlog = 0;  // keyframes that wait for the mapper
+  int worker_backlog = 0;  // jobs of the mapper that are not done: those that wait and the one under way
   int load_level = 0;      // 0: nothing is left out for lack of time
   StageTimes stages;
 

@@ -4,7 +4,7 @@ namespace mono_pose_tracker {
 
 /// What is left out for lack of time; each level leaves out what those before it do.
 enum LoadLevel : int {
-  kAllIsDone = 0,
+  kFullWork = 0,
   kLittleDrawn = 1,    // a debug image a second: nobody is posed worse for it
   kLessMapped = 2,     // smaller windows, fewer keyframes matched
   kFewerFeatures = 3,  // half of them
@@ -24,7 +24,7 @@ class LoadGovernor {
  private:
   void change_level(int level);
 
-  int level_ = kAllIsDone;
+  int level_ = kFullWork;
   double mean_ms_ = 0;          // latency, of the last ten images or so
   int since_change_ = 0;        // images
   int since_overtaken_ = 1000;  // images; long ago

@@ -19,8 +19,8 @@ struct OptionEntry {
   Value value;
   double min = 0, max = 0;           // of numbers
   std::vector<std::string> choices;  // of strings; none: any text
-  /// Tracker::set_options changes it: what a map that stands does not rest on. (Descriptors of other scales
-  /// or of another norm would no longer match those in the map; a seed counts from the start.)
+  /// Whether Tracker::set_options changes it: a map that is there does not rest on it. (Descriptors of other
+  /// scales or of another norm would no longer match those in the map; a seed counts from the start.)
   bool changeable = false;
 };
 

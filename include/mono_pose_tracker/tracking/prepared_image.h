@@ -11,9 +11,8 @@ namespace mono_pose_tracker {
 
 class ImagePreparer;
 
-/// An image with what was found in it before its turn had come, while tracking did not know yet where the
-/// object is in it. Tracker::prepare makes it; with the image alone all is done when its turn has come.
-/// Neither changes a result.
+/// An image, and what was found in it ahead of its turn, when it was not known yet where in it the object is.
+/// Tracker::prepare makes it. Made of the image alone, all is done in its turn, with the same result.
 struct PreparedImage {
   PreparedImage() = default;
   PreparedImage(const cv::Mat& image_alone) : image(image_alone) {}  // nothing is done ahead

@@ -29,16 +29,16 @@ struct Recording {
   bool try_again = true;                  // where a result is in doubt; of no use in a map that was loaded
   /// On more, images are read and searched for features ahead of tracking: the same results, sooner.
   int threads = 1;
-  /// What speaks against the finished map for reasons of the caller's, empty for nothing; asked beside the
-  /// other checks, on a thread of its own, where there are several. Until `cancelled`: then nobody wants it.
+  /// What the caller has to say against the finished map; empty: nothing. Asked only where `threads` is more
+  /// than one, on a thread of its own beside the other checks. Once `cancelled`, nobody wants the answer.
   std::function<std::string(const Map&, const std::function<bool()>& cancelled)> doubt_of;
   /// True: no further image is read. Asked on any thread.
   std::function<bool()> interrupted = [] { return false; };
 };
 
 struct RecordingResult {
-  bool tracked = false;      // there is a map; otherwise `reason` says why not
-  bool unconfirmed = false;  // it rests on two views that no third has confirmed
+  bool tracked = false;             // there is a map; otherwise `reason` says why not
+  bool rests_on_two_views = false;  // it does, and no third has confirmed it
   std::string reason;
   std::int64_t frames_total = 0;              // images that could be read
   RigidityReport rigidity;                    // of the finished map
@@ -65,10 +65,12 @@ using FrameObserver = std::function<void(int pass, std::int64_t index, const Fra
 /// against it the images that have no pose yet.
 RecordingResult track_recording(const Recording& recording, const FrameObserver& observer, Tracker* tracker);
 
-/// Whether nothing in the finished map speaks against it: it is one rigid body, and not the reverse of one.
+/// Whether there is a map, it is of one rigid body, and nothing in it speaks against it
+/// (FinishedMap::is_sure). It may hang together by little.
 bool is_sure(const RecordingResult& result);
 
-/// Whether there is a map that is sure and whose parts hold together.
+/// Whether there is a map that is sure, whose parts hold together and that is of what was asked for
+/// (FinishedMap::confirmed).
 bool is_confirmed(const RecordingResult& result);
 
 struct TrackedRecording {
@@ -80,11 +82,17 @@ struct TrackedRecording {
 using TrackerMaker = std::function<std::unique_ptr<Tracker>()>;
 using ObserverOfAttempt = std::function<FrameObserver(int attempt)>;
 
-/// A result that is not sure is made again, the map begun half way, a quarter, three quarters on in the
-/// recording, where the body shows itself otherwise; the first confirmed one that poses three quarters as
-/// many images is the result, and where there is none, the one against which least speaks. Where something
-/// moves before a background that stands still, or segmentation/body asks for the body that turns and the map
-/// is of another, it is made again first with masks.
+/// Where the result is not sure, or an object's map fell apart, the recording is tracked again, the map begun
+/// half way, a quarter, three quarters on, where the body shows itself otherwise, until a result is sure. A
+/// result in doubt gives way to one that is founded (FinishedMap::is_founded) and poses three quarters as
+/// many images, or poses as many and less speaks against it; a sure one gives way to a founded one of more
+/// images.
+///
+/// Before that the recording is tracked by masks that the results themselves give: of what moves, where the
+/// result is in doubt and a background stands still behind it (leave_out_background); of the larger of two
+/// bodies, where the map is of the smaller (turn_to_larger_body; asked of the last result as well, if not of
+/// an earlier one); and of the body that turns, where segmentation/body asks for it and the map is of another
+/// (turn_to_other_body).
 TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker& make_tracker,
                                   const ObserverOfAttempt& observer_of);
 

@@ -24,11 +24,11 @@ struct SelfCalibration {
   int runs = 0;
 };
 
-/// Tracks and refines in turn until the camera stays: what a wrong camera made of the map (points culled,
-/// parts lost) no adjustment of that map gives back. First with the beginning of the recording, which is soon
-/// done and where a map holds together even with a focal length that is off by a third; where there is no map
-/// at all, with other focal lengths. The last call of `track` is with the camera that is returned, and of all
-/// of the recording.
+/// Tracks and refines in turn until the camera changes no more: what a map has lost to a wrong camera (points
+/// culled, whole parts), no adjustment of that map gives back. First with the beginning of the recording,
+/// which is soon done and where a map holds together even with a focal length that is off by a third; where
+/// there is no map at all, with other focal lengths. The last call of `track` is with the camera that is
+/// returned, and of all of the recording.
 SelfCalibration calibrate_by_tracking(const CameraParameters& start, CalibrationSource source,
                                       const CameraRefinementOptions& options, const TrackWithCamera& track);
 

@@ -23,8 +23,8 @@ namespace mono_pose_tracker {
 /// Tracks one camera against the map it builds: bootstraps, resects every frame, hands keyframes to the
 /// mapper, which runs inline (repeatable) or on a worker thread of its own.
 ///
-/// Threads: process, reset, set_options, copy_maps and load_maps are called from one thread; snapshot and
-/// revision from any.
+/// Threads: snapshot, revision and cancel may be called from any; prepare as well, but not beside set_options
+/// or set_load_level. All other calls, those for the end of a recording among them, come from one thread.
 class Tracker {
  public:
   enum class Mapping { kInline, kThreaded };
@@ -48,9 +48,9 @@ class Tracker {
   /// The next image of a recording is not looked at; it may be posed in the end.
   void pass_over();
 
-  /// Does ahead what of an image does not wait for tracking, for process, keep_for_later or resect_again to
-  /// be given in its place; no result changes by it. mask: the one that they will be given. From any thread,
-  /// but not while options are set.
+  /// Does ahead that work on an image which need not wait for its turn. process, keep_for_later and
+  /// resect_again take what it returns in place of the image, with the same result. mask: the one that they
+  /// will be given.
   PreparedImage prepare(const cv::Mat& image, const cv::Mat& mask = cv::Mat()) const;
 
   /// Ends what is under way, here and in the mapper, as soon as it can be: the tracker is only fit to be
@@ -96,9 +96,9 @@ class Tracker {
   /// keyframe.
   std::vector<PosedFrame> trajectory() const;
 
-  /// For the end of a recording. Waits for the mapper, completes tracks, adjusts everything. Where two frames
-  /// alone gave no confirmed map, the two-view result becomes the map. False when there is no map; the last
-  /// report says why.
+  /// For the end of a recording. Waits for the mapper, completes tracks, adjusts everything. Of a recording
+  /// of two images, which no third can confirm, the two-view result becomes the map. False when there is no
+  /// map; the last report says why.
   bool finish();
   /// Poses an image against the finished map, wherever it was in the recording; it joins the trajectory, in
   /// place of the pose that it had.
@@ -142,7 +142,7 @@ class Tracker {
   /// Bundle adjustments that failed, each of which left the map as it was. Only inline, or after wait().
   int failed_adjustments() const;
   /// True when the map rests on two views that no third has confirmed.
-  bool is_unconfirmed() const;
+  bool rests_on_two_views() const;
 
  private:
   class Impl;

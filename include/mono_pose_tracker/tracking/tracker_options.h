@@ -31,7 +31,7 @@ struct BootstrapOptions {
 /// How a frame is posed (paper, steps 4a and 4b).
 struct ResectionOptions {
   double search_radius = 0.04;       // of the longer side: round the pixels that the prediction gives
-  double refine_radius_px = 3;       // round the pixels that the resected pose gives, at 640 px width or less
+  double refine_radius_px = 3;       // at 640 px (image_scale): round the pixels that the resected pose gives
   int min_inliers = 15;              // P3P fits three; a chance pose rarely gathers ten more within 2 px
   double min_inlier_ratio = 0.25;    // of the matches
   int max_local_keyframes = 12;      // whose landmarks are looked for
@@ -57,15 +57,15 @@ struct TrackerOptions {
   int young_map_patience = 10;  // frames that it may be lost before
   bool localize_only = false;   // poses only: a loaded map is never changed, and none is begun
 
-  /// No option of a user's: once it is set, all that is long under way ends with what it has by then.
-  /// Set by cancellable.
+  /// Not for a user to choose, set by cancellable. Once the flag is set, whatever takes long ends early, with
+  /// what it has by then.
   CancelFlag cancelled = nullptr;
 
-  /// No option of a user's: of the work on a recording of which the result is the same for any number.
-  /// Set by on_threads.
+  /// Not for a user to choose, set by on_threads. How many threads share that work on a recording whose
+  /// result is the same for any number.
   int threads = 1;
 
-  /// The same, with so many threads wherever more than one change no result, and one everywhere else.
+  /// The same, with so many threads wherever their number changes no result, and one everywhere else.
   TrackerOptions on_threads(int count) const;
 
   /// The same, and all that they are handed to looks at the flag.
@@ -77,9 +77,9 @@ struct TrackerOptions {
   /// What the mapper needs of these, for a camera with this focal length.
   MapperOptions mapper(double focal_px) const;
 
-  /// What these options mean for images of this size: the octave and sigma that they leave open are chosen,
-  /// and where the octave was, thresholds that stand for the features' noise in px grow with the features'
-  /// pixels.
+  /// What these options mean for images of this size: the octave and sigma are chosen where they are left
+  /// open. Where the octave was chosen here, thresholds in px that stand for the features' noise grow with
+  /// the octave's pixels.
   TrackerOptions for_images(const cv::Size& image, SearchPace pace) const;
 
   /// Throws std::invalid_argument naming every key at fault, its value and range.

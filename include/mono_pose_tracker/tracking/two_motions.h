@@ -23,7 +23,7 @@ struct TwoMotions {
 /// Fits the two motions. second_of_first: matched feature of each of the first's, -1 where none. has_moved:
 /// flags of the first's features that some image between shows elsewhere (empty: none is known); they are not
 /// still, wherever they are now. A camera that moves itself leaves nothing exactly in its place: what is near
-/// shifts by little and by more, what is far by what the hand shakes. Hence found only when many features
+/// shifts by all amounts, what is far by as much as the hand shakes. Hence found only when many features
 /// stand as still as noise lets them, in the mean as well, or a few nearly so while the others are several
 /// times as far away and hardly any between; and most of those that moved obey one rigid motion. With
 /// segmentation/body: turning it is always the object that is wanted.

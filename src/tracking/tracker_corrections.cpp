@@ -1,0 +1,53 @@
+// What becomes of what the tracker knows when the mapper corrects, joins or drops maps.
+
+#include <cstdint>
+#include <set>
+
+#include "tracker_impl.h"
+
+namespace mono_pose_tracker {
+
+// The map was corrected: what is known by its ids and in its lengths follows.
+void Tracker::Impl::apply_corrections(const TrackingMap& map) {
+  for (const auto& correction : map.corrections) {
+    if (correction->sequence <= corrections_) continue;
+    corrections_ = correction->sequence;
+    ++times_corrected_[correction->into_map];
+    frames_[correction->of_map].apply(*correction);
+    if (tentative_ && tentative_->map_id == correction->of_map) tentative_.reset();
+    if (correction->of_map == present_map_) {
+      present_map_ = correction->into_map;
+      reference_ += correction->added.keyframes;
+      const double scale = correction->length_scale(reference_);
+      camera_from_reference_.translation *= scale;
+      if (motion_) motion_->translation *= scale;
+      pose_doubt_.rescale(scale);
+      length_scale_ *= scale;
+    }
+    if (correction->into_map == correction->of_map) continue;
+    frames_[correction->into_map].take(frames_[correction->of_map]);
+    frames_.erase(correction->of_map);
+    others_.erase(correction->into_map);
+    others_.erase(correction->of_map);
+    keyframe_policy_.reset();
+  }
+}
+
+// The mapper keeps no more of what lies beside a capped map than that map may hold.
+void Tracker::Impl::forget_dropped_maps(const TrackingMap& map) {
+  if (map.epoch != epoch_) return;  // of a time when others were kept
+  const std::set<std::uint32_t> kept(map.kept_maps.begin(), map.kept_maps.end());
+  for (auto other = others_.begin(); other != others_.end();) {
+    const std::uint32_t id = other->first;
+    if (kept.count(id)) {
+      ++other;
+      continue;
+    }
+    if (tentative_ && tentative_->map_id == id) tentative_.reset();
+    frames_.erase(id);
+    times_corrected_.erase(id);
+    other = others_.erase(other);
+  }
+}
+
+}  // namespace mono_pose_tracker
