@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "mono_pose_tracker/map/map.h"
@@ -14,7 +15,7 @@ inline void add_view(const SyntheticScene& scene, const CameraModel& camera, con
                      Map* map) {
   std::vector<int> point_of;
   const Frame frame = synthetic_frame(scene, camera, camera_from_map, noise_px, k, random, &point_of);
-  const KeyframeId id = map->add_keyframe(k, k * 100000000, camera_from_map, frame.image);
+  const KeyframeId id = map->add_keyframe(k, k * std::int64_t{100'000'000}, camera_from_map, frame.image);
   for (std::size_t f = 0; f < point_of.size(); ++f) {
     map->add_observation(landmarks[point_of[f]], id, static_cast<int>(f));
   }

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <set>
 #include <stdexcept>
@@ -182,13 +183,12 @@ constexpr int kWhole = 25;  // images that show the room only
 
 // The last images show the left part of the room, and beside it another, which comes into view with them.
 // Tracked with so many features an image.
-std::unique_ptr<Tracker> track_into_another_room(double part, int features) {
-  constexpr int kFrames = 50;
-  const SimulatedRoom room = simulated_room(kFrames, 1), other = simulated_room(kFrames, 1, 2);
+std::unique_ptr<Tracker> track_into_another_room(const SimulatedRoom& room, const SimulatedRoom& other,
+                                                 double part, int features) {
   TrackerOptions options;
   options.sift.max_features = features;
   auto tracker = std::make_unique<Tracker>(options, room.camera, Tracker::Mapping::kInline);
-  for (int i = 0; i < kFrames; ++i) {
+  for (std::size_t i = 0; i < room.frames.size(); ++i) {
     cv::Mat image = room.frames[i].image.clone();
     if (i >= kWhole) {
       const int left = static_cast<int>(part * image.cols);
@@ -200,18 +200,25 @@ std::unique_ptr<Tracker> track_into_another_room(double part, int features) {
   return tracker->finish() ? std::move(tracker) : nullptr;
 }
 
-// Its images since the other room came into view hang on too few points.
-bool has_loose_end(const Map& map) {
+// Its images since the other room came into view hang on too few points, and no others do.
+bool has_loose_end(Map map) {
   const Seam seam = weakest_seam(map);
-  return !seam.holds() && seam.frame_index >= kWhole;
+  if (seam.holds() || seam.frame_index < kWhole) return false;
+  const std::map<KeyframeId, Keyframe> keyframes = map.keyframes();
+  for (const auto& [id, keyframe] : keyframes) {
+    if (keyframe.frame_index >= seam.frame_index) map.remove_keyframe(id, keyframes.begin()->first);
+  }
+  return weakest_seam(map).holds();
 }
 
 // A quarter of so many features are enough for a pose, and too few for a seam; of how many is the processor's
 // rounding's: about half of these have a loose end.
 std::unique_ptr<Tracker> with_loose_end() {
+  constexpr int kFrames = 50;
+  const SimulatedRoom room = simulated_room(kFrames, 1), other = simulated_room(kFrames, 1, 2);
   for (const double part : {0.25, 0.24, 0.26, 0.27}) {
     for (const int features : {260, 240, 220, 300, 280}) {
-      std::unique_ptr<Tracker> tracker = track_into_another_room(part, features);
+      std::unique_ptr<Tracker> tracker = track_into_another_room(room, other, part, features);
       if (tracker && has_loose_end(tracker->map())) return tracker;
     }
   }
