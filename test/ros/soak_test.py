@@ -57,7 +57,8 @@ class SoakTest(unittest.TestCase):
         later = samples[len(samples) // 4:]  # until then it may grow to its size
         hours = (later[-1][0] - later[0][0]) / 3600
         growth = max(mb for _, mb, _, _ in later[-3:]) - max(mb for _, mb, _, _ in later[:3])
-        self.assertLess(growth, NOISE_MB + MOST_GROWTH_AN_HOUR * hours, "MB, of %s" % [round(s[1], 1) for s in later])
+        if "ASAN_OPTIONS" not in os.environ:  # AddressSanitizer keeps what is freed, up to 256 MB of it
+            self.assertLess(growth, NOISE_MB + MOST_GROWTH_AN_HOUR * hours, "MB, of %s" % [round(s[1], 1) for s in later])
         # A worker of the map that is being dropped may still be about.
         self.assertLessEqual(max(s[2] for s in later[-3:]), max(s[2] for s in later[:3]) + 1, "threads")
         self.assertLessEqual(max(s[3] for s in later[-3:]), max(s[3] for s in later[:3]) + 1, "handles")
