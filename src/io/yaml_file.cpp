@@ -35,7 +35,10 @@ class Builder : public YAML::EventHandler {
  public:
   YamlValue take() { return std::move(root_); }
 
-  void OnDocumentStart(const YAML::Mark&) override { ++documents_; }
+  // A comma behind the first makes yaml-cpp begin one empty document after the other, for ever.
+  void OnDocumentStart(const YAML::Mark& mark) override {
+    if (++documents_ > 2) fail_by_second_document(mark);
+  }
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     if (documents_ > 1 && open_.empty()) return;  // a line of dashes at the end
@@ -72,10 +75,12 @@ class Builder : public YAML::EventHandler {
     bool has_key = false;
   };
 
+  [[noreturn]] static void fail_by_second_document(const YAML::Mark& mark) {
+    fail(mark.line + 1, "belongs to a second document, of which nothing would be heeded");
+  }
+
   YamlValue leaf(YamlValue::Kind kind, const std::string& text, const YAML::Mark& mark) {
-    if (documents_ > 1) {
-      fail(mark.line + 1, "belongs to a second document, of which nothing would be heeded");
-    }
+    if (documents_ > 1) fail_by_second_document(mark);
     count(1, mark);
     YamlValue value;
     value.kind = kind;

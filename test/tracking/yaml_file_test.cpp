@@ -16,6 +16,8 @@ using Kind = YamlValue::Kind;
 TEST(Yaml, ASecondDocumentIsRefused) {
   expect_error([] { parse_yaml("a: 1\n---\nb: 2\n", "x"); }, {"line 3", "second document"});
   expect_error([] { parse_yaml("a: 1\n---\n[2]\n", "x"); }, {"second document"});
+  // Of documents that begin here there is no end.
+  expect_error([] { parse_yaml("{a: 1}, b\n", "x"); }, {"line 1", "second document"});
   for (const char* one : {"a: 1\n", "---\na: 1\n...\n", "a: 1\n---\n", "a: 1\n...\n# end\n"}) {
     EXPECT_EQ(parse_yaml(one, "x").find("a")->text, "1") << one;
   }
