@@ -6,6 +6,7 @@
 
 #include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/parallel.h"
+#include "sorted_unique.h"
 
 namespace mono_pose_tracker {
 
@@ -141,8 +142,7 @@ std::optional<LoopConstraint> LoopFinder::find(const TrackingMap& map, const Pla
   }
   if (awaiting_ && is_covisible(map, awaiting_->from, loop->from) && agree(map, *awaiting_, *loop)) {
     loop->matches.insert(loop->matches.end(), awaiting_->matches.begin(), awaiting_->matches.end());
-    std::sort(loop->matches.begin(), loop->matches.end());
-    loop->matches.erase(std::unique(loop->matches.begin(), loop->matches.end()), loop->matches.end());
+    loop->matches = sorted_unique(std::move(loop->matches));
     awaiting_.reset();
     return loop;
   }

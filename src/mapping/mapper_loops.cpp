@@ -1,6 +1,7 @@
 // The part of the Mapper that closes loops.
 
 #include <algorithm>
+#include <exception>
 #include <set>
 #include <utility>
 
@@ -41,18 +42,24 @@ void Mapper::forget_aside() {
   beside_.loop_finder.reset();
 }
 
-// Whatever becomes of it, nothing else is kept waiting for it; what it throws, the mapper does.
+// Whatever becomes of it, nothing else is kept waiting for it; what it throws, the mapper does. What it
+// leaves to be done is dropped where the map is another by then.
 Aside Mapper::told_of_its_end(Aside work) const {
   return [work = std::move(work),
           ticket = beside_.ticket](const std::function<bool()>& cancelled) -> std::function<void(Mapper&)> {
+    std::function<void(Mapper&)> rest;
+    std::exception_ptr error;
     try {
-      return work(cancelled);
+      rest = work(cancelled);
     } catch (...) {
-      return [ticket, error = std::current_exception()](Mapper& mapper) {
-        if (ticket == mapper.beside_.ticket) mapper.beside_.closing = mapper.beside_.adjusting = false;
-        std::rethrow_exception(error);
-      };
+      error = std::current_exception();
     }
+    return [rest, error, ticket](Mapper& mapper) {
+      const bool is_wanted = ticket == mapper.beside_.ticket;
+      if (is_wanted) mapper.beside_.closing = mapper.beside_.adjusting = false;
+      if (error) std::rethrow_exception(error);
+      if (is_wanted) rest(mapper);
+    };
   };
 }
 
@@ -68,17 +75,14 @@ void Mapper::seek_loop() {
   if (!loop) return;
   if (std::exchange(beside_.adjusting, false)) ++beside_.ticket;  // it would be of what has drifted
   beside_.closing = true;
-  beside_.aside = told_of_its_end([loop = *loop, map = tracking_map_, ticket = beside_.ticket,
+  beside_.aside = told_of_its_end([loop = *loop, map = tracking_map_,
                                    asked = options_.bundle.cancel](const std::function<bool()>& cancelled) {
     const auto changes = spread_loop(*map, loop, [&] { return cancelled() || (asked && asked()); });
-    return [=](Mapper& mapper) { mapper.close_loop(loop, changes, ticket); };
+    return [=](Mapper& mapper) { mapper.close_loop(loop, changes); };
   });
 }
 
-void Mapper::close_loop(const LoopConstraint& loop, const std::optional<KeyframeChanges>& changes,
-                        std::uint64_t ticket) {
-  if (ticket != beside_.ticket) return;
-  beside_.closing = false;
+void Mapper::close_loop(const LoopConstraint& loop, const std::optional<KeyframeChanges>& changes) {
   const Keyframe *from = map_.keyframe(loop.from), *to = map_.keyframe(loop.to);
   if (!changes || !from || !to) return;
   const StageTimer timer(stages_, "loop_close");
@@ -135,20 +139,18 @@ void Mapper::adjust_now_and_then() {
 
 void Mapper::adjust_globally(bool parts_were_apart) {
   (parts_were_apart ? beside_.closing : beside_.adjusting) = true;
-  beside_.aside = told_of_its_end([map = map_, bundle = options_.bundle, parts_were_apart,
-                                   ticket = beside_.ticket](const std::function<bool()>& cancelled) {
-    BundleOptions options = bundle;
-    options.cancel = [&] { return cancelled() || (bundle.cancel && bundle.cancel()); };
-    const auto solved = GlobalAdjustment::solve(options, map, parts_were_apart);
-    return [=](Mapper& mapper) {
-      if (ticket != mapper.beside_.ticket) return;
-      mapper.beside_.closing = mapper.beside_.adjusting = false;
-      if (!solved) return;
-      const KeyframeChanges all = solved->apply(&mapper.map_);
-      mapper.cull_observations(mapper.map_.landmark_ids());
-      mapper.post_correction(all);
-    };
-  });
+  beside_.aside = told_of_its_end(
+      [map = map_, bundle = options_.bundle, parts_were_apart](const std::function<bool()>& cancelled) {
+        BundleOptions options = bundle;
+        options.cancel = [&] { return cancelled() || (bundle.cancel && bundle.cancel()); };
+        const auto solved = GlobalAdjustment::solve(options, map, parts_were_apart);
+        return [=](Mapper& mapper) {
+          if (!solved) return;
+          const KeyframeChanges all = solved->apply(&mapper.map_);
+          mapper.cull_observations(mapper.map_.landmark_ids());
+          mapper.post_correction(all);
+        };
+      });
 }
 
 void Mapper::post_correction(const KeyframeChanges& changes) {

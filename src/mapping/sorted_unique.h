@@ -5,12 +5,12 @@
 
 namespace mono_pose_tracker {
 
-// The ids in order, each once.
-template <typename Id>
-std::vector<Id> sorted_unique(std::vector<Id> ids) {
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-  return ids;
+// The values in order, each once.
+template <typename T>
+std::vector<T> sorted_unique(std::vector<T> values) {
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+  return values;
 }
 
 }  // namespace mono_pose_tracker

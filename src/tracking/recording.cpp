@@ -219,7 +219,6 @@ void pose_again(const Recording& recording, const FrameObserver& observer, Track
   // Where the camera can hardly have been, between images where it certainly was.
   resect_again(recording, tracker->take_out_strays(), result->frames_total, tracker);
   tracker->leave_out_strays();
-  if (recording.interrupted()) return;
   leave_out_loose_ends(recording, tracker, result);
   settle_motion(recording, tracker, result);
 }

@@ -7,7 +7,7 @@
 
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/mapping/mapper.h"
-#include "mono_pose_tracker/tracking/resector.h"
+#include "support/posed_candidate.h"
 #include "support/synthetic_views.h"
 #include "support/unhurried_options.h"
 
@@ -57,19 +57,13 @@ class MapperJoiningTest : public testing::Test {
     return map;
   }
 
+  KeyframeCandidate candidate_of(int i) {
+    return posed_candidate(options_, camera_, *mapper_.tracking_map(), frame(i));
+  }
+
   void insert(int i, int waiting = 0) {
-    const TrackingMapPtr map = mapper_.tracking_map();
-    const KeyframeView& newest = map->keyframes.rbegin()->second;
-    KeyframeCandidate candidate;
-    candidate.map_id = map->map_id;
-    candidate.frame = frame(i);
-    const ResectionReport report =
-        Resector(options_, camera_).resect(candidate.frame, *map, newest.id, std::nullopt);
-    ASSERT_TRUE(report.success) << report.text;
-    candidate.reference = newest.id;
-    candidate.camera_from_reference = report.camera_from_map * newest.camera_from_map.inverse();
-    candidate.observations = report.observations;
-    candidate.corrections = map->corrections.size();
+    const KeyframeCandidate candidate = candidate_of(i);
+    ASSERT_FALSE(HasFailure());
     mapper_.insert(candidate, waiting);
   }
 
@@ -251,17 +245,8 @@ TEST_F(MapperJoiningTest, ACandidatePosedBeforeTheJoinIsStillUnderstood) {
   for (int i = 4; i <= 10; i += 2) insert(i);
   mapper_.begin_beside(initial_map(24, 22), 1);
   // Posed in the new map, sent when it has become part of the old one.
-  const TrackingMapPtr map = mapper_.tracking_map();
-  const KeyframeView& newest = map->keyframes.rbegin()->second;
-  KeyframeCandidate candidate;
-  candidate.map_id = map->map_id;
-  candidate.frame = frame(21);
-  const ResectionReport report =
-      Resector(options_, camera_).resect(candidate.frame, *map, newest.id, std::nullopt);
-  ASSERT_TRUE(report.success);
-  candidate.reference = newest.id;
-  candidate.camera_from_reference = report.camera_from_map * newest.camera_from_map.inverse();
-  candidate.observations = report.observations;
+  const KeyframeCandidate candidate = candidate_of(21);
+  ASSERT_FALSE(HasFailure());
   int last = 22;
   while (!mapper_.kept_maps().empty() && last > 8) insert(last -= 2);
   ASSERT_TRUE(mapper_.kept_maps().empty());
@@ -279,17 +264,8 @@ TEST_F(MapperJoiningTest, WhatCorrectedAnotherMapChangesNoCandidateOfThisOne) {
   mapper_.begin_beside(initial_map(40, 42), 1);
   mapper_.transform(Sim3(3, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), std::nullopt);
   ASSERT_TRUE(mapper_.resume(first, true, 2));
-  const TrackingMapPtr map = mapper_.tracking_map();
-  const KeyframeView& newest = map->keyframes.rbegin()->second;
-  KeyframeCandidate candidate;
-  candidate.map_id = first;
-  candidate.frame = frame(10);
-  const ResectionReport report =
-      Resector(options_, camera_).resect(candidate.frame, *map, newest.id, std::nullopt);
-  ASSERT_TRUE(report.success);
-  candidate.reference = newest.id;
-  candidate.camera_from_reference = report.camera_from_map * newest.camera_from_map.inverse();
-  candidate.observations = report.observations;
+  KeyframeCandidate candidate = candidate_of(10);
+  ASSERT_FALSE(HasFailure());
   candidate.corrections = 0;  // it was posed before the other map was rescaled
   mapper_.insert(candidate);
   EXPECT_EQ(mapper_.tracking_map()->keyframes.rbegin()->second.frame_index, 10);

@@ -12,7 +12,7 @@
 #include "mono_pose_tracker/mapping/mapping_worker.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "mono_pose_tracker/simulation/loop_study.h"
-#include "mono_pose_tracker/tracking/resector.h"
+#include "support/posed_candidate.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
@@ -63,19 +63,8 @@ class MapperLoopsTest : public testing::Test {
   }
 
   bool insert(int index) {
-    const TrackingMapPtr map = worker_->latest();
-    const KeyframeView& newest = map->keyframes.rbegin()->second;
-    KeyframeCandidate candidate;
-    candidate.map_id = map->map_id;
-    candidate.frame = walk_frame(walk_, camera_, index, kLoopNoise, random_);
-    const ResectionReport report =
-        Resector(options_, camera_).resect(candidate.frame, *map, newest.id, std::nullopt);
-    EXPECT_TRUE(report.success) << index << ": " << report.text;
-    candidate.reference = newest.id;
-    candidate.camera_from_reference = report.camera_from_map * newest.camera_from_map.inverse();
-    candidate.observations = report.observations;
-    candidate.corrections = map->corrections.size();
-    if (!worker_->insert(candidate)) return false;
+    const Frame frame = walk_frame(walk_, camera_, index, kLoopNoise, random_);
+    if (!worker_->insert(posed_candidate(options_, camera_, *worker_->latest(), frame))) return false;
     while (worker_->unfinished_jobs() > 0) std::this_thread::yield();
     return true;
   }

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/tracking/resector.h"
+#include "support/posed_candidate.h"
 #include "support/synthetic_views.h"
 #include "support/unhurried_options.h"
 
@@ -48,17 +48,8 @@ class MappingWorkerTest : public testing::Test {
 
   // A new view posed against the newest keyframe of the map.
   KeyframeCandidate candidate(const TrackingMap& map, int index) {
-    const KeyframeView& newest = map.keyframes.rbegin()->second;
-    KeyframeCandidate candidate;
-    candidate.map_id = map.map_id;
-    candidate.frame = synthetic_frame(scene_, camera_, pose(index), kWorkerNoise, index, random_);
-    const ResectionReport report =
-        Resector(TrackerOptions(), camera_).resect(candidate.frame, map, newest.id, std::nullopt);
-    EXPECT_TRUE(report.success) << report.text;
-    candidate.reference = newest.id;
-    candidate.camera_from_reference = report.camera_from_map * newest.camera_from_map.inverse();
-    candidate.observations = report.observations;
-    return candidate;
+    const Frame frame = synthetic_frame(scene_, camera_, pose(index), kWorkerNoise, index, random_);
+    return posed_candidate(TrackerOptions(), camera_, map, frame);
   }
 
   Random random_{17};

@@ -144,8 +144,7 @@ class Mapper {
   void forget_beside_map();
   void forget_aside();
   Aside told_of_its_end(Aside work) const;
-  void close_loop(const LoopConstraint& loop, const std::optional<KeyframeChanges>& changes,
-                  std::uint64_t ticket);
+  void close_loop(const LoopConstraint& loop, const std::optional<KeyframeChanges>& changes);
   bool fuse_loop(const LoopConstraint& loop);
   void fuse_sides(const std::vector<KeyframeId>& targets, const std::vector<KeyframeId>& others);
   void adjust_globally(bool parts_were_apart);

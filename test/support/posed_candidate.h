@@ -1,0 +1,23 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <optional>
+
+#include "mono_pose_tracker/mapping/keyframe_candidate.h"
+#include "mono_pose_tracker/tracking/resector.h"
+
+namespace mono_pose_tracker {
+
+/// The frame, posed against the newest keyframe of a map of which every correction is known.
+inline KeyframeCandidate posed_candidate(const TrackerOptions& options, const CameraModel& camera,
+                                         const TrackingMap& map, const Frame& frame) {
+  const KeyframeView& newest = map.keyframes.rbegin()->second;
+  const ResectionReport report = Resector(options, camera).resect(frame, map, newest.id, std::nullopt);
+  EXPECT_TRUE(report.success) << frame.index << ": " << report.text;
+  return {map.map_id,          frame,
+          newest.id,           report.camera_from_map * newest.camera_from_map.inverse(),
+          report.observations, map.corrections.size()};
+}
+
+}  // namespace mono_pose_tracker
