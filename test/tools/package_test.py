@@ -63,7 +63,7 @@ class PackageTest(unittest.TestCase):
 
     def test_python_scripts_that_are_named_are_installed(self):
         installed = re.search(r"install\(PROGRAMS (.*?) DESTINATION", read("CMakeLists.txt"), re.S).group(1).split()
-        for script in ("camera_driver", "play_bag", "plot_experiment"):
+        for script in ("camera_driver", "play_bag", "plot_costs", "plot_experiment"):
             self.assertIn("scripts/" + script, installed)
 
 

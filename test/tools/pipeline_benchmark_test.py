@@ -10,6 +10,7 @@ import unittest
 
 import rosunit
 
+ROOT = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 FRAMES = 20
 SLOWNESS = float(os.environ.get("MONO_POSE_TRACKER_SLOWNESS", "1"))  # of this build: with a sanitizer 10
 
@@ -70,6 +71,7 @@ class PipelineBenchmark(unittest.TestCase):
         self.assertNotIn("frames_dropped", offline)
         self.expect_times(offline["frame"], FRAMES)
         self.expect_times(offline["stages"]["features"], FRAMES)
+        self.assertGreaterEqual(1000 * offline["cpu_seconds"], offline["stages"]["features"]["median_ms"] * FRAMES / 2)
         self.assertLess(offline["position_rmse_percent"], 1)
         self.assertGreaterEqual(offline["memory_mb"]["peak"], offline["memory_mb"]["before"])
 
@@ -200,6 +202,33 @@ class PipelineBenchmark(unittest.TestCase):
         self.expect_times(places["add_ms"], 60)
         self.expect_times(places["query_ms"], FRAMES // 2)
         self.assertIn("recall of the best 5: 100.0 %", result.stdout)
+
+    def draw(self, *results):
+        script = os.path.join(ROOT, "scripts", "plot_costs")
+        return subprocess.run([script, *results, "--output", self.path("costs.png")], capture_output=True, text=True,
+                              timeout=60 * SLOWNESS)
+
+    def test_costs_are_drawn_against_the_size_of_the_images(self):
+        larger = {**self.figures, "width": 640, "height": 480}
+        with open(self.path("larger.json"), "w") as file:
+            json.dump(larger, file)
+        result = self.draw(self.json, self.path("larger.json"))
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertGreater(os.path.getsize(self.path("costs.png")), 10000)
+
+    def test_costs_are_drawn_against_the_keyframes_of_the_map(self):
+        written = self.path("growth.json")
+        result = run_program("pipeline_benchmark", "--growth", "100", "--json", written)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        result = self.draw(written)
+        self.assertEqual((result.returncode, result.stderr), (0, ""))
+        self.assertGreater(os.path.getsize(self.path("costs.png")), 10000)
+
+    def test_what_is_not_of_the_benchmark_is_not_drawn(self):
+        for path in ("/nowhere", self.reference):
+            result = self.draw(path)
+            self.assertEqual(result.returncode, 1)
+            self.assertIn(path, result.stderr)
 
     def test_refusals_name_what_is_wrong(self):
         images, camera = self.input[:2], self.input[2:]

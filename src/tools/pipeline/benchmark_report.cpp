@@ -57,6 +57,7 @@ constexpr Row kRows[] = {
     {"  peak", "/memory_mb/peak", "%.1f"},
     {"  after", "/memory_mb/after", "%.1f"},
     {"seconds", "/seconds", "%.1f"},
+    {"  CPU, all threads", "/cpu_seconds", "%.1f"},
     {"position rmse, % of path", "/position_rmse_percent", "%.4f"},
     {"  as they came", "/position_rmse_percent_as_they_came", "%.4f"},
     {"  on the final map", "/position_rmse_percent_on_final_map", "%.4f"},
