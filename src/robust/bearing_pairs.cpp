@@ -44,8 +44,7 @@ void sampson_errors(const BearingPairs& pairs, const TwoViewModel& model, const 
   }
 }
 
-// True when the rays meet in front of both cameras, or may do so within an angular error (radians): the rays
-// of a far point are parallel but for noise. lambda1 R x1 + t = lambda2 x2 in the plane of the two rays: both
+// As may_be_in_front. lambda1 R x1 + t = lambda2 x2 in the plane of the two rays: both
 // distances, times sin^2 of the angle between the rays, are at least -tolerance * |t x x2|.
 bool distances_positive(double along1, double along2, double cosine, double tolerance) {
   const double scaled1 = along2 * cosine - along1;
@@ -71,6 +70,23 @@ BearingPairs::BearingPairs(const std::vector<Eigen::Vector3d>& bearings1,
   }
   first_ = VectorArray(first);
   second_ = VectorArray(second);
+}
+
+BearingPairs BearingPairs::with(const std::vector<char>& flags) const {
+  std::vector<Eigen::Vector3d> first, second;
+  for (int i = 0; i < size(); ++i) {
+    if (!flags[i]) continue;
+    first.push_back(first_[i]);
+    second.push_back(second_[i]);
+  }
+  return {first, second, 0};
+}
+
+bool may_be_in_front(const TwoViewModel& model, const Eigen::Vector3d& bearing1,
+                     const Eigen::Vector3d& bearing2, double tolerance) {
+  const Eigen::Vector3d turned = model.rotation * bearing1;
+  return distances_positive(model.translation.dot(turned), model.translation.dot(bearing2),
+                            turned.dot(bearing2), tolerance);
 }
 
 RansacScore score_two_views(const BearingPairs& pairs, const TwoViewModel& model, double threshold,

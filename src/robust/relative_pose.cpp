@@ -9,6 +9,7 @@
 #include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/geometry/five_point.h"
 #include "mono_pose_tracker/robust/bearing_pairs.h"
+#include "mono_pose_tracker/robust/chance_pairs.h"
 #include "mono_pose_tracker/robust/ransac.h"
 #include "mono_pose_tracker/robust/two_view_ambiguity.h"
 #include "mono_pose_tracker/robust/two_view_refinement.h"
@@ -102,9 +103,13 @@ class LocalOptima {
     change_best([&](TwoViewModel* m) { explore_two_views(pairs_, threshold_, kInnerSamples, seed, m); });
   }
 
-  // Once no more are added: one that is not polished costs less than the best one polished.
-  void polish_best() {
-    change_best([&](TwoViewModel* m) { polish_two_views(pairs_, threshold_, kFinalIterations, m); });
+  // Once no more are added: one that is not polished costs less than the best one polished. By the pairs that
+  // are more than chance, as the dominant plane tells.
+  void polish_best(const PlaneFit& plane) {
+    change_best([&](TwoViewModel* m) {
+      const std::vector<char> flags = more_than_chance(pairs_, *m, plane.normal, threshold_);
+      polish_two_views(pairs_.with(flags), threshold_, kFinalIterations, m);
+    });
   }
 
   const std::vector<ScoredTwoViews>& models() { return pool_.models(); }
@@ -224,7 +229,7 @@ RelativePoseReport estimate_relative_pose(const std::vector<Eigen::Vector3d>& be
   for (const TwoViewModel& motion : ambiguous_motions(pairs, best, inliers, plane)) {
     optima.add(motion);
   }
-  optima.polish_best();
+  optima.polish_best(plane);
   for (const ScoredTwoViews& optimum : optima.models()) {
     if (optimum.score.num_inliers >= kRivalInlierShare * optima.models().front().score.num_inliers) {
       report.hypotheses.push_back(to_hypothesis(pairs, optimum, threshold, bearings1.size()));

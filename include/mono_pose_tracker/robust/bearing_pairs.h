@@ -23,7 +23,8 @@ class BearingPairs {
   int size() const { return static_cast<int>(source_.size()); }
   const VectorArray& first() const { return first_; }
   const VectorArray& second() const { return second_; }
-  int source(int i) const { return source_[i]; }  // index in the vectors this was made of
+  BearingPairs with(const std::vector<char>& flags) const;  // those that have a flag
+  int source(int i) const { return source_[i]; }            // index in the vectors this was made of
 
  private:
   VectorArray first_, second_;
@@ -31,6 +32,11 @@ class BearingPairs {
 };
 
 using TwoViewModel = Motion;  // second_from_first, the translation of unit length
+
+/// True when the rays meet in front of both cameras, or may do so within an angular error (radians): the rays
+/// of a far point are parallel but for noise.
+bool may_be_in_front(const TwoViewModel& model, const Eigen::Vector3d& bearing1,
+                     const Eigen::Vector3d& bearing2, double tolerance);
 
 /// MSAC: the sum of min(e^2, threshold^2) over Sampson errors e on the unit sphere (radians); pairs behind a
 /// camera count as outliers. Gives up with an infinite cost when it exceeds cost_bound or is all but sure to.

@@ -1,0 +1,73 @@
+#include "mono_pose_tracker/robust/chance_pairs.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "mono_pose_tracker/robust/two_view_ambiguity.h"
+#include "robust/two_view_scene.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr double kThreshold = 2 * kPixel;
+
+struct Counts {
+  int right = 0, wrong = 0, right_kept = 0, wrong_kept = 0;
+};
+
+// Of the pairs near their epipolar lines under the true motion.
+Counts counts_of(const TwoViewSceneOptions& options, int scenes) {
+  Counts counts;
+  for (int seed = 0; seed < scenes; ++seed) {
+    const TwoViewScene scene = make_two_view_scene(options, seed);
+    const BearingPairs pairs(scene.bearings1, scene.bearings2, 0);
+    const TwoViewModel truth = model_of(scene.second_from_first);
+    std::vector<char> near;
+    score_two_views(pairs, truth, kThreshold, kNoBound, &near);
+    const PlaneFit plane = fit_plane(pairs, near, truth, kThreshold, 0);
+    const std::vector<char> flags = more_than_chance(pairs, truth, plane.normal, kThreshold);
+    for (int i = 0; i < pairs.size(); ++i) {
+      if (!near[i]) continue;
+      const bool is_right = scene.is_inlier[pairs.source(i)];
+      (is_right ? counts.right : counts.wrong) += 1;
+      (is_right ? counts.right_kept : counts.wrong_kept) += flags[i];
+    }
+  }
+  return counts;
+}
+
+TEST(ChancePairs, WrongPairsNearTheLinesOfAPlaneAreLeftOut) {
+  TwoViewSceneOptions options;
+  options.depth_over_width = 0.01;
+  options.outlier_ratio = 0.5;
+  const Counts counts = counts_of(options, 200);
+  EXPECT_GT(counts.wrong, 50);
+  EXPECT_LT(counts.wrong_kept, 0.2 * counts.wrong);
+  EXPECT_GT(counts.right_kept, 0.995 * counts.right);
+}
+
+// Where points lie at all depths, chance pairs are few among them; the right ones have their say.
+TEST(ChancePairs, WhatIsAtAllDepthsCounts) {
+  for (const double outlier_ratio : {0.0, 0.3, 0.7}) {
+    TwoViewSceneOptions options;
+    options.outlier_ratio = outlier_ratio;
+    const Counts counts = counts_of(options, 20);
+    EXPECT_GT(counts.right_kept, 0.98 * counts.right) << outlier_ratio;
+  }
+}
+
+TEST(ChancePairs, AHandfulIsNotSortedOut) {
+  TwoViewSceneOptions options;
+  options.num_points = 8;
+  const Counts counts = counts_of(options, 20);
+  EXPECT_GE(counts.right, 100);
+  EXPECT_GT(counts.right_kept, 0.8 * counts.right);
+}
+
+TEST(ChancePairs, WithoutPairsThereAreNoFlags) {
+  EXPECT_TRUE(more_than_chance(BearingPairs({}, {}, 0), TwoViewModel(), Eigen::Vector3d::UnitZ(), 1).empty());
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
