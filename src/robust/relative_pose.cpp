@@ -79,6 +79,7 @@ class LocalOptima {
               const RelativePoseOptions& options)
       : pairs_(pairs),
         estimator_(estimator),
+        options_(options),
         threshold_(options.ransac.threshold),
         pool_(options.max_hypotheses) {}
 
@@ -103,12 +104,15 @@ class LocalOptima {
     change_best([&](TwoViewModel* m) { explore_two_views(pairs_, threshold_, kInnerSamples, seed, m); });
   }
 
-  // Once no more are added: one that is not polished costs less than the best one polished. By the pairs that
-  // are more than chance, as the dominant plane tells.
+  // Once no more are added: one that is not polished costs less than the best one polished.
   void polish_best(const PlaneFit& plane) {
     change_best([&](TwoViewModel* m) {
-      const std::vector<char> flags = more_than_chance(pairs_, *m, plane.normal, threshold_);
-      polish_two_views(pairs_.with(flags), threshold_, kFinalIterations, m);
+      if (options_.without_chance_pairs) {
+        const std::vector<char> flags = more_than_chance(pairs_, *m, plane.normal, threshold_);
+        polish_two_views(pairs_.with(flags), threshold_, kFinalIterations, m);
+      } else {
+        polish_two_views(pairs_, threshold_, kFinalIterations, m);
+      }
     });
   }
 
@@ -134,6 +138,7 @@ class LocalOptima {
 
   const BearingPairs& pairs_;
   const TwoViewEstimator& estimator_;
+  const RelativePoseOptions& options_;
   double threshold_;
   ModelPool<TwoViewModel> pool_;
 };

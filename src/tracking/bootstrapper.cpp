@@ -30,6 +30,7 @@ RelativePoseReport relative_pose(const ViewSet& views, const TrackerOptions& opt
   collect_pair(views, &bearings1, &bearings2);
   RelativePoseOptions pose_options;
   pose_options.ransac = options.ransac(views.focal_px);
+  pose_options.without_chance_pairs = false;  // what is repeated is mistaken for what is beside it
   RelativePoseReport pose = estimate_relative_pose(bearings1, bearings2, pose_options);
 
   // What a translation would have to explain: the movement that the best rotation leaves over.
