@@ -44,8 +44,8 @@ void sampson_errors(const BearingPairs& pairs, const TwoViewModel& model, const 
   }
 }
 
-// As may_be_in_front. lambda1 R x1 + t = lambda2 x2 in the plane of the two rays: both
-// distances, times sin^2 of the angle between the rays, are at least -tolerance * |t x x2|.
+// As may_be_in_front. lambda1 R x1 + t = lambda2 x2 in the plane of the two rays: both distances, times sin^2
+// of the angle between the rays, are at least -tolerance * |t x x2|.
 bool distances_positive(double along1, double along2, double cosine, double tolerance) {
   const double scaled1 = along2 * cosine - along1;
   const double scaled2 = along2 - along1 * cosine;
