@@ -138,9 +138,13 @@ def track(camera, tracker, images, posed):
 
 
 class Camera:
-    """Publishes images and their calibration."""
+    """Publishes images and their calibration: each as soon as the one before is answered, or with `hz` no faster than a
+    camera of that rate. Where no image may be lost that is needed: shown as fast as they are answered, what is seen
+    turns further than the map reaches before a keyframe is mapped."""
 
-    def __init__(self, namespace, info):
+    def __init__(self, namespace, info, hz=None):
+        self.period = 1 / hz if hz else 0  # s, of the wall
+        self.due = time.monotonic()
         self.images = rospy.Publisher(namespace + "/image_raw", Image, queue_size=1000)
         self.infos = rospy.Publisher(namespace + "/camera_info", CameraInfo, queue_size=10)
         wait_for_connections(self.images, self.infos)
@@ -151,6 +155,8 @@ class Camera:
 
     def show(self, image, *trackers):
         """The trackers' answers to this image."""
+        time.sleep(max(0, self.due - time.monotonic()))
+        self.due = time.monotonic() + self.period
         before = [len(t.statuses) for t in trackers]
         if self.info is not None:
             self.info.header = image.header

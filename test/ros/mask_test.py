@@ -44,7 +44,7 @@ class MaskTest(unittest.TestCase):
         cls.given = rospy.Publisher("/camera/mask", Image, queue_size=10)
         feeding.wait_for_connections(cls.given)
         cls.tracker = feeding.Tracker("/tracker")
-        cls.camera = feeding.Camera("/camera", cls.recording.info)
+        cls.camera = feeding.Camera("/camera", cls.recording.info, hz=30 / feeding.SLOWNESS)
         cls.images = cls.recording.walk()
 
     def true_mask(self, image):
