@@ -16,6 +16,7 @@
 #include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/mapping/projection_matcher.h"
 #include "mono_pose_tracker/mapping/remade_landmarks.h"
+#include "mono_pose_tracker/mapping/rival_geometry.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "unseen_landmarks.h"
 #include "view_linker.h"
@@ -24,11 +25,16 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// A long lens sees an object from so far that the first views may take it for its reverse. The farther it
-// turns, the plainer it is: asked several times while the map is young.
-void correct_depths(const MapperOptions& options, Map* map) {
+// A long lens sees an object from so far that the first views may take it for its reverse; and a wall, from
+// near, for its twin. The farther the camera goes round, the plainer it is: asked several times while the map
+// is young.
+void correct_beginning(const MapperOptions& options, Map* map) {
   constexpr double kMinEvidence = 0.1;  // share of the cost
-  if (is_narrow(*map)) correct_depth_reversal(options.window_bundle(), kMinEvidence, map);
+  if (is_narrow(*map)) {
+    correct_depth_reversal(options.window_bundle(), kMinEvidence, map);
+  } else {
+    correct_geometry(options.window_bundle(), options.ransac, kMinEvidence, map);
+  }
 }
 
 // Of the two bundle adjustments that end a recording, shares of the cost: after the first more is found and
@@ -37,8 +43,8 @@ constexpr double kRoughTolerance = 1e-5, kFinalTolerance = 1e-7;
 // Whatever the options let an adjustment between images take: here no image waits.
 constexpr int kFinalIterations = 50;
 
-// When the depths are asked about. A keyframe comes every two or three degrees of a turn: so each fifteen or
-// so, up to sixty, beyond which a reverse fits plainly worse. Each time costs several adjustments.
+// When it is asked about. A keyframe comes every two or three degrees of a turn: so each fifteen or so, up to
+// sixty, beyond which a reverse fits plainly worse. Each time costs several adjustments.
 bool is_due(std::size_t keyframes) { return keyframes % 6 == 0 && keyframes <= 24; }
 
 }  // namespace
@@ -156,7 +162,7 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
     }
   }
   adjust_window(id, waiting);
-  if (is_due(map_.keyframes().size()) && !is_cancelled()) correct_depths(options_, &map_);
+  if (is_due(map_.keyframes().size()) && !is_cancelled()) correct_beginning(options_, &map_);
   cull_young_landmarks(id);
   cull_keyframes(id);
   cap_keyframes(id);

@@ -66,6 +66,14 @@ void warn_of_depth(RecordingResult* result) {
       "farther, come nearer, or give masks of what moves as one (--masks)");
 }
 
+void warn_of_geometry(RecordingResult* result) {
+  if (result->maps.front().is_geometry_sure()) return;
+  result->warnings.push_back(
+      "what is seen is nearly flat, and another path before another plane fits it about as well: the map may "
+      "be "
+      "of either; go round it, or have something stand out from it");
+}
+
 void warn_of_contradictions(RecordingResult* result) {
   const Contradiction& worst = result->maps.front().contradiction;
   if (!worst.is_significant()) return;
@@ -180,6 +188,7 @@ void warn_of_doubts(RecordingResult* result) {
   warn_of_seams(result);
   warn_of_loose_ends(result);
   warn_of_depth(result);
+  warn_of_geometry(result);
   warn_of_contradictions(result);
   warn_of_torn_tracks(result);
   warn_of_collapse(result);

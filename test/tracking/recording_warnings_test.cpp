@@ -47,7 +47,7 @@ TEST(RecordingWarnings, ALooseEndIsTold) {
 TEST(RecordingWarnings, APartThatHasShrunkToAPointIsTold) {
   RecordingResult result;
   result.maps.resize(1);
-  result.maps[0].depth_evidence = 1e3;
+  result.maps[0].depth_evidence = result.maps[0].geometry_evidence = 1e3;
   ASSERT_TRUE(result.maps[0].is_sure());
   result.maps[0].collapse = {12, 100, 30};
   warn_of_doubts(&result);

@@ -8,6 +8,7 @@
 #include "mono_pose_tracker/mapping/contradiction.h"
 #include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/mapping/other_body.h"
+#include "mono_pose_tracker/mapping/rival_geometry.h"
 #include "mono_pose_tracker/mapping/scale_collapse.h"
 #include "mono_pose_tracker/mapping/seam.h"
 #include "mono_pose_tracker/mapping/torn_tracks.h"
@@ -37,15 +38,17 @@ struct FinishedMap {
   std::vector<BodyTrack> beside;
   // Its images show one that stands still, and no mask has told it from what moves.
   bool shows_background = false;
-  double depth_evidence = 0;  // that it is not reversed in depth (mapping/depth_reversal.h)
-  bool is_founded = false;    // a third view confirmed its beginning, it is sure, and its seams hold
-  bool confirmed = false;     // that, and what it is of is what was asked for
+  double depth_evidence = 0;     // that it is not reversed in depth (mapping/depth_reversal.h)
+  double geometry_evidence = 0;  // that it did not begin as a plane's twin (mapping/rival_geometry.h)
+  bool is_founded = false;       // a third view confirmed its beginning, it is sure, and its seams hold
+  bool confirmed = false;        // that, and what it is of is what was asked for
 
   bool is_depth_sure() const { return depth_evidence >= kMinDepthEvidence; }
+  bool is_geometry_sure() const { return geometry_evidence >= kMinGeometryEvidence; }
   /// How many things in it speak against it. Its depths and its weakest seam are not among them.
   int objections() const {
     return contradiction.is_significant() + torn_tracks.is_significant() + collapse.is_significant() +
-           is_of_other_body + is_of_smaller_body + shows_background;
+           is_of_other_body + is_of_smaller_body + shows_background + !is_geometry_sure();
   }
   /// Nothing in it speaks against it; it may hang together by little.
   bool is_sure() const { return is_depth_sure() && objections() == 0; }
