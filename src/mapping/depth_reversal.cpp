@@ -11,6 +11,7 @@
 #include "mono_pose_tracker/common/parallel.h"
 #include "mono_pose_tracker/common/so3.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "rival_map.h"
 
 namespace mono_pose_tracker {
 
@@ -21,8 +22,6 @@ namespace {
 constexpr std::array<double, 3> kStretches = {1, 2.5, 6};
 constexpr double kMaxTilt = 1.4;  // rad: beyond, an object is not seen from the same side
 constexpr double kNarrow = 0.15;  // rad
-constexpr double kOutlier = 2.5;  // sigmas, at which an observation's cost is capped
-constexpr int kTrialIterations = 8, kIterations = 25;
 
 Eigen::Vector3d middle_in(const Map& map, const Rigid3& camera_from_map) {
   std::vector<double> axis[3];
@@ -45,20 +44,6 @@ Eigen::Matrix3d reversed(const Eigen::Matrix3d& turn, double stretch) {
   const double other = std::min(stretch * tilt, std::max(tilt, kMaxTilt));
   return about(after, Eigen::Vector3d::UnitZ()) * about(-other, Eigen::Vector3d::UnitY()) *
          about(before, Eigen::Vector3d::UnitZ());
-}
-
-double cost_of(const Map& map) {
-  double cost = 0;
-  for (const auto& [id, keyframe] : map.keyframes()) {
-    for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
-      const Landmark* landmark = map.landmark(keyframe.landmark_of_feature[f]);
-      if (!landmark) continue;
-      const double error =
-          weighted_error(*keyframe.image, static_cast<int>(f), keyframe.camera_from_map * landmark->x_in_map);
-      cost += std::min(error * error, kOutlier * kOutlier);
-    }
-  }
-  return cost;
 }
 
 }  // namespace
@@ -113,8 +98,6 @@ namespace {
 
 // The best fitting of the reversed maps, as far as it takes to compare it with the map's own cost.
 Map best_rival(const BundleOptions& bundle, const Map& map, double cost, double* rival_cost) {
-  // So much dearer after the first iterations, no further ones bring it near.
-  constexpr double kFarDearer = 3;
   BundleOptions trial = bundle;
   trial.max_iterations = kTrialIterations;
   constexpr int kRivals = static_cast<int>(kStretches.size());

@@ -1,22 +1,22 @@
 #include "mono_pose_tracker/mapping/rival_geometry.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <map>
 #include <optional>
-#include <set>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "keyframe_landmarks.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
+#include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
+#include "rival_map.h"
 
 namespace mono_pose_tracker {
 
@@ -24,12 +24,7 @@ namespace {
 
 // Of two keyframes that are to tell the geometry: with fewer in common a rival fits by chance.
 constexpr int kMinShared = 60;
-constexpr int kMinInliers = 15;   // of a resection, as the tracker asks of a pose
-constexpr double kOutlier = 2.5;  // sigmas, at which an observation's cost is capped
-constexpr double kCap = kOutlier * kOutlier;
-constexpr int kTrialIterations = 8, kIterations = 25;
-// So much dearer after the first iterations, no further ones bring it near.
-constexpr double kFarDearer = 3;
+constexpr int kMinInliers = 15;  // of a resection, as the tracker asks of a pose
 
 // Of a map the first in time are asked: the others were placed in what these began, and every rival costs
 // adjustments of them all.
@@ -175,17 +170,7 @@ std::size_t count_observations(const Map& map) {
 
 // Of so many observations; those that are no more in the map cost what a wrong one does.
 double cost_of(const Map& map, std::size_t observations) {
-  double cost = kCap * static_cast<double>(observations - count_observations(map));
-  for (const auto& entry : map.keyframes()) {
-    const Keyframe& keyframe = entry.second;
-    for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
-      const Landmark* landmark = map.landmark(keyframe.landmark_of_feature[f]);
-      if (!landmark) continue;
-      const double error = error_px(keyframe, static_cast<int>(f), landmark->x_in_map);
-      cost += std::min(error * error, kCap);
-    }
-  }
-  return cost;
+  return cost_of(map) + kOutlier * kOutlier * static_cast<double>(observations - count_observations(map));
 }
 
 bool is_same_geometry(const Rigid3& a, const Rigid3& b) {
@@ -254,6 +239,7 @@ std::optional<Rival> best_rival(const BundleOptions& bundle, const RansacOptions
 
 bool correct_geometry(const BundleOptions& bundle, const RansacOptions& ransac, double min_evidence,
                       Map* map) {
+  if (is_narrow(*map)) return false;
   std::optional<Rival> rival = best_rival(bundle, ransac, *map);
   if (!rival || rival->cost * (1 + min_evidence) >= 1) return false;
   *map = std::move(rival->map);
@@ -261,6 +247,7 @@ bool correct_geometry(const BundleOptions& bundle, const RansacOptions& ransac, 
 }
 
 double geometry_evidence(const BundleOptions& bundle, const RansacOptions& ransac, const Map& map) {
+  if (is_narrow(map)) return std::numeric_limits<double>::infinity();
   const std::optional<Rival> rival = best_rival(bundle, ransac, beginning_of(map));
   return rival ? rival->cost - 1 : std::numeric_limits<double>::infinity();
 }

@@ -70,8 +70,7 @@ void warn_of_geometry(RecordingResult* result) {
   if (result->maps.front().is_geometry_sure()) return;
   result->warnings.push_back(
       "what is seen is nearly flat, and another path before another plane fits it about as well: the map may "
-      "be "
-      "of either; go round it, or have something stand out from it");
+      "be of either; go round it, or have something stand out from it");
 }
 
 void warn_of_contradictions(RecordingResult* result) {

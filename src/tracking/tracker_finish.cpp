@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdlib>
 #include <iterator>
-#include <limits>
 #include <utility>
 
 #include "tracker_impl.h"
@@ -143,9 +142,7 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.snapshot = snapshot_of(worker_.mapper().tracking_map());
   map.seam = weakest_seam(map.map);
   map.depth_evidence = depth_evidence(options_.bundle, map.map);
-  map.geometry_evidence = is_narrow(map.map)
-                              ? std::numeric_limits<double>::infinity()  // its rivals are those of its depths
-                              : geometry_evidence(options_.bundle, options_.ransac(camera_.focal()), map.map);
+  map.geometry_evidence = geometry_evidence(options_.bundle, options_.ransac(camera_.focal()), map.map);
   const MatchesInTime matches = match_in_time(map.map, options_.matching, options_.threads);
   map.contradiction = worst_contradiction(map.map, camera_, matches);
   // Seen from near, poses that went astray show by more; and quick turns of a hand-held camera tear as many.

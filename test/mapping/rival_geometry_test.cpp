@@ -25,10 +25,10 @@ RansacOptions ransac() {
 }
 
 // A wall with a box on it.
-SyntheticScene wall(bool has_box, Random& random) {
+SyntheticScene wall(Random& random) {
   std::vector<Eigen::Vector3d> x_in_map;
   for (int i = 0; i < 300; ++i) x_in_map.emplace_back(random.uniform(-2, 2), random.uniform(-2, 2), kDepth);
-  for (int i = 0; has_box && i < 40; ++i) {
+  for (int i = 0; i < 40; ++i) {
     x_in_map.emplace_back(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), kDepth - 0.5);
   }
   return SyntheticScene(x_in_map, random);
@@ -114,7 +114,7 @@ double direction_off(const Map& map) {
 
 TEST(RivalGeometry, AMapOfAWallsTwinIsSetRight) {
   Random random(5);
-  Map map = twin_of(map_of(wall(true, random), random));
+  Map map = twin_of(map_of(wall(random), random));
   ASSERT_GT(turn_off(map), 5 * kDegree);  // adjusting it does not lead out of it
   ASSERT_GT(direction_off(map), 20 * kDegree);
   EXPECT_LT(geometry_evidence(BundleOptions(), ransac(), map), 0);
@@ -127,7 +127,7 @@ TEST(RivalGeometry, AMapOfAWallsTwinIsSetRight) {
 
 TEST(RivalGeometry, ARightMapStaysAsItIs) {
   Random random(6);
-  Map map = map_of(wall(true, random), random);
+  Map map = map_of(wall(random), random);
   const Rigid3 before = map.keyframe(kViews - 1)->camera_from_map;
   EXPECT_FALSE(correct_geometry(BundleOptions(), ransac(), kMinEvidence, &map));
   EXPECT_EQ(map.keyframe(kViews - 1)->camera_from_map.translation, before.translation);

@@ -10,7 +10,8 @@ namespace mono_pose_tracker {
 /// two views fit its twin as well (the camera goes towards it where it went along it), and a path that is
 /// nearly straight tells them apart late; what the twin does not explain is no part of the map by then. So it
 /// is begun anew, beside, from what two of its keyframes far apart have in common, in each of the other
-/// geometries these may have, and the two are compared by what they cost.
+/// geometries these may have, and the two are compared by what they cost. A narrow map has no rivals here but
+/// those of its depths (depth_reversal.h).
 /// ransac: threshold in radians.
 
 /// Takes the rival when its observations fit better by min_evidence (share of the cost). True when it was
