@@ -60,16 +60,24 @@ bool is_asked_by_all_parts(CameraRefinementOptions options, const CameraParamete
   return true;
 }
 
+// By how much the images contradict the focal length, relative; 0 where they do not, or not clearly.
+double contradiction(const CameraRefinementOptions& options, const CameraParameters& camera, const Map& map,
+                     const CameraRefinement& r) {
+  const double change = change_asked(r);
+  const bool is_clear = std::abs(change) >= std::max(kDoubtfulChange, kDoubtfulSigmas * r.focal_sigma);
+  return is_clear && is_asked_by_all_parts(options, camera, map, change) ? change : 0;
+}
+
 class Calibrator {
  public:
-  Calibrator(const CameraParameters& start, const CameraRefinementOptions& options,
+  Calibrator(const CameraParameters& start, CalibrationSource source, const CameraRefinementOptions& options,
              const TrackWithCamera& track)
-      : start_(start), camera_(start), options_(options), track_(track) {}
+      : start_(start), source_(source), camera_(start), options_(options), track_(track) {}
 
-  SelfCalibration run(CalibrationSource source) {
+  SelfCalibration run() {
     const bool is_found = approach();
     SelfCalibration result = finish(is_found);
-    result.source = is_refined_ ? CalibrationSource::kRefined : source;
+    result.source = is_refined_ ? CalibrationSource::kRefined : source_;
     result.camera = camera_;
     result.runs = runs_;
     return result;
@@ -151,6 +159,7 @@ class Calibrator {
         is_refined_ = false;
         continue;
       }
+      if (!result.last.focal_observable && i + 1 < kMaxRuns && guess_anew(result.last, *map)) continue;
       if (!result.last.focal_observable) {
         result.warnings.push_back(not_observable(result.last));
         return result;
@@ -169,6 +178,16 @@ class Calibrator {
     return result;
   }
 
+  // What the images ask for may be too uncertain to be called refined, and is still the better guess where
+  // they contradict the one that was made.
+  bool guess_anew(const CameraRefinement& r, const Map& map) {
+    if (source_ != CalibrationSource::kGuessed) return false;
+    const double change = contradiction(options_, camera_, map, r);
+    if (change == 0) return false;
+    camera_ = with_focal(camera_, 1 + change);
+    return true;
+  }
+
   static bool is_settled(const CameraRefinement& r) {
     return std::abs(r.focal_change) < kSettledChange && r.max_shift_px < kSettledShiftPx;
   }
@@ -180,19 +199,27 @@ class Calibrator {
         r.max_shift_px);
   }
 
-  static std::string not_observable(const CameraRefinement& r) {
-    if (std::isfinite(r.focal_sigma)) {
-      return formatted(
-          "the focal length is not observable in this motion (one standard deviation is %.2f %%, less than "
-          "%.2f %% is wanted, of a camera that can be): it stays as it was given; views from more sides, and "
-          "turned, would tell",
-          100 * r.focal_sigma, 100 * kMaxFocalSigma);
-    }
-    return "the focal length is not observable in this motion: it stays as it was given; views from more "
-           "sides, and turned, would tell";
+  std::string not_observable(const CameraRefinement& r) const {
+    const std::string left =
+        camera_.fx == start_.fx
+            ? "it stays as it was given"
+            : formatted(
+                  "the guess of %.0f px contradicts the images, and %.0f px, which they fit better, is "
+                  "one too",
+                  start_.fx, camera_.fx);
+    const std::string known =
+        std::isfinite(r.focal_sigma)
+            ? formatted(
+                  " (one standard deviation is %.2f %%, less than %.2f %% is wanted, of a camera that "
+                  "can be)",
+                  100 * r.focal_sigma, 100 * kMaxFocalSigma)
+            : "";
+    return "the focal length is not observable in this motion" + known + ": " + left +
+           "; views from more sides, and turned, would tell";
   }
 
   const CameraParameters start_;
+  const CalibrationSource source_;
   CameraParameters camera_;
   const CameraRefinementOptions& options_;
   const TrackWithCamera& track_;
@@ -204,20 +231,18 @@ class Calibrator {
 
 SelfCalibration calibrate_by_tracking(const CameraParameters& start, CalibrationSource source,
                                       const CameraRefinementOptions& options, const TrackWithCamera& track) {
-  return Calibrator(start, options, track).run(source);
+  return Calibrator(start, source, options, track).run();
 }
 
 std::string doubt_of_calibration(const CameraRefinementOptions& options, const CameraParameters& camera,
                                  const Map& map) {
   const CameraRefinement r = refine_camera(options, camera, map);
-  const double change = change_asked(r);
-  if (!(std::abs(change) >= std::max(kDoubtfulChange, kDoubtfulSigmas * r.focal_sigma))) return "";
-  if (!is_asked_by_all_parts(options, camera, map, change)) return "";
+  const double change = contradiction(options, camera, map, r);
+  if (change == 0) return "";
   return formatted(
       "the calibration is doubtful: the images fit a focal length of %.0f px better than the %.0f px "
       "that were given (%+.0f %%); calibrate anew for this size of image, or try --refine-camera; where it "
-      "is "
-      "right the map is wrong, as when more than one thing moves: give masks (--masks)",
+      "is right the map is wrong, as when more than one thing moves: give masks (--masks)",
       camera.fx * (1 + change), camera.fx, 100 * change);
 }
 

@@ -87,6 +87,33 @@ TEST(SelfCalibration, WithoutAnyMapTheGivenValueStays) {
   EXPECT_EQ(runs, 6) << "four other focal lengths, and the given one for the report";
 }
 
+constexpr int kFewPoints = 30;
+
+// Few points tell of the focal length to a half per cent, which is not enough to call it found.
+TEST(SelfCalibration, AGuessThatTheImagesContradictIsGuessedAnewAGivenFocalLengthStays) {
+  const CameraModel truth = synthetic_camera();
+  CameraParameters last;
+  Map map;
+  const auto track = [&](const CameraParameters& camera, int) {
+    last = camera;
+    map = map_of(round_about(), truth, CameraModel(camera), kFewPoints);
+    return &map;
+  };
+  const CameraParameters start = with_focal(0.7);
+  const SelfCalibration guessed = calibrate_by_tracking(start, CalibrationSource::kGuessed, {}, track);
+  ASSERT_FALSE(guessed.last.focal_observable);
+  EXPECT_NEAR(guessed.camera.fx / truth.parameters().fx, 1, 0.03);
+  EXPECT_EQ(guessed.camera, last) << "the results are of that camera";
+  EXPECT_EQ(guessed.source, CalibrationSource::kGuessed) << "nothing has confirmed it";
+  ASSERT_EQ(guessed.warnings.size(), 1u);
+  EXPECT_NE(guessed.warnings[0].find("not observable"), std::string::npos) << guessed.warnings[0];
+  EXPECT_NE(guessed.warnings[0].find("contradict"), std::string::npos) << guessed.warnings[0];
+
+  const SelfCalibration given = calibrate_by_tracking(start, CalibrationSource::kGiven, {}, track);
+  EXPECT_EQ(given.camera, start);
+  EXPECT_EQ(last, start);
+}
+
 // A recording of which every camera whose focal length is `wrong_from` times the true one or longer makes a
 // map that is wrong in such a way that it asks for a longer one still.
 class RunawayRecording {
