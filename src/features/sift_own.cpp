@@ -63,6 +63,8 @@ class OwnSift : public FeatureExtractor {
     SiftOptions open = options_;
     open.first_octave.reset();
     open.sigma.reset();
+    const int usual = choose_sift_scale(options_, gray_.size()).first_octave;
+    open.first_octave = std::max(choose_sift_scale(open, gray_.size(), object_px).first_octave, usual - 1);
     return choose_sift_scale(open, gray_.size(), object_px);
   }
 

@@ -116,6 +116,7 @@ void LiveTracker::use_camera(const CameraParameters& parameters) {
   epoch_base_ = epoch_;
   tracker_.swap(tracker);  // the old one joins its worker: after the lock is gone
   camera_ = camera;
+  tracker_->set_load_level(governor_.level());
   if (cancelled_) tracker_->cancel();
   ++trackers_;
 }

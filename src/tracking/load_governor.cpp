@@ -9,10 +9,17 @@ namespace {
 constexpr double kMeanWeight = 0.1;  // of the newest latency
 // Of the period: above, images begin to be dropped as soon as one takes a little longer.
 constexpr double kTooLate = 0.9;
+// Of the period: what is not asked for is not to take the time that other programs may need.
+constexpr double kNoLongerSpare = 0.5;
 // Of the period, at each level: below, the next level up would still be in time. Drawing and mapping, on a
 // thread of its own, take a little time from tracking; twice the features or a finer octave take nearly twice
-// the time.
-constexpr double kTimeToSpare[] = {0, 0.75, 0.75, 0.5, 0.5};
+// the time. An octave finer than usual has four times the pixels and up to twice the features that describe
+// them: eight times.
+double share_to_spare(int level) {
+  constexpr double kShares[] = {0.125, 0.75, 0.75, 0.5, 0.5};
+  return level == kTimeToSpare ? 0 : kShares[level];
+}
+
 constexpr int kHeldUp = 5;       // images after a change that may have waited for one from before it
 constexpr int kSettling = 15;    // images after a change before its effect on the mean is seen
 constexpr int kLeastCalm = 90;   // images; three seconds at 30 Hz
@@ -25,21 +32,26 @@ int LoadGovernor::observe(double period_ms, double latency_ms, bool overtaken) {
   ++since_change_;
   since_overtaken_ = overtaken ? 0 : since_overtaken_ + 1;
   if (period_ms <= 0) return level_;
-  calm_ = mean_ms_ < kTimeToSpare[level_] * period_ms ? calm_ + 1 : 0;
+  if (level_ == kTimeToSpare && mean_ms_ > kNoLongerSpare * period_ms) do_less();
+  calm_ = mean_ms_ < share_to_spare(level_) * period_ms ? calm_ + 1 : 0;
   if (since_change_ < kSettling) return level_;
   const bool is_late = mean_ms_ > kTooLate * period_ms && since_overtaken_ < kSettling;
   if (is_late && level_ < kCoarserOctave) {
-    // What did not hold is tried again later and later.
-    const bool did_not_hold = went_back_up_ && since_change_ < 2 * kLeastCalm;
-    calm_needed_ = did_not_hold ? std::min(2 * calm_needed_, kMostCalm) : calm_needed_;
-    went_back_up_ = false;
-    change_level(level_ + 1);
-  } else if (calm_ >= calm_needed_ && level_ > kFullWork) {
+    do_less();
+  } else if (calm_ >= calm_needed_ && level_ > kTimeToSpare) {
     went_back_up_ = true;
     change_level(level_ - 1);
   }
-  if (level_ == kFullWork && since_change_ > kMostCalm) calm_needed_ = kLeastCalm;
+  if (level_ <= kFullWork && since_change_ > kMostCalm) calm_needed_ = kLeastCalm;
   return level_;
+}
+
+// What did not hold is tried again later and later.
+void LoadGovernor::do_less() {
+  const bool did_not_hold = went_back_up_ && since_change_ < 2 * kLeastCalm;
+  calm_needed_ = did_not_hold ? std::min(2 * calm_needed_, kMostCalm) : calm_needed_;
+  went_back_up_ = false;
+  change_level(level_ + 1);
 }
 
 void LoadGovernor::change_level(int level) {

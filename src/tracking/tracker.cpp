@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "mono_pose_tracker/tracking/load_governor.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "options_for_images.h"
 #include "tracker_impl.h"
@@ -55,7 +56,7 @@ FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const PreparedImage& i
 void Tracker::Impl::finish_report(FrameReport* report) {
   report->state = state_;
   report->epoch = epoch_;
-  report->load_level = load_level_;
+  report->load_level = std::max(load_level_, static_cast<int>(kFullWork));
   report->worker_backlog = worker_.unfinished_jobs();
   report->length_scale = std::exchange(length_scale_, 1.0);
   if (const TrackingMapPtr map = worker_.latest()) {

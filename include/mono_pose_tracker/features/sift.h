@@ -33,7 +33,7 @@ struct SiftOptions {
   // image and takes 1.6, which is 0.8 px of it; 1.2 without doubling finds nearly as fine features in a third
   // of the time.
   std::optional<float> sigma;
-  // own: a small object (its mask's area below kSmallObject squared) is searched from the finest octave.
+  // own: a small object (its mask's area below kSmallObject squared) is searched one octave finer.
   bool finer_for_small_objects = false;
   bool root_sift = true;   // Arandjelovic and Zisserman (2012): Hellinger distance
   int min_features = 800;  // own: the contrast threshold is lowered (to a quarter at most) below this many

@@ -4,6 +4,7 @@ namespace mono_pose_tracker {
 
 /// What is left out for lack of time; each level leaves out what those before it do.
 enum LoadLevel : int {
+  kTimeToSpare = -1,  // an object is searched one octave finer than usual: slow cameras, small images
   kFullWork = 0,
   kLittleDrawn = 1,    // a debug image a second: nobody is posed worse for it
   kLessMapped = 2,     // smaller windows, fewer keyframes matched
@@ -22,9 +23,10 @@ class LoadGovernor {
   int level() const { return level_; }
 
  private:
+  void do_less();
   void change_level(int level);
 
-  int level_ = kFullWork;
+  int level_ = kTimeToSpare;    // a map is begun in the first images: until the period says otherwise
   double mean_ms_ = 0;          // latency, of the last ten images or so
   int since_change_ = 0;        // images
   int since_overtaken_ = 1000;  // images; long ago
