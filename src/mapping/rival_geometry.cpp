@@ -1,7 +1,6 @@
 #include "mono_pose_tracker/mapping/rival_geometry.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <map>
@@ -175,9 +174,7 @@ double cost_of(const Map& map, std::size_t observations) {
 
 bool is_same_geometry(const Rigid3& a, const Rigid3& b) {
   const RelativePoseOptions distinct;  // as RANSAC tells its hypotheses apart
-  if (rotation_angle_between(a.rotation, b.rotation) > distinct.distinct_rotation) return false;
-  const double cosine = a.translation.normalized().dot(b.translation.normalized());
-  return std::acos(std::clamp(cosine, -1.0, 1.0)) < distinct.distinct_translation;
+  return is_same_geometry(a, b, distinct.distinct_rotation, distinct.distinct_translation);
 }
 
 // What a single keyframe is left with tells nothing.

@@ -244,4 +244,9 @@ RelativePoseReport estimate_relative_pose(const std::vector<Eigen::Vector3d>& be
   return report;
 }
 
+bool is_same_geometry(const Rigid3& a, const Rigid3& b, double max_rotation, double max_translation) {
+  return rotation_angle_between(a.rotation, b.rotation) < max_rotation &&
+         angle_between(a.translation, b.translation) < max_translation;
+}
+
 }  // namespace mono_pose_tracker

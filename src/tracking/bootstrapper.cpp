@@ -65,6 +65,9 @@ RelativePoseReport relative_pose(const ViewSet& views, const TrackerOptions& opt
   return pose;
 }
 
+// What two runs into one minimum differ by.
+constexpr double kSameRotation = 0.5 * kDegree, kSameTranslation = 5 * kDegree;
+
 // Grown hypotheses, the cheapest first, each geometry once.
 std::vector<ViewHypothesis> grow_all(const ViewSet& views, const RelativePoseReport& pose,
                                      const TrackerOptions& options) {
@@ -76,7 +79,7 @@ std::vector<ViewHypothesis> grow_all(const ViewSet& views, const RelativePoseRep
   std::vector<ViewHypothesis> distinct;
   for (ViewHypothesis& h : grown) {
     const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const ViewHypothesis& d) {
-      return is_same_geometry(d.cameras_from_map[1], h.cameras_from_map[1]);
+      return is_same_geometry(d.cameras_from_map[1], h.cameras_from_map[1], kSameRotation, kSameTranslation);
     });
     if (!known) distinct.push_back(std::move(h));
   }

@@ -1,9 +1,8 @@
 #include "view_hypothesis.h"
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
 
-#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
@@ -130,12 +129,6 @@ ViewHypothesis grow_hypothesis(const ViewSet& views, const Rigid3& second_from_f
   if (num_views > 2) adjust(views, num_views, options, &h);
   score(views, options.inlier_threshold_px, &h);
   return h;
-}
-
-bool is_same_geometry(const Rigid3& a, const Rigid3& b) {
-  if (rotation_angle_between(a.rotation, b.rotation) > 0.5 * kDegree) return false;
-  const double cosine = a.translation.normalized().dot(b.translation.normalized());
-  return std::acos(std::clamp(cosine, -1.0, 1.0)) < 5 * kDegree;
 }
 
 double median_parallax(const ViewSet& views, const ViewHypothesis& h) {

@@ -37,10 +37,6 @@ struct ViewSet {
 ViewHypothesis grow_hypothesis(const ViewSet& views, const Rigid3& second_from_first,
                                const std::vector<char>& inliers, const TrackerOptions& options);
 
-// The same geometry: rotations within 0.5 degrees and translations within 5 (what two runs on one minimum
-// differ by).
-bool is_same_geometry(const Rigid3& a, const Rigid3& b);
-
 // Median angle in radians between the rays of views 0 and 1 to the points.
 double median_parallax(const ViewSet& views, const ViewHypothesis& hypothesis);
 

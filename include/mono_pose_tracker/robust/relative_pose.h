@@ -46,4 +46,8 @@ RelativePoseReport estimate_relative_pose(const std::vector<Eigen::Vector3d>& be
                                           const std::vector<Eigen::Vector3d>& bearings2,
                                           const RelativePoseOptions& options);
 
+/// Whether two relative poses, their translations of any length, are one but for noise: nearer than
+/// max_rotation, and their translations' directions than max_translation, both in rad.
+bool is_same_geometry(const Rigid3& a, const Rigid3& b, double max_rotation, double max_translation);
+
 }  // namespace mono_pose_tracker
