@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -14,7 +15,7 @@ namespace mono_pose_tracker {
 namespace {
 
 // Corners are found to about 0.3 px: under this angle that is a depth of 1 to 2 % at 600 px of focal length.
-constexpr double kLateMarkerParallax = 2 * kDegree;
+constexpr double kMarkerParallax = 2 * kDegree;
 // It is square: sides farther from their mean come from a corner that was found wrongly.
 constexpr double kMaxSideDifference = 0.05;
 
@@ -76,25 +77,20 @@ void Mapper::set_scale(const InitialMap& initial, const std::vector<KeyframeId>&
     rescale(scale.known_baseline / baseline);
     map_.set_scale_source(ScaleSource::kKnownBaseline);
   } else if (scale.marker_size > 0) {
-    std::vector<Rigid3> cameras_from_map;
-    std::vector<std::vector<Eigen::Vector3d>> markers;
     for (std::size_t v = 0; v < ids.size(); ++v) {
-      if (initial.views[v].frame.marker.empty()) continue;
-      cameras_from_map.push_back(map_.keyframe(ids[v])->camera_from_map);
-      markers.push_back(initial.views[v].frame.marker);
+      if (!initial.views[v].frame.marker.empty()) beside_.markers[ids[v]] = initial.views[v].frame.marker;
     }
-    const std::vector<Eigen::Vector3d> corners = marker_corners(cameras_from_map, markers);
-    if (corners.empty()) return;
-    rescale(scale.marker_size / mean_side(corners));
+    const std::optional<double> metres = metres_by_marker();
+    if (!metres) return;
+    rescale(*metres);
     map_.set_scale_source(ScaleSource::kMarker);
+    beside_.markers.clear();
   }
 }
 
-// A marker that was not in view when the map began: as soon as keyframes see it from far enough apart.
-void Mapper::scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3d>& marker) {
-  const double size = options_.scale.marker_size;
-  if (size <= 0 || map_.scale_source() != ScaleSource::kMapUnits || marker.empty()) return;
-  beside_.markers[newest] = marker;
+// In one unit of the map, by the keyframes that see the marker; nothing before they see it from far enough
+// apart.
+std::optional<double> Mapper::metres_by_marker() const {
   std::vector<Rigid3> cameras_from_map;
   std::vector<std::vector<Eigen::Vector3d>> markers;
   for (const auto& [id, corners] : beside_.markers) {
@@ -105,11 +101,21 @@ void Mapper::scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3
   }
   const std::vector<Eigen::Vector3d> corners = marker_corners(cameras_from_map, markers);
   if (corners.empty() || !is_square(corners) ||
-      widest_parallax(cameras_from_map, corners[0]) < kLateMarkerParallax) {
+      widest_parallax(cameras_from_map, corners[0]) < kMarkerParallax) {
+    return std::nullopt;
+  }
+  return options_.scale.marker_size / mean_side(corners);
+}
+
+// A marker that did not tell when the map began.
+void Mapper::scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3d>& marker) {
+  if (options_.scale.marker_size <= 0 || map_.scale_source() != ScaleSource::kMapUnits || marker.empty()) {
     return;
   }
-  transform(Sim3(size / mean_side(corners), Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()),
-            ScaleSource::kMarker);
+  beside_.markers[newest] = marker;
+  const std::optional<double> metres = metres_by_marker();
+  if (!metres) return;
+  transform(Sim3(*metres, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), ScaleSource::kMarker);
   beside_.markers.clear();
 }
 

@@ -72,10 +72,16 @@ class Calibrator {
  public:
   Calibrator(const CameraParameters& start, CalibrationSource source, const CameraRefinementOptions& options,
              const TrackWithCamera& track)
-      : start_(start), source_(source), camera_(start), options_(options), track_(track) {}
+      : start_(start),
+        source_(source),
+        camera_(start),
+        tracked_with_(start),
+        options_(options),
+        track_(track) {}
 
   SelfCalibration run() {
     const bool is_found = approach();
+    if (is_cancelled()) return interrupted();
     SelfCalibration result = finish(is_found);
     result.source = is_refined_ ? CalibrationSource::kRefined : source_;
     result.camera = camera_;
@@ -84,10 +90,22 @@ class Calibrator {
   }
 
  private:
+  // With the map that there is.
+  SelfCalibration interrupted() const {
+    SelfCalibration result;
+    result.source = tracked_with_ == start_ ? source_ : CalibrationSource::kRefined;
+    result.camera = tracked_with_;
+    result.runs = runs_;
+    return result;
+  }
+
   const Map* track(int max_keyframes) {
     ++runs_;
+    tracked_with_ = camera_;
     return track_(camera_, max_keyframes);
   }
+
+  bool is_cancelled() const { return options_.cancel && options_.cancel(); }
 
   bool take(const CameraRefinement& refinement) {
     if (!refinement.focal_observable) return false;
@@ -102,12 +120,12 @@ class Calibrator {
     // With a focal length that is too long the map may be of another geometry, with depths and turns the
     // other way round, which asks for a longer one still: what runs away is begun anew from the other side.
     for (const double factor : {0.7, 1.4}) {
-      if (!best.has_map || best.is_settled) break;
+      if (!best.has_map || best.is_settled || is_cancelled()) break;
       const Approach other = approach_from(factor);
       if (other.is_refined && std::abs(other.last_change) < std::abs(best.last_change)) best = other;
     }
     for (const double factor : {0.8, 1.25, 0.64, 1.56}) {
-      if (!best.has_map) best = approach_from(factor);
+      if (!best.has_map && !is_cancelled()) best = approach_from(factor);
     }
     camera_ = best.has_map ? best.camera : start_;
     is_refined_ = best.is_refined;
@@ -135,7 +153,7 @@ class Calibrator {
       result.is_settled = std::abs(result.last_change) < kNearChange || !(r.focal_observable || is_refined_);
       const bool runs_away =
           before * result.last_change > 0 && std::abs(result.last_change) >= std::abs(before);
-      if (!take(r) || result.is_settled || runs_away) break;
+      if (is_cancelled() || !take(r) || result.is_settled || runs_away) break;
     }
     result.camera = camera_;
     result.is_refined = is_refined_;
@@ -153,10 +171,12 @@ class Calibrator {
         return result;
       }
       result.last = refine_camera(options_, camera_, *map);
+      if (is_cancelled()) return result;
       if (!result.last.focal_observable && is_refined_) {
-        // The beginning seemed to tell, all of it does not.
+        // The beginning seemed to tell, all of it does not. (One run more, if this was the last.)
         camera_ = start_;
         is_refined_ = false;
+        i = std::min(i, kMaxRuns - 2);
         continue;
       }
       if (!result.last.focal_observable && i + 1 < kMaxRuns && guess_anew(result.last, *map)) continue;
@@ -220,7 +240,7 @@ class Calibrator {
 
   const CameraParameters start_;
   const CalibrationSource source_;
-  CameraParameters camera_;
+  CameraParameters camera_, tracked_with_;
   const CameraRefinementOptions& options_;
   const TrackWithCamera& track_;
   bool is_refined_ = false;

@@ -90,6 +90,42 @@ TEST_F(MapperTest, AKnownBaselineSetsTheScale) {
   EXPECT_NEAR(variance(mapper) / variance(in_units), unit_m * unit_m, 1e-6 * unit_m * unit_m);
 }
 
+// A square of a side of 1 before the first camera, its corners found to 0.3 px.
+std::vector<Eigen::Vector3d> seen_marker(const KnownScene& scene, int view, Random* random) {
+  std::vector<Eigen::Vector3d> bearings;
+  for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
+    Eigen::Vector2d pixel;
+    EXPECT_TRUE(scene.camera.project(KnownScene::pose(view) * Eigen::Vector3d(0.5 * x, 0.5 * y, 7), &pixel));
+    bearings.push_back(
+        scene.camera.bearing(pixel + 0.3 * Eigen::Vector2d(random->normal(), random->normal())));
+  }
+  return bearings;
+}
+
+// The first two views see it from 1.2 degrees apart, which leaves its depth open by some per cent.
+TEST_F(MapperTest, AMarkerSetsTheScaleAsSoonAsItIsSeenFromFarEnoughApart) {
+  MapperOptions metres = options();
+  metres.scale.marker_size = 1;
+  for (int seed = 0; seed < 5; ++seed) {
+    Random random(seed);
+    Mapper mapper(metres, scene_.camera);
+    InitialMap initial = scene_.initial_map(1);
+    for (int view = 0; view < 2; ++view)
+      initial.views[view].frame.marker = seen_marker(scene_, view, &random);
+    mapper.initialize(initial, 0);
+    EXPECT_EQ(mapper.map().scale_source(), ScaleSource::kMapUnits);
+    for (int view = 2; view < 6; ++view) {
+      Frame frame = scene_.frame(view);
+      frame.marker = seen_marker(scene_, view, &random);
+      KeyframeCandidate next = candidate(mapper.map(), frame, KnownScene::pose(view));
+      next.corrections = mapper.map().scale_source() == ScaleSource::kMarker ? 1 : 0;
+      mapper.insert(next);
+    }
+    EXPECT_EQ(mapper.map().scale_source(), ScaleSource::kMarker);
+    EXPECT_NEAR(unit(mapper.map()), 1, 0.06) << seed << ": as far as a square may be none";
+  }
+}
+
 // Only every third point is known at first: the rest is found along epipolar lines, and tracks grow.
 TEST_F(MapperTest, KeyframesBringNewLandmarksAndLongerTracks) {
   Mapper mapper(options(), scene_.camera);

@@ -114,6 +114,28 @@ TEST(SelfCalibration, AGuessThatTheImagesContradictIsGuessedAnewAGivenFocalLengt
   EXPECT_EQ(last, start);
 }
 
+// Observable, unsettled, up to one run; from then on nothing can be told.
+TEST(SelfCalibration, TheLastRunIsWithTheCameraThatIsReturned) {
+  for (const int silent_from : {5, 6, 7, 8, 9}) {
+    CameraParameters last;
+    int runs = 0;
+    Map map;
+    const CameraModel truth = synthetic_camera();
+    const SelfCalibration found = calibrate_by_tracking(
+        with_focal(1.2), CalibrationSource::kGiven, {}, [&](const CameraParameters& camera, int) {
+          last = camera;
+          const bool is_silent = ++runs >= silent_from;
+          const CameraModel asked =
+              is_silent ? CameraModel(camera) : CameraModel(with_focal(runs % 2 ? 1.05 : 0.95));
+          map = is_silent ? map_of({Rigid3(), camera_at({0, 0, 0.01}, 0)}, truth, CameraModel(camera))
+                          : map_of(round_about(), asked, CameraModel(camera));
+          return &map;
+        });
+    EXPECT_EQ(found.camera, last) << silent_from;
+    EXPECT_EQ(found.runs, runs);
+  }
+}
+
 // A recording of which every camera whose focal length is `wrong_from` times the true one or longer makes a
 // map that is wrong in such a way that it asks for a longer one still.
 class RunawayRecording {
@@ -132,6 +154,24 @@ class RunawayRecording {
   const double wrong_from_;
   Map map_;
 };
+
+TEST(SelfCalibration, InterruptedItKeepsTheMapThatThereIs) {
+  for (const int interrupted_in : {1, 2, 3}) {
+    int runs = 0;
+    CameraParameters last;
+    CameraRefinementOptions options;
+    options.cancel = [&] { return runs >= interrupted_in; };
+    RunawayRecording recording(10);
+    const SelfCalibration found = calibrate_by_tracking(with_focal(1.3), CalibrationSource::kGuessed, options,
+                                                        [&](const CameraParameters& camera, int) {
+                                                          last = camera;
+                                                          ++runs;
+                                                          return recording(camera);
+                                                        });
+    EXPECT_EQ(runs, interrupted_in) << "another would read no image";
+    EXPECT_EQ(found.camera, last);
+  }
+}
 
 TEST(SelfCalibration, AStartFromWhichItRunsAwayIsLeftForAnother) {
   RunawayRecording recording(1.1);

@@ -175,6 +175,7 @@ class Mapper {
   void remove_keyframe(KeyframeId id);
   void rescale(double factor);
   void set_scale(const InitialMap& initial, const std::vector<KeyframeId>& ids);
+  std::optional<double> metres_by_marker() const;
   void scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3d>& marker);
   void publish();
 
