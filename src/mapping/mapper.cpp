@@ -26,15 +26,13 @@ namespace mono_pose_tracker {
 namespace {
 
 // A long lens sees an object from so far that the first views may take it for its reverse; and a wall, from
-// near, for its twin. The farther the camera goes round, the plainer it is: asked several times while the map
-// is young.
-void correct_beginning(const MapperOptions& options, Map* map) {
-  constexpr double kMinEvidence = 0.1;  // share of the cost
-  if (is_narrow(*map)) {
-    correct_depth_reversal(options.window_bundle(), kMinEvidence, map);
-  } else {
-    correct_geometry(options.window_bundle(), options.ransac, kMinEvidence, map);
-  }
+// near, for its twin. Whether the map was one.
+bool is_set_right(const MapperOptions& options, Map* map) {
+  // Share of the cost, by which the other one must be cheaper: where it is as wrong as the map itself the two
+  // differ by less, and the map would swing.
+  constexpr double kMinEvidence = 0.1;
+  if (is_narrow(*map)) return correct_depth_reversal(options.window_bundle(), kMinEvidence, map);
+  return correct_geometry(options.window_bundle(), options.ransac, kMinEvidence, map);
 }
 
 // Of the two bundle adjustments that end a recording, shares of the cost: after the first more is found and
@@ -43,7 +41,7 @@ constexpr double kRoughTolerance = 1e-5, kFinalTolerance = 1e-7;
 // Whatever the options let an adjustment between images take: here no image waits.
 constexpr int kFinalIterations = 50;
 
-// When it is asked about. A keyframe comes every two or three degrees of a turn: so each fifteen or so, up to
+// When that is asked. A keyframe comes every two or three degrees of a turn: so each fifteen or so, up to
 // sixty, beyond which a reverse fits plainly worse. Each time costs several adjustments.
 bool is_due(std::size_t keyframes) { return keyframes % 6 == 0 && keyframes <= 24; }
 
@@ -162,7 +160,7 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
     }
   }
   adjust_window(id, waiting);
-  if (is_due(map_.keyframes().size()) && !is_cancelled()) correct_beginning(options_, &map_);
+  correct_beginning();
   cull_young_landmarks(id);
   cull_keyframes(id);
   cap_keyframes(id);
@@ -176,6 +174,20 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   if (waiting == 0) watch_body_of_map();
   if (waiting == 0 && !is_cancelled()) join_where_met(map_.keyframes().rbegin()->first);
   publish();
+}
+
+// The farther the camera goes round, the plainer it is: asked several times while the map is young, and once
+// at each size, which a map from which keyframes are taken may have more than once.
+void Mapper::correct_beginning() {
+  const std::size_t keyframes = map_.keyframes().size();
+  if (keyframes <= beside_.asked_at || !is_due(keyframes) || is_cancelled()) return;
+  beside_.asked_at = keyframes;
+  if (!is_set_right(options_, &map_)) return;
+  forget_aside();  // what is solved aside is of the map as it was
+  find_covariances();
+  MapCorrection correction;
+  correction.of_map = correction.into_map = map_id_;
+  add_correction(std::move(correction));
 }
 
 // What may be in view of a keyframe. In a large map: what is seen by those that share landmarks with it,

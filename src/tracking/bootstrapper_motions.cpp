@@ -95,6 +95,7 @@ bool Bootstrapper::separate_motions(std::vector<char>* fixed, BootstrapReport* r
   two_motions_seen_ = motions.found ? two_motions_seen_ + 1 : 0;
   report->matches = motions.matches;
   if (two_motions_seen_ >= kTwoMotionsFrames && !segmentation.is_off()) {
+    camera_is_still_ = false;  // an object that has come is in all of the candidates from now on
     begin_separation(motions);
     return true;
   }

@@ -56,8 +56,9 @@ Sight gather(const Frame& frame, const std::vector<LandmarkCandidate>& candidate
   return sight;
 }
 
-double error_px(const Frame& frame, const LandmarkCandidate& candidate, int feature,
-                const Rigid3& camera_from_map) {
+// In px at the scale of a feature of 1 px: what coarse ones are located to is more.
+double weighted_error_px(const Frame& frame, const LandmarkCandidate& candidate, int feature,
+                         const Rigid3& camera_from_map) {
   return weighted_error(*frame.image, feature, camera_from_map * candidate.x_in_map);
 }
 
@@ -66,7 +67,7 @@ std::vector<LandmarkMatch> keep_inliers(const Frame& frame, const std::vector<La
                                         const Rigid3& camera_from_map, double threshold_px) {
   std::vector<LandmarkMatch> inliers;
   for (const LandmarkMatch& m : matches) {
-    if (error_px(frame, candidates[m.candidate], m.feature, camera_from_map) < threshold_px)
+    if (weighted_error_px(frame, candidates[m.candidate], m.feature, camera_from_map) < threshold_px)
       inliers.push_back(m);
   }
   return inliers;
@@ -187,7 +188,8 @@ void Resector::refine(const Frame& frame, const std::vector<LandmarkCandidate>& 
   report->inliers = static_cast<int>(inliers.size());
   double sum = 0;
   for (const LandmarkMatch& m : inliers) {
-    sum += std::pow(error_px(frame, candidates[m.candidate], m.feature, report->camera_from_map), 2);
+    const Eigen::Vector3d x_in_camera = report->camera_from_map * candidates[m.candidate].x_in_map;
+    sum += reprojection_error(*frame.image, m.feature, x_in_camera).squaredNorm();
     report->observations.push_back({m.feature, candidates[m.candidate].id});
   }
   if (!converged) {

@@ -57,6 +57,26 @@ TEST_F(ResectorTest, DescriptorsAloneGiveThePose) {
   expect_right(resector_.resect(frame, map_, 0, std::nullopt), truth_);
 }
 
+// As if all features were so much coarser; with them grows what they are expected to be off.
+ImageFeaturesPtr coarser(const ImageFeatures& image, float factor, const CameraModel& camera) {
+  std::vector<Feature> features = image.set.features;
+  for (Feature& feature : features) feature.scale *= factor;
+  return restore_image_features({std::move(features), image.set.descriptors, {}}, image.color_rgb, camera);
+}
+
+TEST_F(ResectorTest, TheErrorIsToldInPixelsWhateverTheFeaturesScale) {
+  constexpr float kFactor = 4;
+  constexpr double kNoise = 1;  // px
+  KeyframeView keyframe = map_.keyframes.at(0);
+  keyframe.image = coarser(*keyframe.image, kFactor, camera_);
+  map_.keyframes.set(0, keyframe);
+  Frame frame = synthetic_frame(scene_, camera_, truth_, kNoise, 7, random_);
+  frame.image = coarser(*frame.image, kFactor, camera_);
+  const ResectionReport report = resector_.resect(frame, map_, 0, std::nullopt);
+  ASSERT_TRUE(report.success) << report.text;
+  EXPECT_NEAR(report.rms_px, kNoise * std::sqrt(2), 0.2);
+}
+
 TEST_F(ResectorTest, PredictionGuidesTheMatching) {
   const Frame frame = synthetic_frame(scene_, camera_, truth_, kResectorNoise, 7, random_);
   const Rigid3 predicted = camera_at({0.39, -0.11, 0.3}, 5.4 * kDegree);

@@ -110,6 +110,7 @@ class Mapper {
     BodyWatch body_watch;
     BackgroundWatch background_watch;
     LoopFinder loop_finder;
+    std::size_t asked_at = 0;     // keyframes that there were when the beginning was doubted last
     KeyframeId sought = -1;       // the last keyframe that a loop was sought of
     KeyframeId adjusted_at = -1;  // the newest keyframe when all was adjusted last
     bool closing = false;         // a loop is
@@ -175,6 +176,7 @@ class Mapper {
   void remove_keyframe(KeyframeId id);
   void rescale(double factor);
   void set_scale(const InitialMap& initial, const std::vector<KeyframeId>& ids);
+  void correct_beginning();
   std::optional<double> metres_by_marker() const;
   void scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3d>& marker);
   void publish();
