@@ -30,7 +30,10 @@ void require_pose(const Eigen::Vector3d& position, const Eigen::Quaterniond& ori
 
 std::string MapPlacement::follow(const std_msgs::Header& image_header, const FrameReport& report) {
   present_.reset();
-  if (report.map_from_camera) present_ = Posed{image_header, *report.map_from_camera, report.scale};
+  follow_moves(report);
+  if (report.map_from_camera) {
+    present_ = Posed{image_header, moved_from_map_ * *report.map_from_camera, report.scale};
+  }
   if (!scale_from_odometry_) return "";
   follow_map(report);
   if (!present_ || is_rescaling_) {
@@ -44,8 +47,16 @@ std::string MapPlacement::follow(const std_msgs::Header& image_header, const Fra
     odometry_scale_.interrupt();
     return "";
   }
-  odometry_scale_.add(*odom_from_camera, present_->map_from_camera);
+  odometry_scale_.add(*odom_from_camera, *report.map_from_camera);
   return rescale();
+}
+
+// A move is a correction of the map, which shows in the first report that knows of it.
+void MapPlacement::follow_moves(const FrameReport& report) {
+  const std::pair now(report.map_id, report.corrections);
+  if (std::exchange(moved_at_, now) == now && is_moving_) return;
+  is_moving_ = false;
+  moved_from_map_ = Rigid3();
 }
 
 void MapPlacement::follow_map(const FrameReport& report) {
@@ -92,6 +103,9 @@ std::string MapPlacement::place(const geometry_msgs::PoseWithCovarianceStamped& 
       frames_.map_from_camera(present_->header, present_->scale, {orientation.normalized(), position});
   const Rigid3 new_from_map = wanted * present_->map_from_camera.inverse();
   tracker_.transform_map(Sim3(new_from_map), std::nullopt);
+  moved_from_map_ = new_from_map * moved_from_map_;
+  is_moving_ = true;
+  present_->map_from_camera = wanted;
   char text[128];
   std::snprintf(text, sizeof text, "the map is moved: the present pose is at (%.3f, %.3f, %.3f) in ",
                 position.x(), position.y(), position.z());

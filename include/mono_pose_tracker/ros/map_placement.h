@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <tuple>
+#include <utility>
 
 #include "mono_pose_tracker/robust/odometry_scale.h"
 #include "mono_pose_tracker/ros/live_tracker.h"
@@ -38,6 +39,7 @@ class MapPlacement {
   using MapState = std::tuple<std::uint32_t, std::uint32_t, ScaleSource>;
 
   std::string rescale();
+  void follow_moves(const FrameReport& report);
   void follow_map(const FrameReport& report);
 
   const bool scale_from_odometry_;
@@ -46,6 +48,10 @@ class MapPlacement {
   std::optional<Posed> present_;  // none while the camera is lost
   OdometryScale odometry_scale_;
   MapState state_;
+  // By what ~initialpose has moved the map since the newest report that knows of all moves.
+  Rigid3 moved_from_map_;
+  std::pair<std::uint32_t, std::uint32_t> moved_at_;  // map and corrections of the report before the moves
+  bool is_moving_ = false;
   bool is_rescaling_ = false;  // a correction is under way: its report has not come yet
 };
 
