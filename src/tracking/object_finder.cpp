@@ -59,7 +59,8 @@ void ObjectFinder::start(const BootstrapReport& bootstrap, const Frame& frame,
   visited_ = {resection.camera_from_map};
 }
 
-// Median distance between where the landmarks are seen now and where they were at another pose; px.
+// Median distance between where the landmarks are seen now and where they were at another pose; px. Far,
+// where not one of them was in view.
 double ObjectFinder::moved_since(const Rigid3& camera_from_map, const Frame& frame, const TrackingMap& map,
                                  const ResectionReport& resection) const {
   std::vector<double> moved;
@@ -70,7 +71,7 @@ double ObjectFinder::moved_since(const Rigid3& camera_from_map, const Frame& fra
       continue;
     moved.push_back((frame.image->set.features[o.feature].pixel.cast<double>() - before).norm());
   }
-  return median(std::move(moved));
+  return moved.empty() ? std::numeric_limits<double>::max() : median(std::move(moved));
 }
 
 // Tells the mask where the object was found, and how far it has gone. Noise of the poses is no movement: it
@@ -84,8 +85,9 @@ void ObjectFinder::follow(const Frame& frame, const TrackingMap& map, const Rese
   for (const Rigid3& visited : visited_) {
     moved = std::min(moved, moved_since(visited, frame, map, resection));
   }
-  const bool is_new = moved >= kLeastMove;
-  if (is_new) visited_.push_back(resection.camera_from_map);
+  const bool is_known = moved < std::numeric_limits<double>::max();  // else this is the first place
+  const bool is_new = is_known && moved >= kLeastMove;
+  if (is_new || !is_known) visited_.push_back(resection.camera_from_map);
   if (visited_.size() > kMostVisited) visited_.erase(visited_.begin());
   motion_mask_.observe(pixels_of(frame, resection), is_new ? moved : 0);
 }

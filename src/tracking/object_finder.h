@@ -38,6 +38,9 @@ class ObjectFinder {
   // The last frame was posed: where the object was found, and how far it has gone.
   void follow(const Frame& frame, const TrackingMap& map, const ResectionReport& resection);
 
+  // Poses from here on are of another map, or in other lengths.
+  void forget_places() { visited_.clear(); }
+
   void set_options(const SegmentationOptions& options) { options_ = options; }
   void reset() { motion_mask_.reset(); }
 
@@ -50,7 +53,7 @@ class ObjectFinder {
   CameraModel camera_;
   Segmenter segmenter_;
   MotionMask motion_mask_;
-  std::vector<Rigid3> visited_;  // camera_from_map, where the object was seen anew; not empty once started
+  std::vector<Rigid3> visited_;  // camera_from_map, where the object was seen anew
 };
 
 }  // namespace mono_pose_tracker

@@ -1,11 +1,15 @@
 // What becomes of what the tracker knows when the mapper corrects, joins or drops maps.
 
+#include <cmath>
 #include <cstdint>
 #include <set>
 
 #include "tracker_impl.h"
 
 namespace mono_pose_tracker {
+
+// Where an object was is known to 2 px, at a hundred or more of them from its middle.
+constexpr double kOtherLengths = 0.01;
 
 // The map was corrected: what is known by its ids and in its lengths follows.
 void Tracker::Impl::apply_corrections(const TrackingMap& map) {
@@ -23,6 +27,9 @@ void Tracker::Impl::apply_corrections(const TrackingMap& map) {
       if (motion_) motion_->translation *= scale;
       pose_doubt_.rescale(scale);
       length_scale_ *= scale;
+      if (correction->into_map != correction->of_map || std::abs(scale - 1) > kOtherLengths) {
+        object_finder_.forget_places();
+      }
     }
     if (correction->into_map == correction->of_map) continue;
     frames_[correction->into_map].take(frames_[correction->of_map]);

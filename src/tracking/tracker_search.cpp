@@ -81,6 +81,7 @@ bool Tracker::Impl::go_back_to(std::uint32_t map_id, bool keep_present) {
   present_map_ = worker_.latest()->map_id;
   keyframe_policy_.reset();
   pose_doubt_.reset();
+  object_finder_.forget_places();
   if (present_map_ != map_id) return false;
   others_.erase(map_id);
   if (keep_present) {
@@ -121,6 +122,7 @@ void Tracker::Impl::bootstrap_beside(const Frame& frame, FrameReport* report) {
   worker_.begin(epoch_, [&](Mapper& mapper) { mapper.begin_beside(*known->map, epoch_); });
   keyframe_policy_.reset();
   pose_doubt_.reset();
+  object_finder_.forget_places();
   start_map();
   const TrackingMapPtr map = worker_.latest();
   const ResectionReport resection =
