@@ -54,9 +54,7 @@ std::string MapPlacement::follow(const std_msgs::Header& image_header, const Fra
 // A move is a correction of the map, which shows in the first report that knows of it.
 void MapPlacement::follow_moves(const FrameReport& report) {
   const std::pair now(report.map_id, report.corrections);
-  if (std::exchange(moved_at_, now) == now && is_moving_) return;
-  is_moving_ = false;
-  moved_from_map_ = Rigid3();
+  if (std::exchange(moved_at_, now) != now) moved_from_map_ = Rigid3();
 }
 
 void MapPlacement::follow_map(const FrameReport& report) {
@@ -104,7 +102,6 @@ std::string MapPlacement::place(const geometry_msgs::PoseWithCovarianceStamped& 
   const Rigid3 new_from_map = wanted * present_->map_from_camera.inverse();
   tracker_.transform_map(Sim3(new_from_map), std::nullopt);
   moved_from_map_ = new_from_map * moved_from_map_;
-  is_moving_ = true;
   present_->map_from_camera = wanted;
   char text[128];
   std::snprintf(text, sizeof text, "the map is moved: the present pose is at (%.3f, %.3f, %.3f) in ",

@@ -51,7 +51,6 @@ class MapPlacement {
   // By what ~initialpose has moved the map since the newest report that knows of all moves.
   Rigid3 moved_from_map_;
   std::pair<std::uint32_t, std::uint32_t> moved_at_;  // map and corrections of the report before the moves
-  bool is_moving_ = false;
   bool is_rescaling_ = false;  // a correction is under way: its report has not come yet
 };
 
