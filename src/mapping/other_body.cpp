@@ -10,7 +10,7 @@
 #include "feature_tracks.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/common/parallel.h"
-#include "mono_pose_tracker/geometry/nearest_rotation.h"
+#include "turn_before_camera.h"
 
 namespace mono_pose_tracker {
 
@@ -18,24 +18,6 @@ namespace {
 
 // Neighbours show most matches, those farther apart the difference between slow motions.
 constexpr std::array<int, 3> kApart = {1, 2, 4};
-
-using Bearings = std::vector<Eigen::Vector3d>;
-
-// Median of what a rotation of the camera leaves over, by the median distance from the body's middle.
-double turn_of(const Bearings& bearings1, const Bearings& bearings2) {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < bearings1.size(); ++i) sum += bearings2[i] * bearings1[i].transpose();
-  const Eigen::Matrix3d rotation = nearest_rotation(sum);
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& b : bearings1) middle += b;
-  middle.normalize();
-  std::vector<double> left_over, away;
-  for (std::size_t i = 0; i < bearings1.size(); ++i) {
-    left_over.push_back((rotation * bearings1[i] - bearings2[i]).norm());
-    away.push_back((bearings1[i] - middle).norm());
-  }
-  return median(std::move(left_over)) / std::max(median(std::move(away)), 1e-6);
-}
 
 void compare(const PosedImage& first, const PosedImage& second, const PairMotions& pair, OtherBody* body) {
   ++body->pairs;
@@ -189,13 +171,13 @@ OtherBody sample_other_body(const Map& map, const MatchOptions& matching, const 
 
 double turn_between(const PosedImage& first, const PosedImage& second, const PairMotions& pair,
                     ObeyedMotion motion) {
-  Bearings bearings1, bearings2;
+  std::vector<Eigen::Vector3d> bearings1, bearings2;
   for (std::size_t i = 0; i < pair.matches.size(); ++i) {
     if (pair.obeyed[i] != motion) continue;
     bearings1.push_back(first.image->set.bearings[pair.matches[i].first]);
     bearings2.push_back(second.image->set.bearings[pair.matches[i].second]);
   }
-  return bearings1.size() < 5 ? 0 : turn_of(bearings1, bearings2);
+  return bearings1.size() < 5 ? 0 : turn_before_camera(bearings1, bearings2);
 }
 
 double turn_before_cameras(const Map& map) {
@@ -206,7 +188,7 @@ double turn_before_cameras(const Map& map) {
   if (places[0].empty()) return 0;
   const Eigen::Vector3d middle(median(std::move(places[0])), median(std::move(places[1])),
                                median(std::move(places[2])));
-  Bearings to_cameras;
+  std::vector<Eigen::Vector3d> to_cameras;
   for (const auto& entry : map.keyframes()) {
     to_cameras.push_back((entry.second.center_in_map() - middle).normalized());
   }

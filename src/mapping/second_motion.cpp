@@ -6,6 +6,7 @@
 
 #include "mono_pose_tracker/geometry/essential.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
+#include "turn_before_camera.h"
 
 namespace mono_pose_tracker {
 
@@ -18,6 +19,10 @@ constexpr double kContradicts = 2;
 constexpr int kMinMembers = 15;
 // Of the matches that contradict the body. Wrong matches and what moves by itself are among them as well.
 constexpr double kMinShare = 0.4;
+// What turns by more than 60 degrees between two images is not found again by SIFT (Lowe 2004, fig. 12: less
+// than half from 50 on), so it turns by no more than .6 of a radian as turn_before_camera has it. Beyond lie
+// things that look alike: one wheel of a car taken for the other.
+constexpr double kMostTurn = 0.6;
 // Nearest features of known motion that decide for those that obey both.
 constexpr int kVoters = 5;
 
@@ -39,7 +44,19 @@ std::vector<char> agree_with(const std::vector<Match>& matches, const FeatureSet
   return agree;
 }
 
-// The motion of those that contradict the body; none when they don't agree on one.
+double turn_of_members(const std::vector<Eigen::Vector3d>& bearings1,
+                       const std::vector<Eigen::Vector3d>& bearings2, const std::vector<char>& is_member) {
+  std::vector<Eigen::Vector3d> of_members1, of_members2;
+  for (std::size_t i = 0; i < is_member.size(); ++i) {
+    if (!is_member[i]) continue;
+    of_members1.push_back(bearings1[i]);
+    of_members2.push_back(bearings2[i]);
+  }
+  return turn_before_camera(of_members1, of_members2);
+}
+
+// The motion of those that contradict the body; none when they don't agree on one, or on one that could not
+// be seen.
 RelativePoseReport fit_the_rest(const std::vector<Match>& matches, const std::vector<char>& of_body,
                                 const FeatureSet& first, const FeatureSet& second,
                                 const RansacOptions& ransac) {
@@ -56,7 +73,8 @@ RelativePoseReport fit_the_rest(const std::vector<Match>& matches, const std::ve
   RelativePoseReport report = estimate_relative_pose(bearings1, bearings2, options);
   if (!report.success) return report;
   const int members = report.hypotheses[0].num_inliers;
-  report.success = members >= kMinMembers && members >= kMinShare * static_cast<double>(bearings1.size());
+  report.success = members >= kMinMembers && members >= kMinShare * static_cast<double>(bearings1.size()) &&
+                   turn_of_members(bearings1, bearings2, report.hypotheses[0].inliers) < kMostTurn;
   return report;
 }
 

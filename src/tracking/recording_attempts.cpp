@@ -31,10 +31,14 @@ bool is_founded(const RecordingResult& result) {
   return result.tracked && result.rigidity.is_rigid && result.maps.front().is_founded;
 }
 
-// An object that is lost while it turns is often found again from another beginning; its recordings are
-// short.
+// An object that is lost while it turns, or found again by a few points only (of its other side, which looks
+// like this one), is often followed all round from another beginning. So is what else is short: of this many
+// images all attempts take a minute or so.
 bool fell_apart(const RecordingResult& result) {
-  return result.maps.size() > 1 && is_narrow(result.maps.front().map);
+  constexpr std::int64_t kShort = 150;
+  const FinishedMap& map = result.maps.front();
+  return (result.maps.size() > 1 || !map.seam.holds()) &&
+         (result.frames_total <= kShort || is_narrow(map.map));
 }
 
 bool is_enough(const RecordingResult& result) { return is_sure(result) && !fell_apart(result); }
@@ -77,15 +81,22 @@ bool is_less_doubtful(const RecordingResult& result, const RecordingResult& befo
   return map.is_depth_sure() && explains_more(result, before);
 }
 
-// What takes the place of another must be better founded, or as well and longer. By masks of what moves, most
-// of the images are better than all by what was not told from the background.
+// Of two sure results: the one with more images, or with as many that hang together better.
+bool holds_more(const RecordingResult& result, const RecordingResult& before) {
+  if (result.trajectory.size() != before.trajectory.size())
+    return result.trajectory.size() > before.trajectory.size();
+  return !before.maps.front().seam.holds();
+}
+
+// What takes the place of another must be better founded, or as well and hold more. By masks of what moves,
+// most of the images are better than all by what was not told from the background.
 bool is_better(const RecordingResult& result, bool is_masked, const RecordingResult& before) {
   if (!before.tracked) return result.tracked;
   if (is_masked && shows_background(before) && result.tracked && is_most_of(result, before) &&
       objections(result) <= objections(before)) {
     return true;
   }
-  if (is_sure(before)) return is_founded(result) && result.trajectory.size() > before.trajectory.size();
+  if (is_sure(before)) return is_founded(result) && holds_more(result, before);
   return (is_founded(result) && is_most_of(result, before)) || is_less_doubtful(result, before);
 }
 

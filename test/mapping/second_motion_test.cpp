@@ -82,6 +82,18 @@ TEST_F(SecondMotionTest, ThereIsNoneWhereAllIsOneBody) {
   EXPECT_TRUE(find(first, second).of_first.empty());
 }
 
+// One wheel of a car taken for the other agrees with a turn about its middle that no descriptor outlives.
+TEST_F(SecondMotionTest, WhatCouldNotBeSeenAgainIsNone) {
+  const Eigen::Vector3d middle(0, 0, 5.25);
+  const auto turned = [&](double angle) {
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()));
+    return Rigid3(turn, middle - turn * middle);
+  };
+  const Keyframe first = keyframe(0, Rigid3());
+  EXPECT_FALSE(find(first, keyframe(5 * kDegree, turned(40 * kDegree))).of_first.empty());
+  EXPECT_TRUE(find(first, keyframe(5 * kDegree, turned(160 * kDegree))).of_first.empty());
+}
+
 TEST_F(SecondMotionTest, ThingsThatMoveEachItsOwnWayAreNone) {
   const Keyframe first = keyframe(0, Rigid3());
   for (Eigen::Vector3d& x : rest_.x_in_map) {

@@ -202,6 +202,20 @@ TEST_F(RecordingTest, WithoutAMapItIsTriedFromElsewhere) {
   EXPECT_EQ(tracked.result.trajectory.size(), 15u);
 }
 
+// With few features the parts of the first map hang together by little.
+TEST_F(RecordingTest, WhatHangsTogetherByLittleIsTriedFromElsewhere) {
+  int attempts = 0;
+  const TrackedRecording tracked = track_until_sure(*room_, [&] {
+    TrackerOptions options;
+    if (++attempts == 1) options.sift.max_features = 60;
+    return options;
+  });
+  EXPECT_EQ(attempts, 2);
+  EXPECT_EQ(tracked.attempt, 1);
+  ASSERT_TRUE(tracked.result.tracked);
+  EXPECT_TRUE(tracked.result.maps.front().confirmed);
+}
+
 // A picture within the picture: from the fifth image on most of it shows another room, as a camera sees it
 // that goes the other way. The map that was begun goes on with what is left of the first.
 TEST_F(RecordingTest, AMapOfTheSmallerOfTwoBodiesIsMadeAnewOfTheLarger) {
