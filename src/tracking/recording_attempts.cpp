@@ -31,17 +31,24 @@ bool is_founded(const RecordingResult& result) {
   return result.tracked && result.rigidity.is_rigid && result.maps.front().is_founded;
 }
 
-// An object that is lost while it turns, or found again by a few points only (of its other side, which looks
-// like this one), is often followed all round from another beginning. So is what else is short: of this many
-// images all attempts take a minute or so.
+// An object that is lost while it turns is often found again from another beginning; its recordings are
+// short.
 bool fell_apart(const RecordingResult& result) {
-  constexpr std::int64_t kShort = 150;
-  const FinishedMap& map = result.maps.front();
-  return (result.maps.size() > 1 || !map.seam.holds()) &&
-         (result.frames_total <= kShort || is_narrow(map.map));
+  return result.maps.size() > 1 && is_narrow(result.maps.front().map);
 }
 
-bool is_enough(const RecordingResult& result) { return is_sure(result) && !fell_apart(result); }
+// So is what hangs together by a few points only (an object's other side that looks like this one). Of this
+// many images all attempts take a minute or so.
+bool is_short_and_loose(const RecordingResult& result) {
+  constexpr std::int64_t kShort = 150;
+  return result.frames_total <= kShort && (result.maps.size() > 1 || !result.maps.front().seam.holds());
+}
+
+// The more attempts at little that was told from a background, the sooner one agrees with itself on the wrong
+// thing: it is not tried again for being loose.
+bool is_enough(const RecordingResult& result, bool is_masked) {
+  return is_sure(result) && !fell_apart(result) && (is_masked || !is_short_and_loose(result));
+}
 
 bool shows_background(const RecordingResult& result) {
   return result.tracked && result.maps.front().shows_background;
@@ -148,7 +155,7 @@ StillBackground background_of(const Recording& recording, std::int64_t frames_to
 // Where it is in doubt what was tracked, or nothing was: whether something moves before what stands still,
 // all over the recording. From then on it is tracked by masks of that.
 bool leave_out_background(const TrackedRecording& first, Recording* recording) {
-  if (is_enough(first.result)) return false;
+  if (is_enough(first.result, false)) return false;
   if (recording->masks || !first.tracker->looks_for_background() || recording->interrupted()) return false;
   const StillBackground background =
       background_of(*recording, first.result.frames_total, first.tracker.get());
@@ -242,7 +249,7 @@ bool begin_anew(Attempts* attempts, std::size_t first_index, Recording recording
       *kept = std::move(next);
       is_kept = true;
     }
-    if (is_enough(kept->result)) break;
+    if (is_enough(kept->result, recording.body != nullptr)) break;
   }
   return is_kept;
 }
@@ -260,7 +267,7 @@ TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker
   const bool first_is_smaller = is_of_smaller_body(kept.result);
   if (first_is_smaller) turn_to_larger_body(&attempts, again, &kept);
   if (is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
-  if (!is_by_masks && !is_enough(kept.result)) begin_anew(&attempts, 1, again, &kept);
+  if (!is_by_masks && !is_enough(kept.result, again.body != nullptr)) begin_anew(&attempts, 1, again, &kept);
   if (!first_is_smaller && is_of_smaller_body(kept.result)) turn_to_larger_body(&attempts, again, &kept);
   return kept;
 }
