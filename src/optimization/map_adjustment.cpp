@@ -11,6 +11,7 @@
 
 #include "fixed_keyframes.h"
 #include "loss_width.h"
+#include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/geometry/motion_prior.h"
 #include "mono_pose_tracker/optimization/point_adjustment.h"
 
@@ -167,14 +168,32 @@ struct KeyframesInTime {
     for (const KeyframeId id : ids) {
       centers.push_back({map.keyframe(id)->stamp_ns, map.keyframe(id)->center_in_map()});
     }
+    for (std::size_t i = 0; i + 1 < ids.size(); ++i) shared_.push_back(shared(map, ids[i], ids[i + 1]));
+    if (!shared_.empty()) usual_ = median(shared_);
   }
   // At the second of three, from the first of them on.
   VelocityChange change(std::size_t first) const {
     return {centers[first], centers[first + 1], centers[first + 2]};
   }
+  // Where a recording was cut its stamps say nothing of how far the camera went: it has little left in view
+  // of what it saw, less than a quarter of what two keyframes in a row have in common.
+  bool is_in_one_go(std::size_t first) const {
+    return 4 * std::min(shared_[first], shared_[first + 1]) >= usual_;
+  }
 
   std::vector<KeyframeId> ids;
   std::vector<TimedCenter> centers;
+
+ private:
+  static int shared(const Map& map, KeyframeId a, KeyframeId b) {
+    for (const auto& [id, count] : map.covisible(a)) {
+      if (id == b) return count;
+    }
+    return 0;
+  }
+
+  std::vector<double> shared_;  // landmarks of each and the next
+  double usual_ = 0;            // their median
 };
 
 // Of each three keyframes in a row, all of which are in the problem.
@@ -185,7 +204,7 @@ void add_motions(const Map& map, MapProblem* problem) {
   for (const KeyframeId id : problem->keyframes) camera_of.emplace(id, static_cast<int>(camera_of.size()));
   for (std::size_t i = 0; prior && i + 2 < in_time.ids.size(); ++i) {
     const VelocityChange change = in_time.change(i);
-    if (!change.is_timed()) continue;
+    if (!change.is_timed() || !in_time.is_in_one_go(i)) continue;
     problem->bundle.motions.push_back(
         {{camera_of.at(in_time.ids[i]), camera_of.at(in_time.ids[i + 1]), camera_of.at(in_time.ids[i + 2])},
          change.seconds_before,
@@ -298,7 +317,7 @@ bool moves_beyond_belief(const Map& map, double least) {
   const KeyframesInTime in_time(map);
   const MotionPrior prior(in_time.centers);
   for (std::size_t i = 0; i + 2 < in_time.ids.size(); ++i) {
-    if (prior.is_beyond(in_time.change(i), least)) return true;
+    if (in_time.is_in_one_go(i) && prior.is_beyond(in_time.change(i), least)) return true;
   }
   return false;
 }

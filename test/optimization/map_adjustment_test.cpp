@@ -173,6 +173,18 @@ TEST_F(MapOfAWalk, OnlyWhatIsFlungIsBeyondBelief) {
   EXPECT_FALSE(moves_beyond_belief(map_, 2)) << "not by so much";
 }
 
+TEST_F(MapOfAWalk, WhereTheRecordingWasCutNothingIsBeyondBelief) {
+  constexpr KeyframeId kAfterCut = kFirstFar + 4;
+  map_.set_pose(kAfterCut, camera_at({0.1 * kAfterCut, 1, 0}));
+  ASSERT_TRUE(moves_beyond_belief(map_, 0.1));
+  const std::vector<LandmarkId> seen = map_.keyframe(kAfterCut)->landmark_of_feature;
+  int kept = 0;
+  for (const LandmarkId l : seen) {
+    if (l != kNoLandmark && ++kept > 20) map_.remove_observation(l, kAfterCut);
+  }
+  EXPECT_FALSE(moves_beyond_belief(map_, 0.1));
+}
+
 // Their clock was another one, and so may their unit of motion be.
 TEST_F(MapOfAWalk, FramesOfAnEarlierRunAreNoPartOfTheMotion) {
   for (int i = 0; i < 5; ++i) {
