@@ -267,6 +267,13 @@ std::vector<std::pair<KeyframeId, int>> Map::covisible(KeyframeId keyframe_id) c
   return result;
 }
 
+int Map::shared(KeyframeId a, KeyframeId b) const {
+  const auto of_a = shared_.find(a);
+  if (of_a == shared_.end()) return 0;
+  const auto of_both = of_a->second.find(b);
+  return of_both == of_a->second.end() ? 0 : of_both->second;
+}
+
 bool Map::camera_from_map(KeyframeId id, Rigid3* camera_from_map) const {
   return resolve_keyframe(keyframes_, removed_, id, camera_from_map);
 }

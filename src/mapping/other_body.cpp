@@ -10,7 +10,7 @@
 #include "feature_tracks.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/common/parallel.h"
-#include "turn_before_camera.h"
+#include "turn_in_view.h"
 
 namespace mono_pose_tracker {
 
@@ -177,7 +177,7 @@ double turn_between(const PosedImage& first, const PosedImage& second, const Pai
     bearings1.push_back(first.image->set.bearings[pair.matches[i].first]);
     bearings2.push_back(second.image->set.bearings[pair.matches[i].second]);
   }
-  return bearings1.size() < 5 ? 0 : turn_before_camera(bearings1, bearings2);
+  return bearings1.size() < 5 ? 0 : turn_in_view(bearings1, bearings2);
 }
 
 double turn_before_cameras(const Map& map) {

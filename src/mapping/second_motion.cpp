@@ -6,7 +6,7 @@
 
 #include "mono_pose_tracker/geometry/essential.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
-#include "turn_before_camera.h"
+#include "turn_in_view.h"
 
 namespace mono_pose_tracker {
 
@@ -20,7 +20,7 @@ constexpr int kMinMembers = 15;
 // Of the matches that contradict the body. Wrong matches and what moves by itself are among them as well.
 constexpr double kMinShare = 0.4;
 // What turns by more than 60 degrees between two images is not found again by SIFT (Lowe 2004, fig. 12: less
-// than half from 50 on), so it turns by no more than .6 of a radian as turn_before_camera has it. Beyond lie
+// than half from 50 on), so it turns by no more than .6 of a radian as turn_in_view has it. Beyond lie
 // things that look alike: one wheel of a car taken for the other.
 constexpr double kMostTurn = 0.6;
 // Nearest features of known motion that decide for those that obey both.
@@ -52,7 +52,7 @@ double turn_of_members(const std::vector<Eigen::Vector3d>& bearings1,
     of_members1.push_back(bearings1[i]);
     of_members2.push_back(bearings2[i]);
   }
-  return turn_before_camera(of_members1, of_members2);
+  return turn_in_view(of_members1, of_members2);
 }
 
 // The motion of those that contradict the body; none when they don't agree on one, or on one that could not

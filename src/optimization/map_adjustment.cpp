@@ -168,7 +168,7 @@ struct KeyframesInTime {
     for (const KeyframeId id : ids) {
       centers.push_back({map.keyframe(id)->stamp_ns, map.keyframe(id)->center_in_map()});
     }
-    for (std::size_t i = 0; i + 1 < ids.size(); ++i) shared_.push_back(shared(map, ids[i], ids[i + 1]));
+    for (std::size_t i = 0; i + 1 < ids.size(); ++i) shared_.push_back(map.shared(ids[i], ids[i + 1]));
     if (!shared_.empty()) usual_ = median(shared_);
   }
   // At the second of three, from the first of them on.
@@ -185,13 +185,6 @@ struct KeyframesInTime {
   std::vector<TimedCenter> centers;
 
  private:
-  static int shared(const Map& map, KeyframeId a, KeyframeId b) {
-    for (const auto& [id, count] : map.covisible(a)) {
-      if (id == b) return count;
-    }
-    return 0;
-  }
-
   std::vector<double> shared_;  // landmarks of each and the next
   double usual_ = 0;            // their median
 };

@@ -44,6 +44,9 @@ TEST(Map, CountsSharedLandmarks) {
   ASSERT_EQ(covisible.size(), 2u);
   EXPECT_EQ(covisible[0], std::make_pair(1, 5));
   EXPECT_EQ(covisible[1], std::make_pair(2, 2));
+  EXPECT_EQ(map.shared(0, 1), 5);
+  EXPECT_EQ(map.shared(2, 0), 2);
+  EXPECT_EQ(map.shared(0, 9), 0);
 }
 
 TEST(Map, MergingKeepsEveryObservationThatDoesNotConflict) {

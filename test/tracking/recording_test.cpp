@@ -188,30 +188,32 @@ TEST_F(RecordingTest, WhatIsSureIsTrackedOnce) {
   EXPECT_TRUE(tracked.result.warnings.empty());
 }
 
-// From the first beginning none can be made, whatever the images show.
-TEST_F(RecordingTest, WithoutAMapItIsTriedFromElsewhere) {
+// The first attempt's options are spoilt; the second's result is to be the answer.
+TrackedRecording track_with_spoilt_first(const SimulatedRoom& room,
+                                         const std::function<void(TrackerOptions*)>& spoil) {
   int attempts = 0;
-  const TrackedRecording tracked = track_until_sure(*room_, [&] {
+  TrackedRecording tracked = track_until_sure(room, [&] {
     TrackerOptions options;
-    if (++attempts == 1) options.bootstrap.min_matches = 1000000;
+    if (++attempts == 1) spoil(&options);
     return options;
   });
   EXPECT_EQ(attempts, 2);
   EXPECT_EQ(tracked.attempt, 1);
+  return tracked;
+}
+
+// From the first beginning none can be made, whatever the images show.
+TEST_F(RecordingTest, WithoutAMapItIsTriedFromElsewhere) {
+  const TrackedRecording tracked =
+      track_with_spoilt_first(*room_, [](TrackerOptions* o) { o->bootstrap.min_matches = 1000000; });
   ASSERT_TRUE(tracked.result.tracked);
   EXPECT_EQ(tracked.result.trajectory.size(), 15u);
 }
 
 // With few features the parts of the first map hang together by little.
 TEST_F(RecordingTest, WhatHangsTogetherByLittleIsTriedFromElsewhere) {
-  int attempts = 0;
-  const TrackedRecording tracked = track_until_sure(*room_, [&] {
-    TrackerOptions options;
-    if (++attempts == 1) options.sift.max_features = 60;
-    return options;
-  });
-  EXPECT_EQ(attempts, 2);
-  EXPECT_EQ(tracked.attempt, 1);
+  const TrackedRecording tracked =
+      track_with_spoilt_first(*room_, [](TrackerOptions* o) { o->sift.max_features = 60; });
   ASSERT_TRUE(tracked.result.tracked);
   EXPECT_TRUE(tracked.result.maps.front().confirmed);
 }

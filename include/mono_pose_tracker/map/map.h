@@ -119,6 +119,9 @@ class Map {
   /// Keyframes that share landmarks with this one and how many, most first (ties: newest first).
   std::vector<std::pair<KeyframeId, int>> covisible(KeyframeId keyframe) const;
 
+  /// Landmarks that both see.
+  int shared(KeyframeId a, KeyframeId b) const;
+
   /// Pose of a keyframe, also of one that was removed. False for one that never was.
   bool camera_from_map(KeyframeId keyframe, Rigid3* camera_from_map) const;
   const std::map<KeyframeId, KeyframeLink>& removed_keyframes() const { return removed_; }

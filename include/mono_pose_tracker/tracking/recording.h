@@ -82,11 +82,12 @@ struct TrackedRecording {
 using TrackerMaker = std::function<std::unique_ptr<Tracker>()>;
 using ObserverOfAttempt = std::function<FrameObserver(int attempt)>;
 
-/// Where the result is not sure, or an object's map fell apart, the recording is tracked again, the map begun
-/// half way, a quarter, three quarters on, where the body shows itself otherwise, until a result is sure. A
-/// result in doubt gives way to one that is founded (FinishedMap::is_founded) and poses three quarters as
-/// many images, or poses as many and less speaks against it; a sure one gives way to a founded one of more
-/// images.
+/// Where the result is not sure, or an object's map fell apart, or a short recording's map fell apart or hangs
+/// together by little (not if it was tracked by masks of what moves), the recording is tracked again, the map
+/// begun half way, a quarter, three quarters on, where the body shows itself otherwise, until a result is
+/// enough. A result in doubt gives way to one that is founded (FinishedMap::is_founded) and poses three
+/// quarters as many images, or poses as many and less speaks against it; a sure one gives way to a founded one
+/// of more images, or of as many where it hangs together by little.
 ///
 /// Before that the recording is tracked by masks that the results themselves give: of what moves, where the
 /// result is in doubt and a background stands still behind it (leave_out_background); of the larger of two

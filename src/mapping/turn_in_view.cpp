@@ -1,4 +1,4 @@
-#include "turn_before_camera.h"
+#include "turn_in_view.h"
 
 #include <algorithm>
 #include <utility>
@@ -8,8 +8,8 @@
 
 namespace mono_pose_tracker {
 
-double turn_before_camera(const std::vector<Eigen::Vector3d>& bearings1,
-                          const std::vector<Eigen::Vector3d>& bearings2) {
+double turn_in_view(const std::vector<Eigen::Vector3d>& bearings1,
+                    const std::vector<Eigen::Vector3d>& bearings2) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (std::size_t i = 0; i < bearings1.size(); ++i) sum += bearings2[i] * bearings1[i].transpose();
   const Eigen::Matrix3d rotation = nearest_rotation(sum);
