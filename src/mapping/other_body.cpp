@@ -31,12 +31,13 @@ void compare(const PosedImage& first, const PosedImage& second, const PairMotion
   body->other_turn += turn_between(first, second, pair, ObeyedMotion::kOther);
 }
 
-// The images in time, each once.
-std::vector<PosedImage> in_time(const Map& map, const std::vector<PosedImage>& between,
+// The images in time, each once. A keyframe's own image comes second: what is not plainly of the map has been
+// left out of it.
+std::vector<PosedImage> in_time(const Map& map, const std::vector<PosedImage>& seen,
                                 std::vector<int>* keyframes) {
   std::map<std::int64_t, PosedImage> by_index;
-  for (const PosedImage& image : between) by_index[image.frame_index] = image;
-  for (const auto& [id, k] : map.keyframes()) by_index[k.frame_index] = posed_image(k);
+  for (const PosedImage& image : seen) by_index[image.frame_index] = image;
+  for (const auto& [id, k] : map.keyframes()) by_index.emplace(k.frame_index, posed_image(k));
   std::vector<PosedImage> images;
   images.reserve(by_index.size());
   for (const auto& entry : by_index) images.push_back(entry.second);
@@ -46,6 +47,27 @@ std::vector<PosedImage> in_time(const Map& map, const std::vector<PosedImage>& b
     if (of_keyframes.count(images[i].frame_index)) keyframes->push_back(static_cast<int>(i));
   }
   return images;
+}
+
+// The keyframes, and where none was made for longer than usual - a camera that hardly moves needs none, while
+// the other body may turn - images between at the usual distance.
+std::vector<int> spread_in_time(const std::vector<PosedImage>& images, const std::vector<int>& keyframes) {
+  std::vector<double> gaps;
+  for (std::size_t k = 0; k + 1 < keyframes.size(); ++k) {
+    gaps.push_back(
+        static_cast<double>(images[keyframes[k + 1]].frame_index - images[keyframes[k]].frame_index));
+  }
+  const auto usual = static_cast<std::int64_t>(median(std::move(gaps)));
+  std::vector<int> spread;
+  std::size_t next = 0;  // of the keyframes
+  for (int i = 0; i < static_cast<int>(images.size()); ++i) {
+    const bool is_keyframe = next < keyframes.size() && keyframes[next] == i;
+    if (is_keyframe) ++next;
+    const bool is_far =
+        !spread.empty() && images[i].frame_index - images[spread.back()].frame_index >= usual;
+    if (is_keyframe || is_far) spread.push_back(i);
+  }
+  return spread;
 }
 
 // Two images, by their place in time.
@@ -113,20 +135,21 @@ double OtherBody::share() const {
   return tracks.empty() ? 0 : static_cast<double>(others) / static_cast<double>(tracks.size());
 }
 
-OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& between,
+OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& seen,
                           const MatchOptions& matching, const RansacOptions& ransac, int threads) {
   std::vector<int> keyframes;
-  const std::vector<PosedImage> images = in_time(map, between, &keyframes);
+  const std::vector<PosedImage> images = in_time(map, seen, &keyframes);
   OtherBody body;
   Votes votes(images);
   std::vector<Pair> in_a_row;
   for (int k = 0; k + 1 < static_cast<int>(images.size()); ++k) in_a_row.emplace_back(k, k + 1);
   const std::vector<PairMotions> neighbours = compare_all(images, in_a_row, matching, ransac, threads);
   for (std::size_t k = 0; k < neighbours.size(); ++k) votes.add(in_a_row[k], neighbours[k]);
+  const std::vector<int> spread = spread_in_time(images, keyframes);
   for (const int apart : kApart) {
     std::vector<Pair> all, unknown;
-    for (std::size_t k = 0; k + apart < keyframes.size(); ++k) {
-      all.emplace_back(keyframes[k], keyframes[k + apart]);
+    for (std::size_t k = 0; k + apart < spread.size(); ++k) {
+      all.emplace_back(spread[k], spread[k + apart]);
       if (all.back().second != all.back().first + 1) unknown.push_back(all.back());
     }
     const std::vector<PairMotions> compared = compare_all(images, unknown, matching, ransac, threads);

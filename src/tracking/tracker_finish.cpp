@@ -110,6 +110,16 @@ std::set<std::int64_t> Tracker::Impl::posed_before_remake() {
   return frames;
 }
 
+// The frames that were posed, with all the features that were found in them.
+std::vector<PosedImage> Tracker::Impl::seen_in(const FinishedMap& map) const {
+  std::vector<PosedImage> seen;
+  for (const PosedFrame& frame : map.trajectory) {
+    const auto image = seen_.find(frame.index);
+    if (image != seen_.end()) seen.push_back({frame.index, frame.map_from_camera.inverse(), image->second});
+  }
+  return seen;
+}
+
 // The images between the keyframes are asked only where it may be the other body that is wanted.
 void Tracker::Impl::find_other_body_beside(FinishedMap* map) const {
   const RansacOptions ransac = options_.ransac(camera_.focal());
@@ -122,16 +132,17 @@ void Tracker::Impl::find_other_body_beside(FinishedMap* map) const {
     }
     return;
   }
-  OtherBody other = find_other_body(map->map, {}, options_.matching, ransac, options_.threads);
+  const std::vector<PosedImage> seen = seen_in(*map);
+  std::set<std::int64_t> of_keyframes;
+  for (const auto& entry : map->map.keyframes()) of_keyframes.insert(entry.second.frame_index);
+  std::vector<PosedImage> keyframes;
+  std::copy_if(seen.begin(), seen.end(), std::back_inserter(keyframes),
+               [&](const PosedImage& image) { return of_keyframes.count(image.frame_index) > 0; });
+  OtherBody other = find_other_body(map->map, keyframes, options_.matching, ransac, options_.threads);
   map->is_of_other_body = other.exists() && !other.turns_plainly_less();
   if (other.exists()) map->beside = std::move(other.tracks);
   if (!map->is_of_other_body) return;  // what else moves is to be left out
-  std::vector<PosedImage> between;
-  for (const PosedFrame& frame : map->trajectory) {
-    const auto seen = seen_.find(frame.index);
-    if (seen != seen_.end()) between.push_back({frame.index, frame.map_from_camera.inverse(), seen->second});
-  }
-  map->other_body = find_other_body(map->map, between, options_.matching, ransac, options_.threads);
+  map->other_body = find_other_body(map->map, seen, options_.matching, ransac, options_.threads);
 }
 
 FinishedMap Tracker::Impl::finished(const TrackingMap& view) {

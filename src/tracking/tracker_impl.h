@@ -83,6 +83,7 @@ class Tracker::Impl {
   std::set<std::int64_t> settle_motion();
   void smooth(const std::set<std::int64_t>& frames);
   FinishedMap finished(const TrackingMap& view);
+  std::vector<PosedImage> seen_in(const FinishedMap& map) const;
   void find_other_body_beside(FinishedMap* map) const;
   bool shows_background(const TrackingMap& view, const Map& map, const MatchesInTime& in_time) const;
   bool looks_for_background() const {
