@@ -82,6 +82,14 @@ std::vector<PairMotions> compare_all(const std::vector<PosedImage>& images, cons
   return motions;
 }
 
+// One of the other body's features obeys the map's poses in every second pair or so, where it happens to go
+// along its epipolar line or has hardly moved; one of the map's the other's alone by a wrong match, in one of
+// fifty. The logarithms of these odds are as 1 to 4; half of that, as the pairs of a track are not independent.
+int vote_of(ObeyedMotion motion) {
+  if (motion == ObeyedMotion::kBody) return 1;
+  return motion == ObeyedMotion::kOther ? -2 : -1;
+}
+
 // Which motion the features obey, said by pairs of images and summed over their tracks.
 class Votes {
  public:
@@ -95,7 +103,7 @@ class Votes {
       const Match& m = pair.matches[i];
       tracks_.join(first, m.first, second, m.second);
       if (!pair.has_other || pair.obeyed[i] == ObeyedMotion::kBoth) continue;
-      const int value = pair.obeyed[i] == ObeyedMotion::kBody ? 1 : -1;
+      const int value = vote_of(pair.obeyed[i]);
       of_feature_[first][m.first] += value;
       of_feature_[second][m.second] += value;
     }

@@ -166,28 +166,6 @@ bool leave_out_background(const TrackedRecording& first, Recording* recording) {
   return true;
 }
 
-// Where the map is of a body that turns less than another: the recording again, by masks of all that moves
-// otherwise than the map, until the map is of what turns most. It is kept, with the masks, where it plainly
-// turns farther than the first, and most of the images show it: of three bodies it may be two at once.
-void turn_to_other_body(Attempts* attempts, Recording* recording, TrackedRecording* kept) {
-  constexpr int kMostBodies = 3;  // a head, the shoulders below it, the room behind
-  Recording masked = *recording;
-  TrackedRecording found;
-  const RecordingResult* result = &kept->result;
-  for (int bodies = 1; bodies < kMostBodies && is_of_other_body(*result); ++bodies) {
-    masked.body = std::make_shared<BodyMasks>(result->maps.front().other_body.tracks, masked.body);
-    if (masked.body->are_empty() || masked.interrupted()) return;
-    found = attempts->next(masked);
-    result = &found.result;
-    if (!result->tracked) return;
-  }
-  if (!is_most_of(*result, kept->result)) return;
-  const double turn = turn_before_cameras(result->maps.front().map);
-  if (turn < OtherBody::kPlainly * turn_before_cameras(kept->result.maps.front().map)) return;
-  *recording = std::move(masked);
-  *kept = std::move(found);
-}
-
 // What its features see of it, in all images.
 double observations_of(const RecordingResult& result) {
   std::size_t count = 0;
@@ -202,6 +180,57 @@ constexpr std::array<double, 4> kBeginnings = {0, 0.5, 0.25, 0.75};
 
 std::int64_t frame_at(double share, const RecordingResult& result) {
   return static_cast<std::int64_t>(share * static_cast<double>(result.frames_total));
+}
+
+// By masks of all that moves otherwise than the result's map.
+Recording within_other_body(Recording recording, const RecordingResult& result) {
+  recording.body = std::make_shared<BodyMasks>(result.maps.front().other_body.tracks, recording.body);
+  return recording;
+}
+
+bool can_be_tracked(const Recording& masked) { return !masked.body->are_empty() && !masked.interrupted(); }
+
+// By its masks, and by those of all that moves otherwise than the map again, until the map is of what turns
+// most.
+TrackedRecording track_what_turns_most(Attempts* attempts, Recording* masked) {
+  constexpr int kMostBodies = 3;  // a head, the shoulders below it, the room behind
+  TrackedRecording found = attempts->next(*masked);
+  for (int bodies = 2; bodies < kMostBodies && is_of_other_body(found.result); ++bodies) {
+    Recording within = within_other_body(*masked, found.result);
+    if (!can_be_tracked(within)) break;
+    *masked = std::move(within);
+    found = attempts->next(*masked);
+  }
+  return found;
+}
+
+// It plainly turns farther than the first, and most of the images show it: of three bodies it may be two at
+// once.
+bool is_of_what_turns(const RecordingResult& result, const RecordingResult& first) {
+  return result.tracked && is_most_of(result, first) &&
+         turn_before_cameras(result.maps.front().map) >=
+             OtherBody::kPlainly * turn_before_cameras(first.maps.front().map);
+}
+
+// Where the map is of a body that turns less than another: the recording again, by masks of all that moves
+// otherwise, from each beginning: where a head and shoulders move as one for a while, a map that is begun
+// there is of both. Whether a map of what turns is kept, and with it its masks.
+bool turn_to_other_body(Attempts* attempts, Recording* recording, TrackedRecording* kept) {
+  const RecordingResult first = kept->result;
+  const Recording others = within_other_body(*recording, first);
+  bool is_kept = false;
+  for (const double beginning : kBeginnings) {
+    if (!can_be_tracked(others) || (is_kept && is_enough(kept->result, true))) break;
+    Recording masked = others;
+    masked.first_tracked = frame_at(beginning, first);
+    TrackedRecording found = track_what_turns_most(attempts, &masked);
+    if (!is_of_what_turns(found.result, first)) continue;
+    if (is_kept && !is_better(found.result, true, kept->result)) continue;
+    is_kept = true;
+    *recording = std::move(masked);
+    *kept = std::move(found);
+  }
+  return is_kept;
 }
 
 // Beside the larger body of which the map is now there is one that may have been meant.
@@ -266,8 +295,10 @@ TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker
   if (!is_by_masks) again = recording;
   const bool first_is_smaller = is_of_smaller_body(kept.result);
   if (first_is_smaller) turn_to_larger_body(&attempts, again, &kept);
-  if (is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
-  if (!is_by_masks && !is_enough(kept.result, again.body != nullptr)) begin_anew(&attempts, 1, again, &kept);
+  const bool turned = is_of_other_body(kept.result) && turn_to_other_body(&attempts, &again, &kept);
+  if (!is_by_masks && !turned && !is_enough(kept.result, again.body != nullptr)) {
+    begin_anew(&attempts, 1, again, &kept);
+  }
   if (!first_is_smaller && is_of_smaller_body(kept.result)) turn_to_larger_body(&attempts, again, &kept);
   return kept;
 }
