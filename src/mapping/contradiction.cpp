@@ -1,6 +1,7 @@
 #include "mono_pose_tracker/mapping/contradiction.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <vector>
 
@@ -55,6 +56,12 @@ Contradiction compare(const Map& map, const Keyframe& first, const Keyframe& sec
 }
 
 }  // namespace
+
+bool Contradiction::is_significant() const {
+  const double usual = kOfARightMap * matches, deviation = std::sqrt(usual * (1 - kOfARightMap));
+  return share() >= kOfAWrongMap ||
+         (share() >= kMostOfARightMap && contradicting >= usual + kDeviations * deviation);
+}
 
 Contradiction worst_contradiction(const Map& map, const CameraModel& camera, const MatchesInTime& matches) {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map);

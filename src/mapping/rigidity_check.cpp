@@ -18,8 +18,9 @@ namespace {
 // Chi-squared, 6 degrees of freedom: its median, and what it exceeds with p = 1e-3.
 constexpr double kMedianChi2 = 5.35, kChi2 = 22.46;
 
-constexpr int kSplits = 3;
-constexpr std::array<const char*, kSplits> kNames = {"left and right", "near and far", "middle and rim"};
+constexpr int kSplits = 4;
+constexpr std::array<const char*, kSplits> kNames = {"left and right", "upper and lower", "near and far",
+                                                     "middle and rim"};
 
 // What a keyframe sees of the map; units of bearings and sigmas: rad.
 struct KeyframeSight {
@@ -70,7 +71,8 @@ std::vector<char> split(const KeyframeSight& sight, const Rigid3& camera_from_ma
   std::vector<double> values;
   for (int i = 0; i < sight.size(); ++i) {
     values.push_back(kind == 0   ? sight.bearings[i].x()
-                     : kind == 1 ? (camera_from_map * sight.points[i]).norm()
+                     : kind == 1 ? sight.bearings[i].y()
+                     : kind == 2 ? (camera_from_map * sight.points[i]).norm()
                                  : (sight.bearings[i] - middle).norm());
   }
   return below_median(values);

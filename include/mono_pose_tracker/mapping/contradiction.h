@@ -17,11 +17,13 @@ struct Contradiction {
 
   double share() const { return matches > 0 ? static_cast<double>(contradicting) / matches : 0; }
 
-  /// In a right map one match in twenty lies elsewhere, a wrong match or something that moves by itself. One
-  /// in seven is a part of the scene that has gone another way than the map says, even if each of its sides
-  /// looks well by itself.
-  static constexpr double kMostOfARightMap = 1.0 / 7;
-  bool is_significant() const { return share() >= kMostOfARightMap; }
+  /// In a right map one match in twenty lies elsewhere at most, a wrong match or something that moves by
+  /// itself. One in seven is a part of the scene that has gone another way than the map says, even if each of
+  /// its sides looks well by itself; one in ten is, where so many are not in a right map by chance.
+  static constexpr double kOfARightMap = 1.0 / 20, kMostOfARightMap = 1.0 / 10, kOfAWrongMap = 1.0 / 7;
+  /// Standard deviations of a count: by chance once in 30,000 pairs.
+  static constexpr double kDeviations = 4;
+  bool is_significant() const;
 };
 
 /// The worst pair of keyframes that follow each other in time. Observations are not asked, since a map keeps
