@@ -139,7 +139,7 @@ void Tracker::Impl::find_other_body_beside(FinishedMap* map) const {
   std::copy_if(seen.begin(), seen.end(), std::back_inserter(keyframes),
                [&](const PosedImage& image) { return of_keyframes.count(image.frame_index) > 0; });
   OtherBody other = find_other_body(map->map, keyframes, options_.matching, ransac, options_.threads);
-  map->is_of_other_body = other.exists() && !other.turns_plainly_less();
+  map->is_of_other_body = other.may_exist() && !other.turns_plainly_less();
   if (other.exists()) map->beside = std::move(other.tracks);
   if (!map->is_of_other_body) return;  // what else moves is to be left out
   map->other_body = find_other_body(map->map, seen, options_.matching, ransac, options_.threads);

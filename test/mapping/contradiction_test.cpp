@@ -91,6 +91,19 @@ TEST(Contradiction, ARepeatedPatternSaysNothing) {
   EXPECT_EQ(worst.contradicting, 0);
 }
 
+TEST(Contradiction, OneInTenCountsWhereItIsNoChance) {
+  Contradiction pair;
+  pair.matches = 258, pair.contradicting = 28;  // a map of a head and of the shoulders below it
+  EXPECT_TRUE(pair.is_significant());
+  pair.matches = 239, pair.contradicting = 14;  // right ones
+  EXPECT_FALSE(pair.is_significant());
+  pair.matches = 60, pair.contradicting = 8;
+  EXPECT_FALSE(pair.is_significant());
+  pair.contradicting = 9;  // one in seven
+  EXPECT_TRUE(pair.is_significant());
+  EXPECT_FALSE(Contradiction().is_significant());
+}
+
 TEST(Contradiction, ThereIsNothingToCompareInAnEmptyMap) { EXPECT_EQ(worst_of(Map()).frame_index, -1); }
 
 }  // namespace

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "support/two_bodies.h"
 
 namespace mono_pose_tracker {
@@ -28,6 +31,19 @@ TEST_F(OtherBodyTest, TheRoomBehindAMapOfTheHeadTurnsLess) {
 }
 
 TEST_F(OtherBodyTest, OneBodyHasNoOther) { EXPECT_FALSE(find(map_with(true, 200, 0)).exists()); }
+
+TEST_F(OtherBodyTest, ItMayExistWhereMorePairsShowItThanChanceMakes) {
+  OtherBody body;
+  body.pairs = 4, body.other_pairs = 1;
+  EXPECT_TRUE(body.exists());
+  body.pairs = 30, body.other_pairs = 2;
+  EXPECT_FALSE(body.may_exist());
+  body.other_pairs = 3;
+  EXPECT_TRUE(body.may_exist());
+  EXPECT_FALSE(body.exists());
+  body.pairs = 100, body.other_pairs = 9;
+  EXPECT_FALSE(body.may_exist());
+}
 
 TEST_F(OtherBodyTest, AMapExplainsWhatItIsOf) {
   EXPECT_GT(find(map_with(true, 200, 0)).explained(), 0.95);
@@ -71,6 +87,37 @@ TEST_F(OtherBodyTest, ImagesBetweenTheKeyframesAreInTheTracks) {
   const OtherBody body = find_other_body(sparse, between, MatchOptions(), ransac(), 1);
   ASSERT_FALSE(body.tracks.empty());
   for (const BodyTrack& track : body.tracks) EXPECT_EQ(track.to_index, track.from_index + 1);
+}
+
+// A camera that hardly moves makes no keyframes while the head before it turns.
+TEST_F(OtherBodyTest, WhereThereAreNoKeyframesTheImagesBetweenAreCompared) {
+  const Map map = map_with(false, 100, 300);
+  Map sparse;
+  std::vector<PosedImage> seen;
+  for (const auto& [id, k] : map.keyframes()) {
+    if (id < 3) sparse.add_keyframe(k.frame_index, k.stamp_ns, k.camera_from_map, k.image);
+    seen.push_back({k.frame_index, k.camera_from_map, k.image});
+  }
+  EXPECT_EQ(find(sparse).pairs, 2 + 1);
+  const OtherBody body = find_other_body(sparse, seen, MatchOptions(), ransac(), 1);
+  EXPECT_EQ(body.pairs, find(map).pairs);
+  EXPECT_EQ(body.other_pairs, find(map).other_pairs);
+}
+
+// A map of the room keeps of its keyframes what lies near its points: the head is left out of them.
+TEST_F(OtherBodyTest, WhatTheMapLeftOutOfItsKeyframesIsSeen) {
+  const Map map = map_with(false, 100, 300);
+  Map without_head;
+  std::vector<PosedImage> seen;
+  for (const auto& [id, k] : map.keyframes()) {
+    std::vector<char> is_room(k.image->size(), 1);
+    std::fill_n(is_room.begin(), head_features(static_cast<int>(id)), 0);
+    without_head.add_keyframe(k.frame_index, k.stamp_ns, k.camera_from_map,
+                              select_features(*k.image, is_room, camera().width(), camera().height()));
+    seen.push_back({k.frame_index, k.camera_from_map, k.image});
+  }
+  EXPECT_FALSE(find(without_head).exists());
+  EXPECT_TRUE(find_other_body(without_head, seen, MatchOptions(), ransac(), 1).exists());
 }
 
 TEST_F(OtherBodyTest, TheTurnIsWhatTheCamerasSpan) {

@@ -12,10 +12,13 @@ namespace {
 
 constexpr int kRound = 12, kBoxPoints = 200;
 
-// Keyframes round a box of points. Those right of the middle may have a motion of their own: `own` takes a
-// point to where it is in keyframe k.
+bool is_right(const Eigen::Vector3d& x) { return x.x() > 0.2; }
+bool is_above(const Eigen::Vector3d& x) { return x.y() < -0.2; }
+
+// Keyframes round a box of points. Those on one side of the middle may have a motion of their own: `own` takes
+// a point to where it is in keyframe k.
 template <typename Motion>
-Map make_map(const Motion& own, double noise_px = 0.5) {
+Map make_map(const Motion& own, double noise_px = 0.5, bool (*is_beside)(const Eigen::Vector3d&) = is_right) {
   Random random(11);
   const CameraModel camera = synthetic_camera();
   const SyntheticScene scene = box_scene(kBoxPoints, random);
@@ -26,7 +29,7 @@ Map make_map(const Motion& own, double noise_px = 0.5) {
     const Rigid3 camera_from_map = camera_at({0.06 * k, 0, 0}, -0.5 * k * kDegree);
     SyntheticScene moved = scene;
     for (Eigen::Vector3d& x : moved.x_in_map) {
-      if (x.x() > 0.2) x = own(k, x);
+      if (is_beside(x)) x = own(k, x);
     }
     add_view(moved, camera, camera_from_map, noise_px, k, ids, random, &map);
   }
@@ -54,6 +57,15 @@ TEST(RigidityCheck, AHalfThatSwaysContradicts) {
   EXPECT_EQ(report.parts, "left and right");
   EXPECT_GT(report.mahalanobis2, 22.46);
   EXPECT_GT(report.disagreement_px, 1.5);
+}
+
+TEST(RigidityCheck, AHeadAboveShouldersContradicts) {
+  const auto nods = [](int k, const Eigen::Vector3d& x) -> Eigen::Vector3d {
+    return x + Eigen::Vector3d((k % 2 ? 0.03 : -0.03), 0, 0);
+  };
+  const RigidityReport report = check_rigidity(make_map(nods, 0.5, is_above));
+  EXPECT_FALSE(report.is_rigid);
+  EXPECT_EQ(report.parts, "upper and lower");
 }
 
 // What is off by less than a pixel or so is a calibration's.

@@ -29,11 +29,11 @@ struct OtherBody {
   double map_turn = 0, other_turn = 0;
   std::vector<BodyTrack> tracks;  // between images that follow each other
 
-  /// Wrong matches agree on a motion in one pair of some two hundred: never in three of up to thirty. Many
-  /// pairs do not show a body that is there, since the two hardly move against each other.
-  bool exists() const {
-    return other_pairs > 0 && (4 * other_pairs >= pairs || (other_pairs >= 3 && 10 * other_pairs >= pairs));
-  }
+  /// Wrong matches agree on a motion in a pair here and there, a body does in every fourth at least.
+  bool exists() const { return other_pairs > 0 && 4 * other_pairs >= pairs; }
+  /// Where one is looked for that turns: two that hardly move against each other show it in few pairs. A
+  /// single texture shows it in one of some two hundred, never in three of thirty; a room of repeated ones may.
+  bool may_exist() const { return exists() || (other_pairs >= 3 && 10 * other_pairs >= pairs); }
   /// Of the tracks.
   double share() const;
   /// Of the matches: how much of what its images show the map explains.
