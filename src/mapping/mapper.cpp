@@ -171,8 +171,6 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
     beside_.background_watch.note({candidate.frame.index, candidate.frame.image}, options_.matching,
                                   options_.separates_motions);
   }
-  beside_.shown = posed_image(*map_.keyframe(id));
-  if (candidate.frame.whole) beside_.shown->image = candidate.frame.whole;
   if (waiting == 0) watch_body_of_map();
   if (waiting == 0 && !is_cancelled()) join_where_met(map_.keyframes().rbegin()->first);
   publish();

@@ -91,19 +91,6 @@ void Mapper::watch_body(KeyframeId before_id, KeyframeId newest_id, const PairMo
                           compare_motions(before, newest, options_.matching, options_.ransac));
 }
 
-void Mapper::show(const PosedImage& image, std::uint32_t map_id, std::uint64_t corrections) {
-  const std::uint64_t newest = corrections_.empty() ? 0 : corrections_.back()->sequence;
-  if (!options_.separates_motions || map_id != map_id_ || corrections != newest) return;
-  const bool was_found = beside_.body_watch.found() != nullptr;
-  if (beside_.shown) {
-    beside_.body_watch.note(*beside_.shown, image,
-                            compare_motions(*beside_.shown, image, options_.matching, options_.ransac));
-  }
-  beside_.shown = image;
-  const bool is_found = beside_.body_watch.found() != nullptr;
-  if (is_found || was_found) publish();
-}
-
 void Mapper::leave_out(KeyframeId id, const std::vector<char>& features) {
   std::vector<char>& left_out = beside_.left_out[id];
   left_out.resize(features.size(), 0);

@@ -49,20 +49,7 @@ bool Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   if (keyframe_policy_.is_due(map, overlap, resection.inliers, worker_.unfinished_jobs())) {
     insert_keyframe(frame, map, pose, resection, report);
   }
-  if (!report->is_keyframe) show_to_mapper(frame, map, resection.camera_from_map);
   return true;
-}
-
-// Whether it is the body that turns can be seen between keyframes only, where the camera hardly moves. Within
-// the period a head turns by some ten degrees.
-void Tracker::Impl::show_to_mapper(const Frame& frame, const TrackingMap& map, const Rigid3& camera_from_map) {
-  constexpr std::int64_t kPeriod = 200000000;  // ns
-  if (pace_ != SearchPace::kLive || !options_.segmentation.wants_turning_body()) return;
-  if (worker_.unfinished_jobs() > 0 || !shown_.is_due(frame.stamp_ns, kPeriod)) return;
-  const PosedImage image{frame.index, camera_from_map, frame.whole ? frame.whole : frame.image};
-  worker_.offer([image, map_id = map.map_id, corrections = corrections_](Mapper& mapper) {
-    mapper.show(image, map_id, corrections);
-  });
 }
 
 // It rides on the best of the keyframes from now on.

@@ -13,7 +13,6 @@
 #include "frame_maker.h"
 #include "keyframe_policy.h"
 #include "map_snapshot.h"
-#include "mono_pose_tracker/common/last_time.h"
 #include "mono_pose_tracker/map/frame_poses.h"
 #include "mono_pose_tracker/mapping/mapping_worker.h"
 #include "mono_pose_tracker/tracking/resector.h"
@@ -110,7 +109,6 @@ class Tracker::Impl {
     return pace_ == SearchPace::kRecording && options_.segmentation.wants_turning_body();
   }
   void keep_seen(const Frame& frame);
-  void show_to_mapper(const Frame& frame, const TrackingMap& map, const Rigid3& camera_from_map);
   std::optional<Frame> make_frame(std::int64_t index, std::int64_t stamp_ns, const PreparedImage& image,
                                   const Segmentation& segmentation, FrameReport* report);
   void bootstrap(const Frame& frame, FrameReport* report);
@@ -211,7 +209,6 @@ class Tracker::Impl {
   std::uint64_t corrections_ = 0;                           // sequence of the last one applied
   std::map<std::uint32_t, std::uint32_t> times_corrected_;  // by map
   std::map<std::int64_t, Frame> unposed_;                   // of a finished recording
-  LastTime shown_;                                          // to the mapper, of what became no keyframe
   std::map<std::int64_t, ImageFeaturesPtr> seen_;           // of a recording, of the images that were posed
   std::map<std::int64_t, Matrix6d> posed_again_;      // covariances of map_from_camera, in the finished map
   bool grown_ = false;                                // the finished map has

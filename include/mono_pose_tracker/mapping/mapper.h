@@ -50,10 +50,6 @@ class Mapper {
   /// waiting: keyframes that wait behind this one. The bundle adjustment's window is divided among them, and
   /// with two or more it is left to the next; the map is consistent all the same.
   void insert(const KeyframeCandidate& candidate, int waiting = 0);
-  /// An image that was posed and became no keyframe, live: where the body that turns is asked for, it is
-  /// compared with the image before it that was shown, or became one. A camera that hardly moves makes no
-  /// keyframes while something turns before it. corrections: of the map that it was posed in.
-  void show(const PosedImage& image, std::uint32_t map_id, std::uint64_t corrections);
   /// Looks whether the newest keyframe shows an old place again, unless that was asked before. A loop is
   /// closed aside: its drift is spread over the map (a correction), then all of it is adjusted (another).
   void seek_loop();
@@ -112,7 +108,6 @@ class Mapper {
     RigidityWatch watch;
     LargerBodyWatch larger_body_watch;
     BodyWatch body_watch;
-    std::optional<PosedImage> shown;  // last, for the body watch
     BackgroundWatch background_watch;
     LoopFinder loop_finder;
     std::size_t asked_at = 0;     // keyframes that there were when the beginning was doubted last
