@@ -82,18 +82,12 @@ std::vector<PairMotions> compare_all(const std::vector<PosedImage>& images, cons
   return motions;
 }
 
-// One of the other body's features obeys the map's poses in every second pair or so, where it happens to go
-// along its epipolar line or has hardly moved; one of the map's the other's alone by a wrong match, in one of
-// fifty. The logarithms of these odds are as 1 to 4; half of that, as the pairs of a track are not independent.
-int vote_of(ObeyedMotion motion) {
-  if (motion == ObeyedMotion::kBody) return 1;
-  return motion == ObeyedMotion::kOther ? -2 : -1;
-}
-
 // Which motion the features obey, said by pairs of images and summed over their tracks.
 class Votes {
  public:
-  explicit Votes(const std::vector<PosedImage>& images) : tracks_(feature_counts(images)) {
+  // against: how much the other motion counts, where the map's counts 1.
+  Votes(const std::vector<PosedImage>& images, int against)
+      : tracks_(feature_counts(images)), against_(against) {
     for (const PosedImage& image : images) of_feature_.emplace_back(image.image->size(), 0);
   }
 
@@ -103,7 +97,9 @@ class Votes {
       const Match& m = pair.matches[i];
       tracks_.join(first, m.first, second, m.second);
       if (!pair.has_other || pair.obeyed[i] == ObeyedMotion::kBoth) continue;
-      const int value = vote_of(pair.obeyed[i]);
+      const int value = pair.obeyed[i] == ObeyedMotion::kBody    ? 1
+                        : pair.obeyed[i] == ObeyedMotion::kOther ? -against_
+                                                                 : -1;
       of_feature_[first][m.first] += value;
       of_feature_[second][m.second] += value;
     }
@@ -122,6 +118,7 @@ class Votes {
 
  private:
   FeatureTracks tracks_;
+  int against_;
   std::vector<std::vector<int>> of_feature_;
 };
 
@@ -148,7 +145,12 @@ OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& seen,
   std::vector<int> keyframes;
   const std::vector<PosedImage> images = in_time(map, seen, &keyframes);
   OtherBody body;
-  Votes votes(images);
+  // From one image to the next the two may hardly move against each other: a feature of the other body obeys
+  // the map's poses in every second pair or so, one of the map's the other's alone by a wrong match, in one of
+  // fifty. The logarithms of these odds are as 1 to 4; half of that, as the pairs of a track are not
+  // independent.
+  const int against = images.size() > keyframes.size() ? 2 : 1;
+  Votes votes(images, against);
   std::vector<Pair> in_a_row;
   for (int k = 0; k + 1 < static_cast<int>(images.size()); ++k) in_a_row.emplace_back(k, k + 1);
   const std::vector<PairMotions> neighbours = compare_all(images, in_a_row, matching, ransac, threads);
@@ -184,7 +186,7 @@ OtherBody sample_other_body(const Map& map, const MatchOptions& matching, const 
   const std::vector<PosedImage> images = in_time(map, {}, &keyframes);
   const int count = static_cast<int>(images.size()) - 1;
   OtherBody body;
-  Votes votes(images);
+  Votes votes(images, 1);
   std::vector<Pair> pairs;
   for (int i = 0; i < std::min(kPairs, count); ++i) {
     const int k = i * count / std::min(kPairs, count);
