@@ -63,8 +63,7 @@ std::vector<int> spread_in_time(const std::vector<PosedImage>& images, const std
   for (int i = 0; i < static_cast<int>(images.size()); ++i) {
     const bool is_keyframe = next < keyframes.size() && keyframes[next] == i;
     if (is_keyframe) ++next;
-    const bool is_far =
-        !spread.empty() && images[i].frame_index - images[spread.back()].frame_index >= usual;
+    const bool is_far = !spread.empty() && images[i].frame_index - images[spread.back()].frame_index >= usual;
     if (is_keyframe || is_far) spread.push_back(i);
   }
   return spread;
@@ -140,14 +139,14 @@ double OtherBody::share() const {
   return tracks.empty() ? 0 : static_cast<double>(others) / static_cast<double>(tracks.size());
 }
 
-OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& seen,
-                          const MatchOptions& matching, const RansacOptions& ransac, int threads) {
+OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& seen, const MatchOptions& matching,
+                          const RansacOptions& ransac, int threads) {
   std::vector<int> keyframes;
   const std::vector<PosedImage> images = in_time(map, seen, &keyframes);
   OtherBody body;
   // From one image to the next the two may hardly move against each other: a feature of the other body obeys
-  // the map's poses in every second pair or so, one of the map's the other's alone by a wrong match, in one of
-  // fifty. The logarithms of these odds are as 1 to 4; half of that, as the pairs of a track are not
+  // the map's poses in every second pair or so, one of the map's the other's alone by a wrong match, in one
+  // of fifty. The logarithms of these odds are as 1 to 4; half of that, as the pairs of a track are not
   // independent.
   const int against = images.size() > keyframes.size() ? 2 : 1;
   Votes votes(images, against);

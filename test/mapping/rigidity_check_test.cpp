@@ -15,8 +15,8 @@ constexpr int kRound = 12, kBoxPoints = 200;
 bool is_right(const Eigen::Vector3d& x) { return x.x() > 0.2; }
 bool is_above(const Eigen::Vector3d& x) { return x.y() < -0.2; }
 
-// Keyframes round a box of points. Those on one side of the middle may have a motion of their own: `own` takes
-// a point to where it is in keyframe k.
+// Keyframes round a box of points. Those on one side of the middle may have a motion of their own: `own`
+// takes a point to where it is in keyframe k.
 template <typename Motion>
 Map make_map(const Motion& own, double noise_px = 0.5, bool (*is_beside)(const Eigen::Vector3d&) = is_right) {
   Random random(11);

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""A head above shoulders that do not turn with it, before a bright wall, tracked with the default parameters, and a bust
-on a turntable before a camera in the hand, with those for an object; nothing is given: poses, and the masks that are
-written. PROGRAMS names the folder of the programs."""
+"""A head above shoulders that do not turn with it, before a bright wall, tracked with the default parameters, and before
+a camera in the hand, with those for an object, a bust on a turntable and a head above shoulders that sway; nothing is
+given: poses, and the masks that are written. PROGRAMS names the folder of the programs."""
 import json
 import os
 import pathlib
@@ -69,6 +69,10 @@ class LivingHead(unittest.TestCase):
         self.expect_right(report)
         self.assertEqual(len(self.masks), 60)
         self.assertGreater(self.masks.mean_overlap(), 0.75)
+
+    def test_of_three_bodies_the_head_is_found(self):
+        report = self.track(["--shoulders", "sway", "--background", "room", "--hand-held"], ["--config", str(CONFIG)])
+        self.expect_right(report)
 
 
 if __name__ == "__main__":

@@ -32,7 +32,8 @@ struct OtherBody {
   /// Wrong matches agree on a motion in a pair here and there, a body does in every fourth at least.
   bool exists() const { return other_pairs > 0 && 4 * other_pairs >= pairs; }
   /// Where one is looked for that turns: two that hardly move against each other show it in few pairs. A
-  /// single texture shows it in one of some two hundred, never in three of thirty; a room of repeated ones may.
+  /// single texture shows it in one of some two hundred, never in three of thirty; a room of repeated ones
+  /// may.
   bool may_exist() const { return exists() || (other_pairs >= 3 && 10 * other_pairs >= pairs); }
   /// Of the tracks.
   double share() const;
@@ -52,11 +53,11 @@ struct OtherBody {
 
 /// Keyframes near in time are matched anew by descriptors alone, since a map holds only what agrees with it.
 /// A feature that obeys only one of the two motions decides for its whole track. seen: images with all the
-/// features of them and the poses that the map gives them, by frame. Those of keyframes take the place of what
-/// the map kept of these; those between show what turns farther from one keyframe to the next than features
-/// can be matched, or while the camera made none. The result is the same for any number of threads.
-OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& seen,
-                          const MatchOptions& matching, const RansacOptions& ransac, int threads);
+/// features of them and the poses that the map gives them, by frame. Those of keyframes take the place of
+/// what the map kept of these; those between show what turns farther from one keyframe to the next than
+/// features can be matched, or while the camera made none. The result is the same for any number of threads.
+OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& seen, const MatchOptions& matching,
+                          const RansacOptions& ransac, int threads);
 
 /// Whether there is one: the same of some thirty pairs of keyframes that follow each other, spread over the
 /// recording, at a cost that does not grow with the map.

@@ -7,11 +7,12 @@
 namespace mono_pose_tracker {
 
 /// How well the poses agree that disjoint parts of a keyframe's landmarks give: the left and the right half,
-/// the near and the far, the middle and the rim. In a rigid world they differ by noise.
+/// the upper and the lower, the near and the far, the middle and the rim. In a rigid world they differ by
+/// noise.
 struct RigidityReport {
   bool is_rigid = true;
   int keyframes = 0;           // that could be checked
-  std::string parts;           // that disagree most: "left and right", "near and far", "middle and rim"
+  std::string parts;           // that disagree most, such as "left and right"
   double mahalanobis2 = 0;     // of them, in the worst stretch of keyframes: the median; 6 degrees of freedom
   double disagreement_px = 0;  // the same: how far apart the two poses see the landmarks
   std::int64_t frame_index = -1;  // where that stretch begins
