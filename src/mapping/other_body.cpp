@@ -33,16 +33,19 @@ void compare(const PosedImage& first, const PosedImage& second, const PairMotion
 
 // The images in time, each once. A keyframe's own image comes second: what is not plainly of the map has been
 // left out of it.
-std::vector<PosedImage> in_time(const Map& map, const std::vector<PosedImage>& seen,
+std::vector<PosedImage> in_time(const Map& map, const std::vector<PosedImage>& seen, ImagesAsked asked,
                                 std::vector<int>* keyframes) {
+  std::set<std::int64_t> of_keyframes;
+  for (const auto& entry : map.keyframes()) of_keyframes.insert(entry.second.frame_index);
   std::map<std::int64_t, PosedImage> by_index;
-  for (const PosedImage& image : seen) by_index[image.frame_index] = image;
+  for (const PosedImage& image : seen) {
+    if (asked == ImagesAsked::kAllSeen || of_keyframes.count(image.frame_index))
+      by_index[image.frame_index] = image;
+  }
   for (const auto& [id, k] : map.keyframes()) by_index.emplace(k.frame_index, posed_image(k));
   std::vector<PosedImage> images;
   images.reserve(by_index.size());
   for (const auto& entry : by_index) images.push_back(entry.second);
-  std::set<std::int64_t> of_keyframes;
-  for (const auto& entry : map.keyframes()) of_keyframes.insert(entry.second.frame_index);
   for (std::size_t i = 0; i < images.size(); ++i) {
     if (of_keyframes.count(images[i].frame_index)) keyframes->push_back(static_cast<int>(i));
   }
@@ -139,16 +142,16 @@ double OtherBody::share() const {
   return tracks.empty() ? 0 : static_cast<double>(others) / static_cast<double>(tracks.size());
 }
 
-OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& seen, const MatchOptions& matching,
-                          const RansacOptions& ransac, int threads) {
+OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& seen, ImagesAsked asked,
+                          const MatchOptions& matching, const RansacOptions& ransac, int threads) {
   std::vector<int> keyframes;
-  const std::vector<PosedImage> images = in_time(map, seen, &keyframes);
+  const std::vector<PosedImage> images = in_time(map, seen, asked, &keyframes);
   OtherBody body;
   // From one image to the next the two may hardly move against each other: a feature of the other body obeys
   // the map's poses in every second pair or so, one of the map's the other's alone by a wrong match, in one
   // of fifty. The logarithms of these odds are as 1 to 4; half of that, as the pairs of a track are not
   // independent.
-  const int against = images.size() > keyframes.size() ? 2 : 1;
+  const int against = asked == ImagesAsked::kAllSeen ? 2 : 1;
   Votes votes(images, against);
   std::vector<Pair> in_a_row;
   for (int k = 0; k + 1 < static_cast<int>(images.size()); ++k) in_a_row.emplace_back(k, k + 1);
@@ -182,7 +185,7 @@ OtherBody sample_other_body(const Map& map, const MatchOptions& matching, const 
                             int threads) {
   constexpr int kPairs = 30;
   std::vector<int> keyframes;
-  const std::vector<PosedImage> images = in_time(map, {}, &keyframes);
+  const std::vector<PosedImage> images = in_time(map, {}, ImagesAsked::kKeyframes, &keyframes);
   const int count = static_cast<int>(images.size()) - 1;
   OtherBody body;
   Votes votes(images, 1);

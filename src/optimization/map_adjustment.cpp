@@ -169,7 +169,7 @@ struct KeyframesInTime {
       centers.push_back({map.keyframe(id)->stamp_ns, map.keyframe(id)->center_in_map()});
     }
     for (std::size_t i = 0; i + 1 < ids.size(); ++i) shared_.push_back(map.shared(ids[i], ids[i + 1]));
-    if (!shared_.empty()) usual_ = median(shared_);
+    usual_ = median(shared_);
   }
   // At the second of three, from the first of them on.
   VelocityChange change(std::size_t first) const {

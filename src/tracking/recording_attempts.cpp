@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -216,21 +217,22 @@ bool is_of_what_turns(const RecordingResult& result, const RecordingResult& firs
 // otherwise, from each beginning: where a head and shoulders move as one for a while, a map that is begun
 // there is of both. Whether a map of what turns is kept, and with it its masks.
 bool turn_to_other_body(Attempts* attempts, Recording* recording, TrackedRecording* kept) {
-  const RecordingResult first = kept->result;
+  const RecordingResult& first = kept->result;
   const Recording others = within_other_body(*recording, first);
-  bool is_kept = false;
+  std::optional<TrackedRecording> best;
   for (const double beginning : kBeginnings) {
-    if (!can_be_tracked(others) || (is_kept && is_enough(kept->result, true))) break;
+    if (!can_be_tracked(others) || (best && is_enough(best->result, true))) break;
     Recording masked = others;
     masked.first_tracked = frame_at(beginning, first);
     TrackedRecording found = track_what_turns_most(attempts, &masked);
     if (!is_of_what_turns(found.result, first)) continue;
-    if (is_kept && !is_better(found.result, true, kept->result)) continue;
-    is_kept = true;
+    if (best && !is_better(found.result, true, best->result)) continue;
     *recording = std::move(masked);
-    *kept = std::move(found);
+    best = std::move(found);
   }
-  return is_kept;
+  if (!best) return false;
+  *kept = std::move(*best);
+  return true;
 }
 
 // Beside the larger body of which the map is now there is one that may have been meant.
@@ -250,11 +252,10 @@ void tell_of_smaller_body(double share, RecordingResult* result) {
 void turn_to_larger_body(Attempts* attempts, const Recording& recording, TrackedRecording* kept) {
   constexpr double kPlainly = 1.2;  // times as much of it is seen, as OtherBody::is_larger asks
   const OtherBody& larger = kept->result.maps.front().other_body;
-  Recording masked = recording;
-  masked.body = std::make_shared<BodyMasks>(larger.tracks, masked.body);
-  if (recording.masks || masked.body->are_empty()) return;
+  if (recording.masks) return;
+  Recording masked = within_other_body(recording, kept->result);
   for (const double beginning : kBeginnings) {
-    if (masked.interrupted()) return;
+    if (!can_be_tracked(masked)) return;
     masked.first_tracked = frame_at(beginning, kept->result);
     TrackedRecording found = attempts->next(masked);
     if (!is_founded(found.result) || !is_most_of(found.result, kept->result) ||

@@ -128,21 +128,19 @@ void Tracker::Impl::find_other_body_beside(FinishedMap* map) const {
     map->may_be_of_wrong_body = map->other_body.is_comparable();
     map->is_of_smaller_body = map->other_body.is_larger();
     if (map->is_of_smaller_body) {
-      map->other_body = find_other_body(map->map, {}, options_.matching, ransac, options_.threads);
+      map->other_body =
+          find_other_body(map->map, {}, ImagesAsked::kKeyframes, options_.matching, ransac, options_.threads);
     }
     return;
   }
   const std::vector<PosedImage> seen = seen_in(*map);
-  std::set<std::int64_t> of_keyframes;
-  for (const auto& entry : map->map.keyframes()) of_keyframes.insert(entry.second.frame_index);
-  std::vector<PosedImage> keyframes;
-  std::copy_if(seen.begin(), seen.end(), std::back_inserter(keyframes),
-               [&](const PosedImage& image) { return of_keyframes.count(image.frame_index) > 0; });
-  OtherBody other = find_other_body(map->map, keyframes, options_.matching, ransac, options_.threads);
+  OtherBody other =
+      find_other_body(map->map, seen, ImagesAsked::kKeyframes, options_.matching, ransac, options_.threads);
   map->is_of_other_body = other.may_exist() && !other.turns_plainly_less();
   if (other.exists()) map->beside = std::move(other.tracks);
   if (!map->is_of_other_body) return;  // what else moves is to be left out
-  map->other_body = find_other_body(map->map, seen, options_.matching, ransac, options_.threads);
+  map->other_body =
+      find_other_body(map->map, seen, ImagesAsked::kAllSeen, options_.matching, ransac, options_.threads);
 }
 
 FinishedMap Tracker::Impl::finished(const TrackingMap& view) {

@@ -54,7 +54,7 @@ TEST(Contradiction, ARightMapHasNone) {
 TEST(Contradiction, APartThatGoesAnotherWayIsSeenWhereItBegins) {
   const Contradiction worst = worst_of(make_map(0.2, -0.3));  // by 27 px
   EXPECT_EQ(worst.frame_index, kBreak);
-  EXPECT_GT(worst.share(), 2 * Contradiction::kMostOfARightMap);
+  EXPECT_GT(worst.share(), 2 * Contradiction::kOfAWrongMap);
   EXPECT_TRUE(worst.is_significant());
 }
 

@@ -12,7 +12,9 @@ namespace {
 
 class OtherBodyTest : public testing::Test, protected TwoBodies {
  protected:
-  OtherBody find(const Map& map) const { return find_other_body(map, {}, MatchOptions(), ransac(), 1); }
+  OtherBody find(const Map& map) const {
+    return find_other_body(map, {}, ImagesAsked::kKeyframes, MatchOptions(), ransac(), 1);
+  }
 };
 
 TEST_F(OtherBodyTest, AHeadBeforeAMapOfTheRoomTurnsMore) {
@@ -84,7 +86,7 @@ TEST_F(OtherBodyTest, ImagesBetweenTheKeyframesAreInTheTracks) {
     if (id % 2 == 0) sparse.add_keyframe(k.frame_index, k.stamp_ns, k.camera_from_map, k.image);
     if (id % 2 != 0) between.push_back({k.frame_index, k.camera_from_map, k.image});
   }
-  const OtherBody body = find_other_body(sparse, between, MatchOptions(), ransac(), 1);
+  const OtherBody body = find_other_body(sparse, between, ImagesAsked::kAllSeen, MatchOptions(), ransac(), 1);
   ASSERT_FALSE(body.tracks.empty());
   for (const BodyTrack& track : body.tracks) EXPECT_EQ(track.to_index, track.from_index + 1);
 }
@@ -99,7 +101,7 @@ TEST_F(OtherBodyTest, WhereThereAreNoKeyframesTheImagesBetweenAreCompared) {
     seen.push_back({k.frame_index, k.camera_from_map, k.image});
   }
   EXPECT_EQ(find(sparse).pairs, 2 + 1);
-  const OtherBody body = find_other_body(sparse, seen, MatchOptions(), ransac(), 1);
+  const OtherBody body = find_other_body(sparse, seen, ImagesAsked::kAllSeen, MatchOptions(), ransac(), 1);
   EXPECT_EQ(body.pairs, find(map).pairs);
   EXPECT_EQ(body.other_pairs, find(map).other_pairs);
 }
@@ -117,7 +119,8 @@ TEST_F(OtherBodyTest, WhatTheMapLeftOutOfItsKeyframesIsSeen) {
     seen.push_back({k.frame_index, k.camera_from_map, k.image});
   }
   EXPECT_FALSE(find(without_head).exists());
-  EXPECT_TRUE(find_other_body(without_head, seen, MatchOptions(), ransac(), 1).exists());
+  EXPECT_TRUE(
+      find_other_body(without_head, seen, ImagesAsked::kKeyframes, MatchOptions(), ransac(), 1).exists());
 }
 
 TEST_F(OtherBodyTest, TheTurnIsWhatTheCamerasSpan) {
