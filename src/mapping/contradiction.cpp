@@ -1,12 +1,11 @@
 #include "mono_pose_tracker/mapping/contradiction.h"
 
-#include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <vector>
 
 #include "keyframe_landmarks.h"
 #include "mono_pose_tracker/camera/image_scale.h"
+#include "mono_pose_tracker/common/count_deviations.h"
 #include "mono_pose_tracker/features/matching.h"
 
 namespace mono_pose_tracker {
@@ -58,9 +57,8 @@ Contradiction compare(const Map& map, const Keyframe& first, const Keyframe& sec
 }  // namespace
 
 bool Contradiction::is_significant() const {
-  const double usual = kOfARightMap * matches, deviation = std::sqrt(usual * (1 - kOfARightMap));
-  return share() >= kOfAWrongMap ||
-         (share() >= kMostOfARightMap && contradicting >= usual + kDeviations * deviation);
+  return share() >= kOfAWrongMap || (share() >= kMostOfARightMap &&
+                                     deviations_above(kOfARightMap, contradicting, matches) >= kDeviations);
 }
 
 Contradiction worst_contradiction(const Map& map, const CameraModel& camera, const MatchesInTime& matches) {

@@ -97,7 +97,7 @@ bool is_narrow(const Map& map) {
 namespace {
 
 // The best fitting of the reversed maps, as far as it takes to compare it with the map's own cost.
-Map best_rival(const BundleOptions& bundle, const Map& map, double cost, double* rival_cost) {
+Map cheapest_reversal(const BundleOptions& bundle, const Map& map, double cost, double* rival_cost) {
   BundleOptions trial = bundle;
   trial.max_iterations = kTrialIterations;
   constexpr int kRivals = static_cast<int>(kStretches.size());
@@ -126,7 +126,7 @@ Map best_rival(const BundleOptions& bundle, const Map& map, double cost, double*
 bool correct_depth_reversal(const BundleOptions& bundle, double min_evidence, Map* map) {
   const double cost = cost_of(*map);
   double rival_cost = 0;
-  Map rival = best_rival(bundle, *map, cost, &rival_cost);
+  Map rival = cheapest_reversal(bundle, *map, cost, &rival_cost);
   if (rival_cost * (1 + min_evidence) >= cost) return false;
   *map = std::move(rival);
   return true;
@@ -136,7 +136,7 @@ double depth_evidence(const BundleOptions& bundle, const Map& map) {
   if (!is_narrow(map)) return std::numeric_limits<double>::infinity();
   const double cost = cost_of(map);
   double rival_cost = 0;
-  best_rival(bundle, map, cost, &rival_cost);
+  cheapest_reversal(bundle, map, cost, &rival_cost);
   return rival_cost / cost - 1;
 }
 

@@ -1,13 +1,10 @@
 #include "mono_pose_tracker/mapping/keyframe_locator.h"
 
-#include <algorithm>
 #include <unordered_set>
 
 #include "mono_pose_tracker/camera/image_scale.h"
-#include "mono_pose_tracker/features/matching.h"
-#include "mono_pose_tracker/mapping/projection_matcher.h"
+#include "mono_pose_tracker/mapping/landmark_pose.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
-#include "mono_pose_tracker/robust/motion_refinement.h"
 
 namespace mono_pose_tracker {
 
@@ -34,18 +31,13 @@ std::vector<LandmarkCandidate> candidates_of(const Map& map, const std::vector<K
 AbsolutePoseReport pose_by_descriptors(const MapperOptions& options,
                                        const std::vector<LandmarkCandidate>& candidates,
                                        const ImageFeatures& image) {
-  const cv::Mat descriptors = descriptors_of(candidates);
-  std::vector<Eigen::Vector3d> bearings, points;
+  const std::vector<LandmarkMatch> matches = match_by_descriptors(candidates, image, options.matching);
+  if (static_cast<int>(matches.size()) < options.min_inliers) return {};
+  const LandmarkSight sight = sight_of(image, candidates, matches);
   AbsolutePoseOptions pose_options;
   pose_options.ransac = options.ransac;
-  for (const Match& m : match_descriptors(image.set.descriptors, descriptors, options.matching)) {
-    bearings.push_back(image.set.bearings[m.first]);
-    points.push_back(candidates[m.second].x_in_map);
-    pose_options.quality.push_back(static_cast<float>(m.distance2));
-  }
-  AbsolutePoseReport pose;
-  if (static_cast<int>(bearings.size()) < options.min_inliers) return pose;
-  pose = estimate_absolute_pose(bearings, points, pose_options);
+  for (const LandmarkMatch& m : matches) pose_options.quality.push_back(static_cast<float>(m.distance2));
+  AbsolutePoseReport pose = estimate_absolute_pose(sight.bearings, sight.points, pose_options);
   pose.success = pose.success && pose.num_inliers >= options.min_inliers;
   return pose;
 }
@@ -53,31 +45,15 @@ AbsolutePoseReport pose_by_descriptors(const MapperOptions& options,
 // Guided matching round the pose, and the pose refined on what it finds.
 bool refine(const MapperOptions& options, const std::vector<LandmarkCandidate>& candidates,
             const ImageFeatures& image, Location* location) {
-  const CameraModel& camera = image.camera;
   ProjectionMatchOptions guided;
-  guided.radius_px = 1.5 * options.mapping.max_reprojection_px * image_scale(camera);
+  guided.radius_px = 1.5 * options.mapping.max_reprojection_px * image_scale(image.camera);
   guided.max_distance2 = stored_distance2(options.mapping.max_descriptor_distance);
-  std::vector<LandmarkMatch> matches;
-  for (int round = 0; round < 2; ++round) {
-    matches = match_by_projection(candidates, image, camera, location->camera_from_map, guided);
-    std::vector<Eigen::Vector3d> bearings, points;
-    std::vector<double> sigmas;
-    for (const LandmarkMatch& m : matches) {
-      bearings.push_back(image.set.bearings[m.feature]);
-      points.push_back(candidates[m.candidate].x_in_map);
-      sigmas.push_back(image.sigma_px[m.feature] / camera.focal());
-    }
-    const MotionRefinementReport refined =
-        refine_absolute_pose(bearings, points, sigmas, location->camera_from_map, {});
-    if (!refined.converged) return false;
-    location->camera_from_map = refined.camera_from_map;
-  }
-  for (const LandmarkMatch& m : matches) {
-    const LandmarkCandidate& candidate = candidates[m.candidate];
-    if (weighted_error(image, m.feature, location->camera_from_map * candidate.x_in_map) <
-        options.mapping.max_reprojection_px) {
-      location->matches.emplace_back(m.feature, candidate.id);
-    }
+  const GuidedPose pose = refine_by_guided_matching(candidates, image, location->camera_from_map, guided);
+  if (!pose.converged) return false;
+  location->camera_from_map = pose.camera_from_map;
+  for (const LandmarkMatch& m : inliers_of(image, candidates, pose.matches, pose.camera_from_map,
+                                           options.mapping.max_reprojection_px)) {
+    location->matches.emplace_back(m.feature, candidates[m.candidate].id);
   }
   return true;
 }

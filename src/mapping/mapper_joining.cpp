@@ -67,6 +67,42 @@ void unite(KeyframeId old_id, KeyframeId new_id, Map* map) {
   map->remove_keyframe(new_id, old_id);
 }
 
+// Two maps in the frame and scale of the older one.
+struct JoinedMaps {
+  Map map;
+  MergedIds added;               // by how much the newer one's ids are greater in it
+  double scale = 1;              // of the newer one
+  std::vector<KeyframeId> seam;  // keyframes that hold the two together
+  bool shares_images = false;    // there were images that both had as keyframes
+};
+
+JoinedMaps join_maps(const Map& older, const Map& newer, const std::vector<MapTie>& ties) {
+  const auto best = std::max_element(ties.begin(), ties.end(), [](const MapTie& a, const MapTie& b) {
+    return a.location.matches.size() < b.location.matches.size();
+  });
+  JoinedMaps joined;
+  joined.map = older;
+  joined.scale = best->other_from_map.scale;
+  joined.added = joined.map.merge(newer, best->other_from_map);
+  for (const auto& [own, theirs] : same_landmarks(newer, ties)) {
+    joined.map.merge_landmarks(own + joined.added.landmarks, theirs);
+  }
+  for (const MapTie& tie : ties) {
+    const KeyframeId keyframe = tie.keyframe + joined.added.keyframes;
+    joined.seam.push_back(keyframe);
+    for (const auto& [feature, landmark] : tie.location.matches) {
+      joined.map.add_observation(landmark, keyframe, feature);
+    }
+  }
+  for (const auto& [old_id, new_id] : same_images(joined.map, joined.added.keyframes)) {
+    unite(old_id, new_id, &joined.map);
+    std::replace(joined.seam.begin(), joined.seam.end(), new_id, old_id);
+    joined.seam.push_back(old_id);
+    joined.shares_images = true;
+  }
+  return joined;
+}
+
 }  // namespace
 
 void Mapper::keep_present() {
@@ -210,46 +246,32 @@ bool Mapper::join_newer(std::uint32_t kept_id, const std::vector<MapTie>& ties) 
 // The older map's frame and scale stay. False, and nothing is changed, when too little is left to hold the
 // two together once everything was adjusted.
 bool Mapper::join(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
-  Map joined = kept_.at(kept_id).map;
-  const auto best = std::max_element(ties.begin(), ties.end(), [](const MapTie& a, const MapTie& b) {
-    return a.location.matches.size() < b.location.matches.size();
-  });
-  const MergedIds added = joined.merge(map_, best->other_from_map);
-  for (const auto& [own, theirs] : same_landmarks(map_, ties)) {
-    joined.merge_landmarks(own + added.landmarks, theirs);
-  }
-  std::vector<KeyframeId> seam;
-  for (const MapTie& tie : ties) {
-    seam.push_back(tie.keyframe + added.keyframes);
-    for (const auto& [feature, landmark] : tie.location.matches) {
-      joined.add_observation(landmark, tie.keyframe + added.keyframes, feature);
-    }
-  }
-  const auto united = same_images(joined, added.keyframes);
-  for (const auto& [old_id, new_id] : united) {
-    unite(old_id, new_id, &joined);
-    std::replace(seam.begin(), seam.end(), new_id, old_id);
-    seam.push_back(old_id);
-  }
+  JoinedMaps joined = join_maps(kept_.at(kept_id).map, map_, ties);
   auto left_out = std::exchange(beside_.left_out, {});  // of ids that are no longer, if the join holds
   auto whole = std::exchange(beside_.whole, {});
-  Map apart = std::exchange(map_, std::move(joined));
-  adjust_seam(seam);
-  if (united.empty() && points_across(map_, added.keyframes) < options_.min_inliers) {
+  Map apart = std::exchange(map_, std::move(joined.map));
+  adjust_seam(joined.seam);
+  if (!joined.shares_images && points_across(map_, joined.added.keyframes) < options_.min_inliers) {
     map_ = std::move(apart);
     beside_.left_out = std::move(left_out);
     beside_.whole = std::move(whole);
     return false;
   }
+  become_part_of(kept_id, joined.added, joined.scale);
+  return true;
+}
+
+// What is known of the map that was joined to the kept one goes by the joined map's ids and scale.
+void Mapper::become_part_of(std::uint32_t kept_id, const MergedIds& added, double scale) {
   MapCorrection correction;
   correction.of_map = map_id_;
   correction.into_map = kept_id;
   correction.added = added;
-  correction.scale = best->other_from_map.scale;
+  correction.scale = scale;
   add_correction(std::move(correction));
   map_id_ = kept_id;
-  scale_covariances([&](KeyframeId) { return best->other_from_map.scale; });
-  KeyframeCovariances covariances = kept_.at(kept_id).covariances;  // of both parts, by the joined map's ids
+  scale_covariances([&](KeyframeId) { return scale; });
+  KeyframeCovariances covariances = kept_.at(kept_id).covariances;
   KeyframeCovariances::Changes own;
   for (const auto& [id, covariance] : covariances_) {
     if (map_.keyframe(id + added.keyframes)) own[id + added.keyframes] = covariance;
@@ -259,7 +281,6 @@ bool Mapper::join(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
   covariances_ = std::move(covariances);
   places_ = kept_.at(kept_id).places;
   kept_.erase(kept_id);
-  return true;
 }
 
 // A wide loss lets what was tied pull before anything is culled.

@@ -18,10 +18,6 @@ namespace {
 // Chi-squared, 6 degrees of freedom: its median, and what it exceeds with p = 1e-3.
 constexpr double kMedianChi2 = 5.35, kChi2 = 22.46;
 
-constexpr int kSplits = 4;
-constexpr std::array<const char*, kSplits> kNames = {"left and right", "upper and lower", "near and far",
-                                                     "middle and rim"};
-
 // What a keyframe sees of the map; units of bearings and sigmas: rad.
 struct KeyframeSight {
   std::vector<Eigen::Vector3d> bearings, points;
@@ -30,6 +26,21 @@ struct KeyframeSight {
 
   int size() const { return static_cast<int>(points.size()); }
 };
+
+using VectorRef = const Eigen::Vector3d&;
+
+// In two parts, by what a landmark's value is below or above the median of; middle: of the bearings.
+struct Split {
+  const char* name;
+  double (*value)(VectorRef bearing, VectorRef x_in_camera, VectorRef middle);
+};
+
+constexpr std::array<Split, 4> kSplits = {
+    {{"left and right", [](VectorRef bearing, VectorRef, VectorRef) { return bearing.x(); }},
+     {"upper and lower", [](VectorRef bearing, VectorRef, VectorRef) { return bearing.y(); }},
+     {"near and far", [](VectorRef, VectorRef x_in_camera, VectorRef) { return x_in_camera.norm(); }},
+     {"middle and rim",
+      [](VectorRef bearing, VectorRef, VectorRef middle) { return (bearing - middle).norm(); }}}};
 
 struct Part {
   Rigid3 camera_from_map;
@@ -65,15 +76,12 @@ std::vector<char> below_median(const std::vector<double>& values) {
   return flags;
 }
 
-std::vector<char> split(const KeyframeSight& sight, const Rigid3& camera_from_map, int kind) {
+std::vector<char> first_part(const Split& split, const KeyframeSight& sight, const Rigid3& camera_from_map) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& b : sight.bearings) middle += b / sight.size();
   std::vector<double> values;
   for (int i = 0; i < sight.size(); ++i) {
-    values.push_back(kind == 0   ? sight.bearings[i].x()
-                     : kind == 1 ? sight.bearings[i].y()
-                     : kind == 2 ? (camera_from_map * sight.points[i]).norm()
-                                 : (sight.bearings[i] - middle).norm());
+    values.push_back(split.value(sight.bearings[i], camera_from_map * sight.points[i], middle));
   }
   return below_median(values);
 }
@@ -132,7 +140,7 @@ Comparison compare(const KeyframeSight& sight, const std::vector<char>& flags, c
 // What the keyframe's parts say, and two parts of every other landmark.
 struct Witness {
   std::int64_t frame_index = 0;
-  std::array<Comparison, kSplits> splits;
+  std::array<Comparison, kSplits.size()> splits;
   Comparison mixed;
 };
 
@@ -141,9 +149,9 @@ Witness hear(const Map& map, const Keyframe& keyframe, int min_landmarks) {
   witness.frame_index = keyframe.frame_index;
   const KeyframeSight sight = sight_of(map, keyframe);
   if (sight.size() < 2 * min_landmarks) return witness;
-  for (int kind = 0; kind < kSplits; ++kind) {
-    witness.splits[kind] =
-        compare(sight, split(sight, keyframe.camera_from_map, kind), keyframe.camera_from_map, min_landmarks);
+  for (std::size_t kind = 0; kind < kSplits.size(); ++kind) {
+    witness.splits[kind] = compare(sight, first_part(kSplits[kind], sight, keyframe.camera_from_map),
+                                   keyframe.camera_from_map, min_landmarks);
   }
   std::vector<char> every_other;
   for (int i = 0; i < sight.size(); ++i) every_other.push_back(i % 2);
@@ -179,7 +187,7 @@ RigidityReport check_rigidity(const Map& map, const RigidityOptions& options) {
       options.min_disagreement_px * image_scale(map.keyframes().begin()->second.image->camera);
   const std::size_t stretch = std::min<std::size_t>(options.stretch, witnesses.size());
   double worst = 0;
-  for (int kind = 0; kind < kSplits; ++kind) {
+  for (std::size_t kind = 0; kind < kSplits.size(); ++kind) {
     for (std::size_t begin = 0; begin + stretch <= witnesses.size(); ++begin) {
       std::vector<double> distances, px;
       for (std::size_t i = begin; i < begin + stretch; ++i) {
@@ -195,7 +203,7 @@ RigidityReport check_rigidity(const Map& map, const RigidityOptions& options) {
       if (excess <= worst) continue;
       worst = excess;
       report.is_rigid = excess < 1;
-      report.parts = kNames[kind];
+      report.parts = kSplits[kind].name;
       report.mahalanobis2 = distance;
       report.disagreement_px = apart;
       report.frame_index = witnesses[begin].frame_index;

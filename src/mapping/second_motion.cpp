@@ -1,9 +1,9 @@
 #include "mono_pose_tracker/mapping/second_motion.h"
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
+#include <utility>
 
+#include "mono_pose_tracker/common/nearest_vote.h"
 #include "mono_pose_tracker/geometry/essential.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
 #include "turn_in_view.h"
@@ -24,7 +24,7 @@ constexpr double kMinShare = 0.4;
 // things that look alike: one wheel of a car taken for the other.
 constexpr double kMostTurn = 0.6;
 // Nearest features of known motion that decide for those that obey both.
-constexpr int kVoters = 5;
+constexpr std::size_t kVoters = 5;
 
 // Sampson error, or what is behind a camera: it contradicts as well.
 bool obeys(const Rigid3& second_from_first, const Eigen::Matrix3d& essential, const Eigen::Vector3d& bearing1,
@@ -81,18 +81,13 @@ RelativePoseReport fit_the_rest(const std::vector<Match>& matches, const std::ve
 // Whether most of the nearest features of known motion are the second motion's.
 bool is_among_others(const std::vector<Match>& matches, const std::vector<ObeyedMotion>& motions,
                      const std::vector<Feature>& features, const Eigen::Vector2f& pixel) {
-  std::vector<std::pair<float, bool>> known;
+  DistantVotes known;
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (motions[i] != ObeyedMotion::kBody && motions[i] != ObeyedMotion::kOther) continue;
     known.emplace_back((features[matches[i].second].pixel - pixel).squaredNorm(),
                        motions[i] == ObeyedMotion::kOther);
   }
-  if (known.empty()) return false;
-  const std::size_t voters = std::min<std::size_t>(kVoters, known.size());
-  std::partial_sort(known.begin(), known.begin() + static_cast<std::ptrdiff_t>(voters), known.end());
-  const auto others = std::count_if(known.begin(), known.begin() + static_cast<std::ptrdiff_t>(voters),
-                                    [](const auto& k) { return k.second; });
-  return 2 * static_cast<std::size_t>(others) > voters;
+  return most_of_nearest(kVoters, std::move(known));
 }
 
 }  // namespace

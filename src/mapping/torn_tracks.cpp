@@ -1,11 +1,11 @@
 #include "mono_pose_tracker/mapping/torn_tracks.h"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <vector>
 
 #include "keyframe_landmarks.h"
+#include "mono_pose_tracker/common/count_deviations.h"
 
 namespace mono_pose_tracker {
 
@@ -26,10 +26,7 @@ TornTracks compare(const Keyframe& first, const Keyframe& second, const std::vec
 
 // By how many deviations of a count with this share more are torn.
 double excess(const TornTracks& tracks) {
-  if (tracks.matches == 0) return 0;
-  const double usual = tracks.usual_share * tracks.matches;
-  // A share of nothing has a deviation, too: that of one.
-  return (tracks.torn - usual) / std::sqrt(std::max(1.0, usual * (1 - tracks.usual_share)));
+  return deviations_above(tracks.usual_share, tracks.torn, tracks.matches);
 }
 
 bool is_worse(const TornTracks& a, const TornTracks& b) {

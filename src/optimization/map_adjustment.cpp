@@ -156,8 +156,8 @@ MapProblem build(const Map& map, const std::vector<KeyframeId>& free, const std:
 }
 
 // Keyframes of this run by their frames: each earlier run had a clock of its own.
-struct KeyframesInTime {
-  explicit KeyframesInTime(const Map& map) {
+struct KeyframesOfThisRun {
+  explicit KeyframesOfThisRun(const Map& map) {
     for (const auto& [id, keyframe] : map.keyframes()) {
       if (keyframe.frame_index >= 0) ids.push_back(id);
     }
@@ -191,15 +191,15 @@ struct KeyframesInTime {
 
 // Of each three keyframes in a row, all of which are in the problem.
 void add_motions(const Map& map, MapProblem* problem) {
-  const KeyframesInTime in_time(map);
-  const MotionPrior prior(in_time.centers);
+  const KeyframesOfThisRun of_run(map);
+  const MotionPrior prior(of_run.centers);
   std::unordered_map<KeyframeId, int> camera_of;
   for (const KeyframeId id : problem->keyframes) camera_of.emplace(id, static_cast<int>(camera_of.size()));
-  for (std::size_t i = 0; prior && i + 2 < in_time.ids.size(); ++i) {
-    const VelocityChange change = in_time.change(i);
-    if (!change.is_timed() || !in_time.is_in_one_go(i)) continue;
+  for (std::size_t i = 0; prior && i + 2 < of_run.ids.size(); ++i) {
+    const VelocityChange change = of_run.change(i);
+    if (!change.is_timed() || !of_run.is_in_one_go(i)) continue;
     problem->bundle.motions.push_back(
-        {{camera_of.at(in_time.ids[i]), camera_of.at(in_time.ids[i + 1]), camera_of.at(in_time.ids[i + 2])},
+        {{camera_of.at(of_run.ids[i]), camera_of.at(of_run.ids[i + 1]), camera_of.at(of_run.ids[i + 2])},
          change.seconds_before,
          change.seconds_after,
          prior.sigma_of(change)});
@@ -307,10 +307,10 @@ BundleReport adjust_map_as_it_moved(const BundleOptions& options, Map* map) {
 }
 
 bool moves_beyond_belief(const Map& map, double least) {
-  const KeyframesInTime in_time(map);
-  const MotionPrior prior(in_time.centers);
-  for (std::size_t i = 0; i + 2 < in_time.ids.size(); ++i) {
-    if (in_time.is_in_one_go(i) && prior.is_beyond(in_time.change(i), least)) return true;
+  const KeyframesOfThisRun of_run(map);
+  const MotionPrior prior(of_run.centers);
+  for (std::size_t i = 0; i + 2 < of_run.ids.size(); ++i) {
+    if (of_run.is_in_one_go(i) && prior.is_beyond(of_run.change(i), least)) return true;
   }
   return false;
 }

@@ -5,6 +5,7 @@
 #include <optional>
 #include <stdexcept>
 #include <thread>
+#include <vector>
 
 #include "command_line.h"
 #include "json.h"
@@ -34,22 +35,25 @@ struct Arguments {
   bool unpaced = false, quiet = false;
 };
 
-void declare(CLI::App& app, Arguments& a) {
-  auto* images =
-      app.add_option("--images", a.images, "folder of images, or a list of `timestamp path` lines");
-  auto* camera = app.add_option("--camera", a.camera, "calibration, the YAML that camera_calibration writes");
-  app.add_option("--config", a.config, "tracker.yaml: options, see config/default.yaml");
-  auto* reference =
-      app.add_option("--reference", a.reference, "the true poses (TUM file): position errors are given, too");
-  app.add_option("--seed", a.seed, "of all random choices [0]")->check(whole_number(0));
-  auto* most =
-      app.add_option("--max-frames", a.max_frames, "only so many images")->check(CLI::Range(1, 1000000));
-  app.add_option("--rate", a.rate_hz, "images a second of the live run [30]")->check(CLI::Range(0.1, 1000.0));
-  auto* only =
-      app.add_option("--only", a.only, "offline or live [both]")->check(CLI::IsMember({"offline", "live"}));
-  auto* repeat =
+using Options = std::vector<CLI::Option*>;
+
+void exclude_each(CLI::Option* option, const Options& others) {
+  for (CLI::Option* other : others) option->excludes(other);
+}
+
+// What a run on a recording takes, and no other run.
+Options declare_recording(CLI::App& app, Arguments& a) {
+  return {
+      app.add_option("--images", a.images, "folder of images, or a list of `timestamp path` lines"),
+      app.add_option("--camera", a.camera, "calibration, the YAML that camera_calibration writes"),
+      app.add_option("--reference", a.reference, "the true poses (TUM file): position errors are given, too"),
+      app.add_option("--max-frames", a.max_frames, "only so many images")->check(CLI::Range(1, 1000000)),
+      app.add_option("--only", a.only, "offline or live [both]")->check(CLI::IsMember({"offline", "live"})),
       app.add_option("--repeat", a.repeat, "runs of each; the one with the median time is given [1]")
-          ->check(CLI::Range(1, 1000000));
+          ->check(CLI::Range(1, 1000000))};
+}
+
+CLI::Option* declare_simulation(CLI::App& app, Arguments& a) {
   auto* simulate =
       app.add_option("--simulate", a.simulate,
                      "room: a long live run instead of images. A hand-held camera goes round in a "
@@ -58,25 +62,6 @@ void declare(CLI::App& app, Arguments& a) {
                      "such a view turned by the wandering hand, with fresh noise of 2 grey levels "
                      "(grey images). corridor: along one that has no end, past what never comes again")
           ->check(CLI::IsMember({"room", "corridor"}));
-  auto* places = app.add_option(
-      "--places", a.places,
-      "folders (images.txt, camera.yaml, groundtruth.txt, maybe masks/): how well and how fast the "
-      "place index finds their images among keyframes of all of them");
-  app.add_option("--place-keyframes", a.place_keyframes, "made up to that number by synthetic ones [3000]")
-      ->needs(places)
-      ->check(CLI::Range(1, 1000000));
-  places->excludes(simulate);
-  for (auto* option : {images, camera, reference, most, only, repeat}) {
-    simulate->excludes(option);
-    places->excludes(option);
-  }
-  auto* growth =
-      app.add_option("--growth", a.growth,
-                     "what a map costs while it grows to so many keyframes, by synthetic features: along a "
-                     "street, and before one wall where everything is covisible (a quarter of them)")
-          ->check(CLI::Range(100, 100000));
-  growth->excludes(simulate)->excludes(places);
-  for (auto* option : {images, camera, reference, most, only, repeat}) growth->excludes(option);
   app.add_option("--minutes", a.minutes, "simulated [20]")->needs(simulate)->check(CLI::Range(0.01, 1e5));
   app.add_option("--width", a.width, "of the simulated images, px [640]")
       ->needs(simulate)
@@ -85,9 +70,42 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_flag("--unpaced", a.unpaced,
                "a simulated frame comes when the last is done, not as time passes: none is dropped")
       ->needs(simulate);
+  return simulate;
+}
+
+CLI::Option* declare_places(CLI::App& app, Arguments& a) {
+  auto* places = app.add_option(
+      "--places", a.places,
+      "folders (images.txt, camera.yaml, groundtruth.txt, maybe masks/): how well and how fast the "
+      "place index finds their images among keyframes of all of them");
+  app.add_option("--place-keyframes", a.place_keyframes, "made up to that number by synthetic ones [3000]")
+      ->needs(places)
+      ->check(CLI::Range(1, 1000000));
+  return places;
+}
+
+CLI::Option* declare_growth(CLI::App& app, Arguments& a) {
+  return app
+      .add_option("--growth", a.growth,
+                  "what a map costs while it grows to so many keyframes, by synthetic features: along a "
+                  "street, and before one wall where everything is covisible (a quarter of them)")
+      ->check(CLI::Range(100, 100000));
+}
+
+void declare(CLI::App& app, Arguments& a) {
+  const Options recording = declare_recording(app, a);
+  app.add_option("--config", a.config, "tracker.yaml: options, see config/default.yaml");
+  app.add_option("--seed", a.seed, "of all random choices [0]")->check(whole_number(0));
+  app.add_option("--rate", a.rate_hz, "images a second of the live run [30]")->check(CLI::Range(0.1, 1000.0));
+  auto* simulate = declare_simulation(app, a);
+  auto* places = declare_places(app, a);
+  auto* growth = declare_growth(app, a);
+  for (CLI::Option* instead : {simulate, places, growth}) exclude_each(instead, recording);
+  exclude_each(places, {simulate});
+  exclude_each(growth, {simulate, places});
   app.add_option("--json", a.json, "write the figures to this file");
   app.add_option("--compare", a.compare, "what --json wrote earlier: ratios now / earlier are printed");
-  app.add_flag("--quiet", a.quiet, "say nothing but errors");
+  app.add_flag("--quiet", a.quiet, "print errors only");
 }
 
 TrackerOptions options_of(const Arguments& a) {

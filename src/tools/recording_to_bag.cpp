@@ -36,7 +36,7 @@ void declare(CLI::App& app, Arguments& a) {
                  "calibration, the YAML that camera_calibration writes [no CameraInfo]");
   app.add_flag("--compressed", a.compressed, "JPEG images, on /camera/image_raw/compressed");
   app.add_option("--quality", a.jpeg_quality, "of --compressed [95]")->check(CLI::Range(1, 100));
-  app.add_flag("--quiet", a.quiet, "say nothing but errors");
+  app.add_flag("--quiet", a.quiet, "print errors only");
 }
 
 // The list or folder of images that the recording is; of a video none.

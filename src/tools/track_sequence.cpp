@@ -338,22 +338,48 @@ double write_all(const Arguments& a, const TrackerOptions& options, const Record
   return wall.count();
 }
 
+Recording recording_of(const Arguments& a) {
+  Recording recording;
+  recording.open = source_of(a);
+  recording.max_frames = a.max_frames;
+  recording.threads = a.threads;
+  recording.try_again = a.map.empty();
+  recording.interrupted = [] { return signals_caught > 0; };
+  return recording;
+}
+
+// What is known once the recording was tracked, and the user may want to hear.
+void tell_of_result(const TrackerOptions& options, RecordingResult* result) {
+  if (options.scale.odometry) {
+    result->warnings.push_back(
+        "scale/odometry is heeded by the nodelet alone, which has tf: it sets no scale here");
+  }
+  const std::string spaces = doubt_of_names(result->names);
+  if (result->tracked && !spaces.empty()) result->warnings.push_back(spaces);
+  tell("", result->problems);
+  tell("warning: ", result->warnings);
+}
+
+void tell_of_files(const Arguments& a, const Run& run, double seconds) {
+  const RecordingResult& result = run.result;
+  const Map& map = run.tracker->map();
+  std::printf("%zu of %ld images posed (%ld as they came), %zu keyframes, %zu points, %.1f s%s: %s\n",
+              result.trajectory.size(), static_cast<long>(result.frames_total),
+              static_cast<long>(result.frames_posed_live), map.keyframes().size(), map.landmarks().size(),
+              seconds, result.rests_on_two_views ? " (two views only: unconfirmed)" : "", a.output.c_str());
+}
+
 int run(const Arguments& a) {
   const auto start = std::chrono::steady_clock::now();
   const TrackerOptions options = options_of(a);
   const std::vector<StampedPose> reference =
       a.reference.empty() ? std::vector<StampedPose>() : read_reference(a.reference);
-  Recording recording;
-  recording.open = source_of(a);
-  recording.max_frames = a.max_frames;
-  recording.threads = a.threads;
-  recording.interrupted = [] { return signals_caught > 0; };
+  Recording recording = recording_of(a);
   Calibration calibration;
   calibration.camera = camera_of(a);
   if (a.hfov) calibration.source = CalibrationSource::kGuessed;
   std::optional<SavedMaps> loaded;
   if (!a.map.empty()) loaded = read_map_file(a.map, descriptor_kind(options));
-  recording.try_again = !loaded;
   const SavedMaps* const maps = loaded ? &*loaded : nullptr;
   make_tracker(options, calibration.camera, maps);  // refuses options before the work
   std::optional<MaskFolder> masks;
@@ -364,30 +390,16 @@ int run(const Arguments& a) {
 
   end_on_signals();
   Run run = track(a, options, recording, maps, &calibration);
-  if (options.scale.odometry) {
-    run.result.warnings.push_back(
-        "scale/odometry is heeded by the nodelet alone, which has tf: it sets no scale here");
-  }
-  const RecordingResult& result = run.result;
-  const std::string spaces = doubt_of_names(result.names);
-  if (result.tracked && !spaces.empty()) run.result.warnings.push_back(spaces);
-  tell("", result.problems);
-  tell("warning: ", result.warnings);
+  tell_of_result(options, &run.result);
   end_on_signals();  // one that came while images were tracked has had its effect
   recording.interrupted = [before = int{signals_caught}] { return signals_caught > before; };
   const double seconds = write_all(a, options, recording, calibration, reference, start, &run);
-  if (!result.tracked) {
+  if (!run.result.tracked) {
     std::fprintf(stderr, "%s: %s\n", a.localize_only ? "no image could be posed" : "no map could be made",
-                 result.reason.c_str());
+                 run.result.reason.c_str());
     return end_status(1);
   }
-  if (!a.quiet) {
-    const Map& map = run.tracker->map();
-    std::printf("%zu of %ld images posed (%ld as they came), %zu keyframes, %zu points, %.1f s%s: %s\n",
-                result.trajectory.size(), static_cast<long>(result.frames_total),
-                static_cast<long>(result.frames_posed_live), map.keyframes().size(), map.landmarks().size(),
-                seconds, result.rests_on_two_views ? " (two views only: unconfirmed)" : "", a.output.c_str());
-  }
+  if (!a.quiet) tell_of_files(a, run, seconds);
   return end_status(0);
 }
 

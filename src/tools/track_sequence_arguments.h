@@ -68,7 +68,7 @@ inline void declare(CLI::App& app, Arguments& a) {
                  "bundle/num_threads are not heeded")
       ->check(CLI::Range(1, 256));
   app.add_option("--max-frames", a.max_frames, "stop after so many images")->check(whole_number(1));
-  app.add_flag("--quiet", a.quiet, "say nothing but errors and warnings");
+  app.add_flag("--quiet", a.quiet, "print errors and warnings only");
 }
 
 }  // namespace mono_pose_tracker

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <utility>
 
+#include "mono_pose_tracker/common/nearest_vote.h"
 namespace mono_pose_tracker {
 
 namespace {
@@ -15,15 +16,10 @@ constexpr int kFewest = 8;
 
 std::vector<BodyTrack> outvoted(const std::vector<BodyTrack>& tracks) {
   std::vector<BodyTrack> smooth = tracks;
-  std::vector<std::pair<float, bool>> near;
   for (BodyTrack& track : smooth) {
-    near.clear();
+    DistantVotes near;
     for (const BodyTrack& t : tracks) near.emplace_back((t.from - track.from).squaredNorm(), t.is_other);
-    const auto voters = static_cast<std::ptrdiff_t>(std::min(kVoters, near.size()));
-    std::partial_sort(near.begin(), near.begin() + voters, near.end());
-    track.is_other =
-        2 * std::count_if(near.begin(), near.begin() + voters, [](const auto& n) { return n.second; }) >
-        voters;
+    track.is_other = most_of_nearest(kVoters, std::move(near));
   }
   return smooth;
 }

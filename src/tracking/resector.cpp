@@ -8,9 +8,8 @@
 #include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/formatted.h"
 #include "mono_pose_tracker/common/pose_covariance.h"
-#include "mono_pose_tracker/features/matching.h"
+#include "mono_pose_tracker/mapping/landmark_pose.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
-#include "mono_pose_tracker/robust/motion_refinement.h"
 
 namespace mono_pose_tracker {
 
@@ -37,40 +36,6 @@ std::vector<KeyframeId> places_of(const Frame& frame, const TrackingMap& map, in
     if (map.keyframes.count(id)) places.push_back(id);
   }
   return places;
-}
-
-// A frame is refined against what it saw: bearings, points and their expected errors in radians.
-struct Sight {
-  std::vector<Eigen::Vector3d> bearings, points;
-  std::vector<double> sigmas;
-};
-
-Sight gather(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
-             const std::vector<LandmarkMatch>& matches, double focal_px) {
-  Sight sight;
-  for (const LandmarkMatch& m : matches) {
-    sight.bearings.push_back(frame.image->set.bearings[m.feature]);
-    sight.points.push_back(candidates[m.candidate].x_in_map);
-    sight.sigmas.push_back(frame.image->sigma_px[m.feature] / focal_px);
-  }
-  return sight;
-}
-
-// In px at the scale of a feature of 1 px: what coarse ones are located to is more.
-double weighted_error_px(const Frame& frame, const LandmarkCandidate& candidate, int feature,
-                         const Rigid3& camera_from_map) {
-  return weighted_error(*frame.image, feature, camera_from_map * candidate.x_in_map);
-}
-
-std::vector<LandmarkMatch> keep_inliers(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
-                                        const std::vector<LandmarkMatch>& matches,
-                                        const Rigid3& camera_from_map, double threshold_px) {
-  std::vector<LandmarkMatch> inliers;
-  for (const LandmarkMatch& m : matches) {
-    if (weighted_error_px(frame, candidates[m.candidate], m.feature, camera_from_map) < threshold_px)
-      inliers.push_back(m);
-  }
-  return inliers;
 }
 
 Matrix6d covariance_of_map_from_camera(const Matrix6d& of_camera_from_map, const Rigid3& camera_from_map) {
@@ -142,7 +107,7 @@ ResectionReport Resector::pose_from_matches(const Frame& frame,
     report.text = shortfall(report.matches, options_.resection.min_inliers, "matches to landmarks");
     return report;
   }
-  const Sight sight = gather(frame, candidates, matches, camera_.focal());
+  const LandmarkSight sight = sight_of(*frame.image, candidates, matches);
   AbsolutePoseOptions pose_options;
   pose_options.ransac = options_.ransac(camera_.focal());
   pose_options.ransac.seed += static_cast<std::uint64_t>(frame.index);
@@ -168,23 +133,17 @@ void Resector::refine(const Frame& frame, const std::vector<LandmarkCandidate>& 
   guided.radius_px = options_.resection.refine_radius_px * image_scale(camera_);
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
   guided.cancelled = options_.cancelled;
-  std::vector<LandmarkMatch> matches, inliers;
-  bool converged = false;
-  for (int round = 0; round < 2; ++round) {
-    matches = match_by_projection(candidates, *frame.image, camera_, report->camera_from_map, guided);
-    const Sight sight = gather(frame, candidates, matches, camera_.focal());
-    const MotionRefinementReport refined =
-        refine_absolute_pose(sight.bearings, sight.points, sight.sigmas, report->camera_from_map, {});
-    if (refined.converged) {
-      converged = true;
-      report->camera_from_map = refined.camera_from_map;
-      report->covariance = covariance_of_map_from_camera(refined.covariance, refined.camera_from_map);
-    }
+  const GuidedPose pose =
+      refine_by_guided_matching(candidates, *frame.image, report->camera_from_map, guided);
+  if (pose.converged) {
+    report->camera_from_map = pose.camera_from_map;
+    report->covariance = covariance_of_map_from_camera(pose.covariance, pose.camera_from_map);
   }
-  inliers = keep_inliers(frame, candidates, matches, report->camera_from_map, options_.inlier_threshold_px);
-  report->matches = static_cast<int>(matches.size());
+  const std::vector<LandmarkMatch> inliers = inliers_of(
+      *frame.image, candidates, pose.matches, report->camera_from_map, options_.inlier_threshold_px);
+  report->matches = static_cast<int>(pose.matches.size());
   report->matched.clear();
-  for (const LandmarkMatch& m : matches) report->matched.push_back(m.feature);
+  for (const LandmarkMatch& m : pose.matches) report->matched.push_back(m.feature);
   report->inliers = static_cast<int>(inliers.size());
   double sum = 0;
   for (const LandmarkMatch& m : inliers) {
@@ -192,7 +151,7 @@ void Resector::refine(const Frame& frame, const std::vector<LandmarkCandidate>& 
     sum += reprojection_error(*frame.image, m.feature, x_in_camera).squaredNorm();
     report->observations.push_back({m.feature, candidates[m.candidate].id});
   }
-  if (!converged) {
+  if (!pose.converged) {
     report->success = false;
     report->reason = Reason::kTooFewInliers;
     report->text = "the refinement of the pose did not converge";
@@ -224,12 +183,8 @@ ResectionReport Resector::by_prediction(const Frame& frame, const std::vector<La
 
 ResectionReport Resector::by_descriptors(const Frame& frame,
                                          const std::vector<LandmarkCandidate>& candidates) const {
-  const cv::Mat descriptors = descriptors_of(candidates);
-  std::vector<LandmarkMatch> matches;
-  for (const Match& m : match_descriptors(frame.image->set.descriptors, descriptors, options_.matching)) {
-    matches.push_back({m.second, m.first, m.distance2});
-  }
-  return pose_from_matches(frame, candidates, matches);
+  return pose_from_matches(frame, candidates,
+                           match_by_descriptors(candidates, *frame.image, options_.matching));
 }
 
 ResectionReport Resector::resect(const Frame& frame, const TrackingMap& map, KeyframeId reference,

@@ -217,9 +217,14 @@ class PipelineBenchmark(unittest.TestCase):
         self.assertGreater(os.path.getsize(self.path("costs.png")), 10000)
 
     def test_costs_are_drawn_against_the_keyframes_of_the_map(self):
-        written = self.path("growth.json")
-        result = run_program("pipeline_benchmark", "--growth", "100", "--json", written)
+        written, earlier = self.path("growth.json"), self.path("earlier_growth.json")
+        with open(earlier, "w") as file:
+            json.dump({"program": "pipeline_benchmark", "growth": {"street": {"steps": [{"landmarks": 1}]}}}, file)
+        result = run_program("pipeline_benchmark", "--growth", "100", "--json", written, "--compare", earlier)
         self.assertEqual(result.returncode, 0, result.stderr)
+        landmarks = self.read(written)["growth"]["street"]["steps"][0]["landmarks"]
+        ratio = r"growth/street/steps/0/landmarks +1 +%d +%d\.000" % (landmarks, landmarks)
+        self.assertRegex(result.stdout, ratio)
         result = self.draw(written)
         self.assertEqual((result.returncode, result.stderr), (0, ""))
         self.assertGreater(os.path.getsize(self.path("costs.png")), 10000)

@@ -138,6 +138,7 @@ class Mapper {
   void cap_kept_maps();
   bool join_where_met(KeyframeId newest);
   bool join(std::uint32_t kept_id, const std::vector<MapTie>& ties);
+  void become_part_of(std::uint32_t kept_id, const MergedIds& added, double scale);
   bool join_newer(std::uint32_t kept_id, const std::vector<MapTie>& ties);
   std::vector<MapTie> find_ties(const KeptMap& other, KeyframeId keyframe) const;
   void adjust_seam(const std::vector<KeyframeId>& seam);

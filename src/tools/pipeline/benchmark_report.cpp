@@ -1,6 +1,7 @@
 #include "benchmark_report.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <fstream>
 #include <stdexcept>
@@ -69,10 +70,12 @@ constexpr Row kRows[] = {
 
 // Leaves that are settings or names, not figures to compare.
 bool is_figure(const std::string& path, const Json& value) {
-  return value.is_number() &&
-         (path.rfind("/offline", 0) == 0 || path.rfind("/live", 0) == 0 || path.rfind("/soak", 0) == 0) &&
-         path.find("median_ms_of_runs") == std::string::npos && path.find("rate_hz") == std::string::npos &&
-         path.find("/soak/minutes") == std::string::npos;
+  constexpr std::array<const char*, 5> kMeasured = {"/offline", "/live", "/soak", "/growth", "/places"};
+  constexpr std::array<const char*, 3> kSettings = {"median_ms_of_runs", "rate_hz", "/soak/minutes"};
+  const auto is_under = [&](const char* root) { return path.rfind(root, 0) == 0; };
+  const auto holds = [&](const char* name) { return path.find(name) != std::string::npos; };
+  return value.is_number() && std::any_of(kMeasured.begin(), kMeasured.end(), is_under) &&
+         std::none_of(kSettings.begin(), kSettings.end(), holds);
 }
 
 }  // namespace

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace mono_pose_tracker {
+
+/// Those that vote, each with its distance.
+using DistantVotes = std::vector<std::pair<float, bool>>;
+
+/// Whether most of the nearest say yes; false of none.
+inline bool most_of_nearest(std::size_t voters, DistantVotes votes) {
+  const auto count = static_cast<std::ptrdiff_t>(std::min(voters, votes.size()));
+  std::partial_sort(votes.begin(), votes.begin() + count, votes.end());
+  return 2 * std::count_if(votes.begin(), votes.begin() + count, [](const auto& v) { return v.second; }) >
+         count;
+}
+
+}  // namespace mono_pose_tracker
