@@ -38,6 +38,7 @@ void FramePoses::apply(const MapCorrection& correction) {
   for (auto& [index, pose] : poses_) {
     pose.reference += correction.added.keyframes;
     pose.camera_from_reference.translation *= correction.length_scale(pose.reference);
+    pose.is_stale = pose.is_stale || correction.other_geometry;
   }
 }
 

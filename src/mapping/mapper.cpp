@@ -187,6 +187,7 @@ void Mapper::correct_beginning() {
   find_covariances();
   MapCorrection correction;
   correction.of_map = correction.into_map = map_id_;
+  correction.other_geometry = true;
   add_correction(std::move(correction));
 }
 

@@ -1,7 +1,10 @@
 #include "map_snapshot.h"
 
+#include <algorithm>
 #include <map>
+#include <set>
 #include <unordered_set>
+#include <utility>
 
 namespace mono_pose_tracker {
 
@@ -23,21 +26,55 @@ std::shared_ptr<const MapSnapshot> snapshot_of(const TrackingMapPtr& map) {
   return snapshot;
 }
 
+namespace {
+
+using FrameIterator = std::vector<PosedFrame>::iterator;
+
+// By time, from the poses before and after.
+Rigid3 between(const PosedFrame& before, const PosedFrame& after, std::int64_t stamp_ns) {
+  const Rigid3 &a = before.map_from_camera, &b = after.map_from_camera;
+  const auto since = static_cast<double>(stamp_ns - before.stamp_ns),
+             whole = static_cast<double>(after.stamp_ns - before.stamp_ns);
+  const double s = whole > 0 ? since / whole : 0;
+  return {a.rotation.slerp(s, b.rotation), (1 - s) * a.translation + s * b.translation};
+}
+
+// Frames whose own poses hold no more are put between the others; before the first and after the last of
+// these nothing is known of them.
+std::vector<PosedFrame> put_between(std::vector<PosedFrame> frames, const std::set<std::int64_t>& stale) {
+  const auto holds = [&](const PosedFrame& frame) { return stale.count(frame.index) == 0; };
+  std::vector<PosedFrame> result;
+  for (FrameIterator frame = frames.begin(); frame != frames.end(); ++frame) {
+    if (!holds(*frame)) {
+      const FrameIterator after = std::find_if(frame, frames.end(), holds);
+      if (result.empty() || after == frames.end()) continue;
+      frame->map_from_camera = between(result.back(), *after, frame->stamp_ns);
+    }
+    result.push_back(*frame);
+  }
+  return result;
+}
+
+}  // namespace
+
 std::vector<PosedFrame> trajectory_in(const TrackingMap& map, const FramePoses& poses) {
   std::map<std::int64_t, KeyframeId> keyframe_of_frame;
   for (const auto& [id, link] : map.removed_keyframes) keyframe_of_frame[link.frame_index] = id;
   for (const auto& [id, keyframe] : map.keyframes) keyframe_of_frame[keyframe.frame_index] = id;
   std::vector<PosedFrame> frames;
+  std::set<std::int64_t> stale;
   for (const auto& [index, pose] : poses.all()) {
     // Where a removed keyframe stood was found earlier than a final pose.
     const auto own = pose.is_final ? keyframe_of_frame.end() : keyframe_of_frame.find(index);
     Rigid3 camera_from_map;
-    if ((own != keyframe_of_frame.end() && map.camera_from_map(own->second, &camera_from_map)) ||
-        poses.camera_from_map(map, index, &camera_from_map)) {
+    if (own != keyframe_of_frame.end() && map.camera_from_map(own->second, &camera_from_map)) {
       frames.push_back({index, pose.stamp_ns, camera_from_map.inverse()});
+    } else if (poses.camera_from_map(map, index, &camera_from_map)) {
+      frames.push_back({index, pose.stamp_ns, camera_from_map.inverse()});
+      if (pose.is_stale) stale.insert(index);
     }
   }
-  return frames;
+  return stale.empty() ? frames : put_between(std::move(frames), stale);
 }
 
 }  // namespace mono_pose_tracker

@@ -12,7 +12,8 @@ namespace mono_pose_tracker {
 // What is published and written of a map; empty where there is none.
 std::shared_ptr<const MapSnapshot> snapshot_of(const TrackingMapPtr& map);
 
-// Every frame posed against the map, by index: a keyframe where it is itself, others on their reference.
+// Every frame posed against the map, by index: a keyframe where it is itself, others on their reference; what
+// was posed while the map was of another geometry between those whose poses hold.
 std::vector<PosedFrame> trajectory_in(const TrackingMap& map, const FramePoses& poses);
 
 }  // namespace mono_pose_tracker

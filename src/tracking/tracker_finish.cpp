@@ -104,8 +104,11 @@ std::set<std::int64_t> Tracker::Impl::posed_before_remake() {
   std::set<std::int64_t> frames;
   const TrackingMapPtr map = worker_.latest();
   // A map that is only localised in stays as it is.
-  if (!map || options_.localize_only || !is_narrow(worker_.mapper().map())) return frames;
-  for (const auto& entry : frames_[map->map_id].all()) frames.insert(entry.first);
+  if (!map || options_.localize_only) return frames;
+  const bool is_remade = is_narrow(worker_.mapper().map());
+  for (const auto& [index, pose] : frames_[map->map_id].all()) {
+    if (is_remade || pose.is_stale) frames.insert(index);
+  }
   for (const auto& entry : map->keyframes) frames.erase(entry.second.frame_index);
   return frames;
 }

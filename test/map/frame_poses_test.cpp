@@ -46,6 +46,21 @@ TEST(FramePoses, OfAFrameInBothMapsTheOwnPoseStays) {
   EXPECT_EQ(own.find(3)->reference, 2);
 }
 
+TEST(FramePoses, WhatWasPosedInAnotherGeometryIsStaleUntilItIsPosedAgain) {
+  FramePoses poses;
+  poses.set(0, on(1));
+  MapCorrection correction;
+  poses.apply(correction);
+  EXPECT_FALSE(poses.find(0)->is_stale) << "lengths alone";
+  correction.other_geometry = true;
+  poses.apply(correction);
+  EXPECT_TRUE(poses.find(0)->is_stale);
+  poses.apply(MapCorrection());
+  EXPECT_TRUE(poses.find(0)->is_stale) << "it holds no more for that";
+  poses.set(0, on(1));
+  EXPECT_FALSE(poses.find(0)->is_stale);
+}
+
 TEST(FramePoses, RideOnKeyframesOfACorrectedMap) {
   FramePoses poses;
   poses.set(0, on(1));

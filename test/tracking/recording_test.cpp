@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <functional>
 #include <set>
 
 #include "mono_pose_tracker/common/angles.h"
+#include "mono_pose_tracker/simulation/simulated_sequence.h"
 #include "support/random_texture.h"
 #include "support/simulated_room.h"
 
@@ -254,6 +257,47 @@ TEST_F(RecordingTest, AMapOfTheSmallerOfTwoBodiesIsMadeAnewOfTheLarger) {
   // The other may have been meant.
   EXPECT_FALSE(result.maps.front().confirmed);
   EXPECT_FALSE(result.warnings.empty());
+}
+
+// The greatest error of rotation, rad, once the paths are aligned at their first frames.
+double worst_rotation(const std::vector<PosedFrame>& frames, const std::vector<StampedPose>& truth,
+                      int step) {
+  const PosedFrame& first = frames.front();
+  double worst = 0;
+  for (const PosedFrame& frame : frames) {
+    const Rigid3 found = first.map_from_camera.inverse() * frame.map_from_camera,
+                 right = truth[step * first.index].map_from_camera.inverse() *
+                         truth[step * frame.index].map_from_camera;
+    worst = std::max(worst, rotation_angle_between(found.rotation, right.rotation));
+  }
+  return worst;
+}
+
+// A wall from near may be taken for its twin, which gives each image between two keyframes another place.
+TEST(WallRecording, WhatWasPosedInTheTwinIsPosedAgain) {
+  SequenceOptions wall;
+  wall.scene = SceneKind::kPlane;
+  wall.camera = default_camera(SceneKind::kPlane, 640, 480);
+  wall.camera.fx = wall.camera.fy = 320 / std::tan(41 * kDegree);  // wide
+  wall.frames = 90;
+  wall.seed = 12;
+  wall.noise_grey_levels = 1.9;
+  const SimulatedSequence sequence(wall);
+  constexpr int kStep = 3;
+  std::vector<cv::Mat> images;
+  for (int i = 0; i < sequence.size(); i += kStep) images.push_back(sequence.render(i).image);
+
+  Tracker as_they_come(TrackerOptions(), sequence.camera(), Tracker::Mapping::kInline);
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    as_they_come.process(static_cast<std::int64_t>(i) * 100'000'000, images[i]);
+  }
+  EXPECT_EQ(as_they_come.trajectory().size(), images.size());
+  // A straight line from keyframe to keyframe, where the hand wavers.
+  EXPECT_LT(worst_rotation(as_they_come.trajectory(), sequence.path(), kStep), 0.6 * kDegree);
+
+  const RecordingResult result = track(images, sequence.camera());
+  EXPECT_EQ(result.trajectory.size(), images.size());
+  EXPECT_LT(worst_rotation(result.trajectory, sequence.path(), kStep), 0.05 * kDegree);
 }
 
 // Images before the first that is tracked get their poses in the end.

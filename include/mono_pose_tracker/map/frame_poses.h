@@ -16,6 +16,7 @@ struct FramePose {
   KeyframeId reference = -1;
   Rigid3 camera_from_reference;
   bool is_final = false;  // posed once more in the finished map
+  bool is_stale = false;  // relative to a keyframe of a geometry that the map no longer has
 };
 
 /// The frames posed against one map, by index. One thread.

@@ -18,6 +18,7 @@ struct MapCorrection {
   MergedIds added;                        // to ids from before the correction
   double scale = 1;                       // of lengths from before, but for keyframes in scale_of
   std::map<KeyframeId, double> scale_of;  // by the id after the correction
+  bool other_geometry = false;            // turns and directions, too, are not what they were
 
   double length_scale(KeyframeId reference) const {
     const auto own = scale_of.find(reference);

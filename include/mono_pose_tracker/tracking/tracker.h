@@ -111,7 +111,8 @@ class Tracker {
   /// the way, and where that ends by descriptors alone. The map is finished anew when it has grown.
   void fill_gaps();
   /// Frames of the finished map that are no keyframes of it, and were posed while its landmarks may have been
-  /// others (mapping/remade_landmarks.h): to be posed again.
+  /// others (mapping/remade_landmarks.h) or its geometry was another (mapping/rival_geometry.h): to be posed
+  /// again.
   std::set<std::int64_t> posed_before_remake();
   /// Frames of the finished map whose poses lie where the camera can hardly have been between the frames
   /// before and after, to be posed again. The map is finished anew without the keyframes among them.
