@@ -14,6 +14,7 @@
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
 #include "mono_pose_tracker/mapping/depth_reversal.h"
+#include "mono_pose_tracker/mapping/in_view.h"
 #include "mono_pose_tracker/mapping/projection_matcher.h"
 #include "mono_pose_tracker/mapping/remade_landmarks.h"
 #include "mono_pose_tracker/mapping/rival_geometry.h"
@@ -170,6 +171,10 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
     const StageTimer timer(stages_, "map_background");
     beside_.background_watch.note({candidate.frame.index, candidate.frame.image}, options_.matching,
                                   options_.separates_motions);
+    // What stands still while the camera goes through a place is fixed to the camera.
+    if (beside_.background_watch.found() && !options_.separates_motions && !stays_in_view(map_)) {
+      beside_.background_watch.reset();
+    }
   }
   if (waiting == 0) watch_body_of_map();
   if (waiting == 0 && !is_cancelled()) join_where_met(map_.keyframes().rbegin()->first);

@@ -188,12 +188,36 @@ bool Bootstrapper::replace_reference() {
     candidates_.pop_front();
     if (candidates_.size() == 1) break;
     if (match_to_reference(&candidates_.back()) < options_.bootstrap.min_matches) continue;
+    if (has_left_reference()) continue;
     for (std::size_t i = 1; i + 1 < candidates_.size(); ++i) match_to_reference(&candidates_[i]);
     return true;
   }
   match_to_reference(&candidates_.front());
   forget_motions();
   return false;
+}
+
+// Most of what the newest sees of the reference is held before the camera, and most of the view has gone on:
+// what is left of it are wrong matches.
+bool Bootstrapper::has_left_reference() const {
+  constexpr std::ptrdiff_t kGone = 4;  // times as much goes on from the image before
+  if (candidates_.size() < 3 || !still_.empty()) return false;
+  const double far = 2 * options_.bootstrap.min_parallax_px;
+  const Candidate &newest = candidates_.back(), &before = candidates_[candidates_.size() - 2];
+  const FeatureSet &to = newest.frame.image->set, &from = before.frame.image->set,
+                   &reference = candidates_.front().frame.image->set;
+  const auto is_far = [&](const Feature& a, const Feature& b) { return (b.pixel - a.pixel).norm() > far; };
+  std::ptrdiff_t far_of_reference = 0;
+  for (std::size_t f = 0; f < newest.feature_of_reference.size(); ++f) {
+    const int matched = newest.feature_of_reference[f];
+    far_of_reference += matched >= 0 && is_far(reference.features[f], to.features[matched]);
+  }
+  if (2 * far_of_reference >= newest.matches) return false;
+  const std::vector<Match> matches = match_descriptors(from.descriptors, to.descriptors, options_.matching);
+  const auto going_on = std::count_if(matches.begin(), matches.end(), [&](const Match& m) {
+    return is_far(from.features[m.first], to.features[m.second]);
+  });
+  return going_on >= options_.bootstrap.min_matches && going_on > kGone * far_of_reference;
 }
 
 // A camera that stands still for long keeps no more frames than the third views need: every other one goes.
@@ -221,6 +245,7 @@ void Bootstrapper::reset() {
 void Bootstrapper::forget_motions() {
   still_.clear();
   two_motions_seen_ = 0;
+  view_reached_round_ = false;
   camera_is_still_ = false;
 }
 
@@ -273,7 +298,7 @@ BootstrapReport Bootstrapper::add(const Frame& frame) {
   }
   thin_out();
   const int matches = match_to_reference(&candidates_.back());
-  if (matches < options_.bootstrap.min_matches && !replace_reference()) {
+  if ((matches < options_.bootstrap.min_matches || has_left_reference()) && !replace_reference()) {
     report.reason = Reason::kTooFewMatches;
     report.matches = matches;
     report.text = formatted("%d matches to the reference frame, %d needed: it is replaced", matches,

@@ -82,11 +82,16 @@ bool Bootstrapper::separate_motions(std::vector<char>* fixed, BootstrapReport* r
     separate_newest();
     return true;
   }
-  const TwoMotions motions =
-      find_two_motions(*candidates_.front().frame.image, *newest.frame.image, newest.feature_of_reference,
-                       moved_between(), camera_, options_);
+  TwoMotions motions = find_two_motions(*candidates_.front().frame.image, *newest.frame.image,
+                                        newest.feature_of_reference, moved_between(), camera_, options_);
   const int still = static_cast<int>(motions.still.size());
   const int moved = static_cast<int>(motions.moved_of_first.size());
+  // Where the camera goes on, only the middle of the first view is left in the newest.
+  view_reached_round_ = view_reached_round_ || motions.fixed_to_camera;
+  if (motions.found && view_reached_round_) {
+    motions.found = false;
+    motions.fixed_to_camera = true;
+  }
   camera_is_still_ = still > kStillCamera * motions.matches;
   if (motions.fixed_to_camera) {
     fixed->assign(candidates_.front().frame.image->size(), 0);

@@ -157,7 +157,7 @@ StillBackground background_of(const Recording& recording, std::int64_t frames_to
 // all over the recording. From then on it is tracked by masks of that.
 bool leave_out_background(const TrackedRecording& first, Recording* recording) {
   if (is_enough(first.result, false)) return false;
-  if (recording->masks || !first.tracker->looks_for_background() || recording->interrupted()) return false;
+  if (recording->masks || !first.tracker->may_have_background() || recording->interrupted()) return false;
   const StillBackground background =
       background_of(*recording, first.result.frames_total, first.tracker.get());
   if (!background.exists) return false;

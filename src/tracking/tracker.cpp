@@ -337,7 +337,7 @@ void Tracker::fill_gaps() { impl_->fill_gaps(); }
 
 void Tracker::expect_object() { impl_->expect_object(); }
 
-bool Tracker::looks_for_background() const { return impl_->looks_for_background(); }
+bool Tracker::may_have_background() { return impl_->may_have_background(); }
 
 ImageFeaturesPtr Tracker::features_of(const PreparedImage& image) { return impl_->features_of(image); }
 

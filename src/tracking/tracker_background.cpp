@@ -1,13 +1,25 @@
 // The end of a recording: what stood still while something moved.
 
+#include "mono_pose_tracker/mapping/in_view.h"
 #include "tracker_impl.h"
 
 namespace mono_pose_tracker {
 
+// No object is asked for, and the map is of a place that the camera goes through: what stands still in the
+// image is fixed to the camera.
+bool Tracker::Impl::goes_through(const Map& map) const {
+  return !options_.segmentation.wants_turning_body() && !stays_in_view(map);
+}
+
+bool Tracker::Impl::may_have_background() {
+  const bool has_map = worker_.latest() && !worker_.mapper().map().keyframes().empty();
+  return looks_for_background() && !(has_map && goes_through(worker_.mapper().map()));
+}
+
 // Where masks told an object from what is behind it, the keyframes have none of that.
 bool Tracker::Impl::shows_background(const TrackingMap& view, const Map& map,
                                      const MatchesInTime& in_time) const {
-  if (!looks_for_background() || is_segmented_ || has_earlier_frames(view)) return false;
+  if (!looks_for_background() || is_segmented_ || has_earlier_frames(view) || goes_through(map)) return false;
   const StillBackground background =
       find_still_background(images_in_time(map), in_time, options_.matching,
                             options_.segmentation.wants_turning_body(), options_.threads);

@@ -85,6 +85,8 @@ class Tracker::Impl {
   FinishedMap finished(const TrackingMap& view);
   std::vector<PosedImage> seen_in(const FinishedMap& map) const;
   void find_other_body_beside(FinishedMap* map) const;
+  bool may_have_background();
+  bool goes_through(const Map& map) const;
   bool shows_background(const TrackingMap& view, const Map& map, const MatchesInTime& in_time) const;
   bool looks_for_background() const {
     return options_.segmentation.is_automatic() && !options_.localize_only;

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/tracking/bootstrapper.h"
@@ -144,6 +146,63 @@ TEST_F(TwoMotionsTest, AMapIsBegunWithoutWhatIsHeldBeforeTheCamera) {
     return;
   }
   FAIL() << "no map";
+}
+
+// A bonnet below a street that is driven along, a metre from image to image.
+class BonnetTest : public TwoMotionsTest {
+ protected:
+  BonnetTest() {
+    std::vector<Eigen::Vector3d> bonnet, street;
+    for (int i = 0; i < kMoving; ++i) {
+      const double x =
+          i % 3 != 1 ? random_.uniform(-0.4, 0.4) : (i % 6 == 1 ? 1 : -1) * random_.uniform(0.42, 0.52);
+      bonnet.emplace_back(x, random_.uniform(0.2, 0.39), random_.uniform(1, 1.1));
+    }
+    for (int i = 0; i < 3000; ++i) {
+      street.emplace_back(i % 2 == 0 ? -2.5 : 2.5, random_.uniform(-0.8, 0.8), random_.uniform(4, 80));
+    }
+    object_ = SyntheticScene(bonnet, random_);
+    street_ = std::make_unique<SyntheticScene>(street, random_);
+    never_.bootstrap.min_parallax_deg = 1e3;  // a map
+  }
+
+  // Of the street what is from 4 to 12 metres ahead: SIFT knows nothing again that is three times as large.
+  Frame after(double metres, const Rigid3& camera_from_bonnet = Rigid3()) {
+    wall_.x_in_map.clear();
+    wall_.descriptors = cv::Mat();
+    for (std::size_t i = 0; i < street_->x_in_map.size(); ++i) {
+      const double ahead = street_->x_in_map[i].z() - metres;
+      if (ahead < 4 || ahead > 12) continue;
+      wall_.x_in_map.push_back(street_->x_in_map[i]);
+      wall_.descriptors.push_back(street_->descriptors.row(static_cast<int>(i)));
+    }
+    return frame_of(camera_at({0, 0, metres}, 0), camera_from_bonnet);
+  }
+
+  std::unique_ptr<SyntheticScene> street_;
+  TrackerOptions never_;
+};
+
+// After some metres matches with the first view are left in the middle of the image only.
+TEST_F(BonnetTest, WhatTheViewHasReachedRoundOnceIsNoBackgroundLater) {
+  const Frame first = after(0);
+  int found = 0;
+  for (int i = 1; i < 12; ++i) found += motions(first, after(0.5 * i)).found;
+  EXPECT_GT(found, 3) << "alone they look like an object before a background";
+  Bootstrapper bootstrapper(never_, camera_);
+  for (int i = 0; i < 12; ++i) {
+    EXPECT_TRUE(bootstrapper.add(after(0.5 * i)).still_background.empty()) << i;
+  }
+}
+
+// It is matched with the first view for ever.
+TEST_F(BonnetTest, TheReferenceIsReplacedWhenTheViewHasGoneOn) {
+  Bootstrapper bootstrapper(never_, camera_);
+  for (int i = 0; i < 25; ++i) bootstrapper.add(after(i));
+  const std::vector<SeenMotion> motions = bootstrapper.motions();
+  const auto moved = std::count_if(motions.begin(), motions.end(),
+                                   [](const SeenMotion& m) { return (m.to_px - m.from_px).norm() > 10; });
+  EXPECT_GE(moved, never_.bootstrap.min_matches);
 }
 
 // Masks that come with some of the images only: what an earlier image said of the reference is not of this

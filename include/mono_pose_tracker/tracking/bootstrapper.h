@@ -63,6 +63,7 @@ class Bootstrapper {
   };
 
   int match_to_reference(Candidate* candidate) const;
+  bool has_left_reference() const;
   bool replace_reference();
   void thin_out();
   std::vector<int> third_views(std::size_t second) const;
@@ -80,6 +81,7 @@ class Bootstrapper {
   CameraModel camera_;
   std::deque<Candidate> candidates_;  // the reference first
   int two_motions_seen_ = 0;          // frames in a row
+  bool view_reached_round_ = false;   // what stands still, in a frame: it is fixed to the camera
   bool camera_is_still_ = false;      // and hardly anything moves before it
   std::vector<cv::Point2f> still_;    // of the background, once two motions are certain: pixels
 };

@@ -127,8 +127,9 @@ class Tracker {
   /// Frames of an end of the finished map that hangs on too few points (mapping/seam.h), and is too little
   /// for a map of its own: they have no pose any more, and may be posed again in the map without them.
   std::set<std::int64_t> take_out_loose_ends();
-  /// Whether nothing but the images is to tell an object from what is behind it (segmentation/method: auto).
-  bool looks_for_background() const;
+  /// Whether nothing but the images is to tell an object from what is behind it (segmentation/method: auto),
+  /// and the finished map, if there is one, may be of an object: what it shows stays in view.
+  bool may_have_background();
   /// The features of a whole image, whatever a mask leaves out of it; no result changes by it. Null when the
   /// image is not of the camera's size.
   ImageFeaturesPtr features_of(const PreparedImage& image);

@@ -1,0 +1,44 @@
+#include "mono_pose_tracker/mapping/in_view.h"
+
+#include <gtest/gtest.h>
+
+#include "mono_pose_tracker/common/angles.h"
+#include "support/add_view.h"
+#include "support/synthetic_head.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+Map map_of_views(const SyntheticScene& scene, const std::vector<Rigid3>& cameras_from_map) {
+  Random random(3);
+  const CameraModel camera = synthetic_camera();
+  Map map;
+  std::vector<LandmarkId> ids;
+  for (const Eigen::Vector3d& x : scene.x_in_map) ids.push_back(map.add_landmark(x));
+  for (std::size_t k = 0; k < cameras_from_map.size(); ++k) {
+    add_view(scene, camera, cameras_from_map[k], 0.3, static_cast<int>(k), ids, random, &map);
+  }
+  return map;
+}
+
+TEST(StaysInView, AHeadThatTurnsOnceRound) {
+  Random random(3);
+  std::vector<Rigid3> cameras_from_head;
+  for (int k = 0; k < 18; ++k) cameras_from_head.push_back(before_turned_head(20 * k * kDegree));
+  EXPECT_TRUE(stays_in_view(map_of_views(synthetic_head(150, random), cameras_from_head)));
+}
+
+TEST(StaysInView, AStreetThatIsDrivenThroughDoesNot) {
+  Random random(3);
+  std::vector<Eigen::Vector3d> walls;
+  for (int i = 0; i < 300; ++i) {
+    walls.emplace_back(i % 2 == 0 ? -4 : 4, random.uniform(-3, 1.5), random.uniform(3, 25));
+  }
+  std::vector<Rigid3> cameras_from_map;
+  for (int k = 0; k < 9; ++k)
+    cameras_from_map.emplace_back(Eigen::Quaterniond::Identity(), -1.0 * k * Eigen::Vector3d::UnitZ());
+  EXPECT_FALSE(stays_in_view(map_of_views(SyntheticScene(walls, random), cameras_from_map)));
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
