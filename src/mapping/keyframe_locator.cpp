@@ -49,7 +49,7 @@ bool refine(const MapperOptions& options, const std::vector<LandmarkCandidate>& 
   guided.radius_px = 1.5 * options.mapping.max_reprojection_px * image_scale(image.camera);
   guided.max_distance2 = stored_distance2(options.mapping.max_descriptor_distance);
   const GuidedPose pose = refine_by_guided_matching(candidates, image, location->camera_from_map, guided);
-  if (!pose.converged) return false;
+  if (!pose.is_steady) return false;
   location->camera_from_map = pose.camera_from_map;
   for (const LandmarkMatch& m : inliers_of(image, candidates, pose.matches, pose.camera_from_map,
                                            options.mapping.max_reprojection_px)) {

@@ -29,11 +29,13 @@ GuidedPose refine_by_guided_matching(const std::vector<LandmarkCandidate>& candi
                                      const ProjectionMatchOptions& options) {
   GuidedPose pose;
   pose.camera_from_map = camera_from_map;
+  pose.is_steady = true;
   for (int round = 0; round < 2; ++round) {
     pose.matches = match_by_projection(candidates, image, image.camera, pose.camera_from_map, options);
     const LandmarkSight sight = sight_of(image, candidates, pose.matches);
     const MotionRefinementReport refined =
         refine_absolute_pose(sight.bearings, sight.points, sight.sigmas, pose.camera_from_map, {});
+    pose.is_steady = pose.is_steady && refined.converged;
     if (!refined.converged) continue;
     pose.converged = true;
     pose.camera_from_map = refined.camera_from_map;

@@ -301,8 +301,11 @@ BootstrapReport Bootstrapper::add(const Frame& frame) {
   if ((matches < options_.bootstrap.min_matches || has_left_reference()) && !replace_reference()) {
     report.reason = Reason::kTooFewMatches;
     report.matches = matches;
-    report.text = formatted("%d matches to the reference frame, %d needed: it is replaced", matches,
-                            options_.bootstrap.min_matches);
+    report.text =
+        matches < options_.bootstrap.min_matches
+            ? formatted("%d matches to the reference frame, %d needed: it is replaced", matches,
+                        options_.bootstrap.min_matches)
+            : "of the reference frame only what is fixed to the camera is still in view: it is replaced";
     return report;
   }
 

@@ -25,7 +25,8 @@ std::vector<LandmarkMatch> match_by_descriptors(const std::vector<LandmarkCandid
                                                 const ImageFeatures& image, const MatchOptions& options);
 
 struct GuidedPose {
-  bool converged = false;
+  bool converged = false;  // in one of the two rounds at least
+  bool is_steady = false;  // in both
   Rigid3 camera_from_map;
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  // as refine_absolute_pose
   std::vector<LandmarkMatch> matches;  // found about the pose, inliers or not
