@@ -67,12 +67,13 @@ std::vector<PosedFrame> trajectory_in(const TrackingMap& map, const FramePoses& 
     // Where a removed keyframe stood was found earlier than a final pose.
     const auto own = pose.is_final ? keyframe_of_frame.end() : keyframe_of_frame.find(index);
     Rigid3 camera_from_map;
-    if (own != keyframe_of_frame.end() && map.camera_from_map(own->second, &camera_from_map)) {
-      frames.push_back({index, pose.stamp_ns, camera_from_map.inverse()});
-    } else if (poses.camera_from_map(map, index, &camera_from_map)) {
-      frames.push_back({index, pose.stamp_ns, camera_from_map.inverse()});
-      if (pose.is_stale) stale.insert(index);
+    if ((own == keyframe_of_frame.end() || !map.camera_from_map(own->second, &camera_from_map)) &&
+        !poses.camera_from_map(map, index, &camera_from_map)) {
+      continue;
     }
+    frames.push_back({index, pose.stamp_ns, camera_from_map.inverse()});
+    const bool is_keyframe = own != keyframe_of_frame.end() && map.keyframes.count(own->second) > 0;
+    if (pose.is_stale && !is_keyframe) stale.insert(index);
   }
   return stale.empty() ? frames : put_between(std::move(frames), stale);
 }
