@@ -101,6 +101,16 @@ void warn_of_collapse(RecordingResult* result) {
       "map has shrunk to a point; turn more slowly and move on meanwhile, with something near in view");
 }
 
+void warn_of_restless_path(RecordingResult* result) {
+  const RestlessPath& worst = result->maps.front().restless;
+  if (!worst.is_significant()) return;
+  result->warnings.push_back(
+      formatted("from image number %ld on the path jumps to and fro, %d times in %d images: places that look "
+                "alike were "
+                "taken for each other; do without these images, or record them again with more overlap",
+                static_cast<long>(worst.frame_index), worst.jumps, RestlessPath::kFrames));
+}
+
 void warn_of_background(RecordingResult* result) {
   if (!result->maps.front().shows_background) return;
   result->warnings.push_back(
@@ -191,6 +201,7 @@ void warn_of_doubts(RecordingResult* result) {
   warn_of_contradictions(result);
   warn_of_torn_tracks(result);
   warn_of_collapse(result);
+  warn_of_restless_path(result);
   warn_of_background(result);
   warn_of_other_body(result);
 }

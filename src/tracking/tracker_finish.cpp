@@ -160,6 +160,7 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   // Seen from near, poses that went astray show by more; and quick turns of a hand-held camera tear as many.
   if (is_narrow(map.map)) map.torn_tracks = worst_torn_tracks(map.map, matches);
   map.collapse = worst_scale_collapse(map.map);
+  map.restless = most_restless_stretch(map.trajectory, least_stray(view));
   map.shows_background = shows_background(view, map.map, matches);
   find_other_body_beside(&map);
   map.is_founded = !rests_on_two_views_ && map.seam.holds() && map.is_sure();

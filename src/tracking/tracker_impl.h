@@ -129,7 +129,7 @@ class Tracker::Impl {
   bool accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
               FrameReport* report);
   void complete_map();
-  double least_stray() const;
+  double least_stray(const TrackingMap& map) const;
   std::set<std::int64_t> find_strays() const;
   std::set<std::int64_t> take_out(const std::set<KeyframeId>& keyframes);
   void resume_largest();

@@ -46,14 +46,14 @@ std::set<std::int64_t> frames_on(const TrackingMap& map, const FramePoses& poses
 }  // namespace
 
 // In the map's unit.
-double Tracker::Impl::least_stray() const {
+double Tracker::Impl::least_stray(const TrackingMap& map) const {
   constexpr double kLeastShare = 0.02;  // of the points' distance: one degree of parallax
-  const TrackingMapPtr map = worker_.latest();
-  return map ? kLeastShare * usual_distance(*map) : 0;
+  return kLeastShare * usual_distance(map);
 }
 
 std::set<std::int64_t> Tracker::Impl::find_strays() const {
-  return worker_.latest() ? stray_frames(trajectory(), least_stray()) : std::set<std::int64_t>();
+  const TrackingMapPtr map = worker_.latest();
+  return map ? stray_frames(trajectory(), least_stray(*map)) : std::set<std::int64_t>();
 }
 
 // Takes keyframes out of the map, which is finished anew. The frames that stood on them.

@@ -13,6 +13,7 @@
 #include "mono_pose_tracker/mapping/seam.h"
 #include "mono_pose_tracker/mapping/torn_tracks.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
+#include "mono_pose_tracker/tracking/restless_path.h"
 
 namespace mono_pose_tracker {
 
@@ -26,6 +27,7 @@ struct FinishedMap {
   Contradiction contradiction;  // where most of what is seen speaks against it
   TornTracks torn_tracks;       // where more is seen as two things than is usual in it
   ScaleCollapse collapse;       // where a part of it has shrunk to a point
+  RestlessPath restless;        // where its images jump to and fro
   OtherBody other_body;         // that its images show as well
   // The body that turns is asked for, and it is the other one, or may be.
   bool is_of_other_body = false;
@@ -48,7 +50,8 @@ struct FinishedMap {
   /// How many things in it speak against it. Its depths and its weakest seam are not among them.
   int objections() const {
     return contradiction.is_significant() + torn_tracks.is_significant() + collapse.is_significant() +
-           is_of_other_body + is_of_smaller_body + shows_background + !is_geometry_sure();
+           restless.is_significant() + is_of_other_body + is_of_smaller_body + shows_background +
+           !is_geometry_sure();
   }
   /// Nothing in it speaks against it; it may hang together by little.
   bool is_sure() const { return is_depth_sure() && objections() == 0; }

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "mono_pose_tracker/tracking/frame_report.h"
+
+namespace mono_pose_tracker {
+
+/// A stretch of a trajectory in which the camera jumps to and fro, from image to image: places that look
+/// alike, such as the doors of a corridor, were taken for each other.
+struct RestlessPath {
+  std::int64_t frame_index = -1;  // where the stretch begins; -1: there is none
+  int jumps = 0;                  // in it
+
+  static constexpr int kFrames = 20;  // of a stretch
+  /// A camera in the hand that rests now and then jumps four times at most by this measure, in recordings
+  /// whose truth is known; the paths that are wrong six to eleven times.
+  static constexpr int kMostOfARightPath = 5;
+  bool is_significant() const { return jumps > kMostOfARightPath; }
+};
+
+/// The worst one. At a jump the velocity changes, from one image in a row to the next, by three times the
+/// usual step (a camera that turns back on the spot changes it by two), and by `least`, in the map's unit,
+/// which a camera that hardly moves does not.
+RestlessPath most_restless_stretch(const std::vector<PosedFrame>& trajectory, double least);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,52 @@
+#include "mono_pose_tracker/tracking/restless_path.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+namespace mono_pose_tracker {
+namespace {
+
+// A camera that goes forward by a tenth from image to image, and where else it is put.
+RestlessPath path(const std::function<double(int)>& aside) {
+  std::vector<PosedFrame> frames;
+  for (int i = 0; i < 100; ++i) {
+    frames.push_back({i, i * std::int64_t{33'000'000},
+                      Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(aside(i), 0, 0.1 * i))});
+  }
+  return most_restless_stretch(frames, 0.02);
+}
+
+TEST(RestlessPath, AWalkHasNone) {
+  EXPECT_EQ(path([](int) { return 0; }).jumps, 0);
+}
+
+TEST(RestlessPath, TurningBackIsNoJump) {
+  EXPECT_EQ(path([](int i) { return i % 2 == 0 ? 0 : 0.1; }).jumps, 0);
+}
+
+// Every third image is taken for one a door farther on.
+TEST(RestlessPath, DoorsThatAreTakenForEachOtherAreFound) {
+  const RestlessPath found = path([](int i) { return i >= 40 && i < 70 && i % 3 == 0 ? 1 : 0; });
+  EXPECT_TRUE(found.is_significant());
+  EXPECT_GE(found.frame_index, 35);
+  EXPECT_LT(found.frame_index, 70);
+}
+
+TEST(RestlessPath, OneImageThatIsAstrayIsNotEnough) {
+  const RestlessPath found = path([](int i) { return i == 50 ? 1 : 0; });
+  EXPECT_EQ(found.jumps, 3);
+  EXPECT_FALSE(found.is_significant());
+}
+
+TEST(RestlessPath, WhatHardlyMovesJumpsByNoise) {
+  std::vector<PosedFrame> frames;
+  for (int i = 0; i < 60; ++i) {
+    const double noise = i % 5 == 0 ? 0.01 : 0;
+    frames.push_back({i, i, Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(noise, 0, 0))});
+  }
+  EXPECT_EQ(most_restless_stretch(frames, 0.05).jumps, 0);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
