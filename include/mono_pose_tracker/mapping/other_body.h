@@ -51,13 +51,15 @@ struct OtherBody {
   static constexpr double kPlainly = 1.5, kComparable = 0.25, kLarger = 0.55;
 };
 
+/// Of what is seen: the keyframes alone, or the images between them as well.
+enum class ImagesAsked { kKeyframes, kAllSeen };
+
 /// Keyframes near in time are matched anew by descriptors alone, since a map holds only what agrees with it.
 /// A feature that obeys only one of the two motions decides for its whole track. seen: images with all the
 /// features of them and the poses that the map gives them, by frame. Those of keyframes take the place of
 /// what the map kept of these; those between, where they are asked, show what turns farther from one keyframe
 /// to the next than features can be matched, or while the camera made none. The result is the same for any
 /// number of threads.
-enum class ImagesAsked { kKeyframes, kAllSeen };
 OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& seen, ImagesAsked asked,
                           const MatchOptions& matching, const RansacOptions& ransac, int threads);
 
