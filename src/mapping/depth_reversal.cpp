@@ -10,6 +10,7 @@
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/common/parallel.h"
 #include "mono_pose_tracker/common/so3.h"
+#include "mono_pose_tracker/mapping/other_body.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "rival_map.h"
 
@@ -36,19 +37,21 @@ Eigen::Matrix3d about(double angle, const Eigen::Vector3d& axis) {
   return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
 }
 
-// Turns about the line of sight stay; the tilt of it goes the other way, `stretch` times as far.
-Eigen::Matrix3d reversed(const Eigen::Matrix3d& turn, double stretch) {
+// Which way it turns then.
+enum class Way { kReversed, kSame };
+
+// Turns about the line of sight stay; the tilt of it goes `stretch` times as far.
+Eigen::Matrix3d turned(const Eigen::Matrix3d& turn, Way way, double stretch) {
   const double tilt = std::acos(std::clamp(turn(2, 2), -1.0, 1.0));
   if (tilt < 1e-5) return turn;  // without a direction, but for rounding
   const double after = std::atan2(turn(1, 2), turn(0, 2)), before = std::atan2(turn(2, 1), -turn(2, 0));
-  const double other = std::min(stretch * tilt, std::max(tilt, kMaxTilt));
-  return about(after, Eigen::Vector3d::UnitZ()) * about(-other, Eigen::Vector3d::UnitY()) *
+  const double far = std::min(stretch * tilt, std::max(tilt, kMaxTilt));
+  return about(after, Eigen::Vector3d::UnitZ()) *
+         about(way == Way::kReversed ? -far : far, Eigen::Vector3d::UnitY()) *
          about(before, Eigen::Vector3d::UnitZ());
 }
 
-}  // namespace
-
-void reverse_depth(double stretch, Map* map) {
+void mistake_depth(Way way, double stretch, Map* map) {
   if (map->keyframes().empty()) return;
   const Rigid3 first_from_map = map->keyframes().begin()->second.camera_from_map;
   const Eigen::Vector3d middle = middle_in(*map, first_from_map);
@@ -56,8 +59,9 @@ void reverse_depth(double stretch, Map* map) {
   const Eigen::Matrix3d align_first = rotation_between(sight, Eigen::Vector3d::UnitZ());
   for (const LandmarkId l : map->landmark_ids()) {
     const Eigen::Vector3d off = first_from_map * map->landmark(l)->x_in_map - middle;
-    const Eigen::Vector3d reversed_off = off - (1 + 1 / stretch) * sight.dot(off) * sight;
-    map->set_position(l, first_from_map.inverse() * (middle + reversed_off));
+    const double deep = (way == Way::kReversed ? -1 : 1) / stretch;
+    const Eigen::Vector3d other_off = off - (1 - deep) * sight.dot(off) * sight;
+    map->set_position(l, first_from_map.inverse() * (middle + other_off));
   }
   std::vector<std::pair<KeyframeId, Rigid3>> poses;
   for (const auto& [id, keyframe] : map->keyframes()) {
@@ -65,11 +69,17 @@ void reverse_depth(double stretch, Map* map) {
     const Eigen::Vector3d middle_here = from_first * middle;
     const Eigen::Matrix3d align_here = rotation_between(middle_here.normalized(), Eigen::Vector3d::UnitZ());
     const Eigen::Matrix3d turn = align_here * from_first.rotation_matrix() * align_first.transpose();
-    const Eigen::Matrix3d rotation = align_here.transpose() * reversed(turn, stretch) * align_first;
+    const Eigen::Matrix3d rotation = align_here.transpose() * turned(turn, way, stretch) * align_first;
     poses.emplace_back(id, Rigid3(rotation, middle_here - rotation * middle) * first_from_map);
   }
   for (const auto& [id, pose] : poses) map->set_pose(id, pose);
 }
+
+}  // namespace
+
+void reverse_depth(double stretch, Map* map) { mistake_depth(Way::kReversed, stretch, map); }
+
+void stretch_depth(double stretch, Map* map) { mistake_depth(Way::kSame, stretch, map); }
 
 bool is_narrow(const std::vector<Eigen::Vector3d>& bearings) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -95,6 +105,39 @@ bool is_narrow(const Map& map) {
 }
 
 namespace {
+
+// Of the map stretched so: infinite where it turns into the map again, or nearly.
+double cost_when_stretched(const BundleOptions& bundle, const Map& map, double cost, double stretch) {
+  // Of real heads and busts all find back in the first rounds; what does not may take longer to fit at all.
+  constexpr int kRounds = 4;
+  constexpr double kPlainly = 1.5;  // times the turn, of a head or a bust: anyone sees that
+  Map rival = map;
+  stretch_depth(stretch, &rival);
+  BundleOptions trial = bundle;
+  trial.max_iterations = kTrialIterations;
+  adjust_map(trial, &rival);
+  const double own_turn = turn_before_cameras(map);
+  trial.max_iterations = kIterations;
+  for (int round = 0; round < kRounds; ++round) {
+    if (cost_of(rival) > kFarDearer * cost) break;
+    const double turn = turn_before_cameras(rival);
+    if (turn < kPlainly * own_turn && own_turn < kPlainly * turn) break;
+    if (round + 1 == kRounds) return cost_of(rival);
+    adjust_map(trial, &rival);
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+double cheapest_when_stretched(const BundleOptions& bundle, const Map& map, double cost) {
+  constexpr std::array<double, 4> kTurns = {0.4, 2.5, 6, 15};  // times as far
+  BundleOptions shared = bundle;
+  constexpr int kRivals = static_cast<int>(kTurns.size());
+  shared.own_threads = (bundle.own_threads + kRivals - 1) / kRivals;
+  std::array<double, kRivals> costs;
+  parallel_for(kRivals, bundle.own_threads,
+               [&](int i) { costs[i] = cost_when_stretched(shared, map, cost, kTurns[i]); });
+  return *std::min_element(costs.begin(), costs.end());
+}
 
 // The best fitting of the reversed maps, as far as it takes to compare it with the map's own cost.
 Map cheapest_reversal(const BundleOptions& bundle, const Map& map, double cost, double* rival_cost) {
@@ -137,7 +180,7 @@ double depth_evidence(const BundleOptions& bundle, const Map& map) {
   const double cost = cost_of(map);
   double rival_cost = 0;
   cheapest_reversal(bundle, map, cost, &rival_cost);
-  return rival_cost / cost - 1;
+  return std::min(rival_cost, cheapest_when_stretched(bundle, map, cost)) / cost - 1;
 }
 
 }  // namespace mono_pose_tracker

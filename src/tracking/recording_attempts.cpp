@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -205,12 +206,30 @@ TrackedRecording track_what_turns_most(Attempts* attempts, Recording* masked) {
   return found;
 }
 
+// A map may begin with the one body and end with the other, and its masks are of the wrong one then for a
+// while. Where a map of what turns is founded, they are reversed in the images that it does not pose.
+TrackedRecording with_masks_reversed_beside(Attempts* attempts, Recording masked, const BodyMasks& of_others,
+                                            TrackedRecording found) {
+  const RecordingResult& result = found.result;
+  const auto posed = static_cast<std::int64_t>(result.trajectory.size());
+  const std::shared_ptr<const BodyMasks> reversed = of_others.reversed();
+  if (!is_founded(result) || posed == result.frames_total || reversed->are_empty() || masked.interrupted())
+    return found;
+  std::set<std::int64_t> indices;
+  for (const PosedFrame& frame : result.trajectory) indices.insert(frame.index);
+  masked.body = masked.body->only_in(std::move(indices), reversed);
+  TrackedRecording whole = attempts->next(masked);
+  return is_founded(whole.result) && holds_more(whole.result, result) ? std::move(whole) : std::move(found);
+}
+
 // It plainly turns farther than the first, and most of the images show it: of three bodies it may be two at
-// once.
+// once. A first map that contradicts itself may be of both and turn as far as the body in it.
 bool is_of_what_turns(const RecordingResult& result, const RecordingResult& first) {
-  return result.tracked && is_most_of(result, first) &&
-         turn_before_cameras(result.maps.front().map) >=
-             OtherBody::kPlainly * turn_before_cameras(first.maps.front().map);
+  if (!result.tracked || !is_most_of(result, first)) return false;
+  const FinishedMap& before = first.maps.front();
+  const bool may_be_of_both = before.contradiction.is_significant() && is_founded(result);
+  return turn_before_cameras(result.maps.front().map) >=
+         (may_be_of_both ? 1 : OtherBody::kPlainly) * turn_before_cameras(before.map);
 }
 
 // Where the map is of a body that turns less than another: the recording again, by masks of all that moves
@@ -225,6 +244,7 @@ bool turn_to_other_body(Attempts* attempts, Recording* recording, TrackedRecordi
     Recording masked = others;
     masked.first_tracked = frame_at(beginning, first);
     TrackedRecording found = track_what_turns_most(attempts, &masked);
+    found = with_masks_reversed_beside(attempts, masked, *others.body, std::move(found));
     if (!is_of_what_turns(found.result, first)) continue;
     if (best && !is_better(found.result, true, best->result)) continue;
     *recording = std::move(masked);

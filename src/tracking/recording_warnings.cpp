@@ -62,8 +62,8 @@ void warn_of_loose_ends(RecordingResult* result) {
 void warn_of_depth(RecordingResult* result) {
   if (result->maps.front().is_depth_sure()) return;
   result->warnings.push_back(
-      "seen from so far away, the depths could as well be reversed and the turns the other way round: turn "
-      "farther, come nearer, or give masks of what moves as one (--masks)");
+      "seen from so far away, the depths could as well be reversed and the turns the other way round, or the "
+      "turns go farther: turn farther, come nearer, or give masks of what moves as one (--masks)");
 }
 
 void warn_of_geometry(RecordingResult* result) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "mono_pose_tracker/common/angles.h"
+#include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "support/add_view.h"
 #include "support/synthetic_head.h"
 
@@ -28,6 +29,27 @@ Map head_map(double noise_px) {
     add_view(scene, camera, camera_from_map, noise_px, k, ids, random, &map);
   }
   return map;
+}
+
+// The same in which every landmark is seen by so many keyframes in a row only.
+Map map_of_short_tracks(double noise_px) {
+  constexpr std::size_t kViews = 3;
+  Map map = head_map(noise_px);
+  std::size_t next = 0;
+  for (const LandmarkId id : map.landmark_ids()) {
+    const std::vector<Observation> seen = map.landmark(id)->observations;
+    const std::size_t first = next++ % (seen.size() - kViews + 1);
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      if (i < first || i >= first + kViews) map.remove_observation(id, seen[i].keyframe);
+    }
+  }
+  return map;
+}
+
+void settle(Map* map) {
+  BundleOptions bundle;
+  bundle.max_iterations = 100;
+  adjust_map(bundle, map);
 }
 
 // Rotation vector from the first to the last keyframe.
@@ -70,6 +92,14 @@ TEST(DepthReversal, AReversedMapIsSetRight) {
   }
 }
 
+TEST(DepthReversal, AStretchedMapTurnsFartherTheSameWay) {
+  Map map = head_map(0);
+  const Eigen::Vector3d before = turned(map);
+  stretch_depth(2, &map);
+  EXPECT_GT(turned(map).normalized().dot(before.normalized()), 0.9);
+  EXPECT_NEAR(turned(map).norm(), 2 * before.norm(), 3 * kDegree);
+}
+
 // The object turns by 28 degrees: plain. A reversed map is no better than the right one beside it.
 TEST(DepthReversal, EvidenceTellsARightMapFromAWrongOne) {
   const Map map = head_map(0.3);
@@ -77,6 +107,18 @@ TEST(DepthReversal, EvidenceTellsARightMapFromAWrongOne) {
   Map reversed = map;
   reverse_depth(1, &reversed);
   EXPECT_LT(depth_evidence(BundleOptions(), reversed), 0);
+}
+
+// Deep, and hardly turning: a map in which each point is seen from a few sides only may settle there.
+TEST(DepthReversal, EvidenceTellsAMapThatHardlyTurns) {
+  Map map = map_of_short_tracks(0.1);
+  const double truth = turned(map).norm();
+  settle(&map);
+  EXPECT_GT(depth_evidence(BundleOptions(), map), kMinDepthEvidence);
+  stretch_depth(0.1, &map);
+  settle(&map);
+  ASSERT_LT(turned(map).norm(), 0.5 * truth);
+  EXPECT_LT(depth_evidence(BundleOptions(), map), kMinDepthEvidence);
 }
 
 TEST(DepthReversal, ARightMapStaysAsItIs) {

@@ -14,6 +14,10 @@ namespace mono_pose_tracker {
 /// as far, depths as much flatter. Images agree up to perspective.
 void reverse_depth(double stretch, Map* map);
 
+/// The same without the reversal, as a relief looks like the statue: turns `stretch` times as far, depths as
+/// much flatter.
+void stretch_depth(double stretch, Map* map);
+
 /// Whether unit bearings lie within 8.6 degrees (rms) of their middle.
 bool is_narrow(const std::vector<Eigen::Vector3d>& bearings);
 
@@ -25,9 +29,10 @@ bool is_narrow(const Map& map);
 /// fit better by min_evidence (share of the cost). True when it was taken: the poses have changed.
 bool correct_depth_reversal(const BundleOptions& bundle, double min_evidence, Map* map);
 
-/// By what share of its cost the map fits better than the best of its reversed ones; infinite where it is not
-/// narrow and can't be mistaken. What has turned far enough, and is one rigid body, is beyond doubt; a map
-/// that is wrong in depth is fitted no better than its reverse.
+/// By what share of its cost the map fits better than the best of its reversed ones, and than any that turns
+/// half as far again or less and stays so when it is adjusted; infinite where it is not narrow and can't be
+/// mistaken. What has turned far enough, and is one rigid body, is beyond doubt; a map that is wrong in depth
+/// is fitted no better than its reverse, or than one that is flatter and turns farther.
 double depth_evidence(const BundleOptions& bundle, const Map& map);
 
 /// Less than this leaves the depth in doubt: for a map that is right, a reverse that costs only a third more
