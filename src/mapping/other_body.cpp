@@ -19,6 +19,9 @@ namespace {
 // Neighbours show most matches, those farther apart the difference between slow motions.
 constexpr std::array<int, 3> kApart = {1, 2, 4};
 
+// Fewer matches turn by as much as their noise.
+constexpr int kFewestToTurn = 25;
+
 void compare(const PosedImage& first, const PosedImage& second, const PairMotions& pair, OtherBody* body) {
   ++body->pairs;
   body->matches += static_cast<long>(pair.matches.size());
@@ -27,8 +30,13 @@ void compare(const PosedImage& first, const PosedImage& second, const PairMotion
   });
   if (!pair.has_other) return;
   ++body->other_pairs;
-  body->map_turn += turn_between(first, second, pair, ObeyedMotion::kBody);
-  body->other_turn += turn_between(first, second, pair, ObeyedMotion::kOther);
+  const double map_turn = turn_between(first, second, pair, ObeyedMotion::kBody);
+  const double other_turn = turn_between(first, second, pair, ObeyedMotion::kOther);
+  body->map_turn += map_turn;
+  body->other_turn += other_turn;
+  const auto others = std::count(pair.obeyed.begin(), pair.obeyed.end(), ObeyedMotion::kOther);
+  if (others >= kFewestToTurn && other_turn > OtherBody::kPlainly * map_turn)
+    body->other_turn_alone += other_turn;
 }
 
 // The images in time, each once. A keyframe's own image comes second: what is not plainly of the map has been

@@ -8,20 +8,49 @@
 
 namespace mono_pose_tracker {
 
+namespace {
+
+std::vector<double> left_over(const std::vector<Eigen::Vector3d>& bearings1,
+                              const std::vector<Eigen::Vector3d>& bearings2,
+                              const Eigen::Matrix3d& rotation) {
+  std::vector<double> lengths;
+  for (std::size_t i = 0; i < bearings1.size(); ++i) {
+    lengths.push_back((rotation * bearings1[i] - bearings2[i]).norm());
+  }
+  return lengths;
+}
+
+// The rotation that explains most of the movement. A few wrong matches go farther than all others together:
+// what goes three times as far as the half of them is left out.
+Eigen::Matrix3d common_rotation(const std::vector<Eigen::Vector3d>& bearings1,
+                                const std::vector<Eigen::Vector3d>& bearings2) {
+  constexpr int kRounds = 3;
+  constexpr double kFar = 3;
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  std::vector<double> lengths(bearings1.size(), 0);
+  for (int round = 0; round < kRounds; ++round) {
+    const double farthest = kFar * median(lengths);
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    for (std::size_t i = 0; i < bearings1.size(); ++i) {
+      if (lengths[i] <= farthest) sum += bearings2[i] * bearings1[i].transpose();
+    }
+    rotation = nearest_rotation(sum);
+    lengths = left_over(bearings1, bearings2, rotation);
+  }
+  return rotation;
+}
+
+}  // namespace
+
 double turn_in_view(const std::vector<Eigen::Vector3d>& bearings1,
                     const std::vector<Eigen::Vector3d>& bearings2) {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < bearings1.size(); ++i) sum += bearings2[i] * bearings1[i].transpose();
-  const Eigen::Matrix3d rotation = nearest_rotation(sum);
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& b : bearings1) middle += b;
   middle.normalize();
-  std::vector<double> left_over, away;
-  for (std::size_t i = 0; i < bearings1.size(); ++i) {
-    left_over.push_back((rotation * bearings1[i] - bearings2[i]).norm());
-    away.push_back((bearings1[i] - middle).norm());
-  }
-  return median(std::move(left_over)) / std::max(median(std::move(away)), 1e-6);
+  std::vector<double> away;
+  for (const Eigen::Vector3d& b : bearings1) away.push_back((b - middle).norm());
+  const Eigen::Matrix3d rotation = common_rotation(bearings1, bearings2);
+  return median(left_over(bearings1, bearings2, rotation)) / std::max(median(std::move(away)), 1e-6);
 }
 
 }  // namespace mono_pose_tracker

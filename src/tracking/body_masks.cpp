@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "mono_pose_tracker/common/nearest_vote.h"
-
 namespace mono_pose_tracker {
 
 namespace {
@@ -49,21 +48,6 @@ bool BodyMasks::show(std::int64_t index) const {
                      [&](const BodyTrack& track) { return index <= track.to_index; });
 }
 
-std::shared_ptr<const BodyMasks> BodyMasks::reversed() const {
-  std::vector<BodyTrack> tracks;
-  for (const auto& span : spans_) tracks.insert(tracks.end(), span.second.begin(), span.second.end());
-  for (BodyTrack& track : tracks) track.is_other = !track.is_other;
-  return std::make_shared<BodyMasks>(tracks, within_);
-}
-
-std::shared_ptr<const BodyMasks> BodyMasks::only_in(std::set<std::int64_t> indices,
-                                                    std::shared_ptr<const BodyMasks> beside) const {
-  auto masks = std::make_shared<BodyMasks>(*this);
-  masks->only_in_ = std::move(indices);
-  masks->beside_ = std::move(beside);
-  return masks;
-}
-
 BodyPoints BodyMasks::at(std::int64_t index) const {
   auto span = spans_.upper_bound(index);
   if (span != spans_.begin()) --span;
@@ -78,7 +62,6 @@ BodyPoints BodyMasks::at(std::int64_t index) const {
 }
 
 cv::Mat BodyMasks::mask(std::int64_t index, const cv::Size& size) const {
-  if (beside_ && !only_in_.count(index)) return beside_->mask(index, size);
   const BodyPoints bodies = at(index);
   const cv::Mat1f from_other = distances_from(bodies.other, size);
   cv::Mat mask = from_other <= reach_of(bodies.other);

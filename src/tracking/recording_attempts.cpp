@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -206,26 +205,17 @@ TrackedRecording track_what_turns_most(Attempts* attempts, Recording* masked) {
   return found;
 }
 
-// A map may begin with the one body and end with the other, and its masks are of the wrong one then for a
-// while. Where a map of what turns is founded, they are reversed in the images that it does not pose.
-TrackedRecording with_masks_reversed_beside(Attempts* attempts, Recording masked, const BodyMasks& of_others,
-                                            TrackedRecording found) {
-  const RecordingResult& result = found.result;
-  const auto posed = static_cast<std::int64_t>(result.trajectory.size());
-  const std::shared_ptr<const BodyMasks> reversed = of_others.reversed();
-  if (!is_founded(result) || posed == result.frames_total || reversed->are_empty() || masked.interrupted())
-    return found;
-  std::set<std::int64_t> indices;
-  for (const PosedFrame& frame : result.trajectory) indices.insert(frame.index);
-  masked.body = masked.body->only_in(std::move(indices), reversed);
-  TrackedRecording whole = attempts->next(masked);
-  return is_founded(whole.result) && holds_more(whole.result, result) ? std::move(whole) : std::move(found);
+// Of three bodies it may be two at once, so most of the images must show it; half, where nothing speaks
+// against it.
+bool is_seen_enough(const RecordingResult& result, const RecordingResult& first) {
+  if (is_most_of(result, first)) return true;
+  return is_founded(result) && 2 * result.trajectory.size() >= first.trajectory.size();
 }
 
-// It plainly turns farther than the first, and most of the images show it: of three bodies it may be two at
-// once. A first map that contradicts itself may be of both and turn as far as the body in it.
+// It plainly turns farther than the first. A first map that contradicts itself may be of one body here and of
+// the other there, and turn as far as the body in it.
 bool is_of_what_turns(const RecordingResult& result, const RecordingResult& first) {
-  if (!result.tracked || !is_most_of(result, first)) return false;
+  if (!result.tracked || !is_seen_enough(result, first)) return false;
   const FinishedMap& before = first.maps.front();
   const bool may_be_of_both = before.contradiction.is_significant() && is_founded(result);
   return turn_before_cameras(result.maps.front().map) >=
@@ -244,7 +234,6 @@ bool turn_to_other_body(Attempts* attempts, Recording* recording, TrackedRecordi
     Recording masked = others;
     masked.first_tracked = frame_at(beginning, first);
     TrackedRecording found = track_what_turns_most(attempts, &masked);
-    found = with_masks_reversed_beside(attempts, masked, *others.body, std::move(found));
     if (!is_of_what_turns(found.result, first)) continue;
     if (best && !is_better(found.result, true, best->result)) continue;
     *recording = std::move(masked);
@@ -316,9 +305,11 @@ TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker
   if (!is_by_masks) again = recording;
   const bool first_is_smaller = is_of_smaller_body(kept.result);
   if (first_is_smaller) turn_to_larger_body(&attempts, again, &kept);
-  const bool turned = is_of_other_body(kept.result) && turn_to_other_body(&attempts, &again, &kept);
+  const bool first_is_other = is_of_other_body(kept.result);
+  const bool turned = first_is_other && turn_to_other_body(&attempts, &again, &kept);
   if (!is_by_masks && !turned && !is_enough(kept.result, again.body != nullptr)) {
     begin_anew(&attempts, 1, again, &kept);
+    if (!first_is_other && is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
   }
   if (!first_is_smaller && is_of_smaller_body(kept.result)) turn_to_larger_body(&attempts, again, &kept);
   return kept;

@@ -66,19 +66,6 @@ TEST(BodyMasks, ArePartsOfThoseTheyAreWithin) {
   EXPECT_EQ(cv::countNonZero(mask.colRange(125, kSize.width)), 0);
 }
 
-TEST(BodyMasks, ReversedTheyAreOfTheMapsBody) {
-  const cv::Mat mask = BodyMasks(disc_before_wall(), nullptr).reversed()->mask(4, kSize);
-  EXPECT_EQ(mask.at<std::uint8_t>(120, 120), 0);
-  EXPECT_GT(mask.at<std::uint8_t>(20, 300), 0);
-}
-
-TEST(BodyMasks, InOtherImagesThereAreThoseBeside) {
-  const BodyMasks masks(disc_before_wall(), nullptr);
-  const auto of_both = masks.only_in({4, 5}, masks.reversed());
-  EXPECT_EQ(cv::norm(of_both->mask(5, kSize), masks.mask(5, kSize)), 0);
-  EXPECT_EQ(cv::norm(of_both->mask(6, kSize), masks.reversed()->mask(6, kSize)), 0);
-}
-
 TEST(BodyMasks, AHandfulOfFeaturesIsNoBody) {
   std::vector<BodyTrack> tracks = disc_before_wall();
   int others = 0;

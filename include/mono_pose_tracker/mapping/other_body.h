@@ -27,6 +27,9 @@ struct OtherBody {
   /// Where in the image a body is seen, and how far it went, says nothing: a background behind a camera in
   /// the hand goes far, and hardly turns.
   double map_turn = 0, other_turn = 0;
+  /// Of other_turn: where the other turned plainly farther than the map's body. What turns before a room does
+  /// so all the time; a map that is of the one here and of the other there is overtaken in a part of it.
+  double other_turn_alone = 0;
   std::vector<BodyTrack> tracks;  // between images that follow each other
 
   /// Wrong matches agree on a motion in a pair here and there, a body does in every fourth at least.
@@ -45,10 +48,13 @@ struct OtherBody {
   bool is_comparable() const { return exists() && share() > kComparable; }
   /// Of all that moves as one, and by more than what a few wrong matches may have moved to its side.
   bool is_larger() const { return exists() && share() > kLarger; }
-  /// Than the map's body: by half as much again, as the measure is good to a tenth or two.
-  bool turns_plainly_less() const { return map_turn > kPlainly * other_turn; }
+  /// Than the map's body: by half as much again, as the measure is good to a tenth or two, and all the time.
+  bool turns_plainly_less() const {
+    return map_turn > kPlainly * other_turn && other_turn_alone < kTurnsAlone;
+  }
 
   static constexpr double kPlainly = 1.5, kComparable = 0.25, kLarger = 0.55;
+  static constexpr double kTurnsAlone = 0.05;  // nine degrees; right maps of ten recordings: .029 at most
 };
 
 /// Of what is seen: the keyframes alone, or the images between them as well.
