@@ -32,6 +32,22 @@ TEST_F(OtherBodyTest, TheRoomBehindAMapOfTheHeadTurnsLess) {
   EXPECT_TRUE(body.is_comparable());
 }
 
+// As when the head turns away and what is left of it is outnumbered: half of the turns are those of the map.
+TEST_F(OtherBodyTest, OfAMapOfTheHeadHereAndOfTheRoomThereTheOtherTurnsAlone) {
+  Map map = map_with(true, 150, 200);
+  EXPECT_EQ(find(map).other_turn_alone, 0);
+  const Map of_room = map_with(false, 150, 200);
+  const KeyframeId last_of_head = kKeyframes / 2;
+  for (KeyframeId k = last_of_head + 1; k < kKeyframes; ++k) {
+    map.set_pose(k, of_room.keyframe(k)->camera_from_map *
+                        of_room.keyframe(last_of_head)->camera_from_map.inverse() *
+                        map.keyframe(last_of_head)->camera_from_map);
+  }
+  const OtherBody body = find(map);
+  EXPECT_GT(body.other_turn_alone, OtherBody::kTurnsAlone);
+  EXPECT_FALSE(body.turns_plainly_less());
+}
+
 TEST_F(OtherBodyTest, OneBodyHasNoOther) { EXPECT_FALSE(find(map_with(true, 200, 0)).exists()); }
 
 TEST_F(OtherBodyTest, ItMayExistWhereMorePairsShowItThanChanceMakes) {
