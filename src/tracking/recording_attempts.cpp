@@ -230,7 +230,8 @@ bool turn_to_other_body(Attempts* attempts, Recording* recording, TrackedRecordi
   const Recording others = within_other_body(*recording, first);
   std::optional<TrackedRecording> best;
   for (const double beginning : kBeginnings) {
-    if (!can_be_tracked(others) || (best && is_enough(best->result, true))) break;
+    const bool is_done = best && is_enough(best->result, true) && is_most_of(best->result, first);
+    if (is_done || !can_be_tracked(others)) break;
     Recording masked = others;
     masked.first_tracked = frame_at(beginning, first);
     TrackedRecording found = track_what_turns_most(attempts, &masked);
