@@ -106,45 +106,51 @@ bool is_narrow(const Map& map) {
 
 namespace {
 
-// Of the map stretched so: infinite where it turns into the map again, or nearly.
-double cost_when_stretched(const BundleOptions& bundle, const Map& map, double cost, double stretch) {
-  // Of real heads and busts all find back in the first rounds; what does not may take longer to fit at all.
-  constexpr int kRounds = 4;
-  constexpr double kPlainly = 1.5;  // times the turn, of a head or a bust: anyone sees that
-  Map rival = map;
-  stretch_depth(stretch, &rival);
+// For one of so many that are adjusted at a time.
+BundleOptions trial_of(int rivals, const BundleOptions& bundle) {
   BundleOptions trial = bundle;
   trial.max_iterations = kTrialIterations;
-  adjust_map(trial, &rival);
+  trial.own_threads = (bundle.own_threads + rivals - 1) / rivals;
+  return trial;
+}
+
+// By what anyone sees of a head or a bust.
+bool turns_otherwise(double turn, double other) {
+  return turn >= OtherBody::kPlainly * other || other >= OtherBody::kPlainly * turn;
+}
+
+// Of the map stretched so: infinite where it turns into the map again, or nearly.
+double cost_when_stretched(BundleOptions trial, const Map& map, double cost, double stretch) {
+  // Of real heads and busts all find back in the first rounds; what does not may take longer to fit at all.
+  constexpr int kRounds = 4;
   const double own_turn = turn_before_cameras(map);
-  trial.max_iterations = kIterations;
+  Map rival = map;
+  stretch_depth(stretch, &rival);
+  double rival_cost = 0;
   for (int round = 0; round < kRounds; ++round) {
-    if (cost_of(rival) > kFarDearer * cost) break;
-    const double turn = turn_before_cameras(rival);
-    if (turn < kPlainly * own_turn && own_turn < kPlainly * turn) break;
-    if (round + 1 == kRounds) return cost_of(rival);
     adjust_map(trial, &rival);
+    rival_cost = cost_of(rival);
+    if (rival_cost > kFarDearer * cost || !turns_otherwise(turn_before_cameras(rival), own_turn))
+      return std::numeric_limits<double>::infinity();
+    trial.max_iterations = kIterations;
   }
-  return std::numeric_limits<double>::infinity();
+  return rival_cost;
 }
 
 double cheapest_when_stretched(const BundleOptions& bundle, const Map& map, double cost) {
   constexpr std::array<double, 4> kTurns = {0.4, 2.5, 6, 15};  // times as far
-  BundleOptions shared = bundle;
   constexpr int kRivals = static_cast<int>(kTurns.size());
-  shared.own_threads = (bundle.own_threads + kRivals - 1) / kRivals;
+  const BundleOptions trial = trial_of(kRivals, bundle);
   std::array<double, kRivals> costs;
   parallel_for(kRivals, bundle.own_threads,
-               [&](int i) { costs[i] = cost_when_stretched(shared, map, cost, kTurns[i]); });
+               [&](int i) { costs[i] = cost_when_stretched(trial, map, cost, kTurns[i]); });
   return *std::min_element(costs.begin(), costs.end());
 }
 
 // The best fitting of the reversed maps, as far as it takes to compare it with the map's own cost.
 Map cheapest_reversal(const BundleOptions& bundle, const Map& map, double cost, double* rival_cost) {
-  BundleOptions trial = bundle;
-  trial.max_iterations = kTrialIterations;
   constexpr int kRivals = static_cast<int>(kStretches.size());
-  trial.own_threads = (bundle.own_threads + kRivals - 1) / kRivals;
+  BundleOptions trial = trial_of(kRivals, bundle);
   std::array<Map, kRivals> rivals;
   std::array<double, kRivals> costs;
   parallel_for(kRivals, bundle.own_threads, [&](int i) {

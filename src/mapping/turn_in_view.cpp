@@ -20,13 +20,12 @@ std::vector<double> left_over(const std::vector<Eigen::Vector3d>& bearings1,
   return lengths;
 }
 
-// The rotation that explains most of the movement. A few wrong matches go farther than all others together:
-// what goes three times as far as the half of them is left out.
-Eigen::Matrix3d common_rotation(const std::vector<Eigen::Vector3d>& bearings1,
-                                const std::vector<Eigen::Vector3d>& bearings2) {
+// By the rotation that explains most of the movement. A few wrong matches go farther than all others
+// together: what goes three times as far as the half of them has no say in it.
+std::vector<double> left_over_by_rotation(const std::vector<Eigen::Vector3d>& bearings1,
+                                          const std::vector<Eigen::Vector3d>& bearings2) {
   constexpr int kRounds = 3;
   constexpr double kFar = 3;
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   std::vector<double> lengths(bearings1.size(), 0);
   for (int round = 0; round < kRounds; ++round) {
     const double farthest = kFar * median(lengths);
@@ -34,10 +33,9 @@ Eigen::Matrix3d common_rotation(const std::vector<Eigen::Vector3d>& bearings1,
     for (std::size_t i = 0; i < bearings1.size(); ++i) {
       if (lengths[i] <= farthest) sum += bearings2[i] * bearings1[i].transpose();
     }
-    rotation = nearest_rotation(sum);
-    lengths = left_over(bearings1, bearings2, rotation);
+    lengths = left_over(bearings1, bearings2, nearest_rotation(sum));
   }
-  return rotation;
+  return lengths;
 }
 
 }  // namespace
@@ -49,8 +47,7 @@ double turn_in_view(const std::vector<Eigen::Vector3d>& bearings1,
   middle.normalize();
   std::vector<double> away;
   for (const Eigen::Vector3d& b : bearings1) away.push_back((b - middle).norm());
-  const Eigen::Matrix3d rotation = common_rotation(bearings1, bearings2);
-  return median(left_over(bearings1, bearings2, rotation)) / std::max(median(std::move(away)), 1e-6);
+  return median(left_over_by_rotation(bearings1, bearings2)) / std::max(median(std::move(away)), 1e-6);
 }
 
 }  // namespace mono_pose_tracker
