@@ -32,8 +32,10 @@ bool is_there_too(const ImageFeatures& image, const std::uint8_t* descriptor,
   return false;
 }
 
-Contradiction compare(const Map& map, const Keyframe& first, const Keyframe& second,
-                      const CameraModel& camera, const std::vector<Match>& matches) {
+}  // namespace
+
+Contradiction contradiction_between(const Map& map, const CameraModel& camera, const Keyframe& first,
+                                    const Keyframe& second, const std::vector<Match>& matches) {
   const double limit_px = kElsewhere * image_scale(camera);
   Contradiction result;
   result.frame_index = second.frame_index;
@@ -54,8 +56,6 @@ Contradiction compare(const Map& map, const Keyframe& first, const Keyframe& sec
   return result;
 }
 
-}  // namespace
-
 bool Contradiction::is_significant() const {
   return share() >= kOfAWrongMap || (share() >= kMostOfARightMap &&
                                      deviations_above(kOfARightMap, contradicting, matches) >= kDeviations);
@@ -65,7 +65,7 @@ Contradiction worst_contradiction(const Map& map, const CameraModel& camera, con
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
   Contradiction worst;
   for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
-    const Contradiction here = compare(map, *in_time[i], *in_time[i + 1], camera, matches[i]);
+    const Contradiction here = contradiction_between(map, camera, *in_time[i], *in_time[i + 1], matches[i]);
     if (i == 0 || here.share() > worst.share()) worst = here;
   }
   return worst;
@@ -75,8 +75,9 @@ Contradiction newest_contradiction(const Map& map, const CameraModel& camera, co
   if (map.keyframes().size() < 2) return {};
   const auto newest = std::prev(map.keyframes().end());
   const Keyframe &first = std::prev(newest)->second, &second = newest->second;
-  return compare(map, first, second, camera,
-                 match_descriptors(first.image->set.descriptors, second.image->set.descriptors, matching));
+  return contradiction_between(
+      map, camera, first, second,
+      match_descriptors(first.image->set.descriptors, second.image->set.descriptors, matching));
 }
 
 }  // namespace mono_pose_tracker

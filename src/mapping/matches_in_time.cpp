@@ -1,6 +1,7 @@
 #include "mono_pose_tracker/mapping/matches_in_time.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "keyframe_landmarks.h"
 #include "mono_pose_tracker/common/parallel.h"
@@ -28,6 +29,17 @@ MatchesInTime match_in_time(const std::vector<SeenImage>& images, const MatchOpt
 
 MatchesInTime match_in_time(const Map& map, const MatchOptions& matching, int threads) {
   return match_in_time(images_in_time(map), matching, threads);
+}
+
+// An image never changes, so that the same one has the same matches.
+const MatchesInTime& KnownMatches::of(const Map& map, const MatchOptions& matching, int threads) {
+  std::vector<SeenImage> images = images_in_time(map);
+  const auto is_same = [](const SeenImage& a, const SeenImage& b) { return a.image == b.image; };
+  if (!std::equal(images.begin(), images.end(), images_.begin(), images_.end(), is_same)) {
+    matches_ = match_in_time(images, matching, threads);
+    images_ = std::move(images);
+  }
+  return matches_;
 }
 
 }  // namespace mono_pose_tracker

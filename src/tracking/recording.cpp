@@ -150,6 +150,15 @@ void leave_out_loose_ends(const Recording& recording, Tracker* tracker, Recordin
   for (const PosedFrame& frame : tracker->trajectory()) result->left_out.erase(frame.index);
 }
 
+// What was followed in the place of something else for a while; what of it is found without it stays.
+void leave_out_misplaced(const Recording& recording, Tracker* tracker, RecordingResult* result) {
+  if (recording.interrupted()) return;
+  const std::set<std::int64_t> misplaced = tracker->take_out_misplaced();
+  if (misplaced.empty()) return;
+  resect_again(recording, misplaced, result->frames_total, tracker);
+  tracker->leave_out_strays();
+}
+
 void note(const FrameReport& report, const RecordingReader& reader, Reasons* reasons,
           RecordingResult* result) {
   if (report.reason == Reason::kImageSizeMismatch) {
@@ -219,6 +228,7 @@ void pose_again(const Recording& recording, const FrameObserver& observer, Track
   // Where the camera can hardly have been, between images where it certainly was.
   resect_again(recording, tracker->take_out_strays(), result->frames_total, tracker);
   tracker->leave_out_strays();
+  leave_out_misplaced(recording, tracker, result);
   leave_out_loose_ends(recording, tracker, result);
   settle_motion(recording, tracker, result);
 }

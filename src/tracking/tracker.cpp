@@ -351,6 +351,8 @@ std::set<std::int64_t> Tracker::take_out_strays() { return impl_->take_out_stray
 
 std::set<std::int64_t> Tracker::take_out_loose_ends() { return impl_->take_out_loose_ends(); }
 
+std::set<std::int64_t> Tracker::take_out_misplaced() { return impl_->take_out_misplaced(); }
+
 void Tracker::leave_out_strays() { impl_->leave_out_strays(); }
 
 std::set<std::int64_t> Tracker::settle_motion() { return impl_->settle_motion(); }

@@ -155,7 +155,7 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.seam = weakest_seam(map.map);
   map.depth_evidence = depth_evidence(options_.bundle, map.map);
   map.geometry_evidence = geometry_evidence(options_.bundle, options_.ransac(camera_.focal()), map.map);
-  const MatchesInTime matches = match_in_time(map.map, options_.matching, options_.threads);
+  const MatchesInTime& matches = known_matches_.of(map.map, options_.matching, options_.threads);
   map.contradiction = worst_contradiction(map.map, camera_, matches);
   // Seen from near, poses that went astray show by more; and quick turns of a hand-held camera tear as many.
   if (is_narrow(map.map)) map.torn_tracks = worst_torn_tracks(map.map, matches);

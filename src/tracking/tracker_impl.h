@@ -15,6 +15,7 @@
 #include "map_snapshot.h"
 #include "mono_pose_tracker/map/frame_poses.h"
 #include "mono_pose_tracker/mapping/mapping_worker.h"
+#include "mono_pose_tracker/mapping/matches_in_time.h"
 #include "mono_pose_tracker/tracking/resector.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "object_finder.h"
@@ -79,6 +80,7 @@ class Tracker::Impl {
   std::set<std::int64_t> posed_before_remake();
   std::set<std::int64_t> take_out_strays();
   std::set<std::int64_t> take_out_loose_ends();
+  std::set<std::int64_t> take_out_misplaced();
   void leave_out_strays();
   std::set<std::int64_t> settle_motion();
   void smooth(const std::set<std::int64_t>& frames);
@@ -213,6 +215,7 @@ class Tracker::Impl {
   std::map<std::int64_t, Frame> unposed_;                   // of a finished recording
   std::map<std::int64_t, ImageFeaturesPtr> seen_;           // of a recording, of the images that were posed
   std::map<std::int64_t, Matrix6d> posed_again_;      // covariances of map_from_camera, in the finished map
+  KnownMatches known_matches_;                        // of the finished map's keyframes
   bool grown_ = false;                                // the finished map has
   std::pair<std::uint32_t, std::uint64_t> reported_;  // map and correction that the last report knew of
   std::uint32_t present_map_ = 0;                     // id of the one that reference_ is of

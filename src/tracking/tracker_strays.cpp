@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/mapping/misplaced_stretch.h"
 #include "mono_pose_tracker/mapping/seam.h"
 #include "stray_frames.h"
 #include "tracker_impl.h"
@@ -96,6 +97,20 @@ std::set<std::int64_t> Tracker::Impl::take_out_loose_ends() {
     std::set<std::int64_t> of_loose = take_out(loose);
     for (const std::int64_t index : of_loose) frames_[worker_.latest()->map_id].erase(index);
     frames.merge(of_loose);
+  }
+}
+
+std::set<std::int64_t> Tracker::Impl::take_out_misplaced() {
+  std::set<std::int64_t> frames;
+  if (options_.localize_only) return frames;
+  for (;;) {
+    const Map& map = worker_.mapper().map();
+    const std::set<KeyframeId> misplaced =
+        misplaced_stretch(map, camera_, known_matches_.of(map, options_.matching, options_.threads));
+    if (misplaced.empty()) return frames;
+    std::set<std::int64_t> of_misplaced = take_out(misplaced);
+    for (const std::int64_t index : of_misplaced) frames_[worker_.latest()->map_id].erase(index);
+    frames.merge(of_misplaced);
   }
 }
 

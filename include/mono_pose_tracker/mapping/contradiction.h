@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/map/map.h"
@@ -25,6 +26,10 @@ struct Contradiction {
   static constexpr double kDeviations = 4;
   bool is_significant() const;
 };
+
+/// Of what the first sees of the map, in the second. matches: of the features of the two.
+Contradiction contradiction_between(const Map& map, const CameraModel& camera, const Keyframe& first,
+                                    const Keyframe& second, const std::vector<Match>& matches);
 
 /// The worst pair of keyframes that follow each other in time. Observations are not asked, since a map keeps
 /// only those that agree with it: features are matched anew, and where a matched landmark should be seen is

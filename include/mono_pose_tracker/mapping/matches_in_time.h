@@ -27,4 +27,14 @@ MatchesInTime match_in_time(const std::vector<SeenImage>& images, const MatchOpt
 /// Of a map's keyframes.
 MatchesInTime match_in_time(const Map& map, const MatchOptions& matching, int threads);
 
+/// Those of a map that is asked again and again: matched anew only where it has other images than before.
+class KnownMatches {
+ public:
+  const MatchesInTime& of(const Map& map, const MatchOptions& matching, int threads);
+
+ private:
+  std::vector<SeenImage> images_;
+  MatchesInTime matches_;
+};
+
 }  // namespace mono_pose_tracker

@@ -127,6 +127,9 @@ class Tracker {
   /// Frames of an end of the finished map that hangs on too few points (mapping/seam.h), and is too little
   /// for a map of its own: they have no pose any more, and may be posed again in the map without them.
   std::set<std::int64_t> take_out_loose_ends();
+  /// Frames of stretches that do not belong where they lie in the finished map (mapping/misplaced_stretch.h),
+  /// which is finished anew without them: they have no pose any more, and may be posed again.
+  std::set<std::int64_t> take_out_misplaced();
   /// Whether nothing but the images is to tell an object from what is behind it (segmentation/method: auto),
   /// and the finished map, if there is one, may be of an object: what it shows stays in view.
   bool may_have_background();

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstdint>
+#include <set>
+
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/mapping/mapper_options.h"
+#include "mono_pose_tracker/mapping/matches_in_time.h"
+
+namespace mono_pose_tracker {
+
+/// Keyframes of a stretch of time that does not belong where it lies in the map: at both its ends most of
+/// what is matched lies elsewhere (mapping/contradiction.h), while what is before and after it hangs together
+/// without it, as firmly as a seam must (mapping/seam.h). So it is where a hand covers an object for a while
+/// and is followed in its place. Empty where there is none, where it is more than a quarter of the map, or
+/// holds keyframes of an earlier run or the first two, which hold the map's frame and scale. Of several, the
+/// shortest.
+/// matches: of the map's keyframes.
+std::set<KeyframeId> misplaced_stretch(const Map& map, const CameraModel& camera,
+                                       const MatchesInTime& matches);
+
+}  // namespace mono_pose_tracker

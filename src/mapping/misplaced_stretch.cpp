@@ -1,0 +1,107 @@
+#include "mono_pose_tracker/mapping/misplaced_stretch.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+#include "keyframe_landmarks.h"
+#include "mono_pose_tracker/mapping/contradiction.h"
+#include "mono_pose_tracker/mapping/seam.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+using Keyframes = std::vector<const Keyframe*>;
+
+// From `begin` to before `end`, in the order of time.
+struct Stretch {
+  std::size_t begin = 0, end = 0;
+  std::size_t size() const { return end - begin; }
+};
+
+// What lies between two keyframes that follow each other.
+struct Break {
+  std::size_t after = 0;  // the second of them, in the order of time
+  bool is_whole = false;  // most of what is seen is elsewhere: of the two poses one is wrong
+};
+
+std::vector<Match> turned_round(const std::vector<Match>& matches) {
+  std::vector<Match> turned = matches;
+  for (Match& m : turned) std::swap(m.first, m.second);
+  return turned;
+}
+
+// By what either of the two sees of the map, in the other.
+std::vector<Break> breaks_in_time(const Map& map, const CameraModel& camera, const Keyframes& in_time,
+                                  const MatchesInTime& matches) {
+  constexpr double kMost = 0.5;
+  std::vector<Break> breaks;
+  for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
+    const Keyframe &before = *in_time[i], &after = *in_time[i + 1];
+    const Contradiction onward = contradiction_between(map, camera, before, after, matches[i]);
+    const Contradiction back = contradiction_between(map, camera, after, before, turned_round(matches[i]));
+    if (!onward.is_significant() && !back.is_significant()) continue;
+    breaks.push_back({i + 1, std::max(onward.share(), back.share()) > kMost});
+  }
+  return breaks;
+}
+
+// From one break to another of which one is whole, the shortest first.
+std::vector<Stretch> stretches_between(const std::vector<Break>& breaks) {
+  std::vector<Stretch> stretches;
+  for (auto end = breaks.begin(); end != breaks.end(); ++end) {
+    for (auto begin = breaks.begin(); begin != end; ++begin) {
+      if (begin->is_whole || end->is_whole) stretches.push_back({begin->after, end->after});
+    }
+  }
+  std::stable_sort(stretches.begin(), stretches.end(),
+                   [](const Stretch& a, const Stretch& b) { return a.size() < b.size(); });
+  return stretches;
+}
+
+// Landmarks that two keyframes before it and two after it see.
+int ties_across(const Map& map, const Keyframes& in_time, const Stretch& stretch) {
+  const std::int64_t first = in_time[stretch.begin]->frame_index;
+  const std::int64_t last = in_time[stretch.end - 1]->frame_index;
+  int ties = 0;
+  for (const auto& entry : map.landmarks()) {
+    int before = 0, after = 0;
+    for (const Observation& o : entry.second.observations) {
+      const std::int64_t frame = map.keyframe(o.keyframe)->frame_index;
+      before += frame < first;
+      after += frame > last;
+    }
+    ties += before >= 2 && after >= 2;
+  }
+  return ties;
+}
+
+bool may_go(const Map& map, const Keyframes& in_time, const Stretch& stretch) {
+  constexpr double kMostShare = 0.25;
+  if (static_cast<double>(stretch.size()) > kMostShare * static_cast<double>(in_time.size())) return false;
+  const auto first = map.keyframes().begin();
+  const KeyframeId second = std::next(first)->first;
+  return std::none_of(in_time.begin() + static_cast<std::ptrdiff_t>(stretch.begin),
+                      in_time.begin() + static_cast<std::ptrdiff_t>(stretch.end), [&](const Keyframe* k) {
+                        return k->frame_index < 0 || k->id == first->first || k->id == second;
+                      });
+}
+
+}  // namespace
+
+std::set<KeyframeId> misplaced_stretch(const Map& map, const CameraModel& camera,
+                                       const MatchesInTime& matches) {
+  const Keyframes in_time = keyframes_in_time(map);
+  std::set<KeyframeId> misplaced;
+  for (const Stretch& stretch : stretches_between(breaks_in_time(map, camera, in_time, matches))) {
+    if (!may_go(map, in_time, stretch) || ties_across(map, in_time, stretch) < Seam::kMinPoints) continue;
+    for (std::size_t i = stretch.begin; i < stretch.end; ++i) misplaced.insert(in_time[i]->id);
+    break;
+  }
+  return misplaced;
+}
+
+}  // namespace mono_pose_tracker
