@@ -334,6 +334,7 @@ void Mapper::finish() {
   }
   complete(bundle);
   const auto is_other_body = [this](KeyframeId id, int feature) { return is_left_out(id, feature); };
+  if (options_.separates_motions && is_narrow(map_)) leave_out_off_body(bundle);
   if (is_narrow(map_) &&
       remake_landmarks(bundle, options_.matching, options_.min_inliers, is_other_body, &map_)) {
     complete(bundle);

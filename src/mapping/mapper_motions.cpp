@@ -6,7 +6,9 @@
 #include "astray_pose.h"
 #include "fixed_in_image.h"
 #include "mono_pose_tracker/mapping/mapper.h"
+#include "mono_pose_tracker/mapping/off_body.h"
 #include "mono_pose_tracker/mapping/second_motion.h"
+#include "mono_pose_tracker/optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
 
@@ -63,6 +65,20 @@ void Mapper::separate_motions(KeyframeId id) {
 void Mapper::leave_out_fixed(KeyframeId id) {
   for (const auto& [keyframe, features] : find_fixed_in_image(options_, map_, id, beside_.left_out))
     leave_out(keyframe, features);
+}
+
+// Each time the poses are surer, and tell more of what is none of the body.
+void Mapper::leave_out_off_body(BundleOptions bundle) {
+  constexpr int kMostTimes = 3;
+  constexpr double kTolerance = 1e-7;  // share of the cost: as the last adjustment of a recording
+  bundle.function_tolerance = kTolerance;
+  const auto is_known = [this](KeyframeId id, int feature) { return is_left_out(id, feature); };
+  for (int i = 0; i < kMostTimes && !is_cancelled(); ++i) {
+    const KeyframeFeatures off = features_off_body(map_, options_.matching, is_known, options_.threads);
+    if (off.empty()) return;
+    for (const auto& [id, features] : off) leave_out(id, features);
+    count(adjust_map(bundle, &map_));
+  }
 }
 
 // Where a mask leaves out of the images what stands still there is nothing to be told.

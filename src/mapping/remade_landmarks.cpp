@@ -8,21 +8,17 @@
 #include <utility>
 #include <vector>
 
-#include "feature_tracks.h"
+#include "descriptor_tracks.h"
 #include "keyframe_landmarks.h"
 #include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/geometry/triangulation.h"
-#include "mono_pose_tracker/mapping/matches_in_time.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
 
 namespace {
 
-// Keyframes in a row that are matched with each other: they come every two or three degrees of a turn, and
-// beyond twenty SIFT matches fail.
-constexpr int kReach = 8;
 constexpr std::size_t kMinViews = 3;  // two contradict each other in no more than one direction
 // px at 640 px (image_scale), from where the poses as they are have it: of a wrong match it is tens, while
 // poses that are off by a degree or two displace a right one by several.
@@ -34,24 +30,6 @@ constexpr std::array<double, 3> kWidths = {10, 3, 1};
 constexpr double kSame = 0.6 * kDegree;
 constexpr int kRemakingIterations = 50;
 constexpr double kTolerance = 1e-6;
-
-// Nearest keyframes first: they are matched most surely.
-FeatureTracks find_tracks(const std::vector<const Keyframe*>& in_time, const std::vector<SeenImage>& images,
-                          const MatchOptions& matching, const IsLeftOut& is_left_out, int threads) {
-  FeatureTracks tracks(feature_counts(images));
-  const int count = static_cast<int>(in_time.size());
-  for (int apart = 1; apart <= kReach; ++apart) {
-    const MatchesInTime matches = match_in_time(images, matching, threads, apart);
-    for (int k = 0; k + apart < count; ++k) {
-      const Keyframe &first = *in_time[k], &second = *in_time[k + apart];
-      for (const Match& m : matches[k]) {
-        if (is_left_out(first.id, m.first) || is_left_out(second.id, m.second)) continue;
-        tracks.join(k, m.first, k + apart, m.second);
-      }
-    }
-  }
-  return tracks;
-}
 
 // Where the poses have the point, from its first and last view; false when one of the views lies too far off.
 bool locate(const std::vector<const Keyframe*>& in_time, const FeatureTrack& track,
@@ -133,8 +111,8 @@ Map remade(const Map& map, const std::vector<const Keyframe*>& in_time,
 bool remake_landmarks(const BundleOptions& bundle, const MatchOptions& matching, int min_landmarks,
                       const IsLeftOut& is_left_out, Map* map) {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(*map);
-  const std::vector<LocatedTrack> tracks = locate_all(
-      in_time, find_tracks(in_time, images_in_time(*map), matching, is_left_out, bundle.own_threads));
+  const std::vector<LocatedTrack> tracks =
+      locate_all(in_time, tracks_by_descriptors(in_time, matching, is_left_out, bundle.own_threads));
   if (in_time.empty() || !hold_all(tracks, in_time.size(), min_landmarks)) return false;
   Map other = remade(*map, in_time, tracks, bundle);
   if (largest_change(*map, other) < kSame) return false;

@@ -12,7 +12,7 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr int kKeyframes = 16, kPoints = 200;
+constexpr int kStretchKeyframes = 16, kStretchPoints = 200;
 
 // Keyframes along a box of points. Those from `begin` to before `end` were put elsewhere, with points of
 // their own: the box once more, where it would have to be then.
@@ -21,10 +21,10 @@ struct Misplaced {
   bool ties_across = true;  // what is after it sees the landmarks that what is before it sees
 };
 
-Map make_map(const Misplaced& misplaced) {
+Map map_with_misplaced(const Misplaced& misplaced) {
   Random random(5);
   const CameraModel camera = synthetic_camera();
-  const SyntheticScene scene = box_scene(kPoints, random);
+  const SyntheticScene scene = box_scene(kStretchPoints, random);
   const Rigid3 elsewhere_from_map(Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitY())),
                                   {0.5, 0, 0});
   Map map;
@@ -34,7 +34,7 @@ Map make_map(const Misplaced& misplaced) {
     there.push_back(map.add_landmark(elsewhere_from_map * x));
     later.push_back(misplaced.ties_across ? here.back() : map.add_landmark(x));
   }
-  for (int k = 0; k < kKeyframes; ++k) {
+  for (int k = 0; k < kStretchKeyframes; ++k) {
     const Rigid3 camera_from_map = camera_at({0.06 * k, 0, 0}, -0.5 * k * kDegree);
     const bool is_there = k >= misplaced.begin && k < misplaced.end;
     add_view(scene, camera, camera_from_map, 0.5, k,
@@ -52,39 +52,43 @@ std::set<KeyframeId> stretch_of(const Map& map) {
   return misplaced_stretch(map, synthetic_camera(), match_in_time(map, MatchOptions(), 1));
 }
 
-TEST(MisplacedStretch, ARightMapHasNone) { EXPECT_TRUE(stretch_of(make_map({})).empty()); }
+TEST(MisplacedStretch, ARightMapHasNone) { EXPECT_TRUE(stretch_of(map_with_misplaced({})).empty()); }
 
 TEST(MisplacedStretch, WhatLiesElsewhereIsFoundFromEndToEnd) {
-  EXPECT_EQ(stretch_of(make_map({6, 9})), (std::set<KeyframeId>{6, 7, 8}));
+  EXPECT_EQ(stretch_of(map_with_misplaced({6, 9})), (std::set<KeyframeId>{6, 7, 8}));
 }
 
 TEST(MisplacedStretch, WithoutItTheMapHasNone) {
-  Map map = make_map({6, 9});
+  Map map = map_with_misplaced({6, 9});
   for (const KeyframeId id : {6, 7, 8}) map.remove_keyframe(id, 5);
   EXPECT_TRUE(stretch_of(map).empty());
 }
 
 // Which of two sides is right, one break does not tell.
-TEST(MisplacedStretch, AnEndIsNone) { EXPECT_TRUE(stretch_of(make_map({13, kKeyframes})).empty()); }
+TEST(MisplacedStretch, AnEndIsNone) {
+  EXPECT_TRUE(stretch_of(map_with_misplaced({13, kStretchKeyframes})).empty());
+}
 
-TEST(MisplacedStretch, MoreThanAQuarterIsNone) { EXPECT_TRUE(stretch_of(make_map({6, 11})).empty()); }
+TEST(MisplacedStretch, MoreThanAQuarterIsNone) {
+  EXPECT_TRUE(stretch_of(map_with_misplaced({6, 11})).empty());
+}
 
 // Nothing tells then that what is before and after it belongs together.
 TEST(MisplacedStretch, WhatNothingTiesAcrossIsNone) {
-  EXPECT_TRUE(stretch_of(make_map({6, 9, false})).empty());
+  EXPECT_TRUE(stretch_of(map_with_misplaced({6, 9, false})).empty());
 }
 
 // They hold the map's frame and its scale.
-TEST(MisplacedStretch, TheFirstTwoStay) { EXPECT_TRUE(stretch_of(make_map({1, 4})).empty()); }
+TEST(MisplacedStretch, TheFirstTwoStay) { EXPECT_TRUE(stretch_of(map_with_misplaced({1, 4})).empty()); }
 
 TEST(KnownMatches, AreThoseOfTheMapThatIsAsked) {
-  Map map = make_map({6, 9});
+  Map map = map_with_misplaced({6, 9});
   KnownMatches known;
-  EXPECT_EQ(known.of(map, MatchOptions(), 1).size(), kKeyframes - 1u);
-  EXPECT_EQ(known.of(map, MatchOptions(), 1).size(), kKeyframes - 1u);
+  EXPECT_EQ(known.of(map, MatchOptions(), 1).size(), kStretchKeyframes - 1u);
+  EXPECT_EQ(known.of(map, MatchOptions(), 1).size(), kStretchKeyframes - 1u);
   map.remove_keyframe(6, 5);
   const MatchesInTime& matches = known.of(map, MatchOptions(), 1);
-  ASSERT_EQ(matches.size(), kKeyframes - 2u);
+  ASSERT_EQ(matches.size(), kStretchKeyframes - 2u);
   EXPECT_EQ(matches[5].size(), match_in_time(map, MatchOptions(), 1)[5].size());
 }
 

@@ -10,14 +10,14 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr int kViews = 3;  // of each visit
+constexpr int kViewsOfVisit = 3;  // of each visit
 
 class ViewLinkerTest : public testing::Test {
  protected:
   // Keyframes of one visit to the place, and landmarks of its own, all off by the drift.
   void visit(int first_index, const Eigen::Vector3d& drift) {
     std::vector<KeyframeId> ids;
-    for (int v = 0; v < kViews; ++v) {
+    for (int v = 0; v < kViewsOfVisit; ++v) {
       const Frame frame = scene_.frame(first_index + v, KnownScene::pose(v));
       const Rigid3 drift_from_map{Eigen::Quaterniond::Identity(), drift};
       ids.push_back(map_.add_keyframe(frame.index, frame.stamp_ns,
@@ -26,7 +26,7 @@ class ViewLinkerTest : public testing::Test {
     for (std::size_t p = 0; p < scene_.scene.x_in_map.size(); ++p) {
       const LandmarkId l = map_.add_landmark(scene_.scene.x_in_map[p] + drift);
       int seen = 0;
-      for (int v = 0; v < kViews; ++v) {
+      for (int v = 0; v < kViewsOfVisit; ++v) {
         const int feature = scene_.feature_of(first_index + v, static_cast<int>(p));
         if (feature >= 0) seen += map_.add_observation(l, ids[v], feature);
       }
@@ -39,7 +39,7 @@ class ViewLinkerTest : public testing::Test {
   // Whether a keyframe of the first visit shares landmarks with one of the second.
   bool tied() const {
     for (const auto& entry : map_.covisible(0)) {
-      if (entry.first >= kViews) return true;
+      if (entry.first >= kViewsOfVisit) return true;
     }
     return false;
   }

@@ -157,6 +157,7 @@ class Mapper {
   void correct_pose(KeyframeId id);
   void separate_motions(KeyframeId id);
   void leave_out_fixed(KeyframeId id);
+  void leave_out_off_body(BundleOptions bundle);
   void watch_background(const InitialMap& initial);
   void tell_doubt(TrackingMap* view) const;
   void watch_body_of_map();
