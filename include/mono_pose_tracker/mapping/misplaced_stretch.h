@@ -1,22 +1,19 @@
 #pragma once
 
-#include <cstdint>
 #include <set>
 
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/map/map.h"
-#include "mono_pose_tracker/mapping/mapper_options.h"
 #include "mono_pose_tracker/mapping/matches_in_time.h"
 
 namespace mono_pose_tracker {
 
-/// Keyframes of a stretch of time that does not belong where it lies in the map: at both its ends most of
-/// what is matched lies elsewhere (mapping/contradiction.h), while what is before and after it hangs together
-/// without it, as firmly as a seam must (mapping/seam.h). So it is where a hand covers an object for a while
-/// and is followed in its place. Empty where there is none, where it is more than a quarter of the map, or
-/// holds keyframes of an earlier run or the first two, which hold the map's frame and scale. Of several, the
-/// shortest.
-/// matches: of the map's keyframes.
+/// Keyframes of a stretch of time that does not belong where it lies in the map: what is seen at both its
+/// ends contradicts the map (mapping/contradiction.h), and at one of them most of it does, while what is
+/// before and after it hangs together without it, as firmly as a seam must (mapping/seam.h). So it is where a
+/// hand covers an object for a while and is followed in its place. Empty where there is none, where it is
+/// more than a quarter of the map, or holds keyframes of an earlier run or the first two, which hold the
+/// map's frame and scale. Of several, the shortest. matches: of the map's keyframes.
 std::set<KeyframeId> misplaced_stretch(const Map& map, const CameraModel& camera,
                                        const MatchesInTime& matches);
 
