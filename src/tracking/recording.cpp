@@ -130,6 +130,13 @@ void resect_again(const Recording& recording, const std::set<std::int64_t>& fram
              [&](const RecordingReader& reader) { resect_again(reader, tracker); });
 }
 
+// Images whose poses were taken out: what is found without them stays, unless it lies astray.
+void pose_anew(const Recording& recording, const std::set<std::int64_t>& frames, Tracker* tracker,
+               RecordingResult* result) {
+  resect_again(recording, frames, result->frames_total, tracker);
+  tracker->leave_out_strays();
+}
+
 // Where the images hardly tell where the camera was, its motion does.
 void settle_motion(const Recording& recording, Tracker* tracker, RecordingResult* result) {
   if (recording.interrupted()) return;
@@ -139,24 +146,21 @@ void settle_motion(const Recording& recording, Tracker* tracker, RecordingResult
   tracker->leave_out_strays();
 }
 
-// What of an end that hangs on too few points is found without it stays.
+// An end that hangs on too few points.
 void leave_out_loose_ends(const Recording& recording, Tracker* tracker, RecordingResult* result) {
   if (recording.interrupted()) return;
   const std::set<std::int64_t> loose = tracker->take_out_loose_ends();
   if (loose.empty()) return;
-  resect_again(recording, loose, result->frames_total, tracker);
-  tracker->leave_out_strays();
+  pose_anew(recording, loose, tracker, result);
   result->left_out = loose;
   for (const PosedFrame& frame : tracker->trajectory()) result->left_out.erase(frame.index);
 }
 
-// What was followed in the place of something else for a while; what of it is found without it stays.
+// What was followed in the place of something else for a while.
 void leave_out_misplaced(const Recording& recording, Tracker* tracker, RecordingResult* result) {
   if (recording.interrupted()) return;
   const std::set<std::int64_t> misplaced = tracker->take_out_misplaced();
-  if (misplaced.empty()) return;
-  resect_again(recording, misplaced, result->frames_total, tracker);
-  tracker->leave_out_strays();
+  if (!misplaced.empty()) pose_anew(recording, misplaced, tracker, result);
 }
 
 void note(const FrameReport& report, const RecordingReader& reader, Reasons* reasons,
@@ -226,8 +230,7 @@ void pose_again(const Recording& recording, const FrameObserver& observer, Track
   resect_again(recording, tracker->posed_before_remake(), result->frames_total, tracker);
   if (recording.interrupted()) return;
   // Where the camera can hardly have been, between images where it certainly was.
-  resect_again(recording, tracker->take_out_strays(), result->frames_total, tracker);
-  tracker->leave_out_strays();
+  pose_anew(recording, tracker->take_out_strays(), tracker, result);
   leave_out_misplaced(recording, tracker, result);
   leave_out_loose_ends(recording, tracker, result);
   settle_motion(recording, tracker, result);

@@ -44,6 +44,10 @@ std::set<std::int64_t> frames_on(const TrackingMap& map, const FramePoses& poses
   return frames;
 }
 
+void erase(const std::set<std::int64_t>& frames, FramePoses* poses) {
+  for (const std::int64_t index : frames) poses->erase(index);
+}
+
 }  // namespace
 
 // In the map's unit.
@@ -81,9 +85,7 @@ std::set<std::int64_t> Tracker::Impl::take_out_strays() {
   return strays;
 }
 
-void Tracker::Impl::leave_out_strays() {
-  for (const std::int64_t index : find_strays()) frames_[worker_.latest()->map_id].erase(index);
-}
+void Tracker::Impl::leave_out_strays() { erase(find_strays(), &frames_[worker_.latest()->map_id]); }
 
 // Too little for a map of its own, and held to the rest by too few points to know its place there.
 std::set<std::int64_t> Tracker::Impl::take_out_loose_ends() {
@@ -95,7 +97,7 @@ std::set<std::int64_t> Tracker::Impl::take_out_loose_ends() {
     if (loose.empty()) return frames;
     most -= loose.size();
     std::set<std::int64_t> of_loose = take_out(loose);
-    for (const std::int64_t index : of_loose) frames_[worker_.latest()->map_id].erase(index);
+    erase(of_loose, &frames_[worker_.latest()->map_id]);
     frames.merge(of_loose);
   }
 }
@@ -109,7 +111,7 @@ std::set<std::int64_t> Tracker::Impl::take_out_misplaced() {
         misplaced_stretch(map, camera_, known_matches_.of(map, options_.matching, options_.threads));
     if (misplaced.empty()) return frames;
     std::set<std::int64_t> of_misplaced = take_out(misplaced);
-    for (const std::int64_t index : of_misplaced) frames_[worker_.latest()->map_id].erase(index);
+    erase(of_misplaced, &frames_[worker_.latest()->map_id]);
     frames.merge(of_misplaced);
   }
 }
