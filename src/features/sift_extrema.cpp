@@ -19,9 +19,15 @@ constexpr int kMaxSteps = 5;  // of the refinement, a pixel or a level each; mor
 constexpr float kMaxOffset = 0.6f;
 constexpr float kSampleContrastShare = 0.5f;
 
-MPT_FUNCTION_CLONES
+float sample_threshold(float contrast_threshold, int layers) {
+  return kSampleContrastShare * contrast_threshold / static_cast<float>(layers);
+}
+
+MPT_WIDE_FUNCTION_CLONES
 void subtract_rows(const float* a, const float* b, int width, float* __restrict out) {
-  for (int x = 0; x < width; x += 8) MPT_SIFT_STORE(out + x, MPT_SIFT_LOAD(a + x) - MPT_SIFT_LOAD(b + x));
+  for (int x = 0; x < width; x += 16) {
+    MPT_SIFT_STORE16(out + x, MPT_SIFT_LOAD16(a + x) - MPT_SIFT_LOAD16(b + x));
+  }
 }
 
 // A row of a difference image with its neighbours above, below, and the same row one level finer and coarser.
@@ -33,26 +39,37 @@ struct RowNeighbourhood {
   const float* coarser;
 };
 
+using Longs4 = long long __attribute__((vector_size(32)));
+
 // Writes each x at which the sample is beyond the threshold and no neighbour within the row, above, below,
 // finer or coarser exceeds it. Returns how many. Reads to the end of the block that holds end - 1.
 MPT_FUNCTION_CLONES
 int find_candidates(const RowNeighbourhood& rows, float threshold, int begin, int end, int* candidates) {
+  constexpr int kGroup = 32;  // most of which, in most images, hold no sample beyond the threshold
   int count = 0;
-  for (int x = begin; x < end; x += 8) {
-    const Floats8 v = MPT_SIFT_LOAD(rows.row + x);
-    const Floats8 left = MPT_SIFT_LOAD(rows.row + x - 1), right = MPT_SIFT_LOAD(rows.row + x + 1);
-    const Floats8 above = MPT_SIFT_LOAD(rows.above + x), below = MPT_SIFT_LOAD(rows.below + x);
-    const Floats8 finer = MPT_SIFT_LOAD(rows.finer + x), coarser = MPT_SIFT_LOAD(rows.coarser + x);
-    const Ints8 high = (v > threshold) & (v >= left) & (v >= right) & (v >= above) & (v >= below) &
-                       (v >= finer) & (v >= coarser);
-    const Ints8 low = (v < -threshold) & (v <= left) & (v <= right) & (v <= above) & (v <= below) &
-                      (v <= finer) & (v <= coarser);
-    const Ints8 any = high | low;
-    using Longs4 = long long __attribute__((vector_size(32)));
-    const Longs4 pairs = reinterpret_cast<Longs4>(any);
-    if ((pairs[0] | pairs[1] | pairs[2] | pairs[3]) == 0) continue;
-    for (int i = 0; i < 8 && x + i < end; ++i) {
-      if (any[i]) candidates[count++] = x + i;
+  for (int group = begin; group < end; group += kGroup) {
+    Ints8 strong = {};
+    for (int x = group; x < group + kGroup; x += 8) {
+      const Floats8 v = MPT_SIFT_LOAD(rows.row + x);
+      strong |= (v > threshold) | (v < -threshold);
+    }
+    const Longs4 strong_pairs = reinterpret_cast<Longs4>(strong);
+    if ((strong_pairs[0] | strong_pairs[1] | strong_pairs[2] | strong_pairs[3]) == 0) continue;
+    for (int x = group; x < group + kGroup; x += 8) {
+      const Floats8 v = MPT_SIFT_LOAD(rows.row + x);
+      const Floats8 left = MPT_SIFT_LOAD(rows.row + x - 1), right = MPT_SIFT_LOAD(rows.row + x + 1);
+      const Floats8 above = MPT_SIFT_LOAD(rows.above + x), below = MPT_SIFT_LOAD(rows.below + x);
+      const Floats8 finer = MPT_SIFT_LOAD(rows.finer + x), coarser = MPT_SIFT_LOAD(rows.coarser + x);
+      const Ints8 high = (v > threshold) & (v >= left) & (v >= right) & (v >= above) & (v >= below) &
+                         (v >= finer) & (v >= coarser);
+      const Ints8 low = (v < -threshold) & (v <= left) & (v <= right) & (v <= above) & (v <= below) &
+                        (v <= finer) & (v <= coarser);
+      const Ints8 any = high | low;
+      const Longs4 pairs = reinterpret_cast<Longs4>(any);
+      if ((pairs[0] | pairs[1] | pairs[2] | pairs[3]) == 0) continue;
+      for (int i = 0; i < 8 && x + i < end; ++i) {
+        if (any[i]) candidates[count++] = x + i;
+      }
     }
   }
   return count;
@@ -170,8 +187,8 @@ bool is_on_edge(const Eigen::Matrix3f& hessian, float edge_threshold) {
 
 // Section 4: steps to the sample nearest to the fitted extremum; false when it leaves the octave, does not
 // settle, is of low contrast or on an edge.
-bool refine(const ScaleSpace& space, const SiftOptions& options, float contrast_threshold, int octave,
-            int level, int x, int y, Extremum* extremum) {
+bool refine_extremum(const ScaleSpace& space, const SiftOptions& options, float contrast_threshold,
+                     int octave, int level, int x, int y, Extremum* extremum) {
   const Plane& plane = space.gaussian(octave, 0);
   for (int step = 0; step < kMaxSteps; ++step) {
     const Neighbourhood neighbourhood(space, octave, level, x, y);
@@ -209,39 +226,37 @@ bool refine(const ScaleSpace& space, const SiftOptions& options, float contrast_
 
 }  // namespace
 
-void ExtremaFinder::find(const ScaleSpace& space, float contrast_threshold, std::vector<Extremum>* extrema) {
-  extrema->clear();
-  for (int octave = 0; octave < space.octaves(); ++octave) {
-    const int rows = space.gaussian(octave, 0).height() - 2 * kBorder;
-    for_parts(rows, options_.num_threads, [&](int part, int begin, int end) {
-      parts_[part].extrema.clear();
-      find_in_rows(space, contrast_threshold, octave, begin + kBorder, end + kBorder, &parts_[part]);
-    });
-    for (const Part& part : parts_) extrema->insert(extrema->end(), part.extrema.begin(), part.extrema.end());
-  }
+void ExtremaFinder::begin(float contrast_threshold) {
+  contrast_threshold_ = contrast_threshold;
+  samples_.clear();
 }
 
-void ExtremaFinder::find_in_rows(const ScaleSpace& space, float contrast_threshold, int octave, int begin,
-                                 int end, Part* part) const {
+void ExtremaFinder::look_at(const ScaleSpace& space, int octave, int begin, int end) {
+  // An extremum lies between two rows.
+  const int first = std::max(begin - 1, kBorder);
+  const int last = std::min(end - 1, space.gaussian(octave, 0).height() - kBorder);
+  if (last <= first) return;
+  for_parts(last - first, options_.num_threads, [&](int part, int from, int to) {
+    parts_[part].samples.clear();
+    if (from < to) look_at_rows(space, octave, first + from, first + to, &parts_[part]);
+  });
+  for (const Part& part : parts_) samples_.insert(samples_.end(), part.samples.begin(), part.samples.end());
+}
+
+void ExtremaFinder::look_at_rows(const ScaleSpace& space, int octave, int begin, int end, Part* part) const {
   const int stride = space.gaussian(octave, 0).stride();
+  const int padded_width = space.gaussian(octave, 0).padded_width();
   const int width = space.gaussian(octave, 0).width();
   const int differences = space.layers() + 2;
-  const float sample_threshold =
-      kSampleContrastShare * contrast_threshold / static_cast<float>(space.layers());
-  part->differences.resize(static_cast<std::size_t>(3) * differences * stride + kPlaneBlock);
+  const float threshold = sample_threshold(contrast_threshold_, space.layers());
+  const std::size_t size = static_cast<std::size_t>(3) * differences * stride + kPlaneBlock;
+  if (part->differences.size() < size) part->differences.resize(size);
   part->candidates.resize(stride);
   const auto ring_row = [&](int d, int y) { return part->differences.data() + (3 * d + y % 3) * stride; };
   const auto subtract = [&](int y) {
     for (int d = 0; d < differences; ++d) {
-      subtract_rows(space.gaussian(octave, d + 1).row(y), space.gaussian(octave, d).row(y), stride,
+      subtract_rows(space.gaussian(octave, d + 1).row(y), space.gaussian(octave, d).row(y), padded_width,
                     ring_row(d, y));
-    }
-  };
-  const auto examine = [&](int level, int y, int x, const float* const* rows) {
-    Extremum extremum;
-    if (!is_extremum(rows, x)) return;
-    if (refine(space, options_, contrast_threshold, octave, level, x, y, &extremum)) {
-      part->extrema.push_back(extremum);
     }
   };
 
@@ -251,11 +266,32 @@ void ExtremaFinder::find_in_rows(const ScaleSpace& space, float contrast_thresho
     for (int level = 1; level <= space.layers(); ++level) {
       const float* rows[9];
       for (int i = 0; i < 9; ++i) rows[i] = ring_row(level + i / 3 - 1, y + i % 3 - 1);
-      const int candidates = find_candidates({rows[4], rows[3], rows[5], rows[1], rows[7]}, sample_threshold,
+      const int candidates = find_candidates({rows[4], rows[3], rows[5], rows[1], rows[7]}, threshold,
                                              kBorder, width - kBorder, part->candidates.data());
-      for (int i = 0; i < candidates; ++i) examine(level, y, part->candidates[i], rows);
+      for (int i = 0; i < candidates; ++i) {
+        const int x = part->candidates[i];
+        if (is_extremum(rows, x)) part->samples.push_back({octave, level, x, y, std::abs(rows[4][x])});
+      }
     }
   }
+}
+
+void ExtremaFinder::refine(const ScaleSpace& space, float contrast_threshold,
+                           std::vector<Extremum>* extrema) {
+  const float threshold = sample_threshold(contrast_threshold, space.layers());
+  for_parts(static_cast<int>(samples_.size()), options_.num_threads, [&](int part, int begin, int end) {
+    parts_[part].extrema.clear();
+    for (int i = begin; i < end && !is_set(options_.cancelled); ++i) {
+      const Sample& s = samples_[i];
+      Extremum extremum;
+      if (s.contrast > threshold && s.octave < space.octaves() &&
+          refine_extremum(space, options_, contrast_threshold, s.octave, s.level, s.x, s.y, &extremum)) {
+        parts_[part].extrema.push_back(extremum);
+      }
+    }
+  });
+  extrema->clear();
+  for (const Part& part : parts_) extrema->insert(extrema->end(), part.extrema.begin(), part.extrema.end());
 }
 
 }  // namespace mono_pose_tracker

@@ -18,25 +18,40 @@ struct Extremum {
 };
 
 /// Lowe (2004), sections 3.1 and 4: extrema among 26 neighbours, refined by a quadratic in x, y and scale,
-/// those of low contrast and on edges left out.
+/// those of low contrast and on edges left out. The order depends on the images alone.
 class ExtremaFinder {
  public:
   explicit ExtremaFinder(const SiftOptions& options) : options_(options), parts_(options.num_threads) {}
 
-  /// The order depends on the images alone.
-  void find(const ScaleSpace& space, float contrast_threshold, std::vector<Extremum>* extrema);
+  /// Forgets what was found. Of what is looked at from here on, samples of at least this contrast are kept.
+  void begin(float contrast_threshold);
+  float contrast_threshold() const { return contrast_threshold_; }
+  /// Finds the samples of rows [begin, end) of an octave that exceed their neighbours, after those before
+  /// them. Later rows need not be there.
+  void look_at(const ScaleSpace& space, int octave, int begin, int end);
+  /// Of the samples found, once the octaves are whole: no lower threshold than they were found with.
+  void refine(const ScaleSpace& space, float contrast_threshold, std::vector<Extremum>* extrema);
 
  private:
+  struct Sample {
+    int octave;
+    int level;
+    int x;
+    int y;
+    float contrast;  // difference of Gaussians, positive
+  };
   struct Part {
     std::vector<float> differences;  // three rows of each difference image, a ring
     std::vector<int> candidates;
+    std::vector<Sample> samples;
     std::vector<Extremum> extrema;
   };
 
-  void find_in_rows(const ScaleSpace& space, float contrast_threshold, int octave, int begin, int end,
-                    Part* part) const;
+  void look_at_rows(const ScaleSpace& space, int octave, int begin, int end, Part* part) const;
 
   SiftOptions options_;
+  float contrast_threshold_ = 0;
+  std::vector<Sample> samples_;
   std::vector<Part> parts_;
 };
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/core.hpp>
 
 #include "mono_pose_tracker/common/function_clones.h"
 #include "sift_vector.h"
@@ -16,49 +15,57 @@ constexpr float kReachInSigmas =
 // Rows of the output filtered together, and the floats of them taken at a time: these rows and those that the
 // kernel reaches stay in a first-level cache of 32 KB while each is used many times.
 constexpr int kBandRows = 16;
-constexpr int kTile = 4 * kPlaneBlock;
+constexpr int kTile = 2 * kPlaneBlock;
 
 // out[x] = sum over i of weights[i] * (rows[-i][x] + rows[i + shift][x]) for x in [begin, end), whole blocks.
-MPT_FUNCTION_CLONES
+MPT_WIDE_FUNCTION_CLONES
 void sum_rows(const float* const* rows, int shift, const float* weights, int pairs, int begin, int end,
               float* __restrict out) {
   for (int x = begin; x < end; x += kPlaneBlock) {
-    Floats8 sum0 = {}, sum1 = {}, sum2 = {}, sum3 = {};
+    Floats16 sum0 = {}, sum1 = {}, sum2 = {}, sum3 = {};
     for (int i = 0; i < pairs; ++i) {
       const float* a = rows[-i] + x;
       const float* b = rows[i + shift] + x;
       const float w = weights[i];
-      sum0 += w * (MPT_SIFT_LOAD(a) + MPT_SIFT_LOAD(b));
-      sum1 += w * (MPT_SIFT_LOAD(a + 8) + MPT_SIFT_LOAD(b + 8));
-      sum2 += w * (MPT_SIFT_LOAD(a + 16) + MPT_SIFT_LOAD(b + 16));
-      sum3 += w * (MPT_SIFT_LOAD(a + 24) + MPT_SIFT_LOAD(b + 24));
+      sum0 += w * (MPT_SIFT_LOAD16(a) + MPT_SIFT_LOAD16(b));
+      sum1 += w * (MPT_SIFT_LOAD16(a + 16) + MPT_SIFT_LOAD16(b + 16));
+      sum2 += w * (MPT_SIFT_LOAD16(a + 32) + MPT_SIFT_LOAD16(b + 32));
+      sum3 += w * (MPT_SIFT_LOAD16(a + 48) + MPT_SIFT_LOAD16(b + 48));
     }
-    MPT_SIFT_STORE(out + x, sum0);
-    MPT_SIFT_STORE(out + x + 8, sum1);
-    MPT_SIFT_STORE(out + x + 16, sum2);
-    MPT_SIFT_STORE(out + x + 24, sum3);
+    MPT_SIFT_STORE16(out + x, sum0);
+    MPT_SIFT_STORE16(out + x + 16, sum1);
+    MPT_SIFT_STORE16(out + x + 32, sum2);
+    MPT_SIFT_STORE16(out + x + 48, sum3);
   }
 }
 
 // out[x] = sum over i of weights[i] * (row[x - i] + row[x + i + shift]) for x in [0, width), whole blocks.
-MPT_FUNCTION_CLONES
+MPT_WIDE_FUNCTION_CLONES
 void sum_samples(const float* row, int shift, const float* weights, int pairs, int width,
                  float* __restrict out) {
   for (int x = 0; x < width; x += kPlaneBlock) {
-    Floats8 sum0 = {}, sum1 = {}, sum2 = {}, sum3 = {};
+    Floats16 sum0 = {}, sum1 = {}, sum2 = {}, sum3 = {};
     const float* a = row + x;
     const float* b = row + x + shift;
     for (int i = 0; i < pairs; ++i, --a, ++b) {
       const float w = weights[i];
-      sum0 += w * (MPT_SIFT_LOAD(a) + MPT_SIFT_LOAD(b));
-      sum1 += w * (MPT_SIFT_LOAD(a + 8) + MPT_SIFT_LOAD(b + 8));
-      sum2 += w * (MPT_SIFT_LOAD(a + 16) + MPT_SIFT_LOAD(b + 16));
-      sum3 += w * (MPT_SIFT_LOAD(a + 24) + MPT_SIFT_LOAD(b + 24));
+      sum0 += w * (MPT_SIFT_LOAD16(a) + MPT_SIFT_LOAD16(b));
+      sum1 += w * (MPT_SIFT_LOAD16(a + 16) + MPT_SIFT_LOAD16(b + 16));
+      sum2 += w * (MPT_SIFT_LOAD16(a + 32) + MPT_SIFT_LOAD16(b + 32));
+      sum3 += w * (MPT_SIFT_LOAD16(a + 48) + MPT_SIFT_LOAD16(b + 48));
     }
-    MPT_SIFT_STORE(out + x, sum0);
-    MPT_SIFT_STORE(out + x + 8, sum1);
-    MPT_SIFT_STORE(out + x + 16, sum2);
-    MPT_SIFT_STORE(out + x + 24, sum3);
+    MPT_SIFT_STORE16(out + x, sum0);
+    MPT_SIFT_STORE16(out + x + 16, sum1);
+    MPT_SIFT_STORE16(out + x + 32, sum2);
+    MPT_SIFT_STORE16(out + x + 48, sum3);
+  }
+}
+
+MPT_FUNCTION_CLONES
+void interleave(const float* even, const float* odd, int pairs, float* __restrict out) {
+  for (int i = 0; i < pairs; ++i) {
+    out[2 * i] = even[i];
+    out[2 * i + 1] = odd[i];
   }
 }
 
@@ -67,7 +74,8 @@ void filter_along_row(const float* row, const PairKernel& kernel, int width, flo
 }
 
 int mirrored(int i, int size) {
-  return i >= 0 && i < size ? i : cv::borderInterpolate(i, size, cv::BORDER_REFLECT_101);
+  while (i < 0 || i >= size) i = i < 0 ? -i : 2 * (size - 1) - i;
+  return i;
 }
 
 }  // namespace
@@ -96,14 +104,15 @@ void BandFilter::filter(const Plane& in, const PairKernel& kernel, int row_step,
     centres_.clear();
     for (int i = 0; i < count; ++i) centres_.push_back({(first + i) * row_step, &kernel});
     filter_vertically(in, centres_.data(), count, kernel.reach());
-    for (int i = 0; i < count; ++i) filter_along_row(band_row(i), kernel, in.stride(), out->row(first + i));
+    for (int i = 0; i < count; ++i)
+      filter_along_row(band_row(i), kernel, in.padded_width(), out->row(first + i));
   }
 }
 
 void BandFilter::filter_doubled(const Plane& in, const PairKernel& on_samples,
                                 const PairKernel& between_samples, int begin, int end, Plane* out) {
-  even_.resize(in.stride());
-  odd_.resize(in.stride());
+  even_.resize(in.padded_width());
+  odd_.resize(in.padded_width());
   for (int first = begin; first < end; first += kBandRows) {
     const int count = std::min(kBandRows, end - first);
     centres_.clear();
@@ -112,13 +121,10 @@ void BandFilter::filter_doubled(const Plane& in, const PairKernel& on_samples,
     }
     filter_vertically(in, centres_.data(), count, std::max(on_samples.reach(), between_samples.reach()));
     for (int i = 0; i < count; ++i) {
-      filter_along_row(band_row(i), on_samples, in.stride(), even_.data());
-      filter_along_row(band_row(i), between_samples, in.stride(), odd_.data());
+      filter_along_row(band_row(i), on_samples, in.padded_width(), even_.data());
+      filter_along_row(band_row(i), between_samples, in.padded_width(), odd_.data());
       float* to = out->row(first + i);
-      for (int x = 0; x < out->width() / 2; ++x) {
-        to[2 * x] = even_[x];
-        to[2 * x + 1] = odd_[x];
-      }
+      interleave(even_.data(), odd_.data(), out->width() / 2, to);
       if (out->width() % 2) to[out->width() - 1] = even_[out->width() / 2];
     }
   }
@@ -126,8 +132,9 @@ void BandFilter::filter_doubled(const Plane& in, const PairKernel& on_samples,
 
 void BandFilter::filter_vertically(const Plane& in, const Centre* centres, int count, int margin) {
   margin_ = margin;
-  band_stride_ = in.stride() + 2 * margin + kPlaneBlock;
-  band_.resize(static_cast<std::size_t>(band_stride_) * kBandRows);
+  band_stride_ = in.padded_width() + 2 * margin + kPlaneBlock;
+  const std::size_t band_size = static_cast<std::size_t>(band_stride_) * kBandRows;
+  if (band_.size() < band_size) band_.resize(band_size);
   int reach = 0;
   for (int i = 0; i < count; ++i) reach = std::max(reach, centres[i].vertical->reach());
   const int first = centres[0].row - reach;
@@ -135,11 +142,11 @@ void BandFilter::filter_vertically(const Plane& in, const Centre* centres, int c
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     rows_[i] = in.row(mirrored(first + static_cast<int>(i), in.height()));
   }
-  for (int x = 0; x < in.stride(); x += kTile) {
+  for (int x = 0; x < in.padded_width(); x += kTile) {
     for (int i = 0; i < count; ++i) {
       const PairKernel& kernel = *centres[i].vertical;
       sum_rows(rows_.data() + centres[i].row - first, kernel.shift(), kernel.weights.data(), kernel.reach(),
-               x, std::min(x + kTile, in.stride()), band_row(i));
+               x, std::min(x + kTile, in.padded_width()), band_row(i));
     }
   }
   for (int i = 0; i < count; ++i) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "sift_budget.h"
@@ -51,9 +52,24 @@ class OwnSift : public FeatureExtractor {
  private:
   void build(const SiftScale& scale) {
     if (scale != space_.scale()) space_ = ScaleSpace(options_, scale);
-    space_.build(gray_);
-    finder_.find(space_, options_.contrast_threshold, &all_extrema_);
+    finder_.begin(weak_were_needed_ ? lowered_threshold() : options_.contrast_threshold);
+    const auto look = [&](int octave, int begin, int end) { finder_.look_at(space_, octave, begin, end); };
+    space_.build(gray_, std::ref(look));  // without a copy, which would be allocated
+    finder_.refine(space_, options_.contrast_threshold, &all_extrema_);
     weak_are_known_ = false;
+  }
+
+  float lowered_threshold() const { return kLowestContrastShare * options_.contrast_threshold; }
+
+  void find_weak_extrema() {
+    if (std::exchange(weak_are_known_, true)) return;
+    if (finder_.contrast_threshold() > lowered_threshold()) {
+      finder_.begin(lowered_threshold());
+      for (int octave = 0; octave < space_.octaves(); ++octave) {
+        finder_.look_at(space_, octave, 0, space_.gaussian(octave, 0).height());
+      }
+    }
+    finder_.refine(space_, lowered_threshold(), &weak_extrema_);
   }
 
   SiftScale scale_for(const cv::Mat& mask) const {
@@ -71,10 +87,9 @@ class OwnSift : public FeatureExtractor {
 
   void find_extrema(const cv::Mat& mask) {
     leave_out_masked(all_extrema_, mask);
-    if (static_cast<int>(extrema_.size()) >= options_.min_features) return;
-    if (!std::exchange(weak_are_known_, true)) {
-      finder_.find(space_, kLowestContrastShare * options_.contrast_threshold, &weak_extrema_);
-    }
+    weak_were_needed_ = static_cast<int>(extrema_.size()) < options_.min_features;
+    if (!weak_were_needed_) return;
+    find_weak_extrema();
     leave_out_masked(weak_extrema_, mask);
     if (static_cast<int>(extrema_.size()) <= options_.min_features) return;
     const auto last = extrema_.begin() + options_.min_features;
@@ -147,6 +162,7 @@ class OwnSift : public FeatureExtractor {
   std::vector<Extremum> all_extrema_;   // whatever the mask
   std::vector<Extremum> weak_extrema_;  // the same with the lowered threshold, once they were needed
   bool weak_are_known_ = false;
+  bool weak_were_needed_ = false;  // for the last image: the next is likely to need them as well
   std::vector<Extremum> extrema_;
   std::vector<Extremum> chosen_;
   std::vector<Feature> candidates_;

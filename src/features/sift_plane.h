@@ -5,21 +5,25 @@
 
 namespace mono_pose_tracker {
 
-constexpr int kPlaneBlock = 32;  // floats that the hot loops take at a time
+constexpr int kPlaneBlock = 64;  // floats that the hot loops take at a time
 
-/// One channel of floats. Rows are padded to whole blocks; what lies beyond the width is finite and means
-/// nothing.
+/// One channel of floats. Rows are padded to whole blocks and lie an odd number of blocks apart, lest those
+/// of an image as wide as a power of two all fall into the same few sets of the cache. What lies beyond the
+/// width is finite and means nothing.
 class Plane {
  public:
   void resize(int width, int height) {
     width_ = width;
     height_ = height;
-    stride_ = (width + kPlaneBlock - 1) / kPlaneBlock * kPlaneBlock;
+    const int blocks = (width + kPlaneBlock - 1) / kPlaneBlock;
+    padded_width_ = blocks * kPlaneBlock;
+    stride_ = (blocks | 1) * kPlaneBlock;
     data_.resize(static_cast<std::size_t>(stride_) * height +
                  kPlaneBlock);  // hot loops read a block past a row
   }
   int width() const { return width_; }
   int height() const { return height_; }
+  int padded_width() const { return padded_width_; }  // whole blocks
   int stride() const { return stride_; }
   float* row(int y) { return data_.data() + static_cast<std::size_t>(stride_) * y; }
   const float* row(int y) const { return data_.data() + static_cast<std::size_t>(stride_) * y; }
@@ -27,6 +31,7 @@ class Plane {
  private:
   int width_ = 0;
   int height_ = 0;
+  int padded_width_ = 0;
   int stride_ = 0;
   std::vector<float> data_;
 };

@@ -52,7 +52,7 @@ float ScaleSpace::sigma_of_level(float level) const {
   return scale_.sigma * std::exp2(level / static_cast<float>(layers()));
 }
 
-void ScaleSpace::build(const cv::Mat& gray) {
+void ScaleSpace::build(const cv::Mat& gray, const RowsMade& rows_made) {
   octaves_ = 0;
   const float scale = 1.0f / pixel_size(0);
   float side = scale * std::min(gray.cols, gray.rows);
@@ -65,16 +65,37 @@ void ScaleSpace::build(const cv::Mat& gray) {
 
   build_base(gray);
   for (int octave = 0; octave < octaves_; ++octave) {
-    Plane* levels = &planes_[octave * (layers() + 3)];
-    if (octave > 0) halve(gaussian(octave - 1, layers()), &levels[0]);
-    for (int level = 1; level < layers() + 3; ++level) {
-      if (is_set(options_.cancelled)) {
-        octaves_ = octave;  // those that are whole
-        return;
-      }
-      blur(levels[level - 1], level_kernels_[level - 1], 1, &levels[level]);
-    }
+    if (octave > 0) halve(gaussian(octave - 1, layers()), &planes_[octave * (layers() + 3)]);
+    if (make_levels(octave, rows_made)) continue;
+    octaves_ = octave;  // those that are whole
+    return;
   }
+}
+
+// All levels go down the octave together, each as far behind the one before as its kernel reaches. False when
+// it was cancelled.
+bool ScaleSpace::make_levels(int octave, const RowsMade& rows_made) {
+  Plane* levels = &planes_[octave * (layers() + 3)];
+  const int height = levels[0].height();
+  std::vector<int>& made = made_;
+  made.assign(layers() + 3, 0);  // the first is there, and taken a step at a time
+  const int threads = options_.num_threads;
+  const int step = threads == 1 ? kRowsOfOneThread : kRowsOfEachThread * threads;
+  while (made.back() < height) {
+    if (is_set(options_.cancelled)) return false;
+    const int begin = made.back();
+    made[0] = std::min(made[0] + step, height);
+    for (int level = 1; level < layers() + 3; ++level) {
+      const PairKernel& kernel = level_kernels_[level - 1];
+      const int before = made[level - 1];
+      const int end = before == height ? height : std::max(made[level], before - kernel.reach() + 1);
+      if (made[level] == 0) levels[level].resize(levels[0].width(), height);
+      blur_rows(levels[level - 1], kernel, 1, made[level], end, &levels[level]);
+      made[level] = end;
+    }
+    if (made.back() > begin) rows_made(octave, begin, made.back());
+  }
+  return true;
 }
 
 void ScaleSpace::build_base(const cv::Mat& gray) {
@@ -120,8 +141,13 @@ void ScaleSpace::halve_input(const PairKernel& kernel) {
 // Row y of the output is row y * row_step of the input, blurred.
 void ScaleSpace::blur(const Plane& in, const PairKernel& kernel, int row_step, Plane* out) {
   out->resize(in.width(), (in.height() + row_step - 1) / row_step);
-  for_parts(out->height(), options_.num_threads, [&](int part, int begin, int end) {
-    filters_[part].filter(in, kernel, row_step, begin, end, out);
+  blur_rows(in, kernel, row_step, 0, out->height(), out);
+}
+
+void ScaleSpace::blur_rows(const Plane& in, const PairKernel& kernel, int row_step, int begin, int end,
+                           Plane* out) {
+  for_parts(end - begin, options_.num_threads, [&](int part, int from, int to) {
+    filters_[part].filter(in, kernel, row_step, begin + from, begin + to, out);
   });
 }
 

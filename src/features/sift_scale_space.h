@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -20,8 +21,12 @@ class ScaleSpace {
 
   const SiftScale& scale() const { return scale_; }
 
-  /// Octaves end where the shorter side would have fewer than kSmallestOctave px.
-  void build(const cv::Mat& gray);
+  /// Rows [begin, end) of all images of an octave are there, after those before them.
+  using RowsMade = std::function<void(int octave, int begin, int end)>;
+
+  /// Octaves end where the shorter side would have fewer than kSmallestOctave px. rows_made is called a few
+  /// rows at a time, while they are still in the cache.
+  void build(const cv::Mat& gray, const RowsMade& rows_made);
 
   int octaves() const { return octaves_; }
   int layers() const { return options_.octave_layers; }
@@ -36,8 +41,14 @@ class ScaleSpace {
   void build_doubled_base(Plane* base);
   void halve_input(const PairKernel& kernel);
   void blur(const Plane& in, const PairKernel& kernel, int row_step, Plane* out);
+  void blur_rows(const Plane& in, const PairKernel& kernel, int row_step, int begin, int end, Plane* out);
+  bool make_levels(int octave, const RowsMade& rows_made);
 
   static constexpr int kSmallestOctave = 12;  // px; extrema keep 5 px off the border
+  // With what the kernels reach beyond them, rows of all levels fill a second-level cache. Threads wait for
+  // one another at each step and level, so that theirs are longer.
+  static constexpr int kRowsOfOneThread = 16;
+  static constexpr int kRowsOfEachThread = 64;
 
   SiftOptions options_;
   SiftScale scale_;
@@ -49,6 +60,7 @@ class ScaleSpace {
   Plane input_;
   Plane smoothed_;
   std::vector<Plane> planes_;
+  std::vector<int> made_;            // rows of each level of the octave that is being made
   std::vector<BandFilter> filters_;  // one a thread
 };
 

@@ -335,6 +335,26 @@ TEST(OwnSiftTest, MinFeaturesLowersTheThresholdAsFarAsNeeded) {
   for (const Feature& f : enough.features) EXPECT_GE(f.response * options.octave_layers, 0.25f * 0.03f);
 }
 
+// It keeps its images, and looks for weak features at once where it needed them the last time.
+TEST(OwnSiftTest, WhatWasExtractedBeforeChangesNothing) {
+  SiftOptions options;
+  options.min_features = 300;
+  SiftOptions without_weak = options;
+  without_weak.min_features = 0;
+  const auto extractor = make_sift_extractor(options);
+  int poor = 0, rich = 0;
+  for (int i = 0; i < 40; ++i) {
+    cv::Mat gray = random_texture(320, 240, i);
+    if (i / 2 % 2 == 1) gray.convertTo(gray, CV_8U, 0.25, 100);
+    FeatureSet set;
+    extractor->extract(gray, cv::Mat(), &set);
+    EXPECT_TRUE(same_bytes(set, extract(options, gray))) << "image " << i;
+    ++(extract(without_weak, gray).size() < options.min_features ? poor : rich);
+  }
+  EXPECT_GT(poor, 5);
+  EXPECT_GT(rich, 5);
+}
+
 #ifdef MONO_POSE_TRACKER_WITH_OPENCV_SIFT
 INSTANTIATE_TEST_SUITE_P(Implementations, SiftTest, testing::Values("own", "opencv"));
 #else

@@ -19,3 +19,12 @@
 #else
 #define MPT_FUNCTION_CLONES MPT_FUNCTION_CLONES_FOR("avx2")
 #endif
+
+// As MPT_FUNCTION_CLONES, and once more for AVX-512, which gives the same as AVX2: for loops over vectors of
+// 64 bytes.
+#if __GNUC__ >= 12 && defined(__x86_64__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__) && \
+    !defined(__SANITIZE_ADDRESS__)
+#define MPT_WIDE_FUNCTION_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define MPT_WIDE_FUNCTION_CLONES MPT_FUNCTION_CLONES
+#endif
