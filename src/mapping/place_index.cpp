@@ -24,31 +24,46 @@ void PlaceIndexOptions::validate() const {
   check_range("max_signature_distance", max_signature_distance, 0, 31);
 }
 
-/// What the features of an image have found so far. A feature votes once for a keyframe, however many of its
-/// features look like it.
+// How a feature is turned, in 256 steps, beside its keyframe's number.
+constexpr int kTurnBits = 8;
+constexpr std::uint32_t kTurnMask = (1 << kTurnBits) - 1;
+
+std::uint32_t turn_of(const Feature& feature) {
+  const double turns = feature.angle / (2 * M_PI);
+  return static_cast<std::uint32_t>((1 << kTurnBits) * (turns - std::floor(turns))) & kTurnMask;
+}
+
+/// What the features of an image have found so far. What two images have in common is turned by the same
+/// angle from one to the other, what is alike by chance by any (weak geometric consistency, Jegou, Douze and
+/// Schmid, ECCV 2008): votes count by the turn in eighths, and a keyframe's best two neighbours of these. A
+/// feature votes once for a keyframe and turn, however many of its features look like it.
 class PlaceIndex::Votes {
  public:
   Votes(std::size_t num_slots, int num_keyframes, int max_distance)
-      : score_(num_slots), weight_(num_slots), num_keyframes_(num_keyframes), max_distance_(max_distance) {}
+      : of_turn_(num_slots * kTurns), num_keyframes_(num_keyframes), max_distance_(max_distance) {}
 
   NearFeature* room_for(std::size_t count) {
     if (near_.size() < count) near_.resize(2 * count);
     return near_.data();
   }
-  void count(int found) {
+  /// Of a feature turned by `turn`.
+  void count(int found, std::uint32_t turn) {
     for (int i = 0; i < found; ++i) {
-      float& weight = weight_[near_[i].owner];
-      if (weight == 0) voted_for_.push_back(near_[i].owner);
+      const std::uint32_t between = (near_[i].owner - turn) & kTurnMask;
+      const std::uint32_t bin =
+          (near_[i].owner >> kTurnBits) * kTurns + (between >> (kTurnBits - kTurnsLog2));
+      float& weight = of_turn_[bin].weight;
+      if (weight == 0) voted_for_.push_back(bin);
       weight = std::max(weight, weight_of(near_[i].distance));
     }
   }
   /// What a feature finds in every keyframe tells nothing, in one alone most.
   void end_feature() {
-    const double rarity = rarity_of(std::max<std::size_t>(1, voted_for_.size()));
+    const float rarity = rarity_of(std::max<std::size_t>(1, voted_for_.size()));
     most_ += rarity;
-    for (const std::uint32_t slot : voted_for_) {
-      score_[slot] += weight_[slot] * rarity;
-      weight_[slot] = 0;
+    for (const std::uint32_t bin : voted_for_) {
+      of_turn_[bin].score += of_turn_[bin].weight * rarity;
+      of_turn_[bin].weight = 0;
     }
     voted_for_.clear();
   }
@@ -56,22 +71,31 @@ class PlaceIndex::Votes {
   /// that has few can't be found by many, one that has many is found by chance: the geometric mean is fair to
   /// both.
   double score(std::uint32_t slot, double share) const {
-    return score_[slot] > 0 ? std::min(1.0, score_[slot] / (most_ * std::sqrt(share))) : 0;
+    const OfTurn* turns = &of_turn_[static_cast<std::size_t>(slot) * kTurns];
+    float best = 0;
+    for (int i = 0; i < kTurns; ++i) best = std::max(best, turns[i].score + turns[(i + 1) % kTurns].score);
+    return best > 0 ? std::min(1.0, best / (most_ * std::sqrt(share))) : 0;
   }
 
  private:
+  static constexpr int kTurnsLog2 = 3, kTurns = 1 << kTurnsLog2;
+
   // 1 for equal signatures, falling to nearly 0 at the greatest distance that counts.
   float weight_of(int distance) const { return 1 - static_cast<float>(distance) / (max_distance_ + 1); }
-  double rarity_of(std::size_t keyframes) const {
-    return std::log1p(static_cast<double>(num_keyframes_) / keyframes);
+  float rarity_of(std::size_t keyframes) const {
+    return std::log1p(static_cast<float>(num_keyframes_) / static_cast<float>(keyframes));
   }
 
-  std::vector<double> score_;
-  std::vector<float> weight_;  // of the present feature's vote
+  struct OfTurn {
+    float score = 0;
+    float weight = 0;  // of the present feature's vote
+  };
+
+  std::vector<OfTurn> of_turn_;  // [slot][turn]
   std::vector<std::uint32_t> voted_for_;
   std::vector<NearFeature> near_;
   int num_keyframes_, max_distance_;
-  double most_ = 0;
+  float most_ = 0;
 };
 
 PlaceIndex::PlaceIndex(const PlaceIndexOptions& options)
@@ -105,7 +129,8 @@ void PlaceIndex::add(KeyframeId id, const FeatureSet& features) {
   for (const int i : strongest(features)) {
     const DescriptorCode code = coder_.encode(features.descriptor(i), 0);
     slot.words.push_back(code.word);
-    features_of_word_[code.word].push_back({number, static_cast<std::uint32_t>(code.signature),
+    features_of_word_[code.word].push_back({number << kTurnBits | turn_of(features.features[i]),
+                                            static_cast<std::uint32_t>(code.signature),
                                             static_cast<std::uint32_t>(code.signature >> 32)});
   }
 }
@@ -116,9 +141,10 @@ void PlaceIndex::remove(KeyframeId id) {
   const std::uint32_t number = found->second;
   for (const std::uint16_t word : slots_[number].words) {
     std::vector<CodedFeature>& list = features_of_word_[word];
-    list.erase(std::remove_if(list.begin(), list.end(),
-                              [&](const CodedFeature& feature) { return feature.owner == number; }),
-               list.end());
+    list.erase(
+        std::remove_if(list.begin(), list.end(),
+                       [&](const CodedFeature& feature) { return feature.owner >> kTurnBits == number; }),
+        list.end());
     // In a capped map keyframes come and go for ever, and at last every word has had a feature.
     if (2 * list.size() < list.capacity()) list.shrink_to_fit();
   }
@@ -141,13 +167,14 @@ std::size_t PlaceIndex::memory_bytes() const {
   return bytes;
 }
 
-void PlaceIndex::vote(const DescriptorCode& code, Votes* votes) const {
+void PlaceIndex::vote(const DescriptorCode& code, std::uint32_t turn, Votes* votes) const {
   for (int probe = 0; probe < options_.probes; ++probe) {
     const std::uint16_t word = probe == 0 ? code.word : code.word ^ (1u << code.uncertain[probe - 1]);
     const std::vector<CodedFeature>& list = features_of_word_[word];
     if (list.empty()) continue;
     votes->count(find_near(list.data(), static_cast<int>(list.size()), code.signature,
-                           options_.max_signature_distance, votes->room_for(list.size())));
+                           options_.max_signature_distance, votes->room_for(list.size())),
+                 turn);
   }
   votes->end_feature();
 }
@@ -156,7 +183,9 @@ std::vector<PlaceMatch> PlaceIndex::query(const FeatureSet& features, int count,
                                           const std::function<bool(KeyframeId)>& allowed) const {
   Votes votes(slots_.size(), size(), options_.max_signature_distance);
   const std::vector<int> voters = strongest(features);
-  for (const int i : voters) vote(coder_.encode(features.descriptor(i), options_.probes - 1), &votes);
+  for (const int i : voters) {
+    vote(coder_.encode(features.descriptor(i), options_.probes - 1), turn_of(features.features[i]), &votes);
+  }
   std::vector<PlaceMatch> ranked;
   for (std::uint32_t i = 0; i < slots_.size(); ++i) {
     const double score = votes.score(i, static_cast<double>(slots_[i].words.size()) / voters.size());

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <stdexcept>
 
 #include "mono_pose_tracker/common/random.h"
@@ -146,6 +147,36 @@ TEST(PlaceIndex, RareFeaturesDecide) {
   const std::vector<PlaceMatch> found = index.query(room(60, true), 3);
   ASSERT_FALSE(found.empty());
   EXPECT_EQ(found[0].id, 60);
+}
+
+// What is alike by chance, or stands elsewhere, is turned by any angle.
+TEST(PlaceIndex, WhatIsTurnedAlikeDecides) {
+  Random random(12);
+  std::vector<cv::Mat> points;
+  for (int i = 0; i < 500; ++i) points.push_back(random_descriptor(random));
+  const auto turned = [&](FeatureSet set, const std::function<double(int)>& angle) {
+    for (int i = 0; i < set.size(); ++i) {
+      set.features[i].angle = static_cast<float>(std::fmod(angle(i), 2 * M_PI));
+    }
+    return set;
+  };
+  const auto view = [&](int num_seen) {
+    std::vector<cv::Mat> seen;
+    for (int i = 0; i < 500; ++i) {
+      seen.push_back(i < num_seen ? seen_again(points[i], random) : random_descriptor(random));
+    }
+    return feature_set(seen);
+  };
+  const auto in_the_place = [](int i) { return 0.01 * i; };
+  PlaceIndex index;
+  index.add(0, turned(view(450), [&](int) { return random.uniform(0, 2 * M_PI); }));
+  index.add(1, turned(view(300), in_the_place));
+  for (const double turn : {0.0, 0.3, 1.5, 3.0, 6.2}) {
+    const std::vector<PlaceMatch> found =
+        index.query(turned(view(500), [&](int i) { return in_the_place(i) + turn; }), 2);
+    ASSERT_FALSE(found.empty());
+    EXPECT_EQ(found[0].id, 1) << "a camera turned by " << turn;
+  }
 }
 
 TEST(PlaceIndex, AnswersDependOnTheSetOfKeyframesAlone) {

@@ -11,9 +11,8 @@
 namespace mono_pose_tracker {
 
 struct PlaceIndexOptions {
-  int max_features =
-      1000;        // of an image, the strongest: what comes after finds no other place and costs time
-  int probes = 4;  // words looked up for a feature: its own, and those one uncertain bit away
+  int max_features = 600;  // of an image, the strongest: more find as many places and cost time
+  int probes = 4;          // words looked up for a feature: its own, and those one uncertain bit away
   // Bits of 64 in which the signatures of a match differ at most. Unrelated ones differ in 32 (deviation 4):
   // four deviations below, one in 30,000 passes by chance. Views of one point differ in about a dozen.
   int max_signature_distance = 16;
@@ -33,10 +32,10 @@ struct PlaceMatch {
 
 /// Finds the keyframes that look like an image, of thousands, by their descriptors alone: an inverted index
 /// over binary codes (words as a vocabulary has them, Sivic and Zisserman, ICCV 2003; signatures that sort
-/// out what only shares a word, Jegou, Douze and Schmid, ECCV 2008). There is no vocabulary: nothing is
-/// trained, so a keyframe costs the same whenever it comes, and the answers depend on the set of keyframes
-/// alone: not on the order in which they came, nor on others that came and went. An index rebuilt from a
-/// loaded map gives equal answers.
+/// out what only shares a word, and votes that count where they agree in how the image is turned, Jegou,
+/// Douze and Schmid, ECCV 2008). There is no vocabulary: nothing is trained, so a keyframe costs the same
+/// whenever it comes, and the answers depend on the set of keyframes alone: not on the order in which they
+/// came, nor on others that came and went. An index rebuilt from a loaded map gives equal answers.
 ///
 /// One writer: add, remove and clear must not run beside another call. Queries may run beside each other.
 class PlaceIndex {
@@ -68,7 +67,7 @@ class PlaceIndex {
   class Votes;
 
   std::vector<int> strongest(const FeatureSet& features) const;
-  void vote(const DescriptorCode& code, Votes* votes) const;
+  void vote(const DescriptorCode& code, std::uint32_t turn, Votes* votes) const;
 
   PlaceIndexOptions options_;
   DescriptorCoder coder_;

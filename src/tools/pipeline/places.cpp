@@ -115,12 +115,13 @@ FeatureSet mixed_keyframe(const std::vector<const FeatureSet*>& others, Random& 
   while (set.size() < kFeatures) {
     const FeatureSet& other = *others[random.index(others.size())];
     if (other.size() == 0) continue;
-    cv::Mat row = other.descriptors.row(random.index(other.size())).clone();
-    for (int k = 0; k < row.cols; ++k) {
-      std::uint8_t& value = row.at<std::uint8_t>(k);
+    const int k = static_cast<int>(random.index(other.size()));
+    cv::Mat row = other.descriptors.row(k).clone();
+    for (int i = 0; i < row.cols; ++i) {
+      std::uint8_t& value = row.at<std::uint8_t>(i);
       value = cv::saturate_cast<std::uint8_t>(value + static_cast<int>(random.index(2 * kOff + 1)) - kOff);
     }
-    set.features.emplace_back();
+    set.features.push_back(other.features[k]);
     set.descriptors.push_back(row);
   }
   return set;
