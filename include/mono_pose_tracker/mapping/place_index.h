@@ -11,7 +11,7 @@
 namespace mono_pose_tracker {
 
 struct PlaceIndexOptions {
-  int max_features = 600;  // of an image, the strongest: more find as many places and cost time
+  int max_features = 800;  // of an image, the strongest: more find no other places and cost time
   int probes = 4;          // words looked up for a feature: its own, and those one uncertain bit away
   // Bits of 64 in which the signatures of a match differ at most. Unrelated ones differ in 32 (deviation 4):
   // four deviations below, one in 30,000 passes by chance. Views of one point differ in about a dozen.
