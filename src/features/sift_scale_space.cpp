@@ -77,6 +77,7 @@ void ScaleSpace::build(const cv::Mat& gray, const RowsMade& rows_made) {
 bool ScaleSpace::make_levels(int octave, const RowsMade& rows_made) {
   Plane* levels = &planes_[octave * (layers() + 3)];
   const int height = levels[0].height();
+  for (int level = 1; level < layers() + 3; ++level) levels[level].resize(levels[0].width(), height);
   std::vector<int>& made = made_;
   made.assign(layers() + 3, 0);  // the first is there, and taken a step at a time
   const int threads = options_.num_threads;
@@ -89,7 +90,6 @@ bool ScaleSpace::make_levels(int octave, const RowsMade& rows_made) {
       const PairKernel& kernel = level_kernels_[level - 1];
       const int before = made[level - 1];
       const int end = before == height ? height : std::max(made[level], before - kernel.reach() + 1);
-      if (made[level] == 0) levels[level].resize(levels[0].width(), height);
       blur_rows(levels[level - 1], kernel, 1, made[level], end, &levels[level]);
       made[level] = end;
     }

@@ -10,6 +10,15 @@ namespace mono_pose_tracker {
 
 namespace {
 
+// How a feature is turned, in 256 steps, beside its keyframe's number.
+constexpr int kTurnBits = 8;
+constexpr std::uint32_t kTurnMask = (1 << kTurnBits) - 1;
+
+std::uint32_t turn_of(const Feature& feature) {
+  const double turns = feature.angle / (2 * M_PI);
+  return static_cast<std::uint32_t>((1 << kTurnBits) * (turns - std::floor(turns))) & kTurnMask;
+}
+
 void check_range(const char* key, int value, int low, int high) {
   if (value >= low && value <= high) return;
   throw std::invalid_argument(std::string(key) + " is " + std::to_string(value) + ", expected " +
@@ -22,15 +31,6 @@ void PlaceIndexOptions::validate() const {
   check_range("max_features", max_features, 1, 1000000);
   check_range("probes", probes, 1, 1 + DescriptorCode::kWordBits);
   check_range("max_signature_distance", max_signature_distance, 0, 31);
-}
-
-// How a feature is turned, in 256 steps, beside its keyframe's number.
-constexpr int kTurnBits = 8;
-constexpr std::uint32_t kTurnMask = (1 << kTurnBits) - 1;
-
-std::uint32_t turn_of(const Feature& feature) {
-  const double turns = feature.angle / (2 * M_PI);
-  return static_cast<std::uint32_t>((1 << kTurnBits) * (turns - std::floor(turns))) & kTurnMask;
 }
 
 /// What the features of an image have found so far. What two images have in common is turned by the same

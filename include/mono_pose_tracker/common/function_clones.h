@@ -9,22 +9,17 @@
 // whose libFuzzer builds are always with a sanitizer.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__) && \
     !defined(__SANITIZE_ADDRESS__)
-#define MPT_FUNCTION_CLONES_FOR(processor) __attribute__((target_clones(processor, "default")))
+#define MPT_FUNCTION_CLONES_FOR(...) __attribute__((target_clones(__VA_ARGS__, "default")))
 #else
-#define MPT_FUNCTION_CLONES_FOR(processor)
+#define MPT_FUNCTION_CLONES_FOR(...)
 #endif
 
+// The wide ones are compiled once more for AVX-512, which gives the same as AVX2: loops over vectors of 64
+// bytes.
 #if __GNUC__ >= 12
 #define MPT_FUNCTION_CLONES MPT_FUNCTION_CLONES_FOR("arch=x86-64-v3")
+#define MPT_WIDE_FUNCTION_CLONES MPT_FUNCTION_CLONES_FOR("arch=x86-64-v4", "arch=x86-64-v3")
 #else
 #define MPT_FUNCTION_CLONES MPT_FUNCTION_CLONES_FOR("avx2")
-#endif
-
-// As MPT_FUNCTION_CLONES, and once more for AVX-512, which gives the same as AVX2: for loops over vectors of
-// 64 bytes.
-#if __GNUC__ >= 12 && defined(__x86_64__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__) && \
-    !defined(__SANITIZE_ADDRESS__)
-#define MPT_WIDE_FUNCTION_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
 #define MPT_WIDE_FUNCTION_CLONES MPT_FUNCTION_CLONES
 #endif
