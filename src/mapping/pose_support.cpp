@@ -7,8 +7,8 @@ namespace mono_pose_tracker {
 namespace {
 
 constexpr int kColumns = 8, kRows = 6;
-constexpr double kMinFound = 0.15;   // of the expected
-constexpr int kFewFeatures = 200;    // an image that has fewer shows too little to lack what is not found
+constexpr double kMinFound = 0.2;    // of the expected
+constexpr int kFewFeatures = 150;    // an image that has fewer shows too little to lack what is not found
 constexpr double kMinSpread = 0.25;  // a quarter of where there is anything to see
 constexpr double kCorner = 0.125;
 
@@ -22,7 +22,7 @@ int cell_of(const ImageFeatures& image, int feature, int width, int height) {
 }  // namespace
 
 PoseSupport pose_support(const ImageFeatures& image, int width, int height, const std::vector<int>& inliers,
-                         int expected) {
+                         double expected) {
   std::vector<char> any(kColumns * kRows), held(kColumns * kRows);
   for (int f = 0; f < image.size(); ++f) any[cell_of(image, f, width, height)] = 1;
   for (const int f : inliers) held[cell_of(image, f, width, height)] = 1;
@@ -36,9 +36,10 @@ PoseSupport pose_support(const ImageFeatures& image, int width, int height, cons
 }
 
 bool is_supported(const PoseSupport& support, int min_inliers) {
-  return support.found >= min_inliers &&
-         support.found >= kMinFound * std::min(support.expected, std::max(support.features, kFewFeatures)) &&
-         support.spread >= kMinSpread;
+  const double expected =
+      std::min(support.expected, static_cast<double>(std::max(support.features, kFewFeatures)));
+  return support.found >= min_inliers && support.expected >= min_inliers &&
+         support.found >= kMinFound * expected && support.spread >= kMinSpread;
 }
 
 bool hangs_in_corner(const PoseSupport& support) { return support.spread < kCorner; }

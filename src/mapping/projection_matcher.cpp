@@ -49,6 +49,12 @@ class Visibility {
     return ray.dot(c.seen_from) >= min_cosine_ * distance;
   }
 
+  // Between the directions from which it is seen and was seen, rad.
+  double angle_beside(const LandmarkCandidate& c) const {
+    const Eigen::Vector3d ray = center_ - c.x_in_map;
+    return std::atan2(ray.cross(c.seen_from).norm(), ray.dot(c.seen_from));
+  }
+
  private:
   const CameraModel& camera_;
   const Rigid3& camera_from_map_;
@@ -56,6 +62,15 @@ class Visibility {
   const double focal_px_;
   const double min_cosine_;
 };
+
+// How often a landmark is found again whose view has turned by the angle (rad), over how often one is whose
+// view has not. Of tracked images of a head, a statue, a temple, a facade, a kitchen and a road 50 to 90 % of
+// what was last seen from within 5 degrees is found, 60 % of that from 12, 40 % from 17, 20 % from 22, 10 %
+// from 27, 2 to 4 % from 37: alike enough on all of them.
+double known_again(double angle) {
+  constexpr double kSigma = 13 * kDegree;
+  return std::exp(-0.5 * angle * angle / (kSigma * kSigma));
+}
 
 }  // namespace
 
@@ -92,17 +107,19 @@ std::vector<LandmarkMatch> match_by_projection(const std::vector<LandmarkCandida
   return matches;
 }
 
-int count_visible(const std::vector<LandmarkCandidate>& candidates, const CameraModel& camera,
-                  const Rigid3& camera_from_map, const ProjectionMatchOptions& options) {
+double expected_finds(const std::vector<LandmarkCandidate>& candidates, const CameraModel& camera,
+                      const Rigid3& camera_from_map, const ProjectionMatchOptions& options) {
   const Visibility visibility(camera, camera_from_map, options.max_view_angle_deg);
   // Below a pixel the feature is lost in the sampling; above the largest octave it is none.
   constexpr double kSmallest = 1, kLargest = 64;
-  return static_cast<int>(
-      std::count_if(candidates.begin(), candidates.end(), [&](const LandmarkCandidate& c) {
-        Eigen::Vector2d pixel;
-        double scale;
-        return visibility.of(c, &pixel, &scale) && scale >= kSmallest && scale <= kLargest;
-      }));
+  double expected = 0;
+  for (const LandmarkCandidate& c : candidates) {
+    Eigen::Vector2d pixel;
+    double scale;
+    if (!visibility.of(c, &pixel, &scale) || scale < kSmallest || scale > kLargest) continue;
+    expected += known_again(visibility.angle_beside(c));
+  }
+  return expected;
 }
 
 }  // namespace mono_pose_tracker

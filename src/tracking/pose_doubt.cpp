@@ -60,7 +60,8 @@ std::optional<std::string> PoseDoubt::doubt_of(std::int64_t stamp_ns, const Rese
   const double translation_variance =
       translation_variance_ + resection.covariance.topLeftCorner<3, 3>().trace() / 3;
   const double distance2 = turn * turn / rotation_variance + shift * shift / translation_variance;
-  const double share = static_cast<double>(resection.support.found) / std::max(1, resection.support.expected);
+  const double share =
+      static_cast<double>(resection.support.found) / std::max(1.0, resection.support.expected);
   // What goes on from a doubtful pose is asked what is asked of a camera that was lost.
   const bool goes_on_in_doubt = in_a_row_ > 0 && !is_supported(resection.support, min_inliers);
   const bool is_outlier = learnt_ >= kLeastLearnt &&
@@ -72,7 +73,7 @@ std::optional<std::string> PoseDoubt::doubt_of(std::int64_t stamp_ns, const Rese
   if (!is_outlier) return std::nullopt;
   return formatted(
       "%.2f deg and %.3g units from where the motion led, %.1f times what is usual, and %.0f %% of the "
-      "points in view found",
+      "points found that are to be expected",
       turn / kDegree, shift, std::sqrt(distance2 / 6), 100 * share);
 }
 

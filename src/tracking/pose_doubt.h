@@ -40,7 +40,7 @@ class PoseDoubt {
   std::optional<std::int64_t> last_stamp_ns_;
   double usual_gap_ns_ = 0;  // between frames
   int learnt_ = 0;           // innovations
-  double usual_share_ = 0;   // of the points in view that a pose finds
+  double usual_share_ = 0;   // of the points to be expected that a pose finds
   // Of one coordinate of an innovation, at the usual gap.
   double rotation_variance_ = 0;     // rad^2
   double translation_variance_ = 0;  // (map units)^2, of the map seen from the camera

@@ -24,8 +24,8 @@ std::string shortfall(int found, int needed, const char* what) {
 }
 
 std::string unsupported(const PoseSupport& support) {
-  return formatted("%d of %d points in view found, over %.0f %% of what is to be seen", support.found,
-                   support.expected, 100 * support.spread);
+  return formatted("%d points found where %.0f are to be expected, over %.0f %% of what is to be seen",
+                   support.found, support.expected, 100 * support.spread);
 }
 
 // Where to look for a frame: what looks like it most. What the index knows may be gone from the snapshot.
@@ -167,7 +167,7 @@ void Resector::refine(const Frame& frame, const std::vector<LandmarkCandidate>& 
   std::vector<int> features;
   for (const LandmarkMatch& m : inliers) features.push_back(m.feature);
   report->support = pose_support(*frame.image, camera_.width(), camera_.height(), features,
-                                 count_visible(candidates, camera_, report->camera_from_map, {}));
+                                 expected_finds(candidates, camera_, report->camera_from_map, {}));
 }
 
 ResectionReport Resector::by_prediction(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,

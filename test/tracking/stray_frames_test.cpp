@@ -211,13 +211,13 @@ bool has_loose_end(Map map) {
   return weakest_seam(map).holds();
 }
 
-// A quarter of so many features are enough for a pose, and too few for a seam; of how many is the processor's
+// A third of so many features are enough for a pose, and too few for a seam; of how many is the processor's
 // rounding's: about half of these have a loose end.
 std::unique_ptr<Tracker> with_loose_end() {
   constexpr int kFrames = 50;
   const SimulatedRoom room = simulated_room(kFrames, 1), other = simulated_room(kFrames, 1, 2);
-  for (const double part : {0.25, 0.24, 0.26, 0.27}) {
-    for (const int features : {260, 240, 220, 300, 280}) {
+  for (const double part : {0.32, 0.3, 0.31, 0.29, 0.33}) {
+    for (const int features : {180, 200, 160, 220, 240}) {
       std::unique_ptr<Tracker> tracker = track_into_another_room(room, other, part, features);
       if (tracker && has_loose_end(tracker->map())) return tracker;
     }

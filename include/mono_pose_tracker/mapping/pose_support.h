@@ -10,21 +10,22 @@ namespace mono_pose_tracker {
 /// What speaks for a pose that nothing predicted: landmarks that should be in view and were found, spread
 /// over where the image has features at all.
 struct PoseSupport {
-  int found = 0;      // inliers
-  int expected = 0;   // landmarks that the pose brings into view as they were seen before, found or not
-  double spread = 0;  // share of the cells of the image with features in which there are inliers
-  int features = 0;   // of the image
+  int found = 0;        // inliers
+  double expected = 0;  // as expected_finds counts what the pose brings into view
+  double spread = 0;    // share of the cells of the image with features in which there are inliers
+  int features = 0;     // of the image
 };
 
 /// inliers: features of the image that agree with the pose. The image is cut into 8 x 6 cells.
 PoseSupport pose_support(const ImageFeatures& image, int width, int height, const std::vector<int>& inliers,
-                         int expected);
+                         double expected);
 
-/// Whether the pose may be believed once a second view agrees. Of landmarks in view SIFT finds two in three
-/// again from a near view, one in five from a far one; look-alikes (one window of many) leave what surrounds
-/// them unfound: at most one in ten. They also sit in one corner of it. Where a map has more landmarks in
-/// view than the image has features, no more than these can be found; of an image with few, a wall seen
-/// through one window, thirty are asked for all the same.
+/// Whether the pose may be believed once a second view agrees. Of what is to be expected SIFT finds two in
+/// three, one in four of a blurred image; look-alikes (one window of many, one door of a row) leave what
+/// surrounds them unfound: one in seven is usual, one in five rare. They also sit in one corner of it. Where
+/// a map shows more than the image has features, no more than these can be found; of an image with few, a
+/// wall seen through one window, thirty are asked for all the same. Where less is to be expected than a pose
+/// needs, as from behind, what is found is a look-alike.
 bool is_supported(const PoseSupport& support, int min_inliers);
 
 /// Whether the inliers lie in less than an eighth of the cells with anything to see: what holds the pose may

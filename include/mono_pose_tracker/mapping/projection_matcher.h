@@ -50,9 +50,10 @@ std::vector<LandmarkMatch> match_by_projection(const std::vector<LandmarkCandida
                                                const Rigid3& camera_from_map,
                                                const ProjectionMatchOptions& options);
 
-/// How many of the candidates the pose brings into view, from a side and at a scale at which they could be
-/// found again.
-int count_visible(const std::vector<LandmarkCandidate>& candidates, const CameraModel& camera,
-                  const Rigid3& camera_from_map, const ProjectionMatchOptions& options);
+/// How many of the candidates should be found again if all that are seen from where they were seen before
+/// are: each that the pose brings into view, at a scale at which it can be found, counts by how well SIFT
+/// knows it from so far beside (1 from the same side, a half from 15 degrees, a tenth from 28).
+double expected_finds(const std::vector<LandmarkCandidate>& candidates, const CameraModel& camera,
+                      const Rigid3& camera_from_map, const ProjectionMatchOptions& options);
 
 }  // namespace mono_pose_tracker
