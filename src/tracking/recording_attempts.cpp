@@ -38,11 +38,16 @@ bool fell_apart(const RecordingResult& result) {
   return result.maps.size() > 1 && is_narrow(result.maps.front().map);
 }
 
-// So is what hangs together by a few points only (an object's other side that looks like this one). Of this
-// many images all attempts take a minute or so.
+// Of this many images all attempts take a minute or so.
+bool is_short(const RecordingResult& result) { return result.frames_total <= 150; }
+
+// So is what hangs together by a few points only (an object's other side that looks like this one).
 bool is_short_and_loose(const RecordingResult& result) {
-  constexpr std::int64_t kShort = 150;
-  return result.frames_total <= kShort && (result.maps.size() > 1 || !result.maps.front().seam.holds());
+  return is_short(result) && (result.maps.size() > 1 || !result.maps.front().seam.holds());
+}
+
+bool lacks_images(const RecordingResult& result) {
+  return result.tracked && static_cast<std::int64_t>(result.trajectory.size()) < result.frames_total;
 }
 
 // The more attempts at little that was told from a background, the sooner one agrees with itself on the wrong
@@ -119,6 +124,7 @@ class Attempts {
     made.attempt = count_++;
     made.tracker = make_tracker_();
     if (recording.body) made.tracker->expect_object();
+    if (recording.looks_closer) made.tracker->look_closer();
     made.result = track_recording(recording, observer_of_(made.attempt), made.tracker.get());
     return made;
   }
@@ -294,6 +300,21 @@ bool begin_anew(Attempts* attempts, std::size_t first_index, Recording recording
   return is_kept;
 }
 
+// Images without a pose may have too little in common with the others: once more, with more features of each,
+// and if that is no better from the middle.
+void look_closer(Attempts* attempts, Recording recording, TrackedRecording* kept) {
+  if (!is_short(kept->result) || !lacks_images(kept->result)) return;
+  recording.looks_closer = true;
+  for (const std::int64_t first : {recording.first_tracked, frame_at(kBeginnings[1], kept->result)}) {
+    if (recording.interrupted()) return;
+    recording.first_tracked = first;
+    TrackedRecording closer = attempts->next(recording);
+    if (!is_better(closer.result, recording.body != nullptr, kept->result)) continue;
+    *kept = std::move(closer);
+    return;
+  }
+}
+
 }  // namespace
 
 TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker& make_tracker,
@@ -313,6 +334,7 @@ TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker
     if (!first_is_other && is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
   }
   if (!first_is_smaller && is_of_smaller_body(kept.result)) turn_to_larger_body(&attempts, again, &kept);
+  look_closer(&attempts, again, &kept);
   return kept;
 }
 

@@ -252,6 +252,14 @@ void Tracker::Impl::set_options(const TrackerOptions& options) {
   apply_options();
 }
 
+// Twice as many as usual of the image's strongest, and down to the faintest for them.
+void Tracker::Impl::look_closer() {
+  given_options_.sift.max_features *= 2;
+  given_options_.sift.min_features =
+      std::max(given_options_.sift.max_features, given_options_.sift.min_features);
+  apply_options();
+}
+
 void Tracker::Impl::set_load_level(int level) {
   if (std::exchange(load_level_, level) != level) apply_options();
 }
@@ -336,6 +344,8 @@ FrameReport Tracker::keep_for_later(std::int64_t frame_index, std::int64_t stamp
 void Tracker::fill_gaps() { impl_->fill_gaps(); }
 
 void Tracker::expect_object() { impl_->expect_object(); }
+
+void Tracker::look_closer() { impl_->look_closer(); }
 
 bool Tracker::may_have_background() { return impl_->may_have_background(); }
 

@@ -94,6 +94,7 @@ class Tracker::Impl {
     return options_.segmentation.is_automatic() && !options_.localize_only;
   }
   void expect_object() { expects_object_ = true; }
+  void look_closer();
   ImageFeaturesPtr features_of(const PreparedImage& image);
   StillBackground background_of(const std::vector<SeenImage>& images) const;
   FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,

@@ -90,6 +90,12 @@ class RealSequences(Runs):
         self.assertGreaterEqual(masks.mean_covered(), 0.9)
         self.assertLessEqual(masks.mean_area(), 2)
 
+    def test_wide_steps_of_a_bust(self):
+        """Of 6 to 20 degrees, of the bust alone: with the usual features ten have a pose."""
+        masks = os.path.join(DATA, "head_bronze_66", "masks")
+        output = self.track_part("head_bronze_66", 50, 66, "--config", CONFIG, "--masks", masks)
+        self.assertGreaterEqual(report(output)["frames_posed"], 12)
+
     def test_still_camera(self):
         output, said, _ = self.track_real("euroc_still_30", status=1)
         self.assertIn("too little parallax", said)

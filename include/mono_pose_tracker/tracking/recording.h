@@ -26,6 +26,7 @@ struct Recording {
   std::shared_ptr<const BodyMasks> body;  // masks that an earlier attempt has found; null: none
   std::int64_t max_frames = -1;           // all
   std::int64_t first_tracked = 0;         // images before it are posed in the end
+  bool looks_closer = false;              // as Tracker::look_closer
   bool try_again = true;                  // where a result is in doubt; of no use in a map that was loaded
   /// On more, images are read and searched for features ahead of tracking: the same results, sooner.
   int threads = 1;
@@ -82,12 +83,12 @@ struct TrackedRecording {
 using TrackerMaker = std::function<std::unique_ptr<Tracker>()>;
 using ObserverOfAttempt = std::function<FrameObserver(int attempt)>;
 
-/// Where the result is not sure, or an object's map fell apart, or a short recording's map fell apart or hangs
-/// together by little (not if it was tracked by masks of what moves), the recording is tracked again, the map
-/// begun half way, a quarter, three quarters on, where the body shows itself otherwise, until a result is
-/// enough. A result in doubt gives way to one that is founded (FinishedMap::is_founded) and poses three
-/// quarters as many images, or poses as many and less speaks against it; a sure one gives way to a founded one
-/// of more images, or of as many where it hangs together by little.
+/// Where the result is not sure, or an object's map fell apart, or a short recording's map fell apart or
+/// hangs together by little (not if it was tracked by masks of what moves), the recording is tracked again,
+/// the map begun half way, a quarter, three quarters on, where the body shows itself otherwise, until a
+/// result is enough. A result in doubt gives way to one that is founded (FinishedMap::is_founded) and poses
+/// three quarters as many images, or poses as many and less speaks against it; a sure one gives way to a
+/// founded one of more images, or of as many where it hangs together by little.
 ///
 /// Before that the recording is tracked by masks that the results themselves give: of what moves, where the
 /// result is in doubt and a background stands still behind it (leave_out_background); of the larger of two

@@ -45,6 +45,10 @@ class Tracker {
   /// behind it.
   void expect_object();
 
+  /// Before the first image: twice as many features of each as the options say, down to a quarter of their
+  /// contrast_threshold.
+  void look_closer();
+
   /// The next image of a recording is not looked at; it may be posed in the end.
   void pass_over();
 
