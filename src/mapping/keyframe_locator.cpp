@@ -74,8 +74,8 @@ Location locate(const MapperOptions& options, const Map& map, KeyframeId place, 
   if (!refine(options, candidates, image, &location)) return location;
   std::vector<int> inliers;
   for (const auto& match : location.matches) inliers.push_back(match.first);
-  const double expected = expected_finds(candidates, camera, location.camera_from_map, {});
-  location.support = pose_support(image, camera.width(), camera.height(), inliers, expected);
+  const ExpectedFinds in_map = expected_finds(candidates, camera, location.camera_from_map, {});
+  location.support = pose_support(image, camera.width(), camera.height(), inliers, in_map);
   location.found = is_supported(location.support, options.min_inliers);
   return location;
 }

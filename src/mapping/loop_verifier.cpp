@@ -124,7 +124,7 @@ std::vector<LandmarkCandidate> candidates_in_new(const TrackingMap& map, const s
 struct GuidedSearch {
   Pairs pairs;               // where the new side has a landmark as well
   std::vector<int> inliers;  // features of the new image that see an old landmark
-  double expected = 0;
+  ExpectedFinds in_map;
 };
 
 GuidedSearch search(const MapperOptions& options, const CameraModel& camera, const TrackingMap& map,
@@ -135,7 +135,7 @@ GuidedSearch search(const MapperOptions& options, const CameraModel& camera, con
   guided.max_distance2 = stored_distance2(options.mapping.max_descriptor_distance);
   const std::vector<LandmarkCandidate> candidates = candidates_in_new(map, old, old_from_new.inverse());
   GuidedSearch result;
-  result.expected = expected_finds(candidates, camera, keyframe.camera_from_map, guided);
+  result.in_map = expected_finds(candidates, camera, keyframe.camera_from_map, guided);
   for (const LandmarkMatch& m :
        match_by_projection(candidates, *keyframe.image, camera, keyframe.camera_from_map, guided)) {
     const Eigen::Vector3d x_in_camera = keyframe.camera_from_map * candidates[m.candidate].x_in_map;
@@ -205,8 +205,7 @@ std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const Tr
   if (!drift) return std::nullopt;
   loop.drift = *drift;
   const GuidedSearch found = search(options, camera, map, keyframe, old, loop.old_from_new);
-  loop.support =
-      pose_support(*keyframe.image, camera.width(), camera.height(), found.inliers, found.expected);
+  loop.support = pose_support(*keyframe.image, camera.width(), camera.height(), found.inliers, found.in_map);
   if (!is_supported(loop.support, options.min_inliers)) return std::nullopt;
   loop.from = place;
   loop.to = keyframe_id;

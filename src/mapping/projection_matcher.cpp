@@ -107,19 +107,20 @@ std::vector<LandmarkMatch> match_by_projection(const std::vector<LandmarkCandida
   return matches;
 }
 
-double expected_finds(const std::vector<LandmarkCandidate>& candidates, const CameraModel& camera,
-                      const Rigid3& camera_from_map, const ProjectionMatchOptions& options) {
+ExpectedFinds expected_finds(const std::vector<LandmarkCandidate>& candidates, const CameraModel& camera,
+                             const Rigid3& camera_from_map, const ProjectionMatchOptions& options) {
   const Visibility visibility(camera, camera_from_map, options.max_view_angle_deg);
   // Below a pixel the feature is lost in the sampling; above the largest octave it is none.
   constexpr double kSmallest = 1, kLargest = 64;
-  double expected = 0;
+  ExpectedFinds finds;
   for (const LandmarkCandidate& c : candidates) {
     Eigen::Vector2d pixel;
     double scale;
     if (!visibility.of(c, &pixel, &scale) || scale < kSmallest || scale > kLargest) continue;
-    expected += known_again(visibility.angle_beside(c));
+    ++finds.in_view;
+    finds.expected += known_again(visibility.angle_beside(c));
   }
-  return expected;
+  return finds;
 }
 
 }  // namespace mono_pose_tracker

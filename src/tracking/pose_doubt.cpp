@@ -61,7 +61,7 @@ std::optional<std::string> PoseDoubt::doubt_of(std::int64_t stamp_ns, const Rese
       translation_variance_ + resection.covariance.topLeftCorner<3, 3>().trace() / 3;
   const double distance2 = turn * turn / rotation_variance + shift * shift / translation_variance;
   const double share =
-      static_cast<double>(resection.support.found) / std::max(1.0, resection.support.expected);
+      static_cast<double>(resection.support.found) / std::max(1.0, resection.support.in_map.expected);
   // What goes on from a doubtful pose is asked what is asked of a camera that was lost.
   const bool goes_on_in_doubt = in_a_row_ > 0 && !is_supported(resection.support, min_inliers);
   const bool is_outlier = learnt_ >= kLeastLearnt &&

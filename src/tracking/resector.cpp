@@ -25,7 +25,7 @@ std::string shortfall(int found, int needed, const char* what) {
 
 std::string unsupported(const PoseSupport& support) {
   return formatted("%d points found where %.0f are to be expected, over %.0f %% of what is to be seen",
-                   support.found, support.expected, 100 * support.spread);
+                   support.found, support.in_map.expected, 100 * support.spread);
 }
 
 // Where to look for a frame: what looks like it most. What the index knows may be gone from the snapshot.

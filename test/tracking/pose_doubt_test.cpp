@@ -18,7 +18,7 @@ class PoseDoubtTest : public testing::Test {
     report.success = true;
     report.camera_from_map = camera_from_map;
     report.inliers = 200;
-    report.support = {200, 300, 0.8};
+    report.support = {200, {300, 300}, 0.8};
     report.covariance = 1e-8 * Matrix6d::Identity();
     return report;
   }
@@ -96,7 +96,7 @@ TEST_F(PoseDoubtTest, AfterAGapMoreIsAllowed) {
 TEST_F(PoseDoubtTest, AFewInOneCornerAreDoubtedAtOnce) {
   ResectionReport corner = seen_at(Rigid3());
   corner.inliers = 20;
-  corner.support = {20, 25, 0.05};
+  corner.support = {20, {25, 25}, 0.05};
   EXPECT_TRUE(doubt_.judge(stamp_, corner, std::nullopt, 15));
   corner.support.spread = 0.4;
   EXPECT_FALSE(doubt_.judge(stamp_ += kGapNs, corner, std::nullopt, 15));

@@ -206,7 +206,7 @@ TEST_F(ResectorTest, WhatLeavesMostOfTheViewUnexplainedIsNoRelocalisation) {
   map_.places = std::make_shared<NewestFirst>(map_);
   const ResectionReport report = resector_.relocalize(frame, map_, 8);
   EXPECT_GE(report.inliers, TrackerOptions().resection.min_inliers) << "enough to look right";
-  EXPECT_FALSE(report.success) << report.support.found << " of " << report.support.expected << ", "
+  EXPECT_FALSE(report.success) << report.support.found << " of " << report.support.in_map.expected << ", "
                                << report.support.spread;
 }
 

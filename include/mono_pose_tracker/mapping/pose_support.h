@@ -4,21 +4,22 @@
 #include <vector>
 
 #include "mono_pose_tracker/map/image_features.h"
+#include "mono_pose_tracker/mapping/projection_matcher.h"
 
 namespace mono_pose_tracker {
 
 /// What speaks for a pose that nothing predicted: landmarks that should be in view and were found, spread
 /// over where the image has features at all.
 struct PoseSupport {
-  int found = 0;        // inliers
-  double expected = 0;  // as expected_finds counts what the pose brings into view
-  double spread = 0;    // share of the cells of the image with features in which there are inliers
-  int features = 0;     // of the image
+  int found = 0;  // inliers
+  ExpectedFinds in_map;
+  double spread = 0;  // share of the cells of the image with features in which there are inliers
+  int features = 0;   // of the image
 };
 
 /// inliers: features of the image that agree with the pose. The image is cut into 8 x 6 cells.
 PoseSupport pose_support(const ImageFeatures& image, int width, int height, const std::vector<int>& inliers,
-                         double expected);
+                         const ExpectedFinds& in_map);
 
 /// Whether the pose may be believed once a second view agrees. Of what is to be expected SIFT finds two in
 /// three, one in four of a blurred image; look-alikes (one window of many, one door of a row) leave what

@@ -50,10 +50,14 @@ std::vector<LandmarkMatch> match_by_projection(const std::vector<LandmarkCandida
                                                const Rigid3& camera_from_map,
                                                const ProjectionMatchOptions& options);
 
-/// How many of the candidates should be found again if all that are seen from where they were seen before
-/// are: each that the pose brings into view, at a scale at which it can be found, counts by how well SIFT
-/// knows it from so far beside (1 from the same side, a half from 15 degrees, a tenth from 28).
-double expected_finds(const std::vector<LandmarkCandidate>& candidates, const CameraModel& camera,
-                      const Rigid3& camera_from_map, const ProjectionMatchOptions& options);
+/// What a pose should find of the candidates.
+struct ExpectedFinds {
+  int in_view = 0;      // those that it brings into view, at a scale at which they can be found
+  double expected = 0;  // of these, each counts by how well SIFT knows it from so far beside
+};
+
+/// From the side from which it was seen a candidate counts 1, from 15 degrees a half, from 28 a tenth.
+ExpectedFinds expected_finds(const std::vector<LandmarkCandidate>& candidates, const CameraModel& camera,
+                             const Rigid3& camera_from_map, const ProjectionMatchOptions& options);
 
 }  // namespace mono_pose_tracker
