@@ -8,7 +8,8 @@ namespace {
 
 constexpr int kColumns = 8, kRows = 6;
 constexpr double kMinFound = 0.2;  // of the expected
-// Of what is in view; of the expected.
+// From the first share of what is in view on it may have been seen from anywhere; below it what is found is
+// no more than the second, of the expected.
 constexpr double kMinFoundFromNear = 0.15, kMostFromBeside = 2;
 constexpr int kFewFeatures = 150;    // an image that has fewer shows too little to lack what is not found
 constexpr double kMinSpread = 0.25;  // a quarter of where there is anything to see

@@ -38,7 +38,7 @@ bool fell_apart(const RecordingResult& result) {
   return result.maps.size() > 1 && is_narrow(result.maps.front().map);
 }
 
-// Of this many images all attempts take a minute or so.
+// Of up to 150 images all attempts take a minute or so.
 bool is_short(const RecordingResult& result) { return result.frames_total <= 150; }
 
 // So is what hangs together by a few points only (an object's other side that looks like this one).

@@ -254,9 +254,10 @@ void Tracker::Impl::set_options(const TrackerOptions& options) {
 
 // Twice as many as usual of the image's strongest, and down to the faintest for them.
 void Tracker::Impl::look_closer() {
-  given_options_.sift.max_features *= 2;
-  given_options_.sift.min_features =
-      std::max(given_options_.sift.max_features, given_options_.sift.min_features);
+  constexpr int kMost = 1000000;  // as the options have it
+  SiftOptions& sift = given_options_.sift;
+  sift.max_features = std::min(2 * sift.max_features, kMost);  // 0, which means all, stays
+  sift.min_features = std::min(std::max(sift.max_features, 2 * sift.min_features), kMost);
   apply_options();
 }
 

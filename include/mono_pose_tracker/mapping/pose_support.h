@@ -26,7 +26,9 @@ PoseSupport pose_support(const ImageFeatures& image, int width, int height, cons
 /// surrounds them unfound: one in seven is usual, one in five rare. They also sit in one corner of it. Where
 /// a map shows more than the image has features, no more than these can be found; of an image with few, a
 /// wall seen through one window, thirty are asked for all the same. Where less is to be expected than a pose
-/// needs, as from behind, what is found is a look-alike.
+/// needs, as from behind, what is found is a look-alike; so it is where it is less than 15 % of what is in
+/// view, as from far beside, and yet more than twice what is to be expected from there: one side of a temple
+/// for another.
 bool is_supported(const PoseSupport& support, int min_inliers);
 
 /// Whether the inliers lie in less than an eighth of the cells with anything to see: what holds the pose may

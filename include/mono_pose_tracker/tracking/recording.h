@@ -94,7 +94,8 @@ using ObserverOfAttempt = std::function<FrameObserver(int attempt)>;
 /// result is in doubt and a background stands still behind it (leave_out_background); of the larger of two
 /// bodies, where the map is of the smaller (turn_to_larger_body; asked of the last result as well, if not of
 /// an earlier one); and of the body that turns, where segmentation/body asks for it and the map is of another
-/// (turn_to_other_body).
+/// (turn_to_other_body). In the end a short recording of whose images some have no pose is tracked once or
+/// twice more with twice the features of each (look_closer).
 TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker& make_tracker,
                                   const ObserverOfAttempt& observer_of);
 
