@@ -305,14 +305,17 @@ bool begin_anew(Attempts* attempts, std::size_t first_index, Recording recording
 void look_closer(Attempts* attempts, Recording recording, TrackedRecording* kept) {
   if (!is_short(kept->result) || !lacks_images(kept->result)) return;
   recording.looks_closer = true;
-  for (const std::int64_t first : {recording.first_tracked, frame_at(kBeginnings[1], kept->result)}) {
-    if (recording.interrupted()) return;
+  const auto is_kept_from = [&](std::int64_t first) {
+    if (recording.interrupted()) return false;
     recording.first_tracked = first;
     TrackedRecording closer = attempts->next(recording);
-    if (!is_better(closer.result, recording.body != nullptr, kept->result)) continue;
-    *kept = std::move(closer);
-    return;
-  }
+    const bool better = is_better(closer.result, recording.body != nullptr, kept->result);
+    if (better) *kept = std::move(closer);
+    return better;
+  };
+  // The masks may be from an attempt that was begun in the middle itself.
+  const std::int64_t first = recording.first_tracked, middle = frame_at(kBeginnings[1], kept->result);
+  if (!is_kept_from(first) && middle != first) is_kept_from(middle);
 }
 
 }  // namespace
