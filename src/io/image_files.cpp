@@ -93,6 +93,12 @@ class ImageFiles : public ImageSource {
     return {kind, file.stamp_ns, file.name, file.mask_name, decoded.image, decoded.problem};
   }
 
+  bool skip() override {
+    if (position_ == files_.size()) return false;
+    ++position_;
+    return true;
+  }
+
   int size() const override { return static_cast<int>(files_.size()); }
 
  private:

@@ -50,6 +50,12 @@ class VideoFile : public ImageSource {
     return result;
   }
 
+  bool skip() override {
+    if (!capture_.grab()) return false;
+    ++index_;
+    return true;
+  }
+
   int size() const override {
     const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
     return count > 0 && count < 1e9 ? static_cast<int>(count) : -1;  // streams give nonsense or nothing

@@ -12,30 +12,52 @@ namespace {
 // Standard deviations: all depths that are measured by the baseline are off by a fifth as it is.
 constexpr double kMinSignificance = 5;
 
-// Information (inverse covariance) of a pose, x' = exp(w) x + v, order v, w; the landmarks held fixed.
-Eigen::Matrix<double, 6, 6> information_of(const Map& map, const Keyframe& keyframe) {
-  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
-  for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
-    const Landmark* landmark = map.landmark(keyframe.landmark_of_feature[f]);
-    if (!landmark) continue;
-    const Eigen::Vector3d x = keyframe.camera_from_map * landmark->x_in_map;
-    const Eigen::Vector3d ray = x.normalized();
-    const double px_per_rad = keyframe.image->pixel_from_bearing[f].norm() / std::sqrt(2.0);
-    Eigen::Matrix<double, 3, 6> jacobian;  // of the ray
-    jacobian.leftCols<3>() = (Eigen::Matrix3d::Identity() - ray * ray.transpose()) / x.norm();
-    jacobian.rightCols<3>() = -jacobian.leftCols<3>() * cross_matrix(x);
-    const double weight = px_per_rad / keyframe.image->sigma_px[f];
-    information += weight * weight * jacobian.transpose() * jacobian;
-  }
-  return information;
-}
+// Landmarks after which it is asked whether they suffice: mostly the first hundred do.
+constexpr std::size_t kAskAfter = 100;
 
-// Variance of the keyframe's place along a direction of the map, of unit length.
-double variance_along(const Map& map, const Keyframe& keyframe, const Eigen::Vector3d& direction_in_map) {
-  Eigen::Matrix<double, 6, 1> direction = Eigen::Matrix<double, 6, 1>::Zero();
-  direction.head<3>() = keyframe.camera_from_map.rotation * direction_in_map;
-  return direction.dot(information_of(map, keyframe).ldlt().solve(direction));
-}
+// Of a keyframe's pose, as far as its landmarks have been added: x' = exp(w) x + v, order v, w; the landmarks
+// held fixed.
+class PoseInformation {
+ public:
+  PoseInformation(const Map& map, const Keyframe& keyframe) : map_(map), keyframe_(keyframe) {}
+
+  bool is_complete() const { return next_ == keyframe_.landmark_of_feature.size(); }
+
+  void add(std::size_t landmarks) {
+    for (; landmarks > 0 && !is_complete(); ++next_) {
+      const Landmark* landmark = map_.landmark(keyframe_.landmark_of_feature[next_]);
+      if (!landmark) continue;
+      add(next_, keyframe_.camera_from_map * landmark->x_in_map);
+      --landmarks;
+    }
+  }
+
+  // Variance of the keyframe's place along a direction of the map, of unit length.
+  double variance_along(const Eigen::Vector3d& direction_in_map) const {
+    Eigen::Matrix<double, 6, 1> direction = Eigen::Matrix<double, 6, 1>::Zero();
+    direction.head<3>() = keyframe_.camera_from_map.rotation * direction_in_map;
+    return direction.dot(information_.ldlt().solve(direction));
+  }
+
+ private:
+  // The ray's change with the pose is (I - r r^T) / |x| (v - x cross w): across the ray, as the second is.
+  void add(std::size_t feature, const Eigen::Vector3d& x) {
+    const Eigen::Vector3d ray = x.normalized();
+    const double px_per_rad = keyframe_.image->pixel_from_bearing[feature].norm() / std::sqrt(2.0);
+    const double weight = px_per_rad / keyframe_.image->sigma_px[feature];
+    const Eigen::Matrix3d across = weight * weight * (Eigen::Matrix3d::Identity() - ray * ray.transpose());
+    const Eigen::Matrix3d turn = weight * weight / x.squaredNorm() * cross_matrix(x);
+    information_.topLeftCorner<3, 3>() += across / x.squaredNorm();
+    information_.topRightCorner<3, 3>() -= turn;
+    information_.bottomLeftCorner<3, 3>() += turn;
+    information_.bottomRightCorner<3, 3>() += across;
+  }
+
+  const Map& map_;
+  const Keyframe& keyframe_;
+  std::size_t next_ = 0;  // feature
+  Eigen::Matrix<double, 6, 6> information_ = Eigen::Matrix<double, 6, 6>::Zero();
+};
 
 }  // namespace
 
@@ -43,9 +65,16 @@ bool is_baseline_known(const Map& map, const Keyframe& first, const Keyframe& se
   const Eigen::Vector3d way = second.center_in_map() - first.center_in_map();
   const double length = way.norm();
   if (length <= 0) return false;
-  const double variance =
-      variance_along(map, first, way / length) + variance_along(map, second, way / length);
-  return std::isfinite(variance) && length * length >= kMinSignificance * kMinSignificance * variance;
+  PoseInformation of_first(map, first), of_second(map, second);
+  // Every landmark takes from the variance: what some of them tell well enough, all do.
+  while (true) {
+    of_first.add(kAskAfter);
+    of_second.add(kAskAfter);
+    const double variance = of_first.variance_along(way / length) + of_second.variance_along(way / length);
+    if (std::isfinite(variance) && length * length >= kMinSignificance * kMinSignificance * variance)
+      return true;
+    if (of_first.is_complete() && of_second.is_complete()) return false;
+  }
 }
 
 }  // namespace mono_pose_tracker

@@ -78,8 +78,8 @@ ReducedBundle::ReducedBundle(double loss_width, const BundleCameras& cameras, co
       candidate_costs_(problem.points.size()),
       accepted_(problem.points),
       followers_(problem.points.size()),
-      by_point_(problem.observations.size()),
-      pose_terms_(problem.observations.size()),
+      by_point_(new CameraByPoint[problem.observations.size()]),
+      pose_terms_(new PoseTerm[problem.observations.size()]),
       moved_(free_.size()) {
   for (std::size_t i = 0; i < free_.size(); ++i) free_of_[free_[i]] = static_cast<int>(i);
   for (const BundleObservation& o : problem.observations) ++begin_[o.point + 1];
@@ -88,7 +88,9 @@ ReducedBundle::ReducedBundle(double loss_width, const BundleCameras& cameras, co
   for (const BundleObservation& o : problem.observations) {
     sights_[next[o.point]++] = {o.camera, free_of_[o.camera], o.bearing, o.pixel_from_bearing / o.sigma_px};
   }
-  for (std::size_t p = 0; p < accepted_.size(); ++p) points_cost_ += state_of(p, accepted_[p]).cost;
+  parallel_for_runs(static_cast<int>(accepted_.size()), kRun, threads_,
+                    [this](int p) { candidate_costs_[p] = state_of(p, accepted_[p]).cost; });
+  for (const double of_point : candidate_costs_) points_cost_ += of_point;
   initial_cost_ = points_cost_ + cost_of_motions();
 }
 

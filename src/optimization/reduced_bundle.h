@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
 #include "bundle_cameras.h"
@@ -101,8 +102,10 @@ class ReducedBundle {
   std::vector<double> accepted_costs_, accepted_parameters_;
   std::vector<Eigen::Matrix3d> left_jacobians_;  // of the free cameras
   std::vector<Follower> followers_;
-  std::vector<CameraByPoint> by_point_;  // of sights by free cameras: second derivatives, times factor^-T
-  std::vector<PoseTerm> pose_terms_;     // of sights by free cameras
+  // Of sights by free cameras, as linearize_point leaves them; before that nothing: megabytes, which the
+  // threads that fill them also get from the system.
+  std::unique_ptr<CameraByPoint[]> by_point_;  // second derivatives, times factor^-T
+  std::unique_ptr<PoseTerm[]> pose_terms_;
   std::vector<Eigen::Matrix<double, 6, 1>> moved_;  // the free cameras, since
 };
 

@@ -198,6 +198,13 @@ SourceImage BagImageSource::next() {
   return result;
 }
 
+bool BagImageSource::skip() {
+  if (bag_->position == bag_->images->end()) return false;
+  ++bag_->position;
+  ++index_;
+  return true;
+}
+
 CameraParameters BagImageSource::read_camera(const std::string& camera_info_topic) const {
   const std::string wanted =
       camera_info_topic.empty() ? camera_of(topic_) + "/camera_info" : camera_info_topic;

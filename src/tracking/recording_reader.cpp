@@ -9,11 +9,20 @@ namespace mono_pose_tracker {
 
 RecordingReader::RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
                                  std::vector<std::string>* problems)
+    : RecordingReader(recording, tracker, std::move(is_wanted), problems, -1) {}
+
+RecordingReader::RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
+                                 std::int64_t readable)
+    : RecordingReader(recording, tracker, std::move(is_wanted), nullptr, readable) {}
+
+RecordingReader::RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
+                                 std::vector<std::string>* problems, std::int64_t readable)
     : recording_(recording),
       tracker_(tracker),
       is_wanted_(std::move(is_wanted)),
       problems_(problems),
       source_(recording.open()),
+      skips_(readable >= 0 && source_->size() == readable),
       items_([this](Item* item) { return read(item); }, [this](Item* item) { prepare(item); },
              std::max(recording.threads - 1, 0)) {}
 
@@ -29,6 +38,10 @@ bool RecordingReader::next() {
 bool RecordingReader::read(Item* item) {
   if (has_ended_) return false;
   while ((recording_.max_frames < 0 || read_ < recording_.max_frames) && !recording_.interrupted()) {
+    if (skips_ && !is_wanted_(read_)) {
+      if (source_->skip()) item->source.kind = SourceImage::Kind::kImage;
+      break;
+    }
     item->source = source_->next();
     if (item->source.kind != SourceImage::Kind::kSkipped) break;
     item->problems.push_back(item->source.problem);
@@ -39,7 +52,7 @@ bool RecordingReader::read(Item* item) {
 }
 
 void RecordingReader::prepare(Item* item) const {
-  if (item->index < 0) return;
+  if (item->index < 0 || item->source.image.empty()) return;
   const SourceImage& source = item->source;
   if (recording_.masks) {
     std::string problem;
@@ -61,9 +74,12 @@ void RecordingReader::prepare(Item* item) const {
 void read_again(const Recording& recording, std::int64_t frames_total, const Tracker& tracker,
                 const RecordingReader::IsWanted& is_wanted,
                 const std::function<void(const RecordingReader&)>& use) {
-  RecordingReader reader(recording, tracker, is_wanted, nullptr);
   // A folder may have grown meanwhile: what the first pass did not see is left alone.
-  while (reader.index() + 1 < frames_total && reader.next()) {
+  std::int64_t last = frames_total - 1;
+  while (last >= 0 && !is_wanted(last)) --last;
+  if (last < 0) return;
+  RecordingReader reader(recording, tracker, is_wanted, frames_total);
+  while (reader.index() < last && reader.next()) {
     if (is_wanted(reader.index())) use(reader);
   }
 }

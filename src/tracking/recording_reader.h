@@ -20,6 +20,10 @@ class RecordingReader {
   // problems: gets a line for each image or mask that cannot be read; null: nobody is told.
   RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
                   std::vector<std::string>* problems);
+  // Once more, of so many that could be read: where these are all, those not wanted have no pixels and no
+  // names.
+  RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
+                  std::int64_t readable);
 
   // False at the end.
   bool next();
@@ -41,6 +45,8 @@ class RecordingReader {
     PreparedImage prepared;
   };
 
+  RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
+                  std::vector<std::string>* problems, std::int64_t readable);
   bool read(Item* item);
   void prepare(Item* item) const;
 
@@ -49,6 +55,7 @@ class RecordingReader {
   const IsWanted is_wanted_;
   std::vector<std::string>* problems_;
   std::unique_ptr<ImageSource> source_;
+  const bool skips_;  // what is not wanted
   std::int64_t read_ = 0;
   std::int64_t usable_masks_ = 0;
   bool has_ended_ = false;

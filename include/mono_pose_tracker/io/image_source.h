@@ -28,6 +28,9 @@ class ImageSource {
  public:
   virtual ~ImageSource() = default;
   virtual SourceImage next() = 0;
+  /// Passes over an image that can be read, with less work than reading it where there is a way. False at the
+  /// end.
+  virtual bool skip() { return next().kind != SourceImage::Kind::kEnd; }
   /// How many images there are, or -1 when that is not known.
   virtual int size() const { return -1; }
 };

@@ -20,6 +20,7 @@ class BagImageSource : public ImageSource {
   ~BagImageSource() override;
 
   SourceImage next() override;
+  bool skip() override;
   int size() const override;
 
   /// The topic that is read, as it is called in the bag.
