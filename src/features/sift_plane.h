@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "mono_pose_tracker/common/huge_pages.h"
+
 namespace mono_pose_tracker {
 
 constexpr int kPlaneBlock = 64;  // floats that the hot loops take at a time
@@ -33,7 +35,7 @@ class Plane {
   int height_ = 0;
   int padded_width_ = 0;
   int stride_ = 0;
-  std::vector<float> data_;
+  std::vector<float, HugePageAllocator<float>> data_;
 };
 
 }  // namespace mono_pose_tracker

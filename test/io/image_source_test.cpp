@@ -42,6 +42,17 @@ TEST(ImageFolder, ImagesByNameStampedWithTheirIndex) {
   EXPECT_EQ(source->next().kind, Kind::kEnd);
 }
 
+TEST(ImageFolder, PassesOverWhatNeedNotBeRead) {
+  TemporaryFolder folder;
+  for (const char* name : {"a.png", "b.png", "c.png"}) cv::imwrite(folder / name, grey(1));
+  const auto source = open_images(folder.path());
+  EXPECT_EQ(source->next().name, "a.png");
+  std::filesystem::remove(folder / "b.png");
+  EXPECT_TRUE(source->skip());
+  EXPECT_EQ(source->next().name, "c.png");
+  EXPECT_FALSE(source->skip());
+}
+
 TEST(ImageList, StampsCommentsAndRelativePaths) {
   TemporaryFolder folder;
   std::filesystem::create_directory(folder / "images");
@@ -248,6 +259,14 @@ TEST(Video, FramesStampedByTheirRate) {
   writer.release();
   const auto source = open_video(path);
   EXPECT_EQ(source->size(), 5);
+  const auto once_more = open_video(path);
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(once_more->skip());
+  const SourceImage fourth = once_more->next();
+  EXPECT_EQ(fourth.name, "000003.png");
+  EXPECT_EQ(fourth.stamp_ns, 3 * 40000000ll);
+  EXPECT_NEAR(fourth.image.at<cv::Vec3b>(10, 10)[0], 120, 3);
+  EXPECT_TRUE(once_more->skip());
+  EXPECT_FALSE(once_more->skip());
   for (int i = 0; i < 5; ++i) {
     const SourceImage image = source->next();
     ASSERT_EQ(image.kind, Kind::kImage);

@@ -86,6 +86,22 @@ TEST(BagImageSource, ReadsRawImagesInOrderWithHeaderStamps) {
   }
 }
 
+TEST(BagImageSource, PassesOverImages) {
+  TemporaryFolder folder;
+  const std::string path = make_bag(folder / "a.bag", [](rosbag::Bag& bag) {
+    for (int i = 0; i < 3; ++i)
+      bag.write("/camera/image_raw", seconds(200 + i), image_message(100 + i, grey(i), "mono8"));
+  });
+  BagImageSource source(path, "/camera/image_raw");
+  EXPECT_TRUE(source.skip());
+  EXPECT_TRUE(source.skip());
+  const SourceImage last = source.next();
+  EXPECT_EQ(last.name, "000002.png");
+  EXPECT_EQ(last.stamp_ns, 102 * 1000000000ll);
+  EXPECT_EQ(last.image.at<uchar>(3, 5), 2);
+  EXPECT_FALSE(source.skip());
+}
+
 TEST(BagImageSource, FindsCompressedImagesByTheRawName) {
   TemporaryFolder folder;
   const std::string path = make_bag(folder / "a.bag", [](rosbag::Bag& bag) {

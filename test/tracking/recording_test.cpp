@@ -75,6 +75,24 @@ RecordingResult track(const std::vector<cv::Mat>& images, const CameraModel& cam
       recording, [](int, std::int64_t, const FrameReport&) {}, &tracker);
 }
 
+// The same, of which it is known how many there are; counts those read.
+class CountedImages : public GivenImages {
+ public:
+  CountedImages(const std::vector<cv::Mat>& images, int* read)
+      : GivenImages(images), images_(static_cast<int>(images.size())), read_(*read) {}
+
+  SourceImage next() override {
+    ++read_;
+    return GivenImages::next();
+  }
+  bool skip() override { return GivenImages::next().kind == SourceImage::Kind::kImage; }
+  int size() const override { return images_; }
+
+ private:
+  const int images_;
+  int& read_;
+};
+
 // All numbers of a result, to be compared bit by bit.
 std::vector<double> numbers_of(const RecordingResult& result, const std::vector<FrameReport>& reports,
                                const Map& map) {
@@ -117,6 +135,30 @@ TEST_F(RecordingTest, AnyNumberOfThreadsGivesTheSameBits) {
     if (first.empty()) first = numbers;
     ASSERT_EQ(numbers.size(), first.size()) << threads;
     EXPECT_EQ(std::memcmp(numbers.data(), first.data(), numbers.size() * sizeof(double)), 0) << threads;
+  }
+}
+
+// What is asked for again is read again, and nothing else.
+TEST_F(RecordingTest, ImagesThatAreNotWantedAgainAreNotReadAgain) {
+  std::vector<cv::Mat> images;
+  for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image);
+  images.insert(images.begin() + 9, cv::Mat::zeros(images[0].size(), images[0].type()));
+  for (const int threads : {1, 2}) {
+    const auto numbers_by = [&](const std::function<std::unique_ptr<ImageSource>()>& open) {
+      Recording recording;
+      recording.open = open;
+      recording.threads = threads;
+      Tracker tracker(TrackerOptions().on_threads(threads), room_->camera, Tracker::Mapping::kInline);
+      const RecordingResult result = track_recording(
+          recording, [](int, std::int64_t, const FrameReport&) {}, &tracker);
+      EXPECT_TRUE(result.tracked);
+      return numbers_of(result, {}, tracker.map());
+    };
+    int read = 0, opened = 0;
+    const auto numbers = numbers_by([&] { return ++opened, std::make_unique<CountedImages>(images, &read); });
+    EXPECT_GE(opened, 2);
+    EXPECT_LE(read, static_cast<int>(images.size()) + 1 + 2 * (opened - 1));  // the end is asked for, too
+    EXPECT_EQ(numbers, numbers_by([&] { return std::make_unique<GivenImages>(images); }));
   }
 }
 

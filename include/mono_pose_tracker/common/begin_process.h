@@ -3,6 +3,10 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <cerrno>
 #include <csignal>
 
@@ -12,6 +16,8 @@ namespace mono_pose_tracker {
 /// would take its place, and get what is printed: /dev/null is opened there instead, in the wrong direction
 /// (stdin for writing, the others for reading), so that using a closed stream still fails. A file that grows
 /// beyond its limit (ulimit -f) is reported as an error, as a full disk is, instead of ending the process.
+/// Memory that is freed is kept for what is asked for next: given back and asked for again, image by image,
+/// each page of it costs a fault.
 inline void begin_process() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (fcntl(descriptor, F_GETFD) >= 0 || errno != EBADF) continue;
@@ -19,6 +25,10 @@ inline void begin_process() {
     static_cast<void>(open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY));
   }
   std::signal(SIGXFSZ, SIG_IGN);
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the largest there is
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
+#endif
 }
 
 }  // namespace mono_pose_tracker
