@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <unordered_map>
 #include <vector>
 
 #include "mono_pose_tracker/common/median.h"
@@ -23,9 +25,11 @@ namespace {
 constexpr std::array<double, 3> kStretches = {1, 2.5, 6};
 constexpr double kMaxTilt = 1.4;  // rad: beyond, an object is not seen from the same side
 constexpr double kNarrow = 0.15;  // rad
-// That costs are compared by, of a keyframe, twenty times as much as its pose takes; and of all, by
-// which a ratio of costs is off by some 3 %, where a tenth (while a map begins) or a third is asked about.
-constexpr std::size_t kEnoughOfKeyframe = 60, kEnoughOfAll = 2000;
+// That costs are compared by, of a keyframe, twenty times as much as its pose takes; and of all, by which a
+// ratio of costs is off by some 3 %.
+constexpr int kEnoughOfKeyframe = 60;
+constexpr std::size_t kEnoughOfAll = 2000;
+constexpr double kSampled = 1.1;  // three times that
 
 Eigen::Vector3d middle_in(const Map& map, const Rigid3& camera_from_map) {
   std::vector<double> axis[3];
@@ -109,20 +113,6 @@ bool is_narrow(const Map& map) {
 
 namespace {
 
-// With each so many-th landmark alone, where keyframes have far more observations than it takes to compare.
-Map sample_of(const Map& map) {
-  std::size_t all = 0;
-  for (const auto& entry : map.landmarks()) all += entry.second.observations.size();
-  const std::size_t step = all / std::max(kEnoughOfAll, kEnoughOfKeyframe * map.keyframes().size());
-  Map sample = map;
-  if (step < 2) return sample;
-  std::size_t i = 0;
-  for (const LandmarkId l : map.landmark_ids()) {
-    if (i++ % step != 0) sample.remove_landmark(l);
-  }
-  return sample;
-}
-
 // For one of so many that are adjusted at a time.
 BundleOptions trial_of(int rivals, const BundleOptions& bundle) {
   BundleOptions trial = bundle;
@@ -134,6 +124,33 @@ BundleOptions trial_of(int rivals, const BundleOptions& bundle) {
 // By what anyone sees of a head or a bust.
 bool turns_otherwise(double turn, double other) {
   return turn >= OtherBody::kPlainly * other || other >= OtherBody::kPlainly * turn;
+}
+
+// With each so many-th landmark, where keyframes have far more observations than it takes to compare; one
+// that has few keeps them all. Adjusted as its rivals will be. Nothing where there is nothing to leave out.
+std::optional<Map> sample_of(const BundleOptions& bundle, const Map& map) {
+  std::unordered_map<KeyframeId, int> left;  // observations
+  std::size_t all = 0;
+  for (const auto& entry : map.landmarks()) {
+    for (const Observation& o : entry.second.observations) ++left[o.keyframe], ++all;
+  }
+  const std::size_t step = all / std::max(kEnoughOfAll, kEnoughOfKeyframe * map.keyframes().size());
+  if (step < 2) return std::nullopt;
+  Map sample = map;
+  std::size_t i = 0;
+  for (const LandmarkId l : map.landmark_ids()) {
+    const std::vector<Observation>& seen = map.landmark(l)->observations;
+    const bool is_needed = std::any_of(seen.begin(), seen.end(), [&](const Observation& o) {
+      return left[o.keyframe] <= kEnoughOfKeyframe;
+    });
+    if (i++ % step == 0 || is_needed) continue;
+    for (const Observation& o : seen) --left[o.keyframe];
+    sample.remove_landmark(l);
+  }
+  BundleOptions settled = bundle;
+  settled.max_iterations = kIterations;
+  adjust_map(settled, &sample);
+  return sample;
 }
 
 // Of the map stretched so: infinite where it turns into the map again, or nearly.
@@ -191,10 +208,11 @@ Map cheapest_reversal(const BundleOptions& bundle, const Map& map, double cost, 
 
 bool correct_depth_reversal(const BundleOptions& bundle, double min_evidence, Map* map) {
   double rival_cost = 0;
-  const Map sample = sample_of(*map);
-  const double sample_cost = cost_of(sample);
-  cheapest_reversal(bundle, sample, sample_cost, &rival_cost);
-  if (rival_cost * (1 + min_evidence) >= sample_cost) return false;
+  if (const std::optional<Map> sample = sample_of(bundle, *map)) {
+    const double cost = cost_of(*sample);
+    cheapest_reversal(bundle, *sample, cost, &rival_cost);
+    if (rival_cost * (1 + min_evidence) >= kSampled * cost) return false;
+  }
   const double cost = cost_of(*map);
   Map rival = cheapest_reversal(bundle, *map, cost, &rival_cost);
   if (rival_cost * (1 + min_evidence) >= cost) return false;
@@ -204,11 +222,12 @@ bool correct_depth_reversal(const BundleOptions& bundle, double min_evidence, Ma
 
 double depth_evidence(const BundleOptions& bundle, const Map& map) {
   if (!is_narrow(map)) return std::numeric_limits<double>::infinity();
-  const Map sample = sample_of(map);
-  const double cost = cost_of(sample);
+  const std::optional<Map> sample = sample_of(bundle, map);
+  const Map& compared = sample ? *sample : map;
+  const double cost = cost_of(compared);
   double rival_cost = 0;
-  cheapest_reversal(bundle, sample, cost, &rival_cost);
-  return std::min(rival_cost, cheapest_when_stretched(bundle, sample, cost)) / cost - 1;
+  cheapest_reversal(bundle, compared, cost, &rival_cost);
+  return std::min(rival_cost, cheapest_when_stretched(bundle, compared, cost)) / cost - 1;
 }
 
 }  // namespace mono_pose_tracker

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <limits>
 
 #include "mono_pose_tracker/common/rigid3.h"
 
@@ -14,6 +15,9 @@ constexpr double kMinSignificance = 5;
 
 // Landmarks after which it is asked whether they suffice: mostly the first hundred do.
 constexpr std::size_t kAskAfter = 100;
+
+// Of the largest pivot of an information matrix: a smaller one is what sums have left of nothing.
+constexpr double kRounding = 1e-13;
 
 // Of a keyframe's pose, as far as its landmarks have been added: x' = exp(w) x + v, order v, w; the landmarks
 // held fixed.
@@ -32,11 +36,15 @@ class PoseInformation {
     }
   }
 
-  // Variance of the keyframe's place along a direction of the map, of unit length.
+  // Variance of the keyframe's place along a direction of the map, of unit length; infinite where too few
+  // have been added to tell the pose.
   double variance_along(const Eigen::Vector3d& direction_in_map) const {
     Eigen::Matrix<double, 6, 1> direction = Eigen::Matrix<double, 6, 1>::Zero();
     direction.head<3>() = keyframe_.camera_from_map.rotation * direction_in_map;
-    return direction.dot(information_.ldlt().solve(direction));
+    const auto decomposed = information_.ldlt();
+    const auto pivots = decomposed.vectorD();
+    if (!(pivots.minCoeff() > kRounding * pivots.maxCoeff())) return std::numeric_limits<double>::infinity();
+    return direction.dot(decomposed.solve(direction));
   }
 
  private:

@@ -101,7 +101,8 @@ bool holds_more(const RecordingResult& result, const RecordingResult& before) {
   return !before.maps.front().seam.holds();
 }
 
-// What takes the place of another must be better founded, or as well and hold more. By masks of what moves,
+// What takes the place of another must be better founded, or as well and hold more; a few images more are no
+// gain where plainly less of what moves in all of them is explained. By masks of what moves,
 // most of the images are better than all by what was not told from the background.
 bool is_better(const RecordingResult& result, bool is_masked, const RecordingResult& before) {
   if (!before.tracked) return result.tracked;
@@ -109,7 +110,8 @@ bool is_better(const RecordingResult& result, bool is_masked, const RecordingRes
       objections(result) <= objections(before)) {
     return true;
   }
-  if (is_sure(before)) return is_founded(result) && holds_more(result, before);
+  if (is_sure(before))
+    return is_founded(result) && holds_more(result, before) && !explains_more(before, result);
   return (is_founded(result) && is_most_of(result, before)) || is_less_doubtful(result, before);
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 #include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
@@ -16,10 +17,10 @@ constexpr int kTurns = 8;
 constexpr double kStep = 4 * kDegree;  // the object turns, from one keyframe to the next
 
 // A head of half a unit that turns 6 units away.
-Map head_map(double noise_px) {
+Map head_map(double noise_px, int points = 150) {
   Random random(3);
   const CameraModel camera = synthetic_camera();
-  const SyntheticScene scene = synthetic_head(150, random);
+  const SyntheticScene scene = synthetic_head(points, random);
   Map map;
   std::vector<LandmarkId> ids;
   for (const Eigen::Vector3d& x : scene.x_in_map) ids.push_back(map.add_landmark(x));
@@ -44,6 +45,14 @@ Map map_of_short_tracks(double noise_px) {
     }
   }
   return map;
+}
+
+std::vector<LandmarkId> landmarks_of(const Map& map, KeyframeId keyframe) {
+  std::vector<LandmarkId> seen;
+  for (const LandmarkId id : map.keyframe(keyframe)->landmark_of_feature) {
+    if (id != kNoLandmark) seen.push_back(id);
+  }
+  return seen;
 }
 
 void settle(Map* map) {
@@ -107,6 +116,22 @@ TEST(DepthReversal, EvidenceTellsARightMapFromAWrongOne) {
   Map reversed = map;
   reverse_depth(1, &reversed);
   EXPECT_LT(depth_evidence(BundleOptions(), reversed), 0);
+}
+
+// So large that it is compared by a sample; one view, of the end of the turn, has seen little.
+TEST(DepthReversal, ALargeMapIsComparedAsASmallOne) {
+  Map map = head_map(0.3, 900);
+  const Eigen::Vector3d truth = turned(map);
+  const KeyframeId last = map.keyframes().rbegin()->first;
+  std::vector<LandmarkId> seen = landmarks_of(map, last);
+  for (std::size_t i = 15; i < seen.size(); ++i) map.remove_observation(seen[i], last);
+  EXPECT_GT(depth_evidence(BundleOptions(), map), kMinDepthEvidence);
+  Map stays = map;
+  EXPECT_FALSE(correct_depth_reversal(BundleOptions(), 0.05, &stays));
+  reverse_depth(1, &map);
+  EXPECT_LT(depth_evidence(BundleOptions(), map), 0);
+  EXPECT_TRUE(correct_depth_reversal(BundleOptions(), 0.05, &map));
+  EXPECT_LT((turned(map) - truth).norm(), 3 * kDegree);
 }
 
 // Deep, and hardly turning: a map in which each point is seen from a few sides only may settle there.

@@ -43,5 +43,26 @@ TEST(KnownBaseline, FewerPointsTellLess) {
   EXPECT_FALSE(is_known(two_keyframes(0.05, 5)));
 }
 
+// Points on one line leave a turn about it open, and with it a way across: it is known with others only.
+TEST(KnownBaseline, PointsThatDoNotTellThePoseTellNoWay) {
+  Random random(5);
+  const CameraModel camera = synthetic_camera();
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 100; ++i) points.push_back({0.01 * i - 0.5, 0, 4});
+  const auto is_known_of = [&](const std::vector<Eigen::Vector3d>& of_scene) {
+    const SyntheticScene seen(of_scene, random);
+    Map map;
+    std::vector<LandmarkId> ids;
+    for (const Eigen::Vector3d& x : seen.x_in_map) ids.push_back(map.add_landmark(x));
+    for (int k = 0; k < 2; ++k) {
+      add_view(seen, camera, camera_at({0, 0.3 * k, 0}, 0), 0, k, ids, random, &map);
+    }
+    return is_known(map);
+  };
+  EXPECT_FALSE(is_known_of(points));
+  for (const Eigen::Vector3d& x : box_scene(200, random).x_in_map) points.push_back(x);
+  EXPECT_TRUE(is_known_of(points));
+}
+
 }  // namespace
 }  // namespace mono_pose_tracker

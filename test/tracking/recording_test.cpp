@@ -47,7 +47,7 @@ class RecordingTest : public testing::Test {
 
 SimulatedRoom* RecordingTest::room_ = nullptr;
 
-// Images as they are given, one each tenth of a second.
+// Images as they are given, one each tenth of a second; an empty one cannot be read.
 class GivenImages : public ImageSource {
  public:
   explicit GivenImages(const std::vector<cv::Mat>& images) : images_(images) {}
@@ -55,7 +55,7 @@ class GivenImages : public ImageSource {
   SourceImage next() override {
     SourceImage image;
     if (next_ == images_.size()) return image;
-    image.kind = SourceImage::Kind::kImage;
+    image.kind = images_[next_].empty() ? SourceImage::Kind::kSkipped : SourceImage::Kind::kImage;
     image.stamp_ns = static_cast<std::int64_t>(next_) * 100'000'000;
     image.name = std::to_string(next_);
     image.image = images_[next_++];
@@ -85,7 +85,7 @@ class CountedImages : public GivenImages {
     ++read_;
     return GivenImages::next();
   }
-  bool skip() override { return GivenImages::next().kind == SourceImage::Kind::kImage; }
+  bool skip() override { return GivenImages::next().kind != SourceImage::Kind::kEnd; }
   int size() const override { return images_; }
 
  private:
@@ -138,12 +138,15 @@ TEST_F(RecordingTest, AnyNumberOfThreadsGivesTheSameBits) {
   }
 }
 
-// What is asked for again is read again, and nothing else.
+// What is asked for again is read again, and nothing else; all of it where it is not known which images can
+// be read.
 TEST_F(RecordingTest, ImagesThatAreNotWantedAgainAreNotReadAgain) {
   std::vector<cv::Mat> images;
   for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image);
   images.insert(images.begin() + 9, cv::Mat::zeros(images[0].size(), images[0].type()));
-  for (const int threads : {1, 2}) {
+  for (const bool is_one_broken : {false, true}) {
+    if (is_one_broken) images.insert(images.begin() + 3, cv::Mat());
+    const int threads = is_one_broken ? 1 : 2;
     const auto numbers_by = [&](const std::function<std::unique_ptr<ImageSource>()>& open) {
       Recording recording;
       recording.open = open;
@@ -157,7 +160,10 @@ TEST_F(RecordingTest, ImagesThatAreNotWantedAgainAreNotReadAgain) {
     int read = 0, opened = 0;
     const auto numbers = numbers_by([&] { return ++opened, std::make_unique<CountedImages>(images, &read); });
     EXPECT_GE(opened, 2);
-    EXPECT_LE(read, static_cast<int>(images.size()) + 1 + 2 * (opened - 1));  // the end is asked for, too
+    // The end is asked for, too.
+    if (!is_one_broken) {
+      EXPECT_LE(read, static_cast<int>(images.size()) + 1 + 2 * (opened - 1));
+    }
     EXPECT_EQ(numbers, numbers_by([&] { return std::make_unique<GivenImages>(images); }));
   }
 }

@@ -16,10 +16,11 @@ template <typename T>
 class HugePageAllocator {
  public:
   using value_type = T;
+  static_assert(alignof(T) <= alignof(std::max_align_t));
 
   HugePageAllocator() = default;
   template <typename U>
-  HugePageAllocator(const HugePageAllocator<U>&) {}
+  HugePageAllocator(const HugePageAllocator<U>&) noexcept {}
 
   T* allocate(std::size_t count) {
     const std::size_t bytes = count * sizeof(T);
@@ -32,7 +33,7 @@ class HugePageAllocator {
     return static_cast<T*>(memory);
   }
 
-  void deallocate(T* memory, std::size_t count) {
+  void deallocate(T* memory, std::size_t count) noexcept {
     if (count * sizeof(T) < kLarge) {
       ::operator delete(memory);
     } else {
