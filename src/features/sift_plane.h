@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "mono_pose_tracker/common/huge_pages.h"
+#include "huge_pages.h"
 
 namespace mono_pose_tracker {
 
