@@ -8,14 +8,6 @@
 namespace mono_pose_tracker {
 
 RecordingReader::RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
-                                 std::vector<std::string>* problems)
-    : RecordingReader(recording, tracker, std::move(is_wanted), problems, -1) {}
-
-RecordingReader::RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
-                                 std::int64_t readable)
-    : RecordingReader(recording, tracker, std::move(is_wanted), nullptr, readable) {}
-
-RecordingReader::RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
                                  std::vector<std::string>* problems, std::int64_t readable)
     : recording_(recording),
       tracker_(tracker),
@@ -78,7 +70,7 @@ void read_again(const Recording& recording, std::int64_t frames_total, const Tra
   std::int64_t last = frames_total - 1;
   while (last >= 0 && !is_wanted(last)) --last;
   if (last < 0) return;
-  RecordingReader reader(recording, tracker, is_wanted, frames_total);
+  RecordingReader reader(recording, tracker, is_wanted, nullptr, frames_total);
   while (reader.index() < last && reader.next()) {
     if (is_wanted(reader.index())) use(reader);
   }

@@ -17,13 +17,10 @@ class RecordingReader {
  public:
   using IsWanted = std::function<bool(std::int64_t)>;  // by index: the others need not be prepared
 
-  // problems: gets a line for each image or mask that cannot be read; null: nobody is told.
+  // problems: gets a line for each image or mask that cannot be read; null: nobody is told. readable: how
+  // many images could be read before; where these are all, those not wanted have no pixels and no names.
   RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
-                  std::vector<std::string>* problems);
-  // Once more, of so many that could be read: where these are all, those not wanted have no pixels and no
-  // names.
-  RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
-                  std::int64_t readable);
+                  std::vector<std::string>* problems, std::int64_t readable = -1);
 
   // False at the end.
   bool next();
@@ -45,8 +42,6 @@ class RecordingReader {
     PreparedImage prepared;
   };
 
-  RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
-                  std::vector<std::string>* problems, std::int64_t readable);
   bool read(Item* item);
   void prepare(Item* item) const;
 

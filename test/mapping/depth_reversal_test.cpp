@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "mapping/keyframe_landmarks.h"
 #include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "support/add_view.h"
@@ -45,14 +46,6 @@ Map map_of_short_tracks(double noise_px) {
     }
   }
   return map;
-}
-
-std::vector<LandmarkId> landmarks_of(const Map& map, KeyframeId keyframe) {
-  std::vector<LandmarkId> seen;
-  for (const LandmarkId id : map.keyframe(keyframe)->landmark_of_feature) {
-    if (id != kNoLandmark) seen.push_back(id);
-  }
-  return seen;
 }
 
 void settle(Map* map) {
@@ -123,7 +116,7 @@ TEST(DepthReversal, ALargeMapIsComparedAsASmallOne) {
   Map map = head_map(0.3, 900);
   const Eigen::Vector3d truth = turned(map);
   const KeyframeId last = map.keyframes().rbegin()->first;
-  std::vector<LandmarkId> seen = landmarks_of(map, last);
+  std::vector<LandmarkId> seen = landmarks_of(*map.keyframe(last));
   for (std::size_t i = 15; i < seen.size(); ++i) map.remove_observation(seen[i], last);
   EXPECT_GT(depth_evidence(BundleOptions(), map), kMinDepthEvidence);
   Map stays = map;
