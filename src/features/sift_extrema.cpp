@@ -23,11 +23,9 @@ float sample_threshold(float contrast_threshold, int layers) {
   return kSampleContrastShare * contrast_threshold / static_cast<float>(layers);
 }
 
-MPT_WIDE_FUNCTION_CLONES
+MPT_FUNCTION_CLONES
 void subtract_rows(const float* a, const float* b, int width, float* __restrict out) {
-  for (int x = 0; x < width; x += 16) {
-    MPT_SIFT_STORE16(out + x, MPT_SIFT_LOAD16(a + x) - MPT_SIFT_LOAD16(b + x));
-  }
+  for (int x = 0; x < width; ++x) out[x] = a[x] - b[x];
 }
 
 // A row of a difference image with its neighbours above, below, and the same row one level finer and coarser.

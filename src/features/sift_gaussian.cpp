@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "mono_pose_tracker/common/function_clones.h"
-#include "sift_vector.h"
+#include "sift_sums.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -17,61 +17,12 @@ constexpr float kReachInSigmas =
 constexpr int kBandRows = 16;
 constexpr int kTile = 2 * kPlaneBlock;
 
-// out[x] = sum over i of weights[i] * (rows[-i][x] + rows[i + shift][x]) for x in [begin, end), whole blocks.
-MPT_WIDE_FUNCTION_CLONES
-void sum_rows(const float* const* rows, int shift, const float* weights, int pairs, int begin, int end,
-              float* __restrict out) {
-  for (int x = begin; x < end; x += kPlaneBlock) {
-    Floats16 sum0 = {}, sum1 = {}, sum2 = {}, sum3 = {};
-    for (int i = 0; i < pairs; ++i) {
-      const float* a = rows[-i] + x;
-      const float* b = rows[i + shift] + x;
-      const float w = weights[i];
-      sum0 += w * (MPT_SIFT_LOAD16(a) + MPT_SIFT_LOAD16(b));
-      sum1 += w * (MPT_SIFT_LOAD16(a + 16) + MPT_SIFT_LOAD16(b + 16));
-      sum2 += w * (MPT_SIFT_LOAD16(a + 32) + MPT_SIFT_LOAD16(b + 32));
-      sum3 += w * (MPT_SIFT_LOAD16(a + 48) + MPT_SIFT_LOAD16(b + 48));
-    }
-    MPT_SIFT_STORE16(out + x, sum0);
-    MPT_SIFT_STORE16(out + x + 16, sum1);
-    MPT_SIFT_STORE16(out + x + 32, sum2);
-    MPT_SIFT_STORE16(out + x + 48, sum3);
-  }
-}
-
-// out[x] = sum over i of weights[i] * (row[x - i] + row[x + i + shift]) for x in [0, width), whole blocks.
-// sum_rows on the row moved would give the same; reading where it was moved to costs a twentieth of all SIFT.
-MPT_WIDE_FUNCTION_CLONES
-void sum_samples(const float* row, int shift, const float* weights, int pairs, int width,
-                 float* __restrict out) {
-  for (int x = 0; x < width; x += kPlaneBlock) {
-    Floats16 sum0 = {}, sum1 = {}, sum2 = {}, sum3 = {};
-    const float* a = row + x;
-    const float* b = row + x + shift;
-    for (int i = 0; i < pairs; ++i, --a, ++b) {
-      const float w = weights[i];
-      sum0 += w * (MPT_SIFT_LOAD16(a) + MPT_SIFT_LOAD16(b));
-      sum1 += w * (MPT_SIFT_LOAD16(a + 16) + MPT_SIFT_LOAD16(b + 16));
-      sum2 += w * (MPT_SIFT_LOAD16(a + 32) + MPT_SIFT_LOAD16(b + 32));
-      sum3 += w * (MPT_SIFT_LOAD16(a + 48) + MPT_SIFT_LOAD16(b + 48));
-    }
-    MPT_SIFT_STORE16(out + x, sum0);
-    MPT_SIFT_STORE16(out + x + 16, sum1);
-    MPT_SIFT_STORE16(out + x + 32, sum2);
-    MPT_SIFT_STORE16(out + x + 48, sum3);
-  }
-}
-
 MPT_FUNCTION_CLONES
 void interleave(const float* even, const float* odd, int pairs, float* __restrict out) {
   for (int i = 0; i < pairs; ++i) {
     out[2 * i] = even[i];
     out[2 * i + 1] = odd[i];
   }
-}
-
-void filter_along_row(const float* row, const PairKernel& kernel, int width, float* out) {
-  sum_samples(row, kernel.shift(), kernel.weights.data(), kernel.reach(), width, out);
 }
 
 int mirrored(int i, int size) {
@@ -105,8 +56,7 @@ void BandFilter::filter(const Plane& in, const PairKernel& kernel, int row_step,
     centres_.clear();
     for (int i = 0; i < count; ++i) centres_.push_back({(first + i) * row_step, &kernel});
     filter_vertically(in, centres_.data(), count, kernel.reach());
-    for (int i = 0; i < count; ++i)
-      filter_along_row(band_row(i), kernel, in.padded_width(), out->row(first + i));
+    for (int i = 0; i < count; ++i) filter_along_row(i, kernel, in.padded_width(), out->row(first + i));
   }
 }
 
@@ -122,8 +72,8 @@ void BandFilter::filter_doubled(const Plane& in, const PairKernel& on_samples,
     }
     filter_vertically(in, centres_.data(), count, std::max(on_samples.reach(), between_samples.reach()));
     for (int i = 0; i < count; ++i) {
-      filter_along_row(band_row(i), on_samples, in.padded_width(), even_.data());
-      filter_along_row(band_row(i), between_samples, in.padded_width(), odd_.data());
+      filter_along_row(i, on_samples, in.padded_width(), even_.data());
+      filter_along_row(i, between_samples, in.padded_width(), odd_.data());
       float* to = out->row(first + i);
       interleave(even_.data(), odd_.data(), out->width() / 2, to);
       if (out->width() % 2) to[out->width() - 1] = even_[out->width() / 2];
@@ -132,8 +82,8 @@ void BandFilter::filter_doubled(const Plane& in, const PairKernel& on_samples,
 }
 
 void BandFilter::filter_vertically(const Plane& in, const Centre* centres, int count, int margin) {
-  margin_ = margin;
-  band_stride_ = in.padded_width() + 2 * margin + kPlaneBlock;
+  margin_ = std::max(margin, kSumsMargin);
+  band_stride_ = in.padded_width() + 2 * margin_ + kPlaneBlock;
   const std::size_t band_size = static_cast<std::size_t>(band_stride_) * kBandRows;
   if (band_.size() < band_size) band_.resize(band_size);
   int reach = 0;
@@ -144,11 +94,7 @@ void BandFilter::filter_vertically(const Plane& in, const Centre* centres, int c
     rows_[i] = in.row(mirrored(first + static_cast<int>(i), in.height()));
   }
   for (int x = 0; x < in.padded_width(); x += kTile) {
-    for (int i = 0; i < count; ++i) {
-      const PairKernel& kernel = *centres[i].vertical;
-      sum_rows(rows_.data() + centres[i].row - first, kernel.shift(), kernel.weights.data(), kernel.reach(),
-               x, std::min(x + kTile, in.padded_width()), band_row(i));
-    }
+    sum_vertically(centres, count, first, x, std::min(x + kTile, in.padded_width()));
   }
   for (int i = 0; i < count; ++i) {
     float* row = band_row(i);
@@ -157,6 +103,26 @@ void BandFilter::filter_vertically(const Plane& in, const Centre* centres, int c
       row[in.width() + k] = row[mirrored(in.width() + k, in.width())];
     }
   }
+}
+
+// Columns [begin, end) of the band; rows_ begins with row `first`.
+void BandFilter::sum_vertically(const Centre* centres, int count, int first, int begin, int end) {
+  for (int i = 0; i < count; ++i) {
+    const PairKernel& kernel = *centres[i].vertical;
+    const float* const* rows = rows_.data() + centres[i].row - first;
+    const bool with_next = i + 1 < count && centres[i + 1].row == centres[i].row + 1 &&
+                           centres[i + 1].vertical == &kernel && !kernel.between_samples;
+    if (with_next) {
+      sums_.two_rows(rows, kernel.weights.data(), kernel.reach(), begin, end, band_row(i), band_row(i + 1));
+      ++i;
+    } else {
+      sums_.rows(rows, kernel.shift(), kernel.weights.data(), kernel.reach(), begin, end, band_row(i));
+    }
+  }
+}
+
+void BandFilter::filter_along_row(int i, const PairKernel& kernel, int width, float* out) {
+  sums_.samples(band_row(i), kernel.shift(), kernel.weights.data(), kernel.reach(), width, out);
 }
 
 }  // namespace mono_pose_tracker

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sift_plane.h"
+#include "sift_sums.h"
 
 namespace mono_pose_tracker {
 
@@ -43,8 +44,11 @@ class BandFilter {
   };
 
   void filter_vertically(const Plane& in, const Centre* centres, int count, int margin);
+  void sum_vertically(const Centre* centres, int count, int first, int begin, int end);
+  void filter_along_row(int i, const PairKernel& kernel, int width, float* out);
   float* band_row(int i) { return band_.data() + static_cast<std::size_t>(band_stride_) * i + margin_; }
 
+  const SiftSums& sums_ = SiftSums::of(SiftSums::best_instructions());
   std::vector<Centre> centres_;
   std::vector<const float*> rows_;  // of the input, mirrored beyond its border
   std::vector<float> band_;         // rows filtered along y, with a margin on either side

@@ -14,12 +14,8 @@
 #define MPT_FUNCTION_CLONES_FOR(...)
 #endif
 
-// The wide ones are compiled once more for AVX-512, which gives the same as AVX2: loops over vectors of 64
-// bytes.
 #if __GNUC__ >= 12
 #define MPT_FUNCTION_CLONES MPT_FUNCTION_CLONES_FOR("arch=x86-64-v3")
-#define MPT_WIDE_FUNCTION_CLONES MPT_FUNCTION_CLONES_FOR("arch=x86-64-v4", "arch=x86-64-v3")
 #else
 #define MPT_FUNCTION_CLONES MPT_FUNCTION_CLONES_FOR("avx2")
-#define MPT_WIDE_FUNCTION_CLONES MPT_FUNCTION_CLONES
 #endif
