@@ -328,7 +328,7 @@ void Mapper::finish() {
   bundle.max_iterations = kFinalIterations;
   // What was known of it is forgotten where maps are joined or gone back to.
   for (const auto& entry : map_.keyframes()) leave_out_fixed(entry.first);
-  if (link_views(options_, &map_) > 0) {
+  if (!link_views(options_, &map_).empty()) {
     count(adjust_map(with_wide_loss(bundle), &map_));  // nothing is culled yet
     count(adjust_map(bundle, &map_));
   }

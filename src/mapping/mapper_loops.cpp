@@ -10,6 +10,7 @@
 #include "mono_pose_tracker/mapping/mapper.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "sorted_unique.h"
+#include "view_linker.h"
 
 namespace mono_pose_tracker {
 
@@ -96,7 +97,7 @@ void Mapper::close_loop(const LoopConstraint& loop, const std::optional<Keyframe
   }
   loops_.push_back(closed);
   post_correction(all);
-  adjust_globally(true);
+  adjust_globally(true, beside_.adjusted_at);
 }
 
 // What stands twice becomes one. False when it does not hold once it was adjusted: then the two were not the
@@ -133,24 +134,28 @@ void Mapper::adjust_now_and_then() {
   if (keyframes <= 2 * window) return;  // adjusted as a whole with every keyframe
   const KeyframeId newest = map_.keyframes().rbegin()->first;
   if (newest - beside_.adjusted_at < std::max(window, keyframes / 10)) return;
-  beside_.adjusted_at = newest;
-  adjust_globally(false);
+  adjust_globally(false, std::exchange(beside_.adjusted_at, newest));
 }
 
-void Mapper::adjust_globally(bool parts_were_apart) {
+// Keyframes that came after `adjusted_at` are tied to what they look at and share little with, as it is when
+// a recording ends: a map that comes back to a place would else bend until then.
+void Mapper::adjust_globally(bool parts_were_apart, KeyframeId adjusted_at) {
   (parts_were_apart ? beside_.closing : beside_.adjusting) = true;
-  beside_.aside = told_of_its_end(
-      [map = map_, bundle = options_.bundle, parts_were_apart](const std::function<bool()>& cancelled) {
-        BundleOptions options = bundle;
-        options.cancel = [&] { return cancelled() || (bundle.cancel && bundle.cancel()); };
-        const auto solved = GlobalAdjustment::solve(options, map, parts_were_apart);
-        return [=](Mapper& mapper) {
-          if (!solved) return;
-          const KeyframeChanges all = solved->apply(&mapper.map_);
-          mapper.cull_observations(mapper.map_.landmark_ids());
-          mapper.post_correction(all);
-        };
-      });
+  beside_.aside = told_of_its_end([snapshot = map_, asked = options_, parts_were_apart,
+                                   adjusted_at](const std::function<bool()>& cancelled) {
+    MapperOptions options = asked;
+    options.bundle.cancel = [&] { return cancelled() || (asked.bundle.cancel && asked.bundle.cancel()); };
+    Map map = snapshot;
+    const std::vector<ViewTie> ties = link_views(options, &map, adjusted_at);
+    const auto solved = GlobalAdjustment::solve(options.bundle, map, parts_were_apart || !ties.empty());
+    return [=](Mapper& mapper) {
+      if (!solved) return;
+      tie_views(ties, &mapper.map_);
+      const KeyframeChanges all = solved->apply(&mapper.map_);
+      mapper.cull_observations(mapper.map_.landmark_ids());
+      mapper.post_correction(all);
+    };
+  });
 }
 
 void Mapper::post_correction(const KeyframeChanges& changes) {

@@ -17,6 +17,8 @@ constexpr double kMinOverlap = 0.4;    // below, too few matches would be left t
 constexpr int kLinksPerKeyframe = 4;   // the most overlapping ones; the rest follows through shared landmarks
 constexpr double kMinViewCosine = 0.7;  // 45 degrees between the views: SIFT's matches grow few beyond
 
+bool is_cancelled(const MapperOptions& options) { return options.bundle.cancel && options.bundle.cancel(); }
+
 struct SeenLandmark {
   LandmarkId id;
   int feature;
@@ -58,7 +60,9 @@ int shared_landmarks(const Map& map, const std::vector<SeenLandmark>& landmarks,
   }));
 }
 
-bool link(const MapperOptions& options, const Keyframe& first, const Keyframe& second, Map* map) {
+// What the two see alike, if it is one place.
+std::vector<ViewTie> ties_between(const MapperOptions& options, const Map& map, const Keyframe& first,
+                                  const Keyframe& second) {
   const std::vector<SeenLandmark> landmarks = seen_landmarks(first);
   const cv::Mat descriptors = stacked_descriptors(
       landmarks, [&](const SeenLandmark& seen) { return first.image->set.descriptor(seen.feature); });
@@ -67,7 +71,7 @@ bool link(const MapperOptions& options, const Keyframe& first, const Keyframe& s
   std::vector<Eigen::Vector3d> bearings, points;
   for (const Match& m : matches) {
     bearings.push_back(second.image->set.bearings[m.second]);
-    points.push_back(map->landmark(landmarks[m.first].id)->x_in_map);
+    points.push_back(map.landmark(landmarks[m.first].id)->x_in_map);
   }
   AbsolutePoseOptions pose_options;
   pose_options.ransac = options.ransac;
@@ -75,30 +79,25 @@ bool link(const MapperOptions& options, const Keyframe& first, const Keyframe& s
   // As many as a resected frame needs, and half of the matches: a look-alike place gives neither.
   if (!pose.success || pose.num_inliers < options.min_inliers ||
       2 * pose.num_inliers < static_cast<int>(matches.size())) {
-    return false;
+    return {};
   }
+  std::vector<ViewTie> ties;
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (!pose.inliers[i]) continue;
-    const LandmarkId l = landmarks[matches[i].first].id;
-    const LandmarkId held = second.landmark_of_feature[matches[i].second];
-    if (held == kNoLandmark) {
-      map->add_observation(l, second.id, matches[i].second);
-    } else {
-      map->merge_landmarks(l, held);
-    }
+    if (pose.inliers[i]) ties.push_back({landmarks[matches[i].first].id, second.id, matches[i].second});
   }
-  return true;
+  return ties;
 }
 
 }  // namespace
 
-int link_views(const MapperOptions& options, Map* map) {
+std::vector<ViewTie> link_views(const MapperOptions& options, Map* map, KeyframeId newer_than) {
   std::vector<std::pair<KeyframeId, KeyframeId>> pairs;
   for (const auto& [id, keyframe] : map->keyframes()) {
+    if (is_cancelled(options)) return {};
     const std::vector<SeenLandmark> landmarks = seen_landmarks(keyframe);
     std::vector<std::pair<double, KeyframeId>> overlapping;
     for (const auto& [other_id, other] : map->keyframes()) {
-      if (other_id <= id) continue;
+      if (other_id <= std::max(id, newer_than)) continue;
       const double share = overlap(*map, keyframe, landmarks, other);
       if (share < kMinOverlap) continue;
       // A tenth of the landmarks in common holds two keyframes together well enough.
@@ -109,11 +108,28 @@ int link_views(const MapperOptions& options, Map* map) {
     if (overlapping.size() > kLinksPerKeyframe) overlapping.resize(kLinksPerKeyframe);
     for (const auto& entry : overlapping) pairs.emplace_back(id, entry.second);
   }
-  int links = 0;
+  std::vector<ViewTie> all;
   for (const auto& [first, second] : pairs) {
-    links += link(options, *map->keyframe(first), *map->keyframe(second), map);
+    if (is_cancelled(options)) break;
+    const std::vector<ViewTie> ties =
+        ties_between(options, *map, *map->keyframe(first), *map->keyframe(second));
+    tie_views(ties, map);
+    all.insert(all.end(), ties.begin(), ties.end());
   }
-  return links;
+  return all;
+}
+
+void tie_views(const std::vector<ViewTie>& ties, Map* map) {
+  for (const ViewTie& tie : ties) {
+    const Keyframe* keyframe = map->keyframe(tie.keyframe);
+    if (!keyframe || !map->landmark(tie.landmark)) continue;
+    const LandmarkId held = keyframe->landmark_of_feature[tie.feature];
+    if (held == kNoLandmark) {
+      map->add_observation(tie.landmark, tie.keyframe, tie.feature);
+    } else {
+      map->merge_landmarks(tie.landmark, held);
+    }
+  }
 }
 
 }  // namespace mono_pose_tracker

@@ -1,14 +1,27 @@
 #pragma once
 
+#include <vector>
+
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
 
 namespace mono_pose_tracker {
 
+// A landmark is what this feature shows, of a keyframe that did not know it.
+struct ViewTie {
+  LandmarkId landmark;
+  KeyframeId keyframe;
+  int feature;
+};
+
 // Ties keyframes together that look at the same place but share few landmarks, because the map drifted
 // between their times: landmarks of one are matched to the other by descriptors alone, P3P RANSAC confirms,
-// and what agrees becomes one landmark. The poses are left to a bundle adjustment that follows. Returns how
-// many pairs were tied.
-int link_views(const MapperOptions& options, Map* map);
+// and what agrees becomes one landmark. The poses are left to a bundle adjustment that follows. One keyframe
+// of each pair is newer than `newer_than`. Ends early once it is cancelled (options.bundle). Returns what was
+// tied, in the order of doing it.
+std::vector<ViewTie> link_views(const MapperOptions& options, Map* map, KeyframeId newer_than = -1);
+
+// The same ties in a map that has grown since: those whose landmark and keyframe are still there.
+void tie_views(const std::vector<ViewTie>& ties, Map* map);
 
 }  // namespace mono_pose_tracker

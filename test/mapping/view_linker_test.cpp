@@ -5,6 +5,7 @@
 #include <set>
 
 #include "known_scene.h"
+#include "mono_pose_tracker/mapping/mapper.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 
 namespace mono_pose_tracker {
@@ -34,11 +35,13 @@ class ViewLinkerTest : public testing::Test {
     }
   }
 
-  int link() { return link_views(TrackerOptions().mapper(scene_.camera.focal()), &map_); }
+  MapperOptions options() const { return TrackerOptions().mapper(scene_.camera.focal()); }
+  std::size_t link() { return link_views(options(), &map_).size(); }
 
   // Whether a keyframe of the first visit shares landmarks with one of the second.
-  bool tied() const {
-    for (const auto& entry : map_.covisible(0)) {
+  bool tied() const { return tied(map_); }
+  static bool tied(const Map& map) {
+    for (const auto& entry : map.covisible(0)) {
       if (entry.first >= kViewsOfVisit) return true;
     }
     return false;
@@ -87,6 +90,61 @@ TEST_F(ViewLinkerTest, AnotherPlaceInTheSameDirectionIsNotTied) {
   visit(100, {0.1, 0.05, -0.1});
   EXPECT_EQ(link(), 0);
   EXPECT_FALSE(tied());
+}
+
+TEST_F(ViewLinkerTest, OnlyPairsOfWhichOneIsNewerAreLookedAt) {
+  visit(0, Eigen::Vector3d::Zero());
+  visit(100, {0.1, 0.05, -0.1});
+  EXPECT_TRUE(link_views(options(), &map_, map_.keyframes().rbegin()->first).empty());
+  EXPECT_FALSE(tied());
+  EXPECT_FALSE(link_views(options(), &map_, kViewsOfVisit - 1).empty());
+  EXPECT_TRUE(tied());
+}
+
+TEST_F(ViewLinkerTest, NothingIsTiedOnceItIsCancelled) {
+  visit(0, Eigen::Vector3d::Zero());
+  visit(100, {0.1, 0.05, -0.1});
+  MapperOptions cancelled = options();
+  cancelled.bundle.cancel = [] { return true; };
+  EXPECT_TRUE(link_views(cancelled, &map_).empty());
+  EXPECT_FALSE(tied());
+}
+
+TEST_F(ViewLinkerTest, TiesHoldInAMapThatChangedMeanwhile) {
+  visit(0, Eigen::Vector3d::Zero());
+  visit(100, {0.1, 0.05, -0.1});
+  Map snapshot = map_;
+  const std::vector<ViewTie> ties = link_views(options(), &snapshot);
+  ASSERT_FALSE(ties.empty());
+  map_.remove_landmark(ties.front().landmark);
+  map_.remove_keyframe(ties.back().keyframe, 0);
+  tie_views(ties, &map_);
+  map_.check();
+  EXPECT_TRUE(tied());
+}
+
+// What a map that came back to a place has bent by need not wait for the end of a recording.
+TEST_F(ViewLinkerTest, AMapperTiesThemAsideWhenItAdjustsAll) {
+  visit(0, Eigen::Vector3d::Zero());
+  visit(100, {0.02, 0.01, -0.02});
+  MapperOptions narrow = options();
+  narrow.mapping.window_keyframes = 2;
+  Mapper mapper(narrow, scene_.camera);
+  mapper.restore(map_, 0);
+  ASSERT_FALSE(tied(mapper.map()));
+  mapper.adjust_now_and_then();
+  const Aside aside = mapper.take_aside();
+  ASSERT_TRUE(aside);
+  aside([] { return false; })(mapper);
+  mapper.map().check();
+  EXPECT_TRUE(tied(mapper.map()));
+  EXPECT_EQ(mapper.tracking_map()->corrections.size(), 1u);
+  // Both visits were along the same way.
+  const auto way = [&](KeyframeId id) -> Eigen::Vector3d {
+    return mapper.map().keyframe(id + kViewsOfVisit)->center_in_map() -
+           mapper.map().keyframe(id)->center_in_map();
+  };
+  EXPECT_LT(way(kViewsOfVisit - 1).norm(), 0.3 * Eigen::Vector3d(0.02, 0.01, -0.02).norm());
 }
 
 }  // namespace

@@ -149,7 +149,7 @@ class Mapper {
   void close_loop(const LoopConstraint& loop, const std::optional<KeyframeChanges>& changes);
   bool fuse_loop(const LoopConstraint& loop);
   void fuse_sides(const std::vector<KeyframeId>& targets, const std::vector<KeyframeId>& others);
-  void adjust_globally(bool parts_were_apart);
+  void adjust_globally(bool parts_were_apart, KeyframeId adjusted_at);
   void complete(BundleOptions bundle);
   void count(const BundleReport& report) { failed_adjustments_ += report.failed; }
   void post_correction(const KeyframeChanges& changes);
