@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #ifdef __linux__
+#include <sched.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -20,7 +21,7 @@ constexpr std::uint64_t kShortSlice = 100'000;
 // As the kernel has it (linux/sched/types.h, which newer C libraries clash with), first version.
 struct SchedulingAttributes {
   std::uint32_t size = sizeof(SchedulingAttributes);
-  std::uint32_t policy = 0;  // the usual one
+  std::uint32_t policy = SCHED_OTHER;
   std::uint64_t flags = 0;
   std::int32_t nice = 0;
   std::uint32_t priority = 0;
@@ -38,7 +39,8 @@ void lower_thread_priority(int steps) {
   const auto thread = static_cast<id_t>(syscall(SYS_gettid));
   setpriority(PRIO_PROCESS, thread, getpriority(PRIO_PROCESS, thread) + steps);
   SchedulingAttributes attributes;
-  attributes.nice = getpriority(PRIO_PROCESS, thread);
+  if (syscall(SYS_sched_getattr, 0, &attributes, sizeof attributes, 0) != 0) return;
+  if (attributes.policy != SCHED_OTHER) return;  // what was chosen stays
   attributes.runtime = kShortSlice;
   syscall(SYS_sched_setattr, 0, &attributes, 0);
 #else

@@ -132,26 +132,28 @@ std::map<KeyframeId, double> scales_of(const Map& map, const KeyframeChanges& ch
 }
 
 std::optional<GlobalAdjustment> GlobalAdjustment::solve(const BundleOptions& options, const Map& snapshot,
-                                                        bool parts_were_apart) {
-  Map adjusted = snapshot;
+                                                        bool parts_were_apart, Map* tied) {
   std::vector<BundleOptions> passes = {options};
   if (parts_were_apart) passes.insert(passes.begin(), with_wide_loss(options));
   for (const BundleOptions& bundle : passes) {
-    const BundleReport report = adjust_map(bundle, &adjusted);
+    const BundleReport report = adjust_map(bundle, tied);
     if (!report.usable || report.cancelled) return std::nullopt;
   }
   GlobalAdjustment result;
   for (const auto& [id, landmark] : snapshot.landmarks()) {
-    result.landmarks_[id] = {landmark.x_in_map, adjusted.landmark(id)->x_in_map};
+    const Landmark* adjusted = tied->landmark(id);
+    if (adjusted) result.landmarks_[id] = {landmark.x_in_map, adjusted->x_in_map};
   }
   for (const auto& [id, keyframe] : snapshot.keyframes()) {
-    const Rigid3& now = adjusted.keyframe(id)->camera_from_map;
+    const Keyframe& adjusted = *tied->keyframe(id);
+    const Rigid3& now = adjusted.camera_from_map;
     std::vector<double> growth;
-    for (const LandmarkId l : keyframe.landmark_of_feature) {
-      if (l == kNoLandmark) continue;
-      const Moved& moved = result.landmarks_.at(l);
-      const double before = (keyframe.camera_from_map * moved.before).norm();
-      if (before > 0) growth.push_back((now * moved.after).norm() / before);
+    for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
+      // What the feature shows may be another landmark since, that stood elsewhere.
+      const LandmarkId first = keyframe.landmark_of_feature[f], then = adjusted.landmark_of_feature[f];
+      if (first == kNoLandmark || then == kNoLandmark) continue;
+      const double before = (keyframe.camera_from_map * snapshot.landmark(first)->x_in_map).norm();
+      if (before > 0) growth.push_back((now * tied->landmark(then)->x_in_map).norm() / before);
     }
     Sim3 new_from_camera(now.inverse());
     if (!growth.empty()) new_from_camera.scale = median(std::move(growth));

@@ -150,6 +150,7 @@ bool Mapper::resume(std::uint32_t map_id, bool keep_this, std::uint32_t epoch) {
   if (keep_this) keep_present();
   map_ = std::move(resumed.map);
   forget_beside_map();
+  beside_.tied_at = map_.keyframes().rbegin()->first;  // but for a few, since it was adjusted last
   places_ = std::move(resumed.places);
   covariances_ = std::move(resumed.covariances);
   map_id_ = map_id;

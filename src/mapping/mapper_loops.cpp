@@ -35,10 +35,37 @@ int points_between(const Map& map, const std::vector<KeyframeId>& old_side,
 
 }  // namespace
 
+struct Mapper::TiedAdjustment {
+  GlobalAdjustment adjustment;
+  std::vector<ViewTie> ties;
+};
+
+// Live, keyframes that came after `tied_at` are tied to what they look at and share little with, as it is
+// when a recording ends: a map that comes back to a place would else bend until then. What does not hold once
+// all is adjusted was another place, and all is adjusted without it.
+std::shared_ptr<const Mapper::TiedAdjustment> Mapper::tie_and_adjust(const MapperOptions& options,
+                                                                     const Map& snapshot, KeyframeId tied_at,
+                                                                     bool parts_were_apart) {
+  Map tied = snapshot;
+  std::vector<ViewTie> ties;
+  if (options.adjusts_all) ties = link_views(options, &tied, tied_at);
+  while (true) {
+    auto solved = GlobalAdjustment::solve(options.bundle, snapshot, parts_were_apart || !ties.empty(), &tied);
+    if (!solved) return nullptr;
+    const std::set<KeyframeId> loose = with_loose_ties(ties, tied, options.mapping.max_reprojection_px);
+    if (loose.empty()) return std::make_shared<TiedAdjustment>(TiedAdjustment{std::move(*solved), ties});
+    ties.erase(std::remove_if(ties.begin(), ties.end(),
+                              [&](const ViewTie& tie) { return loose.count(tie.keyframe) > 0; }),
+               ties.end());
+    tied = snapshot;
+    tie_views(ties, &tied);
+  }
+}
+
 void Mapper::forget_aside() {
   ++beside_.ticket;
   beside_.closing = beside_.adjusting = false;
-  beside_.sought = beside_.adjusted_at = -1;
+  beside_.sought = beside_.tried_at = -1;
   beside_.aside = nullptr;
   beside_.loop_finder.reset();
 }
@@ -97,7 +124,7 @@ void Mapper::close_loop(const LoopConstraint& loop, const std::optional<Keyframe
   }
   loops_.push_back(closed);
   post_correction(all);
-  adjust_globally(true, beside_.adjusted_at);
+  adjust_globally(true);
 }
 
 // What stands twice becomes one. False when it does not hold once it was adjusted: then the two were not the
@@ -133,29 +160,35 @@ void Mapper::adjust_now_and_then() {
   const int window = options_.mapping.window_keyframes;
   if (keyframes <= 2 * window) return;  // adjusted as a whole with every keyframe
   const KeyframeId newest = map_.keyframes().rbegin()->first;
-  if (newest - beside_.adjusted_at < std::max(window, keyframes / 10)) return;
-  adjust_globally(false, std::exchange(beside_.adjusted_at, newest));
+  if (newest - beside_.tried_at < std::max(window, keyframes / 10)) return;
+  beside_.tried_at = newest;
+  adjust_globally(false);
 }
 
-// Keyframes that came after `adjusted_at` are tied to what they look at and share little with, as it is when
-// a recording ends: a map that comes back to a place would else bend until then.
-void Mapper::adjust_globally(bool parts_were_apart, KeyframeId adjusted_at) {
+void Mapper::adjust_globally(bool parts_were_apart) {
   (parts_were_apart ? beside_.closing : beside_.adjusting) = true;
   beside_.aside = told_of_its_end([snapshot = map_, asked = options_, parts_were_apart,
-                                   adjusted_at](const std::function<bool()>& cancelled) {
+                                   tied_at = beside_.tied_at](const std::function<bool()>& cancelled) {
     MapperOptions options = asked;
     options.bundle.cancel = [&] { return cancelled() || (asked.bundle.cancel && asked.bundle.cancel()); };
-    Map map = snapshot;
-    const std::vector<ViewTie> ties = link_views(options, &map, adjusted_at);
-    const auto solved = GlobalAdjustment::solve(options.bundle, map, parts_were_apart || !ties.empty());
-    return [=](Mapper& mapper) {
-      if (!solved) return;
-      tie_views(ties, &mapper.map_);
-      const KeyframeChanges all = solved->apply(&mapper.map_);
-      mapper.cull_observations(mapper.map_.landmark_ids());
-      mapper.post_correction(all);
+    const auto result = tie_and_adjust(options, snapshot, tied_at, parts_were_apart);
+    return [result, newest = snapshot.keyframes().rbegin()->first](Mapper& mapper) {
+      if (result) mapper.take_over(*result, newest);
     };
   });
+}
+
+// What was merged takes the place of what stayed: it has to be where the adjustment has it by then.
+void Mapper::take_over(const TiedAdjustment& result, KeyframeId newest) {
+  const KeyframeChanges all = result.adjustment.apply(&map_);
+  std::vector<ViewTie> ties;
+  for (const ViewTie& tie : result.ties) {
+    if (!is_left_out(tie.keyframe, tie.feature)) ties.push_back(tie);
+  }
+  tie_views(ties, &map_);
+  beside_.tied_at = newest;
+  cull_observations(map_.landmark_ids());
+  post_correction(all);
 }
 
 void Mapper::post_correction(const KeyframeChanges& changes) {

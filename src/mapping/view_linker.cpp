@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "keyframe_landmarks.h"
 #include "mono_pose_tracker/features/feature_set.h"
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
@@ -60,6 +61,13 @@ int shared_landmarks(const Map& map, const std::vector<SeenLandmark>& landmarks,
   }));
 }
 
+bool is_seen_by(const Map& map, LandmarkId id, KeyframeId by, double max_error_px) {
+  const Landmark& landmark = *map.landmark(id);
+  return std::any_of(landmark.observations.begin(), landmark.observations.end(), [&](const Observation& o) {
+    return o.keyframe == by && error_px(*map.keyframe(by), o.feature, landmark.x_in_map) <= max_error_px;
+  });
+}
+
 // What the two see alike, if it is one place.
 std::vector<ViewTie> ties_between(const MapperOptions& options, const Map& map, const Keyframe& first,
                                   const Keyframe& second) {
@@ -83,7 +91,9 @@ std::vector<ViewTie> ties_between(const MapperOptions& options, const Map& map, 
   }
   std::vector<ViewTie> ties;
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (pose.inliers[i]) ties.push_back({landmarks[matches[i].first].id, second.id, matches[i].second});
+    const LandmarkId landmark = landmarks[matches[i].first].id;
+    if (!pose.inliers[i] || second.landmark_of_feature[matches[i].second] == landmark) continue;
+    ties.push_back({landmark, first.id, second.id, matches[i].second});
   }
   return ties;
 }
@@ -117,6 +127,21 @@ std::vector<ViewTie> link_views(const MapperOptions& options, Map* map, Keyframe
     all.insert(all.end(), ties.begin(), ties.end());
   }
   return all;
+}
+
+std::set<KeyframeId> with_loose_ties(const std::vector<ViewTie>& ties, const Map& map, double max_error_px) {
+  std::map<KeyframeId, int> balance;  // of those that are off and those that hold
+  for (const ViewTie& tie : ties) {
+    const LandmarkId l = map.keyframe(tie.keyframe)->landmark_of_feature[tie.feature];
+    const bool holds = l != kNoLandmark && is_seen_by(map, l, tie.keyframe, max_error_px) &&
+                       is_seen_by(map, l, tie.seen_by, max_error_px);
+    balance[tie.keyframe] += holds ? -1 : 1;
+  }
+  std::set<KeyframeId> loose;
+  for (const auto& [id, more_are_off] : balance) {
+    if (more_are_off >= 0) loose.insert(id);
+  }
+  return loose;
 }
 
 void tie_views(const std::vector<ViewTie>& ties, Map* map) {

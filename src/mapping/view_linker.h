@@ -1,5 +1,6 @@
 #pragma once
 
+#include <set>
 #include <vector>
 
 #include "mono_pose_tracker/map/map.h"
@@ -7,9 +8,10 @@
 
 namespace mono_pose_tracker {
 
-// A landmark is what this feature shows, of a keyframe that did not know it.
+// A landmark that one keyframe sees is what this feature of another shows.
 struct ViewTie {
   LandmarkId landmark;
+  KeyframeId seen_by;
   KeyframeId keyframe;
   int feature;
 };
@@ -20,6 +22,10 @@ struct ViewTie {
 // of each pair is newer than `newer_than`. Ends early once it is cancelled (options.bundle). Returns what was
 // tied, in the order of doing it.
 std::vector<ViewTie> link_views(const MapperOptions& options, Map* map, KeyframeId newer_than = -1);
+
+// Keyframes half of whose ties or more do not hold in a map that was adjusted: the landmark is further than
+// this from what one of the two shows.
+std::set<KeyframeId> with_loose_ties(const std::vector<ViewTie>& ties, const Map& map, double max_error_px);
 
 // The same ties in a map that has grown since: those whose landmark and keyframe are still there.
 void tie_views(const std::vector<ViewTie>& ties, Map* map);

@@ -53,11 +53,12 @@ class SiftSumsTest : public testing::TestWithParam<std::tuple<Instructions, int>
 
 TEST_P(SiftSumsTest, WeighsPairsOfRows) {
   for (const int shift : {0, 1}) {
-    sums_.rows(middle(), shift, weights_, pairs_, kPlaneBlock, kWidth, out_);
-    for (int x = kPlaneBlock; x < kWidth; ++x)
+    sums_.rows(middle(), shift, weights_, pairs_, kPlaneBlock, 2 * kPlaneBlock, out_);
+    for (int x = kPlaneBlock; x < 2 * kPlaneBlock; ++x)
       ASSERT_NEAR(out_[x], sum_at(middle(), shift, x), kRounding) << x;
   }
   EXPECT_EQ(out_[kPlaneBlock - 1], 0) << "not asked for";
+  EXPECT_EQ(out_[2 * kPlaneBlock], 0) << "not asked for";
 }
 
 TEST_P(SiftSumsTest, TwoRowsAtOnceAreWhatEachIsAlone) {

@@ -40,9 +40,10 @@ std::map<KeyframeId, double> scales_of(const Map& map, const KeyframeChanges& ch
 /// What a global bundle adjustment changed in a snapshot, to be applied to the map that has grown since.
 class GlobalAdjustment {
  public:
-  /// Adjusts all of the snapshot; with a wide loss first where parts that were just tied are still apart.
+  /// Adjusts all of `tied`, in place; with a wide loss first where parts that were just tied are still apart.
+  /// tied: the snapshot, or what it is once some of its landmarks are one, or are seen by further keyframes.
   static std::optional<GlobalAdjustment> solve(const BundleOptions& options, const Map& snapshot,
-                                               bool parts_were_apart);
+                                               bool parts_were_apart, Map* tied);
 
   /// Keyframes and landmarks that have not changed since are where the adjustment has them; the others go
   /// with the keyframe they belong to. Returns the changes of all keyframes.

@@ -110,13 +110,14 @@ class Mapper {
     BodyWatch body_watch;
     BackgroundWatch background_watch;
     LoopFinder loop_finder;
-    std::size_t asked_at = 0;     // keyframes that there were when the beginning was doubted last
-    KeyframeId sought = -1;       // the last keyframe that a loop was sought of
-    KeyframeId adjusted_at = -1;  // the newest keyframe when all was adjusted last
-    bool closing = false;         // a loop is
-    bool adjusting = false;       // all is, with nothing to be closed
-    std::uint64_t ticket = 0;     // of what is done aside: that of an earlier map has another
-    Aside aside;                  // that nobody has taken yet
+    std::size_t asked_at = 0;  // keyframes that there were when the beginning was doubted last
+    KeyframeId sought = -1;    // the last keyframe that a loop was sought of
+    KeyframeId tried_at = -1;  // the newest keyframe when all was to be adjusted last
+    KeyframeId tied_at = -1;   // up to this one keyframes are tied to what they look at
+    bool closing = false;      // a loop is
+    bool adjusting = false;    // all is, with nothing to be closed
+    std::uint64_t ticket = 0;  // of what is done aside: that of an earlier map has another
+    Aside aside;               // that nobody has taken yet
   };
 
   // A map that is not tracked in at present.
@@ -149,7 +150,12 @@ class Mapper {
   void close_loop(const LoopConstraint& loop, const std::optional<KeyframeChanges>& changes);
   bool fuse_loop(const LoopConstraint& loop);
   void fuse_sides(const std::vector<KeyframeId>& targets, const std::vector<KeyframeId>& others);
-  void adjust_globally(bool parts_were_apart, KeyframeId adjusted_at);
+  struct TiedAdjustment;  // of all of a snapshot, with what was tied before
+  static std::shared_ptr<const TiedAdjustment> tie_and_adjust(const MapperOptions& options,
+                                                              const Map& snapshot, KeyframeId tied_at,
+                                                              bool parts_were_apart);
+  void take_over(const TiedAdjustment& result, KeyframeId newest);
+  void adjust_globally(bool parts_were_apart);
   void complete(BundleOptions bundle);
   void count(const BundleReport& report) { failed_adjustments_ += report.failed; }
   void post_correction(const KeyframeChanges& changes);
