@@ -180,10 +180,10 @@ MPT_SIFT_AVX512 void samples_of_avx512(const float* row, int shift, const float*
       const __m512 a1 = _mm512_permutex2var_ps(row0, lanes, row1);
       const __m512 a2 = _mm512_permutex2var_ps(row1, lanes, row2);
       const __m512 a3 = _mm512_permutex2var_ps(row2, lanes, row3);
-      sum0 = _mm512_fmadd_ps(weight, _mm512_add_ps(a0, _mm512_loadu_ps(behind)), sum0);
-      sum1 = _mm512_fmadd_ps(weight, _mm512_add_ps(a1, _mm512_loadu_ps(behind + 16)), sum1);
-      sum2 = _mm512_fmadd_ps(weight, _mm512_add_ps(a2, _mm512_loadu_ps(behind + 32)), sum2);
-      sum3 = _mm512_fmadd_ps(weight, _mm512_add_ps(a3, _mm512_loadu_ps(behind + 48)), sum3);
+      sum0 += weight * (a0 + _mm512_loadu_ps(behind));
+      sum1 += weight * (a1 + _mm512_loadu_ps(behind + 16));
+      sum2 += weight * (a2 + _mm512_loadu_ps(behind + 32));
+      sum3 += weight * (a3 + _mm512_loadu_ps(behind + 48));
     }
     _mm512_storeu_ps(out + x, sum0);
     _mm512_storeu_ps(out + x + 16, sum1);
