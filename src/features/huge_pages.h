@@ -29,8 +29,8 @@ class HugePageAllocator {
     if (bytes < kWorth) return static_cast<T*>(::operator new(bytes));
     void* memory = nullptr;
     if (posix_memalign(&memory, bytes < kLargePage ? kPage : kLargePage, bytes) != 0) throw std::bad_alloc();
-      // Where it is refused, pages are small, or come one by one.
 #ifdef MADV_HUGEPAGE
+    // Where it is refused, pages are small; below, they come one by one.
     if (bytes >= kLargePage) madvise(memory, bytes / kLargePage * kLargePage, MADV_HUGEPAGE);
 #endif
 #ifdef MADV_POPULATE_WRITE

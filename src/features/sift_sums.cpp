@@ -46,27 +46,44 @@ using Vector = typename VectorOf<kFloats>::Type;
 #define MPT_SIFT_STORE_OF(floats, pointer, value) \
   (*reinterpret_cast<typename VectorOf<floats>::Unaligned*>(pointer) = (value))
 
-// kVectors at a time, whose sums do not wait for each other.
-template <int kFloats, int kVectors>
-MPT_SIFT_INLINE void sum_rows(const float* const* rows, int shift, const float* weights, int pairs, int begin,
-                              int end, float* __restrict out) {
+// kVectors at a time, whose sums do not wait for each other. before(i) and behind(i): where the samples of
+// pair i begin.
+template <int kFloats, int kVectors, typename Before, typename Behind>
+MPT_SIFT_INLINE void sum_pairs(const Before& before, const Behind& behind, const float* weights, int pairs,
+                               int begin, int end, float* __restrict out) {
   constexpr int kStep = kFloats * kVectors;
   static_assert(kPlaneBlock % kStep == 0);
   for (int x = begin; x < end; x += kStep) {
     Vector<kFloats> sum[kVectors] = {};
     for (int i = 0; i < pairs; ++i) {
-      const float* above = rows[-i] + x;
-      const float* below = rows[i + shift] + x;
+      const float* a = before(i) + x;
+      const float* b = behind(i) + x;
       const float weight = weights[i];
 #pragma GCC unroll 8
       for (int k = 0; k < kVectors; ++k) {
-        sum[k] += weight * (MPT_SIFT_LOAD_OF(kFloats, above + kFloats * k) +
-                            MPT_SIFT_LOAD_OF(kFloats, below + kFloats * k));
+        sum[k] += weight *
+                  (MPT_SIFT_LOAD_OF(kFloats, a + kFloats * k) + MPT_SIFT_LOAD_OF(kFloats, b + kFloats * k));
       }
     }
 #pragma GCC unroll 8
     for (int k = 0; k < kVectors; ++k) MPT_SIFT_STORE_OF(kFloats, out + x + kFloats * k, sum[k]);
   }
+}
+
+template <int kFloats, int kVectors>
+MPT_SIFT_INLINE void sum_rows(const float* const* rows, int shift, const float* weights, int pairs, int begin,
+                              int end, float* out) {
+  sum_pairs<kFloats, kVectors>([rows](int i) { return rows[-i]; },
+                               [rows, shift](int i) { return rows[i + shift]; }, weights, pairs, begin, end,
+                               out);
+}
+
+template <int kFloats, int kVectors>
+MPT_SIFT_INLINE void sum_samples(const float* row, int shift, const float* weights, int pairs, int width,
+                                 float* out) {
+  sum_pairs<kFloats, kVectors>([row](int i) { return row - i; },
+                               [row, shift](int i) { return row + i + shift; }, weights, pairs, 0, width,
+                               out);
 }
 
 // What is above the row at one step is above the one below it at the next, and the other way below.
@@ -99,28 +116,6 @@ MPT_SIFT_INLINE void sum_two_rows(const float* const* rows, const float* weights
       MPT_SIFT_STORE_OF(kFloats, out + x + kFloats * k, sum[k]);
       MPT_SIFT_STORE_OF(kFloats, out_below + x + kFloats * k, sum_below[k]);
     }
-  }
-}
-
-template <int kFloats, int kVectors>
-MPT_SIFT_INLINE void sum_samples(const float* row, int shift, const float* weights, int pairs, int width,
-                                 float* __restrict out) {
-  constexpr int kStep = kFloats * kVectors;
-  static_assert(kPlaneBlock % kStep == 0);
-  for (int x = 0; x < width; x += kStep) {
-    Vector<kFloats> sum[kVectors] = {};
-    const float* before = row + x;
-    const float* behind = row + x + shift;
-    for (int i = 0; i < pairs; ++i, --before, ++behind) {
-      const float weight = weights[i];
-#pragma GCC unroll 8
-      for (int k = 0; k < kVectors; ++k) {
-        sum[k] += weight * (MPT_SIFT_LOAD_OF(kFloats, before + kFloats * k) +
-                            MPT_SIFT_LOAD_OF(kFloats, behind + kFloats * k));
-      }
-    }
-#pragma GCC unroll 8
-    for (int k = 0; k < kVectors; ++k) MPT_SIFT_STORE_OF(kFloats, out + x + kFloats * k, sum[k]);
   }
 }
 

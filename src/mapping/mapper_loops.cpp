@@ -170,7 +170,7 @@ void Mapper::adjust_globally(bool parts_were_apart) {
   beside_.aside = told_of_its_end([snapshot = map_, asked = options_, parts_were_apart,
                                    tied_at = beside_.tied_at](const std::function<bool()>& cancelled) {
     MapperOptions options = asked;
-    options.bundle.cancel = [&] { return cancelled() || (asked.bundle.cancel && asked.bundle.cancel()); };
+    options.bundle.cancel = [&] { return cancelled() || asked.bundle.is_cancelled(); };
     const auto result = tie_and_adjust(options, snapshot, tied_at, parts_were_apart);
     return [result, newest = snapshot.keyframes().rbegin()->first](Mapper& mapper) {
       if (result) mapper.take_over(*result, newest);

@@ -18,8 +18,6 @@ constexpr double kMinOverlap = 0.4;    // below, too few matches would be left t
 constexpr int kLinksPerKeyframe = 4;   // the most overlapping ones; the rest follows through shared landmarks
 constexpr double kMinViewCosine = 0.7;  // 45 degrees between the views: SIFT's matches grow few beyond
 
-bool is_cancelled(const MapperOptions& options) { return options.bundle.cancel && options.bundle.cancel(); }
-
 struct SeenLandmark {
   LandmarkId id;
   int feature;
@@ -103,7 +101,7 @@ std::vector<ViewTie> ties_between(const MapperOptions& options, const Map& map, 
 std::vector<ViewTie> link_views(const MapperOptions& options, Map* map, KeyframeId newer_than) {
   std::vector<std::pair<KeyframeId, KeyframeId>> pairs;
   for (const auto& [id, keyframe] : map->keyframes()) {
-    if (is_cancelled(options)) return {};
+    if (options.bundle.is_cancelled()) return {};
     const std::vector<SeenLandmark> landmarks = seen_landmarks(keyframe);
     std::vector<std::pair<double, KeyframeId>> overlapping;
     for (const auto& [other_id, other] : map->keyframes()) {
@@ -120,7 +118,7 @@ std::vector<ViewTie> link_views(const MapperOptions& options, Map* map, Keyframe
   }
   std::vector<ViewTie> all;
   for (const auto& [first, second] : pairs) {
-    if (is_cancelled(options)) break;
+    if (options.bundle.is_cancelled()) break;
     const std::vector<ViewTie> ties =
         ties_between(options, *map, *map->keyframe(first), *map->keyframe(second));
     tie_views(ties, map);
@@ -147,7 +145,7 @@ std::set<KeyframeId> with_loose_ties(const std::vector<ViewTie>& ties, const Map
 void tie_views(const std::vector<ViewTie>& ties, Map* map) {
   for (const ViewTie& tie : ties) {
     const Keyframe* keyframe = map->keyframe(tie.keyframe);
-    if (!keyframe || !map->landmark(tie.landmark)) continue;
+    if (!keyframe) continue;
     const LandmarkId held = keyframe->landmark_of_feature[tie.feature];
     if (held == kNoLandmark) {
       map->add_observation(tie.landmark, tie.keyframe, tie.feature);

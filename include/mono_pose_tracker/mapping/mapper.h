@@ -94,7 +94,7 @@ class Mapper {
   TrackingMapPtr tracking_map() const { return tracking_map_; }
 
  private:
-  bool is_cancelled() const { return options_.bundle.cancel && options_.bundle.cancel(); }
+  bool is_cancelled() const { return options_.bundle.is_cancelled(); }
 
   // What is known of the present map beside it. Another's is not known: it is begun anew.
   struct BesideMap {

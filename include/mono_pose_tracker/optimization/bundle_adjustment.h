@@ -52,6 +52,7 @@ struct BundleOptions {
   double max_iteration_work = 0;
   /// Asked after every iteration, by the thread that solves; true ends the solve with the best so far.
   std::function<bool()> cancel;
+  bool is_cancelled() const { return cancel && cancel(); }
 
   /// Throws std::invalid_argument naming key, value and range.
   void validate() const;
