@@ -10,15 +10,17 @@ namespace {
 
 constexpr double kTimesUsual = 3;
 
-// Of all images that follow each other.
-double usual_step(const std::vector<PosedFrame>& frames) {
+// Of all images that follow each other and between which the camera moves by `least`: a video may hold each
+// image twice, and a camera rests.
+double usual_step(const std::vector<PosedFrame>& frames, double least) {
   std::vector<double> steps;
   for (std::size_t i = 0; i + 1 < frames.size(); ++i) {
     if (frames[i + 1].index != frames[i].index + 1) continue;
-    steps.push_back(
-        (frames[i + 1].map_from_camera.translation - frames[i].map_from_camera.translation).norm());
+    const double step =
+        (frames[i + 1].map_from_camera.translation - frames[i].map_from_camera.translation).norm();
+    if (step > least) steps.push_back(step);
   }
-  return median(std::move(steps));
+  return steps.empty() ? 0 : median(std::move(steps));
 }
 
 bool is_jump(const PosedFrame& before, const PosedFrame& frame, const PosedFrame& after, double limit) {
@@ -33,7 +35,7 @@ bool is_jump(const PosedFrame& before, const PosedFrame& frame, const PosedFrame
 
 RestlessPath most_restless_stretch(const std::vector<PosedFrame>& trajectory, double least) {
   RestlessPath worst;
-  const double limit = std::max(least, kTimesUsual * usual_step(trajectory));
+  const double limit = std::max(least, kTimesUsual * usual_step(trajectory, least));
   std::vector<int> jumps(trajectory.size(), 0);  // up to each frame
   for (std::size_t i = 1; i < trajectory.size(); ++i) {
     jumps[i] = jumps[i - 1];

@@ -39,6 +39,19 @@ TEST(RestlessPath, OneImageThatIsAstrayIsNotEnough) {
   EXPECT_FALSE(found.is_significant());
 }
 
+// As a film of 15 images a second is in a video of 30, or of 10 in one of 30.
+TEST(RestlessPath, ImagesThatComeTwiceOrThriceAreNoJumps) {
+  for (const int times : {2, 3}) {
+    std::vector<PosedFrame> frames;
+    for (int i = 0; i < 90; ++i) {
+      const double noise = 1e-4 * (i % 7);
+      frames.push_back(
+          {i, i, Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(noise, 0, 0.1 * (i / times)))});
+    }
+    EXPECT_EQ(most_restless_stretch(frames, 0.02).jumps, 0) << times;
+  }
+}
+
 TEST(RestlessPath, WhatHardlyMovesJumpsByNoise) {
   std::vector<PosedFrame> frames;
   for (int i = 0; i < 60; ++i) {
