@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "feature_tracks.h"
+#include "fixed_to_camera.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/common/parallel.h"
 #include "turn_in_view.h"
@@ -190,7 +191,7 @@ OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& seen, I
 }
 
 OtherBody sample_other_body(const Map& map, const MatchOptions& matching, const RansacOptions& ransac,
-                            int threads) {
+                            bool camera_goes_through, int threads) {
   constexpr int kPairs = 30;
   std::vector<int> keyframes;
   const std::vector<PosedImage> images = in_time(map, {}, ImagesAsked::kKeyframes, &keyframes);
@@ -202,7 +203,8 @@ OtherBody sample_other_body(const Map& map, const MatchOptions& matching, const 
     const int k = i * count / std::min(kPairs, count);
     pairs.emplace_back(k, k + 1);
   }
-  const std::vector<PairMotions> motions = compare_all(images, pairs, matching, ransac, threads);
+  std::vector<PairMotions> motions = compare_all(images, pairs, matching, ransac, threads);
+  if (camera_goes_through) leave_out_fixed(images, pairs, ransac, &motions);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     compare(images[pairs[i].first], images[pairs[i].second], motions[i], &body);
     votes.add(pairs[i], motions[i]);

@@ -94,9 +94,15 @@ bool is_among_others(const std::vector<Match>& matches, const std::vector<Obeyed
 
 PairMotions compare_motions(const PosedImage& first, const PosedImage& second, const MatchOptions& matching,
                             const RansacOptions& ransac) {
+  return motions_of(match_descriptors(first.image->set.descriptors, second.image->set.descriptors, matching),
+                    first, second, ransac);
+}
+
+PairMotions motions_of(std::vector<Match> matches, const PosedImage& first, const PosedImage& second,
+                       const RansacOptions& ransac) {
   const FeatureSet &set1 = first.image->set, &set2 = second.image->set;
   PairMotions pair;
-  pair.matches = match_descriptors(set1.descriptors, set2.descriptors, matching);
+  pair.matches = std::move(matches);
   const double limit = kContradicts * ransac.threshold;
   const Rigid3 second_from_first = second.camera_from_map * first.camera_from_map.inverse();
   const std::vector<char> of_body = agree_with(pair.matches, set1, set2, second_from_first, limit);

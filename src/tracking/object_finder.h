@@ -38,6 +38,8 @@ class ObjectFinder {
   // The last frame was posed: where the object was found, and how far it has gone.
   void follow(const Frame& frame, const TrackingMap& map, const ResectionReport& resection);
 
+  bool masks_by_motion() const { return motion_mask_.is_started(); }
+
   // Poses from here on are of another map, or in other lengths.
   void forget_places() { visited_.clear(); }
 

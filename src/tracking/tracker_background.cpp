@@ -11,6 +11,13 @@ bool Tracker::Impl::goes_through(const Map& map) const {
   return !options_.segmentation.wants_turning_body() && !stays_in_view(map);
 }
 
+// What was taken for an object before a still background was the view: what is fixed to the camera, as words
+// are that a drone writes into its images, is told from it by the mapper.
+void Tracker::Impl::end_masks_of_view(const TrackingMap& map) {
+  if (!options_.segmentation.is_automatic() || options_.segmentation.wants_turning_body()) return;
+  if (object_finder_.masks_by_motion() && !newest_has_in_view(map, camera_)) object_finder_.reset();
+}
+
 bool Tracker::Impl::may_have_background() {
   const bool has_map = worker_.latest() && !worker_.mapper().map().keyframes().empty();
   return looks_for_background() && !(has_map && goes_through(worker_.mapper().map()));

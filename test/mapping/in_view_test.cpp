@@ -21,11 +21,20 @@ Map map_of_views(const SyntheticScene& scene, const std::vector<Rigid3>& cameras
   return map;
 }
 
+TrackingMap view_of(Map map) {
+  TrackingMap view;
+  view.keyframes = map.views().keyframes();
+  view.landmarks = map.views().landmarks();
+  return view;
+}
+
 TEST(StaysInView, AHeadThatTurnsOnceRound) {
   Random random(3);
   std::vector<Rigid3> cameras_from_head;
   for (int k = 0; k < 18; ++k) cameras_from_head.push_back(before_turned_head(20 * k * kDegree));
-  EXPECT_TRUE(stays_in_view(map_of_views(synthetic_head(150, random), cameras_from_head)));
+  const Map map = map_of_views(synthetic_head(150, random), cameras_from_head);
+  EXPECT_TRUE(stays_in_view(map));
+  EXPECT_TRUE(newest_has_in_view(view_of(map), synthetic_camera()));
 }
 
 TEST(StaysInView, AStreetThatIsDrivenThroughDoesNot) {
@@ -37,7 +46,9 @@ TEST(StaysInView, AStreetThatIsDrivenThroughDoesNot) {
   std::vector<Rigid3> cameras_from_map;
   for (int k = 0; k < 9; ++k)
     cameras_from_map.emplace_back(Eigen::Quaterniond::Identity(), -1.0 * k * Eigen::Vector3d::UnitZ());
-  EXPECT_FALSE(stays_in_view(map_of_views(SyntheticScene(walls, random), cameras_from_map)));
+  const Map map = map_of_views(SyntheticScene(walls, random), cameras_from_map);
+  EXPECT_FALSE(stays_in_view(map));
+  EXPECT_FALSE(newest_has_in_view(view_of(map), synthetic_camera()));
 }
 
 }  // namespace

@@ -71,11 +71,11 @@ TEST_F(OtherBodyTest, AMapExplainsWhatItIsOf) {
 
 TEST_F(OtherBodyTest, ASampleTellsItAsWell) {
   Map map = map_with(true, 150, 200);
-  const OtherBody sample = sample_other_body(map, MatchOptions(), ransac(), 1);
+  const OtherBody sample = sample_other_body(map, MatchOptions(), ransac(), false, 1);
   EXPECT_EQ(sample.pairs, kKeyframes - 1);
   EXPECT_TRUE(sample.is_comparable());
-  EXPECT_FALSE(sample_other_body(map_with(true, 200, 0), MatchOptions(), ransac(), 1).is_comparable());
-  EXPECT_FALSE(sample_other_body(Map(), MatchOptions(), ransac(), 1).exists());
+  EXPECT_FALSE(sample_other_body(map_with(true, 200, 0), MatchOptions(), ransac(), false, 1).is_comparable());
+  EXPECT_FALSE(sample_other_body(Map(), MatchOptions(), ransac(), false, 1).exists());
 }
 
 TEST_F(OtherBodyTest, TracksTellWhichFeaturesAreWhose) {

@@ -5,6 +5,7 @@ import os
 import sys
 import unittest
 
+import cv2
 import rosunit
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
@@ -50,6 +51,28 @@ class RealSequences(Runs):
             for stamp, path in zip(stamps, paths[::-1] if backwards else paths):
                 out.write("%s %s\n" % (stamp, os.path.join(folder, path)))
         return self.track("--images", part, "--camera", os.path.join(folder, "camera.yaml"), *options)[0]
+
+    def test_words_written_into_the_images(self):
+        """As a drone or a dashcam writes them: they stand still, but what moves before them is the view."""
+        folder = os.path.join(DATA, "kitti07_100")
+        drawn = os.path.join(self.folder.name, "drawn")
+        os.mkdir(drawn)
+        with open(os.path.join(folder, "images.txt")) as images, open(drawn + ".txt", "w") as out:
+            for number, line in enumerate([line for line in images if not line.startswith("#")][:50]):
+                stamp, path = line.split()
+                image = cv2.imread(os.path.join(folder, path))
+                for words, place in (("REC", (19, 48)), ("BAT 78%", (939, 48)), ("ALT 12.3m", (19, 351)),
+                                     ("2021-05-03 14:03:%02d" % number, (594, 351))):
+                    cv2.putText(image, words, place, cv2.FONT_HERSHEY_SIMPLEX, 1.5, (255, 255, 255), 3)
+                drawn_path = os.path.join(drawn, "%02d.jpg" % number)
+                cv2.imwrite(drawn_path, image)
+                out.write("%s %s\n" % (stamp, drawn_path))
+        output, _ = self.track("--images", drawn + ".txt", "--camera", os.path.join(folder, "camera.yaml"))
+        figures = report(output)
+        self.assertGreaterEqual(figures["frames_posed_live"], 47, "it was lost")
+        self.assertTrue(figures["confirmed"], figures["warnings"])
+        final = self.error_of(os.path.join(folder, "groundtruth.txt"), output)
+        self.assertLess(final["position_rmse_percent"], 1.5)
 
     def test_a_part_that_hangs_together_by_the_skyline(self):
         """Its near half moves otherwise than the map says, as another body would."""

@@ -70,9 +70,10 @@ OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& seen, I
                           const MatchOptions& matching, const RansacOptions& ransac, int threads);
 
 /// Whether there is one: the same of some thirty pairs of keyframes that follow each other, spread over the
-/// recording, at a cost that does not grow with the map.
+/// recording, at a cost that does not grow with the map. camera_goes_through: a place, so that what is fixed
+/// to the camera, such as a bonnet or words written into the images, is no body.
 OtherBody sample_other_body(const Map& map, const MatchOptions& matching, const RansacOptions& ransac,
-                            int threads);
+                            bool camera_goes_through, int threads);
 
 /// How far what obeys the motion turns before the camera between the two images, as in OtherBody; 0 of fewer
 /// than five matches.

@@ -34,6 +34,10 @@ inline PosedImage posed_image(const Keyframe& k) { return {k.frame_index, k.came
 PairMotions compare_motions(const PosedImage& first, const PosedImage& second, const MatchOptions& matching,
                             const RansacOptions& ransac);
 
+/// The same of matches that are known.
+PairMotions motions_of(std::vector<Match> matches, const PosedImage& first, const PosedImage& second,
+                       const RansacOptions& ransac);
+
 /// Which features of two images move as one with each other, but not with the body that the map is of: a
 /// background behind an object that turns before a camera in the hand, the shoulders below a head. One flag a
 /// feature; both empty when there is no such motion.
