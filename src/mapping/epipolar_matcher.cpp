@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "mono_pose_tracker/geometry/essential.h"
 
@@ -48,6 +49,58 @@ struct StripMatches {
   }
 };
 
+// In the order in which a plane that turns round the epipole passes them, so that those near a plane are
+// together.
+std::vector<int> round_epipole(const ImageFeatures& image, const Eigen::Vector3d& epipole,
+                               std::vector<int> features) {
+  const Eigen::Vector3d u = epipole.unitOrthogonal(), v = epipole.normalized().cross(u);
+  std::vector<std::pair<double, int>> by_angle;
+  for (const int f : features) {
+    const Eigen::Vector3d& bearing = image.set.bearings[f];
+    by_angle.emplace_back(std::atan2(bearing.dot(v), bearing.dot(u)), f);
+  }
+  std::sort(by_angle.begin(), by_angle.end());
+  std::transform(by_angle.begin(), by_angle.end(), features.begin(),
+                 [](const auto& entry) { return entry.second; });
+  return features;
+}
+
+// A column a coordinate; rows up to a whole number of blocks, the last ones 0.
+using Bearings = Eigen::Array<float, Eigen::Dynamic, 3>;
+constexpr Eigen::Index kBlock = 16;
+
+Bearings bearings_of(const ImageFeatures& image, const std::vector<int>& features) {
+  const auto size = static_cast<Eigen::Index>(features.size());
+  Bearings bearings = Bearings::Zero((size + kBlock - 1) / kBlock * kBlock, 3);
+  for (Eigen::Index i = 0; i < size; ++i)
+    bearings.row(i) = image.set.bearings[features[i]].cast<float>().transpose().array();
+  return bearings;
+}
+
+struct NearPlane {
+  int index;
+  float distance;  // of a bearing from the plane, rad
+};
+
+// Bearings that may be on the line or in the strip beside it: few of thousands, so that they are passed over
+// a block at a time.
+void find_near_plane(const Bearings& bearings, const Eigen::Vector3f& normal, double max_error_rad,
+                     std::vector<NearPlane>* near) {
+  // Both strips and what lies between, a thousandth wider for rounding.
+  const auto middle = static_cast<float>(kStripBeside / 2 * max_error_rad);
+  const auto half = static_cast<float>(1.001 * (kStripBeside / 2 + 1) * max_error_rad);
+  near->clear();
+  for (Eigen::Index i = 0; i < bearings.rows(); i += kBlock) {
+    const Eigen::Array<float, kBlock, 1> distances = bearings.col(0).segment<kBlock>(i) * normal.x() +
+                                                     bearings.col(1).segment<kBlock>(i) * normal.y() +
+                                                     bearings.col(2).segment<kBlock>(i) * normal.z();
+    if ((distances - middle).abs().minCoeff() > half) continue;
+    for (Eigen::Index k = 0; k < kBlock; ++k) {
+      if (std::abs(distances[k] - middle) <= half) near->push_back({static_cast<int>(i + k), distances[k]});
+    }
+  }
+}
+
 std::vector<int> sorted_distances2(const std::vector<Match>& matches) {
   std::vector<int> distances;
   for (const Match& m : matches) distances.push_back(m.distance2);
@@ -82,50 +135,79 @@ int largest_sure_distance2(const std::vector<Match>& on_line, const std::vector<
   return sure;
 }
 
+// On the lines and in the strips beside them.
+struct BothStrips {
+  StripMatches on_line, beside;
+
+  BothStrips(std::size_t first, std::size_t second) : on_line(first, second), beside(first, second) {}
+};
+
+// Of all features of two keyframes that have no landmark.
+class Comparison {
+ public:
+  Comparison(const Keyframe& first, const Keyframe& second, const EpipolarMatchOptions& options)
+      : first_(first), second_(second), options_(options), free1_(features_without_landmark(first)) {
+    const Rigid3 second_from_first = second.camera_from_map * first.camera_from_map.inverse();
+    essential_ = essential_matrix(second_from_first);
+    free2_ = round_epipole(*second.image, second_from_first.translation, features_without_landmark(second));
+    bearings2_ = bearings_of(*second.image, free2_);
+    const double same_px = first.image->camera.focal() / second.image->camera.focal();
+    for (const int f : free2_) scales2_.push_back(same_px * second.image->set.features[f].scale);
+  }
+
+  BothStrips all() const {
+    BothStrips found(free1_.size(), free2_.size());
+    std::vector<NearPlane> near;
+    for (std::size_t i = 0; i < free1_.size() && !is_set(options_.cancelled); ++i) {
+      const Eigen::Vector3d normal = essential_ * first_.image->set.bearings[free1_[i]];
+      const double length = normal.norm();
+      if (length < 1e-9) continue;  // at the epipole every line passes
+      find_near_plane(bearings2_, (normal / length).cast<float>(), options_.max_error_rad, &near);
+      for (const auto& [j, from_plane] : near) {
+        if (j < static_cast<int>(free2_.size())) offer(i, j, from_plane, &found);
+      }
+    }
+    return found;
+  }
+
+  std::size_t of_first() const { return free1_.size(); }
+  // As features of the keyframes.
+  Match named(const Match& m) const { return {free1_[m.first], free2_[m.second], m.distance2, m.ratio}; }
+
+ private:
+  void offer(std::size_t i, std::size_t j, float from_plane, BothStrips* found) const {
+    const double limit = options_.max_error_rad;
+    const bool is_on_line = std::abs(from_plane) <= limit;
+    if (!is_on_line && std::abs(from_plane - kStripBeside * limit) > limit) return;
+    const double scale1 = first_.image->set.features[free1_[i]].scale, scale2 = scales2_[j];
+    if (scale1 > options_.max_scale_ratio * scale2 || scale2 > options_.max_scale_ratio * scale1) return;
+    const int d2 = descriptor_distance2(first_.image->set.descriptor(free1_[i]),
+                                        second_.image->set.descriptor(free2_[j]));
+    (is_on_line ? found->on_line : found->beside).offer(i, j, d2);
+  }
+
+  const Keyframe &first_, &second_;
+  const EpipolarMatchOptions& options_;
+  Eigen::Matrix3d essential_;
+  Bearings bearings2_;
+  std::vector<double> scales2_;     // in px of the first image's camera
+  std::vector<int> free1_, free2_;  // the features that are compared
+};
+
 }  // namespace
 
 std::vector<Match> match_along_epipolar_lines(const Keyframe& first, const Keyframe& second,
                                               const EpipolarMatchOptions& options) {
-  const Eigen::Matrix3d essential =
-      essential_matrix(second.camera_from_map * first.camera_from_map.inverse());
-  const std::vector<int> free1 = features_without_landmark(first), free2 = features_without_landmark(second);
-  Eigen::Matrix3Xf bearings2(3, free2.size());
-  for (std::size_t j = 0; j < free2.size(); ++j) {
-    bearings2.col(j) = second.image->set.bearings[free2[j]].cast<float>();
-  }
-  StripMatches on_line(free1.size(), free2.size()), beside(free1.size(), free2.size());
-  Eigen::RowVectorXf from_plane(free2.size());
-  // Scales are in px of each image's own camera.
-  const double same_px = first.image->camera.focal() / second.image->camera.focal();
-  for (std::size_t i = 0; i < free1.size(); ++i) {
-    if (is_set(options.cancelled)) return {};
-    const Eigen::Vector3d normal = essential * first.image->set.bearings[free1[i]];
-    const double length = normal.norm();
-    if (length < 1e-9) continue;  // at the epipole every line passes
-    from_plane.noalias() = (normal / length).cast<float>().transpose() * bearings2;
-    const double scale1 = first.image->set.features[free1[i]].scale;
-    for (std::size_t j = 0; j < free2.size(); ++j) {
-      const bool is_on_line = std::abs(from_plane[j]) <= options.max_error_rad;
-      if (!is_on_line &&
-          std::abs(from_plane[j] - kStripBeside * options.max_error_rad) > options.max_error_rad)
-        continue;
-      const double scale2 = same_px * second.image->set.features[free2[j]].scale;
-      if (scale1 > options.max_scale_ratio * scale2 || scale2 > options.max_scale_ratio * scale1) continue;
-      const int d2 =
-          descriptor_distance2(first.image->set.descriptor(free1[i]), second.image->set.descriptor(free2[j]));
-      (is_on_line ? on_line : beside).offer(i, j, d2);
-    }
-  }
-  std::vector<Match> matches = on_line.mutual(options), by_chance = beside.mutual(options);
-  keep_winners(free1.size(), &matches, &by_chance);
+  const Comparison comparison(first, second, options);
+  const BothStrips found = comparison.all();
+  if (is_set(options.cancelled)) return {};
+  std::vector<Match> matches = found.on_line.mutual(options), by_chance = found.beside.mutual(options);
+  keep_winners(comparison.of_first(), &matches, &by_chance);
   const int sure = largest_sure_distance2(matches, by_chance, options.max_chance_share);
   const auto unsure =
       std::remove_if(matches.begin(), matches.end(), [&](const Match& m) { return m.distance2 > sure; });
   matches.erase(unsure, matches.end());
-  for (Match& m : matches) {
-    m.first = free1[m.first];
-    m.second = free2[m.second];
-  }
+  for (Match& m : matches) m = comparison.named(m);
   return matches;
 }
 
