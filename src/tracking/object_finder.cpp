@@ -36,7 +36,7 @@ Segmentation ObjectFinder::find(const cv::Mat& image, const cv::Mat& given, bool
   // Once there is a map without two motions, none will be looked for.
   if (!bootstrapping && !motion_mask_.is_started()) return segmentation;
   motion_mask_.watch(image);
-  if (motion_mask_.is_started()) {
+  if (motion_mask_.is_started() && masks_by_motion_) {
     segmentation.mask = given.empty() ? motion_mask_.mask() : motion_mask_.mask() & segmentation.mask;
     segmentation.method = Segmentation::kByMotion;
   }
@@ -45,7 +45,7 @@ Segmentation ObjectFinder::find(const cv::Mat& image, const cv::Mat& given, bool
 
 Segmentation ObjectFinder::find_again(const cv::Mat& image, const cv::Mat& given) {
   Segmentation segmentation = segmenter_.segment_again(image, given);
-  if (!looks_for_motion(given) || !motion_mask_.is_started()) return segmentation;
+  if (!looks_for_motion(given) || !motion_mask_.is_started() || !masks_by_motion_) return segmentation;
   const cv::Mat mask = motion_mask_.mask_of(image);
   segmentation.mask = given.empty() ? mask : mask & segmentation.mask;
   segmentation.method = Segmentation::kByMotion;
@@ -54,6 +54,7 @@ Segmentation ObjectFinder::find_again(const cv::Mat& image, const cv::Mat& given
 
 void ObjectFinder::start(const BootstrapReport& bootstrap, const Frame& frame,
                          const ResectionReport& resection) {
+  masks_by_motion_ = true;
   motion_mask_.start(pixels_of(frame, resection), bootstrap.still_background,
                      static_cast<int>(frame.index - bootstrap.reference_index), bootstrap.moved_px);
   visited_ = {resection.camera_from_map};

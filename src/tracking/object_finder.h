@@ -38,13 +38,18 @@ class ObjectFinder {
   // The last frame was posed: where the object was found, and how far it has gone.
   void follow(const Frame& frame, const TrackingMap& map, const ResectionReport& resection);
 
-  bool masks_by_motion() const { return motion_mask_.is_started(); }
+  bool knows_motion() const { return motion_mask_.is_started(); }
+  // Whether what moves, once it has been told from what stands still, is given as the mask.
+  void mask_by_motion(bool on) { masks_by_motion_ = on; }
 
   // Poses from here on are of another map, or in other lengths.
   void forget_places() { visited_.clear(); }
 
   void set_options(const SegmentationOptions& options) { options_ = options; }
-  void reset() { motion_mask_.reset(); }
+  void reset() {
+    motion_mask_.reset();
+    masks_by_motion_ = true;
+  }
 
  private:
   double moved_since(const Rigid3& camera_from_map, const Frame& frame, const TrackingMap& map,
@@ -55,6 +60,7 @@ class ObjectFinder {
   CameraModel camera_;
   Segmenter segmenter_;
   MotionMask motion_mask_;
+  bool masks_by_motion_ = true;
   std::vector<Rigid3> visited_;  // camera_from_map, where the object was seen anew
 };
 

@@ -11,11 +11,12 @@ bool Tracker::Impl::goes_through(const Map& map) const {
   return !options_.segmentation.wants_turning_body() && !stays_in_view(map);
 }
 
-// What was taken for an object before a still background was the view: what is fixed to the camera, as words
-// are that a drone writes into its images, is told from it by the mapper.
-void Tracker::Impl::end_masks_of_view(const TrackingMap& map) {
+// Where what was taken for an object before a still background is the view, the mapper tells what is fixed to
+// the camera from it, as words are that a drone writes into its images. An object that has come so near that
+// it reaches beyond the image hides its background.
+void Tracker::Impl::choose_masks(const TrackingMap& map) {
   if (!options_.segmentation.is_automatic() || options_.segmentation.wants_turning_body()) return;
-  if (object_finder_.masks_by_motion() && !newest_has_in_view(map, camera_)) object_finder_.reset();
+  if (object_finder_.knows_motion()) object_finder_.mask_by_motion(newest_has_in_view(map, camera_));
 }
 
 bool Tracker::Impl::may_have_background() {
