@@ -15,7 +15,7 @@ namespace {
 // is written on changing ground is found beside its place.
 constexpr double kFixedPx = 3;
 constexpr std::size_t kMinFixed = 3;  // features of a pair: one or two are in their place by chance
-constexpr double kMinPairs = 0.75;    // share of those that show any
+constexpr double kMinPairs = 0.75;    // share of all pairs
 constexpr int kCells = 8;             // that an image has each way
 
 // In its place, though the camera's motion says that it can't be.
@@ -74,6 +74,7 @@ void leave_out_fixed(const std::vector<PosedImage>& images, const std::vector<st
   if (static_cast<double>(pairs_with) < kMinPairs * static_cast<double>(pairs.size())) return;
   if (all.fixed > OtherBody::kComparable * all.seen) return;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (std::count(fixed[i].begin(), fixed[i].end(), 1) == 0) continue;
     std::vector<Match> rest;
     for (std::size_t m = 0; m < fixed[i].size(); ++m) {
       if (!fixed[i][m]) rest.push_back((*motions)[i].matches[m]);

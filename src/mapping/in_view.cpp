@@ -32,19 +32,21 @@ bool stays_in_view(const Map& map) {
                      [&](const auto& entry) { return has_in_view(map, entry.second); });
 }
 
-bool newest_has_in_view(const TrackingMap& map, const CameraModel& camera) {
-  constexpr std::size_t kMostAsked = 1000;  // landmarks; the share is known to a hundredth or two
-  if (map.keyframes.empty()) return true;
-  const Rigid3 camera_from_map = map.keyframes.rbegin()->second.camera_from_map;
+bool has_left_behind(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map) {
+  constexpr std::size_t kMostAsked = 1000;  // landmarks: the share is known to a hundredth or two
+  constexpr double kLeastBehind = 0.05;     // of one that is wrong here and there
   const std::size_t step = 1 + map.landmarks.size() / kMostAsked;
   std::size_t at = 0;
-  std::ptrdiff_t asked = 0, in_view = 0;
+  std::ptrdiff_t asked = 0, in_view = 0, behind = 0;
   for (const auto& entry : map.landmarks) {
     if (at++ % step != 0) continue;
+    const Eigen::Vector3d x_in_camera = camera_from_map * entry.second;
     ++asked;
-    in_view += is_in_view(camera, camera_from_map * entry.second);
+    in_view += is_in_view(camera, x_in_camera);
+    behind += x_in_camera.z() <= 0;
   }
-  return is_enough(in_view, asked);
+  return !is_enough(in_view, asked) &&
+         static_cast<double>(behind) >= kLeastBehind * static_cast<double>(asked);
 }
 
 }  // namespace mono_pose_tracker

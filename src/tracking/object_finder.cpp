@@ -1,6 +1,7 @@
 #include "object_finder.h"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 
 #include "mono_pose_tracker/camera/image_scale.h"
@@ -36,16 +37,25 @@ Segmentation ObjectFinder::find(const cv::Mat& image, const cv::Mat& given, bool
   // Once there is a map without two motions, none will be looked for.
   if (!bootstrapping && !motion_mask_.is_started()) return segmentation;
   motion_mask_.watch(image);
-  if (motion_mask_.is_started() && masks_by_motion_) {
+  if (motion_mask_.is_started() && masks_now()) {
     segmentation.mask = given.empty() ? motion_mask_.mask() : motion_mask_.mask() & segmentation.mask;
     segmentation.method = Segmentation::kByMotion;
   }
   return segmentation;
 }
 
-Segmentation ObjectFinder::find_again(const cv::Mat& image, const cv::Mat& given) {
+bool ObjectFinder::masks_at(std::int64_t frame_index) const {
+  const auto next = masks_after_.lower_bound(frame_index);
+  return next == masks_after_.begin() || std::prev(next)->second;
+}
+
+void ObjectFinder::mask_by_motion(std::int64_t frame_index, bool on) {
+  if (on != masks_now()) masks_after_[frame_index] = on;
+}
+
+Segmentation ObjectFinder::find_again(std::int64_t frame_index, const cv::Mat& image, const cv::Mat& given) {
   Segmentation segmentation = segmenter_.segment_again(image, given);
-  if (!looks_for_motion(given) || !motion_mask_.is_started() || !masks_by_motion_) return segmentation;
+  if (!looks_for_motion(given) || !motion_mask_.is_started() || !masks_at(frame_index)) return segmentation;
   const cv::Mat mask = motion_mask_.mask_of(image);
   segmentation.mask = given.empty() ? mask : mask & segmentation.mask;
   segmentation.method = Segmentation::kByMotion;
@@ -54,7 +64,7 @@ Segmentation ObjectFinder::find_again(const cv::Mat& image, const cv::Mat& given
 
 void ObjectFinder::start(const BootstrapReport& bootstrap, const Frame& frame,
                          const ResectionReport& resection) {
-  masks_by_motion_ = true;
+  masks_after_.clear();
   motion_mask_.start(pixels_of(frame, resection), bootstrap.still_background,
                      static_cast<int>(frame.index - bootstrap.reference_index), bootstrap.moved_px);
   visited_ = {resection.camera_from_map};
@@ -81,7 +91,7 @@ double ObjectFinder::moved_since(const Rigid3& camera_from_map, const Frame& fra
 void ObjectFinder::follow(const Frame& frame, const TrackingMap& map, const ResectionReport& resection) {
   constexpr double kLeastMove = 2;          // px
   constexpr std::size_t kMostVisited = 50;  // as many poses back, the background has been learnt
-  if (!motion_mask_.is_started()) return;
+  if (!motion_mask_.is_started() || !masks_now()) return;
   double moved = std::numeric_limits<double>::max();
   for (const Rigid3& visited : visited_) {
     moved = std::min(moved, moved_since(visited, frame, map, resection));

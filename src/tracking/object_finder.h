@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <opencv2/core.hpp>
 
 #include "mono_pose_tracker/camera/camera_model.h"
@@ -25,7 +27,7 @@ class ObjectFinder {
   // The next image. given: empty, or not 0 = object.
   Segmentation find(const cv::Mat& image, const cv::Mat& given, bool bootstrapping);
   // An image out of its order: nothing is learnt.
-  Segmentation find_again(const cv::Mat& image, const cv::Mat& given);
+  Segmentation find_again(std::int64_t frame_index, const cv::Mat& image, const cv::Mat& given);
 
   // Where features may be, given the object's mask; empty: anywhere.
   cv::Mat clearance(const cv::Mat& mask) const { return clearance(mask, options_, camera_); }
@@ -39,8 +41,9 @@ class ObjectFinder {
   void follow(const Frame& frame, const TrackingMap& map, const ResectionReport& resection);
 
   bool knows_motion() const { return motion_mask_.is_started(); }
-  // Whether what moves, once it has been told from what stands still, is given as the mask.
-  void mask_by_motion(bool on) { masks_by_motion_ = on; }
+  // Whether what moves, once it has been told from what stands still, is given as the mask of what comes
+  // after the frame. While it is not, nothing is learnt of it.
+  void mask_by_motion(std::int64_t frame_index, bool on);
 
   // Poses from here on are of another map, or in other lengths.
   void forget_places() { visited_.clear(); }
@@ -48,19 +51,22 @@ class ObjectFinder {
   void set_options(const SegmentationOptions& options) { options_ = options; }
   void reset() {
     motion_mask_.reset();
-    masks_by_motion_ = true;
+    masks_after_.clear();
   }
 
  private:
   double moved_since(const Rigid3& camera_from_map, const Frame& frame, const TrackingMap& map,
                      const ResectionReport& resection) const;
   bool looks_for_motion(const cv::Mat& given) const;
+  bool masks_now() const { return masks_after_.empty() || masks_after_.rbegin()->second; }
+  bool masks_at(std::int64_t frame_index) const;
 
   SegmentationOptions options_;
   CameraModel camera_;
   Segmenter segmenter_;
   MotionMask motion_mask_;
-  bool masks_by_motion_ = true;
+  std::map<std::int64_t, bool>
+      masks_after_;              // frames after which masks by motion are given, or no longer are
   std::vector<Rigid3> visited_;  // camera_from_map, where the object was seen anew
 };
 

@@ -188,7 +188,10 @@ void Tracker::Impl::track(const Frame& frame, FrameReport* report) {
   Frame of_body = followed(frame, report);
   const ResectionReport resection = locate(frame, &map, &of_body, report);
   describe(resection, report);
-  if (resection.success && accept(of_body, *map, resection, report)) return;
+  if (resection.success && accept(of_body, *map, resection, report)) {
+    choose_masks(frame, *map, resection.camera_from_map);
+    return;
+  }
   lose(frame, of_body, report);
 }
 

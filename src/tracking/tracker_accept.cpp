@@ -47,7 +47,6 @@ bool Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   report->median_parallax_deg = overlap.parallax_deg;
   if (doubtful || options_.localize_only) return true;  // nothing of it comes into the map
   if (keyframe_policy_.is_due(map, overlap, resection.inliers, worker_.unfinished_jobs())) {
-    choose_masks(map);
     insert_keyframe(frame, map, pose, resection, report);
   }
   return true;

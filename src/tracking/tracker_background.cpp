@@ -14,9 +14,10 @@ bool Tracker::Impl::goes_through(const Map& map) const {
 // Where what was taken for an object before a still background is the view, the mapper tells what is fixed to
 // the camera from it, as words are that a drone writes into its images. An object that has come so near that
 // it reaches beyond the image hides its background.
-void Tracker::Impl::choose_masks(const TrackingMap& map) {
+void Tracker::Impl::choose_masks(const Frame& frame, const TrackingMap& map, const Rigid3& camera_from_map) {
   if (!options_.segmentation.is_automatic() || options_.segmentation.wants_turning_body()) return;
-  if (object_finder_.knows_motion()) object_finder_.mask_by_motion(newest_has_in_view(map, camera_));
+  if (!object_finder_.knows_motion()) return;
+  object_finder_.mask_by_motion(frame.index, !has_left_behind(map, camera_, camera_from_map));
 }
 
 bool Tracker::Impl::may_have_background() {

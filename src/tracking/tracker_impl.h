@@ -89,7 +89,7 @@ class Tracker::Impl {
   void find_other_body_beside(FinishedMap* map) const;
   bool may_have_background();
   bool goes_through(const Map& map) const;
-  void choose_masks(const TrackingMap& map);
+  void choose_masks(const Frame& frame, const TrackingMap& map, const Rigid3& camera_from_map);
   bool shows_background(const TrackingMap& view, const Map& map, const MatchesInTime& in_time) const;
   bool looks_for_background() const {
     return options_.segmentation.is_automatic() && !options_.localize_only;

@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <vector>
 
 #include "known_scene.h"
+#include "mono_pose_tracker/geometry/essential.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -38,6 +40,54 @@ TEST(EpipolarMatcher, FindsWhatBothSee) {
   const std::vector<Match> matches = match_along_epipolar_lines(first, second, options());
   for (const Match& m : matches) EXPECT_EQ(scene.point_of[0][m.first], scene.point_of[1][m.second]);
   EXPECT_GT(matches.size(), 0.9 * count_seen_by_both(scene));
+}
+
+// What is nearest and second to each among those near its line, by comparing all with all.
+std::vector<Match> by_comparing_all(const Keyframe& first, const Keyframe& second,
+                                    const EpipolarMatchOptions& options) {
+  const Eigen::Matrix3d essential =
+      essential_matrix(second.camera_from_map * first.camera_from_map.inverse());
+  const int size1 = first.image->size(), size2 = second.image->size();
+  std::vector<NearestTwo> of_first(size1), of_second(size2);
+  for (int i = 0; i < size1; ++i) {
+    const Eigen::Vector3d normal = (essential * first.image->set.bearings[i]).normalized();
+    for (int j = 0; j < size2; ++j) {
+      if (std::abs(normal.dot(second.image->set.bearings[j])) > options.max_error_rad) continue;
+      const double ratio = first.image->set.features[i].scale / second.image->set.features[j].scale;
+      if (std::max(ratio, 1 / ratio) > options.max_scale_ratio) continue;
+      const int d2 = descriptor_distance2(first.image->set.descriptor(i), second.image->set.descriptor(j));
+      of_first[i].offer(j, d2);
+      of_second[j].offer(i, d2);
+    }
+  }
+  std::vector<Match> matches;
+  for (int i = 0; i < size1; ++i) {
+    const NearestTwo& b = of_first[i];
+    if (b.index < 0 || b.best > options.max_distance2 || of_second[b.index].index != i) continue;
+    if (b.best * options.min_ratio * options.min_ratio <= b.second)
+      matches.push_back({i, b.index, b.best, 0});
+  }
+  return matches;
+}
+
+TEST(EpipolarMatcher, NoneThatIsNearItsLineIsPassedOver) {
+  KnownScene scene(2000);
+  EpipolarMatchOptions all_kept = options();
+  all_kept.max_chance_share = 1;
+  for (const int view : {1, 2, 3}) {
+    const Keyframe first = keyframe(scene, 0), second = keyframe(scene, view);
+    const std::vector<Match> found = match_along_epipolar_lines(first, second, all_kept);
+    const std::vector<Match> expected = by_comparing_all(first, second, all_kept);
+    ASSERT_GT(expected.size(), 500U);
+    // One may be likelier beside its line, or lie just within the limit.
+    std::size_t same = 0;
+    for (const Match& m : found) {
+      same += std::any_of(expected.begin(), expected.end(),
+                          [&](const Match& e) { return e.first == m.first && e.second == m.second; });
+    }
+    EXPECT_GE(same, 0.995 * expected.size());
+    EXPECT_LE(found.size(), same + 0.005 * expected.size());
+  }
 }
 
 // Every point has a twin with the same descriptor elsewhere: descriptors alone could not tell them apart.

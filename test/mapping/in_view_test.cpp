@@ -34,7 +34,9 @@ TEST(StaysInView, AHeadThatTurnsOnceRound) {
   for (int k = 0; k < 18; ++k) cameras_from_head.push_back(before_turned_head(20 * k * kDegree));
   const Map map = map_of_views(synthetic_head(150, random), cameras_from_head);
   EXPECT_TRUE(stays_in_view(map));
-  EXPECT_TRUE(newest_has_in_view(view_of(map), synthetic_camera()));
+  EXPECT_FALSE(has_left_behind(view_of(map), synthetic_camera(), cameras_from_head.back()));
+  const Rigid3 half_out(Eigen::Quaterniond::Identity(), Eigen::Vector3d(1.6, 0, 0));
+  EXPECT_FALSE(has_left_behind(view_of(map), synthetic_camera(), half_out * cameras_from_head.back()));
 }
 
 TEST(StaysInView, AStreetThatIsDrivenThroughDoesNot) {
@@ -48,7 +50,8 @@ TEST(StaysInView, AStreetThatIsDrivenThroughDoesNot) {
     cameras_from_map.emplace_back(Eigen::Quaterniond::Identity(), -1.0 * k * Eigen::Vector3d::UnitZ());
   const Map map = map_of_views(SyntheticScene(walls, random), cameras_from_map);
   EXPECT_FALSE(stays_in_view(map));
-  EXPECT_FALSE(newest_has_in_view(view_of(map), synthetic_camera()));
+  EXPECT_TRUE(has_left_behind(view_of(map), synthetic_camera(), cameras_from_map.back()));
+  EXPECT_FALSE(has_left_behind(view_of(map), synthetic_camera(), cameras_from_map.front()));
 }
 
 }  // namespace

@@ -52,6 +52,18 @@ TEST(RestlessPath, ImagesThatComeTwiceOrThriceAreNoJumps) {
   }
 }
 
+// A camera that goes on by less than what counts as a jump, or stands: the jumps are no steps of its own.
+TEST(RestlessPath, ASlowCameraThatJumpsIsFound) {
+  for (const double step : {0.01, 0.0}) {
+    std::vector<PosedFrame> frames;
+    for (int i = 0; i < 100; ++i) {
+      const double aside = i % 5 == 0 ? 1 : 0;
+      frames.push_back({i, i, Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(aside, 0, step * i))});
+    }
+    EXPECT_TRUE(most_restless_stretch(frames, 0.02).is_significant()) << step;
+  }
+}
+
 TEST(RestlessPath, WhatHardlyMovesJumpsByNoise) {
   std::vector<PosedFrame> frames;
   for (int i = 0; i < 60; ++i) {

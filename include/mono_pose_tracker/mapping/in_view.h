@@ -12,7 +12,8 @@ namespace mono_pose_tracker {
 /// after ten keyframes.
 bool stays_in_view(const Map& map);
 
-/// Whether the newest keyframe has that many before it: what an object's have, a place's soon do not.
-bool newest_has_in_view(const TrackingMap& map, const CameraModel& camera);
+/// Whether the camera goes past what the map is of: less than two thirds of the points are in its image, and
+/// some are behind it. An object that goes out of the image, or comes near, never gets there.
+bool has_left_behind(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map);
 
 }  // namespace mono_pose_tracker

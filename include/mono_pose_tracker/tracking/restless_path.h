@@ -21,8 +21,9 @@ struct RestlessPath {
 };
 
 /// The worst one. At a jump the velocity changes, from one image in a row to the next, by three times the
-/// usual step (of those that are longer than `least`; a camera that turns back on the spot changes it by
-/// two), and by `least`, in the map's unit, which a camera that hardly moves does not.
+/// usual step (in a video that holds each image again, of those between which the camera moves; a camera that
+/// turns back on the spot changes it by two), and by `least`, in the map's unit, which a camera that hardly
+/// moves does not.
 RestlessPath most_restless_stretch(const std::vector<PosedFrame>& trajectory, double least);
 
 }  // namespace mono_pose_tracker
