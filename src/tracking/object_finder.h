@@ -65,8 +65,8 @@ class ObjectFinder {
   CameraModel camera_;
   Segmenter segmenter_;
   MotionMask motion_mask_;
-  std::map<std::int64_t, bool>
-      masks_after_;              // frames after which masks by motion are given, or no longer are
+  // Frames after which masks by motion are given, or no longer are.
+  std::map<std::int64_t, bool> masks_after_;
   std::vector<Rigid3> visited_;  // camera_from_map, where the object was seen anew
 };
 
