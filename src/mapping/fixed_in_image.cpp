@@ -13,8 +13,6 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// px at 640 px (image_scale): what is held before the camera shakes against it.
-constexpr double kSamePlacePx = 3;
 // px at 640 px (image_scale), median over the views: twice what an inlier may be off by. What stays within
 // 3 px because the camera hardly moves, keeps it in its middle, or drives straight at it, is off by its
 // noise.

@@ -8,6 +8,10 @@
 
 namespace mono_pose_tracker {
 
+// px at 640 px (image_scale): what is held before the camera shakes against it, and a corner of a word that
+// is written on changing ground is found beside its place.
+constexpr double kSamePlacePx = 3;
+
 // Features that stay where they are in the image, in the keyframe and in earlier ones, though these show that
 // no point can: of what is fixed to the camera (a bonnet, a handlebar, a finger before the lens), or of what
 // stands still behind a body that turns before a camera that does not. A feature in the place of one that is

@@ -4,16 +4,14 @@
 #include <array>
 #include <cstddef>
 
-#include "mono_pose_tracker/camera/image_scale.h"
+#include "fixed_in_image.h"
+#include "match_shift.h"
 #include "mono_pose_tracker/mapping/other_body.h"
 
 namespace mono_pose_tracker {
 
 namespace {
 
-// px at 640 px (image_scale): what is held before the camera shakes against it, and a corner of a word that
-// is written on changing ground is found beside its place.
-constexpr double kFixedPx = 3;
 constexpr std::size_t kMinFixed = 3;  // features of a pair: one or two are in their place by chance
 constexpr double kMinPairs = 0.5;     // share of all: masks by motion may have left it out of the others
 constexpr int kCells = 8;             // that an image has each way
@@ -21,9 +19,7 @@ constexpr int kCells = 8;             // that an image has each way
 // In its place, though the camera's motion says that it can't be.
 bool is_fixed(const PosedImage& first, const PosedImage& second, const Match& m, ObeyedMotion motion) {
   if (motion == ObeyedMotion::kBody || motion == ObeyedMotion::kBoth) return false;
-  const Eigen::Vector2f shift =
-      second.image->set.features[m.second].pixel - first.image->set.features[m.first].pixel;
-  return shift.norm() < kFixedPx * image_scale(first.image->camera);
+  return shift_px(*first.image, *second.image, m) < kSamePlacePx;
 }
 
 std::vector<char> fixed_in(const PosedImage& first, const PosedImage& second, const PairMotions& pair) {
@@ -74,11 +70,11 @@ void leave_out_fixed(const std::vector<PosedImage>& images, const std::vector<st
   if (static_cast<double>(pairs_with) < kMinPairs * static_cast<double>(pairs.size())) return;
   if (all.fixed > OtherBody::kComparable * all.seen) return;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (std::count(fixed[i].begin(), fixed[i].end(), 1) == 0) continue;
     std::vector<Match> rest;
     for (std::size_t m = 0; m < fixed[i].size(); ++m) {
       if (!fixed[i][m]) rest.push_back((*motions)[i].matches[m]);
     }
+    if (rest.size() == fixed[i].size()) continue;
     (*motions)[i] = motions_of(std::move(rest), images[pairs[i].first], images[pairs[i].second], ransac);
   }
 }

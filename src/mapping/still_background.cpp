@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "feature_tracks.h"
-#include "mono_pose_tracker/camera/image_scale.h"
+#include "match_shift.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/mapping/image_sides.h"
 
@@ -33,18 +33,12 @@ constexpr double kMinMovingFeatures = 25;  // fewer make no map
 
 using Images = std::vector<SeenImage>;
 
-double shift_px(const SeenImage& first, const SeenImage& second, const Match& m) {
-  const Eigen::Vector2f shift =
-      second.image->set.features[m.second].pixel - first.image->set.features[m.first].pixel;
-  return shift.norm() / image_scale(first.image->camera);
-}
-
 // Whether so many neighbours share enough that hardly moved between them: of most recordings this is the end.
 bool may_be_still(const Images& images, const MatchesInTime& in_time) {
   std::vector<double> still;
   for (std::size_t k = 0; k < in_time.size(); ++k) {
     int count = 0;
-    for (const Match& m : in_time[k]) count += shift_px(images[k], images[k + 1], m) < kStillPx;
+    for (const Match& m : in_time[k]) count += shift_px(*images[k].image, *images[k + 1].image, m) < kStillPx;
     still.push_back(count);
   }
   return median(std::move(still)) >= kMinStillFeatures;
@@ -86,7 +80,8 @@ class Evidence {
 
   void add(const std::vector<Match>& matches, int first, int second) {
     std::vector<double> shifts;
-    for (const Match& m : matches) shifts.push_back(shift_px(images_[first], images_[second], m));
+    for (const Match& m : matches)
+      shifts.push_back(shift_px(*images_[first].image, *images_[second].image, m));
     const auto moved =
         std::count_if(shifts.begin(), shifts.end(), [](double shift) { return shift > kMovedPx; });
     // Where nothing moves, what stands still tells nothing.

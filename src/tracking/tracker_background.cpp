@@ -25,10 +25,11 @@ bool Tracker::Impl::may_have_background() {
   return looks_for_background() && !(has_map && goes_through(worker_.mapper().map()));
 }
 
-// Where masks told an object from what is behind it, the keyframes have none of that.
+// Asked of a map that stays in view. Where masks told an object from what is behind it, the keyframes have
+// none of that.
 bool Tracker::Impl::shows_background(const TrackingMap& view, const Map& map,
                                      const MatchesInTime& in_time) const {
-  if (!looks_for_background() || is_segmented_ || has_earlier_frames(view) || goes_through(map)) return false;
+  if (!looks_for_background() || is_segmented_ || has_earlier_frames(view)) return false;
   const StillBackground background =
       find_still_background(images_in_time(map), in_time, options_.matching,
                             options_.segmentation.wants_turning_body(), options_.threads);

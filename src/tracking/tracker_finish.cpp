@@ -125,11 +125,11 @@ std::vector<PosedImage> Tracker::Impl::seen_in(const FinishedMap& map) const {
 }
 
 // The images between the keyframes are asked only where it may be the other body that is wanted.
-void Tracker::Impl::find_other_body_beside(FinishedMap* map) const {
+void Tracker::Impl::find_other_body_beside(bool camera_goes_through, FinishedMap* map) const {
   const RansacOptions ransac = options_.ransac(camera_.focal());
   if (!keeps_seen()) {
     map->other_body =
-        sample_other_body(map->map, options_.matching, ransac, goes_through(map->map), options_.threads);
+        sample_other_body(map->map, options_.matching, ransac, camera_goes_through, options_.threads);
     map->may_be_of_wrong_body = map->other_body.is_comparable();
     map->is_of_smaller_body = map->other_body.is_larger();
     if (map->is_of_smaller_body) {
@@ -163,8 +163,9 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   if (is_narrow(map.map)) map.torn_tracks = worst_torn_tracks(map.map, matches);
   map.collapse = worst_scale_collapse(map.map);
   map.restless = most_restless_stretch(map.trajectory, least_stray(view));
-  map.shows_background = shows_background(view, map.map, matches);
-  find_other_body_beside(&map);
+  const bool camera_goes_through = goes_through(map.map);
+  map.shows_background = !camera_goes_through && shows_background(view, map.map, matches);
+  find_other_body_beside(camera_goes_through, &map);
   map.is_founded = !rests_on_two_views_ && map.seam.holds() && map.is_sure();
   map.confirmed = map.is_founded && !map.may_be_of_wrong_body;
   return map;

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "mono_pose_tracker/camera/image_scale.h"
+#include "mono_pose_tracker/features/matching.h"
+#include "mono_pose_tracker/map/image_features.h"
+
+namespace mono_pose_tracker {
+
+// How far a feature went from one image to the other; px at 640 px (image_scale).
+inline double shift_px(const ImageFeatures& first, const ImageFeatures& second, const Match& m) {
+  return (second.set.features[m.second].pixel - first.set.features[m.first].pixel).norm() /
+         image_scale(first.camera);
+}
+
+}  // namespace mono_pose_tracker
