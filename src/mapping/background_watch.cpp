@@ -36,7 +36,8 @@ void BackgroundWatch::note(const SeenImage& newest, const MatchOptions& matching
   add(newest, matching);
   found_.reset();
   if (images_.size() < kFewest) return;
-  const StillBackground background = find_still_background(images_, in_time_, matching, body_turns, 1);
+  const StillBackground background =
+      find_still_background(images_, in_time_, matching, kPlainlyStill, body_turns, 1);
   if (background.exists && (body_turns || background.reaches_round)) {
     const std::vector<BodySide>& sides = background.sides.back();
     if (std::count(sides.begin(), sides.end(), BodySide::kTurns) >= kLeastMoving &&

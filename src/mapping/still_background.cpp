@@ -27,21 +27,19 @@ constexpr double kStillPx = 1, kMovedPx = 3;
 // chance. One match in five may be wrong.
 constexpr int kMinStill = 3;
 constexpr int kStillPerMoved = 4;
-// Between neighbours, in the median. Of a rigid scene that a camera moves in none or two are in their place.
-constexpr double kMinStillFeatures = 12, kMinStillShare = 0.08;
 constexpr double kMinMovingFeatures = 25;  // fewer make no map
 
 using Images = std::vector<SeenImage>;
 
 // Whether so many neighbours share enough that hardly moved between them: of most recordings this is the end.
-bool may_be_still(const Images& images, const MatchesInTime& in_time) {
+bool may_be_still(const Images& images, const MatchesInTime& in_time, const LeastStill& least) {
   std::vector<double> still;
   for (std::size_t k = 0; k < in_time.size(); ++k) {
     int count = 0;
     for (const Match& m : in_time[k]) count += shift_px(*images[k].image, *images[k + 1].image, m) < kStillPx;
     still.push_back(count);
   }
-  return median(std::move(still)) >= kMinStillFeatures;
+  return median(std::move(still)) >= least.features;
 }
 
 // How often a feature was seen to keep its place, and to leave it, by its whole track.
@@ -121,7 +119,7 @@ SharesRound shares_round(const Images& images, const std::vector<BodyTrack>& tra
 
 // What is certain of the matches of neighbours.
 StillBackground tell_apart(const Images& images, const MatchesInTime& in_time, const Evidence& evidence,
-                           bool body_turns) {
+                           const LeastStill& least, bool body_turns) {
   StillBackground background;
   for (std::size_t k = 0; k < images.size(); ++k) {
     background.sides.emplace_back();
@@ -145,8 +143,8 @@ StillBackground tell_apart(const Images& images, const MatchesInTime& in_time, c
   }
   const double median_still = median(std::move(still));
   const SharesRound round = shares_round(images, background.tracks);
-  background.exists = median_still >= kMinStillFeatures &&
-                      median_still >= kMinStillShare * median(std::move(all)) &&
+  background.exists = median_still >= least.features &&
+                      median_still >= least.share * median(std::move(all)) &&
                       median(std::move(moving)) >= kMinMovingFeatures && (body_turns || round.moving <= 0.5);
   background.reaches_round = round.still > 0.5;
   return background;
@@ -155,15 +153,16 @@ StillBackground tell_apart(const Images& images, const MatchesInTime& in_time, c
 }  // namespace
 
 StillBackground find_still_background(const std::vector<SeenImage>& images, const MatchesInTime& in_time,
-                                      const MatchOptions& matching, bool body_turns, int threads) {
-  if (!may_be_still(images, in_time)) return {};
+                                      const MatchOptions& matching, const LeastStill& least, bool body_turns,
+                                      int threads) {
+  if (!may_be_still(images, in_time, least)) return {};
   Evidence evidence(images);
   evidence.add(in_time, 1);
   for (const int apart : kFartherApart) {
     evidence.add(match_in_time(images, matching, threads, apart), apart);
   }
   evidence.sum_over_tracks();
-  return tell_apart(images, in_time, evidence, body_turns);
+  return tell_apart(images, in_time, evidence, least, body_turns);
 }
 
 }  // namespace mono_pose_tracker

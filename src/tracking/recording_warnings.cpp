@@ -82,6 +82,16 @@ void warn_of_contradictions(RecordingResult* result) {
       "there on; give masks of what moves as one (--masks), or record it again with more overlap");
 }
 
+void warn_of_misplaced_view(RecordingResult* result) {
+  const MisplacedView& worst = result->maps.front().misplaced;
+  if (!worst.is_significant()) return;
+  result->warnings.push_back(share_text(worst.frame_index, worst.elsewhere, worst.landmarks) +
+                             " that are seen as well " + place_text(worst.other_frame_index) +
+                             ", which looks like it, are elsewhere than the map has them: a part of the "
+                             "recording was put in a wrong "
+                             "place; do without that part, or record it again with more overlap");
+}
+
 void warn_of_torn_tracks(RecordingResult* result) {
   const TornTracks& worst = result->maps.front().torn_tracks;
   if (!worst.is_significant()) return;
@@ -90,6 +100,15 @@ void warn_of_torn_tracks(RecordingResult* result) {
       " have two places in the map, as no one place agrees with all that is seen of them: the map may "
       "be wrong about there; give masks of what moves as one (--masks), or record it again with more "
       "overlap");
+}
+
+void warn_of_still_landmarks(RecordingResult* result) {
+  const StillLandmarks& still = result->maps.front().still;
+  if (!still.is_significant()) return;
+  result->warnings.push_back(
+      formatted("%d of %d points stay in their place in the image where the map has them move: it is of what "
+                "moves and of what stands still at once; give masks of what moves (--masks)",
+                still.still, still.matches));
 }
 
 void warn_of_collapse(RecordingResult* result) {
@@ -199,7 +218,9 @@ void warn_of_doubts(RecordingResult* result) {
   warn_of_depth(result);
   warn_of_geometry(result);
   warn_of_contradictions(result);
+  warn_of_misplaced_view(result);
   warn_of_torn_tracks(result);
+  warn_of_still_landmarks(result);
   warn_of_collapse(result);
   warn_of_restless_path(result);
   warn_of_background(result);

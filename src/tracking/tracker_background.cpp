@@ -31,7 +31,7 @@ bool Tracker::Impl::shows_background(const TrackingMap& view, const Map& map,
                                      const MatchesInTime& in_time) const {
   if (!looks_for_background() || is_segmented_ || has_earlier_frames(view)) return false;
   const StillBackground background =
-      find_still_background(images_in_time(map), in_time, options_.matching,
+      find_still_background(images_in_time(map), in_time, options_.matching, kPlainlyStill,
                             options_.segmentation.wants_turning_body(), options_.threads);
   return background.exists;
 }
@@ -46,8 +46,8 @@ ImageFeaturesPtr Tracker::Impl::features_of(const PreparedImage& image) {
 
 StillBackground Tracker::Impl::background_of(const std::vector<SeenImage>& images) const {
   const MatchesInTime in_time = match_in_time(images, options_.matching, options_.threads);
-  return find_still_background(images, in_time, options_.matching, options_.segmentation.wants_turning_body(),
-                               options_.threads);
+  return find_still_background(images, in_time, options_.matching, kFaintlyStill,
+                               options_.segmentation.wants_turning_body(), options_.threads);
 }
 
 }  // namespace mono_pose_tracker

@@ -58,9 +58,10 @@ class StillBackgroundTest : public testing::Test {
                box(wall_points, {0, 0, 5}, {2.4, 1.8, 0.3}, random_), camera_from_wall);
   }
 
-  StillBackground find(const std::vector<SeenImage>& images, bool body_turns = false, int threads = 1) const {
+  StillBackground find(const std::vector<SeenImage>& images, bool body_turns = false, int threads = 1,
+                       const LeastStill& least = kPlainlyStill) const {
     const MatchesInTime in_time = match_in_time(images, MatchOptions(), threads);
-    return find_still_background(images, in_time, MatchOptions(), body_turns, threads);
+    return find_still_background(images, in_time, MatchOptions(), least, body_turns, threads);
   }
 
   // How many tracks are said to be of what moves, of the head's and of the rest.
@@ -95,6 +96,15 @@ TEST_F(StillBackgroundTest, AHeadThatTurnsIsToldFromAWall) {
 
 TEST_F(StillBackgroundTest, AWallOfFewFeaturesIsEnough) {
   EXPECT_TRUE(find(see_head(TwoBodies::camera_from_head, 40)).exists);
+}
+
+TEST_F(StillBackgroundTest, AFewFeaturesAreAFaintOne) {
+  const std::vector<SeenImage> few = see_head(TwoBodies::camera_from_head, 11);
+  EXPECT_FALSE(find(few).exists);
+  EXPECT_TRUE(find(few, false, 1, kFaintlyStill).exists);
+  const std::vector<SeenImage> moves =
+      see_head(TwoBodies::camera_from_head, 300, TwoBodies::camera_from_room);
+  EXPECT_FALSE(find(moves, false, 1, kFaintlyStill).exists);
 }
 
 TEST_F(StillBackgroundTest, WhatComesBackToItsPlaceHasNotStoodThere) {
@@ -154,8 +164,10 @@ TEST_F(StillBackgroundTest, AMapsKeyframesTellItAsWell) {
     map.add_keyframe(seen.frame_index, seen.frame_index, Rigid3(), seen.image);
   }
   const MatchesInTime in_time = match_in_time(map, MatchOptions(), 1);
-  EXPECT_TRUE(find_still_background(images_in_time(map), in_time, MatchOptions(), false, 1).exists);
-  EXPECT_FALSE(find_still_background(images_in_time(Map()), {}, MatchOptions(), false, 1).exists);
+  EXPECT_TRUE(
+      find_still_background(images_in_time(map), in_time, MatchOptions(), kPlainlyStill, false, 1).exists);
+  EXPECT_FALSE(
+      find_still_background(images_in_time(Map()), {}, MatchOptions(), kPlainlyStill, false, 1).exists);
 }
 
 TEST_F(StillBackgroundTest, KeyframesTellItAsTheyCome) {

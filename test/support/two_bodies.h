@@ -6,6 +6,7 @@
 
 #include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/robust/ransac_options.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

@@ -93,6 +93,24 @@ class RealSequences(Runs):
         self.assertLessEqual(final["rotation_median_deg"], 1)
         self.assertLessEqual(final["position_rmse_percent"], 1.5)
 
+    def test_a_head_whose_second_half_is_played_backwards(self):
+        """With this seed the second half was put 8 degrees beside its place, and nothing told it."""
+        folder = os.path.join(DATA, "head_real_67")
+        with open(os.path.join(folder, "images.txt")) as lines:
+            images = [line.split() for line in lines if not line.startswith("#")]
+        with open(os.path.join(folder, "groundtruth.txt")) as lines:
+            pose_at = {line.split()[0]: line.split()[1:] for line in lines if not line.startswith("#")}
+        half = len(images) // 2
+        shown = images[:half] + images[:half - 1:-1]
+        listed, truth = (os.path.join(self.folder.name, name) for name in ("played.txt", "truth.txt"))
+        with open(listed, "w") as out, open(truth, "w") as poses:
+            for (stamp, _), (true_stamp, path) in zip(images, shown):
+                out.write("%s %s\n" % (stamp, os.path.join(folder, path)))
+                poses.write(" ".join([stamp] + pose_at[true_stamp]) + "\n")
+        output, _ = self.track("--images", listed, "--camera", os.path.join(folder, "camera.yaml"), "--seed", "4")
+        self.assertGreaterEqual(report(output)["frames_posed"], 60)
+        self.assertLessEqual(self.error_of(truth, output)["rotation_median_deg"], 1.5)
+
     def written_masks(self, name, *options):
         folder, written = os.path.join(DATA, name), os.path.join(self.folder.name, "masks")
         output, _ = self.track("--images", os.path.join(folder, "images.txt"), "--camera", os.path.join(folder, "camera.yaml"),

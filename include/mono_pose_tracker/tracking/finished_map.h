@@ -7,10 +7,12 @@
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/contradiction.h"
 #include "mono_pose_tracker/mapping/depth_reversal.h"
+#include "mono_pose_tracker/mapping/misplaced_view.h"
 #include "mono_pose_tracker/mapping/other_body.h"
 #include "mono_pose_tracker/mapping/rival_geometry.h"
 #include "mono_pose_tracker/mapping/scale_collapse.h"
 #include "mono_pose_tracker/mapping/seam.h"
+#include "mono_pose_tracker/mapping/still_landmarks.h"
 #include "mono_pose_tracker/mapping/torn_tracks.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 #include "mono_pose_tracker/tracking/restless_path.h"
@@ -25,7 +27,9 @@ struct FinishedMap {
   std::shared_ptr<const MapSnapshot> snapshot;
   Seam seam;                    // where it hangs together least
   Contradiction contradiction;  // where most of what is seen speaks against it
+  MisplacedView misplaced;      // which another that looks like it has elsewhere
   TornTracks torn_tracks;       // where more is seen as two things than is usual in it
+  StillLandmarks still;         // what it sees keep its place though the map has it move
   ScaleCollapse collapse;       // where a part of it has shrunk to a point
   RestlessPath restless;        // where its images jump to and fro
   OtherBody other_body;         // that its images show as well
@@ -49,9 +53,9 @@ struct FinishedMap {
   bool is_geometry_sure() const { return geometry_evidence >= kMinGeometryEvidence; }
   /// How many things in it speak against it. Its depths and its weakest seam are not among them.
   int objections() const {
-    return contradiction.is_significant() + torn_tracks.is_significant() + collapse.is_significant() +
-           restless.is_significant() + is_of_other_body + is_of_smaller_body + shows_background +
-           !is_geometry_sure();
+    return contradiction.is_significant() + misplaced.is_significant() + torn_tracks.is_significant() +
+           still.is_significant() + collapse.is_significant() + restless.is_significant() + is_of_other_body +
+           is_of_smaller_body + shows_background + !is_geometry_sure();
   }
   /// Nothing in it speaks against it; it may hang together by little.
   bool is_sure() const { return is_depth_sure() && objections() == 0; }

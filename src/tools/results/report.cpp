@@ -45,7 +45,9 @@ Json maps_summary(const RecordingResult& result) {
                     {"points", map.map.landmarks().size()},
                     {"weakest_seam_points", points_of(map.seam)},
                     {"contradicting_share", map.contradiction.share()},
+                    {"misplaced_share", map.misplaced.share()},
                     {"torn_share", map.torn_tracks.share()},
+                    {"still_share", map.still.share()},
                     {"confirmed", map.confirmed}});
   }
   return maps;

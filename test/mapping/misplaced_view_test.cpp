@@ -1,0 +1,80 @@
+#include "mono_pose_tracker/mapping/misplaced_view.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "mono_pose_tracker/common/angles.h"
+#include "support/synthetic_views.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr int kKeyframes = 12, kPoints = 150;
+
+// A camera that goes to the side and comes back. From the middle on the map has landmarks of its own, and
+// they and its poses are beside the place where they belong.
+class MisplacedViewTest : public testing::Test {
+ protected:
+  Map map_with(const Rigid3& wrong_from_right, bool is_tied) {
+    Random random(9);
+    const SyntheticScene scene = box_scene(kPoints, random);
+    Map map;
+    std::vector<LandmarkId> before, after;
+    for (const Eigen::Vector3d& x : scene.x_in_map) {
+      before.push_back(map.add_landmark(x));
+      after.push_back(is_tied ? before.back() : map.add_landmark(wrong_from_right * x));
+    }
+    for (int k = 0; k < kKeyframes; ++k) {
+      const bool is_after = k >= kKeyframes / 2;
+      const int step = is_after ? kKeyframes - 1 - k : k;
+      const Rigid3 camera_from_map = camera_at({0.15 * step, 0, 0}, -2.0 * step * kDegree);
+      std::vector<int> point_of;
+      const Frame frame = synthetic_frame(scene, camera_, camera_from_map, 0.5, k, random, &point_of);
+      const Rigid3 pose =
+          is_after && !is_tied ? camera_from_map * wrong_from_right.inverse() : camera_from_map;
+      const KeyframeId id = map.add_keyframe(k, k * 100000000, pose, frame.image);
+      for (std::size_t f = 0; f < point_of.size(); ++f) {
+        map.add_observation((is_after ? after : before)[point_of[f]], id, static_cast<int>(f));
+      }
+    }
+    return map;
+  }
+
+  MisplacedView worst_of(const Map& map, int threads = 1) const {
+    return most_misplaced_view(map, camera_, MatchOptions(), threads);
+  }
+
+  const Rigid3 beside_ = camera_at({0.4, 0, 0}, 0);
+  const CameraModel camera_ = synthetic_camera();
+};
+
+TEST_F(MisplacedViewTest, ARightMapHasNone) {
+  EXPECT_FALSE(worst_of(map_with(Rigid3(), true)).is_significant());
+  // What stands twice in its right place is no more than that.
+  const MisplacedView twice = worst_of(map_with(Rigid3(), false));
+  EXPECT_GE(twice.frame_index, 0);
+  EXPECT_LT(twice.share(), MisplacedView::kOfAWrongMap / 3);
+}
+
+TEST_F(MisplacedViewTest, APartBesideItsPlaceIsSeen) {
+  const MisplacedView worst = worst_of(map_with(beside_, false));
+  EXPECT_TRUE(worst.is_significant());
+  EXPECT_GT(worst.share(), 3 * MisplacedView::kOfAWrongMap);
+  // The one of the way there, the other of the way back.
+  EXPECT_NE(worst.frame_index < kKeyframes / 2, worst.other_frame_index < kKeyframes / 2);
+}
+
+TEST_F(MisplacedViewTest, AnEmptyMapTellsNothing) {
+  EXPECT_EQ(worst_of(Map()).frame_index, -1);
+}
+
+TEST_F(MisplacedViewTest, AnyNumberOfThreadsFindsTheSame) {
+  const Map map = map_with(beside_, false);
+  const MisplacedView one = worst_of(map), many = worst_of(map, 3);
+  EXPECT_EQ(one.frame_index, many.frame_index);
+  EXPECT_EQ(one.elsewhere, many.elsewhere);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
