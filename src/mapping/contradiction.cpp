@@ -3,6 +3,7 @@
 #include <iterator>
 #include <vector>
 
+#include "alike_feature.h"
 #include "keyframe_landmarks.h"
 #include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/count_deviations.h"
@@ -14,28 +15,14 @@ namespace {
 
 // px at 640 px (image_scale): beyond what noise, a lens model and the drift of a young pose leave over.
 constexpr double kElsewhere = 6;
-constexpr double kAlike = 0.6;  // distance of unit descriptors, as for an observation to its landmark
 // Fewer matches, or fewer that contradict, are chance: a repeated texture gives several wrong ones at once.
 constexpr int kMinMatches = 30, kMinContradicting = 8;
 
-// Whether a feature like the landmark's is where the landmark should be: then the match is one of those that
-// a repeated pattern gives, and says nothing.
-bool is_there_too(const ImageFeatures& image, const std::uint8_t* descriptor,
-                  const Eigen::Vector3d& x_in_camera, double limit_px) {
-  for (int f = 0; f < image.size(); ++f) {
-    if (image.set.bearings[f].dot(x_in_camera) <= 0 ||
-        reprojection_error(image, f, x_in_camera).norm() > limit_px) {
-      continue;
-    }
-    if (descriptor_distance2(descriptor, image.set.descriptor(f)) < stored_distance2(kAlike)) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
-Contradiction contradiction_between(const Map& map, const CameraModel& camera, const Keyframe& first,
-                                    const Keyframe& second, const std::vector<Match>& matches) {
+Contradiction contradiction_between(const Map& map, const Keyframe& first, const Keyframe& second,
+                                    const std::vector<Match>& matches) {
+  const CameraModel& camera = second.image->camera;
   const double limit_px = kElsewhere * image_scale(camera);
   Contradiction result;
   result.frame_index = second.frame_index;
@@ -61,22 +48,22 @@ bool Contradiction::is_significant() const {
                                      deviations_above(kOfARightMap, contradicting, matches) >= kDeviations);
 }
 
-Contradiction worst_contradiction(const Map& map, const CameraModel& camera, const MatchesInTime& matches) {
+Contradiction worst_contradiction(const Map& map, const MatchesInTime& matches) {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
   Contradiction worst;
   for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
-    const Contradiction here = contradiction_between(map, camera, *in_time[i], *in_time[i + 1], matches[i]);
+    const Contradiction here = contradiction_between(map, *in_time[i], *in_time[i + 1], matches[i]);
     if (i == 0 || here.share() > worst.share()) worst = here;
   }
   return worst;
 }
 
-Contradiction newest_contradiction(const Map& map, const CameraModel& camera, const MatchOptions& matching) {
+Contradiction newest_contradiction(const Map& map, const MatchOptions& matching) {
   if (map.keyframes().size() < 2) return {};
   const auto newest = std::prev(map.keyframes().end());
   const Keyframe &first = std::prev(newest)->second, &second = newest->second;
   return contradiction_between(
-      map, camera, first, second,
+      map, first, second,
       match_descriptors(first.image->set.descriptors, second.image->set.descriptors, matching));
 }
 

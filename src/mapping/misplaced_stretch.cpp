@@ -35,14 +35,13 @@ std::vector<Match> turned_round(const std::vector<Match>& matches) {
 }
 
 // By what either of the two sees of the map, in the other.
-std::vector<Break> breaks_in_time(const Map& map, const CameraModel& camera, const Keyframes& in_time,
-                                  const MatchesInTime& matches) {
+std::vector<Break> breaks_in_time(const Map& map, const Keyframes& in_time, const MatchesInTime& matches) {
   constexpr double kMost = 0.5;
   std::vector<Break> breaks;
   for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
     const Keyframe &before = *in_time[i], &after = *in_time[i + 1];
-    const Contradiction onward = contradiction_between(map, camera, before, after, matches[i]);
-    const Contradiction back = contradiction_between(map, camera, after, before, turned_round(matches[i]));
+    const Contradiction onward = contradiction_between(map, before, after, matches[i]);
+    const Contradiction back = contradiction_between(map, after, before, turned_round(matches[i]));
     if (!onward.is_significant() && !back.is_significant()) continue;
     breaks.push_back({i + 1, std::max(onward.share(), back.share()) > kMost});
   }
@@ -92,11 +91,10 @@ bool may_go(const Map& map, const Keyframes& in_time, const Stretch& stretch) {
 
 }  // namespace
 
-std::set<KeyframeId> misplaced_stretch(const Map& map, const CameraModel& camera,
-                                       const MatchesInTime& matches) {
+std::set<KeyframeId> misplaced_stretch(const Map& map, const MatchesInTime& matches) {
   const Keyframes in_time = keyframes_in_time(map);
   std::set<KeyframeId> misplaced;
-  for (const Stretch& stretch : stretches_between(breaks_in_time(map, camera, in_time, matches))) {
+  for (const Stretch& stretch : stretches_between(breaks_in_time(map, in_time, matches))) {
     if (!may_go(map, in_time, stretch) || ties_across(map, in_time, stretch) < Seam::kMinPoints) continue;
     for (std::size_t i = stretch.begin; i < stretch.end; ++i) misplaced.insert(in_time[i]->id);
     break;

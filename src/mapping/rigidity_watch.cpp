@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::int64_t kPeriod = 1000000000;  // ns
 
-std::string doubt_about(const Map& map, const CameraModel& camera, const MatchOptions& matching) {
-  const Contradiction contradiction = newest_contradiction(map, camera, matching);
+std::string doubt_about(const Map& map, const MatchOptions& matching) {
+  const Contradiction contradiction = newest_contradiction(map, matching);
   if (contradiction.is_significant()) {
     return formatted("%d of %d points are seen elsewhere than the map has them", contradiction.contradicting,
                      contradiction.matches);
@@ -26,10 +26,10 @@ std::string doubt_about(const Map& map, const CameraModel& camera, const MatchOp
 
 }  // namespace
 
-void RigidityWatch::ask(const Map& map, const CameraModel& camera, const MatchOptions& matching) {
+void RigidityWatch::ask(const Map& map, const MatchOptions& matching) {
   if (map.keyframes().empty()) return;
   if (!asked_.is_due(map.keyframes().rbegin()->second.stamp_ns, kPeriod)) return;
-  doubt_ = doubt_about(map, camera, matching);
+  doubt_ = doubt_about(map, matching);
 }
 
 }  // namespace mono_pose_tracker

@@ -225,7 +225,8 @@ bool is_seen_enough(const RecordingResult& result, const RecordingResult& first)
 bool is_of_what_turns(const RecordingResult& result, const RecordingResult& first) {
   if (!result.tracked || !is_seen_enough(result, first)) return false;
   const FinishedMap& before = first.maps.front();
-  const bool may_be_of_both = before.contradiction.is_significant() && is_founded(result);
+  const bool may_be_of_both =
+      (before.contradiction.is_significant() || before.still.is_significant()) && is_founded(result);
   return turn_before_cameras(result.maps.front().map) >=
          (may_be_of_both ? 1 : OtherBody::kPlainly) * turn_before_cameras(before.map);
 }

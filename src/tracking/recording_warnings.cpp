@@ -85,11 +85,11 @@ void warn_of_contradictions(RecordingResult* result) {
 void warn_of_misplaced_view(RecordingResult* result) {
   const MisplacedView& worst = result->maps.front().misplaced;
   if (!worst.is_significant()) return;
-  result->warnings.push_back(share_text(worst.frame_index, worst.elsewhere, worst.landmarks) +
-                             " that are seen as well " + place_text(worst.other_frame_index) +
-                             ", which looks like it, are elsewhere than the map has them: a part of the "
-                             "recording was put in a wrong "
-                             "place; do without that part, or record it again with more overlap");
+  result->warnings.push_back(
+      share_text(worst.frame_index, worst.elsewhere, worst.landmarks) + " of what is seen " +
+      place_text(worst.other_frame_index) +
+      ", which looks like it, are elsewhere than the map has them: a part of the "
+      "recording was put in a wrong place; do without that part, or record it again with more overlap");
 }
 
 void warn_of_torn_tracks(RecordingResult* result) {

@@ -158,11 +158,11 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.depth_evidence = depth_evidence(options_.bundle, map.map);
   map.geometry_evidence = geometry_evidence(options_.bundle, options_.ransac(camera_.focal()), map.map);
   const MatchesInTime& matches = known_matches_.of(map.map, options_.matching, options_.threads);
-  map.contradiction = worst_contradiction(map.map, camera_, matches);
+  map.contradiction = worst_contradiction(map.map, matches);
   // Seen from near, poses that went astray show by more; and quick turns of a hand-held camera tear as many.
   if (is_narrow(map.map)) map.torn_tracks = worst_torn_tracks(map.map, matches);
-  map.misplaced = most_misplaced_view(map.map, camera_, options_.matching, options_.threads);
-  map.still = still_landmarks(map.map, options_.matching, options_.threads);
+  map.misplaced = most_misplaced_view(map.map, options_.matching, options_.threads);
+  map.still = still_landmarks(map.map, matches, options_.matching, options_.threads);
   map.collapse = worst_scale_collapse(map.map);
   map.restless = most_restless_stretch(map.trajectory, least_stray(view));
   const bool camera_goes_through = goes_through(map.map);

@@ -108,7 +108,7 @@ std::set<std::int64_t> Tracker::Impl::take_out_misplaced() {
   for (;;) {
     const Map& map = worker_.mapper().map();
     const std::set<KeyframeId> misplaced =
-        misplaced_stretch(map, camera_, known_matches_.of(map, options_.matching, options_.threads));
+        misplaced_stretch(map, known_matches_.of(map, options_.matching, options_.threads));
     if (misplaced.empty()) return frames;
     std::set<std::int64_t> of_misplaced = take_out(misplaced);
     erase(of_misplaced, &frames_[worker_.latest()->map_id]);

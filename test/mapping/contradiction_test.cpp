@@ -41,7 +41,7 @@ Map make_map(double moved, double left_of) {
 }
 
 Contradiction worst_of(const Map& map) {
-  return worst_contradiction(map, synthetic_camera(), match_in_time(map, MatchOptions(), 1));
+  return worst_contradiction(map, match_in_time(map, MatchOptions(), 1));
 }
 
 TEST(Contradiction, ARightMapHasNone) {

@@ -49,7 +49,7 @@ Map map_with_misplaced(const Misplaced& misplaced) {
 }
 
 std::set<KeyframeId> stretch_of(const Map& map) {
-  return misplaced_stretch(map, synthetic_camera(), match_in_time(map, MatchOptions(), 1));
+  return misplaced_stretch(map, match_in_time(map, MatchOptions(), 1));
 }
 
 TEST(MisplacedStretch, ARightMapHasNone) { EXPECT_TRUE(stretch_of(map_with_misplaced({})).empty()); }

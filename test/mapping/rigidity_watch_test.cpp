@@ -37,20 +37,20 @@ Map make_pair_map(double moved, double seconds) {
 
 TEST(RigidityWatch, APartThatGoesAnotherWayIsADoubtUntilItDoesNot) {
   RigidityWatch watch;
-  watch.ask(make_pair_map(0, 1), synthetic_camera(), MatchOptions());
+  watch.ask(make_pair_map(0, 1), MatchOptions());
   EXPECT_TRUE(watch.doubt().empty());
-  watch.ask(make_pair_map(0.2, 3), synthetic_camera(), MatchOptions());
+  watch.ask(make_pair_map(0.2, 3), MatchOptions());
   EXPECT_NE(watch.doubt().find("seen elsewhere"), std::string::npos) << watch.doubt();
-  watch.ask(make_pair_map(0, 5), synthetic_camera(), MatchOptions());
+  watch.ask(make_pair_map(0, 5), MatchOptions());
   EXPECT_TRUE(watch.doubt().empty());
 }
 
 TEST(RigidityWatch, ItAsksOnceASecond) {
   RigidityWatch watch;
-  watch.ask(make_pair_map(0, 1), synthetic_camera(), MatchOptions());
-  watch.ask(make_pair_map(0.2, 1.5), synthetic_camera(), MatchOptions());
+  watch.ask(make_pair_map(0, 1), MatchOptions());
+  watch.ask(make_pair_map(0.2, 1.5), MatchOptions());
   EXPECT_TRUE(watch.doubt().empty());
-  watch.ask(make_pair_map(0.2, 2.1), synthetic_camera(), MatchOptions());
+  watch.ask(make_pair_map(0.2, 2.1), MatchOptions());
   EXPECT_FALSE(watch.doubt().empty());
 }
 

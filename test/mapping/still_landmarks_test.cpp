@@ -14,7 +14,7 @@ constexpr double kNoise = 0.5;  // px
 
 // Of a head that turns, and of a shirt that stands still and of which each keyframe has landmarks of its own,
 // which agree with what it sees, at the head's distance.
-Map map_of_head_and_shirt(int shirt_points) {
+Map map_of_head_and_shirt(int shirt_points, int first_frame = 0) {
   Random random(3);
   const CameraModel camera = synthetic_camera();
   const SyntheticScene head = box(kHeadPoints, {0, 0, 0}, {0.5, 0.6, 0.5}, random);
@@ -36,8 +36,8 @@ Map map_of_head_and_shirt(int shirt_points) {
     }
     both.bearings.clear();
     const cv::Mat image(camera.height(), camera.width(), CV_8UC1, cv::Scalar(128));
-    const KeyframeId id =
-        map.add_keyframe(k, k, camera_from_head, make_image_features(std::move(both), image, camera));
+    const KeyframeId id = map.add_keyframe(first_frame + k, k, camera_from_head,
+                                           make_image_features(std::move(both), image, camera));
     for (std::size_t f = 0; f < head_point.size(); ++f)
       map.add_observation(of_head[head_point[f]], id, static_cast<int>(f));
     for (std::size_t f = 0; f < shirt_point.size(); ++f) {
@@ -48,28 +48,48 @@ Map map_of_head_and_shirt(int shirt_points) {
   return map;
 }
 
+StillLandmarks still_in(const Map& map, int threads = 1) {
+  return still_landmarks(map, match_in_time(map, MatchOptions(), 1), MatchOptions(), threads);
+}
+
 TEST(StillLandmarks, ARightMapHasNone) {
-  const StillLandmarks still = still_landmarks(map_of_head_and_shirt(0), MatchOptions(), 1);
+  const StillLandmarks still = still_in(map_of_head_and_shirt(0));
   EXPECT_GT(still.matches, 100);
   EXPECT_LT(still.share(), StillLandmarks::kOfARightMap);
   EXPECT_FALSE(still.is_significant());
 }
 
 TEST(StillLandmarks, AShirtThatStandsStillBelowAHeadIsSeen) {
-  const StillLandmarks still = still_landmarks(map_of_head_and_shirt(20), MatchOptions(), 1);
+  const StillLandmarks still = still_in(map_of_head_and_shirt(20));
   EXPECT_GT(still.share(), 2 * StillLandmarks::kMostOfARightMap);
   EXPECT_TRUE(still.is_significant());
 }
 
+// Frames of earlier runs come before 0.
+TEST(StillLandmarks, AreSeenInAMapThatWasLoadedAsWell) {
+  EXPECT_TRUE(still_in(map_of_head_and_shirt(20, -100)).is_significant());
+}
+
+TEST(StillLandmarks, AreNoneWhereSoManyAreChance) {
+  StillLandmarks still;
+  still.still = StillLandmarks::kMinStill;
+  still.matches = 100;
+  EXPECT_TRUE(still.is_significant());
+  still.matches = 10000;
+  EXPECT_FALSE(still.is_significant());
+  still.still = StillLandmarks::kMinStill - 1;
+  still.matches = 50;
+  EXPECT_FALSE(still.is_significant());
+}
+
 TEST(StillLandmarks, AFewPointsTellNothing) {
-  EXPECT_FALSE(still_landmarks(map_of_head_and_shirt(1), MatchOptions(), 1).is_significant());
-  EXPECT_FALSE(still_landmarks(Map(), MatchOptions(), 1).is_significant());
+  EXPECT_FALSE(still_in(map_of_head_and_shirt(1)).is_significant());
+  EXPECT_FALSE(still_in(Map()).is_significant());
 }
 
 TEST(StillLandmarks, AnyNumberOfThreadsCountsTheSame) {
   const Map map = map_of_head_and_shirt(20);
-  const StillLandmarks one = still_landmarks(map, MatchOptions(), 1),
-                       many = still_landmarks(map, MatchOptions(), 3);
+  const StillLandmarks one = still_in(map), many = still_in(map, 3);
   EXPECT_EQ(one.matches, many.matches);
   EXPECT_EQ(one.still, many.still);
 }

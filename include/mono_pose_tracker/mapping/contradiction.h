@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
 #include "mono_pose_tracker/mapping/matches_in_time.h"
@@ -28,16 +27,16 @@ struct Contradiction {
 };
 
 /// Of what the first sees of the map, in the second. matches: of the features of the two.
-Contradiction contradiction_between(const Map& map, const CameraModel& camera, const Keyframe& first,
-                                    const Keyframe& second, const std::vector<Match>& matches);
+Contradiction contradiction_between(const Map& map, const Keyframe& first, const Keyframe& second,
+                                    const std::vector<Match>& matches);
 
 /// The worst pair of keyframes that follow each other in time. Observations are not asked, since a map keeps
 /// only those that agree with it: features are matched anew, and where a matched landmark should be seen is
 /// compared with where it is. A repeated pattern is seen elsewhere and where it should be: it says nothing.
 /// matches: of the map's keyframes.
-Contradiction worst_contradiction(const Map& map, const CameraModel& camera, const MatchesInTime& matches);
+Contradiction worst_contradiction(const Map& map, const MatchesInTime& matches);
 
 /// The same of the newest keyframe and the one before it, matched anew.
-Contradiction newest_contradiction(const Map& map, const CameraModel& camera, const MatchOptions& matching);
+Contradiction newest_contradiction(const Map& map, const MatchOptions& matching);
 
 }  // namespace mono_pose_tracker

@@ -32,8 +32,8 @@ bool correct_depth_reversal(const BundleOptions& bundle, double min_evidence, Ma
 /// By what share of its cost the map fits better than the best of its reversed ones, and than any that turns
 /// half as far again or less and stays so when it is adjusted; infinite where it is not narrow and can't be
 /// mistaken. What has turned far enough, and is one rigid body, is beyond doubt; a map that is wrong in depth
-/// is fitted no better than its reverse, or than one that is flatter and turns farther. A large map is compared
-/// by a sample of its landmarks.
+/// is fitted no better than its reverse, or than one that is flatter and turns farther. A large map is
+/// compared by a sample of its landmarks.
 double depth_evidence(const BundleOptions& bundle, const Map& map);
 
 /// Less than this leaves the depth in doubt: for a map that is right, a reverse that costs only a third more

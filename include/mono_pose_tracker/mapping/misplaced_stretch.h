@@ -2,7 +2,6 @@
 
 #include <set>
 
-#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/matches_in_time.h"
 
@@ -14,7 +13,6 @@ namespace mono_pose_tracker {
 /// hand covers an object for a while and is followed in its place. Empty where there is none, where it is
 /// more than a quarter of the map, or holds keyframes of an earlier run or the first two, which hold the
 /// map's frame and scale. Of several, the shortest. matches: of the map's keyframes.
-std::set<KeyframeId> misplaced_stretch(const Map& map, const CameraModel& camera,
-                                       const MatchesInTime& matches);
+std::set<KeyframeId> misplaced_stretch(const Map& map, const MatchesInTime& matches);
 
 }  // namespace mono_pose_tracker

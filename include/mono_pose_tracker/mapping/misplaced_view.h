@@ -2,7 +2,6 @@
 
 #include <cstdint>
 
-#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/map/map.h"
 
@@ -15,19 +14,21 @@ struct MisplacedView {
   std::int64_t frame_index = -1;        // -1: no two look alike
   std::int64_t other_frame_index = -1;  // which looks like it
   int landmarks = 0;                    // that the other sees
-  int elsewhere = 0;                    // of them: found again, but not where the map has them
+  int elsewhere = 0;                    // of them: in view by the map, and found again in another place
 
   double share() const { return landmarks > 0 ? static_cast<double>(elsewhere) / landmarks : 0; }
 
-  /// Of the landmarks, however few are found again: wrong matches are one in thirty of them in right maps. A
-  /// head whose second half was put 8 degrees beside its place has one in five.
-  static constexpr double kOfAWrongMap = 0.1;
-  bool is_significant() const { return share() >= kOfAWrongMap; }
+  /// Wrong matches are one in thirty of the landmarks at most in right maps. A head whose second half was put
+  /// 8 degrees beside its place has one in five. A part so far beside that the landmarks are out of view is
+  /// not seen.
+  static constexpr double kOfARightMap = 1.0 / 30, kOfAWrongMap = 1.0 / 10;
+  /// Standard deviations of a count, which chance exceeds in one pair of 4,000.
+  static constexpr double kDeviations = 3.5;
+  bool is_significant() const;
 };
 
-/// The worst, of each keyframe and the one that looks most like it, by the place index: not the one before or
-/// after it, nor what it shares a third of its landmarks with. The same for any number of threads.
-MisplacedView most_misplaced_view(const Map& map, const CameraModel& camera, const MatchOptions& matching,
-                                  int threads);
+/// The worst, of each keyframe and the three that look most like it, by the place index: not the one before
+/// or after it, nor what it shares a third of its landmarks with. The same for any number of threads.
+MisplacedView most_misplaced_view(const Map& map, const MatchOptions& matching, int threads);
 
 }  // namespace mono_pose_tracker

@@ -2,7 +2,6 @@
 
 #include <string>
 
-#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/common/last_time.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
@@ -14,7 +13,7 @@ namespace mono_pose_tracker {
 class RigidityWatch {
  public:
   /// After the newest keyframe has come into the map.
-  void ask(const Map& map, const CameraModel& camera, const MatchOptions& matching);
+  void ask(const Map& map, const MatchOptions& matching);
   /// What was found the last time; empty: nothing.
   const std::string& doubt() const { return doubt_; }
   void reset() { *this = RigidityWatch(); }

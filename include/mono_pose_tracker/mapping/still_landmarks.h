@@ -2,6 +2,7 @@
 
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/mapping/matches_in_time.h"
 
 namespace mono_pose_tracker {
 
@@ -24,8 +25,10 @@ struct StillLandmarks {
   bool is_significant() const;
 };
 
-/// Each keyframe is matched with the first after it in which what it sees should lie plainly elsewhere. The
-/// same for any number of threads.
-StillLandmarks still_landmarks(const Map& map, const MatchOptions& matching, int threads);
+/// Each keyframe is matched with the first after it in which what it sees should lie plainly elsewhere, of
+/// the same camera. What a repeated pattern shows in both places is not counted. matches: of the map's
+/// keyframes. The same for any number of threads.
+StillLandmarks still_landmarks(const Map& map, const MatchesInTime& matches, const MatchOptions& matching,
+                               int threads);
 
 }  // namespace mono_pose_tracker
