@@ -48,8 +48,10 @@ class AlikeKeyframes {
     const std::unordered_map<KeyframeId, int> shared = shared_landmarks(at(i));
     const double well_tied = kWellTied * shared.at(at(i).id);
     const auto is_asked = [&](KeyframeId id) {
+      const int other = position_of_.at(id);
       const auto tied = shared.find(id);
-      return std::abs(position_of_.at(id) - i) > 1 && (tied == shared.end() || tied->second < well_tied);
+      return std::abs(other - i) > 1 && is_of_earlier_run(other) == is_of_earlier_run(i) &&
+             (tied == shared.end() || tied->second < well_tied);
     };
     Keyframes alike;
     for (const PlaceMatch& match : index_.query(at(i).image->set, kAsked, is_asked)) {
@@ -59,6 +61,9 @@ class AlikeKeyframes {
   }
 
  private:
+  // Frames of earlier runs come before 0. Between two runs a chair may have been moved.
+  bool is_of_earlier_run(int i) const { return at(i).frame_index < 0; }
+
   // With itself: all.
   std::unordered_map<KeyframeId, int> shared_landmarks(const Keyframe& keyframe) const {
     std::unordered_map<KeyframeId, int> shared = {{keyframe.id, 0}};

@@ -16,7 +16,7 @@ constexpr int kKeyframes = 12, kPoints = 150;
 // they and its poses are beside the place where they belong.
 class MisplacedViewTest : public testing::Test {
  protected:
-  Map map_with(const Rigid3& wrong_from_right, bool is_tied) {
+  Map map_with(const Rigid3& wrong_from_right, bool is_tied, int first_frame = 0) {
     Random random(9);
     const SyntheticScene scene = box_scene(kPoints, random);
     Map map;
@@ -33,7 +33,7 @@ class MisplacedViewTest : public testing::Test {
       const Frame frame = synthetic_frame(scene, camera_, camera_from_map, 0.5, k, random, &point_of);
       const Rigid3 pose =
           is_after && !is_tied ? camera_from_map * wrong_from_right.inverse() : camera_from_map;
-      const KeyframeId id = map.add_keyframe(k, k * 100000000, pose, frame.image);
+      const KeyframeId id = map.add_keyframe(first_frame + k, k * 100000000, pose, frame.image);
       for (std::size_t f = 0; f < point_of.size(); ++f) {
         map.add_observation((is_after ? after : before)[point_of[f]], id, static_cast<int>(f));
       }
@@ -83,6 +83,12 @@ TEST_F(MisplacedViewTest, IsNoneWhereSoManyAreChance) {
   view.landmarks = 80;
   view.elsewhere = 8;
   EXPECT_FALSE(view.is_significant());
+}
+
+// Frames of earlier runs come before 0.
+TEST_F(MisplacedViewTest, WhatWasMovedBetweenTwoRunsIsNone) {
+  EXPECT_TRUE(worst_of(map_with(beside_, false, -kKeyframes)).is_significant());
+  EXPECT_FALSE(worst_of(map_with(beside_, false, -kKeyframes / 2)).is_significant());
 }
 
 TEST_F(MisplacedViewTest, AnEmptyMapTellsNothing) { EXPECT_EQ(worst_of(Map()).frame_index, -1); }

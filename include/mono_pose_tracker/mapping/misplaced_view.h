@@ -28,7 +28,8 @@ struct MisplacedView {
 };
 
 /// The worst, of each keyframe and the three that look most like it, by the place index: not the one before
-/// or after it, nor what it shares a third of its landmarks with. The same for any number of threads.
+/// or after it, nor what it shares a third of its landmarks with, nor one of another run (things may have
+/// been moved since). The same for any number of threads.
 MisplacedView most_misplaced_view(const Map& map, const MatchOptions& matching, int threads);
 
 }  // namespace mono_pose_tracker
