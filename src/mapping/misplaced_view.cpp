@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <cstdlib>
 #include <unordered_map>
 #include <vector>
 
@@ -18,7 +16,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Of what a keyframe sees: two that share as much are where they should be, beside each other.
+// Of what one of two keyframes sees: those that share as much hold each other where they should be.
 constexpr double kWellTied = 1.0 / 3;
 // The place index's score, below which a quarter of the landmarks at most is found again: they look alike by
 // little, and of what is found one match in three may be wrong.
@@ -35,26 +33,21 @@ using Keyframes = std::vector<const Keyframe*>;
 class AlikeKeyframes {
  public:
   explicit AlikeKeyframes(const Map& map) : map_(map), in_time_(keyframes_in_time(map)) {
-    for (std::size_t i = 0; i < in_time_.size(); ++i) {
-      index_.add(in_time_[i]->id, in_time_[i]->image->set);
-      position_of_[in_time_[i]->id] = static_cast<int>(i);
-    }
+    for (const Keyframe* keyframe : in_time_) index_.add(keyframe->id, keyframe->image->set);
+    for (const Keyframe* keyframe : in_time_) spread_part(*keyframe);
   }
 
   int size() const { return static_cast<int>(in_time_.size()); }
   const Keyframe& at(int i) const { return *in_time_[i]; }
 
-  Keyframes most_alike(int i) const {
-    const std::unordered_map<KeyframeId, int> shared = shared_landmarks(at(i));
-    const double well_tied = kWellTied * shared.at(at(i).id);
+  // Those of other parts, of the same run.
+  Keyframes most_alike(const Keyframe& keyframe) const {
     const auto is_asked = [&](KeyframeId id) {
-      const int other = position_of_.at(id);
-      const auto tied = shared.find(id);
-      return std::abs(other - i) > 1 && is_of_earlier_run(other) == is_of_earlier_run(i) &&
-             (tied == shared.end() || tied->second < well_tied);
+      return part_of_.at(id) != part_of_.at(keyframe.id) &&
+             is_of_earlier_run(*map_.keyframe(id)) == is_of_earlier_run(keyframe);
     };
     Keyframes alike;
-    for (const PlaceMatch& match : index_.query(at(i).image->set, kAsked, is_asked)) {
+    for (const PlaceMatch& match : index_.query(keyframe.image->set, kAsked, is_asked)) {
       if (match.score >= kLeastScore) alike.push_back(map_.keyframe(match.id));
     }
     return alike;
@@ -62,20 +55,32 @@ class AlikeKeyframes {
 
  private:
   // Frames of earlier runs come before 0. Between two runs a chair may have been moved.
-  bool is_of_earlier_run(int i) const { return at(i).frame_index < 0; }
+  static bool is_of_earlier_run(const Keyframe& keyframe) { return keyframe.frame_index < 0; }
 
-  // With itself: all.
-  std::unordered_map<KeyframeId, int> shared_landmarks(const Keyframe& keyframe) const {
-    std::unordered_map<KeyframeId, int> shared = {{keyframe.id, 0}};
-    for (const LandmarkId l : landmarks_of(keyframe)) {
-      for (const Observation& o : map_.landmark(l)->observations) ++shared[o.keyframe];
+  // To all that a chain of well tied keyframes leads to from this one.
+  void spread_part(const Keyframe& from) {
+    const int part = static_cast<int>(part_of_.size());
+    if (!part_of_.emplace(from.id, part).second) return;
+    std::vector<KeyframeId> open = {from.id};
+    while (!open.empty()) {
+      const KeyframeId id = open.back();
+      open.pop_back();
+      for (const auto& [other, shared] : map_.covisible(id)) {
+        if (shared >= kWellTied * std::min(seen_by(id), seen_by(other)) &&
+            part_of_.emplace(other, part).second)
+          open.push_back(other);
+      }
     }
-    return shared;
+  }
+
+  int seen_by(KeyframeId id) const {
+    const std::vector<LandmarkId>& seen = map_.keyframe(id)->landmark_of_feature;
+    return static_cast<int>(seen.size() - std::count(seen.begin(), seen.end(), kNoLandmark));
   }
 
   const Map& map_;
   Keyframes in_time_;
-  std::unordered_map<KeyframeId, int> position_of_;
+  std::unordered_map<KeyframeId, int> part_of_;
   PlaceIndex index_;
 };
 
@@ -119,7 +124,7 @@ MisplacedView most_misplaced_view(const Map& map, const MatchOptions& matching, 
   const AlikeKeyframes keyframes(map);
   std::vector<MisplacedView> views(keyframes.size());
   parallel_for(keyframes.size(), threads, [&](int i) {
-    for (const Keyframe* other : keyframes.most_alike(i)) {
+    for (const Keyframe* other : keyframes.most_alike(keyframes.at(i))) {
       const MisplacedView view = compare(map, *other, keyframes.at(i), matching);
       if (is_worse(view, views[i])) views[i] = view;
     }

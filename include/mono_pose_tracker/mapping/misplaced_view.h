@@ -27,8 +27,9 @@ struct MisplacedView {
   bool is_significant() const;
 };
 
-/// The worst, of each keyframe and the three that look most like it, by the place index: not the one before
-/// or after it, nor what it shares a third of its landmarks with, nor one of another run (things may have
+/// The worst, of each keyframe and the three of other parts that look most like it, by the place index. A
+/// part is what a chain of keyframes holds together that share a third of their landmarks: within one, what
+/// looks alike is another thing, as identical doors are. Nor is one of another run asked (things may have
 /// been moved since). The same for any number of threads.
 MisplacedView most_misplaced_view(const Map& map, const MatchOptions& matching, int threads);
 
