@@ -159,9 +159,13 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.geometry_evidence = geometry_evidence(options_.bundle, options_.ransac(camera_.focal()), map.map);
   const MatchesInTime& matches = known_matches_.of(map.map, options_.matching, options_.threads);
   map.contradiction = worst_contradiction(map.map, matches);
-  // Seen from near, poses that went astray show by more; and quick turns of a hand-held camera tear as many.
-  if (is_narrow(map.map)) map.torn_tracks = worst_torn_tracks(map.map, matches);
-  map.misplaced = most_misplaced_view(map.map, options_.matching, options_.threads);
+  if (is_narrow(map.map)) {
+    // Seen from near, poses that went astray show by more, and quick turns of the hand tear as many.
+    map.torn_tracks = worst_torn_tracks(map.map, matches);
+    // The views of an object are few and all of it; where a camera goes along identical doors, the next looks
+    // like this one.
+    map.misplaced = most_misplaced_view(map.map, options_.matching, options_.threads);
+  }
   map.still = still_landmarks(map.map, matches, options_.matching, options_.threads);
   map.collapse = worst_scale_collapse(map.map);
   map.restless = most_restless_stretch(map.trajectory, least_stray(view));
