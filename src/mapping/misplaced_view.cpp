@@ -21,7 +21,7 @@ constexpr double kWellTied = 1.0 / 3;
 // The place index's score, below which a quarter of the landmarks at most is found again: they look alike by
 // little, and of what is found one match in three may be wrong.
 constexpr double kLeastScore = 0.02;
-// That look alike most: the first may be of the same part of the recording.
+// That look alike most, of many that see the same: the first may happen to agree with the map.
 constexpr int kAsked = 3;
 // SIFT does not find a thing again from sides so far apart, nor at such a distance: it is another one like
 // it, as on a box whose sides are printed alike, or a window farther down the street.

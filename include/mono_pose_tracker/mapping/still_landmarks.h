@@ -17,7 +17,7 @@ struct StillLandmarks {
 
   /// A wrong match lies anywhere; in its own place, to within 3 px, one match in 250 of a right map.
   static constexpr double kOfARightMap = 1.0 / 250;
-  /// A head and shoulders, 3.5 and 4.6 degrees off, had one in twelve.
+  /// Of maps of a head and the shirt below it, 3.5 and 4.6 degrees off, one in 45 and one in 32.
   static constexpr double kMostOfARightMap = 1.0 / 50;
   /// Chance exceeds the usual share by so many standard deviations of a count in one map of 4,000.
   static constexpr double kDeviations = 3.5;
