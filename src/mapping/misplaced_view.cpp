@@ -33,8 +33,11 @@ using Keyframes = std::vector<const Keyframe*>;
 class AlikeKeyframes {
  public:
   explicit AlikeKeyframes(const Map& map) : map_(map), in_time_(keyframes_in_time(map)) {
-    for (const Keyframe* keyframe : in_time_) index_.add(keyframe->id, keyframe->image->set);
+    for (const Keyframe* keyframe : in_time_)
+      seen_by_[keyframe->id] = static_cast<int>(landmarks_of(*keyframe).size());
     for (const Keyframe* keyframe : in_time_) spread_part(*keyframe);
+    if (parts_ < 2) return;  // as in most maps: none will be found
+    for (const Keyframe* keyframe : in_time_) index_.add(keyframe->id, keyframe->image->set);
   }
 
   int size() const { return static_cast<int>(in_time_.size()); }
@@ -59,28 +62,24 @@ class AlikeKeyframes {
 
   // To all that a chain of well tied keyframes leads to from this one.
   void spread_part(const Keyframe& from) {
-    const int part = static_cast<int>(part_of_.size());
-    if (!part_of_.emplace(from.id, part).second) return;
+    if (!part_of_.emplace(from.id, parts_).second) return;
     std::vector<KeyframeId> open = {from.id};
     while (!open.empty()) {
       const KeyframeId id = open.back();
       open.pop_back();
       for (const auto& [other, shared] : map_.covisible(id)) {
-        if (shared >= kWellTied * std::min(seen_by(id), seen_by(other)) &&
-            part_of_.emplace(other, part).second)
-          open.push_back(other);
+        const bool is_well_tied = shared >= kWellTied * std::min(seen_by_.at(id), seen_by_.at(other));
+        if (is_well_tied && part_of_.emplace(other, parts_).second) open.push_back(other);
       }
     }
-  }
-
-  int seen_by(KeyframeId id) const {
-    const std::vector<LandmarkId>& seen = map_.keyframe(id)->landmark_of_feature;
-    return static_cast<int>(seen.size() - std::count(seen.begin(), seen.end(), kNoLandmark));
+    ++parts_;
   }
 
   const Map& map_;
   Keyframes in_time_;
+  std::unordered_map<KeyframeId, int> seen_by_;  // how many landmarks
   std::unordered_map<KeyframeId, int> part_of_;
+  int parts_ = 0;
   PlaceIndex index_;
 };
 

@@ -7,9 +7,10 @@
 
 namespace mono_pose_tracker {
 
-/// Two keyframes that do not follow each other but look alike, and how much of what one sees of the map the
-/// other shows elsewhere. A part of a recording that was put in a wrong place agrees with itself, and hangs
-/// on the rest by a few wrong points; that the rest shows the very same in another place gives it away.
+/// Two keyframes that look alike, in parts of the map that hang together by little, and how much of what one
+/// sees of the map the other shows elsewhere. A part of a recording that was put in a wrong place agrees with
+/// itself, and hangs on the rest by a few wrong points; that the rest shows the very same in another place
+/// gives it away.
 struct MisplacedView {
   std::int64_t frame_index = -1;        // -1: no two look alike
   std::int64_t other_frame_index = -1;  // which looks like it
