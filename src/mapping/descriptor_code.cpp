@@ -1,5 +1,6 @@
 #include "mono_pose_tracker/mapping/descriptor_code.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <limits>
 
@@ -11,16 +12,21 @@ namespace mono_pose_tracker {
 
 namespace {
 
-using Vector128 = std::array<std::int32_t, 128>;
+// That many descriptors are rotated at once, one in each lane of a vector.
+constexpr int kLanes = 8;
+using Lanes = std::array<std::int32_t, kLanes>;
+using Rotated = std::array<Lanes, 128>;
 
 // Unnormalised Walsh-Hadamard transform: each pair (x, y) at distance `half` becomes (x + y, x - y).
-inline void hadamard(std::int32_t* v) {
+inline void hadamard(Lanes* v) {
   for (int half = 1; half < 128; half *= 2) {
     for (int start = 0; start < 128; start += 2 * half) {
       for (int i = start; i < start + half; ++i) {
-        const std::int32_t x = v[i], y = v[i + half];
-        v[i] = x + y;
-        v[i + half] = x - y;
+        for (int lane = 0; lane < kLanes; ++lane) {
+          const std::int32_t x = v[i][lane], y = v[i + half][lane];
+          v[i][lane] = x + y;
+          v[i + half][lane] = x - y;
+        }
       }
     }
   }
@@ -30,14 +36,40 @@ inline void hadamard(std::int32_t* v) {
 // (Andoni et al., NIPS 2015). Its values stay below 255 * 128^3 < 2^31. The clones are chosen when the
 // program is loaded; whole numbers give the same in each.
 MPT_FUNCTION_CLONES_FOR("avx2")
-void rotate(const std::uint8_t* descriptor, const std::array<std::array<std::int32_t, 128>, 3>& signs,
-            Vector128* out) {
-  std::int32_t* v = out->data();
-  for (int i = 0; i < 128; ++i) v[i] = descriptor[i] - kDescriptorMean[i];
+void rotate(const std::array<const std::uint8_t*, kLanes>& descriptors, const DescriptorCoder::Signs& signs,
+            Rotated* out) {
+  Lanes* v = out->data();
+  for (int i = 0; i < 128; ++i) {
+    for (int lane = 0; lane < kLanes; ++lane) v[i][lane] = descriptors[lane][i] - kDescriptorMean[i];
+  }
   for (const auto& round : signs) {
-    for (int i = 0; i < 128; ++i) v[i] *= round[i];
+    for (int i = 0; i < 128; ++i) {
+      for (int lane = 0; lane < kLanes; ++lane) v[i][lane] *= round[i];
+    }
     hadamard(v);
   }
+}
+
+DescriptorCode code_of(const Rotated& rotated, int lane, int num_uncertain) {
+  DescriptorCode code;
+  std::array<std::int32_t, DescriptorCode::kWordBits> margin;
+  for (int i = 0; i < DescriptorCode::kWordBits; ++i) {
+    code.word |= static_cast<std::uint16_t>(rotated[i][lane] > 0) << i;
+    margin[i] = std::abs(rotated[i][lane]);
+  }
+  constexpr int kFirstOfSignature = 64;
+  for (int i = 0; i < 64; ++i) {
+    code.signature |= static_cast<std::uint64_t>(rotated[kFirstOfSignature + i][lane] > 0) << i;
+  }
+  for (int n = 0; n < num_uncertain; ++n) {
+    int least = 0;
+    for (int i = 1; i < DescriptorCode::kWordBits; ++i) {
+      if (margin[i] < margin[least]) least = i;
+    }
+    code.uncertain[n] = static_cast<std::uint8_t>(least);
+    margin[least] = std::numeric_limits<std::int32_t>::max();
+  }
+  return code;
 }
 
 }  // namespace
@@ -49,28 +81,19 @@ DescriptorCoder::DescriptorCoder(std::uint64_t seed) {
   }
 }
 
-DescriptorCode DescriptorCoder::encode(const std::uint8_t* descriptor, int num_uncertain) const {
-  Vector128 projected;
-  rotate(descriptor, signs_, &projected);
-  DescriptorCode code;
-  std::array<std::int32_t, DescriptorCode::kWordBits> margin;
-  for (int i = 0; i < DescriptorCode::kWordBits; ++i) {
-    code.word |= static_cast<std::uint16_t>(projected[i] > 0) << i;
-    margin[i] = std::abs(projected[i]);
+std::vector<DescriptorCode> DescriptorCoder::encode(const std::vector<const std::uint8_t*>& descriptors,
+                                                    int num_uncertain) const {
+  std::vector<DescriptorCode> codes;
+  codes.reserve(descriptors.size());
+  Rotated rotated;
+  for (std::size_t begin = 0; begin < descriptors.size(); begin += kLanes) {
+    const int count = static_cast<int>(std::min<std::size_t>(kLanes, descriptors.size() - begin));
+    std::array<const std::uint8_t*, kLanes> lanes;
+    for (int lane = 0; lane < kLanes; ++lane) lanes[lane] = descriptors[begin + std::min(lane, count - 1)];
+    rotate(lanes, signs_, &rotated);
+    for (int lane = 0; lane < count; ++lane) codes.push_back(code_of(rotated, lane, num_uncertain));
   }
-  constexpr int kFirstOfSignature = 64;
-  for (int i = 0; i < 64; ++i) {
-    code.signature |= static_cast<std::uint64_t>(projected[kFirstOfSignature + i] > 0) << i;
-  }
-  for (int n = 0; n < num_uncertain; ++n) {
-    int least = 0;
-    for (int i = 1; i < DescriptorCode::kWordBits; ++i) {
-      if (margin[i] < margin[least]) least = i;
-    }
-    code.uncertain[n] = static_cast<std::uint8_t>(least);
-    margin[least] = std::numeric_limits<std::int32_t>::max();
-  }
-  return code;
+  return codes;
 }
 
 MPT_FUNCTION_CLONES_FOR("popcnt")

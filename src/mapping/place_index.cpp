@@ -14,9 +14,19 @@ namespace {
 constexpr int kTurnBits = 8;
 constexpr std::uint32_t kTurnMask = (1 << kTurnBits) - 1;
 
+// The lists of that many features to come are fetched from memory while the present one votes, of each so
+// many lines: what follows, the processor fetches by itself.
+constexpr std::size_t kFeaturesAhead = 4;
+constexpr int kLinesAhead = 16;
+
 std::uint32_t turn_of(const Feature& feature) {
   const double turns = feature.angle / (2 * M_PI);
   return static_cast<std::uint32_t>((1 << kTurnBits) * (turns - std::floor(turns))) & kTurnMask;
+}
+
+/// The code's own word, then those one uncertain bit away.
+std::uint16_t probed_word(const DescriptorCode& code, int probe) {
+  return probe == 0 ? code.word : code.word ^ (1u << code.uncertain[probe - 1]);
 }
 
 void check_range(const char* key, int value, int low, int high) {
@@ -107,11 +117,22 @@ std::vector<int> PlaceIndex::strongest(const FeatureSet& features) const {
   std::vector<int> order(features.size());
   std::iota(order.begin(), order.end(), 0);
   if (features.size() <= options_.max_features) return order;
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return features.features[a].response > features.features[b].response;
-  });
+  const auto is_stronger = [&](int a, int b) {
+    const float of_a = features.features[a].response, of_b = features.features[b].response;
+    return of_a != of_b ? of_a > of_b : a < b;
+  };
+  std::nth_element(order.begin(), order.begin() + options_.max_features, order.end(), is_stronger);
   order.resize(options_.max_features);
+  std::sort(order.begin(), order.end(), is_stronger);
   return order;
+}
+
+std::vector<DescriptorCode> PlaceIndex::codes_of(const FeatureSet& features, const std::vector<int>& which,
+                                                 int num_uncertain) const {
+  std::vector<const std::uint8_t*> descriptors;
+  descriptors.reserve(which.size());
+  for (const int i : which) descriptors.push_back(features.descriptor(i));
+  return coder_.encode(descriptors, num_uncertain);
 }
 
 void PlaceIndex::add(KeyframeId id, const FeatureSet& features) {
@@ -126,10 +147,12 @@ void PlaceIndex::add(KeyframeId id, const FeatureSet& features) {
   slot_of_[id] = number;
   Slot& slot = slots_[number];
   slot.id = id;
-  for (const int i : strongest(features)) {
-    const DescriptorCode code = coder_.encode(features.descriptor(i), 0);
+  const std::vector<int> order = strongest(features);
+  const std::vector<DescriptorCode> codes = codes_of(features, order, 0);
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const DescriptorCode& code = codes[k];
     slot.words.push_back(code.word);
-    features_of_word_[code.word].push_back({number << kTurnBits | turn_of(features.features[i]),
+    features_of_word_[code.word].push_back({number << kTurnBits | turn_of(features.features[order[k]]),
                                             static_cast<std::uint32_t>(code.signature),
                                             static_cast<std::uint32_t>(code.signature >> 32)});
   }
@@ -167,10 +190,20 @@ std::size_t PlaceIndex::memory_bytes() const {
   return bytes;
 }
 
+// The lists of a word lie anywhere in memory, and waiting for them is most of a query's time.
+void PlaceIndex::fetch_lists(const DescriptorCode& code) const {
+  for (int probe = 0; probe < options_.probes; ++probe) {
+    const std::vector<CodedFeature>& list = features_of_word_[probed_word(code, probe)];
+    const int lines = static_cast<int>((list.size() * sizeof(CodedFeature) + 63) / 64);
+    for (int line = 0; line < std::min(lines, kLinesAhead); ++line) {
+      __builtin_prefetch(reinterpret_cast<const char*>(list.data()) + 64 * line);
+    }
+  }
+}
+
 void PlaceIndex::vote(const DescriptorCode& code, std::uint32_t turn, Votes* votes) const {
   for (int probe = 0; probe < options_.probes; ++probe) {
-    const std::uint16_t word = probe == 0 ? code.word : code.word ^ (1u << code.uncertain[probe - 1]);
-    const std::vector<CodedFeature>& list = features_of_word_[word];
+    const std::vector<CodedFeature>& list = features_of_word_[probed_word(code, probe)];
     if (list.empty()) continue;
     votes->count(find_near(list.data(), static_cast<int>(list.size()), code.signature,
                            options_.max_signature_distance, votes->room_for(list.size())),
@@ -183,8 +216,10 @@ std::vector<PlaceMatch> PlaceIndex::query(const FeatureSet& features, int count,
                                           const std::function<bool(KeyframeId)>& allowed) const {
   Votes votes(slots_.size(), size(), options_.max_signature_distance);
   const std::vector<int> voters = strongest(features);
-  for (const int i : voters) {
-    vote(coder_.encode(features.descriptor(i), options_.probes - 1), turn_of(features.features[i]), &votes);
+  const std::vector<DescriptorCode> codes = codes_of(features, voters, options_.probes - 1);
+  for (std::size_t k = 0; k < codes.size(); ++k) {
+    if (k + kFeaturesAhead < codes.size()) fetch_lists(codes[k + kFeaturesAhead]);
+    vote(codes[k], turn_of(features.features[voters[k]]), &votes);
   }
   std::vector<PlaceMatch> ranked;
   for (std::uint32_t i = 0; i < slots_.size(); ++i) {

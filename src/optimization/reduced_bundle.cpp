@@ -3,8 +3,8 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <thread>
 
-#include "mono_pose_tracker/common/parallel.h"
 #include "positive_definite.h"
 
 namespace mono_pose_tracker {
@@ -48,6 +48,9 @@ void damp(Matrix&& information) {
   information.diagonal().array() += kNothing;
 }
 
+// More threads would wait for one another.
+int processors() { return static_cast<int>(std::max(1u, std::thread::hardware_concurrency())); }
+
 // Sum of log(1 + u), one logarithm for many.
 class LogSum {
  public:
@@ -67,7 +70,8 @@ ReducedBundle::ReducedBundle(double loss_width, const BundleCameras& cameras, co
                              int threads)
     : loss_(loss_width),
       squared_width_(loss_width * loss_width),
-      threads_(threads),
+      threads_(std::min(threads, processors())),
+      team_(threads_),
       cameras_(cameras.states),
       free_(cameras.free),
       begin_(problem.points.size() + 1, 0),
@@ -88,8 +92,8 @@ ReducedBundle::ReducedBundle(double loss_width, const BundleCameras& cameras, co
   for (const BundleObservation& o : problem.observations) {
     sights_[next[o.point]++] = {o.camera, free_of_[o.camera], o.bearing, o.pixel_from_bearing / o.sigma_px};
   }
-  parallel_for_runs(static_cast<int>(accepted_.size()), kRun, threads_,
-                    [this](int p) { candidate_costs_[p] = state_of(p, accepted_[p]).cost; });
+  team_.for_runs(static_cast<int>(accepted_.size()), kRun,
+                 [this](int p) { candidate_costs_[p] = state_of(p, accepted_[p]).cost; });
   for (const double of_point : candidate_costs_) points_cost_ += of_point;
   initial_cost_ = points_cost_ + cost_of_motions();
 }
@@ -184,8 +188,8 @@ double ReducedBundle::evaluate(const double* parameters) {
     moved_[i].head<3>() = (left_jacobians_[i] * moved_[i].head<3>()).eval();
   }
   double cost = cost_of_motions();
-  parallel_for_runs(static_cast<int>(accepted_.size()), kRun, threads_,
-                    [this](int p) { candidate_costs_[p] = settle(p); });
+  team_.for_runs(static_cast<int>(accepted_.size()), kRun,
+                 [this](int p) { candidate_costs_[p] = settle(p); });
   for (const double of_point : candidate_costs_) cost += of_point;
   return cost;
 }
@@ -328,12 +332,12 @@ bool ReducedBundle::linearize(Eigen::MatrixXd* factor, Eigen::VectorXd* residual
   linearized_ = true;
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(parameters(), parameters());
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(parameters());
-  parallel_for_runs(static_cast<int>(accepted_.size()), kRun, threads_, [this](int p) {
+  team_.for_runs(static_cast<int>(accepted_.size()), kRun, [this](int p) {
     if (begin_[p + 1] - begin_[p] >= 2) linearize_point(p);
   });
   const std::size_t worth = std::min(free_.size(), 1 + sights_.size() / kSightsOfPart);
   const int parts = std::clamp(threads_, 1, std::max(1, static_cast<int>(worth)));
-  parallel_for(parts, parts, [&](int part) { fill({part, parts}, &information, &gradient); });
+  team_.for_each(parts, [&](int part) { fill({part, parts}, &information, &gradient); });
   add_motions(&information, &gradient);
   to_parameters(&information, &gradient);
   std::optional<Eigen::MatrixXd> lower = cholesky_factor(information);

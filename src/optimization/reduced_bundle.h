@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bundle_cameras.h"
+#include "mono_pose_tracker/common/thread_team.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 #include "motion_tie.h"
 #include "reprojection.h"
@@ -86,6 +87,7 @@ class ReducedBundle {
   const Loss loss_;
   const double squared_width_;
   const int threads_;
+  ThreadTeam team_;
   std::vector<CameraState> cameras_;
   const std::vector<int> free_;
   std::vector<int> begin_;  // sights of point p: from begin_[p] up to begin_[p + 1]

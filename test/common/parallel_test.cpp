@@ -19,8 +19,6 @@ TEST_P(ParallelTest, DoesEachOnce) {
     std::vector<int> done(std::max(count, 0), 0);
     parallel_for(count, GetParam(), [&](int i) { ++done[i]; });
     EXPECT_EQ(done, std::vector<int>(done.size(), 1)) << count;
-    parallel_for_runs(count, 3, GetParam(), [&](int i) { ++done[i]; });
-    EXPECT_EQ(done, std::vector<int>(done.size(), 2)) << count;
   }
 }
 

@@ -35,6 +35,10 @@ cv::Mat seen_again(const cv::Mat& descriptor, Random& random) {
   return row;
 }
 
+DescriptorCode code_of(const DescriptorCoder& coder, const cv::Mat& descriptor, int num_uncertain) {
+  return coder.encode({descriptor.ptr()}, num_uncertain).front();
+}
+
 FeatureSet feature_set(const std::vector<cv::Mat>& descriptors) {
   FeatureSet set;
   for (const cv::Mat& row : descriptors) {
@@ -75,14 +79,35 @@ TEST(DescriptorCoder, SignaturesOfOnePatchAgreeAndOfOthersDoNot) {
   int same_word = 0, near = 0, near_by_chance = 0;
   for (int i = 0; i < 500; ++i) {
     const cv::Mat a = random_descriptor(random), b = seen_again(a, random), c = random_descriptor(random);
-    const DescriptorCode code = coder.encode(a.data, 0), again = coder.encode(b.data, 0);
+    const DescriptorCode code = code_of(coder, a, 0), again = code_of(coder, b, 0);
     same_word += code.word == again.word;
     near += __builtin_popcountll(code.signature ^ again.signature) <= 16;
-    near_by_chance += __builtin_popcountll(code.signature ^ coder.encode(c.data, 0).signature) <= 16;
+    near_by_chance += __builtin_popcountll(code.signature ^ code_of(coder, c, 0).signature) <= 16;
   }
   EXPECT_GT(near, 450);
   EXPECT_LT(near_by_chance, 10);
   EXPECT_GT(same_word, 50);  // by chance it is one in 65,536
+}
+
+// They are made some at a time.
+TEST(DescriptorCoder, ACodeDoesNotDependOnItsCompany) {
+  Random random(3);
+  const DescriptorCoder coder(0);
+  std::vector<cv::Mat> rows;
+  std::vector<const std::uint8_t*> descriptors;
+  for (int i = 0; i < 19; ++i) {
+    rows.push_back(random_descriptor(random));
+    descriptors.push_back(rows.back().ptr());
+  }
+  const std::vector<DescriptorCode> codes = coder.encode(descriptors, 3);
+  ASSERT_EQ(codes.size(), descriptors.size());
+  for (std::size_t i = 0; i < codes.size(); ++i) {
+    const DescriptorCode alone = coder.encode({descriptors[i]}, 3).front();
+    EXPECT_EQ(codes[i].word, alone.word);
+    EXPECT_EQ(codes[i].signature, alone.signature);
+    EXPECT_EQ(codes[i].uncertain, alone.uncertain);
+  }
+  EXPECT_TRUE(coder.encode({}, 3).empty());
 }
 
 TEST(DescriptorCoder, UncertainBitsAreThoseThatTurn) {
@@ -91,8 +116,8 @@ TEST(DescriptorCoder, UncertainBitsAreThoseThatTurn) {
   int turned = 0, foreseen = 0;
   for (int i = 0; i < 500; ++i) {
     const cv::Mat a = random_descriptor(random);
-    const DescriptorCode code = coder.encode(a.data, 4);
-    const int differing = code.word ^ coder.encode(seen_again(a, random).data, 0).word;
+    const DescriptorCode code = code_of(coder, a, 4);
+    const int differing = code.word ^ code_of(coder, seen_again(a, random), 0).word;
     for (int bit = 0; bit < DescriptorCode::kWordBits; ++bit) turned += differing >> bit & 1;
     for (int n = 0; n < 4; ++n) foreseen += differing >> code.uncertain[n] & 1;
   }
@@ -201,8 +226,8 @@ TEST(PlaceIndex, AnswersDependOnTheSetOfKeyframesAlone) {
 TEST(PlaceIndex, OptionsSeedChangesTheCodes) {
   Random random(7);
   const cv::Mat a = random_descriptor(random);
-  EXPECT_EQ(DescriptorCoder(1).encode(a.data, 0).signature, DescriptorCoder(1).encode(a.data, 0).signature);
-  EXPECT_NE(DescriptorCoder(1).encode(a.data, 0).signature, DescriptorCoder(2).encode(a.data, 0).signature);
+  EXPECT_EQ(code_of(DescriptorCoder(1), a, 0).signature, code_of(DescriptorCoder(1), a, 0).signature);
+  EXPECT_NE(code_of(DescriptorCoder(1), a, 0).signature, code_of(DescriptorCoder(2), a, 0).signature);
 }
 
 TEST(PlaceIndex, ARemovedKeyframeIsNotFound) {

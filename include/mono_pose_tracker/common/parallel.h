@@ -39,12 +39,4 @@ inline void parallel_for(int count, int threads, const std::function<void(int)>&
   if (error) std::rethrow_exception(error);
 }
 
-/// The same in runs of up to `run` in a row, for work that is less than what handing it out takes.
-template <typename Work>
-void parallel_for_runs(int count, int run, int threads, const Work& work) {
-  parallel_for((count + run - 1) / run, threads, [&](int r) {
-    for (int i = r * run; i < std::min(count, (r + 1) * run); ++i) work(i);
-  });
-}
-
 }  // namespace mono_pose_tracker

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 namespace mono_pose_tracker {
 
@@ -21,12 +22,14 @@ class DescriptorCoder {
  public:
   explicit DescriptorCoder(std::uint64_t seed);
 
-  /// Of 128 bytes. `num_uncertain`, at most kWordBits: how many uncertain bits are wanted, the least certain
-  /// first.
-  DescriptorCode encode(const std::uint8_t* descriptor, int num_uncertain) const;
+  /// Of 128 bytes each. `num_uncertain`, at most kWordBits: how many uncertain bits are wanted, the least
+  /// certain first.
+  std::vector<DescriptorCode> encode(const std::vector<const std::uint8_t*>& descriptors,
+                                     int num_uncertain) const;
+
+  using Signs = std::array<std::array<std::int32_t, 128>, 3>;
 
  private:
-  using Signs = std::array<std::array<std::int32_t, 128>, 3>;
   Signs signs_;  // of the random rotation, +1 or -1
 };
 

@@ -67,6 +67,9 @@ class PlaceIndex {
   class Votes;
 
   std::vector<int> strongest(const FeatureSet& features) const;
+  std::vector<DescriptorCode> codes_of(const FeatureSet& features, const std::vector<int>& which,
+                                       int num_uncertain) const;
+  void fetch_lists(const DescriptorCode& code) const;
   void vote(const DescriptorCode& code, std::uint32_t turn, Votes* votes) const;
 
   PlaceIndexOptions options_;

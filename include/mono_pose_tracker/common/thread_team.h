@@ -1,0 +1,61 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace mono_pose_tracker {
+
+/// Does what parallel_for does, many times in a row: its threads are started once and stay awake for a while
+/// after each piece of work. Where the pieces are shorter than it takes to start a thread (some 0.1 ms) and
+/// follow one another, nothing is gained otherwise.
+///
+/// One thread at a time may call it. Fewer threads, or none but the caller's, where the system grants no
+/// more.
+class ThreadTeam {
+ public:
+  /// The caller's thread is one of them; the others start with the first work that can be shared.
+  explicit ThreadTeam(int threads) : others_(threads - 1) {}
+  ~ThreadTeam();
+  ThreadTeam(const ThreadTeam&) = delete;
+  ThreadTeam& operator=(const ThreadTeam&) = delete;
+
+  /// As parallel_for(count, threads, work).
+  void for_each(int count, const std::function<void(int)>& work);
+  /// The same in runs of up to `run` in a row, for work that is less than what handing it out takes.
+  template <typename Work>
+  void for_runs(int count, int run, const Work& work) {
+    for_each((count + run - 1) / run, [&](int r) {
+      for (int i = r * run; i < (r + 1) * run && i < count; ++i) work(i);
+    });
+  }
+
+ private:
+  void start();
+  void help();
+  bool wait_for_work(unsigned done);
+  void take_part();
+
+  const int others_;
+  bool started_ = false;
+  std::vector<std::thread> threads_;
+
+  // Odd while there is work to take part in; it changes before anybody begins and after all is handed out.
+  std::atomic<unsigned> round_{0};
+  std::atomic<int> helping_{0};  // others that may be looking at the work
+  std::atomic<int> asleep_{0};
+  std::atomic<bool> ends_{false};
+  std::mutex mutex_;  // of those asleep, and of error_
+  std::condition_variable work_or_end_;
+
+  const std::function<void(int)>* work_ = nullptr;
+  int count_ = 0;
+  std::atomic<int> next_{0};
+  std::exception_ptr error_;
+};
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,88 @@
+#include "mono_pose_tracker/common/thread_team.h"
+
+#include <chrono>
+
+#include "mono_pose_tracker/common/start_threads.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Between two pieces of work: to wake a thread that sleeps takes as long.
+constexpr std::chrono::microseconds kAwake{100};
+
+}  // namespace
+
+ThreadTeam::~ThreadTeam() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ends_ = true;
+  }
+  work_or_end_.notify_all();
+  for (std::thread& thread : threads_) thread.join();
+}
+
+void ThreadTeam::start() {
+  started_ = true;
+  threads_ = start_threads(others_, [this] { help(); });
+}
+
+void ThreadTeam::for_each(int count, const std::function<void(int)>& work) {
+  if (others_ <= 0 || count <= 1) {
+    for (int i = 0; i < count; ++i) work(i);
+    return;
+  }
+  if (!started_) start();
+  work_ = &work;
+  count_ = count;
+  next_ = 0;
+  error_ = nullptr;
+  ++round_;
+  if (asleep_ > 0) {
+    { const std::lock_guard<std::mutex> lock(mutex_); }  // who is about to sleep does so, and is woken
+    work_or_end_.notify_all();
+  }
+  take_part();
+  ++round_;
+  // Who comes later sees that this round is over, and does not touch what it was about.
+  while (helping_ > 0) std::this_thread::yield();
+  if (error_) std::rethrow_exception(error_);
+}
+
+void ThreadTeam::take_part() {
+  try {
+    for (int i = next_++; i < count_; i = next_++) (*work_)(i);
+  } catch (...) {
+    next_ = count_;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    error_ = std::current_exception();
+  }
+}
+
+void ThreadTeam::help() {
+  unsigned done = 0;
+  while (wait_for_work(done)) {
+    const unsigned round = round_;
+    ++helping_;
+    if (round % 2 == 1 && round == round_) take_part();
+    --helping_;
+    done = round;
+  }
+}
+
+// For another round than that; false at the end.
+bool ThreadTeam::wait_for_work(unsigned done) {
+  const auto is_over = [&] { return round_ != done || ends_; };
+  const auto sleeps_at = std::chrono::steady_clock::now() + kAwake;
+  while (!is_over() && std::chrono::steady_clock::now() < sleeps_at) {
+  }
+  if (!is_over()) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    ++asleep_;
+    work_or_end_.wait(lock, is_over);
+    --asleep_;
+  }
+  return !ends_;
+}
+
+}  // namespace mono_pose_tracker
