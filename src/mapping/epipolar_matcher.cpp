@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
+#include <optional>
 
+#include "epipolar_fan.h"
 #include "mono_pose_tracker/geometry/essential.h"
 
 namespace mono_pose_tracker {
@@ -48,58 +49,6 @@ struct StripMatches {
     return matches;
   }
 };
-
-// In the order in which a plane that turns round the epipole passes them, so that those near a plane are
-// together.
-std::vector<int> round_epipole(const ImageFeatures& image, const Eigen::Vector3d& epipole,
-                               std::vector<int> features) {
-  const Eigen::Vector3d u = epipole.unitOrthogonal(), v = epipole.normalized().cross(u);
-  std::vector<std::pair<double, int>> by_angle;
-  for (const int f : features) {
-    const Eigen::Vector3d& bearing = image.set.bearings[f];
-    by_angle.emplace_back(std::atan2(bearing.dot(v), bearing.dot(u)), f);
-  }
-  std::sort(by_angle.begin(), by_angle.end());
-  std::transform(by_angle.begin(), by_angle.end(), features.begin(),
-                 [](const auto& entry) { return entry.second; });
-  return features;
-}
-
-// A column a coordinate; rows up to a whole number of blocks, the last ones 0.
-using Bearings = Eigen::Array<float, Eigen::Dynamic, 3>;
-constexpr Eigen::Index kBlock = 16;
-
-Bearings bearings_of(const ImageFeatures& image, const std::vector<int>& features) {
-  const auto size = static_cast<Eigen::Index>(features.size());
-  Bearings bearings = Bearings::Zero((size + kBlock - 1) / kBlock * kBlock, 3);
-  for (Eigen::Index i = 0; i < size; ++i)
-    bearings.row(i) = image.set.bearings[features[i]].cast<float>().transpose().array();
-  return bearings;
-}
-
-struct NearPlane {
-  int index;
-  float distance;  // of a bearing from the plane, rad
-};
-
-// Bearings that may be on the line or in the strip beside it: few of thousands, so that they are passed over
-// a block at a time.
-void find_near_plane(const Bearings& bearings, const Eigen::Vector3f& normal, double max_error_rad,
-                     std::vector<NearPlane>* near) {
-  // Both strips and what lies between, a thousandth wider for rounding.
-  const auto middle = static_cast<float>(kStripBeside / 2 * max_error_rad);
-  const auto half = static_cast<float>(1.001 * (kStripBeside / 2 + 1) * max_error_rad);
-  near->clear();
-  for (Eigen::Index i = 0; i < bearings.rows(); i += kBlock) {
-    const Eigen::Array<float, kBlock, 1> distances = bearings.col(0).segment<kBlock>(i) * normal.x() +
-                                                     bearings.col(1).segment<kBlock>(i) * normal.y() +
-                                                     bearings.col(2).segment<kBlock>(i) * normal.z();
-    if ((distances - middle).abs().minCoeff() > half) continue;
-    for (Eigen::Index k = 0; k < kBlock; ++k) {
-      if (std::abs(distances[k] - middle) <= half) near->push_back({static_cast<int>(i + k), distances[k]});
-    }
-  }
-}
 
 std::vector<int> sorted_distances2(const std::vector<Match>& matches) {
   std::vector<int> distances;
@@ -149,32 +98,34 @@ class Comparison {
       : first_(first), second_(second), options_(options), free1_(features_without_landmark(first)) {
     const Rigid3 second_from_first = second.camera_from_map * first.camera_from_map.inverse();
     essential_ = essential_matrix(second_from_first);
-    free2_ = round_epipole(*second.image, second_from_first.translation, features_without_landmark(second));
-    bearings2_ = bearings_of(*second.image, free2_);
+    // Both strips and what lies between, a thousandth wider for rounding.
+    const double margin = 1.001 * options.max_error_rad;
+    fan2_.emplace(*second.image, second_from_first.translation, features_without_landmark(second), -margin,
+                  (kStripBeside + 1) * margin);
     const double same_px = first.image->camera.focal() / second.image->camera.focal();
-    for (const int f : free2_) scales2_.push_back(same_px * second.image->set.features[f].scale);
+    for (const int f : free2()) scales2_.push_back(same_px * second.image->set.features[f].scale);
   }
 
   BothStrips all() const {
-    BothStrips found(free1_.size(), free2_.size());
-    std::vector<NearPlane> near;
+    BothStrips found(free1_.size(), free2().size());
+    std::vector<EpipolarFan::NearPlane> near;
     for (std::size_t i = 0; i < free1_.size() && !is_set(options_.cancelled); ++i) {
       const Eigen::Vector3d normal = essential_ * first_.image->set.bearings[free1_[i]];
       const double length = normal.norm();
       if (length < 1e-9) continue;  // at the epipole every line passes
-      find_near_plane(bearings2_, (normal / length).cast<float>(), options_.max_error_rad, &near);
-      for (const auto& [j, from_plane] : near) {
-        if (j < static_cast<int>(free2_.size())) offer(i, j, from_plane, &found);
-      }
+      fan2_->find_near(normal / length, &near);
+      for (const auto& [j, from_plane] : near) offer(i, j, from_plane, &found);
     }
     return found;
   }
 
   std::size_t of_first() const { return free1_.size(); }
   // As features of the keyframes.
-  Match named(const Match& m) const { return {free1_[m.first], free2_[m.second], m.distance2, m.ratio}; }
+  Match named(const Match& m) const { return {free1_[m.first], free2()[m.second], m.distance2, m.ratio}; }
 
  private:
+  const std::vector<int>& free2() const { return fan2_->features(); }
+
   void offer(std::size_t i, std::size_t j, float from_plane, BothStrips* found) const {
     const double limit = options_.max_error_rad;
     const bool is_on_line = std::abs(from_plane) <= limit;
@@ -182,16 +133,16 @@ class Comparison {
     const double scale1 = first_.image->set.features[free1_[i]].scale, scale2 = scales2_[j];
     if (scale1 > options_.max_scale_ratio * scale2 || scale2 > options_.max_scale_ratio * scale1) return;
     const int d2 = descriptor_distance2(first_.image->set.descriptor(free1_[i]),
-                                        second_.image->set.descriptor(free2_[j]));
+                                        second_.image->set.descriptor(free2()[j]));
     (is_on_line ? found->on_line : found->beside).offer(i, j, d2);
   }
 
   const Keyframe &first_, &second_;
   const EpipolarMatchOptions& options_;
   Eigen::Matrix3d essential_;
-  Bearings bearings2_;
-  std::vector<double> scales2_;     // in px of the first image's camera
-  std::vector<int> free1_, free2_;  // the features that are compared
+  std::optional<EpipolarFan> fan2_;
+  std::vector<double> scales2_;  // in px of the first image's camera
+  std::vector<int> free1_;       // the features that are compared
 };
 
 }  // namespace

@@ -1,0 +1,117 @@
+#include "epipolar_fan.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Of a whole turn: a bin of the 3000 features of a large image holds a few.
+constexpr int kBins = 1024;
+
+// Bearings that are passed over at once.
+constexpr int kBlock = 16;
+
+// From the epipole, in greatest distances from a plane: what is farther off is near a plane only while that
+// has turned by less than the inverse of it, some 6 degrees.
+constexpr double kFar = 10;
+
+struct Turned {
+  double angle;
+  bool is_close;
+  int feature;
+};
+
+int whole_blocks(int count) { return (count + kBlock - 1) / kBlock * kBlock; }
+
+}  // namespace
+
+EpipolarFan::EpipolarFan(const ImageFeatures& image, const Eigen::Vector3d& epipole,
+                         const std::vector<int>& features, double least, double most)
+    : u_(epipole.unitOrthogonal()),
+      v_(epipole.normalized().cross(u_)),
+      middle_(static_cast<float>(0.5 * (least + most))),
+      half_(static_cast<float>(0.5 * (most - least))),
+      first_in_bin_(kBins + 1, 0) {
+  const double far = kFar * std::max(most, -least);
+  from_normal_ = std::acos(most / far);
+  to_normal_ = std::acos(least / far);
+  std::vector<Turned> turned;
+  turned.reserve(features.size());
+  for (const int f : features) {
+    const double x = image.set.bearings[f].dot(u_), y = image.set.bearings[f].dot(v_);
+    turned.push_back({std::atan2(y, x), x * x + y * y < far * far, f});
+  }
+  std::sort(turned.begin(), turned.end(), [](const Turned& a, const Turned& b) {
+    if (a.is_close != b.is_close) return a.is_close;
+    return a.angle != b.angle ? a.angle < b.angle : a.feature < b.feature;
+  });
+  bearings_ = Bearings::Zero(whole_blocks(static_cast<int>(turned.size())), 3);
+  for (const Turned& t : turned) {
+    const auto i = static_cast<Eigen::Index>(features_.size());
+    bearings_.row(i) = image.set.bearings[t.feature].cast<float>().transpose().array();
+    features_.push_back(t.feature);
+    if (t.is_close) {
+      ++close_;
+    } else {
+      ++first_in_bin_[bin_of(t.angle) + 1];
+    }
+  }
+  first_in_bin_[0] = close_;
+  for (int bin = 0; bin < kBins; ++bin) first_in_bin_[bin + 1] += first_in_bin_[bin];
+}
+
+int EpipolarFan::bin_of(double angle) {
+  const double turns = angle / (2 * M_PI) + 0.5;
+  return std::clamp(static_cast<int>(kBins * (turns - std::floor(turns))), 0, kBins - 1);
+}
+
+void EpipolarFan::find_near(const Eigen::Vector3d& normal, std::vector<NearPlane>* near) const {
+  near->clear();
+  const Eigen::Vector3f across = normal.cast<float>();
+  int done = whole_blocks(close_);
+  find_in(0, done, across, near);
+  for (const Range& range : ranges_near(std::atan2(normal.dot(v_), normal.dot(u_)))) {
+    const int begin = std::max(done, range.begin / kBlock * kBlock);
+    if (range.begin == range.end) continue;
+    done = std::max(done, whole_blocks(range.end));
+    find_in(begin, done, across, near);
+  }
+}
+
+// In the order of the features; both halves of the plane, each of which may lie across the seam. The rest are
+// empty.
+std::array<EpipolarFan::Range, 4> EpipolarFan::ranges_near(double normal_angle) const {
+  std::array<Range, 4> ranges{};
+  const auto bins = [&](int first, int last) { return Range{first_in_bin_[first], first_in_bin_[last + 1]}; };
+  for (int half = 0; half < 2; ++half) {
+    const double from = normal_angle + (half == 0 ? from_normal_ : -to_normal_);
+    const double to = normal_angle + (half == 0 ? to_normal_ : -from_normal_);
+    const int first = bin_of(from), last = bin_of(to);
+    if (first <= last) {
+      ranges[2 * half] = bins(first, last);
+    } else {
+      ranges[2 * half] = bins(first, kBins - 1);
+      ranges[2 * half + 1] = bins(0, last);
+    }
+  }
+  std::sort(ranges.begin(), ranges.end(), [](const Range& a, const Range& b) { return a.begin < b.begin; });
+  return ranges;
+}
+
+void EpipolarFan::find_in(int begin, int end, const Eigen::Vector3f& normal,
+                          std::vector<NearPlane>* near) const {
+  const int size = static_cast<int>(features_.size());
+  for (int i = begin; i < end; i += kBlock) {
+    const Eigen::Array<float, kBlock, 1> distances = bearings_.col(0).segment<kBlock>(i) * normal.x() +
+                                                     bearings_.col(1).segment<kBlock>(i) * normal.y() +
+                                                     bearings_.col(2).segment<kBlock>(i) * normal.z();
+    if ((distances - middle_).abs().minCoeff() > half_) continue;
+    for (int k = 0; k < kBlock && i + k < size; ++k) {
+      if (std::abs(distances[k] - middle_) <= half_) near->push_back({i + k, distances[k]});
+    }
+  }
+}
+
+}  // namespace mono_pose_tracker
