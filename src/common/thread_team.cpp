@@ -1,6 +1,9 @@
 #include "mono_pose_tracker/common/thread_team.h"
 
+#include <algorithm>
 #include <chrono>
+#include <iterator>
+#include <utility>
 
 #include "mono_pose_tracker/common/start_threads.h"
 
@@ -22,9 +25,13 @@ ThreadTeam::~ThreadTeam() {
   for (std::thread& thread : threads_) thread.join();
 }
 
-void ThreadTeam::start() {
-  started_ = true;
-  threads_ = start_threads(others_, [this] { help(); });
+// No more than there is work for; what the system refuses is not asked for again.
+void ThreadTeam::start(int wanted) {
+  if (wanted <= started_) return;
+  threads_.reserve(static_cast<std::size_t>(others_));  // nothing may throw once they run
+  std::vector<std::thread> more = start_threads(wanted - started_, [this] { help(); });
+  started_ = wanted;
+  std::move(more.begin(), more.end(), std::back_inserter(threads_));
 }
 
 void ThreadTeam::for_each(int count, const std::function<void(int)>& work) {
@@ -32,7 +39,7 @@ void ThreadTeam::for_each(int count, const std::function<void(int)>& work) {
     for (int i = 0; i < count; ++i) work(i);
     return;
   }
-  if (!started_) start();
+  start(std::min(others_, count - 1));
   work_ = &work;
   count_ = count;
   next_ = 0;
@@ -74,8 +81,8 @@ void ThreadTeam::help() {
 bool ThreadTeam::wait_for_work(unsigned done) {
   const auto is_over = [&] { return round_ != done || ends_; };
   const auto sleeps_at = std::chrono::steady_clock::now() + kAwake;
-  while (!is_over() && std::chrono::steady_clock::now() < sleeps_at) {
-  }
+  // Where others have work for this processor, they have it.
+  while (!is_over() && std::chrono::steady_clock::now() < sleeps_at) std::this_thread::yield();
   if (!is_over()) {
     std::unique_lock<std::mutex> lock(mutex_);
     ++asleep_;

@@ -1,5 +1,6 @@
 #include "epipolar_fan.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -17,9 +18,10 @@ constexpr int kBlock = 16;
 // has turned by less than the inverse of it, some 6 degrees.
 constexpr double kFar = 10;
 
+constexpr int kClose = -1;
+
 struct Turned {
-  double angle;
-  bool is_close;
+  int bin;  // or kClose
   int feature;
 };
 
@@ -41,22 +43,17 @@ EpipolarFan::EpipolarFan(const ImageFeatures& image, const Eigen::Vector3d& epip
   turned.reserve(features.size());
   for (const int f : features) {
     const double x = image.set.bearings[f].dot(u_), y = image.set.bearings[f].dot(v_);
-    turned.push_back({std::atan2(y, x), x * x + y * y < far * far, f});
+    turned.push_back({x * x + y * y < far * far ? kClose : bin_of(std::atan2(y, x)), f});
   }
   std::sort(turned.begin(), turned.end(), [](const Turned& a, const Turned& b) {
-    if (a.is_close != b.is_close) return a.is_close;
-    return a.angle != b.angle ? a.angle < b.angle : a.feature < b.feature;
+    return a.bin != b.bin ? a.bin < b.bin : a.feature < b.feature;
   });
   bearings_ = Bearings::Zero(whole_blocks(static_cast<int>(turned.size())), 3);
   for (const Turned& t : turned) {
     const auto i = static_cast<Eigen::Index>(features_.size());
     bearings_.row(i) = image.set.bearings[t.feature].cast<float>().transpose().array();
     features_.push_back(t.feature);
-    if (t.is_close) {
-      ++close_;
-    } else {
-      ++first_in_bin_[bin_of(t.angle) + 1];
-    }
+    ++(t.bin == kClose ? close_ : first_in_bin_[t.bin + 1]);
   }
   first_in_bin_[0] = close_;
   for (int bin = 0; bin < kBins; ++bin) first_in_bin_[bin + 1] += first_in_bin_[bin];
@@ -64,6 +61,7 @@ EpipolarFan::EpipolarFan(const ImageFeatures& image, const Eigen::Vector3d& epip
 
 int EpipolarFan::bin_of(double angle) {
   const double turns = angle / (2 * M_PI) + 0.5;
+  if (!std::isfinite(turns)) return 0;  // without a baseline there is no plane
   return std::clamp(static_cast<int>(kBins * (turns - std::floor(turns))), 0, kBins - 1);
 }
 

@@ -112,7 +112,7 @@ class Comparison {
     for (std::size_t i = 0; i < free1_.size() && !is_set(options_.cancelled); ++i) {
       const Eigen::Vector3d normal = essential_ * first_.image->set.bearings[free1_[i]];
       const double length = normal.norm();
-      if (length < 1e-9) continue;  // at the epipole every line passes
+      if (!(length >= 1e-9)) continue;  // at the epipole every line passes
       fan2_->find_near(normal / length, &near);
       for (const auto& [j, from_plane] : near) offer(i, j, from_plane, &found);
     }

@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <thread>
 
 #include "positive_definite.h"
 
@@ -48,9 +47,6 @@ void damp(Matrix&& information) {
   information.diagonal().array() += kNothing;
 }
 
-// More threads would wait for one another.
-int processors() { return static_cast<int>(std::max(1u, std::thread::hardware_concurrency())); }
-
 // Sum of log(1 + u), one logarithm for many.
 class LogSum {
  public:
@@ -70,7 +66,7 @@ ReducedBundle::ReducedBundle(double loss_width, const BundleCameras& cameras, co
                              int threads)
     : loss_(loss_width),
       squared_width_(loss_width * loss_width),
-      threads_(std::min(threads, processors())),
+      threads_(threads),
       team_(threads_),
       cameras_(cameras.states),
       free_(cameras.free),

@@ -53,7 +53,10 @@ MapperOptions TrackerOptions::mapper(double focal_px) const {
 
 TrackerOptions TrackerOptions::on_threads(int count) const {
   TrackerOptions options = *this;
-  options.threads = options.bundle.own_threads = count;
+  options.threads = count;
+  // Its pieces of work are short: threads without a processor would keep the others waiting.
+  options.bundle.own_threads =
+      std::clamp(count, 1, std::max(1, static_cast<int>(std::thread::hardware_concurrency())));
   // Images go ahead side by side; within one, and in Ceres, a thread more would only wait, or change last
   // digits.
   options.sift.num_threads = options.bundle.num_threads = 1;

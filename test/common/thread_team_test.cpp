@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <stdexcept>
@@ -32,12 +33,17 @@ TEST_P(ThreadTeamTest, WhatIsThrownComesOutAndTheNextWorkIsDone) {
   ThreadTeam team(GetParam());
   for (int repeated = 0; repeated < 200; ++repeated) {
     std::atomic<int> done{0};
+    std::atomic<bool> thrown{false};
     const auto work = [&](int i) {
-      if (i == 5) throw std::runtime_error("five");
+      if (i == 5) {
+        thrown = true;
+        throw std::runtime_error("five");
+      }
+      while (i > 5 && !thrown) std::this_thread::yield();
       ++done;
     };
-    ASSERT_THROW(team.for_each(1000, work), std::runtime_error);
-    ASSERT_LT(done, 1000);
+    ASSERT_THROW(team.for_each(1000000, work), std::runtime_error);
+    ASSERT_LT(done, 500000) << "most were begun after one had thrown";
     done = 0;
     team.for_each(1000, [&](int) { ++done; });
     ASSERT_EQ(done, 1000);
@@ -55,7 +61,6 @@ TEST(ThreadTeam, ThreadsRunAtTheSameTimeAlsoAfterAPause) {
       ++begun;
       while (begun < 2) std::this_thread::yield();
     });
-    EXPECT_EQ(begun, 2);
   }
 }
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <numeric>
+#include <cmath>
 #include <set>
 
 #include "mono_pose_tracker/common/random.h"
@@ -74,6 +74,23 @@ TEST(EpipolarFan, FindsWhatComparingAllFinds) {
       }
     }
   }
+}
+
+// The camera goes straight ahead, and many features lie where the angle round the epipole jumps by a turn.
+TEST(EpipolarFan, NoneIsMissedWhereTheAngleJumps) {
+  Random random(2);
+  const Eigen::Vector3d epipole = Eigen::Vector3d::UnitZ();
+  ImageFeatures image = image_of(500, epipole, 0.5, random);
+  std::vector<int> features;
+  for (const double sign : {-1.0, 1.0}) {
+    for (int i = 0; i < 40; ++i) {
+      const double a = sign * (0.3 + 0.01 * i);
+      image.set.bearings.emplace_back(0, std::sin(a), std::cos(a));
+      image.set.bearings.emplace_back(std::sin(a), 0, std::cos(a));
+    }
+  }
+  for (std::size_t f = 0; f < image.set.bearings.size(); ++f) features.push_back(static_cast<int>(f));
+  expect_what_comparing_all_finds(image, features, epipole, random);
 }
 
 }  // namespace

@@ -10,15 +10,15 @@
 
 namespace mono_pose_tracker {
 
-/// Does what parallel_for does, many times in a row: its threads are started once and stay awake for a while
-/// after each piece of work. Where the pieces are shorter than it takes to start a thread (some 0.1 ms) and
-/// follow one another, nothing is gained otherwise.
+/// Does what parallel_for does, many times in a row: its threads are started once, and each stays awake for
+/// 0.1 ms after its share of a piece of work, as does the caller until all are done. Where the pieces are
+/// shorter than it takes to start a thread (as long) and follow one another, nothing is gained otherwise.
 ///
-/// One thread at a time may call it. Fewer threads, or none but the caller's, where the system grants no
-/// more.
+/// One thread at a time may call it, and work must not call it again. Fewer threads, or none but the
+/// caller's, where the system grants no more.
 class ThreadTeam {
  public:
-  /// The caller's thread is one of them; the others start with the first work that can be shared.
+  /// The caller's thread is one of them; the others start with the first work that they can share.
   explicit ThreadTeam(int threads) : others_(threads - 1) {}
   ~ThreadTeam();
   ThreadTeam(const ThreadTeam&) = delete;
@@ -35,13 +35,13 @@ class ThreadTeam {
   }
 
  private:
-  void start();
+  void start(int wanted);
   void help();
   bool wait_for_work(unsigned done);
   void take_part();
 
   const int others_;
-  bool started_ = false;
+  int started_ = 0;  // or refused
   std::vector<std::thread> threads_;
 
   // Odd while there is work to take part in; it changes before anybody begins and after all is handed out.
