@@ -36,34 +36,22 @@ void ThreadTeam::start(int wanted) {
 
 void ThreadTeam::for_each(int count, const std::function<void(int)>& work) {
   if (others_ <= 0 || count <= 1) {
-    for (int i = 0; i < count; ++i) work(i);
+    parallel_for(count, 1, work);
     return;
   }
   start(std::min(others_, count - 1));
-  work_ = &work;
-  count_ = count;
-  next_ = 0;
-  error_ = nullptr;
+  SharedWork shared(count, work);
+  work_ = &shared;
   ++round_;
   if (asleep_ > 0) {
     { const std::lock_guard<std::mutex> lock(mutex_); }  // who is about to sleep does so, and is woken
     work_or_end_.notify_all();
   }
-  take_part();
+  shared.take_part();
   ++round_;
   // Who comes later sees that this round is over, and does not touch what it was about.
   while (helping_ > 0) std::this_thread::yield();
-  if (error_) std::rethrow_exception(error_);
-}
-
-void ThreadTeam::take_part() {
-  try {
-    for (int i = next_++; i < count_; i = next_++) (*work_)(i);
-  } catch (...) {
-    next_ = count_;
-    const std::lock_guard<std::mutex> lock(mutex_);
-    error_ = std::current_exception();
-  }
+  shared.rethrow_error();
 }
 
 void ThreadTeam::help() {
@@ -71,7 +59,7 @@ void ThreadTeam::help() {
   while (wait_for_work(done)) {
     const unsigned round = round_;
     ++helping_;
-    if (round % 2 == 1 && round == round_) take_part();
+    if (round % 2 == 1 && round == round_) work_->take_part();
     --helping_;
     done = round;
   }

@@ -71,8 +71,8 @@ void EpipolarFan::find_near(const Eigen::Vector3d& normal, std::vector<NearPlane
   int done = whole_blocks(close_);
   find_in(0, done, across, near);
   for (const Range& range : ranges_near(std::atan2(normal.dot(v_), normal.dot(u_)))) {
-    const int begin = std::max(done, range.begin / kBlock * kBlock);
     if (range.begin == range.end) continue;
+    const int begin = std::max(done, range.begin / kBlock * kBlock);
     done = std::max(done, whole_blocks(range.end));
     find_in(begin, done, across, near);
   }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "epipolar_fan.h"
 #include "mono_pose_tracker/geometry/essential.h"
@@ -15,6 +14,9 @@ namespace {
 // From the line to the middle of the strip beside it, in half widths: what lies three half widths off is no
 // match, whatever the poses have wrong that a map may have wrong.
 constexpr float kStripBeside = 4;
+
+// What is looked at is wider than both by that, for rounding.
+constexpr double kMargin = 1.001;
 
 std::vector<int> features_without_landmark(const Keyframe& keyframe) {
   std::vector<int> free;
@@ -95,13 +97,14 @@ struct BothStrips {
 class Comparison {
  public:
   Comparison(const Keyframe& first, const Keyframe& second, const EpipolarMatchOptions& options)
-      : first_(first), second_(second), options_(options), free1_(features_without_landmark(first)) {
-    const Rigid3 second_from_first = second.camera_from_map * first.camera_from_map.inverse();
-    essential_ = essential_matrix(second_from_first);
-    // Both strips and what lies between, a thousandth wider for rounding.
-    const double margin = 1.001 * options.max_error_rad;
-    fan2_.emplace(*second.image, second_from_first.translation, features_without_landmark(second), -margin,
-                  (kStripBeside + 1) * margin);
+      : first_(first),
+        second_(second),
+        options_(options),
+        second_from_first_(second.camera_from_map * first.camera_from_map.inverse()),
+        essential_(essential_matrix(second_from_first_)),
+        free1_(features_without_landmark(first)),
+        fan2_(*second.image, second_from_first_.translation, features_without_landmark(second),
+              -kMargin * options.max_error_rad, kMargin * (kStripBeside + 1) * options.max_error_rad) {
     const double same_px = first.image->camera.focal() / second.image->camera.focal();
     for (const int f : free2()) scales2_.push_back(same_px * second.image->set.features[f].scale);
   }
@@ -113,7 +116,7 @@ class Comparison {
       const Eigen::Vector3d normal = essential_ * first_.image->set.bearings[free1_[i]];
       const double length = normal.norm();
       if (!(length >= 1e-9)) continue;  // at the epipole every line passes
-      fan2_->find_near(normal / length, &near);
+      fan2_.find_near(normal / length, &near);
       for (const auto& [j, from_plane] : near) offer(i, j, from_plane, &found);
     }
     return found;
@@ -124,7 +127,7 @@ class Comparison {
   Match named(const Match& m) const { return {free1_[m.first], free2()[m.second], m.distance2, m.ratio}; }
 
  private:
-  const std::vector<int>& free2() const { return fan2_->features(); }
+  const std::vector<int>& free2() const { return fan2_.features(); }
 
   void offer(std::size_t i, std::size_t j, float from_plane, BothStrips* found) const {
     const double limit = options_.max_error_rad;
@@ -139,10 +142,11 @@ class Comparison {
 
   const Keyframe &first_, &second_;
   const EpipolarMatchOptions& options_;
-  Eigen::Matrix3d essential_;
-  std::optional<EpipolarFan> fan2_;
-  std::vector<double> scales2_;  // in px of the first image's camera
-  std::vector<int> free1_;       // the features that are compared
+  const Rigid3 second_from_first_;
+  const Eigen::Matrix3d essential_;
+  const std::vector<int> free1_;  // the features that are compared
+  const EpipolarFan fan2_;        // with these, on the lines, in the strips beside them and between
+  std::vector<double> scales2_;   // of its features, in px of the first image's camera
 };
 
 }  // namespace

@@ -66,8 +66,7 @@ ReducedBundle::ReducedBundle(double loss_width, const BundleCameras& cameras, co
                              int threads)
     : loss_(loss_width),
       squared_width_(loss_width * loss_width),
-      threads_(threads),
-      team_(threads_),
+      team_(threads),
       cameras_(cameras.states),
       free_(cameras.free),
       begin_(problem.points.size() + 1, 0),
@@ -332,7 +331,7 @@ bool ReducedBundle::linearize(Eigen::MatrixXd* factor, Eigen::VectorXd* residual
     if (begin_[p + 1] - begin_[p] >= 2) linearize_point(p);
   });
   const std::size_t worth = std::min(free_.size(), 1 + sights_.size() / kSightsOfPart);
-  const int parts = std::clamp(threads_, 1, std::max(1, static_cast<int>(worth)));
+  const int parts = std::clamp(team_.threads(), 1, std::max(1, static_cast<int>(worth)));
   team_.for_each(parts, [&](int part) { fill({part, parts}, &information, &gradient); });
   add_motions(&information, &gradient);
   to_parameters(&information, &gradient);

@@ -86,7 +86,6 @@ class ReducedBundle {
 
   const Loss loss_;
   const double squared_width_;
-  const int threads_;
   ThreadTeam team_;
   std::vector<CameraState> cameras_;
   const std::vector<int> free_;

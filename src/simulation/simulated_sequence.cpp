@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <thread>
 
 #include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/random.h"
+#include "mono_pose_tracker/common/start_threads.h"
 #include "mono_pose_tracker/common/time_stamp.h"
 #include "mono_pose_tracker/simulation/bonnet.h"
 #include "mono_pose_tracker/simulation/camera_path.h"
@@ -28,9 +28,7 @@ std::uint64_t derived_seed(std::uint64_t seed, std::uint64_t use) {
   return Random(seed * 0x2545f4914f6cdd1dull + use).next();
 }
 
-int thread_count(int asked) {
-  return asked > 0 ? asked : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-}
+int thread_count(int asked) { return asked > 0 ? asked : processors(); }
 
 StreetPlan street_plan(SceneKind kind) {
   constexpr double kOverlap = 15;  // m

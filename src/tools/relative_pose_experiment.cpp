@@ -5,11 +5,11 @@
 #include <map>
 #include <memory>
 #include <stdexcept>
-#include <thread>
 
 #include "command_line.h"
 #include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/parallel.h"
+#include "mono_pose_tracker/common/start_threads.h"
 #include "mono_pose_tracker/evaluation/relative_pose_choice.h"
 #include "mono_pose_tracker/geometry/essential.h"
 #include "mono_pose_tracker/io/atomic_file.h"
@@ -245,7 +245,7 @@ int main(int argc, char** argv) {
       ->transform(CLI::CheckedTransformer(choices, CLI::ignore_case))
       ->default_str("cheirality");
   app.add_flag("--peers", settings.peers, "OpenCV's and OpenGV's solvers as further rows");
-  settings.threads = std::max(1u, std::thread::hardware_concurrency());
+  settings.threads = processors();
   app.add_option("--threads", settings.threads, "threads; results do not depend on it")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();

@@ -1,14 +1,13 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <thread>
 
 #include "command_line.h"
 #include "mono_pose_tracker/camera/camera_guess.h"
+#include "mono_pose_tracker/common/start_threads.h"
 
 namespace mono_pose_tracker {
 
@@ -21,7 +20,7 @@ struct Arguments {
   bool undistorted = false, write_frames = false, refine_camera = false;
   std::optional<std::uint64_t> seed;
   std::int64_t max_frames = -1;
-  int threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1u));
+  int threads = processors();
   bool quiet = false;
 };
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
-#include <thread>
 #include <utility>
 
+#include "mono_pose_tracker/common/start_threads.h"
 #include "mono_pose_tracker/tracking/load_governor.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "options_for_images.h"
@@ -55,8 +55,7 @@ TrackerOptions TrackerOptions::on_threads(int count) const {
   TrackerOptions options = *this;
   options.threads = count;
   // Its pieces of work are short: threads without a processor would keep the others waiting.
-  options.bundle.own_threads =
-      std::clamp(count, 1, std::max(1, static_cast<int>(std::thread::hardware_concurrency())));
+  options.bundle.own_threads = std::clamp(count, 1, processors());
   // Images go ahead side by side; within one, and in Ceres, a thread more would only wait, or change last
   // digits.
   options.sift.num_threads = options.bundle.num_threads = 1;
@@ -101,8 +100,7 @@ TrackerOptions options_for_images(const TrackerOptions& given, const cv::Size& i
   }
   options.sift.first_octave = scale.first_octave;
   options.sift.sigma = scale.sigma;
-  options.sift.num_threads = choose_sift_threads(given.sift, scale, image, pace,
-                                                 static_cast<int>(std::thread::hardware_concurrency()));
+  options.sift.num_threads = choose_sift_threads(given.sift, scale, image, pace, processors());
   options.sift.finer_for_small_objects = may_be_finer && !is_finer;
   if (is_chosen) return options;  // whoever chose the octave chose the thresholds with it
   const double pixel = feature_pixel_size(scale);

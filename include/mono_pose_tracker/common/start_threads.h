@@ -1,11 +1,15 @@
 #pragma once
 
+#include <algorithm>
 #include <new>
 #include <system_error>
 #include <thread>
 #include <vector>
 
 namespace mono_pose_tracker {
+
+/// Processors of the machine, 1 where it does not say.
+inline int processors() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
 
 /// Up to `most` threads that call work(); fewer or none where the system grants no more (limits of a user, a
 /// container, the address space): for work that any number of threads can share. The caller joins them.

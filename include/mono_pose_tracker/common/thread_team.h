@@ -2,11 +2,12 @@
 
 #include <atomic>
 #include <condition_variable>
-#include <exception>
 #include <functional>
 #include <mutex>
 #include <thread>
 #include <vector>
+
+#include "mono_pose_tracker/common/parallel.h"
 
 namespace mono_pose_tracker {
 
@@ -24,7 +25,9 @@ class ThreadTeam {
   ThreadTeam(const ThreadTeam&) = delete;
   ThreadTeam& operator=(const ThreadTeam&) = delete;
 
-  /// As parallel_for(count, threads, work).
+  int threads() const { return others_ + 1; }
+
+  /// As parallel_for(count, threads(), work).
   void for_each(int count, const std::function<void(int)>& work);
   /// The same in runs of up to `run` in a row, for work that is less than what handing it out takes.
   template <typename Work>
@@ -38,7 +41,6 @@ class ThreadTeam {
   void start(int wanted);
   void help();
   bool wait_for_work(unsigned done);
-  void take_part();
 
   const int others_;
   int started_ = 0;  // or refused
@@ -49,13 +51,9 @@ class ThreadTeam {
   std::atomic<int> helping_{0};  // others that may be looking at the work
   std::atomic<int> asleep_{0};
   std::atomic<bool> ends_{false};
-  std::mutex mutex_;  // of those asleep, and of error_
+  std::mutex mutex_;  // of those asleep
   std::condition_variable work_or_end_;
-
-  const std::function<void(int)>* work_ = nullptr;
-  int count_ = 0;
-  std::atomic<int> next_{0};
-  std::exception_ptr error_;
+  SharedWork* work_ = nullptr;  // of the present round
 };
 
 }  // namespace mono_pose_tracker
