@@ -4,10 +4,10 @@
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "jpeg_data.h"
 #include "mono_pose_tracker/common/system_error.h"
 #include "mono_pose_tracker/io/image_header.h"
 
@@ -25,40 +25,57 @@ std::string problem_of_size(const std::vector<unsigned char>& bytes, std::uint64
          ": expected at most " + std::to_string(max_pixels) + " pixels";
 }
 
+// libjpeg fills what a file lacks with grey and calls that a success, and OpenCV takes it.
+DecodedImage decode_jpeg(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels) {
+  JpegData data;
+  data.end_early = !has_end_of_jpeg(bytes);
+  if (!data.end_early) data = read_jpeg_data(bytes, max_pixels);
+  if (data.end_early) return {{}, "is a JPEG that ends too early"};
+  return {data.image, {}};
+}
+
 DecodedImage decode_unchanged(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels) {
   const std::string problem = problem_of_size(bytes, max_pixels);
   if (!problem.empty()) return {{}, problem};
-  if (is_cut_jpeg(bytes)) return {{}, "is a JPEG that ends too early"};
-  cv::Mat image;
+  DecodedImage decoded;
   try {
-    image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);  // unchanged: orientation tags are ignored as well
+    if (is_jpeg(bytes)) decoded = decode_jpeg(bytes, max_pixels);
+    if (!decoded.problem.empty() || !decoded.image.empty()) return decoded;
+    decoded.image =
+        cv::imdecode(bytes, cv::IMREAD_UNCHANGED);  // unchanged: orientation tags are ignored as well
   } catch (const std::exception&) {
     // What the decoder can't make sense of, or finds no memory for, is no image either.
   }
-  if (image.empty()) return {{}, "is no image that can be decoded"};
-  return {image, {}};
+  if (decoded.image.empty()) return {{}, "is no image that can be decoded"};
+  return decoded;
+}
+
+// What is wrong with the file; nothing when its bytes were read.
+std::string read_bytes(const std::string& path, std::vector<unsigned char>* bytes) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) return "is a folder";
+  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
+    return "is no regular file";  // a device could be read for ever
+  }
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (!error && size > kMaxFileBytes) {
+    return "has " + std::to_string(size) + " bytes: expected at most " + std::to_string(kMaxFileBytes);
+  }
+  errno = 0;
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) return "cannot be read (" + system_error_text() + ")";
+  bytes->resize(error ? 0 : size);
+  stream.read(reinterpret_cast<char*>(bytes->data()), static_cast<std::streamsize>(bytes->size()));
+  bytes->resize(static_cast<std::size_t>(stream.gcount()));  // it may have been cut meanwhile
+  return "";
 }
 
 DecodedImage read_with(DecodedImage (*decode)(const std::vector<unsigned char>&, std::uint64_t),
                        const std::string& path) {
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) return {{}, path + ": is a folder"};
-  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
-    return {{}, path + ": is no regular file"};  // a device could be read for ever
-  }
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (!error && size > kMaxFileBytes) {
-    return {
-        {},
-        path + ": has " + std::to_string(size) + " bytes: expected at most " + std::to_string(kMaxFileBytes)};
-  }
-  errno = 0;
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) {
-    return {{}, path + ": cannot be read (" + system_error_text() + ")"};
-  }
-  DecodedImage decoded =
-      decode({std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()}, kMaxImagePixels);
+  std::vector<unsigned char> bytes;
+  DecodedImage decoded;
+  decoded.problem = read_bytes(path, &bytes);
+  if (decoded.problem.empty()) decoded = decode(bytes, kMaxImagePixels);
   if (!decoded.problem.empty()) decoded.problem = path + ": " + decoded.problem;
   return decoded;
 }
@@ -97,6 +114,12 @@ DecodedImage decode_image(const std::vector<unsigned char>& bytes, std::uint64_t
   } catch (const std::exception&) {
     return {{}, "needs more memory than there is"};
   }
+}
+
+ImageHeader read_image_file_header(const std::string& path) {
+  std::vector<unsigned char> bytes;
+  const std::string problem = read_bytes(path, &bytes);
+  return problem.empty() ? read_image_header(bytes) : ImageHeader{0, 0, problem};
 }
 
 DecodedImage read_unchanged(const std::string& path) { return read_with(decode_unchanged, path); }

@@ -8,8 +8,6 @@
 #include <optional>
 #include <string_view>
 
-#include "jpeg_data.h"
-
 namespace mono_pose_tracker {
 namespace {
 
@@ -207,9 +205,8 @@ ImageHeader read_image_header(const std::vector<unsigned char>& content) {
   return {size->width, size->height, {}};
 }
 
-bool is_cut_jpeg(const std::vector<unsigned char>& bytes) {
-  const Bytes content(bytes);
-  return content.has(0, "\xff\xd8") && (!walk_jpeg(content).complete || jpeg_data_end_early(bytes));
-}
+bool is_jpeg(const std::vector<unsigned char>& bytes) { return Bytes(bytes).has(0, "\xff\xd8"); }
+
+bool has_end_of_jpeg(const std::vector<unsigned char>& bytes) { return walk_jpeg(Bytes(bytes)).complete; }
 
 }  // namespace mono_pose_tracker

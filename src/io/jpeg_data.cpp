@@ -30,36 +30,89 @@ void note_warning(j_common_ptr decoder, int level) {
 
 void refuse(j_common_ptr decoder) { std::longjmp(manager_of(decoder).refused, 1); }
 
-// Runs to the end of the data; an eighth of the size is a value a block, so that hardly more than the entropy
-// coding is undone. Nothing here has a destructor: libjpeg leaves by longjmp.
-void read_data(jpeg_decompress_struct* decoder, const std::vector<unsigned char>& bytes) {
-  jpeg_mem_src(decoder, bytes.data(), static_cast<unsigned long>(bytes.size()));
-  jpeg_read_header(decoder, TRUE);
-  decoder->scale_num = 1;
-  decoder->scale_denom = 8;
-  decoder->dct_method = JDCT_IFAST;
-  jpeg_start_decompress(decoder);
-  const JDIMENSION width = decoder->output_width * static_cast<JDIMENSION>(decoder->output_components);
-  JSAMPARRAY rows =
-      decoder->mem->alloc_sarray(reinterpret_cast<j_common_ptr>(decoder), JPOOL_IMAGE, width, 1);
-  while (decoder->output_scanline < decoder->output_height) jpeg_read_scanlines(decoder, rows, 1);
-  jpeg_finish_decompress(decoder);
-}
+// libjpeg-turbo's: its colours in OpenCV's order. The first of all libjpegs has none.
+#ifdef JCS_EXTENSIONS
+constexpr J_COLOR_SPACE kBgr = JCS_EXT_BGR;
+#else
+constexpr J_COLOR_SPACE kBgr = JCS_UNKNOWN;
+#endif
+
+// libjpeg leaves by longjmp: in what it may leave, from setjmp on, nothing has a destructor.
+class Decoder {
+ public:
+  Decoder() {
+    decoder_.err = jpeg_std_error(&errors_.base);
+    errors_.base.emit_message = note_warning;
+    errors_.base.error_exit = refuse;
+  }
+  Decoder(const Decoder&) = delete;
+  Decoder& operator=(const Decoder&) = delete;
+  ~Decoder() { jpeg_destroy_decompress(&decoder_); }
+
+  // False, as of what follows, when libjpeg refuses.
+  bool read_head(const std::vector<unsigned char>& bytes) {
+    if (setjmp(errors_.refused) != 0) return false;
+    jpeg_create_decompress(&decoder_);
+    jpeg_mem_src(&decoder_, bytes.data(), static_cast<unsigned long>(bytes.size()));
+    jpeg_read_header(&decoder_, TRUE);
+    return true;
+  }
+
+  bool is_grey() const { return decoder_.num_components == 1; }
+  bool has_colors() const { return decoder_.num_components == 3 && kBgr != JCS_UNKNOWN; }
+  int width() const { return static_cast<int>(decoder_.image_width); }
+  int height() const { return static_cast<int>(decoder_.image_height); }
+  std::uint64_t pixels() const { return std::uint64_t{decoder_.image_width} * decoder_.image_height; }
+
+  bool read_pixels(cv::Mat* image) {
+    if (setjmp(errors_.refused) != 0) return false;
+    decoder_.out_color_space = is_grey() ? JCS_GRAYSCALE : kBgr;
+    jpeg_start_decompress(&decoder_);
+    while (decoder_.output_scanline < decoder_.output_height) {
+      JSAMPROW row = image->ptr(static_cast<int>(decoder_.output_scanline));
+      jpeg_read_scanlines(&decoder_, &row, 1);
+    }
+    jpeg_finish_decompress(&decoder_);
+    return true;
+  }
+
+  // Runs to the end of the data; an eighth of the size is a value a block, so that hardly more than the
+  // entropy coding is undone.
+  bool pass_over_pixels() {
+    if (setjmp(errors_.refused) != 0) return false;
+    decoder_.scale_num = 1;
+    decoder_.scale_denom = 8;
+    decoder_.dct_method = JDCT_IFAST;
+    jpeg_start_decompress(&decoder_);
+    const JDIMENSION width = decoder_.output_width * static_cast<JDIMENSION>(decoder_.output_components);
+    JSAMPARRAY rows =
+        decoder_.mem->alloc_sarray(reinterpret_cast<j_common_ptr>(&decoder_), JPOOL_IMAGE, width, 1);
+    while (decoder_.output_scanline < decoder_.output_height) jpeg_read_scanlines(&decoder_, rows, 1);
+    jpeg_finish_decompress(&decoder_);
+    return true;
+  }
+
+  bool end_early() const { return errors_.end_early; }
+
+ private:
+  ErrorManager errors_;
+  jpeg_decompress_struct decoder_ = {};
+};
 
 }  // namespace
 
-bool jpeg_data_end_early(const std::vector<unsigned char>& bytes) {
-  ErrorManager errors;
-  jpeg_decompress_struct decoder = {};
-  decoder.err = jpeg_std_error(&errors.base);
-  errors.base.emit_message = note_warning;
-  errors.base.error_exit = refuse;
-  if (setjmp(errors.refused) == 0) {
-    jpeg_create_decompress(&decoder);
-    read_data(&decoder, bytes);
+JpegData read_jpeg_data(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels) {
+  JpegData data;
+  Decoder decoder;
+  if (!decoder.read_head(bytes) || decoder.pixels() > max_pixels) return data;
+  if (decoder.is_grey() || decoder.has_colors()) {
+    data.image.create(decoder.height(), decoder.width(), decoder.is_grey() ? CV_8UC1 : CV_8UC3);
+    if (!decoder.read_pixels(&data.image)) data.image.release();
+  } else {
+    decoder.pass_over_pixels();
   }
-  jpeg_destroy_decompress(&decoder);
-  return errors.end_early;
+  data.end_early = decoder.end_early();
+  return data;
 }
 
 }  // namespace mono_pose_tracker

@@ -1,12 +1,19 @@
 #pragma once
 
+#include <cstdint>
+#include <opencv2/core.hpp>
 #include <vector>
 
 namespace mono_pose_tracker {
 
-/// True when the coded data of a JPEG end before its last pixel, whatever stands behind them: libjpeg makes
-/// up the rest in grey, and warns. Costs a third to a half of decoding. What is no JPEG, or one that libjpeg
-/// refuses, is left to whoever decodes it: false.
-bool jpeg_data_end_early(const std::vector<unsigned char>& bytes);
+/// What libjpeg makes of the coded data of a JPEG.
+struct JpegData {
+  cv::Mat image;           // CV_8UC1 or CV_8UC3 (BGR); empty: to be decoded otherwise
+  bool end_early = false;  // before the last pixel, whatever stands behind: libjpeg makes up the rest in grey
+};
+
+/// Where the data are of four channels, or of more pixels, or libjpeg refuses them, there is no image. Throws
+/// for lack of memory.
+JpegData read_jpeg_data(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels);
 
 }  // namespace mono_pose_tracker

@@ -196,16 +196,16 @@ void Mapper::correct_beginning() {
   add_correction(std::move(correction));
 }
 
-// What may be in view of a keyframe. In a large map: what is seen by those that share landmarks with it,
-// directly or by one between, and at places that look like it.
-std::vector<LandmarkId> Mapper::within_reach(KeyframeId id, LookAlikes* known) const {
+// What may be in view of a keyframe; nothing: all. In a large map: what is seen by those that share landmarks
+// with it, directly or by one between, and at places that look like it.
+std::optional<std::vector<LandmarkId>> Mapper::within_reach(KeyframeId id, LookAlikes* known) const {
   // Up to here looking through all takes less than a tenth of the time that adjusting the window does.
   constexpr std::size_t kLarge = 400;
   constexpr int kAll = std::numeric_limits<int>::max();
   const std::size_t keyframes = map_.keyframes().size();
-  if (keyframes <= kLarge) return map_.landmark_ids();
+  if (keyframes <= kLarge) return std::nullopt;
   const std::vector<KeyframeId> direct = neighbors(id, kAll);
-  if (2 * direct.size() > keyframes) return map_.landmark_ids();
+  if (2 * direct.size() > keyframes) return std::nullopt;
   std::set<KeyframeId> near = {id};
   const auto add_with_neighbors = [&](KeyframeId other) {
     if (!map_.keyframe(other)) return;
@@ -223,12 +223,13 @@ std::vector<LandmarkId> Mapper::within_reach(KeyframeId id, LookAlikes* known) c
 // are projected into it; one that finds a feature there gains an observation, or,
 // where the feature sees another landmark already, the two become one if both agree with all that is seen of
 // them.
-void Mapper::fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks) {
+void Mapper::fuse(KeyframeId target, const std::optional<std::vector<LandmarkId>>& landmarks) {
   const Keyframe& keyframe = *map_.keyframe(target);
   const CameraModel& camera = keyframe.image->camera;
-  const std::vector<LandmarkCandidate> candidates = unseen_in_view(map_, keyframe, landmarks);
   ProjectionMatchOptions guided;
   guided.radius_px = options_.mapping.max_reprojection_px;
+  const std::vector<LandmarkCandidate> candidates =
+      unseen_in_view(map_, keyframe, landmarks, guided.radius_px);
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
   guided.cancelled = options_.ransac.cancelled;
   for (const LandmarkMatch& m :

@@ -295,7 +295,7 @@ void Mapper::adjust_seam(const std::vector<KeyframeId>& seam) {
   const int fixed = held_keyframes(options_.mapping.window_keyframes);
   count(adjust_keyframes(with_wide_loss(bundle), window, fixed, options_.mapping.window_landmarks, &map_));
   for (const KeyframeId id : seam) {
-    fuse(id, map_.landmark_ids());
+    fuse(id, std::nullopt);
     create_landmarks(id, neighbors(id, options_.mapping.matching_keyframes));
   }
   count(adjust_keyframes(bundle, window, fixed, options_.mapping.window_landmarks, &map_));

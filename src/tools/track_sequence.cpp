@@ -17,6 +17,7 @@
 #include "mono_pose_tracker/camera/camera_guess.h"
 #include "mono_pose_tracker/common/calibration_source.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
+#include "mono_pose_tracker/io/image_decoding.h"
 #include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/io/trajectory.h"
 #include "mono_pose_tracker/ros/bag_image_source.h"
@@ -94,8 +95,17 @@ CameraParameters camera_of(const Arguments& a) {
       "no calibration: give --camera, the YAML that camera_calibration writes, or --hfov, a guess");
 }
 
+// Whether the first file says that it is; nothing is decoded for that.
+bool promises_size_of(const CameraParameters& camera, const Arguments& a) {
+  if (a.images.empty()) return false;
+  const ImageHeader header = read_image_file_header(image_files(a.images).front().path);
+  return header.width == static_cast<std::uint64_t>(camera.width) &&
+         header.height == static_cast<std::uint64_t>(camera.height);
+}
+
 // The size of the first image that can be read must be the camera's.
 void check_first_image(const Arguments& a, const CameraParameters& camera) {
+  if (promises_size_of(camera, a)) return;
   const SourceImage image = first_image(a);
   if (image.image.cols == camera.width && image.image.rows == camera.height) return;
   throw std::runtime_error(image.name + ": is " + std::to_string(image.image.cols) + "x" +

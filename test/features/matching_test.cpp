@@ -160,6 +160,7 @@ TEST(FeatureGrid, FindsJustTheFeaturesWithinTheRadius) {
       const bool near = (set.features[i].pixel.cast<double>() - pixel).norm() <= radius;
       EXPECT_EQ(found[i], near ? 1 : 0);
     }
+    EXPECT_EQ(grid.has_near(pixel, radius), std::count(found.begin(), found.end(), 1) > 0);
   }
 }
 

@@ -16,9 +16,10 @@ struct ImageHeader {
 /// decoder will ask memory for. Of other formats, and of heads that are cut, the size is not known.
 ImageHeader read_image_header(const std::vector<unsigned char>& bytes);
 
-/// True for a JPEG whose own end-of-image marker is missing, or stands before the last pixel; markers inside
-/// its segments (an EXIF thumbnail's) do not count. libjpeg fills what such a file lacks with grey and calls
-/// that a success.
-bool is_cut_jpeg(const std::vector<unsigned char>& bytes);
+bool is_jpeg(const std::vector<unsigned char>& bytes);
+
+/// True for a JPEG that has an end-of-image marker of its own; markers inside its segments (an EXIF
+/// thumbnail's) do not count.
+bool has_end_of_jpeg(const std::vector<unsigned char>& bytes);
 
 }  // namespace mono_pose_tracker

@@ -171,8 +171,8 @@ class Mapper {
   void leave_out(KeyframeId id, const std::vector<char>& features);
   bool is_left_out(KeyframeId id, int feature) const;
   void create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& neighbors);
-  std::vector<LandmarkId> within_reach(KeyframeId id, LookAlikes* known) const;
-  void fuse(KeyframeId target, const std::vector<LandmarkId>& landmarks);
+  std::optional<std::vector<LandmarkId>> within_reach(KeyframeId id, LookAlikes* known) const;
+  void fuse(KeyframeId target, const std::optional<std::vector<LandmarkId>>& landmarks);
   void adjust_window(KeyframeId newest, int waiting);
   void update_covariances(const std::vector<KeyframeId>& window);
   void find_covariances();
