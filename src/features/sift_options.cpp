@@ -30,6 +30,7 @@ void SiftOptions::validate() const {
         ") has no SIFT, 4.4 has");
   }
   if (first_octave) check_range("first_octave", *first_octave, kFinestOctave, kCoarsestOctave);
+  check_range("reduction", reduction, 1, 1000);
   check_range("max_features", max_features, 0, 1000000);
   check_range("contrast_threshold", contrast_threshold, 0.0f, 1.0f);
   check_range("edge_threshold", edge_threshold, 1.0f, 1000.0f);

@@ -76,13 +76,7 @@ class OwnSift : public FeatureExtractor {
     const SiftScale usual = choose_sift_scale(options_, gray_.size());
     if (!options_.finer_for_small_objects || mask.empty()) return usual;
     const double object_px = std::sqrt(static_cast<double>(cv::countNonZero(mask)));
-    if (object_px == 0 || object_px >= kSmallObject) return usual;
-    SiftOptions open = options_;
-    open.first_octave.reset();
-    open.sigma.reset();
-    const int finest = choose_sift_scale(open, gray_.size(), object_px).first_octave;
-    open.first_octave = std::max(finest, usual.first_octave - 1);
-    return choose_sift_scale(open, gray_.size());
+    return object_px == 0 || object_px >= kSmallObject ? usual : finer(usual);
   }
 
   void find_extrema(const cv::Mat& mask) {

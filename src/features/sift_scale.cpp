@@ -6,30 +6,43 @@
 namespace mono_pose_tracker {
 namespace {
 
-// px of the first octave. SIFT's time grows with it and leaves a frame of 33 ms on two cores the time for the
+// px that are searched. SIFT's time grows with them and leaves a frame of 33 ms on two cores the time for the
 // rest up to twice the size that most cameras are sold for (640x480).
 constexpr double kMostSearchedPixels = 2 * 640 * 480;
 
-// px of the first octave that one thread is to search: 640x480, and cameras with a little more.
-constexpr double kPixelsOfAThread = 1.2 * 640 * 480;
+// px that one thread is to search: 640x480, and cameras with a little more.
+constexpr double kPixelsOfAThread = 1.25 * 640 * 480;
 
-double searched_pixels(const cv::Size& image, int octave) {
-  return static_cast<double>(image.width) * image.height * std::exp2(-2.0 * octave);
+// px that are read and reduced in the time that it takes to search one.
+constexpr double kReadInTimeOfSearch = 30;
+
+double pixels_of(const cv::Size& image) { return static_cast<double>(image.width) * image.height; }
+
+double searched_pixels(const cv::Size& image, const SiftScale& scale) {
+  return pixels_of(image) / (scale.reduction * scale.reduction) * std::exp2(-2.0 * scale.first_octave);
 }
 
 int choose_octave(const cv::Size& image, double object_px, SearchPace pace) {
-  const bool is_live = pace == SearchPace::kLive;
-  const bool is_object = object_px > 0;
-  const double whole = static_cast<double>(image.width) * image.height;
-  // Blurring the whole image is what takes time; how fine the features must be is a matter of the object.
-  const double area = is_object && !is_live ? std::min(object_px * object_px, whole) : whole;
-  const int coarsest = is_live ? kCoarsestOctave : 0;
-  int octave = is_object ? kFinestOctave : 0;
-  while (octave < coarsest && area * std::exp2(-2.0 * octave) > kMostSearchedPixels) ++octave;
+  if (object_px <= 0) return 0;
+  // Blurring the whole image is what takes time live; how fine the features must be is a matter of the
+  // object.
+  const double whole = pixels_of(image);
+  const double area = pace == SearchPace::kLive ? whole : std::min(object_px * object_px, whole);
+  int octave = kFinestOctave;
+  while (octave < 0 && area * std::exp2(-2.0 * octave) > kMostSearchedPixels) ++octave;
   return octave;
 }
 
-float usual_sigma(int octave) { return octave < 0 ? 1.6f : octave == 0 ? 1.2f : 1.0f; }
+int choose_reduction(const cv::Size& image, SearchPace pace) {
+  const double pixels = pixels_of(image);
+  if (pace == SearchPace::kRecording || pixels <= kMostSearchedPixels) return 1;
+  return static_cast<int>(std::ceil(std::sqrt(pixels / kPixelsOfAThread)));
+}
+
+float usual_sigma(const SiftScale& scale) {
+  if (scale.first_octave > 0 || scale.reduction > 1) return 1.0f;
+  return scale.first_octave < 0 ? 1.6f : 1.2f;
+}
 
 }  // namespace
 
@@ -37,19 +50,33 @@ SiftScale choose_sift_scale(const SiftOptions& options, const cv::Size& image, d
                             SearchPace pace) {
   SiftScale scale;
   scale.first_octave = options.first_octave ? *options.first_octave : choose_octave(image, object_px, pace);
-  scale.sigma = options.sigma ? *options.sigma : usual_sigma(scale.first_octave);
+  scale.reduction = options.first_octave ? options.reduction : choose_reduction(image, pace);
+  scale.sigma = options.sigma ? *options.sigma : usual_sigma(scale);
   return scale;
+}
+
+SiftScale finer(const SiftScale& scale) {
+  SiftScale result = scale;
+  if (scale.reduction > 1) {
+    result.reduction = (scale.reduction + 1) / 2;
+  } else {
+    result.first_octave = std::max(scale.first_octave - 1, kFinestOctave);
+  }
+  result.sigma = usual_sigma(result);
+  return result;
 }
 
 int choose_sift_threads(const SiftOptions& options, const SiftScale& scale, const cv::Size& image,
                         SearchPace pace, int cores) {
   if (options.num_threads > 0) return options.num_threads;
   if (pace == SearchPace::kRecording) return 1;
-  const double searched = searched_pixels(image, scale.first_octave);
-  const int wanted = static_cast<int>(std::ceil(searched / kPixelsOfAThread));
+  const double work = searched_pixels(image, scale) + pixels_of(image) / kReadInTimeOfSearch;
+  const int wanted = static_cast<int>(std::ceil(work / kPixelsOfAThread));
   return std::clamp(wanted, 1, std::max(cores, 1));
 }
 
-double feature_pixel_size(const SiftScale& scale) { return std::exp2(std::max(scale.first_octave, 0)); }
+double feature_pixel_size(const SiftScale& scale) {
+  return scale.reduction * std::exp2(std::max(scale.first_octave, 0));
+}
 
 }  // namespace mono_pose_tracker

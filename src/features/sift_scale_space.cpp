@@ -8,8 +8,8 @@
 namespace mono_pose_tracker {
 namespace {
 
-// px of the input: blurred to this it can be halved, with 0.8 px left there
-constexpr float kHalvingSigma = 1.6f;
+// px of the result: blurred to this an image can be reduced.
+constexpr float kReducedSigma = 0.8f;
 
 float added_sigma(float from, float to) { return std::sqrt(std::max(to * to - from * from, 0.01f)); }
 
@@ -36,16 +36,19 @@ ScaleSpace::ScaleSpace(const SiftOptions& options, const SiftScale& scale)
     base_kernel_between_ = gaussian_kernel(sigma, true);
     return;
   }
-  float blurred = 0;  // px of what has been halved so far
-  for (int octave = 0; octave < scale_.first_octave; ++octave) {
-    halving_kernels_.push_back(gaussian_kernel(added_sigma(blurred, kHalvingSigma)));
-    blurred = 0.5f * kHalvingSigma;
-  }
+  float blurred = 0;  // px of what has been reduced so far
+  const auto reduce = [&](int step) {
+    reductions_.emplace_back(gaussian_kernel(added_sigma(blurred, static_cast<float>(step) * kReducedSigma)),
+                             step);
+    blurred = kReducedSigma;
+  };
+  if (scale_.reduction > 1) reduce(scale_.reduction);
+  for (int octave = 0; octave < scale_.first_octave; ++octave) reduce(2);
   base_kernel_ = gaussian_kernel(added_sigma(blurred, scale_.sigma));
 }
 
 float ScaleSpace::pixel_size(int octave) const {
-  return std::exp2(static_cast<float>(scale_.first_octave + octave));
+  return static_cast<float>(scale_.reduction) * std::exp2(static_cast<float>(scale_.first_octave + octave));
 }
 
 float ScaleSpace::sigma_of_level(float level) const {
@@ -111,7 +114,7 @@ void ScaleSpace::build_base(const cv::Mat& gray) {
     build_doubled_base(&planes_[0]);
     return;
   }
-  for (const PairKernel& kernel : halving_kernels_) halve_input(kernel);
+  for (const auto& [kernel, step] : reductions_) reduce_input(kernel, step);
   blur(input_, base_kernel_, 1, &planes_[0]);
 }
 
@@ -125,15 +128,15 @@ void ScaleSpace::build_doubled_base(Plane* base) {
   });
 }
 
-// Every second pixel of every second row of the input, blurred, takes its place.
-void ScaleSpace::halve_input(const PairKernel& kernel) {
-  blur(input_, kernel, 2, &smoothed_);
-  input_.resize((smoothed_.width() + 1) / 2, smoothed_.height());
+// Every so many-th pixel of every so many-th row of the input, blurred, takes its place.
+void ScaleSpace::reduce_input(const PairKernel& kernel, int step) {
+  blur(input_, kernel, step, &smoothed_);
+  input_.resize((smoothed_.width() + step - 1) / step, smoothed_.height());
   for_parts(input_.height(), options_.num_threads, [&](int, int begin, int end) {
     for (int y = begin; y < end; ++y) {
       const float* from = smoothed_.row(y);
       float* to = input_.row(y);
-      for (int x = 0; x < input_.width(); ++x) to[x] = from[2 * x];
+      for (int x = 0; x < input_.width(); ++x) to[x] = from[step * x];
     }
   });
 }

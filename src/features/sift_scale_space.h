@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <opencv2/core.hpp>
+#include <utility>
 #include <vector>
 
 #include "mono_pose_tracker/features/sift.h"
@@ -39,7 +40,7 @@ class ScaleSpace {
  private:
   void build_base(const cv::Mat& gray);
   void build_doubled_base(Plane* base);
-  void halve_input(const PairKernel& kernel);
+  void reduce_input(const PairKernel& kernel, int step);
   void blur(const Plane& in, const PairKernel& kernel, int row_step, Plane* out);
   void blur_rows(const Plane& in, const PairKernel& kernel, int row_step, int begin, int end, Plane* out);
   bool make_levels(int octave, const RowsMade& rows_made);
@@ -53,10 +54,10 @@ class ScaleSpace {
   SiftOptions options_;
   SiftScale scale_;
   int octaves_ = 0;
-  std::vector<PairKernel> level_kernels_;    // [s - 1] takes level s - 1 to level s
-  PairKernel base_kernel_;                   // input, or what is left of it after halving, to base
-  PairKernel base_kernel_between_;           // the same half a pixel further
-  std::vector<PairKernel> halving_kernels_;  // before the first, second ... halving
+  std::vector<PairKernel> level_kernels_;  // [s - 1] takes level s - 1 to level s
+  PairKernel base_kernel_;                 // input, or what is left of it after reductions, to base
+  PairKernel base_kernel_between_;         // the same half a pixel further
+  std::vector<std::pair<PairKernel, int>> reductions_;  // one after the other: blur, and px that become one
   Plane input_;
   Plane smoothed_;
   std::vector<Plane> planes_;

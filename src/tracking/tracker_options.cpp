@@ -88,17 +88,16 @@ TrackerOptions options_for_images(const TrackerOptions& given, const cv::Size& i
   SiftScale scale = choose_sift_scale(given.sift, image, kWholeImage, pace);
   if (load_level >= kCoarserOctave && !is_chosen) {
     options.sift.first_octave = std::min(scale.first_octave + 1, kCoarsestOctave);
+    options.sift.reduction = scale.reduction;
     scale = choose_sift_scale(options.sift, image, kWholeImage, pace);
   }
   const bool has_time = pace == SearchPace::kRecording || load_level <= kTimeToSpare;
   const bool may_be_finer = !is_chosen && !given.sift.sigma && has_time;
   // What turns before the camera is not outlined live: the whole image is searched.
   const bool is_finer = may_be_finer && pace == SearchPace::kLive && given.segmentation.wants_turning_body();
-  if (is_finer) {
-    options.sift.first_octave = std::max(scale.first_octave - 1, kFinestOctave);
-    scale = choose_sift_scale(options.sift, image, kWholeImage, pace);
-  }
+  if (is_finer) scale = finer(scale);
   options.sift.first_octave = scale.first_octave;
+  options.sift.reduction = scale.reduction;
   options.sift.sigma = scale.sigma;
   options.sift.num_threads = choose_sift_threads(given.sift, scale, image, pace, processors());
   options.sift.finer_for_small_objects = may_be_finer && !is_finer;

@@ -5,30 +5,43 @@
 namespace mono_pose_tracker {
 namespace {
 
-int live_octave(int width, int height) {
-  return choose_sift_scale(SiftOptions(), {width, height}, kWholeImage, SearchPace::kLive).first_octave;
+SiftScale live_scale(int width, int height) {
+  return choose_sift_scale(SiftOptions(), {width, height}, kWholeImage, SearchPace::kLive);
 }
 
 int recording_octave(int width, int height, double object_px = kWholeImage) {
   return choose_sift_scale(SiftOptions(), {width, height}, object_px).first_octave;
 }
 
-TEST(SiftScaleTest, LiveNoImageIsSearchedMuchFinerThanTwice640x480) {
-  EXPECT_EQ(live_octave(320, 240), 0);
-  EXPECT_EQ(live_octave(640, 480), 0);
-  EXPECT_EQ(live_octave(752, 480), 0);
-  EXPECT_EQ(live_octave(1280, 720), 1);
-  EXPECT_EQ(live_octave(1920, 1080), 1);
-  EXPECT_EQ(live_octave(3840, 2160), 2);
-  for (int width = 64; width <= 4096; width += 64) {
-    const double side = width / std::exp2(live_octave(width, width));
-    EXPECT_LE(side, 1024) << width;  // there is no coarser octave than 2
-    EXPECT_GE(live_octave(width, width), live_octave(width - 63, width - 63)) << width;
+TEST(SiftScaleTest, LiveALargeImageIsReducedToWhatOneThreadSearches) {
+  EXPECT_EQ(live_scale(320, 240).reduction, 1);
+  EXPECT_EQ(live_scale(640, 480).reduction, 1);
+  EXPECT_EQ(live_scale(752, 480).reduction, 1);
+  EXPECT_EQ(live_scale(1024, 576).reduction, 1);
+  EXPECT_EQ(live_scale(1280, 720).reduction, 2);
+  EXPECT_EQ(live_scale(1920, 1080).reduction, 3);
+  EXPECT_EQ(live_scale(3840, 2160).reduction, 5);
+  for (int width = 64; width <= 8192; width += 64) {
+    const SiftScale scale = live_scale(width, width);
+    EXPECT_EQ(scale.first_octave, 0);
+    const double side = static_cast<double>(width) / scale.reduction;
+    EXPECT_LE(side, scale.reduction == 1 ? 784 : 620) << width;
+    EXPECT_GE(side, scale.reduction == 1 ? 64 : 390) << width;
+    EXPECT_GE(scale.reduction, live_scale(width - 63, width - 63).reduction) << width;
   }
 }
 
 TEST(SiftScaleTest, ARecordingIsSearchedInFull) {
-  for (const int width : {64, 640, 1920, 3840}) EXPECT_EQ(recording_octave(width, width * 3 / 4), 0);
+  for (const int width : {64, 640, 1920, 3840}) {
+    EXPECT_EQ(choose_sift_scale(SiftOptions(), {width, width * 3 / 4}), SiftScale()) << width;
+  }
+}
+
+TEST(SiftScaleTest, FinerHalvesTheReductionOrTakesTheOctaveBefore) {
+  EXPECT_EQ(finer({0, 1.0f, 5}), (SiftScale{0, 1.0f, 3}));
+  EXPECT_EQ(finer({0, 1.0f, 2}), (SiftScale{0, 1.2f, 1}));
+  EXPECT_EQ(finer({0, 1.2f, 1}), (SiftScale{-1, 1.6f, 1}));
+  EXPECT_EQ(finer({-1, 1.6f, 1}), (SiftScale{-1, 1.6f, 1}));
 }
 
 TEST(SiftScaleTest, ASmallObjectIsSearchedFiner) {
@@ -42,7 +55,7 @@ TEST(SiftScaleTest, ASmallObjectIsSearchedFiner) {
   };
   EXPECT_EQ(live({640, 480}), 0);
   EXPECT_EQ(live({320, 240}), -1);
-  EXPECT_EQ(live({1920, 1080}), 1);
+  EXPECT_EQ(live({1920, 1080}), 0);
 }
 
 TEST(SiftScaleTest, ExplicitValuesWin) {
@@ -54,8 +67,10 @@ TEST(SiftScaleTest, ExplicitValuesWin) {
   EXPECT_FLOAT_EQ(choose_sift_scale(options, {640, 480}).sigma, 2.0f);
   options.first_octave.reset();
   const SiftScale scale = choose_sift_scale(options, {1920, 1080}, kWholeImage, SearchPace::kLive);
-  EXPECT_EQ(scale.first_octave, 1);
+  EXPECT_EQ(scale.reduction, 3);
   EXPECT_FLOAT_EQ(scale.sigma, 2.0f);
+  options.first_octave = 1;
+  EXPECT_EQ(choose_sift_scale(options, {1920, 1080}, kWholeImage, SearchPace::kLive).reduction, 1);
 }
 
 TEST(SiftScaleTest, LiveALargeImageIsSearchedByMoreThreads) {
@@ -67,12 +82,13 @@ TEST(SiftScaleTest, LiveALargeImageIsSearchedByMoreThreads) {
   };
   EXPECT_EQ(threads({640, 480}, SearchPace::kLive, 4), 1);
   EXPECT_EQ(threads({752, 480}, SearchPace::kLive, 4), 1);
-  EXPECT_EQ(threads({1280, 720}, SearchPace::kLive, 4), 1) << "by half of its size";
-  EXPECT_EQ(threads({1920, 1080}, SearchPace::kLive, 4), 2);
-  EXPECT_EQ(threads({3840, 2160}, SearchPace::kLive, 4), 2);
-  EXPECT_EQ(threads({3840, 2160}, SearchPace::kLive, 1), 1);
-  EXPECT_EQ(threads({3840, 2160}, SearchPace::kLive, 0), 1) << "not known how many there are";
-  EXPECT_EQ(threads({3840, 2160}, SearchPace::kRecording, 4), 1);
+  EXPECT_EQ(threads({1024, 576}, SearchPace::kLive, 4), 2);
+  EXPECT_EQ(threads({1024, 576}, SearchPace::kLive, 1), 1);
+  EXPECT_EQ(threads({1024, 576}, SearchPace::kLive, 0), 1) << "not known how many there are";
+  EXPECT_EQ(threads({1024, 576}, SearchPace::kRecording, 4), 1);
+  EXPECT_EQ(threads({1280, 720}, SearchPace::kLive, 4), 1) << "it is reduced";
+  EXPECT_EQ(threads({1920, 1080}, SearchPace::kLive, 4), 1) << "it is reduced";
+  EXPECT_EQ(threads({3840, 2160}, SearchPace::kLive, 4), 2) << "to read it takes long";
   EXPECT_EQ(threads({640, 480}, SearchPace::kLive, 2, 3), 3) << "it was chosen";
 }
 
@@ -80,6 +96,7 @@ TEST(SiftScaleTest, FeaturesArePixelsOfTheirOctaveButNeverFinerThanTheImage) {
   EXPECT_EQ(feature_pixel_size({-1, 1.6f}), 1);
   EXPECT_EQ(feature_pixel_size({0, 1.2f}), 1);
   EXPECT_EQ(feature_pixel_size({2, 1.0f}), 4);
+  EXPECT_EQ(feature_pixel_size({1, 1.0f, 3}), 6);
 }
 
 }  // namespace

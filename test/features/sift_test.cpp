@@ -12,6 +12,7 @@
 
 #include "mono_pose_tracker/common/opencv_version.h"
 #include "mono_pose_tracker/common/random.h"
+#include "mono_pose_tracker/features/sift_scale.h"
 #include "support/random_texture.h"
 
 namespace mono_pose_tracker {
@@ -212,16 +213,26 @@ cv::Mat draw_blobs(const cv::Size& size, double smallest_sigma, double largest_s
   return gray;
 }
 
-class OwnSiftOctaveTest : public testing::TestWithParam<int> {};
+class OwnSiftOctaveTest : public testing::TestWithParam<SiftScale> {
+ protected:
+  static SiftOptions octave_options() {
+    SiftOptions options;
+    options.first_octave = GetParam().first_octave;
+    options.reduction = GetParam().reduction;
+    return options;
+  }
+  // px of the image that one of the first octave is wide.
+  static double pixel_size() { return GetParam().reduction * std::exp2(GetParam().first_octave); }
+};
 
 TEST_P(OwnSiftOctaveTest, FindsBlobsWhereTheyAreAndAsLargeAsTheyAre) {
-  SiftOptions options;
-  options.first_octave = GetParam();
+  SiftOptions options = octave_options();
   options.sigma = 1.2f;
   options.max_features = 0;
-  const double pixel = std::exp2(GetParam());
+  const double pixel = pixel_size();
   std::vector<Blob> blobs;
-  const cv::Size size = pixel > 2 ? cv::Size(1280, 960) : cv::Size(640, 480);  // with room for 30
+  const int side = static_cast<int>(80 * std::max(pixel, 2.0));
+  const cv::Size size(4 * side, 3 * side);  // with room for 30
   const cv::Mat gray = draw_blobs(size, 2.2 * pixel, 4.5 * pixel, &blobs);
   const FeatureSet set = extract(options, gray);
   ASSERT_GE(blobs.size(), 30u);
@@ -247,9 +258,9 @@ TEST_P(OwnSiftOctaveTest, FindsBlobsWhereTheyAreAndAsLargeAsTheyAre) {
 }
 
 TEST_P(OwnSiftOctaveTest, ThreadsGiveTheSameBytesAsOne) {
-  const cv::Mat gray = random_texture(330, 250, 9);
-  SiftOptions options;
-  options.first_octave = GetParam();
+  const int enlarged = pixel_size() > 2 ? 4 : 1;  // enough features
+  const cv::Mat gray = random_texture(enlarged * 330, enlarged * 250, 9);
+  SiftOptions options = octave_options();
   const FeatureSet one = extract(options, gray);
   options.num_threads = 3;
   const FeatureSet three = extract(options, gray);
@@ -258,8 +269,7 @@ TEST_P(OwnSiftOctaveTest, ThreadsGiveTheSameBytesAsOne) {
 }
 
 TEST_P(OwnSiftOctaveTest, SizesOfAllKindsAreTaken) {
-  SiftOptions options;
-  options.first_octave = GetParam();
+  SiftOptions options = octave_options();
   options.contrast_threshold = 0.0f;
   const auto extractor = make_sift_extractor(options);
   for (const cv::Size& size : {cv::Size(1, 1), cv::Size(2, 400), cv::Size(12, 12), cv::Size(13, 47),
@@ -275,7 +285,10 @@ TEST_P(OwnSiftOctaveTest, SizesOfAllKindsAreTaken) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(FirstOctaves, OwnSiftOctaveTest, testing::Values(-1, 0, 1, 2));
+INSTANTIATE_TEST_SUITE_P(FirstOctaves, OwnSiftOctaveTest,
+                         testing::Values(SiftScale{-1, 1.6f}, SiftScale{0, 1.2f}, SiftScale{1, 1.0f},
+                                         SiftScale{2, 1.0f}, SiftScale{0, 1.0f, 3}, SiftScale{0, 1.0f, 5},
+                                         SiftScale{1, 1.0f, 3}));
 
 // Mutually nearest features, a clear second best excluded (ratio 0.8), that lie within 1.5 px of where
 // b_from_a says.

@@ -145,8 +145,8 @@ TEST(LoadGovernor, TimeToSpareIsForObjects) {
   ASSERT_TRUE(given.segmentation.wants_turning_body());
   EXPECT_EQ(at(kTimeToSpare).first_octave, -1);
   EXPECT_EQ(at(kFullWork).first_octave, 0);
-  EXPECT_EQ(options_for_images(given, {1920, 1080}, SearchPace::kLive, kTimeToSpare).sift.first_octave, 0)
-      << "one octave finer than usual";
+  EXPECT_EQ(options_for_images(given, {1920, 1080}, SearchPace::kLive, kTimeToSpare).sift.reduction, 2)
+      << "finer than usual";
   given.sift.first_octave = 1;
   EXPECT_EQ(at(kTimeToSpare).first_octave, 1) << "it was chosen";
 }
@@ -162,8 +162,9 @@ TEST(LoadGovernor, EachLevelLeavesOutMore) {
   EXPECT_EQ(at(kFewerFeatures).sift.first_octave, 0);
   EXPECT_EQ(at(kCoarserOctave).sift.first_octave, 1);
   EXPECT_EQ(at(kCoarserOctave).mapping.window_keyframes, given.mapping.window_keyframes / 2);
-  EXPECT_EQ(options_for_images(given, {3840, 2160}, SearchPace::kLive, kCoarserOctave).sift.first_octave,
-            kCoarsestOctave);
+  const SiftOptions large = options_for_images(given, {3840, 2160}, SearchPace::kLive, kCoarserOctave).sift;
+  EXPECT_EQ(large.first_octave, 1);
+  EXPECT_EQ(large.reduction, 5);
   for (int level = kFullWork; level <= kCoarserOctave; ++level) EXPECT_NO_THROW(at(level).validate());
   given.sift.first_octave = 0;
   EXPECT_EQ(at(kCoarserOctave).sift.first_octave, 0) << "it was chosen";

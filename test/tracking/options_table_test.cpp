@@ -123,10 +123,10 @@ TEST(OptionsTable, ThresholdsInPixelsGrowWithTheFeaturesPixels) {
   EXPECT_EQ(small.sift.first_octave, 0);
   EXPECT_EQ(small.inlier_threshold_px, given.inlier_threshold_px);
   const TrackerOptions large = given.for_images({3840, 2160}, SearchPace::kLive);
-  EXPECT_EQ(large.sift.first_octave, 2);
-  EXPECT_EQ(large.inlier_threshold_px, 4 * given.inlier_threshold_px);
-  EXPECT_EQ(large.bootstrap.min_parallax_px, 4 * given.bootstrap.min_parallax_px);
-  EXPECT_EQ(large.mapping.max_reprojection_px, 4 * given.mapping.max_reprojection_px);
+  EXPECT_EQ(large.sift.reduction, 5);
+  EXPECT_EQ(large.inlier_threshold_px, 5 * given.inlier_threshold_px);
+  EXPECT_EQ(large.bootstrap.min_parallax_px, 5 * given.bootstrap.min_parallax_px);
+  EXPECT_EQ(large.mapping.max_reprojection_px, 5 * given.mapping.max_reprojection_px);
   const TrackerOptions offline = given.for_images({3840, 2160}, SearchPace::kRecording);
   EXPECT_EQ(offline.inlier_threshold_px, given.inlier_threshold_px);
   TrackerOptions chosen;

@@ -24,6 +24,7 @@ struct SiftOptions {
   // -1: the image is doubled first (finer, four times the work); 0; 1: halved; 2: halved twice. None: by the
   // image's size (choose_sift_scale).
   std::optional<int> first_octave;
+  int reduction = 1;        // own: of the image before that, where first_octave is given (choose_sift_scale)
   int max_features = 1500;  // the strongest are kept, spread over the image; 0: all
   // Of the grey range [0, 1], divided by the layers per octave as in cv::SIFT, whose 0.04 leaves fewer.
   float contrast_threshold = 0.03f;

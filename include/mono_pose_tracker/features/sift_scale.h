@@ -10,8 +10,11 @@ namespace mono_pose_tracker {
 struct SiftScale {
   int first_octave = 0;  // -1: the image is doubled first; 0; 1: halved; 2: halved twice
   float sigma = 1.2f;    // blur of the first octave's base, px of that octave
+  int reduction = 1;     // px of the image, either way, that become one before that
 
-  bool operator==(const SiftScale& o) const { return first_octave == o.first_octave && sigma == o.sigma; }
+  bool operator==(const SiftScale& o) const {
+    return first_octave == o.first_octave && sigma == o.sigma && reduction == o.reduction;
+  }
   bool operator!=(const SiftScale& o) const { return !(*this == o); }
 };
 
@@ -21,21 +24,29 @@ enum class SearchPace { kLive, kRecording };
 /// Of an image that is searched all over.
 constexpr double kWholeImage = 0;
 
-/// The octave and sigma that options leave open (explicit values win).
+/// The octave, reduction and sigma that options leave open (explicit values win).
 ///
-/// Octave: the finest at which no more than 2 x 640 x 480 px are searched: those of the image live, where
-/// each frame must be done before the next one comes, down to octave 2. A recording waits, and finer features
-/// pose more accurately: never coarser than octave 0. Finer than octave 0 only for an object: object_px is
-/// the square root of the area, in px, that it covers, which is what a recording counts. (Small images as a
-/// whole are not doubled: what is small on them is mostly blocks of JPEG.)
+/// Octave: 0, or the finest at which no more than 2 x 640 x 480 px are searched for an object: object_px is
+/// the square root of the area, in px, that it covers, which is what a recording counts; live those of the
+/// image, where each frame must be done before the next one comes. (Small images as a whole are not doubled:
+/// what is small on them is mostly blocks of JPEG.)
+///
+/// Reduction: none for a recording, which waits, and finer features pose more accurately. Live an image of
+/// more than 2 x 640 x 480 px is reduced, by the least whole number that leaves what one thread searches as
+/// fast as one of 640 x 480: the other cores may be busy with the map.
 ///
 /// Sigma: 1.6 from octave -1 (Lowe: 0.8 px of the image), 1.2 from octave 0 (JPEG blocks show below), 1.0
-/// from halved images, whose pixels are means already.
+/// from reduced and halved images, whose pixels are means already.
 SiftScale choose_sift_scale(const SiftOptions& options, const cv::Size& image, double object_px = kWholeImage,
                             SearchPace pace = SearchPace::kRecording);
 
-/// Threads to search an image with, where options leave that open. Live one for each 640 x 480 px of the
-/// first octave, or a fifth more, on no more than `cores`; a recording's images go side by side, on one each.
+/// An octave finer, or nearly: of a reduced image half the reduction, else the octave before, down to
+/// kFinestOctave; with the sigma that goes with it.
+SiftScale finer(const SiftScale& scale);
+
+/// Threads to search an image with, where options leave that open. Live one for each 640 x 480 px that are
+/// searched, or a quarter more (thirty that are only read and reduced count as one), on no more than `cores`;
+/// a recording's images go side by side, on one each.
 int choose_sift_threads(const SiftOptions& options, const SiftScale& scale, const cv::Size& image,
                         SearchPace pace, int cores);
 
