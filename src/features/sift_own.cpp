@@ -76,7 +76,7 @@ class OwnSift : public FeatureExtractor {
     const SiftScale usual = choose_sift_scale(options_, gray_.size());
     if (!options_.finer_for_small_objects || mask.empty()) return usual;
     const double object_px = std::sqrt(static_cast<double>(cv::countNonZero(mask)));
-    return object_px == 0 || object_px >= kSmallObject ? usual : finer(usual);
+    return is_small_object(object_px, usual) ? finer(usual) : usual;
   }
 
   void find_extrema(const cv::Mat& mask) {

@@ -22,17 +22,6 @@ double searched_pixels(const cv::Size& image, const SiftScale& scale) {
   return pixels_of(image) / (scale.reduction * scale.reduction) * std::exp2(-2.0 * scale.first_octave);
 }
 
-int choose_octave(const cv::Size& image, double object_px, SearchPace pace) {
-  if (object_px <= 0) return 0;
-  // Blurring the whole image is what takes time live; how fine the features must be is a matter of the
-  // object.
-  const double whole = pixels_of(image);
-  const double area = pace == SearchPace::kLive ? whole : std::min(object_px * object_px, whole);
-  int octave = kFinestOctave;
-  while (octave < 0 && area * std::exp2(-2.0 * octave) > kMostSearchedPixels) ++octave;
-  return octave;
-}
-
 int choose_reduction(const cv::Size& image, SearchPace pace) {
   const double pixels = pixels_of(image);
   if (pace == SearchPace::kRecording || pixels <= kMostSearchedPixels) return 1;
@@ -46,13 +35,16 @@ float usual_sigma(const SiftScale& scale) {
 
 }  // namespace
 
-SiftScale choose_sift_scale(const SiftOptions& options, const cv::Size& image, double object_px,
-                            SearchPace pace) {
+SiftScale choose_sift_scale(const SiftOptions& options, const cv::Size& image, SearchPace pace) {
   SiftScale scale;
-  scale.first_octave = options.first_octave ? *options.first_octave : choose_octave(image, object_px, pace);
+  scale.first_octave = options.first_octave.value_or(0);
   scale.reduction = options.first_octave ? options.reduction : choose_reduction(image, pace);
   scale.sigma = options.sigma ? *options.sigma : usual_sigma(scale);
   return scale;
+}
+
+bool is_small_object(double object_px, const SiftScale& scale) {
+  return object_px > 0 && object_px < kSmallObject * feature_pixel_size(scale);
 }
 
 SiftScale finer(const SiftScale& scale) {

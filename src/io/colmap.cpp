@@ -21,10 +21,15 @@ struct Full {
 };
 
 std::ostream& operator<<(std::ostream& out, Full number) {
+#ifdef __cpp_lib_to_chars
   std::array<char, 32> text;
   const auto end =
       std::to_chars(text.data(), text.data() + text.size(), number.value, std::chars_format::general, 17);
   return out.write(text.data(), end.ptr - text.data());
+#else  // before gcc 11 of whole numbers only
+  out.precision(17);
+  return out << number.value;
+#endif
 }
 
 struct ColmapCamera {
@@ -101,7 +106,7 @@ void write_points(std::ostream& out, const std::vector<ColmapPoint>& points, con
   for (std::size_t i = 0; i < points.size(); ++i) {
     const ColmapPoint& point = points[i];
     out << i + 1;
-    for (double value : point.x_in_map) out << ' ' << Full{value};
+    for (int axis = 0; axis < 3; ++axis) out << ' ' << Full{point.x_in_map[axis]};
     out << ' ' << int{point.r} << ' ' << int{point.g} << ' ' << int{point.b} << ' ' << Full{point.error_px};
     for (const auto& [image_id, observation] : tracks[i]) out << ' ' << image_id << ' ' << observation;
     out << '\n';

@@ -16,6 +16,7 @@ namespace {
 
 // No image that may be decoded has a larger file: 100 megapixels of 8 bytes, not compressed.
 constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{1} << 30;
+constexpr std::size_t kStep = std::size_t{1} << 16;  // bytes
 
 std::string problem_of_size(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels) {
   const ImageHeader header = read_image_header(bytes);
@@ -26,10 +27,10 @@ std::string problem_of_size(const std::vector<unsigned char>& bytes, std::uint64
 }
 
 // libjpeg fills what a file lacks with grey and calls that a success, and OpenCV takes it.
-DecodedImage decode_jpeg(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels) {
+DecodedImage decode_jpeg(const std::vector<unsigned char>& bytes) {
   JpegData data;
   data.end_early = !has_end_of_jpeg(bytes);
-  if (!data.end_early) data = read_jpeg_data(bytes, max_pixels);
+  if (!data.end_early) data = read_jpeg_data(bytes);
   if (data.end_early) return {{}, "is a JPEG that ends too early"};
   return {data.image, {}};
 }
@@ -39,7 +40,7 @@ DecodedImage decode_unchanged(const std::vector<unsigned char>& bytes, std::uint
   if (!problem.empty()) return {{}, problem};
   DecodedImage decoded;
   try {
-    if (is_jpeg(bytes)) decoded = decode_jpeg(bytes, max_pixels);
+    if (is_jpeg(bytes)) decoded = decode_jpeg(bytes);
     if (!decoded.problem.empty() || !decoded.image.empty()) return decoded;
     decoded.image =
         cv::imdecode(bytes, cv::IMREAD_UNCHANGED);  // unchanged: orientation tags are ignored as well
@@ -64,10 +65,14 @@ std::string read_bytes(const std::string& path, std::vector<unsigned char>* byte
   errno = 0;
   std::ifstream stream(path, std::ios::binary);
   if (!stream) return "cannot be read (" + system_error_text() + ")";
-  bytes->resize(error ? 0 : size);
-  stream.read(reinterpret_cast<char*>(bytes->data()), static_cast<std::streamsize>(bytes->size()));
-  bytes->resize(static_cast<std::size_t>(stream.gcount()));  // it may have been cut meanwhile
-  return "";
+  // To its end, whatever its size was said to be: some file systems don't know, and it may change meanwhile.
+  for (std::size_t step = (error ? 0 : size) + 1; stream && bytes->size() <= kMaxFileBytes; step = kStep) {
+    const std::size_t before = bytes->size();
+    bytes->resize(before + step);
+    stream.read(reinterpret_cast<char*>(bytes->data() + before), static_cast<std::streamsize>(step));
+    bytes->resize(before + static_cast<std::size_t>(stream.gcount()));
+  }
+  return bytes->size() > kMaxFileBytes ? "has too many bytes" : "";
 }
 
 DecodedImage read_with(DecodedImage (*decode)(const std::vector<unsigned char>&, std::uint64_t),
@@ -114,12 +119,6 @@ DecodedImage decode_image(const std::vector<unsigned char>& bytes, std::uint64_t
   } catch (const std::exception&) {
     return {{}, "needs more memory than there is"};
   }
-}
-
-ImageHeader read_image_file_header(const std::string& path) {
-  std::vector<unsigned char> bytes;
-  const std::string problem = read_bytes(path, &bytes);
-  return problem.empty() ? read_image_header(bytes) : ImageHeader{0, 0, problem};
 }
 
 DecodedImage read_unchanged(const std::string& path) { return read_with(decode_unchanged, path); }

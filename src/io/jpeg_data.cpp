@@ -62,7 +62,6 @@ class Decoder {
   bool has_colors() const { return decoder_.num_components == 3 && kBgr != JCS_UNKNOWN; }
   int width() const { return static_cast<int>(decoder_.image_width); }
   int height() const { return static_cast<int>(decoder_.image_height); }
-  std::uint64_t pixels() const { return std::uint64_t{decoder_.image_width} * decoder_.image_height; }
 
   bool read_pixels(cv::Mat* image) {
     if (setjmp(errors_.refused) != 0) return false;
@@ -101,10 +100,10 @@ class Decoder {
 
 }  // namespace
 
-JpegData read_jpeg_data(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels) {
+JpegData read_jpeg_data(const std::vector<unsigned char>& bytes) {
   JpegData data;
   Decoder decoder;
-  if (!decoder.read_head(bytes) || decoder.pixels() > max_pixels) return data;
+  if (!decoder.read_head(bytes)) return data;
   if (decoder.is_grey() || decoder.has_colors()) {
     data.image.create(decoder.height(), decoder.width(), decoder.is_grey() ? CV_8UC1 : CV_8UC3);
     if (!decoder.read_pixels(&data.image)) data.image.release();

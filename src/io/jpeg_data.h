@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -12,8 +11,8 @@ struct JpegData {
   bool end_early = false;  // before the last pixel, whatever stands behind: libjpeg makes up the rest in grey
 };
 
-/// Where the data are of four channels, or of more pixels, or libjpeg refuses them, there is no image. Throws
+/// Where the data are neither grey nor of three channels, or libjpeg refuses them, there is no image. Throws
 /// for lack of memory.
-JpegData read_jpeg_data(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels);
+JpegData read_jpeg_data(const std::vector<unsigned char>& bytes);
 
 }  // namespace mono_pose_tracker

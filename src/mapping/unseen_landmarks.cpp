@@ -25,7 +25,7 @@ class UnseenInView {
   std::vector<LandmarkCandidate> take() { return std::move(candidates_); }
 
  private:
-  // Few are: asked first, all else is spared the others.
+  // Asked first: most landmarks are not, and all else is spared.
   bool is_near_a_feature(const Eigen::Vector3d& x_in_map) const {
     const ImageFeatures& image = *keyframe_.image;
     Eigen::Vector2d pixel;

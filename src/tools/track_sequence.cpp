@@ -13,11 +13,11 @@
 
 #include "command_line.h"
 #include "end_on_signals.h"
+#include "first_image.h"
 #include "inputs.h"
 #include "mono_pose_tracker/camera/camera_guess.h"
 #include "mono_pose_tracker/common/calibration_source.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
-#include "mono_pose_tracker/io/image_decoding.h"
 #include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/io/trajectory.h"
 #include "mono_pose_tracker/ros/bag_image_source.h"
@@ -72,21 +72,18 @@ std::function<std::unique_ptr<ImageSource>()> source_of(const Arguments& a) {
 }
 
 // The first image that can be read.
-SourceImage first_image(const Arguments& a) {
-  const std::unique_ptr<ImageSource> source = source_of(a)();
-  SourceImage image = source->next();
-  const std::string first_problem = image.problem;
-  while (image.kind == SourceImage::Kind::kSkipped) image = source->next();
+SourceImage first_image(const Arguments& a, const LookedAtSource& source) {
+  SourceImage image = source.first();
   if (image.kind == SourceImage::Kind::kEnd) {
     throw std::runtime_error(a.images + a.video + a.bag + ": no image in it could be read" +  // one of them
-                             (first_problem.empty() ? "" : ": " + first_problem));
+                             (image.problem.empty() ? "" : ": " + image.problem));
   }
   return image;
 }
 
-CameraParameters camera_of(const Arguments& a) {
+CameraParameters camera_of(const Arguments& a, const LookedAtSource& source) {
   if (a.hfov) {
-    const cv::Size size = first_image(a).image.size();
+    const cv::Size size = first_image(a, source).image.size();
     return guess_camera(size.width, size.height, *a.hfov);
   }
   if (!a.camera.empty()) return read_camera_yaml(a.camera);
@@ -95,18 +92,9 @@ CameraParameters camera_of(const Arguments& a) {
       "no calibration: give --camera, the YAML that camera_calibration writes, or --hfov, a guess");
 }
 
-// Whether the first file says that it is; nothing is decoded for that.
-bool promises_size_of(const CameraParameters& camera, const Arguments& a) {
-  if (a.images.empty()) return false;
-  const ImageHeader header = read_image_file_header(image_files(a.images).front().path);
-  return header.width == static_cast<std::uint64_t>(camera.width) &&
-         header.height == static_cast<std::uint64_t>(camera.height);
-}
-
 // The size of the first image that can be read must be the camera's.
-void check_first_image(const Arguments& a, const CameraParameters& camera) {
-  if (promises_size_of(camera, a)) return;
-  const SourceImage image = first_image(a);
+void check_first_image(const Arguments& a, const LookedAtSource& source, const CameraParameters& camera) {
+  const SourceImage image = first_image(a, source);
   if (image.image.cols == camera.width && image.image.rows == camera.height) return;
   throw std::runtime_error(image.name + ": is " + std::to_string(image.image.cols) + "x" +
                            std::to_string(image.image.rows) + ", the calibration is for " +
@@ -348,9 +336,9 @@ double write_all(const Arguments& a, const TrackerOptions& options, const Record
   return wall.count();
 }
 
-Recording recording_of(const Arguments& a) {
+Recording recording_of(const Arguments& a, const LookedAtSource& source) {
   Recording recording;
-  recording.open = source_of(a);
+  recording.open = [source] { return source.open(); };
   recording.max_frames = a.max_frames;
   recording.threads = a.threads;
   recording.try_again = a.map.empty();
@@ -384,9 +372,10 @@ int run(const Arguments& a) {
   const TrackerOptions options = options_of(a);
   const std::vector<StampedPose> reference =
       a.reference.empty() ? std::vector<StampedPose>() : read_reference(a.reference);
-  Recording recording = recording_of(a);
+  const LookedAtSource source(source_of(a));
+  Recording recording = recording_of(a, source);
   Calibration calibration;
-  calibration.camera = camera_of(a);
+  calibration.camera = camera_of(a, source);
   if (a.hfov) calibration.source = CalibrationSource::kGuessed;
   std::optional<SavedMaps> loaded;
   if (!a.map.empty()) loaded = read_map_file(a.map, descriptor_kind(options));
@@ -394,7 +383,7 @@ int run(const Arguments& a) {
   make_tracker(options, calibration.camera, maps);  // refuses options before the work
   std::optional<MaskFolder> masks;
   if (!a.masks.empty()) recording.masks = &masks.emplace(a.masks);
-  check_first_image(a, calibration.camera);
+  check_first_image(a, source, calibration.camera);
   check_background_image(options.segmentation, calibration.camera);
   check_outputs(a, options);
 

@@ -85,11 +85,11 @@ TrackerOptions options_for_images(const TrackerOptions& given, const cv::Size& i
     options.sift.min_features = given.sift.min_features / 2;
   }
   const bool is_chosen = given.sift.first_octave.has_value();
-  SiftScale scale = choose_sift_scale(given.sift, image, kWholeImage, pace);
+  SiftScale scale = choose_sift_scale(given.sift, image, pace);
   if (load_level >= kCoarserOctave && !is_chosen) {
     options.sift.first_octave = std::min(scale.first_octave + 1, kCoarsestOctave);
     options.sift.reduction = scale.reduction;
-    scale = choose_sift_scale(options.sift, image, kWholeImage, pace);
+    scale = choose_sift_scale(options.sift, image, pace);
   }
   const bool has_time = pace == SearchPace::kRecording || load_level <= kTimeToSpare;
   const bool may_be_finer = !is_chosen && !given.sift.sigma && has_time;
@@ -101,7 +101,8 @@ TrackerOptions options_for_images(const TrackerOptions& given, const cv::Size& i
   options.sift.sigma = scale.sigma;
   options.sift.num_threads = choose_sift_threads(given.sift, scale, image, pace, processors());
   options.sift.finer_for_small_objects = may_be_finer && !is_finer;
-  if (is_chosen) return options;  // whoever chose the octave chose the thresholds with it
+  // Whoever chose the octave chose the thresholds with it; OpenCV's search has none to choose.
+  if (is_chosen || given.sift.implementation != "own") return options;
   const double pixel = feature_pixel_size(scale);
   options.inlier_threshold_px *= pixel;
   options.bootstrap.min_parallax_px *= pixel;

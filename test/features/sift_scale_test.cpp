@@ -6,11 +6,7 @@ namespace mono_pose_tracker {
 namespace {
 
 SiftScale live_scale(int width, int height) {
-  return choose_sift_scale(SiftOptions(), {width, height}, kWholeImage, SearchPace::kLive);
-}
-
-int recording_octave(int width, int height, double object_px = kWholeImage) {
-  return choose_sift_scale(SiftOptions(), {width, height}, object_px).first_octave;
+  return choose_sift_scale(SiftOptions(), {width, height}, SearchPace::kLive);
 }
 
 TEST(SiftScaleTest, LiveALargeImageIsReducedToWhatOneThreadSearches) {
@@ -44,41 +40,33 @@ TEST(SiftScaleTest, FinerHalvesTheReductionOrTakesTheOctaveBefore) {
   EXPECT_EQ(finer({-1, 1.6f, 1}), (SiftScale{-1, 1.6f, 1}));
 }
 
-TEST(SiftScaleTest, ASmallObjectIsSearchedFiner) {
-  EXPECT_EQ(recording_octave(512, 512, 200), -1);
-  EXPECT_EQ(recording_octave(512, 512, 512), 0);
-  EXPECT_EQ(recording_octave(3840, 2160, 200), -1);
-  EXPECT_EQ(recording_octave(512, 512, 1e6), 0) << "no object is larger than the image";
-  // Live, the whole image is blurred all the same.
-  const auto live = [](const cv::Size& size) {
-    return choose_sift_scale(SiftOptions(), size, 100, SearchPace::kLive).first_octave;
-  };
-  EXPECT_EQ(live({640, 480}), 0);
-  EXPECT_EQ(live({320, 240}), -1);
-  EXPECT_EQ(live({1920, 1080}), 0);
+TEST(SiftScaleTest, AnObjectIsSmallInThePixelsThatAreSearched) {
+  EXPECT_TRUE(is_small_object(200, SiftScale()));
+  EXPECT_FALSE(is_small_object(300, SiftScale()));
+  EXPECT_TRUE(is_small_object(600, {0, 1.0f, 3}));
+  EXPECT_FALSE(is_small_object(0, {0, 1.0f, 3})) << "there is none";
 }
 
 TEST(SiftScaleTest, ExplicitValuesWin) {
   SiftOptions options;
   options.first_octave = -1;
-  EXPECT_EQ(choose_sift_scale(options, {3840, 2160}, kWholeImage, SearchPace::kLive).first_octave, -1);
+  EXPECT_EQ(choose_sift_scale(options, {3840, 2160}, SearchPace::kLive).first_octave, -1);
   EXPECT_FLOAT_EQ(choose_sift_scale(options, {640, 480}).sigma, 1.6f);
   options.sigma = 2.0f;
   EXPECT_FLOAT_EQ(choose_sift_scale(options, {640, 480}).sigma, 2.0f);
   options.first_octave.reset();
-  const SiftScale scale = choose_sift_scale(options, {1920, 1080}, kWholeImage, SearchPace::kLive);
+  const SiftScale scale = choose_sift_scale(options, {1920, 1080}, SearchPace::kLive);
   EXPECT_EQ(scale.reduction, 3);
   EXPECT_FLOAT_EQ(scale.sigma, 2.0f);
   options.first_octave = 1;
-  EXPECT_EQ(choose_sift_scale(options, {1920, 1080}, kWholeImage, SearchPace::kLive).reduction, 1);
+  EXPECT_EQ(choose_sift_scale(options, {1920, 1080}, SearchPace::kLive).reduction, 1);
 }
 
 TEST(SiftScaleTest, LiveALargeImageIsSearchedByMoreThreads) {
   const auto threads = [](const cv::Size& size, SearchPace pace, int cores, int chosen = 0) {
     SiftOptions options;
     options.num_threads = chosen;
-    return choose_sift_threads(options, choose_sift_scale(options, size, kWholeImage, pace), size, pace,
-                               cores);
+    return choose_sift_threads(options, choose_sift_scale(options, size, pace), size, pace, cores);
   };
   EXPECT_EQ(threads({640, 480}, SearchPace::kLive, 4), 1);
   EXPECT_EQ(threads({752, 480}, SearchPace::kLive, 4), 1);

@@ -273,7 +273,7 @@ TEST_P(OwnSiftOctaveTest, SizesOfAllKindsAreTaken) {
   options.contrast_threshold = 0.0f;
   const auto extractor = make_sift_extractor(options);
   for (const cv::Size& size : {cv::Size(1, 1), cv::Size(2, 400), cv::Size(12, 12), cv::Size(13, 47),
-                               cv::Size(400, 24), cv::Size(31, 33), cv::Size(257, 65)}) {
+                               cv::Size(400, 24), cv::Size(31, 33), cv::Size(257, 65), cv::Size(401, 301)}) {
     FeatureSet set;
     extractor->extract(random_texture(size.width, size.height, 10), cv::Mat(), &set);
     for (const Feature& f : set.features) {

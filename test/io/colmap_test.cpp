@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "mono_pose_tracker/common/formatted.h"
 #include "support/expect_error.h"
 #include "support/temporary_folder.h"
 
@@ -79,6 +80,16 @@ TEST(Colmap, ImagesAndTracksBelongTogether) {
   EXPECT_EQ((Words{point_lines[0].begin() + 4, point_lines[0].end()}), (Words{"0", "0", "0", "0", "2", "2"}));
   EXPECT_EQ((Words{point_lines[1].begin() + 4, point_lines[1].end()}),
             (Words{"255", "0", "0", "0.25", "2", "0"}));
+}
+
+TEST(Colmap, NumbersAreAsPrintfWritesThemWith17Digits) {
+  for (const double value : {1.0 / 3, 1e-7, 1e22, -0.0, 5e-324, 123456.75, -1e300, 0.1 + 0.2}) {
+    std::vector<ColmapPoint> points(1);
+    points[0].x_in_map = {value, 0, 0};
+    TemporaryFolder folder;
+    write_colmap_text(folder.path(), camera("", {}), {}, points);
+    EXPECT_EQ(lines_of(folder.read("points3D.txt"))[0][1], formatted("%.17g", value));
+  }
 }
 
 TEST(Colmap, RefusesAnObservationOfNoPoint) {

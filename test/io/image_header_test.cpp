@@ -132,7 +132,6 @@ TEST(ImageDecoding, AThumbnailsEndIsNotTheImages) {
     for (const double share : {0.3, 0.6, 0.95}) {
       const Content cut(whole.begin(), whole.begin() + static_cast<long>(share * whole.size()));
       EXPECT_NE(decode_image(cut).problem.find("ends too early"), std::string::npos) << share;
-      EXPECT_NE(decode_image(cut).problem, "") << share;
     }
     Content cut = whole;
     cut.resize(whole.size() - 2);
@@ -146,7 +145,6 @@ TEST(ImageDecoding, AnEndMarkerBehindACutIsNoEnd) {
   for (const double share : {0.5, 0.98}) {
     Content cut(whole.begin(), whole.begin() + static_cast<long>(share * whole.size()));
     cut.insert(cut.end(), {0xff, 0xd9});
-    EXPECT_NE(decode_image(cut).problem.find("ends too early"), std::string::npos) << share;
     EXPECT_NE(decode_image(cut).problem.find("ends too early"), std::string::npos) << share;
   }
 }
@@ -206,6 +204,23 @@ TEST(ImageDecoding, FourChannelsAreLeftToOpenCv) {
   Content cut(whole.begin(), whole.begin() + static_cast<long>(whole.size() / 2));
   cut.insert(cut.end(), {0xff, 0xd9});
   EXPECT_NE(decode_image(cut).problem.find("ends too early"), std::string::npos);
+}
+
+/// Where the n-th marker of this kind stands; the whole length where there is none.
+std::size_t find_marker(const Content& jpeg, unsigned char marker, int n) {
+  for (std::size_t i = 2; i + 1 < jpeg.size(); ++i) {
+    if (jpeg[i] == 0xff && jpeg[i + 1] == marker && n-- == 0) return i;
+  }
+  return jpeg.size();
+}
+
+TEST(ImageDecoding, WhatLibjpegRefusesAmidThePixelsIsNoImage) {
+  Content bytes = encoded(".jpg", noise(300, 200), {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
+  const std::size_t table = find_marker(bytes, 0xc4, 3);  // of Huffman codes, of a later scan
+  ASSERT_LT(table + 20, bytes.size());
+  for (int i = 0; i < 16; ++i) bytes[table + 5 + i] = 255;  // more codes than there can be
+  EXPECT_NE(decode_image(bytes).problem.find("no image that can be decoded"), std::string::npos);
+  EXPECT_EQ(decode_image(encoded(".jpg", noise(300, 200))).problem, "") << "and the next is none the worse";
 }
 
 TEST(ImageDecoding, FillBytesRestartsAndTrailersAreNoCut) {

@@ -29,6 +29,13 @@ class Refusals(RunsOfARoom):
             yaml.safe_dump(camera, f)
         return self.path("camera.yaml")
 
+    def cut_jpeg(self):
+        """Of the right size by its head, and its end mark is there."""
+        coded = cv2.imencode(".jpg", cv2.imread(os.path.join(self.images, self.names[0])))[1].tobytes()
+        with open(self.path("cut.jpg"), "wb") as f:
+            f.write(coded[:len(coded) // 2] + b"\xff\xd9")
+        return self.path("cut.jpg")
+
     def test_first_image_of_another_size_is_refused(self):
         images = self.copy_of_images()
         self.resize(os.path.join(images, self.names[0]))
@@ -56,6 +63,7 @@ class Refusals(RunsOfARoom):
         self.expect_refused([self.path("empty"), "no image"], *camera, "--images", self.path("empty"))
         self.expect_refused(["/no/such/place"], *camera, "--images", "/no/such/place")
         self.expect_refused(["gone.png"], *camera, "--images", self.list_of(["gone.png", "lost.png"]))
+        self.expect_refused(["cut.jpg", "ends too early"], *camera, "--images", self.list_of([self.cut_jpeg()]))
         self.expect_refused(["none.avi"], *camera, "--video", "none.avi")
         self.expect_refused(["none.bag"], "--bag", "none.bag")
         self.expect_refused(["/camera/image_raw", "/no/topic"], "--bag", os.path.join(self.sequence, "sequence.bag"),

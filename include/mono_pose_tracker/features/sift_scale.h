@@ -21,24 +21,23 @@ struct SiftScale {
 /// What limits the search: a frame live must be done before the next one comes, a recording waits.
 enum class SearchPace { kLive, kRecording };
 
-/// Of an image that is searched all over.
-constexpr double kWholeImage = 0;
-
 /// The octave, reduction and sigma that options leave open (explicit values win).
 ///
-/// Octave: 0, or the finest at which no more than 2 x 640 x 480 px are searched for an object: object_px is
-/// the square root of the area, in px, that it covers, which is what a recording counts; live those of the
-/// image, where each frame must be done before the next one comes. (Small images as a whole are not doubled:
-/// what is small on them is mostly blocks of JPEG.)
+/// Octave: 0. (Small images are not doubled: what is small on them is mostly blocks of JPEG.)
 ///
-/// Reduction: none for a recording, which waits, and finer features pose more accurately. Live an image of
-/// more than 2 x 640 x 480 px is reduced, by the least whole number that leaves what one thread searches as
-/// fast as one of 640 x 480: the other cores may be busy with the map.
+/// Reduction: none for a recording, which waits, and finer features pose more accurately. Live, where each
+/// frame must be done before the next one comes, an image of more than 2 x 640 x 480 px is reduced, by the
+/// least whole number that leaves what one thread searches about as fast as one of 640 x 480: the other cores
+/// may be busy with the map.
 ///
 /// Sigma: 1.6 from octave -1 (Lowe: 0.8 px of the image), 1.2 from octave 0 (JPEG blocks show below), 1.0
 /// from reduced and halved images, whose pixels are means already.
-SiftScale choose_sift_scale(const SiftOptions& options, const cv::Size& image, double object_px = kWholeImage,
+SiftScale choose_sift_scale(const SiftOptions& options, const cv::Size& image,
                             SearchPace pace = SearchPace::kRecording);
+
+/// For an object that is small: its area's square root [px] is below kSmallObject of the pixels that are
+/// searched.
+bool is_small_object(double object_px, const SiftScale& scale);
 
 /// An octave finer, or nearly: of a reduced image half the reduction, else the octave before, down to
 /// kFinestOctave; with the sigma that goes with it.

@@ -5,8 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "mono_pose_tracker/io/image_header.h"
-
 namespace mono_pose_tracker {
 
 /// The largest image that is decoded [px]: a file of some kilobytes can promise more than there is memory
@@ -25,9 +23,6 @@ bool has_image_extension(const std::string& path);
 /// Reads an image file of at most kMaxImagePixels. Its orientation tag is ignored: a calibration is of the
 /// pixels as they lie in the file.
 DecodedImage read_image(const std::string& path);
-
-/// The size that the file promises, with nothing decoded.
-ImageHeader read_image_file_header(const std::string& path);
 
 /// As read_image, with all bits and channels of the file.
 DecodedImage read_unchanged(const std::string& path);

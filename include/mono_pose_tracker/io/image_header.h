@@ -16,6 +16,7 @@ struct ImageHeader {
 /// decoder will ask memory for. Of other formats, and of heads that are cut, the size is not known.
 ImageHeader read_image_header(const std::vector<unsigned char>& bytes);
 
+/// By its first bytes.
 bool is_jpeg(const std::vector<unsigned char>& bytes);
 
 /// True for a JPEG that has an end-of-image marker of its own; markers inside its segments (an EXIF

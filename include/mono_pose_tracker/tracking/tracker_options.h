@@ -77,9 +77,9 @@ struct TrackerOptions {
   /// What the mapper needs of these, for a camera with this focal length.
   MapperOptions mapper(double focal_px) const;
 
-  /// What these options mean for images of this size: the octave and sigma are chosen where they are left
-  /// open. Where the octave was chosen here, thresholds in px that stand for the features' noise grow with
-  /// the octave's pixels.
+  /// What these options mean for images of this size: octave, reduction and sigma are chosen where they are
+  /// left open. Where they were chosen here, thresholds in px that stand for the features' noise grow with
+  /// the pixels that are searched.
   TrackerOptions for_images(const cv::Size& image, SearchPace pace) const;
 
   /// Throws std::invalid_argument naming every key at fault, its value and range.

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "mono_pose_tracker/io/image_source.h"
+
+namespace mono_pose_tracker {
+
+/// The source of a recording whose beginning may be looked at before the work: what was read for that is not
+/// read again by the first who reads images.
+class LookedAtSource {
+ public:
+  using Open = std::function<std::unique_ptr<ImageSource>()>;
+
+  explicit LookedAtSource(Open open) : state_(std::make_shared<State>(State{std::move(open), {}, {}})) {}
+
+  /// The first image that can be read. Where there is none: kEnd, and what is wrong with the first of all.
+  SourceImage first() const {
+    State& state = *state_;
+    if (!state.source) state.source = state.open();
+    while (state.read.empty() || state.read.back().kind == SourceImage::Kind::kSkipped) {
+      state.read.push_back(state.source->next());
+    }
+    SourceImage image = state.read.back();
+    if (image.kind == SourceImage::Kind::kEnd) image.problem = state.read.front().problem;
+    return image;
+  }
+
+  std::unique_ptr<ImageSource> open() const { return std::make_unique<Reader>(state_); }
+
+ private:
+  struct State {
+    Open open;
+    std::unique_ptr<ImageSource> source;
+    std::vector<SourceImage> read;  // of the source, so far
+  };
+
+  class Reader : public ImageSource {
+   public:
+    explicit Reader(std::shared_ptr<State> state) : state_(std::move(state)) {}
+
+    SourceImage next() override {
+      begin();
+      if (at_ == read_.size()) return source_->next();
+      return std::exchange(read_[at_++], SourceImage());
+    }
+
+    bool skip() override {
+      begin();
+      while (at_ < read_.size()) {
+        const SourceImage::Kind kind = next().kind;
+        if (kind != SourceImage::Kind::kSkipped) return kind == SourceImage::Kind::kImage;
+      }
+      return source_->skip();
+    }
+
+    // Who only asks for that leaves what was read to others.
+    int size() const override {
+      if (!source_ && state_->source) return state_->source->size();
+      if (!source_) source_ = state_->open();
+      return source_->size();
+    }
+
+   private:
+    void begin() {
+      if (source_) return;
+      source_ = std::move(state_->source);
+      read_ = std::exchange(state_->read, {});
+      if (!source_) source_ = state_->open();
+    }
+
+    const std::shared_ptr<State> state_;
+    mutable std::unique_ptr<ImageSource> source_;
+    std::vector<SourceImage> read_;
+    std::size_t at_ = 0;
+  };
+
+  std::shared_ptr<State> state_;
+};
+
+}  // namespace mono_pose_tracker
