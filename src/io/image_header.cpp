@@ -13,6 +13,9 @@ namespace {
 
 enum class Order { kBig, kLittle };
 
+// The first marker, and what begins the next: all that OpenCV takes for one.
+constexpr std::string_view kJpeg = "\xff\xd8\xff";
+
 /// The bytes of a file; what lies beyond its end reads as zero, and a size of zero is none.
 class Bytes {
  public:
@@ -176,7 +179,7 @@ std::optional<Size> size_in_head(const Bytes& bytes) {
   if (bytes.has(0, std::string_view("\x89PNG\r\n\x1a\n", 8))) {
     return Size{bytes.number(16, 4, Order::kBig), bytes.number(20, 4, Order::kBig)};
   }
-  if (bytes.has(0, "\xff\xd8")) return walk_jpeg(bytes).size;
+  if (bytes.has(0, kJpeg)) return walk_jpeg(bytes).size;
   if (bytes.has(0, "BM")) return bmp_size(bytes);
   if (bytes.has(0, std::string_view("II*\0", 4)) || bytes.has(0, std::string_view("II+\0", 4))) {
     return tiff_size(bytes, Order::kLittle);
@@ -185,19 +188,26 @@ std::optional<Size> size_in_head(const Bytes& bytes) {
     return tiff_size(bytes, Order::kBig);
   }
   if (bytes.has(0, "RIFF") && bytes.has(8, "WEBP")) return webp_size(bytes);
-  if (bytes.has(4, "jP  ")) return jp2_size(bytes);
+  if (bytes.has(0, std::string_view("\0\0\0\fjP  \r\n\x87\n", 12))) return jp2_size(bytes);
   if (bytes.has(0, "\xff\x4f")) return codestream_size(bytes, 0);
   for (const char* kind : {"P1", "P2", "P3", "P4", "P5", "P6"}) {
-    if (bytes.has(0, kind)) return pnm_size(bytes);
+    if (bytes.has(0, kind) && std::isspace(static_cast<int>(bytes.number(2, 1, Order::kBig)))) {
+      return pnm_size(bytes);
+    }
   }
   return std::nullopt;
 }
+
+// Whatever else a file begins with, OpenCV may take it for this one, whose library ends the process where it
+// is damaged.
+bool is_dicom(const Bytes& bytes) { return bytes.has(128, "DICM"); }
 
 }  // namespace
 
 ImageHeader read_image_header(const std::vector<unsigned char>& content) {
   if (content.empty()) return {0, 0, "is empty"};
-  const std::optional<Size> size = size_in_head(Bytes(content));
+  const Bytes bytes(content);
+  const std::optional<Size> size = is_dicom(bytes) ? std::nullopt : size_in_head(bytes);
   if (!size) return {0, 0, "is no image that can be decoded (PNG, JPEG, TIFF, BMP, PNM, WebP, JPEG 2000)"};
   if (size->width == 0 || size->height == 0) {
     return {0, 0, "is no image that can be decoded: its head states no size"};
@@ -205,7 +215,7 @@ ImageHeader read_image_header(const std::vector<unsigned char>& content) {
   return {size->width, size->height, {}};
 }
 
-bool is_jpeg(const std::vector<unsigned char>& bytes) { return Bytes(bytes).has(0, "\xff\xd8"); }
+bool is_jpeg(const std::vector<unsigned char>& bytes) { return Bytes(bytes).has(0, kJpeg); }
 
 bool has_end_of_jpeg(const std::vector<unsigned char>& bytes) { return walk_jpeg(Bytes(bytes)).complete; }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 // Needs size_t and FILE.
@@ -221,6 +222,19 @@ TEST(ImageDecoding, WhatLibjpegRefusesAmidThePixelsIsNoImage) {
   for (int i = 0; i < 16; ++i) bytes[table + 5 + i] = 255;  // more codes than there can be
   EXPECT_NE(decode_image(bytes).problem.find("no image that can be decoded"), std::string::npos);
   EXPECT_EQ(decode_image(encoded(".jpg", noise(300, 200))).problem, "") << "and the next is none the worse";
+}
+
+TEST(ImageDecoding, WhatOpenCvTakesForAnotherFormatIsRefused) {
+  Content medical(400, 0);
+  const std::string mark = "DICM";
+  std::copy(mark.begin(), mark.end(), medical.begin() + 128);
+  Content jp2 = {0, 0, 0, 12, 'j', 'P', ' ', ' ', '\r', '\n', 0x87, '\n'};
+  for (const Content& head :
+       {Content{0xff, 0xd8, 'c'}, Content{'P', '5', 'x'}, jp2, Content{'R', 'I', 'F', 'F'}}) {
+    Content bytes = medical;
+    std::copy(head.begin(), head.end(), bytes.begin());
+    EXPECT_NE(decode_image(bytes).problem.find("no image that can be decoded"), std::string::npos);
+  }
 }
 
 TEST(ImageDecoding, FillBytesRestartsAndTrailersAreNoCut) {
