@@ -13,8 +13,8 @@
 
 #include "command_line.h"
 #include "end_on_signals.h"
-#include "first_image.h"
 #include "inputs.h"
+#include "looked_at_source.h"
 #include "mono_pose_tracker/camera/camera_guess.h"
 #include "mono_pose_tracker/common/calibration_source.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
