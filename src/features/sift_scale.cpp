@@ -19,7 +19,7 @@ constexpr double kReadInTimeOfSearch = 30;
 double pixels_of(const cv::Size& image) { return static_cast<double>(image.width) * image.height; }
 
 double searched_pixels(const cv::Size& image, const SiftScale& scale) {
-  return pixels_of(image) / (scale.reduction * scale.reduction) * std::exp2(-2.0 * scale.first_octave);
+  return pixels_of(image) / (scale.pixel_size() * scale.pixel_size());
 }
 
 int choose_reduction(const cv::Size& image, SearchPace pace) {
@@ -67,8 +67,6 @@ int choose_sift_threads(const SiftOptions& options, const SiftScale& scale, cons
   return std::clamp(wanted, 1, std::max(cores, 1));
 }
 
-double feature_pixel_size(const SiftScale& scale) {
-  return scale.reduction * std::exp2(std::max(scale.first_octave, 0));
-}
+double feature_pixel_size(const SiftScale& scale) { return std::max(scale.pixel_size(), 1.0); }
 
 }  // namespace mono_pose_tracker

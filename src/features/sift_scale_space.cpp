@@ -48,7 +48,7 @@ ScaleSpace::ScaleSpace(const SiftOptions& options, const SiftScale& scale)
 }
 
 float ScaleSpace::pixel_size(int octave) const {
-  return static_cast<float>(scale_.reduction) * std::exp2(static_cast<float>(scale_.first_octave + octave));
+  return static_cast<float>(std::ldexp(scale_.pixel_size(), octave));
 }
 
 float ScaleSpace::sigma_of_level(float level) const {

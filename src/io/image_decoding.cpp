@@ -10,13 +10,13 @@
 #include "jpeg_data.h"
 #include "mono_pose_tracker/common/system_error.h"
 #include "mono_pose_tracker/io/image_header.h"
+#include "read_whole.h"
 
 namespace mono_pose_tracker {
 namespace {
 
 // No image that may be decoded has a larger file: 100 megapixels of 8 bytes, not compressed.
 constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{1} << 30;
-constexpr std::size_t kStepBytes = std::size_t{1} << 16;
 
 std::string problem_of_size(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels) {
   const ImageHeader header = read_image_header(bytes);
@@ -65,15 +65,8 @@ std::string read_bytes(const std::string& path, std::vector<unsigned char>* byte
   errno = 0;
   std::ifstream stream(path, std::ios::binary);
   if (!stream) return "cannot be read (" + system_error_text() + ")";
-  // To its end, whatever its size was said to be: some file systems don't know, and it may change meanwhile.
-  for (std::size_t step = (error ? 0 : size) + 1; stream && bytes->size() <= kMaxFileBytes;
-       step = kStepBytes) {
-    const std::size_t before = bytes->size();
-    bytes->resize(before + step);
-    stream.read(reinterpret_cast<char*>(bytes->data() + before), static_cast<std::streamsize>(step));
-    bytes->resize(before + static_cast<std::size_t>(stream.gcount()));
-  }
-  return bytes->size() > kMaxFileBytes ? "has too many bytes" : "";
+  if (!error) bytes->reserve(size);
+  return read_whole(stream, kMaxFileBytes, bytes) ? "" : "has too many bytes";
 }
 
 DecodedImage read_with(DecodedImage (*decode)(const std::vector<unsigned char>&, std::uint64_t),

@@ -30,7 +30,7 @@ void note_warning(j_common_ptr decoder, int level) {
 
 void refuse(j_common_ptr decoder) { std::longjmp(manager_of(decoder).refused, 1); }
 
-// libjpeg-turbo's: its colours in OpenCV's order. The first of all libjpegs has none.
+// Colours in OpenCV's order: of libjpeg-turbo only.
 #ifdef JCS_EXTENSIONS
 constexpr J_COLOR_SPACE kBgr = JCS_EXT_BGR;
 #else
@@ -58,35 +58,21 @@ class Decoder {
     return true;
   }
 
-  bool is_grey() const { return decoder_.num_components == 1; }
-  bool has_colors() const { return decoder_.num_components == 3 && kBgr != JCS_UNKNOWN; }
-  int width() const { return static_cast<int>(decoder_.image_width); }
-  int height() const { return static_cast<int>(decoder_.image_height); }
+  cv::Size size() const {
+    return {static_cast<int>(decoder_.image_width), static_cast<int>(decoder_.image_height)};
+  }
+  int channels() const { return decoder_.num_components; }
+  // Whether the pixels come as OpenCV has them.
+  bool is_for_opencv() const { return channels() == 1 || (channels() == 3 && kBgr != JCS_UNKNOWN); }
 
   bool read_pixels(cv::Mat* image) {
     if (setjmp(errors_.refused) != 0) return false;
-    decoder_.out_color_space = is_grey() ? JCS_GRAYSCALE : kBgr;
+    if (is_for_opencv()) decoder_.out_color_space = channels() == 1 ? JCS_GRAYSCALE : kBgr;
     jpeg_start_decompress(&decoder_);
     while (decoder_.output_scanline < decoder_.output_height) {
       JSAMPROW row = image->ptr(static_cast<int>(decoder_.output_scanline));
       jpeg_read_scanlines(&decoder_, &row, 1);
     }
-    jpeg_finish_decompress(&decoder_);
-    return true;
-  }
-
-  // Runs to the end of the data; an eighth of the size is a value a block, so that hardly more than the
-  // entropy coding is undone.
-  bool pass_over_pixels() {
-    if (setjmp(errors_.refused) != 0) return false;
-    decoder_.scale_num = 1;
-    decoder_.scale_denom = 8;
-    decoder_.dct_method = JDCT_IFAST;
-    jpeg_start_decompress(&decoder_);
-    const JDIMENSION width = decoder_.output_width * static_cast<JDIMENSION>(decoder_.output_components);
-    JSAMPARRAY rows =
-        decoder_.mem->alloc_sarray(reinterpret_cast<j_common_ptr>(&decoder_), JPOOL_IMAGE, width, 1);
-    while (decoder_.output_scanline < decoder_.output_height) jpeg_read_scanlines(&decoder_, rows, 1);
     jpeg_finish_decompress(&decoder_);
     return true;
   }
@@ -104,12 +90,8 @@ JpegData read_jpeg_data(const std::vector<unsigned char>& bytes) {
   JpegData data;
   Decoder decoder;
   if (!decoder.read_head(bytes)) return data;
-  if (decoder.is_grey() || decoder.has_colors()) {
-    data.image.create(decoder.height(), decoder.width(), decoder.is_grey() ? CV_8UC1 : CV_8UC3);
-    if (!decoder.read_pixels(&data.image)) data.image.release();
-  } else {
-    decoder.pass_over_pixels();
-  }
+  data.image.create(decoder.size(), CV_8UC(decoder.channels()));
+  if (!decoder.read_pixels(&data.image) || !decoder.is_for_opencv()) data.image.release();
   data.end_early = decoder.end_early();
   return data;
 }

@@ -221,8 +221,7 @@ class OwnSiftOctaveTest : public testing::TestWithParam<SiftScale> {
     options.reduction = GetParam().reduction;
     return options;
   }
-  // px of the image that one of the first octave is wide.
-  static double pixel_size() { return GetParam().reduction * std::exp2(GetParam().first_octave); }
+  static double pixel_size() { return GetParam().pixel_size(); }
 };
 
 TEST_P(OwnSiftOctaveTest, FindsBlobsWhereTheyAreAndAsLargeAsTheyAre) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <opencv2/core.hpp>
 
 #include "mono_pose_tracker/features/sift.h"
@@ -11,6 +12,9 @@ struct SiftScale {
   int first_octave = 0;  // -1: the image is doubled first; 0; 1: halved; 2: halved twice
   float sigma = 1.2f;    // blur of the first octave's base, px of that octave
   int reduction = 1;     // px of the image, either way, that become one before that
+
+  /// Input px in one px of the first octave.
+  double pixel_size() const { return reduction * std::exp2(first_octave); }
 
   bool operator==(const SiftScale& o) const {
     return first_octave == o.first_octave && sigma == o.sigma && reduction == o.reduction;
