@@ -21,6 +21,8 @@ double evaluate(const double (&c)[N], const ProjectiveRoot& root) {
 double eliminate(Constraints* m, int (&rows)[10]) {
   for (int k = 0; k < 10; ++k) rows[k] = k;
   double least = std::numeric_limits<double>::infinity(), largest = 0;
+  // Unrolled, so that what is left of each row has a length that the compiler knows.
+#pragma GCC unroll 10
   for (int k = 0; k < 10; ++k) {
     int best = k;
     for (int r = k + 1; r < 10; ++r) {

@@ -41,7 +41,9 @@ Piece bernstein(const double c[kDegree + 1]) {
   constexpr double kBinomial[kDegree + 1] = {1, 10, 45, 120, 210, 252, 210, 120, 45, 10, 1};
   Piece piece;
   for (int i = 0; i <= kDegree; ++i) piece.b[i] = c[i] / kBinomial[i];
+#pragma GCC unroll 10
   for (int level = 0; level < kDegree; ++level) {
+#pragma GCC unroll 10
     for (int i = kDegree; i > level; --i) piece.b[i] += piece.b[i - 1];
   }
   piece.start = 0;

@@ -2,7 +2,6 @@
 
 #include <unordered_set>
 
-#include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/mapping/landmark_pose.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
 
@@ -46,7 +45,7 @@ AbsolutePoseReport pose_by_descriptors(const MapperOptions& options,
 bool refine(const MapperOptions& options, const std::vector<LandmarkCandidate>& candidates,
             const ImageFeatures& image, Location* location) {
   ProjectionMatchOptions guided;
-  guided.radius_px = 1.5 * options.mapping.max_reprojection_px * image_scale(image.camera);
+  guided.radius_px = 1.5 * options.mapping.transferred_px(image.camera);
   guided.max_distance2 = stored_distance2(options.mapping.max_descriptor_distance);
   const GuidedPose pose = refine_by_guided_matching(candidates, image, location->camera_from_map, guided);
   if (!pose.is_steady) return false;

@@ -4,7 +4,6 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/features/feature_set.h"
 #include "mono_pose_tracker/features/matching.h"
@@ -131,7 +130,7 @@ GuidedSearch search(const MapperOptions& options, const CameraModel& camera, con
                     const KeyframeView& keyframe, const std::vector<Sight>& old, const Sim3& old_from_new) {
   ProjectionMatchOptions guided;
   // The similarity is good to the error of an observation where its inliers are, elsewhere to a few of these.
-  guided.radius_px = 3 * options.mapping.max_reprojection_px * image_scale(camera);
+  guided.radius_px = 3 * options.mapping.transferred_px(camera);
   guided.max_distance2 = stored_distance2(options.mapping.max_descriptor_distance);
   const std::vector<LandmarkCandidate> candidates = candidates_in_new(map, old, old_from_new.inverse());
   GuidedSearch result;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "levenberg_marquardt.h"
+#include "mono_pose_tracker/common/function_clones.h"
 #include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/common/so3.h"
 #include "mono_pose_tracker/robust/early_rejection.h"
@@ -15,7 +16,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr int kBlock = 16;  // matches after which scoring may give up
+constexpr int kBlock = VectorArray::kPadding;  // matches after which scoring may give up
 
 // A model as good as the bound is given up once in 20 times: scoring is most of the work where nearly all are
 // outliers, and one good sample in 20 costs a twentieth more samples where this spares half of their scoring
@@ -32,19 +33,46 @@ Lanes squared_angles(const LaneVector& p, const LaneVector& bearings) {
   return (dot(p, bearings) > 0).select(dot(across, across) / dot(p, p), Lanes::Ones());
 }
 
-// Whether any match from begin to end may be within the threshold. Of most models most are outliers, which
-// are told without division and without the cross product, whose length is sqrt(|p|^2 - (p . b)^2).
-bool may_have_inliers(const PointMatches& matches, const CameraPose& pose, double squared_threshold,
-                      int begin, int end) {
+// Coordinates of a block's matches, one axis after the other.
+struct Block {
+  const double *point[3], *bearing[3];
+};
+
+// Which of a block's lanes may hold a match within the threshold, a bit each. Of most models most are
+// outliers, which are told without division and without the cross product, whose length is sqrt(|p|^2 - (p .
+// b)^2). The margin is more than any order of the sums makes of it, so that the answer's use does not depend
+// on the processor. m: camera_from_map, row by row.
+MPT_FUNCTION_CLONES unsigned lanes_with_inliers(const Block& block, const double (&m)[12],
+                                                double squared_threshold) {
   constexpr double kRounding = 1e-12;
   const double least_squared_cosine = 1 - squared_threshold - kRounding;
-  Lanes most = Lanes::Constant(-std::numeric_limits<double>::infinity());
-  for (int i = begin; i < end; i += kLanes) {
-    const LaneVector p = pose.rotation * matches.points().lanes(i) + pose.translation;
-    const Lanes along = dot(p, matches.bearings().lanes(i)).max(0.0);
-    most = most.max(along * along - least_squared_cosine * dot(p, p));
+  const double *x = block.point[0], *y = block.point[1], *z = block.point[2];
+  const double *bx = block.bearing[0], *by = block.bearing[1], *bz = block.bearing[2];
+  double excess[kBlock];
+  for (int i = 0; i < kBlock; ++i) {
+    const double px = m[0] * x[i] + m[1] * y[i] + m[2] * z[i] + m[3];
+    const double py = m[4] * x[i] + m[5] * y[i] + m[6] * z[i] + m[7];
+    const double pz = m[8] * x[i] + m[9] * y[i] + m[10] * z[i] + m[11];
+    const double along = px * bx[i] + py * by[i] + pz * bz[i];
+    // along * |along| is negative behind the camera.
+    excess[i] = along * std::abs(along) - least_squared_cosine * (px * px + py * py + pz * pz);
   }
-  return most.maxCoeff() >= 0;
+  unsigned lanes = 0;
+  for (int k = 0; k < kBlock / kLanes; ++k) {
+    unsigned any = 0;
+    for (int i = kLanes * k; i < kLanes * (k + 1); ++i) any |= static_cast<unsigned>(excess[i] >= 0);
+    lanes |= any << k;
+  }
+  return lanes;
+}
+
+Block block_of(const PointMatches& matches, int begin) {
+  Block block;
+  for (int axis = 0; axis < 3; ++axis) {
+    block.point[axis] = matches.points().from(axis, begin);
+    block.bearing[axis] = matches.bearings().from(axis, begin);
+  }
+  return block;
 }
 
 using Equations = NormalEquations<6>;
@@ -146,21 +174,23 @@ RansacScore score_camera_pose(const PointMatches& matches, const CameraPose& pos
   if (inliers != nullptr) {
     inliers->assign(matches.size(), 0);
   }
+  double rows[12];
+  Eigen::Map<Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(rows) << pose.rotation, pose.translation;
   RansacScore score;
   score.cost = 0;
   double inlier_squares = 0;
   for (int begin = 0; begin < matches.size(); begin += kBlock) {
     const int end = std::min(begin + kBlock, matches.size());
-    if (may_have_inliers(matches, pose, squared_threshold, begin, end)) {
-      for (int i = begin; i < end; i += kLanes) {
-        const LaneVector p = pose.rotation * matches.points().lanes(i) + pose.translation;
-        const Lanes squared = squared_angles(p, matches.bearings().lanes(i));
-        for (int k = 0; k < std::min(kLanes, end - i); ++k) {
-          if (!(squared[k] < squared_threshold)) continue;
-          inlier_squares += squared[k];
-          ++score.num_inliers;
-          if (inliers != nullptr) (*inliers)[i + k] = 1;
-        }
+    const unsigned lanes = lanes_with_inliers(block_of(matches, begin), rows, squared_threshold);
+    for (int i = begin; i < end; i += kLanes) {
+      if (((lanes >> ((i - begin) / kLanes)) & 1U) == 0) continue;
+      const LaneVector p = pose.rotation * matches.points().lanes(i) + pose.translation;
+      const Lanes squared = squared_angles(p, matches.bearings().lanes(i));
+      for (int k = 0; k < std::min(kLanes, end - i); ++k) {
+        if (!(squared[k] < squared_threshold)) continue;
+        inlier_squares += squared[k];
+        ++score.num_inliers;
+        if (inliers != nullptr) (*inliers)[i + k] = 1;
       }
     }
     const double cost = inlier_squares + (end - score.num_inliers) * squared_threshold;

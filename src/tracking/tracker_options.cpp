@@ -107,6 +107,7 @@ TrackerOptions options_for_images(const TrackerOptions& given, const cv::Size& i
   options.inlier_threshold_px *= pixel;
   options.bootstrap.min_parallax_px *= pixel;
   options.mapping.max_reprojection_px *= pixel;
+  options.mapping.feature_pixel_size = pixel;
   return options;
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <string>
 
+#include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 #include "mono_pose_tracker/robust/ransac_options.h"
@@ -20,10 +22,17 @@ struct MappingOptions {
   int window_landmarks = 200;        // of each of these, that hold the poses; the others follow; live only
   double min_parallax_deg = 0.6;     // of a new landmark's two rays
   double max_reprojection_px = 2.5;  // of an observation
+  double feature_pixel_size = 1;  // px of the image in one that is searched; the line above has grown by it
   double max_descriptor_distance = 0.6;  // of an observation to its landmark, unit descriptors
   double redundant_overlap = 0.95;       // a keyframe goes when three others see this share of its landmarks
   int max_keyframes = 0;                 // 0: no limit; else the least useful go
   double bundle_seconds = 0.25;  // budget of a windowed bundle adjustment, live only: offline results repeat
+
+  /// px: the error of an observation to a pose that others gave, which grows with the image, or with the
+  /// pixels that are searched where these are larger.
+  double transferred_px(const CameraModel& camera) const {
+    return max_reprojection_px * std::max(1.0, image_scale(camera) / feature_pixel_size);
+  }
 };
 
 /// What sets the map's unit to metres, one of them at most (0: not known). Without any, the median depth of

@@ -55,15 +55,17 @@ inline LaneVector cross(const LaneVector& a, const Eigen::Vector3d& b) {
 
 inline Eigen::Vector3d sum(const LaneVector& a) { return {a.x.sum(), a.y.sum(), a.z.sum()}; }
 
-/// Vectors stored coordinate by coordinate, padded with zeros to a multiple of four.
+/// Vectors stored coordinate by coordinate, padded with zeros to a multiple of kPadding.
 class VectorArray {
  public:
+  static constexpr int kPadding = 16;
+
   VectorArray() = default;
 
   explicit VectorArray(const std::vector<Eigen::Vector3d>& vectors)
       : size_(static_cast<int>(vectors.size())) {
     for (int axis = 0; axis < 3; ++axis) {
-      coordinates_[axis].assign((vectors.size() + kLanes - 1) / kLanes * kLanes, 0.0);
+      coordinates_[axis].assign((vectors.size() + kPadding - 1) / kPadding * kPadding, 0.0);
       for (int i = 0; i < size_; ++i) {
         coordinates_[axis][i] = vectors[i][axis];
       }
@@ -75,13 +77,14 @@ class VectorArray {
     return {coordinates_[0][i], coordinates_[1][i], coordinates_[2][i]};
   }
 
+  /// A coordinate of vectors i, i + 1, ...
+  const double* from(int axis, int i) const { return &coordinates_[axis][i]; }
+
   /// Vectors i to i + 3; i a multiple of four below size().
   LaneVector lanes(int i) const { return {load(0, i), load(1, i), load(2, i)}; }
 
  private:
-  Eigen::Map<const Lanes> load(int axis, int i) const {
-    return Eigen::Map<const Lanes>(&coordinates_[axis][i]);
-  }
+  Eigen::Map<const Lanes> load(int axis, int i) const { return Eigen::Map<const Lanes>(from(axis, i)); }
 
   int size_ = 0;
   std::vector<double> coordinates_[3];
