@@ -4,7 +4,9 @@
 #include <iterator>
 
 #include "astray_pose.h"
+#include "contradicted_pose.h"
 #include "fixed_in_image.h"
+#include "keyframe_landmarks.h"
 #include "mono_pose_tracker/mapping/mapper.h"
 #include "mono_pose_tracker/mapping/off_body.h"
 #include "mono_pose_tracker/mapping/second_motion.h"
@@ -34,6 +36,16 @@ void Mapper::correct_pose(KeyframeId id) {
   if (options_.separates_motions || is_cancelled()) return;
   const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
   if (!near.empty()) correct_astray_pose(options_, id, *std::max_element(near.begin(), near.end()), &map_);
+}
+
+// Where another body may move before the camera, as above.
+std::set<KeyframeId> Mapper::correct_contradicted(const MatchesInTime& matches) {
+  if (options_.separates_motions || map_.keyframes().size() < 3) return {};
+  std::set<KeyframeId> moved = correct_contradicted_poses(options_, matches, &map_);
+  if (moved.empty()) return moved;
+  cull_observations(landmarks_seen_by(map_, {moved.begin(), moved.end()}));
+  finish();
+  return moved;
 }
 
 // What moves as one, but not with the body, in the keyframe and one before it is no part of the map, now or

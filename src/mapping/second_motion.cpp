@@ -5,6 +5,7 @@
 
 #include "mono_pose_tracker/common/nearest_vote.h"
 #include "mono_pose_tracker/geometry/essential.h"
+#include "mono_pose_tracker/robust/bearing_pairs.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
 #include "turn_in_view.h"
 
@@ -26,20 +27,22 @@ constexpr double kMostTurn = 0.6;
 // Nearest features of known motion that decide for those that obey both.
 constexpr std::size_t kVoters = 5;
 
-// Sampson error, or what is behind a camera: it contradicts as well.
-bool obeys(const Rigid3& second_from_first, const Eigen::Matrix3d& essential, const Eigen::Vector3d& bearing1,
+// Sampson error, or what is plainly behind a camera: it contradicts as well. (The rays of what is far are
+// parallel but for noise: half of them meet behind the cameras.)
+bool obeys(const TwoViewModel& motion, const Eigen::Matrix3d& essential, const Eigen::Vector3d& bearing1,
            const Eigen::Vector3d& bearing2, double limit) {
   return std::abs(sampson_error(essential, bearing1, bearing2)) < limit &&
-         is_in_front(second_from_first, bearing1, bearing2);
+         may_be_in_front(motion, bearing1, bearing2, limit);
 }
 
 std::vector<char> agree_with(const std::vector<Match>& matches, const FeatureSet& first,
                              const FeatureSet& second, const Rigid3& second_from_first, double limit) {
   const Eigen::Matrix3d essential = essential_matrix(second_from_first);
+  const TwoViewModel motion{second_from_first.rotation.toRotationMatrix(),
+                            second_from_first.translation.normalized()};
   std::vector<char> agree;
   for (const Match& m : matches) {
-    agree.push_back(
-        obeys(second_from_first, essential, first.bearings[m.first], second.bearings[m.second], limit));
+    agree.push_back(obeys(motion, essential, first.bearings[m.first], second.bearings[m.second], limit));
   }
   return agree;
 }

@@ -156,6 +156,13 @@ void leave_out_loose_ends(const Recording& recording, Tracker* tracker, Recordin
   for (const PosedFrame& frame : tracker->trajectory()) result->left_out.erase(frame.index);
 }
 
+// Poses that hang on what is far, and were wrong about what is near.
+void correct_contradicted(const Recording& recording, Tracker* tracker, RecordingResult* result) {
+  if (recording.interrupted()) return;
+  const std::set<std::int64_t> corrected = tracker->correct_contradicted();
+  resect_again(recording, corrected, result->frames_total, tracker);
+}
+
 // What was followed in the place of something else for a while.
 void leave_out_misplaced(const Recording& recording, Tracker* tracker, RecordingResult* result) {
   if (recording.interrupted()) return;
@@ -229,6 +236,7 @@ void pose_again(const Recording& recording, const FrameObserver& observer, Track
   // Of the images that are no keyframes the poses were found while the map was another.
   resect_again(recording, tracker->posed_before_remake(), result->frames_total, tracker);
   if (recording.interrupted()) return;
+  correct_contradicted(recording, tracker, result);
   // Where the camera can hardly have been, between images where it certainly was.
   pose_anew(recording, tracker->take_out_strays(), tracker, result);
   leave_out_misplaced(recording, tracker, result);

@@ -365,6 +365,8 @@ std::set<std::int64_t> Tracker::take_out_strays() { return impl_->take_out_stray
 
 std::set<std::int64_t> Tracker::take_out_loose_ends() { return impl_->take_out_loose_ends(); }
 
+std::set<std::int64_t> Tracker::correct_contradicted() { return impl_->correct_contradicted(); }
+
 std::set<std::int64_t> Tracker::take_out_misplaced() { return impl_->take_out_misplaced(); }
 
 void Tracker::leave_out_strays() { impl_->leave_out_strays(); }

@@ -80,6 +80,7 @@ class Tracker::Impl {
   std::set<std::int64_t> posed_before_remake();
   std::set<std::int64_t> take_out_strays();
   std::set<std::int64_t> take_out_loose_ends();
+  std::set<std::int64_t> correct_contradicted();
   std::set<std::int64_t> take_out_misplaced();
   void leave_out_strays();
   std::set<std::int64_t> settle_motion();

@@ -102,6 +102,28 @@ std::set<std::int64_t> Tracker::Impl::take_out_loose_ends() {
   }
 }
 
+// Each time what was hidden by poses that are right now may show.
+std::set<std::int64_t> Tracker::Impl::correct_contradicted() {
+  constexpr int kMostTimes = 3;
+  std::set<std::int64_t> frames;
+  if (options_.localize_only) return frames;
+  for (int i = 0; i < kMostTimes; ++i) {
+    Mapper& mapper = worker_.mapper();
+    const TrackingMapPtr before = worker_.latest();
+    const std::set<KeyframeId> moved =
+        mapper.correct_contradicted(known_matches_.of(mapper.map(), options_.matching, options_.threads));
+    if (moved.empty()) break;
+    frames.merge(frames_on(*before, frames_[before->map_id], moved));
+    worker_.publish_mapper();
+  }
+  // A keyframe's own image is where the keyframe is.
+  if (!frames.empty()) {
+    for (const auto& entry : worker_.latest()->keyframes) frames.erase(entry.second.frame_index);
+    erase(frames, &frames_[worker_.latest()->map_id]);
+  }
+  return frames;
+}
+
 std::set<std::int64_t> Tracker::Impl::take_out_misplaced() {
   std::set<std::int64_t> frames;
   if (options_.localize_only) return frames;

@@ -20,6 +20,7 @@
 #include "mono_pose_tracker/mapping/loop_finder.h"
 #include "mono_pose_tracker/mapping/map_joiner.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
+#include "mono_pose_tracker/mapping/matches_in_time.h"
 #include "mono_pose_tracker/mapping/rigidity_watch.h"
 
 namespace mono_pose_tracker {
@@ -75,6 +76,10 @@ class Mapper {
   /// Where keyframes of the finished map are where no camera goes (by this much at the least), everything is
   /// adjusted again, held to its motion.
   void settle_motion(double least);
+
+  /// Poses keyframes anew that contradict what they see of the map (contradicted_pose), which is finished anew
+  /// then. Those that were moved. matches: of the map's keyframes.
+  std::set<KeyframeId> correct_contradicted(const MatchesInTime& matches);
 
   /// Takes out keyframes whose poses are wrong, and what they alone saw; the first two hold the frame and
   /// scale of the map, and stay.

@@ -1,0 +1,113 @@
+#include "mapping/contradicted_pose.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <vector>
+
+#include "mono_pose_tracker/common/angles.h"
+#include "support/add_view.h"
+#include "support/synthetic_views.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr int kViews = 10, kFarPoints = 80, kNearPoints = 120, kAstrayView = 5;
+
+// Keyframes that go past things 2 to 5 units away before a skyline at 3000 to 5000. All see all, but for the
+// astray one: it was taken to be elsewhere, and sees the skyline only.
+struct Skyline {
+  Random random{5};
+  CameraModel camera = synthetic_camera();
+  SyntheticScene scene{points(), random};
+  MapperOptions options;
+  Map map;
+
+  Skyline() { options.ransac.threshold = 2 / camera.focal(); }
+
+  std::vector<Eigen::Vector3d> points() {
+    std::vector<Eigen::Vector3d> x;
+    for (int i = 0; i < kFarPoints + kNearPoints; ++i) {
+      const double depth = i < kFarPoints ? random.uniform(3000, 5000) : random.uniform(2, 5);
+      x.emplace_back(depth * random.uniform(-0.4, 0.4), depth * random.uniform(-0.3, 0.3), depth);
+    }
+    return x;
+  }
+
+  static Rigid3 pose(int view) { return camera_at({0.05 * view, 0, 0}, -0.5 * view * kDegree); }
+
+  // Of the astray one: where it was taken from and for, and what it saw there.
+  void add_views(const Rigid3& seen_from, const Rigid3& taken_for, const SyntheticScene& seen) {
+    std::vector<LandmarkId> all, far;
+    for (int p = 0; p < kFarPoints + kNearPoints; ++p) {
+      all.push_back(map.add_landmark(scene.x_in_map[p]));
+      far.push_back(p < kFarPoints ? all.back() : map.add_landmark(scene.x_in_map[p]));
+    }
+    for (int v = 0; v < kViews; ++v) {
+      const bool is_astray = v == kAstrayView;
+      add_view(is_astray ? seen : scene, camera, is_astray ? seen_from : pose(v), 0.5, v,
+               is_astray ? far : all, random, &map);
+      if (is_astray) map.set_pose(v, taken_for);
+    }
+    for (int p = kFarPoints; p < kFarPoints + kNearPoints; ++p) map.remove_landmark(far[p]);
+    map.check();
+  }
+
+  std::set<KeyframeId> correct() {
+    const std::set<KeyframeId> moved =
+        correct_contradicted_poses(options, match_in_time(map, MatchOptions(), 1), &map);
+    map.check();
+    return moved;
+  }
+
+  double off_by(int view) const {
+    return (map.keyframe(view)->center_in_map() - pose(view).inverse().translation).norm();
+  }
+
+  int seen_by(KeyframeId id) const {
+    int seen = 0;
+    for (const LandmarkId l : map.keyframe(id)->landmark_of_feature) seen += l != kNoLandmark;
+    return seen;
+  }
+};
+
+Rigid3 astray() { return camera_at({0.05 * kAstrayView + 0.4, 0.2, 0}, -0.5 * kAstrayView * kDegree); }
+
+TEST(ContradictedPose, WhatIsNearTellsWhereTheCameraWas) {
+  Skyline skyline;
+  skyline.add_views(Skyline::pose(kAstrayView), astray(), skyline.scene);
+  const int before = skyline.seen_by(kAstrayView);
+  ASSERT_GT(skyline.off_by(kAstrayView), 0.4);
+  EXPECT_EQ(skyline.correct(), std::set<KeyframeId>{kAstrayView});
+  EXPECT_LT(skyline.off_by(kAstrayView), 0.02);
+  EXPECT_GT(skyline.seen_by(kAstrayView), before + kNearPoints / 2);
+}
+
+TEST(ContradictedPose, RightPosesStay) {
+  Skyline skyline;
+  skyline.add_views(Skyline::pose(kAstrayView), Skyline::pose(kAstrayView), skyline.scene);
+  EXPECT_TRUE(skyline.correct().empty());
+}
+
+// In one image most of what is near has moved on: what is far, and what has not, says where the camera was.
+TEST(ContradictedPose, AnotherBodysMotionIsNoPose) {
+  Skyline skyline;
+  const Rigid3 pose = Skyline::pose(kAstrayView), of_the_other = camera_at({0.3, 0.3, 0}, 6 * kDegree);
+  SyntheticScene moved = skyline.scene;
+  for (int p = kFarPoints; p < kFarPoints + kNearPoints; ++p) {
+    moved.x_in_map[p] = pose.inverse() * (of_the_other * moved.x_in_map[p]);
+  }
+  skyline.add_views(pose, pose, moved);
+  EXPECT_TRUE(skyline.correct().empty());
+  EXPECT_EQ(skyline.off_by(kAstrayView), 0);
+}
+
+TEST(ContradictedPose, OfAnEarlierRunAllStay) {
+  Skyline skyline;
+  skyline.add_views(Skyline::pose(kAstrayView), astray(), skyline.scene);
+  skyline.map.shift_frame_indices(-kViews);
+  EXPECT_TRUE(skyline.correct().empty());
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
