@@ -1,7 +1,9 @@
 #include "mono_pose_tracker/mapping/keyframe_locator.h"
 
-#include <unordered_set>
+#include <utility>
+#include <vector>
 
+#include "landmark_candidates.h"
 #include "mono_pose_tracker/mapping/landmark_pose.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
 
@@ -10,22 +12,6 @@ namespace mono_pose_tracker {
 namespace {
 
 constexpr int kLocalKeyframes = 12;  // whose landmarks confirm the pose
-
-std::vector<LandmarkCandidate> candidates_of(const Map& map, const std::vector<KeyframeId>& keyframes) {
-  std::vector<LandmarkCandidate> candidates;
-  std::unordered_set<LandmarkId> known;
-  for (const KeyframeId id : keyframes) {
-    const Keyframe& keyframe = *map.keyframe(id);
-    const Eigen::Vector3d center = keyframe.center_in_map();
-    for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
-      const LandmarkId l = keyframe.landmark_of_feature[f];
-      if (l == kNoLandmark || !known.insert(l).second) continue;
-      candidates.push_back(
-          make_candidate(l, map.landmark(l)->x_in_map, *keyframe.image, static_cast<int>(f), center));
-    }
-  }
-  return candidates;
-}
 
 AbsolutePoseReport pose_by_descriptors(const MapperOptions& options,
                                        const std::vector<LandmarkCandidate>& candidates,

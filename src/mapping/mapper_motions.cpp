@@ -41,7 +41,8 @@ void Mapper::correct_pose(KeyframeId id) {
 // Where another body may move before the camera, as above.
 std::set<KeyframeId> Mapper::correct_contradicted(const MatchesInTime& matches) {
   if (options_.separates_motions || map_.keyframes().size() < 3) return {};
-  std::set<KeyframeId> moved = correct_contradicted_poses(options_, matches, &map_);
+  const auto is_known = [this](KeyframeId id, int feature) { return is_left_out(id, feature); };
+  std::set<KeyframeId> moved = correct_contradicted_poses(options_, matches, is_known, &map_);
   if (moved.empty()) return moved;
   cull_observations(landmarks_seen_by(map_, {moved.begin(), moved.end()}));
   finish();

@@ -233,10 +233,10 @@ void pose_again(const Recording& recording, const FrameObserver& observer, Track
   pose_the_rest(recording, observer, tracker, result);
   // What follows takes poses out, to find them anew.
   if (recording.interrupted()) return;
+  correct_contradicted(recording, tracker, result);
   // Of the images that are no keyframes the poses were found while the map was another.
   resect_again(recording, tracker->posed_before_remake(), result->frames_total, tracker);
   if (recording.interrupted()) return;
-  correct_contradicted(recording, tracker, result);
   // Where the camera can hardly have been, between images where it certainly was.
   pose_anew(recording, tracker->take_out_strays(), tracker, result);
   leave_out_misplaced(recording, tracker, result);

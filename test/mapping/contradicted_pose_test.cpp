@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "mono_pose_tracker/common/angles.h"
+#include "mono_pose_tracker/mapping/contradiction.h"
+#include "mono_pose_tracker/mapping/mapper.h"
 #include "support/add_view.h"
 #include "support/synthetic_views.h"
 
@@ -21,6 +23,7 @@ struct Skyline {
   CameraModel camera = synthetic_camera();
   SyntheticScene scene{points(), random};
   MapperOptions options;
+  IsLeftOut is_left_out = [](KeyframeId, int) { return false; };
   Map map;
 
   Skyline() { options.ransac.threshold = 2 / camera.focal(); }
@@ -55,7 +58,7 @@ struct Skyline {
 
   std::set<KeyframeId> correct() {
     const std::set<KeyframeId> moved =
-        correct_contradicted_poses(options, match_in_time(map, MatchOptions(), 1), &map);
+        correct_contradicted_poses(options, match_in_time(map, MatchOptions(), 1), is_left_out, &map);
     map.check();
     return moved;
   }
@@ -83,6 +86,29 @@ TEST(ContradictedPose, WhatIsNearTellsWhereTheCameraWas) {
   EXPECT_GT(skyline.seen_by(kAstrayView), before + kNearPoints / 2);
 }
 
+TEST(ContradictedPose, WhatWasLeftOutSaysNothing) {
+  Skyline skyline;
+  skyline.add_views(Skyline::pose(kAstrayView), astray(), skyline.scene);
+  const std::vector<LandmarkId> known = skyline.map.keyframe(kAstrayView)->landmark_of_feature;
+  skyline.is_left_out = [&](KeyframeId id, int feature) {
+    return id == kAstrayView && known[feature] == kNoLandmark;
+  };
+  EXPECT_EQ(skyline.correct().count(kAstrayView), 0u);
+}
+
+// The mapper finishes the map anew then.
+TEST(ContradictedPose, TheMapIsFinishedAnew) {
+  Skyline skyline;
+  skyline.add_views(Skyline::pose(kAstrayView), astray(), skyline.scene);
+  Mapper mapper(skyline.options, skyline.camera);
+  mapper.restore(skyline.map, 0);
+  const MatchesInTime matches = match_in_time(mapper.map(), MatchOptions(), 1);
+  EXPECT_EQ(mapper.correct_contradicted(matches), std::set<KeyframeId>{kAstrayView});
+  EXPECT_FALSE(
+      worst_contradiction(mapper.map(), match_in_time(mapper.map(), MatchOptions(), 1)).is_significant());
+  EXPECT_TRUE(mapper.correct_contradicted(matches).empty());
+}
+
 TEST(ContradictedPose, RightPosesStay) {
   Skyline skyline;
   skyline.add_views(Skyline::pose(kAstrayView), Skyline::pose(kAstrayView), skyline.scene);
@@ -98,6 +124,8 @@ TEST(ContradictedPose, AnotherBodysMotionIsNoPose) {
     moved.x_in_map[p] = pose.inverse() * (of_the_other * moved.x_in_map[p]);
   }
   skyline.add_views(pose, pose, moved);
+  ASSERT_TRUE(
+      worst_contradiction(skyline.map, match_in_time(skyline.map, MatchOptions(), 1)).is_significant());
   EXPECT_TRUE(skyline.correct().empty());
   EXPECT_EQ(skyline.off_by(kAstrayView), 0);
 }

@@ -77,7 +77,7 @@ class VectorArray {
     return {coordinates_[0][i], coordinates_[1][i], coordinates_[2][i]};
   }
 
-  /// A coordinate of vectors i, i + 1, ...
+  /// A coordinate of vectors i, i + 1, ... to the end of the padding.
   const double* from(int axis, int i) const { return &coordinates_[axis][i]; }
 
   /// Vectors i to i + 3; i a multiple of four below size().
