@@ -75,8 +75,7 @@ void leave_out_fixed(const std::vector<PosedImage>& images, const std::vector<st
       if (!fixed[i][m]) rest.push_back((*motions)[i].matches[m]);
     }
     if (rest.size() == fixed[i].size()) continue;
-    (*motions)[i] = motions_of(std::move(rest), images[pairs[i].first], images[pairs[i].second], ransac,
-                               MeetBehind::kContradictsBeyondNoise);
+    (*motions)[i] = motions_of(std::move(rest), images[pairs[i].first], images[pairs[i].second], ransac);
   }
 }
 

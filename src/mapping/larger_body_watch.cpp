@@ -27,8 +27,7 @@ void LargerBodyWatch::ask(const Map& map, const MatchOptions& matching, const Ra
   const auto newest = std::prev(map.keyframes().end());
   if (!asked_.is_due(newest->second.stamp_ns, kPeriod)) return;
   const PairMotions pair =
-      compare_motions(posed_image(std::prev(newest)->second), posed_image(newest->second), matching, ransac,
-                      MeetBehind::kContradictsBeyondNoise);
+      compare_motions(posed_image(std::prev(newest)->second), posed_image(newest->second), matching, ransac);
   const auto obeying = [&](ObeyedMotion motion) {
     return std::count(pair.obeyed.begin(), pair.obeyed.end(), motion);
   };

@@ -88,8 +88,7 @@ std::vector<PairMotions> compare_all(const std::vector<PosedImage>& images, cons
                                      const MatchOptions& matching, const RansacOptions& ransac, int threads) {
   std::vector<PairMotions> motions(pairs.size());
   parallel_for(static_cast<int>(pairs.size()), threads, [&](int i) {
-    motions[i] = compare_motions(images[pairs[i].first], images[pairs[i].second], matching, ransac,
-                                 MeetBehind::kContradictsBeyondNoise);
+    motions[i] = compare_motions(images[pairs[i].first], images[pairs[i].second], matching, ransac);
   });
   return motions;
 }

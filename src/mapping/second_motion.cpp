@@ -5,7 +5,6 @@
 
 #include "mono_pose_tracker/common/nearest_vote.h"
 #include "mono_pose_tracker/geometry/essential.h"
-#include "mono_pose_tracker/robust/bearing_pairs.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
 #include "turn_in_view.h"
 
@@ -27,19 +26,20 @@ constexpr double kMostTurn = 0.6;
 // Nearest features of known motion that decide for those that obey both.
 constexpr std::size_t kVoters = 5;
 
-// By Sampson's error; what is behind a camera contradicts as well.
+// Sampson error, or what is behind a camera: it contradicts as well.
+bool obeys(const Rigid3& second_from_first, const Eigen::Matrix3d& essential, const Eigen::Vector3d& bearing1,
+           const Eigen::Vector3d& bearing2, double limit) {
+  return std::abs(sampson_error(essential, bearing1, bearing2)) < limit &&
+         is_in_front(second_from_first, bearing1, bearing2);
+}
+
 std::vector<char> agree_with(const std::vector<Match>& matches, const FeatureSet& first,
-                             const FeatureSet& second, const Rigid3& second_from_first, double limit,
-                             MeetBehind behind) {
+                             const FeatureSet& second, const Rigid3& second_from_first, double limit) {
   const Eigen::Matrix3d essential = essential_matrix(second_from_first);
-  const TwoViewModel motion{second_from_first.rotation.toRotationMatrix(),
-                            second_from_first.translation.normalized()};
   std::vector<char> agree;
   for (const Match& m : matches) {
-    const Eigen::Vector3d &x1 = first.bearings[m.first], &x2 = second.bearings[m.second];
-    const bool in_front = behind == MeetBehind::kContradicts ? is_in_front(second_from_first, x1, x2)
-                                                             : may_be_in_front(motion, x1, x2, limit);
-    agree.push_back(std::abs(sampson_error(essential, x1, x2)) < limit && in_front);
+    agree.push_back(
+        obeys(second_from_first, essential, first.bearings[m.first], second.bearings[m.second], limit));
   }
   return agree;
 }
@@ -93,19 +93,19 @@ bool is_among_others(const std::vector<Match>& matches, const std::vector<Obeyed
 }  // namespace
 
 PairMotions compare_motions(const PosedImage& first, const PosedImage& second, const MatchOptions& matching,
-                            const RansacOptions& ransac, MeetBehind behind) {
+                            const RansacOptions& ransac) {
   return motions_of(match_descriptors(first.image->set.descriptors, second.image->set.descriptors, matching),
-                    first, second, ransac, behind);
+                    first, second, ransac);
 }
 
 PairMotions motions_of(std::vector<Match> matches, const PosedImage& first, const PosedImage& second,
-                       const RansacOptions& ransac, MeetBehind behind) {
+                       const RansacOptions& ransac) {
   const FeatureSet &set1 = first.image->set, &set2 = second.image->set;
   PairMotions pair;
   pair.matches = std::move(matches);
   const double limit = kContradicts * ransac.threshold;
   const Rigid3 second_from_first = second.camera_from_map * first.camera_from_map.inverse();
-  const std::vector<char> of_body = agree_with(pair.matches, set1, set2, second_from_first, limit, behind);
+  const std::vector<char> of_body = agree_with(pair.matches, set1, set2, second_from_first, limit);
   for (const char obeys_body : of_body)
     pair.obeyed.push_back(obeys_body ? ObeyedMotion::kBody : ObeyedMotion::kNeither);
   const RelativePoseReport rest = fit_the_rest(pair.matches, of_body, set1, set2, ransac);
@@ -113,7 +113,7 @@ PairMotions motions_of(std::vector<Match> matches, const PosedImage& first, cons
   if (!rest.success) return pair;
   pair.other_second_from_first = rest.hypotheses[0].second_from_first;
   const std::vector<char> of_other =
-      agree_with(pair.matches, set1, set2, pair.other_second_from_first, limit, behind);
+      agree_with(pair.matches, set1, set2, pair.other_second_from_first, limit);
   for (std::size_t i = 0; i < pair.matches.size(); ++i) {
     if (of_other[i]) pair.obeyed[i] = of_body[i] ? ObeyedMotion::kBoth : ObeyedMotion::kOther;
   }

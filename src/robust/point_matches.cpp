@@ -40,8 +40,9 @@ struct Block {
 
 // Which of a block's lanes may hold a match within the threshold, a bit each. Of most models most are
 // outliers, which are told without division and without the cross product, whose length is sqrt(|p|^2 - (p .
-// b)^2). The margin is more than any order of the sums makes of it, so that the answer's use does not depend
-// on the processor. m: camera_from_map, row by row.
+// b)^2). The margin is more than the order of the sums makes of it, for a point less than a thousand times as
+// far from the map's origin as from the camera, so that the result does not depend on the processor. m:
+// camera_from_map, row by row.
 MPT_FUNCTION_CLONES unsigned lanes_with_inliers(const Block& block, const double (&m)[12],
                                                 double squared_threshold) {
   constexpr double kRounding = 1e-12;

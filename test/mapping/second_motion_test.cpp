@@ -2,9 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
 
 #include "mono_pose_tracker/common/angles.h"
 #include "support/synthetic_views.h"
@@ -82,22 +80,6 @@ TEST_F(SecondMotionTest, ThereIsNoneWhereAllIsOneBody) {
   rest_ = SyntheticScene({}, random_);
   const Keyframe first = keyframe(0, Rigid3()), second = keyframe(5 * kDegree, Rigid3());
   EXPECT_TRUE(find(first, second).of_first.empty());
-}
-
-// The rays of what is far are parallel but for noise: of half of it they meet behind the cameras.
-TEST_F(SecondMotionTest, WhatIsFarContradictsByNoiseOnly) {
-  body_ = SyntheticScene(box_between(200, {-150, -100, 300}, {150, 100, 500}, random_), random_);
-  rest_ = SyntheticScene({}, random_);
-  Keyframe first = keyframe(0, Rigid3()), second = keyframe(0, Rigid3());
-  second.camera_from_map.translation.x() += 0.01;
-  RansacOptions ransac;
-  ransac.threshold = 2 / camera_.focal();
-  const PairMotions pair = compare_motions(posed_image(first), posed_image(second), MatchOptions(), ransac,
-                                           MeetBehind::kContradictsBeyondNoise);
-  ASSERT_GT(pair.matches.size(), 100u);
-  EXPECT_FALSE(pair.has_other);
-  EXPECT_EQ(std::count(pair.obeyed.begin(), pair.obeyed.end(), ObeyedMotion::kBody),
-            static_cast<std::ptrdiff_t>(pair.matches.size()));
 }
 
 // One wheel of a car taken for the other agrees with a turn about its middle that no descriptor outlives.

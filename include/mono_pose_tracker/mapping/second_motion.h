@@ -28,20 +28,15 @@ struct PosedImage {
 
 inline PosedImage posed_image(const Keyframe& k) { return {k.frame_index, k.camera_from_map, k.image}; }
 
-/// What a match of which the rays meet behind the cameras says. The rays of what is far are parallel but for
-/// noise, so that half of it does: all together that tells of a camera that went the other way, but it is no
-/// sign of another body.
-enum class MeetBehind { kContradicts, kContradictsBeyondNoise };
-
 /// The matches that contradict the images' poses must agree on one rigid motion of their own, which chance
 /// does not bring about: wrong matches agree on none. (A background that stands still behind a body that
 /// turns about an upright axis hardly contradicts it in two views: that is for find_two_motions.)
 PairMotions compare_motions(const PosedImage& first, const PosedImage& second, const MatchOptions& matching,
-                            const RansacOptions& ransac, MeetBehind behind = MeetBehind::kContradicts);
+                            const RansacOptions& ransac);
 
 /// The same of matches that are known.
 PairMotions motions_of(std::vector<Match> matches, const PosedImage& first, const PosedImage& second,
-                       const RansacOptions& ransac, MeetBehind behind = MeetBehind::kContradicts);
+                       const RansacOptions& ransac);
 
 /// Which features of two images move as one with each other, but not with the body that the map is of: a
 /// background behind an object that turns before a camera in the hand, the shoulders below a head. One flag a
