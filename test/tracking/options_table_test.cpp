@@ -127,7 +127,11 @@ TEST(OptionsTable, ThresholdsInPixelsGrowWithTheFeaturesPixels) {
   EXPECT_EQ(large.inlier_threshold_px, 5 * given.inlier_threshold_px);
   EXPECT_EQ(large.bootstrap.min_parallax_px, 5 * given.bootstrap.min_parallax_px);
   EXPECT_EQ(large.mapping.max_reprojection_px, 5 * given.mapping.max_reprojection_px);
-  const CameraModel camera({3840, 2160, 3000, 3000, 1920, 1080});
+  CameraParameters parameters;
+  parameters.width = 3840;
+  parameters.height = 2160;
+  parameters.fx = parameters.fy = 3000;
+  const CameraModel camera(parameters);
   EXPECT_NEAR(large.mapping.transferred_px(camera), 6 * given.mapping.max_reprojection_px, 1e-9);
   EXPECT_NEAR(given.mapping.transferred_px(camera), 6 * given.mapping.max_reprojection_px, 1e-9);
   const TrackerOptions offline = given.for_images({3840, 2160}, SearchPace::kRecording);
