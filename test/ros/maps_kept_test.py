@@ -172,7 +172,12 @@ class MapsKeptTest(unittest.TestCase):
         first_to_odom = self.transforms[-1].transform
         self.transforms.clear()
         beside, joined = [], []
-        for i in range(HERE, HERE + WAY_BACK):
+        way = range(HERE, HERE + WAY_BACK)
+        # Where the machine is busy the maps meet late: the camera then goes to and fro at the end of its way.
+        to_and_fro = itertools.cycle([*way[-2:-16:-1], *way[-16:]])
+        for shown, i in enumerate(itertools.chain(way, itertools.islice(to_and_fro, 2 * HERE)), 1):
+            if shown > WAY_BACK and len(joined) > 5:
+                break
             answer = self.show(i, tracker)
             if answer.state != TRACKING:
                 continue
