@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <iterator>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "held_keyframe.h"
 #include "keyframe_landmarks.h"
 #include "landmark_candidates.h"
 #include "mono_pose_tracker/mapping/contradiction.h"
@@ -134,18 +134,6 @@ void move(const MapperOptions& options, KeyframeId id, const OtherPose& other, M
   for (const LikelySight& s : other.seen) map->add_observation(s.landmark, id, s.feature);
 }
 
-bool contradict(const Map& map, const Keyframe& before, const Keyframe& after, std::vector<Match> matches) {
-  if (contradiction_between(map, before, after, matches).is_significant()) return true;
-  for (Match& m : matches) std::swap(m.first, m.second);
-  return contradiction_between(map, after, before, matches).is_significant();
-}
-
-// They hold the map's frame and its scale, or are of an earlier run.
-bool stays(const Map& map, const Keyframe& keyframe) {
-  const auto first = map.keyframes().begin();
-  return keyframe.frame_index < 0 || keyframe.id == first->first || keyframe.id == std::next(first)->first;
-}
-
 // Of two that contradict each other the one whose new pose explains more beyond its old one: its place in
 // time.
 std::optional<std::size_t> correct_one_of(const MapperOptions& options, const Keyframes& in_time,
@@ -153,7 +141,7 @@ std::optional<std::size_t> correct_one_of(const MapperOptions& options, const Ke
   std::optional<OtherPose> best;
   std::size_t place = 0;
   for (const std::size_t k : {first, first + 1}) {
-    if (stays(*map, *in_time[k])) continue;
+    if (is_held(*map, *in_time[k])) continue;
     std::optional<OtherPose> other = find_other_pose(options, *map, in_time, k, is_left_out);
     if (!other || (best && other->gain <= best->gain)) continue;
     best = std::move(other);
@@ -175,7 +163,8 @@ std::set<KeyframeId> correct_contradicted_poses(const MapperOptions& options, co
     // Only what lies about those that were moved may be otherwise the next time.
     std::vector<char> is_due_next(in_time.size(), 0);
     for (std::size_t i = 0; i + 1 < in_time.size() && !is_set(options.ransac.cancelled); ++i) {
-      if (!is_due[i] || !contradict(*map, *in_time[i], *in_time[i + 1], matches[i])) continue;
+      if (!is_due[i]) continue;
+      if (!contradiction_both_ways(*map, *in_time[i], *in_time[i + 1], matches[i]).is_significant()) continue;
       const std::optional<std::size_t> place = correct_one_of(options, in_time, i, is_left_out, map);
       if (!place) continue;
       moved.insert(in_time[*place]->id);

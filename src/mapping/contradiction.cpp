@@ -1,6 +1,7 @@
 #include "mono_pose_tracker/mapping/contradiction.h"
 
 #include <iterator>
+#include <utility>
 #include <vector>
 
 #include "alike_feature.h"
@@ -41,6 +42,14 @@ Contradiction contradiction_between(const Map& map, const Keyframe& first, const
   const bool is_chance = result.matches < kMinMatches || result.contradicting < kMinContradicting;
   if (is_chance) result.contradicting = 0;
   return result;
+}
+
+ContradictionBothWays contradiction_both_ways(const Map& map, const Keyframe& first, const Keyframe& second,
+                                              const std::vector<Match>& matches) {
+  std::vector<Match> turned_round = matches;
+  for (Match& m : turned_round) std::swap(m.first, m.second);
+  return {contradiction_between(map, first, second, matches),
+          contradiction_between(map, second, first, turned_round)};
 }
 
 bool Contradiction::is_significant() const {

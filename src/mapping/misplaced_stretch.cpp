@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <iterator>
-#include <utility>
 #include <vector>
 
+#include "held_keyframe.h"
 #include "keyframe_landmarks.h"
 #include "mono_pose_tracker/mapping/contradiction.h"
 #include "mono_pose_tracker/mapping/seam.h"
@@ -28,22 +27,15 @@ struct Break {
   bool is_whole = false;  // most of what is seen is elsewhere: of the two poses one is wrong
 };
 
-std::vector<Match> turned_round(const std::vector<Match>& matches) {
-  std::vector<Match> turned = matches;
-  for (Match& m : turned) std::swap(m.first, m.second);
-  return turned;
-}
-
 // By what either of the two sees of the map, in the other.
 std::vector<Break> breaks_in_time(const Map& map, const Keyframes& in_time, const MatchesInTime& matches) {
   constexpr double kMost = 0.5;
   std::vector<Break> breaks;
   for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
-    const Keyframe &before = *in_time[i], &after = *in_time[i + 1];
-    const Contradiction onward = contradiction_between(map, before, after, matches[i]);
-    const Contradiction back = contradiction_between(map, after, before, turned_round(matches[i]));
-    if (!onward.is_significant() && !back.is_significant()) continue;
-    breaks.push_back({i + 1, std::max(onward.share(), back.share()) > kMost});
+    const ContradictionBothWays between =
+        contradiction_both_ways(map, *in_time[i], *in_time[i + 1], matches[i]);
+    if (!between.is_significant()) continue;
+    breaks.push_back({i + 1, std::max(between.onward.share(), between.back.share()) > kMost});
   }
   return breaks;
 }
@@ -81,12 +73,9 @@ int ties_across(const Map& map, const Keyframes& in_time, const Stretch& stretch
 bool may_go(const Map& map, const Keyframes& in_time, const Stretch& stretch) {
   constexpr double kMostShare = 0.25;
   if (static_cast<double>(stretch.size()) > kMostShare * static_cast<double>(in_time.size())) return false;
-  const auto first = map.keyframes().begin();
-  const KeyframeId second = std::next(first)->first;
   return std::none_of(in_time.begin() + static_cast<std::ptrdiff_t>(stretch.begin),
-                      in_time.begin() + static_cast<std::ptrdiff_t>(stretch.end), [&](const Keyframe* k) {
-                        return k->frame_index < 0 || k->id == first->first || k->id == second;
-                      });
+                      in_time.begin() + static_cast<std::ptrdiff_t>(stretch.end),
+                      [&](const Keyframe* k) { return is_held(map, *k); });
 }
 
 }  // namespace

@@ -1,9 +1,10 @@
 #include "mono_pose_tracker/mapping/seam.h"
 
 #include <algorithm>
-#include <iterator>
 #include <limits>
 #include <vector>
+
+#include "held_keyframe.h"
 
 namespace mono_pose_tracker {
 
@@ -47,11 +48,9 @@ std::set<KeyframeId> loose_end(const Map& map, std::size_t most) {
   const std::set<KeyframeId>& loose = after.size() <= before.size() ? after : before;
   // What is left must be more than what is too little.
   if (loose.size() > most || map.keyframes().size() - loose.size() <= most) return {};
-  const auto first = map.keyframes().begin();
-  if (loose.count(first->first) || loose.count(std::next(first)->first)) return {};
-  const bool any_earlier = std::any_of(loose.begin(), loose.end(),
-                                       [&](KeyframeId id) { return map.keyframe(id)->frame_index < 0; });
-  return any_earlier ? std::set<KeyframeId>() : loose;
+  const bool any_held =
+      std::any_of(loose.begin(), loose.end(), [&](KeyframeId id) { return is_held(map, *map.keyframe(id)); });
+  return any_held ? std::set<KeyframeId>() : loose;
 }
 
 }  // namespace mono_pose_tracker

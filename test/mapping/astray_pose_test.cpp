@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "mono_pose_tracker/common/angles.h"
+#include "support/skyline.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
@@ -17,18 +18,9 @@ class AstrayPoseTest : public testing::Test {
   static constexpr int kFar = 60, kNear = 160;
   static constexpr double kSceneNoise = 0.3;  // px
 
-  AstrayPoseTest() : scene_(points(), random_) {
+  AstrayPoseTest() : scene_(skyline_points(kFar, kNear, random_), random_) {
     options_.ransac.threshold = 2 / camera_.focal();
     add(Rigid3(), Rigid3());
-  }
-
-  std::vector<Eigen::Vector3d> points() {
-    std::vector<Eigen::Vector3d> x;
-    for (int i = 0; i < kFar + kNear; ++i) {
-      const double depth = i < kFar ? random_.uniform(3000, 5000) : random_.uniform(2, 5);
-      x.emplace_back(depth * random_.uniform(-0.4, 0.4), depth * random_.uniform(-0.3, 0.3), depth);
-    }
-    return x;
   }
 
   void add(const Rigid3& seen_from, const Rigid3& taken_for) {

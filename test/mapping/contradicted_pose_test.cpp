@@ -9,6 +9,7 @@
 #include "mono_pose_tracker/mapping/contradiction.h"
 #include "mono_pose_tracker/mapping/mapper.h"
 #include "support/add_view.h"
+#include "support/skyline.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
@@ -21,21 +22,12 @@ constexpr int kViews = 10, kFarPoints = 80, kNearPoints = 120, kAstrayView = 5;
 struct Skyline {
   Random random{5};
   CameraModel camera = synthetic_camera();
-  SyntheticScene scene{points(), random};
+  SyntheticScene scene{skyline_points(kFarPoints, kNearPoints, random), random};
   MapperOptions options;
   IsLeftOut is_left_out = [](KeyframeId, int) { return false; };
   Map map;
 
   Skyline() { options.ransac.threshold = 2 / camera.focal(); }
-
-  std::vector<Eigen::Vector3d> points() {
-    std::vector<Eigen::Vector3d> x;
-    for (int i = 0; i < kFarPoints + kNearPoints; ++i) {
-      const double depth = i < kFarPoints ? random.uniform(3000, 5000) : random.uniform(2, 5);
-      x.emplace_back(depth * random.uniform(-0.4, 0.4), depth * random.uniform(-0.3, 0.3), depth);
-    }
-    return x;
-  }
 
   static Rigid3 pose(int view) { return camera_at({0.05 * view, 0, 0}, -0.5 * view * kDegree); }
 

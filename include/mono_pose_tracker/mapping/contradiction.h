@@ -30,6 +30,14 @@ struct Contradiction {
 Contradiction contradiction_between(const Map& map, const Keyframe& first, const Keyframe& second,
                                     const std::vector<Match>& matches);
 
+/// The same both ways: also of what the second sees, in the first.
+struct ContradictionBothWays {
+  Contradiction onward, back;
+  bool is_significant() const { return onward.is_significant() || back.is_significant(); }
+};
+ContradictionBothWays contradiction_both_ways(const Map& map, const Keyframe& first, const Keyframe& second,
+                                              const std::vector<Match>& matches);
+
 /// The worst pair of keyframes that follow each other in time. Observations are not asked, since a map keeps
 /// only those that agree with it: features are matched anew, and where a matched landmark should be seen is
 /// compared with where it is. A repeated pattern is seen elsewhere and where it should be: it says nothing.

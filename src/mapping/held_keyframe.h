@@ -1,0 +1,16 @@
+#pragma once
+
+#include <iterator>
+
+#include "mono_pose_tracker/map/map.h"
+
+namespace mono_pose_tracker {
+
+// Whether a keyframe of a map of two or more stays where it is, whatever speaks against it: one of the first
+// two, which hold the map's frame and scale, or of an earlier run.
+inline bool is_held(const Map& map, const Keyframe& keyframe) {
+  const auto first = map.keyframes().begin();
+  return keyframe.frame_index < 0 || keyframe.id == first->first || keyframe.id == std::next(first)->first;
+}
+
+}  // namespace mono_pose_tracker
