@@ -8,6 +8,7 @@
 #include "keyframe_landmarks.h"
 #include "mono_pose_tracker/mapping/contradiction.h"
 #include "mono_pose_tracker/mapping/seam.h"
+#include "mono_pose_tracker/mapping/second_motion.h"
 
 namespace mono_pose_tracker {
 
@@ -27,15 +28,33 @@ struct Break {
   bool is_whole = false;  // most of what is seen is elsewhere: of the two poses one is wrong
 };
 
+constexpr double kMost = 0.5;
+
+// Whether most of what two keyframes have in common has moved as one in another way than their poses say:
+// features that are no landmark of both as well. A hand that comes before a head brings its own.
+bool most_moves_otherwise(const Keyframe& first, const Keyframe& second, const std::vector<Match>& matches,
+                          const RansacOptions& ransac) {
+  const auto most = [&](auto count) {
+    return static_cast<double>(count) > kMost * static_cast<double>(matches.size());
+  };
+  const PosedImage image1 = posed_image(first), image2 = posed_image(second);
+  // Nearly always it is answered without a second motion being looked for.
+  if (!most(count_off_epipolar_lines(matches, image1, image2, ransac))) return false;
+  const PairMotions motions = motions_of(matches, image1, image2, ransac);
+  return motions.has_other &&
+         most(std::count(motions.obeyed.begin(), motions.obeyed.end(), ObeyedMotion::kOther));
+}
+
 // By what either of the two sees of the map, in the other.
-std::vector<Break> breaks_in_time(const Map& map, const Keyframes& in_time, const MatchesInTime& matches) {
-  constexpr double kMost = 0.5;
+std::vector<Break> breaks_in_time(const Map& map, const Keyframes& in_time, const MatchesInTime& matches,
+                                  const RansacOptions& ransac) {
   std::vector<Break> breaks;
   for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
-    const ContradictionBothWays between =
-        contradiction_both_ways(map, *in_time[i], *in_time[i + 1], matches[i]);
-    if (!between.is_significant()) continue;
-    breaks.push_back({i + 1, std::max(between.onward.share(), between.back.share()) > kMost});
+    const Keyframe &first = *in_time[i], &second = *in_time[i + 1];
+    const ContradictionBothWays between = contradiction_both_ways(map, first, second, matches[i]);
+    const bool is_whole = std::max(between.onward.share(), between.back.share()) > kMost ||
+                          most_moves_otherwise(first, second, matches[i], ransac);
+    if (is_whole || between.is_significant()) breaks.push_back({i + 1, is_whole});
   }
   return breaks;
 }
@@ -80,10 +99,11 @@ bool may_go(const Map& map, const Keyframes& in_time, const Stretch& stretch) {
 
 }  // namespace
 
-std::set<KeyframeId> misplaced_stretch(const Map& map, const MatchesInTime& matches) {
+std::set<KeyframeId> misplaced_stretch(const Map& map, const MatchesInTime& matches,
+                                       const RansacOptions& ransac) {
   const Keyframes in_time = keyframes_in_time(map);
   std::set<KeyframeId> misplaced;
-  for (const Stretch& stretch : stretches_between(breaks_in_time(map, in_time, matches))) {
+  for (const Stretch& stretch : stretches_between(breaks_in_time(map, in_time, matches, ransac))) {
     if (!may_go(map, in_time, stretch) || ties_across(map, in_time, stretch) < Seam::kMinPoints) continue;
     for (std::size_t i = stretch.begin; i < stretch.end; ++i) misplaced.insert(in_time[i]->id);
     break;

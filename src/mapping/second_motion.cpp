@@ -1,5 +1,6 @@
 #include "mono_pose_tracker/mapping/second_motion.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -118,6 +119,17 @@ PairMotions motions_of(std::vector<Match> matches, const PosedImage& first, cons
     if (of_other[i]) pair.obeyed[i] = of_body[i] ? ObeyedMotion::kBoth : ObeyedMotion::kOther;
   }
   return pair;
+}
+
+int count_off_epipolar_lines(const std::vector<Match>& matches, const PosedImage& first,
+                             const PosedImage& second, const RansacOptions& ransac) {
+  const double limit = kContradicts * ransac.threshold;
+  const FeatureSet &set1 = first.image->set, &set2 = second.image->set;
+  const Eigen::Matrix3d essential =
+      essential_matrix(second.camera_from_map * first.camera_from_map.inverse());
+  return static_cast<int>(std::count_if(matches.begin(), matches.end(), [&](const Match& m) {
+    return std::abs(sampson_error(essential, set1.bearings[m.first], set2.bearings[m.second])) >= limit;
+  }));
 }
 
 SecondMotion second_motion_in(const PairMotions& pair, const ImageFeatures& first,

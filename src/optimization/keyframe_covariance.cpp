@@ -66,6 +66,25 @@ Gauge gauge_of(const Map& map, const std::vector<KeyframeId>& keyframes) {
   return gauge;
 }
 
+Eigen::MatrixXd held_by(const Gauge& gauge, Eigen::MatrixXd information) {
+  information += (kGaugeWeight * information.diagonal().maxCoeff()) * gauge * gauge.transpose();
+  return information;
+}
+
+// The covariance, in units of the variance. A point at a camera's lens tells so much of that camera that all
+// the rest is lost in the rounding beside it: then each coordinate is counted in what is known of it.
+std::optional<Eigen::MatrixXd> inverse_held_by(const Gauge& gauge, const Eigen::MatrixXd& information) {
+  if (auto inverse = inverse_of_positive(held_by(gauge, information))) return inverse;
+  if (!(information.diagonal().minCoeff() > 0)) return std::nullopt;
+  const Eigen::VectorXd unit = information.diagonal().cwiseSqrt().cwiseInverse();
+  Gauge scaled = unit.asDiagonal() * gauge;
+  scaled.colwise().normalize();
+  const auto inverse =
+      inverse_of_positive(held_by(scaled, unit.asDiagonal() * information * unit.asDiagonal()));
+  if (!inverse) return std::nullopt;
+  return Eigen::MatrixXd(unit.asDiagonal() * *inverse * unit.asDiagonal());
+}
+
 // Rotation first, as the reduced system has it; translation first, as covariances are told.
 PoseCovariance translation_first(const PoseCovariance& c) {
   PoseCovariance result;
@@ -104,12 +123,9 @@ std::map<KeyframeId, PoseCovariance> keyframe_covariances(const std::vector<Keyf
     }
     system.eliminate_point();
   }
-  Eigen::MatrixXd information = system.information();
-  if (held.empty()) {
-    const Gauge gauge = gauge_of(map, free);
-    information += (kGaugeWeight * information.diagonal().maxCoeff()) * gauge * gauge.transpose();
-  }
-  const std::optional<Eigen::MatrixXd> inverse = inverse_of_positive(information);
+  const std::optional<Eigen::MatrixXd> inverse =
+      held.empty() ? inverse_held_by(gauge_of(map, free), system.information())
+                   : inverse_of_positive(system.information());
   if (system.variance() <= 0 || !inverse) return {};
   const Eigen::MatrixXd covariance = system.variance() * *inverse;
   std::map<KeyframeId, PoseCovariance> result;

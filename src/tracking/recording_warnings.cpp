@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "doubtful_frames.h"
 #include "finished_maps.h"
 #include "mono_pose_tracker/common/formatted.h"
 
@@ -47,6 +48,18 @@ void warn_of_seams(RecordingResult* result) {
                                " points only: their size and place beside these may be wrong; more overlap "
                                "between the views would tell");
   }
+}
+
+void warn_of_path(RecordingResult* result) {
+  const PathPrecision& path = result->maps.front().path;
+  if (path.is_known() || result->rests_on_two_views) return;
+  const std::string known = std::isfinite(path.share())
+                                ? formatted("to %.1f %% of its length", 100 * path.share())
+                                : std::string("to nothing");
+  result->warnings.push_back(
+      "the images know the path " + known +
+      " only: they are few, or the camera moves little beside the distance of what it sees; move on more, "
+      "come nearer, or give more images of the same");
 }
 
 void warn_of_loose_ends(RecordingResult* result) {
@@ -184,16 +197,8 @@ void warn_of_unposed(RecordingResult* result) {
                              ": dark, blurred, or too little overlap with the others");
 }
 
-// Between two frames that are beyond doubt a doubtful one can't be far off, or it was found astray.
 void warn_of_doubtful_poses(RecordingResult* result) {
-  const std::set<std::int64_t> posed = frames_of(result->trajectory);
-  const auto is_sure = [&](std::int64_t frame) {
-    return posed.count(frame) && !result->doubtful.count(frame);
-  };
-  std::vector<std::int64_t> alone;
-  for (const std::int64_t frame : result->doubtful) {
-    if (posed.count(frame) && !(is_sure(frame - 1) && is_sure(frame + 1))) alone.push_back(frame);
-  }
+  const std::vector<std::int64_t> alone = doubtful_alone(result->trajectory, result->doubtful);
   if (alone.empty()) return;
   std::string numbers;
   for (std::size_t i = 0; i < alone.size() && i < kMostNumbers; ++i) {
@@ -214,6 +219,7 @@ void warn_of_doubts(RecordingResult* result) {
   warn_of_unposed(result);
   warn_of_doubtful_poses(result);
   warn_of_seams(result);
+  warn_of_path(result);
   warn_of_loose_ends(result);
   warn_of_depth(result);
   warn_of_geometry(result);

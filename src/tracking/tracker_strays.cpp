@@ -129,8 +129,8 @@ std::set<std::int64_t> Tracker::Impl::take_out_misplaced() {
   if (options_.localize_only) return frames;
   for (;;) {
     const Map& map = worker_.mapper().map();
-    const std::set<KeyframeId> misplaced =
-        misplaced_stretch(map, known_matches_.of(map, options_.matching, options_.threads));
+    const std::set<KeyframeId> misplaced = misplaced_stretch(
+        map, known_matches_.of(map, options_.matching, options_.threads), options_.ransac(camera_.focal()));
     if (misplaced.empty()) return frames;
     std::set<std::int64_t> of_misplaced = take_out(misplaced);
     erase(of_misplaced, &frames_[worker_.latest()->map_id]);

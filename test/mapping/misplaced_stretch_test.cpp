@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mono_pose_tracker/common/angles.h"
+#include "mono_pose_tracker/tracking/tracker_options.h"
 #include "support/add_view.h"
 #include "support/synthetic_views.h"
 
@@ -49,7 +50,8 @@ Map map_with_misplaced(const Misplaced& misplaced) {
 }
 
 std::set<KeyframeId> stretch_of(const Map& map) {
-  return misplaced_stretch(map, match_in_time(map, MatchOptions(), 1));
+  return misplaced_stretch(map, match_in_time(map, MatchOptions(), 1),
+                           TrackerOptions().ransac(synthetic_camera().focal()));
 }
 
 TEST(MisplacedStretch, ARightMapHasNone) { EXPECT_TRUE(stretch_of(map_with_misplaced({})).empty()); }
@@ -62,6 +64,16 @@ TEST(MisplacedStretch, WithoutItTheMapHasNone) {
   Map map = map_with_misplaced({6, 9});
   for (const KeyframeId id : {6, 7, 8}) map.remove_keyframe(id, 5);
   EXPECT_TRUE(stretch_of(map).empty());
+}
+
+// A hand that comes before a head is no landmark of what was seen before it: none contradicts the map.
+TEST(MisplacedStretch, WhatMovesOtherwiseAtItsEndsNeedsNoLandmarks) {
+  Map map = map_with_misplaced({6, 9});
+  for (const KeyframeId id : {6, 7, 8}) {
+    const std::vector<LandmarkId> landmarks = map.keyframe(id)->landmark_of_feature;
+    for (std::size_t f = 20; f < landmarks.size(); ++f) map.remove_observation(landmarks[f], id);
+  }
+  EXPECT_EQ(stretch_of(map), (std::set<KeyframeId>{6, 7, 8}));
 }
 
 // Which of two sides is right, one break does not tell.

@@ -38,6 +38,10 @@ PairMotions compare_motions(const PosedImage& first, const PosedImage& second, c
 PairMotions motions_of(std::vector<Match> matches, const PosedImage& first, const PosedImage& second,
                        const RansacOptions& ransac);
 
+/// How many matches lie off the lines on which the images' poses have them, by more than noise of a pose.
+int count_off_epipolar_lines(const std::vector<Match>& matches, const PosedImage& first,
+                             const PosedImage& second, const RansacOptions& ransac);
+
 /// Which features of two images move as one with each other, but not with the body that the map is of: a
 /// background behind an object that turns before a camera in the hand, the shoulders below a head. One flag a
 /// feature; both empty when there is no such motion.

@@ -9,6 +9,7 @@
 #include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/mapping/misplaced_view.h"
 #include "mono_pose_tracker/mapping/other_body.h"
+#include "mono_pose_tracker/mapping/path_precision.h"
 #include "mono_pose_tracker/mapping/rival_geometry.h"
 #include "mono_pose_tracker/mapping/scale_collapse.h"
 #include "mono_pose_tracker/mapping/seam.h"
@@ -26,6 +27,7 @@ struct FinishedMap {
   Map map;
   std::shared_ptr<const MapSnapshot> snapshot;
   Seam seam;                    // where it hangs together least
+  PathPrecision path;           // how well its images know their way
   Contradiction contradiction;  // where most of what is seen speaks against it
   MisplacedView misplaced;      // which another that looks like it has elsewhere
   TornTracks torn_tracks;       // where more is seen as two things than is usual in it
@@ -46,8 +48,9 @@ struct FinishedMap {
   bool shows_background = false;
   double depth_evidence = 0;     // that it is not reversed in depth (mapping/depth_reversal.h)
   double geometry_evidence = 0;  // that it did not begin as a plane's twin (mapping/rival_geometry.h)
-  bool is_founded = false;       // a third view confirmed its beginning, it is sure, and its seams hold
-  bool confirmed = false;        // that, and what it is of is what was asked for
+  bool is_founded =
+      false;  // a third view confirmed its beginning, it is sure, its seams hold, its path is known
+  bool confirmed = false;  // that, and what it is of is what was asked for
 
   bool is_depth_sure() const { return depth_evidence >= kMinDepthEvidence; }
   bool is_geometry_sure() const { return geometry_evidence >= kMinGeometryEvidence; }

@@ -37,6 +37,9 @@ Json points_of(const Seam& seam) {
   return has_none ? Json() : Json(seam.points);
 }
 
+// Null where nothing tells it.
+Json share_of(const PathPrecision& path) { return std::isfinite(path.share()) ? Json(path.share()) : Json(); }
+
 Json maps_summary(const RecordingResult& result) {
   Json maps = Json::array();
   for (const FinishedMap& map : result.maps) {
@@ -44,6 +47,7 @@ Json maps_summary(const RecordingResult& result) {
                     {"keyframes", map.map.keyframes().size()},
                     {"points", map.map.landmarks().size()},
                     {"weakest_seam_points", points_of(map.seam)},
+                    {"path_uncertainty_share", share_of(map.path)},
                     {"contradicting_share", map.contradiction.share()},
                     {"misplaced_share", map.misplaced.share()},
                     {"torn_share", map.torn_tracks.share()},

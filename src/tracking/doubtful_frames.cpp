@@ -1,0 +1,29 @@
+#include "doubtful_frames.h"
+
+#include <cmath>
+
+#include "finished_maps.h"
+#include "mono_pose_tracker/mapping/path_precision.h"
+
+namespace mono_pose_tracker {
+
+std::vector<std::int64_t> doubtful_alone(const std::vector<PosedFrame>& trajectory,
+                                         const std::set<std::int64_t>& doubtful) {
+  const std::set<std::int64_t> posed = frames_of(trajectory);
+  const auto is_sure = [&](std::int64_t frame) { return posed.count(frame) && !doubtful.count(frame); };
+  std::vector<std::int64_t> alone;
+  for (const std::int64_t frame : doubtful) {
+    if (posed.count(frame) && !(is_sure(frame - 1) && is_sure(frame + 1))) alone.push_back(frame);
+  }
+  return alone;
+}
+
+bool may_lead_astray(std::size_t doubtful, std::size_t posed) {
+  constexpr double kSteps = 3;  // from where the motion led, by which a doubtful pose may be off
+  if (doubtful == 0) return false;
+  const auto n = static_cast<double>(posed);
+  // Of the path, which is of a step for each image: the root mean square over all.
+  return kSteps / n * std::sqrt(static_cast<double>(doubtful) / n) > PathPrecision::kMostShare;
+}
+
+}  // namespace mono_pose_tracker

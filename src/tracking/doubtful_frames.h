@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <set>
+#include <vector>
+
+#include "mono_pose_tracker/tracking/frame_report.h"
+
+namespace mono_pose_tracker {
+
+// Frames of the trajectory whose poses are doubtful, but for those between two that are beyond doubt: such
+// can't be far off, or they were found astray.
+std::vector<std::int64_t> doubtful_alone(const std::vector<PosedFrame>& trajectory,
+                                         const std::set<std::int64_t>& doubtful);
+
+// Whether so many doubtful poses of so many may take the path off by more than a known one is
+// (mapping/path_precision.h).
+bool may_lead_astray(std::size_t doubtful, std::size_t posed);
+
+}  // namespace mono_pose_tracker

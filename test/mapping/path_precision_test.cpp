@@ -1,0 +1,118 @@
+#include "mono_pose_tracker/mapping/path_precision.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include <vector>
+
+#include "mono_pose_tracker/geometry/sim3.h"
+#include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "support/add_view.h"
+#include "support/skyline.h"
+#include "support/synthetic_views.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr double kNoisePx = 0.5;
+
+std::vector<Eigen::Vector3d> sideways(int keyframes, double step) {
+  std::vector<Eigen::Vector3d> centers;
+  for (int k = 0; k < keyframes; ++k) centers.emplace_back(step * k, 0.01 * step * k * k, 0);
+  return centers;
+}
+
+Map map_along(const std::vector<Eigen::Vector3d>& centers, const SyntheticScene& scene, Random& random) {
+  Map map;
+  std::vector<LandmarkId> landmarks;
+  for (const Eigen::Vector3d& x : scene.x_in_map) landmarks.push_back(map.add_landmark(x));
+  for (std::size_t k = 0; k < centers.size(); ++k) {
+    add_view(scene, synthetic_camera(), camera_at(centers[k]), kNoisePx, static_cast<int>(k), landmarks,
+             random, &map);
+  }
+  return map;
+}
+
+// Of the positions, once the similarity that fits best has been undone.
+double root_mean_square_error(const Map& map, const std::vector<Eigen::Vector3d>& centers) {
+  std::vector<Eigen::Vector3d> found;
+  for (std::size_t k = 0; k < centers.size(); ++k)
+    found.push_back(map.keyframe(static_cast<KeyframeId>(k))->center_in_map());
+  Sim3 map_from_truth;
+  EXPECT_TRUE(align_sim3(centers, found, &map_from_truth));
+  double sum = 0;
+  for (std::size_t k = 0; k < centers.size(); ++k)
+    sum += (map_from_truth * centers[k] - found[k]).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(centers.size()));
+}
+
+// Over maps of which each is off by chance.
+TEST(PathPrecision, SaysByHowMuchThePathIsOff) {
+  constexpr int kMaps = 20;
+  double said = 0, is = 0;
+  for (int i = 0; i < kMaps; ++i) {
+    Random random(100 + i);
+    const std::vector<Eigen::Vector3d> centers = sideways(6, 0.1);
+    const SyntheticScene scene = box_scene(60, random);
+    Map map = map_along(centers, scene, random);
+    ASSERT_TRUE(adjust_map(BundleOptions(), &map).usable);
+    const PathPrecision path = path_precision(map);
+    EXPECT_TRUE(path.is_known());
+    said += path.sigma * path.sigma;
+    is += std::pow(root_mean_square_error(map, centers), 2);
+  }
+  EXPECT_NEAR(std::sqrt(said / is), 1, 0.25);
+}
+
+TEST(PathPrecision, IsTheSameInAnyUnit) {
+  Random random(7);
+  const SyntheticScene scene = box_scene(60, random);
+  Map map = map_along(sideways(6, 0.1), scene, random);
+  const PathPrecision before = path_precision(map);
+  map.transform(Sim3(50, Eigen::Quaterniond(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitX())), {1, 2, 3}));
+  const PathPrecision after = path_precision(map);
+  EXPECT_NEAR(after.length, 50 * before.length, 1e-6 * after.length);
+  EXPECT_NEAR(after.share(), before.share(), 1e-3 * before.share());
+}
+
+// A step of a tenth before a skyline 4000 away is a thousandth of a pixel.
+TEST(PathPrecision, NobodyKnowsAPathBeforeASkyline) {
+  Random random(8);
+  const SyntheticScene scene(skyline_points(200, 0, random), random);
+  EXPECT_FALSE(path_precision(map_along(sideways(8, 0.1), scene, random)).is_known());
+}
+
+TEST(PathPrecision, AFewThingsThatAreNearTellIt) {
+  Random random(9);
+  const SyntheticScene scene(skyline_points(200, 60, random), random);
+  EXPECT_TRUE(path_precision(map_along(sideways(8, 0.1), scene, random)).is_known());
+}
+
+TEST(PathPrecision, APointAtALensDoesNotHideTheRest) {
+  Random random(10);
+  SyntheticScene scene = box_scene(200, random);
+  Map map = map_along(sideways(8, 0.1), scene, random);
+  const double share = path_precision(map).share();
+  const LandmarkId at_lens = map.landmarks().begin()->first;
+  const Keyframe& first = *map.keyframe(0);
+  map.set_position(at_lens,
+                   first.center_in_map() + 1e-9 * (map.landmark(at_lens)->x_in_map - first.center_in_map()));
+  EXPECT_NEAR(path_precision(map).share(), share, 0.1 * share);
+}
+
+// More than are looked at together.
+TEST(PathPrecision, LongPathsAreLookedAtInStretches) {
+  Random random(11);
+  const SyntheticScene scene = box_scene(30, random);
+  std::vector<Eigen::Vector3d> to_and_fro;
+  for (int k = 0; k < 201; ++k) to_and_fro.emplace_back(0.5 * std::sin(0.1 * k), 0.1 * std::cos(0.1 * k), 0);
+  const PathPrecision path = path_precision(map_along(to_and_fro, scene, random));
+  EXPECT_TRUE(path.is_known());
+  EXPECT_GT(path.sigma, 0);
+}
+
+TEST(PathPrecision, AnEmptyMapHasNone) { EXPECT_FALSE(path_precision(Map()).is_known()); }
+
+}  // namespace
+}  // namespace mono_pose_tracker

@@ -1,0 +1,37 @@
+#include "tracking/doubtful_frames.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <vector>
+
+namespace mono_pose_tracker {
+namespace {
+
+std::vector<PosedFrame> posed(const std::vector<std::int64_t>& frames) {
+  std::vector<PosedFrame> trajectory;
+  for (const std::int64_t frame : frames) {
+    trajectory.emplace_back();
+    trajectory.back().index = frame;
+  }
+  return trajectory;
+}
+
+TEST(DoubtfulFrames, BetweenTwoThatAreBeyondDoubtOneIsNone) {
+  EXPECT_TRUE(doubtful_alone(posed({0, 1, 2}), {1}).empty());
+  EXPECT_EQ(doubtful_alone(posed({0, 1, 2}), {2}), std::vector<std::int64_t>{2});
+  EXPECT_EQ(doubtful_alone(posed({0, 1, 2, 3}), {1, 2}), (std::vector<std::int64_t>{1, 2}));
+  EXPECT_TRUE(doubtful_alone(posed({0, 2}), {1}).empty()) << "it has no pose";
+}
+
+// One of six may be half of the way off; of a hundred, a few hardly matter.
+TEST(DoubtfulFrames, OfAShortPathOneMayLeadAstray) {
+  EXPECT_FALSE(may_lead_astray(0, 6));
+  EXPECT_TRUE(may_lead_astray(1, 6));
+  EXPECT_FALSE(may_lead_astray(1, 100));
+  EXPECT_FALSE(may_lead_astray(5, 100));
+  EXPECT_TRUE(may_lead_astray(30, 100));
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
