@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <map>
 #include <vector>
 
 #include "keyframe_landmarks.h"
@@ -13,26 +14,31 @@ namespace mono_pose_tracker {
 
 namespace {
 
+constexpr std::size_t kMostKeyframes = 300;
+
 using Keyframes = std::vector<const Keyframe*>;
+using Variances = std::map<KeyframeId, double>;  // of positions
 
-// They take half a second together, and the time grows with the third power.
-constexpr std::size_t kMostAtOnce = 200;
-
-double length_of(const Keyframes& in_time) {
-  double length = 0;
-  for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
-    length += (in_time[i + 1]->center_in_map() - in_time[i]->center_in_map()).norm();
+Variances variances_of(const Map& map, const Keyframes& keyframes) {
+  std::vector<KeyframeId> ids;
+  for (const Keyframe* keyframe : keyframes) ids.push_back(keyframe->id);
+  Variances variances;
+  for (const auto& [id, covariance] : keyframe_covariances(ids, 0, std::numeric_limits<int>::max(), map)) {
+    variances[id] = covariance.topLeftCorner<3, 3>().trace();
   }
-  return length;
+  return variances;
 }
 
-// Of the positions of some keyframes among themselves, summed; infinite where nothing tells it.
-double sum_of_variances(const Map& map, const std::vector<KeyframeId>& keyframes) {
-  const auto covariances = keyframe_covariances(keyframes, 0, std::numeric_limits<int>::max(), map);
-  if (covariances.empty()) return std::numeric_limits<double>::infinity();
-  double sum = 0;
-  for (const auto& entry : covariances) sum += entry.second.topLeftCorner<3, 3>().trace();
-  return sum;
+// Where the camera hardly moves, what noise adds to each step would make a way of nothing but noise the
+// longer, and the better known, the more keyframes there are.
+double length_of(const Keyframes& in_time, const Variances& variances) {
+  double length = 0;
+  for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
+    const Keyframe &from = *in_time[i], &to = *in_time[i + 1];
+    const double squared = (to.center_in_map() - from.center_in_map()).squaredNorm();
+    length += std::sqrt(std::max(0.0, squared - variances.at(from.id) - variances.at(to.id)));
+  }
+  return length;
 }
 
 }  // namespace
@@ -41,19 +47,19 @@ double PathPrecision::share() const {
   return length > 0 ? sigma / length : std::numeric_limits<double>::infinity();
 }
 
-PathPrecision path_precision(const Map& map) {
+std::optional<PathPrecision> path_precision(const Map& map) {
   const Keyframes in_time = keyframes_in_time(map);
+  if (in_time.size() > kMostKeyframes) return std::nullopt;
+  const Variances variances = variances_of(map, in_time);
   PathPrecision path;
-  path.length = length_of(in_time);
-  const std::size_t count = in_time.size(), stretches = (count + kMostAtOnce - 1) / kMostAtOnce;
-  double variance = 0;
-  for (std::size_t s = 0; s < stretches; ++s) {
-    const std::size_t begin = s * count / stretches, end = (s + 1) * count / stretches;
-    std::vector<KeyframeId> keyframes;
-    for (std::size_t i = begin; i < end; ++i) keyframes.push_back(in_time[i]->id);
-    variance += sum_of_variances(map, keyframes) / static_cast<double>(end - begin);
+  if (variances.empty()) {
+    path.sigma = std::numeric_limits<double>::infinity();
+    return path;
   }
-  path.sigma = std::sqrt(variance);
+  double sum = 0;
+  for (const auto& entry : variances) sum += entry.second;
+  path.sigma = std::sqrt(sum / static_cast<double>(variances.size()));
+  path.length = length_of(in_time, variances);
   return path;
 }
 

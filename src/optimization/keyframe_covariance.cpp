@@ -66,21 +66,16 @@ Gauge gauge_of(const Map& map, const std::vector<KeyframeId>& keyframes) {
   return gauge;
 }
 
-Eigen::MatrixXd held_by(const Gauge& gauge, Eigen::MatrixXd information) {
-  information += (kGaugeWeight * information.diagonal().maxCoeff()) * gauge * gauge.transpose();
-  return information;
-}
-
-// The covariance, in units of the variance. A point at a camera's lens tells so much of that camera that all
-// the rest is lost in the rounding beside it: then each coordinate is counted in what is known of it.
+// The covariance, in units of the variance. Each coordinate is counted in what is known of it: a point near a
+// camera's lens tells so much of that camera that all else would be lost in the rounding beside it.
 std::optional<Eigen::MatrixXd> inverse_held_by(const Gauge& gauge, const Eigen::MatrixXd& information) {
-  if (auto inverse = inverse_of_positive(held_by(gauge, information))) return inverse;
   if (!(information.diagonal().minCoeff() > 0)) return std::nullopt;
   const Eigen::VectorXd unit = information.diagonal().cwiseSqrt().cwiseInverse();
   Gauge scaled = unit.asDiagonal() * gauge;
   scaled.colwise().normalize();
-  const auto inverse =
-      inverse_of_positive(held_by(scaled, unit.asDiagonal() * information * unit.asDiagonal()));
+  Eigen::MatrixXd held = unit.asDiagonal() * information * unit.asDiagonal();
+  held += kGaugeWeight * scaled * scaled.transpose();
+  const std::optional<Eigen::MatrixXd> inverse = inverse_of_positive(held);
   if (!inverse) return std::nullopt;
   return Eigen::MatrixXd(unit.asDiagonal() * *inverse * unit.asDiagonal());
 }
@@ -123,10 +118,11 @@ std::map<KeyframeId, PoseCovariance> keyframe_covariances(const std::vector<Keyf
     }
     system.eliminate_point();
   }
+  if (system.variance() <= 0) return {};
   const std::optional<Eigen::MatrixXd> inverse =
       held.empty() ? inverse_held_by(gauge_of(map, free), system.information())
                    : inverse_of_positive(system.information());
-  if (system.variance() <= 0 || !inverse) return {};
+  if (!inverse) return {};
   const Eigen::MatrixXd covariance = system.variance() * *inverse;
   std::map<KeyframeId, PoseCovariance> result;
   for (std::size_t i = 0; i < free.size(); ++i) {

@@ -263,7 +263,7 @@ void judge_maps(const Recording& recording, const Reasons& reasons, Tracker* tra
   result->rigidity = check_rigidity(result->maps.front().map);
   result->trajectory = tracker->trajectory();
   if (may_lead_astray(doubtful_alone(result->trajectory, result->doubtful).size(), result->trajectory.size()))
-    result->maps.front().is_founded = result->maps.front().confirmed = false;
+    result->maps.front().confirmed = false;
   warn_of_doubts(result);
   // Otherwise it may be tracked anew.
   if (is_sure(*result)) result->doubt = doubt.take();

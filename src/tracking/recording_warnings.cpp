@@ -51,15 +51,18 @@ void warn_of_seams(RecordingResult* result) {
 }
 
 void warn_of_path(RecordingResult* result) {
-  const PathPrecision& path = result->maps.front().path;
-  if (path.is_known() || result->rests_on_two_views) return;
-  const std::string known = std::isfinite(path.share())
-                                ? formatted("to %.1f %% of its length", 100 * path.share())
-                                : std::string("to nothing");
-  result->warnings.push_back(
-      "the images know the path " + known +
-      " only: they are few, or the camera moves little beside the distance of what it sees; move on more, "
-      "come nearer, or give more images of the same");
+  for (std::size_t i = 0; i < result->maps.size(); ++i) {
+    const FinishedMap& map = result->maps[i];
+    if (map.is_path_known()) continue;
+    const std::string of = i == 0 ? "" : " of map_" + std::to_string(i + 1);
+    const std::string open = std::isfinite(map.path->share())
+                                 ? formatted(" open by %.1f %% of its length", 100 * map.path->share())
+                                 : " open altogether";
+    result->warnings.push_back(
+        "the images leave the path" + of + open +
+        ": they are few, or the camera moves little beside the distance of what it sees; move on more, come "
+        "nearer, or give more images of the same");
+  }
 }
 
 void warn_of_loose_ends(RecordingResult* result) {
@@ -208,7 +211,10 @@ void warn_of_doubtful_poses(RecordingResult* result) {
   result->warnings.push_back("the poses of " + std::to_string(alone.size()) +
                              " images are doubtful (number " + numbers +
                              "): they rest on few points and lie away from where the motion led; do without "
-                             "them where a wrong one does harm");
+                             "them where a wrong one does harm" +
+                             (may_lead_astray(alone.size(), result->trajectory.size())
+                                  ? "; the path is so short that they may take all of it off"
+                                  : ""));
 }
 
 }  // namespace

@@ -155,7 +155,6 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.map = worker_.mapper().map();
   map.snapshot = snapshot_of(worker_.mapper().tracking_map());
   map.seam = weakest_seam(map.map);
-  map.path = path_precision(map.map);
   map.depth_evidence = depth_evidence(options_.bundle, map.map);
   map.geometry_evidence = geometry_evidence(options_.bundle, options_.ransac(camera_.focal()), map.map);
   const MatchesInTime& matches = known_matches_.of(map.map, options_.matching, options_.threads);
@@ -173,8 +172,10 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   const bool camera_goes_through = goes_through(map.map);
   map.shows_background = !camera_goes_through && shows_background(view, map.map, matches);
   find_other_body_beside(camera_goes_through, &map);
-  map.is_founded = !rests_on_two_views_ && map.seam.holds() && map.path.is_known() && map.is_sure();
-  map.confirmed = map.is_founded && !map.may_be_of_wrong_body;
+  map.is_founded = !rests_on_two_views_ && map.seam.holds() && map.is_sure();
+  // A map that is only localised in tells nothing of this path.
+  if (map.is_founded && !options_.localize_only) map.path = path_precision(map.map);
+  map.confirmed = map.is_founded && !map.may_be_of_wrong_body && map.is_path_known();
   return map;
 }
 

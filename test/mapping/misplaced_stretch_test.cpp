@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mono_pose_tracker/common/angles.h"
+#include "mono_pose_tracker/mapping/contradiction.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 #include "support/add_view.h"
 #include "support/synthetic_views.h"
@@ -20,13 +21,14 @@ constexpr int kStretchKeyframes = 16, kStretchPoints = 200;
 struct Misplaced {
   int begin = 0, end = 0;
   bool ties_across = true;  // what is after it sees the landmarks that what is before it sees
+  Eigen::Vector3d turned_about = Eigen::Vector3d::UnitY();
 };
 
 Map map_with_misplaced(const Misplaced& misplaced) {
   Random random(5);
   const CameraModel camera = synthetic_camera();
   const SyntheticScene scene = box_scene(kStretchPoints, random);
-  const Rigid3 elsewhere_from_map(Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitY())),
+  const Rigid3 elsewhere_from_map(Eigen::Quaterniond(Eigen::AngleAxisd(0.4, misplaced.turned_about)),
                                   {0.5, 0, 0});
   Map map;
   std::vector<LandmarkId> here, there, later;
@@ -50,7 +52,7 @@ Map map_with_misplaced(const Misplaced& misplaced) {
 }
 
 std::set<KeyframeId> stretch_of(const Map& map) {
-  return misplaced_stretch(map, match_in_time(map, MatchOptions(), 1),
+  return misplaced_stretch(map, match_in_time(map, MatchOptions(), 1), MatchOptions(),
                            TrackerOptions().ransac(synthetic_camera().focal()));
 }
 
@@ -66,14 +68,37 @@ TEST(MisplacedStretch, WithoutItTheMapHasNone) {
   EXPECT_TRUE(stretch_of(map).empty());
 }
 
-// A hand that comes before a head is no landmark of what was seen before it: none contradicts the map.
+// What the keyframe sees of the map, all but a few: the features stay.
+void forget_landmarks(KeyframeId id, Map* map) {
+  constexpr std::size_t kKept = 20;
+  const std::vector<LandmarkId> landmarks = map->keyframe(id)->landmark_of_feature;
+  for (std::size_t f = kKept; f < landmarks.size(); ++f) map->remove_observation(landmarks[f], id);
+}
+
+// What comes before an object is no landmark of what was seen before it: too few landmarks contradict.
+// (Turned upwards: sideways all would move along its epipolar lines.)
 TEST(MisplacedStretch, WhatMovesOtherwiseAtItsEndsNeedsNoLandmarks) {
-  Map map = map_with_misplaced({6, 9});
-  for (const KeyframeId id : {6, 7, 8}) {
-    const std::vector<LandmarkId> landmarks = map.keyframe(id)->landmark_of_feature;
-    for (std::size_t f = 20; f < landmarks.size(); ++f) map.remove_observation(landmarks[f], id);
+  Map map = map_with_misplaced({6, 9, true, Eigen::Vector3d::UnitX()});
+  for (const KeyframeId id : {5, 6, 8, 9}) forget_landmarks(id, &map);
+  const MatchesInTime matches = match_in_time(map, MatchOptions(), 1);
+  for (const KeyframeId id : {5, 8}) {
+    ASSERT_FALSE(
+        contradiction_both_ways(map, *map.keyframe(id), *map.keyframe(id + 1), matches[id]).is_significant());
   }
   EXPECT_EQ(stretch_of(map), (std::set<KeyframeId>{6, 7, 8}));
+}
+
+// A second body that is seen all along, larger than the one that the map is of.
+TEST(MisplacedStretch, ASecondBodyIsNone) {
+  Map map = map_with_misplaced({});
+  for (KeyframeId id = 0; id < kStretchKeyframes; ++id) {
+    const double upwards = 2.0 * static_cast<double>(id) * kDegree;
+    const Rigid3 turned(Eigen::Quaterniond(Eigen::AngleAxisd(upwards, Eigen::Vector3d::UnitX())),
+                        Eigen::Vector3d::Zero());
+    map.set_pose(id, turned * map.keyframe(id)->camera_from_map);
+    if (id != 0) forget_landmarks(id, &map);
+  }
+  EXPECT_TRUE(stretch_of(map).empty());
 }
 
 // Which of two sides is right, one break does not tell.

@@ -31,6 +31,8 @@ TEST(DoubtfulFrames, OfAShortPathOneMayLeadAstray) {
   EXPECT_FALSE(may_lead_astray(1, 100));
   EXPECT_FALSE(may_lead_astray(5, 100));
   EXPECT_TRUE(may_lead_astray(30, 100));
+  EXPECT_FALSE(may_lead_astray(100, 1000));
+  EXPECT_TRUE(may_lead_astray(300, 1000)) << "each leads to the next";
 }
 
 }  // namespace

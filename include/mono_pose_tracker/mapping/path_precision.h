@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "mono_pose_tracker/map/map.h"
 
 namespace mono_pose_tracker {
@@ -10,8 +12,8 @@ namespace mono_pose_tracker {
 /// of chance.
 struct PathPrecision {
   double sigma = 0;   // of a keyframe's position, root mean square; infinite where nothing tells it
-  double length = 0;  // from keyframe to keyframe, in the order of time; both in the map's unit
-
+  double length = 0;  // from keyframe to keyframe in the order of time, without what noise adds to it
+                      // (both in the map's unit)
   double share() const;
 
   /// Three standard deviations are 3 % of the way then. Of right maps of whole recordings a thousandth.
@@ -19,9 +21,9 @@ struct PathPrecision {
   bool is_known() const { return share() <= kMostShare; }
 };
 
-/// By the covariances of all keyframes at once, whatever similarity of them all left aside
-/// (optimization/keyframe_covariance.h). Of more than two hundred keyframes: of as few stretches as will do,
-/// each by itself, as if their errors were independent, which are less than those of the whole.
-PathPrecision path_precision(const Map& map);
+/// By the covariances of all keyframes at once, in the frame and unit of their mean orientation, middle and
+/// extent (optimization/keyframe_covariance.h). Nothing of more than 300 keyframes: of these they take three
+/// seconds, and the time grows with the third power.
+std::optional<PathPrecision> path_precision(const Map& map);
 
 }  // namespace mono_pose_tracker

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "mono_pose_tracker/map/map.h"
@@ -26,8 +27,9 @@ struct FinishedMap {
   std::vector<PosedFrame> trajectory;
   Map map;
   std::shared_ptr<const MapSnapshot> snapshot;
-  Seam seam;                    // where it hangs together least
-  PathPrecision path;           // how well its images know their way
+  Seam seam;  // where it hangs together least
+  /// How well its images know their way: of a map that is founded, and not too large to be asked.
+  std::optional<PathPrecision> path;
   Contradiction contradiction;  // where most of what is seen speaks against it
   MisplacedView misplaced;      // which another that looks like it has elsewhere
   TornTracks torn_tracks;       // where more is seen as two things than is usual in it
@@ -48,11 +50,11 @@ struct FinishedMap {
   bool shows_background = false;
   double depth_evidence = 0;     // that it is not reversed in depth (mapping/depth_reversal.h)
   double geometry_evidence = 0;  // that it did not begin as a plane's twin (mapping/rival_geometry.h)
-  bool is_founded =
-      false;  // a third view confirmed its beginning, it is sure, its seams hold, its path is known
-  bool confirmed = false;  // that, and what it is of is what was asked for
+  bool is_founded = false;       // a third view confirmed its beginning, it is sure, and its seams hold
+  bool confirmed = false;        // that, what it is of is what was asked for, and its path is known
 
   bool is_depth_sure() const { return depth_evidence >= kMinDepthEvidence; }
+  bool is_path_known() const { return !path || path->is_known(); }
   bool is_geometry_sure() const { return geometry_evidence >= kMinGeometryEvidence; }
   /// How many things in it speak against it. Its depths and its weakest seam are not among them.
   int objections() const {

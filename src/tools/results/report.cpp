@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "../json.h"
@@ -37,8 +38,10 @@ Json points_of(const Seam& seam) {
   return has_none ? Json() : Json(seam.points);
 }
 
-// Null where nothing tells it.
-Json share_of(const PathPrecision& path) { return std::isfinite(path.share()) ? Json(path.share()) : Json(); }
+// Null where it was not asked, or nothing tells it.
+Json share_of(const std::optional<PathPrecision>& path) {
+  return path && std::isfinite(path->share()) ? Json(path->share()) : Json();
+}
 
 Json maps_summary(const RecordingResult& result) {
   Json maps = Json::array();
