@@ -7,29 +7,35 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr double kLeastInView = 2.0 / 3;
+constexpr double kLeastShare = 2.0 / 3;
+// Where up to a third of the map may lie elsewhere.
+constexpr double kLeastIfSomeAreWrong = 0.5;
 
 bool is_in_view(const CameraModel& camera, const Eigen::Vector3d& x_in_camera) {
   Eigen::Vector2d pixel;
   return camera.project(x_in_camera, &pixel) && camera.in_image(pixel);
 }
 
-bool is_enough(std::ptrdiff_t in_view, std::ptrdiff_t all) {
-  return static_cast<double>(in_view) >= kLeastInView * static_cast<double>(all);
-}
-
-bool has_in_view(const Map& map, const Keyframe& keyframe) {
+double share_in_view(const Map& map, const Keyframe& keyframe) {
+  if (map.landmarks().empty()) return 0;
   const auto in_view = std::count_if(map.landmarks().begin(), map.landmarks().end(), [&](const auto& entry) {
     return is_in_view(keyframe.image->camera, keyframe.camera_from_map * entry.second.x_in_map);
   });
-  return in_view > 0 && is_enough(in_view, static_cast<std::ptrdiff_t>(map.landmarks().size()));
+  return static_cast<double>(in_view) / static_cast<double>(map.landmarks().size());
 }
 
 }  // namespace
 
 bool stays_in_view(const Map& map) {
   return std::all_of(map.keyframes().begin(), map.keyframes().end(),
-                     [&](const auto& entry) { return has_in_view(map, entry.second); });
+                     [&](const auto& entry) { return share_in_view(map, entry.second) >= kLeastShare; });
+}
+
+bool mostly_stays_in_view(const Map& map) {
+  const auto staying = std::count_if(map.keyframes().begin(), map.keyframes().end(), [&](const auto& entry) {
+    return share_in_view(map, entry.second) >= kLeastIfSomeAreWrong;
+  });
+  return 2 * staying > static_cast<std::ptrdiff_t>(map.keyframes().size());
 }
 
 bool has_left_behind(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map) {
@@ -45,7 +51,7 @@ bool has_left_behind(const TrackingMap& map, const CameraModel& camera, const Ri
     in_view += is_in_view(camera, x_in_camera);
     behind += x_in_camera.z() <= 0;
   }
-  return !is_enough(in_view, asked) &&
+  return static_cast<double>(in_view) < kLeastShare * static_cast<double>(asked) &&
          static_cast<double>(behind) >= kLeastBehind * static_cast<double>(asked);
 }
 

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "held_keyframe.h"
 #include "keyframe_landmarks.h"
 #include "mono_pose_tracker/mapping/contradiction.h"
+#include "mono_pose_tracker/mapping/in_view.h"
 #include "mono_pose_tracker/mapping/seam.h"
 #include "mono_pose_tracker/mapping/second_motion.h"
 
@@ -27,8 +29,9 @@ struct Stretch {
 struct Break {
   std::size_t after = 0;  // the second of them, in the order of time
   bool is_whole = false;  // most of what is seen is elsewhere: of the two poses one is wrong
-  // Told by that only that most of what is seen moves otherwise.
+  // Whole by that only that most of what is seen moves otherwise.
   bool is_of_motion = false;
+  bool contradicts = false;  // by its landmarks
 };
 
 constexpr double kMostOfSeen = 0.5;
@@ -56,20 +59,27 @@ void leave_out_second_body(std::size_t pairs, std::vector<Break>* breaks) {
   const auto is_of_motion = [](const Break& b) { return b.is_of_motion; };
   const auto count = std::count_if(breaks->begin(), breaks->end(), is_of_motion);
   if (static_cast<double>(count) <= kMostOfMap * static_cast<double>(pairs)) return;
-  breaks->erase(std::remove_if(breaks->begin(), breaks->end(), is_of_motion), breaks->end());
+  for (Break& b : *breaks) b.is_whole &= !std::exchange(b.is_of_motion, false);
+  const auto is_none = [](const Break& b) { return !b.is_whole && !b.contradicts; };
+  breaks->erase(std::remove_if(breaks->begin(), breaks->end(), is_none), breaks->end());
 }
 
 // By what either of the two sees of the map, in the other; and by all that they have in common.
 std::vector<Break> breaks_in_time(const Map& map, const Keyframes& in_time, const MatchesInTime& matches,
                                   const RansacOptions& ransac) {
+  // What fills the view may be of what is far for the most part, which a pose that is a little wrong
+  // contradicts; an object is all there throughout.
+  const bool is_object = mostly_stays_in_view(map);
   std::vector<Break> breaks;
   for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
     const Keyframe &first = *in_time[i], &second = *in_time[i + 1];
     const ContradictionBothWays between = contradiction_both_ways(map, first, second, matches[i]);
     const bool is_whole = std::max(between.onward.share(), between.back.share()) > kMostOfSeen;
-    const bool is_of_motion = !is_whole && most_moves_otherwise(first, second, matches[i], ransac);
-    if (is_of_motion || between.is_significant())
-      breaks.push_back({i + 1, is_whole || is_of_motion, is_of_motion});
+    const bool is_of_motion =
+        is_object && !is_whole && most_moves_otherwise(first, second, matches[i], ransac);
+    const bool contradicts = between.is_significant();
+    if (is_of_motion || contradicts)
+      breaks.push_back({i + 1, is_whole || is_of_motion, is_of_motion, contradicts});
   }
   leave_out_second_body(matches.size(), &breaks);
   return breaks;

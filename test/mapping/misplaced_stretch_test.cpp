@@ -20,16 +20,21 @@ constexpr int kStretchKeyframes = 16, kStretchPoints = 200;
 // their own: the box once more, where it would have to be then.
 struct Misplaced {
   int begin = 0, end = 0;
-  bool ties_across = true;  // what is after it sees the landmarks that what is before it sees
-  Eigen::Vector3d turned_about = Eigen::Vector3d::UnitY();
+  bool ties_across = true;            // what is after it sees the landmarks that what is before it sees
+  Eigen::Vector3d turned{0, 0.4, 0};  // radians about an axis
+  bool is_object = false;             // a column of a quarter of the box's width and height
 };
 
 Map map_with_misplaced(const Misplaced& misplaced) {
   Random random(5);
   const CameraModel camera = synthetic_camera();
-  const SyntheticScene scene = box_scene(kStretchPoints, random);
-  const Rigid3 elsewhere_from_map(Eigen::Quaterniond(Eigen::AngleAxisd(0.4, misplaced.turned_about)),
-                                  {0.5, 0, 0});
+  SyntheticScene scene = box_scene(kStretchPoints, random);
+  if (misplaced.is_object) {
+    for (Eigen::Vector3d& x : scene.x_in_map) x.head<2>() /= 4;
+  }
+  const Rigid3 elsewhere_from_map(
+      Eigen::Quaterniond(Eigen::AngleAxisd(misplaced.turned.norm(), misplaced.turned.normalized())),
+      {0.5, 0, 0});
   Map map;
   std::vector<LandmarkId> here, there, later;
   for (const Eigen::Vector3d& x : scene.x_in_map) {
@@ -78,7 +83,7 @@ void forget_landmarks(KeyframeId id, Map* map) {
 // What comes before an object is no landmark of what was seen before it: too few landmarks contradict.
 // (Turned upwards: sideways all would move along its epipolar lines.)
 TEST(MisplacedStretch, WhatMovesOtherwiseAtItsEndsNeedsNoLandmarks) {
-  Map map = map_with_misplaced({6, 9, true, Eigen::Vector3d::UnitX()});
+  Map map = map_with_misplaced({6, 9, true, {0.15, 0, 0}, true});
   for (const KeyframeId id : {5, 6, 8, 9}) forget_landmarks(id, &map);
   const MatchesInTime matches = match_in_time(map, MatchOptions(), 1);
   for (const KeyframeId id : {5, 8}) {
@@ -90,7 +95,9 @@ TEST(MisplacedStretch, WhatMovesOtherwiseAtItsEndsNeedsNoLandmarks) {
 
 // A second body that is seen all along, larger than the one that the map is of.
 TEST(MisplacedStretch, ASecondBodyIsNone) {
-  Map map = map_with_misplaced({});
+  Misplaced none;
+  none.is_object = true;
+  Map map = map_with_misplaced(none);
   for (KeyframeId id = 0; id < kStretchKeyframes; ++id) {
     const double upwards = 2.0 * static_cast<double>(id) * kDegree;
     const Rigid3 turned(Eigen::Quaterniond(Eigen::AngleAxisd(upwards, Eigen::Vector3d::UnitX())),
