@@ -36,7 +36,7 @@ struct Break {
 
 constexpr double kMostOfSeen = 0.5;
 constexpr double kMostOfMap = 0.25;  // what was followed for a while
-// The same, where what is before and after it is seen to agree: it may be half as long as they are.
+// The same, where what is before and after it does not show what moved: it may be half as long as they are.
 constexpr double kMostOfHealed = 1.0 / 3;
 
 // Whether most of what two keyframes have in common has moved as one in another way than their poses say:
@@ -47,7 +47,8 @@ bool most_moves_otherwise(const Keyframe& first, const Keyframe& second, const s
     return static_cast<double>(count) > kMostOfSeen * static_cast<double>(matches.size());
   };
   const PosedImage image1 = posed_image(first), image2 = posed_image(second);
-  // Nearly always it is answered without a second motion being looked for.
+  // Off their lines: what is far contradicts by meeting behind the cameras. And nearly always it is answered
+  // without a second motion being looked for.
   if (!most(count_off_epipolar_lines(matches, image1, image2, ransac))) return false;
   const PairMotions motions = motions_of(matches, image1, image2, ransac);
   return motions.has_other &&

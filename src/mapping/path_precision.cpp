@@ -1,10 +1,8 @@
 #include "mono_pose_tracker/mapping/path_precision.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <map>
 #include <vector>
 
 #include "keyframe_landmarks.h"
@@ -17,28 +15,33 @@ namespace {
 constexpr std::size_t kMostKeyframes = 300;
 
 using Keyframes = std::vector<const Keyframe*>;
-using Variances = std::map<KeyframeId, double>;  // of positions
 
-Variances variances_of(const Map& map, const Keyframes& keyframes) {
-  std::vector<KeyframeId> ids;
-  for (const Keyframe* keyframe : keyframes) ids.push_back(keyframe->id);
-  Variances variances;
-  for (const auto& [id, covariance] : keyframe_covariances(ids, 0, std::numeric_limits<int>::max(), map)) {
-    variances[id] = covariance.topLeftCorner<3, 3>().trace();
-  }
-  return variances;
-}
-
-// Where the camera hardly moves, what noise adds to each step would make a way of nothing but noise the
-// longer, and the better known, the more keyframes there are.
-double length_of(const Keyframes& in_time, const Variances& variances) {
+double length_of(const Keyframes& in_time) {
   double length = 0;
   for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
-    const Keyframe &from = *in_time[i], &to = *in_time[i + 1];
-    const double squared = (to.center_in_map() - from.center_in_map()).squaredNorm();
-    length += std::sqrt(std::max(0.0, squared - variances.at(from.id) - variances.at(to.id)));
+    length += (in_time[i + 1]->center_in_map() - in_time[i]->center_in_map()).norm();
   }
   return length;
+}
+
+double extent_of(const Keyframes& keyframes) {
+  const auto count = static_cast<double>(keyframes.size());
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Keyframe* keyframe : keyframes) middle += keyframe->center_in_map() / count;
+  double squared = 0;
+  for (const Keyframe* keyframe : keyframes) squared += (keyframe->center_in_map() - middle).squaredNorm();
+  return std::sqrt(squared / count);
+}
+
+// Of a position; infinite where nothing tells it.
+double sigma_of(const Map& map, const Keyframes& keyframes) {
+  std::vector<KeyframeId> ids;
+  for (const Keyframe* keyframe : keyframes) ids.push_back(keyframe->id);
+  const auto covariances = keyframe_covariances(ids, 0, std::numeric_limits<int>::max(), map);
+  if (covariances.empty()) return std::numeric_limits<double>::infinity();
+  double sum = 0;
+  for (const auto& entry : covariances) sum += entry.second.topLeftCorner<3, 3>().trace();
+  return std::sqrt(sum / static_cast<double>(covariances.size()));
 }
 
 }  // namespace
@@ -50,17 +53,8 @@ double PathPrecision::share() const {
 std::optional<PathPrecision> path_precision(const Map& map) {
   const Keyframes in_time = keyframes_in_time(map);
   if (in_time.size() > kMostKeyframes) return std::nullopt;
-  const Variances variances = variances_of(map, in_time);
-  PathPrecision path;
-  if (variances.empty()) {
-    path.sigma = std::numeric_limits<double>::infinity();
-    return path;
-  }
-  double sum = 0;
-  for (const auto& entry : variances) sum += entry.second;
-  path.sigma = std::sqrt(sum / static_cast<double>(variances.size()));
-  path.length = length_of(in_time, variances);
-  return path;
+  if (in_time.empty()) return PathPrecision();
+  return PathPrecision{sigma_of(map, in_time), length_of(in_time), extent_of(in_time)};
 }
 
 }  // namespace mono_pose_tracker

@@ -17,8 +17,9 @@ namespace {
 using PoseCovariance = Eigen::Matrix<double, 6, 6>;
 using Gauge = Eigen::Matrix<double, Eigen::Dynamic, 7>;
 
-// Information on the gauge over the greatest on a coordinate: what is held so is uncertain by less than a
-// thousandth (variance) of what is known best, and costs the decomposition three of its sixteen digits.
+// Information on the gauge over that on a coordinate, each counted in what is known of it: what is held so is
+// uncertain by about a thousandth (variance) of what the coordinates are, and costs the decomposition three
+// of its sixteen digits.
 constexpr double kGaugeWeight = 1e3;
 
 // Sigmas: beyond, a residual is more likely wrong than noise.
@@ -62,11 +63,10 @@ Gauge gauge_of(const Map& map, const std::vector<KeyframeId>& keyframes) {
     gauge.block<3, 3>(row + 3, 3) = R;
     gauge.block<3, 1>(row + 3, 6) = R * (keyframe.center_in_map() - middle);
   }
-  gauge.colwise().normalize();
   return gauge;
 }
 
-// The covariance, in units of the variance. Each coordinate is counted in what is known of it: a point near a
+// The covariance for a noise of variance 1. Each coordinate is counted in what is known of it: a point near a
 // camera's lens tells so much of that camera that all else would be lost in the rounding beside it.
 std::optional<Eigen::MatrixXd> inverse_held_by(const Gauge& gauge, const Eigen::MatrixXd& information) {
   if (!(information.diagonal().minCoeff() > 0)) return std::nullopt;

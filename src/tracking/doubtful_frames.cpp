@@ -19,10 +19,10 @@ std::vector<std::int64_t> doubtful_alone(const std::vector<PosedFrame>& trajecto
 }
 
 bool may_lead_astray(std::size_t doubtful, std::size_t posed) {
-  // By which a doubtful pose may be off: what makes a jump of a path (tracking/restless_path.h).
+  // By which a doubtful pose may be off. A guess: of those that were seen to be wrong, one to three.
   constexpr double kSteps = 3;
   constexpr double kMostShare = 0.25;  // of all: doubtful ones in a row are led astray by one another
-  if (doubtful == 0) return false;
+  if (posed == 0) return false;
   const auto n = static_cast<double>(posed), d = static_cast<double>(doubtful);
   // Of the path, which is of a step for each image: the root mean square over all.
   return d > kMostShare * n || kSteps / n * std::sqrt(d / n) > PathPrecision::kMostShare;

@@ -95,6 +95,7 @@ void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tr
   for (const PosedFrame& frame : tracker->trajectory()) {
     const auto report = held.find(frame.index);
     if (report == held.end()) continue;
+    result->doubtful.erase(frame.index);
     report->second.map_from_camera = frame.map_from_camera;
     observer(2, frame.index, report->second);
   }
@@ -123,18 +124,20 @@ class DoubtBeside {
   std::future<std::string> found_;  // last: it waits for its thread, which uses what stands before it
 };
 
-void resect_again(const Recording& recording, const std::set<std::int64_t>& frames, std::int64_t frames_total,
-                  Tracker* tracker) {
+// What was doubtful is so no longer where the finished map gives it a pose.
+void resect_again(const Recording& recording, const std::set<std::int64_t>& frames, Tracker* tracker,
+                  RecordingResult* result) {
   if (frames.empty()) return;
   const auto is_wanted = [&](std::int64_t index) { return frames.count(index) > 0; };
-  read_again(recording, frames_total, *tracker, is_wanted,
-             [&](const RecordingReader& reader) { resect_again(reader, tracker); });
+  read_again(recording, result->frames_total, *tracker, is_wanted, [&](const RecordingReader& reader) {
+    if (resect_again(reader, tracker).map_from_camera) result->doubtful.erase(reader.index());
+  });
 }
 
 // Images whose poses were taken out: what is found without them stays, unless it lies astray.
 void pose_anew(const Recording& recording, const std::set<std::int64_t>& frames, Tracker* tracker,
                RecordingResult* result) {
-  resect_again(recording, frames, result->frames_total, tracker);
+  resect_again(recording, frames, tracker, result);
   tracker->leave_out_strays();
 }
 
@@ -142,7 +145,7 @@ void pose_anew(const Recording& recording, const std::set<std::int64_t>& frames,
 void settle_motion(const Recording& recording, Tracker* tracker, RecordingResult* result) {
   if (recording.interrupted()) return;
   const std::set<std::int64_t> unsettled = tracker->settle_motion();
-  resect_again(recording, unsettled, result->frames_total, tracker);
+  resect_again(recording, unsettled, tracker, result);
   tracker->smooth(unsettled);
   tracker->leave_out_strays();
 }
@@ -161,7 +164,7 @@ void leave_out_loose_ends(const Recording& recording, Tracker* tracker, Recordin
 void correct_contradicted(const Recording& recording, Tracker* tracker, RecordingResult* result) {
   if (recording.interrupted()) return;
   const std::set<std::int64_t> corrected = tracker->correct_contradicted();
-  resect_again(recording, corrected, result->frames_total, tracker);
+  resect_again(recording, corrected, tracker, result);
 }
 
 // What was followed in the place of something else for a while.
@@ -236,7 +239,7 @@ void pose_again(const Recording& recording, const FrameObserver& observer, Track
   if (recording.interrupted()) return;
   correct_contradicted(recording, tracker, result);
   // Of the images that are no keyframes the poses were found while the map was another.
-  resect_again(recording, tracker->posed_before_remake(), result->frames_total, tracker);
+  resect_again(recording, tracker->posed_before_remake(), tracker, result);
   if (recording.interrupted()) return;
   // Where the camera can hardly have been, between images where it certainly was.
   pose_anew(recording, tracker->take_out_strays(), tracker, result);

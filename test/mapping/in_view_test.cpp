@@ -39,6 +39,20 @@ TEST(StaysInView, AHeadThatTurnsOnceRound) {
   EXPECT_FALSE(has_left_behind(view_of(map), synthetic_camera(), half_out * cameras_from_head.back()));
 }
 
+TEST(StaysInView, MostlyAHeadSomeOfWhoseKeyframesAreElsewhere) {
+  Random random(3);
+  const Rigid3 aside(Eigen::Quaterniond(Eigen::AngleAxisd(60 * kDegree, Eigen::Vector3d::UnitY())),
+                     Eigen::Vector3d::Zero());
+  std::vector<Rigid3> cameras_from_head;
+  for (int k = 0; k < 18; ++k) cameras_from_head.push_back(before_turned_head(20 * k * kDegree));
+  Map map = map_of_views(synthetic_head(150, random), cameras_from_head);
+  for (KeyframeId id = 0; id < 6; ++id) map.set_pose(id, aside * map.keyframe(id)->camera_from_map);
+  EXPECT_FALSE(stays_in_view(map));
+  EXPECT_TRUE(mostly_stays_in_view(map));
+  for (KeyframeId id = 6; id < 10; ++id) map.set_pose(id, aside * map.keyframe(id)->camera_from_map);
+  EXPECT_FALSE(mostly_stays_in_view(map));
+}
+
 TEST(StaysInView, AStreetThatIsDrivenThroughDoesNot) {
   Random random(3);
   std::vector<Eigen::Vector3d> walls;

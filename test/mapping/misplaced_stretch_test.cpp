@@ -93,19 +93,42 @@ TEST(MisplacedStretch, WhatMovesOtherwiseAtItsEndsNeedsNoLandmarks) {
   EXPECT_EQ(stretch_of(map), (std::set<KeyframeId>{6, 7, 8}));
 }
 
-// A second body that is seen all along, larger than the one that the map is of.
-TEST(MisplacedStretch, ASecondBodyIsNone) {
+// An object of which these keyframes were put ten degrees too high. No two in a row have landmarks in common
+// that would tell.
+Map map_of_turned(const std::set<KeyframeId>& turned) {
+  constexpr std::size_t kKept = 87, kTurns = 3;  // features, of which each keyframe keeps every third
   Misplaced none;
   none.is_object = true;
   Map map = map_with_misplaced(none);
+  const Rigid3 upwards(Eigen::Quaterniond(Eigen::AngleAxisd(10 * kDegree, Eigen::Vector3d::UnitX())),
+                       Eigen::Vector3d::Zero());
   for (KeyframeId id = 0; id < kStretchKeyframes; ++id) {
-    const double upwards = 2.0 * static_cast<double>(id) * kDegree;
-    const Rigid3 turned(Eigen::Quaterniond(Eigen::AngleAxisd(upwards, Eigen::Vector3d::UnitX())),
-                        Eigen::Vector3d::Zero());
-    map.set_pose(id, turned * map.keyframe(id)->camera_from_map);
-    if (id != 0) forget_landmarks(id, &map);
+    const std::vector<LandmarkId> landmarks = map.keyframe(id)->landmark_of_feature;
+    for (std::size_t f = 0; f < landmarks.size(); ++f) {
+      if (f >= kKept || f % kTurns != static_cast<std::size_t>(id) % kTurns)
+        map.remove_observation(landmarks[f], id);
+    }
+    if (turned.count(id)) map.set_pose(id, upwards * map.keyframe(id)->camera_from_map);
   }
-  EXPECT_TRUE(stretch_of(map).empty());
+  return map;
+}
+
+TEST(MisplacedStretch, MovesOtherwiseBeforeAnObject) {
+  EXPECT_EQ(stretch_of(map_of_turned({7})), std::set<KeyframeId>{7});
+}
+
+TEST(MisplacedStretch, MovesOtherwiseForMoreThanAQuarterOfTheWay) {
+  EXPECT_EQ(stretch_of(map_of_turned({6, 7, 8, 9, 10})), (std::set<KeyframeId>{6, 7, 8, 9, 10}));
+}
+
+// What is after it shows it as well.
+TEST(MisplacedStretch, ThatIsNotHealedWithoutItIsNone) {
+  EXPECT_TRUE(stretch_of(map_of_turned({7, 8, 9, 10, 11, 12, 13, 14, 15})).empty());
+}
+
+// A second body is seen all along.
+TEST(MisplacedStretch, ASecondBodyIsNone) {
+  EXPECT_TRUE(stretch_of(map_of_turned({1, 3, 5, 7, 9, 11, 13, 15})).empty());
 }
 
 // Which of two sides is right, one break does not tell.

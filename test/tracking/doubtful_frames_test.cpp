@@ -27,10 +27,10 @@ TEST(DoubtfulFrames, BetweenTwoThatAreBeyondDoubtOneIsNone) {
 // One of six may be half of the way off; of a hundred, a few hardly matter.
 TEST(DoubtfulFrames, OfAShortPathOneMayLeadAstray) {
   EXPECT_FALSE(may_lead_astray(0, 6));
-  EXPECT_TRUE(may_lead_astray(1, 6));
-  EXPECT_FALSE(may_lead_astray(1, 100));
-  EXPECT_FALSE(may_lead_astray(5, 100));
-  EXPECT_TRUE(may_lead_astray(30, 100));
+  EXPECT_TRUE(may_lead_astray(1, 40));
+  EXPECT_FALSE(may_lead_astray(1, 50));
+  EXPECT_FALSE(may_lead_astray(11, 100));
+  EXPECT_TRUE(may_lead_astray(12, 100));
   EXPECT_FALSE(may_lead_astray(100, 1000));
   EXPECT_TRUE(may_lead_astray(300, 1000)) << "each leads to the next";
 }

@@ -11,11 +11,11 @@ namespace mono_pose_tracker {
 /// ends contradicts the map (mapping/contradiction.h), and at one of them most of it does; or most of what
 /// two keyframes have in common there moves as one in another way than they do (mapping/second_motion.h; not
 /// where that is so in a quarter of all, which is a second body), while the keyframe before the stretch and
-/// the one after it agree. What is before and after it must hang together without it, as firmly as a seam
-/// (mapping/seam.h). So it is where a hand covers an object for a while and is followed in its place. Empty
-/// where there is none, where it is more than a quarter of the map (a third, where those two agree), or holds
-/// keyframes of an earlier run or the first two, which hold the map's frame and scale. Of several, the
-/// shortest. matches: of the map's keyframes.
+/// the one after it do not show that. What is before and after it must hang together without it, as firmly as
+/// a seam (mapping/seam.h). So it is where a hand covers an object for a while and is followed in its place.
+/// Empty where there is none, where it is more than a quarter of the map (a third, where those two do not),
+/// or holds keyframes of an earlier run or the first two, which hold the map's frame and scale. Of several,
+/// the shortest. matches: of the map's keyframes.
 std::set<KeyframeId> misplaced_stretch(const Map& map, const MatchesInTime& matches,
                                        const MatchOptions& matching, const RansacOptions& ransac);
 

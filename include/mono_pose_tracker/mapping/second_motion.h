@@ -39,6 +39,7 @@ PairMotions motions_of(std::vector<Match> matches, const PosedImage& first, cons
                        const RansacOptions& ransac);
 
 /// How many matches lie off the lines on which the images' poses have them, by more than noise of a pose.
+/// Rays that meet behind the cameras are not counted: by noise half of those of what is far do.
 int count_off_epipolar_lines(const std::vector<Match>& matches, const PosedImage& first,
                              const PosedImage& second, const RansacOptions& ransac);
 

@@ -51,7 +51,7 @@ struct FinishedMap {
   double depth_evidence = 0;     // that it is not reversed in depth (mapping/depth_reversal.h)
   double geometry_evidence = 0;  // that it did not begin as a plane's twin (mapping/rival_geometry.h)
   bool is_founded = false;       // a third view confirmed its beginning, it is sure, and its seams hold
-  bool confirmed = false;        // that, what it is of is what was asked for, and its path is known
+  bool confirmed = false;        // that, it is of what was asked for, its path is known, few poses doubtful
 
   bool is_depth_sure() const { return depth_evidence >= kMinDepthEvidence; }
   bool is_path_known() const { return !path || path->is_known(); }
