@@ -126,7 +126,8 @@ class LiveTest(unittest.TestCase):
                 positions = self.first_heard("camera_positions", PointCloud2)
                 self.assertEqual((positions.width, positions.header.stamp), (len(posed), status.header.stamp))
                 points = self.first_heard("points", PointCloud2)
-                self.assertGreater(points.width, status.inliers)
+                # All that the map has; some of what the pose was found by may have been culled since.
+                self.assertGreater(points.width, 0.9 * status.inliers)
                 self.assertEqual(points.header.stamp, status.header.stamp)
                 self.assertGreater(len(self.first_heard("keyframes", MarkerArray).markers[0].points), 0)
             self.doCleanups()
