@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <utility>
 #include <vector>
 
 #include "held_keyframe.h"
@@ -27,11 +26,13 @@ struct Stretch {
 
 // What lies between two keyframes that follow each other.
 struct Break {
-  std::size_t after = 0;  // the second of them, in the order of time
-  bool is_whole = false;  // most of what is seen is elsewhere: of the two poses one is wrong
-  // Whole by that only that most of what is seen moves otherwise.
-  bool is_of_motion = false;
-  bool contradicts = false;  // by its landmarks
+  std::size_t after = 0;          // the second of them, in the order of time
+  bool contradicts = false;       // by its landmarks
+  bool most_contradicts = false;  // most of them
+  bool is_of_motion = false;      // most of what is seen moves otherwise, though few landmarks tell it
+
+  // Most of what is seen is elsewhere: of the two poses one is wrong.
+  bool is_whole() const { return most_contradicts || is_of_motion; }
 };
 
 constexpr double kMostOfSeen = 0.5;
@@ -60,8 +61,8 @@ void leave_out_second_body(std::size_t pairs, std::vector<Break>* breaks) {
   const auto is_of_motion = [](const Break& b) { return b.is_of_motion; };
   const auto count = std::count_if(breaks->begin(), breaks->end(), is_of_motion);
   if (static_cast<double>(count) <= kMostOfMap * static_cast<double>(pairs)) return;
-  for (Break& b : *breaks) b.is_whole &= !std::exchange(b.is_of_motion, false);
-  const auto is_none = [](const Break& b) { return !b.is_whole && !b.contradicts; };
+  for (Break& b : *breaks) b.is_of_motion = false;
+  const auto is_none = [](const Break& b) { return !b.contradicts; };
   breaks->erase(std::remove_if(breaks->begin(), breaks->end(), is_none), breaks->end());
 }
 
@@ -75,12 +76,11 @@ std::vector<Break> breaks_in_time(const Map& map, const Keyframes& in_time, cons
   for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
     const Keyframe &first = *in_time[i], &second = *in_time[i + 1];
     const ContradictionBothWays between = contradiction_both_ways(map, first, second, matches[i]);
-    const bool is_whole = std::max(between.onward.share(), between.back.share()) > kMostOfSeen;
+    const bool most_contradicts = std::max(between.onward.share(), between.back.share()) > kMostOfSeen;
     const bool is_of_motion =
-        is_object && !is_whole && most_moves_otherwise(first, second, matches[i], ransac);
+        is_object && !most_contradicts && most_moves_otherwise(first, second, matches[i], ransac);
     const bool contradicts = between.is_significant();
-    if (is_of_motion || contradicts)
-      breaks.push_back({i + 1, is_whole || is_of_motion, is_of_motion, contradicts});
+    if (is_of_motion || contradicts) breaks.push_back({i + 1, contradicts, most_contradicts, is_of_motion});
   }
   leave_out_second_body(matches.size(), &breaks);
   return breaks;
@@ -91,7 +91,7 @@ std::vector<Stretch> stretches_between(const std::vector<Break>& breaks) {
   std::vector<Stretch> stretches;
   for (auto end = breaks.begin(); end != breaks.end(); ++end) {
     for (auto begin = breaks.begin(); begin != end; ++begin) {
-      if (begin->is_whole || end->is_whole)
+      if (begin->is_whole() || end->is_whole())
         stretches.push_back({begin->after, end->after, begin->is_of_motion || end->is_of_motion});
     }
   }

@@ -27,10 +27,15 @@ constexpr double kMostTurn = 0.6;
 // Nearest features of known motion that decide for those that obey both.
 constexpr std::size_t kVoters = 5;
 
-// Sampson error, or what is behind a camera: it contradicts as well.
+bool is_on_line(const Eigen::Matrix3d& essential, const Eigen::Vector3d& bearing1,
+                const Eigen::Vector3d& bearing2, double limit) {
+  return std::abs(sampson_error(essential, bearing1, bearing2)) < limit;
+}
+
+// What is behind a camera contradicts as well.
 bool obeys(const Rigid3& second_from_first, const Eigen::Matrix3d& essential, const Eigen::Vector3d& bearing1,
            const Eigen::Vector3d& bearing2, double limit) {
-  return std::abs(sampson_error(essential, bearing1, bearing2)) < limit &&
+  return is_on_line(essential, bearing1, bearing2, limit) &&
          is_in_front(second_from_first, bearing1, bearing2);
 }
 
@@ -128,7 +133,7 @@ int count_off_epipolar_lines(const std::vector<Match>& matches, const PosedImage
   const Eigen::Matrix3d essential =
       essential_matrix(second.camera_from_map * first.camera_from_map.inverse());
   return static_cast<int>(std::count_if(matches.begin(), matches.end(), [&](const Match& m) {
-    return std::abs(sampson_error(essential, set1.bearings[m.first], set2.bearings[m.second])) >= limit;
+    return !is_on_line(essential, set1.bearings[m.first], set2.bearings[m.second], limit);
   }));
 }
 

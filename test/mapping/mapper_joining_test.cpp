@@ -7,6 +7,7 @@
 
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/mapping/mapper.h"
+#include "support/aligned_errors.h"
 #include "support/posed_candidate.h"
 #include "support/synthetic_views.h"
 #include "support/unhurried_options.h"
@@ -74,14 +75,10 @@ class MapperJoiningTest : public testing::Test {
       found.push_back(keyframe.center_in_map());
       truth.push_back(pose(static_cast<int>(keyframe.frame_index)).inverse().translation);
     }
-    Sim3 truth_from_found;
-    EXPECT_TRUE(align_sim3(found, truth, &truth_from_found));
-    double worst = 0, longest = 0;
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      worst = std::max(worst, (truth_from_found * found[i] - truth[i]).norm());
-      longest = std::max(longest, (truth[i] - truth[0]).norm());
-    }
-    return worst / longest;
+    const std::vector<double> errors = aligned_errors(found, truth);
+    double longest = 0;
+    for (const Eigen::Vector3d& center : truth) longest = std::max(longest, (center - truth[0]).norm());
+    return *std::max_element(errors.begin(), errors.end()) / longest;
   }
 
   std::map<int, std::pair<Frame, std::vector<int>>> images_;

@@ -12,6 +12,7 @@
 #include "mono_pose_tracker/mapping/mapping_worker.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "mono_pose_tracker/simulation/loop_study.h"
+#include "support/aligned_errors.h"
 #include "support/posed_candidate.h"
 #include "support/synthetic_views.h"
 
@@ -77,12 +78,7 @@ class MapperLoopsTest : public testing::Test {
       found.push_back(keyframe.camera_from_map.inverse().translation);
       truth.push_back(walk_.camera_from_world[keyframe.frame_index].inverse().translation);
     }
-    Sim3 truth_from_map;
-    EXPECT_TRUE(align_sim3(found, truth, &truth_from_map));
-    double sum = 0;
-    for (std::size_t i = 0; i < found.size(); ++i)
-      sum += (truth_from_map * found[i] - truth[i]).squaredNorm();
-    return std::sqrt(sum / static_cast<double>(found.size()));
+    return aligned_rmse(found, truth);
   }
 
   int frames() const { return static_cast<int>(walk_.camera_from_world.size()); }

@@ -73,18 +73,22 @@ TEST(MisplacedStretch, WithoutItTheMapHasNone) {
   EXPECT_TRUE(stretch_of(map).empty());
 }
 
-// What the keyframe sees of the map, all but a few: the features stay.
-void forget_landmarks(KeyframeId id, Map* map) {
-  constexpr std::size_t kKept = 20;
+// What the keyframe sees of the map, but for these features: they stay.
+template <typename IsKept>
+void forget_landmarks(KeyframeId id, IsKept is_kept, Map* map) {
   const std::vector<LandmarkId> landmarks = map->keyframe(id)->landmark_of_feature;
-  for (std::size_t f = kKept; f < landmarks.size(); ++f) map->remove_observation(landmarks[f], id);
+  for (std::size_t f = 0; f < landmarks.size(); ++f) {
+    if (!is_kept(f)) map->remove_observation(landmarks[f], id);
+  }
 }
 
 // What comes before an object is no landmark of what was seen before it: too few landmarks contradict.
 // (Turned upwards: sideways all would move along its epipolar lines.)
 TEST(MisplacedStretch, WhatMovesOtherwiseAtItsEndsNeedsNoLandmarks) {
   Map map = map_with_misplaced({6, 9, true, {0.15, 0, 0}, true});
-  for (const KeyframeId id : {5, 6, 8, 9}) forget_landmarks(id, &map);
+  for (const KeyframeId id : {5, 6, 8, 9})
+    forget_landmarks(
+        id, [](std::size_t f) { return f < 20; }, &map);
   const MatchesInTime matches = match_in_time(map, MatchOptions(), 1);
   for (const KeyframeId id : {5, 8}) {
     ASSERT_FALSE(
@@ -103,11 +107,9 @@ Map map_of_turned(const std::set<KeyframeId>& turned) {
   const Rigid3 upwards(Eigen::Quaterniond(Eigen::AngleAxisd(10 * kDegree, Eigen::Vector3d::UnitX())),
                        Eigen::Vector3d::Zero());
   for (KeyframeId id = 0; id < kStretchKeyframes; ++id) {
-    const std::vector<LandmarkId> landmarks = map.keyframe(id)->landmark_of_feature;
-    for (std::size_t f = 0; f < landmarks.size(); ++f) {
-      if (f >= kKept || f % kTurns != static_cast<std::size_t>(id) % kTurns)
-        map.remove_observation(landmarks[f], id);
-    }
+    const auto turn = static_cast<std::size_t>(id) % kTurns;
+    forget_landmarks(
+        id, [&](std::size_t f) { return f < kKept && f % kTurns == turn; }, &map);
     if (turned.count(id)) map.set_pose(id, upwards * map.keyframe(id)->camera_from_map);
   }
   return map;

@@ -3,12 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-
 #include <vector>
 
 #include "mono_pose_tracker/geometry/sim3.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "support/add_view.h"
+#include "support/aligned_errors.h"
 #include "support/skyline.h"
 #include "support/synthetic_views.h"
 
@@ -34,17 +34,11 @@ Map map_along(const std::vector<Eigen::Vector3d>& centers, const SyntheticScene&
   return map;
 }
 
-// Of the positions, once the similarity that fits best has been undone.
+// In the map's unit.
 double root_mean_square_error(const Map& map, const std::vector<Eigen::Vector3d>& centers) {
   std::vector<Eigen::Vector3d> found;
-  for (std::size_t k = 0; k < centers.size(); ++k)
-    found.push_back(map.keyframe(static_cast<KeyframeId>(k))->center_in_map());
-  Sim3 map_from_truth;
-  EXPECT_TRUE(align_sim3(centers, found, &map_from_truth));
-  double sum = 0;
-  for (std::size_t k = 0; k < centers.size(); ++k)
-    sum += (map_from_truth * centers[k] - found[k]).squaredNorm();
-  return std::sqrt(sum / static_cast<double>(centers.size()));
+  for (const auto& entry : map.keyframes()) found.push_back(entry.second.center_in_map());
+  return aligned_rmse(centers, found);
 }
 
 // Over maps of which each is off by chance.

@@ -112,10 +112,20 @@ class LiveTest(unittest.TestCase):
         self.assertTrue(listener.wait_for_number(1), topic + " is given to who comes late")
         return listener.messages[0]
 
+    def walk_until_settled(self):
+        """The last two images were posed in the map as it is: nothing of it is being culled."""
+        settled = 0
+        for _ in range(200):
+            status = self.camera.walk(1)
+            settled = settled + 1 if status.worker_backlog == 0 else 0
+            if settled > 1:
+                return status
+        raise AssertionError("the mapper is never done")
+
     def test_4_who_comes_late_hears_it_all_as_it_is_now(self):
         """Nobody listened before, then somebody who has left: neither is what came late to be told from."""
         for _ in range(2):
-            status = self.camera.walk(3)
+            status = self.walk_until_settled()
             posed = [s.header.stamp for s in self.camera.statuses.messages
                      if s.state == TrackerStatus.TRACKING and s.epoch == status.epoch]
             for _ in range(2):  # the second while the first still listens
@@ -126,8 +136,7 @@ class LiveTest(unittest.TestCase):
                 positions = self.first_heard("camera_positions", PointCloud2)
                 self.assertEqual((positions.width, positions.header.stamp), (len(posed), status.header.stamp))
                 points = self.first_heard("points", PointCloud2)
-                # All that the map has; some of what the pose was found by may have been culled since.
-                self.assertGreater(points.width, 0.9 * status.inliers)
+                self.assertGreater(points.width, status.inliers)
                 self.assertEqual(points.header.stamp, status.header.stamp)
                 self.assertGreater(len(self.first_heard("keyframes", MarkerArray).markers[0].points), 0)
             self.doCleanups()
