@@ -57,12 +57,16 @@ bool Contradiction::is_significant() const {
                                      deviations_above(kOfARightMap, contradicting, matches) >= kDeviations);
 }
 
+bool Contradiction::is_worse_than(const Contradiction& other) const {
+  return is_significant() != other.is_significant() ? is_significant() : share() > other.share();
+}
+
 Contradiction worst_contradiction(const Map& map, const MatchesInTime& matches) {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
   Contradiction worst;
   for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
     const Contradiction here = contradiction_between(map, *in_time[i], *in_time[i + 1], matches[i]);
-    if (i == 0 || here.share() > worst.share()) worst = here;
+    if (i == 0 || here.is_worse_than(worst)) worst = here;
   }
   return worst;
 }

@@ -10,7 +10,8 @@ namespace mono_pose_tracker {
 // two, which hold the map's frame and scale, or of an earlier run.
 inline bool is_held(const Map& map, const Keyframe& keyframe) {
   const auto first = map.keyframes().begin();
-  return keyframe.frame_index < 0 || keyframe.id == first->first || keyframe.id == std::next(first)->first;
+  return is_of_earlier_run(keyframe.frame_index) || keyframe.id == first->first ||
+         keyframe.id == std::next(first)->first;
 }
 
 }  // namespace mono_pose_tracker

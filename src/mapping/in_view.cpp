@@ -16,32 +16,38 @@ bool is_in_view(const CameraModel& camera, const Eigen::Vector3d& x_in_camera) {
   return camera.project(x_in_camera, &pixel) && camera.in_image(pixel);
 }
 
-double share_in_view(const Map& map, const Keyframe& keyframe) {
-  if (map.landmarks().empty()) return 0;
-  const auto in_view = std::count_if(map.landmarks().begin(), map.landmarks().end(), [&](const auto& entry) {
-    return is_in_view(keyframe.image->camera, keyframe.camera_from_map * entry.second.x_in_map);
-  });
-  return static_cast<double>(in_view) / static_cast<double>(map.landmarks().size());
+// Of every so manyth landmark, so that the share is known to a hundredth or two.
+constexpr std::size_t kMostAsked = 1000;
+std::size_t step_of(std::size_t landmarks) { return 1 + landmarks / kMostAsked; }
+
+double share_in_view(const Map& map, const Keyframe& keyframe, std::size_t step) {
+  std::ptrdiff_t asked = 0, in_view = 0;
+  for (const auto& [id, landmark] : map.landmarks()) {
+    if (static_cast<std::size_t>(id) % step != 0) continue;
+    ++asked;
+    in_view += is_in_view(keyframe.image->camera, keyframe.camera_from_map * landmark.x_in_map);
+  }
+  return asked > 0 ? static_cast<double>(in_view) / static_cast<double>(asked) : 0;
 }
 
 }  // namespace
 
 bool stays_in_view(const Map& map) {
   return std::all_of(map.keyframes().begin(), map.keyframes().end(),
-                     [&](const auto& entry) { return share_in_view(map, entry.second) >= kLeastShare; });
+                     [&](const auto& entry) { return share_in_view(map, entry.second, 1) >= kLeastShare; });
 }
 
 bool mostly_stays_in_view(const Map& map) {
+  const std::size_t step = step_of(map.landmarks().size());
   const auto staying = std::count_if(map.keyframes().begin(), map.keyframes().end(), [&](const auto& entry) {
-    return share_in_view(map, entry.second) >= kLeastIfSomeAreWrong;
+    return share_in_view(map, entry.second, step) >= kLeastIfSomeAreWrong;
   });
   return 2 * staying > static_cast<std::ptrdiff_t>(map.keyframes().size());
 }
 
 bool has_left_behind(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map) {
-  constexpr std::size_t kMostAsked = 1000;  // landmarks: the share is known to a hundredth or two
-  constexpr double kLeastBehind = 0.05;     // of one that is wrong here and there
-  const std::size_t step = 1 + map.landmarks.size() / kMostAsked;
+  constexpr double kLeastBehind = 0.05;  // of one that is wrong here and there
+  const std::size_t step = step_of(map.landmarks.size());
   std::size_t at = 0;
   std::ptrdiff_t asked = 0, in_view = 0, behind = 0;
   for (const auto& entry : map.landmarks) {

@@ -56,9 +56,9 @@ void Mapper::separate_motions(KeyframeId id) {
   constexpr int kPartners = 2;
   if (!options_.separates_motions) return;
   std::vector<KeyframeId> partners = neighbors(id, kPartners);
-  const auto before = map_.keyframes().find(id);
-  if (before != map_.keyframes().begin()) {
-    const KeyframeId previous = std::prev(before)->first;
+  const auto place = map_.keyframes().find(id);
+  if (place != map_.keyframes().begin()) {
+    const KeyframeId previous = std::prev(place)->first;
     if (std::find(partners.begin(), partners.end(), previous) == partners.end()) partners.push_back(previous);
   }
   for (const KeyframeId partner : partners) {

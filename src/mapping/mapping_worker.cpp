@@ -60,7 +60,7 @@ void MappingWorker::stop() {
 }
 
 void MappingWorker::begin(std::uint32_t epoch, Work work) {
-  reset(epoch);
+  drop_jobs(epoch);
   post({std::move(work), epoch});
   wait_for_jobs();
 }
@@ -108,14 +108,19 @@ void MappingWorker::transform(const Sim3& new_from_map, std::optional<ScaleSourc
 }
 
 void MappingWorker::reset(std::uint32_t epoch) {
+  drop_jobs(epoch);
+  TrackingMapPtr latest;  // freed once nobody waits for the mutex
+  const std::lock_guard<std::mutex> lock(mutex_);
+  latest_.swap(latest);
+}
+
+void MappingWorker::drop_jobs(std::uint32_t epoch) {
   // Whole maps and images hang on these: they are freed once nobody waits for the mutex.
   std::deque<Job> jobs;
   std::optional<AsideJob> aside;
-  TrackingMapPtr latest;
   const std::lock_guard<std::mutex> lock(mutex_);
   jobs_.swap(jobs);
   aside_.swap(aside);
-  latest_.swap(latest);
   if (busy_) cancel_ = true;
   if (aside_busy_) cancel_aside_ = true;
   error_ = nullptr;

@@ -10,6 +10,7 @@
 #include "mono_pose_tracker/mapping/in_view.h"
 #include "mono_pose_tracker/mapping/seam.h"
 #include "mono_pose_tracker/mapping/second_motion.h"
+#include "span_in_time.h"
 
 namespace mono_pose_tracker {
 
@@ -100,21 +101,11 @@ std::vector<Stretch> stretches_between(const std::vector<Break>& breaks) {
   return stretches;
 }
 
-// Landmarks that two keyframes before it and two after it see.
-int ties_across(const Map& map, const Keyframes& in_time, const Stretch& stretch) {
-  const std::int64_t first = in_time[stretch.begin]->frame_index;
-  const std::int64_t last = in_time[stretch.end - 1]->frame_index;
-  int ties = 0;
-  for (const auto& entry : map.landmarks()) {
-    int before = 0, after = 0;
-    for (const Observation& o : entry.second.observations) {
-      const std::int64_t frame = map.keyframe(o.keyframe)->frame_index;
-      before += frame < first;
-      after += frame > last;
-    }
-    ties += before >= 2 && after >= 2;
-  }
-  return ties;
+// As firmly as a seam does.
+bool holds_without(const Stretch& stretch, const std::vector<SpanInTime>& spans) {
+  return std::count_if(spans.begin(), spans.end(), [&](const SpanInTime& span) {
+           return span.ties(stretch.begin, stretch.end);
+         }) >= Seam::kMinPoints;
 }
 
 bool may_go(const Map& map, const Keyframes& in_time, const Stretch& stretch) {
@@ -141,9 +132,13 @@ bool is_healed_without(const Keyframes& in_time, const Stretch& stretch, const M
 std::set<KeyframeId> misplaced_stretch(const Map& map, const MatchesInTime& matches,
                                        const MatchOptions& matching, const RansacOptions& ransac) {
   const Keyframes in_time = keyframes_in_time(map);
+  const std::vector<Stretch> stretches = stretches_between(breaks_in_time(map, in_time, matches, ransac));
   std::set<KeyframeId> misplaced;
-  for (const Stretch& stretch : stretches_between(breaks_in_time(map, in_time, matches, ransac))) {
-    if (!may_go(map, in_time, stretch) || ties_across(map, in_time, stretch) < Seam::kMinPoints ||
+  if (stretches.empty()) return misplaced;
+  const std::vector<SpanInTime> spans = spans_in_time(map, in_time);
+  for (const Stretch& stretch : stretches) {
+    if (is_set(ransac.cancelled)) break;
+    if (!may_go(map, in_time, stretch) || !holds_without(stretch, spans) ||
         !is_healed_without(in_time, stretch, matching, ransac)) {
       continue;
     }

@@ -43,11 +43,11 @@ class AlikeKeyframes {
   int size() const { return static_cast<int>(in_time_.size()); }
   const Keyframe& at(int i) const { return *in_time_[i]; }
 
-  // Those of other parts, of the same run.
+  // Those of other parts, of the same run: between two runs a chair may have been moved.
   Keyframes most_alike(const Keyframe& keyframe) const {
     const auto is_asked = [&](KeyframeId id) {
       return part_of_.at(id) != part_of_.at(keyframe.id) &&
-             is_of_earlier_run(*map_.keyframe(id)) == is_of_earlier_run(keyframe);
+             is_of_earlier_run(map_.keyframe(id)->frame_index) == is_of_earlier_run(keyframe.frame_index);
     };
     Keyframes alike;
     for (const PlaceMatch& match : index_.query(keyframe.image->set, kAsked, is_asked)) {
@@ -57,9 +57,6 @@ class AlikeKeyframes {
   }
 
  private:
-  // Frames of earlier runs come before 0. Between two runs a chair may have been moved.
-  static bool is_of_earlier_run(const Keyframe& keyframe) { return keyframe.frame_index < 0; }
-
   // To all that a chain of well tied keyframes leads to from this one.
   void spread_part(const Keyframe& from) {
     if (!part_of_.emplace(from.id, parts_).second) return;
@@ -108,9 +105,10 @@ MisplacedView compare(const Map& map, const Keyframe& other, const Keyframe& own
   return view;
 }
 
-// Of two: more stands elsewhere. Any is worse than none.
+// Of two: more stands elsewhere, and not by chance. Any is worse than none.
 bool is_worse(const MisplacedView& a, const MisplacedView& b) {
-  return (b.frame_index < 0 && a.frame_index >= 0) || a.share() > b.share();
+  if ((a.frame_index < 0) != (b.frame_index < 0)) return b.frame_index < 0;
+  return a.is_significant() != b.is_significant() ? a.is_significant() : a.share() > b.share();
 }
 
 }  // namespace

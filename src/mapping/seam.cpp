@@ -5,35 +5,25 @@
 #include <vector>
 
 #include "held_keyframe.h"
+#include "keyframe_landmarks.h"
+#include "span_in_time.h"
 
 namespace mono_pose_tracker {
 
 Seam weakest_seam(const Map& map) {
-  std::vector<std::int64_t> frames;  // of the keyframes, in order
-  for (const auto& entry : map.keyframes()) frames.push_back(entry.second.frame_index);
-  std::sort(frames.begin(), frames.end());
+  const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
   Seam weakest{0, std::numeric_limits<int>::max()};
-  if (frames.size() < 4) return weakest;
-  // A landmark holds the seams between its second and its last but one keyframe.
-  std::vector<int> change(frames.size() + 1);
-  for (const auto& entry : map.landmarks()) {
-    std::vector<std::int64_t> seen;
-    for (const Observation& o : entry.second.observations) {
-      seen.push_back(map.keyframe(o.keyframe)->frame_index);
-    }
-    if (seen.size() < 4) continue;
-    std::sort(seen.begin(), seen.end());
-    const auto place = [&](std::int64_t frame) {
-      return std::lower_bound(frames.begin(), frames.end(), frame) - frames.begin();
-    };
-    ++change[place(seen[1]) + 1];
-    --change[place(seen[seen.size() - 2]) + 1];
+  if (in_time.size() < 4) return weakest;
+  std::vector<int> change(in_time.size() + 1);
+  for (const SpanInTime& span : spans_in_time(map, in_time)) {
+    ++change[span.second + 1];
+    --change[span.last_but_one + 1];
   }
   int held = 0;
-  for (std::size_t i = 0; i + 1 < frames.size(); ++i) {
+  for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
     held += change[i];
     // Two keyframes are needed on either side; the loop leaves two after the last seam.
-    if (i >= 2 && held < weakest.points) weakest = {frames[i], held};
+    if (i >= 2 && held < weakest.points) weakest = {in_time[i]->frame_index, held};
   }
   return weakest;
 }

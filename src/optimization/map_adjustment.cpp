@@ -159,7 +159,7 @@ MapProblem build(const Map& map, const std::vector<KeyframeId>& free, const std:
 struct KeyframesOfThisRun {
   explicit KeyframesOfThisRun(const Map& map) {
     for (const auto& [id, keyframe] : map.keyframes()) {
-      if (keyframe.frame_index >= 0) ids.push_back(id);
+      if (!is_of_earlier_run(keyframe.frame_index)) ids.push_back(id);
     }
     std::sort(ids.begin(), ids.end(), [&](KeyframeId a, KeyframeId b) {
       return std::make_pair(map.keyframe(a)->frame_index, a) <

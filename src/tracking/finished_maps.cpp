@@ -12,7 +12,7 @@ std::set<std::int64_t> frames_of(const std::vector<PosedFrame>& trajectory) {
 
 bool is_loaded(const FinishedMap& map) {
   const auto& keyframes = map.map.keyframes();
-  return !keyframes.empty() && keyframes.begin()->second.frame_index < 0;
+  return !keyframes.empty() && is_of_earlier_run(keyframes.begin()->second.frame_index);
 }
 
 std::size_t frames_beside_first(const std::vector<FinishedMap>& maps) {

@@ -53,8 +53,9 @@ std::optional<std::string> PoseDoubt::doubt_of(std::int64_t stamp_ns, const Rese
   const double growth = std::pow(std::max(1.0, gap_ns / usual_gap_ns_), 2);
 
   const Rigid3 found_from_predicted = resection.camera_from_map * predicted->inverse();
-  const double turn = Eigen::AngleAxisd(found_from_predicted.rotation).angle() / growth;
-  const double shift = found_from_predicted.translation.norm() / growth;
+  const double whole_turn = Eigen::AngleAxisd(found_from_predicted.rotation).angle();
+  const double whole_shift = found_from_predicted.translation.norm();
+  const double turn = whole_turn / growth, shift = whole_shift / growth;  // of the usual gap
   const double rotation_variance =
       rotation_variance_ + resection.covariance.bottomRightCorner<3, 3>().trace() / 3;
   const double translation_variance =
@@ -74,7 +75,7 @@ std::optional<std::string> PoseDoubt::doubt_of(std::int64_t stamp_ns, const Rese
   return formatted(
       "%.2f deg and %.3g units from where the motion led, %.1f times what is usual, and %.0f %% of the "
       "points found that are to be expected",
-      turn / kDegree, shift, std::sqrt(distance2 / 6), 100 * share);
+      whole_turn / kDegree, whole_shift, std::sqrt(distance2 / 6), 100 * share);
 }
 
 }  // namespace mono_pose_tracker

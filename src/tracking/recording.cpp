@@ -88,7 +88,9 @@ void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tr
       held[reader.index()] =
           tracker->keep_for_later(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
     } else {
-      observer(2, reader.index(), resect_again(reader, tracker));
+      const FrameReport report = resect_again(reader, tracker);
+      if (report.map_from_camera) result->doubtful.erase(reader.index());
+      observer(2, reader.index(), report);
     }
   });
   tracker->fill_gaps();
@@ -158,13 +160,6 @@ void leave_out_loose_ends(const Recording& recording, Tracker* tracker, Recordin
   pose_anew(recording, loose, tracker, result);
   result->left_out = loose;
   for (const PosedFrame& frame : tracker->trajectory()) result->left_out.erase(frame.index);
-}
-
-// Poses that hang on what is far, and were wrong about what is near.
-void correct_contradicted(const Recording& recording, Tracker* tracker, RecordingResult* result) {
-  if (recording.interrupted()) return;
-  const std::set<std::int64_t> corrected = tracker->correct_contradicted();
-  resect_again(recording, corrected, tracker, result);
 }
 
 // What was followed in the place of something else for a while.
@@ -237,9 +232,11 @@ void pose_again(const Recording& recording, const FrameObserver& observer, Track
   pose_the_rest(recording, observer, tracker, result);
   // What follows takes poses out, to find them anew.
   if (recording.interrupted()) return;
-  correct_contradicted(recording, tracker, result);
-  // Of the images that are no keyframes the poses were found while the map was another.
-  resect_again(recording, tracker->posed_before_remake(), tracker, result);
+  // Poses that hang on what is far, and were wrong about what is near; and of the images that are no
+  // keyframes those that were found while the map was another.
+  std::set<std::int64_t> outdated = tracker->correct_contradicted();
+  outdated.merge(tracker->posed_before_remake());
+  resect_again(recording, outdated, tracker, result);
   if (recording.interrupted()) return;
   // Where the camera can hardly have been, between images where it certainly was.
   pose_anew(recording, tracker->take_out_strays(), tracker, result);

@@ -267,14 +267,14 @@ void tell_of_smaller_body(double share, RecordingResult* result) {
 }
 
 // Where the map is of less than what moves as one otherwise, and no masks say which is wanted: the recording
-// again, by masks of the other. It is kept where it is the larger indeed.
-void turn_to_larger_body(Attempts* attempts, const Recording& recording, TrackedRecording* kept) {
+// again, by masks of the other. It is kept, and its masks, where it is the larger indeed: whether it is.
+bool turn_to_larger_body(Attempts* attempts, Recording* recording, TrackedRecording* kept) {
   constexpr double kPlainly = 1.2;  // times as much of it is seen, as OtherBody::is_larger asks
   const OtherBody& larger = kept->result.maps.front().other_body;
-  if (recording.masks) return;
-  Recording masked = within_other_body(recording, kept->result);
+  if (recording->masks) return false;
+  Recording masked = within_other_body(*recording, kept->result);
   for (const double beginning : kBeginnings) {
-    if (!can_be_tracked(masked)) return;
+    if (!can_be_tracked(masked)) return false;
     masked.first_tracked = frame_at(beginning, kept->result);
     TrackedRecording found = attempts->next(masked);
     if (!is_founded(found.result) || !is_most_of(found.result, kept->result) ||
@@ -282,9 +282,11 @@ void turn_to_larger_body(Attempts* attempts, const Recording& recording, Tracked
       continue;
     }
     tell_of_smaller_body(1 - larger.share(), &found.result);
+    *recording = std::move(masked);
     *kept = std::move(found);
-    return;
+    return true;
   }
+  return false;
 }
 
 // At these, from the first_index-th on, until a result is sure. Whether one of them is kept.
@@ -332,14 +334,14 @@ TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker
   const bool is_by_masks = leave_out_background(kept, &again) && begin_anew(&attempts, 0, again, &kept);
   if (!is_by_masks) again = recording;
   const bool first_is_smaller = is_of_smaller_body(kept.result);
-  if (first_is_smaller) turn_to_larger_body(&attempts, again, &kept);
+  bool turned = first_is_smaller && turn_to_larger_body(&attempts, &again, &kept);
   const bool first_is_other = is_of_other_body(kept.result);
-  const bool turned = first_is_other && turn_to_other_body(&attempts, &again, &kept);
+  turned = (first_is_other && turn_to_other_body(&attempts, &again, &kept)) || turned;
   if (!is_by_masks && !turned && !is_enough(kept.result, again.body != nullptr)) {
     begin_anew(&attempts, 1, again, &kept);
     if (!first_is_other && is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
   }
-  if (!first_is_smaller && is_of_smaller_body(kept.result)) turn_to_larger_body(&attempts, again, &kept);
+  if (!first_is_smaller && is_of_smaller_body(kept.result)) turn_to_larger_body(&attempts, &again, &kept);
   look_closer(&attempts, again, &kept);
   return kept;
 }

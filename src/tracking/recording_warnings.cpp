@@ -16,9 +16,9 @@ namespace {
 
 constexpr std::size_t kMostNumbers = 10;  // of images in a line
 
-// Frames of earlier runs come before 0.
 std::string place_text(std::int64_t frame_index) {
-  return frame_index < 0 ? "in the loaded map" : "at image number " + std::to_string(frame_index);
+  return is_of_earlier_run(frame_index) ? "in the loaded map"
+                                        : "at image number " + std::to_string(frame_index);
 }
 
 std::string share_text(std::int64_t frame_index, int part, int all) {
@@ -37,7 +37,7 @@ void warn_of_motions(RecordingResult* result) {
 void warn_of_seams(RecordingResult* result) {
   for (const FinishedMap& map : result->maps) {
     if (map.seam.holds() || result->rests_on_two_views) continue;
-    if (map.seam.frame_index < 0) {
+    if (is_of_earlier_run(map.seam.frame_index)) {
       result->warnings.push_back("a part of the loaded map is held to the rest by " +
                                  std::to_string(map.seam.points) +
                                  " points only: its size and place may be wrong");
@@ -50,16 +50,21 @@ void warn_of_seams(RecordingResult* result) {
   }
 }
 
+// By the bound that it exceeds.
+std::string openness_text(const PathPrecision& path) {
+  if (!std::isfinite(path.share())) return " open altogether";
+  if (path.share() > PathPrecision::kMostShare)
+    return formatted(" open by %.1f %% of its length", 100 * path.share());
+  return formatted(" open by %.0f %% of how far the camera came about", 100 * path.sigma / path.extent);
+}
+
 void warn_of_path(RecordingResult* result) {
   for (std::size_t i = 0; i < result->maps.size(); ++i) {
     const FinishedMap& map = result->maps[i];
     if (map.is_path_known()) continue;
     const std::string of = i == 0 ? "" : " of map_" + std::to_string(i + 1);
-    const std::string open = std::isfinite(map.path->share())
-                                 ? formatted(" open by %.1f %% of its length", 100 * map.path->share())
-                                 : " open altogether";
     result->warnings.push_back(
-        "the images leave the path" + of + open +
+        "the images leave the path" + of + openness_text(*map.path) +
         ": they are few, or the camera moves little beside the distance of what it sees; move on more, come "
         "nearer, or give more images of the same");
   }

@@ -32,7 +32,7 @@ bool Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   } else {
     motion_.reset();
   }
-  frames_lost_ = 0;
+  end_loss();
   state_ = State::kTracking;
   if (!map.turning_body && static_cast<int>(map.keyframes.size()) > options_.young_map_keyframes)
     bodies_left_ = 0;
@@ -59,20 +59,8 @@ FramePose Tracker::Impl::set_pose(const Frame& frame, const TrackingMap& map,
   const Rigid3 map_from_reference = map.keyframes.at(reference).camera_from_map.inverse();
   FramePose pose{frame.stamp_ns, reference, resection.camera_from_map * map_from_reference, is_final};
   frames_[map.map_id].set(frame.index, pose);
-  if (keeps_seen()) keep_seen(frame);
+  if (keeps_seen()) seen_.add(frame.index, frame.image);
   return pose;
-}
-
-// A few hundred megabytes at most: of a longer recording every second, every fourth image.
-void Tracker::Impl::keep_seen(const Frame& frame) {
-  constexpr std::size_t kMost = 400;
-  seen_[frame.index] = frame.image;
-  if (seen_.size() <= kMost) return;
-  bool is_kept = false;
-  for (auto seen = seen_.begin(); seen != seen_.end();) {
-    is_kept = !is_kept;
-    seen = is_kept ? std::next(seen) : seen_.erase(seen);
-  }
 }
 
 KeyframeCandidate Tracker::Impl::candidate_of(const Frame& frame, const TrackingMap& map,
@@ -104,11 +92,14 @@ void Tracker::Impl::insert_keyframe(const Frame& frame, const TrackingMap& map, 
 // One doubtful pose may be right, and so may the next. Of a run of them each has led to the one after it, and
 // nothing has confirmed any: the camera is elsewhere, and none of them is kept.
 bool Tracker::Impl::withdraw_doubtful(const Frame& frame, const TrackingMap& map, FrameReport* report) {
-  constexpr int kMostInARow = 2;
-  if (pose_doubt_.in_a_row() <= kMostInARow) return false;
-  for (int back = 0; back <= kMostInARow; ++back) {
-    frames_[map.map_id].erase(frame.index - back);
-    if (pace_ != SearchPace::kLive) withdrawn_.insert(frame.index - back);
+  constexpr std::size_t kMostInARow = 2;
+  doubted_.push_back(frame.index);
+  // Some images between may have shown nothing to pose.
+  while (static_cast<int>(doubted_.size()) > pose_doubt_.in_a_row()) doubted_.pop_front();
+  if (doubted_.size() <= kMostInARow) return false;
+  for (const std::int64_t index : doubted_) {
+    frames_[map.map_id].erase(index);
+    if (pace_ != SearchPace::kLive) withdrawn_.insert(index);
   }
   pose_doubt_.interrupt();
   report->map_from_camera.reset();

@@ -118,8 +118,8 @@ std::set<std::int64_t> Tracker::Impl::posed_before_remake() {
 std::vector<PosedImage> Tracker::Impl::seen_in(const FinishedMap& map) const {
   std::vector<PosedImage> seen;
   for (const PosedFrame& frame : map.trajectory) {
-    const auto image = seen_.find(frame.index);
-    if (image != seen_.end()) seen.push_back({frame.index, frame.map_from_camera.inverse(), image->second});
+    if (const ImageFeaturesPtr image = seen_.find(frame.index))
+      seen.push_back({frame.index, frame.map_from_camera.inverse(), image});
   }
   return seen;
 }
@@ -209,6 +209,7 @@ FrameReport Tracker::Impl::resect_again(std::int64_t frame_index, std::int64_t s
     if (!is_found(resection)) resection = resect_near(*frame, *map);
     resection.success = is_found(resection);
     if (resection.success) {
+      frames_lost_ = 1;  // as in pose_beside
       set_pose(*frame, *map, resection, true);
       posed_again_[frame_index] = resection.covariance + resection.map_covariance;
     }

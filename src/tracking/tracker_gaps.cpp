@@ -144,6 +144,7 @@ void Tracker::Impl::begin_in_gaps() {
   std::int64_t next = -1;
   for (const auto& [index, frame] : unposed_) {
     if (index != next) {
+      end_loss();
       frames_lost_ = options_.young_map_patience - 1;
       tentative_.reset();
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <deque>
 #include <functional>
 #include <map>
 #include <optional>
@@ -20,6 +21,7 @@
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "object_finder.h"
 #include "pose_doubt.h"
+#include "seen_images.h"
 
 namespace mono_pose_tracker {
 
@@ -34,15 +36,16 @@ struct Tentative {
 
 // It was loaded: what earlier runs have seen is never dropped for being young.
 inline bool has_earlier_frames(const TrackingMap& map) {
-  return map.keyframes.begin()->second.frame_index < 0;
+  return is_of_earlier_run(map.keyframes.begin()->second.frame_index);
 }
 
-// The states of a Tracker, and the one way that an image goes through them. In eleven files: tracker.cpp and
-// tracker_accept.cpp follow the camera, tracker_corrections.cpp the mapper's corrections, tracker_body.cpp
-// keeps to the body that turns, tracker_search.cpp is for when the camera is lost, tracker_finish.cpp for the
-// end of a recording, tracker_gaps.cpp for the images that have no pose then, tracker_strays.cpp for those
-// that have an impossible one, tracker_motion.cpp for those that see too little to know it,
-// tracker_background.cpp for what stood still, tracker_saved_maps.cpp for maps of other runs.
+// The states of a Tracker, and the one way that an image goes through them. In eleven files:
+// tracker_states.cpp and tracker_accept.cpp follow the camera, tracker_corrections.cpp the mapper's
+// corrections, tracker_body.cpp keeps to the body that turns, tracker_search.cpp is for when the camera is
+// lost, tracker_finish.cpp for the end of a recording, tracker_gaps.cpp for the images that have no pose
+// then, tracker_strays.cpp for those that have an impossible one, tracker_motion.cpp for those that see too
+// little to know it, tracker_background.cpp for what stood still, tracker_saved_maps.cpp for maps of other
+// runs.
 class Tracker::Impl {
  public:
   Impl(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,
@@ -115,7 +118,6 @@ class Tracker::Impl {
   bool keeps_seen() const {
     return pace_ == SearchPace::kRecording && options_.segmentation.wants_turning_body();
   }
-  void keep_seen(const Frame& frame);
   std::optional<Frame> make_frame(std::int64_t index, std::int64_t stamp_ns, const PreparedImage& image,
                                   const Segmentation& segmentation, FrameReport* report);
   void bootstrap(const Frame& frame, FrameReport* report);
@@ -123,6 +125,7 @@ class Tracker::Impl {
   void lose(const Frame& frame, const Frame& of_body, FrameReport* report);
   ResectionReport follow(const Frame& frame, const TrackingMap& map) const;
   bool search(const Frame& frame, FrameReport* report);
+  void end_loss() { frames_lost_ = 0, seeks_map_beside_ = false; }
   bool confirm(const Frame& frame, TrackingMapPtr* map, ResectionReport* resection);
   bool turn_to_other_body(const TrackingMap& map, const Frame& frame, FrameReport* report);
   void drop_young_map(FrameReport* report);
@@ -205,6 +208,7 @@ class Tracker::Impl {
   Rigid3 camera_from_reference_;
   std::optional<Rigid3> motion_;  // camera now from camera one frame ago
   int frames_lost_ = 0;
+  std::deque<std::int64_t> doubted_;  // frames in a row, as pose_doubt_ counts them, up to the last
   std::set<std::int64_t> withdrawn_;  // frames of a recording whose poses were doubtful, one after the other
   std::optional<BodyFollower>
       body_;             // live: that the map is to be of; nothing: of whatever it was begun with
@@ -216,7 +220,7 @@ class Tracker::Impl {
   std::uint64_t corrections_ = 0;                           // sequence of the last one applied
   std::map<std::uint32_t, std::uint32_t> times_corrected_;  // by map
   std::map<std::int64_t, Frame> unposed_;                   // of a finished recording
-  std::map<std::int64_t, ImageFeaturesPtr> seen_;           // of a recording, of the images that were posed
+  SeenImages seen_;                                         // of a recording, of the images that were posed
   std::map<std::int64_t, Matrix6d> posed_again_;      // covariances of map_from_camera, in the finished map
   KnownMatches known_matches_;                        // of the finished map's keyframes
   bool grown_ = false;                                // the finished map has
@@ -225,6 +229,7 @@ class Tracker::Impl {
   ScaleSource scale_ = ScaleSource::kMapUnits;        // of its lengths, as reference_ knows them
   double length_scale_ = 1;                           // by corrections since the last report
   std::uint32_t searches_ = 0;                        // for a map beside those there are: counts them
+  bool seeks_map_beside_ = false;                     // the last of them goes on
 };
 
 }  // namespace mono_pose_tracker

@@ -11,7 +11,7 @@ namespace mono_pose_tracker {
 namespace {
 
 bool has_frame_from_zero_on(const Map& map) {
-  const auto is_new = [](const auto& entry) { return entry.second.frame_index >= 0; };
+  const auto is_new = [](const auto& entry) { return !is_of_earlier_run(entry.second.frame_index); };
   return std::any_of(map.keyframes().begin(), map.keyframes().end(), is_new) ||
          std::any_of(map.removed_keyframes().begin(), map.removed_keyframes().end(), is_new);
 }

@@ -105,7 +105,7 @@ void Tracker::Impl::drop_young_map(FrameReport* report) {
 // Lost for long: a map is begun beside those that there are. It is joined with them when they meet.
 void Tracker::Impl::bootstrap_beside(const Frame& frame, FrameReport* report) {
   const StageTimer timer(report->stages, "bootstrap");
-  if (frames_lost_ == options_.young_map_patience) ++searches_;
+  if (!std::exchange(seeks_map_beside_, true)) ++searches_;
   const std::uint32_t key = ~searches_;  // no epoch of a map is ever so large
   std::optional<BootstrapReport> known = bootstrap_job_.take(key);
   if (!known || !known->map) {

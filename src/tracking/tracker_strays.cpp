@@ -92,14 +92,15 @@ std::set<std::int64_t> Tracker::Impl::take_out_loose_ends() {
   std::set<std::int64_t> frames;
   if (options_.localize_only) return frames;
   auto most = static_cast<std::size_t>(options_.young_map_keyframes);
-  for (;;) {
+  while (!cancelled_) {
     const std::set<KeyframeId> loose = loose_end(worker_.mapper().map(), most);
-    if (loose.empty()) return frames;
+    if (loose.empty()) break;
     most -= loose.size();
     std::set<std::int64_t> of_loose = take_out(loose);
     erase(of_loose, &frames_[worker_.latest()->map_id]);
     frames.merge(of_loose);
   }
+  return frames;
 }
 
 // Each time what was hidden by poses that are right now may show.
@@ -129,16 +130,17 @@ std::set<std::int64_t> Tracker::Impl::take_out_misplaced() {
   std::set<std::int64_t> frames;
   if (options_.localize_only) return frames;
   const std::size_t least = worker_.mapper().map().keyframes().size() / 2;
-  for (;;) {
+  while (!cancelled_) {
     const Map& map = worker_.mapper().map();
     const std::set<KeyframeId> misplaced =
         misplaced_stretch(map, known_matches_.of(map, options_.matching, options_.threads), options_.matching,
                           options_.ransac(camera_.focal()));
-    if (misplaced.empty() || map.keyframes().size() - misplaced.size() < least) return frames;
+    if (misplaced.empty() || map.keyframes().size() - misplaced.size() < least) break;
     std::set<std::int64_t> of_misplaced = take_out(misplaced);
     erase(of_misplaced, &frames_[worker_.latest()->map_id]);
     frames.merge(of_misplaced);
   }
+  return frames;
 }
 
 }  // namespace mono_pose_tracker

@@ -104,6 +104,16 @@ TEST(Contradiction, OneInTenCountsWhereItIsNoChance) {
   EXPECT_FALSE(Contradiction().is_significant());
 }
 
+TEST(Contradiction, ChanceAmongAFewDoesNotHideWhatIsNone) {
+  Contradiction few, many;
+  few.matches = 60, few.contradicting = 8;      // .133, and not significant
+  many.matches = 500, many.contradicting = 60;  // .12, and it is
+  EXPECT_TRUE(many.is_worse_than(few));
+  EXPECT_FALSE(few.is_worse_than(many));
+  few.contradicting = 9;
+  EXPECT_TRUE(few.is_worse_than(many)) << "by its share, where both are";
+}
+
 TEST(Contradiction, ThereIsNothingToCompareInAnEmptyMap) { EXPECT_EQ(worst_of(Map()).frame_index, -1); }
 
 }  // namespace

@@ -105,6 +105,19 @@ TEST_P(OnAThreadOrInline, ResetLeavesNoMap) {
   EXPECT_EQ(worker.latest()->keyframes.size(), 2u);
 }
 
+TEST_P(OnAThreadOrInline, UntilAnotherMapIsThereTheOneBeforeIs) {
+  MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, GetParam());
+  begin(initial_map(), 0, &worker);
+  const TrackingMapPtr before = worker.latest();
+  TrackingMapPtr meanwhile;
+  worker.begin(1, [&](Mapper& mapper) {
+    meanwhile = worker.latest();
+    mapper.initialize(initial_map(), 1);
+  });
+  EXPECT_EQ(meanwhile, before) << "who shows it must not show nothing";
+  EXPECT_EQ(worker.latest()->epoch, 1u);
+}
+
 INSTANTIATE_TEST_SUITE_P(Mapping, OnAThreadOrInline, testing::Bool(),
                          [](const auto& info) { return info.param ? "Threaded" : "Inline"; });
 

@@ -93,6 +93,14 @@ TEST_F(PoseDoubtTest, AfterAGapMoreIsAllowed) {
   EXPECT_FALSE(doubt_.judge(stamp_ + 10 * kGapNs, off, camera_at({0.6, 0, 0}), 15));
 }
 
+TEST_F(PoseDoubtTest, AfterAGapItIsToldAsFarOffAsItIs) {
+  go_on(60);
+  const auto doubt =
+      doubt_.judge(stamp_ + 3 * kGapNs, unexplained_at(camera_at({0.6, 0.5, 0})), camera_at({0.6, 0, 0}), 15);
+  ASSERT_TRUE(doubt);
+  EXPECT_NE(doubt->find(" 0.5 units"), std::string::npos) << *doubt;
+}
+
 TEST_F(PoseDoubtTest, AFewInOneCornerAreDoubtedAtOnce) {
   ResectionReport corner = seen_at(Rigid3());
   corner.inliers = 20;

@@ -44,6 +44,22 @@ TEST(RecordingWarnings, ALooseEndIsTold) {
   EXPECT_TRUE(is_told(result, "3 images between number 7 and 9"));
 }
 
+TEST(RecordingWarnings, AnUnknownPathIsToldByWhatItExceeds) {
+  RecordingResult result;
+  result.maps.resize(1);
+  result.maps[0].path = {0.03, 1, 0.5};
+  warn_of_doubts(&result);
+  EXPECT_TRUE(is_told(result, "open by 3.0 % of its length"));
+  result.warnings.clear();
+  result.maps[0].path = {0.004, 1, 0.01};  // to and fro about one place
+  warn_of_doubts(&result);
+  EXPECT_TRUE(is_told(result, "open by 40 % of how far the camera came about"));
+  result.warnings.clear();
+  result.maps[0].path = {0.004, 1, 0.5};
+  warn_of_doubts(&result);
+  EXPECT_FALSE(is_told(result, "leave the path"));
+}
+
 TEST(RecordingWarnings, APartThatHasShrunkToAPointIsTold) {
   RecordingResult result;
   result.maps.resize(1);

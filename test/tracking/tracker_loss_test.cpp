@@ -51,7 +51,9 @@ TEST(Tracker, AViewThatNoSecondAgreesWithIsNotBelieved) {
 
 // Seen through a hole in the lower right corner, poses hang on little (through one elsewhere they go on as
 // they moved).
-TEST(Tracker, OneDoubtfulPoseAfterTheOtherIsLost) {
+class DoubtfulPoses : public testing::TestWithParam<bool> {};
+
+TEST_P(DoubtfulPoses, OneAfterTheOtherIsLost) {
   Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
   track_all(&tracker);
   const SimulatedFrame& last = room().frames.back();
@@ -63,6 +65,10 @@ TEST(Tracker, OneDoubtfulPoseAfterTheOtherIsLost) {
     const FrameReport report = tracker.process(last.stamp_ns + i, covered);
     ASSERT_EQ(report.reason, Reason::kDoubtfulPose) << report.inliers << " inliers: " << report.reason_text;
     expect_consistent(report);
+    // What cannot be posed at all comes between, and is one image more.
+    const cv::Mat of_another_size(120, 160, CV_8UC3, cv::Scalar::all(90));
+    if (!GetParam()) continue;
+    EXPECT_FALSE(tracker.process(last.stamp_ns + i, of_another_size).map_from_camera.has_value());
   }
   const FrameReport third = tracker.process(last.stamp_ns + 3, covered);
   EXPECT_EQ(third.state, State::kLost);
@@ -71,6 +77,9 @@ TEST(Tracker, OneDoubtfulPoseAfterTheOtherIsLost) {
   expect_consistent(third);
   EXPECT_EQ(tracker.trajectory().size(), posed_before) << "none of the three is kept";
 }
+
+INSTANTIATE_TEST_SUITE_P(Tracker, DoubtfulPoses, testing::Bool(),
+                         [](const auto& info) { return info.param ? "WithOthersBetween" : "InARow"; });
 
 // Lost for long in another place: that place gets a map of its own, and the first is gone back to.
 TEST(Tracker, ANewMapIsBegunBesideTheOldOne) {

@@ -24,6 +24,8 @@ struct Contradiction {
   /// Standard deviations of a count: by chance once in 30,000 pairs.
   static constexpr double kDeviations = 4;
   bool is_significant() const;
+  /// A large share of a few may be chance, and is not as bad as a smaller one that is not.
+  bool is_worse_than(const Contradiction& other) const;
 };
 
 /// Of what the first sees of the map, in the second. matches: of the features of the two.

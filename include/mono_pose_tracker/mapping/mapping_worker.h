@@ -42,7 +42,8 @@ class MappingWorker {
   bool offer(Work work, std::function<void()> done = {});
 
   /// Drops what waits, as reset does, and has `work` give the mapper another map: one that it begins, goes
-  /// back to or restores, in this epoch. Returns when it is there; what is done aside may still be under way.
+  /// back to or restores, in this epoch. Returns when it is there, and until then latest() has the map
+  /// before; what is done aside may still be under way.
   void begin(std::uint32_t epoch, Work work);
   /// Has the mapper looked at, after what waits; returns when that is done. What is done aside may still be
   /// under way.
@@ -81,6 +82,7 @@ class MappingWorker {
     std::uint32_t epoch = 0;
   };
 
+  void drop_jobs(std::uint32_t epoch);
   void post(Job job);
   void stop();  // and wait for both threads
   void run();

@@ -4,6 +4,7 @@
 
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/matches_in_time.h"
+#include "mono_pose_tracker/robust/ransac_options.h"
 
 namespace mono_pose_tracker {
 
@@ -15,7 +16,7 @@ namespace mono_pose_tracker {
 /// a seam (mapping/seam.h). So it is where a hand covers an object for a while and is followed in its place.
 /// Empty where there is none, where it is more than a quarter of the map (a third, where those two do not),
 /// or holds keyframes of an earlier run or the first two, which hold the map's frame and scale. Of several,
-/// the shortest. matches: of the map's keyframes.
+/// the shortest. matches: of the map's keyframes. Once ransac.cancelled, none.
 std::set<KeyframeId> misplaced_stretch(const Map& map, const MatchesInTime& matches,
                                        const MatchOptions& matching, const RansacOptions& ransac);
 

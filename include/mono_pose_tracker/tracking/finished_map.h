@@ -51,9 +51,11 @@ struct FinishedMap {
   double depth_evidence = 0;     // that it is not reversed in depth (mapping/depth_reversal.h)
   double geometry_evidence = 0;  // that it did not begin as a plane's twin (mapping/rival_geometry.h)
   bool is_founded = false;       // a third view confirmed its beginning, it is sure, and its seams hold
-  bool confirmed = false;        // that, it is of what was asked for, its path is known, few poses doubtful
+  bool confirmed = false;        // that, it is of what was asked for, is_path_known, few poses doubtful
 
   bool is_depth_sure() const { return depth_evidence >= kMinDepthEvidence; }
+  /// Or it was not asked: of a map of many keyframes (mapping/path_precision.h), or that is only localised
+  /// in.
   bool is_path_known() const { return !path || path->is_known(); }
   bool is_geometry_sure() const { return geometry_evidence >= kMinGeometryEvidence; }
   /// How many things in it speak against it. Its depths and its weakest seam are not among them.

@@ -70,8 +70,9 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
 /// (FinishedMap::is_sure). It may hang together by little.
 bool is_sure(const RecordingResult& result);
 
-/// Whether there is a map that is sure, whose parts hold together, whose path is known and that is of what
-/// was asked for (FinishedMap::confirmed).
+/// Whether there is a map that is sure, whose parts hold together, of whose path the images leave little open
+/// (where that is asked: FinishedMap::is_path_known) and that is of what was asked for
+/// (FinishedMap::confirmed).
 bool is_confirmed(const RecordingResult& result);
 
 struct TrackedRecording {

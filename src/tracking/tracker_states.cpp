@@ -1,0 +1,289 @@
+// The camera followed, image by image: a map begun, tracked in, lost.
+
+#include <algorithm>
+#include <utility>
+
+#include "mono_pose_tracker/tracking/load_governor.h"
+#include "mono_pose_tracker/tracking/options_table.h"
+#include "options_for_images.h"
+#include "tracker_impl.h"
+
+namespace mono_pose_tracker {
+
+std::optional<Frame> Tracker::Impl::make_frame(std::int64_t index, std::int64_t stamp_ns,
+                                               const PreparedImage& image, const Segmentation& segmentation,
+                                               FrameReport* report) {
+  // Looking for it takes time, and a map that has a scale keeps it.
+  const bool looks_for_marker =
+      state_ == State::kBootstrapping || (scale_ == ScaleSource::kMapUnits && !options_.localize_only);
+  is_segmented_ |= !segmentation.mask.empty();
+  std::optional<Frame> frame =
+      frame_maker_.make(index, stamp_ns, image, segmentation, object_finder_.clearance(segmentation.mask),
+                        looks_for_marker, report);
+  if (frame) frame->is_of_object = frame->is_masked && (expects_object_ || segmentation.is_by_motion());
+  return frame;
+}
+
+FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const PreparedImage& image, const cv::Mat& mask) {
+  FrameReport report;
+  report.stamp_ns = stamp_ns;
+  const std::int64_t index = next_index_++;
+  std::optional<Frame> frame;
+  if (frame_maker_.has_camera_size(image.image, &report)) {
+    Segmentation segmentation;
+    {
+      const StageTimer timer(report.stages, "segment");
+      segmentation = object_finder_.find(image.image, mask, state_ == State::kBootstrapping);
+    }
+    frame = make_frame(index, stamp_ns, image, segmentation, &report);
+  }
+  if (frame) {
+    if (state_ == State::kBootstrapping && options_.localize_only) {
+      report.reason = Reason::kRelocalising;
+      report.reason_text = "there is no map, and localize_only lets none be begun: load one";
+    } else if (state_ == State::kBootstrapping) {
+      const Frame of_body = followed(*frame, &report);
+      const StageTimer timer(report.stages, "bootstrap");
+      bootstrap(of_body, &report);
+    } else {
+      track(*frame, &report);
+    }
+  }
+  finish_report(&report);
+  return report;
+}
+
+void Tracker::Impl::finish_report(FrameReport* report) {
+  report->state = state_;
+  report->epoch = epoch_;
+  report->load_level = std::max(load_level_, static_cast<int>(kFullWork));
+  report->worker_backlog = worker_.unfinished_jobs();
+  report->length_scale = std::exchange(length_scale_, 1.0);
+  if (const TrackingMapPtr map = worker_.latest()) {
+    report->keyframes = static_cast<int>(map->keyframes.size());
+    report->landmarks = static_cast<int>(map->landmarks.size());
+    // What the frame was posed in: a correction that has come since is the next frame's.
+    report->map_id = present_map_;
+    for (const auto& entry : others_) report->kept_maps.push_back(entry.first);
+    const auto corrected = times_corrected_.find(present_map_);
+    if (corrected != times_corrected_.end()) report->corrections = corrected->second;
+    if (!is_corrected_since(*map)) scale_ = map->scale_source;
+    report->scale = scale_;
+    report_corrections(*map, report);
+    if (report->map_from_camera && report->reason == Reason::kOk && !map->doubt.empty()) {
+      report->reason = Reason::kNotRigid;
+      report->reason_text = map->doubt;
+    }
+    if (std::exchange(reported_revision_, map->revision) != map->revision) {
+      report->stages.insert(report->stages.end(), map->stages.begin(), map->stages.end());
+    }
+  }
+}
+
+// The lengths that the frame was posed in are no longer those of the map.
+bool Tracker::Impl::is_corrected_since(const TrackingMap& map) const {
+  return std::any_of(map.corrections.begin(), map.corrections.end(), [this](const auto& correction) {
+    return correction->of_map == present_map_ && correction->sequence > corrections_;
+  });
+}
+
+// Where the frames of the map stand, once they are not where they were reported.
+void Tracker::Impl::report_corrections(const TrackingMap& map, FrameReport* report) {
+  const std::pair<std::uint32_t, std::uint64_t> now(present_map_, corrections_);
+  if (now == reported_ || map.map_id != present_map_ || is_corrected_since(map)) return;
+  if (reported_.first != 0) report->corrected = trajectory_in(map, frames_[present_map_]);
+  reported_ = now;
+}
+
+// Goes on from the map that the worker has begun.
+void Tracker::Impl::start_map() {
+  const TrackingMapPtr map = worker_.latest();
+  for (const auto& [id, keyframe] : map->keyframes) {
+    frames_[map->map_id].set(keyframe.frame_index, {keyframe.stamp_ns, id, Rigid3()});
+  }
+  present_map_ = map->map_id;
+  reference_ = map->keyframes.rbegin()->first;
+  camera_from_reference_ = Rigid3();
+  motion_.reset();
+  end_loss();
+  state_ = State::kTracking;
+}
+
+void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
+  // On a thread, this is what became of an earlier frame, and the frames since then are passed over.
+  std::optional<BootstrapReport> known = bootstrap_job_.take(epoch_);
+  if (!known || !known->is_begun) {
+    bootstrap_job_.offer(frame, epoch_, &worker_);
+    if (!known) known = bootstrap_job_.take(epoch_);
+  }
+  if (known) bootstrap_ = std::move(*known);
+  report->reason = bootstrap_.reason;
+  report->reason_text = bootstrap_.text;
+  report->matches = bootstrap_.matches;
+  report->inliers = bootstrap_.inliers;
+  report->median_parallax_deg = bootstrap_.median_parallax_deg;
+  report->motions = bootstrap_.motions;
+  if (!bootstrap_.is_begun) return;
+  const BootstrapReport bootstrap = std::exchange(bootstrap_, BootstrapReport());
+  start_map();
+  // Against the map just made: the pose gets its covariance and the whole map's points.
+  const TrackingMapPtr map = worker_.latest();
+  const ResectionReport resection =
+      resector_.resect(frame, *map, reference_, map->keyframes.at(reference_).camera_from_map);
+  if (!resection.success) {
+    begin_anew();
+    report->reason = resection.reason;
+    report->reason_text = "the new map does not hold: " + resection.text;
+    return;
+  }
+  if (!bootstrap.still_background.empty()) object_finder_.start(bootstrap, frame, resection);
+  begin_in(frame, *map, resection, bootstrap.text, report);
+}
+
+// The first frame that is posed in a new map.
+void Tracker::Impl::begin_in(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
+                             const std::string& text, FrameReport* report) {
+  describe(resection, report);
+  report->reason_text = text;
+  report->is_keyframe = map.keyframes.at(reference_).frame_index == frame.index;
+  if (report->is_keyframe) return;
+  camera_from_reference_ = resection.camera_from_map * map.keyframes.at(reference_).camera_from_map.inverse();
+  frames_[map.map_id].set(frame.index, {frame.stamp_ns, reference_, camera_from_reference_});
+}
+
+void Tracker::Impl::describe(const ResectionReport& resection, FrameReport* report) const {
+  report->reason = resection.reason;
+  report->reason_text = resection.text;
+  report->matches = resection.matches;
+  report->inliers = resection.inliers;
+  report->reprojection_rms_px = resection.rms_px;
+  report->motions.clear();
+  for (const int f : resection.matched) report->seen[f].fate = SeenFeature::Fate::kOutlier;
+  for (const FrameObservation& o : resection.observations) {
+    report->seen[o.feature].fate = SeenFeature::Fate::kInlier;
+    report->seen[o.feature].landmark = o.landmark;
+  }
+  if (!resection.success) return;
+  report->map_from_camera = resection.camera_from_map.inverse();
+  report->covariance = resection.covariance + resection.map_covariance;
+  report->map_covariance = resection.map_covariance;
+}
+
+// Against what is near the last pose.
+ResectionReport Tracker::Impl::follow(const Frame& frame, const TrackingMap& map) const {
+  Rigid3 reference_from_map;
+  if (!map.camera_from_map(reference_, &reference_from_map)) return {};
+  const Rigid3 last = camera_from_reference_ * reference_from_map;
+  return resector_.resect(frame, map,
+                          map.keyframes.count(reference_) ? reference_ : map.keyframes.rbegin()->first,
+                          motion_ ? *motion_ * last : last);
+}
+
+// In one view of the map: what the worker publishes meanwhile has other lengths, and is the next frame's.
+void Tracker::Impl::track(const Frame& frame, FrameReport* report) {
+  TrackingMapPtr map = worker_.latest();
+  apply_corrections(*map);
+  forget_dropped_maps(*map);
+  if (turn_to_other_body(*map, frame, report)) return;
+  Frame of_body = followed(frame, report);
+  const ResectionReport resection = locate(frame, &map, &of_body, report);
+  describe(resection, report);
+  if (resection.success && accept(of_body, *map, resection, report)) {
+    choose_masks(frame, *map, resection.camera_from_map);
+    return;
+  }
+  lose(frame, of_body, report);
+}
+
+void Tracker::Impl::lose(const Frame& frame, const Frame& of_body, FrameReport* report) {
+  state_ = State::kLost;
+  motion_.reset();
+  ++frames_lost_;
+  const bool found = search(frame, report);
+  if (frames_lost_ > 1 || found) {
+    // No longer the image that lost it: what counts is that none of the keyframes it was compared with fits.
+    report->reason = Reason::kRelocalising;
+    report->reason_text = "lost for " + std::to_string(frames_lost_) + " images: " + report->reason_text;
+  }
+  if (found || frames_lost_ < options_.young_map_patience || options_.localize_only) return;
+  const TrackingMapPtr map = worker_.latest();
+  if (static_cast<int>(map->keyframes.size()) <= options_.young_map_keyframes && !has_earlier_frames(*map)) {
+    drop_young_map(report);
+  } else {
+    if (body_) show_features(of_body, report);
+    bootstrap_beside(of_body, report);
+  }
+}
+
+void Tracker::Impl::wait() {
+  worker_.wait();
+  if (const TrackingMapPtr map = worker_.latest()) apply_corrections(*map);
+}
+
+void Tracker::Impl::reset() {
+  begin_anew();
+  bodies_left_ = 0;
+  body_.reset();
+}
+
+// What is known of the body that the map is to be of stays.
+void Tracker::Impl::begin_anew() {
+  ++epoch_;
+  worker_.reset(epoch_);
+  bootstrap_ = BootstrapReport();
+  object_finder_.reset();
+  is_segmented_ = false;
+  frames_.clear();
+  posed_again_.clear();
+  others_.clear();
+  tentative_.reset();
+  present_map_ = 0;
+  reported_ = {};
+  state_ = State::kBootstrapping;
+  reference_ = -1;
+  camera_from_reference_ = Rigid3();
+  motion_.reset();
+  keyframe_policy_.reset();
+  pose_doubt_.reset();
+  end_loss();
+  rests_on_two_views_ = false;
+  sessions_.clear();
+}
+
+void Tracker::Impl::set_options(const TrackerOptions& options) {
+  copy_changeable(options, &given_options_);
+  apply_options();
+}
+
+// Twice as many as usual of the image's strongest, and down to the faintest for them.
+void Tracker::Impl::look_closer() {
+  constexpr int kMost = 1000000;  // as the options have it
+  SiftOptions& sift = given_options_.sift;
+  sift.max_features = std::min(2 * sift.max_features, kMost);  // 0, which means all, stays
+  sift.min_features = std::min(std::max(sift.max_features, 2 * sift.min_features), kMost);
+  apply_options();
+}
+
+void Tracker::Impl::set_load_level(int level) {
+  if (std::exchange(load_level_, level) != level) apply_options();
+}
+
+void Tracker::Impl::apply_options() {
+  options_ = options_for_images(given_options_, {camera_.width(), camera_.height()}, pace_, load_level_)
+                 .cancellable(&cancelled_);
+  object_finder_.set_options(options_.segmentation);
+  frame_maker_.set_options(options_.sift, options_.segmentation);
+  resector_ = Resector(options_, camera_);
+  keyframe_policy_.set_options(options_.mapping, options_.young_map_keyframes);
+  bootstrap_job_.set_options(options_);
+  worker_.set_options(options_.mapper(camera_.focal()));
+}
+
+std::vector<PosedFrame> Tracker::Impl::trajectory() const {
+  const TrackingMapPtr map = worker_.latest();
+  if (!map) return {};
+  const auto frames = frames_.find(map->map_id);
+  return frames == frames_.end() ? std::vector<PosedFrame>() : trajectory_in(*map, frames->second);
+}
+
+}  // namespace mono_pose_tracker
