@@ -141,24 +141,10 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
                         candidate.camera_from_reference * reference_from_map, candidate.frame.image);
   if (candidate.frame.whole) beside_.whole[id] = candidate.frame.whole;
   for (const FrameObservation& o : candidate.observations) map_.add_observation(o.landmark, id, o.feature);
-  {
-    const StageTimer timer(stages_, "map_match");
-    correct_pose(id);
-    separate_motions(id);
-    leave_out_fixed(id);
-    const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
-    LookAlikes unknown;
-    fuse(id, within_reach(id, &unknown));
-    create_landmarks(id, near);
-    if (makes_depths_jump(map_, id, near)) {
-      remove_keyframe(id);
-      publish();
-      return;
-    }
-    for (const KeyframeId n : near) {
-      if (is_cancelled()) break;
-      fuse(n, landmarks_of(*map_.keyframe(id)));
-    }
+  if (!match(id)) {
+    remove_keyframe(id);
+    publish();
+    return;
   }
   adjust_window(id, waiting);
   correct_beginning();
@@ -166,19 +152,28 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   cull_keyframes(id);
   cap_keyframes(id);
   scale_by_marker(id, candidate.frame.marker);
-  if (candidate.frame.is_masked) beside_.background_watch.reset();
-  if (beside_.background_watch.watches() && !is_cancelled()) {
-    const StageTimer timer(stages_, "map_background");
-    beside_.background_watch.note({candidate.frame.index, candidate.frame.image}, options_.matching,
-                                  options_.separates_motions);
-    // What stands still while the camera goes through a place is fixed to the camera.
-    if (beside_.background_watch.found() && !options_.separates_motions && !stays_in_view(map_)) {
-      beside_.background_watch.reset();
-    }
-  }
+  watch_background(candidate);
   if (waiting == 0) watch_body_of_map();
   if (waiting == 0 && !is_cancelled()) join_where_met(map_.keyframes().rbegin()->first);
   publish();
+}
+
+// Guided, in both directions. False when it does not belong to the map.
+bool Mapper::match(KeyframeId id) {
+  const StageTimer timer(stages_, "map_match");
+  correct_pose(id);
+  separate_motions(id);
+  leave_out_fixed(id);
+  const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
+  LookAlikes unknown;
+  fuse(id, within_reach(id, &unknown));
+  create_landmarks(id, near);
+  if (makes_depths_jump(map_, id, near)) return false;
+  for (const KeyframeId n : near) {
+    if (is_cancelled()) break;
+    fuse(n, landmarks_of(*map_.keyframe(id)));
+  }
+  return true;
 }
 
 // The farther the camera goes round, the plainer it is: asked several times while the map is young, and once

@@ -94,6 +94,16 @@ void Mapper::leave_out_off_body(BundleOptions bundle) {
   }
 }
 
+void Mapper::watch_background(const KeyframeCandidate& candidate) {
+  BackgroundWatch& watch = beside_.background_watch;
+  if (candidate.frame.is_masked) watch.reset();
+  if (!watch.watches() || is_cancelled()) return;
+  const StageTimer timer(stages_, "map_background");
+  watch.note({candidate.frame.index, candidate.frame.image}, options_.matching, options_.separates_motions);
+  // What stands still while the camera goes through a place is fixed to the camera.
+  if (watch.found() && !options_.separates_motions && !stays_in_view(map_)) watch.reset();
+}
+
 // Where a mask leaves out of the images what stands still there is nothing to be told.
 void Mapper::watch_background(const InitialMap& initial) {
   if (!options_.tells_background) return;

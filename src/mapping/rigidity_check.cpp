@@ -168,6 +168,24 @@ double covariance_factor(const std::vector<Witness>& witnesses) {
   return std::max(1.0, median(std::move(mixed)) / kMedianChi2);
 }
 
+// What witnesses in a row say of one kind of parts: medians, known where at least half of them say anything.
+Comparison usual_of(std::size_t kind, std::vector<Witness>::const_iterator begin,
+                    std::vector<Witness>::const_iterator end) {
+  std::vector<double> distances, px;
+  for (auto witness = begin; witness != end; ++witness) {
+    const Comparison& c = witness->splits[kind];
+    if (!c.is_known) continue;
+    distances.push_back(c.mahalanobis2);
+    px.push_back(c.px);
+  }
+  Comparison usual;
+  usual.is_known = static_cast<std::ptrdiff_t>(2 * distances.size()) >= end - begin;
+  if (!usual.is_known) return usual;
+  usual.mahalanobis2 = median(std::move(distances));
+  usual.px = median(std::move(px));
+  return usual;
+}
+
 }  // namespace
 
 RigidityReport check_rigidity(const Map& map, const RigidityOptions& options) {
@@ -188,25 +206,19 @@ RigidityReport check_rigidity(const Map& map, const RigidityOptions& options) {
   const std::size_t stretch = std::min<std::size_t>(options.stretch, witnesses.size());
   double worst = 0;
   for (std::size_t kind = 0; kind < kSplits.size(); ++kind) {
-    for (std::size_t begin = 0; begin + stretch <= witnesses.size(); ++begin) {
-      std::vector<double> distances, px;
-      for (std::size_t i = begin; i < begin + stretch; ++i) {
-        const Comparison& c = witnesses[i].splits[kind];
-        if (!c.is_known) continue;
-        distances.push_back(c.mahalanobis2 / factor);
-        px.push_back(c.px);
-      }
-      if (2 * distances.size() < stretch) continue;
-      const double distance = median(std::move(distances)), apart = median(std::move(px));
+    for (auto begin = witnesses.begin(); witnesses.end() - begin >= static_cast<std::ptrdiff_t>(stretch);
+         ++begin) {
+      const Comparison usual = usual_of(kind, begin, begin + static_cast<std::ptrdiff_t>(stretch));
+      const double distance = usual.mahalanobis2 / factor;
       // The lesser of the two, each in units of what is too much.
-      const double excess = std::min(distance / kChi2, apart / least_px);
-      if (excess <= worst) continue;
+      const double excess = std::min(distance / kChi2, usual.px / least_px);
+      if (!usual.is_known || excess <= worst) continue;
       worst = excess;
       report.is_rigid = excess < 1;
       report.parts = kSplits[kind].name;
       report.mahalanobis2 = distance;
-      report.disagreement_px = apart;
-      report.frame_index = witnesses[begin].frame_index;
+      report.disagreement_px = usual.px;
+      report.frame_index = begin->frame_index;
     }
   }
   return report;

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "mono_pose_tracker/geometry/sim3.h"
+#include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "walk_follower.h"
 
 namespace mono_pose_tracker {
@@ -17,8 +20,9 @@ Eigen::Vector3d true_center(const FeatureWalk& walk, std::int64_t frame) {
 struct Positions {
   std::vector<Eigen::Vector3d> found, truth;
 
-  Positions(const FeatureWalk& walk, const TrackingMap& map, std::int64_t last_frame) {
-    for (const auto& [id, keyframe] : map.keyframes) {
+  template <typename Keyframes>
+  Positions(const FeatureWalk& walk, const Keyframes& keyframes, std::int64_t last_frame) {
+    for (const auto& [id, keyframe] : keyframes) {
       if (keyframe.frame_index > last_frame) continue;
       found.push_back(keyframe.camera_from_map.inverse().translation);
       truth.push_back(true_center(walk, keyframe.frame_index));
@@ -28,7 +32,7 @@ struct Positions {
 
 double drift_of_newest(const FeatureWalk& walk, const TrackingMap& map) {
   const KeyframeView& newest = map.keyframes.rbegin()->second;
-  const Positions first(walk, map, newest.frame_index / 3);
+  const Positions first(walk, map.keyframes, newest.frame_index / 3);
   Sim3 truth_from_map;
   if (!align_sim3(first.found, first.truth, &truth_from_map)) return 0;
   const Eigen::Vector3d at = truth_from_map * newest.camera_from_map.inverse().translation;
@@ -37,8 +41,9 @@ double drift_of_newest(const FeatureWalk& walk, const TrackingMap& map) {
   return (at - true_center(walk, newest.frame_index)).norm() / way;
 }
 
-double position_rmse(const FeatureWalk& walk, const TrackingMap& map) {
-  const Positions all(walk, map, static_cast<std::int64_t>(walk.camera_from_world.size()));
+template <typename Keyframes>
+double position_rmse(const FeatureWalk& walk, const Keyframes& keyframes) {
+  const Positions all(walk, keyframes, static_cast<std::int64_t>(walk.camera_from_world.size()));
   Sim3 truth_from_map;
   if (!align_sim3(all.found, all.truth, &truth_from_map)) return 0;
   double sum = 0;
@@ -48,10 +53,27 @@ double position_rmse(const FeatureWalk& walk, const TrackingMap& map) {
   return std::sqrt(sum / static_cast<double>(all.found.size())) / walk.length;
 }
 
+// The same of where all that the map's keyframes see would have them, sought from the truth.
+double limit_rmse(const FeatureWalk& walk, BundleOptions options, Map map) {
+  constexpr int kToTheEnd = 200;  // iterations: it takes up to a hundred
+  options.max_iterations = kToTheEnd;
+  const Positions all(walk, map.keyframes(), static_cast<std::int64_t>(walk.camera_from_world.size()));
+  Sim3 truth_from_map;
+  if (!align_sim3(all.found, all.truth, &truth_from_map)) return 0;
+  map.transform(truth_from_map);
+  std::map<KeyframeId, Rigid3> truth;
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    truth[id] = walk.camera_from_world.at(static_cast<std::size_t>(keyframe.frame_index));
+  }
+  for (const auto& [id, camera_from_world] : truth) map.set_pose(id, camera_from_world);
+  adjust_map(options, &map);
+  return position_rmse(walk, map.keyframes());
+}
+
 }  // namespace
 
 LoopStudy run_loop_study(const FeatureWalk& walk, const CameraModel& camera, const TrackerOptions& options,
-                         double noise_px, std::uint64_t seed, bool close_loops) {
+                         double noise_px, std::uint64_t seed, bool close_loops, bool find_limit) {
   Random random(seed);
   WalkFollower follower(options, camera);
   follower.begin(true_beginning(walk, camera, noise_px, random));
@@ -82,7 +104,8 @@ LoopStudy run_loop_study(const FeatureWalk& walk, const CameraModel& camera, con
   }
   study.keyframes = static_cast<int>(mapper.map().keyframes().size());
   study.worst_prediction = follower.worst_prediction();
-  study.position_rmse = position_rmse(walk, *mapper.tracking_map());
+  study.position_rmse = position_rmse(walk, mapper.map().keyframes());
+  if (find_limit) study.limit_rmse = limit_rmse(walk, options.mapper(camera.focal()).bundle, mapper.map());
   return study;
 }
 

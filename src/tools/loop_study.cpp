@@ -18,7 +18,7 @@ struct Arguments {
   std::string walk = "block";
   int seeds = 30, first_seed = 0;
   double noise_px = 0.5;
-  bool without = false;
+  bool without = false, limit = false;
 };
 
 FeatureWalk make_walk(const std::string& name, std::uint64_t seed) {
@@ -34,12 +34,13 @@ void study(const Arguments& a) {
     const FeatureWalk walk = make_walk(a.walk, seed);
     TrackerOptions options;
     options.seed = seed;
-    const LoopStudy s = run_loop_study(walk, walk_camera(), options, a.noise_px, seed, !a.without);
+    const LoopStudy s = run_loop_study(walk, walk_camera(), options, a.noise_px, seed, !a.without, a.limit);
     std::printf(
         "seed %2d: %d of %d posed, %d keyframes, %.0f m, position %.3f %%; search %.1f ms a keyframe "
         "(%.1f at most), mapping %.1f ms",
         seed, s.frames_posed, s.frames, s.keyframes, walk.length, 100 * s.position_rmse,
         1e3 * s.search_seconds / s.frames, 1e3 * s.slowest_search_s, 1e3 * s.map_seconds / s.frames);
+    if (a.limit) std::printf("; limit %.3f %%", 100 * s.limit_rmse);
     bool right = false;
     for (const StudiedLoop& loop : s.loops) {
       // Cameras farther apart look at other houses; and a door taken for the next one is 3 m of drift, more
@@ -76,6 +77,8 @@ int main(int argc, char** argv) {
   app.add_option("--first-seed", a.first_seed, "[0]")->check(CLI::NonNegativeNumber);
   app.add_option("--noise", a.noise_px, "of a feature, px [0.5]")->check(CLI::NonNegativeNumber);
   app.add_flag("--without", a.without, "no loop is closed: what drift there is");
+  app.add_flag("--limit", a.limit,
+               "where bundle adjustment of what the keyframes see ends when it starts from the truth");
   return run_command_line("loop_study", app, argc, argv, [&] {
     study(a);
     require_printed();

@@ -84,15 +84,13 @@ bool Bootstrapper::separate_motions(std::vector<char>* fixed, BootstrapReport* r
   }
   TwoMotions motions = find_two_motions(*candidates_.front().frame.image, *newest.frame.image,
                                         newest.feature_of_reference, moved_between(), camera_, options_);
-  const int still = static_cast<int>(motions.still.size());
-  const int moved = static_cast<int>(motions.moved_of_first.size());
   // Where the camera goes on, only the middle of the first view is left in the newest.
   view_reached_round_ = view_reached_round_ || motions.fixed_to_camera;
   if (motions.found && view_reached_round_) {
     motions.found = false;
     motions.fixed_to_camera = true;
   }
-  camera_is_still_ = still > kStillCamera * motions.matches;
+  camera_is_still_ = static_cast<double>(motions.still.size()) > kStillCamera * motions.matches;
   if (motions.fixed_to_camera) {
     fixed->assign(candidates_.front().frame.image->size(), 0);
     for (const int f : motions.still_of_first) (*fixed)[f] = 1;
@@ -105,6 +103,13 @@ bool Bootstrapper::separate_motions(std::vector<char>* fixed, BootstrapReport* r
     return true;
   }
   if (two_motions_seen_ >= kTwoMotionsFrames) still_ = motions.still;
+  return is_one_motion(motions, report);
+}
+
+// As far as is known. Otherwise the report says what keeps a map from being made.
+bool Bootstrapper::is_one_motion(const TwoMotions& motions, BootstrapReport* report) const {
+  const int still = static_cast<int>(motions.still.size());
+  const int moved = static_cast<int>(motions.moved_of_first.size());
   if (!still_.empty()) {
     report->reason = Reason::kStillBackground;
     report->text = formatted(
@@ -116,7 +121,7 @@ bool Bootstrapper::separate_motions(std::vector<char>* fixed, BootstrapReport* r
     report->text =
         formatted("of %d matches %d stand still and %d moved as one: another image must confirm it",
                   motions.matches, still, moved);
-  } else if (segmentation.is_by_motion()) {
+  } else if (options_.segmentation.is_by_motion()) {
     report->reason = Reason::kAwaitingConfirmation;
     report->text = formatted(
         "no object is seen to move before a still background: of %d matches %d stand still, %d moved",

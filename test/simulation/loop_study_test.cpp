@@ -7,18 +7,21 @@ namespace {
 
 constexpr double kNoise = 0.5;  // px
 
-LoopStudy study(const FeatureWalk& walk, bool close_loops = true) {
-  return run_loop_study(walk, walk_camera(), TrackerOptions(), kNoise, 1, close_loops);
+LoopStudy study(const FeatureWalk& walk, bool close_loops = true, bool find_limit = false) {
+  return run_loop_study(walk, walk_camera(), TrackerOptions(), kNoise, 1, close_loops, find_limit);
 }
 
 TEST(LoopStudy, ALoopIsClosedOnARing) {
-  const LoopStudy with = study(ring_walk(1)), without = study(ring_walk(1), false);
+  const LoopStudy with = study(ring_walk(1), true, true), without = study(ring_walk(1), false);
   EXPECT_EQ(with.frames_posed, with.frames);
   ASSERT_FALSE(with.loops.empty());
   for (const StudiedLoop& loop : with.loops) EXPECT_LT(loop.apart, 3) << loop.from_frame << loop.to_frame;
   EXPECT_TRUE(without.loops.empty());
   EXPECT_LT(with.position_rmse, 0.005);
   EXPECT_LT(with.position_rmse, 0.5 * without.position_rmse);
+  // What noise leaves open, and no more.
+  EXPECT_GT(with.limit_rmse, 0);
+  EXPECT_LT(with.position_rmse, 2 * with.limit_rmse);
   // The camera goes on as before: a correction is no movement.
   EXPECT_LT(with.worst_prediction, 2 * without.worst_prediction);
 }

@@ -165,11 +165,13 @@ class Mapper {
   void count(const BundleReport& report) { failed_adjustments_ += report.failed; }
   void post_correction(const KeyframeChanges& changes);
   void add_correction(MapCorrection correction);
+  bool match(KeyframeId id);
   void correct_pose(KeyframeId id);
   void separate_motions(KeyframeId id);
   void leave_out_fixed(KeyframeId id);
   void leave_out_off_body(BundleOptions bundle);
   void watch_background(const InitialMap& initial);
+  void watch_background(const KeyframeCandidate& candidate);
   void tell_doubt(TrackingMap* view) const;
   void watch_body_of_map();
   void watch_body(KeyframeId before_id, KeyframeId newest_id, const PairMotions& pair);

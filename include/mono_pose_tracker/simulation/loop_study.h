@@ -26,6 +26,7 @@ struct LoopStudy {
   // walk: a correction that left the motion behind would show here.
   double worst_prediction = 0;
   double position_rmse = 0;     // of all keyframes after a similarity, of the way
+  double limit_rmse = 0;        // the same of bundle adjustment of all that they see, started from the truth
   double search_seconds = 0;    // CPU time of all searches for loops
   double map_seconds = 0;       // CPU time of all else that the mapper did
   double slowest_search_s = 0;  // of one keyframe
@@ -37,8 +38,9 @@ InitialMap true_beginning(const FeatureWalk& walk, const CameraModel& camera, do
 
 /// A walk tracked and mapped by its features alone, as a recording is: each frame is posed against the map so
 /// far (resection predicted by the last motion) and becomes a keyframe. `close_loops` false: for what it
-/// would be without. The same figures for the same walk, options and seed; only times differ.
+/// would be without. find_limit: limit_rmse is worked out. The same figures for the same walk, options and
+/// seed; only times differ.
 LoopStudy run_loop_study(const FeatureWalk& walk, const CameraModel& camera, const TrackerOptions& options,
-                         double noise_px, std::uint64_t seed, bool close_loops);
+                         double noise_px, std::uint64_t seed, bool close_loops, bool find_limit = false);
 
 }  // namespace mono_pose_tracker

@@ -68,6 +68,7 @@ class Bootstrapper {
   void thin_out();
   std::vector<int> third_views(std::size_t second) const;
   bool separate_motions(std::vector<char>* fixed, BootstrapReport* report);
+  bool is_one_motion(const TwoMotions& motions, BootstrapReport* report) const;
   std::vector<char> moved_between() const;
   void begin_separation(const TwoMotions& motions);
   void separate_newest();
