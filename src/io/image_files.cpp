@@ -140,7 +140,9 @@ std::vector<StampedFile> files_of_folder(const std::string& path) {
     if (name.front() != '.' && has_image_extension(name) && !entry.is_directory(error)) names.push_back(name);
   }
   if (names.empty()) {
-    throw std::runtime_error(path + ": holds no image: expected image files such as png, jpg, tif or pgm");
+    const fs::path list = fs::path(path) / "images.txt";
+    throw std::runtime_error(path + ": holds no image: expected image files such as png, jpg, tif or pgm" +
+                             (fs::exists(list, error) ? "; or the list in it, " + list.string() : ""));
   }
   std::sort(names.begin(), names.end());
   std::vector<StampedFile> files;

@@ -78,7 +78,7 @@ void CameraNodelet::read_settings() {
   reader.read("frame_id", &frame_id_);
   reader.read("camera_name", &camera_name_);
   reader.read("camera_info_url", &camera_info_url_);
-  reader.check();
+  reader.check("the camera");
   if (!settings_.pixel_format.empty() && settings_.pixel_format.size() != 4) {
     throw std::invalid_argument("~pixel_format is " + settings_.pixel_format +
                                 ", expected four letters such as MJPG or YUYV");

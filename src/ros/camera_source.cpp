@@ -34,9 +34,13 @@ bool CameraSource::has_calibration() const {
   return camera().has_value();
 }
 
+bool CameraSource::is_calibrated_by_message() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return message_ && message_->reason == Reason::kOk;
+}
+
 std::optional<ConvertedCamera> CameraSource::camera() const {
-  const bool calibrated = message_ && message_->reason == Reason::kOk;
-  if (calibrated) return message_;
+  if (message_ && message_->reason == Reason::kOk) return message_;
   if (file_) return file_;
   return guess_ ? guess_ : message_;
 }

@@ -77,8 +77,9 @@ FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
     if (camera->source == CalibrationSource::kGuessed) {
       warn_("",
             "there is no calibration: a camera is guessed that sees as wide as ~hfov says; the shape of the "
-            "map "
-            "is as right as that is");
+            "map is as right as that is");
+    } else if (cameras_.may_guess()) {
+      warn_("guess", "there is a calibration, which is used: ~hfov is not");
     }
     use_camera(parameters);
     load_waiting_maps();

@@ -54,8 +54,11 @@ void ParameterReader::read(const OptionEntry& option) {
   values_.emplace_back(option.key, option_text(option));
 }
 
-void ParameterReader::check() const {
-  if (!problems_.empty()) throw std::invalid_argument(joined(problems_, "; "));
+void ParameterReader::check(const std::string& owner) const {
+  if (problems_.empty()) return;
+  std::vector<std::string> all = problems_;
+  for (std::string& line : unknown(owner)) all.push_back(std::move(line));
+  throw std::invalid_argument(joined(all, "; "));
 }
 
 bool ParameterReader::is_known(const std::string& key) const {
@@ -73,8 +76,9 @@ std::vector<std::string> ParameterReader::unknown(const std::string& owner) cons
     if (name.rfind(prefix, 0) != 0) continue;
     const std::string key = name.substr(prefix.size());
     if (is_known(key)) continue;
-    lines.push_back("~" + key + " is no parameter of " + owner + "; did you mean ~" +
-                    nearest_key(table, key) + "?");
+    const std::string meant = suggestion_for(table, key);
+    lines.push_back("~" + key + " is no parameter of " + owner +
+                    (meant.empty() ? "" : "; did you mean ~" + meant + "?"));
   }
   return lines;
 }

@@ -1,5 +1,7 @@
 #include "mono_pose_tracker/ros/parameters.h"
 
+#include <sstream>
+
 #include "mono_pose_tracker/camera/camera_guess.h"
 #include "mono_pose_tracker/ros/parameter_reader.h"
 #include "mono_pose_tracker/ros/paths.h"
@@ -11,9 +13,11 @@ void read_node(ParameterReader& reader, NodeParameters& p) {
   reader.read("image_transport", &p.image_transport);
   reader.read("max_image_pixels", &p.max_image_pixels, 1, 1000000000);
   reader.read("camera_info_url", &p.camera_info_url);
-  reader.read("hfov", &p.hfov, 0.0, kMaxHfovDeg);
-  if (p.hfov != 0 && p.hfov < kMinHfovDeg) {
-    reader.add_problem("~hfov is " + std::to_string(p.hfov) + ", expected 0 (none) or 5 to 150 degrees");
+  reader.read("hfov", &p.hfov, -1e9, 1e9);
+  if (p.hfov != 0 && !(p.hfov >= kMinHfovDeg && p.hfov <= kMaxHfovDeg)) {
+    std::ostringstream problem;
+    problem << "~hfov is " << p.hfov << ", expected 0 (none) or 5 to 150 degrees";
+    reader.add_problem(problem.str());
   }
   reader.read("rectified", &p.rectified);
   reader.read("queue_size", &p.queue_size, 1, 1000000);
@@ -61,7 +65,7 @@ NodeParameters read_parameters(const ros::NodeHandle& private_handle) {
   if (parameters.frames.scale_from_odometry && parameters.frames.odom_frame.empty()) {
     reader.add_problem("~scale/odometry is true: expected ~odom_frame, the frame of the odometry");
   }
-  reader.check();
+  reader.check("the tracker");
   parameters.tracker.validate();
   parameters.warnings = reader.unknown("the tracker");
   parameters.effective = reader.effective();

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "mono_pose_tracker/common/begin_process.h"
 #include "mono_pose_tracker/common/decimal.h"
@@ -65,6 +66,12 @@ int run_command_line(const char* program, CLI::App& app, int argc, char** argv, 
     app.parse(argc, argv);
     refuse_empty_texts(app);
     return run();
+  } catch (const CLI::RequiredError& e) {
+    // What is missing may have been misspelt.
+    const std::vector<std::string> unknown = app.remaining();
+    std::fprintf(
+        stderr, "%s: %s\n", program,
+        one_line(unknown.empty() ? e.what() : unknown.front() + " is no option; " + e.what()).c_str());
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e);
     std::fprintf(stderr, "%s: %s\n", program, one_line(e.what()).c_str());

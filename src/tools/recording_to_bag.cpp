@@ -99,7 +99,10 @@ int run(Arguments a) {
   const int written = write_images(a, part.name(), *source, camera);
   if (written == 0) throw std::runtime_error(a.recording + ": no image in it could be read");
   part.put_in_place();
-  if (!a.quiet) std::printf("%d images in %s\n", written, path.c_str());
+  if (!a.quiet) {
+    std::printf("%d images in %s%s\n", written, path.c_str(),
+                camera ? "" : ", without camera_info (--camera writes it)");
+  }
   return 0;
 }
 

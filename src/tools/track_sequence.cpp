@@ -358,6 +358,20 @@ void tell_of_result(const TrackerOptions& options, RecordingResult* result) {
   tell("warning: ", result->warnings);
 }
 
+// What an earlier run has left in the folder, and this one has not written anew. It stays: hours of dense
+// reconstruction may hang on it.
+void tell_of_earlier_files(const Arguments& a) {
+  const auto tell_of = [&](const char* name, bool is_written) {
+    const fs::path path = fs::path(a.output) / name;
+    std::error_code none;
+    if (is_written || !fs::exists(path, none) || fs::equivalent(path, a.camera, none)) return;
+    std::fprintf(stderr, "%s: of an earlier run, and does not go with these results\n", path.c_str());
+  };
+  tell_of("camera_refined.yaml", a.map.empty() && (a.refine_camera || a.hfov));
+  tell_of("undistorted", a.undistorted);
+  tell_of("frames", a.write_frames);
+}
+
 void tell_of_files(const Arguments& a, const Run& run, double seconds) {
   const RecordingResult& result = run.result;
   const Map& map = run.tracker->map();
@@ -377,6 +391,8 @@ int run(const Arguments& a) {
   Calibration calibration;
   calibration.camera = camera_of(a, source);
   if (a.hfov) calibration.source = CalibrationSource::kGuessed;
+  if (a.hfov && !a.bag.empty() && !a.quiet)
+    std::fprintf(stderr, "--hfov takes the place of any camera_info in the bag\n");
   std::optional<SavedMaps> loaded;
   if (!a.map.empty()) loaded = read_map_file(a.map, descriptor_kind(options));
   const SavedMaps* const maps = loaded ? &*loaded : nullptr;
@@ -398,7 +414,12 @@ int run(const Arguments& a) {
                  run.result.reason.c_str());
     return end_status(1);
   }
-  if (!a.quiet) tell_of_files(a, run, seconds);
+  if (!a.quiet) {
+    tell_of_files(a, run, seconds);
+    tell_of_earlier_files(a);
+    if (!a.write_masks.empty() && run.masks.frames() == 0)
+      std::fprintf(stderr, "%s: no image had a mask, given or found\n", a.write_masks.c_str());
+  }
   return end_status(0);
 }
 

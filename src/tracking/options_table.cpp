@@ -306,11 +306,15 @@ bool is_in_range(const OptionEntry& entry) {
   return std::visit([&](auto* value) { return is_allowed(*value, entry); }, entry.value);
 }
 
-std::string nearest_key(const std::vector<OptionEntry>& table, const std::string& key) {
-  const OptionEntry* nearest = &table.front();
-  for (const OptionEntry& entry : table) {
-    if (edit_distance(key, entry.key) < edit_distance(key, nearest->key)) nearest = &entry;
-  }
+std::string suggestion_for(const std::vector<OptionEntry>& table, const std::string& key) {
+  const auto letters_changed = [&](const std::string& known) {
+    return std::min(edit_distance(key, known), edit_distance(key, known.substr(known.rfind('/') + 1)));
+  };
+  const auto nearest =
+      std::min_element(table.begin(), table.end(), [&](const OptionEntry& a, const OptionEntry& b) {
+        return letters_changed(a.key) < letters_changed(b.key);
+      });
+  if (nearest == table.end() || 2 * letters_changed(nearest->key) > static_cast<int>(key.size())) return "";
   return nearest->key;
 }
 
@@ -333,7 +337,8 @@ void read_options_yaml(const std::string& path, TrackerOptions* options) {
         std::find_if(table.begin(), table.end(), [&](const OptionEntry& e) { return e.key == key; });
     if (entry == table.end() && text.empty() && is_group(table, key)) continue;
     if (entry == table.end()) {
-      problems += "; unknown key " + key + ", did you mean " + nearest_key(table, key) + "?";
+      const std::string meant = suggestion_for(table, key);
+      problems += "; unknown key " + key + (meant.empty() ? "" : ", did you mean " + meant + "?");
     } else if (!set_option(*entry, text) || !is_in_range(*entry)) {
       problems += "; " + key + " = " + text + ", expected " + expected_value(*entry);
       if (has_leading_zero(text)) problems += ", without leading zeros";

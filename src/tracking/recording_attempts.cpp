@@ -329,7 +329,8 @@ TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker
                                   const ObserverOfAttempt& observer_of) {
   Attempts attempts(make_tracker, observer_of);
   TrackedRecording kept = attempts.next(recording);
-  if (!recording.try_again) return kept;
+  constexpr std::int64_t kLeast = 2;  // images, to make a map of
+  if (!recording.try_again || kept.result.frames_total < kLeast) return kept;
   Recording again = recording;
   const bool is_by_masks = leave_out_background(kept, &again) && begin_anew(&attempts, 0, again, &kept);
   if (!is_by_masks) again = recording;

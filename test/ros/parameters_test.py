@@ -80,6 +80,12 @@ class ParametersTest(unittest.TestCase):
         said = self.refusal("_camera_frme:=lens", "_camera_info_url:=/no/such/camera.yaml")
         self.assertIn("~camera_frme is no parameter of the tracker; did you mean ~camera_frame?", said)
 
+    def test_what_is_wrong_and_what_is_unknown_are_named_at_once(self):
+        said = self.refusal("_hfov:=3", "_camera_frme:=lens", "_quite_another_thing:=1")
+        self.assertIn("~hfov is 3, expected 0 (none) or 5 to 150 degrees; ~camera_frme is no parameter", said)
+        self.assertIn("~quite_another_thing is no parameter of the tracker", said)
+        self.assertNotIn("~quite_another_thing is no parameter of the tracker; did you mean", said)
+
     def test_what_the_plugins_of_image_transport_read_is_known(self):
         said = self.refusal("_mask/compressed/format:=png", "_debug_image/compressed/jpeg_quality:=50",
                             "_compressed/mode:=gray", "_compressedDepth/x:=1", "_theora/post_processing_level:=1",

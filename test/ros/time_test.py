@@ -83,6 +83,10 @@ class TimeTest(unittest.TestCase):
         self.assertEqual((stale.reason, stale.frames_dropped), (TrackerStatus.STALE_STAMP, dropped + 2))
         self.assertEqual((stale.state, stale.epoch, stale.frames_posed), (TrackerStatus.TRACKING, epoch, posed))
         self.assertIn("0.050 s", stale.reason_text)
+        for _ in range(8):
+            self.show(newest)
+        self.assertTrue(self.tracker.wait_until(lambda: any("10 images in a row" in m for m in self.log)),
+                        "a clock that stands still is told")
 
         for pause in (600, 600.1):  # seconds
             again = self.show(newest, pause)

@@ -28,7 +28,7 @@ class DemoTest(unittest.TestCase):
                                  (["--rate"], "--rate needs a value"), (["--fast"], "--fast"),
                                  (["/no/such.bag"], "/no/such.bag"), ([there], "--hfov"),
                                  ([there, "--camera", "/no/camera.yaml"], "/no/camera.yaml"),
-                                 ([there, "--hfov", "wide"], "--hfov wide"),
+                                 ([there, "--hfov", "wide"], "--hfov wide"), ([there, "--hfov", "200"], "--hfov 200"),
                                  ([there, "--hfov", "60", "--camera", there], "not both"),
                                  ([there, "--hfov", "60", "--reference", "/no/truth.txt"], "/no/truth.txt"),
                                  ([there, there], "not two"), (["--output", there], there)):

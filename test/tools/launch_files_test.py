@@ -247,6 +247,22 @@ class LaunchFilesTest(unittest.TestCase):
         self.assertIn("sequence.bag has ended. 12 images: ", said)
         self.assertRegex(said, r"\d+ posed, \d+ dropped, \d+ lost; map \d+ has \d+ keyframes")
 
+    def test_a_tracker_that_is_refused_ends_the_launch(self):
+        for name in ("bag.launch", "object.launch"):
+            said = self.run_to_its_end(name, "bag:=" + self.recording.bag, "rviz:=false", "map_orientation:=upwards")
+            self.assertIn("~map_orientation is upwards, expected ", said)
+            self.assertNotIn("has ended. ", said)
+        said = self.run_to_its_end("camera.launch", "rviz:=false", "driver:=own", "hfov:=200")
+        self.assertIn("~hfov is 200, expected 0 (none) or 5 to 150 degrees", said)
+
+    def test_a_calibration_takes_the_place_of_a_guess(self):
+        said = self.run_to_its_end("bag.launch", "bag:=" + self.recording.bag, "rviz:=false", "hfov:=60")
+        self.assertIn("there is a calibration, which is used: ~hfov is not", said)
+
+    def test_a_transport_in_the_name_of_the_images_is_told(self):
+        self.expect("tracker.launch", ["image_topic:=), with image_transport:=compressed"],
+                    "image_topic:=/camera/image_raw/compressed")
+
     def test_bag_that_holds_both_kinds_of_images(self):
         said = self.run_to_its_end("bag.launch", "bag:=" + self.recording.both, "rviz:=false")
         self.assertIn("has ended. 12 images: ", said)

@@ -73,6 +73,12 @@ class Refusals(RunsOfARoom):
         self.expect_refused(["a?b.yaml"], "--images", self.list, "--camera", "a\nb.yaml")
         self.expect_refused(["--hfov", "nan"], "--images", self.list, "--hfov", "nan")
         self.expect_refused(["--nonsense"], *camera, "--images", self.list, "--nonsense")
+        os.mkdir(self.path("listed"))
+        shutil.copy(self.list, self.path("listed", "images.txt"))
+        self.expect_refused([self.path("listed", "images.txt")], *camera, "--images", self.path("listed"))
+        misspelt = run_program("track_sequence", *camera, "--images", self.list, "--outpt", self.path("refused"))
+        self.assertEqual(misspelt.returncode, 2)
+        self.assertIn("--outpt is no option; --output is required", misspelt.stderr)
         for option, values in (("--max-frames", ("0", "-1", "010", "x")), ("--seed", ("-1", "0100", "0x1", "1.5"))):
             for value in values:
                 self.expect_refused([option, "expected a whole number"], *camera, "--images", self.list,

@@ -260,7 +260,30 @@ class TrackSequence(RunsOfARoom):
     def test_one_image_makes_no_map(self):
         output, said = self.track("--images", self.list, "--camera", self.camera, "--max-frames", "1", status=1)
         self.assertIn("one image makes no map", said)
+        said = run_program("track_sequence", "--images", self.list, "--camera", self.camera, "--max-frames", "1", "--output",
+                           output).stderr
+        self.assertNotIn("attempt", said)
         self.assertIn("one image makes no map", report(output)["reason"])
+
+    def test_what_an_earlier_run_has_left_is_told_and_stays(self):
+        output = self.path("again")
+        dense = os.path.join(output, "undistorted", "dense.ply")
+        os.makedirs(os.path.dirname(dense))
+        refined = os.path.join(output, "camera_refined.yaml")
+        shutil.copy(self.camera, refined)
+        open(dense, "w").close()
+        few = ["--images", self.list, "--max-frames", "6", "--output", output]
+        said = run_program("track_sequence", *few, "--camera", self.camera).stderr
+        for left in (os.path.join(output, "undistorted"), refined):
+            self.assertIn(left + ": of an earlier run", said)
+        said = run_program("track_sequence", *few, "--camera", refined).stderr
+        self.assertNotIn(refined + ": of", said, "it is this run's own calibration")
+        self.assertTrue(os.path.exists(dense))
+
+    def test_masks_that_there_are_none_of_are_told(self):
+        said = run_program("track_sequence", "--images", self.list, "--camera", self.camera, "--max-frames", "6",
+                           "--output", self.path("out"), "--write-masks", self.path("masks")).stderr
+        self.assertIn(self.path("masks") + ": no image had a mask", said)
 
     def test_names_that_colmap_would_cut_are_told(self):
         images = self.copy_of_images()

@@ -161,6 +161,12 @@ TEST(OptionsTable, NamesEveryKeyAtFaultWithWhatWasExpected) {
   EXPECT_EQ(problem.find('\n'), std::string::npos);
 }
 
+TEST(OptionsTable, WhatIsLikeNoKeyIsNotTakenForOne) {
+  const std::string problem = problem_of("invert_tf: true\n");  // the nodelet's
+  EXPECT_NE(problem.find("unknown key invert_tf"), std::string::npos) << problem;
+  EXPECT_EQ(problem.find("did you mean"), std::string::npos) << problem;
+}
+
 // To ROS's YAML 0100 is 64, and -1 is no seed.
 TEST(OptionsTable, NumbersThatMeanSomethingElseAreRefused) {
   EXPECT_NE(problem_of("max_iterations: 0100\n").find("max_iterations = 0100, expected a whole number"),

@@ -27,6 +27,8 @@ class CameraSource {
 
   bool has_message() const;  // whether a camera_info has come, calibrated or not
   bool has_calibration() const;
+  bool is_calibrated_by_message() const;  // whatever else there is, then
+  bool may_guess() const { return hfov_deg_ > 0; }
 
   /// The calibration; waits for the first camera_info at most this long (a driver sends it just after its
   /// image).

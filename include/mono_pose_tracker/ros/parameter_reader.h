@@ -33,8 +33,9 @@ class ParameterReader {
 
   void add_problem(const std::string& problem) { problems_.push_back(problem); }
 
-  /// Throws std::invalid_argument that names every value out of range or of another type.
-  void check() const;
+  /// Throws std::invalid_argument that names every value out of range or of another type, and what nobody
+  /// reads. To be called when all has been read.
+  void check(const std::string& owner) const;
 
   /// A line for each private parameter that nobody reads, with the nearest known one. owner: "the tracker".
   std::vector<std::string> unknown(const std::string& owner) const;

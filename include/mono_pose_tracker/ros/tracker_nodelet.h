@@ -135,6 +135,7 @@ class TrackerNodelet : public nodelet::Nodelet {
   Recording recording_;
   std::string input_problem_, output_problem_;
   std::size_t told_renewals_ = 0;  // of the trajectory file
+  int stale_in_a_row_ = 0;         // images, up to the last
   TrackerStatus diagnosed_;        // as /diagnostics last told it
   std::optional<MapVersion> published_map_;
 

@@ -40,8 +40,9 @@ bool is_changeable(const std::string& key);
 /// Copies the changeable options.
 void copy_changeable(const TrackerOptions& from, TrackerOptions* to);
 
-/// The known key that is most like an unknown one (fewest letters changed).
-std::string nearest_key(const std::vector<OptionEntry>& table, const std::string& key);
+/// The known key that is most like an unknown one (fewest letters changed), with or without its group; empty
+/// where more than half of the letters are others.
+std::string suggestion_for(const std::vector<OptionEntry>& table, const std::string& key);
 
 /// Reads options from YAML (groups as maps, or flat "group/key"). Keys left out keep their values. Throws
 /// std::runtime_error, one line that names the file and every key at fault with what was expected.
