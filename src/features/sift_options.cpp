@@ -31,12 +31,12 @@ void SiftOptions::validate() const {
   }
   if (first_octave) check_range("first_octave", *first_octave, kFinestOctave, kCoarsestOctave);
   check_range("reduction", reduction, 1, 1000);
-  check_range("max_features", max_features, 0, 1000000);
+  check_range("max_features", max_features, 0, kMostFeatures);
   check_range("contrast_threshold", contrast_threshold, 0.0f, 1.0f);
   check_range("edge_threshold", edge_threshold, 1.0f, 1000.0f);
   check_range("octave_layers", octave_layers, 1, 10);
   if (sigma) check_range("sigma", *sigma, 0.6f, 10.0f);
-  check_range("min_features", min_features, 0, 1000000);
+  check_range("min_features", min_features, 0, kMostFeatures);
   check_range("num_threads", num_threads, 0, 64);
 }
 

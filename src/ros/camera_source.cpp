@@ -24,11 +24,6 @@ void CameraSource::set_image_size(int width, int height) {
   guess_->source = CalibrationSource::kGuessed;
 }
 
-bool CameraSource::has_message() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return message_.has_value();
-}
-
 bool CameraSource::has_calibration() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return camera().has_value();

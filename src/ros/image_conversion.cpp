@@ -24,7 +24,7 @@ const char* const kYuy2 = "yuv422_yuy2";  // which sensor_msgs of Noetic does no
 
 /// An encoding is any text that somebody sends, an exception's text may end its line: what goes into a status
 /// and a log is one line of plain letters, of a length that can be read.
-std::string one_line(std::string text) {
+std::string short_ascii_line(std::string text) {
   constexpr std::size_t kMostLetters = 400;
   if (text.size() > kMostLetters) text.replace(kMostLetters, std::string::npos, "...");
   std::replace_if(
@@ -33,7 +33,7 @@ std::string one_line(std::string text) {
 }
 
 ConvertedImage refuse(Reason reason, const std::string& error) {
-  return {cv::Mat(), reason, one_line(error), nullptr};
+  return {cv::Mat(), reason, short_ascii_line(error), nullptr};
 }
 
 bool is_16bit_bayer(const std::string& encoding) {
@@ -117,6 +117,12 @@ ConvertedImage convert(const sensor_msgs::ImageConstPtr& message, cv::Mat (*fini
   }
   if (!is_complete(*message)) {
     return refuse(Reason::kUnreadableImage, "the image contradicts itself: " + describe(*message));
+  }
+  // OpenCV takes the pixels by twos, and does not look whether the last has another one.
+  if ((message->encoding == kYuy2 || message->encoding == enc::YUV422) && message->width % 2 != 0) {
+    return refuse(
+        Reason::kUnreadableImage,
+        "two pixels share their colour in this encoding, and the width is odd: " + describe(*message));
   }
   try {
     if (message->encoding == kYuy2) return {finish(yuy2_to_bgr(*message)), Reason::kOk, "", message};

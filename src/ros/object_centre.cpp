@@ -30,6 +30,7 @@ std::optional<ObjectBox> box_of(const std::vector<ColoredPoint>& points) {
 }
 
 void ObjectCentre::see(std::uint32_t epoch, const std::vector<ColoredPoint>& points) {
+  if (seen_epoch_ && epoch < *seen_epoch_) return;  // somebody has seen the next map meanwhile
   const std::optional<ObjectBox> box = box_of(points);
   if (!box) return;
   seen_epoch_ = epoch;

@@ -72,6 +72,7 @@ void Publishers::move_world(const Rigid3& new_world_from_world) {
     moved.push_back({0, posed.camera.stamp_ns, new_world_from_world * posed.camera.map_from_camera});
   }
   correct(moved, std::nullopt);
+  keyframes_moved_ = true;
 }
 
 void Publishers::publish_view(const std_msgs::Header& image_header, const FrameReport& report) {
@@ -269,6 +270,12 @@ std::optional<visualization_msgs::MarkerArray> Publishers::keyframes() const {
 }
 
 void Publishers::publish_path() {
+  bool keyframes_moved = false;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    keyframes_moved = std::exchange(keyframes_moved_, false);
+  }
+  if (keyframes_moved) keyframes_.publish();
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!std::exchange(path_changed_, false)) return;

@@ -43,13 +43,13 @@ void TrackerNodelet::tear_down() {
   services_.clear();
   live_server_.reset();
   service_spinner_.stop();
+  timer_.stop();  // it asks the subscribers
+  tf_timer_.stop();
+  diagnostics_.reset();
   image_subscriber_ = ImageSubscriber();
   camera_info_subscriber_.shutdown();
   mask_subscriber_.shutdown();
   initialpose_subscriber_.shutdown();
-  timer_.stop();
-  tf_timer_.stop();
-  diagnostics_.reset();
   if (processing_.joinable()) processing_.join();
   publishers_.reset();
   frames_.reset();
@@ -144,7 +144,8 @@ void TrackerNodelet::change_options(const LiveOptions& options) {
             [this](const std::string& text) { NODELET_ERROR("%s", text.c_str()); });
   });
   timer_.setPeriod(ros::WallDuration(options.publish_period));
-  live_options_ = options;
+  live_options_.tracker = checked;
+  live_options_.publish_period = options.publish_period;
   NODELET_INFO("changed: %s", changes.c_str());
 }
 

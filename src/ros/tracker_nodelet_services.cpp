@@ -31,7 +31,7 @@ Result TrackerNodelet::on_processing_thread(std::function<Result()> command) {
   if (!slot_->post([task] { (*task)(); })) throw std::runtime_error(shuts_down);
   task.reset();
   if (result.wait_for(kServiceTimeout) != std::future_status::ready) {
-    throw std::runtime_error("the tracker is busy: it will be done after the present image");
+    throw std::runtime_error("the tracker is busy, and has not come to this in time: call again");
   }
   try {
     return result.get();

@@ -28,7 +28,7 @@ double border_share_up_to(const cv::Mat& gray, int level) {
   double below = 0, all = 0;
   for (int y = 0; y < gray.rows; ++y) {
     const bool whole_row = y == 0 || y == gray.rows - 1;
-    for (int x = 0; x < gray.cols; x += whole_row ? 1 : gray.cols - 1) {
+    for (int x = 0; x < gray.cols; x += whole_row ? 1 : std::max(gray.cols - 1, 1)) {
       below += gray.at<std::uint8_t>(y, x) <= level;
       ++all;
     }

@@ -92,7 +92,7 @@ int run(Arguments a) {
   const std::unique_ptr<ImageSource> source = images.empty() ? open_video(a.recording) : open_images(images);
   require_regular_file(a.bag);
   // A link stays, what it names is written.
-  const std::string path = fs::is_symlink(a.bag) ? fs::weakly_canonical(a.bag).string() : a.bag;
+  const std::string path = fs::is_symlink(a.bag) ? followed(a.bag) : a.bag;
   check(a, images, path);
   end_on_signals();
   PartFile part(path);  // half a bag is none

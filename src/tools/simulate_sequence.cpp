@@ -178,8 +178,8 @@ void render_to(const Arguments& a, const SimulatedSequence& sequence) {
   make_folder(folder / "images");
   make_folder(folder / "masks");
   write_camera_yaml((folder / "camera.yaml").string(), "simulated", sequence.camera().parameters());
-  const std::string bag_path = bag_of(a);
-  BagWriter bag(bag_path, sequence.camera().parameters());
+  PartFile part(followed(bag_of(a)));  // half a bag is none; a link stays, what it names is written
+  BagWriter bag(part.name(), sequence.camera().parameters());
   std::string list;
   ProgressBar progress(sequence.size(), a.quiet);
   for (int i = 0; i < sequence.size(); ++i) {
@@ -193,6 +193,7 @@ void render_to(const Arguments& a, const SimulatedSequence& sequence) {
     progress.advance();
   }
   bag.close();
+  part.put_in_place();
   write_file_atomically((folder / "images.txt").string(), [&](std::ostream& out) { out << list; });
   write_tum((folder / "groundtruth.txt").string(), sequence.path());
 }

@@ -20,8 +20,8 @@ constexpr double kUnsettledChange = 0.02;  // of the focal length; of the image'
 // What a feature is located to, and a third of the one per cent that a refined focal length is good for.
 constexpr double kSettledShiftPx = 1, kSettledChange = 0.003;
 // A calibration that is right is confirmed to one or two per cent even by a map that has a few wrong points;
-// zoom, binning or another camera's file are off by far more.
-constexpr double kDoubtfulChange = 0.1, kDoubtfulSigmas = 10;
+// a stabiliser's crop, zoom, binning or another camera's file are off by more.
+constexpr double kDoubtfulChange = 0.05, kDoubtfulSigmas = 10;
 // What a part of the recording says against it counts where it could tell.
 constexpr double kTellingSigmas = 3, kLeastOfChange = 0.5;
 

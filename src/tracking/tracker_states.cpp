@@ -257,8 +257,8 @@ void Tracker::Impl::set_options(const TrackerOptions& options) {
 
 // Twice as many as usual of the image's strongest, and down to the faintest for them.
 void Tracker::Impl::look_closer() {
-  constexpr int kMost = 1000000;  // as the options have it
   SiftOptions& sift = given_options_.sift;
+  constexpr int kMost = SiftOptions::kMostFeatures;
   sift.max_features = std::min(2 * sift.max_features, kMost);  // 0, which means all, stays
   sift.min_features = std::min(std::max(sift.max_features, 2 * sift.min_features), kMost);
   apply_options();

@@ -132,6 +132,21 @@ TEST(MaskConversion, ZeroIsIgnored) {
   }
 }
 
+TEST(ImageConversion, PixelsThatShareAColourComeByTwos) {
+  for (const char* encoding : {"yuv422", "yuv422_yuy2"}) {
+    sensor_msgs::ImagePtr image = image_of(encoding, {128, 128});
+    image->width = 7;
+    image->height = 5;
+    image->step = 14;
+    image->data.assign(14 * 5, 128);
+    const ConvertedImage odd = convert_image(image);
+    EXPECT_EQ(odd.reason, Reason::kUnreadableImage) << encoding;
+    EXPECT_NE(odd.error.find("7x5"), std::string::npos) << odd.error;
+    image->width = 6;
+    EXPECT_EQ(convert_image(image).reason, Reason::kOk) << encoding;
+  }
+}
+
 // It goes into statuses, diagnostics and logs, some of which take a line for a message and UTF-8 for text.
 TEST(ImageConversion, AnEncodingThatIsNoNameStaysOneShortLine) {
   sensor_msgs::ImagePtr image = image_of("mono8", {0});
@@ -278,7 +293,7 @@ TEST(CameraSource, AFileCountsWhileNoCalibratedMessageHasCome) {
   EXPECT_FALSE(cameras.wait(at_once));
   cameras.set_file(calibration());
   EXPECT_EQ(cameras.wait(at_once)->parameters.fx, 500);
-  EXPECT_FALSE(cameras.has_message());
+  EXPECT_FALSE(cameras.is_calibrated_by_message());
   auto message = boost::make_shared<sensor_msgs::CameraInfo>(calibration());
   message->K[0] = 0;
   cameras.set_message(message);

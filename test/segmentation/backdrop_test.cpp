@@ -29,6 +29,13 @@ TEST(Otsu, NothingAndOneValueAreNotCut) {
   EXPECT_EQ(otsu_cut(histogram).separation, 0);
 }
 
+TEST(Threshold, AnImageMayBeALine) {
+  for (const cv::Size size : {cv::Size(1, 40), cv::Size(40, 1), cv::Size(1, 1)}) {
+    const cv::Mat line(size, CV_8UC3, cv::Scalar::all(90));
+    EXPECT_EQ(threshold_foreground(line, Backdrop::kAuto, -1).size(), size);
+  }
+}
+
 TEST(Threshold, FindsTheObjectBeforeADarkAndABrightBackdrop) {
   for (const double backdrop : {20.0, 235.0}) {
     const ObjectImage image = object_before({backdrop, backdrop, backdrop}, {120, 130, 140}, 4, 1);

@@ -18,6 +18,8 @@ constexpr int kFinestOctave = -1, kCoarsestOctave = 2;
 
 /// Lowe, "Distinctive image features from scale-invariant keypoints" (2004).
 struct SiftOptions {
+  static constexpr int kMostFeatures = 1000000;  // that may be asked for
+
   // own: ours. opencv: cv::SIFT, the reference: slower, always from octave -1, on OpenCV's own number of
   // threads.
   std::string implementation = "own";

@@ -25,7 +25,6 @@ class CameraSource {
   /// A guess needs the size of the images.
   void set_image_size(int width, int height);
 
-  bool has_message() const;  // whether a camera_info has come, calibrated or not
   bool has_calibration() const;
   bool is_calibrated_by_message() const;  // whatever else there is, then
   bool may_guess() const { return hfov_deg_ > 0; }

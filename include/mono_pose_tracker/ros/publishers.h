@@ -122,6 +122,7 @@ class Publishers {
   std::shared_ptr<const MapSnapshot> map_;  // the newest that was given, of map_epoch_
   std::uint32_t map_epoch_ = 0;
   bool path_changed_ = false, has_path_ = false;
+  bool keyframes_moved_ = false;                  // with the world, since they were published
   std::optional<CameraParameters> drawn_camera_;  // of the newest map that was given
   double frustum_depth_ = 0;                      // map units
   bool camera_is_drawn_ = false;

@@ -49,10 +49,10 @@ void write_map_for_colmap(const std::string& folder, const CameraParameters& cam
       const Keyframe& k = *keyframe->second;
       for (int f = 0; f < k.image->size(); ++f) {
         const LandmarkId l = k.landmark_of_feature[f];
-        if (l != kNoLandmark) {
-          image.observations.push_back(
-              {changed(k.image->set.features[f].pixel.cast<double>()), index_of.at(l)});
-        }
+        if (l == kNoLandmark) continue;
+        const Eigen::Vector2d pixel = changed(k.image->set.features[f].pixel.cast<double>());
+        // A pinhole has none of what is seen at a right angle and beyond.
+        if (pixel.allFinite()) image.observations.push_back({pixel, index_of.at(l)});
       }
     }
     images.push_back(std::move(image));
