@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "feature_tracks.h"
@@ -135,7 +136,11 @@ class Votes {
 
 void add_tracks(const std::vector<PosedImage>& images, int k, const PairMotions& pair, const Votes& votes,
                 OtherBody* body) {
+  // Large enough to hold some features each, small enough to tell a screen from the room about it.
+  constexpr int kSquares = 8;  // along the longer side
   const PosedImage &first = images[k], &second = images[k + 1];
+  const CameraModel& camera = first.image->camera;
+  body->cell_px = static_cast<double>(std::max(camera.width(), camera.height())) / kSquares;
   for (const Match& m : pair.matches) {
     const int sum = votes.of(k, m.first) + votes.of(k + 1, m.second);
     if (sum == 0) continue;
@@ -149,6 +154,17 @@ void add_tracks(const std::vector<PosedImage>& images, int k, const PairMotions&
 double OtherBody::share() const {
   const auto others = std::count_if(tracks.begin(), tracks.end(), [](const auto& t) { return t.is_other; });
   return tracks.empty() ? 0 : static_cast<double>(others) / static_cast<double>(tracks.size());
+}
+
+double OtherBody::share_of_view() const {
+  std::map<std::tuple<std::int64_t, int, int>, int> votes;  // of each image's squares
+  for (const BodyTrack& t : tracks) {
+    votes[{t.from_index, static_cast<int>(t.from.x() / cell_px), static_cast<int>(t.from.y() / cell_px)}] +=
+        t.is_other ? -1 : 1;
+  }
+  const auto decided = std::count_if(votes.begin(), votes.end(), [](const auto& v) { return v.second != 0; });
+  const auto others = std::count_if(votes.begin(), votes.end(), [](const auto& v) { return v.second < 0; });
+  return decided > 0 ? static_cast<double>(others) / static_cast<double>(decided) : 0;
 }
 
 OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& seen, ImagesAsked asked,

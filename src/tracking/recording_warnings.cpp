@@ -161,7 +161,8 @@ void warn_of_background(RecordingResult* result) {
 // Two bodies, of which a map can be of one only.
 void warn_of_other_body(RecordingResult* result) {
   const FinishedMap& map = result->maps.front();
-  const long percent = std::lround(100 * map.other_body.share());
+  const OtherBody& other = map.other_body;
+  const long percent = std::lround(100 * other.share()), of_view = std::lround(100 * other.share_of_view());
   if (map.is_of_other_body) {
     result->warnings.push_back(
         "two bodies move, each as one, and the map's is not plainly the one that turns, as segmentation/body "
@@ -169,10 +170,11 @@ void warn_of_other_body(RecordingResult* result) {
         std::to_string(percent) +
         " % of the points move with another that turns as far or farther; give masks of the one that is "
         "wanted (--masks)");
-  } else if (map.other_body.is_comparable()) {
+  } else if (other.is_comparable()) {
     result->warnings.push_back(
         "two bodies move, each as one, or the map is wrong about what is near: " + std::to_string(percent) +
-        " % of the points move otherwise than it says, and are left out; where they are what is wanted, give "
+        " % of the points, in " + std::to_string(of_view) +
+        " % of the view, move otherwise than it says, and are left out; where they are what is wanted, give "
         "masks of it (--masks), or segmentation/body: turning for what turns (config/object.yaml)");
   }
 }

@@ -63,6 +63,21 @@ TEST_F(OtherBodyTest, ItMayExistWhereMorePairsShowItThanChanceMakes) {
   EXPECT_FALSE(body.may_exist());
 }
 
+// A screen full of letters before a room of few features.
+TEST(OtherBody, WhatFillsTheViewIsComparable) {
+  OtherBody body;
+  body.pairs = body.other_pairs = 10;
+  body.cell_px = 80;
+  for (int i = 0; i < 200; ++i) body.tracks.push_back({0, 10, {300.f + i % 40, 300.f}, {310, 300}, false});
+  for (int i = 0; i < 20; ++i) body.tracks.push_back({0, 10, {i % 8 * 80.f, i / 8 * 80.f}, {0, 0}, true});
+  EXPECT_LT(body.share(), OtherBody::kComparable);
+  EXPECT_GT(body.share_of_view(), 0.9);
+  EXPECT_TRUE(body.is_comparable());
+  for (BodyTrack& track : body.tracks) track.is_other = !track.is_other;
+  EXPECT_LT(body.share_of_view(), 0.1);
+  EXPECT_EQ(OtherBody().share_of_view(), 0);
+}
+
 TEST_F(OtherBodyTest, AMapExplainsWhatItIsOf) {
   EXPECT_GT(find(map_with(true, 200, 0)).explained(), 0.95);
   EXPECT_NEAR(find(map_with(true, 150, 200)).explained(), 150.0 / 350, 0.2);

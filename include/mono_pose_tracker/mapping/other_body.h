@@ -31,6 +31,7 @@ struct OtherBody {
   /// so all the time; a map that is of the one here and of the other there is overtaken in a part of it.
   double other_turn_alone = 0;
   std::vector<BodyTrack> tracks;  // between images that follow each other
+  double cell_px = 0;             // of the squares by which the view is shared out
 
   /// Wrong matches agree on a motion in a pair here and there, a body does in every fourth at least.
   bool exists() const { return other_pairs > 0 && 4 * other_pairs >= pairs; }
@@ -40,12 +41,15 @@ struct OtherBody {
   bool may_exist() const { return exists() || (other_pairs >= 3 && 10 * other_pairs >= pairs); }
   /// Of the tracks.
   double share() const;
+  /// Of the view: of the squares of the images that show either, those that show the other for the most part.
+  /// A screen full of letters has most of the features, and a room about it fills the view.
+  double share_of_view() const;
   /// Of the matches: how much of what its images show the map explains.
   double explained() const {
     return matches > 0 ? static_cast<double>(obeying) / static_cast<double>(matches) : 0;
   }
   /// Whoever looks at the images may well have meant it.
-  bool is_comparable() const { return exists() && share() > kComparable; }
+  bool is_comparable() const { return exists() && (share() > kComparable || share_of_view() > kMostOfView); }
   /// Of all that moves as one, and by more than what a few wrong matches may have moved to its side.
   bool is_larger() const { return exists() && share() > kLarger; }
   /// Than the map's body: by half as much again, as the measure is good to a tenth or two, and all the time.
@@ -53,7 +57,7 @@ struct OtherBody {
     return map_turn > kPlainly * other_turn && other_turn_alone < kTurnsAlone;
   }
 
-  static constexpr double kPlainly = 1.5, kComparable = 0.25, kLarger = 0.55;
+  static constexpr double kPlainly = 1.5, kComparable = 0.25, kLarger = 0.55, kMostOfView = 0.5;
   static constexpr double kTurnsAlone = 0.05;  // nine degrees; right maps of ten recordings: .029 at most
 };
 
