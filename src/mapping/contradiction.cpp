@@ -9,6 +9,7 @@
 #include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/count_deviations.h"
 #include "mono_pose_tracker/features/matching.h"
+#include "worse_finding.h"
 
 namespace mono_pose_tracker {
 
@@ -58,7 +59,7 @@ bool Contradiction::is_significant() const {
 }
 
 bool Contradiction::is_worse_than(const Contradiction& other) const {
-  return is_significant() != other.is_significant() ? is_significant() : share() > other.share();
+  return is_worse_finding(*this, other, [](const Contradiction& c) { return c.share(); });
 }
 
 Contradiction worst_contradiction(const Map& map, const MatchesInTime& matches) {

@@ -11,6 +11,7 @@
 #include "mono_pose_tracker/common/parallel.h"
 #include "mono_pose_tracker/mapping/contradiction.h"
 #include "mono_pose_tracker/mapping/place_index.h"
+#include "worse_finding.h"
 
 namespace mono_pose_tracker {
 
@@ -108,7 +109,7 @@ MisplacedView compare(const Map& map, const Keyframe& other, const Keyframe& own
 // Of two: more stands elsewhere, and not by chance. Any is worse than none.
 bool is_worse(const MisplacedView& a, const MisplacedView& b) {
   if ((a.frame_index < 0) != (b.frame_index < 0)) return b.frame_index < 0;
-  return a.is_significant() != b.is_significant() ? a.is_significant() : a.share() > b.share();
+  return is_worse_finding(a, b, [](const MisplacedView& view) { return view.share(); });
 }
 
 }  // namespace

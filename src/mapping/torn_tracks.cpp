@@ -6,6 +6,7 @@
 
 #include "keyframe_landmarks.h"
 #include "mono_pose_tracker/common/count_deviations.h"
+#include "worse_finding.h"
 
 namespace mono_pose_tracker {
 
@@ -29,9 +30,7 @@ double excess(const TornTracks& tracks) {
   return deviations_above(tracks.usual_share, tracks.torn, tracks.matches);
 }
 
-bool is_worse(const TornTracks& a, const TornTracks& b) {
-  return a.is_significant() != b.is_significant() ? a.is_significant() : excess(a) > excess(b);
-}
+bool is_worse(const TornTracks& a, const TornTracks& b) { return is_worse_finding(a, b, excess); }
 
 }  // namespace
 

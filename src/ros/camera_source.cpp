@@ -31,11 +31,13 @@ bool CameraSource::has_calibration() const {
 
 bool CameraSource::is_calibrated_by_message() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return message_ && message_->reason == Reason::kOk;
+  return has_calibrated_message();
 }
 
+bool CameraSource::has_calibrated_message() const { return message_ && message_->reason == Reason::kOk; }
+
 std::optional<ConvertedCamera> CameraSource::camera() const {
-  if (message_ && message_->reason == Reason::kOk) return message_;
+  if (has_calibrated_message()) return message_;
   if (file_) return file_;
   return guess_ ? guess_ : message_;
 }

@@ -270,17 +270,15 @@ std::optional<visualization_msgs::MarkerArray> Publishers::keyframes() const {
 }
 
 void Publishers::publish_path() {
-  bool keyframes_moved = false;
+  bool keyframes_moved, path_changed;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     keyframes_moved = std::exchange(keyframes_moved_, false);
+    path_changed = std::exchange(path_changed_, false);
+    has_path_ |= path_changed;
   }
   if (keyframes_moved) keyframes_.publish();
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!std::exchange(path_changed_, false)) return;
-    has_path_ = true;
-  }
+  if (!path_changed) return;
   path_.publish();
   camera_positions_.publish();
 }

@@ -37,7 +37,7 @@ bool Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   if (!map.turning_body && static_cast<int>(map.keyframes.size()) > options_.young_map_keyframes)
     bodies_left_ = 0;
 
-  const FramePose pose = set_pose(frame, map, resection, false);
+  const FramePose pose = set_pose(frame, map, resection, Among::kNear);
   reference_ = pose.reference;
   camera_from_reference_ = pose.camera_from_reference;
   if (pace_ == SearchPace::kLive) frames_[map.map_id].keep_newest(kMostLiveFrames);
@@ -54,8 +54,8 @@ bool Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
 
 // It rides on the best of the keyframes from now on.
 FramePose Tracker::Impl::set_pose(const Frame& frame, const TrackingMap& map,
-                                  const ResectionReport& resection, bool is_final) {
-  const KeyframeId reference = choose_reference(map, resection);
+                                  const ResectionReport& resection, Among among, bool is_final) {
+  const KeyframeId reference = choose_reference(map, resection, among);
   const Rigid3 map_from_reference = map.keyframes.at(reference).camera_from_map.inverse();
   FramePose pose{frame.stamp_ns, reference, resection.camera_from_map * map_from_reference, is_final};
   frames_[map.map_id].set(frame.index, pose);
@@ -123,12 +123,13 @@ bool Tracker::Impl::is_doubtful(const Frame& frame, const ResectionReport& resec
 }
 
 // The keyframe that shares most landmarks with the frame.
-KeyframeId Tracker::Impl::choose_reference(const TrackingMap& map, const ResectionReport& resection) const {
+KeyframeId Tracker::Impl::choose_reference(const TrackingMap& map, const ResectionReport& resection,
+                                           Among among) const {
   std::unordered_set<LandmarkId> seen;
   for (const FrameObservation& o : resection.observations) seen.insert(o.landmark);
   const auto current = map.keyframes.find(reference_);
   std::vector<KeyframeId> local;
-  if (current != map.keyframes.end() && frames_lost_ == 0) {
+  if (current != map.keyframes.end() && among == Among::kNear) {
     local.push_back(reference_);
     for (const KeyframeId id : current->second.covisible) {
       if (static_cast<int>(local.size()) < options_.resection.max_local_keyframes) local.push_back(id);
@@ -147,7 +148,7 @@ KeyframeId Tracker::Impl::choose_reference(const TrackingMap& map, const Resecti
     if (n > most || (n == most && id > best)) most = n, best = id;
   };
   for (const KeyframeId id : local) consider(id);
-  if (most == 0 || frames_lost_ > 0) {  // relocalised, anywhere
+  if (most == 0 || among == Among::kAll) {
     for (const auto& entry : map.keyframes) consider(entry.first);
   }
   return best;

@@ -61,8 +61,9 @@ ResectionReport Tracker::Impl::locate(const Frame& frame, TrackingMapPtr* map, F
   show_features(frame, report);
   if (!resection.success) return resection;
   const Frame settled = body_->settle(camera_, frame, pixels_of(frame, resection));
-  const ResectionReport again =
-      resector_.resect(settled, **map, choose_reference(**map, resection), resection.camera_from_map);
+  const ResectionReport again = resector_.resect(
+      settled, **map, choose_reference(**map, resection, frames_lost_ == 0 ? Among::kNear : Among::kAll),
+      resection.camera_from_map);
   *of_body = again.success ? settled : frame;
   show_features(*of_body, report);
   return again.success ? again : resection;

@@ -209,8 +209,7 @@ FrameReport Tracker::Impl::resect_again(std::int64_t frame_index, std::int64_t s
     if (!is_found(resection)) resection = resect_near(*frame, *map);
     resection.success = is_found(resection);
     if (resection.success) {
-      frames_lost_ = 1;  // as in pose_beside
-      set_pose(*frame, *map, resection, true);
+      set_pose(*frame, *map, resection, Among::kAll, true);
       posed_again_[frame_index] = resection.covariance + resection.map_covariance;
     }
     describe(resection, &report);

@@ -27,8 +27,7 @@ bool Tracker::Impl::pose_beside(const Frame& frame, std::int64_t neighbor) {
   const bool is_followed = resection.success && resection.is_where_predicted &&
                            !hangs_in_corner(resection.support) && withdrawn_.count(frame.index) == 0;
   if (!is_followed && !is_found(resection)) return false;
-  frames_lost_ = 1;  // not beside the frame that was tracked last: any keyframe may be the reference
-  const FramePose pose = set_pose(frame, *map, resection, false);
+  const FramePose pose = set_pose(frame, *map, resection, Among::kAll);
   const Overlap overlap = overlap_with(*map, pose.reference, resection, camera_);
   if (!options_.localize_only && keyframe_policy_.is_due(*map, overlap, resection.inliers, 0)) {
     grown_ = worker_.insert(candidate_of(frame, *map, pose, resection)) || grown_;
@@ -80,13 +79,12 @@ bool Tracker::Impl::is_found(const ResectionReport& resection) const {
 bool Tracker::Impl::pose_by_descriptors(const Frame& frame, const TrackingMap& map) {
   const ResectionReport resection = resect_near(frame, map);
   if (!is_found(resection)) return false;
-  set_pose(frame, map, resection, false);
+  set_pose(frame, map, resection, Among::kAll);
   return true;
 }
 
 void Tracker::Impl::pose_anywhere() {
   const TrackingMapPtr map = worker_.latest();
-  frames_lost_ = 1;  // as in pose_beside
   for (auto entry = unposed_.begin(); entry != unposed_.end();) {
     entry = pose_by_descriptors(entry->second, *map) ? unposed_.erase(entry) : std::next(entry);
   }

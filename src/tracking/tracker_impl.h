@@ -112,6 +112,9 @@ class Tracker::Impl {
   bool rests_on_two_views() const { return rests_on_two_views_; }
 
  private:
+  // Keyframes on which a pose may ride: about that of the frame that was tracked last, or all.
+  enum class Among { kNear, kAll };
+
   void apply_options();
   void begin_anew();
   // The body that turns is asked for, and what the images show is needed in the end to find it.
@@ -145,7 +148,7 @@ class Tracker::Impl {
                                         const PreparedImage& image, const cv::Mat& mask, FrameReport* report);
   bool is_found(const ResectionReport& resection) const;
   FramePose set_pose(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
-                     bool is_final);
+                     Among among, bool is_final = false);
   bool pose_by_descriptors(const Frame& frame, const TrackingMap& map);
   bool pose_beside(const Frame& frame, std::int64_t neighbor);
   bool fill_gaps_once();
@@ -168,7 +171,7 @@ class Tracker::Impl {
                        const ResectionReport& resection, FrameReport* report);
   bool is_doubtful(const Frame& frame, const ResectionReport& resection, const std::optional<Rigid3>& last,
                    FrameReport* report);
-  KeyframeId choose_reference(const TrackingMap& map, const ResectionReport& resection) const;
+  KeyframeId choose_reference(const TrackingMap& map, const ResectionReport& resection, Among among) const;
   void start_map();
   void begin_in(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
                 const std::string& text, FrameReport* report);

@@ -33,7 +33,7 @@ bool Tracker::Impl::search(const Frame& frame, FrameReport* report) {
   }
   const TrackingMapPtr found_in = map_id == present->map_id ? present : others_.at(map_id);
   const TrackingMap& map = *found_in;
-  const KeyframeId reference = choose_reference(map, best);
+  const KeyframeId reference = choose_reference(map, best, Among::kAll);
   tentative_ = {map_id, frame.index, frame.stamp_ns, reference,
                 best.camera_from_map * map.keyframes.at(reference).camera_from_map.inverse()};
   report->inliers = best.inliers;

@@ -40,7 +40,9 @@ class CameraSource {
   mutable std::condition_variable arrived_;
   std::optional<ConvertedCamera> file_, message_, guess_;
 
-  std::optional<ConvertedCamera> camera() const;  // the lock being held
+  // The lock being held.
+  bool has_calibrated_message() const;
+  std::optional<ConvertedCamera> camera() const;
 };
 
 }  // namespace mono_pose_tracker

@@ -1,0 +1,160 @@
+#include "mono_pose_tracker/ros/camera_info_conversion.h"
+
+#include <gtest/gtest.h>
+
+#include <boost/make_shared.hpp>
+#include <functional>
+#include <limits>
+
+#include "mono_pose_tracker/ros/camera_source.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+sensor_msgs::CameraInfo calibration() {
+  sensor_msgs::CameraInfo info;
+  info.width = 640;
+  info.height = 480;
+  info.distortion_model = "plumb_bob";
+  info.D = {0.1, 0.2, 0.3, 0.4, 0.5};
+  info.K = {500, 0, 320, 0, 510, 240, 0, 0, 1};
+  info.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  info.P = {400, 0, 310, 0, 0, 410, 230, 0, 0, 0, 1, 0};
+  return info;
+}
+
+TEST(CameraInfoConversion, RawImagesHaveKAndD) {
+  const ConvertedCamera camera = convert_camera_info(calibration(), false);
+  ASSERT_EQ(camera.reason, Reason::kOk) << camera.error;
+  EXPECT_EQ(camera.parameters.width, 640);
+  EXPECT_DOUBLE_EQ(camera.parameters.fx, 500);
+  EXPECT_DOUBLE_EQ(camera.parameters.fy, 510);
+  EXPECT_DOUBLE_EQ(camera.parameters.cx, 320);
+  EXPECT_DOUBLE_EQ(camera.parameters.cy, 240);
+  EXPECT_EQ(camera.parameters.distortion, (std::vector<double>{0.1, 0.2, 0.3, 0.4, 0.5}));
+}
+
+TEST(CameraInfoConversion, RectifiedImagesHavePAndNoDistortion) {
+  const ConvertedCamera camera = convert_camera_info(calibration(), true);
+  EXPECT_DOUBLE_EQ(camera.parameters.fx, 400);
+  EXPECT_DOUBLE_EQ(camera.parameters.cy, 230);
+  EXPECT_TRUE(camera.parameters.distortion.empty());
+}
+
+TEST(CameraInfoConversion, RegionOfInterestAndBinning) {
+  sensor_msgs::CameraInfo info = calibration();
+  info.roi.x_offset = 100;
+  info.roi.y_offset = 60;
+  info.roi.width = 400;
+  info.roi.height = 300;
+  info.binning_x = info.binning_y = 2;
+  info.distortion_model = "equidistant";  // unknown to image_geometry, which does the arithmetic
+  info.D = {0.1, 0.2, 0.3, 0.4};
+  const CameraParameters parameters = convert_camera_info(info, false).parameters;
+  EXPECT_EQ(parameters.width, 200);
+  EXPECT_EQ(parameters.height, 150);
+  EXPECT_DOUBLE_EQ(parameters.fx, 250);
+  EXPECT_DOUBLE_EQ(parameters.cx, 110);
+  EXPECT_DOUBLE_EQ(parameters.cy, 90);
+  EXPECT_EQ(parameters.distortion_model, "equidistant");
+}
+
+TEST(CameraInfoConversion, ThreeModelsAreKnown) {
+  sensor_msgs::CameraInfo info = calibration();
+  for (const auto& [model, coefficients] :
+       {std::pair("plumb_bob", 5), std::pair("rational_polynomial", 8), std::pair("equidistant", 4)}) {
+    info.distortion_model = model;
+    info.D.assign(static_cast<std::size_t>(coefficients), 0.01);
+    const ConvertedCamera camera = convert_camera_info(info, false);
+    EXPECT_EQ(camera.reason, Reason::kOk) << camera.error;
+    EXPECT_EQ(camera.parameters.distortion_model, model);
+    EXPECT_EQ(camera.parameters.distortion, info.D);
+  }
+  info.distortion_model = "woodscape";
+  const ConvertedCamera other = convert_camera_info(info, false);
+  EXPECT_EQ(other.reason, Reason::kUncalibrated);
+  EXPECT_NE(other.error.find("woodscape"), std::string::npos) << other.error;
+}
+
+TEST(CameraSource, AFileCountsWhileNoCalibratedMessageHasCome) {
+  const std::chrono::milliseconds at_once(0);
+  CameraSource cameras(false);
+  EXPECT_FALSE(cameras.wait(at_once));
+  cameras.set_file(calibration());
+  EXPECT_EQ(cameras.wait(at_once)->parameters.fx, 500);
+  EXPECT_FALSE(cameras.is_calibrated_by_message());
+  auto message = boost::make_shared<sensor_msgs::CameraInfo>(calibration());
+  message->K[0] = 0;
+  cameras.set_message(message);
+  EXPECT_EQ(cameras.wait(at_once)->parameters.fx, 500) << "the message is not calibrated";
+  message = boost::make_shared<sensor_msgs::CameraInfo>(calibration());
+  message->K[0] = 600;
+  cameras.set_message(message);
+  EXPECT_EQ(cameras.wait(at_once)->parameters.fx, 600);
+}
+
+TEST(CameraInfoConversion, ZeroMatrixIsUncalibrated) {
+  sensor_msgs::CameraInfo info;
+  info.width = 640;
+  info.height = 480;
+  const ConvertedCamera camera = convert_camera_info(info, false);
+  EXPECT_EQ(camera.reason, Reason::kUncalibrated);
+  EXPECT_NE(camera.error.find("camera_info_url"), std::string::npos);
+}
+
+// Numbers that no camera has must not throw: the message comes by a callback.
+TEST(CameraInfoConversion, NonsenseIsUncalibrated) {
+  const auto expect_refused = [](const std::function<void(sensor_msgs::CameraInfo*)>& change) {
+    sensor_msgs::CameraInfo info = calibration();
+    change(&info);
+    for (const bool rectified : {false, true}) {
+      ConvertedCamera camera;
+      EXPECT_NO_THROW(camera = convert_camera_info(info, rectified));
+      EXPECT_EQ(camera.reason, Reason::kUncalibrated);
+      EXPECT_NE(camera.error, "");
+    }
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  expect_refused([](auto* info) { info->width = info->height = 0; });
+  expect_refused([](auto* info) { info->width = 0xffffffffu; });
+  expect_refused([](auto* info) { info->binning_x = 0xffffffffu; });
+  expect_refused([](auto* info) { info->roi.width = info->roi.height = 0xffffffffu; });
+  expect_refused([nan](auto* info) { info->K[0] = info->P[0] = nan; });
+  expect_refused([nan](auto* info) { info->K[2] = info->P[2] = nan; });
+}
+
+// As the reader of calibration files does: what is left out of a camera would be wrong without a sign.
+TEST(CameraInfoConversion, AMatrixOfNoSuchCameraIsRefused) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const auto& [place, value] :
+       {std::pair(1, 5.0), std::pair(1, 50.0), std::pair(1, nan), std::pair(3, -7.0), std::pair(6, 0.001),
+        std::pair(7, 1.0), std::pair(8, 2.0), std::pair(8, 0.0)}) {
+    sensor_msgs::CameraInfo info = calibration();
+    info.K[static_cast<std::size_t>(place)] = value;
+    info.P[static_cast<std::size_t>(place + place / 3)] = value;  // 3x4: each row is longer by one
+    for (const bool rectified : {false, true}) {
+      const ConvertedCamera camera = convert_camera_info(info, rectified);
+      EXPECT_EQ(camera.reason, Reason::kUncalibrated) << place << ": " << value;
+      EXPECT_NE(camera.error.find("without skew"), std::string::npos) << camera.error;
+    }
+  }
+  sensor_msgs::CameraInfo rounded = calibration();
+  rounded.K[1] = 9e-4;  // px
+  rounded.K[8] = 1 + 1e-9;
+  EXPECT_EQ(convert_camera_info(rounded, false).reason, Reason::kOk);
+  sensor_msgs::CameraInfo right_of_a_pair = calibration();
+  right_of_a_pair.P[3] = -40;
+  EXPECT_EQ(convert_camera_info(right_of_a_pair, true).reason, Reason::kOk);
+}
+
+TEST(CameraInfoConversion, MissingFileIsNamed) {
+  try {
+    load_camera_info("/no/such/camera.yaml");
+    FAIL() << "a missing file was read";
+  } catch (const std::runtime_error& e) {
+    EXPECT_NE(std::string(e.what()).find("/no/such/camera.yaml"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
