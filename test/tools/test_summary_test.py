@@ -80,6 +80,31 @@ for kind in Needy, Content:
         self.assertEqual(lines[-2:], ["skipped: __main__.Needy.test_part, __main__.Needy.test_whole", "2 passed, 0 failed"])
         self.assertEqual(status, 0)
 
+    def test_what_fails_outside_of_a_test_case_has_failed(self):
+        """rosunit counts what setUpClass and subTest find and writes no case of it."""
+        broken = ("@classmethod\n    def setUpClass(cls): raise OSError()\n    def test_it(self): pass",
+                  "def test_it(self):\n        with self.subTest(): self.fail()")
+        for number, inside in enumerate(broken):
+            test = pathlib.Path(self.folder.name) / "broken.py"
+            test.write_text(f"""import sys, unittest, rosunit
+class Broken(unittest.TestCase):
+    {inside}
+rosunit.unitrun("pkg", "broken", Broken, [sys.argv[0], "--gtest_output=xml:{self.folder.name}/pkg/broken_{number}.xml"])
+""")
+            subprocess.run([sys.executable, test], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        lines, status = self.summarise()
+        for number in range(len(broken)):
+            self.assertIn(f"failed: broken_{number}: outside of its test cases", lines)
+        self.assertEqual(status, 1)
+
+    def test_a_file_without_a_case_has_failed(self):
+        self.write("pkg/a.xml", suite(case("good")))
+        self.write("pkg/gtest-filtered.xml", "<testsuites/>")
+        self.write("pkg/rosunit-b.xml", '<testsuite tests="0"/>')
+        lines, _ = self.summarise()
+        self.assertIn("failed: rosunit-b: no test case", lines)
+        self.assertEqual(lines[-1], "1 passed, 1 failed")
+
     def test_failures_are_named(self):
         self.write("pkg/a.xml", suite(case("good"), case("bad", inside='<failure message="x"/>'),
                                       case("worse", inside="<error/>")))
