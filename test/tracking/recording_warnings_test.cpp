@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <string>
 
 namespace mono_pose_tracker {
@@ -60,15 +61,84 @@ TEST(RecordingWarnings, AnUnknownPathIsToldByWhatItExceeds) {
   EXPECT_FALSE(is_told(result, "leave the path"));
 }
 
-TEST(RecordingWarnings, APartThatHasShrunkToAPointIsTold) {
+// A map that nothing speaks against.
+FinishedMap sure_map() {
+  FinishedMap map;
+  map.depth_evidence = map.geometry_evidence = 1e3;
+  map.seam.points = 1000;
+  return map;
+}
+
+struct Objection {
+  std::string words;  // of its warning
+  std::function<void(FinishedMap*)> make;
+};
+
+const Objection kObjections[] = {
+    {"30 of 90 points are seen elsewhere",
+     [](FinishedMap* map) {
+       map->contradiction = {12, 90, 30};
+     }},
+    {"30 of 90 points of what is seen",
+     [](FinishedMap* map) {
+       map->misplaced = {12, 40, 90, 30};
+     }},
+    {"30 of 90 points have two places",
+     [](FinishedMap* map) {
+       map->torn_tracks = {12, 90, 30, 0.01};
+     }},
+    {"20 of 100 points stay in their place",
+     [](FinishedMap* map) {
+       map->still = {100, 20};
+     }},
+    {"30 of 90 points lie at the lens",
+     [](FinishedMap* map) {
+       map->collapse = {12, 90, 30};
+     }},
+    {"jumps to and fro, 9 times",
+     [](FinishedMap* map) {
+       map->restless = {12, 9};
+     }},
+    {"not plainly the one that turns", [](FinishedMap* map) { map->is_of_other_body = true; }},
+    {"two bodies move, each as one, or the map is wrong",
+     [](FinishedMap* map) {
+       map->other_body.pairs = map->other_body.other_pairs = 10;
+       map->other_body.tracks.resize(10);
+       for (BodyTrack& track : map->other_body.tracks) track.is_other = true;
+       map->is_of_smaller_body = true;
+     }},
+    {"before a background that stands still", [](FinishedMap* map) { map->shows_background = true; }},
+    {"another path before another plane", [](FinishedMap* map) { map->geometry_evidence = 0; }},
+    {"the depths could as well be reversed", [](FinishedMap* map) { map->depth_evidence = 0; }},
+};
+
+// What speaks against a map keeps it from being sure, and is said to the user, each in a line of its own.
+TEST(RecordingWarnings, EachObjectionToAMapIsTold) {
+  RecordingResult sure;
+  sure.maps = {sure_map()};
+  ASSERT_TRUE(sure.maps[0].is_sure());
+  warn_of_doubts(&sure);
+  EXPECT_TRUE(sure.warnings.empty()) << sure.warnings.front();
+
+  for (const Objection& objection : kObjections) {
+    RecordingResult result;
+    result.maps = {sure_map()};
+    objection.make(&result.maps[0]);
+    EXPECT_FALSE(result.maps[0].is_sure()) << objection.words;
+    warn_of_doubts(&result);
+    ASSERT_EQ(result.warnings.size(), 1u) << objection.words;
+    EXPECT_TRUE(is_told(result, objection.words)) << result.warnings.front();
+  }
+}
+
+TEST(RecordingWarnings, MoreThanOneMotionIsTold) {
   RecordingResult result;
-  result.maps.resize(1);
-  result.maps[0].depth_evidence = result.maps[0].geometry_evidence = 1e3;
-  ASSERT_TRUE(result.maps[0].is_sure());
-  result.maps[0].collapse = {12, 100, 30};
+  result.maps = {sure_map()};
+  result.rigidity.is_rigid = false;
+  result.rigidity.parts = "left and right";
   warn_of_doubts(&result);
-  EXPECT_TRUE(is_told(result, "30 of 100 points lie at the lens"));
-  EXPECT_FALSE(result.maps[0].is_sure());
+  ASSERT_EQ(result.warnings.size(), 1u);
+  EXPECT_TRUE(is_told(result, "left and right")) << result.warnings.front();
 }
 
 TEST(RecordingWarnings, ALineNamesTenAtMost) {
