@@ -25,8 +25,13 @@ constexpr int kMaxImageSide = 1 << 16;  // px: no camera has more
 // Every image gets a grid over its pixels, however few features it has, of a byte for 144 px. So many pixels
 // for a byte of the file are twice what 100 megapixels with 100 features have.
 constexpr std::size_t kMaxPixelsPerByte = 1 << 14;
-// Far from the ends of its type, where frame indices may be counted on and shifted.
+// A map knows of each two keyframes how many landmarks they share. So many pairs for a byte of the file are
+// four times what 3,000 keyframes of 20 features have that all see the same.
+constexpr std::size_t kMaxPairsPerByte = 4;
+constexpr std::uint32_t kMostCoefficients = 14;  // of a distortion: OpenCV's longest model
+// Far from the ends of their types, where frame indices and ids may be counted on and shifted.
 constexpr std::int64_t kMostFrames = std::int64_t{1} << 53;
+constexpr int kMostIds = 1 << 29;
 
 // What is read from here on has the checksum it was written with: these errors are of a file that was made
 // wrong.
@@ -53,7 +58,14 @@ std::int64_t stamp(ByteReader& in) {
 
 int id(ByteReader& in) {
   const int value = in.i32();
-  if (value < 0 || value == std::numeric_limits<int>::max()) contradiction("an id is negative");
+  if (value < 0 || value > kMostIds) contradiction("an id is none");
+  return value;
+}
+
+// Of the keyframe that made a landmark; -1 where it is not known.
+int id_or_none(ByteReader& in) {
+  const int value = in.i32();
+  if (value < -1 || value > kMostIds) contradiction("an id is none");
   return value;
 }
 
@@ -71,7 +83,9 @@ CameraParameters read_camera(ByteReader& in) {
   camera.height = static_cast<int>(in.u32());
   for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value = in.f64();
   camera.distortion_model = in.text();
-  camera.distortion.resize(in.count(8));
+  const std::uint32_t coefficients = in.count(8);
+  if (coefficients > kMostCoefficients) contradiction("a distortion of no model");
+  camera.distortion.resize(coefficients);
   for (double& value : camera.distortion) value = in.f64();
   return camera;
 }
@@ -177,7 +191,7 @@ std::vector<Landmark> read_landmarks(ByteReader& in) {
   for (Landmark& landmark : landmarks) {
     landmark.id = id(in);
     for (int i = 0; i < 3; ++i) landmark.x_in_map[i] = finite(in.f64());
-    landmark.created_by = in.i32();
+    landmark.created_by = id_or_none(in);
     landmark.observations.resize(in.count(kObservationBytes));
     if (landmark.observations.size() < 2) contradiction("a landmark that fewer than two keyframes see");
     for (Observation& o : landmark.observations) {
@@ -186,6 +200,16 @@ std::vector<Landmark> read_landmarks(ByteReader& in) {
     }
   }
   return landmarks;
+}
+
+// bytes: of what was read.
+void check_pairs(std::size_t keyframes, const std::vector<Landmark>& landmarks, std::size_t bytes) {
+  std::size_t pairs = 0;
+  for (const Landmark& landmark : landmarks) {
+    pairs += landmark.observations.size() * landmark.observations.size();
+    pairs = std::min(pairs, keyframes * keyframes);
+  }
+  if (pairs / kMaxPairsPerByte > bytes) contradiction("more keyframes than features");
 }
 
 ByteReader open_section(const char* name, ByteReader& in) {
@@ -204,14 +228,17 @@ void close_section(const ByteReader& section) {
 
 Map read_map(ByteReader& in, const Sessions& sessions, ScaleSource scale_source) {
   ByteReader section = open_section("KEYF", in);
+  std::size_t bytes = section.left();
   std::vector<Keyframe> keyframes = read_keyframes(section, sessions);
   close_section(section);
   section = open_section("REMV", in);
   std::map<KeyframeId, KeyframeLink> removed = read_removed(section, sessions);
   close_section(section);
   section = open_section("LAND", in);
+  bytes += section.left();
   std::vector<Landmark> landmarks = read_landmarks(section);
   close_section(section);
+  check_pairs(keyframes.size(), landmarks, bytes);
   try {
     return Map::restore(std::move(keyframes), std::move(landmarks), std::move(removed), scale_source);
   } catch (const std::invalid_argument& e) {

@@ -23,8 +23,11 @@ void write_camera(const CameraParameters& camera, ByteWriter* out) {
   out->u32(static_cast<std::uint32_t>(camera.height));
   for (const double value : {camera.fx, camera.fy, camera.cx, camera.cy}) out->f64(value);
   out->text(camera.distortion_model);
-  out->u32(static_cast<std::uint32_t>(camera.distortion.size()));
-  for (const double value : camera.distortion) out->f64(value);
+  // Without a model they are zeros, of any number.
+  const auto coefficients =
+      static_cast<std::uint32_t>(camera.distortion_model.empty() ? 0 : camera.distortion.size());
+  out->u32(coefficients);
+  for (std::uint32_t i = 0; i < coefficients; ++i) out->f64(camera.distortion[i]);
 }
 
 ByteWriter head_of(const SavedMaps& saved) {

@@ -1,6 +1,8 @@
 #include "mono_pose_tracker/mapping/loop_verifier.h"
 
 #include <algorithm>
+#include <iterator>
+#include <map>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -148,16 +150,18 @@ GuidedSearch search(const MapperOptions& options, const CameraModel& camera, con
   return result;
 }
 
-// Length of the way from one keyframe to a later one, along those between.
-double way_between(const TrackingMap& map, KeyframeId first, KeyframeId last) {
+// Length of the way from one keyframe to the other, along those between in time: a map that was joined has
+// its own in another order.
+double way_between(const TrackingMap& map, const KeyframeView& one, const KeyframeView& other) {
+  const auto [first, last] = std::minmax(one.frame_index, other.frame_index);
+  std::map<std::int64_t, Eigen::Vector3d> centers;
+  for (const auto& [id, keyframe] : map.keyframes) {
+    if (keyframe.frame_index < first || keyframe.frame_index > last) continue;
+    centers[keyframe.frame_index] = keyframe.camera_from_map.inverse().translation;
+  }
   double length = 0;
-  const auto end = map.keyframes.upper_bound(std::max(first, last));
-  auto at = map.keyframes.find(std::min(first, last));
-  Eigen::Vector3d previous = at->second.camera_from_map.inverse().translation;
-  for (; at != end; ++at) {
-    const Eigen::Vector3d center = at->second.camera_from_map.inverse().translation;
-    length += (center - previous).norm();
-    previous = center;
+  for (auto at = centers.begin(); at != centers.end() && std::next(at) != centers.end(); ++at) {
+    length += (std::next(at)->second - at->second).norm();
   }
   return length;
 }
@@ -169,7 +173,7 @@ std::optional<double> drift_of(const TrackingMap& map, const KeyframeView& keyfr
   const Eigen::Vector3d center = keyframe.camera_from_map.inverse().translation;
   std::vector<double> distances;
   for (const SimilarityMatch& match : pairs.points) distances.push_back((match.in_a.x - center).norm());
-  const double way = way_between(map, place, keyframe.id);
+  const double way = way_between(map, map.keyframes.at(place), keyframe);
   const double moved = (old_from_new * center - center).norm();
   if (moved > kMaxDrift * way + kMaxDriftOfDepth * median(std::move(distances))) return std::nullopt;
   return way > 0 ? moved / way : 0;

@@ -42,6 +42,9 @@ constexpr double kRoughTolerance = 1e-5, kFinalTolerance = 1e-7;
 // Whatever the options let an adjustment between images take: here no image waits.
 constexpr int kFinalIterations = 50;
 
+// Of a length: who measures with the map should know of it, and a smaller change is not worth telling.
+constexpr double kTold = 0.01;
+
 // When that is asked. A keyframe comes every two or three degrees of a turn: so each fifteen or so, up to
 // sixty, beyond which a reverse fits plainly worse. Each time costs several adjustments.
 bool is_due(std::size_t keyframes) { return keyframes % 6 == 0 && keyframes <= 24; }
@@ -182,7 +185,11 @@ void Mapper::correct_beginning() {
   const std::size_t keyframes = map_.keyframes().size();
   if (keyframes <= beside_.asked_at || !is_due(keyframes) || is_cancelled()) return;
   beside_.asked_at = keyframes;
-  if (!is_set_right(options_, &map_)) return;
+  if (is_set_right(options_, &map_)) tell_of_other_beginning();
+  renew_scale(kTold);
+}
+
+void Mapper::tell_of_other_beginning() {
   forget_aside();  // what is solved aside is of the map as it was
   find_covariances();
   MapCorrection correction;
@@ -342,15 +349,18 @@ void Mapper::finish() {
       if (map_.landmark(l)->observations.size() == 2) map_.remove_landmark(l);
     }
   }
+  renew_scale(0);
   publish();
 }
 
 void Mapper::settle_motion(double least) {
-  if (!moves_beyond_belief(map_, least)) return;
-  BundleOptions bundle = options_.bundle;
-  bundle.max_iterations = kFinalIterations;
-  bundle.function_tolerance = kFinalTolerance;
-  count(adjust_map_as_it_moved(bundle, &map_));
+  if (moves_beyond_belief(map_, least)) {
+    BundleOptions bundle = options_.bundle;
+    bundle.max_iterations = kFinalIterations;
+    bundle.function_tolerance = kFinalTolerance;
+    count(adjust_map_as_it_moved(bundle, &map_));
+  }
+  renew_scale(0);
   publish();
 }
 

@@ -72,9 +72,8 @@ void Mapper::rescale(double factor) {
 void Mapper::set_scale(const InitialMap& initial, const std::vector<KeyframeId>& ids) {
   const ScaleOptions& scale = options_.scale;
   if (scale.known_baseline > 0) {
-    const double baseline =
-        (map_.keyframe(ids.front())->center_in_map() - map_.keyframe(ids.back())->center_in_map()).norm();
-    rescale(scale.known_baseline / baseline);
+    beside_.baseline = {ids.front(), ids.back()};
+    rescale(*metres_by_baseline());
     map_.set_scale_source(ScaleSource::kKnownBaseline);
   } else if (scale.marker_size > 0) {
     for (std::size_t v = 0; v < ids.size(); ++v) {
@@ -84,8 +83,26 @@ void Mapper::set_scale(const InitialMap& initial, const std::vector<KeyframeId>&
     if (!metres) return;
     rescale(*metres);
     map_.set_scale_source(ScaleSource::kMarker);
-    beside_.markers.clear();
   }
+}
+
+// In one unit of the map; a view that others made redundant stands where they have it.
+std::optional<double> Mapper::metres_by_baseline() const {
+  if (!beside_.baseline) return std::nullopt;
+  Rigid3 first, last;
+  if (!map_.camera_from_map(beside_.baseline->first, &first)) return std::nullopt;
+  if (!map_.camera_from_map(beside_.baseline->second, &last)) return std::nullopt;
+  return options_.scale.known_baseline / (last.inverse().translation - first.inverse().translation).norm();
+}
+
+// What gave the map its unit is asked again once all is adjusted: where the map began, the views knew their
+// distance, or the marker's size, to some per cent only, and bundle adjustment holds neither. Of a length.
+void Mapper::renew_scale(double least_change) {
+  std::optional<double> metres;
+  if (map_.scale_source() == ScaleSource::kKnownBaseline) metres = metres_by_baseline();
+  if (map_.scale_source() == ScaleSource::kMarker) metres = metres_by_marker();
+  if (!metres || std::abs(*metres - 1) <= least_change) return;
+  transform(Sim3(*metres, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), std::nullopt);
 }
 
 // In one unit of the map, by the keyframes that see the marker; nothing before they see it from far enough
@@ -116,7 +133,6 @@ void Mapper::scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3
   const std::optional<double> metres = metres_by_marker();
   if (!metres) return;
   transform(Sim3(*metres, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), ScaleSource::kMarker);
-  beside_.markers.clear();
 }
 
 }  // namespace mono_pose_tracker

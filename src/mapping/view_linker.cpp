@@ -51,14 +51,6 @@ double overlap(const Map& map, const Keyframe& first, const std::vector<SeenLand
   return static_cast<double>(in_view) / sampled;
 }
 
-int shared_landmarks(const Map& map, const std::vector<SeenLandmark>& landmarks, KeyframeId other) {
-  return static_cast<int>(std::count_if(landmarks.begin(), landmarks.end(), [&](const SeenLandmark& s) {
-    const std::vector<Observation>& observations = map.landmark(s.id)->observations;
-    return std::any_of(observations.begin(), observations.end(),
-                       [&](const Observation& o) { return o.keyframe == other; });
-  }));
-}
-
 bool is_seen_by(const Map& map, LandmarkId id, KeyframeId by, double max_error_px) {
   const Landmark& landmark = *map.landmark(id);
   return std::any_of(landmark.observations.begin(), landmark.observations.end(), [&](const Observation& o) {
@@ -109,7 +101,7 @@ std::vector<ViewTie> link_views(const MapperOptions& options, Map* map, Keyframe
       const double share = overlap(*map, keyframe, landmarks, other);
       if (share < kMinOverlap) continue;
       // A tenth of the landmarks in common holds two keyframes together well enough.
-      if (10 * shared_landmarks(*map, landmarks, other_id) > static_cast<int>(landmarks.size())) continue;
+      if (10 * map->shared(id, other_id) > static_cast<int>(landmarks.size())) continue;
       overlapping.emplace_back(-share, other_id);
     }
     std::sort(overlapping.begin(), overlapping.end());

@@ -160,12 +160,6 @@ std::vector<double> residual_lengths(const CameraModel& camera, const Problem& p
   return lengths;
 }
 
-double rms(const std::vector<double>& lengths) {
-  double sum = 0;
-  for (const double length : lengths) sum += length * length;
-  return lengths.empty() ? 0 : std::sqrt(sum / lengths.size());
-}
-
 // The scale is left to the solver's damping: nothing here depends on it.
 bool solve(const CameraRefinementOptions& options, const CalibratingCamera& start, const Active& active,
            double width, Problem* problem) {
@@ -312,9 +306,7 @@ CameraRefinement refine_camera(const CameraRefinementOptions& options, const Cam
   const CalibratingCamera calibrating(camera);
   Problem problem = build(options, start, map);
   if (problem.observations.empty()) return result;
-  std::vector<double> lengths = residual_lengths(start, problem);
-  result.rms_before_px = result.rms_after_px = rms(lengths);
-  double width = loss_width_by_spread(options.loss_width, lengths);
+  double width = loss_width_by_spread(options.loss_width, residual_lengths(start, problem));
   if (!solve(options, calibrating, kFocal, width, &problem)) return result;
   result.focal_asked = calibrating.moved(problem.step).fx / camera.fx - 1;
 
@@ -341,7 +333,6 @@ CameraRefinement refine_camera(const CameraRefinementOptions& options, const Cam
     result.camera = refined->parameters();
     result.focal_change = result.camera.fx / camera.fx - 1;
     result.max_shift_px = edge_shift_px(start, *refined);
-    result.rms_after_px = rms(residual_lengths(*refined, full));
     break;
   }
   return result;

@@ -15,10 +15,11 @@ void ReducedSystem::add(int pose, const Eigen::Matrix<double, 2, 6>& by_pose,
                         const Eigen::Matrix<double, 2, 3>& by_point,
                         const Eigen::Matrix<double, 2, Eigen::Dynamic>& by_shared,
                         const Eigen::Vector2d& residual) {
-  const double s = residual.squaredNorm(), w = 1 / (1 + s / squared_width_);
+  const double s = residual.squaredNorm(), w = squared_width_ > 0 ? 1 / (1 + s / squared_width_) : 1;
   influence_ += w * w * s;
   slope_ += w * w;
   ++observations_;
+  ++sights_;
   point_point_ += by_point.transpose() * by_point;
   if (shared_ > 0) {
     const int at = 6 * poses_;
@@ -35,6 +36,10 @@ void ReducedSystem::add(int pose, const Eigen::Matrix<double, 2, 6>& by_pose,
 }
 
 void ReducedSystem::eliminate_point() {
+  // Along a ray that no other crosses nothing is known of a point, which is then no knowledge of the poses
+  // either. A little of the trace says so, where rounding alone would decide.
+  constexpr double kOfTheTrace = 1e-14;
+  point_point_.diagonal().array() += kOfTheTrace * point_point_.trace();
   const Eigen::LDLT<Eigen::Matrix3d> ldlt(point_point_);
   if (ldlt.vectorD().minCoeff() > 0) {
     const int at = 6 * poses_;
@@ -49,8 +54,9 @@ void ReducedSystem::eliminate_point() {
     if (shared_ > 0) {
       information_.block(at, at, shared_, shared_) -= shared_point_ * ldlt.solve(shared_point_.transpose());
     }
-    ++points_;
   }
+  point_coordinates_ += std::min(3, 2 * sights_);
+  sights_ = 0;
   point_point_.setZero();
   shared_point_.setZero();
   pose_point_.clear();
@@ -67,7 +73,7 @@ Eigen::MatrixXd ReducedSystem::shared_information() const {
 }
 
 double ReducedSystem::variance() const {
-  const double freedom = 2.0 * observations_ - 3.0 * points_ - size();
+  const double freedom = 2.0 * observations_ - point_coordinates_ - size();
   if (freedom <= 0 || slope_ <= 0) return 0;
   const double mean_slope = slope_ / observations_;
   // Residuals of nothing (exact data) still leave rounding errors.

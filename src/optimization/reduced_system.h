@@ -11,7 +11,7 @@ namespace mono_pose_tracker {
 /// taken from the residuals as for an M-estimator with Cauchy's loss (Huber 1981, section 7.6).
 class ReducedSystem {
  public:
-  /// poses: those that are unknown; shared: parameters. loss_width in sigmas.
+  /// poses: those that are unknown; shared: parameters. loss_width in sigmas; 0: squared loss.
   ReducedSystem(int poses, int shared, double loss_width);
 
   int size() const { return 6 * poses_ + shared_; }
@@ -38,8 +38,9 @@ class ReducedSystem {
   const double squared_width_;
   Eigen::MatrixXd information_;
   double influence_ = 0, slope_ = 0;
-  int observations_ = 0, points_ = 0;
+  int observations_ = 0, point_coordinates_ = 0;
   // Of the present point
+  int sights_ = 0;
   Eigen::Matrix3d point_point_ = Eigen::Matrix3d::Zero();
   Eigen::MatrixXd shared_point_;
   std::vector<std::pair<int, Eigen::Matrix<double, 6, 3>>> pose_point_;

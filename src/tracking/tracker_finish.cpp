@@ -42,6 +42,7 @@ void Tracker::Impl::complete_map() {
   }
   worker_.mapper().finish();
   worker_.publish_mapper();
+  apply_corrections(*worker_.latest());
 }
 
 // The map in which most frames are posed becomes the present one; of equals, the oldest.

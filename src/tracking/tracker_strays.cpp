@@ -68,6 +68,7 @@ std::set<std::int64_t> Tracker::Impl::take_out(const std::set<KeyframeId>& keyfr
   worker_.mapper().remove_keyframes(keyframes);
   worker_.mapper().finish();
   worker_.publish_mapper();
+  apply_corrections(*worker_.latest());
   return frames;
 }
 

@@ -256,6 +256,39 @@ TEST(MapFile, SessionsThatCantBeAreRefused) {
   refused(saved, "where the camera has no pixel");
 }
 
+// A distortion of a model has no more; each of the file's many cameras would ask for memory.
+TEST(MapFile, CoefficientsOfNoModelAreRefused) {
+  TemporaryFolder folder;
+  SavedMaps saved = synthetic_saved_maps();
+  saved.sessions[1].camera.distortion.assign(1000, 0);
+  write_map_file(folder / "a.map", saved);
+  expect_error([&] { read_map_file(folder / "a.map", "root_sift"); }, {"a distortion of no model"});
+  // A camera without a model may have had any number of zeros.
+  saved.sessions[1].camera.distortion_model.clear();
+  write_map_file(folder / "a.map", saved);
+  EXPECT_NO_THROW(read_map_file(folder / "a.map", "root_sift"));
+}
+
+// A map knows of each two keyframes what they share: thousands that see one landmark and nothing else are no
+// map.
+TEST(MapFile, KeyframesThatSeeHardlyAnythingAreRefused) {
+  TemporaryFolder folder;
+  SavedMaps saved = synthetic_saved_maps();
+  Map& map = saved.maps.back();
+  const Keyframe last = map.keyframes().rbegin()->second;
+  FeatureSet one;
+  one.features = {last.image->set.features[0]};
+  one.descriptors = last.image->set.descriptors.rowRange(0, 1).clone();
+  const auto image = restore_image_features(std::move(one), {last.image->color_rgb[0]}, last.image->camera);
+  const LandmarkId landmark = map.add_landmark(Eigen::Vector3d(0, 0, 5));
+  for (int i = 0; i < 2500; ++i) {
+    map.add_observation(landmark,
+                        map.add_keyframe(last.frame_index, last.stamp_ns, last.camera_from_map, image), 0);
+  }
+  write_map_file(folder / "a.map", saved);
+  expect_error([&] { read_map_file(folder / "a.map", "root_sift"); }, {"more keyframes than features"});
+}
+
 TEST(MapFile, IsNotWrittenIntoAPipe) {
   expect_error([] { write_map_file("/dev/null", synthetic_saved_maps()); }, {"/dev/null", "no regular file"});
 }

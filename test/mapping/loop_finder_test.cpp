@@ -29,6 +29,7 @@ class DriftingMap {
   KeyframeId add(const Rigid3& camera_from_world, int stretch, const Sim3& map_from_world, Random& random) {
     KeyframeView view;
     view.id = static_cast<KeyframeId>(map.keyframes.size());
+    view.frame_index = next_frame++;
     std::vector<int> point_of;
     view.image = synthetic_frame(scene_, camera, camera_from_world, 0.5, view.id, random, &point_of).image;
     const Rigid3 world_from_camera = camera_from_world.inverse();
@@ -65,6 +66,7 @@ class DriftingMap {
   const CameraModel camera = synthetic_camera();
   TrackingMap map;
   PlaceIndex index;
+  std::int64_t next_frame = 0;
 
  private:
   static constexpr int kStretch = 100000;
@@ -148,6 +150,28 @@ TEST(LoopFinder, FindsARealRevisitWhenASecondKeyframeAgrees) {
   EXPECT_LT(
       loop->from_from_to.rotation.angularDistance(old_camera.rotation * hall_camera(54).inverse().rotation),
       0.5 * kDegree);
+}
+
+// A map that was joined has the keyframes of the other one between its own by their ids, not in time.
+TEST(LoopFinder, TheWayRoundIsAlongWhatLiesBetweenInTime) {
+  const auto drift_found = [](bool with_another_map) {
+    Hall hall;
+    hall.walk();
+    const std::int64_t next = hall.world.next_frame;
+    if (with_another_map) {
+      hall.world.next_frame = 1000;
+      for (int degrees = 260; degrees <= 350; degrees += 10) {
+        hall.world.add(hall_camera(degrees), 2, drift(1, 0, {50, 0, 10.0 * degrees}), hall.random);
+      }
+    }
+    hall.world.next_frame = next;
+    hall.look(44, 1, hall.drifted);
+    const auto loop = hall.look(54, 1, hall.drifted);
+    return loop ? loop->drift : -1;
+  };
+  const double expected = drift_found(false);
+  EXPECT_GT(expected, 0.005);
+  EXPECT_NEAR(drift_found(true), expected, 0.05 * expected);
 }
 
 TEST(LoopFinder, OptionsThatAreSetInBetweenChangeNothing) {

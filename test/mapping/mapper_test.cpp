@@ -67,15 +67,17 @@ TEST_F(MapperTest, WithoutAScaleTheFirstViewsMedianDepthIsOne) {
   EXPECT_EQ(mapper.map().scale_source(), ScaleSource::kMapUnits);
 }
 
+double baseline_of(const Map& map) {
+  return (map.keyframe(1)->center_in_map() - map.keyframe(0)->center_in_map()).norm();
+}
+
 TEST_F(MapperTest, AKnownBaselineSetsTheScale) {
   MapperOptions metres = options();
   metres.scale.known_baseline = 0.4;
   Mapper mapper(metres, scene_.camera);
   const InitialMap initial = scene_.initial_map(1);
   mapper.initialize(initial, 0);
-  const double baseline =
-      (mapper.map().keyframe(1)->center_in_map() - mapper.map().keyframe(0)->center_in_map()).norm();
-  EXPECT_NEAR(baseline, 0.4, 1e-9);
+  EXPECT_NEAR(baseline_of(mapper.map()), 0.4, 1e-9);
   EXPECT_EQ(mapper.map().scale_source(), ScaleSource::kKnownBaseline);
   // What is uncertain is told in metres as well.
   Mapper in_units(options(), scene_.camera);
@@ -88,6 +90,19 @@ TEST_F(MapperTest, AKnownBaselineSetsTheScale) {
     return covariance.topLeftCorner<3, 3>().trace();
   };
   EXPECT_NEAR(variance(mapper) / variance(in_units), unit_m * unit_m, 1e-6 * unit_m * unit_m);
+}
+
+// The first two views know it to some per cent; those that come after them know it better.
+TEST_F(MapperTest, AKnownBaselineIsKeptWhateverIsLearntLater) {
+  MapperOptions metres = options();
+  metres.scale.known_baseline = 0.4;
+  Mapper mapper(metres, scene_.camera);
+  mapper.initialize(scene_.initial_map(1), 0);
+  for (int view = 2; view < 6; ++view) insert(&mapper, view);
+  EXPECT_NEAR(baseline_of(mapper.map()), 0.4, 0.01 * 0.4) << "asked at six keyframes";
+  mapper.finish();
+  EXPECT_NEAR(baseline_of(mapper.map()), 0.4, 1e-9);
+  EXPECT_EQ(mapper.map().scale_source(), ScaleSource::kKnownBaseline);
 }
 
 // A square of a side of 1 before the first camera, its corners found to 0.3 px.

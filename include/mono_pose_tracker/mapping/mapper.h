@@ -77,8 +77,8 @@ class Mapper {
   /// adjusted again, held to its motion.
   void settle_motion(double least);
 
-  /// Poses keyframes anew that contradict what they see of the map (contradicted_pose), which is finished anew
-  /// then. Those that were moved. matches: of the map's keyframes.
+  /// Poses keyframes anew that contradict what they see of the map (contradicted_pose), which is finished
+  /// anew then. Those that were moved. matches: of the map's keyframes.
   std::set<KeyframeId> correct_contradicted(const MatchesInTime& matches);
 
   /// Takes out keyframes whose poses are wrong, and what they alone saw; the first two hold the frame and
@@ -110,6 +110,7 @@ class Mapper {
     std::map<KeyframeId, std::vector<char>> left_out;  // features of another motion, where there are some
     // Bearings of the corners of the marker in keyframes that saw it while the map had no scale.
     std::map<KeyframeId, std::vector<Eigen::Vector3d>> markers;
+    std::optional<std::pair<KeyframeId, KeyframeId>> baseline;  // the two whose distance is known
     RigidityWatch watch;
     LargerBodyWatch larger_body_watch;
     BodyWatch body_watch;
@@ -192,7 +193,10 @@ class Mapper {
   void rescale(double factor);
   void set_scale(const InitialMap& initial, const std::vector<KeyframeId>& ids);
   void correct_beginning();
+  void tell_of_other_beginning();
   std::optional<double> metres_by_marker() const;
+  std::optional<double> metres_by_baseline() const;
+  void renew_scale(double least_change);
   void scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3d>& marker);
   void publish();
 

@@ -33,7 +33,6 @@ struct CameraRefinement {
   double focal_change = 0;  // relative: what came out over what was given, less 1
   double focal_asked = 0;   // as focal_change, of the focal length alone; whether it is observable or not
   double max_shift_px = 0;  // the farthest that a pixel of the image's edge moved
-  double rms_before_px = 0, rms_after_px = 0;
 };
 
 /// Bundle adjustment of poses, points and one camera for all views (focal length, principal point, k1, k2).
