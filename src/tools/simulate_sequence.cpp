@@ -64,7 +64,8 @@ void declare_head(CLI::App& app, Arguments& a) {
 void declare(CLI::App& app, Arguments& a) {
   SequenceOptions& s = a.sequence;
   app.add_option("--output", a.output, "folder to write to (made when missing)")->required();
-  app.add_option("--scene", a.scene, "head, turntable (a bust on it), room, plane, block, eight or corridor")
+  app.add_option("--scene", a.scene,
+                 "head, turntable (a bust on it), room, plane, block, eight or corridor [head]")
       ->check(CLI::IsMember({"head", "turntable", "room", "plane", "block", "eight", "corridor"}));
   declare_head(app, a);
   app.add_option("--lights", a.lights,
@@ -81,7 +82,8 @@ void declare(CLI::App& app, Arguments& a) {
       ->check(CLI::NonNegativeNumber);
   app.add_option("--width", a.width, "px [640]");
   app.add_option("--height", a.height, "px [480]");
-  auto* focal = app.add_option("--focal", a.focal_px, "focal length, px [head 768, else 525]");
+  auto* focal = app.add_option("--focal", a.focal_px,
+                               "focal length, px [head and turntable 1.2 times the width, else 0.82]");
   app.add_option("--hfov", a.hfov_deg, "horizontal field of view, degrees, in place of --focal")
       ->excludes(focal);
   app.add_option("--distortion", a.distortion, "coefficients: k1,k2,p1,p2,k3 of plumb_bob")->delimiter(',');

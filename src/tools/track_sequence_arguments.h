@@ -35,7 +35,7 @@ inline void declare(CLI::App& app, Arguments& a) {
   app.add_option(
          "--hfov", a.hfov,
          "in place of a calibration: degrees that the images span from left to right, a guess that is "
-         "refined as --refine-camera does (not with --map)")
+         "refined as --refine-camera does; with --map it stays a guess")
       ->excludes(camera)
       ->check(number_between(kMinHfovDeg, kMaxHfovDeg));
   app.add_flag("--refine-camera", a.refine_camera,

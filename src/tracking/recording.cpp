@@ -169,6 +169,17 @@ void leave_out_misplaced(const Recording& recording, Tracker* tracker, Recording
   if (!misplaced.empty()) pose_anew(recording, misplaced, tracker, result);
 }
 
+// A head that is shaken jumps as a path does that takes one place for another: the images tell.
+void look_at_jumps(const Recording& recording, Tracker* tracker, const RecordingResult& result) {
+  if (recording.interrupted()) return;
+  const std::set<std::int64_t> frames = tracker->jumping_frames();
+  if (frames.empty()) return;
+  const auto is_wanted = [&](std::int64_t index) { return frames.count(index) > 0; };
+  read_again(recording, result.frames_total, *tracker, is_wanted, [&](const RecordingReader& reader) {
+    tracker->look_at_step(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
+  });
+}
+
 void note(const FrameReport& report, const RecordingReader& reader, Reasons* reasons,
           RecordingResult* result) {
   if (report.reason == Reason::kImageSizeMismatch) {
@@ -243,6 +254,7 @@ void pose_again(const Recording& recording, const FrameObserver& observer, Track
   leave_out_misplaced(recording, tracker, result);
   leave_out_loose_ends(recording, tracker, result);
   settle_motion(recording, tracker, result);
+  look_at_jumps(recording, tracker, *result);
 }
 
 // The maps of this recording, and what speaks against them.

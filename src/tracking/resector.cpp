@@ -127,14 +127,18 @@ ResectionReport Resector::pose_from_matches(const Frame& frame,
   return report;
 }
 
-void Resector::refine(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
-                      ResectionReport* report) const {
+ProjectionMatchOptions Resector::near_a_pose() const {
   ProjectionMatchOptions guided;
   guided.radius_px = options_.resection.refine_radius_px * image_scale(camera_);
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
   guided.cancelled = options_.cancelled;
+  return guided;
+}
+
+void Resector::refine(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
+                      ResectionReport* report) const {
   const GuidedPose pose =
-      refine_by_guided_matching(candidates, *frame.image, report->camera_from_map, guided);
+      refine_by_guided_matching(candidates, *frame.image, report->camera_from_map, near_a_pose());
   if (pose.converged) {
     report->camera_from_map = pose.camera_from_map;
     report->covariance = covariance_of_map_from_camera(pose.covariance, pose.camera_from_map);
@@ -202,6 +206,20 @@ ResectionReport Resector::resect(const Frame& frame, const TrackingMap& map, Key
   }
   add_uncertainty_of_map(map, reference, &report);
   return report;
+}
+
+std::vector<FrameObservation> Resector::observations_at(const Frame& frame, const TrackingMap& map,
+                                                        KeyframeId reference,
+                                                        const Rigid3& camera_from_map) const {
+  const std::vector<LandmarkCandidate> candidates = local_candidates(map, reference);
+  const std::vector<LandmarkMatch> matches =
+      match_by_projection(candidates, *frame.image, camera_, camera_from_map, near_a_pose());
+  std::vector<FrameObservation> observations;
+  for (const LandmarkMatch& m :
+       inliers_of(*frame.image, candidates, matches, camera_from_map, options_.inlier_threshold_px)) {
+    observations.push_back({m.feature, candidates[m.candidate].id});
+  }
+  return observations;
 }
 
 ResectionReport Resector::relocalize(const Frame& frame, const TrackingMap& map, int budget) const {

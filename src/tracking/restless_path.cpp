@@ -54,30 +54,56 @@ double usual_step(const std::vector<PosedFrame>& frames, double least) {
   return median(std::move(moved));
 }
 
-bool is_jump(const PosedFrame& before, const PosedFrame& frame, const PosedFrame& after, double limit) {
-  if (after.index != before.index + 2) return false;
-  const auto center = [](const PosedFrame& f) -> const Eigen::Vector3d& {
-    return f.map_from_camera.translation;
-  };
-  return (center(after) - 2 * center(frame) + center(before)).norm() > limit;
+// By how much the velocity changes at each image that has one before and one after it; elsewhere not at all.
+std::vector<Eigen::Vector3d> changes_of_velocity(const std::vector<PosedFrame>& frames) {
+  std::vector<Eigen::Vector3d> changes(frames.size(), Eigen::Vector3d::Zero());
+  for (std::size_t i = 1; i + 1 < frames.size(); ++i) {
+    if (frames[i + 1].index != frames[i - 1].index + 2) continue;
+    changes[i] = frames[i + 1].map_from_camera.translation - 2 * frames[i].map_from_camera.translation +
+                 frames[i - 1].map_from_camera.translation;
+  }
+  return changes;
+}
+
+// Where it changes by more than the limit, and back again with the next image, or had before.
+std::vector<char> jumps_of(const std::vector<PosedFrame>& frames, double least) {
+  const double limit = std::max(least, kTimesUsual * usual_step(frames, least));
+  const std::vector<Eigen::Vector3d> changes = changes_of_velocity(frames);
+  std::vector<char> jumps(frames.size(), 0);
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    if (std::min(changes[i - 1].norm(), changes[i].norm()) <= limit) continue;
+    if (changes[i - 1].dot(changes[i]) < 0) jumps[i - 1] = jumps[i] = 1;
+  }
+  return jumps;
 }
 
 }  // namespace
 
-RestlessPath most_restless_stretch(const std::vector<PosedFrame>& trajectory, double least) {
+RestlessPath most_restless_stretch(const std::vector<PosedFrame>& trajectory, double least,
+                                   const std::set<std::int64_t>& shown) {
   RestlessPath worst;
-  const double limit = std::max(least, kTimesUsual * usual_step(trajectory, least));
+  std::vector<char> is_jump = jumps_of(trajectory, least);
+  for (std::size_t i = 0; i + 1 < trajectory.size(); ++i) {
+    if (shown.count(trajectory[i].index) > 0 && shown.count(trajectory[i + 1].index) > 0) is_jump[i] = 0;
+  }
   std::vector<int> jumps(trajectory.size(), 0);  // up to each frame
   for (std::size_t i = 1; i < trajectory.size(); ++i) {
-    jumps[i] = jumps[i - 1];
-    if (i + 1 < trajectory.size()) {
-      jumps[i] += is_jump(trajectory[i - 1], trajectory[i], trajectory[i + 1], limit);
-    }
+    jumps[i] = jumps[i - 1] + is_jump[i];
     const std::size_t first = i > RestlessPath::kFrames ? i - RestlessPath::kFrames : 0;
     const int in_stretch = jumps[i] - jumps[first];
     if (in_stretch > worst.jumps) worst = {trajectory[first].index, in_stretch};
   }
   return worst;
+}
+
+std::set<std::int64_t> frames_at_jumps(const std::vector<PosedFrame>& trajectory, double least) {
+  const std::vector<char> is_jump = jumps_of(trajectory, least);
+  std::set<std::int64_t> frames;
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    if (is_jump[i] == 0) continue;
+    for (std::int64_t step = -1; step <= 1; ++step) frames.insert(trajectory[i].index + step);
+  }
+  return frames;
 }
 
 }  // namespace mono_pose_tracker

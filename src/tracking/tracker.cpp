@@ -95,6 +95,13 @@ std::set<std::int64_t> Tracker::settle_motion() { return impl_->settle_motion();
 
 void Tracker::smooth(const std::set<std::int64_t>& frames) { impl_->smooth(frames); }
 
+std::set<std::int64_t> Tracker::jumping_frames() { return impl_->jumping_frames(); }
+
+void Tracker::look_at_step(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
+                           const cv::Mat& mask) {
+  impl_->look_at_step(frame_index, stamp_ns, image, mask);
+}
+
 std::vector<FinishedMap> Tracker::maps() { return impl_->maps(); }
 
 FrameReport Tracker::resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,

@@ -21,6 +21,7 @@
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "object_finder.h"
 #include "pose_doubt.h"
+#include "posed_sight.h"
 #include "seen_images.h"
 
 namespace mono_pose_tracker {
@@ -34,18 +35,26 @@ struct Tentative {
   Rigid3 camera_from_reference;
 };
 
+// Images of a finished recording between which the path jumps.
+struct StepsLookedAt {
+  std::map<std::int64_t, Rigid3> camera_from_map;
+  std::int64_t last_index = -2;
+  PosedSight last;
+  std::set<std::int64_t> shown;  // frames of which image and pose, and those before, agree on the way there
+};
+
 // It was loaded: what earlier runs have seen is never dropped for being young.
 inline bool has_earlier_frames(const TrackingMap& map) {
   return is_of_earlier_run(map.keyframes.begin()->second.frame_index);
 }
 
-// The states of a Tracker, and the one way that an image goes through them. In eleven files:
+// The states of a Tracker, and the one way that an image goes through them. In twelve files:
 // tracker_states.cpp and tracker_accept.cpp follow the camera, tracker_corrections.cpp the mapper's
 // corrections, tracker_body.cpp keeps to the body that turns, tracker_search.cpp is for when the camera is
 // lost, tracker_finish.cpp for the end of a recording, tracker_gaps.cpp for the images that have no pose
 // then, tracker_strays.cpp for those that have an impossible one, tracker_motion.cpp for those that see too
-// little to know it, tracker_background.cpp for what stood still, tracker_saved_maps.cpp for maps of other
-// runs.
+// little to know it, tracker_jumps.cpp for those between which it jumps, tracker_background.cpp for what
+// stood still, tracker_saved_maps.cpp for maps of other runs.
 class Tracker::Impl {
  public:
   Impl(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,
@@ -75,6 +84,9 @@ class Tracker::Impl {
   void load_maps(SavedMaps saved);
   void restart();
   std::vector<PosedFrame> trajectory() const;
+  std::set<std::int64_t> jumping_frames();
+  void look_at_step(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
+                    const cv::Mat& mask);
   bool finish();
   FrameReport keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
                              const cv::Mat& mask);
@@ -225,6 +237,7 @@ class Tracker::Impl {
   std::map<std::int64_t, Frame> unposed_;                   // of a finished recording
   SeenImages seen_;                                         // of a recording, of the images that were posed
   std::map<std::int64_t, Matrix6d> posed_again_;      // covariances of map_from_camera, in the finished map
+  StepsLookedAt steps_;                               // in it
   KnownMatches known_matches_;                        // of the finished map's keyframes
   bool grown_ = false;                                // the finished map has
   std::pair<std::uint32_t, std::uint64_t> reported_;  // map and correction that the last report knew of

@@ -235,6 +235,7 @@ void Tracker::Impl::begin_anew() {
   is_segmented_ = false;
   frames_.clear();
   posed_again_.clear();
+  steps_ = {};
   others_.clear();
   tentative_.reset();
   present_map_ = 0;

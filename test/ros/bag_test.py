@@ -25,18 +25,6 @@ FRAMES = 60
 TIMEOUT = 150 * feeding.SLOWNESS  # s, of the wall; on a busy machine an image takes a second
 
 
-def read_tum(path):
-    """{stamp in ns: (position, quaternion)}"""
-    poses = {}
-    with open(path) as lines:
-        for line in lines:
-            fields = line.split()
-            values = [float(v) for v in fields[1:]]
-            seconds, fraction = fields[0].split(".")
-            poses[int(seconds) * 10**9 + int(fraction.ljust(9, "0"))] = (values[:3], values[3:])
-    return poses
-
-
 class Listener:
     """Collects what the tracker says, and lets a test wait for a number of statuses."""
 
@@ -83,7 +71,7 @@ class BagTest(unittest.TestCase):
         simulate_sequence = roslib.packages.find_node("mono_pose_tracker", "simulate_sequence")[0]
         subprocess.run([simulate_sequence, "--scene", "room", "--output", folder, "--frames", str(FRAMES),
                         "--width", "320", "--height", "240", "--quiet"], check=True)
-        cls.truth = read_tum(os.path.join(folder, "groundtruth.txt"))
+        cls.truth = feeding.read_tum(os.path.join(folder, "groundtruth.txt"))
         cls.connected = listener.wait_for_connections()
         subprocess.run(["rosbag", "play", "--quiet", "--clock", "--rate", str(1 / feeding.SLOWNESS), "--wait-for-subscribers",
                         "--bags", os.path.join(folder, "sequence.bag"), "--topics", "/camera/image_raw",

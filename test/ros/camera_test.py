@@ -59,7 +59,7 @@ class CameraTest(unittest.TestCase):
         if node.poll() is None:
             node.send_signal(signal.SIGINT)
         try:
-            self.assertEqual(node.wait(10), 0)
+            self.assertEqual(node.wait(TIMEOUT), 0)
         finally:
             node.kill()
 

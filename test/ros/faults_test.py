@@ -31,7 +31,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 import told_skips  # noqa: E402, F401
 
 FRAMES = 24
-SHUTDOWN = 5  # s, for a node that has nothing long under way, on a busy machine
+SHUTDOWN = 5 * feeding.SLOWNESS  # s, for a node that has nothing long under way, on a busy machine
 
 
 class FaultsTest(unittest.TestCase):

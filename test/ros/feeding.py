@@ -1,6 +1,7 @@
 """For tests: a simulated recording, and trackers that are fed with it image by image, each answered before the next."""
 import os
 import subprocess
+import sys
 import threading
 import time
 
@@ -12,8 +13,8 @@ from std_srvs.srv import Trigger
 
 from mono_pose_tracker.msg import TrackerStatus
 
-SLOWNESS = float(os.environ.get("MONO_POSE_TRACKER_SLOWNESS", "1"))  # of this build: with a sanitizer 10
-TIMEOUT = 60 * SLOWNESS  # s, of the wall; on a busy machine an image takes a second
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from listening import SLOWNESS, TIMEOUT  # noqa: E402
 
 
 def read_tum(path):
@@ -24,6 +25,8 @@ def read_tum(path):
             if line.startswith("#"):
                 continue
             fields = line.split()
+            if len(fields) != 8 or not line.endswith("\n"):
+                raise AssertionError("%s: not a whole line: %s" % (path, line))
             values = [float(v) for v in fields[1:]]
             seconds, fraction = fields[0].split(".")
             poses[int(seconds) * 10**9 + int(fraction.ljust(9, "0"))] = (values[:3], values[3:])

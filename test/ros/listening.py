@@ -1,13 +1,15 @@
 """What several rostests need: messages awaited, videos written, calibrations read."""
 import os
 import threading
+import time
 
 import cv2
 import rospy
 import yaml
 from sensor_msgs.msg import CameraInfo
 
-TIMEOUT = 60  # s; on a busy machine everything takes its time
+SLOWNESS = float(os.environ.get("MONO_POSE_TRACKER_SLOWNESS", "1"))  # of this build: with a sanitizer 10
+TIMEOUT = 60 * SLOWNESS  # s; on a busy machine everything takes its time
 VIDEO_FPS = 20.0
 
 
@@ -38,7 +40,10 @@ class Listener:
             return self.changed.wait_for(lambda: len(self.messages) >= number, TIMEOUT)
 
     def wait_for_publisher(self):
-        while self.subscriber.get_num_connections() == 0 and not rospy.is_shutdown():
+        deadline = time.monotonic() + TIMEOUT
+        while self.subscriber.get_num_connections() == 0:
+            if time.monotonic() > deadline:
+                raise AssertionError("nobody publishes " + self.subscriber.name)
             rospy.sleep(0.02)
 
 

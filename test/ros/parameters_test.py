@@ -2,12 +2,16 @@
 """Parameters that can't be used stop the node at once, and all of them are told."""
 import os
 import subprocess
+import sys
 import tempfile
 import unittest
 
 import roslib.packages
 import rospy
 import rostest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from listening import TIMEOUT  # noqa: E402
 
 
 class ParametersTest(unittest.TestCase):
@@ -17,7 +21,7 @@ class ParametersTest(unittest.TestCase):
             rospy.delete_param("/tracker")
         node = roslib.packages.find_node("mono_pose_tracker", "tracker_node")[0]
         result = subprocess.run([node, *parameters], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                                timeout=30)
+                                timeout=TIMEOUT)
         self.assertEqual(result.returncode, 1)
         return result.stdout
 
@@ -47,7 +51,7 @@ class ParametersTest(unittest.TestCase):
     def test_a_name_on_the_command_line_that_is_none(self):
         node = roslib.packages.find_node("mono_pose_tracker", "tracker_node")[0]
         result = subprocess.run([node, "mask:=/x y"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                                timeout=30)
+                                timeout=TIMEOUT)
         self.assertEqual(result.returncode, 2, result.stdout)
         self.assertIn("/x y", result.stdout)
 

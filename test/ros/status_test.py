@@ -17,10 +17,10 @@ from tf2_msgs.msg import TFMessage
 from mono_pose_tracker.msg import TrackerStatus
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from feeding import wait_for_connections  # noqa: E402
+from feeding import SLOWNESS, wait_for_connections  # noqa: E402
 from listening import HEIGHT, WIDTH, Listener, camera_info  # noqa: E402
 
-TIMEOUT = 30  # s; on a busy machine an image takes a second
+TIMEOUT = 30 * SLOWNESS  # s; on a busy machine an image takes a second
 BYTES = {"mono8": 1, "8UC1": 1, "mono16": 2, "16UC1": 2, "rgb8": 3, "bgr8": 3, "8UC3": 3, "rgba8": 4, "bgra8": 4,
          "bayer_rggb8": 1, "bayer_bggr8": 1, "bayer_gbrg8": 1, "bayer_grbg8": 1, "yuv422": 2, "yuv422_yuy2": 2,
          "bayer_rggb16": 2, "bayer_bggr16": 2, "bayer_gbrg16": 2, "bayer_grbg16": 2, "32FC1": 4, "rgb16": 6,

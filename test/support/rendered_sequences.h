@@ -1,5 +1,7 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -65,6 +67,7 @@ inline Eigen::Vector2d misplacement(const SimulatedSequence& sequence, int a, in
   const Rigid3 b_from_map = sequence.path()[b].map_from_camera.inverse();
   Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
   Eigen::Vector2d right = Eigen::Vector2d::Zero();
+  int compared = 0;
   for (int y = 4; y < image_a.rows - 4; y += 2) {
     for (int x = 4; x < image_a.cols - 4; x += 2) {
       Eigen::Vector3d point, back;
@@ -79,8 +82,12 @@ inline Eigen::Vector2d misplacement(const SimulatedSequence& sequence, int a, in
       const double difference = image_a.at<float>(y, x) - grey(image_b, p);
       normal += gradient * gradient.transpose();
       right += gradient * difference;
+      ++compared;
     }
   }
+  // Of nothing, or of what has no texture, a shift of zero would be the answer.
+  EXPECT_GT(compared, 500);
+  EXPECT_GT(normal.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), 500);
   return normal.ldlt().solve(right);
 }
 

@@ -78,12 +78,15 @@ class RealSequences(Runs):
         """Its near half moves otherwise than the map says, as another body would."""
         output = self.track_part("terrace_302", 120, 187, "--seed", "2")
         final = self.error_of(os.path.join(DATA, "terrace_302", "groundtruth.txt"), output)
+        self.assertGreaterEqual(report(output)["frames_posed"], 20)
         self.assertFalse(report(output)["confirmed"] and final["position_rmse_percent"] > 3)
 
     def test_from_another_beginning_there_is_a_map(self):
         """By the first images there is none, with this seed: two geometries fit as well."""
         output = self.track_part("terrace_302", 42, 124, "--seed", "2", backwards=True)
         self.assertGreaterEqual(report(output)["frames_posed"], 20)
+        final = self.error_of(os.path.join(DATA, "terrace_302", "groundtruth.txt"), output)
+        self.assertFalse(report(output)["confirmed"] and final["position_rmse_percent"] > 3)
 
     def test_a_head_that_turns_from_the_first_image_on(self):
         """Before two motions are told apart there is a map, of both."""

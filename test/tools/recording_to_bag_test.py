@@ -7,6 +7,7 @@ import stat
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 import cv2
@@ -162,6 +163,7 @@ class RecordingToBag(unittest.TestCase):
         process = self.start(listed)
         while not [name for name in os.listdir(self.folder) if name.endswith(".part")]:
             self.assertIsNone(process.poll())
+            time.sleep(0.002)  # leaves the program its processor
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.communicate(timeout=60)[1], "recording_to_bag: interrupted\n")
         self.assertEqual(process.returncode, 130)

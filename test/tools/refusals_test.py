@@ -98,13 +98,12 @@ class Refusals(RunsOfARoom):
                                 ("is no file", ["--bag", endless]),
                                 ("Not a directory", [*images, *camera, "--masks", endless]),
                                 ("is no regular file", [*images, *camera, "--map", endless])):
-            with self.subTest(arguments=arguments):
-                before = resource.getrusage(resource.RUSAGE_CHILDREN)
-                self.expect_refused([endless, part], *arguments)
-                after = resource.getrusage(resource.RUSAGE_CHILDREN)
-                # Of the processor, not of the clock: the machine may be busy.
-                self.assertLess(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, seconds)
-                self.assertLess(after.ru_maxrss, 1.5 * 2**20)  # kB, of the largest program so far
+            before = resource.getrusage(resource.RUSAGE_CHILDREN)
+            self.expect_refused([endless, part], *arguments)
+            after = resource.getrusage(resource.RUSAGE_CHILDREN)
+            # Of the processor, not of the clock: the machine may be busy.
+            self.assertLess(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, seconds, arguments)
+            self.assertLess(after.ru_maxrss, 1.5 * 2**20, arguments)  # kB, of the largest program so far
 
     def test_unwritable_output_folder_is_refused(self):
         with open(self.path("file"), "w") as f:

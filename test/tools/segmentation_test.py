@@ -18,7 +18,8 @@ LEAD_IN = 10  # images of the background alone
 
 def run_program(name, *arguments):
     program = os.path.join(os.environ["PROGRAMS"], name)
-    return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=300)
+    return subprocess.run([program, *arguments], capture_output=True, text=True,
+                          timeout=300 * float(os.environ.get("MONO_POSE_TRACKER_SLOWNESS", "1")))
 
 
 class Segmentation(unittest.TestCase):

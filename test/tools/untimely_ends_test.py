@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 
 import rosunit
 
@@ -46,6 +47,7 @@ class UntimelyEnds(RunsOfARoom):
         written = os.path.join(output, "undistorted", "images")
         while not (os.path.isdir(written) and os.listdir(written)):
             self.assertIsNone(process.poll())
+            time.sleep(0.002)  # leaves the program its processor
         process.send_signal(signal.SIGINT)
         said = process.communicate(timeout=300)[1]
         self.assertEqual(process.returncode, 128 + signal.SIGINT, said)

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 
 namespace mono_pose_tracker {
@@ -14,7 +15,7 @@ RestlessPath path(const std::function<double(int)>& aside) {
     frames.push_back({i, i * std::int64_t{33'000'000},
                       Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(aside(i), 0, 0.1 * i))});
   }
-  return most_restless_stretch(frames, 0.02);
+  return most_restless_stretch(frames, 0.02, {});
 }
 
 TEST(RestlessPath, AWalkHasNone) {
@@ -39,6 +40,34 @@ TEST(RestlessPath, OneImageThatIsAstrayIsNotEnough) {
   EXPECT_FALSE(found.is_significant());
 }
 
+// Still for the most part, then twice as far to either side as would be a jump, eight images each time.
+TEST(RestlessPath, AHeadThatIsShakenDoesNotJump) {
+  std::vector<PosedFrame> frames;
+  for (int i = 0; i < 100; ++i) {
+    const double aside = i < 60 ? 0.001 * (i % 3) : std::sin(2 * M_PI * (i - 60) / 8);
+    frames.push_back({i, i, Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(aside, 0, 0))});
+  }
+  EXPECT_FALSE(most_restless_stretch(frames, 0.02, {}).is_significant());
+}
+
+// A head that is shaken faster than that: the images themselves show it.
+TEST(RestlessPath, WhatTheImagesShowIsNoJump) {
+  std::vector<PosedFrame> frames;
+  std::set<std::int64_t> shown;
+  for (int i = 0; i < 100; ++i) {
+    const double aside = i < 60 ? 0.001 * (i % 3) : i % 2;
+    frames.push_back({i, i, Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(aside, 0, 0))});
+  }
+  EXPECT_TRUE(most_restless_stretch(frames, 0.02, shown).is_significant());
+  const std::set<std::int64_t> at_jumps = frames_at_jumps(frames, 0.02);
+  EXPECT_EQ(at_jumps.count(50), 0u);
+  for (int i = 61; i < 99; ++i) EXPECT_EQ(at_jumps.count(i), 1u) << i;
+  for (int i = 60; i < 90; ++i) shown.insert(i);
+  EXPECT_TRUE(most_restless_stretch(frames, 0.02, shown).is_significant()) << "the last ten are not";
+  for (int i = 90; i < 100; ++i) shown.insert(i);
+  EXPECT_FALSE(most_restless_stretch(frames, 0.02, shown).is_significant());
+}
+
 // As a film of 15 images a second is in a video of 30, or of 10 in one of 30.
 TEST(RestlessPath, ImagesThatComeTwiceOrThriceAreNoJumps) {
   for (const int times : {2, 3}) {
@@ -48,7 +77,7 @@ TEST(RestlessPath, ImagesThatComeTwiceOrThriceAreNoJumps) {
       frames.push_back(
           {i, i, Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(noise, 0, 0.1 * (i / times)))});
     }
-    EXPECT_EQ(most_restless_stretch(frames, 0.02).jumps, 0) << times;
+    EXPECT_EQ(most_restless_stretch(frames, 0.02, {}).jumps, 0) << times;
   }
 }
 
@@ -60,7 +89,7 @@ TEST(RestlessPath, ASlowCameraThatJumpsIsFound) {
       const double aside = i % 5 == 0 ? 1 : 0;
       frames.push_back({i, i, Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(aside, 0, step * i))});
     }
-    EXPECT_TRUE(most_restless_stretch(frames, 0.02).is_significant()) << step;
+    EXPECT_TRUE(most_restless_stretch(frames, 0.02, {}).is_significant()) << step;
   }
 }
 
@@ -70,7 +99,7 @@ TEST(RestlessPath, WhatHardlyMovesJumpsByNoise) {
     const double noise = i % 5 == 0 ? 0.01 : 0;
     frames.push_back({i, i, Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(noise, 0, 0))});
   }
-  EXPECT_EQ(most_restless_stretch(frames, 0.05).jumps, 0);
+  EXPECT_EQ(most_restless_stretch(frames, 0.05, {}).jumps, 0);
 }
 
 }  // namespace

@@ -49,10 +49,15 @@ class Resector {
   /// success is supported (pose_support.h); a second view should agree before anything is made of it.
   ResectionReport relocalize(const Frame& frame, const TrackingMap& map, int budget) const;
 
+  /// Which of these landmarks the frame shows where the pose has them.
+  std::vector<FrameObservation> observations_at(const Frame& frame, const TrackingMap& map,
+                                                KeyframeId reference, const Rigid3& camera_from_map) const;
+
  private:
   std::vector<LandmarkCandidate> local_candidates(const TrackingMap& map, KeyframeId reference) const;
   std::vector<LandmarkCandidate> candidates_of(const TrackingMap& map,
                                                const std::vector<KeyframeId>& keyframes) const;
+  ProjectionMatchOptions near_a_pose() const;
   ResectionReport by_prediction(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
                                 const Rigid3& predicted) const;
   ResectionReport by_descriptors(const Frame& frame, const std::vector<LandmarkCandidate>& candidates) const;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <vector>
 
 #include "mono_pose_tracker/tracking/frame_report.h"
@@ -23,7 +24,14 @@ struct RestlessPath {
 /// The worst one. At a jump the velocity changes, from one image in a row to the next, by three times the
 /// usual step (in a video that holds each image again, of those between which the camera moves; a camera that
 /// turns back on the spot changes it by two), and by `least`, in the map's unit, which a camera that hardly
-/// moves does not.
-RestlessPath most_restless_stretch(const std::vector<PosedFrame>& trajectory, double least);
+/// moves does not; and with the very next image it changes the other way. A head that is shaken after it was
+/// still takes several images to turn back.
+/// shown: frames whose step from the frame before the images themselves show (posed_sight.h); between two
+/// such steps there is no jump.
+RestlessPath most_restless_stretch(const std::vector<PosedFrame>& trajectory, double least,
+                                   const std::set<std::int64_t>& shown);
+
+/// Those at jumps, and before and after them.
+std::set<std::int64_t> frames_at_jumps(const std::vector<PosedFrame>& trajectory, double least);
 
 }  // namespace mono_pose_tracker

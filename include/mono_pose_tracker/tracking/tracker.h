@@ -128,6 +128,11 @@ class Tracker {
   std::set<std::int64_t> settle_motion();
   /// Those of them that were posed again go to where image and motion together lead.
   void smooth(const std::set<std::int64_t>& frames);
+  /// Frames of the finished map between which its path jumps to and fro (restless_path.h), where it does: to
+  /// be looked at again, in their order, so that what the images show of a jump is none.
+  std::set<std::int64_t> jumping_frames();
+  void look_at_step(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
+                    const cv::Mat& mask = cv::Mat());
   /// Frames of an end of the finished map that hangs on too few points (mapping/seam.h), and is too little
   /// for a map of its own: they have no pose any more, and may be posed again in the map without them.
   std::set<std::int64_t> take_out_loose_ends();
