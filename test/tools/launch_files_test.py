@@ -42,8 +42,8 @@ def load_cached(name, arguments):
 
 
 def load(name, /, **arguments):
-    """The parameters and the nodes (name, arguments, remaps) that a launch file comes to. Of a bag raw images are
-    played: to find out costs a process."""
+    """The parameters and the nodes (name, arguments, remaps, whether all ends with it) that a launch file comes to. Of
+    a bag raw images are played: to find out costs a process."""
     if "bag" in arguments and "image_transport" in arguments_of(name):
         arguments.setdefault("image_transport", "raw")
     return load_cached(name, tuple(sorted(arguments.items())))
@@ -150,12 +150,12 @@ class LaunchFilesTest(unittest.TestCase):
         for topic, beside in (("/cam/image_raw", "/cam/"), ("/image_raw", "/"), ("image_raw", ""),
                               ("cam/image_raw", "cam/")):
             nodes = load("tracker.launch", image_topic=topic)[1]
-            remaps = next(remaps for _, name, _, remaps in nodes if name == "tracker")
+            remaps = next(remaps for _, name, _, remaps, _ in nodes if name == "tracker")
             self.assertIn(f"'camera_info', '{beside}camera_info'", remaps)
             self.assertIn(f"'mask', '{beside}mask'", remaps)
 
     def rviz(self, name, **arguments):
-        return next(args for _, node, args, _ in load(name, **arguments)[1] if node == "rviz")
+        return next(args for _, node, args, _, _ in load(name, **arguments)[1] if node == "rviz")
 
     def test_rviz_is_fixed_to_the_map(self):
         for name, arguments in (("bag.launch", {"bag": self.recording.bag}), ("camera.launch", {})):
