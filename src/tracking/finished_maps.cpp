@@ -33,4 +33,11 @@ void leave_out_covered_maps(std::vector<FinishedMap>* maps) {
   maps->erase(std::remove_if(maps->begin() + 1, maps->end(), is_covered), maps->end());
 }
 
+void doubt_few_images(std::vector<FinishedMap>* maps) {
+  for (std::size_t i = 1; i < maps->size(); ++i) {
+    FinishedMap& map = (*maps)[i];
+    if (!is_loaded(map) && map.trajectory.size() < kLeastBesideFirst) map.confirmed = false;
+  }
+}
+
 }  // namespace mono_pose_tracker

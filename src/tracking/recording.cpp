@@ -266,6 +266,7 @@ void judge_maps(const Recording& recording, const Reasons& reasons, Tracker* tra
   result->failed_adjustments = tracker->failed_adjustments();
   leave_out_unseen_maps(result);
   leave_out_covered_maps(&result->maps);
+  doubt_few_images(&result->maps);
   if (result->maps.empty()) {
     result->tracked = false;
     result->reason =

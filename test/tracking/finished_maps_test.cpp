@@ -39,5 +39,19 @@ TEST(FinishedMaps, WhatWasLoadedStays) {
   EXPECT_EQ(frames_beside_first(none), 0u);
 }
 
+TEST(FinishedMaps, OneOfAFewImagesBesideTheFirstIsNotConfirmed) {
+  std::vector<FinishedMap> maps(4);
+  maps[0].trajectory.resize(11);
+  maps[1].trajectory.resize(20);
+  maps[2] = map_of({30, 31, 32}, 30);
+  maps[3] = map_of({33, 34, 35}, -5);  // only localised in
+  for (FinishedMap& map : maps) map.confirmed = true;
+  doubt_few_images(&maps);
+  EXPECT_TRUE(maps[0].confirmed);
+  EXPECT_TRUE(maps[1].confirmed);
+  EXPECT_FALSE(maps[2].confirmed);
+  EXPECT_TRUE(maps[3].confirmed);
+}
+
 }  // namespace
 }  // namespace mono_pose_tracker
