@@ -16,7 +16,7 @@ namespace mono_pose_tracker {
 // matches than the old one, and half of what the keyframe sees as well: the motion of a second body that
 // turns does not. (One that goes on without turning before a skyline is the camera's, where all that is near
 // is it.) What the keyframe sees of the map is then what agrees with its pose. Returns the keyframes that
-// were moved; those of an earlier run stay, as do the first two, which hold the map's frame and scale.
+// were moved; those of an earlier run stay, as do the first two, by which the map has its frame.
 // matches: of the map's keyframes.
 std::set<KeyframeId> correct_contradicted_poses(const MapperOptions& options, const MatchesInTime& matches,
                                                 const IsLeftOut& is_left_out, Map* map);

@@ -30,7 +30,7 @@ constexpr int kOthers = 3;
 // Two views can't contradict each other along the epipolar line: a landmark that two keyframes saw and none
 // of so many that came since is more often a wrong match than not.
 constexpr KeyframeId kKeyframesToConfirm = 3;
-// Two hold the map's frame and scale; a third is needed to contradict them.
+// By two the map has its frame; a third is needed to contradict them.
 constexpr std::size_t kFewestKeyframes = 3;
 
 // Share of the keyframe's landmarks that it is not needed for: at least kOthers see them, on the same scale

@@ -67,7 +67,8 @@ class PlaceIndex::Votes {
       weight = std::max(weight, weight_of(near_[i].distance));
     }
   }
-  /// What a feature finds in every keyframe tells nothing, in one alone most.
+  /// What a feature finds in every keyframe tells least, in one alone most. A turn of a keyframe counts as
+  /// one.
   void end_feature() {
     const float rarity = rarity_of(std::max<std::size_t>(1, voted_for_.size()));
     most_ += rarity;
@@ -92,8 +93,8 @@ class PlaceIndex::Votes {
 
   // 1 for equal signatures, falling to nearly 0 at the greatest distance that counts.
   float weight_of(int distance) const { return 1 - static_cast<float>(distance) / (max_distance_ + 1); }
-  float rarity_of(std::size_t keyframes) const {
-    return std::log1p(static_cast<float>(num_keyframes_) / static_cast<float>(keyframes));
+  float rarity_of(std::size_t places) const {
+    return std::log1p(static_cast<float>(num_keyframes_) / static_cast<float>(places));
   }
 
   struct OfTurn {

@@ -16,7 +16,7 @@ inline Eigen::Vector3d center_of(const CameraState& camera) {
 }
 
 // A motion's residual, and its derivatives by each camera's turn where it is and movement (as CameraState has
-// them; d center = R^T (v x turn) - R^T d v).
+// them; d center = -R^T (v x turn) - R^T d v).
 struct MotionTie {
   Eigen::Vector3d residual;
   std::array<Eigen::Matrix<double, 3, 6>, 3> by_pose;

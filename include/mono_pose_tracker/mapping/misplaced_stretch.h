@@ -15,7 +15,7 @@ namespace mono_pose_tracker {
 /// the one after it do not show that. What is before and after it must hang together without it, as firmly as
 /// a seam (mapping/seam.h). So it is where a hand covers an object for a while and is followed in its place.
 /// Empty where there is none, where it is more than a quarter of the map (a third, where those two do not),
-/// or holds keyframes of an earlier run or the first two, which hold the map's frame and scale. Of several,
+/// or holds keyframes of an earlier run or the first two, by which the map has its frame. Of several,
 /// the shortest. matches: of the map's keyframes. Once ransac.cancelled, none.
 std::set<KeyframeId> misplaced_stretch(const Map& map, const MatchesInTime& matches,
                                        const MatchOptions& matching, const RansacOptions& ransac);

@@ -26,7 +26,7 @@ Seam weakest_seam(const Map& map);
 
 /// The keyframes on the smaller side of the weakest seam, if it does not hold, they are no more than `most`
 /// and the others are more: without them the others hang together better. Empty otherwise, and if any of them
-/// is of an earlier run or of the first two, which hold the map's frame and scale.
+/// is of an earlier run or of the first two, by which the map has its frame.
 std::set<KeyframeId> loose_end(const Map& map, std::size_t most);
 
 }  // namespace mono_pose_tracker

@@ -11,7 +11,7 @@ enum class PairsThatCount { kInFront, kAll };
 
 /// Levenberg-Marquardt on rotation and direction of translation (5 parameters) over the truncated squares of
 /// the Sampson errors; pairs beyond the threshold or behind a camera at an iteration have no say in it.
-/// Returns the truncated cost reached, which is that of score_two_views.
+/// Returns the truncated cost reached, which is that of score_two_views where the pairs in front count.
 double refine_two_views(const BearingPairs& pairs, double threshold, int max_iterations, TwoViewModel* model,
                         PairsThatCount which = PairsThatCount::kInFront);
 
