@@ -42,9 +42,6 @@ constexpr double kRoughTolerance = 1e-5, kFinalTolerance = 1e-7;
 // Whatever the options let an adjustment between images take: here no image waits.
 constexpr int kFinalIterations = 50;
 
-// Of a length: who measures with the map should know of it, and a smaller change is not worth telling.
-constexpr double kTold = 0.01;
-
 // When that is asked. A keyframe comes every two or three degrees of a turn: so each fifteen or so, up to
 // sixty, beyond which a reverse fits plainly worse. Each time costs several adjustments.
 bool is_due(std::size_t keyframes) { return keyframes % 6 == 0 && keyframes <= 24; }
@@ -82,6 +79,7 @@ void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
   map_ = Map();
   places_ = std::make_shared<KeyframePlaces>();
   forget_beside_map();
+  unit_ = {};
   epoch_ = epoch;
   map_id_ = epoch + 1;
   std::vector<KeyframeId> ids;
@@ -128,6 +126,7 @@ void Mapper::restore_beside(Map map, std::uint32_t epoch) {
   map_ = std::move(map);
   places_ = std::make_shared<KeyframePlaces>();
   forget_beside_map();
+  unit_ = {};
   find_covariances();
   epoch_ = epoch;
   map_id_ = epoch + 1;
@@ -186,7 +185,7 @@ void Mapper::correct_beginning() {
   if (keyframes <= beside_.asked_at || !is_due(keyframes) || is_cancelled()) return;
   beside_.asked_at = keyframes;
   if (is_set_right(options_, &map_)) tell_of_other_beginning();
-  renew_scale(kTold);
+  renew_scale(kUnitChangeTold);
 }
 
 void Mapper::tell_of_other_beginning() {

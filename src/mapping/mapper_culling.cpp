@@ -122,11 +122,15 @@ void Mapper::remove_keyframes(const std::set<KeyframeId>& ids) {
   for (const KeyframeId id : ids) {
     if (map_.keyframe(id) && !spared.count(id)) remove_keyframe(id);
   }
+  // A view that was in a wrong place tells no length.
+  if (unit_.baseline && !map_.keyframe(unit_.baseline->second) && ids.count(unit_.baseline->second) > 0)
+    unit_.baseline.reset();
+  for (const KeyframeId id : ids) unit_.markers.erase(id);
   publish();
 }
 
-// Above the limit the keyframe goes that is missed least. Never the first two, which hold the map's frame and
-// scale, nor those that the camera is among.
+// Above the limit the keyframe goes that is missed least. Never the first two, by which the map has its
+// frame, nor those that the camera is among.
 void Mapper::cap_keyframes(KeyframeId newest) {
   const auto most = static_cast<std::size_t>(options_.mapping.max_keyframes);
   if (most == 0 || map_.keyframes().size() <= most) return;

@@ -108,7 +108,7 @@ JoinedMaps join_maps(const Map& older, const Map& newer, const std::vector<MapTi
 void Mapper::keep_present() {
   if (map_.keyframes().empty()) return;
   places_->follow(map_);  // it may be changed since it was published
-  kept_[map_id_] = {std::move(map_), std::move(places_), std::move(covariances_)};
+  kept_[map_id_] = {std::move(map_), std::move(places_), std::move(covariances_), std::move(unit_)};
   map_ = Map();
 }
 
@@ -153,6 +153,7 @@ bool Mapper::resume(std::uint32_t map_id, bool keep_this, std::uint32_t epoch) {
   beside_.tied_at = map_.keyframes().rbegin()->first;  // but for a few, since it was adjusted last
   places_ = std::move(resumed.places);
   covariances_ = std::move(resumed.covariances);
+  unit_ = std::move(resumed.unit);
   map_id_ = map_id;
   epoch_ = epoch;
   publish();
@@ -281,6 +282,7 @@ void Mapper::become_part_of(std::uint32_t kept_id, const MergedIds& added, doubl
   forget_beside_map();
   covariances_ = std::move(covariances);
   places_ = kept_.at(kept_id).places;
+  unit_ = kept_.at(kept_id).unit;
   kept_.erase(kept_id);
 }
 
@@ -304,15 +306,19 @@ void Mapper::adjust_seam(const std::vector<KeyframeId>& seam) {
 
 void Mapper::transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source) {
   if (map_.keyframes().empty()) return;
+  move_map(new_from_map);
+  if (scale_source) map_.set_scale_source(*scale_source);
+  publish();
+}
+
+void Mapper::move_map(const Sim3& new_from_map) {
   forget_aside();  // what is solved aside is of the map as it was
   map_.transform(new_from_map);
   scale_covariances([&](KeyframeId) { return new_from_map.scale; });
-  if (scale_source) map_.set_scale_source(*scale_source);
   MapCorrection correction;
   correction.of_map = correction.into_map = map_id_;
   correction.scale = new_from_map.scale;
   add_correction(std::move(correction));
-  publish();
 }
 
 void Mapper::join_rest() {

@@ -189,6 +189,7 @@ void Mapper::take_over(const TiedAdjustment& result, KeyframeId newest) {
   beside_.tied_at = newest;
   cull_observations(map_.landmark_ids());
   post_correction(all);
+  if (renew_scale(kUnitChangeTold)) publish();
 }
 
 void Mapper::post_correction(const KeyframeChanges& changes) {

@@ -72,12 +72,12 @@ void Mapper::rescale(double factor) {
 void Mapper::set_scale(const InitialMap& initial, const std::vector<KeyframeId>& ids) {
   const ScaleOptions& scale = options_.scale;
   if (scale.known_baseline > 0) {
-    beside_.baseline = {ids.front(), ids.back()};
+    unit_.baseline = {ids.front(), ids.back()};
     rescale(*metres_by_baseline());
     map_.set_scale_source(ScaleSource::kKnownBaseline);
   } else if (scale.marker_size > 0) {
     for (std::size_t v = 0; v < ids.size(); ++v) {
-      if (!initial.views[v].frame.marker.empty()) beside_.markers[ids[v]] = initial.views[v].frame.marker;
+      if (!initial.views[v].frame.marker.empty()) unit_.markers[ids[v]] = initial.views[v].frame.marker;
     }
     const std::optional<double> metres = metres_by_marker();
     if (!metres) return;
@@ -88,21 +88,23 @@ void Mapper::set_scale(const InitialMap& initial, const std::vector<KeyframeId>&
 
 // In one unit of the map; a view that others made redundant stands where they have it.
 std::optional<double> Mapper::metres_by_baseline() const {
-  if (!beside_.baseline) return std::nullopt;
+  if (!unit_.baseline) return std::nullopt;
   Rigid3 first, last;
-  if (!map_.camera_from_map(beside_.baseline->first, &first)) return std::nullopt;
-  if (!map_.camera_from_map(beside_.baseline->second, &last)) return std::nullopt;
+  if (!map_.camera_from_map(unit_.baseline->first, &first)) return std::nullopt;
+  if (!map_.camera_from_map(unit_.baseline->second, &last)) return std::nullopt;
   return options_.scale.known_baseline / (last.inverse().translation - first.inverse().translation).norm();
 }
 
 // What gave the map its unit is asked again once all is adjusted: where the map began, the views knew their
 // distance, or the marker's size, to some per cent only, and bundle adjustment holds neither. Of a length.
-void Mapper::renew_scale(double least_change) {
+// Whether it has changed, by a correction that is to be published.
+bool Mapper::renew_scale(double least_change) {
   std::optional<double> metres;
   if (map_.scale_source() == ScaleSource::kKnownBaseline) metres = metres_by_baseline();
   if (map_.scale_source() == ScaleSource::kMarker) metres = metres_by_marker();
-  if (!metres || std::abs(*metres - 1) <= least_change) return;
-  transform(Sim3(*metres, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), std::nullopt);
+  if (!metres || std::abs(*metres - 1) <= least_change) return false;
+  move_map(Sim3(*metres, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()));
+  return true;
 }
 
 // In one unit of the map, by the keyframes that see the marker; nothing before they see it from far enough
@@ -110,7 +112,7 @@ void Mapper::renew_scale(double least_change) {
 std::optional<double> Mapper::metres_by_marker() const {
   std::vector<Rigid3> cameras_from_map;
   std::vector<std::vector<Eigen::Vector3d>> markers;
-  for (const auto& [id, corners] : beside_.markers) {
+  for (const auto& [id, corners] : unit_.markers) {
     const Keyframe* keyframe = map_.keyframe(id);
     if (!keyframe) continue;  // culled since
     cameras_from_map.push_back(keyframe->camera_from_map);
@@ -129,7 +131,7 @@ void Mapper::scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3
   if (options_.scale.marker_size <= 0 || map_.scale_source() != ScaleSource::kMapUnits || marker.empty()) {
     return;
   }
-  beside_.markers[newest] = marker;
+  unit_.markers[newest] = marker;
   const std::optional<double> metres = metres_by_marker();
   if (!metres) return;
   transform(Sim3(*metres, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), ScaleSource::kMarker);

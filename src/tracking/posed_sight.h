@@ -17,9 +17,16 @@ struct PosedSight {
   std::vector<Eigen::Vector3d> points;  // these, in the map
 };
 
-// Whether two images show that the camera went from the one pose to the other: what each shows of the map is
-// found in the other, by descriptors alone, where the other's pose has it. Where one of them was posed at a
-// place that only looks like its own, it lies elsewhere or should not be in view.
-bool show_the_way(const PosedSight& a, const PosedSight& b, const MatchOptions& matching);
+// Whether two images show that the camera went from the one pose to the other.
+enum class WayShown {
+  kNot,    // what one of them shows of the map lies elsewhere in the other, or should not be in view, or is
+           // little
+  kAgree,  // it lies where the other's pose has it, but from the first pose most of it would as well
+  kShown,
+};
+
+// By descriptors alone, both ways. An image that was posed at a place that only looks like its own does not
+// agree.
+WayShown way_shown(const PosedSight& a, const PosedSight& b, const MatchOptions& matching);
 
 }  // namespace mono_pose_tracker

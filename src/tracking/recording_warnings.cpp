@@ -185,7 +185,8 @@ void warn_of_parts(RecordingResult* result) {
   result->warnings.push_back(
       "the recording fell into " + std::to_string(result->maps.size()) +
       " maps that nothing ties together: " + std::to_string(apart) +
-      " images are not in the first; each has a frame and a unit of its own (map_2, ...)");
+      " images are not in the first; each has a frame and a unit of its own (map_2, ...); of fewer than " +
+      std::to_string(kLeastBesideFirst) + " images none beside the first is confirmed");
 }
 
 // What is not posed is easily overlooked in a trajectory.

@@ -77,31 +77,44 @@ std::vector<char> jumps_of(const std::vector<PosedFrame>& frames, double least) 
   return jumps;
 }
 
+// Those in the stretch that ends with each frame.
+std::vector<int> jumps_in_stretches(const std::vector<char>& is_jump) {
+  std::vector<int> up_to(is_jump.size(), 0), in_stretch(is_jump.size(), 0);
+  for (std::size_t i = 1; i < is_jump.size(); ++i) {
+    up_to[i] = up_to[i - 1] + is_jump[i];
+    in_stretch[i] = up_to[i] - up_to[i > RestlessPath::kFrames ? i - RestlessPath::kFrames : 0];
+  }
+  return in_stretch;
+}
+
 }  // namespace
 
 RestlessPath most_restless_stretch(const std::vector<PosedFrame>& trajectory, double least,
-                                   const std::set<std::int64_t>& shown) {
+                                   const SeenSteps& seen) {
   RestlessPath worst;
   std::vector<char> is_jump = jumps_of(trajectory, least);
   for (std::size_t i = 0; i + 1 < trajectory.size(); ++i) {
-    if (shown.count(trajectory[i].index) > 0 && shown.count(trajectory[i + 1].index) > 0) is_jump[i] = 0;
+    const auto before = seen.find(trajectory[i].index), after = seen.find(trajectory[i + 1].index);
+    if (before != seen.end() && after != seen.end() && (before->second || after->second)) is_jump[i] = 0;
   }
-  std::vector<int> jumps(trajectory.size(), 0);  // up to each frame
+  const std::vector<int> jumps = jumps_in_stretches(is_jump);
   for (std::size_t i = 1; i < trajectory.size(); ++i) {
-    jumps[i] = jumps[i - 1] + is_jump[i];
-    const std::size_t first = i > RestlessPath::kFrames ? i - RestlessPath::kFrames : 0;
-    const int in_stretch = jumps[i] - jumps[first];
-    if (in_stretch > worst.jumps) worst = {trajectory[first].index, in_stretch};
+    if (jumps[i] <= worst.jumps) continue;
+    worst = {trajectory[i > RestlessPath::kFrames ? i - RestlessPath::kFrames : 0].index, jumps[i]};
   }
   return worst;
 }
 
 std::set<std::int64_t> frames_at_jumps(const std::vector<PosedFrame>& trajectory, double least) {
   const std::vector<char> is_jump = jumps_of(trajectory, least);
+  const std::vector<int> jumps = jumps_in_stretches(is_jump);
   std::set<std::int64_t> frames;
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
-    if (is_jump[i] == 0) continue;
-    for (std::int64_t step = -1; step <= 1; ++step) frames.insert(trajectory[i].index + step);
+    if (jumps[i] <= RestlessPath::kMostOfARightPath) continue;
+    for (std::size_t k = i > RestlessPath::kFrames ? i - RestlessPath::kFrames : 0; k <= i; ++k) {
+      if (is_jump[k] == 0) continue;
+      for (std::int64_t step = -1; step <= 1; ++step) frames.insert(trajectory[k].index + step);
+    }
   }
   return frames;
 }

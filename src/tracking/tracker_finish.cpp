@@ -169,9 +169,9 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   }
   map.still = still_landmarks(map.map, matches, options_.matching, options_.threads);
   map.collapse = worst_scale_collapse(map.map);
-  const bool is_present = view.map_id == present_map_;
-  map.restless = most_restless_stretch(map.trajectory, least_stray(view),
-                                       is_present ? steps_.shown : std::set<std::int64_t>());
+  const bool was_looked_at = view.map_id == steps_.map_id;
+  map.restless =
+      most_restless_stretch(map.trajectory, least_stray(view), was_looked_at ? steps_.seen : SeenSteps());
   const bool camera_goes_through = goes_through(map.map);
   map.shows_background = !camera_goes_through && shows_background(view, map.map, matches);
   find_other_body_beside(camera_goes_through, &map);

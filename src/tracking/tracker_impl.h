@@ -18,6 +18,7 @@
 #include "mono_pose_tracker/mapping/mapping_worker.h"
 #include "mono_pose_tracker/mapping/matches_in_time.h"
 #include "mono_pose_tracker/tracking/resector.h"
+#include "mono_pose_tracker/tracking/restless_path.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "object_finder.h"
 #include "pose_doubt.h"
@@ -37,10 +38,11 @@ struct Tentative {
 
 // Images of a finished recording between which the path jumps.
 struct StepsLookedAt {
+  std::uint32_t map_id = 0;
   std::map<std::int64_t, Rigid3> camera_from_map;
   std::int64_t last_index = -2;
   PosedSight last;
-  std::set<std::int64_t> shown;  // frames of which image and pose, and those before, agree on the way there
+  SeenSteps seen;
 };
 
 // It was loaded: what earlier runs have seen is never dropped for being young.
@@ -85,6 +87,7 @@ class Tracker::Impl {
   void restart();
   std::vector<PosedFrame> trajectory() const;
   std::set<std::int64_t> jumping_frames();
+  KeyframeId reference_of(std::int64_t frame_index, const TrackingMap& map) const;
   void look_at_step(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
                     const cv::Mat& mask);
   bool finish();

@@ -117,6 +117,7 @@ std::set<std::int64_t> Tracker::Impl::correct_contradicted() {
     if (moved.empty()) break;
     frames.merge(frames_on(*before, frames_[before->map_id], moved));
     worker_.publish_mapper();
+    apply_corrections(*worker_.latest());
   }
   // A keyframe's own image is where the keyframe is.
   if (!frames.empty()) {

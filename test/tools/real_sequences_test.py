@@ -85,8 +85,15 @@ class RealSequences(Runs):
         """By the first images there is none, with this seed: two geometries fit as well."""
         output = self.track_part("terrace_302", 42, 124, "--seed", "2", backwards=True)
         self.assertGreaterEqual(report(output)["frames_posed"], 20)
-        final = self.error_of(os.path.join(DATA, "terrace_302", "groundtruth.txt"), output)
-        self.assertFalse(report(output)["confirmed"] and final["position_rmse_percent"] > 3)
+        with open(os.path.join(DATA, "terrace_302", "images.txt")) as images:
+            stamps = [line.split()[0] for line in images if line.strip() and not line.startswith("#")][42:124]
+        with open(os.path.join(DATA, "terrace_302", "groundtruth.txt")) as lines:
+            pose_at = {line.split()[0]: line.split()[1:] for line in lines if not line.startswith("#")}
+        truth = os.path.join(self.folder.name, "truth.txt")
+        with open(truth, "w") as poses:
+            for stamp, shown in zip(stamps, stamps[::-1]):
+                poses.write(" ".join([stamp] + pose_at[shown]) + "\n")
+        self.assertFalse(report(output)["confirmed"] and self.error_of(truth, output)["position_rmse_percent"] > 3)
 
     def test_a_head_that_turns_from_the_first_image_on(self):
         """Before two motions are told apart there is a map, of both."""

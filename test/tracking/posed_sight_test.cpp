@@ -28,8 +28,9 @@ TEST(PosedSight, TwoImagesShowTheWayBetweenTheirPoses) {
   const SyntheticScene scene = box_scene(300, random);
   const Rigid3 here = camera_at({0, 0, 0}), there = camera_at({0.4, 0, 0}, 0.05);
   const PosedSight a = sight(scene, here, here, random), b = sight(scene, there, there, random);
-  EXPECT_TRUE(show_the_way(a, b, MatchOptions()));
-  EXPECT_TRUE(show_the_way(b, a, MatchOptions()));
+  EXPECT_EQ(way_shown(a, b, MatchOptions()), WayShown::kShown);
+  EXPECT_EQ(way_shown(b, a, MatchOptions()), WayShown::kShown);
+  EXPECT_EQ(way_shown(a, a, MatchOptions()), WayShown::kAgree) << "no step";
 }
 
 // Each of the two agrees with the map where it is posed; that they see the same gives it away.
@@ -38,7 +39,7 @@ TEST(PosedSight, AnImagePosedAtAPlaceThatLooksAlikeDoesNot) {
   const SyntheticScene scene = box_scene(300, random);
   const Rigid3 here = camera_at({0, 0, 0}), next_door = camera_at({1.5, 0, 0});
   const PosedSight a = sight(scene, here, here, random), b = sight(scene, here, next_door, random);
-  EXPECT_FALSE(show_the_way(a, b, MatchOptions()));
+  EXPECT_EQ(way_shown(a, b, MatchOptions()), WayShown::kNot);
 }
 
 TEST(PosedSight, AFewPointsShowNothing) {
@@ -46,7 +47,7 @@ TEST(PosedSight, AFewPointsShowNothing) {
   const SyntheticScene scene = box_scene(25, random);
   const Rigid3 here = camera_at({0, 0, 0});
   const PosedSight a = sight(scene, here, here, random);
-  EXPECT_FALSE(show_the_way(a, a, MatchOptions()));
+  EXPECT_EQ(way_shown(a, a, MatchOptions()), WayShown::kNot);
 }
 
 }  // namespace

@@ -53,19 +53,23 @@ TEST(RestlessPath, AHeadThatIsShakenDoesNotJump) {
 // A head that is shaken faster than that: the images themselves show it.
 TEST(RestlessPath, WhatTheImagesShowIsNoJump) {
   std::vector<PosedFrame> frames;
-  std::set<std::int64_t> shown;
+  SeenSteps seen;
   for (int i = 0; i < 100; ++i) {
     const double aside = i < 60 ? 0.001 * (i % 3) : i % 2;
     frames.push_back({i, i, Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(aside, 0, 0))});
   }
-  EXPECT_TRUE(most_restless_stretch(frames, 0.02, shown).is_significant());
+  EXPECT_TRUE(most_restless_stretch(frames, 0.02, seen).is_significant());
   const std::set<std::int64_t> at_jumps = frames_at_jumps(frames, 0.02);
   EXPECT_EQ(at_jumps.count(50), 0u);
   for (int i = 61; i < 99; ++i) EXPECT_EQ(at_jumps.count(i), 1u) << i;
-  for (int i = 60; i < 90; ++i) shown.insert(i);
-  EXPECT_TRUE(most_restless_stretch(frames, 0.02, shown).is_significant()) << "the last ten are not";
-  for (int i = 90; i < 100; ++i) shown.insert(i);
-  EXPECT_FALSE(most_restless_stretch(frames, 0.02, shown).is_significant());
+  for (int i = 60; i < 90; ++i) seen[i] = true;
+  EXPECT_TRUE(most_restless_stretch(frames, 0.02, seen).is_significant()) << "the last ten are not";
+  for (int i = 90; i < 100; ++i) seen[i] = true;
+  EXPECT_FALSE(most_restless_stretch(frames, 0.02, seen).is_significant());
+  for (int i = 60; i < 100; i += 2) seen[i] = false;
+  EXPECT_FALSE(most_restless_stretch(frames, 0.02, seen).is_significant()) << "each other step is shown";
+  for (int i = 60; i < 100; ++i) seen[i] = false;
+  EXPECT_TRUE(most_restless_stretch(frames, 0.02, seen).is_significant()) << "none is";
 }
 
 // As a film of 15 images a second is in a video of 30, or of 10 in one of 30.

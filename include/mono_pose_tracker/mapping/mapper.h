@@ -81,8 +81,8 @@ class Mapper {
   /// anew then. Those that were moved. matches: of the map's keyframes.
   std::set<KeyframeId> correct_contradicted(const MatchesInTime& matches);
 
-  /// Takes out keyframes whose poses are wrong, and what they alone saw; the first two hold the frame and
-  /// scale of the map, and stay.
+  /// Takes out keyframes whose poses are wrong, and what they alone saw; the first two, by which the
+  /// map has its frame, stay.
   void remove_keyframes(const std::set<KeyframeId>& ids);
 
   /// For the end of a recording: tries each two maps that there are for what they have in common.
@@ -101,6 +101,16 @@ class Mapper {
  private:
   bool is_cancelled() const { return options_.bundle.is_cancelled(); }
 
+  // Of a length: who measures with the map should know of it, and a smaller change is not worth telling.
+  static constexpr double kUnitChangeTold = 0.01;
+
+  // What gave a map its unit, to be asked again.
+  struct UnitSource {
+    // Bearings of the corners of the marker in keyframes that saw it while the map had no scale.
+    std::map<KeyframeId, std::vector<Eigen::Vector3d>> markers;
+    std::optional<std::pair<KeyframeId, KeyframeId>> baseline;  // the two whose distance is known
+  };
+
   // What is known of the present map beside it. Another's is not known: it is begun anew.
   struct BesideMap {
     BesideMap(const MapperOptions& options, const CameraModel& camera) : loop_finder(options, camera) {}
@@ -108,9 +118,6 @@ class Mapper {
     // Of images that something was left out of before they came here, all of it.
     std::map<KeyframeId, ImageFeaturesPtr> whole;
     std::map<KeyframeId, std::vector<char>> left_out;  // features of another motion, where there are some
-    // Bearings of the corners of the marker in keyframes that saw it while the map had no scale.
-    std::map<KeyframeId, std::vector<Eigen::Vector3d>> markers;
-    std::optional<std::pair<KeyframeId, KeyframeId>> baseline;  // the two whose distance is known
     RigidityWatch watch;
     LargerBodyWatch larger_body_watch;
     BodyWatch body_watch;
@@ -131,6 +138,7 @@ class Mapper {
     Map map;
     std::shared_ptr<KeyframePlaces> places;
     KeyframeCovariances covariances;
+    UnitSource unit;
   };
 
   // Keyframes that look like one, by its id.
@@ -194,9 +202,10 @@ class Mapper {
   void set_scale(const InitialMap& initial, const std::vector<KeyframeId>& ids);
   void correct_beginning();
   void tell_of_other_beginning();
+  void move_map(const Sim3& new_from_map);
   std::optional<double> metres_by_marker() const;
   std::optional<double> metres_by_baseline() const;
-  void renew_scale(double least_change);
+  bool renew_scale(double least_change);
   void scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3d>& marker);
   void publish();
 
@@ -204,6 +213,7 @@ class Mapper {
   CameraModel camera_;
   Map map_;
   BesideMap beside_;
+  UnitSource unit_;
   // Of keyframes where the last adjustment left them, in the map (TrackingMap::covariances).
   KeyframeCovariances covariances_;
   std::uint32_t epoch_ = 0;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <set>
 #include <vector>
 
@@ -21,17 +22,20 @@ struct RestlessPath {
   bool is_significant() const { return jumps > kMostOfARightPath; }
 };
 
+/// Frames whose images agree with their step from the frame before; true: and would not with none, so that
+/// they show it.
+using SeenSteps = std::map<std::int64_t, bool>;
+
 /// The worst one. At a jump the velocity changes, from one image in a row to the next, by three times the
 /// usual step (in a video that holds each image again, of those between which the camera moves; a camera that
 /// turns back on the spot changes it by two), and by `least`, in the map's unit, which a camera that hardly
 /// moves does not; and with the very next image it changes the other way. A head that is shaken after it was
 /// still takes several images to turn back.
-/// shown: frames whose step from the frame before the images themselves show (posed_sight.h); between two
-/// such steps there is no jump.
+/// Between two steps that the images themselves agree with there is no jump, if they show one of them.
 RestlessPath most_restless_stretch(const std::vector<PosedFrame>& trajectory, double least,
-                                   const std::set<std::int64_t>& shown);
+                                   const SeenSteps& seen);
 
-/// Those at jumps, and before and after them.
+/// Those at the jumps of stretches that have more than a right path has, and before and after them.
 std::set<std::int64_t> frames_at_jumps(const std::vector<PosedFrame>& trajectory, double least);
 
 }  // namespace mono_pose_tracker
