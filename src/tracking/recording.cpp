@@ -180,6 +180,15 @@ void look_at_jumps(const Recording& recording, Tracker* tracker, const Recording
   });
 }
 
+// Beyond a gap there may be nothing to tell a pose but what is far.
+void doubt_runs_apart(const Tracker& tracker, RecordingResult* result) {
+  std::set<std::int64_t> keyframes;
+  for (const auto& entry : tracker.map().keyframes()) keyframes.insert(entry.second.frame_index);
+  // In a loaded map there need be none near.
+  if (keyframes.empty() || is_of_earlier_run(*keyframes.begin())) return;
+  result->doubtful.merge(runs_without_keyframe(tracker.trajectory(), keyframes));
+}
+
 void note(const FrameReport& report, const RecordingReader& reader, Reasons* reasons,
           RecordingResult* result) {
   if (report.reason == Reason::kImageSizeMismatch) {
@@ -255,6 +264,7 @@ void pose_again(const Recording& recording, const FrameObserver& observer, Track
   leave_out_loose_ends(recording, tracker, result);
   settle_motion(recording, tracker, result);
   look_at_jumps(recording, tracker, *result);
+  doubt_runs_apart(*tracker, result);
 }
 
 // The maps of this recording, and what speaks against them.

@@ -218,7 +218,8 @@ void warn_of_doubtful_poses(RecordingResult* result) {
   if (alone.size() > kMostNumbers) numbers += ", ...";
   result->warnings.push_back("the poses of " + std::to_string(alone.size()) +
                              " images are doubtful (number " + numbers +
-                             "): they rest on few points and lie away from where the motion led; do without "
+                             "): they rest on few points and lie away from where the motion led, or beyond a "
+                             "gap with no keyframe among them; do without "
                              "them where a wrong one does harm" +
                              (may_lead_astray(alone.size(), result->trajectory.size())
                                   ? "; the path is so short that they may take all of it off"
