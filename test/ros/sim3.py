@@ -31,17 +31,6 @@ def mean_rotation(rotations):
     return u @ numpy.diag([1, 1, numpy.linalg.det(u @ vt)]) @ vt
 
 
-def share_of_spread(estimate, reference):
-    """Position RMSE after Sim(3) alignment as a share of how far the reference's positions lie from their mean (RMS): 1
-    says nothing of the estimate, whatever it is."""
-    stamps = sorted(estimate)
-    source = numpy.array([estimate[s][0] for s in stamps])
-    target = numpy.array([reference[s][0] for s in stamps])
-    scale, rotation, translation = umeyama(source, target)
-    residuals = target - (scale * source @ rotation.T + translation)
-    return numpy.sqrt((residuals ** 2).sum() / ((target - target.mean(0)) ** 2).sum())
-
-
 def errors(estimate, reference):
     """Both {stamp: (position, quaternion xyzw)}, the estimate's stamps among the reference's. Position RMSE after Sim(3)
     alignment as a share of the path; median angle in degrees between the orientations after the best single rotation;
