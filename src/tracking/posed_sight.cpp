@@ -4,16 +4,15 @@
 
 #include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/features/feature_set.h"
+#include "mono_pose_tracker/mapping/contradiction.h"
 
 namespace mono_pose_tracker {
 
 namespace {
 
-// As of keyframes that contradict each other (mapping/contradiction.h): px at 640 px, matches that are no
-// chance, and the share of them that lies elsewhere in a right map at most.
+// As of keyframes that contradict each other: px at 640 px, matches that are no chance.
 constexpr double kElsewhere = 6;
 constexpr int kMinMatches = 30;
-constexpr double kMostElsewhere = 1.0 / 10;
 
 WayShown shown_in(const PosedSight& first, const PosedSight& second, const MatchOptions& matching) {
   const FeatureSet& shown = first.image->set;
@@ -28,7 +27,7 @@ WayShown shown_in(const PosedSight& first, const PosedSight& second, const Match
     });
   };
   const auto all = static_cast<double>(matches.size());
-  if (all < kMinMatches || agreeing(second.camera_from_map) < (1 - kMostElsewhere) * all)
+  if (all < kMinMatches || agreeing(second.camera_from_map) < (1 - Contradiction::kMostOfARightMap) * all)
     return WayShown::kNot;
   return agreeing(first.camera_from_map) < all / 2 ? WayShown::kShown : WayShown::kAgree;
 }

@@ -77,12 +77,16 @@ std::vector<char> jumps_of(const std::vector<PosedFrame>& frames, double least) 
   return jumps;
 }
 
+std::size_t begin_of_stretch(std::size_t end) {
+  return end > RestlessPath::kFrames ? end - RestlessPath::kFrames : 0;
+}
+
 // Those in the stretch that ends with each frame.
 std::vector<int> jumps_in_stretches(const std::vector<char>& is_jump) {
   std::vector<int> up_to(is_jump.size(), 0), in_stretch(is_jump.size(), 0);
   for (std::size_t i = 1; i < is_jump.size(); ++i) {
     up_to[i] = up_to[i - 1] + is_jump[i];
-    in_stretch[i] = up_to[i] - up_to[i > RestlessPath::kFrames ? i - RestlessPath::kFrames : 0];
+    in_stretch[i] = up_to[i] - up_to[begin_of_stretch(i)];
   }
   return in_stretch;
 }
@@ -100,7 +104,7 @@ RestlessPath most_restless_stretch(const std::vector<PosedFrame>& trajectory, do
   const std::vector<int> jumps = jumps_in_stretches(is_jump);
   for (std::size_t i = 1; i < trajectory.size(); ++i) {
     if (jumps[i] <= worst.jumps) continue;
-    worst = {trajectory[i > RestlessPath::kFrames ? i - RestlessPath::kFrames : 0].index, jumps[i]};
+    worst = {trajectory[begin_of_stretch(i)].index, jumps[i]};
   }
   return worst;
 }
@@ -111,7 +115,7 @@ std::set<std::int64_t> frames_at_jumps(const std::vector<PosedFrame>& trajectory
   std::set<std::int64_t> frames;
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
     if (jumps[i] <= RestlessPath::kMostOfARightPath) continue;
-    for (std::size_t k = i > RestlessPath::kFrames ? i - RestlessPath::kFrames : 0; k <= i; ++k) {
+    for (std::size_t k = begin_of_stretch(i); k <= i; ++k) {
       if (is_jump[k] == 0) continue;
       for (std::int64_t step = -1; step <= 1; ++step) frames.insert(trajectory[k].index + step);
     }

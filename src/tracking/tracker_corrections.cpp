@@ -40,6 +40,12 @@ void Tracker::Impl::apply_corrections(const TrackingMap& map) {
   }
 }
 
+// What the mapper has done to the present map without images coming: shown, and followed.
+void Tracker::Impl::follow_mapper() {
+  worker_.publish_mapper();
+  apply_corrections(*worker_.latest());
+}
+
 // The mapper keeps no more of what lies beside a capped map than that map may hold.
 void Tracker::Impl::forget_dropped_maps(const TrackingMap& map) {
   if (map.epoch != epoch_) return;  // of a time when others were kept

@@ -36,13 +36,11 @@ bool Tracker::Impl::finish() {
 void Tracker::Impl::complete_map() {
   if (!others_.empty()) {
     worker_.mapper().join_rest();
-    worker_.publish_mapper();
-    apply_corrections(*worker_.latest());
+    follow_mapper();
     resume_largest();
   }
   worker_.mapper().finish();
-  worker_.publish_mapper();
-  apply_corrections(*worker_.latest());
+  follow_mapper();
 }
 
 // The map in which most frames are posed becomes the present one; of equals, the oldest.

@@ -150,6 +150,7 @@ class Tracker::Impl {
   void bootstrap_beside(const Frame& frame, FrameReport* report);
   bool go_back_to(std::uint32_t map_id, bool keep_present);
   void apply_corrections(const TrackingMap& map);
+  void follow_mapper();
   void forget_dropped_maps(const TrackingMap& map);
   TrackingMapPtr view_beside(std::uint32_t map_id) const;
   bool accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,

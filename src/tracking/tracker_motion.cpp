@@ -12,8 +12,7 @@ std::set<std::int64_t> Tracker::Impl::settle_motion() {
   if (!worker_.latest() || options_.localize_only) return {};
   const double least = least_stray(*worker_.latest());
   worker_.mapper().settle_motion(least);
-  worker_.publish_mapper();
-  apply_corrections(*worker_.latest());
+  follow_mapper();
   const std::vector<PosedFrame> frames = trajectory();
   const std::vector<TimedCenter> centers = centers_of(frames);
   const MotionPrior prior(centers);

@@ -67,8 +67,7 @@ std::set<std::int64_t> Tracker::Impl::take_out(const std::set<KeyframeId>& keyfr
   std::set<std::int64_t> frames = frames_on(*map, frames_[map->map_id], keyframes);
   worker_.mapper().remove_keyframes(keyframes);
   worker_.mapper().finish();
-  worker_.publish_mapper();
-  apply_corrections(*worker_.latest());
+  follow_mapper();
   return frames;
 }
 
@@ -116,8 +115,7 @@ std::set<std::int64_t> Tracker::Impl::correct_contradicted() {
         mapper.correct_contradicted(known_matches_.of(mapper.map(), options_.matching, options_.threads));
     if (moved.empty()) break;
     frames.merge(frames_on(*before, frames_[before->map_id], moved));
-    worker_.publish_mapper();
-    apply_corrections(*worker_.latest());
+    follow_mapper();
   }
   // A keyframe's own image is where the keyframe is.
   if (!frames.empty()) {
