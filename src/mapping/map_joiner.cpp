@@ -7,6 +7,7 @@
 #include "landmark_parallax.h"
 #include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/median.h"
+#include "mono_pose_tracker/robust/similarity.h"
 
 namespace mono_pose_tracker {
 
@@ -14,6 +15,11 @@ namespace {
 
 // px of parallax at 640 px (image_scale), with which features of .6 px know a depth to a fifth.
 constexpr double kKnownDepthPx = 4.2;
+constexpr double kKnownDepthSigma = 0.2;
+// Of a distance: what a map may be bent by between two of its views, however well each point is known.
+constexpr double kBend = 0.02;
+// Of the turn between two maps: one in a thousand beyond three degrees.
+constexpr double kMaxTurnSigmaDeg = 1;
 // Points that both maps know, seen by one keyframe: fewer tell no scale.
 constexpr int kMinPoints = 10;
 // Of the scale between the maps, as one keyframe's depths tell it. What it is off by bends the seam, which
@@ -70,6 +76,75 @@ double disagreement(const Map& map, const Map& other, const MapTie& a, const Map
   return median(std::move(errors));
 }
 
+// depth_sigma: as features of .6 px tell it, seen twice.
+SightedPoint sighted(const Map& map, const Landmark& landmark, const Observation& seen) {
+  const Keyframe& keyframe = *map.keyframe(seen.keyframe);
+  const Rigid3 map_from_camera = keyframe.camera_from_map.inverse();
+  const double known = kKnownDepthPx * image_scale(keyframe.image->camera) / keyframe.image->camera.focal();
+  return {landmark.x_in_map, map_from_camera.translation,
+          map_from_camera.rotation * keyframe.image->set.bearings[seen.feature],
+          kKnownDepthSigma * known / widest_parallax(map, landmark)};
+}
+
+// As the first keyframes that see each of them have it, and as the last: the farther apart, the more they
+// tell of its depth.
+std::vector<SimilarityMatch> sights_of_both(const Map& map, const Map& other,
+                                            const std::vector<std::pair<LandmarkId, LandmarkId>>& same) {
+  std::vector<SimilarityMatch> sights;
+  for (const auto& [own, theirs] : same) {
+    const Landmark &in_map = *map.landmark(own), &in_other = *other.landmark(theirs);
+    sights.push_back({sighted(map, in_map, in_map.observations.front()),
+                      sighted(other, in_other, in_other.observations.front())});
+    sights.push_back({sighted(map, in_map, in_map.observations.back()),
+                      sighted(other, in_other, in_other.observations.back())});
+  }
+  return sights;
+}
+
+// How far the depths are off where the points are fitted to each other, over what they were thought to be: a
+// landmark that many images show sharply is known far better than by two. 1 where nothing tells.
+double share_of_depth_noise(const std::vector<SimilarityMatch>& sights, const std::vector<char>& inliers) {
+  std::vector<Eigen::Vector3d> in_a, in_b;
+  for (std::size_t i = 0; i < sights.size(); ++i) {
+    if (!inliers[i]) continue;
+    in_a.push_back(sights[i].in_a.x);
+    in_b.push_back(sights[i].in_b.x);
+  }
+  Sim3 b_from_a;
+  if (!align_sim3(in_a, in_b, &b_from_a)) return 1;
+  std::vector<double> off;
+  for (const SimilarityMatch& m : sights) {
+    const double there = (b_from_a * m.in_a.x - m.in_b.center).norm(),
+                 here = (m.in_b.x - m.in_b.center).norm();
+    off.push_back(std::abs(std::log(there / here)) / std::hypot(m.in_a.depth_sigma, m.in_b.depth_sigma));
+  }
+  return std::min(1.0, 1.48 * median(std::move(off)));
+}
+
+std::vector<SimilarityMatch> with_depth_noise(std::vector<SimilarityMatch> sights, double share) {
+  for (SimilarityMatch& m : sights) {
+    m.in_a.depth_sigma = std::hypot(kBend, share * m.in_a.depth_sigma);
+    m.in_b.depth_sigma = std::hypot(kBend, share * m.in_b.depth_sigma);
+  }
+  return sights;
+}
+
+// Of the points that the ties share; none where they don't determine it. The views alone leave open which of
+// two ways a small patch of a wall faces; the depths of its points tell, once it is known how good they are.
+std::optional<Sim3> similarity_of_points(const MapperOptions& options, const Map& map, const Map& other,
+                                         const std::vector<MapTie>& ties) {
+  SimilarityOptions similarity;
+  similarity.ransac = options.ransac;
+  similarity.max_rotation_sigma_deg = kMaxTurnSigmaDeg;
+  const std::vector<SimilarityMatch> sights = sights_of_both(map, other, same_landmarks(map, ties));
+  const SimilarityReport roughly = estimate_similarity(with_depth_noise(sights, 1), similarity);
+  const SimilarityReport report = estimate_similarity(
+      with_depth_noise(sights, share_of_depth_noise(sights, roughly.inliers)), similarity);
+  // Each point has two sights.
+  if (!report.success || report.num_inliers < 2 * options.min_inliers) return std::nullopt;
+  return report.b_from_a;
+}
+
 }  // namespace
 
 std::optional<MapTie> tie_keyframe(const MapperOptions& options, const Map& map, KeyframeId keyframe_id,
@@ -94,6 +169,17 @@ bool ties_agree(const Map& map, const Map& other, const MapTie& a, const MapTie&
     return kMaxDisagreement * image_scale(map.keyframe(tie.keyframe)->image->camera);
   };
   return disagreement(map, other, a, b) < limit(b) && disagreement(map, other, b, a) < limit(a);
+}
+
+std::optional<MapMeeting> meet(const MapperOptions& options, const Map& map, const Map& other, MapTie first,
+                               MapTie second) {
+  if (!ties_agree(map, other, first, second)) return std::nullopt;
+  MapMeeting meeting;
+  meeting.ties = {std::move(first), std::move(second)};
+  const std::optional<Sim3> other_from_map = similarity_of_points(options, map, other, meeting.ties);
+  if (!other_from_map) return std::nullopt;
+  meeting.other_from_map = *other_from_map;
+  return meeting;
 }
 
 std::vector<std::pair<LandmarkId, LandmarkId>> same_landmarks(const Map& map,

@@ -20,7 +20,6 @@
 #include "mono_pose_tracker/mapping/rival_geometry.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "unseen_landmarks.h"
-#include "view_linker.h"
 
 namespace mono_pose_tracker {
 
@@ -135,9 +134,10 @@ void Mapper::restore_beside(Map map, std::uint32_t epoch) {
 
 void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   KeyframeCandidate candidate = candidate_as_sent;
-  bring_up_to_date(&candidate);
   Rigid3 reference_from_map;
-  if (candidate.map_id != map_id_ || !map_.camera_from_map(candidate.reference, &reference_from_map)) return;
+  if (!bring_up_to_date(&candidate) || candidate.map_id != map_id_ ||
+      !map_.camera_from_map(candidate.reference, &reference_from_map))
+    return;
   const KeyframeId id =
       map_.add_keyframe(candidate.frame.index, candidate.frame.stamp_ns,
                         candidate.camera_from_reference * reference_from_map, candidate.frame.image);
@@ -330,10 +330,7 @@ void Mapper::finish() {
   bundle.max_iterations = kFinalIterations;
   // What was known of it is forgotten where maps are joined or gone back to.
   for (const auto& entry : map_.keyframes()) leave_out_fixed(entry.first);
-  if (!link_views(options_, &map_).empty()) {
-    count(adjust_map(with_wide_loss(bundle), &map_));  // nothing is culled yet
-    count(adjust_map(bundle, &map_));
-  }
+  tie_and_adjust_all(bundle);
   complete(bundle);
   const auto is_other_body = [this](KeyframeId id, int feature) { return is_left_out(id, feature); };
   if (options_.separates_motions && is_narrow(map_)) leave_out_off_body(bundle);

@@ -133,7 +133,10 @@ void Mapper::remove_keyframes(const std::set<KeyframeId>& ids) {
 // frame, nor those that the camera is among.
 void Mapper::cap_keyframes(KeyframeId newest) {
   const auto most = static_cast<std::size_t>(options_.mapping.max_keyframes);
-  if (most == 0 || map_.keyframes().size() <= most) return;
+  if (most == 0) return;
+  // Frames of the last minutes ride on those.
+  map_.forget_removed_keyframes(kMostRemovedKeyframes);
+  if (map_.keyframes().size() <= most) return;
   std::set<KeyframeId> spared = {newest};
   // At most half of what may stay: a map that is smaller than two windows must lose some of its window.
   const int window = std::min(options_.mapping.window_keyframes, static_cast<int>(most / 2));
@@ -155,8 +158,6 @@ void Mapper::cap_keyframes(KeyframeId newest) {
       if (share != shares.end()) share->second = redundant_share(map_, *map_.keyframe(entry.first));
     }
   }
-  // Frames of the last minutes ride on those.
-  map_.forget_removed_keyframes(kMostRemovedKeyframes);
 }
 
 }  // namespace mono_pose_tracker

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -64,6 +65,8 @@ void unite(KeyframeId old_id, KeyframeId new_id, Map* map) {
       map->merge_landmarks(of_new[f], held);
     }
   }
+  // What rides on the new one stands from now on where the old one has that image.
+  map->set_pose(new_id, map->keyframe(old_id)->camera_from_map);
   map->remove_keyframe(new_id, old_id);
 }
 
@@ -73,21 +76,17 @@ struct JoinedMaps {
   MergedIds added;               // by how much the newer one's ids are greater in it
   double scale = 1;              // of the newer one
   std::vector<KeyframeId> seam;  // keyframes that hold the two together
-  bool shares_images = false;    // there were images that both had as keyframes
 };
 
-JoinedMaps join_maps(const Map& older, const Map& newer, const std::vector<MapTie>& ties) {
-  const auto best = std::max_element(ties.begin(), ties.end(), [](const MapTie& a, const MapTie& b) {
-    return a.location.matches.size() < b.location.matches.size();
-  });
+JoinedMaps join_maps(const Map& older, const Map& newer, const MapMeeting& meeting) {
   JoinedMaps joined;
   joined.map = older;
-  joined.scale = best->other_from_map.scale;
-  joined.added = joined.map.merge(newer, best->other_from_map);
-  for (const auto& [own, theirs] : same_landmarks(newer, ties)) {
+  joined.scale = meeting.other_from_map.scale;
+  joined.added = joined.map.merge(newer, meeting.other_from_map);
+  for (const auto& [own, theirs] : same_landmarks(newer, meeting.ties)) {
     joined.map.merge_landmarks(own + joined.added.landmarks, theirs);
   }
-  for (const MapTie& tie : ties) {
+  for (const MapTie& tie : meeting.ties) {
     const KeyframeId keyframe = tie.keyframe + joined.added.keyframes;
     joined.seam.push_back(keyframe);
     for (const auto& [feature, landmark] : tie.location.matches) {
@@ -98,7 +97,6 @@ JoinedMaps join_maps(const Map& older, const Map& newer, const std::vector<MapTi
     unite(old_id, new_id, &joined.map);
     std::replace(joined.seam.begin(), joined.seam.end(), new_id, old_id);
     joined.seam.push_back(old_id);
-    joined.shares_images = true;
   }
   return joined;
 }
@@ -176,15 +174,18 @@ std::vector<Map> Mapper::all_maps() const {
   return maps;
 }
 
-// Ids and lengths in the candidate are of the time when its frame was posed.
-void Mapper::bring_up_to_date(KeyframeCandidate* candidate) const {
+// Ids and lengths in the candidate are of the time when its frame was posed. False where it was posed in a
+// geometry that the map no longer has: nothing of its pose holds.
+bool Mapper::bring_up_to_date(KeyframeCandidate* candidate) const {
   for (const auto& correction : corrections_) {
     if (correction->sequence <= candidate->corrections || correction->of_map != candidate->map_id) continue;
+    if (correction->other_geometry) return false;
     candidate->map_id = correction->into_map;
     candidate->reference += correction->added.keyframes;
     candidate->camera_from_reference.translation *= correction->length_scale(candidate->reference);
     for (FrameObservation& o : candidate->observations) o.landmark += correction->added.landmarks;
   }
+  return true;
 }
 
 void Mapper::add_correction(MapCorrection correction) {
@@ -195,35 +196,36 @@ void Mapper::add_correction(MapCorrection correction) {
   if (corrections_.size() > kMost) corrections_.erase(corrections_.begin());
 }
 
-// Two ties that agree, of the keyframe and another that shares view with it; or none.
-std::vector<MapTie> Mapper::find_ties(const KeptMap& other, KeyframeId keyframe) const {
+// The keyframe and another that shares view with it are found in the other map.
+std::optional<MapMeeting> Mapper::find_meeting(const KeptMap& other, KeyframeId keyframe) const {
   for (const KeyframeId place : other.places->find(map_.keyframe(keyframe)->image->set, kBestPlaces)) {
     const std::optional<MapTie> first = tie_keyframe(options_, map_, keyframe, other.map, place);
     if (!first) continue;
     for (const KeyframeId second : neighbors(keyframe, kSecondViews)) {
       const std::optional<MapTie> tie = tie_keyframe(options_, map_, second, other.map, place);
-      if (tie && ties_agree(map_, other.map, *first, *tie)) return {*first, *tie};
+      if (!tie) continue;
+      if (std::optional<MapMeeting> meeting = meet(options_, map_, other.map, *first, *tie)) return meeting;
     }
   }
-  return {};
+  return std::nullopt;
 }
 
 bool Mapper::join_where_met(KeyframeId newest) {
   for (const std::uint32_t id : kept_maps()) {
-    const std::vector<MapTie> ties = find_ties(kept_.at(id), newest);
-    if (ties.empty()) continue;
-    if (id < map_id_ ? join(id, ties) : join_newer(id, ties)) return true;
+    const std::optional<MapMeeting> meeting = find_meeting(kept_.at(id), newest);
+    if (!meeting) continue;
+    if (id < map_id_ ? join(id, *meeting) : join_newer(id, *meeting)) return true;
   }
   return false;
 }
 
 // The present map is the older: it was gone back to, or loaded. The newer one is looked at from its own side,
 // where the ties say that the two meet, so that the older one's frame stays.
-bool Mapper::join_newer(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
+bool Mapper::join_newer(std::uint32_t kept_id, const MapMeeting& meeting) {
   constexpr std::size_t kTries = 4;
   const Map& newer = kept_.at(kept_id).map;
   std::map<KeyframeId, int> seen;
-  for (const MapTie& tie : ties) {
+  for (const MapTie& tie : meeting.ties) {
     for (const auto& match : tie.location.matches) {
       for (const Observation& o : newer.landmark(match.second)->observations) ++seen[o.keyframe];
     }
@@ -237,8 +239,8 @@ bool Mapper::join_newer(std::uint32_t kept_id, const std::vector<MapTie>& ties) 
   const BesideMap beside = beside_;  // the older one has it back where the two stay apart
   resume(kept_id, true, epoch_);
   for (const auto& entry : most) {
-    const std::vector<MapTie> own_ties = find_ties(kept_.at(older), entry.second);
-    if (!own_ties.empty() && join(older, own_ties)) return true;
+    const std::optional<MapMeeting> from_newer = find_meeting(kept_.at(older), entry.second);
+    if (from_newer && join(older, *from_newer)) return true;
   }
   resume(older, true, epoch_);
   beside_ = beside;
@@ -246,14 +248,17 @@ bool Mapper::join_newer(std::uint32_t kept_id, const std::vector<MapTie>& ties) 
 }
 
 // The older map's frame and scale stay. False, and nothing is changed, when too little is left to hold the
-// two together once everything was adjusted.
-bool Mapper::join(std::uint32_t kept_id, const std::vector<MapTie>& ties) {
-  JoinedMaps joined = join_maps(kept_.at(kept_id).map, map_, ties);
+// two together once everything was adjusted: half of what was tied, as where a loop is closed.
+bool Mapper::join(std::uint32_t kept_id, const MapMeeting& meeting) {
+  JoinedMaps joined = join_maps(kept_.at(kept_id).map, map_, meeting);
+  const int tied = points_across(joined.map, joined.added.keyframes);
   auto left_out = std::exchange(beside_.left_out, {});  // of ids that are no longer, if the join holds
   auto whole = std::exchange(beside_.whole, {});
   Map apart = std::exchange(map_, std::move(joined.map));
   adjust_seam(joined.seam);
-  if (!joined.shares_images && points_across(map_, joined.added.keyframes) < options_.min_inliers) {
+  const bool is_all_shared = map_.keyframes().rbegin()->first < joined.added.keyframes;
+  if (!is_all_shared &&
+      points_across(map_, joined.added.keyframes) < std::max(options_.min_inliers, tied / 2)) {
     map_ = std::move(apart);
     beside_.left_out = std::move(left_out);
     beside_.whole = std::move(whole);
@@ -282,8 +287,10 @@ void Mapper::become_part_of(std::uint32_t kept_id, const MergedIds& added, doubl
   forget_beside_map();
   covariances_ = std::move(covariances);
   places_ = kept_.at(kept_id).places;
-  unit_ = kept_.at(kept_id).unit;
+  const UnitSource own_unit = std::exchange(unit_, kept_.at(kept_id).unit);
   kept_.erase(kept_id);
+  for (const auto& [id, corners] : own_unit.markers) unit_.markers.emplace(id + added.keyframes, corners);
+  scale_by_markers();
 }
 
 // A wide loss lets what was tied pull before anything is culled.
@@ -332,8 +339,8 @@ void Mapper::join_rest() {
       resume(ids[newer], true, epoch_);
       for (std::size_t older = 0; older < newer && !joined; ++older) {
         for (const KeyframeId keyframe : keyframe_ids(map_)) {
-          const std::vector<MapTie> ties = find_ties(kept_.at(ids[older]), keyframe);
-          if (ties.empty() || !join(ids[older], ties)) continue;
+          const std::optional<MapMeeting> meeting = find_meeting(kept_.at(ids[older]), keyframe);
+          if (!meeting || !join(ids[older], *meeting)) continue;
           joined = true;
           break;
         }

@@ -108,7 +108,7 @@ MisplacedView compare(const Map& map, const Keyframe& other, const Keyframe& own
 
 // Of two: more stands elsewhere, and not by chance. Any is worse than none.
 bool is_worse(const MisplacedView& a, const MisplacedView& b) {
-  if ((a.frame_index < 0) != (b.frame_index < 0)) return b.frame_index < 0;
+  if ((a.landmarks == 0) != (b.landmarks == 0)) return b.landmarks == 0;
   return is_worse_finding(a, b, [](const MisplacedView& view) { return view.share(); });
 }
 

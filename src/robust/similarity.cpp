@@ -47,13 +47,32 @@ double squared_angle(const SightedPoint& sight, const Eigen::Vector3d& x) {
   return sight.bearing.cross(p).squaredNorm() / p.squaredNorm();
 }
 
+// What takes an error of log depth to the angle that is as unlikely; 0 where nobody knows the depth.
+double depth_weight(const SimilarityMatch& match, double threshold) {
+  const double sigma = std::hypot(match.in_a.depth_sigma, match.in_b.depth_sigma);
+  return threshold / SimilarityOptions::kThresholdSigmas / sigma;
+}
+
+// Of the point as the other map has it against the own.
+double log_depth_ratio(const SightedPoint& sight, const Eigen::Vector3d& x) {
+  return 0.5 * std::log((x - sight.center).squaredNorm() / (sight.x - sight.center).squaredNorm());
+}
+
+double squared_error(const SightedPoint& sight, const Eigen::Vector3d& x, double weight) {
+  const double angle = squared_angle(sight, x);
+  if (weight == 0) return angle;
+  const double depth = weight * log_depth_ratio(sight, x);
+  return angle + depth * depth;
+}
+
 struct Errors {
-  double in_a, in_b;  // squared angles
+  double in_a, in_b;  // squared, as angles
 };
 
-Errors errors_of(const SimilarityMatch& match, const Sim3& b_from_a, const Sim3& a_from_b) {
-  return {squared_angle(match.in_a, a_from_b * match.in_b.x),
-          squared_angle(match.in_b, b_from_a * match.in_a.x)};
+Errors errors_of(const SimilarityMatch& match, const Sim3& b_from_a, const Sim3& a_from_b, double threshold) {
+  const double weight = depth_weight(match, threshold);
+  return {squared_error(match.in_a, a_from_b * match.in_b.x, weight),
+          squared_error(match.in_b, b_from_a * match.in_a.x, weight)};
 }
 
 RansacScore score_similarity(const std::vector<SimilarityMatch>& matches, const Sim3& b_from_a,
@@ -64,7 +83,7 @@ RansacScore score_similarity(const std::vector<SimilarityMatch>& matches, const 
   score.cost = 0;
   if (inliers) inliers->assign(matches.size(), 0);
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    const Errors e = errors_of(matches[i], b_from_a, a_from_b);
+    const Errors e = errors_of(matches[i], b_from_a, a_from_b, threshold);
     score.cost += 0.5 * (std::min(e.in_a, limit) + std::min(e.in_b, limit));
     const bool inlier = e.in_a < limit && e.in_b < limit;
     score.num_inliers += inlier;
@@ -78,16 +97,25 @@ struct SightEquations : NormalEquations<kParameters> {
   double squares = 0;
   int residuals = 0;
 
-  // Residual u - bearing for the direction u from a camera to p, nearly the angle between them, and dp/dstep.
-  void add(const Eigen::Vector3d& p, const Eigen::Vector3d& bearing,
-           const Eigen::Matrix<double, 3, kParameters>& dp) {
+  // Residual u - bearing for the direction u from the camera to x, nearly the angle between them, and that of
+  // the depth; dx / dstep.
+  void add(const SightedPoint& sight, const Eigen::Vector3d& x,
+           const Eigen::Matrix<double, 3, kParameters>& dx, double depth_weight) {
+    const Eigen::Vector3d p = x - sight.center;
     const double distance = p.norm();
-    const Eigen::Vector3d u = p / distance, e = u - bearing;
-    const Eigen::Matrix<double, 3, kParameters> j = (dp - u * (u.transpose() * dp)) / distance;
+    const Eigen::Vector3d u = p / distance, e = u - sight.bearing;
+    const Eigen::Matrix<double, 3, kParameters> j = (dx - u * (u.transpose() * dx)) / distance;
     information += j.transpose() * j;
     gradient += j.transpose() * e;
     squares += e.squaredNorm();
     residuals += 2;
+    if (depth_weight == 0) return;
+    const double depth = depth_weight * log_depth_ratio(sight, x);
+    const Step of_depth = depth_weight / distance * (u.transpose() * dx).transpose();
+    information += of_depth * of_depth.transpose();
+    gradient += of_depth * depth;
+    squares += depth * depth;
+    ++residuals;
   }
 };
 
@@ -106,16 +134,15 @@ SightEquations linearize(const std::vector<SimilarityMatch>& matches, const Sim3
   const double limit = threshold * threshold;
   SightEquations equations;
   for (const SimilarityMatch& m : matches) {
-    const Errors e = errors_of(m, b_from_a, a_from_b);
+    const Errors e = errors_of(m, b_from_a, a_from_b, threshold);
+    const double weight = depth_weight(m, threshold);
     if (e.in_b < limit) {
       const Eigen::Vector3d x = b_from_a * m.in_a.x;
-      equations.add(x - m.in_b.center, m.in_b.bearing, step_jacobian(x));
+      equations.add(m.in_b, x, step_jacobian(x), weight);
     }
     // The inverse takes the step back from the point in b before it takes the point to a.
-    if (e.in_a < limit) {
-      equations.add(a_from_b * m.in_b.x - m.in_a.center, m.in_a.bearing,
-                    -turn_to_a * step_jacobian(m.in_b.x));
-    }
+    if (e.in_a < limit)
+      equations.add(m.in_a, a_from_b * m.in_b.x, -turn_to_a * step_jacobian(m.in_b.x), weight);
   }
   return equations;
 }
@@ -180,7 +207,8 @@ class SimilarityEstimator {
 
 bool is_usable(const SightedPoint& sight) {
   const double norm = sight.bearing.norm();
-  return sight.x.allFinite() && sight.center.allFinite() && std::isfinite(norm) && norm > 0;
+  return sight.x.allFinite() && sight.center.allFinite() && sight.x != sight.center && std::isfinite(norm) &&
+         norm > 0;
 }
 
 // The matches that are finite, with unit bearings, and their indices.
@@ -244,10 +272,13 @@ Uncertainty by_points(const std::vector<SimilarityMatch>& inliers, const Sim3& b
 SimilarityReport estimate_similarity(const std::vector<SimilarityMatch>& matches,
                                      const SimilarityOptions& options) {
   options.ransac.validate();
-  if (!(options.max_rotation_sigma_deg > 0)) {
-    throw std::invalid_argument("SimilarityOptions: max_rotation_sigma_deg = " +
-                                std::to_string(options.max_rotation_sigma_deg) + ", expected > 0");
-  }
+  const auto require_positive = [](const char* name, double value) {
+    if (value > 0) return;
+    throw std::invalid_argument("SimilarityOptions: " + std::string(name) + " = " + std::to_string(value) +
+                                ", expected > 0");
+  };
+  require_positive("max_rotation_sigma_deg", options.max_rotation_sigma_deg);
+  require_positive("max_scale_sigma", options.max_scale_sigma);
   SimilarityReport report;
   report.inliers.assign(matches.size(), 0);
   std::vector<int> source;
@@ -278,7 +309,8 @@ SimilarityReport estimate_similarity(const std::vector<SimilarityMatch>& matches
   const Uncertainty points = by_points(inliers, report.b_from_a);
   report.rotation_sigma_deg = std::max(angles.turn, points.turn) / kDegree;
   report.scale_sigma = std::max(angles.scale, points.scale);
-  report.success = report.rotation_sigma_deg <= options.max_rotation_sigma_deg;
+  report.success = report.rotation_sigma_deg <= options.max_rotation_sigma_deg &&
+                   report.scale_sigma <= options.max_scale_sigma;
   return report;
 }
 

@@ -85,6 +85,7 @@ FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
     load_waiting_maps();
   }
 
+  has_tracked_ = true;
   FrameReport report = tracker_->process(static_cast<std::int64_t>(message->header.stamp.toNSec()), image,
                                          mask_for(*message).image);
   report.epoch += epoch_base_;
@@ -108,7 +109,8 @@ void LiveTracker::use_camera(const CameraParameters& parameters) {
   const CameraModel camera(parameters);
   std::shared_ptr<Tracker> tracker = std::make_shared<Tracker>(options_, camera, Tracker::Mapping::kThreaded);
   if (tracker_) {
-    if (options_.localize_only) waiting_maps_ = tracker_->copy_maps();
+    // Nor is a map gone that was loaded before the first image came, with a calibration of its own.
+    if (options_.localize_only || !has_tracked_) waiting_maps_ = tracker_->copy_maps();
     warn_("changed calibration", waiting_maps_ ? "the calibration has changed: the camera is looked for anew"
                                                : "the calibration has changed: the map is dropped");
     ++epoch_;
@@ -117,6 +119,7 @@ void LiveTracker::use_camera(const CameraParameters& parameters) {
   epoch_base_ = epoch_;
   tracker_.swap(tracker);  // the old one joins its worker: after the lock is gone
   camera_ = camera;
+  has_tracked_ = false;
   tracker_->set_load_level(governor_.level());
   if (cancelled_) tracker_->cancel();
   ++trackers_;

@@ -12,9 +12,9 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// px of the input image: of a texture that changes over 2 px, most pixels have changed when it has moved so
-// far.
-constexpr float kStillPath = 6;
+// px of the reduced image: of a texture that changes over a pixel, most pixels have changed when it has moved
+// so far.
+constexpr float kStillPath = 3;
 // Grey levels within a window of the reduced image: three times what counts as a change.
 constexpr int kTextureWindow = 5;
 constexpr double kMinTexture = 24;
@@ -78,6 +78,7 @@ void MotionMask::watch(const cv::Mat& image) {
   if (unchanged_.empty() || unchanged_.size() != small.size() || unchanged_.type() != small.type())
     begin(small);
   image_ = background_.with_exposure_of_model(small, started_ ? known_outside() : outside_);
+  if (image_.data == image.data) image_ = image_.clone();  // the caller's own, who may free it
   note_changes();
   if (started_) {
     find_object();
@@ -104,14 +105,20 @@ void MotionMask::note_changes() {
   }
 }
 
+float MotionMask::reduced_length(double px) const {
+  return static_cast<float>(px * image_.cols / full_size_.width);
+}
+
 void MotionMask::start(const std::vector<cv::Point2f>& object, const std::vector<cv::Point2f>& background,
                        int images_ago, double moved_px) {
+  if (image_.empty()) return;  // nothing has been watched
   started_ = true;
   // From images to px: the object moved evenly since, and what was before tells no more.
   const float then =
       path_ - static_cast<float>(images_ago) - 1;  // path_ has been counted on past the last image
-  since_ = cv::max((since_ - then) * (moved_px / std::max(images_ago, 1)), 0);
-  path_ = static_cast<float>(moved_px);
+  const float moved = reduced_length(moved_px);
+  since_ = cv::max((since_ - then) * (moved / static_cast<float>(std::max(images_ago, 1))), 0);
+  path_ = moved;
   background_points_.clear();
   for (const cv::Point2f& p : background) background_points_.push_back(reduced_point(p));
   observe(object, 0);
@@ -119,7 +126,7 @@ void MotionMask::start(const std::vector<cv::Point2f>& object, const std::vector
 }
 
 void MotionMask::observe(const std::vector<cv::Point2f>& object, double moved_px) {
-  path_ += static_cast<float>(moved_px);
+  path_ += reduced_length(moved_px);
   object_points_.clear();
   for (const cv::Point2f& p : object) object_points_.push_back(reduced_point(p));
   // The first image's background features have said their part once the still texture speaks.

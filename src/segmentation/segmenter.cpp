@@ -79,9 +79,12 @@ Segmentation Segmenter::find_unaided(const cv::Mat& image, bool learn) {
 }
 
 Segmentation Segmenter::by_background(const cv::Mat& small, bool learn) {
-  // Another camera or encoding: what was learnt says nothing about it.
-  if (!background_.empty() &&
-      (background_.size() != small.size() || background_.channels() != small.channels())) {
+  // Another camera or encoding: what was learnt says nothing about it, nor what is being learnt.
+  const auto is_of_another = [&](const auto& model) {
+    return model.size() != small.size() || model.channels() != small.channels();
+  };
+  if ((!background_.empty() && is_of_another(background_)) ||
+      (!learning_.empty() && is_of_another(learning_.front()))) {
     forget();
   }
   Segmentation result;

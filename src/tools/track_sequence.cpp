@@ -202,7 +202,7 @@ Run track_all(const Arguments& a, const TrackerOptions& options, const CameraPar
 void leave_unconfirmed(const std::string& why, Run* run) {
   if (why.empty() || !run->result.tracked) return;
   run->result.warnings.push_back(why);
-  run->result.maps.front().confirmed = false;
+  for (FinishedMap& map : run->result.maps) map.confirmed = false;
 }
 
 // Tracks with the camera that is given, and asks the map whether it is right.

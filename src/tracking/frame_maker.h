@@ -26,8 +26,9 @@ class FrameMaker {
              const CameraModel& camera);
 
   // Works ahead. From any thread, but not while options are set.
-  PreparedImage prepare(const cv::Mat& image, const cv::Mat& mask) const {
-    return preparer_->prepare(image, mask);
+  PreparedImage prepare(const cv::Mat& image, const cv::Mat& mask, FeatureMemory* memory,
+                        std::int64_t index) const {
+    return preparer_->prepare(image, mask, memory, index);
   }
 
   // False, the reason in the report, when the image is not of the camera's size.

@@ -3,6 +3,7 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "feature_memory.h"
 #include "object_finder.h"
 
 namespace mono_pose_tracker {
@@ -22,12 +23,15 @@ ImagePreparer::ImagePreparer(const SiftOptions& sift, const SegmentationOptions&
                              const CameraModel& camera)
     : sift_(sift), segmentation_(segmentation), camera_(camera) {}
 
-PreparedImage ImagePreparer::prepare(const cv::Mat& image, const cv::Mat& mask) const {
+PreparedImage ImagePreparer::prepare(const cv::Mat& image, const cv::Mat& mask, FeatureMemory* memory,
+                                     std::int64_t index) const {
   PreparedImage prepared;
   prepared.image = image;
   if (image.cols != camera_.width() || image.rows != camera_.height()) return prepared;
   prepared.by = shared_from_this();
   prepared.clearance = guess_clearance(mask);
+  if (memory && guesses_) prepared.features = memory->find(index, sift_, prepared.clearance);
+  if (prepared.features) return prepared;
   const std::shared_ptr<FeatureExtractor> extractor = borrow_extractor();
   if (!guesses_) {
     const StageTimer timer(prepared.stages, "features_ahead");
@@ -42,6 +46,7 @@ PreparedImage ImagePreparer::prepare(const cv::Mat& image, const cv::Mat& mask) 
   }
   const StageTimer timer(prepared.stages, "undistort");
   prepared.features = make_image_features(std::move(features), image, camera_);
+  if (memory) memory->keep(index, sift_, prepared.clearance, prepared.features);
   return prepared;
 }
 

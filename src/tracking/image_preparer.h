@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -10,6 +11,8 @@
 #include "mono_pose_tracker/tracking/prepared_image.h"
 
 namespace mono_pose_tracker {
+
+class FeatureMemory;
 
 // True where two masks say the same of every pixel.
 bool is_same_mask(const cv::Mat& a, const cv::Mat& b);
@@ -24,7 +27,9 @@ class ImagePreparer : public std::enable_shared_from_this<ImagePreparer> {
   ImagePreparer(const SiftOptions& sift, const SegmentationOptions& segmentation, const CameraModel& camera);
 
   // mask: what will be given with the image. An image of another size than the camera's is left as it is.
-  PreparedImage prepare(const cv::Mat& image, const cv::Mat& mask) const;
+  // memory: may know what is found in it, or gets to know it; may be null.
+  PreparedImage prepare(const cv::Mat& image, const cv::Mat& mask, FeatureMemory* memory,
+                        std::int64_t index) const;
 
   // Whether the last guess was right.
   void learn(bool was_right) const { guesses_ = was_right; }

@@ -31,11 +31,11 @@ bool ObjectFinder::looks_for_motion(const cv::Mat& given) const {
   return options_.is_by_motion() || (options_.is_automatic() && given.empty());
 }
 
-Segmentation ObjectFinder::find(const cv::Mat& image, const cv::Mat& given, bool bootstrapping) {
+Segmentation ObjectFinder::find(const cv::Mat& image, const cv::Mat& given, bool may_begin) {
   Segmentation segmentation = segmenter_.segment(image, given);
   if (!looks_for_motion(given)) return segmentation;
-  // Once there is a map without two motions, none will be looked for.
-  if (!bootstrapping && !motion_mask_.is_started()) return segmentation;
+  // While a map without two motions is followed, none are looked for.
+  if (!may_begin && !motion_mask_.is_started()) return segmentation;
   motion_mask_.watch(image);
   if (motion_mask_.is_started() && masks_now()) {
     segmentation.mask = given.empty() ? motion_mask_.mask() : motion_mask_.mask() & segmentation.mask;
@@ -57,6 +57,7 @@ Segmentation ObjectFinder::find_again(std::int64_t frame_index, const cv::Mat& i
   Segmentation segmentation = segmenter_.segment_again(image, given);
   if (!looks_for_motion(given) || !motion_mask_.is_started() || !masks_at(frame_index)) return segmentation;
   const cv::Mat mask = motion_mask_.mask_of(image);
+  if (mask.empty()) return segmentation;  // of another size or another number of colours
   segmentation.mask = given.empty() ? mask : mask & segmentation.mask;
   segmentation.method = Segmentation::kByMotion;
   return segmentation;

@@ -24,8 +24,8 @@ class ObjectFinder {
   // Throws std::invalid_argument when the background image can't be read.
   ObjectFinder(const SegmentationOptions& options, const CameraModel& camera);
 
-  // The next image. given: empty, or not 0 = object.
-  Segmentation find(const cv::Mat& image, const cv::Mat& given, bool bootstrapping);
+  // The next image. given: empty, or not 0 = object. may_begin: a map may be begun by it.
+  Segmentation find(const cv::Mat& image, const cv::Mat& given, bool may_begin);
   // An image out of its order: nothing is learnt.
   Segmentation find_again(std::int64_t frame_index, const cv::Mat& image, const cv::Mat& given);
 

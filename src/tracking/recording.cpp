@@ -162,10 +162,19 @@ void leave_out_loose_ends(const Recording& recording, Tracker* tracker, Recordin
   for (const PosedFrame& frame : tracker->trajectory()) result->left_out.erase(frame.index);
 }
 
-// What was followed in the place of something else for a while.
+// What was followed in the place of something else for a while. No more than half of the map: what is before
+// and after it all is to be most of what is left.
 void leave_out_misplaced(const Recording& recording, Tracker* tracker, RecordingResult* result) {
   if (recording.interrupted()) return;
-  const std::set<std::int64_t> misplaced = tracker->take_out_misplaced();
+  // Each costs what finishing the map does.
+  constexpr int kMostStretches = 8;
+  std::set<std::int64_t> misplaced;
+  const std::size_t least = tracker->map().keyframes().size() / 2;
+  for (int i = 0; i < kMostStretches && !recording.interrupted(); ++i) {
+    std::set<std::int64_t> of_stretch = tracker->take_out_misplaced(least);
+    if (of_stretch.empty()) break;
+    misplaced.merge(of_stretch);
+  }
   if (!misplaced.empty()) pose_anew(recording, misplaced, tracker, result);
 }
 
@@ -284,6 +293,9 @@ void judge_maps(const Recording& recording, const Reasons& reasons, Tracker* tra
     return;
   }
   result->rigidity = check_rigidity(result->maps.front().map);
+  for (FinishedMap& map : result->maps) {
+    if (map.confirmed && !check_rigidity(map.map).is_rigid) map.confirmed = false;
+  }
   result->trajectory = tracker->trajectory();
   if (may_lead_astray(doubtful_alone(result->trajectory, result->doubtful).size(), result->trajectory.size()))
     result->maps.front().confirmed = false;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "body_masks.h"
+#include "feature_memory.h"
 #include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/tracking/recording.h"
 #include "recording_reader.h"
@@ -267,26 +268,26 @@ void tell_of_smaller_body(double share, RecordingResult* result) {
 }
 
 // Where the map is of less than what moves as one otherwise, and no masks say which is wanted: the recording
-// again, by masks of the other. It is kept, and its masks, where it is the larger indeed: whether it is.
-bool turn_to_larger_body(Attempts* attempts, Recording* recording, TrackedRecording* kept) {
+// again, by masks of the other. It is kept, and its masks, where it is the larger indeed: then the share of
+// the smaller.
+std::optional<double> turn_to_larger_body(Attempts* attempts, Recording* recording, TrackedRecording* kept) {
   constexpr double kPlainly = 1.2;  // times as much of it is seen, as OtherBody::is_larger asks
-  const OtherBody& larger = kept->result.maps.front().other_body;
-  if (recording->masks) return false;
+  const double larger_share = kept->result.maps.front().other_body.share();
+  if (recording->masks) return std::nullopt;
   Recording masked = within_other_body(*recording, kept->result);
   for (const double beginning : kBeginnings) {
-    if (!can_be_tracked(masked)) return false;
+    if (!can_be_tracked(masked)) return std::nullopt;
     masked.first_tracked = frame_at(beginning, kept->result);
     TrackedRecording found = attempts->next(masked);
     if (!is_founded(found.result) || !is_most_of(found.result, kept->result) ||
         observations_of(found.result) < kPlainly * observations_of(kept->result)) {
       continue;
     }
-    tell_of_smaller_body(1 - larger.share(), &found.result);
     *recording = std::move(masked);
     *kept = std::move(found);
-    return true;
+    return 1 - larger_share;
   }
-  return false;
+  return std::nullopt;
 }
 
 // At these, from the first_index-th on, until a result is sure. Whether one of them is kept.
@@ -325,9 +326,11 @@ void look_closer(Attempts* attempts, Recording recording, TrackedRecording* kept
 
 }  // namespace
 
-TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker& make_tracker,
+TrackedRecording track_until_sure(const Recording& as_given, const TrackerMaker& make_tracker,
                                   const ObserverOfAttempt& observer_of) {
   Attempts attempts(make_tracker, observer_of);
+  Recording recording = as_given;
+  recording.features = std::make_shared<FeatureMemory>();
   TrackedRecording kept = attempts.next(recording);
   constexpr std::int64_t kLeast = 2;  // images, to make a map of
   if (!recording.try_again || kept.result.frames_total < kLeast) return kept;
@@ -335,15 +338,20 @@ TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker
   const bool is_by_masks = leave_out_background(kept, &again) && begin_anew(&attempts, 0, again, &kept);
   if (!is_by_masks) again = recording;
   const bool first_is_smaller = is_of_smaller_body(kept.result);
-  bool turned = first_is_smaller && turn_to_larger_body(&attempts, &again, &kept);
+  std::optional<double> smaller_share;
+  if (first_is_smaller) smaller_share = turn_to_larger_body(&attempts, &again, &kept);
+  bool turned = smaller_share.has_value();
   const bool first_is_other = is_of_other_body(kept.result);
   turned = (first_is_other && turn_to_other_body(&attempts, &again, &kept)) || turned;
   if (!is_by_masks && !turned && !is_enough(kept.result, again.body != nullptr)) {
     begin_anew(&attempts, 1, again, &kept);
     if (!first_is_other && is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
   }
-  if (!first_is_smaller && is_of_smaller_body(kept.result)) turn_to_larger_body(&attempts, &again, &kept);
+  if (!first_is_smaller && is_of_smaller_body(kept.result))
+    smaller_share = turn_to_larger_body(&attempts, &again, &kept);
   look_closer(&attempts, again, &kept);
+  // Whatever is tracked by these masks does not see it.
+  if (smaller_share) tell_of_smaller_body(*smaller_share, &kept.result);
   return kept;
 }
 

@@ -57,7 +57,7 @@ void RecordingReader::prepare(Item* item) const {
     item->mask = item->mask.empty() ? body : cv::Mat(item->mask & body);
   }
   if (recording_.threads > 1 && is_wanted_(item->index)) {
-    item->prepared = tracker_.prepare(source.image, item->mask);
+    item->prepared = tracker_.prepare(source.image, item->mask, recording_.features.get(), item->index);
   } else {
     item->prepared.image = source.image;
   }

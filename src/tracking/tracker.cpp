@@ -22,8 +22,9 @@ void Tracker::pass_over() { impl_->pass_over(); }
 
 void Tracker::cancel() { impl_->cancel(); }
 
-PreparedImage Tracker::prepare(const cv::Mat& image, const cv::Mat& mask) const {
-  return impl_->frame_maker().prepare(image, mask);
+PreparedImage Tracker::prepare(const cv::Mat& image, const cv::Mat& mask, FeatureMemory* memory,
+                               std::int64_t index) const {
+  return impl_->frame_maker().prepare(image, mask, memory, index);
 }
 
 void Tracker::wait() { impl_->wait(); }
@@ -87,7 +88,9 @@ std::set<std::int64_t> Tracker::take_out_loose_ends() { return impl_->take_out_l
 
 std::set<std::int64_t> Tracker::correct_contradicted() { return impl_->correct_contradicted(); }
 
-std::set<std::int64_t> Tracker::take_out_misplaced() { return impl_->take_out_misplaced(); }
+std::set<std::int64_t> Tracker::take_out_misplaced(std::size_t least_left) {
+  return impl_->take_out_misplaced(least_left);
+}
 
 void Tracker::leave_out_strays() { impl_->leave_out_strays(); }
 

@@ -27,6 +27,7 @@ void Tracker::Impl::apply_corrections(const TrackingMap& map) {
       if (motion_) motion_->translation *= scale;
       pose_doubt_.rescale(scale);
       length_scale_ *= scale;
+      if (correction->other_geometry) motion_.reset();
       if (correction->into_map != correction->of_map || std::abs(scale - 1) > kOtherLengths) {
         object_finder_.forget_places();
       }

@@ -142,6 +142,8 @@ void Tracker::Impl::find_other_body_beside(bool camera_goes_through, FinishedMap
       find_other_body(map->map, seen, ImagesAsked::kKeyframes, options_.matching, ransac, options_.threads);
   map->is_of_other_body = other.may_exist() && !other.turns_plainly_less();
   if (other.exists()) map->beside = std::move(other.tracks);
+  map->other_body.matches = other.matches;
+  map->other_body.obeying = other.obeying;
   if (!map->is_of_other_body) return;  // what else moves is to be left out
   map->other_body =
       find_other_body(map->map, seen, ImagesAsked::kAllSeen, options_.matching, ransac, options_.threads);
@@ -188,6 +190,7 @@ std::vector<FinishedMap> Tracker::Impl::maps() {
   for (const std::uint32_t id : mapper.kept_maps()) {
     mapper.resume(id, true, epoch_);
     if (!options_.localize_only) mapper.finish();
+    apply_corrections(*mapper.tracking_map());  // it may have another size now
     maps.push_back(finished(*mapper.tracking_map()));
   }
   mapper.resume(present->map_id, true, epoch_);

@@ -16,8 +16,7 @@ bool Tracker::Impl::pose_beside(const Frame& frame, std::int64_t neighbor) {
   FramePoses& poses = frames_[map->map_id];
   Rigid3 near, before;
   if (!poses.camera_from_map(*map, neighbor, &near)) return false;
-  const KeyframeId rides_on = poses.find(neighbor)->reference;
-  const KeyframeId reference = map->keyframes.count(rides_on) ? rides_on : map->keyframes.rbegin()->first;
+  const KeyframeId reference = living_ancestor(map->removed_keyframes, poses.find(neighbor)->reference);
   Rigid3 predicted = near;
   if (poses.camera_from_map(*map, 2 * neighbor - frame.index, &before)) {
     predicted = near * before.inverse() * near;

@@ -99,7 +99,7 @@ class Tracker::Impl {
   std::set<std::int64_t> take_out_strays();
   std::set<std::int64_t> take_out_loose_ends();
   std::set<std::int64_t> correct_contradicted();
-  std::set<std::int64_t> take_out_misplaced();
+  std::set<std::int64_t> take_out_misplaced(std::size_t least_left);
   void leave_out_strays();
   std::set<std::int64_t> settle_motion();
   void smooth(const std::set<std::int64_t>& frames);

@@ -50,8 +50,7 @@ bool Tracker::Impl::confirm(const Frame& frame, TrackingMapPtr* present, Resecti
       (*present)->map_id == tentative.map_id ? *present : view_beside(tentative.map_id);
   Rigid3 reference_from_map;
   if (!map || !map->camera_from_map(tentative.reference, &reference_from_map)) return false;
-  const KeyframeId reference =
-      map->keyframes.count(tentative.reference) ? tentative.reference : map->keyframes.rbegin()->first;
+  const KeyframeId reference = living_ancestor(map->removed_keyframes, tentative.reference);
   *resection = resector_.resect(frame, *map, reference, tentative.camera_from_reference * reference_from_map);
   if (!resection->success || !is_supported(resection->support, options_.resection.min_inliers)) {
     if (resection->success) resection->text = "a second view does not agree with where the last was found";
@@ -88,6 +87,7 @@ bool Tracker::Impl::go_back_to(std::uint32_t map_id, bool keep_present) {
     others_[present->map_id] = present;
   } else {
     frames_.erase(present->map_id);
+    object_finder_.reset();  // what it knows to move is of that map
   }
   return true;
 }

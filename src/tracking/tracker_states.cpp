@@ -33,7 +33,7 @@ FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const PreparedImage& i
     Segmentation segmentation;
     {
       const StageTimer timer(report.stages, "segment");
-      segmentation = object_finder_.find(image.image, mask, state_ == State::kBootstrapping);
+      segmentation = object_finder_.find(image.image, mask, state_ != State::kTracking);
     }
     frame = make_frame(index, stamp_ns, image, segmentation, &report);
   }
@@ -174,8 +174,7 @@ ResectionReport Tracker::Impl::follow(const Frame& frame, const TrackingMap& map
   Rigid3 reference_from_map;
   if (!map.camera_from_map(reference_, &reference_from_map)) return {};
   const Rigid3 last = camera_from_reference_ * reference_from_map;
-  return resector_.resect(frame, map,
-                          map.keyframes.count(reference_) ? reference_ : map.keyframes.rbegin()->first,
+  return resector_.resect(frame, map, living_ancestor(map.removed_keyframes, reference_),
                           motion_ ? *motion_ * last : last);
 }
 

@@ -125,21 +125,15 @@ std::set<std::int64_t> Tracker::Impl::correct_contradicted() {
   return frames;
 }
 
-// No more than half of the map: what is before and after it all is to be most of what is left.
-std::set<std::int64_t> Tracker::Impl::take_out_misplaced() {
-  std::set<std::int64_t> frames;
-  if (options_.localize_only) return frames;
-  const std::size_t least = worker_.mapper().map().keyframes().size() / 2;
-  while (!cancelled_) {
-    const Map& map = worker_.mapper().map();
-    const std::set<KeyframeId> misplaced =
-        misplaced_stretch(map, known_matches_.of(map, options_.matching, options_.threads), options_.matching,
-                          options_.ransac(camera_.focal()));
-    if (misplaced.empty() || map.keyframes().size() - misplaced.size() < least) break;
-    std::set<std::int64_t> of_misplaced = take_out(misplaced);
-    erase(of_misplaced, &frames_[worker_.latest()->map_id]);
-    frames.merge(of_misplaced);
-  }
+std::set<std::int64_t> Tracker::Impl::take_out_misplaced(std::size_t least_left) {
+  const Map& map = worker_.mapper().map();
+  if (options_.localize_only) return {};
+  const std::set<KeyframeId> misplaced =
+      misplaced_stretch(map, known_matches_.of(map, options_.matching, options_.threads), options_.matching,
+                        options_.ransac(camera_.focal()));
+  if (misplaced.empty() || map.keyframes().size() - misplaced.size() < least_left) return {};
+  std::set<std::int64_t> frames = take_out(misplaced);
+  erase(frames, &frames_[worker_.latest()->map_id]);
   return frames;
 }
 

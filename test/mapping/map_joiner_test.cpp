@@ -29,6 +29,43 @@ TEST_F(MapJoinerTest, PointsOfKnownDepthTellTheScale) {
   EXPECT_LT(tie->log_scale_sigma, 0.1);
 }
 
+// Two views from nearly the same place show all the same at whatever size the map is about them: of that
+// nothing is taken.
+TEST_F(MapJoinerTest, AllPointsThatTheTiesShareTellHowTheMapsLie) {
+  Map map = map_from({way_.begin() + 5, way_.end()});
+  map.rescale(3);
+  std::vector<MapTie> ties;
+  for (const KeyframeId keyframe : {0, 1}) {
+    const std::optional<MapTie> tie = tie_keyframe(options_, map, keyframe, other_, 6);
+    ASSERT_TRUE(tie);
+    ties.push_back(*tie);
+  }
+  const Sim3 right = meet(options_, map, other_, ties[0], ties[1])->other_from_map;
+  EXPECT_NEAR(std::log(3 * right.scale), 0, 0.01);
+  constexpr double kTooLarge = 1.1;
+  const Eigen::Vector3d center = map.keyframe(0)->center_in_map();
+  for (MapTie& tie : ties)
+    tie.other_from_map =
+        tie.other_from_map * Sim3(kTooLarge, Eigen::Quaterniond::Identity(), (1 - kTooLarge) * center);
+  ASSERT_TRUE(ties_agree(map, other_, ties[0], ties[1]));
+  const std::optional<MapMeeting> meeting = meet(options_, map, other_, ties[0], ties[1]);
+  ASSERT_TRUE(meeting);
+  EXPECT_NEAR(std::log(3 * meeting->other_from_map.scale), 0, 0.01);
+}
+
+// A few points in a row leave the turn about it open.
+TEST_F(MapJoinerTest, PointsThatDoNotTellHowTheMapsLieJoinNone) {
+  const Map map = map_from({way_.begin() + 5, way_.end()});
+  std::vector<MapTie> ties;
+  for (const KeyframeId keyframe : {0, 1}) {
+    const std::optional<MapTie> tie = tie_keyframe(options_, map, keyframe, other_, 6);
+    ASSERT_TRUE(tie);
+    ties.push_back(*tie);
+    ties.back().location.matches.resize(options_.min_inliers / 2);
+  }
+  EXPECT_FALSE(meet(options_, map, other_, ties[0], ties[1]));
+}
+
 TEST_F(MapJoinerTest, PointsWithoutParallaxTellNoScale) {
   // As far apart as the camera shakes: .2 px of parallax.
   std::vector<Rigid3> still;

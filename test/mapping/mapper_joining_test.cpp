@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 #include <utility>
@@ -114,6 +115,35 @@ TEST_F(MapperJoiningTest, MapsAreJoinedWhereTheyMeet) {
   mapper_.finish();
   mapper_.map().check();
   EXPECT_LT(worst_distance_error(), 0.01);
+}
+
+// The older map never saw the marker, the newer one did: metres are not lost where the two are joined.
+TEST_F(MapperJoiningTest, AMarkerThatOnlyTheNewerMapSawIsKept) {
+  MapperOptions metres = options_.mapper(camera_.focal());
+  metres.scale.marker_size = 0.5;
+  mapper_ = Mapper(metres, camera_);
+  const auto seen_marker = [&](int i) {
+    std::vector<Eigen::Vector3d> bearings;
+    for (const auto& [x, y] : {std::pair{0.0, 0.0}, {0.5, 0.0}, {0.5, 0.5}, {0.0, 0.5}})
+      bearings.push_back((pose(i) * Eigen::Vector3d(9.5 + x, y, 4)).normalized());
+    return bearings;
+  };
+  mapper_.initialize(initial_map(0, 2), 0);
+  for (int i = 4; i <= 10; i += 2) insert(i);
+  InitialMap beside = initial_map(50, 48);
+  beside.views[0].frame.marker = seen_marker(50);
+  beside.views[1].frame.marker = seen_marker(48);
+  mapper_.begin_beside(beside, 1);
+  ASSERT_EQ(mapper_.map().scale_source(), ScaleSource::kMarker);
+  for (int i = 46; !mapper_.kept_maps().empty() && i > 8; i -= 2) insert(i);
+  ASSERT_TRUE(mapper_.kept_maps().empty()) << "they were never joined";
+  EXPECT_EQ(mapper_.map().scale_source(), ScaleSource::kMarker);
+  const auto centers = [&](std::int64_t frame) {
+    for (const auto& [id, keyframe] : mapper_.map().keyframes())
+      if (keyframe.frame_index == frame) return keyframe.center_in_map();
+    return Eigen::Vector3d(Eigen::Vector3d::Constant(NAN));
+  };
+  EXPECT_NEAR((centers(50) - centers(48)).norm(), 0.4, 0.02) << "of the marker's own views";
 }
 
 // Each part keeps what was known of its keyframes, in the unit of the whole.

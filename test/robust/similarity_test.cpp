@@ -109,6 +109,39 @@ TEST(Similarity, PointsOnALineLeaveTheTurnAboutItOpen) {
   }
 }
 
+TEST(Similarity, AScaleThatIsNotKnownWellEnoughIsNone) {
+  Random random(3);
+  const TwoMaps maps = two_maps(80, 0, 0.3 * kSightPixel, random);
+  const SimilarityReport report = estimate_similarity(maps.matches, options());
+  ASSERT_TRUE(report.success);
+  SimilarityOptions stricter = options();
+  stricter.max_scale_sigma = 0.9 * report.scale_sigma;
+  EXPECT_FALSE(estimate_similarity(maps.matches, stricter).success);
+}
+
+// Seen from one place by both, angles tell no depth: that counts where the maps say how well they know it.
+TEST(Similarity, DepthCountsByHowWellItIsKnown) {
+  Random random(11);
+  const Sim3 b_from_a = random_similarity(random);
+  const Eigen::Vector3d center(0, 0, -6);
+  std::vector<SimilarityMatch> matches;
+  for (int i = 0; i < 90; ++i) {
+    const Eigen::Vector3d x(random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-2, 2));
+    const Eigen::Vector3d ray = x - center;
+    SimilarityMatch m{{i % 3 == 0 ? center + 1.3 * ray : x, center, ray},
+                      {b_from_a * x, b_from_a * center, b_from_a.rotation * ray}};
+    m.in_a.x += 0.002 * random_direction(random);
+    matches.push_back(m);
+  }
+  EXPECT_EQ(estimate_similarity(matches, options()).num_inliers, 90) << "by their angles";
+  for (SimilarityMatch& m : matches) m.in_a.depth_sigma = m.in_b.depth_sigma = 0.02;
+  const SimilarityReport report = estimate_similarity(matches, options());
+  ASSERT_TRUE(report.success);
+  EXPECT_EQ(report.num_inliers, 60);
+  EXPECT_NEAR(report.b_from_a.scale / b_from_a.scale, 1, 0.002);
+  EXPECT_LT((report.b_from_a * center - b_from_a * center).norm(), 0.02 * b_from_a.scale);
+}
+
 TEST(Similarity, ThreeMatchesOrNoneThatAgreeAreNoSuccess) {
   Random random(4);
   for (const int count : {0, 1, 2, 3}) {
@@ -147,6 +180,9 @@ TEST(Similarity, TheSameSeedGivesTheSameBytes) {
 TEST(Similarity, OptionsOutOfRangeAreRefused) {
   SimilarityOptions bad = options();
   bad.max_rotation_sigma_deg = 0;
+  EXPECT_THROW(estimate_similarity({}, bad), std::invalid_argument);
+  bad = options();
+  bad.max_scale_sigma = 0;
   EXPECT_THROW(estimate_similarity({}, bad), std::invalid_argument);
   bad = options();
   bad.ransac.threshold = -1;

@@ -64,6 +64,43 @@ TEST(MotionMask, HasNoMaskUntilItIsStarted) {
   EXPECT_TRUE(mask.mask().empty());
 }
 
+TEST(MotionMask, IsNotStartedBeforeItHasWatched) {
+  MotionMask mask(motion_options());
+  const Stage stage;
+  mask.start(stage.points(0, true), stage.points(0, false), kBefore, kBefore * kStepPx);
+  EXPECT_FALSE(mask.is_started());
+  mask.watch(stage.image(0).bgr);
+  EXPECT_TRUE(mask.mask().empty());
+}
+
+// Small images are worked on as they are, and their owners go on with them.
+TEST(MotionMask, AnImageMayBeOverwrittenOnceItWasWatched) {
+  const Stage stage;
+  const auto mask_of_last = [&](bool overwritten) {
+    MotionMask mask(motion_options());
+    cv::Mat buffer;
+    for (int i = 0; i <= kBefore; ++i) {
+      const cv::Mat small = stage.image(i).bgr(cv::Rect(60, 60, 320, 320));
+      small.copyTo(buffer);
+      mask.watch(buffer);
+      if (overwritten) buffer = cv::Scalar(0, 0, 0);
+    }
+    const auto inside = [](const std::vector<cv::Point2f>& points) {
+      std::vector<cv::Point2f> result;
+      for (const cv::Point2f& p : points) {
+        if (p.x >= 60 && p.x < 380 && p.y >= 60 && p.y < 380) result.emplace_back(p.x - 60, p.y - 60);
+      }
+      return result;
+    };
+    mask.start(inside(stage.points(kBefore, true)), inside(stage.points(kBefore, false)), kBefore,
+               kBefore * kStepPx);
+    return mask.mask().clone();
+  };
+  const cv::Mat expected = mask_of_last(false);
+  ASSERT_GT(cv::countNonZero(expected), 0);
+  EXPECT_EQ(cv::norm(expected, mask_of_last(true), cv::NORM_INF), 0);
+}
+
 TEST(MotionMask, FindsTheOutlineOfWhatMoves) {
   const Stage stage;
   MotionMask mask(motion_options());

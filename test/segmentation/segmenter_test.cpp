@@ -64,6 +64,22 @@ TEST(Segmenter, SaysThatItLearnsTheBackgroundAndForHowLong) {
   EXPECT_EQ(segmenter.segment(stage.empty(kLearning), cv::Mat()).reason, Reason::kOk);
 }
 
+// A folder may hold both.
+TEST(Segmenter, GreyImagesAmongColouredOnesAreAnotherBackground) {
+  const PlainStage stage;
+  Segmenter segmenter(with_method("background"));
+  for (int i = 0; i < kLearning / 2; ++i) segmenter.segment(stage.empty(i), cv::Mat());
+  for (int i = 0; i < kLearning; ++i) {
+    cv::Mat gray;
+    cv::cvtColor(stage.empty(i), gray, cv::COLOR_BGR2GRAY);
+    const Segmentation segmentation = segmenter.segment(gray, cv::Mat());
+    EXPECT_EQ(segmentation.text, "learning the background: image " + std::to_string(i + 1) + " of 10");
+  }
+  ObjectImage image = stage.with_object(0);
+  cv::cvtColor(image.bgr, image.bgr, cv::COLOR_BGR2GRAY);
+  EXPECT_GT(overlap(segmenter.segment(image.bgr, cv::Mat()).mask, image.object), 0.9);
+}
+
 TEST(Segmenter, FindsTheObjectBeforeALearntBackground) {
   const PlainStage stage;
   Segmenter segmenter(with_method("background"));

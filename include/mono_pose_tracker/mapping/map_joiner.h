@@ -30,6 +30,19 @@ std::optional<MapTie> tie_keyframe(const MapperOptions& options, const Map& map,
 /// what was found there within a few pixels.
 bool ties_agree(const Map& map, const Map& other, const MapTie& a, const MapTie& b);
 
+/// Two maps where they meet: two keyframes of one, found in the other.
+struct MapMeeting {
+  std::vector<MapTie> ties;
+  Sim3 other_from_map;
+};
+
+/// Nothing when the ties do not agree (ties_agree), or the points that they share do not determine a
+/// similarity by RANSAC over where both maps have them. It is that one which holds: of a small patch of a
+/// wall a single view has two poses that show it all but alike, and both keyframes may have taken the wrong
+/// one.
+std::optional<MapMeeting> meet(const MapperOptions& options, const Map& map, const Map& other, MapTie first,
+                               MapTie second);
+
 /// Landmarks of `map` and of `other` (ids as they are there) that the ties say are one.
 std::vector<std::pair<LandmarkId, LandmarkId>> same_landmarks(const Map& map,
                                                               const std::vector<MapTie>& ties);

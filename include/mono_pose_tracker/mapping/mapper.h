@@ -152,12 +152,12 @@ class Mapper {
   void keep_present();
   void cap_kept_maps();
   bool join_where_met(KeyframeId newest);
-  bool join(std::uint32_t kept_id, const std::vector<MapTie>& ties);
+  bool join(std::uint32_t kept_id, const MapMeeting& meeting);
   void become_part_of(std::uint32_t kept_id, const MergedIds& added, double scale);
-  bool join_newer(std::uint32_t kept_id, const std::vector<MapTie>& ties);
-  std::vector<MapTie> find_ties(const KeptMap& other, KeyframeId keyframe) const;
+  bool join_newer(std::uint32_t kept_id, const MapMeeting& meeting);
+  std::optional<MapMeeting> find_meeting(const KeptMap& other, KeyframeId keyframe) const;
   void adjust_seam(const std::vector<KeyframeId>& seam);
-  void bring_up_to_date(KeyframeCandidate* candidate) const;
+  bool bring_up_to_date(KeyframeCandidate* candidate) const;
   void forget_beside_map();
   void forget_aside();
   Aside told_of_its_end(Aside work) const;
@@ -168,6 +168,7 @@ class Mapper {
   static std::shared_ptr<const TiedAdjustment> tie_and_adjust(const MapperOptions& options,
                                                               const Map& snapshot, KeyframeId tied_at,
                                                               bool parts_were_apart);
+  void tie_and_adjust_all(const BundleOptions& bundle);
   void take_over(const TiedAdjustment& result, KeyframeId newest);
   void adjust_globally(bool parts_were_apart);
   void complete(BundleOptions bundle);
@@ -207,6 +208,7 @@ class Mapper {
   std::optional<double> metres_by_baseline() const;
   bool renew_scale(double least_change);
   void scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3d>& marker);
+  void scale_by_markers();
   void publish();
 
   MapperOptions options_;

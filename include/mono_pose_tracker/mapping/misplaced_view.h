@@ -12,7 +12,7 @@ namespace mono_pose_tracker {
 /// itself, and hangs on the rest by a few wrong points; that the rest shows the very same in another place
 /// gives it away.
 struct MisplacedView {
-  std::int64_t frame_index = -1;        // -1: no two look alike
+  std::int64_t frame_index = -1;        // nothing where no two look alike, and landmarks is 0
   std::int64_t other_frame_index = -1;  // which looks like it
   int landmarks = 0;                    // that the other sees
   int elsewhere = 0;                    // of them: in view by the map, and found again in another place
@@ -30,8 +30,8 @@ struct MisplacedView {
 
 /// The worst, of each keyframe and the three of other parts that look most like it, by the place index. A
 /// part is what a chain of keyframes holds together that share a third of their landmarks: within one, what
-/// looks alike is another thing, as identical doors are. Nor is one of another run asked (things may have
-/// been moved since). The same for any number of threads.
+/// looks alike is another thing, as identical doors are. Nor is one of this run asked with one of a map that
+/// was loaded (things may have been moved since). The same for any number of threads.
 MisplacedView most_misplaced_view(const Map& map, const MatchOptions& matching, int threads);
 
 }  // namespace mono_pose_tracker

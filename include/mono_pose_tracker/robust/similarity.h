@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <vector>
 
 #include "mono_pose_tracker/geometry/sim3.h"
@@ -13,6 +14,8 @@ struct SightedPoint {
   Eigen::Vector3d x = Eigen::Vector3d::Zero();        // where the map has it
   Eigen::Vector3d center = Eigen::Vector3d::Zero();   // of the camera
   Eigen::Vector3d bearing = Eigen::Vector3d::Zero();  // from there, where the image has it; of any length
+  /// Standard deviation of its distance from there, relative; infinite where that is not to count.
+  double depth_sigma = std::numeric_limits<double>::infinity();
 };
 
 /// The same point as two maps have it.
@@ -21,11 +24,16 @@ struct SimilarityMatch {
 };
 
 struct SimilarityOptions {
-  RansacOptions
-      ransac;  // threshold: angle in radians between a sight and the other map's point, on both sides
+  static constexpr double kThresholdSigmas = 3;
+  // threshold: angle in radians between a sight and the other map's point, on both sides; kThresholdSigmas
+  // standard deviations of it
+  RansacOptions ransac;
   /// Standard deviation about the worst axis, which is large when all inliers lie near one line. A rotation
   /// less certain than this would bend a map more than drift does.
   double max_rotation_sigma_deg = 2;
+  /// Relative, standard deviation. What a scale is off by bends the map where its parts are fitted together,
+  /// and a bundle adjustment that follows must still be able to mend that.
+  double max_scale_sigma = 0.1;
 };
 
 struct SimilarityReport {
@@ -41,8 +49,11 @@ struct SimilarityReport {
 
 /// Similarity between two maps from points that both have: RANSAC over triangles of points (Umeyama 1991),
 /// then least squares. Errors are the angles between where a camera of one map sees a point and where the
-/// other map has it, both ways; so depth, which a map knows least, counts no more than it should. No success
-/// with three inliers or fewer, or when they do not determine the rotation (see max_rotation_sigma_deg).
+/// other map has it, both ways; so depth, which a map knows least, counts no more than it should. Where both
+/// maps say how well they know it, it counts by that: of a patch of a wall that both see from one side only,
+/// the angles leave two similarities, which differ by the way it faces. No success
+/// with three inliers or fewer, or when they do not determine the rotation or the scale (see
+/// max_rotation_sigma_deg, max_scale_sigma).
 /// Throws std::invalid_argument on options out of range.
 SimilarityReport estimate_similarity(const std::vector<SimilarityMatch>& matches,
                                      const SimilarityOptions& options);

@@ -108,6 +108,7 @@ class LiveTracker {
   ConvertedImage image_;
   std::optional<SavedMaps> waiting_maps_;  // for the first calibration
   bool first_image_ = true;
+  bool has_tracked_ = false;  // an image, with this tracker
   State state_ = State::kWaitingForCameraInfo;
   std::uint32_t epoch_ = 0;                                    // last reported
   CalibrationSource calibration_ = CalibrationSource::kGiven;  // of the present tracker

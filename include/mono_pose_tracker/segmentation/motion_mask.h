@@ -50,6 +50,7 @@ class MotionMask {
   void learn(const cv::Mat& still, const cv::Mat& near_object, const cv::Mat& to_object,
              const cv::Mat& found);
   cv::Point reduced_point(const cv::Point2f& point) const;
+  float reduced_length(double px) const;
 
   SegmentationOptions options_;
   bool started_ = false;
@@ -58,7 +59,7 @@ class MotionMask {
   cv::Mat image_;      // the last one, reduced
   cv::Mat unchanged_;  // [pixel] as it has been since
   cv::Mat since_;      // CV_32F [pixel]: what path_ was then
-  float path_ = 0;     // of the object, px; until started, images
+  float path_ = 0;     // of the object, px of the reduced image; until started, images
   BackgroundModel background_;
   cv::Mat known_;  // 255 where the background model holds
   cv::Mat mask_;   // full size

@@ -17,17 +17,19 @@
 namespace mono_pose_tracker {
 
 class BodyMasks;
+class FeatureMemory;
 
 /// A recording to be tracked: every image, in order, none dropped.
 struct Recording {
   std::function<std::unique_ptr<ImageSource>()>
       open;  // from its beginning; called once more for images to be posed later
   const MaskFolder* masks = nullptr;
-  std::shared_ptr<const BodyMasks> body;  // masks that an earlier attempt has found; null: none
-  std::int64_t max_frames = -1;           // all
-  std::int64_t first_tracked = 0;         // images before it are posed in the end
-  bool looks_closer = false;              // as Tracker::look_closer
-  bool try_again = true;                  // where a result is in doubt; of no use in a map that was loaded
+  std::shared_ptr<const BodyMasks> body;    // masks that an earlier attempt has found; null: none
+  std::shared_ptr<FeatureMemory> features;  // what earlier attempts have found in the images; null: none
+  std::int64_t max_frames = -1;             // all
+  std::int64_t first_tracked = 0;           // images before it are posed in the end
+  bool looks_closer = false;                // as Tracker::look_closer
+  bool try_again = true;                    // where a result is in doubt; of no use in a map that was loaded
   /// On more, images are read and searched for features ahead of tracking: the same results, sooner.
   int threads = 1;
   /// What the caller has to say against the finished map; empty: nothing. Asked only where `threads` is more

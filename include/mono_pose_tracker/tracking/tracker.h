@@ -20,6 +20,8 @@
 
 namespace mono_pose_tracker {
 
+class FeatureMemory;
+
 /// Tracks one camera against the map it builds: bootstraps, resects every frame, hands keyframes to the
 /// mapper, which runs inline (repeatable) or on a worker thread of its own.
 ///
@@ -54,8 +56,10 @@ class Tracker {
 
   /// Does ahead that work on an image which need not wait for its turn. process, keep_for_later and
   /// resect_again take what it returns in place of the image, with the same result. mask: the one that they
-  /// will be given.
-  PreparedImage prepare(const cv::Mat& image, const cv::Mat& mask = cv::Mat()) const;
+  /// will be given. memory: of a recording whose images are looked at more than once; index: of this one in
+  /// it.
+  PreparedImage prepare(const cv::Mat& image, const cv::Mat& mask = cv::Mat(),
+                        FeatureMemory* memory = nullptr, std::int64_t index = -1) const;
 
   /// Ends what is under way, here and in the mapper, as soon as it can be: the tracker is only fit to be
   /// destroyed then. May be called from any thread.
@@ -139,9 +143,10 @@ class Tracker {
   /// For the end of a recording: poses keyframes anew that contradict what they see of the map, and finishes
   /// it anew. The images that stood on those have no pose then, until they are posed again.
   std::set<std::int64_t> correct_contradicted();
-  /// Frames of stretches that do not belong where they lie in the finished map (mapping/misplaced_stretch.h),
-  /// which is finished anew without them: they have no pose any more, and may be posed again.
-  std::set<std::int64_t> take_out_misplaced();
+  /// Frames of a stretch that does not belong where it lies in the finished map
+  /// (mapping/misplaced_stretch.h), which is finished anew without it: they have no pose any more, and may be
+  /// posed again. None where fewer keyframes than `least_left` would stay. Others may show once it is gone.
+  std::set<std::int64_t> take_out_misplaced(std::size_t least_left);
   /// Whether nothing but the images is to tell an object from what is behind it (segmentation/method: auto),
   /// and the finished map, if there is one, may be of an object: what it shows stays in view.
   bool may_have_background();
