@@ -92,11 +92,23 @@ FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
   calibration_ = report.calibration = camera->source;
   if (report.map_id > 0) report.map_id += epoch_base_;
   for (std::uint32_t& id : report.kept_maps) id += epoch_base_;
+  remember(report);
   return report;
 }
 
+void LiveTracker::remember(const FrameReport& report) {
+  of_map_.map_id = report.map_id;
+  of_map_.corrections = report.corrections;
+  of_map_.kept_maps = report.kept_maps;
+  of_map_.scale = report.scale;
+  of_map_.keyframes = report.keyframes;
+  of_map_.landmarks = report.landmarks;
+  of_map_.load_level = report.load_level;
+}
+
+// The map stays what it was: whoever follows it must not take an image that can't be used for another map.
 FrameReport LiveTracker::refuse(Reason reason, const std::string& text) const {
-  FrameReport report;
+  FrameReport report = of_map_;
   report.state = state_;
   report.reason = reason;
   report.reason_text = text;
@@ -114,6 +126,7 @@ void LiveTracker::use_camera(const CameraParameters& parameters) {
     warn_("changed calibration", waiting_maps_ ? "the calibration has changed: the camera is looked for anew"
                                                : "the calibration has changed: the map is dropped");
     ++epoch_;
+    of_map_ = FrameReport();
   }
   const std::lock_guard<std::mutex> lock(mutex_);
   epoch_base_ = epoch_;
@@ -148,8 +161,14 @@ void LiveTracker::load_waiting_maps() {
   if (!waiting_maps_) return;
   SavedMaps saved = *std::exchange(waiting_maps_, std::nullopt);
   tracker_->load_maps(std::move(saved));
+  go_on_as(State::kLost);
+}
+
+// By a command: nothing is known of the map until an image has been looked at in it.
+void LiveTracker::go_on_as(State state) {
   epoch_ = epoch_base_ + tracker_->epoch();
-  state_ = State::kLost;
+  of_map_ = FrameReport();
+  state_ = state;
 }
 
 ConvertedImage LiveTracker::mask_for(const sensor_msgs::Image& message) {
@@ -184,11 +203,9 @@ void LiveTracker::transform_map(const Sim3& new_from_map, std::optional<ScaleSou
 
 void LiveTracker::reset() {
   waiting_maps_.reset();
-  if (tracker_) {
-    tracker_->reset();
-    epoch_ = epoch_base_ + tracker_->epoch();
-    state_ = State::kBootstrapping;
-  }
+  if (!tracker_) return;
+  tracker_->reset();
+  go_on_as(State::kBootstrapping);
 }
 
 bool LiveTracker::restart() {
@@ -198,8 +215,7 @@ bool LiveTracker::restart() {
     return false;
   }
   tracker_->restart();
-  epoch_ = epoch_base_ + tracker_->epoch();
-  state_ = State::kLost;
+  go_on_as(State::kLost);
   return true;
 }
 
@@ -234,8 +250,8 @@ std::optional<MapView> LiveTracker::map_view() const {
     view.camera = camera_;
     epoch_base = epoch_base_;
   }
-  view.snapshot = tracker->snapshot();
-  view.epoch = epoch_base + view.snapshot->epoch;
+  view.map = std::make_shared<DrawnMap>(tracker->view());
+  view.epoch = epoch_base + view.map->newest().epoch;
   return view;
 }
 

@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "mono_pose_tracker/common/time_stamp.h"
 #include "mono_pose_tracker/ros/frusta.h"
 #include "mono_pose_tracker/ros/messages.h"
 
@@ -18,6 +19,10 @@ constexpr bool kLatched = true;
 
 // (m/s)^2 and (rad/s)^2: no camera is a hundredth as fast.
 constexpr double kUnknownVariance = 1e6;
+
+// s between two poses, at most, for a velocity: in a longer time who carries the camera may have stopped and
+// turned round, and their mean says little of how it moves now.
+constexpr double kLongestStep = 1.0;
 
 /// From blue (old) to red (new), as rviz shows where the camera was.
 ColoredPoint camera_position(const KeyframePose& pose, double age) {
@@ -49,11 +54,16 @@ Publishers::Publishers(const OutputFrames& frames, int path_max_length, ros::Nod
       keyframes_(
           private_handle, "keyframes", [this] { return keyframes(); }, tell) {}
 
-void Publishers::publish_frame(const std_msgs::Header& image_header, const FrameReport& report) {
+void Publishers::publish_frame(const std_msgs::Header& image_header, const ros::Time& arrival,
+                               const FrameReport& report) {
   std::optional<OutputFrames::BodyPose> body;
   if (report.map_from_camera) body = frames_.body_pose(image_header, report);
   remember(report, body);
-  if (body) publish_pose(image_header, report, *body);
+  if (body) {
+    publish_pose(image_header, arrival, report, *body);
+  } else {
+    previous_.reset();  // where the camera went meanwhile is not known
+  }
   publish_view(image_header, report);
   if (body && frames_.options().object_mode) points_.publish();
 }
@@ -62,6 +72,10 @@ void Publishers::drop_map() {
   const std::lock_guard<std::mutex> lock(mutex_);
   poses_.clear();
   path_changed_ = true;
+  map_to_odom_.reset();
+  odom_map_ = 0;
+  if (!std::exchange(camera_is_drawn_, false) || !drawn_camera_) return;
+  camera_frustum_.publish(to_camera_marker(header_locked(), *drawn_camera_, nullptr, frustum_depth_));
 }
 
 void Publishers::move_world(const Rigid3& new_world_from_world) {
@@ -89,15 +103,15 @@ void Publishers::publish_view(const std_msgs::Header& image_header, const FrameR
   camera_is_drawn_ = pose != nullptr;
 }
 
-void Publishers::publish_pose(const std_msgs::Header& image_header, const FrameReport& report,
-                              const OutputFrames::BodyPose& body) {
+void Publishers::publish_pose(const std_msgs::Header& image_header, const ros::Time& arrival,
+                              const FrameReport& report, const OutputFrames::BodyPose& body) {
   if (!keeps_odom_of_another_map(report)) {
     if (const auto transform = frames_.transform(image_header, body)) {
       broadcaster_.sendTransform(*transform);
       const std::lock_guard<std::mutex> lock(mutex_);
       map_to_odom_ = transform;
       odom_map_ = report.map_id;
-      map_to_odom_arrival_ = ros::Time::now();
+      map_to_odom_arrival_ = arrival;
     }
   }
   geometry_msgs::PoseWithCovarianceStamped pose;
@@ -111,9 +125,7 @@ void Publishers::publish_pose(const std_msgs::Header& image_header, const FrameR
   odometry.pose = pose.pose;
   // Both images see the same map: what is uncertain of that is no uncertainty of the way between them.
   const StampedEstimate current{report.stamp_ns, {body.frame_from_child.b_from_a, body.own_covariance}};
-  // A correction moves the map under the camera: what lies between is no velocity.
-  if (previous_ && previous_epoch_ == report.epoch && previous_->stamp_ns < report.stamp_ns &&
-      report.corrected.empty()) {
+  if (tells_velocity(report)) {
     odometry.twist = to_twist(*previous_, current);
   } else {
     // No velocity is known yet: any one is as likely, for those who read covariances alone.
@@ -122,6 +134,13 @@ void Publishers::publish_pose(const std_msgs::Header& image_header, const FrameR
   odometry_.publish(odometry);
   previous_ = current;
   previous_epoch_ = report.epoch;
+}
+
+// A correction moves the map under the camera: what lies between is no velocity.
+bool Publishers::tells_velocity(const FrameReport& report) const {
+  if (!previous_ || previous_epoch_ != report.epoch || !report.corrected.empty()) return false;
+  const double seconds = seconds_between(previous_->stamp_ns, report.stamp_ns);
+  return seconds > 0 && seconds <= kLongestStep;
 }
 
 // With ~odom_frame, map -> odom stays what it was in a map that may yet be joined with the present one: a
@@ -144,6 +163,7 @@ void Publishers::remember(const FrameReport& report, const std::optional<OutputF
   std::optional<Posed> newest;
   if (report.map_from_camera && body) newest = Posed{{report.stamp_ns, *report.map_from_camera}, body};
   if (!report.corrected.empty()) correct(report.corrected, newest);
+  if (!report.withdrawn_ns.empty()) withdraw(report.withdrawn_ns);
   if (!report.map_from_camera) return;
   if (!poses_.empty() && poses_.back().camera.stamp_ns == report.stamp_ns) poses_.pop_back();  // corrected
   poses_.push_back({{report.stamp_ns, *report.map_from_camera}, body});
@@ -151,13 +171,22 @@ void Publishers::remember(const FrameReport& report, const std::optional<OutputF
   path_changed_ = true;
 }
 
+void Publishers::withdraw(const std::vector<std::int64_t>& stamps_ns) {
+  const auto is_withdrawn = [&](const Posed& posed) {
+    return std::find(stamps_ns.begin(), stamps_ns.end(), posed.camera.stamp_ns) != stamps_ns.end();
+  };
+  poses_.erase(std::remove_if(poses_.begin(), poses_.end(), is_withdrawn), poses_.end());
+  path_changed_ = true;
+}
+
 void Publishers::repeat_transform() {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!map_to_odom_) return;
-  // In the images' own time, which need not be the clock's; ahead, so that what is asked for now can be
-  // answered.
+  // In the images' own time, which need not be the clock's, and goes on from the arrival of one; ahead, so
+  // that what is asked for now can be answered.
   const ros::Time now = ros::Time::now();
-  if (now < map_to_odom_arrival_) return;  // the clock has jumped back
+  const bool clock_has_begun = map_to_odom_arrival_.isZero() && !now.isZero();
+  if (now < map_to_odom_arrival_ || clock_has_begun) return;  // the clock has jumped
   const std::int64_t ahead_ns = std::llround(1e9 * frames_.options().tf_tolerance);
   const std::optional<ros::Time> stamp =
       later(map_to_odom_->header.stamp,
@@ -222,9 +251,9 @@ void Publishers::publish_debug_image(const std_msgs::Header& header, const cv::M
   debug_image_.publish(cv_bridge::CvImage(header, "bgr8", bgr).toImageMsg());
 }
 
-bool Publishers::publish_map(std::uint32_t epoch, const std::shared_ptr<const MapSnapshot>& map,
+bool Publishers::publish_map(std::uint32_t epoch, const std::shared_ptr<const DrawnMap>& map,
                              const CameraParameters& camera) {
-  const double depth = frustum_depth(*map, camera);  // wherever in the world the map is
+  const double depth = frustum_depth(map->newest(), camera);  // wherever in the world the map is
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     map_ = map;
@@ -241,7 +270,7 @@ bool Publishers::publish_map(std::uint32_t epoch, const std::shared_ptr<const Ma
 // Where an object is, tf says from its first pose on.
 bool Publishers::is_placed_locked() const {
   if (!map_) return false;
-  if (!frames_.options().object_mode || map_->points.empty()) return true;
+  if (!frames_.options().object_mode || !map_->has_points()) return true;
   return map_epoch_ == epoch_ && !poses_.empty();
 }
 
@@ -255,7 +284,7 @@ std::optional<sensor_msgs::PointCloud2> Publishers::points() const {
   const std::optional<PlacedMap> at = placed_map();
   if (!at) return std::nullopt;
   MapSnapshot points;
-  points.points = at->map->points;
+  points.points = at->map->all().points;
   return to_point_cloud(at->header, in_world(at->world_from_map, points).points);
 }
 
@@ -263,7 +292,7 @@ std::optional<visualization_msgs::MarkerArray> Publishers::keyframes() const {
   const std::optional<PlacedMap> at = placed_map();
   if (!at) return std::nullopt;
   MapSnapshot keyframes;
-  keyframes.keyframes = at->map->keyframes;
+  keyframes.keyframes = at->map->all().keyframes;
   keyframes = in_world(at->world_from_map, keyframes);
   return to_keyframe_markers(at->header, at->camera,
                              thinned_keyframes(keyframes.keyframes, at->frustum_depth), at->frustum_depth);

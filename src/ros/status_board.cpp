@@ -46,10 +46,11 @@ void StatusBoard::publish_unprocessed(const std_msgs::Header& header, Reason rea
   report.keyframes = static_cast<int>(summary_.last.keyframes);
   report.landmarks = static_cast<int>(summary_.last.landmarks);
   report.scale = static_cast<ScaleSource>(summary_.last.scale);
-  if (reason == Reason::kDropped || reason == Reason::kStaleStamp) ++dropped_;
+  const bool is_left_out = reason == Reason::kDropped || reason == Reason::kStaleStamp;
+  if (is_left_out) ++dropped_;
   const TrackerStatus processed = summary_.last;
   publish_locked(to_status(report), header, arrival);
-  if (reason != Reason::kDropped) return;
+  if (!is_left_out) return;
   // One image left out says nothing about how tracking goes: the summary stays that of the last one
   // processed.
   summary_.last = processed;

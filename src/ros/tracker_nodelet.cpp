@@ -185,7 +185,13 @@ void TrackerNodelet::subscribe() {
 void TrackerNodelet::take_initialpose(const geometry_msgs::PoseWithCovarianceStampedConstPtr& pose) {
   const auto tell = [this](const std::string& text) { NODELET_ERROR("~initialpose: %s", text.c_str()); };
   const auto place = [this, pose, tell] {
-    guarded([&] { NODELET_WARN("~initialpose: %s", placement_->place(*pose).c_str()); }, tell);
+    guarded(
+        [&] {
+          // The image that was at work when ~pause came may have been posed since.
+          if (paused_) throw std::runtime_error("paused: there is no present pose that it could replace");
+          NODELET_WARN("~initialpose: %s", placement_->place(*pose).c_str());
+        },
+        tell);
   };
   guarded([&] { slot_->post(place); }, tell);
 }
@@ -228,7 +234,7 @@ void TrackerNodelet::take_image(const sensor_msgs::ImageConstPtr& image) {
     recording_.why = "the stamps have jumped back by " + step_back;
   }
   tracker_->note_arrival(stamp_ns, arrival);
-  const std::optional<Frame> displaced = slot_->put(Frame{image, arrival, recording_});
+  const std::optional<Frame> displaced = slot_->put(Frame{image, arrival, ros::Time::now(), recording_});
   if (displaced) {
     board_->publish_unprocessed(displaced->image->header, Reason::kDropped,
                                 "a newer image came while this one waited", displaced->arrival);
@@ -277,7 +283,7 @@ void TrackerNodelet::process(const Frame& frame) {
 // of a map that was corrected.
 void TrackerNodelet::follow_object(std::uint32_t epoch) {
   if (frames_->wants_points(epoch)) {
-    frames_->see_points(epoch, tracker_->map_view()->snapshot->points);
+    frames_->see_points(epoch, tracker_->map_view()->map->all().points);
   }
   const std::optional<Rigid3> moved = frames_->follow_object(epoch);
   if (moved) publishers_->move_world(*moved);
@@ -292,7 +298,7 @@ void TrackerNodelet::publish(const Frame& frame, const FrameReport& report) {
       [&] {
         const FrameReport in_world = frames_->in_world(report);
         if (trajectory_) trajectory_->append(in_world);
-        publishers_->publish_frame(header, in_world);
+        publishers_->publish_frame(header, frame.arrival_stamp, in_world);
       },
       tell);
   guarded([&] { board_->publish(header, report, frame.arrival); }, tell);
@@ -354,8 +360,8 @@ void TrackerNodelet::publish_map() {
   if (published_map_ && *published_map_ == version) return;
   const std::optional<MapView> view = tracker_->map_view();
   if (!view) return;
-  frames_->see_points(view->epoch, view->snapshot->points);
-  if (publishers_->publish_map(view->epoch, view->snapshot, view->camera.parameters())) {
+  if (parameters_.frames.object_mode) frames_->see_points(view->epoch, view->map->all().points);
+  if (publishers_->publish_map(view->epoch, view->map, view->camera.parameters())) {
     published_map_ = version;
   }
 }

@@ -61,6 +61,7 @@ void TrackerNodelet::advertise_services() {
   advertise("reset", [this] {
     on_processing_thread<void>([this] {
       tracker_->reset();
+      placement_->forget();
       publishers_->drop_map();
       board_->note(tracker_->state(), tracker_->epoch());
     });
@@ -69,9 +70,11 @@ void TrackerNodelet::advertise_services() {
   });
   advertise("pause", [this] {
     paused_ = true;
+    slot_->post([this] { placement_->forget(); });
     return std::string("paused: images are answered, not tracked");
   });
   advertise("resume", [this] {
+    slot_->post([this] { placement_->forget(); });  // what an image gave that was at work as ~pause came
     paused_ = false;
     return std::string("tracking goes on");
   });
@@ -98,7 +101,10 @@ void TrackerNodelet::advertise_map_services() {
     const std::string size = size_text(saved->maps);
     const bool loaded = on_processing_thread<bool>([this, saved] {
       const bool is_loaded = tracker_->load_maps(std::move(*saved));
-      if (is_loaded) publishers_->drop_map();
+      if (is_loaded) {
+        placement_->forget();
+        publishers_->drop_map();
+      }
       board_->note(tracker_->state(), tracker_->epoch());
       return is_loaded;
     });

@@ -1,4 +1,4 @@
-#include "map_snapshot.h"
+#include "mono_pose_tracker/tracking/map_snapshot.h"
 
 #include <algorithm>
 #include <map>
@@ -8,21 +8,39 @@
 
 namespace mono_pose_tracker {
 
+namespace {
+
+// The keyframe, and those of its points that are not known yet.
+void add_view(const TrackingMap& map, const KeyframeView& keyframe, std::unordered_set<LandmarkId>* known,
+              MapSnapshot* snapshot) {
+  snapshot->keyframes.push_back({keyframe.stamp_ns, keyframe.camera_from_map.inverse()});
+  for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
+    const auto landmark = map.landmarks.find(keyframe.landmark_of_feature[f]);
+    if (landmark == map.landmarks.end() || !known->insert(landmark->first).second) continue;
+    const cv::Vec3b& rgb = keyframe.image->color_rgb[f];
+    snapshot->points.push_back({landmark->second.cast<float>(), rgb[0], rgb[1], rgb[2]});
+  }
+}
+
+}  // namespace
+
 std::shared_ptr<const MapSnapshot> snapshot_of(const TrackingMapPtr& map) {
   auto snapshot = std::make_shared<MapSnapshot>();
   if (!map) return snapshot;
   snapshot->epoch = map->epoch;
   snapshot->revision = map->revision;
   std::unordered_set<LandmarkId> known;
-  for (const auto& [id, keyframe] : map->keyframes) {
-    snapshot->keyframes.push_back({keyframe.stamp_ns, keyframe.camera_from_map.inverse()});
-    for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
-      const auto landmark = map->landmarks.find(keyframe.landmark_of_feature[f]);
-      if (landmark == map->landmarks.end() || !known.insert(landmark->first).second) continue;
-      const cv::Vec3b& rgb = keyframe.image->color_rgb[f];
-      snapshot->points.push_back({landmark->second.cast<float>(), rgb[0], rgb[1], rgb[2]});
-    }
-  }
+  for (const auto& entry : map->keyframes) add_view(*map, entry.second, &known, snapshot.get());
+  return snapshot;
+}
+
+MapSnapshot newest_view_of(const TrackingMapPtr& map) {
+  MapSnapshot snapshot;
+  if (!map) return snapshot;
+  snapshot.epoch = map->epoch;
+  snapshot.revision = map->revision;
+  std::unordered_set<LandmarkId> known;
+  if (!map->keyframes.empty()) add_view(*map, map->keyframes.rbegin()->second, &known, &snapshot);
   return snapshot;
 }
 

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "mono_pose_tracker/tracking/map_snapshot.h"
 #include "tracker_impl.h"
 
 namespace mono_pose_tracker {
@@ -55,7 +56,9 @@ std::uint64_t Tracker::revision() const {
   return map ? map->revision : 0;
 }
 
-std::shared_ptr<const MapSnapshot> Tracker::snapshot() const { return snapshot_of(impl_->worker().latest()); }
+TrackingMapPtr Tracker::view() const { return impl_->worker().latest(); }
+
+std::shared_ptr<const MapSnapshot> Tracker::snapshot() const { return snapshot_of(view()); }
 
 std::vector<PosedFrame> Tracker::trajectory() const { return impl_->trajectory(); }
 

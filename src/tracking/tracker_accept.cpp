@@ -98,6 +98,8 @@ bool Tracker::Impl::withdraw_doubtful(const Frame& frame, const TrackingMap& map
   while (static_cast<int>(doubted_.size()) > pose_doubt_.in_a_row()) doubted_.pop_front();
   if (doubted_.size() <= kMostInARow) return false;
   for (const std::int64_t index : doubted_) {
+    if (const FramePose* pose = frames_[map.map_id].find(index))
+      report->withdrawn_ns.push_back(pose->stamp_ns);
     frames_[map.map_id].erase(index);
     if (pace_ != SearchPace::kLive) withdrawn_.insert(index);
   }

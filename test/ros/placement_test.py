@@ -118,6 +118,44 @@ class PlacementTest(unittest.TestCase):
         answer = self.show_until(lambda a: any("can't be placed in metres" in m for m in self.log))["driven"]
         self.assertEqual((answer.scale, answer.corrections), (TrackerStatus.MAP_UNITS, 0))
 
+    def test_a_refused_image_is_no_other_map(self):
+        """Odometry's scale would be measured anew from there."""
+        before = self.show_until(lambda a: a["driven"].state == TrackerStatus.TRACKING)["driven"]
+        image = next(self.images)
+        image.encoding = "no_such_encoding"
+        refused = dict(zip(self.trackers, self.camera.show(image, *self.trackers.values())))["driven"]
+        self.assertEqual(refused.reason, TrackerStatus.UNSUPPORTED_ENCODING)
+        self.assertGreater(refused.map_id, 0)
+        for said in ("state", "epoch", "map_id", "corrections", "scale", "keyframes", "landmarks"):
+            self.assertEqual(getattr(refused, said), getattr(before, said), said)
+
+    def answer_to_initialpose(self):
+        before = len(self.log)
+        wanted = PoseWithCovarianceStamped()
+        wanted.header.frame_id, wanted.pose.pose.orientation.w = "told_map", 1
+        self.initialpose.publish(wanted)
+        answer = lambda: next((m for m in self.log[before:] if "~initialpose: " in m), None)  # noqa: E731
+        self.assertTrue(self.trackers["told"].wait_until(answer))
+        return answer()
+
+    def test_only_a_present_pose_is_replaced(self):
+        """Not that of another map, nor one from before a pause: the robot may have driven on."""
+        tracker = self.trackers["told"]
+        rospy.set_param("/told/tracker/map_path", os.path.join(self.folder.name, "told.map"))
+        is_tracking = lambda a: a["told"].state == TrackerStatus.TRACKING  # noqa: E731
+        for service in ("load_map", "reset"):
+            self.show_until(is_tracking)
+            self.assertTrue(tracker.call("save_map").success)
+            self.assertTrue(tracker.call(service).success)
+            self.assertIn("there is no present pose", self.answer_to_initialpose(), service)
+        self.show_until(is_tracking)
+        self.assertTrue(tracker.call("pause").success)
+        self.assertIn("paused: there is no present pose", self.answer_to_initialpose())
+        self.assertTrue(tracker.call("resume").success)
+        self.assertIn("there is no present pose", self.answer_to_initialpose())
+        self.show_until(is_tracking)
+        self.assertIn("the map is moved", self.answer_to_initialpose())
+
     def test_initialpose_places_the_base(self):
         is_tracking = lambda a: a["told"].state == TrackerStatus.TRACKING  # noqa: E731
         before = self.show_until(is_tracking)["told"]

@@ -8,16 +8,23 @@ import tempfile
 import threading
 import unittest
 
+import numpy
 import roslib.packages
 import rospy
 import rostest
+import tf2_ros
+from diagnostic_msgs.msg import DiagnosticArray
 from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker
 
 from mono_pose_tracker.msg import TrackerStatus
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import feeding  # noqa: E402
 from background import Background, Stream  # noqa: E402
+from listening import Listener  # noqa: E402
+from transforms import stamped  # noqa: E402
 
 FRAMES = 24
 
@@ -108,6 +115,68 @@ class ServicesTest(unittest.TestCase):
             self.assertTrue(tracker.call(service).success)
             saved = tracker.call("save_trajectory")
             self.assertTrue(saved.message.startswith("0 poses "), saved.message)
+
+    def test_tf_and_frustum_go_with_their_map(self):
+        _, tracker, camera = self.start("taken", "_map_path:=taken.map", "_camera_frame:=taken_camera",
+                                        "_map_frame:=taken_map", "_odom_frame:=taken_odom",
+                                        "_scale/initial_median_depth:=1.0")
+        static = tf2_ros.StaticTransformBroadcaster()
+        feeding.wait_for_connections(static.pub_tf)
+        static.sendTransform([stamped("taken_odom", "taken_camera", rospy.Time.now(), (0, 0, 0), (0, 0, 0, 1))])
+        frusta, diagnostics = Listener("/taken/camera_frustum", Marker), Listener("/diagnostics", DiagnosticArray)
+        transforms = Listener("/tf", TFMessage)
+        images = self.recording.walk()
+        is_odom = lambda m: m.transforms[0].child_frame_id == "taken_odom"  # noqa: E731
+        for service in ("reset", "load_map"):
+            before, sent = len(frusta.messages), len(transforms.messages)
+            while not any(m.action == Marker.ADD for m in frusta.messages[before:]):
+                feeding.track(camera, tracker, images, 5)
+            self.assertIsNotNone(transforms.wait_for(is_odom, sent))
+            self.assertTrue(tracker.call("save_map").success)
+            drawn = len(frusta.messages)
+            self.assertTrue(tracker.call(service).success)
+            self.assertIsNotNone(frusta.wait_for(lambda m: m.action == Marker.DELETE, drawn), service)
+            # Told once a second; map -> odom was sent twenty times in it.
+            self.assertTrue(diagnostics.wait_for_number(len(diagnostics.messages) + 1))
+            sent = len(transforms.messages)
+            self.assertTrue(diagnostics.wait_for_number(len(diagnostics.messages) + 1))
+            self.assertFalse([m for m in transforms.messages[sent:] if is_odom(m)], service)
+
+    def test_withdrawn_poses_leave_the_trajectory(self):
+        """Seen through a hole in the lower right corner, poses hang on little: the third in a row is one too many. How
+        much is to be seen for that hangs on the map, which no two runs have alike."""
+        _, tracker, camera = self.start("doubting", "_save_trajectory_path:=doubting.txt")
+        images = self.recording.walk()
+        feeding.track(camera, tracker, images, 15)
+        for width in 20 * list(range(60, 75, 3)):
+            before = feeding.track(camera, tracker, images, 6)[-1].header.stamp
+            shown = next(i for i in self.recording.walk() if i.header.stamp == before)
+            doubtful = []
+            for i in range(1, 4):
+                answer = camera.show(self.through_a_hole(feeding.moved(shown, 1e-3 * i), width), tracker)
+                if answer.reason != TrackerStatus.DOUBTFUL_POSE:
+                    break
+                doubtful.append(answer.header.stamp.to_nsec())
+            if "one doubtful pose after the other" in answer.reason_text:
+                break
+        self.assertIn("one doubtful pose after the other", answer.reason_text)
+        self.assertEqual(len(doubtful), 2)
+        saved = tracker.call("save_trajectory")
+        self.assertTrue(saved.success, saved.message)
+        trajectory = feeding.read_tum(os.path.join(self.folder.name, "doubting.txt"))
+        self.assertIn(before.to_nsec(), trajectory)
+        self.assertFalse(set(doubtful) & set(trajectory))
+
+    @staticmethod
+    def through_a_hole(image, width):
+        """In a wall full of spots: they show where there would have been something to see."""
+        pixels = numpy.frombuffer(image.data, numpy.uint8).reshape(image.height, image.width, -1)
+        spots = numpy.random.RandomState(1).randint(0, 256, (image.height // 8, image.width // 8, 1), numpy.uint8)
+        covered = numpy.zeros_like(pixels) + spots.repeat(8, 0).repeat(8, 1)
+        hole = slice(image.height - width * 3 // 4, None), slice(image.width - width, None)
+        covered[hole] = pixels[hole]
+        image.data = covered.tobytes()
+        return image
 
     def test_200_resets_under_load(self):
         _, tracker, camera = self.start("resets")

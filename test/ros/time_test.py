@@ -9,12 +9,14 @@ import unittest
 import rospy
 import rostest
 from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 
 from mono_pose_tracker.msg import TrackerStatus
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import feeding  # noqa: E402
+from listening import Listener  # noqa: E402
 
 FRAMES = 24
 
@@ -87,13 +89,33 @@ class TimeTest(unittest.TestCase):
             self.show(newest)
         self.assertTrue(self.tracker.wait_until(lambda: any("10 images in a row" in m for m in self.log)),
                         "a clock that stands still is told")
+        diagnostics = Listener("/diagnostics", DiagnosticArray)
+        self.assertTrue(diagnostics.wait_for_number(2))
+        told = {v.key: v.value for v in diagnostics.messages[-1].status[0].values}
+        self.assertEqual((told["state"], told["frames dropped"]), ("TRACKING", str(dropped + 10)))
+        self.assertNotEqual(told["reason"], "STALE_STAMP", "images left out say nothing of how tracking goes")
 
+        odometry = Listener("/tracker/odometry", Odometry)
+        feeding.wait_for_connections(odometry.subscriber)
         for pause in (600, 600.1):  # seconds
             again = self.show(newest, pause)
             self.assertEqual((again.state, again.epoch), (TrackerStatus.TRACKING, epoch), again.reason_text)
+        self.expect_velocity(odometry, newest.header.stamp + rospy.Duration(600), False, "a mean of ten minutes")
+        self.expect_velocity(odometry, again.header.stamp, True, "0.1 s later")
+        blank = feeding.moved(newest, 600.2)
+        blank.data = bytes(len(blank.data))
+        self.assertEqual(self.camera.show(blank, self.tracker).state, TrackerStatus.LOST)
+        found = feeding.track(self.camera, self.tracker, (feeding.moved(newest, 600.3 + 0.1 * i) for i in range(50)), 1)
+        self.expect_velocity(odometry, found[-1].header.stamp, False, "it was lost between")
         back = self.show(newest, 1)
         self.assertEqual((back.reason, back.epoch), (TrackerStatus.TIME_JUMP, epoch + 1))
-        self.assertIn("599.100 s", back.reason_text)
+        self.assertIn("%.3f s" % (found[-1].header.stamp - back.header.stamp).to_sec(), back.reason_text)
+
+    def expect_velocity(self, odometry, stamp, is_known, why):
+        message = odometry.wait_for(lambda m: m.header.stamp == stamp)
+        self.assertIsNotNone(message, why)
+        variances = message.twist.covariance[::7]
+        self.assertEqual((max(variances) < 1e3, min(variances) >= 1e6), (is_known, not is_known), why)
 
 
 if __name__ == "__main__":

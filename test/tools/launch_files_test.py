@@ -136,6 +136,16 @@ class LaunchFilesTest(unittest.TestCase):
                     continue  # documented as of no effect; accepted as it is elsewhere
                 self.assertNotEqual(load(name, **before), load(name, **changed), f"{name} {argument}")
 
+    def test_localize_only_is_of_this_launch(self):
+        """And not of one before it, whose parameters are still there: it is set, whatever the file says or does not."""
+        config = self.folder + "/localize.yaml"
+        for told, expected in (({}, False), ({"localize_only": True}, True), ({"localize_only": False}, False)):
+            with open(config, "w") as file:
+                yaml.safe_dump({"seed": 1, **told}, file)
+            self.assertIs(load_now("tracker.launch", {"config": config})[0]["/tracker/localize_only"], expected, told)
+            both = load_now("tracker.launch", {"config": config, "localize_only": "true"})[0]
+            self.assertIs(both["/tracker/localize_only"], True, told)
+
     def test_an_unknown_argument_is_an_error(self):
         """To those who include the files; at its own command line roslaunch takes any, without a word."""
         path = self.folder + "/unknown.launch"

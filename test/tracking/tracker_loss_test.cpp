@@ -76,6 +76,8 @@ TEST_P(DoubtfulPoses, OneAfterTheOtherIsLost) {
       << third.reason_text;
   expect_consistent(third);
   EXPECT_EQ(tracker.trajectory().size(), posed_before) << "none of the three is kept";
+  EXPECT_EQ(third.withdrawn_ns, (std::vector<std::int64_t>{last.stamp_ns + 1, last.stamp_ns + 2}))
+      << "whoever keeps what was reported is told";
 }
 
 INSTANTIATE_TEST_SUITE_P(Tracker, DoubtfulPoses, testing::Bool(),

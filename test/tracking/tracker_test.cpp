@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "mono_pose_tracker/mapping/mapping_worker.h"
+#include "mono_pose_tracker/tracking/map_snapshot.h"
 #include "support/random_texture.h"
 #include "support/temporary_folder.h"
 #include "support/tracked_room.h"
@@ -46,7 +47,14 @@ TEST(Tracker, PosesEveryImageOfARecording) {
   ASSERT_EQ(trajectory.size(), static_cast<std::size_t>(kFrames));
   for (int i = 0; i < kFrames; ++i) EXPECT_EQ(trajectory[i].index, i);
   expect_accurate(posed(trajectory), 0.4, 1);
-  EXPECT_EQ(tracker.snapshot()->points.size(), tracker.map().landmarks().size());
+  const std::shared_ptr<const MapSnapshot> all = tracker.snapshot();
+  EXPECT_EQ(all->points.size(), tracker.map().landmarks().size());
+  const MapSnapshot newest = newest_view_of(tracker.view());
+  ASSERT_EQ(newest.keyframes.size(), 1u);
+  EXPECT_EQ(newest.keyframes[0].stamp_ns, all->keyframes.back().stamp_ns);
+  EXPECT_EQ(newest.revision, all->revision);
+  EXPECT_GT(newest.points.size(), 10u);
+  EXPECT_LT(newest.points.size(), all->points.size()) << "what it sees, not the whole map";
 }
 
 TEST(Tracker, TheFirstPoseSaysWhatTheMapWasBegunWith) {

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "mono_pose_tracker/ros/camera_source.h"
+#include "mono_pose_tracker/ros/drawn_map.h"
 #include "mono_pose_tracker/ros/image_conversion.h"
 #include "mono_pose_tracker/ros/mask_source.h"
 #include "mono_pose_tracker/tracking/frame_period.h"
@@ -22,7 +23,7 @@ namespace mono_pose_tracker {
 /// What a map drawn now would be drawn from.
 struct MapView {
   std::uint32_t epoch = 0;  // as the reports count them
-  std::shared_ptr<const MapSnapshot> snapshot;
+  std::shared_ptr<const DrawnMap> map;
   CameraModel camera;
 };
 
@@ -92,6 +93,8 @@ class LiveTracker {
   void govern(Clock::time_point arrival);
   FrameReport track(const sensor_msgs::ImageConstPtr& message);
   FrameReport refuse(Reason reason, const std::string& text) const;
+  void remember(const FrameReport& report);
+  void go_on_as(State state);
   void load_waiting_maps();
   void use_camera(const CameraParameters& parameters);
   ConvertedImage mask_for(const sensor_msgs::Image& message);
@@ -111,6 +114,7 @@ class LiveTracker {
   bool has_tracked_ = false;  // an image, with this tracker
   State state_ = State::kWaitingForCameraInfo;
   std::uint32_t epoch_ = 0;                                    // last reported
+  FrameReport of_map_;                                         // what was last reported of the map alone
   CalibrationSource calibration_ = CalibrationSource::kGiven;  // of the present tracker
 
   mutable std::mutex mutex_;      // guards what follows (a Tracker locks for itself)

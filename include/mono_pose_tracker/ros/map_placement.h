@@ -25,6 +25,9 @@ class MapPlacement {
   /// After each image. report: in the map, not the world. Returns what was done, one line, or nothing.
   std::string follow(const std_msgs::Header& image_header, const FrameReport& report);
 
+  /// What was seen last is no longer where the camera is: the map is another, or no images were looked at.
+  void forget() { present_.reset(); }
+
   /// Moves the map so that the present pose is the one given, of the base, or of the camera without one.
   /// Returns what was done; throws std::runtime_error saying why it can't be.
   std::string place(const geometry_msgs::PoseWithCovarianceStamped& pose);
@@ -45,7 +48,7 @@ class MapPlacement {
   const bool scale_from_odometry_;
   const OutputFrames& frames_;
   LiveTracker& tracker_;
-  std::optional<Posed> present_;  // none while the camera is lost
+  std::optional<Posed> present_;  // none while the camera is lost, or not looked for
   OdometryScale odometry_scale_;
   MapState state_;
   // By what ~initialpose has moved the map since the newest report that knows of all moves.

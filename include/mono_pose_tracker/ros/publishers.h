@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/ros/drawn_map.h"
 #include "mono_pose_tracker/ros/messages.h"
 #include "mono_pose_tracker/ros/on_demand_publisher.h"
 #include "mono_pose_tracker/ros/output_frames.h"
@@ -35,9 +36,9 @@ class Publishers {
   Publishers(const OutputFrames& frames, int path_max_length, ros::NodeHandle private_handle,
              const std::function<void(const std::string&)>& tell);
 
-  /// header: the image's; report: in the world's frame. A report without a pose publishes nothing (but starts
-  /// the path anew with a new map).
-  void publish_frame(const std_msgs::Header& header, const FrameReport& report);
+  /// header: the image's; arrival: when it came, by ROS's clock; report: in the world's frame. A report
+  /// without a pose publishes nothing (but starts the path anew with a new map).
+  void publish_frame(const std_msgs::Header& header, const ros::Time& arrival, const FrameReport& report);
 
   /// By command, between two frames: the poses so far are of a map that is no more.
   void drop_map();
@@ -55,7 +56,7 @@ class Publishers {
   /// The map as it is from now on, placed in the world as the frame was whose stamp it gets. An object turns
   /// with each frame: its points are sent again with each pose, lest they stay behind its tf; and not at all
   /// (false: to be given again) before the first pose in this map, as no tf says where they are.
-  bool publish_map(std::uint32_t epoch, const std::shared_ptr<const MapSnapshot>& map,
+  bool publish_map(std::uint32_t epoch, const std::shared_ptr<const DrawnMap>& map,
                    const CameraParameters& camera);
 
   /// map -> odom once more, as if the robot went on as it did, also while there is no pose: for those who
@@ -77,9 +78,11 @@ class Publishers {
   };
   bool keeps_odom_of_another_map(const FrameReport& report) const;
   void correct(const std::vector<PosedFrame>& frames, const std::optional<Posed>& newest);
+  void withdraw(const std::vector<std::int64_t>& stamps_ns);
   void remember(const FrameReport& report, const std::optional<OutputFrames::BodyPose>& body);
-  void publish_pose(const std_msgs::Header& image_header, const FrameReport& report,
+  void publish_pose(const std_msgs::Header& image_header, const ros::Time& arrival, const FrameReport& report,
                     const OutputFrames::BodyPose& body);
+  bool tells_velocity(const FrameReport& report) const;
   /// For eyes: the frame that rviz follows, and the camera's frustum.
   void publish_view(const std_msgs::Header& image_header, const FrameReport& report);
   /// Of what belongs to the whole map; the mutex is held.
@@ -88,7 +91,7 @@ class Publishers {
   struct PlacedMap {
     std_msgs::Header header;
     Rigid3 world_from_map;
-    std::shared_ptr<const MapSnapshot> map;
+    std::shared_ptr<const DrawnMap> map;
     CameraParameters camera;
     double frustum_depth = 0;
   };
@@ -107,19 +110,19 @@ class Publishers {
   ros::Publisher pose_, odometry_, camera_frustum_;
   image_transport::Publisher debug_image_, mask_;
 
-  // Last posed frame; the processing thread's own
+  // The frame before, if it was posed; the processing thread's own
   std::optional<StampedEstimate> previous_;
   std::uint32_t previous_epoch_ = 0;
 
   mutable std::mutex mutex_;                                    // guards what follows
   std::optional<geometry_msgs::TransformStamped> map_to_odom_;  // the last
   std::uint32_t odom_map_ = 0;                                  // that it is of
-  ros::Time map_to_odom_arrival_, repeated_stamp_;
+  ros::Time map_to_odom_arrival_, repeated_stamp_;              // its image's arrival
   std::deque<Posed> poses_;
   std::int64_t newest_stamp_ns_ = 0;
   Rigid3 world_from_map_;  // at that stamp
   std::uint32_t epoch_ = 0;
-  std::shared_ptr<const MapSnapshot> map_;  // the newest that was given, of map_epoch_
+  std::shared_ptr<const DrawnMap> map_;  // the newest that was given, of map_epoch_
   std::uint32_t map_epoch_ = 0;
   bool path_changed_ = false, has_path_ = false;
   bool keyframes_moved_ = false;                  // with the world, since they were published

@@ -34,7 +34,7 @@ class StatusBoard {
   void note(State state, std::uint32_t epoch);
 
   struct Summary {
-    TrackerStatus last;              // of an image that was not merely displaced; counts of all
+    TrackerStatus last;              // of an image that was not merely left out; counts of all
     Clock::time_point last_arrival;  // of an image; the construction before the first
     double frames_per_second = 0;    // of arrivals, smoothed over about ten
   };

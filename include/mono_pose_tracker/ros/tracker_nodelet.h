@@ -55,6 +55,7 @@ class TrackerNodelet : public nodelet::Nodelet {
   struct Frame {
     sensor_msgs::ImageConstPtr image;
     Clock::time_point arrival;
+    ros::Time arrival_stamp;  // by ROS's clock
     Recording recording;
   };
 

@@ -74,6 +74,8 @@ struct FrameReport {
   /// After a correction, or in a map that was gone back to: every frame posed in it, as it stands now. Else
   /// empty.
   std::vector<PosedFrame> corrected;
+  /// Stamps of earlier frames whose poses, which were reported, no longer hold.
+  std::vector<std::int64_t> withdrawn_ns;
 
   std::vector<SeenFeature> seen;    // every feature of the image
   std::vector<SeenMotion> motions;  // while there is no map: of the newest image that was compared

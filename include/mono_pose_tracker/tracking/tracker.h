@@ -11,6 +11,7 @@
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/map/tracking_map.h"
 #include "mono_pose_tracker/mapping/loop_closer.h"
 #include "mono_pose_tracker/mapping/still_background.h"
 #include "mono_pose_tracker/tracking/finished_map.h"
@@ -25,8 +26,9 @@ class FeatureMemory;
 /// Tracks one camera against the map it builds: bootstraps, resects every frame, hands keyframes to the
 /// mapper, which runs inline (repeatable) or on a worker thread of its own.
 ///
-/// Threads: snapshot, revision and cancel may be called from any; prepare as well, but not beside set_options
-/// or set_load_level. All other calls, those for the end of a recording among them, come from one thread.
+/// Threads: snapshot, view, revision and cancel may be called from any; prepare as well, but not beside
+/// set_options or set_load_level. All other calls, those for the end of a recording among them, come from one
+/// thread.
 class Tracker {
  public:
   enum class Mapping { kInline, kThreaded };
@@ -99,6 +101,8 @@ class Tracker {
 
   std::uint64_t revision() const;
   std::shared_ptr<const MapSnapshot> snapshot() const;
+  /// What snapshot copies from (map_snapshot.h): costs nothing. Null while there is no map.
+  TrackingMapPtr view() const;
 
   /// Every frame posed against the current map, by index. A frame that is no keyframe rides on its reference
   /// keyframe.
