@@ -105,14 +105,16 @@ void Publishers::publish_view(const std_msgs::Header& image_header, const FrameR
 
 void Publishers::publish_pose(const std_msgs::Header& image_header, const ros::Time& arrival,
                               const FrameReport& report, const OutputFrames::BodyPose& body) {
-  if (!keeps_odom_of_another_map(report)) {
-    if (const auto transform = frames_.transform(image_header, body)) {
-      broadcaster_.sendTransform(*transform);
-      const std::lock_guard<std::mutex> lock(mutex_);
-      map_to_odom_ = transform;
-      odom_map_ = report.map_id;
-      map_to_odom_arrival_ = arrival;
-    }
+  if (keeps_odom_of_another_map(report)) {
+    previous_.reset();
+    return;  // where the robot is in the map that it plans in is not known
+  }
+  if (const auto transform = frames_.transform(image_header, body)) {
+    broadcaster_.sendTransform(*transform);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    map_to_odom_ = transform;
+    odom_map_ = report.map_id;
+    map_to_odom_arrival_ = arrival;
   }
   geometry_msgs::PoseWithCovarianceStamped pose;
   pose.header = image_header;

@@ -15,7 +15,7 @@ import roslib.packages
 import rospy
 import rostest
 import tf2_ros
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
 from tf2_msgs.msg import TFMessage
 
 from mono_pose_tracker.msg import TrackerStatus
@@ -74,6 +74,9 @@ class MapsKeptTest(unittest.TestCase):
         cls.broadcaster = tf2_ros.TransformBroadcaster()
         cls.transforms = []  # map -> odom
         cls.subscriber = rospy.Subscriber("/tf", TFMessage, cls.keep, queue_size=1000)
+        cls.poses = []
+        cls.pose_subscriber = rospy.Subscriber("/tracker/pose", PoseWithCovarianceStamped, cls.poses.append,
+                                               queue_size=1000)
         cls.truth, cls.camera = {}, None
         cls.stamp = cls.recording.images[0].header.stamp
 
@@ -188,6 +191,9 @@ class MapsKeptTest(unittest.TestCase):
         self.assertEqual({a.map_id > first.map_id for a in beside}, {True})
         self.assertGreater(beside[0].epoch, first.epoch)
         self.assertGreater(len(joined), 5, "joined with the first, whose frame it is in now")
+        stamps = {pose.header.stamp for pose in self.poses}
+        self.assertEqual([a for a in beside if a.header.stamp in stamps], [], "in a map that nobody plans in")
+        self.assertGreater(len([a for a in joined[:-1] if a.header.stamp in stamps]), 0)
         self.assertGreater(joined[-1].corrections, first.corrections)
         # A robot that plans in map did not see it become another one.
         self.assertGreater(len(held), 0, "sent again meanwhile")
