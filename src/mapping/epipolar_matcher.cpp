@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "epipolar_fan.h"
+#include "mono_pose_tracker/common/parallel.h"
 #include "mono_pose_tracker/geometry/essential.h"
 
 namespace mono_pose_tracker {
@@ -26,6 +27,9 @@ std::vector<int> features_without_landmark(const Keyframe& keyframe) {
   return free;
 }
 
+// A thread is started in the time that fewer take to be compared.
+constexpr int kLeastOfThread = 128;
+
 // Who is nearest to whom among the features of a strip along the epipolar lines.
 struct StripMatches {
   std::vector<NearestTwo> of_first, of_second;
@@ -35,6 +39,12 @@ struct StripMatches {
   void offer(std::size_t i, std::size_t j, int distance2) {
     of_first[i].offer(static_cast<int>(j), distance2);
     of_second[j].offer(static_cast<int>(i), distance2);
+  }
+
+  // Of features of the first that come after those here.
+  void take(const StripMatches& later) {
+    for (std::size_t i = 0; i < of_first.size(); ++i) of_first[i].take(later.of_first[i]);
+    for (std::size_t j = 0; j < of_second.size(); ++j) of_second[j].take(later.of_second[j]);
   }
 
   // Mutual and clearly the nearest; first and second count among those compared.
@@ -110,16 +120,18 @@ class Comparison {
   }
 
   BothStrips all() const {
-    BothStrips found(free1_.size(), free2().size());
-    std::vector<EpipolarFan::NearPlane> near;
-    for (std::size_t i = 0; i < free1_.size() && !is_set(options_.cancelled); ++i) {
-      const Eigen::Vector3d normal = essential_ * first_.image->set.bearings[free1_[i]];
-      const double length = normal.norm();
-      if (!(length >= 1e-9)) continue;  // at the epipole every line passes
-      fan2_.find_near(normal / length, &near);
-      for (const auto& [j, from_plane] : near) offer(i, j, from_plane, &found);
+    const int size = static_cast<int>(free1_.size());
+    const int parts = std::clamp(size / kLeastOfThread, 1, std::max(options_.threads, 1));
+    std::vector<BothStrips> found(parts, BothStrips(free1_.size(), free2().size()));
+    parallel_for(parts, parts, [&](int part) {
+      const auto end_of = [&](int p) { return static_cast<std::size_t>(size) * p / parts; };
+      compare(end_of(part), end_of(part + 1), &found[part]);
+    });
+    for (int part = 1; part < parts; ++part) {
+      found[0].on_line.take(found[part].on_line);
+      found[0].beside.take(found[part].beside);
     }
-    return found;
+    return std::move(found[0]);
   }
 
   std::size_t of_first() const { return free1_.size(); }
@@ -128,6 +140,17 @@ class Comparison {
 
  private:
   const std::vector<int>& free2() const { return fan2_.features(); }
+
+  void compare(std::size_t begin, std::size_t end, BothStrips* found) const {
+    std::vector<EpipolarFan::NearPlane> near;
+    for (std::size_t i = begin; i < end && !is_set(options_.cancelled); ++i) {
+      const Eigen::Vector3d normal = essential_ * first_.image->set.bearings[free1_[i]];
+      const double length = normal.norm();
+      if (!(length >= 1e-9)) continue;  // at the epipole every line passes
+      fan2_.find_near(normal / length, &near);
+      for (const auto& [j, from_plane] : near) offer(i, j, from_plane, found);
+    }
+  }
 
   void offer(std::size_t i, std::size_t j, float from_plane, BothStrips* found) const {
     const double limit = options_.max_error_rad;

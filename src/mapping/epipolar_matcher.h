@@ -13,6 +13,7 @@ struct EpipolarMatchOptions {
   double min_ratio = 1.25;         // second nearest over nearest, among those near the epipolar line
   double max_scale_ratio = 3;      // of the two features: 1.6 octaves
   double max_chance_share = 0.2;   // of the matches; bundle adjustment and culling bear as many
+  int threads = 1;                 // the result is the same for any number
   CancelFlag cancelled = nullptr;  // once it is set: no matches
 };
 

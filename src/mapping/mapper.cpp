@@ -255,6 +255,7 @@ void Mapper::fuse(KeyframeId target, const std::optional<std::vector<LandmarkId>
 // New points by metric triangulation of features matched along epipolar lines.
 void Mapper::create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& near) {
   EpipolarMatchOptions guided;
+  guided.threads = options_.bundle.own_threads;
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
   guided.cancelled = options_.ransac.cancelled;
   guided.min_ratio = options_.matching.min_ratio;

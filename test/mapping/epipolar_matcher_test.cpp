@@ -90,6 +90,27 @@ TEST(EpipolarMatcher, NoneThatIsNearItsLineIsPassedOver) {
   }
 }
 
+// Equals on both sides of where the features are shared out, too.
+TEST(EpipolarMatcher, AnyNumberOfThreadsFindsTheSame) {
+  KnownScene scene(1200);
+  for (int i = 0; i < 600; ++i) scene.scene.descriptors.row(i).copyTo(scene.scene.descriptors.row(600 + i));
+  const Keyframe first = keyframe(scene, 0), second = keyframe(scene, 1);
+  EpipolarMatchOptions shared = options();
+  shared.max_error_rad *= 20;  // so that twins meet
+  const std::vector<Match> expected = match_along_epipolar_lines(first, second, shared);
+  EXPECT_GT(expected.size(), 50u);
+  for (const int threads : {2, 3, 5}) {
+    shared.threads = threads;
+    const std::vector<Match> found = match_along_epipolar_lines(first, second, shared);
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      EXPECT_EQ(found[i].first, expected[i].first);
+      EXPECT_EQ(found[i].second, expected[i].second);
+      EXPECT_EQ(found[i].distance2, expected[i].distance2);
+    }
+  }
+}
+
 // Every point has a twin with the same descriptor elsewhere: descriptors alone could not tell them apart.
 TEST(EpipolarMatcher, TheGeometryTellsTwinsApart) {
   KnownScene scene(300);

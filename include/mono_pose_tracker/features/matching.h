@@ -34,6 +34,17 @@ struct NearestTwo {
       second = distance2;
     }
   }
+
+  /// As if all that the other was offered had been offered here, after what was.
+  void take(const NearestTwo& later) {
+    if (later.best < best) {
+      second = std::min(best, later.second);
+      best = later.best;
+      index = later.index;
+    } else {
+      second = std::min(second, later.best);
+    }
+  }
 };
 
 struct Match {
