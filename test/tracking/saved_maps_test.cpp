@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
+#include "mono_pose_tracker/segmentation/segmenter.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "support/add_view.h"
 #include "support/expect_error.h"
@@ -264,6 +265,28 @@ TEST(SavedMaps, ANewMapIsBegunBesideTheLoadedOne) {
     EXPECT_TRUE(found.map_from_camera) << found.reason_text;
     show(again, cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(90)));  // lost again
   }
+}
+
+// What moves before a background that stands still is told from it there too, though no first map was begun.
+TEST(SavedMaps, AnObjectIsFoundByItsMotionBesideTheLoadedMap) {
+  SequenceOptions head_options;
+  head_options.scene = SceneKind::kHead;
+  head_options.background = BackgroundKind::kTextured;
+  head_options.frames = 120;
+  head_options.camera = default_camera(SceneKind::kHead, 320, 240);
+  const SimulatedSequence head(head_options);
+  TrackerOptions options;
+  options.young_map_keyframes = 3;
+  Tracker tracker(options, CameraModel(head_options.camera), Tracker::Mapping::kInline);
+  tracker.load_maps(first_part());
+  FrameReport report;
+  int by_motion = 0;
+  for (int i = 0; i < 50; ++i) {
+    report = tracker.process(1 + i, head.render(i).image);
+    by_motion += report.map_from_camera && report.segmentation == Segmentation::kByMotion;
+  }
+  EXPECT_EQ(report.state, State::kTracking) << report.reason_text;
+  EXPECT_GT(by_motion, 15);
 }
 
 TEST(SavedMaps, WhatCantBeGoneOnInIsRefused) {
