@@ -18,8 +18,6 @@ constexpr double kKnownDepthPx = 4.2;
 constexpr double kKnownDepthSigma = 0.2;
 // Of a distance: what a map may be bent by between two of its views, however well each point is known.
 constexpr double kBend = 0.02;
-// Of the turn between two maps: one in a thousand beyond three degrees.
-constexpr double kMaxTurnSigmaDeg = 1;
 // Points that both maps know, seen by one keyframe: fewer tell no scale.
 constexpr int kMinPoints = 10;
 // Of the scale between the maps, as one keyframe's depths tell it. What it is off by bends the seam, which
@@ -101,17 +99,21 @@ std::vector<SimilarityMatch> sights_of_both(const Map& map, const Map& other,
   return sights;
 }
 
-// How far the depths are off where the points are fitted to each other, over what they were thought to be: a
-// landmark that many images show sharply is known far better than by two. 1 where nothing tells.
-double share_of_depth_noise(const std::vector<SimilarityMatch>& sights, const std::vector<char>& inliers) {
+// Which fits the points to each other, whatever the sights say.
+bool fit_points(const std::vector<SimilarityMatch>& sights, const std::vector<char>& inliers,
+                Sim3* b_from_a) {
   std::vector<Eigen::Vector3d> in_a, in_b;
   for (std::size_t i = 0; i < sights.size(); ++i) {
     if (!inliers[i]) continue;
     in_a.push_back(sights[i].in_a.x);
     in_b.push_back(sights[i].in_b.x);
   }
-  Sim3 b_from_a;
-  if (!align_sim3(in_a, in_b, &b_from_a)) return 1;
+  return align_sim3(in_a, in_b, b_from_a);
+}
+
+// How far the depths are off then, over what they were thought to be: a landmark that many images show
+// sharply is known far better than by two.
+double share_of_depth_noise(const std::vector<SimilarityMatch>& sights, const Sim3& b_from_a) {
   std::vector<double> off;
   for (const SimilarityMatch& m : sights) {
     const double there = (b_from_a * m.in_a.x - m.in_b.center).norm(),
@@ -130,16 +132,18 @@ std::vector<SimilarityMatch> with_depth_noise(std::vector<SimilarityMatch> sight
 }
 
 // Of the points that the ties share; none where they don't determine it. The views alone leave open which of
-// two ways a small patch of a wall faces; the depths of its points tell, once it is known how good they are.
+// two ways a small patch of a wall faces, and RANSAC over what they match may take the wrong one. Where its
+// points lie to each other tells: from there it is found anew, with depths that count as they are known.
 std::optional<Sim3> similarity_of_points(const MapperOptions& options, const Map& map, const Map& other,
                                          const std::vector<MapTie>& ties) {
   SimilarityOptions similarity;
   similarity.ransac = options.ransac;
-  similarity.max_rotation_sigma_deg = kMaxTurnSigmaDeg;
   const std::vector<SimilarityMatch> sights = sights_of_both(map, other, same_landmarks(map, ties));
   const SimilarityReport roughly = estimate_similarity(with_depth_noise(sights, 1), similarity);
-  const SimilarityReport report = estimate_similarity(
-      with_depth_noise(sights, share_of_depth_noise(sights, roughly.inliers)), similarity);
+  Sim3 start;
+  if (!fit_points(sights, roughly.inliers, &start)) return std::nullopt;
+  const SimilarityReport report =
+      refine_similarity(with_depth_noise(sights, share_of_depth_noise(sights, start)), similarity, start);
   // Each point has two sights.
   if (!report.success || report.num_inliers < 2 * options.min_inliers) return std::nullopt;
   return report.b_from_a;

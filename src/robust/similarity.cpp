@@ -267,10 +267,7 @@ Uncertainty by_points(const std::vector<SimilarityMatch>& inliers, const Sim3& b
           std::sqrt(variance / std::max(spread.sum(), 1e-300))};
 }
 
-}  // namespace
-
-SimilarityReport estimate_similarity(const std::vector<SimilarityMatch>& matches,
-                                     const SimilarityOptions& options) {
+void require_options(const SimilarityOptions& options) {
   options.ransac.validate();
   const auto require_positive = [](const char* name, double value) {
     if (value > 0) return;
@@ -279,31 +276,38 @@ SimilarityReport estimate_similarity(const std::vector<SimilarityMatch>& matches
   };
   require_positive("max_rotation_sigma_deg", options.max_rotation_sigma_deg);
   require_positive("max_scale_sigma", options.max_scale_sigma);
-  SimilarityReport report;
-  report.inliers.assign(matches.size(), 0);
-  std::vector<int> source;
-  const std::vector<SimilarityMatch> data = usable(matches, &source);
-  if (data.size() < SimilarityEstimator::kSampleSize) return report;
-  const double threshold = options.ransac.threshold;
-  SimilarityEstimator estimator(data, threshold);
-  UniformSampler sampler(estimator.num_data(), SimilarityEstimator::kSampleSize);
-  RansacReport<Sim3> sampled = ransac(options.ransac, estimator, sampler);
-  report.iterations = sampled.iterations;
-  // Three matches fit some similarity nearly always: only a fourth says anything.
-  if (sampled.best.score.num_inliers <= SimilarityEstimator::kSampleSize) return report;
+}
 
-  report.b_from_a = sampled.best.model;
+// The matches that can be used, and what is said of all in the end.
+struct Usable {
+  explicit Usable(const std::vector<SimilarityMatch>& matches) : all(matches.size()) {
+    data = usable(matches, &source);
+  }
+
+  std::size_t all;
+  std::vector<int> source;
+  std::vector<SimilarityMatch> data;
+};
+
+// Least squares from this start.
+SimilarityReport report_from(const Usable& matches, const SimilarityOptions& options, const Sim3& start) {
+  const std::vector<SimilarityMatch>& data = matches.data;
+  const double threshold = options.ransac.threshold;
+  SimilarityReport report;
+  report.inliers.assign(matches.all, 0);
+  report.b_from_a = start;
   refine(data, threshold, kFinalIterations, &report.b_from_a);
   std::vector<char> flags;
   const RansacScore score =
       score_similarity(data, report.b_from_a, threshold, std::numeric_limits<double>::infinity(), &flags);
   std::vector<SimilarityMatch> inliers;
   for (std::size_t i = 0; i < data.size(); ++i) {
-    report.inliers[source[i]] = flags[i];
+    report.inliers[matches.source[i]] = flags[i];
     if (flags[i]) inliers.push_back(data[i]);
   }
-  report.score = score.cost + (matches.size() - data.size()) * threshold * threshold;
+  report.score = score.cost + (matches.all - data.size()) * threshold * threshold;
   report.num_inliers = score.num_inliers;
+  // Three matches fit some similarity nearly always: only a fourth says anything.
   if (score.num_inliers <= SimilarityEstimator::kSampleSize) return report;
   const Uncertainty angles = by_angles(inliers, threshold, report.b_from_a);
   const Uncertainty points = by_points(inliers, report.b_from_a);
@@ -312,6 +316,31 @@ SimilarityReport estimate_similarity(const std::vector<SimilarityMatch>& matches
   report.success = report.rotation_sigma_deg <= options.max_rotation_sigma_deg &&
                    report.scale_sigma <= options.max_scale_sigma;
   return report;
+}
+
+}  // namespace
+
+SimilarityReport estimate_similarity(const std::vector<SimilarityMatch>& matches,
+                                     const SimilarityOptions& options) {
+  require_options(options);
+  const Usable usable_matches(matches);
+  SimilarityReport none;
+  none.inliers.assign(matches.size(), 0);
+  if (usable_matches.data.size() < SimilarityEstimator::kSampleSize) return none;
+  SimilarityEstimator estimator(usable_matches.data, options.ransac.threshold);
+  UniformSampler sampler(estimator.num_data(), SimilarityEstimator::kSampleSize);
+  RansacReport<Sim3> sampled = ransac(options.ransac, estimator, sampler);
+  none.iterations = sampled.iterations;
+  if (sampled.best.score.num_inliers <= SimilarityEstimator::kSampleSize) return none;
+  SimilarityReport report = report_from(usable_matches, options, sampled.best.model);
+  report.iterations = sampled.iterations;
+  return report;
+}
+
+SimilarityReport refine_similarity(const std::vector<SimilarityMatch>& matches,
+                                   const SimilarityOptions& options, const Sim3& start) {
+  require_options(options);
+  return report_from(Usable(matches), options, start);
 }
 
 }  // namespace mono_pose_tracker

@@ -53,6 +53,55 @@ TEST_F(MapJoinerTest, AllPointsThatTheTiesShareTellHowTheMapsLie) {
   EXPECT_NEAR(std::log(3 * meeting->other_from_map.scale), 0, 0.01);
 }
 
+// Two cameras before a wall, one from its left, one from its right: what both see is a strip at the edge of
+// their images.
+TEST_F(MapJoinerTest, AStripOfAWallIsNotTurnedOver) {
+  constexpr double kDistance = 2.4, kHalfStrip = 0.3, kStep = 0.1;
+  const CameraModel camera(with_focal(1.6));
+  const MapperOptions options = TrackerOptions().mapper(camera.focal());
+  const double half_view = kDistance * 0.5 * camera.width() / camera.focal();
+  int met = 0;
+  for (int seed = 0; seed < 12; ++seed) {
+    Random random(seed);
+    std::vector<Eigen::Vector3d> wall;
+    for (int i = 0; i < 3000; ++i)
+      wall.emplace_back(random.uniform(-4, 4), random.uniform(-0.8, 0.8),
+                        kDistance + random.uniform(0, 0.02));
+    const SyntheticScene scene(wall, random);
+    // Towards the middle of the wall.
+    const auto from_side = [&](double side) {
+      Map map;
+      std::vector<LandmarkId> landmark_of(wall.size(), kNoLandmark);
+      for (int k = 0; k < 9; ++k) {
+        const double x = side * (half_view - kHalfStrip + kStep * (8 - k));
+        std::vector<int> point_of;
+        const Rigid3 pose = camera_at({x, 0.03 * std::sin(1.7 * k), 0.03 * std::cos(2.3 * k)});
+        const Frame frame = synthetic_frame(scene, camera, pose, 0.3, k, random, &point_of);
+        const KeyframeId id = map.add_keyframe(k, frame.stamp_ns, pose, frame.image);
+        for (std::size_t f = 0; f < point_of.size(); ++f) {
+          LandmarkId& l = landmark_of[point_of[f]];
+          if (l == kNoLandmark) l = map.add_landmark(wall[point_of[f]]);
+          map.add_observation(l, id, static_cast<int>(f));
+        }
+      }
+      for (const LandmarkId l : map.landmark_ids()) {
+        if (map.landmark(l)->observations.size() < 2) map.remove_landmark(l);
+      }
+      adjust_map(BundleOptions(), &map);
+      return map;
+    };
+    const Map left = from_side(-1), right = from_side(1);
+    const std::optional<MapTie> first = tie_keyframe(options, right, 8, left, 8);
+    const std::optional<MapTie> second = tie_keyframe(options, right, 7, left, 8);
+    if (!first || !second) continue;
+    const std::optional<MapMeeting> meeting = meet(options, right, left, *first, *second);
+    if (!meeting) continue;
+    ++met;
+    EXPECT_LT(meeting->other_from_map.rotation.angularDistance(Eigen::Quaterniond::Identity()), 0.15) << seed;
+  }
+  EXPECT_GE(met, 6);
+}
+
 // A few points in a row leave the turn about it open.
 TEST_F(MapJoinerTest, PointsThatDoNotTellHowTheMapsLieJoinNone) {
   const Map map = map_from({way_.begin() + 5, way_.end()});

@@ -142,6 +142,20 @@ TEST(Similarity, DepthCountsByHowWellItIsKnown) {
   EXPECT_LT((report.b_from_a * center - b_from_a * center).norm(), 0.02 * b_from_a.scale);
 }
 
+TEST(Similarity, ASimilarityThatIsNearlyKnownIsRefined) {
+  Random random(13);
+  const TwoMaps maps = two_maps(80, 0.2, 0.3 * kSightPixel, random);
+  Sim3 start = maps.b_from_a;
+  start.scale *= 1.01;
+  start.translation = maps.b_from_a.translation + 0.01 * maps.b_from_a.scale * random_direction(random);
+  const SimilarityReport refined = refine_similarity(maps.matches, options(), start);
+  const SimilarityReport found = estimate_similarity(maps.matches, options());
+  ASSERT_TRUE(refined.success);
+  EXPECT_EQ(refined.num_inliers, found.num_inliers);
+  EXPECT_NEAR(refined.b_from_a.scale / found.b_from_a.scale, 1, 1e-6);
+  EXPECT_EQ(refine_similarity({}, options(), start).num_inliers, 0);
+}
+
 TEST(Similarity, ThreeMatchesOrNoneThatAgreeAreNoSuccess) {
   Random random(4);
   for (const int count : {0, 1, 2, 3}) {

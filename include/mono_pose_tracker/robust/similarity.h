@@ -58,4 +58,8 @@ struct SimilarityReport {
 SimilarityReport estimate_similarity(const std::vector<SimilarityMatch>& matches,
                                      const SimilarityOptions& options);
 
+/// The same from a similarity that is nearly known already: least squares alone.
+SimilarityReport refine_similarity(const std::vector<SimilarityMatch>& matches,
+                                   const SimilarityOptions& options, const Sim3& start);
+
 }  // namespace mono_pose_tracker
