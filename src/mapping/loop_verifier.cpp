@@ -6,6 +6,8 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "facing.h"
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/features/feature_set.h"
 #include "mono_pose_tracker/features/matching.h"
@@ -86,13 +88,25 @@ struct Pairs {
   }
 };
 
+// The same, where the points themselves say that the angles have turned a wall over.
+SimilarityReport turned_back(std::vector<SimilarityMatch> sights, const SimilarityOptions& options,
+                             const SimilarityReport& by_angles) {
+  constexpr double kTurnedOver = 5 * kDegree;  // beyond what the two differ by as they are known
+  constexpr double kDepthSigma = 0.2;          // of a point that nothing is known of; alike for all
+  for (SimilarityMatch& m : sights) m.in_a.depth_sigma = m.in_b.depth_sigma = kDepthSigma;
+  SimilarityReport by_points = similarity_from_points(sights, options, by_angles);
+  const double turn = by_points.b_from_a.rotation.angularDistance(by_angles.b_from_a.rotation);
+  return by_points.success && turn > kTurnedOver ? by_points : by_angles;
+}
+
 // A similarity that `min_inliers` of the pairs agree on; the others are dropped.
 bool fit(const MapperOptions& options, int seed, Pairs* pairs, Sim3* old_from_new) {
   if (static_cast<int>(pairs->points.size()) < options.min_inliers) return false;
   SimilarityOptions similarity;
   similarity.ransac = options.ransac;
   similarity.ransac.seed += static_cast<std::uint64_t>(seed);
-  const SimilarityReport report = estimate_similarity(pairs->points, similarity);
+  SimilarityReport report = estimate_similarity(pairs->points, similarity);
+  if (report.success) report = turned_back(pairs->points, similarity, report);
   if (!report.success || report.num_inliers < options.min_inliers) return false;
   Pairs inliers;
   for (std::size_t i = 0; i < pairs->points.size(); ++i) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "facing.h"
 #include "landmark_parallax.h"
 #include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/median.h"
@@ -16,8 +17,7 @@ namespace {
 // px of parallax at 640 px (image_scale), with which features of .6 px know a depth to a fifth.
 constexpr double kKnownDepthPx = 4.2;
 constexpr double kKnownDepthSigma = 0.2;
-// Of a distance: what a map may be bent by between two of its views, however well each point is known.
-constexpr double kBend = 0.02;
+constexpr double kLeastParallax = 1e-6;  // rad: what is seen from one place alone has no depth
 // Points that both maps know, seen by one keyframe: fewer tell no scale.
 constexpr int kMinPoints = 10;
 // Of the scale between the maps, as one keyframe's depths tell it. What it is off by bends the seam, which
@@ -81,7 +81,7 @@ SightedPoint sighted(const Map& map, const Landmark& landmark, const Observation
   const double known = kKnownDepthPx * image_scale(keyframe.image->camera) / keyframe.image->camera.focal();
   return {landmark.x_in_map, map_from_camera.translation,
           map_from_camera.rotation * keyframe.image->set.bearings[seen.feature],
-          kKnownDepthSigma * known / widest_parallax(map, landmark)};
+          kKnownDepthSigma * known / std::max(widest_parallax(map, landmark), kLeastParallax)};
 }
 
 // As the first keyframes that see each of them have it, and as the last: the farther apart, the more they
@@ -99,51 +99,14 @@ std::vector<SimilarityMatch> sights_of_both(const Map& map, const Map& other,
   return sights;
 }
 
-// Which fits the points to each other, whatever the sights say.
-bool fit_points(const std::vector<SimilarityMatch>& sights, const std::vector<char>& inliers,
-                Sim3* b_from_a) {
-  std::vector<Eigen::Vector3d> in_a, in_b;
-  for (std::size_t i = 0; i < sights.size(); ++i) {
-    if (!inliers[i]) continue;
-    in_a.push_back(sights[i].in_a.x);
-    in_b.push_back(sights[i].in_b.x);
-  }
-  return align_sim3(in_a, in_b, b_from_a);
-}
-
-// How far the depths are off then, over what they were thought to be: a landmark that many images show
-// sharply is known far better than by two.
-double share_of_depth_noise(const std::vector<SimilarityMatch>& sights, const Sim3& b_from_a) {
-  std::vector<double> off;
-  for (const SimilarityMatch& m : sights) {
-    const double there = (b_from_a * m.in_a.x - m.in_b.center).norm(),
-                 here = (m.in_b.x - m.in_b.center).norm();
-    off.push_back(std::abs(std::log(there / here)) / std::hypot(m.in_a.depth_sigma, m.in_b.depth_sigma));
-  }
-  return std::min(1.0, 1.48 * median(std::move(off)));
-}
-
-std::vector<SimilarityMatch> with_depth_noise(std::vector<SimilarityMatch> sights, double share) {
-  for (SimilarityMatch& m : sights) {
-    m.in_a.depth_sigma = std::hypot(kBend, share * m.in_a.depth_sigma);
-    m.in_b.depth_sigma = std::hypot(kBend, share * m.in_b.depth_sigma);
-  }
-  return sights;
-}
-
-// Of the points that the ties share; none where they don't determine it. The views alone leave open which of
-// two ways a small patch of a wall faces, and RANSAC over what they match may take the wrong one. Where its
-// points lie to each other tells: from there it is found anew, with depths that count as they are known.
+// Of the points that the ties share; none where they don't determine it.
 std::optional<Sim3> similarity_of_points(const MapperOptions& options, const Map& map, const Map& other,
                                          const std::vector<MapTie>& ties) {
   SimilarityOptions similarity;
   similarity.ransac = options.ransac;
   const std::vector<SimilarityMatch> sights = sights_of_both(map, other, same_landmarks(map, ties));
-  const SimilarityReport roughly = estimate_similarity(with_depth_noise(sights, 1), similarity);
-  Sim3 start;
-  if (!fit_points(sights, roughly.inliers, &start)) return std::nullopt;
   const SimilarityReport report =
-      refine_similarity(with_depth_noise(sights, share_of_depth_noise(sights, start)), similarity, start);
+      similarity_from_points(sights, similarity, estimate_similarity(sights, similarity));
   // Each point has two sights.
   if (!report.success || report.num_inliers < 2 * options.min_inliers) return std::nullopt;
   return report.b_from_a;

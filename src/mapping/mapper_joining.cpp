@@ -264,12 +264,14 @@ bool Mapper::join(std::uint32_t kept_id, const MapMeeting& meeting) {
     beside_.whole = std::move(whole);
     return false;
   }
-  become_part_of(kept_id, joined.added, joined.scale);
+  become_part_of(kept_id, joined.added, joined.scale, apart.scale_source());
   return true;
 }
 
-// What is known of the map that was joined to the kept one goes by the joined map's ids and scale.
-void Mapper::become_part_of(std::uint32_t kept_id, const MergedIds& added, double scale) {
+// What is known of the map that was joined to the kept one goes by the joined map's ids and scale. Only where
+// the older one had no unit does it take the newer one's.
+void Mapper::become_part_of(std::uint32_t kept_id, const MergedIds& added, double scale,
+                            ScaleSource own_source) {
   MapCorrection correction;
   correction.of_map = map_id_;
   correction.into_map = kept_id;
@@ -290,7 +292,12 @@ void Mapper::become_part_of(std::uint32_t kept_id, const MergedIds& added, doubl
   const UnitSource own_unit = std::exchange(unit_, kept_.at(kept_id).unit);
   kept_.erase(kept_id);
   for (const auto& [id, corners] : own_unit.markers) unit_.markers.emplace(id + added.keyframes, corners);
-  scale_by_markers();
+  if (map_.scale_source() != ScaleSource::kMapUnits || own_source == ScaleSource::kMapUnits) return;
+  if (own_unit.baseline) {
+    unit_.baseline = {own_unit.baseline->first + added.keyframes,
+                      own_unit.baseline->second + added.keyframes};
+  }
+  transform(Sim3(1 / scale, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), own_source);
 }
 
 // A wide loss lets what was tied pull before anything is culled.

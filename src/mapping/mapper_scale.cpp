@@ -132,11 +132,6 @@ void Mapper::scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3
     return;
   }
   unit_.markers[newest] = marker;
-  scale_by_markers();
-}
-
-void Mapper::scale_by_markers() {
-  if (map_.scale_source() != ScaleSource::kMapUnits) return;
   const std::optional<double> metres = metres_by_marker();
   if (!metres) return;
   transform(Sim3(*metres, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), ScaleSource::kMarker);

@@ -6,7 +6,6 @@
 
 #include "mono_pose_tracker/common/nearest_vote.h"
 #include "mono_pose_tracker/geometry/essential.h"
-#include "mono_pose_tracker/robust/bearing_pairs.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
 #include "turn_in_view.h"
 
@@ -33,13 +32,12 @@ bool is_on_line(const Eigen::Matrix3d& essential, const Eigen::Vector3d& bearing
   return std::abs(sampson_error(essential, bearing1, bearing2)) < limit;
 }
 
-// What is behind a camera contradicts as well, but for what is so far that its rays may be parallel.
+// What is behind a camera contradicts as well, by however little: where a map hangs on a skyline, or followed
+// a hand, that its far points meet behind the cameras is what tells it.
 bool obeys(const Rigid3& second_from_first, const Eigen::Matrix3d& essential, const Eigen::Vector3d& bearing1,
            const Eigen::Vector3d& bearing2, double limit) {
   return is_on_line(essential, bearing1, bearing2, limit) &&
-         may_be_in_front(
-             {second_from_first.rotation.toRotationMatrix(), second_from_first.translation.normalized()},
-             bearing1, bearing2, limit);
+         is_in_front(second_from_first, bearing1, bearing2);
 }
 
 std::vector<char> agree_with(const std::vector<Match>& matches, const FeatureSet& first,

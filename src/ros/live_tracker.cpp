@@ -85,9 +85,9 @@ FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
     load_waiting_maps();
   }
 
-  has_tracked_ = true;
   FrameReport report = tracker_->process(static_cast<std::int64_t>(message->header.stamp.toNSec()), image,
                                          mask_for(*message).image);
+  has_tracked_ = has_tracked_ || report.map_from_camera;
   report.epoch += epoch_base_;
   calibration_ = report.calibration = camera->source;
   if (report.map_id > 0) report.map_id += epoch_base_;
@@ -121,7 +121,7 @@ void LiveTracker::use_camera(const CameraParameters& parameters) {
   const CameraModel camera(parameters);
   std::shared_ptr<Tracker> tracker = std::make_shared<Tracker>(options_, camera, Tracker::Mapping::kThreaded);
   if (tracker_) {
-    // Nor is a map gone that was loaded before the first image came, with a calibration of its own.
+    // Nor is a map gone that was loaded with a calibration in which no image was found in it.
     if (options_.localize_only || !has_tracked_) waiting_maps_ = tracker_->copy_maps();
     warn_("changed calibration", waiting_maps_ ? "the calibration has changed: the camera is looked for anew"
                                                : "the calibration has changed: the map is dropped");
@@ -161,6 +161,7 @@ void LiveTracker::load_waiting_maps() {
   if (!waiting_maps_) return;
   SavedMaps saved = *std::exchange(waiting_maps_, std::nullopt);
   tracker_->load_maps(std::move(saved));
+  has_tracked_ = false;
   go_on_as(State::kLost);
 }
 

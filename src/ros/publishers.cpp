@@ -59,7 +59,8 @@ void Publishers::publish_frame(const std_msgs::Header& image_header, const ros::
   std::optional<OutputFrames::BodyPose> body;
   if (report.map_from_camera) body = frames_.body_pose(image_header, report);
   remember(report, body);
-  if (body) {
+  withholds_pose_ = body && keeps_odom_of_another_map(report);
+  if (body && !withholds_pose_) {
     publish_pose(image_header, arrival, report, *body);
   } else {
     previous_.reset();  // where the camera went meanwhile is not known
@@ -90,7 +91,7 @@ void Publishers::move_world(const Rigid3& new_world_from_world) {
 }
 
 void Publishers::publish_view(const std_msgs::Header& image_header, const FrameReport& report) {
-  const Rigid3* pose = report.map_from_camera ? &*report.map_from_camera : nullptr;
+  const Rigid3* pose = report.map_from_camera && !withholds_pose_ ? &*report.map_from_camera : nullptr;
   if (pose) {
     const auto transforms = frames_.view_transforms(image_header, *pose);
     if (!transforms.empty()) broadcaster_.sendTransform(transforms);
@@ -105,10 +106,6 @@ void Publishers::publish_view(const std_msgs::Header& image_header, const FrameR
 
 void Publishers::publish_pose(const std_msgs::Header& image_header, const ros::Time& arrival,
                               const FrameReport& report, const OutputFrames::BodyPose& body) {
-  if (keeps_odom_of_another_map(report)) {
-    previous_.reset();
-    return;  // where the robot is in the map that it plans in is not known
-  }
   if (const auto transform = frames_.transform(image_header, body)) {
     broadcaster_.sendTransform(*transform);
     const std::lock_guard<std::mutex> lock(mutex_);

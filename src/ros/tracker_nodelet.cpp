@@ -189,6 +189,10 @@ void TrackerNodelet::take_initialpose(const geometry_msgs::PoseWithCovarianceSta
         [&] {
           // The image that was at work when ~pause came may have been posed since.
           if (paused_) throw std::runtime_error("paused: there is no present pose that it could replace");
+          if (publishers_->withholds_pose()) {
+            throw std::runtime_error(
+                "the camera is in a map beside the one that this is about, not joined with it yet");
+          }
           NODELET_WARN("~initialpose: %s", placement_->place(*pose).c_str());
         },
         tell);

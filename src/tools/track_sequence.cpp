@@ -199,10 +199,15 @@ Run track_all(const Arguments& a, const TrackerOptions& options, const CameraPar
   return {std::move(tracked.tracker), std::move(tracked.result), std::move(kept.masks)};
 }
 
+// What speaks against the camera speaks against every map.
+void leave_unconfirmed(RecordingResult* result) {
+  for (FinishedMap& map : result->maps) map.confirmed = false;
+}
+
 void leave_unconfirmed(const std::string& why, Run* run) {
   if (why.empty() || !run->result.tracked) return;
   run->result.warnings.push_back(why);
-  for (FinishedMap& map : run->result.maps) map.confirmed = false;
+  leave_unconfirmed(&run->result);
 }
 
 // Tracks with the camera that is given, and asks the map whether it is right.
@@ -236,7 +241,7 @@ Run track_and_refine(const Arguments& a, const TrackerOptions& options, const Re
         return run->result.tracked ? &run->tracker->map() : nullptr;
       });
   run->result.warnings.insert(run->result.warnings.end(), refined.warnings.begin(), refined.warnings.end());
-  if (run->result.tracked && !refined.is_near) run->result.maps.front().confirmed = false;
+  if (run->result.tracked && !refined.is_near) leave_unconfirmed(&run->result);
   calibration->camera = refined.camera;
   calibration->source = refined.source;
   calibration->refined = refined;

@@ -31,13 +31,13 @@ bool ObjectFinder::looks_for_motion(const cv::Mat& given) const {
   return options_.is_by_motion() || (options_.is_automatic() && given.empty());
 }
 
-Segmentation ObjectFinder::find(const cv::Mat& image, const cv::Mat& given, bool may_begin) {
+Segmentation ObjectFinder::find(const cv::Mat& image, const cv::Mat& given, bool may_begin, bool masks) {
   Segmentation segmentation = segmenter_.segment(image, given);
   if (!looks_for_motion(given)) return segmentation;
   // While a map without two motions is followed, none are looked for.
   if (!may_begin && !motion_mask_.is_started()) return segmentation;
   motion_mask_.watch(image);
-  if (motion_mask_.is_started() && masks_now()) {
+  if (motion_mask_.is_started() && masks && masks_now()) {
     segmentation.mask = given.empty() ? motion_mask_.mask() : motion_mask_.mask() & segmentation.mask;
     segmentation.method = Segmentation::kByMotion;
   }
@@ -53,9 +53,11 @@ void ObjectFinder::mask_by_motion(std::int64_t frame_index, bool on) {
   if (on != masks_now()) masks_after_[frame_index] = on;
 }
 
-Segmentation ObjectFinder::find_again(std::int64_t frame_index, const cv::Mat& image, const cv::Mat& given) {
+Segmentation ObjectFinder::find_again(std::int64_t frame_index, const cv::Mat& image, const cv::Mat& given,
+                                      bool masks) {
   Segmentation segmentation = segmenter_.segment_again(image, given);
-  if (!looks_for_motion(given) || !motion_mask_.is_started() || !masks_at(frame_index)) return segmentation;
+  if (!masks || !looks_for_motion(given) || !motion_mask_.is_started() || !masks_at(frame_index))
+    return segmentation;
   const cv::Mat mask = motion_mask_.mask_of(image);
   if (mask.empty()) return segmentation;  // of another size or another number of colours
   segmentation.mask = given.empty() ? mask : mask & segmentation.mask;

@@ -24,10 +24,11 @@ class ObjectFinder {
   // Throws std::invalid_argument when the background image can't be read.
   ObjectFinder(const SegmentationOptions& options, const CameraModel& camera);
 
-  // The next image. given: empty, or not 0 = object. may_begin: a map may be begun by it.
-  Segmentation find(const cv::Mat& image, const cv::Mat& given, bool may_begin);
+  // The next image. given: empty, or not 0 = object. may_begin: a map may be begun by it. masks: the object
+  // that was found by its motion is the one that is tracked or looked for.
+  Segmentation find(const cv::Mat& image, const cv::Mat& given, bool may_begin, bool masks);
   // An image out of its order: nothing is learnt.
-  Segmentation find_again(std::int64_t frame_index, const cv::Mat& image, const cv::Mat& given);
+  Segmentation find_again(std::int64_t frame_index, const cv::Mat& image, const cv::Mat& given, bool masks);
 
   // Where features may be, given the object's mask; empty: anywhere.
   cv::Mat clearance(const cv::Mat& mask) const { return clearance(mask, options_, camera_); }

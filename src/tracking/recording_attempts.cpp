@@ -257,10 +257,9 @@ bool turn_to_other_body(Attempts* attempts, Recording* recording, TrackedRecordi
 
 // Beside the larger body of which the map is now there is one that may have been meant.
 void tell_of_smaller_body(double share, RecordingResult* result) {
-  FinishedMap& map = result->maps.front();
   if (share <= OtherBody::kComparable) return;
-  map.may_be_of_wrong_body = true;
-  map.confirmed = false;
+  result->maps.front().may_be_of_wrong_body = true;
+  for (FinishedMap& map : result->maps) map.confirmed = false;  // all were made by the same masks
   result->warnings.push_back("two bodies move, each as one: the map is of the larger, and " +
                              std::to_string(std::lround(100 * share)) +
                              " % of the points move with the other and are left out; where they are what is "

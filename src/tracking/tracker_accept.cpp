@@ -41,7 +41,7 @@ bool Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   reference_ = pose.reference;
   camera_from_reference_ = pose.camera_from_reference;
   if (pace_ == SearchPace::kLive) frames_[map.map_id].keep_newest(kMostLiveFrames);
-  object_finder_.follow(frame, map, resection);
+  if (motion_map_ == map.map_id) object_finder_.follow(frame, map, resection);
   if (body_ && frame.whole) body_->settle(pixels_of(frame, resection));
   const Overlap overlap = overlap_with(map, reference_, resection, camera_);
   report->median_parallax_deg = overlap.parallax_deg;

@@ -16,7 +16,7 @@ bool Tracker::Impl::goes_through(const Map& map) const {
 // it reaches beyond the image hides its background.
 void Tracker::Impl::choose_masks(const Frame& frame, const TrackingMap& map, const Rigid3& camera_from_map) {
   if (!options_.segmentation.is_automatic() || options_.segmentation.wants_turning_body()) return;
-  if (!object_finder_.knows_motion()) return;
+  if (!object_finder_.knows_motion() || motion_map_ != map.map_id) return;
   object_finder_.mask_by_motion(frame.index, !has_left_behind(map, camera_, camera_from_map));
 }
 

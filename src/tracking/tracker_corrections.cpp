@@ -33,6 +33,7 @@ void Tracker::Impl::apply_corrections(const TrackingMap& map) {
       }
     }
     if (correction->into_map == correction->of_map) continue;
+    if (motion_map_ == correction->of_map) motion_map_ = correction->into_map;
     frames_[correction->into_map].take(frames_[correction->of_map]);
     frames_.erase(correction->of_map);
     others_.erase(correction->into_map);

@@ -87,8 +87,10 @@ std::optional<Frame> Tracker::Impl::make_frame_again(std::int64_t frame_index, s
                                                      FrameReport* report) {
   report->stamp_ns = stamp_ns;
   if (!frame_maker_.has_camera_size(image.image, report)) return std::nullopt;
-  return make_frame(frame_index, stamp_ns, image, object_finder_.find_again(frame_index, image.image, mask),
-                    report);
+  const TrackingMapPtr map = worker_.latest();
+  const bool masks = map && motion_map_ == map->map_id;
+  return make_frame(frame_index, stamp_ns, image,
+                    object_finder_.find_again(frame_index, image.image, mask, masks), report);
 }
 
 FrameReport Tracker::Impl::keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns,

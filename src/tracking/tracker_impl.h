@@ -195,6 +195,8 @@ class Tracker::Impl {
   Frame followed(const Frame& frame, FrameReport* report);
   ResectionReport locate(const Frame& frame, TrackingMapPtr* map, Frame* of_body, FrameReport* report);
   void finish_report(FrameReport* report);
+  bool is_of_motion_now() const;
+  void start_motion(const BootstrapReport& bootstrap, const Frame& frame, const ResectionReport& resection);
   bool is_corrected_since(const TrackingMap& map) const;
   void report_corrections(const TrackingMap& map, FrameReport* report);
 
@@ -246,10 +248,11 @@ class Tracker::Impl {
   bool grown_ = false;                                // the finished map has
   std::pair<std::uint32_t, std::uint64_t> reported_;  // map and correction that the last report knew of
   std::uint32_t present_map_ = 0;                     // id of the one that reference_ is of
-  ScaleSource scale_ = ScaleSource::kMapUnits;        // of its lengths, as reference_ knows them
-  double length_scale_ = 1;                           // by corrections since the last report
-  std::uint32_t searches_ = 0;                        // for a map beside those there are: counts them
-  bool seeks_map_beside_ = false;                     // the last of them goes on
+  std::uint32_t motion_map_ = 0;                // of what object_finder_ has told by its motion, once it has
+  ScaleSource scale_ = ScaleSource::kMapUnits;  // of its lengths, as reference_ knows them
+  double length_scale_ = 1;                     // by corrections since the last report
+  std::uint32_t searches_ = 0;                  // for a map beside those there are: counts them
+  bool seeks_map_beside_ = false;               // the last of them goes on
 };
 
 }  // namespace mono_pose_tracker

@@ -87,7 +87,7 @@ bool Tracker::Impl::go_back_to(std::uint32_t map_id, bool keep_present) {
     others_[present->map_id] = present;
   } else {
     frames_.erase(present->map_id);
-    object_finder_.reset();  // what it knows to move is of that map
+    if (motion_map_ == present->map_id) object_finder_.reset();
   }
   return true;
 }
@@ -133,7 +133,9 @@ void Tracker::Impl::bootstrap_beside(const Frame& frame, FrameReport* report) {
     frames_lost_ = options_.young_map_patience;
     return;
   }
-  if (!known->still_background.empty()) object_finder_.start(*known, frame, resection);
+  // Out of its turn, the frame's image is not the one that was watched last.
+  const bool is_last = frame.index + 1 == next_index_;
+  if (is_last && !known->still_background.empty()) start_motion(*known, frame, resection);
   begin_in(frame, *map, resection, known->text, report);
 }
 

@@ -33,7 +33,8 @@ FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const PreparedImage& i
     Segmentation segmentation;
     {
       const StageTimer timer(report.stages, "segment");
-      segmentation = object_finder_.find(image.image, mask, state_ != State::kTracking);
+      const bool may_begin = state_ != State::kTracking && !options_.localize_only;
+      segmentation = object_finder_.find(image.image, mask, may_begin, is_of_motion_now());
     }
     frame = make_frame(index, stamp_ns, image, segmentation, &report);
   }
@@ -51,6 +52,17 @@ FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const PreparedImage& i
   }
   finish_report(&report);
   return report;
+}
+
+// Whether what is tracked, or looked for in it alone, is the map of what was told by its motion.
+bool Tracker::Impl::is_of_motion_now() const {
+  return motion_map_ == present_map_ && (state_ == State::kTracking || others_.empty());
+}
+
+void Tracker::Impl::start_motion(const BootstrapReport& bootstrap, const Frame& frame,
+                                 const ResectionReport& resection) {
+  motion_map_ = present_map_;
+  object_finder_.start(bootstrap, frame, resection);
 }
 
 void Tracker::Impl::finish_report(FrameReport* report) {
@@ -136,7 +148,7 @@ void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
     report->reason_text = "the new map does not hold: " + resection.text;
     return;
   }
-  if (!bootstrap.still_background.empty()) object_finder_.start(bootstrap, frame, resection);
+  if (!bootstrap.still_background.empty()) start_motion(bootstrap, frame, resection);
   begin_in(frame, *map, resection, bootstrap.text, report);
 }
 

@@ -102,8 +102,7 @@ TEST_F(MapJoinerTest, AStripOfAWallIsNotTurnedOver) {
   EXPECT_GE(met, 6);
 }
 
-// A few points in a row leave the turn about it open.
-TEST_F(MapJoinerTest, PointsThatDoNotTellHowTheMapsLieJoinNone) {
+TEST_F(MapJoinerTest, TooFewPointsThatBothHaveJoinNone) {
   const Map map = map_from({way_.begin() + 5, way_.end()});
   std::vector<MapTie> ties;
   for (const KeyframeId keyframe : {0, 1}) {

@@ -153,7 +153,7 @@ class Mapper {
   void cap_kept_maps();
   bool join_where_met(KeyframeId newest);
   bool join(std::uint32_t kept_id, const MapMeeting& meeting);
-  void become_part_of(std::uint32_t kept_id, const MergedIds& added, double scale);
+  void become_part_of(std::uint32_t kept_id, const MergedIds& added, double scale, ScaleSource own_source);
   bool join_newer(std::uint32_t kept_id, const MapMeeting& meeting);
   std::optional<MapMeeting> find_meeting(const KeptMap& other, KeyframeId keyframe) const;
   void adjust_seam(const std::vector<KeyframeId>& seam);
@@ -208,7 +208,6 @@ class Mapper {
   std::optional<double> metres_by_baseline() const;
   bool renew_scale(double least_change);
   void scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3d>& marker);
-  void scale_by_markers();
   void publish();
 
   MapperOptions options_;

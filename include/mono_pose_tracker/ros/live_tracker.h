@@ -111,7 +111,7 @@ class LiveTracker {
   ConvertedImage image_;
   std::optional<SavedMaps> waiting_maps_;  // for the first calibration
   bool first_image_ = true;
-  bool has_tracked_ = false;  // an image, with this tracker
+  bool has_tracked_ = false;  // posed an image, with this tracker and its maps
   State state_ = State::kWaitingForCameraInfo;
   std::uint32_t epoch_ = 0;                                    // last reported
   FrameReport of_map_;                                         // what was last reported of the map alone

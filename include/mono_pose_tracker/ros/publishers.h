@@ -40,6 +40,10 @@ class Publishers {
   /// without a pose publishes nothing (but starts the path anew with a new map).
   void publish_frame(const std_msgs::Header& header, const ros::Time& arrival, const FrameReport& report);
 
+  /// Whether the last pose is in a map beside the one that a robot plans in (~odom_frame), and nobody knows
+  /// where that lies: it is not given out.
+  bool withholds_pose() const { return withholds_pose_; }
+
   /// By command, between two frames: the poses so far are of a map that is no more.
   void drop_map();
 
@@ -112,6 +116,7 @@ class Publishers {
 
   // The frame before, if it was posed; the processing thread's own
   std::optional<StampedEstimate> previous_;
+  bool withholds_pose_ = false;
   std::uint32_t previous_epoch_ = 0;
 
   mutable std::mutex mutex_;                                    // guards what follows

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <vector>
+
+#include "mono_pose_tracker/robust/similarity.h"
+
+namespace mono_pose_tracker {
+
+// A similarity that RANSAC has found by the angles of sights may be the wrong one of two: they leave open
+// which of two ways a small patch of a wall faces. How its points lie to each other tells: it is sought from
+// where these fit as well, and the cheaper of the two kept, with depths that count as well as they are known.
+// depth_sigma of the sights: as far as it is known beforehand, up to a factor that is the same for all.
+SimilarityReport similarity_from_points(const std::vector<SimilarityMatch>& sights,
+                                        const SimilarityOptions& options, const SimilarityReport& by_angles);
+
+}  // namespace mono_pose_tracker
