@@ -20,6 +20,7 @@
 #include "mono_pose_tracker/mapping/rival_geometry.h"
 #include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "unseen_landmarks.h"
+#include "view_linker.h"
 
 namespace mono_pose_tracker {
 
@@ -331,7 +332,12 @@ void Mapper::finish() {
   bundle.max_iterations = kFinalIterations;
   // What was known of it is forgotten where maps are joined or gone back to.
   for (const auto& entry : map_.keyframes()) leave_out_fixed(entry.first);
-  tie_and_adjust_all(bundle);
+  // All ties stay, unlike in a map that goes on: those that do not hold are culled below. Dropped, they cost
+  // a recording of many gaps a tenth of its images.
+  if (!link_views(options_, &map_).empty()) {
+    count(adjust_map(with_wide_loss(bundle), &map_));  // nothing is culled yet
+    count(adjust_map(bundle, &map_));
+  }
   complete(bundle);
   const auto is_other_body = [this](KeyframeId id, int feature) { return is_left_out(id, feature); };
   if (options_.separates_motions && is_narrow(map_)) leave_out_off_body(bundle);

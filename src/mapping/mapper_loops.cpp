@@ -33,16 +33,6 @@ int points_between(const Map& map, const std::vector<KeyframeId>& old_side,
   return count;
 }
 
-// Without those of keyframes that look at another place: half of what ties these does not hold once all is
-// adjusted. False where all of them hold.
-bool drop_loose_ties(const Map& adjusted, double max_error_px, std::vector<ViewTie>* ties) {
-  const std::set<KeyframeId> loose = with_loose_ties(*ties, adjusted, max_error_px);
-  ties->erase(std::remove_if(ties->begin(), ties->end(),
-                             [&](const ViewTie& tie) { return loose.count(tie.keyframe) > 0; }),
-              ties->end());
-  return !loose.empty();
-}
-
 }  // namespace
 
 struct Mapper::TiedAdjustment {
@@ -62,23 +52,13 @@ std::shared_ptr<const Mapper::TiedAdjustment> Mapper::tie_and_adjust(const Mappe
   while (true) {
     auto solved = GlobalAdjustment::solve(options.bundle, snapshot, parts_were_apart || !ties.empty(), &tied);
     if (!solved) return nullptr;
-    if (!drop_loose_ties(tied, options.mapping.max_reprojection_px, &ties))
-      return std::make_shared<TiedAdjustment>(TiedAdjustment{std::move(*solved), ties});
+    const std::set<KeyframeId> loose = with_loose_ties(ties, tied, options.mapping.max_reprojection_px);
+    if (loose.empty()) return std::make_shared<TiedAdjustment>(TiedAdjustment{std::move(*solved), ties});
+    ties.erase(std::remove_if(ties.begin(), ties.end(),
+                              [&](const ViewTie& tie) { return loose.count(tie.keyframe) > 0; }),
+               ties.end());
     tied = snapshot;
     tie_views(ties, &tied);
-  }
-}
-
-// The same of the map itself, when a recording ends. Nothing is culled yet.
-void Mapper::tie_and_adjust_all(const BundleOptions& bundle) {
-  const Map apart = map_;
-  std::vector<ViewTie> ties = link_views(options_, &map_);
-  while (!ties.empty()) {
-    count(adjust_map(with_wide_loss(bundle), &map_));
-    count(adjust_map(bundle, &map_));
-    if (!drop_loose_ties(map_, options_.mapping.max_reprojection_px, &ties)) return;
-    map_ = apart;
-    tie_views(ties, &map_);
   }
 }
 

@@ -168,7 +168,6 @@ class Mapper {
   static std::shared_ptr<const TiedAdjustment> tie_and_adjust(const MapperOptions& options,
                                                               const Map& snapshot, KeyframeId tied_at,
                                                               bool parts_were_apart);
-  void tie_and_adjust_all(const BundleOptions& bundle);
   void take_over(const TiedAdjustment& result, KeyframeId newest);
   void adjust_globally(bool parts_were_apart);
   void complete(BundleOptions bundle);
