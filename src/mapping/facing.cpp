@@ -13,20 +13,18 @@ namespace {
 // Of a distance: what a map may be bent by between two of its views, however well each point is known.
 constexpr double kBend = 0.02;
 
-double depth_sigma(const SimilarityMatch& m) { return std::hypot(m.in_a.depth_sigma, m.in_b.depth_sigma); }
-
 // Which fits the points to each other, whatever the sights say: the better known half of those that agree.
 bool fit_points(const std::vector<SimilarityMatch>& sights, const std::vector<char>& inliers,
                 Sim3* b_from_a) {
   std::vector<double> sigmas;
   for (std::size_t i = 0; i < sights.size(); ++i) {
-    if (inliers[i]) sigmas.push_back(depth_sigma(sights[i]));
+    if (inliers[i]) sigmas.push_back(sights[i].depth_sigma());
   }
   if (sigmas.empty()) return false;
   const double most = median(std::move(sigmas));
   std::vector<Eigen::Vector3d> in_a, in_b;
   for (std::size_t i = 0; i < sights.size(); ++i) {
-    if (!inliers[i] || depth_sigma(sights[i]) > most) continue;
+    if (!inliers[i] || sights[i].depth_sigma() > most) continue;
     in_a.push_back(sights[i].in_a.x);
     in_b.push_back(sights[i].in_b.x);
   }
@@ -40,7 +38,7 @@ double share_of_depth_noise(const std::vector<SimilarityMatch>& sights, const Si
   for (const SimilarityMatch& m : sights) {
     const double there = (b_from_a * m.in_a.x - m.in_b.center).norm(),
                  here = (m.in_b.x - m.in_b.center).norm();
-    off.push_back(std::abs(std::log(there / here)) / depth_sigma(m));
+    off.push_back(std::abs(std::log(there / here)) / m.depth_sigma());
   }
   return std::min(1.0, 1.48 * median(std::move(off)));
 }

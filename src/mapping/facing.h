@@ -2,9 +2,21 @@
 
 #include <vector>
 
+#include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/robust/similarity.h"
 
 namespace mono_pose_tracker {
+
+// The sight of a point that a keyframe has by one of its features.
+template <typename Keyframe>
+SightedPoint sighted(const Keyframe& keyframe, int feature, const Eigen::Vector3d& x_in_map) {
+  const Rigid3 map_from_camera = keyframe.camera_from_map.inverse();
+  SightedPoint sight;
+  sight.x = x_in_map;
+  sight.center = map_from_camera.translation;
+  sight.bearing = map_from_camera.rotation * keyframe.image->set.bearings[feature];
+  return sight;
+}
 
 // A similarity that RANSAC has found by the angles of sights may be the wrong one of two: they leave open
 // which of two ways a small patch of a wall faces. How its points lie to each other tells: it is sought from

@@ -72,9 +72,7 @@ cv::Mat descriptors_of(const std::vector<Sight>& sights) {
 }
 
 SightedPoint sighted(const TrackingMap& map, const Sight& sight) {
-  const Rigid3 map_from_camera = sight.keyframe->camera_from_map.inverse();
-  return {map.landmarks.at(sight.landmark), map_from_camera.translation,
-          map_from_camera.rotation * sight.keyframe->image->set.bearings[sight.feature]};
+  return sighted(*sight.keyframe, sight.feature, map.landmarks.at(sight.landmark));
 }
 
 // Points of the new side (a) and the old (b) that are held to be one.

@@ -1,6 +1,7 @@
 #include "mono_pose_tracker/mapping/map_joiner.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -20,17 +21,19 @@ constexpr double kKnownDepthSigma = 0.2;
 constexpr double kLeastParallax = 1e-6;  // rad: what is seen from one place alone has no depth
 // Points that both maps know, seen by one keyframe: fewer tell no scale.
 constexpr int kMinPoints = 10;
-// Of the scale between the maps, as one keyframe's depths tell it. What it is off by bends the seam, which
-// the bundle adjustment that follows must still be able to mend.
-constexpr double kMaxLogScaleSigma = 0.1;
 // px at 640 px (image_scale): drift between the two keyframes, in either map, adds to the error of the ties.
 constexpr double kMaxDisagreement = 12;
+
+// rad: of kKnownDepthPx.
+double known_depth_parallax(const Keyframe& keyframe) {
+  return kKnownDepthPx * image_scale(keyframe.image->camera) / keyframe.image->camera.focal();
+}
 
 // Ratio of depths, other over map, of the points whose depth both know: log of the median, and its standard
 // error. What is far away looks the same from anywhere: it has a depth in either map, and tells no scale.
 bool scale_between(const Map& map, const Keyframe& keyframe, const Map& other, const Location& location,
                    double* log_scale, double* sigma) {
-  const double known = kKnownDepthPx * image_scale(keyframe.image->camera) / keyframe.image->camera.focal();
+  const double known = known_depth_parallax(keyframe);
   std::vector<double> ratios;
   for (const auto& [feature, landmark] : location.matches) {
     const LandmarkId own = keyframe.landmark_of_feature[feature];
@@ -74,27 +77,26 @@ double disagreement(const Map& map, const Map& other, const MapTie& a, const Map
   return median(std::move(errors));
 }
 
-// depth_sigma: as features of .6 px tell it, seen twice.
-SightedPoint sighted(const Map& map, const Landmark& landmark, const Observation& seen) {
-  const Keyframe& keyframe = *map.keyframe(seen.keyframe);
-  const Rigid3 map_from_camera = keyframe.camera_from_map.inverse();
-  const double known = kKnownDepthPx * image_scale(keyframe.image->camera) / keyframe.image->camera.focal();
-  return {landmark.x_in_map, map_from_camera.translation,
-          map_from_camera.rotation * keyframe.image->set.bearings[seen.feature],
-          kKnownDepthSigma * known / std::max(widest_parallax(map, landmark), kLeastParallax)};
+// A landmark as the first keyframe that sees it has it, and as the last: the farther apart, the more they
+// tell of its depth. depth_sigma: as features of .6 px tell it, seen twice.
+std::array<SightedPoint, 2> sights_of(const Map& map, LandmarkId id) {
+  const Landmark& landmark = *map.landmark(id);
+  const double parallax = std::max(widest_parallax(map, landmark), kLeastParallax);
+  const auto as_seen = [&](const Observation& seen) {
+    const Keyframe& keyframe = *map.keyframe(seen.keyframe);
+    SightedPoint sight = sighted(keyframe, seen.feature, landmark.x_in_map);
+    sight.depth_sigma = kKnownDepthSigma * known_depth_parallax(keyframe) / parallax;
+    return sight;
+  };
+  return {as_seen(landmark.observations.front()), as_seen(landmark.observations.back())};
 }
 
-// As the first keyframes that see each of them have it, and as the last: the farther apart, the more they
-// tell of its depth.
 std::vector<SimilarityMatch> sights_of_both(const Map& map, const Map& other,
                                             const std::vector<std::pair<LandmarkId, LandmarkId>>& same) {
   std::vector<SimilarityMatch> sights;
   for (const auto& [own, theirs] : same) {
-    const Landmark &in_map = *map.landmark(own), &in_other = *other.landmark(theirs);
-    sights.push_back({sighted(map, in_map, in_map.observations.front()),
-                      sighted(other, in_other, in_other.observations.front())});
-    sights.push_back({sighted(map, in_map, in_map.observations.back()),
-                      sighted(other, in_other, in_other.observations.back())});
+    const std::array<SightedPoint, 2> in_map = sights_of(map, own), in_other = sights_of(other, theirs);
+    for (std::size_t k = 0; k < in_map.size(); ++k) sights.push_back({in_map[k], in_other[k]});
   }
   return sights;
 }
@@ -123,7 +125,7 @@ std::optional<MapTie> tie_keyframe(const MapperOptions& options, const Map& map,
   double log_scale;
   if (!tie.location.found ||
       !scale_between(map, keyframe, other, tie.location, &log_scale, &tie.log_scale_sigma) ||
-      tie.log_scale_sigma > kMaxLogScaleSigma) {
+      tie.log_scale_sigma > SimilarityOptions().max_scale_sigma) {
     return std::nullopt;
   }
   tie.other_from_map =

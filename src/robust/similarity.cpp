@@ -49,8 +49,7 @@ double squared_angle(const SightedPoint& sight, const Eigen::Vector3d& x) {
 
 // What takes an error of log depth to the angle that is as unlikely; 0 where nobody knows the depth.
 double depth_weight(const SimilarityMatch& match, double threshold) {
-  const double sigma = std::hypot(match.in_a.depth_sigma, match.in_b.depth_sigma);
-  return threshold / SimilarityOptions::kThresholdSigmas / sigma;
+  return threshold / SimilarityOptions::kThresholdSigmas / match.depth_sigma();
 }
 
 // Of the point as the other map has it against the own.
@@ -211,18 +210,22 @@ bool is_usable(const SightedPoint& sight) {
          norm > 0;
 }
 
-// The matches that are finite, with unit bearings, and their indices.
-std::vector<SimilarityMatch> usable(const std::vector<SimilarityMatch>& matches, std::vector<int>* source) {
-  std::vector<SimilarityMatch> result;
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (!is_usable(matches[i].in_a) || !is_usable(matches[i].in_b)) continue;
-    result.push_back(matches[i]);
-    result.back().in_a.bearing.normalize();
-    result.back().in_b.bearing.normalize();
-    source->push_back(static_cast<int>(i));
+// The matches that are finite, with unit bearings.
+struct Usable {
+  explicit Usable(const std::vector<SimilarityMatch>& matches) : all(matches.size()) {
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      if (!is_usable(matches[i].in_a) || !is_usable(matches[i].in_b)) continue;
+      data.push_back(matches[i]);
+      data.back().in_a.bearing.normalize();
+      data.back().in_b.bearing.normalize();
+      source.push_back(i);
+    }
   }
-  return result;
-}
+
+  std::size_t all;                  // how many there were
+  std::vector<std::size_t> source;  // their indices among these
+  std::vector<SimilarityMatch> data;
+};
 
 struct Uncertainty {
   double turn = 0;   // rad, about the worst axis
@@ -278,17 +281,6 @@ void require_options(const SimilarityOptions& options) {
   require_positive("max_scale_sigma", options.max_scale_sigma);
 }
 
-// The matches that can be used, and what is said of all in the end.
-struct Usable {
-  explicit Usable(const std::vector<SimilarityMatch>& matches) : all(matches.size()) {
-    data = usable(matches, &source);
-  }
-
-  std::size_t all;
-  std::vector<int> source;
-  std::vector<SimilarityMatch> data;
-};
-
 // Least squares from this start.
 SimilarityReport report_from(const Usable& matches, const SimilarityOptions& options, const Sim3& start) {
   const std::vector<SimilarityMatch>& data = matches.data;
@@ -323,16 +315,16 @@ SimilarityReport report_from(const Usable& matches, const SimilarityOptions& opt
 SimilarityReport estimate_similarity(const std::vector<SimilarityMatch>& matches,
                                      const SimilarityOptions& options) {
   require_options(options);
-  const Usable usable_matches(matches);
+  const Usable usable(matches);
   SimilarityReport none;
   none.inliers.assign(matches.size(), 0);
-  if (usable_matches.data.size() < SimilarityEstimator::kSampleSize) return none;
-  SimilarityEstimator estimator(usable_matches.data, options.ransac.threshold);
+  if (usable.data.size() < SimilarityEstimator::kSampleSize) return none;
+  SimilarityEstimator estimator(usable.data, options.ransac.threshold);
   UniformSampler sampler(estimator.num_data(), SimilarityEstimator::kSampleSize);
   RansacReport<Sim3> sampled = ransac(options.ransac, estimator, sampler);
   none.iterations = sampled.iterations;
   if (sampled.best.score.num_inliers <= SimilarityEstimator::kSampleSize) return none;
-  SimilarityReport report = report_from(usable_matches, options, sampled.best.model);
+  SimilarityReport report = report_from(usable, options, sampled.best.model);
   report.iterations = sampled.iterations;
   return report;
 }

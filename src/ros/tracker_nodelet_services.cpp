@@ -57,13 +57,18 @@ std::string TrackerNodelet::path_to_replace(const std::string& name, const std::
   return path;
 }
 
+// By a command, on the processing thread: what is known is of a map that is no more.
+void TrackerNodelet::drop_map() {
+  placement_->forget();
+  publishers_->drop_map();
+  board_->note(tracker_->state(), tracker_->epoch());
+}
+
 void TrackerNodelet::advertise_services() {
   advertise("reset", [this] {
     on_processing_thread<void>([this] {
       tracker_->reset();
-      placement_->forget();
-      publishers_->drop_map();
-      board_->note(tracker_->state(), tracker_->epoch());
+      drop_map();
     });
     NODELET_WARN("reset by ~reset: the map is dropped, tracking starts anew");
     return std::string("the map is dropped");
@@ -102,10 +107,10 @@ void TrackerNodelet::advertise_map_services() {
     const bool loaded = on_processing_thread<bool>([this, saved] {
       const bool is_loaded = tracker_->load_maps(std::move(*saved));
       if (is_loaded) {
-        placement_->forget();
-        publishers_->drop_map();
+        drop_map();
+      } else {
+        board_->note(tracker_->state(), tracker_->epoch());
       }
-      board_->note(tracker_->state(), tracker_->epoch());
       return is_loaded;
     });
     const std::string what = size + " from " + path;

@@ -294,7 +294,8 @@ void judge_maps(const Recording& recording, const Reasons& reasons, Tracker* tra
   }
   result->rigidity = check_rigidity(result->maps.front().map);
   for (FinishedMap& map : result->maps) {
-    if (map.confirmed && !check_rigidity(map.map).is_rigid) map.confirmed = false;
+    const bool is_first = &map == &result->maps.front();
+    if (map.confirmed) map.confirmed = (is_first ? result->rigidity : check_rigidity(map.map)).is_rigid;
   }
   result->trajectory = tracker->trajectory();
   if (may_lead_astray(doubtful_alone(result->trajectory, result->doubtful).size(), result->trajectory.size()))

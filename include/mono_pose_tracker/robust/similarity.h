@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -21,6 +22,9 @@ struct SightedPoint {
 /// The same point as two maps have it.
 struct SimilarityMatch {
   SightedPoint in_a, in_b;
+
+  /// Of the ratio of its two distances, relative.
+  double depth_sigma() const { return std::hypot(in_a.depth_sigma, in_b.depth_sigma); }
 };
 
 struct SimilarityOptions {

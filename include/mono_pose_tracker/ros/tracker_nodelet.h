@@ -66,6 +66,7 @@ class TrackerNodelet : public nodelet::Nodelet {
   void subscribe();
   void take_initialpose(const geometry_msgs::PoseWithCovarianceStampedConstPtr& pose);
   void advertise_services();
+  void drop_map();
   void offer_live_options();
   void change_options(const LiveOptions& options);
   void advertise_map_services();
