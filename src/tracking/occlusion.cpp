@@ -11,14 +11,21 @@ namespace {
 
 // px at 640 px (image_scale): about two descriptors wide, so that a few landmarks are expected within.
 constexpr double kNear = 40;
-// A feature is found again in two images of three; of those behind a hand next to none.
-constexpr double kMinFound = 0.25;
+// Of as many as are found elsewhere in the image, after a large step fewer than after a small one; behind a
+// hand next to none are.
+constexpr double kMinOfUsual = 0.375;
+
+double found_share(const std::vector<ExpectedLandmark>& landmarks) {
+  const auto found =
+      std::count_if(landmarks.begin(), landmarks.end(), [](const ExpectedLandmark& l) { return l.found; });
+  return landmarks.empty() ? 0 : static_cast<double>(found) / static_cast<double>(landmarks.size());
+}
 
 }  // namespace
 
 std::vector<char> features_to_map(const ImageFeatures& image, const std::vector<ExpectedLandmark>& landmarks,
-                                  double scale) {
-  const double near = kNear * scale;
+                                  double scale, bool is_mask_given) {
+  const double near = kNear * scale, usual = found_share(landmarks);
   std::vector<char> flags(image.size());
   for (int i = 0; i < image.size(); ++i) {
     const Eigen::Vector2d pixel = image.set.features[i].pixel.cast<double>();
@@ -28,7 +35,10 @@ std::vector<char> features_to_map(const ImageFeatures& image, const std::vector<
       ++expected;
       found += l.found;
     }
-    flags[i] = found > 0 && found >= kMinFound * expected;
+    // One less than would be too few: by chance that happens in one place of fourteen where nearly three are
+    // usual, in one of thirty where five are.
+    const bool is_hidden = found + 1 <= kMinOfUsual * usual * expected;
+    flags[i] = !is_hidden && (found > 0 || is_mask_given);
   }
   return flags;
 }
@@ -51,7 +61,8 @@ void leave_out_occluders(const TrackingMap& map, const CameraModel& camera, cons
   for (const FrameObservation& o : candidate->observations) {
     expected.push_back({image.set.features[o.feature].pixel.cast<double>(), true});
   }
-  std::vector<char> flags = features_to_map(image, expected, image_scale(camera));
+  std::vector<char> flags =
+      features_to_map(image, expected, image_scale(camera), candidate->frame.is_mask_given);
   for (const FrameObservation& o : candidate->observations) flags[o.feature] = 1;
   std::vector<int> new_index(flags.size());
   int kept = 0;

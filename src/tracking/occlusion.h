@@ -16,11 +16,11 @@ struct ExpectedLandmark {
   bool found = false;
 };
 
-// Which features a map of the object may grow by, one flag each: those near landmarks that were found. Where
-// landmarks should be seen and hardly any is, something else is before the object; and what is far from all
-// that were found may be anything that the mask took in with it. scale: the image_scale.
+// Which features a map of the object may grow by, one flag each. Where landmarks should be seen and hardly
+// any is, though elsewhere they are, something else is before the object. What is far from all that were
+// found may be anything that a mask took in with it, unless that was given. scale: the image_scale.
 std::vector<char> features_to_map(const ImageFeatures& image, const std::vector<ExpectedLandmark>& landmarks,
-                                  double scale);
+                                  double scale, bool is_mask_given = false);
 
 // A mask may hold more than the object: a hand before it, say, of which nothing must come into the map. The
 // candidate keeps the features that may; its reference is a keyframe of the map.

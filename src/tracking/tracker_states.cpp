@@ -20,7 +20,9 @@ std::optional<Frame> Tracker::Impl::make_frame(std::int64_t index, std::int64_t 
   std::optional<Frame> frame =
       frame_maker_.make(index, stamp_ns, image, segmentation, object_finder_.clearance(segmentation.mask),
                         looks_for_marker, report);
-  if (frame) frame->is_of_object = frame->is_masked && (expects_object_ || segmentation.is_by_motion());
+  if (!frame) return frame;
+  frame->is_of_object = frame->is_masked && (expects_object_ || segmentation.is_by_motion());
+  frame->is_mask_given = segmentation.method == Segmentation::kGivenMask && !expects_object_;
   return frame;
 }
 

@@ -30,15 +30,45 @@ TEST(FeaturesToMap, LeavesOutWhatIsFarFromAllLandmarks) {
   EXPECT_EQ(features_to_map(image, {}, 1), (std::vector<char>{0, 0}));
 }
 
+// Landmarks at one place, of which so many are found.
+std::vector<ExpectedLandmark> landmarks_at(double x, double y, int count, int found) {
+  std::vector<ExpectedLandmark> landmarks;
+  for (int i = 0; i < count; ++i) landmarks.push_back({{x + i, y}, i < found});
+  return landmarks;
+}
+
+std::vector<ExpectedLandmark> both(std::vector<ExpectedLandmark> a, const std::vector<ExpectedLandmark>& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
 // A hand before the object: a chance match or two among the many landmarks that it hides make no object of
 // it.
 TEST(FeaturesToMap, LeavesOutWhatHidesLandmarks) {
-  std::vector<ExpectedLandmark> landmarks;
-  for (int i = 0; i < 20; ++i) landmarks.push_back({{300.0 + i, 200.0}, i < 2});
+  const std::vector<ExpectedLandmark> object = landmarks_at(100, 200, 30, 20);
   const ImageFeatures hand = features_at({{310, 205}});
-  EXPECT_EQ(features_to_map(hand, landmarks, 1), std::vector<char>{0});
-  for (int i = 0; i < 14; ++i) landmarks[i].found = true;  // two of three, as on the object itself
-  EXPECT_EQ(features_to_map(hand, landmarks, 1), std::vector<char>{1});
+  for (const bool given : {false, true}) {
+    EXPECT_EQ(features_to_map(hand, both(object, landmarks_at(300, 200, 20, 2)), 1, given),
+              std::vector<char>{0});
+    EXPECT_EQ(features_to_map(hand, both(object, landmarks_at(300, 200, 20, 14)), 1, given),
+              std::vector<char>{1});
+  }
+}
+
+TEST(FeaturesToMap, AfterALargeStepFewAreFoundOnTheObjectItself) {
+  const ImageFeatures image = features_at({{310, 205}});
+  const std::vector<ExpectedLandmark> object = landmarks_at(100, 200, 60, 6);
+  EXPECT_EQ(features_to_map(image, both(object, landmarks_at(300, 200, 20, 1)), 1), std::vector<char>{1});
+}
+
+// None of some hidden landmarks is found again: that tells, none of one or two does not.
+TEST(FeaturesToMap, WhatAGivenMaskHoldsIsOfTheObjectUnlessItHidesLandmarks) {
+  const ImageFeatures image = features_at({{600, 400}, {310, 205}});
+  const std::vector<ExpectedLandmark> object = landmarks_at(100, 200, 30, 20);
+  EXPECT_EQ(features_to_map(image, both(object, landmarks_at(300, 200, 2, 0)), 1, true),
+            (std::vector<char>{1, 1}));
+  EXPECT_EQ(features_to_map(image, both(object, landmarks_at(300, 200, 8, 0)), 1, true),
+            (std::vector<char>{1, 0}));
 }
 
 TEST(FeaturesToMap, ItsReachGrowsWithTheImage) {
