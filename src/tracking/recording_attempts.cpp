@@ -305,10 +305,9 @@ bool begin_anew(Attempts* attempts, std::size_t first_index, Recording recording
   return is_kept;
 }
 
-// Images without a pose may have too little in common with the others: once more, with more features of each,
-// and if that is no better from the middle.
+// Images without a pose, and parts that hang together by a few points, may have too little in common with the
+// others: once more, with more features of each, and if that is no better from the middle.
 void look_closer(Attempts* attempts, Recording recording, TrackedRecording* kept) {
-  if (!is_short(kept->result) || !lacks_images(kept->result)) return;
   recording.looks_closer = true;
   const auto is_kept_from = [&](std::int64_t first) {
     if (recording.interrupted()) return false;
@@ -342,13 +341,18 @@ TrackedRecording track_until_sure(const Recording& as_given, const TrackerMaker&
   bool turned = smaller_share.has_value();
   const bool first_is_other = is_of_other_body(kept.result);
   turned = (first_is_other && turn_to_other_body(&attempts, &again, &kept)) || turned;
+  bool looked_closer = false;
   if (!is_by_masks && !turned && !is_enough(kept.result, again.body != nullptr)) {
-    begin_anew(&attempts, 1, again, &kept);
+    // More features are what one map that hangs together too loosely lacks.
+    looked_closer = is_sure(kept.result) && !fell_apart(kept.result);
+    if (looked_closer) look_closer(&attempts, again, &kept);
+    if (!is_enough(kept.result, again.body != nullptr)) begin_anew(&attempts, 1, again, &kept);
     if (!first_is_other && is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
   }
   if (!first_is_smaller && is_of_smaller_body(kept.result))
     smaller_share = turn_to_larger_body(&attempts, &again, &kept);
-  look_closer(&attempts, again, &kept);
+  if (!looked_closer && is_short(kept.result) && lacks_images(kept.result))
+    look_closer(&attempts, again, &kept);
   // Whatever is tracked by these masks does not see it.
   if (smaller_share) tell_of_smaller_body(*smaller_share, &kept.result);
   return kept;
