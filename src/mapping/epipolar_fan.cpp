@@ -20,11 +20,6 @@ constexpr double kFar = 10;
 
 constexpr int kClose = -1;
 
-struct Turned {
-  int bin;  // or kClose
-  int feature;
-};
-
 int whole_blocks(int count) { return (count + kBlock - 1) / kBlock * kBlock; }
 
 }  // namespace
@@ -39,24 +34,30 @@ EpipolarFan::EpipolarFan(const ImageFeatures& image, const Eigen::Vector3d& epip
   const double far = kFar * std::max(most, -least);
   from_normal_ = std::acos(most / far);
   to_normal_ = std::acos(least / far);
-  std::vector<Turned> turned;
-  turned.reserve(features.size());
+  std::vector<int> bins;  // of the features; those that are close come before the first
+  bins.reserve(features.size());
   for (const int f : features) {
     const double x = image.set.bearings[f].dot(u_), y = image.set.bearings[f].dot(v_);
-    turned.push_back({x * x + y * y < far * far ? kClose : bin_of(std::atan2(y, x)), f});
-  }
-  std::sort(turned.begin(), turned.end(), [](const Turned& a, const Turned& b) {
-    return a.bin != b.bin ? a.bin < b.bin : a.feature < b.feature;
-  });
-  bearings_ = Bearings::Zero(whole_blocks(static_cast<int>(turned.size())), 3);
-  for (const Turned& t : turned) {
-    const auto i = static_cast<Eigen::Index>(features_.size());
-    bearings_.row(i) = image.set.bearings[t.feature].cast<float>().transpose().array();
-    features_.push_back(t.feature);
-    ++(t.bin == kClose ? close_ : first_in_bin_[t.bin + 1]);
+    bins.push_back(x * x + y * y < far * far ? kClose : bin_of(std::atan2(y, x)));
+    ++(bins.back() == kClose ? close_ : first_in_bin_[bins.back() + 1]);
   }
   first_in_bin_[0] = close_;
   for (int bin = 0; bin < kBins; ++bin) first_in_bin_[bin + 1] += first_in_bin_[bin];
+  put_in_order(image, features, bins);
+}
+
+// By their bins, and as they are given in each.
+void EpipolarFan::put_in_order(const ImageFeatures& image, const std::vector<int>& features,
+                               const std::vector<int>& bins) {
+  bearings_ = Bearings::Zero(whole_blocks(static_cast<int>(features.size())), 3);
+  features_.resize(features.size());
+  std::vector<int> next = first_in_bin_;
+  int next_close = 0;
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    const int place = bins[i] == kClose ? next_close++ : next[bins[i]]++;
+    features_[place] = features[i];
+    bearings_.row(place) = image.set.bearings[features[i]].cast<float>().transpose().array();
+  }
 }
 
 int EpipolarFan::bin_of(double angle) {

@@ -37,6 +37,8 @@ class EpipolarFan {
   };
 
   static int bin_of(double angle);
+  void put_in_order(const ImageFeatures& image, const std::vector<int>& features,
+                    const std::vector<int>& bins);
   std::array<Range, 4> ranges_near(double normal_angle) const;
   void find_in(int begin, int end, const Eigen::Vector3f& normal, std::vector<NearPlane>* near) const;
 
