@@ -29,6 +29,7 @@ Frame BodyFollower::settle(const CameraModel& camera, const Frame& frame,
   of_body.whole = frame.image;
   of_body.image = select_features(*frame.image, turns, camera.width(), camera.height());
   of_body.is_masked = of_body.is_of_object = true;
+  of_body.is_mask_given = false;
   return of_body;
 }
 

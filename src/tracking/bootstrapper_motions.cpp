@@ -32,6 +32,7 @@ void Bootstrapper::keep_object(const std::vector<int>& moved_of_reference, Candi
   candidate->frame.image = select_features(
       image, features_of_object(image, moved, still_, options_.cancelled), camera_.width(), camera_.height());
   candidate->frame.is_masked = candidate->frame.is_of_object = true;
+  candidate->frame.is_mask_given = false;
 }
 
 // From now on the background's features are left out.

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <unordered_set>
+#include <utility>
 
 #include "mono_pose_tracker/camera/image_scale.h"
+#include "mono_pose_tracker/common/median.h"
 
 namespace mono_pose_tracker {
 
@@ -11,34 +13,48 @@ namespace {
 
 // px at 640 px (image_scale): about two descriptors wide, so that a few landmarks are expected within.
 constexpr double kNear = 40;
-// Of as many as are found elsewhere in the image, after a large step fewer than after a small one; behind a
-// hand next to none are.
+// Of as many as are usual, fewer after a large step than after a small one; behind a hand next to none are.
 constexpr double kMinOfUsual = 0.375;
 
-double found_share(const std::vector<ExpectedLandmark>& landmarks) {
-  const auto found =
-      std::count_if(landmarks.begin(), landmarks.end(), [](const ExpectedLandmark& l) { return l.found; });
-  return landmarks.empty() ? 0 : static_cast<double>(found) / static_cast<double>(landmarks.size());
+// Landmarks near a place, and how many of these were found.
+struct Seen {
+  int expected = 0, found = 0;
+};
+
+Seen seen_near(const Eigen::Vector2d& pixel, const std::vector<ExpectedLandmark>& landmarks, double near_px) {
+  Seen seen;
+  for (const ExpectedLandmark& l : landmarks) {
+    if ((l.pixel - pixel).squaredNorm() > near_px * near_px) continue;
+    ++seen.expected;
+    seen.found += l.found;
+  }
+  return seen;
+}
+
+// Share of the landmarks that is found where the object is seen, however much of it is hidden: beside one
+// that was found itself, in the median.
+double usual_share(const std::vector<ExpectedLandmark>& landmarks, double near_px) {
+  std::vector<double> shares;
+  for (const ExpectedLandmark& l : landmarks) {
+    if (!l.found) continue;
+    const Seen seen = seen_near(l.pixel, landmarks, near_px);
+    if (seen.expected > 1) shares.push_back((seen.found - 1.0) / (seen.expected - 1.0));
+  }
+  return shares.empty() ? 0 : median(std::move(shares));
 }
 
 }  // namespace
 
 std::vector<char> features_to_map(const ImageFeatures& image, const std::vector<ExpectedLandmark>& landmarks,
                                   double scale, bool is_mask_given) {
-  const double near = kNear * scale, usual = found_share(landmarks);
+  const double near_px = kNear * scale, usual = usual_share(landmarks, near_px);
   std::vector<char> flags(image.size());
   for (int i = 0; i < image.size(); ++i) {
-    const Eigen::Vector2d pixel = image.set.features[i].pixel.cast<double>();
-    int expected = 0, found = 0;
-    for (const ExpectedLandmark& l : landmarks) {
-      if ((l.pixel - pixel).squaredNorm() > near * near) continue;
-      ++expected;
-      found += l.found;
-    }
+    const Seen seen = seen_near(image.set.features[i].pixel.cast<double>(), landmarks, near_px);
     // One less than would be too few: by chance that happens in one place of fourteen where nearly three are
-    // usual, in one of thirty where five are.
-    const bool is_hidden = found + 1 <= kMinOfUsual * usual * expected;
-    flags[i] = !is_hidden && (found > 0 || is_mask_given);
+    // usual, in one of thirty where more than five are.
+    const bool is_hidden = seen.found + 1 <= kMinOfUsual * usual * seen.expected;
+    flags[i] = !is_hidden && (seen.found > 0 || is_mask_given);
   }
   return flags;
 }

@@ -17,8 +17,8 @@ struct ExpectedLandmark {
 };
 
 // Which features a map of the object may grow by, one flag each. Where landmarks should be seen and hardly
-// any is, though elsewhere they are, something else is before the object. What is far from all that were
-// found may be anything that a mask took in with it, unless that was given. scale: the image_scale.
+// any is, though where the object is seen they are, something else is before the object. What is far from all
+// that were found may be anything that a mask took in with it, unless that was given. scale: the image_scale.
 std::vector<char> features_to_map(const ImageFeatures& image, const std::vector<ExpectedLandmark>& landmarks,
                                   double scale, bool is_mask_given = false);
 

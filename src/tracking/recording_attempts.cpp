@@ -343,10 +343,12 @@ TrackedRecording track_until_sure(const Recording& as_given, const TrackerMaker&
   turned = (first_is_other && turn_to_other_body(&attempts, &again, &kept)) || turned;
   bool looked_closer = false;
   if (!is_by_masks && !turned && !is_enough(kept.result, again.body != nullptr)) {
-    // More features are what one map that hangs together too loosely lacks.
-    looked_closer = is_sure(kept.result) && !fell_apart(kept.result);
+    // One map that is sure, and not enough, is short and hangs together loosely: more features are what it
+    // lacks.
+    looked_closer = is_sure(kept.result) && kept.result.maps.size() == 1;
     if (looked_closer) look_closer(&attempts, again, &kept);
-    if (!is_enough(kept.result, again.body != nullptr)) begin_anew(&attempts, 1, again, &kept);
+    if (!is_enough(kept.result, again.body != nullptr) || (looked_closer && lacks_images(kept.result)))
+      begin_anew(&attempts, 1, again, &kept);
     if (!first_is_other && is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
   }
   if (!first_is_smaller && is_of_smaller_body(kept.result))

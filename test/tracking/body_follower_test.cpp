@@ -78,7 +78,9 @@ TEST_F(BodyFollowerTest, WhatItWasPosedByIsTheBody) {
   std::fill(wrong.sides.begin() + 10, wrong.sides.end(), BodySide::kMovesOtherwise);
   BodyFollower follower(wrong);
   Frame of_body = frame(1);
+  of_body.is_mask_given = true;
   ASSERT_TRUE(follower.follow(camera(), TrackerOptions(), &of_body));
+  EXPECT_FALSE(of_body.is_mask_given) << "it was cut down to what was found";
   EXPECT_LT(kept(of_body, 1).first, 0.5 * head_features(1));
   std::vector<cv::Point2f> inliers;
   for (int f = 0; f < head_features(1); ++f) {

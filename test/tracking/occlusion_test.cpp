@@ -156,6 +156,18 @@ TEST_F(LeaveOutOccluders, KeepsWhatIsNewOnTheObjectAndNothingOfAHandOrOfWhatIsBe
   EXPECT_EQ(others_left(), (std::vector<int>{0, 1}));
 }
 
+TEST_F(LeaveOutOccluders, AGivenMaskIsTrustedButForTheHandInIt) {
+  candidate_.frame.is_mask_given = true;
+  see(cv::Rect2d(330, 140, 150, 210), {{255, 205}, {400, 200}, {60, 60}});
+  EXPECT_EQ(others_left(), (std::vector<int>{0, 2}));
+}
+
+TEST_F(LeaveOutOccluders, AHandBeforeMostOfTheObjectIsLeftOut) {
+  candidate_.frame.is_mask_given = true;
+  see(cv::Rect2d(265, 140, 220, 210), {{235, 205}, {400, 200}});  // three columns of thirteen are seen
+  EXPECT_EQ(others_left(), std::vector<int>{0});
+}
+
 TEST_F(LeaveOutOccluders, KeepsEveryObservationWithItsFeature) {
   see(cv::Rect2d(330, 140, 150, 210), {{255, 205}, {400, 200}, {275, 325}});
   // A chance match in the midst of the hand: the map's business, not this one's.

@@ -17,8 +17,8 @@ struct Frame {
   std::vector<Eigen::Vector3d> marker =
       {};                            // bearings of the corners of the marker that sets the scale, if seen
   bool is_masked = false;            // features are left out by a mask
-  bool is_mask_given = false;        // by whoever wants the object, not found in the image
   bool is_of_object = false;         // all those of what is behind it, which was found by its motion
+  bool is_mask_given = false;        // by whoever wants the object, not found in the image
   ImageFeaturesPtr whole = nullptr;  // with what was left out, being another body's; null: nothing was
 };
 

@@ -91,14 +91,15 @@ using ObserverOfAttempt = std::function<FrameObserver(int attempt)>;
 /// the map begun half way, a quarter, three quarters on, where the body shows itself otherwise, until a
 /// result is enough. A result in doubt gives way to one that is founded (FinishedMap::is_founded) and poses
 /// three quarters as many images, or poses as many and less speaks against it; a sure one gives way to a
-/// founded one of more images, or of as many where it hangs together by little.
+/// founded one of more images, or of as many where it hangs together by little. One map that is sure and hangs
+/// together by little is looked at closer (look_closer) before that.
 ///
 /// Before that the recording is tracked by masks that the results themselves give: of what moves, where the
 /// result is in doubt and a background stands still behind it (leave_out_background); of the larger of two
 /// bodies, where the map is of the smaller (turn_to_larger_body; asked of the last result as well, if not of
 /// an earlier one); and of the body that turns, where segmentation/body asks for it and the map is of another
-/// (turn_to_other_body). In the end a short recording of whose images some have no pose is tracked once or
-/// twice more with twice the features of each (look_closer).
+/// (turn_to_other_body). In the end a short recording of whose images some have no pose is, if it was
+/// not yet, tracked once or twice more with twice the features of each (look_closer).
 TrackedRecording track_until_sure(const Recording& recording, const TrackerMaker& make_tracker,
                                   const ObserverOfAttempt& observer_of);
 
