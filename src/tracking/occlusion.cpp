@@ -13,7 +13,9 @@ namespace {
 
 // px at 640 px (image_scale): about two descriptors wide, so that a few landmarks are expected within.
 constexpr double kNear = 40;
-// Of as many as are usual, fewer after a large step than after a small one; behind a hand next to none are.
+// A feature is found again in two images of three; of those behind a hand next to none.
+constexpr double kMinFound = 0.25;
+// Of as many as are usual, fewer after a large step: as that is of two thirds.
 constexpr double kMinOfUsual = 0.375;
 
 // Landmarks near a place, and how many of these were found.
@@ -43,18 +45,23 @@ double usual_share(const std::vector<ExpectedLandmark>& landmarks, double near_p
   return shares.empty() ? 0 : median(std::move(shares));
 }
 
+// One less than would be too few: by chance that happens in one place of fourteen where nearly three are
+// usual, in one of thirty where more than five are.
+bool is_hidden(const Seen& seen, double usual) {
+  return seen.found + 1 <= kMinOfUsual * usual * seen.expected;
+}
+
 }  // namespace
 
 std::vector<char> features_to_map(const ImageFeatures& image, const std::vector<ExpectedLandmark>& landmarks,
                                   double scale, bool is_mask_given) {
-  const double near_px = kNear * scale, usual = usual_share(landmarks, near_px);
+  const double near_px = kNear * scale;
+  const double usual = is_mask_given ? usual_share(landmarks, near_px) : 0;
   std::vector<char> flags(image.size());
   for (int i = 0; i < image.size(); ++i) {
     const Seen seen = seen_near(image.set.features[i].pixel.cast<double>(), landmarks, near_px);
-    // One less than would be too few: by chance that happens in one place of fourteen where nearly three are
-    // usual, in one of thirty where more than five are.
-    const bool is_hidden = seen.found + 1 <= kMinOfUsual * usual * seen.expected;
-    flags[i] = !is_hidden && (seen.found > 0 || is_mask_given);
+    flags[i] =
+        is_mask_given ? !is_hidden(seen, usual) : seen.found > 0 && seen.found >= kMinFound * seen.expected;
   }
   return flags;
 }

@@ -17,8 +17,10 @@ struct ExpectedLandmark {
 };
 
 // Which features a map of the object may grow by, one flag each. Where landmarks should be seen and hardly
-// any is, though where the object is seen they are, something else is before the object. What is far from all
-// that were found may be anything that a mask took in with it, unless that was given. scale: the image_scale.
+// any is, something else is before the object. By a mask that was found in the image: those near landmarks
+// that were found, as what is far from all of them may be anything that the mask took in with it. By one that
+// was given: all but where fewer landmarks are found than is usual, even after a large step. scale: the
+// image_scale.
 std::vector<char> features_to_map(const ImageFeatures& image, const std::vector<ExpectedLandmark>& landmarks,
                                   double scale, bool is_mask_given = false);
 

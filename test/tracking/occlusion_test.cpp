@@ -58,7 +58,9 @@ TEST(FeaturesToMap, LeavesOutWhatHidesLandmarks) {
 TEST(FeaturesToMap, AfterALargeStepFewAreFoundOnTheObjectItself) {
   const ImageFeatures image = features_at({{310, 205}});
   const std::vector<ExpectedLandmark> object = landmarks_at(100, 200, 60, 6);
-  EXPECT_EQ(features_to_map(image, both(object, landmarks_at(300, 200, 20, 1)), 1), std::vector<char>{1});
+  const std::vector<ExpectedLandmark> landmarks = both(object, landmarks_at(300, 200, 20, 1));
+  EXPECT_EQ(features_to_map(image, landmarks, 1, true), std::vector<char>{1});
+  EXPECT_EQ(features_to_map(image, landmarks, 1, false), std::vector<char>{0}) << "it may be a hand";
 }
 
 // None of some hidden landmarks is found again: that tells, none of one or two does not.
