@@ -27,9 +27,7 @@ Frame BodyFollower::settle(const CameraModel& camera, const Frame& frame,
   for (const BodySide side : last_.sides) turns.push_back(side == BodySide::kTurns);
   Frame of_body = frame;
   of_body.whole = frame.image;
-  of_body.image = select_features(*frame.image, turns, camera.width(), camera.height());
-  of_body.is_masked = of_body.is_of_object = true;
-  of_body.is_mask_given = false;
+  of_body.keep_object(select_features(*frame.image, turns, camera.width(), camera.height()));
   return of_body;
 }
 

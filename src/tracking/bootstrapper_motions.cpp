@@ -29,10 +29,9 @@ void Bootstrapper::keep_object(const std::vector<int>& moved_of_reference, Candi
     const int i = is_reference ? f : candidate->feature_of_reference[f];
     if (i >= 0) moved.emplace_back(image.set.features[i].pixel.x(), image.set.features[i].pixel.y());
   }
-  candidate->frame.image = select_features(
-      image, features_of_object(image, moved, still_, options_.cancelled), camera_.width(), camera_.height());
-  candidate->frame.is_masked = candidate->frame.is_of_object = true;
-  candidate->frame.is_mask_given = false;
+  candidate->frame.keep_object(select_features(image,
+                                               features_of_object(image, moved, still_, options_.cancelled),
+                                               camera_.width(), camera_.height()));
 }
 
 // From now on the background's features are left out.

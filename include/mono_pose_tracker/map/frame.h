@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "mono_pose_tracker/map/image_features.h"
@@ -20,6 +21,13 @@ struct Frame {
   bool is_of_object = false;         // all those of what is behind it, which was found by its motion
   bool is_mask_given = false;        // by whoever wants the object, not found in the image
   ImageFeaturesPtr whole = nullptr;  // with what was left out, being another body's; null: nothing was
+
+  /// It goes on with these of its features alone, those of what was found by its motion.
+  void keep_object(ImageFeaturesPtr of_object) {
+    image = std::move(of_object);
+    is_masked = is_of_object = true;
+    is_mask_given = false;
+  }
 };
 
 /// Feature `feature` of the frame sees the landmark.
