@@ -24,12 +24,15 @@ constexpr std::array<int, 3> kApart = {1, 2, 4};
 // Fewer matches turn by as much as their noise.
 constexpr int kFewestToTurn = 25;
 
-void compare(const PosedImage& first, const PosedImage& second, const PairMotions& pair, OtherBody* body) {
-  ++body->pairs;
+void count_obeying(const PairMotions& pair, OtherBody* body) {
   body->matches += static_cast<long>(pair.matches.size());
   body->obeying += std::count_if(pair.obeyed.begin(), pair.obeyed.end(), [](ObeyedMotion motion) {
     return motion == ObeyedMotion::kBody || motion == ObeyedMotion::kBoth;
   });
+}
+
+void compare(const PosedImage& first, const PosedImage& second, const PairMotions& pair, OtherBody* body) {
+  ++body->pairs;
   if (!pair.has_other) return;
   ++body->other_pairs;
   const double map_turn = turn_between(first, second, pair, ObeyedMotion::kBody);
@@ -92,6 +95,27 @@ std::vector<PairMotions> compare_all(const std::vector<PosedImage>& images, cons
     motions[i] = compare_motions(images[pairs[i].first], images[pairs[i].second], matching, ransac);
   });
   return motions;
+}
+
+// Noise puts half of what is far behind the cameras. A map that hangs on a skyline and is wrong about what is
+// near has more of it there; errors of the poses, which all matches of a pair have in common, a few more.
+void excuse_noise(const std::vector<PosedImage>& images, const std::vector<Pair>& pairs,
+                  const RansacOptions& ransac, std::vector<PairMotions>* motions) {
+  constexpr double kMostBehind = 0.6;
+  int far = 0;
+  std::ptrdiff_t behind = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const FarSights sights =
+        far_sights((*motions)[i].matches, images[pairs[i].first], images[pairs[i].second], ransac);
+    far += sights.count;
+    behind += std::count(sights.behind.begin(), sights.behind.end(), 1);
+  }
+  if (static_cast<double>(behind) > kMostBehind * far) return;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    PairMotions& pair = (*motions)[i];
+    pair = motions_of(std::move(pair.matches), images[pairs[i].first], images[pairs[i].second], ransac,
+                      FarBehind::kIsNoise);
+  }
 }
 
 // Which motion the features obey, said by pairs of images and summed over their tracks.
@@ -194,6 +218,7 @@ OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& seen, I
     for (const auto& [first, second] : all) {
       const bool is_known = second == first + 1;
       const PairMotions& pair = is_known ? neighbours[first] : *next++;
+      count_obeying(pair, &body);
       compare(images[first], images[second], pair, &body);
       if (!is_known) votes.add({first, second}, pair);
     }
@@ -207,7 +232,7 @@ OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& seen, I
 }
 
 OtherBody sample_other_body(const Map& map, const MatchOptions& matching, const RansacOptions& ransac,
-                            bool camera_goes_through, int threads) {
+                            bool camera_goes_through, bool holds_most, int threads) {
   constexpr int kPairs = 30;
   std::vector<int> keyframes;
   const std::vector<PosedImage> images = in_time(map, {}, ImagesAsked::kKeyframes, &keyframes);
@@ -221,6 +246,9 @@ OtherBody sample_other_body(const Map& map, const MatchOptions& matching, const 
   }
   std::vector<PairMotions> motions = compare_all(images, pairs, matching, ransac, threads);
   if (camera_goes_through) leave_out_fixed(images, pairs, ransac, &motions);
+  // All maps by the same measure: they are compared by it.
+  for (const PairMotions& pair : motions) count_obeying(pair, &body);
+  if (holds_most) excuse_noise(images, pairs, ransac, &motions);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     compare(images[pairs[i].first], images[pairs[i].second], motions[i], &body);
     votes.add(pairs[i], motions[i]);

@@ -100,19 +100,22 @@ bool is_among_others(const std::vector<Match>& matches, const std::vector<Obeyed
 }  // namespace
 
 PairMotions compare_motions(const PosedImage& first, const PosedImage& second, const MatchOptions& matching,
-                            const RansacOptions& ransac) {
+                            const RansacOptions& ransac, FarBehind far) {
   return motions_of(match_descriptors(first.image->set.descriptors, second.image->set.descriptors, matching),
-                    first, second, ransac);
+                    first, second, ransac, far);
 }
 
 PairMotions motions_of(std::vector<Match> matches, const PosedImage& first, const PosedImage& second,
-                       const RansacOptions& ransac) {
+                       const RansacOptions& ransac, FarBehind far) {
   const FeatureSet &set1 = first.image->set, &set2 = second.image->set;
   PairMotions pair;
   pair.matches = std::move(matches);
   const double limit = kContradicts * ransac.threshold;
   const Rigid3 second_from_first = second.camera_from_map * first.camera_from_map.inverse();
-  const std::vector<char> of_body = agree_with(pair.matches, set1, set2, second_from_first, limit);
+  std::vector<char> of_body = agree_with(pair.matches, set1, set2, second_from_first, limit);
+  std::vector<char> behind(of_body.size(), 0);
+  if (far == FarBehind::kIsNoise) behind = far_sights(pair.matches, first, second, ransac).behind;
+  for (std::size_t i = 0; i < behind.size(); ++i) of_body[i] |= behind[i];
   for (const char obeys_body : of_body)
     pair.obeyed.push_back(obeys_body ? ObeyedMotion::kBody : ObeyedMotion::kNeither);
   const RelativePoseReport rest = fit_the_rest(pair.matches, of_body, set1, set2, ransac);
@@ -122,9 +125,24 @@ PairMotions motions_of(std::vector<Match> matches, const PosedImage& first, cons
   const std::vector<char> of_other =
       agree_with(pair.matches, set1, set2, pair.other_second_from_first, limit);
   for (std::size_t i = 0; i < pair.matches.size(); ++i) {
-    if (of_other[i]) pair.obeyed[i] = of_body[i] ? ObeyedMotion::kBoth : ObeyedMotion::kOther;
+    if (of_other[i] || behind[i]) pair.obeyed[i] = of_body[i] ? ObeyedMotion::kBoth : ObeyedMotion::kOther;
   }
   return pair;
+}
+
+FarSights far_sights(const std::vector<Match>& matches, const PosedImage& first, const PosedImage& second,
+                     const RansacOptions& ransac) {
+  const Rigid3 second_from_first = second.camera_from_map * first.camera_from_map.inverse();
+  const Eigen::Matrix3d rotation = second_from_first.rotation_matrix();
+  FarSights far;
+  for (const Match& m : matches) {
+    const Eigen::Vector3d &bearing1 = first.image->set.bearings[m.first],
+                          &bearing2 = second.image->set.bearings[m.second];
+    const bool is_far = (rotation * bearing1 - bearing2).norm() < ransac.threshold;
+    far.count += is_far;
+    far.behind.push_back(is_far && !is_in_front(second_from_first, bearing1, bearing2));
+  }
+  return far;
 }
 
 int count_off_epipolar_lines(const std::vector<Match>& matches, const PosedImage& first,

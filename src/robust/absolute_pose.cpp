@@ -2,10 +2,13 @@
 
 #include <array>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "mono_pose_tracker/geometry/p3p.h"
+#include "mono_pose_tracker/robust/motion_refinement.h"
 #include "mono_pose_tracker/robust/point_matches.h"
 #include "mono_pose_tracker/robust/ransac.h"
 #include "sample_consensus.h"
@@ -16,6 +19,11 @@ namespace {
 
 constexpr int kLocalIterations = 5;   // of a model just sampled
 constexpr int kFinalIterations = 20;  // of the result; quadratic convergence ends it after a few
+// Outliers that agree with another pose by chance are fewer.
+constexpr int kLeastOutliers = 15;
+// Thresholds: beyond, Cauchy's loss counts a match for less than a thousandth.
+constexpr double kReach = 32;
+constexpr double kNoBound = std::numeric_limits<double>::infinity();
 
 class PoseEstimator {
  public:
@@ -48,6 +56,47 @@ class PoseEstimator {
   const PointMatches& matches_;
   double threshold_;
 };
+
+// Where most of what is seen is far, a pose that all of it agrees with may be wrong about where the camera
+// is: things that are near are outliers then, and sampling ends before it has met enough of them. Without a
+// threshold they still have their pull, and what is far does not resist. None where few are within reach.
+std::optional<CameraPose> drawn_to_outliers(const PointMatches& matches, double threshold,
+                                            const CameraPose& pose) {
+  std::vector<Eigen::Vector3d> bearings, points;
+  int outliers = 0;
+  for (int i = 0; i < matches.size(); ++i) {
+    const Eigen::Vector3d bearing = matches.bearings()[i], point = matches.points()[i];
+    const double chord = ((pose.rotation * point + pose.translation).normalized() - bearing).norm();
+    if (!(chord < kReach * threshold)) continue;
+    outliers += chord > threshold;
+    bearings.push_back(bearing);
+    points.push_back(point);
+  }
+  if (outliers < kLeastOutliers) return std::nullopt;
+  MotionRefinementOptions options;
+  options.max_iterations = kFinalIterations;
+  options.loss_width = 1;  // what RANSAC takes for noise is pulled in full
+  const Rigid3 all = refine_absolute_pose(bearings, points, std::vector<double>(points.size(), threshold),
+                                          Rigid3(pose.rotation, pose.translation), options)
+                         .camera_from_map;
+  CameraPose drawn{all.rotation_matrix(), all.translation};
+  refine_camera_pose(matches, threshold, kFinalIterations, &drawn);
+  return drawn;
+}
+
+// Takes the pose drawn to the outliers where it explains more of them than would agree by chance.
+void explain_more(const PointMatches& matches, double threshold, CameraPose* pose, RansacScore* score,
+                  std::vector<char>* inliers) {
+  if (2 * score->num_inliers < matches.size()) return;  // there is nothing that most agree on
+  const std::optional<CameraPose> drawn = drawn_to_outliers(matches, threshold, *pose);
+  if (!drawn) return;
+  std::vector<char> agreeing;
+  const RansacScore of_drawn = score_camera_pose(matches, *drawn, threshold, kNoBound, &agreeing);
+  if (of_drawn.num_inliers < score->num_inliers + kLeastOutliers || of_drawn.cost >= score->cost) return;
+  *pose = *drawn;
+  *score = of_drawn;
+  *inliers = std::move(agreeing);
+}
 
 void validate(const std::vector<Eigen::Vector3d>& bearings, const std::vector<Eigen::Vector3d>& points,
               const AbsolutePoseOptions& options) {
@@ -82,8 +131,8 @@ AbsolutePoseReport estimate_absolute_pose(const std::vector<Eigen::Vector3d>& be
   CameraPose& pose = sampled.best.model;
   refine_camera_pose(matches, threshold, kFinalIterations, &pose);
   std::vector<char> inliers;
-  const RansacScore score =
-      score_camera_pose(matches, pose, threshold, std::numeric_limits<double>::infinity(), &inliers);
+  RansacScore score = score_camera_pose(matches, pose, threshold, kNoBound, &inliers);
+  if (!is_set(options.ransac.cancelled)) explain_more(matches, threshold, &pose, &score, &inliers);
   report.success = true;
   report.camera_from_map = Rigid3(pose.rotation, pose.translation);
   report.camera_from_map.rotation.normalize();

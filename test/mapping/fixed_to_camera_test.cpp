@@ -49,7 +49,7 @@ class FixedToCamera : public testing::Test {
   OtherBody sample(const Map& map, bool camera_goes_through) const {
     RansacOptions ransac;
     ransac.threshold = 2 / camera_.focal();
-    return sample_other_body(map, MatchOptions(), ransac, camera_goes_through, 1);
+    return sample_other_body(map, MatchOptions(), ransac, camera_goes_through, false, 1);
   }
 
  private:

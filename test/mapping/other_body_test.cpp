@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "support/synthetic_views.h"
 #include "support/two_bodies.h"
 
 namespace mono_pose_tracker {
@@ -86,11 +87,55 @@ TEST_F(OtherBodyTest, AMapExplainsWhatItIsOf) {
 
 TEST_F(OtherBodyTest, ASampleTellsItAsWell) {
   Map map = map_with(true, 150, 200);
-  const OtherBody sample = sample_other_body(map, MatchOptions(), ransac(), false, 1);
+  const OtherBody sample = sample_other_body(map, MatchOptions(), ransac(), false, false, 1);
   EXPECT_EQ(sample.pairs, kKeyframes - 1);
   EXPECT_TRUE(sample.is_comparable());
-  EXPECT_FALSE(sample_other_body(map_with(true, 200, 0), MatchOptions(), ransac(), false, 1).is_comparable());
-  EXPECT_FALSE(sample_other_body(Map(), MatchOptions(), ransac(), false, 1).exists());
+  EXPECT_FALSE(
+      sample_other_body(map_with(true, 200, 0), MatchOptions(), ransac(), false, false, 1).is_comparable());
+  EXPECT_FALSE(sample_other_body(Map(), MatchOptions(), ransac(), false, false, 1).exists());
+}
+
+// A camera that goes sideways before a railing and a skyline. far_side: 1, or -1 where the map has it go the
+// other way before what is far, by more than noise.
+class Skyline : public testing::Test {
+ protected:
+  Map map_with(double nearest, double far_side) {
+    std::vector<Eigen::Vector3d> x;
+    for (int i = 0; i < 300; ++i) {
+      const double depth = i < 60 ? random_.uniform(3, 5) : random_.uniform(nearest, 2 * nearest);
+      x.emplace_back(depth * random_.uniform(-0.5, 0.5), depth * random_.uniform(-0.35, 0.35), depth);
+    }
+    const SyntheticScene scene(x, random_);
+    Map map;
+    for (int k = 0; k < 10; ++k) {
+      const Frame frame = synthetic_frame(scene, camera_, camera_at({0.05 * k, 0, 0}), 0.4, k, random_);
+      map.add_keyframe(k, k, camera_at({0.05 * far_side * k, 0, 0}), frame.image);
+    }
+    return map;
+  }
+
+  OtherBody sample(const Map& map, bool holds_most) const {
+    RansacOptions ransac;
+    ransac.threshold = 2 / camera_.focal();
+    return sample_other_body(map, MatchOptions(), ransac, false, holds_most, 1);
+  }
+
+ private:
+  Random random_{5};
+  CameraModel camera_ = synthetic_camera();
+};
+
+TEST_F(Skyline, IsNoBodyForItsNoise) {
+  const Map map = map_with(2000, 1);
+  EXPECT_TRUE(sample(map, false).is_comparable());
+  EXPECT_FALSE(sample(map, true).exists());
+  EXPECT_EQ(sample(map, true).explained(), sample(map, false).explained()) << "one measure for all maps";
+}
+
+TEST_F(Skyline, BehindTheCamerasForTheMostPartSpeaksAgainstTheMap) {
+  const Map map = map_with(30, -1);
+  EXPECT_TRUE(sample(map, false).is_comparable());
+  EXPECT_TRUE(sample(map, true).is_comparable());
 }
 
 TEST_F(OtherBodyTest, TracksTellWhichFeaturesAreWhose) {

@@ -49,10 +49,12 @@ class SecondMotionTest : public testing::Test {
     return keyframe;
   }
 
-  SecondMotion find(const Keyframe& first, const Keyframe& second) const {
+  SecondMotion find(const Keyframe& first, const Keyframe& second,
+                    FarBehind far = FarBehind::kContradicts) const {
     RansacOptions ransac;
     ransac.threshold = 2 / camera_.focal();
-    const PairMotions pair = compare_motions(posed_image(first), posed_image(second), MatchOptions(), ransac);
+    const PairMotions pair =
+        compare_motions(posed_image(first), posed_image(second), MatchOptions(), ransac, far);
     return second_motion_in(pair, *first.image, *second.image);
   }
 
@@ -100,6 +102,17 @@ TEST_F(SecondMotionTest, ThingsThatMoveEachItsOwnWayAreNone) {
     x += Eigen::Vector3d(random_.uniform(-0.5, 0.5), random_.uniform(-0.5, 0.5), 0);
   }
   EXPECT_TRUE(find(first, keyframe(5 * kDegree, Rigid3())).of_first.empty());
+}
+
+// A skyline behind the body, which stands still beside it while the camera goes round by one degree.
+TEST_F(SecondMotionTest, WhatNoisePutsBehindTheCamerasMayBePassedOver) {
+  rest_ = SyntheticScene(box_between(200, {-200, -150, 450}, {200, 150, 600}, random_), random_);
+  const Rigid3 apart(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, 3));
+  const Rigid3 round(Eigen::Quaterniond(Eigen::AngleAxisd(1 * kDegree, Eigen::Vector3d::UnitY())),
+                     Eigen::Vector3d(0, 0, 3));
+  const Keyframe first = keyframe(0, apart), second = keyframe(1 * kDegree, round);
+  EXPECT_FALSE(find(first, second).of_first.empty());
+  EXPECT_TRUE(find(first, second, FarBehind::kIsNoise).of_first.empty());
 }
 
 }  // namespace

@@ -8,7 +8,8 @@
 
 namespace mono_pose_tracker {
 
-/// What a match obeys: the motion of the body that the map is of, the second one, by chance both, or neither.
+/// What a match obeys: the motion of the body that the map is of, the second one, by chance or as it says
+/// nothing both, or neither.
 enum class ObeyedMotion { kNeither, kBody, kOther, kBoth };
 
 /// The matches of two images, by descriptors alone. Without a second motion none obeys it.
@@ -28,15 +29,28 @@ struct PosedImage {
 
 inline PosedImage posed_image(const Keyframe& k) { return {k.frame_index, k.camera_from_map, k.image}; }
 
+/// What is so far that nothing but the turn shows in it, to within RANSAC's threshold, and of that what lies
+/// behind the cameras: noise puts half of it there.
+struct FarSights {
+  int count = 0;
+  std::vector<char> behind;  // one flag a match
+};
+FarSights far_sights(const std::vector<Match>& matches, const PosedImage& first, const PosedImage& second,
+                     const RansacOptions& ransac);
+
+/// Whether what is far and behind the cameras contradicts the poses, or says nothing: then it obeys both
+/// motions.
+enum class FarBehind { kContradicts, kIsNoise };
+
 /// The matches that contradict the images' poses must agree on one rigid motion of their own, which chance
 /// does not bring about: wrong matches agree on none. (A background that stands still behind a body that
 /// turns about an upright axis hardly contradicts it in two views: that is for find_two_motions.)
 PairMotions compare_motions(const PosedImage& first, const PosedImage& second, const MatchOptions& matching,
-                            const RansacOptions& ransac);
+                            const RansacOptions& ransac, FarBehind far = FarBehind::kContradicts);
 
 /// The same of matches that are known.
 PairMotions motions_of(std::vector<Match> matches, const PosedImage& first, const PosedImage& second,
-                       const RansacOptions& ransac);
+                       const RansacOptions& ransac, FarBehind far = FarBehind::kContradicts);
 
 /// How many matches lie off the lines on which the images' poses have them, by more than noise of a pose.
 /// Rays that meet behind the cameras are not counted: by noise half of those of what is far do.

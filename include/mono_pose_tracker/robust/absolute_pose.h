@@ -25,7 +25,8 @@ struct AbsolutePoseReport {
 };
 
 /// Pose of a camera from matches of unit bearings to map points: RANSAC with the P3P solver and local
-/// optimisation. Throws std::invalid_argument on options out of range or sizes that differ.
+/// optimisation. Where most is so far that it leaves open where the camera is, outliers that are near are
+/// asked once more. Throws std::invalid_argument on options out of range or sizes that differ.
 AbsolutePoseReport estimate_absolute_pose(const std::vector<Eigen::Vector3d>& bearings_in_camera,
                                           const std::vector<Eigen::Vector3d>& points_in_map,
                                           const AbsolutePoseOptions& options);
