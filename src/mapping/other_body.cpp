@@ -232,7 +232,7 @@ OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& seen, I
 }
 
 OtherBody sample_other_body(const Map& map, const MatchOptions& matching, const RansacOptions& ransac,
-                            bool camera_goes_through, bool holds_most, int threads) {
+                            bool camera_goes_through, bool hangs_together, int threads) {
   constexpr int kPairs = 30;
   std::vector<int> keyframes;
   const std::vector<PosedImage> images = in_time(map, {}, ImagesAsked::kKeyframes, &keyframes);
@@ -248,7 +248,7 @@ OtherBody sample_other_body(const Map& map, const MatchOptions& matching, const 
   if (camera_goes_through) leave_out_fixed(images, pairs, ransac, &motions);
   // All maps by the same measure: they are compared by it.
   for (const PairMotions& pair : motions) count_obeying(pair, &body);
-  if (holds_most) excuse_noise(images, pairs, ransac, &motions);
+  if (hangs_together) excuse_noise(images, pairs, ransac, &motions);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     compare(images[pairs[i].first], images[pairs[i].second], motions[i], &body);
     votes.add(pairs[i], motions[i]);

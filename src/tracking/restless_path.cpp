@@ -1,6 +1,7 @@
 #include "mono_pose_tracker/tracking/restless_path.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "mono_pose_tracker/common/median.h"
 
@@ -54,11 +55,15 @@ double usual_step(const std::vector<PosedFrame>& frames, double least) {
   return median(std::move(moved));
 }
 
+bool is_in_a_row(const std::vector<PosedFrame>& frames, std::size_t i) {
+  return i > 0 && i + 1 < frames.size() && frames[i + 1].index == frames[i - 1].index + 2;
+}
+
 // By how much the velocity changes at each image that has one before and one after it; elsewhere not at all.
 std::vector<Eigen::Vector3d> changes_of_velocity(const std::vector<PosedFrame>& frames) {
   std::vector<Eigen::Vector3d> changes(frames.size(), Eigen::Vector3d::Zero());
   for (std::size_t i = 1; i + 1 < frames.size(); ++i) {
-    if (frames[i + 1].index != frames[i - 1].index + 2) continue;
+    if (!is_in_a_row(frames, i)) continue;
     changes[i] = frames[i + 1].map_from_camera.translation - 2 * frames[i].map_from_camera.translation +
                  frames[i - 1].map_from_camera.translation;
   }
@@ -107,6 +112,19 @@ RestlessPath most_restless_stretch(const std::vector<PosedFrame>& trajectory, do
     worst = {trajectory[begin_of_stretch(i)].index, jumps[i]};
   }
   return worst;
+}
+
+double greatest_leap(const std::vector<PosedFrame>& trajectory) {
+  const std::vector<Eigen::Vector3d> changes = changes_of_velocity(trajectory);
+  std::vector<double> sizes;
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    if (is_in_a_row(trajectory, i)) sizes.push_back(changes[i].norm());
+  }
+  constexpr std::size_t kTenth = 10;
+  if (sizes.size() < kTenth) return 0;
+  std::sort(sizes.begin(), sizes.end());
+  const double most = sizes[sizes.size() - 1 - sizes.size() / kTenth];
+  return most > 0 ? sizes.back() / most : std::numeric_limits<double>::infinity();
 }
 
 std::set<std::int64_t> frames_at_jumps(const std::vector<PosedFrame>& trajectory, double least) {

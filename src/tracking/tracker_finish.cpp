@@ -127,11 +127,12 @@ std::vector<PosedImage> Tracker::Impl::seen_in(const FinishedMap& map) const {
   return seen;
 }
 
-// Of the images: four fifths. What bends a map that hangs on a skyline tears it as well: of parts of a walk
-// along one, those that were 6 to 8 % off held two thirds at most. Of a loaded map that is not known.
-bool Tracker::Impl::holds_most(const FinishedMap& map) const {
-  constexpr double kMost = 0.8;
-  return !is_loaded(map) &&
+// It holds four fifths of the images, and nowhere leaps. What bends a map that hangs on a skyline tears it as
+// well: of parts of a walk along one, those that were 6 to 8 % off held two thirds at most, and a whole one
+// that was 4 % off had a part of it beside its place. Of a loaded map that is not known.
+bool Tracker::Impl::hangs_together(const FinishedMap& map) const {
+  constexpr double kMost = 0.8, kGreatestLeap = 5;
+  return !is_loaded(map) && greatest_leap(map.trajectory) <= kGreatestLeap &&
          static_cast<double>(frames_of(map.trajectory).size()) >= kMost * static_cast<double>(next_index_);
 }
 
@@ -140,7 +141,7 @@ void Tracker::Impl::find_other_body_beside(bool camera_goes_through, FinishedMap
   const RansacOptions ransac = options_.ransac(camera_.focal());
   if (!keeps_seen()) {
     map->other_body = sample_other_body(map->map, options_.matching, ransac, camera_goes_through,
-                                        holds_most(*map), options_.threads);
+                                        hangs_together(*map), options_.threads);
     map->may_be_of_wrong_body = map->other_body.is_comparable();
     map->is_of_smaller_body = map->other_body.is_larger();
     if (map->is_of_smaller_body) {

@@ -105,7 +105,7 @@ class Tracker::Impl {
   void smooth(const std::set<std::int64_t>& frames);
   FinishedMap finished(const TrackingMap& view);
   std::vector<PosedImage> seen_in(const FinishedMap& map) const;
-  bool holds_most(const FinishedMap& map) const;
+  bool hangs_together(const FinishedMap& map) const;
   void find_other_body_beside(bool camera_goes_through, FinishedMap* map) const;
   bool may_have_background();
   bool goes_through(const Map& map) const;

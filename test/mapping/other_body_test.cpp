@@ -114,10 +114,10 @@ class Skyline : public testing::Test {
     return map;
   }
 
-  OtherBody sample(const Map& map, bool holds_most) const {
+  OtherBody sample(const Map& map, bool hangs_together) const {
     RansacOptions ransac;
     ransac.threshold = 2 / camera_.focal();
-    return sample_other_body(map, MatchOptions(), ransac, false, holds_most, 1);
+    return sample_other_body(map, MatchOptions(), ransac, false, hangs_together, 1);
   }
 
  private:

@@ -18,6 +18,22 @@ RestlessPath path(const std::function<double(int)>& aside) {
   return most_restless_stretch(frames, 0.02, {});
 }
 
+TEST(RestlessPath, APartBesideItsPlaceIsReachedByALeap) {
+  const auto leap = [](double aside) {
+    std::vector<PosedFrame> frames;
+    for (int i = 0; i < 100; ++i) {
+      const double x = 0.02 * (i % 3) + (i >= 40 && i < 60 ? aside : 0);
+      // Back again beyond a gap.
+      if (i < 60 || i > 65)
+        frames.push_back({i, i, Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(x, 0, 0.1 * i))});
+    }
+    return greatest_leap(frames);
+  };
+  EXPECT_LT(leap(0), 2);
+  EXPECT_GT(leap(0.6), 8);
+  EXPECT_EQ(greatest_leap({}), 0);
+}
+
 TEST(RestlessPath, AWalkHasNone) {
   EXPECT_EQ(path([](int) { return 0; }).jumps, 0);
 }

@@ -75,11 +75,11 @@ OtherBody find_other_body(const Map& map, const std::vector<PosedImage>& seen, I
 
 /// Whether there is one: the same of some thirty pairs of keyframes that follow each other, spread over the
 /// recording, at a cost that does not grow with the map. camera_goes_through: a place, so that what is fixed
-/// to the camera, such as a bonnet or words written into the images, is no body. holds_most: of the
-/// recording; then what is far and lies behind the cameras says nothing, unless more of it does than noise
-/// puts there.
+/// to the camera, such as a bonnet or words written into the images, is no body. hangs_together: the
+/// map, all in one; then what is far and lies behind the cameras says nothing, unless more of it does than
+/// noise puts there.
 OtherBody sample_other_body(const Map& map, const MatchOptions& matching, const RansacOptions& ransac,
-                            bool camera_goes_through, bool holds_most, int threads);
+                            bool camera_goes_through, bool hangs_together, int threads);
 
 /// How far what obeys the motion turns before the camera between the two images, as in OtherBody; 0 of fewer
 /// than five matches.
