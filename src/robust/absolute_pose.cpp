@@ -19,8 +19,9 @@ namespace {
 
 constexpr int kLocalIterations = 5;   // of a model just sampled
 constexpr int kFinalIterations = 20;  // of the result; quadratic convergence ends it after a few
-// Outliers that agree with another pose by chance are fewer.
-constexpr int kLeastOutliers = 15;
+// What far points leave open, the position, can be fitted to one or two outliers; one of thirty within reach
+// joins them by chance.
+constexpr int kLeastMore = 5;
 // Thresholds: beyond, Cauchy's loss counts a match for less than a thousandth.
 constexpr double kReach = 32;
 constexpr double kNoBound = std::numeric_limits<double>::infinity();
@@ -72,7 +73,7 @@ std::optional<CameraPose> drawn_to_outliers(const PointMatches& matches, double 
     bearings.push_back(bearing);
     points.push_back(point);
   }
-  if (outliers < kLeastOutliers) return std::nullopt;
+  if (outliers < kLeastMore) return std::nullopt;
   MotionRefinementOptions options;
   options.max_iterations = kFinalIterations;
   options.loss_width = 1;  // what RANSAC takes for noise is pulled in full
@@ -92,7 +93,7 @@ void explain_more(const PointMatches& matches, double threshold, CameraPose* pos
   if (!drawn) return;
   std::vector<char> agreeing;
   const RansacScore of_drawn = score_camera_pose(matches, *drawn, threshold, kNoBound, &agreeing);
-  if (of_drawn.num_inliers < score->num_inliers + kLeastOutliers || of_drawn.cost >= score->cost) return;
+  if (of_drawn.num_inliers < score->num_inliers + kLeastMore || of_drawn.cost >= score->cost) return;
   *pose = *drawn;
   *score = of_drawn;
   *inliers = std::move(agreeing);
