@@ -97,6 +97,7 @@ std::optional<OtherPose> find_other_pose(const MapperOptions& options, const Map
   std::vector<Eigen::Vector3d> bearings, points;
   AbsolutePoseOptions pose_options;
   pose_options.ransac = options.ransac;
+  pose_options.asks_outliers = true;
   for (const LikelySight& s : sights) {
     bearings.push_back(keyframe.image->set.bearings[s.feature]);
     points.push_back(map.landmark(s.landmark)->x_in_map);

@@ -69,7 +69,9 @@ TEST(AbsolutePose, WhatIsNearIsExplainedBesideWhatIsFar) {
       bearings.push_back(i < kFar + kNear ? add_noise(x_in_camera.normalized(), kPixel, &random)
                                           : random_bearing(&random));
     }
-    const auto report = estimate_absolute_pose(bearings, points, default_options(seed));
+    AbsolutePoseOptions options = default_options(seed);
+    options.asks_outliers = true;
+    const auto report = estimate_absolute_pose(bearings, points, options);
     ASSERT_TRUE(report.success);
     explained +=
         std::count(report.inliers.begin() + kFar, report.inliers.begin() + kFar + kNear, 1) > kNear / 2;

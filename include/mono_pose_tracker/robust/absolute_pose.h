@@ -11,6 +11,7 @@ namespace mono_pose_tracker {
 struct AbsolutePoseOptions {
   RansacOptions ransac;        // threshold: angle in radians between bearing and point
   std::vector<float> quality;  // empty, or one value a match, smaller is better (PROSAC order)
+  bool asks_outliers = false;  // that are near, where most is so far that it leaves open where the camera is
 };
 
 /// Without success (fewer than three matches of use, or no pose with a fourth inlier) the pose is the
@@ -25,8 +26,7 @@ struct AbsolutePoseReport {
 };
 
 /// Pose of a camera from matches of unit bearings to map points: RANSAC with the P3P solver and local
-/// optimisation. Where most is so far that it leaves open where the camera is, outliers that are near are
-/// asked once more. Throws std::invalid_argument on options out of range or sizes that differ.
+/// optimisation. Throws std::invalid_argument on options out of range or sizes that differ.
 AbsolutePoseReport estimate_absolute_pose(const std::vector<Eigen::Vector3d>& bearings_in_camera,
                                           const std::vector<Eigen::Vector3d>& points_in_map,
                                           const AbsolutePoseOptions& options);
