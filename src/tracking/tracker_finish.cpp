@@ -133,7 +133,7 @@ std::vector<PosedImage> Tracker::Impl::seen_in(const FinishedMap& map) const {
 bool Tracker::Impl::hangs_together(const FinishedMap& map) const {
   constexpr double kMost = 0.8, kGreatestLeap = 5;
   return !is_loaded(map) && greatest_leap(map.trajectory) <= kGreatestLeap &&
-         static_cast<double>(frames_of(map.trajectory).size()) >= kMost * static_cast<double>(next_index_);
+         static_cast<double>(map.trajectory.size()) >= kMost * static_cast<double>(next_index_);
 }
 
 // The images between the keyframes are asked only where it may be the other body that is wanted.
