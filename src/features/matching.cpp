@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "descriptor_distances.h"
 #include "mono_pose_tracker/common/function_clones.h"
@@ -49,6 +50,11 @@ int descriptor_distance2(const std::uint8_t* a, const std::uint8_t* b) {
   int distance2;
   distances2_to_rows(a, b, 0, 1, &distance2);
   return distance2;
+}
+
+std::vector<Match> turned_round(std::vector<Match> matches) {
+  for (Match& m : matches) std::swap(m.first, m.second);
+  return matches;
 }
 
 std::vector<Match> match_descriptors(const cv::Mat& first, const cv::Mat& second,

@@ -1,7 +1,6 @@
 #include "mono_pose_tracker/mapping/contradiction.h"
 
 #include <iterator>
-#include <utility>
 #include <vector>
 
 #include "alike_feature.h"
@@ -47,10 +46,8 @@ Contradiction contradiction_between(const Map& map, const Keyframe& first, const
 
 ContradictionBothWays contradiction_both_ways(const Map& map, const Keyframe& first, const Keyframe& second,
                                               const std::vector<Match>& matches) {
-  std::vector<Match> turned_round = matches;
-  for (Match& m : turned_round) std::swap(m.first, m.second);
   return {contradiction_between(map, first, second, matches),
-          contradiction_between(map, second, first, turned_round)};
+          contradiction_between(map, second, first, turned_round(matches))};
 }
 
 bool Contradiction::is_significant() const {

@@ -39,8 +39,6 @@ bool is_set_right(const MapperOptions& options, Map* map) {
 // Of the two bundle adjustments that end a recording, shares of the cost: after the first more is found and
 // what is wrong is culled, so that it need not go to the end; the second gives the result.
 constexpr double kRoughTolerance = 1e-5, kFinalTolerance = 1e-7;
-// Whatever the options let an adjustment between images take: here no image waits.
-constexpr int kFinalIterations = 50;
 
 // When that is asked. A keyframe comes every two or three degrees of a turn: so each fifteen or so, up to
 // sixty, beyond which a reverse fits plainly worse. Each time costs several adjustments.

@@ -5,8 +5,10 @@
 
 #include "astray_pose.h"
 #include "contradicted_pose.h"
+#include "contradiction_ties.h"
 #include "fixed_in_image.h"
 #include "keyframe_landmarks.h"
+#include "mono_pose_tracker/mapping/in_view.h"
 #include "mono_pose_tracker/mapping/mapper.h"
 #include "mono_pose_tracker/mapping/off_body.h"
 #include "mono_pose_tracker/mapping/second_motion.h"
@@ -43,10 +45,31 @@ std::set<KeyframeId> Mapper::correct_contradicted(const MatchesInTime& matches) 
   if (options_.separates_motions || map_.keyframes().size() < 3) return {};
   const auto is_known = [this](KeyframeId id, int feature) { return is_left_out(id, feature); };
   std::set<KeyframeId> moved = correct_contradicted_poses(options_, matches, is_known, &map_);
-  if (moved.empty()) return moved;
+  if (moved.empty()) return tie_contradicted(matches);
   cull_observations(landmarks_seen_by(map_, {moved.begin(), moved.end()}));
   finish();
   return moved;
+}
+
+// The map stays as it was where as much contradicts it then.
+std::set<KeyframeId> Mapper::tie_contradicted(const MatchesInTime& matches) {
+  const int contradictions = count_contradictions(map_, matches);
+  if (contradictions == 0) return {};
+  const Map before = map_;
+  const auto is_known = [this](KeyframeId id, int feature) { return is_left_out(id, feature); };
+  std::set<KeyframeId> tied = tie_across_contradictions(options_, matches, is_known, &map_);
+  if (tied.empty()) return tied;
+  BundleOptions bundle = options_.bundle;
+  bundle.max_iterations = kFinalIterations;
+  count(adjust_map(with_wide_loss(bundle), &map_));
+  count(adjust_map(bundle, &map_));
+  cull_observations(map_.landmark_ids());
+  if (count_contradictions(map_, matches) >= contradictions) {
+    map_ = before;
+    return {};
+  }
+  finish();
+  return tied;
 }
 
 // What moves as one, but not with the body, in the keyframe and one before it is no part of the map, now or

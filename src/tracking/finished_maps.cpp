@@ -33,7 +33,13 @@ void leave_out_covered_maps(std::vector<FinishedMap>* maps) {
   maps->erase(std::remove_if(maps->begin() + 1, maps->end(), is_covered), maps->end());
 }
 
-void doubt_few_images(std::vector<FinishedMap>* maps) {
+bool holds_little(const FinishedMap& first, std::int64_t images) {
+  return !is_loaded(first) &&
+         static_cast<double>(first.trajectory.size()) < kLeastOfRecording * static_cast<double>(images);
+}
+
+void doubt_few_images(std::int64_t images, std::vector<FinishedMap>* maps) {
+  if (!maps->empty() && holds_little(maps->front(), images)) maps->front().confirmed = false;
   for (std::size_t i = 1; i < maps->size(); ++i) {
     FinishedMap& map = (*maps)[i];
     if (!is_loaded(map) && map.trajectory.size() < kLeastBesideFirst) map.confirmed = false;

@@ -285,7 +285,7 @@ void judge_maps(const Recording& recording, const Reasons& reasons, Tracker* tra
   result->failed_adjustments = tracker->failed_adjustments();
   leave_out_unseen_maps(result);
   leave_out_covered_maps(&result->maps);
-  doubt_few_images(&result->maps);
+  doubt_few_images(result->frames_total, &result->maps);
   if (result->maps.empty()) {
     result->tracked = false;
     result->reason =

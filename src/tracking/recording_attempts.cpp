@@ -12,6 +12,7 @@
 
 #include "body_masks.h"
 #include "feature_memory.h"
+#include "finished_maps.h"
 #include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/tracking/recording.h"
 #include "recording_reader.h"
@@ -42,9 +43,16 @@ bool fell_apart(const RecordingResult& result) {
 // Of up to 150 images all attempts take a minute or so.
 bool is_short(const RecordingResult& result) { return result.frames_total <= 150; }
 
-// So is what hangs together by a few points only (an object's other side that looks like this one).
-bool is_short_and_loose(const RecordingResult& result) {
-  return is_short(result) && (result.maps.size() > 1 || !result.maps.front().seam.holds());
+// So is what hangs together by a few points only (an object's other side that looks like this one, a quick
+// turn of the hand): it is never confirmed.
+bool is_loose(const RecordingResult& result) {
+  return !result.maps.front().seam.holds() || (is_short(result) && result.maps.size() > 1);
+}
+
+// A sure map of few of the images may be bent by what tore it; from another beginning more may hold together.
+bool is_in_pieces(const RecordingResult& result) {
+  return !is_loaded(result.maps.front()) &&
+         2 * static_cast<std::int64_t>(result.trajectory.size()) < result.frames_total;
 }
 
 bool lacks_images(const RecordingResult& result) {
@@ -54,7 +62,7 @@ bool lacks_images(const RecordingResult& result) {
 // The more attempts at little that was told from a background, the sooner one agrees with itself on the wrong
 // thing: it is not tried again for being loose.
 bool is_enough(const RecordingResult& result, bool is_masked) {
-  return is_sure(result) && !fell_apart(result) && (is_masked || !is_short_and_loose(result));
+  return is_sure(result) && !fell_apart(result) && !is_in_pieces(result) && (is_masked || !is_loose(result));
 }
 
 bool shows_background(const RecordingResult& result) {
@@ -66,6 +74,12 @@ bool is_most_of(const RecordingResult& result, const RecordingResult& before) {
   constexpr double kMinShare = 0.75;
   return static_cast<double>(result.trajectory.size()) >=
          kMinShare * static_cast<double>(before.trajectory.size());
+}
+
+// A second body, or a map that is wrong about what is near: fewer images are no gain then.
+bool is_newly_of_two(const RecordingResult& result, const RecordingResult& before) {
+  return result.maps.front().may_be_of_wrong_body && !before.maps.front().may_be_of_wrong_body &&
+         result.trajectory.size() < before.trajectory.size();
 }
 
 // How many things speak against it, but for its depths: how sure those are is compared apart.
@@ -95,11 +109,12 @@ bool is_less_doubtful(const RecordingResult& result, const RecordingResult& befo
   return map.is_depth_sure() && explains_more(result, before);
 }
 
-// Of two sure results: the one with more images, or with as many that hang together better.
+// Of two sure results: the one with more images, or with hardly fewer that hang together better.
 bool holds_more(const RecordingResult& result, const RecordingResult& before) {
-  if (result.trajectory.size() != before.trajectory.size())
-    return result.trajectory.size() > before.trajectory.size();
-  return !before.maps.front().seam.holds();
+  constexpr double kHardlyFewer = 0.95;
+  if (before.maps.front().seam.holds()) return result.trajectory.size() > before.trajectory.size();
+  return static_cast<double>(result.trajectory.size()) >=
+         kHardlyFewer * static_cast<double>(before.trajectory.size());
 }
 
 // What takes the place of another must be better founded, or as well and hold more; a few images more are no
@@ -113,7 +128,8 @@ bool is_better(const RecordingResult& result, bool is_masked, const RecordingRes
   }
   if (is_sure(before))
     return is_founded(result) && holds_more(result, before) && !explains_more(before, result);
-  return (is_founded(result) && is_most_of(result, before)) || is_less_doubtful(result, before);
+  return (is_founded(result) && is_most_of(result, before) && !is_newly_of_two(result, before)) ||
+         is_less_doubtful(result, before);
 }
 
 // Counts them.
@@ -343,9 +359,8 @@ TrackedRecording track_until_sure(const Recording& as_given, const TrackerMaker&
   turned = (first_is_other && turn_to_other_body(&attempts, &again, &kept)) || turned;
   bool looked_closer = false;
   if (!is_by_masks && !turned && !is_enough(kept.result, again.body != nullptr)) {
-    // One map that is sure, and not enough, is short and hangs together loosely: more features are what it
-    // lacks.
-    looked_closer = is_sure(kept.result) && kept.result.maps.size() == 1;
+    // One map that is sure, and not enough, hangs together loosely: more features are what it lacks.
+    looked_closer = is_short(kept.result) && is_sure(kept.result) && kept.result.maps.size() == 1;
     if (looked_closer) look_closer(&attempts, again, &kept);
     if (!is_enough(kept.result, again.body != nullptr) || (looked_closer && lacks_images(kept.result)))
       begin_anew(&attempts, 1, again, &kept);

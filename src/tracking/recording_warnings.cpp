@@ -189,6 +189,15 @@ void warn_of_parts(RecordingResult* result) {
       std::to_string(kLeastBesideFirst) + " images none beside the first is confirmed");
 }
 
+void warn_of_little(RecordingResult* result) {
+  const FinishedMap& first = result->maps.front();
+  if (!holds_little(first, result->frames_total)) return;
+  result->warnings.push_back("the first map holds " + std::to_string(first.trajectory.size()) + " of " +
+                             std::to_string(result->frames_total) +
+                             " images only, and is not confirmed: what tore it from the others may have bent "
+                             "it as well; more overlap between the views would tell");
+}
+
 // What is not posed is easily overlooked in a trajectory.
 void warn_of_unposed(RecordingResult* result) {
   constexpr double kMostShare = 0.1;  // fewer are the few blurred ones that every recording has
@@ -231,6 +240,7 @@ void warn_of_doubtful_poses(RecordingResult* result) {
 void warn_of_doubts(RecordingResult* result) {
   warn_of_motions(result);
   warn_of_parts(result);
+  warn_of_little(result);
   warn_of_unposed(result);
   warn_of_doubtful_poses(result);
   warn_of_seams(result);

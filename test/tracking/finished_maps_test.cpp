@@ -46,11 +46,25 @@ TEST(FinishedMaps, OneOfAFewImagesBesideTheFirstIsNotConfirmed) {
   maps[2] = map_of({30, 31, 32}, 30);
   maps[3] = map_of({33, 34, 35}, -5);  // only localised in
   for (FinishedMap& map : maps) map.confirmed = true;
-  doubt_few_images(&maps);
+  doubt_few_images(16, &maps);
   EXPECT_TRUE(maps[0].confirmed);
   EXPECT_TRUE(maps[1].confirmed);
   EXPECT_FALSE(maps[2].confirmed);
   EXPECT_TRUE(maps[3].confirmed);
+}
+
+TEST(FinishedMaps, OneOfLessThanTwoThirdsOfTheRecordingIsNotConfirmed) {
+  constexpr std::int64_t kImages = 15;
+  std::vector<FinishedMap> enough = {map_of({0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, 0)},
+                           few = {map_of({0, 1, 2, 3, 4, 5, 6, 7, 8}, 0)},
+                           localised = {map_of({0, 1, 2, 3, 4, 5, 6, 7, 8}, -5)};
+  for (auto* maps : {&enough, &few, &localised}) {
+    maps->front().confirmed = true;
+    doubt_few_images(kImages, maps);
+  }
+  EXPECT_TRUE(enough[0].confirmed);
+  EXPECT_FALSE(few[0].confirmed);
+  EXPECT_TRUE(localised[0].confirmed);
 }
 
 }  // namespace

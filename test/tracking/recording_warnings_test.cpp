@@ -131,6 +131,15 @@ TEST(RecordingWarnings, EachObjectionToAMapIsTold) {
   }
 }
 
+TEST(RecordingWarnings, AMapOfFewOfTheImagesIsTold) {
+  RecordingResult result;
+  result.maps = {sure_map()};
+  result.maps[0].trajectory.resize(19);
+  result.frames_total = 30;
+  warn_of_doubts(&result);
+  EXPECT_TRUE(is_told(result, "19 of 30 images only"));
+}
+
 TEST(RecordingWarnings, MoreThanOneMotionIsTold) {
   RecordingResult result;
   result.maps = {sure_map()};

@@ -54,6 +54,9 @@ struct Match {
   float ratio = 0;    // nearest over second nearest distance, in (0, 1]; smaller is more distinct
 };
 
+/// Of the second to the first.
+std::vector<Match> turned_round(std::vector<Match> matches);
+
 struct MatchOptions {
   double min_ratio = 1.25;         // second nearest over nearest distance at least (the paper, step 3a)
   bool mutual = true;              // the nearest of the second must be the first, too

@@ -103,6 +103,8 @@ class Mapper {
 
   // Of a length: who measures with the map should know of it, and a smaller change is not worth telling.
   static constexpr double kUnitChangeTold = 0.01;
+  // Whatever the options let an adjustment between images take: where a recording ends no image waits.
+  static constexpr int kFinalIterations = 50;
 
   // What gave a map its unit, to be asked again.
   struct UnitSource {
@@ -177,6 +179,7 @@ class Mapper {
   bool match(KeyframeId id);
   void correct_pose(KeyframeId id);
   void separate_motions(KeyframeId id);
+  std::set<KeyframeId> tie_contradicted(const MatchesInTime& matches);
   void leave_out_fixed(KeyframeId id);
   void leave_out_off_body(BundleOptions bundle);
   void watch_background(const InitialMap& initial);

@@ -1,0 +1,94 @@
+#include "mapping/contradiction_ties.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "mono_pose_tracker/common/angles.h"
+#include "mono_pose_tracker/mapping/contradiction.h"
+#include "mono_pose_tracker/mapping/mapper.h"
+#include "support/add_view.h"
+#include "support/skyline.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr int kTornViews = 10, kOfSkyline = 80, kBefore = 120, kTornAt = 5;
+constexpr double kWay = 0.05;
+
+// Keyframes that go past things 2 to 5 units away before a skyline at 3000 to 5000, which all see; of what is
+// near those from kTornAt on see landmarks of their own.
+struct TornSkyline {
+  Random random{5};
+  CameraModel camera = synthetic_camera();
+  SyntheticScene scene{skyline_points(kOfSkyline, kBefore, random), random};
+  MapperOptions options;
+  Map map;
+
+  TornSkyline() { options.ransac.threshold = 2 / camera.focal(); }
+
+  static Rigid3 pose(int view) { return camera_at({kWay * view, 0, 0}, -0.5 * view * kDegree); }
+
+  // From kTornAt on the map has all that is near shifted, and the camera with it; of what is near the last
+  // `that_move` have really moved, another way.
+  void add_views(const Eigen::Vector3d& shift, int that_move) {
+    SyntheticScene after = scene;
+    for (int p = kOfSkyline + kBefore - that_move; p < kOfSkyline + kBefore; ++p)
+      after.x_in_map[p] += Eigen::Vector3d(0.3, 0.3, 0);
+    std::vector<LandmarkId> ids_before, ids_after;
+    for (int p = 0; p < kOfSkyline + kBefore; ++p) {
+      ids_before.push_back(map.add_landmark(scene.x_in_map[p]));
+      ids_after.push_back(p < kOfSkyline ? ids_before.back() : map.add_landmark(after.x_in_map[p] + shift));
+    }
+    for (int v = 0; v < kTornViews; ++v) {
+      add_view(v < kTornAt ? scene : after, camera, pose(v), 0.5, v, v < kTornAt ? ids_before : ids_after,
+               random, &map);
+      if (v >= kTornAt) map.set_pose(v, pose(v) * Rigid3(Eigen::Quaterniond::Identity(), -shift));
+    }
+    map.check();
+  }
+
+  MatchesInTime matches() const { return match_in_time(map, MatchOptions(), 1); }
+};
+
+double step_before(const Map& map, int view) {
+  return (map.keyframe(view)->center_in_map() - map.keyframe(view - 1)->center_in_map()).norm();
+}
+
+TEST(ContradictionTies, WhatIsInAMapTwiceBecomesOne) {
+  TornSkyline skyline;
+  skyline.add_views({0.15, 0.05, 0}, 0);
+  Mapper mapper(skyline.options, skyline.camera);
+  mapper.restore(skyline.map, 0);
+  const MatchesInTime matches = skyline.matches();
+  ASSERT_EQ(count_contradictions(mapper.map(), matches), 1);
+  ASSERT_GT(step_before(mapper.map(), kTornAt), 3 * kWay);
+  EXPECT_EQ(mapper.correct_contradicted(matches), (std::set<KeyframeId>{kTornAt - 1, kTornAt}));
+  mapper.map().check();
+  EXPECT_EQ(count_contradictions(mapper.map(), matches), 0);
+  EXPECT_NEAR(step_before(mapper.map(), kTornAt) / step_before(mapper.map(), kTornAt - 1), 1, 0.1);
+}
+
+// Before a skyline as well: no pose explains what stays and what has moved.
+TEST(ContradictionTies, WhatHasMovedStaysTwo) {
+  TornSkyline skyline;
+  skyline.add_views({0, 0, 0}, kBefore / 2);
+  const MatchesInTime matches = skyline.matches();
+  ASSERT_EQ(count_contradictions(skyline.map, matches), 1);
+  const auto is_left_out = [](KeyframeId, int) { return false; };
+  EXPECT_TRUE(tie_across_contradictions(skyline.options, matches, is_left_out, &skyline.map).empty());
+}
+
+TEST(ContradictionTies, WhatWasLeftOutTiesNothing) {
+  TornSkyline skyline;
+  skyline.add_views({0.15, 0.05, 0}, 0);
+  const auto is_near = [&](KeyframeId id, int feature) {
+    const Keyframe& keyframe = *skyline.map.keyframe(id);
+    return (keyframe.camera_from_map * skyline.map.landmark(keyframe.landmark_of_feature[feature])->x_in_map)
+               .norm() < 1000;
+  };
+  EXPECT_TRUE(tie_across_contradictions(skyline.options, skyline.matches(), is_near, &skyline.map).empty());
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
