@@ -43,10 +43,9 @@ bool fell_apart(const RecordingResult& result) {
 // Of up to 150 images all attempts take a minute or so.
 bool is_short(const RecordingResult& result) { return result.frames_total <= 150; }
 
-// So is what hangs together by a few points only (an object's other side that looks like this one, a quick
-// turn of the hand): it is never confirmed.
-bool is_loose(const RecordingResult& result) {
-  return !result.maps.front().seam.holds() || (is_short(result) && result.maps.size() > 1);
+// So is what hangs together by a few points only (an object's other side that looks like this one).
+bool is_short_and_loose(const RecordingResult& result) {
+  return is_short(result) && (result.maps.size() > 1 || !result.maps.front().seam.holds());
 }
 
 // A sure map of few of the images may be bent by what tore it; from another beginning more may hold together.
@@ -62,7 +61,8 @@ bool lacks_images(const RecordingResult& result) {
 // The more attempts at little that was told from a background, the sooner one agrees with itself on the wrong
 // thing: it is not tried again for being loose.
 bool is_enough(const RecordingResult& result, bool is_masked) {
-  return is_sure(result) && !fell_apart(result) && !is_in_pieces(result) && (is_masked || !is_loose(result));
+  return is_sure(result) && !fell_apart(result) && !is_in_pieces(result) &&
+         (is_masked || !is_short_and_loose(result));
 }
 
 bool shows_background(const RecordingResult& result) {
@@ -109,12 +109,11 @@ bool is_less_doubtful(const RecordingResult& result, const RecordingResult& befo
   return map.is_depth_sure() && explains_more(result, before);
 }
 
-// Of two sure results: the one with more images, or with hardly fewer that hang together better.
+// Of two sure results: the one with more images, or with as many that hang together better.
 bool holds_more(const RecordingResult& result, const RecordingResult& before) {
-  constexpr double kHardlyFewer = 0.95;
-  if (before.maps.front().seam.holds()) return result.trajectory.size() > before.trajectory.size();
-  return static_cast<double>(result.trajectory.size()) >=
-         kHardlyFewer * static_cast<double>(before.trajectory.size());
+  if (result.trajectory.size() != before.trajectory.size())
+    return result.trajectory.size() > before.trajectory.size();
+  return !before.maps.front().seam.holds();
 }
 
 // What takes the place of another must be better founded, or as well and hold more; a few images more are no
@@ -122,6 +121,7 @@ bool holds_more(const RecordingResult& result, const RecordingResult& before) {
 // most of the images are better than all by what was not told from the background.
 bool is_better(const RecordingResult& result, bool is_masked, const RecordingResult& before) {
   if (!before.tracked) return result.tracked;
+  if (is_in_pieces(before) && result.tracked && !is_in_pieces(result)) return true;
   if (is_masked && shows_background(before) && result.tracked && is_most_of(result, before) &&
       objections(result) <= objections(before)) {
     return true;
@@ -359,8 +359,9 @@ TrackedRecording track_until_sure(const Recording& as_given, const TrackerMaker&
   turned = (first_is_other && turn_to_other_body(&attempts, &again, &kept)) || turned;
   bool looked_closer = false;
   if (!is_by_masks && !turned && !is_enough(kept.result, again.body != nullptr)) {
-    // One map that is sure, and not enough, hangs together loosely: more features are what it lacks.
-    looked_closer = is_short(kept.result) && is_sure(kept.result) && kept.result.maps.size() == 1;
+    // One map that is sure, and not enough, is short and hangs together loosely: more features are what it
+    // lacks.
+    looked_closer = is_sure(kept.result) && kept.result.maps.size() == 1;
     if (looked_closer) look_closer(&attempts, again, &kept);
     if (!is_enough(kept.result, again.body != nullptr) || (looked_closer && lacks_images(kept.result)))
       begin_anew(&attempts, 1, again, &kept);
