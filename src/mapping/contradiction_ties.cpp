@@ -40,7 +40,11 @@ std::vector<char> explained_by_pose(const MapperOptions& options, const Map& map
   pose_options.ransac = options.ransac;
   pose_options.asks_outliers = true;
   const AbsolutePoseReport pose = estimate_absolute_pose(bearings, points, pose_options);
-  if (!pose.success || pose.num_inliers < options.min_inliers) return {};
+  // As between views that are linked (view_linker.h).
+  if (!pose.success || pose.num_inliers < options.min_inliers ||
+      2 * pose.num_inliers < static_cast<int>(matches.size())) {
+    return {};
+  }
   Keyframe posed = second;
   posed.camera_from_map = pose.camera_from_map;
   if (contradiction_between(map, first, posed, matches).is_significant()) return {};
@@ -64,6 +68,8 @@ std::vector<char> explained_by_motion(const MapperOptions& options, const Keyfra
   const RelativePoseReport motion = estimate_relative_pose(bearings1, bearings2, motion_options);
   const double least = (1 - Contradiction::kMostOfARightMap) * static_cast<double>(matches.size());
   if (!motion.success || motion.hypotheses.front().num_inliers < least) return {};
+  // What is far agrees with any.
+  if (motion.hypotheses.front().num_inliers - motion.rotation_only_inliers < options.min_inliers) return {};
   return motion.hypotheses.front().inliers;
 }
 
@@ -82,6 +88,11 @@ std::vector<ViewTie> ties_between(const MapperOptions& options, const Map& map, 
   return ties;
 }
 
+// Where no run of the tracker lies between, and the poses may change.
+bool are_of_this_run(const Keyframe& first, const Keyframe& second) {
+  return !is_of_earlier_run(first.frame_index) && !is_of_earlier_run(second.frame_index);
+}
+
 }  // namespace
 
 std::set<KeyframeId> tie_across_contradictions(const MapperOptions& options, const MatchesInTime& matches,
@@ -90,6 +101,7 @@ std::set<KeyframeId> tie_across_contradictions(const MapperOptions& options, con
   std::set<KeyframeId> tied;
   for (std::size_t i = 0; i + 1 < in_time.size() && !is_set(options.ransac.cancelled); ++i) {
     const Keyframe &first = *in_time[i], &second = *in_time[i + 1];
+    if (!are_of_this_run(first, second)) continue;
     const auto tie = [&](const Keyframe& from, const Keyframe& to, const std::vector<Match>& between) {
       if (!contradiction_between(*map, from, to, between).is_significant()) return;
       const std::vector<ViewTie> ties = ties_between(options, *map, from, to, between, is_left_out);
@@ -106,8 +118,10 @@ std::set<KeyframeId> tie_across_contradictions(const MapperOptions& options, con
 int count_contradictions(const Map& map, const MatchesInTime& matches) {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
   int count = 0;
-  for (std::size_t i = 0; i + 1 < in_time.size(); ++i)
+  for (std::size_t i = 0; i + 1 < in_time.size(); ++i) {
+    if (!are_of_this_run(*in_time[i], *in_time[i + 1])) continue;
     count += contradiction_both_ways(map, *in_time[i], *in_time[i + 1], matches[i]).is_significant();
+  }
   return count;
 }
 

@@ -15,13 +15,14 @@ namespace mono_pose_tracker {
 // sees of the map is matched to the second by descriptors alone; where the second has a pose in which it does
 // not contradict that, or else one motion explains nine tenths of the matches, what agrees becomes one
 // landmark. The poses are left to a bundle adjustment that follows, with a wide loss, and to whether less
-// contradicts then: what another body has that goes the same way stays two. Returns the keyframes that were
-// tied.
+// contradicts then: what another body has that goes the same way stays two. What was loaded stays as it is.
+// Returns the keyframes that were tied.
 // matches: of the map's keyframes.
 std::set<KeyframeId> tie_across_contradictions(const MapperOptions& options, const MatchesInTime& matches,
                                                const IsLeftOut& is_left_out, Map* map);
 
-// Pairs of keyframes that follow each other and contradict the map, either way.
+// Pairs of keyframes that follow each other and contradict the map, either way; as above none of an earlier
+// run.
 int count_contradictions(const Map& map, const MatchesInTime& matches);
 
 }  // namespace mono_pose_tracker

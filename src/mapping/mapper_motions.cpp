@@ -1,4 +1,5 @@
-// The part of the Mapper that leaves out what moves otherwise than the body, and watches what that may be.
+// The part of the Mapper that leaves out what moves otherwise than the body, and watches what that may be;
+// and that sets right what contradicts itself.
 
 #include <algorithm>
 #include <iterator>
@@ -61,13 +62,18 @@ std::set<KeyframeId> Mapper::tie_contradicted(const MatchesInTime& matches) {
   if (tied.empty()) return tied;
   BundleOptions bundle = options_.bundle;
   bundle.max_iterations = kFinalIterations;
-  count(adjust_map(with_wide_loss(bundle), &map_));
-  count(adjust_map(bundle, &map_));
-  cull_observations(map_.landmark_ids());
-  if (count_contradictions(map_, matches) >= contradictions) {
+  bool is_adjusted = true;
+  for (const BundleOptions& pass : {with_wide_loss(bundle), bundle}) {
+    const BundleReport report = adjust_map(pass, &map_);
+    count(report);
+    is_adjusted = is_adjusted && report.usable;
+  }
+  // Before what disagrees is culled, which would hide it.
+  if (!is_adjusted || count_contradictions(map_, matches) >= contradictions) {
     map_ = before;
     return {};
   }
+  cull_observations(map_.landmark_ids());
   finish();
   return tied;
 }

@@ -139,8 +139,9 @@ struct Observed {
 
 void tell_of_attempt(int attempt, bool quiet) {
   if (quiet) return;
-  std::fprintf(stderr, "the map is in doubt, or of another body than the one asked for: attempt %d\n",
-               attempt + 1);
+  std::fprintf(
+      stderr, "the map is in doubt, lacks images, or is of another body than the one asked for: attempt %d\n",
+      attempt + 1);
 }
 
 // One way through the recording, and what it left.

@@ -204,6 +204,7 @@ void note(const FrameReport& report, const RecordingReader& reader, Reasons* rea
     result->problems.push_back(reader.image().name + ": " + report.reason_text + ", skipped");
   }
   if (report.map_from_camera) ++result->frames_posed_live;
+  result->frames_with_features += report.features > 0;
   if (report.reason == Reason::kDoubtfulPose) result->doubtful.insert(reader.index());
   if (report.reason != Reason::kOk && report.reason != Reason::kFirstFrame) {
     auto& [count, text] = (*reasons)[report.reason];
@@ -240,6 +241,7 @@ Reasons track_all(const Recording& recording, const FrameObserver& observer, Tra
     ++result->frames_total;
     if (reader.index() < recording.first_tracked) {
       tracker->pass_over();
+      ++result->frames_with_features;  // as far as is known
       continue;
     }
     const FrameReport report = tracker->process(reader.image().stamp_ns, reader.prepared(), reader.mask());
@@ -285,7 +287,9 @@ void judge_maps(const Recording& recording, const Reasons& reasons, Tracker* tra
   result->failed_adjustments = tracker->failed_adjustments();
   leave_out_unseen_maps(result);
   leave_out_covered_maps(&result->maps);
-  doubt_few_images(result->frames_total, &result->maps);
+  doubt_few_images(&result->maps);
+  // What follows an interruption was not tried as all is.
+  if (!recording.interrupted()) doubt_parts(result->frames_with_features, &result->maps);
   if (result->maps.empty()) {
     result->tracked = false;
     result->reason =

@@ -50,8 +50,7 @@ bool is_short_and_loose(const RecordingResult& result) {
 
 // A sure map of few of the images may be bent by what tore it; from another beginning more may hold together.
 bool is_in_pieces(const RecordingResult& result) {
-  return !is_loaded(result.maps.front()) &&
-         2 * static_cast<std::int64_t>(result.trajectory.size()) < result.frames_total;
+  return share_held(result.maps.front(), result.frames_with_features) < 0.5;
 }
 
 bool lacks_images(const RecordingResult& result) {
@@ -74,6 +73,12 @@ bool is_most_of(const RecordingResult& result, const RecordingResult& before) {
   constexpr double kMinShare = 0.75;
   return static_cast<double>(result.trajectory.size()) >=
          kMinShare * static_cast<double>(before.trajectory.size());
+}
+
+// Most of the images, and plainly more of them.
+bool is_less_in_pieces(const RecordingResult& result, const RecordingResult& before) {
+  return result.tracked && result.rigidity.is_rigid && is_in_pieces(before) && !is_in_pieces(result) &&
+         !is_most_of(before, result);
 }
 
 // A second body, or a map that is wrong about what is near: fewer images are no gain then.
@@ -121,14 +126,15 @@ bool holds_more(const RecordingResult& result, const RecordingResult& before) {
 // most of the images are better than all by what was not told from the background.
 bool is_better(const RecordingResult& result, bool is_masked, const RecordingResult& before) {
   if (!before.tracked) return result.tracked;
-  if (is_in_pieces(before) && result.tracked && !is_in_pieces(result)) return true;
+  if (is_less_in_pieces(result, before)) return true;
   if (is_masked && shows_background(before) && result.tracked && is_most_of(result, before) &&
       objections(result) <= objections(before)) {
     return true;
   }
   if (is_sure(before))
     return is_founded(result) && holds_more(result, before) && !explains_more(before, result);
-  return (is_founded(result) && is_most_of(result, before) && !is_newly_of_two(result, before)) ||
+  return (is_founded(result) && is_most_of(result, before) && !is_newly_of_two(result, before) &&
+          !is_less_in_pieces(before, result)) ||
          is_less_doubtful(result, before);
 }
 
@@ -317,6 +323,8 @@ bool begin_anew(Attempts* attempts, std::size_t first_index, Recording recording
       is_kept = true;
     }
     if (is_enough(kept->result, recording.body != nullptr)) break;
+    // A long one that is only in pieces may as well have been cut: the middle tells.
+    if (!is_short(kept->result) && is_sure(kept->result) && !fell_apart(kept->result)) break;
   }
   return is_kept;
 }
@@ -359,9 +367,9 @@ TrackedRecording track_until_sure(const Recording& as_given, const TrackerMaker&
   turned = (first_is_other && turn_to_other_body(&attempts, &again, &kept)) || turned;
   bool looked_closer = false;
   if (!is_by_masks && !turned && !is_enough(kept.result, again.body != nullptr)) {
-    // One map that is sure, and not enough, is short and hangs together loosely: more features are what it
-    // lacks.
-    looked_closer = is_sure(kept.result) && kept.result.maps.size() == 1;
+    // One map of a short recording that is sure, and not enough, hangs together loosely, or lacks images:
+    // more features are what it lacks.
+    looked_closer = is_short(kept.result) && is_sure(kept.result) && kept.result.maps.size() == 1;
     if (looked_closer) look_closer(&attempts, again, &kept);
     if (!is_enough(kept.result, again.body != nullptr) || (looked_closer && lacks_images(kept.result)))
       begin_anew(&attempts, 1, again, &kept);

@@ -191,11 +191,11 @@ void warn_of_parts(RecordingResult* result) {
 
 void warn_of_little(RecordingResult* result) {
   const FinishedMap& first = result->maps.front();
-  if (!holds_little(first, result->frames_total)) return;
+  if (!first.holds_little) return;
   result->warnings.push_back("the first map holds " + std::to_string(first.trajectory.size()) + " of " +
                              std::to_string(result->frames_total) +
-                             " images only, and is not confirmed: what tore it from the others may have bent "
-                             "it as well; more overlap between the views would tell");
+                             " images only, and none is confirmed: where so many are lost, what is left may "
+                             "be bent as well; more overlap between the views would tell");
 }
 
 // What is not posed is easily overlooked in a trajectory.

@@ -102,7 +102,9 @@ TEST_F(RecordingTest, WithoutAMapItIsTriedFromElsewhere) {
 TEST_F(RecordingTest, AMapOfFewOfTheImagesIsTriedFromElsewhereAndNotConfirmed) {
   std::vector<cv::Mat> images;
   for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image);
-  images.resize(2 * images.size() + 2, cv::Mat::zeros(images[0].size(), images[0].type()));
+  const std::size_t of_room = images.size();
+  for (std::size_t i = 0; i <= of_room; ++i)
+    images.push_back(random_texture(images[0].cols, images[0].rows, 100 + static_cast<int>(i)));
   Recording recording;
   recording.open = [&] { return std::make_unique<GivenImages>(images); };
   std::set<int> begun;
@@ -119,6 +121,15 @@ TEST_F(RecordingTest, AMapOfFewOfTheImagesIsTriedFromElsewhereAndNotConfirmed) {
   EXPECT_TRUE(is_sure(tracked.result));
   EXPECT_FALSE(tracked.result.maps.front().confirmed);
   EXPECT_GE(begun_at.size(), 3u);
+}
+
+TEST_F(RecordingTest, BlackImagesAreNotMissed) {
+  std::vector<cv::Mat> images;
+  for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image);
+  images.resize(2 * images.size() + 2, cv::Mat::zeros(images[0].size(), images[0].type()));
+  const RecordingResult result = track(images, room_->camera);
+  EXPECT_EQ(result.trajectory.size(), room_->frames.size());
+  EXPECT_TRUE(result.maps.front().confirmed);
 }
 
 // With few features the parts of the first map hang together by little.

@@ -137,6 +137,9 @@ TEST(RecordingWarnings, AMapOfFewOfTheImagesIsTold) {
   result.maps[0].trajectory.resize(19);
   result.frames_total = 30;
   warn_of_doubts(&result);
+  EXPECT_FALSE(is_told(result, "images only"));
+  result.maps[0].holds_little = true;
+  warn_of_doubts(&result);
   EXPECT_TRUE(is_told(result, "19 of 30 images only"));
 }
 

@@ -46,12 +46,15 @@ struct FinishedMap {
   bool may_be_of_wrong_body = false;
   /// Where segmentation/body asks for the body that turns: what was seen of it and of what moves otherwise.
   std::vector<BodyTrack> beside;
+  // The first of a recording, of whose images it holds less than two thirds.
+  bool holds_little = false;
   // Its images show one that stands still, and no mask has told it from what moves.
   bool shows_background = false;
   double depth_evidence = 0;     // that it is not reversed in depth (mapping/depth_reversal.h)
   double geometry_evidence = 0;  // that it did not begin as a plane's twin (mapping/rival_geometry.h)
   bool is_founded = false;       // a third view confirmed its beginning, it is sure, and its seams hold
-  bool confirmed = false;        // that, it is of what was asked for, is_path_known, few poses doubtful
+  bool confirmed = false;        // that, it is of what was asked for, is_path_known, few poses are doubtful,
+                                 // it is of most of the recording
 
   bool is_depth_sure() const { return depth_evidence >= kMinDepthEvidence; }
   /// Or it was not asked: of a map of many keyframes (mapping/path_precision.h), or that is only localised

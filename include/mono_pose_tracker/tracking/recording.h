@@ -44,6 +44,7 @@ struct RecordingResult {
   bool rests_on_two_views = false;  // it does, and no third has confirmed it
   std::string reason;
   std::int64_t frames_total = 0;              // images that could be read
+  std::int64_t frames_with_features = 0;      // of them: neither black nor of another size
   RigidityReport rigidity;                    // of the finished map
   std::vector<std::string> problems;          // one line for each image skipped or mask missing
   std::vector<std::string> warnings;          // what makes the result doubtful and what to do
@@ -91,8 +92,8 @@ using ObserverOfAttempt = std::function<FrameObserver(int attempt)>;
 /// the map begun half way, a quarter, three quarters on, where the body shows itself otherwise, until a
 /// result is enough. A result in doubt gives way to one that is founded (FinishedMap::is_founded) and poses
 /// three quarters as many images, or poses as many and less speaks against it; a sure one gives way to a
-/// founded one of more images, or of as many where it hangs together by little. One map that is sure and hangs
-/// together by little is looked at closer (look_closer) before that.
+/// founded one of more images, or of as many where it hangs together by little. One map that is sure and
+/// hangs together by little is looked at closer (look_closer) before that.
 ///
 /// Before that the recording is tracked by masks that the results themselves give: of what moves, where the
 /// result is in doubt and a background stands still behind it (leave_out_background); of the larger of two
