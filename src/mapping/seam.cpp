@@ -1,6 +1,5 @@
 #include "mono_pose_tracker/mapping/seam.h"
 
-#include <algorithm>
 #include <limits>
 #include <vector>
 
@@ -38,9 +37,12 @@ std::set<KeyframeId> loose_end(const Map& map, std::size_t most) {
   const std::set<KeyframeId>& loose = after.size() <= before.size() ? after : before;
   // What is left must be more than what is too little.
   if (loose.size() > most || map.keyframes().size() - loose.size() <= most) return {};
-  const bool any_held =
-      std::any_of(loose.begin(), loose.end(), [&](KeyframeId id) { return is_held(map, *map.keyframe(id)); });
-  return any_held ? std::set<KeyframeId>() : loose;
+  // One that stays is no side of a seam.
+  std::set<KeyframeId> may_go;
+  for (const KeyframeId id : loose) {
+    if (!is_held(map, *map.keyframe(id))) may_go.insert(id);
+  }
+  return loose.size() - may_go.size() > 1 ? std::set<KeyframeId>() : may_go;
 }
 
 }  // namespace mono_pose_tracker

@@ -76,6 +76,22 @@ TEST_F(SeamTest, WhatHoldsTheFrameIsNoLooseEnd) {
   EXPECT_TRUE(loose_end(map_, 5).empty());
 }
 
+// The second in time is the first of the map, and sees what those after it see.
+TEST_F(SeamTest, OneByWhichTheMapHasItsFrameMayBeLeft) {
+  auto image = std::make_shared<ImageFeatures>();
+  image->set.features.resize(1000);
+  Map map;
+  for (const std::int64_t frame : {10, 60, 20, 30, 40, 50, 70, 80, 0}) {
+    map.add_keyframe(frame, 0, Rigid3(), image);
+  }
+  for (int i = 0; i < 100; ++i) {
+    const LandmarkId l = map.add_landmark({0, 0, 1});
+    for (KeyframeId k = 0; k < 8; ++k) map.add_observation(l, k, i);
+  }
+  ASSERT_EQ(weakest_seam(map).frame_index, 20);
+  EXPECT_EQ(loose_end(map, 4), std::set<KeyframeId>{8});
+}
+
 TEST_F(SeamTest, EarlierRunsAreNoLooseEnd) {
   auto image = std::make_shared<ImageFeatures>();
   image->set.features.resize(1000);

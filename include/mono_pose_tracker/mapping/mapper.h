@@ -77,8 +77,9 @@ class Mapper {
   /// adjusted again, held to its motion.
   void settle_motion(double least);
 
-  /// Poses keyframes anew that contradict what they see of the map (contradicted_pose), which is finished
-  /// anew then. Those that were moved. matches: of the map's keyframes.
+  /// Poses keyframes anew that contradict what they see of the map (contradicted_pose), or where there are
+  /// none makes one of what is in it twice (contradiction_ties). The map is finished anew then. The keyframes
+  /// that were moved or tied. matches: of the map's keyframes.
   std::set<KeyframeId> correct_contradicted(const MatchesInTime& matches);
 
   /// Takes out keyframes whose poses are wrong, and what they alone saw; the first two, by which the

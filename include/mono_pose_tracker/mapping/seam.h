@@ -25,8 +25,9 @@ struct Seam {
 Seam weakest_seam(const Map& map);
 
 /// The keyframes on the smaller side of the weakest seam, if it does not hold, they are no more than `most`
-/// and the others are more: without them the others hang together better. Empty otherwise, and if any of them
-/// is of an earlier run or of the first two, by which the map has its frame.
+/// and the others are more: without them the others hang together better. One of them that is of an earlier
+/// run, or of the first two, by which the map has its frame, is left where it is; if more are, they all are.
+/// Empty otherwise.
 std::set<KeyframeId> loose_end(const Map& map, std::size_t most);
 
 }  // namespace mono_pose_tracker

@@ -75,7 +75,7 @@ bool is_sure(const RecordingResult& result);
 
 /// Whether there is a map that is sure, whose parts hold together, of whose path the images leave little open
 /// (where that is asked: FinishedMap::is_path_known) and that is of what was asked for
-/// (FinishedMap::confirmed).
+/// (FinishedMap::confirmed), and that holds most of the images.
 bool is_confirmed(const RecordingResult& result);
 
 struct TrackedRecording {
@@ -87,13 +87,14 @@ struct TrackedRecording {
 using TrackerMaker = std::function<std::unique_ptr<Tracker>()>;
 using ObserverOfAttempt = std::function<FrameObserver(int attempt)>;
 
-/// Where the result is not sure, or an object's map fell apart, or a short recording's map fell apart or
-/// hangs together by little (not if it was tracked by masks of what moves), the recording is tracked again,
-/// the map begun half way, a quarter, three quarters on, where the body shows itself otherwise, until a
-/// result is enough. A result in doubt gives way to one that is founded (FinishedMap::is_founded) and poses
-/// three quarters as many images, or poses as many and less speaks against it; a sure one gives way to a
-/// founded one of more images, or of as many where it hangs together by little. One map that is sure and
-/// hangs together by little is looked at closer (look_closer) before that.
+/// Where the result is not sure, or an object's map fell apart, or the first map holds less than half of the
+/// images (of a long recording: once), or a short recording's map fell apart or hangs together by little (not
+/// if it was tracked by masks of what moves), the recording is tracked again, the map begun half way, a
+/// quarter, three quarters on, where the body shows itself otherwise, until a result is enough. A result in
+/// doubt gives way to one that is founded (FinishedMap::is_founded) and poses three quarters as many images,
+/// or poses as many and less speaks against it; a sure one gives way to a founded one of more images, or of
+/// as many where it hangs together by little; and one of less than half of the images to one of plainly more.
+/// One map that is sure and hangs together by little is looked at closer (look_closer) before that.
 ///
 /// Before that the recording is tracked by masks that the results themselves give: of what moves, where the
 /// result is in doubt and a background stands still behind it (leave_out_background); of the larger of two

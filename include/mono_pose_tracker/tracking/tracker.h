@@ -144,8 +144,9 @@ class Tracker {
   /// Frames of an end of the finished map that hangs on too few points (mapping/seam.h), and is too little
   /// for a map of its own: they have no pose any more, and may be posed again in the map without them.
   std::set<std::int64_t> take_out_loose_ends();
-  /// For the end of a recording: poses keyframes anew that contradict what they see of the map, and finishes
-  /// it anew. The images that stood on those have no pose then, until they are posed again.
+  /// For the end of a recording: poses keyframes anew that contradict what they see of the map, or heals it
+  /// where it is torn, and finishes it anew. The images that stood on those have no pose then, until they are
+  /// posed again.
   std::set<std::int64_t> correct_contradicted();
   /// Frames of a stretch that does not belong where it lies in the finished map
   /// (mapping/misplaced_stretch.h), which is finished anew without it: they have no pose any more, and may be
