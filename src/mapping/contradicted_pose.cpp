@@ -9,9 +9,9 @@
 #include "held_keyframe.h"
 #include "keyframe_landmarks.h"
 #include "landmark_candidates.h"
+#include "likely_sight.h"
 #include "mono_pose_tracker/mapping/contradiction.h"
 #include "mono_pose_tracker/mapping/landmark_pose.h"
-#include "mono_pose_tracker/robust/absolute_pose.h"
 
 namespace mono_pose_tracker {
 
@@ -29,13 +29,6 @@ constexpr double kMustKeep = 0.5;
 constexpr int kMostPasses = 3;
 
 using Keyframes = std::vector<const Keyframe*>;
-
-// A feature of an image, and the landmark that it looks like.
-struct LikelySight {
-  int feature;
-  LandmarkId landmark;
-  int distance2;
-};
 
 // Of what those before and after it see, each matched by itself: two landmarks of one thing, as there are
 // where a map contradicts itself, would be alike.
@@ -94,16 +87,11 @@ std::optional<OtherPose> find_other_pose(const MapperOptions& options, const Map
                                          const IsLeftOut& is_left_out) {
   const Keyframe& keyframe = *in_time[k];
   const std::vector<LikelySight> sights = sights_beside(options, map, in_time, k, is_left_out);
-  std::vector<Eigen::Vector3d> bearings, points;
   AbsolutePoseOptions pose_options;
   pose_options.ransac = options.ransac;
   pose_options.asks_outliers = true;
-  for (const LikelySight& s : sights) {
-    bearings.push_back(keyframe.image->set.bearings[s.feature]);
-    points.push_back(map.landmark(s.landmark)->x_in_map);
-    pose_options.quality.push_back(static_cast<float>(s.distance2));
-  }
-  const AbsolutePoseReport pose = estimate_absolute_pose(bearings, points, pose_options);
+  for (const LikelySight& s : sights) pose_options.quality.push_back(static_cast<float>(s.distance2));
+  const AbsolutePoseReport pose = pose_by(map, keyframe, sights, pose_options);
   if (!pose.success) return std::nullopt;
   OtherPose other;
   other.camera_from_map = pose.camera_from_map;

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "keyframe_landmarks.h"
+#include "likely_sight.h"
 #include "mono_pose_tracker/mapping/contradiction.h"
-#include "mono_pose_tracker/robust/absolute_pose.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
 #include "view_linker.h"
 
@@ -27,30 +27,24 @@ std::vector<Match> usable(const Keyframe& first, const Keyframe& second, const s
   return of_landmarks;
 }
 
-// Those of the matches that a pose of the second explains by what the first has of the map; none where the
-// second would contradict it in that pose as well.
+// Those of the matches, and of the sights that they are, that a pose of the second explains by what the first
+// has of the map; none where the second would contradict it in that pose as well.
 std::vector<char> explained_by_pose(const MapperOptions& options, const Map& map, const Keyframe& first,
-                                    const Keyframe& second, const std::vector<Match>& matches) {
-  std::vector<Eigen::Vector3d> bearings, points;
-  for (const Match& m : matches) {
-    bearings.push_back(second.image->set.bearings[m.second]);
-    points.push_back(map.landmark(first.landmark_of_feature[m.first])->x_in_map);
-  }
+                                    const Keyframe& second, const std::vector<Match>& matches,
+                                    const std::vector<LikelySight>& sights) {
   AbsolutePoseOptions pose_options;
   pose_options.ransac = options.ransac;
   pose_options.asks_outliers = true;
-  const AbsolutePoseReport pose = estimate_absolute_pose(bearings, points, pose_options);
-  // As between views that are linked (view_linker.h).
-  if (!pose.success || pose.num_inliers < options.min_inliers ||
-      2 * pose.num_inliers < static_cast<int>(matches.size())) {
-    return {};
-  }
+  const AbsolutePoseReport pose = pose_by(map, second, sights, pose_options);
+  if (!is_same_place(options, pose)) return {};
   Keyframe posed = second;
   posed.camera_from_map = pose.camera_from_map;
   if (contradiction_between(map, first, posed, matches).is_significant()) return {};
   std::vector<char> explained;
-  for (std::size_t i = 0; i < matches.size(); ++i)
-    explained.push_back(error_px(posed, matches[i].second, points[i]) < options.mapping.max_reprojection_px);
+  for (const LikelySight& s : sights) {
+    explained.push_back(error_px(posed, s.feature, map.landmark(s.landmark)->x_in_map) <
+                        options.mapping.max_reprojection_px);
+  }
   return explained;
 }
 
@@ -77,15 +71,12 @@ std::vector<ViewTie> ties_between(const MapperOptions& options, const Map& map, 
                                   const Keyframe& second, const std::vector<Match>& all_matches,
                                   const IsLeftOut& is_left_out) {
   const std::vector<Match> matches = usable(first, second, all_matches, is_left_out);
-  std::vector<char> agrees = explained_by_pose(options, map, first, second, matches);
+  std::vector<LikelySight> sights;
+  for (const Match& m : matches)
+    sights.push_back({m.second, first.landmark_of_feature[m.first], m.distance2});
+  std::vector<char> agrees = explained_by_pose(options, map, first, second, matches, sights);
   if (agrees.empty()) agrees = explained_by_motion(options, first, second, matches);
-  std::vector<ViewTie> ties;
-  for (std::size_t i = 0; i < agrees.size(); ++i) {
-    const LandmarkId landmark = first.landmark_of_feature[matches[i].first];
-    if (agrees[i] && second.landmark_of_feature[matches[i].second] != landmark)
-      ties.push_back({landmark, first.id, second.id, matches[i].second});
-  }
-  return ties;
+  return ties_of(sights, agrees, first, second);
 }
 
 // Where no run of the tracker lies between, and the poses may change.

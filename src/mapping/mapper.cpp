@@ -324,6 +324,17 @@ void Mapper::complete(BundleOptions bundle) {
   }
 }
 
+// What was tied pulls by a wide loss, as nothing is culled yet. Whether both adjustments could be used.
+bool Mapper::adjust_tied(const BundleOptions& bundle) {
+  bool is_usable = true;
+  for (const BundleOptions& pass : {with_wide_loss(bundle), bundle}) {
+    const BundleReport report = adjust_map(pass, &map_);
+    count(report);
+    is_usable = is_usable && report.usable;
+  }
+  return is_usable;
+}
+
 void Mapper::finish() {
   if (map_.keyframes().empty()) return;
   BundleOptions bundle = options_.bundle;
@@ -332,10 +343,7 @@ void Mapper::finish() {
   for (const auto& entry : map_.keyframes()) leave_out_fixed(entry.first);
   // All ties stay, unlike in a map that goes on: those that do not hold are culled below. Dropped, they cost
   // a recording of many gaps a tenth of its images.
-  if (!link_views(options_, &map_).empty()) {
-    count(adjust_map(with_wide_loss(bundle), &map_));  // nothing is culled yet
-    count(adjust_map(bundle, &map_));
-  }
+  if (!link_views(options_, &map_).empty()) adjust_tied(bundle);
   complete(bundle);
   const auto is_other_body = [this](KeyframeId id, int feature) { return is_left_out(id, feature); };
   if (options_.separates_motions && is_narrow(map_)) leave_out_off_body(bundle);

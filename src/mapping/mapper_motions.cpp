@@ -62,12 +62,7 @@ std::set<KeyframeId> Mapper::tie_contradicted(const MatchesInTime& matches) {
   if (tied.empty()) return tied;
   BundleOptions bundle = options_.bundle;
   bundle.max_iterations = kFinalIterations;
-  bool is_adjusted = true;
-  for (const BundleOptions& pass : {with_wide_loss(bundle), bundle}) {
-    const BundleReport report = adjust_map(pass, &map_);
-    count(report);
-    is_adjusted = is_adjusted && report.usable;
-  }
+  const bool is_adjusted = adjust_tied(bundle);
   // Before what disagrees is culled, which would hide it.
   if (!is_adjusted || count_contradictions(map_, matches) >= contradictions) {
     map_ = before;

@@ -7,7 +7,6 @@
 #include "keyframe_landmarks.h"
 #include "mono_pose_tracker/features/feature_set.h"
 #include "mono_pose_tracker/features/matching.h"
-#include "mono_pose_tracker/robust/absolute_pose.h"
 
 namespace mono_pose_tracker {
 
@@ -66,29 +65,27 @@ std::vector<ViewTie> ties_between(const MapperOptions& options, const Map& map, 
       landmarks, [&](const SeenLandmark& seen) { return first.image->set.descriptor(seen.feature); });
   const std::vector<Match> matches =
       match_descriptors(descriptors, second.image->set.descriptors, options.matching);
-  std::vector<Eigen::Vector3d> bearings, points;
-  for (const Match& m : matches) {
-    bearings.push_back(second.image->set.bearings[m.second]);
-    points.push_back(map.landmark(landmarks[m.first].id)->x_in_map);
-  }
+  std::vector<LikelySight> sights;
+  for (const Match& m : matches) sights.push_back({m.second, landmarks[m.first].id, m.distance2});
   AbsolutePoseOptions pose_options;
   pose_options.ransac = options.ransac;
-  const AbsolutePoseReport pose = estimate_absolute_pose(bearings, points, pose_options);
-  // As many as a resected frame needs, and half of the matches: a look-alike place gives neither.
-  if (!pose.success || pose.num_inliers < options.min_inliers ||
-      2 * pose.num_inliers < static_cast<int>(matches.size())) {
-    return {};
-  }
-  std::vector<ViewTie> ties;
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    const LandmarkId landmark = landmarks[matches[i].first].id;
-    if (!pose.inliers[i] || second.landmark_of_feature[matches[i].second] == landmark) continue;
-    ties.push_back({landmark, first.id, second.id, matches[i].second});
-  }
-  return ties;
+  const AbsolutePoseReport pose = pose_by(map, second, sights, pose_options);
+  if (!is_same_place(options, pose)) return {};
+  return ties_of(sights, pose.inliers, first, second);
 }
 
 }  // namespace
+
+std::vector<ViewTie> ties_of(const std::vector<LikelySight>& sights, const std::vector<char>& agrees,
+                             const Keyframe& first, const Keyframe& second) {
+  std::vector<ViewTie> ties;
+  for (std::size_t i = 0; i < agrees.size(); ++i) {
+    const LikelySight& s = sights[i];
+    if (agrees[i] && second.landmark_of_feature[s.feature] != s.landmark)
+      ties.push_back({s.landmark, first.id, second.id, s.feature});
+  }
+  return ties;
+}
 
 std::vector<ViewTie> link_views(const MapperOptions& options, Map* map, KeyframeId newer_than) {
   std::vector<std::pair<KeyframeId, KeyframeId>> pairs;

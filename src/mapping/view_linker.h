@@ -3,6 +3,7 @@
 #include <set>
 #include <vector>
 
+#include "likely_sight.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
 
@@ -15,6 +16,11 @@ struct ViewTie {
   KeyframeId keyframe;
   int feature;
 };
+
+// Those of what the second may see that agrees, and is of landmarks that the first sees: but what the map has
+// it see already. None of nothing that agrees.
+std::vector<ViewTie> ties_of(const std::vector<LikelySight>& sights, const std::vector<char>& agrees,
+                             const Keyframe& first, const Keyframe& second);
 
 // Ties keyframes together that look at the same place but share few landmarks, because the map drifted
 // between their times: landmarks of one are matched to the other by descriptors alone, P3P RANSAC confirms,

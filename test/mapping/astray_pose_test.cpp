@@ -19,7 +19,7 @@ class AstrayPoseTest : public testing::Test {
   static constexpr double kSceneNoise = 0.3;  // px
 
   AstrayPoseTest() : scene_(skyline_points(kFar, kNear, random_), random_) {
-    options_.ransac.threshold = 2 / camera_.focal();
+    options_.ransac = ransac_of_two_px(camera_);
     add(Rigid3(), Rigid3());
   }
 

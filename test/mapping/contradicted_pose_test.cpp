@@ -15,21 +15,11 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr int kViews = 10, kFarPoints = 80, kNearPoints = 120, kAstrayView = 5;
+constexpr int kAstrayView = 5;
 
-// Keyframes that go past things 2 to 5 units away before a skyline at 3000 to 5000. All see all, but for the
-// astray one: it was taken to be elsewhere, and sees the skyline only.
-struct Skyline {
-  Random random{5};
-  CameraModel camera = synthetic_camera();
-  SyntheticScene scene{skyline_points(kFarPoints, kNearPoints, random), random};
-  MapperOptions options;
+// All keyframes see all, but for the astray one: it was taken to be elsewhere, and sees the skyline only.
+struct Skyline : SkylineWalk {
   IsLeftOut is_left_out = [](KeyframeId, int) { return false; };
-  Map map;
-
-  Skyline() { options.ransac.threshold = 2 / camera.focal(); }
-
-  static Rigid3 pose(int view) { return camera_at({0.05 * view, 0, 0}, -0.5 * view * kDegree); }
 
   // Of the astray one: where it was taken from and for, and what it saw there.
   void add_views(const Rigid3& seen_from, const Rigid3& taken_for, const SyntheticScene& seen) {
@@ -75,7 +65,7 @@ TEST(ContradictedPose, WhatIsNearTellsWhereTheCameraWas) {
   ASSERT_GT(skyline.off_by(kAstrayView), 0.4);
   EXPECT_EQ(skyline.correct(), std::set<KeyframeId>{kAstrayView});
   EXPECT_LT(skyline.off_by(kAstrayView), 0.02);
-  EXPECT_GT(skyline.seen_by(kAstrayView), before + kNearPoints / 2);
+  EXPECT_GT(skyline.seen_by(kAstrayView), before + Skyline::kNearPoints / 2);
 }
 
 TEST(ContradictedPose, WhatWasLeftOutSaysNothing) {
@@ -112,7 +102,7 @@ TEST(ContradictedPose, AnotherBodysMotionIsNoPose) {
   Skyline skyline;
   const Rigid3 pose = Skyline::pose(kAstrayView), of_the_other = camera_at({0.3, 0.3, 0}, 6 * kDegree);
   SyntheticScene moved = skyline.scene;
-  for (int p = kFarPoints; p < kFarPoints + kNearPoints; ++p) {
+  for (int p = Skyline::kFarPoints; p < Skyline::kFarPoints + Skyline::kNearPoints; ++p) {
     moved.x_in_map[p] = pose.inverse() * (of_the_other * moved.x_in_map[p]);
   }
   skyline.add_views(pose, pose, moved);
@@ -125,7 +115,7 @@ TEST(ContradictedPose, AnotherBodysMotionIsNoPose) {
 TEST(ContradictedPose, OfAnEarlierRunAllStay) {
   Skyline skyline;
   skyline.add_views(Skyline::pose(kAstrayView), astray(), skyline.scene);
-  skyline.map.shift_frame_indices(-kViews);
+  skyline.map.shift_frame_indices(-Skyline::kViews);
   EXPECT_TRUE(skyline.correct().empty());
 }
 

@@ -13,35 +13,24 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr int kTornViews = 10, kOfSkyline = 80, kBefore = 120, kTornAt = 5;
-constexpr double kWay = 0.05;
+constexpr int kTornAt = 5;
 
-// Keyframes that go past things 2 to 5 units away before a skyline at 3000 to 5000, which all see; of what is
-// near those from kTornAt on see landmarks of their own.
-struct TornSkyline {
-  Random random{5};
-  CameraModel camera = synthetic_camera();
-  SyntheticScene scene{skyline_points(kOfSkyline, kBefore, random), random};
-  MapperOptions options;
-  Map map;
+// All keyframes see the skyline; of what is near those from kTornAt on see landmarks of their own.
+struct TornSkyline : SkylineWalk {
   Eigen::Vector3d moved_by{0.3, 0.3, 0};
-
-  TornSkyline() { options.ransac.threshold = 2 / camera.focal(); }
-
-  static Rigid3 pose(int view) { return camera_at({kWay * view, 0, 0}, -0.5 * view * kDegree); }
 
   // From kTornAt on the map has all that is near shifted, and the camera with it; of what is near the last
   // `that_move` have really moved, another way.
   void add_views(const Eigen::Vector3d& shift, int that_move) {
     SyntheticScene after = scene;
-    for (int p = kOfSkyline + kBefore - that_move; p < kOfSkyline + kBefore; ++p)
+    for (int p = kFarPoints + kNearPoints - that_move; p < kFarPoints + kNearPoints; ++p)
       after.x_in_map[p] += moved_by;
     std::vector<LandmarkId> ids_before, ids_after;
-    for (int p = 0; p < kOfSkyline + kBefore; ++p) {
+    for (int p = 0; p < kFarPoints + kNearPoints; ++p) {
       ids_before.push_back(map.add_landmark(scene.x_in_map[p]));
-      ids_after.push_back(p < kOfSkyline ? ids_before.back() : map.add_landmark(after.x_in_map[p] + shift));
+      ids_after.push_back(p < kFarPoints ? ids_before.back() : map.add_landmark(after.x_in_map[p] + shift));
     }
-    for (int v = 0; v < kTornViews; ++v) {
+    for (int v = 0; v < kViews; ++v) {
       add_view(v < kTornAt ? scene : after, camera, pose(v), 0.5, v, v < kTornAt ? ids_before : ids_after,
                random, &map);
       if (v >= kTornAt) map.set_pose(v, pose(v) * Rigid3(Eigen::Quaterniond::Identity(), -shift));
@@ -63,7 +52,7 @@ TEST(ContradictionTies, WhatIsInAMapTwiceBecomesOne) {
   mapper.restore(skyline.map, 0);
   const MatchesInTime matches = skyline.matches();
   ASSERT_EQ(count_contradictions(mapper.map(), matches), 1);
-  ASSERT_GT(step_before(mapper.map(), kTornAt), 3 * kWay);
+  ASSERT_GT(step_before(mapper.map(), kTornAt), 3 * TornSkyline::kStep);
   EXPECT_EQ(mapper.correct_contradicted(matches), (std::set<KeyframeId>{kTornAt - 1, kTornAt}));
   mapper.map().check();
   EXPECT_EQ(count_contradictions(mapper.map(), matches), 0);
@@ -73,7 +62,7 @@ TEST(ContradictionTies, WhatIsInAMapTwiceBecomesOne) {
 // Before a skyline as well: no pose explains what stays and what has moved.
 TEST(ContradictionTies, WhatHasMovedStaysTwo) {
   TornSkyline skyline;
-  skyline.add_views({0, 0, 0}, kBefore / 2);
+  skyline.add_views({0, 0, 0}, TornSkyline::kNearPoints / 2);
   const MatchesInTime matches = skyline.matches();
   ASSERT_EQ(count_contradictions(skyline.map, matches), 1);
   const auto is_left_out = [](KeyframeId, int) { return false; };
@@ -84,7 +73,7 @@ TEST(ContradictionTies, WhatHasMovedStaysTwo) {
 TEST(ContradictionTies, AMapThatIsNoBetterWithTiesStaysAsItWas) {
   TornSkyline skyline;
   skyline.moved_by = {0.3, 0, 0};
-  skyline.add_views({0, 0, 0}, kBefore / 2);
+  skyline.add_views({0, 0, 0}, TornSkyline::kNearPoints / 2);
   const MatchesInTime matches = skyline.matches();
   const auto is_left_out = [](KeyframeId, int) { return false; };
   Map tied = skyline.map;
@@ -103,7 +92,7 @@ TEST(ContradictionTies, WhatWasLoadedStays) {
   TornSkyline skyline;
   skyline.add_views({0.15, 0.05, 0}, 0);
   const MatchesInTime matches = skyline.matches();
-  skyline.map.shift_frame_indices(-kTornViews);
+  skyline.map.shift_frame_indices(-TornSkyline::kViews);
   const auto is_left_out = [](KeyframeId, int) { return false; };
   EXPECT_TRUE(tie_across_contradictions(skyline.options, matches, is_left_out, &skyline.map).empty());
   EXPECT_EQ(count_contradictions(skyline.map, matches), 0);

@@ -47,9 +47,7 @@ class FixedToCamera : public testing::Test {
   }
 
   OtherBody sample(const Map& map, bool camera_goes_through) const {
-    RansacOptions ransac;
-    ransac.threshold = 2 / camera_.focal();
-    return sample_other_body(map, MatchOptions(), ransac, camera_goes_through, false, 1);
+    return sample_other_body(map, MatchOptions(), ransac_of_two_px(camera_), camera_goes_through, false, 1);
   }
 
  private:
@@ -79,8 +77,7 @@ TEST_F(FixedToCamera, TheRestOfTheMatchesStays) {
   std::vector<PosedImage> images;
   for (const auto& entry : map.keyframes()) images.push_back(posed_image(entry.second));
   std::vector<PairMotions> motions(1);
-  RansacOptions ransac;
-  ransac.threshold = 2 / synthetic_camera().focal();
+  const RansacOptions ransac = ransac_of_two_px(synthetic_camera());
   motions[0] = compare_motions(images[0], images[1], MatchOptions(), ransac);
   const std::size_t before = motions[0].matches.size();
   ASSERT_TRUE(motions[0].has_other);

@@ -115,9 +115,7 @@ class Skyline : public testing::Test {
   }
 
   OtherBody sample(const Map& map, bool hangs_together) const {
-    RansacOptions ransac;
-    ransac.threshold = 2 / camera_.focal();
-    return sample_other_body(map, MatchOptions(), ransac, false, hangs_together, 1);
+    return sample_other_body(map, MatchOptions(), ransac_of_two_px(camera_), false, hangs_together, 1);
   }
 
  private:

@@ -51,10 +51,8 @@ class SecondMotionTest : public testing::Test {
 
   SecondMotion find(const Keyframe& first, const Keyframe& second,
                     FarBehind far = FarBehind::kContradicts) const {
-    RansacOptions ransac;
-    ransac.threshold = 2 / camera_.focal();
-    const PairMotions pair =
-        compare_motions(posed_image(first), posed_image(second), MatchOptions(), ransac, far);
+    const PairMotions pair = compare_motions(posed_image(first), posed_image(second), MatchOptions(),
+                                             ransac_of_two_px(camera_), far);
     return second_motion_in(pair, *first.image, *second.image);
   }
 

@@ -3,7 +3,11 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/random.h"
+#include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/mapping/mapper_options.h"
+#include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
 
@@ -16,5 +20,21 @@ inline std::vector<Eigen::Vector3d> skyline_points(int far, int near, Random& ra
   }
   return x;
 }
+
+/// A camera that goes past such things, by a step of 0.05 and half a degree a view.
+struct SkylineWalk {
+  static constexpr int kViews = 10, kFarPoints = 80, kNearPoints = 120;
+  static constexpr double kStep = 0.05;
+
+  Random random{5};
+  CameraModel camera = synthetic_camera();
+  SyntheticScene scene{skyline_points(kFarPoints, kNearPoints, random), random};
+  MapperOptions options;
+  Map map;
+
+  SkylineWalk() { options.ransac = ransac_of_two_px(camera); }
+
+  static Rigid3 pose(int view) { return camera_at({kStep * view, 0, 0}, -0.5 * view * kDegree); }
+};
 
 }  // namespace mono_pose_tracker

@@ -8,6 +8,7 @@
 #include "mono_pose_tracker/common/random.h"
 #include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/map/frame.h"
+#include "mono_pose_tracker/robust/ransac_options.h"
 
 namespace mono_pose_tracker {
 
@@ -19,6 +20,13 @@ inline CameraModel synthetic_camera() {
   parameters.cx = 319.5;
   parameters.cy = 239.5;
   return CameraModel(parameters);
+}
+
+/// What noise of half a pixel does not exceed.
+inline RansacOptions ransac_of_two_px(const CameraModel& camera) {
+  RansacOptions ransac;
+  ransac.threshold = 2 / camera.focal();
+  return ransac;
 }
 
 /// Points each with a descriptor of its own. Two random descriptors are about as far apart as unrelated

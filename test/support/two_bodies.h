@@ -61,11 +61,7 @@ class TwoBodies {
   }
 
   const CameraModel& camera() const { return camera_; }
-  RansacOptions ransac() const {
-    RansacOptions ransac;
-    ransac.threshold = 2 / camera_.focal();
-    return ransac;
-  }
+  RansacOptions ransac() const { return ransac_of_two_px(camera_); }
   /// Features of the head in a keyframe: the first ones.
   int head_features(int k) const { return head_features_[k]; }
 

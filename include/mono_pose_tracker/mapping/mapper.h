@@ -181,6 +181,7 @@ class Mapper {
   void correct_pose(KeyframeId id);
   void separate_motions(KeyframeId id);
   std::set<KeyframeId> tie_contradicted(const MatchesInTime& matches);
+  bool adjust_tied(const BundleOptions& bundle);
   void leave_out_fixed(KeyframeId id);
   void leave_out_off_body(BundleOptions bundle);
   void watch_background(const InitialMap& initial);
