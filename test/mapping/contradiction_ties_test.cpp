@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
 #include <vector>
 
 #include "mono_pose_tracker/common/angles.h"
@@ -53,6 +54,31 @@ TEST(ContradictionTies, WhatIsInAMapTwiceBecomesOne) {
   const MatchesInTime matches = skyline.matches();
   ASSERT_EQ(count_contradictions(mapper.map(), matches), 1);
   ASSERT_GT(step_before(mapper.map(), kTornAt), 3 * TornSkyline::kStep);
+  EXPECT_EQ(mapper.correct_contradicted(matches), (std::set<KeyframeId>{kTornAt - 1, kTornAt}));
+  mapper.map().check();
+  EXPECT_EQ(count_contradictions(mapper.map(), matches), 0);
+  EXPECT_NEAR(step_before(mapper.map(), kTornAt) / step_before(mapper.map(), kTornAt - 1), 1, 0.1);
+}
+
+// The last image before the tear has little of what is near in the map; the first after it has all.
+TEST(ContradictionTies, WhatTheLaterOfTwoHasInTheMapTiesThemAsWell) {
+  TornSkyline skyline;
+  skyline.add_views({0.15, 0.05, 0}, 0);
+  const Keyframe& last = *skyline.map.keyframe(kTornAt - 1);
+  const std::vector<LandmarkId> seen = last.landmark_of_feature;
+  constexpr int kKept = 8;
+  int near = 0;
+  for (const LandmarkId id : seen) {
+    if (skyline.map.landmark(id)->x_in_map.norm() < 1000 && ++near > kKept)
+      skyline.map.remove_observation(id, last.id);
+  }
+  const MatchesInTime matches = skyline.matches();
+  const Keyframe &first = *skyline.map.keyframe(kTornAt - 1), &second = *skyline.map.keyframe(kTornAt);
+  const std::vector<Match>& between = matches[kTornAt - 1];
+  ASSERT_FALSE(contradiction_between(skyline.map, first, second, between).is_significant());
+  ASSERT_TRUE(contradiction_between(skyline.map, second, first, turned_round(between)).is_significant());
+  Mapper mapper(skyline.options, skyline.camera);
+  mapper.restore(skyline.map, 0);
   EXPECT_EQ(mapper.correct_contradicted(matches), (std::set<KeyframeId>{kTornAt - 1, kTornAt}));
   mapper.map().check();
   EXPECT_EQ(count_contradictions(mapper.map(), matches), 0);
