@@ -1,6 +1,5 @@
 #include "result_choice.h"
 
-#include <cstddef>
 #include <cstdint>
 
 #include "finished_maps.h"
@@ -38,7 +37,8 @@ bool is_most_of(const RecordingResult& result, const RecordingResult& before) {
 
 namespace {
 
-// So is what hangs together by a few points only (an object's other side that looks like this one).
+// What hangs together by a few points only (an object's other side that looks like this one) is often found
+// whole from another beginning, too.
 bool is_short_and_loose(const RecordingResult& result) {
   return is_short(result) && (result.maps.size() > 1 || !result.maps.front().seam.holds());
 }
@@ -46,10 +46,6 @@ bool is_short_and_loose(const RecordingResult& result) {
 // A sure map of few of the images may be bent by what tore it; from another beginning more may hold together.
 bool is_in_pieces(const RecordingResult& result) {
   return share_held(result.maps.front(), result.frames_with_features) < 0.5;
-}
-
-bool shows_background(const RecordingResult& result) {
-  return result.tracked && result.maps.front().shows_background;
 }
 
 // Most of the images, and plainly more of them.
@@ -108,7 +104,7 @@ bool is_enough(const RecordingResult& result, bool is_masked) {
 bool is_better(const RecordingResult& result, bool is_masked, const RecordingResult& before) {
   if (!before.tracked) return result.tracked;
   if (is_less_in_pieces(result, before)) return true;
-  if (is_masked && shows_background(before) && result.tracked && is_most_of(result, before) &&
+  if (is_masked && before.maps.front().shows_background && result.tracked && is_most_of(result, before) &&
       objections(result) <= objections(before)) {
     return true;
   }

@@ -46,6 +46,14 @@ double step_before(const Map& map, int view) {
   return (map.keyframe(view)->center_in_map() - map.keyframe(view - 1)->center_in_map()).norm();
 }
 
+// Where it is torn the two sides become one, and the camera's steps equal again.
+void expect_healed(const MatchesInTime& matches, Mapper* mapper) {
+  EXPECT_EQ(mapper->correct_contradicted(matches), (std::set<KeyframeId>{kTornAt - 1, kTornAt}));
+  mapper->map().check();
+  EXPECT_EQ(count_contradictions(mapper->map(), matches), 0);
+  EXPECT_NEAR(step_before(mapper->map(), kTornAt) / step_before(mapper->map(), kTornAt - 1), 1, 0.1);
+}
+
 TEST(ContradictionTies, WhatIsInAMapTwiceBecomesOne) {
   TornSkyline skyline;
   skyline.add_views({0.15, 0.05, 0}, 0);
@@ -54,10 +62,7 @@ TEST(ContradictionTies, WhatIsInAMapTwiceBecomesOne) {
   const MatchesInTime matches = skyline.matches();
   ASSERT_EQ(count_contradictions(mapper.map(), matches), 1);
   ASSERT_GT(step_before(mapper.map(), kTornAt), 3 * TornSkyline::kStep);
-  EXPECT_EQ(mapper.correct_contradicted(matches), (std::set<KeyframeId>{kTornAt - 1, kTornAt}));
-  mapper.map().check();
-  EXPECT_EQ(count_contradictions(mapper.map(), matches), 0);
-  EXPECT_NEAR(step_before(mapper.map(), kTornAt) / step_before(mapper.map(), kTornAt - 1), 1, 0.1);
+  expect_healed(matches, &mapper);
 }
 
 // The last image before the tear has little of what is near in the map; the first after it has all.
@@ -79,10 +84,7 @@ TEST(ContradictionTies, WhatTheLaterOfTwoHasInTheMapTiesThemAsWell) {
   ASSERT_TRUE(contradiction_between(skyline.map, second, first, turned_round(between)).is_significant());
   Mapper mapper(skyline.options, skyline.camera);
   mapper.restore(skyline.map, 0);
-  EXPECT_EQ(mapper.correct_contradicted(matches), (std::set<KeyframeId>{kTornAt - 1, kTornAt}));
-  mapper.map().check();
-  EXPECT_EQ(count_contradictions(mapper.map(), matches), 0);
-  EXPECT_NEAR(step_before(mapper.map(), kTornAt) / step_before(mapper.map(), kTornAt - 1), 1, 0.1);
+  expect_healed(matches, &mapper);
 }
 
 // Before a skyline as well: no pose explains what stays and what has moved.
