@@ -97,18 +97,34 @@ bool is_narrow(const std::vector<Eigen::Vector3d>& bearings) {
   return !bearings.empty() && std::sqrt(off2 / bearings.size()) < kNarrow;
 }
 
+namespace {
+
+std::ptrdiff_t observations_in(const Map& map) {
+  std::ptrdiff_t observations = 0;
+  for (const auto& entry : map.keyframes()) {
+    const std::vector<LandmarkId>& seen = entry.second.landmark_of_feature;
+    observations +=
+        static_cast<std::ptrdiff_t>(seen.size()) - std::count(seen.begin(), seen.end(), kNoLandmark);
+  }
+  return observations;
+}
+
+}  // namespace
+
+// Where the middle of all is from each of the keyframes: few of them tell of a wide map, of which there may
+// be thousands.
 bool is_narrow(const Map& map) {
+  const double most = kNarrow * kNarrow * static_cast<double>(observations_in(map));
   double sum = 0;
-  int count = 0;
   for (const auto& [id, keyframe] : map.keyframes()) {
     const Eigen::Vector3d middle = middle_in(map, keyframe.camera_from_map).normalized();
     for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
       if (keyframe.landmark_of_feature[f] == kNoLandmark) continue;
       sum += (keyframe.image->set.bearings[f] - middle).squaredNorm();
-      ++count;
     }
+    if (sum >= most) return false;
   }
-  return count > 0 && std::sqrt(sum / count) < kNarrow;
+  return most > 0;
 }
 
 namespace {

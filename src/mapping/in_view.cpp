@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <vector>
 
 namespace mono_pose_tracker {
 
@@ -20,27 +21,33 @@ bool is_in_view(const CameraModel& camera, const Eigen::Vector3d& x_in_camera) {
 constexpr std::size_t kMostAsked = 1000;
 std::size_t step_of(std::size_t landmarks) { return 1 + landmarks / kMostAsked; }
 
-double share_in_view(const Map& map, const Keyframe& keyframe, std::size_t step) {
-  std::ptrdiff_t asked = 0, in_view = 0;
+std::vector<Eigen::Vector3d> positions_of(const Map& map, std::size_t step) {
+  std::vector<Eigen::Vector3d> x_in_map;
   for (const auto& [id, landmark] : map.landmarks()) {
-    if (static_cast<std::size_t>(id) % step != 0) continue;
-    ++asked;
-    in_view += is_in_view(keyframe.image->camera, keyframe.camera_from_map * landmark.x_in_map);
+    if (static_cast<std::size_t>(id) % step == 0) x_in_map.push_back(landmark.x_in_map);
   }
-  return asked > 0 ? static_cast<double>(in_view) / static_cast<double>(asked) : 0;
+  return x_in_map;
+}
+
+double share_in_view(const std::vector<Eigen::Vector3d>& x_in_map, const Keyframe& keyframe) {
+  const auto in_view = std::count_if(x_in_map.begin(), x_in_map.end(), [&](const Eigen::Vector3d& x) {
+    return is_in_view(keyframe.image->camera, keyframe.camera_from_map * x);
+  });
+  return x_in_map.empty() ? 0 : static_cast<double>(in_view) / static_cast<double>(x_in_map.size());
 }
 
 }  // namespace
 
 bool stays_in_view(const Map& map) {
+  const std::vector<Eigen::Vector3d> x_in_map = positions_of(map, 1);
   return std::all_of(map.keyframes().begin(), map.keyframes().end(),
-                     [&](const auto& entry) { return share_in_view(map, entry.second, 1) >= kLeastShare; });
+                     [&](const auto& entry) { return share_in_view(x_in_map, entry.second) >= kLeastShare; });
 }
 
 bool mostly_stays_in_view(const Map& map) {
-  const std::size_t step = step_of(map.landmarks().size());
+  const std::vector<Eigen::Vector3d> x_in_map = positions_of(map, step_of(map.landmarks().size()));
   const auto staying = std::count_if(map.keyframes().begin(), map.keyframes().end(), [&](const auto& entry) {
-    return share_in_view(map, entry.second, step) >= kLeastIfSomeAreWrong;
+    return share_in_view(x_in_map, entry.second) >= kLeastIfSomeAreWrong;
   });
   return 2 * staying > static_cast<std::ptrdiff_t>(map.keyframes().size());
 }

@@ -1,11 +1,10 @@
 #pragma once
 
 #include <algorithm>
-#include <utility>
+#include <cstddef>
 #include <vector>
 
 #include "mono_pose_tracker/map/map.h"
-#include "sorted_unique.h"
 
 namespace mono_pose_tracker {
 
@@ -23,7 +22,8 @@ inline std::vector<LandmarkId> landmarks_of(const Keyframe& keyframe) {
   return ids;
 }
 
-// Those that any of the keyframes sees, in the order of their ids.
+// Those that any of the keyframes sees, in the order of their ids. Each is seen by many, and ids near each
+// other by the same ones: marked, not sorted.
 inline std::vector<LandmarkId> landmarks_seen_by(const Map& map, const std::vector<KeyframeId>& keyframes) {
   std::vector<LandmarkId> seen;
   for (const KeyframeId id : keyframes) {
@@ -31,7 +31,16 @@ inline std::vector<LandmarkId> landmarks_seen_by(const Map& map, const std::vect
       if (l != kNoLandmark) seen.push_back(l);
     }
   }
-  return sorted_unique(std::move(seen));
+  if (seen.empty()) return seen;
+  const auto [first, last] = std::minmax_element(seen.begin(), seen.end());
+  const LandmarkId offset = *first;
+  std::vector<char> is_seen(*last - offset + 1, 0);
+  for (const LandmarkId l : seen) is_seen[l - offset] = 1;
+  seen.clear();
+  for (std::size_t i = 0; i < is_seen.size(); ++i) {
+    if (is_seen[i]) seen.push_back(offset + static_cast<LandmarkId>(i));
+  }
+  return seen;
 }
 
 // A joined map's ids are in another order.

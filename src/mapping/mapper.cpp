@@ -137,6 +137,7 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   if (!bring_up_to_date(&candidate) || candidate.map_id != map_id_ ||
       !map_.camera_from_map(candidate.reference, &reference_from_map))
     return;
+  forget_old_corrections();
   const KeyframeId id =
       map_.add_keyframe(candidate.frame.index, candidate.frame.stamp_ns,
                         candidate.camera_from_reference * reference_from_map, candidate.frame.image);

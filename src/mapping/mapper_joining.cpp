@@ -1,9 +1,13 @@
 // The part of the Mapper that keeps several maps, joins them where they meet, and moves one as a whole.
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -189,11 +193,16 @@ bool Mapper::bring_up_to_date(KeyframeCandidate* candidate) const {
 }
 
 void Mapper::add_correction(MapCorrection correction) {
-  // Of a run without end: more than there are keyframes that wait, images that are late, and then some.
-  constexpr std::size_t kMost = 64;
   correction.sequence = ++last_correction_;
   corrections_.push_back(std::make_shared<const MapCorrection>(std::move(correction)));
-  if (corrections_.size() > kMost) corrections_.erase(corrections_.begin());
+}
+
+// Of a run without end. Without keyframes coming all are kept, however many: nobody may have seen them yet.
+void Mapper::forget_old_corrections() {
+  // More than there are keyframes that wait, images that are late, and then some.
+  constexpr std::ptrdiff_t kMost = 64;
+  const auto known = static_cast<std::ptrdiff_t>(corrections_.size());
+  if (known > kMost) corrections_.erase(corrections_.begin(), corrections_.end() - kMost);
 }
 
 // The keyframe and another that shares view with it are found in the other map.
@@ -335,26 +344,43 @@ void Mapper::move_map(const Sim3& new_from_map) {
   add_correction(std::move(correction));
 }
 
+// Two that were found not to meet are not asked again until a third is joined to one of them.
 void Mapper::join_rest() {
-  bool joined = true;
-  while (joined) {
-    joined = false;
-    std::vector<std::uint32_t> ids = kept_maps();
-    ids.push_back(map_id_);
-    std::sort(ids.begin(), ids.end());
-    for (std::size_t newer = ids.size() - 1; newer > 0 && !joined; --newer) {
-      resume(ids[newer], true, epoch_);
-      for (std::size_t older = 0; older < newer && !joined; ++older) {
-        for (const KeyframeId keyframe : keyframe_ids(map_)) {
-          const std::optional<MapMeeting> meeting = find_meeting(kept_.at(ids[older]), keyframe);
-          if (!meeting || !join(ids[older], *meeting)) continue;
-          joined = true;
-          break;
-        }
-      }
-    }
+  std::set<std::pair<std::uint32_t, std::uint32_t>> apart;  // the newer and the older
+  while (join_any(&apart)) {
   }
   publish();
+}
+
+bool Mapper::join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart) {
+  std::vector<std::uint32_t> ids = kept_maps();
+  ids.push_back(map_id_);
+  std::sort(ids.begin(), ids.end());
+  for (std::size_t newer = ids.size() - 1; newer > 0; --newer) {
+    resume(ids[newer], true, epoch_);
+    for (std::size_t older = 0; older < newer; ++older) {
+      if (apart->count({ids[newer], ids[older]})) continue;
+      if (!join_anywhere(ids[older])) {
+        apart->insert({ids[newer], ids[older]});
+        continue;
+      }
+      for (auto pair = apart->begin(); pair != apart->end();) {
+        const bool has_grown = pair->first == ids[older] || pair->second == ids[older];
+        pair = has_grown ? apart->erase(pair) : std::next(pair);
+      }
+      return true;
+    }
+  }
+  return false;
+}
+
+// By any of the present map's keyframes.
+bool Mapper::join_anywhere(std::uint32_t kept_id) {
+  for (const KeyframeId keyframe : keyframe_ids(map_)) {
+    const std::optional<MapMeeting> meeting = find_meeting(kept_.at(kept_id), keyframe);
+    if (meeting && join(kept_id, *meeting)) return true;
+  }
+  return false;
 }
 
 }  // namespace mono_pose_tracker

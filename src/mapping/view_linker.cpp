@@ -32,22 +32,25 @@ std::vector<SeenLandmark> seen_landmarks(const Keyframe& keyframe) {
   return seen;
 }
 
-// Share of a sample of the first keyframe's landmarks that the second has in view, from a similar side.
+// Share of a sample of the first keyframe's landmarks that the second has in view, from a similar side; 0
+// once it is plain that they are too few, as of most of a long walk.
 double overlap(const Map& map, const Keyframe& first, const std::vector<SeenLandmark>& landmarks,
                const Keyframe& second) {
   if (landmarks.empty()) return 0;
   const CameraModel& camera = second.image->camera;
   const Eigen::Vector3d center1 = first.center_in_map(), center2 = second.center_in_map();
   const std::size_t step = std::max<std::size_t>(1, landmarks.size() / kSampledLandmarks);
-  int in_view = 0, sampled = 0;
+  const double sampled = static_cast<double>((landmarks.size() + step - 1) / step);
+  double in_view = sampled;
   for (std::size_t i = 0; i < landmarks.size(); i += step) {
     const Eigen::Vector3d& x_in_map = map.landmark(landmarks[i].id)->x_in_map;
     Eigen::Vector2d pixel;
-    ++sampled;
-    if ((center1 - x_in_map).normalized().dot((center2 - x_in_map).normalized()) < kMinViewCosine) continue;
-    in_view += camera.project(second.camera_from_map * x_in_map, &pixel) && camera.in_image(pixel);
+    const bool is_seen =
+        (center1 - x_in_map).normalized().dot((center2 - x_in_map).normalized()) >= kMinViewCosine &&
+        camera.project(second.camera_from_map * x_in_map, &pixel) && camera.in_image(pixel);
+    if (!is_seen && --in_view / sampled < kMinOverlap) return 0;
   }
-  return static_cast<double>(in_view) / sampled;
+  return in_view / sampled;
 }
 
 bool is_seen_by(const Map& map, LandmarkId id, KeyframeId by, double max_error_px) {

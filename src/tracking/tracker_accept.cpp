@@ -141,7 +141,8 @@ KeyframeId Tracker::Impl::choose_reference(const TrackingMap& map, const Resecti
   if (std::find(local.begin(), local.end(), newest) == local.end()) local.push_back(newest);
   const auto shared = [&](KeyframeId id) {
     const std::vector<LandmarkId>& landmarks = map.keyframes.at(id).landmark_of_feature;
-    return std::count_if(landmarks.begin(), landmarks.end(), [&](LandmarkId l) { return seen.count(l) > 0; });
+    return std::count_if(landmarks.begin(), landmarks.end(),
+                         [&](LandmarkId l) { return l != kNoLandmark && seen.count(l) > 0; });
   };
   KeyframeId best = local.front();
   auto most = shared(best);

@@ -361,6 +361,34 @@ TEST_F(MapperJoiningTest, AJoinThatDoesNotHoldLeavesTheMapAsItWas) {
   EXPECT_TRUE(mapper_.kept_maps().empty()) << "they do meet";
 }
 
+// The newest meets the second only, and that one the first.
+TEST_F(MapperJoiningTest, OfARowOfMapsOneIsLeft) {
+  mapper_.initialize(initial_map(0, 2), 0);
+  for (int i = 4; i <= 12; i += 2) insert(i);
+  const std::uint32_t first = mapper_.tracking_map()->map_id;
+  for (const int begin : {14, 30}) {
+    mapper_.begin_beside(initial_map(begin, begin + 2), 1 + begin);
+    for (int i = begin + 4; i <= begin + 14; i += 2) insert(i, 1);  // maps are not joined while others wait
+  }
+  ASSERT_EQ(mapper_.kept_maps().size(), 2u);
+  mapper_.join_rest();
+  EXPECT_TRUE(mapper_.kept_maps().empty());
+  EXPECT_EQ(mapper_.tracking_map()->map_id, first);
+  mapper_.finish();
+  EXPECT_LT(worst_distance_error(), 0.02);
+}
+
+// Nobody may have seen them: at the end of a recording of many parts they are joined all at once.
+TEST_F(MapperJoiningTest, HoweverManyCorrectionsAreKeptUntilAKeyframeComes) {
+  mapper_.initialize(initial_map(0, 2), 0);
+  for (int i = 0; i < 100; ++i) {
+    mapper_.transform(Sim3(1.01, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), std::nullopt);
+  }
+  EXPECT_EQ(mapper_.tracking_map()->corrections.size(), 100u);
+  insert(4);
+  EXPECT_LT(mapper_.tracking_map()->corrections.size(), 100u);
+}
+
 TEST_F(MapperJoiningTest, AMapIsGoneBackTo) {
   mapper_.initialize(initial_map(0, 2), 0);
   const std::uint32_t first = mapper_.tracking_map()->map_id;

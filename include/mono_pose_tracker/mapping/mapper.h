@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
@@ -156,6 +157,8 @@ class Mapper {
   void cap_kept_maps();
   bool join_where_met(KeyframeId newest);
   bool join(std::uint32_t kept_id, const MapMeeting& meeting);
+  bool join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart);
+  bool join_anywhere(std::uint32_t kept_id);
   void become_part_of(std::uint32_t kept_id, const MergedIds& added, double scale, ScaleSource own_source);
   bool join_newer(std::uint32_t kept_id, const MapMeeting& meeting);
   std::optional<MapMeeting> find_meeting(const KeptMap& other, KeyframeId keyframe) const;
@@ -177,6 +180,7 @@ class Mapper {
   void count(const BundleReport& report) { failed_adjustments_ += report.failed; }
   void post_correction(const KeyframeChanges& changes);
   void add_correction(MapCorrection correction);
+  void forget_old_corrections();
   bool match(KeyframeId id);
   void correct_pose(KeyframeId id);
   void separate_motions(KeyframeId id);

@@ -27,7 +27,8 @@ MatchesInTime match_in_time(const std::vector<SeenImage>& images, const MatchOpt
 /// Of a map's keyframes.
 MatchesInTime match_in_time(const Map& map, const MatchOptions& matching, int threads);
 
-/// Those of a map that is asked again and again: matched anew only where it has other images than before.
+/// Those of a map that is asked again and again: two images are matched anew only where they did not
+/// follow each other before.
 class KnownMatches {
  public:
   const MatchesInTime& of(const Map& map, const MatchOptions& matching, int threads);
