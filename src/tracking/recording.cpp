@@ -11,6 +11,7 @@
 #include "finished_maps.h"
 #include "recording_reader.h"
 #include "recording_warnings.h"
+#include "unposed_frames.h"
 
 namespace mono_pose_tracker {
 
@@ -70,36 +71,59 @@ void leave_out_unseen_maps(RecordingResult* result) {
   }
 }
 
-// Features of so many images are held at once: half a gigabyte. What is beyond is posed image by image.
-constexpr std::size_t kMaxHeld = 1000;
-
 FrameReport resect_again(const RecordingReader& reader, Tracker* tracker) {
   return tracker->resect_again(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
 }
 
-void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tracker* tracker,
-                   RecordingResult* result) {
-  const std::set<std::int64_t> posed = frames_of(tracker->trajectory());
-  if (static_cast<std::int64_t>(posed.size()) == result->frames_total) return;
-  const auto is_wanted = [&](std::int64_t index) { return posed.count(index) == 0; };
+// Features of so many images are held at once: half a gigabyte.
+constexpr std::size_t kMaxHeld = 1000;
+
+// Posed from those beside them and from each other, all held at once. How many were.
+std::size_t pose_together(const Recording& recording, const std::set<std::int64_t>& wanted,
+                          const FrameObserver& observer, Tracker* tracker, RecordingResult* result) {
   std::map<std::int64_t, FrameReport> held;
+  const auto is_wanted = [&](std::int64_t index) { return wanted.count(index) > 0; };
   read_again(recording, result->frames_total, *tracker, is_wanted, [&](const RecordingReader& reader) {
-    if (held.size() < kMaxHeld) {
-      held[reader.index()] =
-          tracker->keep_for_later(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
-    } else {
-      const FrameReport report = resect_again(reader, tracker);
-      if (report.map_from_camera) result->doubtful.erase(reader.index());
-      observer(2, reader.index(), report);
-    }
+    held[reader.index()] =
+        tracker->keep_for_later(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
   });
   tracker->fill_gaps();
+  std::size_t posed = 0;
   for (const PosedFrame& frame : tracker->trajectory()) {
     const auto report = held.find(frame.index);
     if (report == held.end()) continue;
+    ++posed;
     result->doubtful.erase(frame.index);
     report->second.map_from_camera = frame.map_from_camera;
     observer(2, frame.index, report->second);
+  }
+  return posed;
+}
+
+void pose_one_by_one(const Recording& recording, const std::set<std::int64_t>& wanted,
+                     const FrameObserver& observer, Tracker* tracker, RecordingResult* result) {
+  const auto is_wanted = [&](std::int64_t index) { return wanted.count(index) > 0; };
+  read_again(recording, result->frames_total, *tracker, is_wanted, [&](const RecordingReader& reader) {
+    const FrameReport report = resect_again(reader, tracker);
+    if (report.map_from_camera) result->doubtful.erase(reader.index());
+    observer(2, reader.index(), report);
+  });
+}
+
+// Of many, those nearest to a posed one first: the map grows from there. On while that brings most of them a
+// pose; what is left beyond is posed image by image.
+void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tracker* tracker,
+                   RecordingResult* result) {
+  while (!recording.interrupted()) {
+    const std::set<std::int64_t> before = frames_of(tracker->trajectory());
+    std::set<std::int64_t> rest = frames_without_pose(before, result->frames_total);
+    if (rest.empty()) return;
+    const std::set<std::int64_t> held = nearest_to_posed(rest, before, kMaxHeld);
+    const std::size_t posed = pose_together(recording, held, observer, tracker, result);
+    if (held.size() == rest.size()) return;
+    if (2 * posed > held.size()) continue;
+    for (const std::int64_t index : held) rest.erase(index);
+    return pose_one_by_one(recording, rest, observer, tracker, result);
   }
 }
 

@@ -28,7 +28,8 @@ void Tracker::Impl::apply_corrections(const TrackingMap& map) {
       pose_doubt_.rescale(scale);
       length_scale_ *= scale;
       if (correction->other_geometry) motion_.reset();
-      if (correction->into_map != correction->of_map || std::abs(scale - 1) > kOtherLengths) {
+      if (correction->other_geometry || correction->into_map != correction->of_map ||
+          std::abs(scale - 1) > kOtherLengths) {
         object_finder_.forget_places();
       }
     }
