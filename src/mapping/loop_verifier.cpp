@@ -11,6 +11,7 @@
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/features/feature_set.h"
 #include "mono_pose_tracker/features/matching.h"
+#include "mono_pose_tracker/mapping/drift.h"
 #include "mono_pose_tracker/mapping/projection_matcher.h"
 #include "mono_pose_tracker/robust/similarity.h"
 
@@ -21,9 +22,6 @@ namespace {
 constexpr int kMatchedKeyframes = 6;  // of the old place, whose descriptors are compared
 constexpr int kGuidedKeyframes = 12;  // of the old place, whose landmarks are looked for
 
-// Of the way between the two keyframes: what tracking drifts by without being lost is a tenth at most where
-// we have measured it; three times that. Look-alikes a stretch further on are off by the whole way.
-constexpr double kMaxDrift = 0.3;
 // Of the distance of the points: what a turn on the spot, which is no way at all, may leave.
 constexpr double kMaxDriftOfDepth = 0.1;
 // rad: a heading that goes astray evenly along the way moves its end by half of that. What looks alike where
@@ -160,22 +158,6 @@ GuidedSearch search(const MapperOptions& options, const CameraModel& camera, con
     result.pairs.add(map, {own, &keyframe, m.feature}, old[m.candidate]);
   }
   return result;
-}
-
-// Length of the way from one keyframe to the other, along those between in time: a map that was joined has
-// its own in another order.
-double way_between(const TrackingMap& map, const KeyframeView& one, const KeyframeView& other) {
-  const auto [first, last] = std::minmax(one.frame_index, other.frame_index);
-  std::map<std::int64_t, Eigen::Vector3d> centers;
-  for (const auto& [id, keyframe] : map.keyframes) {
-    if (keyframe.frame_index < first || keyframe.frame_index > last) continue;
-    centers[keyframe.frame_index] = keyframe.camera_from_map.inverse().translation;
-  }
-  double length = 0;
-  for (auto at = centers.begin(); at != centers.end() && std::next(at) != centers.end(); ++at) {
-    length += (std::next(at)->second - at->second).norm();
-  }
-  return length;
 }
 
 // Of the way between the two keyframes; nothing when it is more than drift can be.

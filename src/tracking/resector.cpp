@@ -10,6 +10,7 @@
 #include "mono_pose_tracker/common/pose_covariance.h"
 #include "mono_pose_tracker/mapping/landmark_pose.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
+#include "rival_place.h"
 
 namespace mono_pose_tracker {
 
@@ -222,23 +223,38 @@ std::vector<FrameObservation> Resector::observations_at(const Frame& frame, cons
   return observations;
 }
 
+// The keyframe's own landmarks tell whether this is the place; its neighbours' would cost ten times that.
+ResectionReport Resector::look_at_place(const Frame& frame, const TrackingMap& map, KeyframeId id) const {
+  ResectionReport report = by_descriptors(frame, candidates_of(map, {id}));
+  if (report.success) refine(frame, local_candidates(map, id), &report);
+  add_uncertainty_of_map(map, id, &report);
+  if (report.success && !is_supported(report.support, options_.resection.min_inliers)) {
+    report.success = false;
+    report.reason = Reason::kTooFewInliers;
+    report.text = unsupported(report.support);
+  }
+  return report;
+}
+
 ResectionReport Resector::relocalize(const Frame& frame, const TrackingMap& map, int budget) const {
-  ResectionReport best;
-  best.text = "no keyframe looks like the image";
+  std::vector<FoundPlace> places;
   for (const KeyframeId id : places_of(frame, map, budget)) {
     if (is_set(options_.cancelled)) break;
-    // The keyframe's own landmarks tell whether this is the place; its neighbours' would cost ten times that.
-    ResectionReport report = by_descriptors(frame, candidates_of(map, {id}));
-    if (report.success) refine(frame, local_candidates(map, id), &report);
-    add_uncertainty_of_map(map, id, &report);
-    if (report.success && !is_supported(report.support, options_.resection.min_inliers)) {
-      report.success = false;
-      report.reason = Reason::kTooFewInliers;
-      report.text = unsupported(report.support);
-    }
-    if (is_better(report, best)) best = std::move(report);
+    places.push_back({id, look_at_place(frame, map, id)});
   }
-  return best;
+  const FoundPlace* best = nullptr;
+  for (const FoundPlace& place : places) {
+    if (!best || is_better(place.report, best->report)) best = &place;
+  }
+  ResectionReport report;
+  report.text = "no keyframe looks like the image";
+  if (best) report = best->report;
+  if (report.success && has_rival(map, camera_, places, *best)) {
+    report.success = false;
+    report.reason = Reason::kAmbiguousPose;
+    report.text = "two places of the map fit the image";
+  }
+  return report;
 }
 
 }  // namespace mono_pose_tracker

@@ -187,6 +187,42 @@ TEST_F(ResectorTest, RelocalisationLooksWhereTheIndexSays) {
   expect_right(resector_.relocalize(frame, map_, 13), truth_);
 }
 
+// Another door of a row, so far beside the first in the map that neither is seen from the other; `steps` of
+// the way lie between.
+void add_same_place_beside(double offset, int steps, TrackingMap* map) {
+  const KeyframeView first = map->keyframes.at(0);
+  constexpr int kOther = 10000;  // ids
+  for (const auto& [id, x_in_map] : LandmarkPositions(map->landmarks)) {
+    map->landmarks.set(id + kOther, x_in_map + Eigen::Vector3d(offset, 0, 0));
+  }
+  for (int step = 1; step <= steps; ++step) {
+    KeyframeView keyframe = first;
+    keyframe.id = keyframe.frame_index = step;
+    const bool is_last = step == steps;
+    // Out and back again, as long as it takes.
+    const double along = is_last ? offset : (step % 2 == 0 ? 0 : 1);
+    keyframe.camera_from_map = camera_at({along, 0, 0}, 0);
+    for (LandmarkId& l : keyframe.landmark_of_feature) l = is_last ? l + kOther : kNoLandmark;
+    map->keyframes.set(step, keyframe);
+  }
+  map->places = std::make_shared<NewestFirst>(*map);
+}
+
+TEST_F(ResectorTest, OfTwoPlacesThatFitAlikeNeitherIsTaken) {
+  add_same_place_beside(20, 1, &map_);
+  const Frame frame = synthetic_frame(scene_, camera_, truth_, kResectorNoise, 20, random_);
+  const ResectionReport report = resector_.relocalize(frame, map_, 8);
+  EXPECT_FALSE(report.success);
+  EXPECT_EQ(report.reason, Reason::kAmbiguousPose) << report.text;
+}
+
+// A long way round, at the end of which the map has drifted by a tenth of it.
+TEST_F(ResectorTest, WhatDriftedIsNoRival) {
+  add_same_place_beside(2, 20, &map_);
+  const Frame frame = synthetic_frame(scene_, camera_, truth_, kResectorNoise, 20, random_);
+  EXPECT_TRUE(resector_.relocalize(frame, map_, 30).success);
+}
+
 TEST_F(ResectorTest, WhatLeavesMostOfTheViewUnexplainedIsNoRelocalisation) {
   // The frame shows a copy of a ninth of the scene: one look-alike window, with nothing round it as it was.
   std::vector<Eigen::Vector3d> points;

@@ -46,7 +46,8 @@ class Resector {
                          const std::optional<Rigid3>& predicted_camera_from_map) const;
 
   /// Against keyframes anywhere in the map, by descriptors alone: the `budget` that look like it most. A
-  /// success is supported (pose_support.h); a second view should agree before anything is made of it.
+  /// success is supported (pose_support.h) and has no rival; a second view should agree before anything is
+  /// made of it.
   ResectionReport relocalize(const Frame& frame, const TrackingMap& map, int budget) const;
 
   /// Which of these landmarks the frame shows where the pose has them.
@@ -63,6 +64,7 @@ class Resector {
   ResectionReport by_descriptors(const Frame& frame, const std::vector<LandmarkCandidate>& candidates) const;
   ResectionReport pose_from_matches(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
                                     const std::vector<LandmarkMatch>& matches) const;
+  ResectionReport look_at_place(const Frame& frame, const TrackingMap& map, KeyframeId id) const;
   void refine(const Frame& frame, const std::vector<LandmarkCandidate>& candidates,
               ResectionReport* report) const;
 
