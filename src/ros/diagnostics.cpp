@@ -5,14 +5,28 @@ namespace {
 
 using diagnostic_msgs::DiagnosticStatus;
 
-/// What no later image will mend.
+/// What is wrong with the calibration or with the images as they come: later ones will hardly be better.
 bool needs_help(std::uint8_t reason) {
   switch (reason) {
     case TrackerStatus::NO_CAMERA_INFO:
     case TrackerStatus::UNCALIBRATED:
     case TrackerStatus::UNSUPPORTED_ENCODING:
     case TrackerStatus::IMAGE_SIZE_MISMATCH:
+    case TrackerStatus::UNREADABLE_IMAGE:
     case TrackerStatus::INTERNAL_ERROR:
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// The state alone does not say so: that of an image which was refused is the one before it.
+bool is_posed(const TrackerStatus& status) {
+  if (status.state != TrackerStatus::TRACKING) return false;
+  switch (status.reason) {
+    case TrackerStatus::OK:
+    case TrackerStatus::DOUBTFUL_POSE:
+    case TrackerStatus::NOT_RIGID:
       return true;
     default:
       return false;
@@ -30,7 +44,7 @@ void fill_summary(const Health& health, diagnostic_updater::DiagnosticStatusWrap
     status.summary(DiagnosticStatus::WARN, "no image yet");
   } else if (needs_help(last.reason)) {
     status.summary(DiagnosticStatus::ERROR, words);
-  } else if (last.state != TrackerStatus::TRACKING) {
+  } else if (!is_posed(last)) {
     status.summary(DiagnosticStatus::WARN, words);
   } else if (10 * health.recent_drops > health.recent_frames) {  // a tenth: seen as jerks
     status.summary(DiagnosticStatus::WARN, words + ", but more than a tenth of the images is dropped");

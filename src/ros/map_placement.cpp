@@ -69,6 +69,8 @@ void MapPlacement::follow_map(const FrameReport& report) {
 
 std::string MapPlacement::rescale() {
   const bool was_metric = present_->scale != ScaleSource::kMapUnits;
+  // Nothing changes a map then; only one in units of its own, which are of no use to a robot, gets metres.
+  if (was_metric && tracker_.localizes_only()) return "";
   const std::optional<double> factor = odometry_scale_.correction(was_metric);
   if (!factor) return "";
   const OdometryScale::Estimate found = *odometry_scale_.estimate();

@@ -64,6 +64,8 @@ void StatusBoard::note(State state, std::uint32_t epoch) {
   summary_.last.epoch = epoch;
   summary_.last.map_id = summary_.last.corrections = 0;
   summary_.last.keyframes = summary_.last.landmarks = 0;
+  summary_.last.scale = TrackerStatus::MAP_UNITS;
+  summary_.last.scale_name = to_string(ScaleSource::kMapUnits);
 }
 
 StatusBoard::Summary StatusBoard::summary() const {

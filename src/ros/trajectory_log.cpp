@@ -138,6 +138,8 @@ bool TrajectoryLog::write_first() {
 
 void write_tum_trajectory(const std::string& path, const std::vector<KeyframePose>& poses) {
   require_regular_file(path);
+  // What the file has is worth more than a head without a pose.
+  if (poses.empty()) throw std::runtime_error("there is no pose yet");
   write_file_atomically(path, [&](std::ostream& out) {
     out << kHead;
     for (const KeyframePose& pose : poses) out << line_of(pose.stamp_ns, pose.map_from_camera);

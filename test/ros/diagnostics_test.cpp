@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
+
+#include "mono_pose_tracker/common/status.h"
+
 namespace mono_pose_tracker {
 namespace {
 
@@ -32,6 +36,40 @@ TEST(Diagnostics, AFileThatCannotBeWrittenIsAWarning) {
   health.input_problem = "no image";
   EXPECT_EQ(told(health).level, DiagnosticStatus::ERROR) << "what keeps it from working comes first";
   EXPECT_EQ(told(health).message, "no image");
+}
+
+// An image that is refused leaves the state as it was.
+TEST(Diagnostics, TrackingIsFineOnlyWhereTheImageHasAPose) {
+  for (int number = 0; number <= static_cast<int>(Reason::kNotRigid); ++number) {
+    const Reason reason = static_cast<Reason>(number);
+    Health health = tracking();
+    health.last.reason = static_cast<std::uint8_t>(number);
+    const bool has_pose =
+        reason == Reason::kOk || reason == Reason::kDoubtfulPose || reason == Reason::kNotRigid;
+    EXPECT_EQ(told(health).level == DiagnosticStatus::OK, has_pose) << to_string(reason);
+  }
+}
+
+TEST(Diagnostics, ImagesThatCannotBeReadAreAnError) {
+  Health health = tracking();
+  health.last.reason = TrackerStatus::UNREADABLE_IMAGE;
+  health.last.reason_name = "UNREADABLE_IMAGE";
+  health.last.reason_text = "the image contradicts itself";
+  EXPECT_EQ(told(health).level, DiagnosticStatus::ERROR);
+  EXPECT_EQ(told(health).message, "TRACKING: UNREADABLE_IMAGE, the image contradicts itself");
+}
+
+// That it starts, is lost or is paused may pass by itself.
+TEST(Diagnostics, StatesWithoutAPoseAreAWarning) {
+  const auto level_of = [](std::uint8_t state, std::uint8_t reason) {
+    Health health = tracking();
+    health.last.state = state;
+    health.last.reason = reason;
+    return told(health).level;
+  };
+  EXPECT_EQ(level_of(TrackerStatus::BOOTSTRAPPING, TrackerStatus::FIRST_FRAME), DiagnosticStatus::WARN);
+  EXPECT_EQ(level_of(TrackerStatus::LOST, TrackerStatus::RELOCALISING), DiagnosticStatus::WARN);
+  EXPECT_EQ(level_of(TrackerStatus::PAUSED, TrackerStatus::REASON_PAUSED), DiagnosticStatus::WARN);
 }
 
 }  // namespace

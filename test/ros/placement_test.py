@@ -11,6 +11,8 @@ import numpy
 import rospy
 import rostest
 import tf2_ros
+from dynamic_reconfigure.msg import BoolParameter, Config
+from dynamic_reconfigure.srv import Reconfigure
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from rosgraph_msgs.msg import Log
 
@@ -22,6 +24,7 @@ import sim3  # noqa: E402
 from transforms import BASE_FROM_CAMERA, matrix, of_pose, stamped  # noqa: E402
 
 FRAMES = 40
+PIECE = 0.15  # m of the camera's way, at the end of which scale/odometry measures; ten may do
 MOST_IMAGES = 1000  # until odometry has said enough: some 2 m of way, and a map that begins when the machine has time
 
 
@@ -32,22 +35,30 @@ def quaternion_of(R):
 
 
 class Robot:
-    """Its odometry: each step is off by 2 % of its length, one standard deviation."""
+    """Its odometry: each step is off by 2 % of its length, one standard deviation, and has the camera go `stretch` times as
+    far as that."""
 
     def __init__(self):
         self.random = random.Random(3)
         self.base_from_camera = matrix(*BASE_FROM_CAMERA)
+        self.camera_from_base = numpy.linalg.inv(self.base_from_camera)
         self.last = None  # world_from_base
         self.odom_from_base = numpy.eye(4)
+        self.stretch = 1.0
 
     def go(self, world_from_camera):
-        world_from_base = world_from_camera @ numpy.linalg.inv(self.base_from_camera)
+        world_from_base = world_from_camera @ self.camera_from_base
         if self.last is not None:
             step = numpy.linalg.inv(self.last) @ world_from_base
             step[:3, 3] *= 1 + 0.02 * self.random.gauss(0, 1)
-            self.odom_from_base = self.odom_from_base @ step
+            of_camera = self.camera_from_base @ step @ self.base_from_camera
+            of_camera[:3, 3] *= self.stretch
+            self.odom_from_base = self.odom_from_base @ self.base_from_camera @ of_camera @ self.camera_from_base
         self.last = world_from_base
         return world_from_base
+
+    def camera_in_odom(self):
+        return (self.odom_from_base @ self.base_from_camera)[:3, 3]
 
 
 class PlacementTest(unittest.TestCase):
@@ -220,6 +231,47 @@ class PlacementTest(unittest.TestCase):
         timeout_ms = 1e3 * rospy.get_param("/driven/tracker/tf_timeout")
         self.assertGreaterEqual(answer.latency_ms, timeout_ms)
         self.assertLess(answer.latency_ms, 1.9 * timeout_ms)
+
+    def set_localize_only(self, value):
+        service = "/driven/tracker/set_parameters"
+        rospy.wait_for_service(service, feeding.TIMEOUT)
+        rospy.ServiceProxy(service, Reconfigure)(Config(bools=[BoolParameter("localize_only", value)]))
+
+    def drive(self, pieces):
+        """Until odometry has said something of so many pieces of the way."""
+        begin = None
+
+        def has_gone(answers):
+            nonlocal begin, pieces
+            here = self.robot.camera_in_odom()
+            if begin is None or answers["driven"].state != TrackerStatus.TRACKING:
+                begin = here
+            elif numpy.linalg.norm(here - begin) >= PIECE:
+                begin, pieces = here, pieces - 1
+            return pieces == 0
+        return self.show_until(has_gone)["driven"]
+
+    def test_with_localize_only_a_map_in_metres_stays_as_it_is(self):
+        """Whatever odometry says: that it is a tenth longer is taken up as soon as localize_only is off."""
+        is_metric = lambda a: (a["driven"].state == TrackerStatus.TRACKING and  # noqa: E731
+                               a["driven"].scale == TrackerStatus.ODOMETRY)
+        self.show_until(is_metric)
+        rospy.set_param("/driven/tracker/map_path", os.path.join(self.folder.name, "driven.map"))
+        self.set_localize_only(True)
+        self.addCleanup(self.set_localize_only, False)
+        for service in ("save_map", "load_map"):
+            answer = self.trackers["driven"].call(service)
+            self.assertTrue(answer.success, answer.message)
+        self.addCleanup(setattr, self.robot, "stretch", self.robot.stretch)
+        self.robot.stretch = 1.1
+        found = self.show_until(is_metric)["driven"]
+        after = self.drive(15)
+        self.assertEqual((after.map_id, after.corrections), (found.map_id, found.corrections))
+        self.set_localize_only(False)
+        before, words = len(self.log), "scale/odometry: one map unit is "
+        self.show_until(lambda a: any(words in m for m in self.log[before:]))
+        said = next(m for m in self.log[before:] if words in m)
+        self.assertAlmostEqual(float(said.split(words)[1].split()[0]), 1.1, delta=0.04)
 
 
 if __name__ == "__main__":

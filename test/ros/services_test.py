@@ -105,7 +105,8 @@ class ServicesTest(unittest.TestCase):
         self.assertIn(os.path.expanduser("~/no_such_folder/a.map"), refused.message)
 
     def test_the_trajectory_is_dropped_with_its_map(self):
-        """At once, not with the next image, which may be long in coming."""
+        """At once, not with the next image, which may be long in coming. The file that was saved before stays."""
+        path = os.path.join(self.folder.name, "dropped.txt")
         _, tracker, camera = self.start("dropping", "_save_trajectory_path:=dropped.txt", "_map_path:=dropped.map")
         images = self.recording.walk()
         for service in ("reset", "load_map"):
@@ -113,8 +114,26 @@ class ServicesTest(unittest.TestCase):
             self.assertTrue(tracker.call("save_map").success)
             self.assertGreaterEqual(int(tracker.call("save_trajectory").message.split()[0]), 5)
             self.assertTrue(tracker.call(service).success)
-            saved = tracker.call("save_trajectory")
-            self.assertTrue(saved.message.startswith("0 poses "), saved.message)
+            kept = feeding.read_tum(path)
+            refused = tracker.call("save_trajectory")
+            self.assertFalse(refused.success, refused.message)
+            self.assertIn("there is no pose yet", refused.message)
+            self.assertEqual(feeding.read_tum(path), kept)
+
+    def test_a_map_that_is_gone_leaves_no_scale_behind(self):
+        """In the status of an image that nobody has looked at since."""
+        _, tracker, camera = self.start("scaled", "_map_path:=scaled.map", "_scale/initial_median_depth:=2.0")
+        images = self.recording.walk()
+        for service in ("reset", "load_map"):
+            posed = feeding.track(camera, tracker, images, 5)[-1]
+            self.assertEqual(posed.scale_name, "INITIAL_MEDIAN_DEPTH")
+            for command in ("save_map", service, "pause"):
+                answer = tracker.call(command)
+                self.assertTrue(answer.success, answer.message)
+            paused = camera.show(next(images), tracker)
+            self.assertEqual((paused.state, paused.map_id), (TrackerStatus.PAUSED, 0))
+            self.assertEqual((paused.scale, paused.scale_name), (TrackerStatus.MAP_UNITS, "MAP_UNITS"), service)
+            self.assertTrue(tracker.call("resume").success)
 
     def test_tf_and_frustum_go_with_their_map(self):
         _, tracker, camera = self.start("taken", "_map_path:=taken.map", "_camera_frame:=taken_camera",

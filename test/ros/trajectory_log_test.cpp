@@ -177,5 +177,15 @@ TEST(TrajectoryFile, IsWholeOrTheOneBefore) {
   EXPECT_EQ(folder.read("t.txt"), before);
 }
 
+TEST(TrajectoryFile, IsNotReplacedByOneWithoutPoses) {
+  TemporaryFolder folder;
+  expect_error([&] { write_tum_trajectory(folder / "t.txt", {}); }, {"there is no pose yet"});
+  EXPECT_FALSE(std::filesystem::exists(folder / "t.txt"));
+  write_tum_trajectory(folder / "t.txt", {KeyframePose{5, Rigid3()}});
+  const std::string before = folder.read("t.txt");
+  expect_error([&] { write_tum_trajectory(folder / "t.txt", {}); }, {"there is no pose yet"});
+  EXPECT_EQ(folder.read("t.txt"), before);
+}
+
 }  // namespace
 }  // namespace mono_pose_tracker

@@ -49,9 +49,13 @@ def load(name, /, **arguments):
     return load_cached(name, tuple(sorted(arguments.items())))
 
 
-def load_now(name, arguments):
+def config_of(name, arguments):
     arguments = [f"{key}:={value}" for key, value in arguments.items()]
-    config = roslaunch.config.load_config_default([(os.path.join(FOLDER, name), arguments)], None)
+    return roslaunch.config.load_config_default([(os.path.join(FOLDER, name), arguments)], None)
+
+
+def load_now(name, arguments):
+    config = config_of(name, arguments)
     nodes = [(node.namespace, node.name, node.args, str(node.remap_args), node.required) for node in config.nodes]
     return {key: param.value for key, param in config.params.items()}, nodes
 
@@ -136,13 +140,33 @@ class LaunchFilesTest(unittest.TestCase):
                     continue  # documented as of no effect; accepted as it is elsewhere
                 self.assertNotEqual(load(name, **before), load(name, **changed), f"{name} {argument}")
 
-    def test_localize_only_is_of_this_launch(self):
-        """And not of one before it, whose parameters are still there: it is set, whatever the file says or does not."""
+    def test_what_an_earlier_launch_has_set_is_cleared(self):
+        """Below the tracker's name alone, and before anything is set: roslaunch clears all that is to be cleared first."""
+        bag = {"bag": self.recording.bag, "image_transport": "raw"}
+        for name, arguments, cleared in (("tracker.launch", {}, "/tracker/"), ("tracker.launch", {"name": "left"}, "/left/"),
+                                         ("tracker.launch", {"manager": "/manager"}, "/tracker/"),
+                                         ("bag.launch", bag, "/tracker/"), ("camera.launch", {}, "/tracker/"),
+                                         ("object.launch", {}, "/tracker/"), ("object.launch", bag, "/tracker/")):
+            self.assertEqual(config_of(name, arguments).clear_params, [cleared], f"{name} {arguments}")
+
+    def test_what_a_file_sets_around_the_tracker_holds(self):
+        path = self.folder + "/around.launch"
+        with open(path, "w") as around:
+            around.write(f"""<launch><group ns="left"><include file="{FOLDER}/tracker.launch"/></group>
+                             <param name="left/tracker/seed" value="7"/>
+                             <param name="left/tracker/map_path" value="/left.map"/></launch>""")
+        config = config_of(path, {})
+        self.assertEqual(config.clear_params, ["/left/tracker/"])
+        for key, value in (("seed", 7), ("map_path", "/left.map")):
+            self.assertEqual(config.params["/left/tracker/" + key].value, value)
+
+    def test_localize_only_holds_from_the_file_and_from_the_argument(self):
         config = self.folder + "/localize.yaml"
         for told, expected in (({}, False), ({"localize_only": True}, True), ({"localize_only": False}, False)):
             with open(config, "w") as file:
                 yaml.safe_dump({"seed": 1, **told}, file)
-            self.assertIs(load_now("tracker.launch", {"config": config})[0]["/tracker/localize_only"], expected, told)
+            by_file = load_now("tracker.launch", {"config": config})[0]
+            self.assertIs(by_file.get("/tracker/localize_only", False), expected, told)
             both = load_now("tracker.launch", {"config": config, "localize_only": "true"})[0]
             self.assertIs(both["/tracker/localize_only"], True, told)
 

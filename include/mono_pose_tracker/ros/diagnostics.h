@@ -21,7 +21,7 @@ struct Health {
 
 /// OK while it tracks. WARN while it works but gives no poses (it starts, is lost, is paused), drops a
 /// tenth of the images, or cannot write a file: that may pass by itself. ERROR when it can't work until
-/// somebody acts: no images, no usable calibration.
+/// somebody acts: no images, none that can be read, no usable calibration.
 void fill_diagnostics(const Health& health, diagnostic_updater::DiagnosticStatusWrapper& status);
 
 }  // namespace mono_pose_tracker

@@ -67,6 +67,8 @@ class LiveTracker {
   void set_options(const TrackerOptions& options);
   State state() const { return state_; }
   std::uint32_t epoch() const { return epoch_; }
+  /// As it is now: it may change while it runs.
+  bool localizes_only() const { return options_.localize_only; }
 
   /// Throws std::runtime_error while there is no map.
   SavedMaps copy_maps();

@@ -58,7 +58,7 @@ class TrajectoryLog {
 };
 
 /// Writes a whole trajectory: a reader sees the old file or the whole new one. Throws std::runtime_error
-/// naming the file.
+/// naming the file, or, the old file being left as it is, when there are no poses.
 void write_tum_trajectory(const std::string& path, const std::vector<KeyframePose>& poses);
 
 }  // namespace mono_pose_tracker
