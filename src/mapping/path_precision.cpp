@@ -1,5 +1,6 @@
 #include "mono_pose_tracker/mapping/path_precision.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -12,7 +13,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr std::size_t kMostKeyframes = 300;
+constexpr std::size_t kMostKeyframes = 300;  // they take three seconds
 
 using Keyframes = std::vector<const Keyframe*>;
 
@@ -50,11 +51,28 @@ double PathPrecision::share() const {
   return length > 0 ? sigma / length : std::numeric_limits<double>::infinity();
 }
 
-std::optional<PathPrecision> path_precision(const Map& map) {
+double PathPrecision::uncertainty() const {
+  if (extent <= 0) return std::numeric_limits<double>::infinity();
+  return std::max(share() / kMostShare, sigma / (kMostOfExtent * extent));
+}
+
+PathPrecision path_precision(const Map& map) {
   const Keyframes in_time = keyframes_in_time(map);
-  if (in_time.size() > kMostKeyframes) return std::nullopt;
-  if (in_time.empty()) return PathPrecision();
-  return PathPrecision{sigma_of(map, in_time), length_of(in_time), extent_of(in_time)};
+  const std::size_t parts = (in_time.size() + kMostKeyframes - 1) / kMostKeyframes;
+  std::vector<PathPrecision> of_parts;
+  for (std::size_t part = 0; part < parts; ++part) {
+    const auto at = [&](std::size_t i) {
+      return in_time.begin() + static_cast<std::ptrdiff_t>(i * in_time.size() / parts);
+    };
+    const Keyframes keyframes(at(part), at(part + 1));
+    of_parts.push_back({sigma_of(map, keyframes), length_of(keyframes), extent_of(keyframes)});
+  }
+  if (of_parts.empty()) return PathPrecision();
+  const auto middle = of_parts.begin() + static_cast<std::ptrdiff_t>((parts - 1) / 2);
+  std::nth_element(
+      of_parts.begin(), middle, of_parts.end(),
+      [](const PathPrecision& a, const PathPrecision& b) { return a.uncertainty() < b.uncertainty(); });
+  return *middle;
 }
 
 }  // namespace mono_pose_tracker

@@ -324,10 +324,10 @@ void judge_maps(const Recording& recording, const Reasons& reasons, Tracker* tra
   for (FinishedMap& map : result->maps) {
     const bool is_first = &map == &result->maps.front();
     if (map.confirmed) map.confirmed = (is_first ? result->rigidity : check_rigidity(map.map)).is_rigid;
+    const std::size_t doubtful = doubtful_alone(map.trajectory, result->doubtful).size();
+    if (may_lead_astray(doubtful, map.trajectory.size())) map.confirmed = false;
   }
   result->trajectory = tracker->trajectory();
-  if (may_lead_astray(doubtful_alone(result->trajectory, result->doubtful).size(), result->trajectory.size()))
-    result->maps.front().confirmed = false;
   warn_of_doubts(result);
   // Otherwise it may be tracked anew.
   if (is_sure(*result)) result->doubt = doubt.take();

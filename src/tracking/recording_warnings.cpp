@@ -217,22 +217,30 @@ void warn_of_unposed(RecordingResult* result) {
                              ": dark, blurred, or too little overlap with the others");
 }
 
-void warn_of_doubtful_poses(RecordingResult* result) {
-  const std::vector<std::int64_t> alone = doubtful_alone(result->trajectory, result->doubtful);
-  if (alone.empty()) return;
+std::string some_of(const std::vector<std::int64_t>& frames) {
   std::string numbers;
-  for (std::size_t i = 0; i < alone.size() && i < kMostNumbers; ++i) {
-    numbers += (i == 0 ? "" : ", ") + std::to_string(alone[i]);
+  for (std::size_t i = 0; i < frames.size() && i < kMostNumbers; ++i) {
+    numbers += (i == 0 ? "" : ", ") + std::to_string(frames[i]);
   }
-  if (alone.size() > kMostNumbers) numbers += ", ...";
-  result->warnings.push_back("the poses of " + std::to_string(alone.size()) +
-                             " images are doubtful (number " + numbers +
-                             "): they rest on few points and lie away from where the motion led, or beyond a "
-                             "gap with no keyframe among them; do without "
-                             "them where a wrong one does harm" +
-                             (may_lead_astray(alone.size(), result->trajectory.size())
-                                  ? "; the path is so short that they may take all of it off"
-                                  : ""));
+  return frames.size() > kMostNumbers ? numbers + ", ..." : numbers;
+}
+
+void warn_of_doubtful_poses(RecordingResult* result) {
+  for (std::size_t i = 0; i < result->maps.size(); ++i) {
+    const std::vector<PosedFrame>& trajectory = result->maps[i].trajectory;
+    const std::vector<std::int64_t> alone = doubtful_alone(trajectory, result->doubtful);
+    const bool all_may_be_off = may_lead_astray(alone.size(), trajectory.size());
+    // Of a map beside the largest only what costs it its confirmation.
+    if (alone.empty() || (i > 0 && !all_may_be_off)) continue;
+    const std::string of = i == 0 ? "" : " of map_" + std::to_string(i + 1);
+    result->warnings.push_back(
+        "the poses of " + std::to_string(alone.size()) + " images" + of + " are doubtful (number " +
+        some_of(alone) +
+        "): they rest on few points and lie away from where the motion led, or beyond a "
+        "gap with no keyframe among them; do without "
+        "them where a wrong one does harm" +
+        (all_may_be_off ? "; the path is so short that they may take all of it off" : ""));
+  }
 }
 
 }  // namespace

@@ -4,16 +4,19 @@
 
 #include <algorithm>
 #include <functional>
+#include <numeric>
 #include <string>
 
 namespace mono_pose_tracker {
 namespace {
 
-// What is said of doubtful poses, when so many images are posed and these are doubtful; empty: nothing.
-std::string doubt_of(const std::vector<std::int64_t>& posed, const std::set<std::int64_t>& doubtful) {
+// What is said of doubtful poses, when these images are posed in the only map, or in the last of so many, and
+// these are doubtful; empty: nothing.
+std::string doubt_of(const std::vector<std::int64_t>& posed, const std::set<std::int64_t>& doubtful,
+                     int maps = 1) {
   RecordingResult result;
-  for (const std::int64_t index : posed) result.trajectory.push_back({index, index, Rigid3()});
-  result.maps.resize(1);
+  result.maps.resize(maps);
+  for (const std::int64_t index : posed) result.maps.back().trajectory.push_back({index, index, Rigid3()});
   result.doubtful = doubtful;
   warn_of_doubts(&result);
   for (const std::string& warning : result.warnings) {
@@ -30,6 +33,13 @@ TEST(RecordingWarnings, ADoubtfulPoseBetweenTwoSureOnesIsNotTold) {
 TEST(RecordingWarnings, DoubtfulPosesAtAnEndAreTold) {
   EXPECT_NE(doubt_of({0, 1, 2, 3, 4}, {3, 4}).find("2 images are doubtful (number 3, 4)"), std::string::npos);
   EXPECT_NE(doubt_of({0, 1, 2, 4, 5}, {2}).find("1 images are doubtful (number 2)"), std::string::npos);
+}
+
+TEST(RecordingWarnings, OfASmallerMapDoubtfulPosesAreToldWhereTheyMayTakeItOff) {
+  std::vector<std::int64_t> many(60);
+  std::iota(many.begin(), many.end(), 0);
+  EXPECT_NE(doubt_of({0, 1, 2, 3, 4}, {3, 4}, 2).find("2 images of map_2 are doubtful"), std::string::npos);
+  EXPECT_EQ(doubt_of(many, {59}, 2), "");
 }
 
 bool is_told(const RecordingResult& result, const std::string& words) {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <optional>
-
 #include "mono_pose_tracker/map/map.h"
 
 namespace mono_pose_tracker {
@@ -22,12 +20,14 @@ struct PathPrecision {
   /// Of the extent: a camera that stands still goes to and fro by noise, a long way in the end, but no
   /// farther than a sigma or two.
   static constexpr double kMostOfExtent = 0.2;
-  bool is_known() const { return share() <= kMostShare && sigma <= kMostOfExtent * extent; }
+  double uncertainty() const;  // of what it may be
+  bool is_known() const { return uncertainty() <= 1; }
 };
 
 /// By the covariances of all keyframes at once, in the frame and unit of their mean orientation, middle and
-/// extent (optimization/keyframe_covariance.h). Nothing of more than 300 keyframes: of these they take three
-/// seconds, and the time grows with the third power.
-std::optional<PathPrecision> path_precision(const Map& map);
+/// extent (optimization/keyframe_covariance.h). The time grows with the third power of their number: more than
+/// 300 are asked in parts, in the order of time, and the middle one of these counts (of two, the better), as
+/// one may be held together by the others alone.
+PathPrecision path_precision(const Map& map);
 
 }  // namespace mono_pose_tracker

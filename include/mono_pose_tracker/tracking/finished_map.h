@@ -57,8 +57,7 @@ struct FinishedMap {
                                  // it is of most of the recording
 
   bool is_depth_sure() const { return depth_evidence >= kMinDepthEvidence; }
-  /// Or it was not asked: of a map of many keyframes (mapping/path_precision.h), or that is only localised
-  /// in.
+  /// Or it was not asked: something else speaks against the map, or it is only localised in.
   bool is_path_known() const { return !path || path->is_known(); }
   bool is_geometry_sure() const { return geometry_evidence >= kMinGeometryEvidence; }
   /// How many things in it speak against it. Its depths and its weakest seam are not among them.
