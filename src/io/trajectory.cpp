@@ -52,6 +52,11 @@ void sort_by_stamp(std::vector<StampedPose>* poses) {
                    [](const StampedPose& a, const StampedPose& b) { return a.stamp_ns < b.stamp_ns; });
 }
 
+// Between the poses of two epochs.
+std::string new_map_line(std::uint32_t epoch) {
+  return "# a new map begins (epoch " + std::to_string(epoch) + "): another origin and scale";
+}
+
 }  // namespace
 
 std::string tum_line(const StampedPose& pose) {
@@ -108,6 +113,18 @@ void write_tum(const std::string& path, std::vector<StampedPose> poses) {
   });
 }
 
+void write_tum_epochs(const std::string& path, PosesByEpoch epochs) {
+  write_file_atomically(path, [&](std::ostream& out) {
+    bool is_first = true;
+    for (auto& [epoch, poses] : epochs) {
+      if (poses.empty()) continue;
+      if (!std::exchange(is_first, false)) out << new_map_line(epoch) << '\n';
+      sort_by_stamp(&poses);
+      for (const StampedPose& pose : poses) out << tum_line(pose) << '\n';
+    }
+  });
+}
+
 TrajectoryWriter::TrajectoryWriter(const std::string& path) : path_(path) {
   errno = 0;
   stream_.open(path, std::ios::binary | std::ios::trunc);
@@ -117,8 +134,10 @@ TrajectoryWriter::TrajectoryWriter(const std::string& path) : path_(path) {
   stream_.imbue(std::locale::classic());
 }
 
-void TrajectoryWriter::append(const StampedPose& pose) {
+void TrajectoryWriter::append(const StampedPose& pose, std::uint32_t epoch) {
   errno = 0;
+  if (epoch_ && *epoch_ != epoch) stream_ << new_map_line(epoch) << '\n';
+  epoch_ = epoch;
   stream_ << tum_line(pose) << '\n';
   stream_.flush();
   if (!stream_) {

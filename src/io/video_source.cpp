@@ -6,6 +6,7 @@
 #include <opencv2/videoio.hpp>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "mono_pose_tracker/common/opencv_version.h"
 #include "mono_pose_tracker/io/image_decoding.h"
@@ -33,7 +34,7 @@ class VideoFile : public ImageSource {
 
   SourceImage next() override {
     cv::Mat frame;
-    if (!capture_.read(frame) || frame.empty()) return {};
+    if (!capture_.read(frame) || frame.empty()) return end();
     SourceImage result;
     std::ostringstream name;
     name << std::setw(6) << std::setfill('0') << index_;
@@ -62,6 +63,16 @@ class VideoFile : public ImageSource {
   }
 
  private:
+  /// Once before the end, what is missing.
+  SourceImage end() {
+    const std::string problem = problem_of_end(index_, size());
+    SourceImage result;
+    if (std::exchange(is_end_told_, true) || problem.empty()) return result;
+    result.kind = SourceImage::Kind::kSkipped;
+    result.problem = path_ + ": " + problem;
+    return result;
+  }
+
   /// OpenCV logs each backend that cannot read the file, though the next one may.
   bool open_quietly(const std::string& path) {
     namespace logging = cv::utils::logging;
@@ -75,6 +86,7 @@ class VideoFile : public ImageSource {
   cv::VideoCapture capture_;
   double frames_per_second_ = 0;
   std::int64_t index_ = 0;
+  bool is_end_told_ = false;
 };
 
 }  // namespace
@@ -91,6 +103,15 @@ bool open_as_recorded(const std::string& path, cv::VideoCapture* capture) {
   capture->set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
 #endif
   return true;
+}
+
+std::string problem_of_end(std::int64_t frames, std::int64_t announced) {
+  constexpr double kClearly = 0.98;
+  const bool is_early =
+      frames + 2 <= announced && static_cast<double>(frames) < kClearly * static_cast<double>(announced);
+  if (!is_early) return "";
+  return "ends after " + std::to_string(frames) + " of the " + std::to_string(announced) +
+         " frames that it announces: is it damaged?";
 }
 
 std::unique_ptr<ImageSource> open_video(const std::string& path) { return std::make_unique<VideoFile>(path); }

@@ -301,7 +301,6 @@ CameraRefinement refine_camera(const CameraRefinementOptions& options, const Cam
                                const Map& map) {
   CameraRefinement result;
   result.camera = camera;
-  result.focal_sigma = std::numeric_limits<double>::infinity();
   const CameraModel start(camera);
   const CalibratingCamera calibrating(camera);
   Problem problem = build(options, start, map);

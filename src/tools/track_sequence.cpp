@@ -111,6 +111,11 @@ void check_background_image(const SegmentationOptions& options, const CameraPara
                            std::to_string(camera.height));
 }
 
+Outputs outputs_of(const Arguments& a) {
+  const bool refines = a.map.empty() && (a.refine_camera || a.hfov);
+  return {a.output, a.save_map, a.write_masks, a.undistorted, a.write_frames, refines};
+}
+
 // What is to be written can be, and is nothing that is read: known before the work.
 void check_outputs(const Arguments& a, const TrackerOptions& options) {
   Inputs inputs;
@@ -123,8 +128,8 @@ void check_outputs(const Arguments& a, const TrackerOptions& options) {
   const std::vector<ImageFile> images = a.images.empty() ? std::vector<ImageFile>() : image_files(a.images);
   for (const ImageFile& image : images) inputs.add(image.path);
   if (!a.masks.empty()) add_masks(a.masks, images, &inputs);
-  const Outputs outputs = {a.output,      a.save_map,     a.write_masks,
-                           a.undistorted, a.write_frames, a.refine_camera || a.hfov};
+  const Outputs outputs = outputs_of(a);
+  refuse_among_images(a.images, outputs);
   refuse_to_overwrite(inputs, images, outputs);
   require_writable(outputs);
 }
@@ -134,7 +139,7 @@ struct Observed {
   explicit Observed(bool keep_masks) : masks(keep_masks) {}
 
   MaskRecord masks;
-  std::vector<StampedPose> live;
+  PosesByEpoch live;
 };
 
 void tell_of_attempt(int attempt, bool quiet) {
@@ -149,6 +154,7 @@ struct Run {
   std::unique_ptr<Tracker> tracker;
   RecordingResult result;
   MaskRecord masks;
+  PosesByEpoch live;
 };
 
 // loaded: maps to start in; null: none.
@@ -159,15 +165,17 @@ std::unique_ptr<Tracker> make_tracker(const TrackerOptions& options, const Camer
   return made;
 }
 
-// Until the map has so many keyframes; nothing is written.
+// Until the map has so many keyframes; nothing is written on the way.
 Run track_beginning(const Arguments& a, const TrackerOptions& options, const CameraParameters& camera,
                     int max_keyframes, Recording recording) {
-  Run run{make_tracker(options, camera, nullptr), {}, MaskRecord(false)};
+  Run run{make_tracker(options, camera, nullptr), {}, MaskRecord(false), {}};
   std::atomic<bool> has_enough{false};
   recording.interrupted = [&] { return signals_caught > 0 || has_enough; };
   Progress progress(recording.open()->size(), a.quiet);
   const FrameObserver observer = [&](int pass, std::int64_t, const FrameReport& report) {
     if (pass == 1) progress.show(report);
+    if (pass == 1 && report.map_from_camera)
+      run.live[report.epoch].push_back({report.stamp_ns, *report.map_from_camera});
     if (report.keyframes >= max_keyframes) has_enough = true;
   };
   run.result = track_recording(recording, observer, run.tracker.get());
@@ -176,8 +184,7 @@ Run track_beginning(const Arguments& a, const TrackerOptions& options, const Cam
 
 Run track_all(const Arguments& a, const TrackerOptions& options, const CameraParameters& camera,
               const Recording& recording, const SavedMaps* loaded = nullptr) {
-  const std::string live_path = (fs::path(a.output) / "trajectory_live.txt").string();
-  TrajectoryWriter live(live_path);
+  TrajectoryWriter live((fs::path(a.output) / "trajectory_live.txt").string());
   std::deque<Observed> observed;  // by attempt
   const auto observer_of = [&](int attempt) -> FrameObserver {
     if (attempt > 0) tell_of_attempt(attempt, a.quiet);
@@ -187,8 +194,9 @@ Run track_all(const Arguments& a, const TrackerOptions& options, const CameraPar
                                                            const FrameReport& report) {
       if (pass == 1) progress->show(report);
       if (pass == 1 && report.map_from_camera) {
-        into->live.push_back({report.stamp_ns, *report.map_from_camera});
-        if (attempt == 0) live.append(into->live.back());
+        const StampedPose pose{report.stamp_ns, *report.map_from_camera};
+        into->live[report.epoch].push_back(pose);
+        if (attempt == 0) live.append(pose, report.epoch);
       }
       if (pass == 1 || report.map_from_camera) into->masks.add(index, report);
     };
@@ -196,8 +204,7 @@ Run track_all(const Arguments& a, const TrackerOptions& options, const CameraPar
   TrackedRecording tracked = track_until_sure(
       recording, [&] { return make_tracker(options, camera, loaded); }, observer_of);
   Observed& kept = observed[tracked.attempt];
-  if (tracked.attempt > 0) write_tum(live_path, kept.live);
-  return {std::move(tracked.tracker), std::move(tracked.result), std::move(kept.masks)};
+  return {std::move(tracked.tracker), std::move(tracked.result), std::move(kept.masks), std::move(kept.live)};
 }
 
 // What speaks against the camera speaks against every map.
@@ -302,6 +309,7 @@ void write_files(const Arguments& a, const Recording& recording, const Calibrati
                  const std::vector<StampedPose>& reference, bool outlined, Run* run) {
   const fs::path output = a.output;
   const RecordingResult& result = run->result;
+  write_tum_epochs((output / "trajectory_live.txt").string(), std::move(run->live));
   if (!result.tracked) write_tum((output / "trajectory.txt").string(), {});
   if (result.tracked) write_results(output, calibration.camera, result, reference);
   if (calibration.refined) {
@@ -364,18 +372,11 @@ void tell_of_result(const TrackerOptions& options, RecordingResult* result) {
   tell("warning: ", result->warnings);
 }
 
-// What an earlier run has left in the folder, and this one has not written anew. It stays: hours of dense
-// reconstruction may hang on it.
-void tell_of_earlier_files(const Arguments& a) {
-  const auto tell_of = [&](const char* name, bool is_written) {
-    const fs::path path = fs::path(a.output) / name;
-    std::error_code none;
-    if (is_written || !fs::exists(path, none) || fs::equivalent(path, a.camera, none)) return;
+// What an earlier run has left stays: hours of dense reconstruction may hang on it.
+void tell_of_earlier_files(const Arguments& a, const RecordingResult& result) {
+  for (const fs::path& path : earlier_files(outputs_of(a), a.camera, result.maps.size())) {
     std::fprintf(stderr, "%s: of an earlier run, and does not go with these results\n", path.c_str());
-  };
-  tell_of("camera_refined.yaml", a.map.empty() && (a.refine_camera || a.hfov));
-  tell_of("undistorted", a.undistorted);
-  tell_of("frames", a.write_frames);
+  }
 }
 
 void tell_of_files(const Arguments& a, const Run& run, double seconds) {
@@ -418,11 +419,12 @@ int run(const Arguments& a) {
   if (!run.result.tracked) {
     std::fprintf(stderr, "%s: %s\n", a.localize_only ? "no image could be posed" : "no map could be made",
                  run.result.reason.c_str());
+    if (!a.quiet) tell_of_earlier_files(a, run.result);
     return end_status(1);
   }
   if (!a.quiet) {
     tell_of_files(a, run, seconds);
-    tell_of_earlier_files(a);
+    tell_of_earlier_files(a, run.result);
     if (!a.write_masks.empty() && run.masks.frames() == 0)
       std::fprintf(stderr, "%s: no image had a mask, given or found\n", a.write_masks.c_str());
   }

@@ -81,31 +81,41 @@ class Calibrator {
 
   SelfCalibration run() {
     const bool is_found = approach();
-    if (is_cancelled()) return interrupted();
-    SelfCalibration result = finish(is_found);
+    SelfCalibration result;
+    if (!is_cancelled()) result = finish(is_found);
     result.source = is_refined_ ? CalibrationSource::kRefined : source_;
     result.camera = camera_;
     result.runs = runs_;
+    if (is_interrupted_) leave_unsettled(&result);
     return result;
   }
 
  private:
-  // With the map that there is.
-  SelfCalibration interrupted() const {
-    SelfCalibration result;
-    result.source = tracked_with_ == start_ ? source_ : CalibrationSource::kRefined;
-    result.camera = tracked_with_;
-    result.runs = runs_;
-    return result;
+  // The map that there is holds to the camera that it was tracked with, which may be a trial that no map has
+  // asked for.
+  void leave_unsettled(SelfCalibration* result) const {
+    const CalibrationSource of_trial = tracked_with_ == start_ ? source_ : CalibrationSource::kGuessed;
+    result->source = was_refined_ ? CalibrationSource::kRefined : of_trial;
+    result->camera = tracked_with_;
+    result->is_near = false;
+    result->warnings = {
+        "the refinement of the camera was interrupted: its focal length is not settled; let it come to its "
+        "end"};
   }
 
   const Map* track(int max_keyframes) {
     ++runs_;
     tracked_with_ = camera_;
+    was_refined_ = is_refined_;
     return track_(camera_, max_keyframes);
   }
 
-  bool is_cancelled() const { return options_.cancel && options_.cancel(); }
+  // Another run would read no image, and the map that there is would be lost to it. What comes later than all
+  // questions interrupts nothing here.
+  bool is_cancelled() {
+    is_interrupted_ = is_interrupted_ || (options_.cancel && options_.cancel());
+    return is_interrupted_;
+  }
 
   bool take(const CameraRefinement& refinement) {
     if (!refinement.focal_observable) return false;
@@ -167,7 +177,8 @@ class Calibrator {
     for (int i = 0; i < kMaxRuns; ++i) {
       const Map* map = track(0);
       if (!map) {
-        if (is_found) result.warnings = {"the camera could not be refined: the whole recording gives no map"};
+        if (is_found && !is_cancelled())
+          result.warnings = {"the camera could not be refined: the whole recording gives no map"};
         return result;
       }
       result.last = refine_camera(options_, camera_, *map);
@@ -203,7 +214,7 @@ class Calibrator {
   bool guess_anew(const CameraRefinement& r, const Map& map) {
     if (source_ != CalibrationSource::kGuessed) return false;
     const double change = contradiction(options_, camera_, map, r);
-    if (change == 0) return false;
+    if (change == 0 || is_cancelled()) return false;
     camera_ = with_focal(camera_, 1 + change);
     return true;
   }
@@ -243,7 +254,9 @@ class Calibrator {
   CameraParameters camera_, tracked_with_;
   const CameraRefinementOptions& options_;
   const TrackWithCamera& track_;
-  bool is_refined_ = false;
+  bool is_refined_ = false;      // by an adjustment of what was tracked before
+  bool was_refined_ = false;     // as the last run began
+  bool is_interrupted_ = false;  // by whoever cancels
   int runs_ = 0;
 };
 

@@ -18,7 +18,7 @@ bool Tracker::Impl::finish() {
     if (options_.localize_only) return false;
     const std::optional<BootstrapReport> known = bootstrap_job_.take(epoch_);
     if (!known || !known->is_begun) {
-      if (next_index_ != 2) return false;
+      if (next_index_ - frames_left_out_ != 2) return false;
       const BootstrapReport two_views = bootstrap_job_.bootstrapper().unconfirmed();
       if (!two_views.map) return false;
       worker_.begin(epoch_, [&](Mapper& mapper) { mapper.initialize(*two_views.map, epoch_); });

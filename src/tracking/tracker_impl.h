@@ -218,6 +218,7 @@ class Tracker::Impl {
   State state_ = State::kBootstrapping;
   std::uint32_t epoch_ = 0;
   std::int64_t next_index_ = 0;
+  std::int64_t frames_left_out_ = 0;  // of them: images that no frame could be made of
   bool rests_on_two_views_ = false;
   bool is_segmented_ = false;            // an image has had a mask, given or found
   bool expects_object_ = false;          // masks are of one that was found by its motion

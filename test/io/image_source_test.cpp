@@ -10,6 +10,7 @@
 
 #include "mono_pose_tracker/io/image_decoding.h"
 #include "mono_pose_tracker/io/mask_folder.h"
+#include "mono_pose_tracker/io/video_file.h"
 #include "support/expect_error.h"
 #include "support/temporary_folder.h"
 
@@ -276,6 +277,44 @@ TEST(Video, FramesStampedByTheirRate) {
     EXPECT_NEAR(image.image.at<cv::Vec3b>(10, 10)[0], 40 * i, 3);
   }
   EXPECT_EQ(source->next().kind, Kind::kEnd);
+}
+
+TEST(Video, OneThatIsCutTellsWhatIsMissing) {
+  TemporaryFolder folder;
+  const std::string path = folder / "cut.avi";
+  constexpr int kFrames = 40;
+  cv::VideoWriter writer(path, cv::CAP_OPENCV_MJPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 25,
+                         {64, 48});
+  ASSERT_TRUE(writer.isOpened());
+  for (int i = 0; i < kFrames; ++i) writer.write(cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(5 * i)));
+  writer.release();
+  std::filesystem::resize_file(path, std::filesystem::file_size(path) * 6 / 10);
+  cv::VideoCapture capture;
+  if (!open_as_recorded(path, &capture) || capture.get(cv::CAP_PROP_FRAME_COUNT) != kFrames) {
+    GTEST_SKIP() << "this OpenCV does not know what is missing";
+  }
+  const auto source = open_video(path);
+  int read = 0;
+  SourceImage image = source->next();
+  for (; image.kind == Kind::kImage; image = source->next()) ++read;
+  EXPECT_GT(read, 0);
+  EXPECT_EQ(image.kind, Kind::kSkipped);
+  EXPECT_EQ(image.problem, path + ": ends after " + std::to_string(read) +
+                               " of the 40 frames that it announces: is it damaged?");
+  EXPECT_EQ(source->next().kind, Kind::kEnd);
+  EXPECT_EQ(source->next().kind, Kind::kEnd);
+}
+
+TEST(Video, WhatMayBeAnEstimateIsNotMissed) {
+  EXPECT_NE(problem_of_end(400, 1000), "");
+  EXPECT_NE(problem_of_end(979, 1000), "");
+  EXPECT_EQ(problem_of_end(980, 1000), "");
+  EXPECT_NE(problem_of_end(8, 10), "");
+  EXPECT_EQ(problem_of_end(9, 10), "") << "one frame more or less";
+  EXPECT_EQ(problem_of_end(10, 10), "");
+  EXPECT_EQ(problem_of_end(12, 10), "");
+  EXPECT_EQ(problem_of_end(5, -1), "") << "a stream does not know";
+  EXPECT_EQ(problem_of_end(0, 0), "");
 }
 
 TEST(Masks, OfFoldersAreFoundByFolderAndName) {

@@ -154,6 +154,21 @@ class Refusals(RunsOfARoom):
             self.assertIn(os.path.join(folder, "images.txt") + ": would be written over", said)
             self.assertEqual(content(listed), before)
 
+    def test_results_do_not_lie_among_the_images(self):
+        """The folder of images is read more than once: the picture of the map would be one of them."""
+        further = self.path("out", "map_2")
+        shutil.copytree(self.images, further)
+        images = self.copy_of_images()
+        for folder, output in ((images, images), (images, os.path.join(images, "..", "images")), (further, self.path("out"))):
+            said = self.refusal("--images", folder, "--camera", self.camera, "--output", output)
+            self.assertIn("expected another folder as --output", said)
+            self.assertEqual(sorted(os.listdir(folder)), self.names)
+        self.assertEqual(os.listdir(self.path("out")), ["map_2"])
+        # What lies below it is none of its images.
+        result = run_program("track_sequence", "--images", images, "--camera", self.camera, "--max-frames", "1", "--output",
+                             os.path.join(images, "result"))
+        self.assertEqual(result.returncode, 1, result.stderr)  # one image makes no map
+
     def test_masks_that_are_read_are_not_written_over_by_others(self):
         output = self.path("out")
         shutil.copytree(os.path.join(self.sequence, "masks"), os.path.join(output, "frames"))

@@ -46,6 +46,15 @@ class SeveralMaps(Runs):
         self.assertEqual(len(said["maps"]), 2)
         self.assertIn("the recording fell into 2 maps", " ".join(said["warnings"]))
         self.assertFalse(os.path.exists(os.path.join(output, "map_3", "trajectory.txt")))
+        live = [[]]
+        for line in lines(output, "trajectory_live.txt"):
+            if line.startswith("# a new map begins"):
+                live.append([])
+            else:
+                live[-1].append(float(line.split()[0]) >= 100)
+        self.assertGreaterEqual(len(live), 2)
+        for of_plane in live:
+            self.assertEqual(len(set(of_plane)), 1, "the line stands between the poses of two maps")
         for name, (images, truth) in {"": (room, room_truth), "map_2": (plane, plane_truth)}.items():
             stamps = [float(pose[0]) for pose in rows(output, name, "trajectory.txt")]
             expected = [float(stamp) for stamp, _ in images]

@@ -280,6 +280,21 @@ class TrackSequence(RunsOfARoom):
         self.assertNotIn(refined + ": of", said, "it is this run's own calibration")
         self.assertTrue(os.path.exists(dense))
 
+    def test_where_no_map_is_made_what_an_earlier_run_has_left_is_told(self):
+        output = self.path("again")
+        shutil.copytree(self.tracked, output)
+        shutil.copytree(os.path.join(self.tracked, "colmap"), os.path.join(output, "map_3", "colmap"))
+        shutil.copy(os.path.join(self.tracked, "trajectory.txt"), os.path.join(output, "map_3"))
+        result = run_program("track_sequence", "--images", self.list, "--camera", self.camera, "--max-frames", "1",
+                             "--output", output)
+        self.assertEqual(result.returncode, 1, result.stderr)
+        for left in ("points.ply", "overview.png", "colmap", "map_3"):
+            self.assertIn(os.path.join(output, left) + ": of an earlier run", result.stderr)
+            self.assertTrue(os.path.exists(os.path.join(output, left)), left)
+        for name in ("trajectory.txt", "trajectory_live.txt"):
+            self.assertEqual(rows(output, name), [])
+        self.assertFalse(os.path.exists(os.path.join(output, "map_3", "trajectory.txt")), "it would be taken for this run's")
+
     def test_masks_that_there_are_none_of_are_told(self):
         said = run_program("track_sequence", "--images", self.list, "--camera", self.camera, "--max-frames", "6",
                            "--output", self.path("out"), "--write-masks", self.path("masks")).stderr
@@ -359,6 +374,15 @@ class TrackSequence(RunsOfARoom):
         self.assertIn("unconfirmed", figures["reason"])
         self.assertEqual((figures["frames_total"], figures["frames_posed"]), (2, 2))
         self.expect_trajectory(["1.000000000", "1.100000000"], os.path.join(output, "trajectory.txt"))
+
+    def test_what_is_skipped_does_not_count_beside_two_images(self):
+        thumbnail = self.path("thumbnail.png")
+        cv2.imwrite(thumbnail, numpy.zeros((24, 32), numpy.uint8))
+        two = [self.names[0], self.names[4]]
+        output, said = self.track("--images", self.list_of(two + [thumbnail]), "--camera", self.camera)
+        self.assertIn("thumbnail.png", said)
+        figures = report(output)
+        self.assertEqual((figures["tracked"], figures["frames_total"], figures["frames_posed"]), (True, 3, 2))
 
     def test_a_still_camera_has_too_little_parallax(self):
         output, said = self.track("--images", self.list_of([self.names[0]] * 10), "--camera", self.camera, status=1)

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """What track_sequence leaves when it is interrupted, nobody listens or a file cannot be written. PROGRAMS names the folder
 of the program."""
+import math
 import os
 import signal
 import subprocess
@@ -8,6 +9,7 @@ import sys
 import time
 
 import rosunit
+import yaml
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import told_skips  # noqa: E402, F401
@@ -15,10 +17,10 @@ from track_sequence_runs import FRAMES, RunsOfARoom, content, lines, report, row
 
 
 class UntimelyEnds(RunsOfARoom):
-    def interrupt(self, images, output):
+    def interrupt(self, images, output, *camera):
         """What it says when it is interrupted at its 50th image."""
         program = os.path.join(os.environ["PROGRAMS"], "track_sequence")
-        process = subprocess.Popen([program, "--images", images, "--camera", self.camera, "--output", output],
+        process = subprocess.Popen([program, "--images", images, "--output", output, *(camera or ("--camera", self.camera))],
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         for line in process.stderr:  # a line for every change of state and for every 50 images
             if "image 50:" in line:
@@ -37,6 +39,25 @@ class UntimelyEnds(RunsOfARoom):
         self.assertTrue(any("interrupted after" in warning for warning in figures["warnings"]), figures["warnings"])
         self.assertLess(figures["frames_total"], 50 + 200)
         self.assertGreater(len(rows(output, "trajectory.txt")), 40)
+
+    def test_an_interrupted_refinement_leaves_what_its_run_came_to(self):
+        """Its camera is a guess still, and no poses of an earlier run lie beside its own."""
+        output, few = self.path("guessed"), self.names[:8]  # too few for the keyframes that the first run waits for
+        os.mkdir(output)
+        with open(os.path.join(output, "trajectory_live.txt"), "w") as f:
+            f.write("999.000000000 0 0 0 0 0 0 1\n")
+        fx = yaml.safe_load(content(self.camera))["camera_matrix"]["data"][0]
+        said = self.interrupt(self.list_of(few + 60 * (few[::-1] + few)), output, "--hfov",
+                              "%.3f" % math.degrees(2 * math.atan(160 / fx)))
+        figures = report(output)
+        self.assertEqual(figures["camera"]["runs"], 1, "or it was not interrupted in its first run")
+        self.assertEqual((figures["calibration"], figures["confirmed"]), ("GUESSED", False))
+        self.assertEqual(figures["camera"]["focal_length_sigma"], -1)
+        self.assertIn("refinement of the camera was interrupted", said)
+        live = rows(output, "trajectory_live.txt")
+        self.assertGreater(len(live), 30)
+        self.assertEqual(len(live), figures["frames_posed_live"])
+        self.assertLess(max(float(pose[0]) for pose in live), 999)
 
     def test_interrupted_while_images_are_written(self):
         """Those of the dense workspace that are there are all that it names."""

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "support/map_of_views.h"
@@ -155,6 +157,12 @@ class RunawayRecording {
   Map map_;
 };
 
+void expect_told_as_interrupted(const SelfCalibration& found) {
+  EXPECT_FALSE(found.is_near) << "nothing is to be built on it";
+  ASSERT_EQ(found.warnings.size(), 1u);
+  EXPECT_NE(found.warnings[0].find("was interrupted"), std::string::npos) << found.warnings[0];
+}
+
 TEST(SelfCalibration, InterruptedItKeepsTheMapThatThereIs) {
   for (const int interrupted_in : {1, 2, 3}) {
     int runs = 0;
@@ -170,6 +178,59 @@ TEST(SelfCalibration, InterruptedItKeepsTheMapThatThereIs) {
                                                         });
     EXPECT_EQ(runs, interrupted_in) << "another would read no image";
     EXPECT_EQ(found.camera, last);
+    EXPECT_EQ(found.source, interrupted_in == 1 ? CalibrationSource::kGuessed : CalibrationSource::kRefined);
+    EXPECT_TRUE(std::isinf(found.last.focal_sigma)) << "nothing has told it";
+    expect_told_as_interrupted(found);
+  }
+}
+
+TEST(SelfCalibration, InterruptedWithATrialFocalLengthItIsAGuess) {
+  const CameraParameters start = with_focal(1);
+  CameraParameters last = start;
+  CameraRefinementOptions options;
+  options.cancel = [&] { return last.fx < 0.8 * start.fx; };
+  RunawayRecording recording(0);
+  const SelfCalibration found = calibrate_by_tracking(start, CalibrationSource::kGiven, options,
+                                                      [&](const CameraParameters& camera, int) {
+                                                        last = camera;
+                                                        return recording(camera);
+                                                      });
+  EXPECT_EQ(last, with_focal(0.7)) << "or it was not interrupted with a trial";
+  EXPECT_EQ(found.camera, last);
+  EXPECT_EQ(found.source, CalibrationSource::kGuessed) << "no map has asked for it";
+  expect_told_as_interrupted(found);
+}
+
+// The end is asked for while a map is asked what it says of the camera, as late as can be before another run.
+TEST(SelfCalibration, InterruptedBeforeARunItBeginsNone) {
+  const CameraModel truth = synthetic_camera();
+  std::vector<int> asked_before_run;
+  Map map;
+  int asked = 0, interrupted_at = 0;  // 0: not at all
+  CameraParameters last;
+  CameraRefinementOptions options;
+  options.cancel = [&] { return ++asked >= interrupted_at && interrupted_at > 0; };
+  const auto calibrate = [&] {
+    asked = 0;
+    asked_before_run.clear();
+    return calibrate_by_tracking(with_focal(0.7), CalibrationSource::kGuessed, options,
+                                 [&](const CameraParameters& camera, int) {
+                                   asked_before_run.push_back(asked);
+                                   last = camera;
+                                   map = map_of(round_about(), truth, CameraModel(camera), kFewPoints);
+                                   return &map;
+                                 });
+  };
+  const SelfCalibration whole = calibrate();
+  ASSERT_NE(whole.camera, with_focal(0.7)) << "it was not guessed anew";
+  const std::vector<int> asked_in_whole = asked_before_run;
+  ASSERT_GE(asked_in_whole.size(), 3u);
+  for (std::size_t run = 1; run < asked_in_whole.size(); ++run) {
+    interrupted_at = asked_in_whole[run];
+    const SelfCalibration found = calibrate();
+    EXPECT_EQ(asked_before_run.size(), run) << "one more loses the map that there is";
+    EXPECT_EQ(found.camera, last);
+    expect_told_as_interrupted(found);
   }
 }
 

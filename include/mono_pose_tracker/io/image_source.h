@@ -57,7 +57,8 @@ struct ImageFile {
 /// The files of a folder or a list, whether they can be read or not. Throws as open_images.
 std::vector<ImageFile> image_files(const std::string& path);
 
-/// A video file: frame i is stamped i / fps. Throws std::runtime_error, one line, when it cannot be opened.
+/// A video file: frame i is stamped i / fps. One that ends long before it should says so as what is skipped
+/// last. Throws std::runtime_error, one line, when it cannot be opened.
 std::unique_ptr<ImageSource> open_video(const std::string& path);
 
 }  // namespace mono_pose_tracker

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <fstream>
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,8 +21,8 @@ struct StampedPose {
 /// line and what was expected.
 std::vector<StampedPose> read_tum(const std::string& path);
 
-/// As read_tum, but map by map, as ~trajectory_file tells them apart: another begins after a comment `# a new
-/// map begins ...`. Poses of different maps have nothing in common. None is empty.
+/// As read_tum, but map by map, as ~trajectory_file and trajectory_live.txt tell them apart: another begins
+/// after a comment `# a new map begins ...`. Poses of different maps have nothing in common. None is empty.
 std::vector<std::vector<StampedPose>> read_tum_maps(const std::string& path);
 
 /// The TUM line of a pose, without its line end: 12 significant digits, whatever the unit of length.
@@ -30,17 +32,25 @@ std::string tum_line(const StampedPose& pose);
 /// cannot.
 void write_tum(const std::string& path, std::vector<StampedPose> poses);
 
+/// Poses by the epoch of the map that they are in (FrameReport::epoch): those of two have nothing in common.
+using PosesByEpoch = std::map<std::uint32_t, std::vector<StampedPose>>;
+
+/// As write_tum, epoch by epoch, so that read_tum_maps tells them apart; sorted by stamp within each.
+void write_tum_epochs(const std::string& path, PosesByEpoch epochs);
+
 /// Writes TUM lines one by one, each handed to the system before append returns, so that a killed process
 /// keeps all of them.
 class TrajectoryWriter {
  public:
   /// Replaces the file. Throws std::runtime_error naming the path when it cannot.
   explicit TrajectoryWriter(const std::string& path);
-  void append(const StampedPose& pose);
+  /// After poses of another epoch the line that read_tum_maps asks for goes before it.
+  void append(const StampedPose& pose, std::uint32_t epoch = 0);
 
  private:
   std::string path_;
   std::ofstream stream_;
+  std::optional<std::uint32_t> epoch_;  // of the last pose
 };
 
 }  // namespace mono_pose_tracker

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <opencv2/videoio.hpp>
 #include <string>
 
@@ -9,5 +10,9 @@ namespace mono_pose_tracker {
 /// upright) is not followed, as the orientation tag of an image is not (image_decoding.h). False when OpenCV
 /// cannot read the file.
 bool open_as_recorded(const std::string& path, cv::VideoCapture* capture);
+
+/// What to tell of a video of which so many frames could be read and that announces so many (-1: none): empty
+/// unless clearly fewer could, as some containers only estimate how many there are.
+std::string problem_of_end(std::int64_t frames, std::int64_t announced);
 
 }  // namespace mono_pose_tracker

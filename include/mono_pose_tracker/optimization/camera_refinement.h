@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/map/map.h"
@@ -29,7 +30,8 @@ struct CameraRefinement {
   /// What the motion lets the views tell; what it does not keeps the value it had.
   bool focal_observable = false, center_observable = false, distortion_observable = false;
   CameraParameters camera;
-  double focal_sigma = 0;   // relative, one standard deviation; infinite where nothing tells it
+  /// Relative, one standard deviation; infinite where nothing tells it.
+  double focal_sigma = std::numeric_limits<double>::infinity();
   double focal_change = 0;  // relative: what came out over what was given, less 1
   double focal_asked = 0;   // as focal_change, of the focal length alone; whether it is observable or not
   double max_shift_px = 0;  // the farthest that a pixel of the image's edge moved

@@ -20,7 +20,8 @@ struct SelfCalibration {
   CalibrationSource source = CalibrationSource::kGiven;
   CameraRefinement last;              // what the last map says of it
   std::vector<std::string> warnings;  // what was not observable, and what follows
-  bool is_near = true;  // false: the last run asks for one that is 2 % off; nothing is to be built on it
+  /// False: the last run asks for one that is 2 % off, or was interrupted; nothing is to be built on it.
+  bool is_near = true;
   int runs = 0;
 };
 

@@ -1,5 +1,6 @@
 #include "outputs.h"
 
+#include <map>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -14,20 +15,37 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool is_map_folder(const fs::path& folder) {
-  const std::string name = folder.filename().string();
+// Of the map that the folder is of: 2, 3, ...; 0 where it is of none.
+int map_number(const fs::directory_entry& folder) {
+  const std::string name = folder.path().filename().string();
   int number = 0;
-  return name.rfind("map_", 0) == 0 && parse_decimal(name.substr(4), &number);
+  std::error_code error;
+  const bool is_of_map =
+      name.rfind("map_", 0) == 0 && parse_decimal(name.substr(4), &number) && folder.is_directory(error);
+  return is_of_map && number >= 2 ? number : 0;
+}
+
+// Of the maps but the largest, by number.
+std::map<int, fs::path> further_map_folders(const fs::path& output) {
+  std::map<int, fs::path> folders;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(output, error)) {
+    if (const int number = map_number(entry)) folders[number] = entry.path();
+  }
+  return folders;
 }
 
 // Of the largest map, and of the others where they are there: what is read can be in no other.
 std::vector<fs::path> map_folders(const fs::path& output) {
   std::vector<fs::path> folders = {output};
-  std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(output, error)) {
-    if (is_map_folder(entry.path())) folders.push_back(entry.path());
-  }
+  for (const auto& entry : further_map_folders(output)) folders.push_back(entry.second);
   return folders;
+}
+
+void remove_old(const fs::path& file) {
+  std::error_code error;
+  fs::remove(file, error);
+  if (error) throw std::runtime_error(file.string() + ": cannot be written (" + error.message() + ")");
 }
 
 std::vector<fs::path> colmap_files(const fs::path& folder) {
@@ -110,15 +128,41 @@ void refuse_to_overwrite(const Inputs& inputs, const std::vector<ImageFile>& ima
   if (!outputs.masks.empty()) add_written_masks(outputs.masks, names, &files);
 }
 
+void refuse_among_images(const fs::path& images, const Outputs& outputs) {
+  if (images.empty()) return;
+  const std::string read = followed(images);
+  for (const fs::path& folder : map_folders(outputs.folder)) {
+    if (followed(folder) != read) continue;
+    throw std::runtime_error(folder.string() +
+                             ": the images lie in it, and pictures of the results would be taken for some of "
+                             "them: expected another folder as --output");
+  }
+}
+
 void require_writable(const Outputs& outputs) {
   for (const fs::path& file : result_files(outputs)) require_regular_file(file.string());
   if (!outputs.map.empty()) require_writable_file(outputs.map.string());
   if (!outputs.masks.empty()) require_writable_folder(outputs.masks.string());
   require_writable_folder(outputs.folder.string());
-  const fs::path trajectory = outputs.folder / "trajectory.txt";
-  std::error_code error;
-  fs::remove(trajectory, error);
-  if (error) throw std::runtime_error(trajectory.string() + ": cannot be written (" + error.message() + ")");
+  remove_old(outputs.folder / "trajectory_live.txt");
+  for (const fs::path& folder : map_folders(outputs.folder)) remove_old(folder / "trajectory.txt");
+}
+
+std::vector<fs::path> earlier_files(const Outputs& outputs, const fs::path& camera, std::size_t maps) {
+  std::vector<fs::path> earlier;
+  const auto add = [&](const fs::path& path, bool is_written) {
+    std::error_code none;
+    if (is_written || !fs::exists(path, none) || fs::equivalent(path, camera, none)) return;
+    earlier.push_back(path);
+  };
+  for (const char* name : {"points.ply", "overview.png", "colmap"}) add(outputs.folder / name, maps > 0);
+  add(outputs.folder / "camera_refined.yaml", outputs.refined_camera);
+  add(outputs.folder / "undistorted", maps > 0 && outputs.undistorted);
+  add(outputs.folder / "frames", outputs.frames);
+  for (const auto& [number, folder] : further_map_folders(outputs.folder)) {
+    add(folder, static_cast<std::size_t>(number) <= maps);
+  }
+  return earlier;
 }
 
 }  // namespace mono_pose_tracker

@@ -171,9 +171,6 @@ void write_undistorted(const fs::path& folder, const CameraModel& camera, const 
 
 void write_results(const fs::path& output, const CameraParameters& camera, const RecordingResult& result,
                    const std::vector<StampedPose>& reference) {
-  for (int i = 2; fs::exists(output / ("map_" + std::to_string(i)) / "trajectory.txt"); ++i) {
-    fs::remove(output / ("map_" + std::to_string(i)) / "trajectory.txt");
-  }
   for (std::size_t i = 0; i < result.maps.size(); ++i) {
     const fs::path folder = i == 0 ? output : output / ("map_" + std::to_string(i + 1));
     make_folder(folder);

@@ -11,7 +11,7 @@
 namespace mono_pose_tracker {
 
 /// Trajectory, points, picture and COLMAP model: the largest map's in the output folder, the others' in
-/// map_2, map_3, ...; no trajectory of an earlier run is left there.
+/// map_2, map_3, ...
 void write_results(const std::filesystem::path& output, const CameraParameters& camera,
                    const RecordingResult& result, const std::vector<StampedPose>& reference);
 
