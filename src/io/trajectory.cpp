@@ -52,9 +52,9 @@ void sort_by_stamp(std::vector<StampedPose>* poses) {
                    [](const StampedPose& a, const StampedPose& b) { return a.stamp_ns < b.stamp_ns; });
 }
 
-// Between the poses of two epochs.
-std::string new_map_line(std::uint32_t epoch) {
-  return "# a new map begins (epoch " + std::to_string(epoch) + "): another origin and scale";
+// Between the poses of two maps.
+std::string new_map_line(std::uint32_t map_id) {
+  return "# a new map begins (map " + std::to_string(map_id) + "): another origin and scale";
 }
 
 }  // namespace
@@ -113,12 +113,12 @@ void write_tum(const std::string& path, std::vector<StampedPose> poses) {
   });
 }
 
-void write_tum_epochs(const std::string& path, PosesByEpoch epochs) {
+void write_tum_maps(const std::string& path, PosesByMap maps) {
   write_file_atomically(path, [&](std::ostream& out) {
     bool is_first = true;
-    for (auto& [epoch, poses] : epochs) {
+    for (auto& [map_id, poses] : maps) {
       if (poses.empty()) continue;
-      if (!std::exchange(is_first, false)) out << new_map_line(epoch) << '\n';
+      if (!std::exchange(is_first, false)) out << new_map_line(map_id) << '\n';
       sort_by_stamp(&poses);
       for (const StampedPose& pose : poses) out << tum_line(pose) << '\n';
     }
@@ -134,10 +134,10 @@ TrajectoryWriter::TrajectoryWriter(const std::string& path) : path_(path) {
   stream_.imbue(std::locale::classic());
 }
 
-void TrajectoryWriter::append(const StampedPose& pose, std::uint32_t epoch) {
+void TrajectoryWriter::append(const StampedPose& pose, std::uint32_t map_id) {
   errno = 0;
-  if (epoch_ && *epoch_ != epoch) stream_ << new_map_line(epoch) << '\n';
-  epoch_ = epoch;
+  if (map_id_ && *map_id_ != map_id) stream_ << new_map_line(map_id) << '\n';
+  map_id_ = map_id;
   stream_ << tum_line(pose) << '\n';
   stream_.flush();
   if (!stream_) {

@@ -111,7 +111,7 @@ std::string problem_of_end(std::int64_t frames, std::int64_t announced) {
       frames + 2 <= announced && static_cast<double>(frames) < kClearly * static_cast<double>(announced);
   if (!is_early) return "";
   return "ends after " + std::to_string(frames) + " of the " + std::to_string(announced) +
-         " frames that it announces: is it damaged?";
+         " frames that it announces: it may be damaged";
 }
 
 std::unique_ptr<ImageSource> open_video(const std::string& path) { return std::make_unique<VideoFile>(path); }

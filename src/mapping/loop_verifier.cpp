@@ -24,10 +24,6 @@ constexpr int kGuidedKeyframes = 12;  // of the old place, whose landmarks are l
 
 // Of the distance of the points: what a turn on the spot, which is no way at all, may leave.
 constexpr double kMaxDriftOfDepth = 0.1;
-// rad: a heading that goes astray evenly along the way moves its end by half of that. What looks alike where
-// the camera went the other way, as the two walls of a corridor, is turned by far more.
-constexpr double kMaxTurn = 2 * kMaxDrift;
-
 // A landmark and where a keyframe sees it.
 struct Sight {
   LandmarkId landmark = kNoLandmark;
@@ -163,7 +159,8 @@ GuidedSearch search(const MapperOptions& options, const CameraModel& camera, con
 // Of the way between the two keyframes; nothing when it is more than drift can be.
 std::optional<double> drift_of(const TrackingMap& map, const KeyframeView& keyframe, KeyframeId place,
                                const Pairs& pairs, const Sim3& old_from_new) {
-  if (old_from_new.rotation.angularDistance(Eigen::Quaterniond::Identity()) > kMaxTurn) return std::nullopt;
+  if (old_from_new.rotation.angularDistance(Eigen::Quaterniond::Identity()) > kMaxDriftTurn)
+    return std::nullopt;
   const Eigen::Vector3d center = keyframe.camera_from_map.inverse().translation;
   std::vector<double> distances;
   for (const SimilarityMatch& match : pairs.points) distances.push_back((match.in_a.x - center).norm());

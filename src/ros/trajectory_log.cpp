@@ -43,12 +43,13 @@ void TrajectoryLog::append(const FrameReport& report) {
   if (!report.map_from_camera) return;
   const std::lock_guard<std::mutex> lock(mutex_);
   std::string lines = line_of(report.stamp_ns, *report.map_from_camera);
-  if (!empty_ && report.epoch != epoch_) {
+  if (!empty_ && (report.epoch != epoch_ || report.map_id != map_id_)) {  // joined, a map stays in its epoch
     lines =
         "# a new map begins (epoch " + std::to_string(report.epoch) + "): another origin and scale\n" + lines;
   }
   empty_ = false;
   epoch_ = report.epoch;
+  map_id_ = report.map_id;
   waiting_.push_back(std::move(lines));
   // The first may be half written; the second says how many are lost.
   while (waiting_.size() > kMostWaiting) {

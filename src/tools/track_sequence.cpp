@@ -139,7 +139,7 @@ struct Observed {
   explicit Observed(bool keep_masks) : masks(keep_masks) {}
 
   MaskRecord masks;
-  PosesByEpoch live;
+  PosesByMap live;
 };
 
 void tell_of_attempt(int attempt, bool quiet) {
@@ -154,7 +154,7 @@ struct Run {
   std::unique_ptr<Tracker> tracker;
   RecordingResult result;
   MaskRecord masks;
-  PosesByEpoch live;
+  PosesByMap live;
 };
 
 // loaded: maps to start in; null: none.
@@ -175,7 +175,7 @@ Run track_beginning(const Arguments& a, const TrackerOptions& options, const Cam
   const FrameObserver observer = [&](int pass, std::int64_t, const FrameReport& report) {
     if (pass == 1) progress.show(report);
     if (pass == 1 && report.map_from_camera)
-      run.live[report.epoch].push_back({report.stamp_ns, *report.map_from_camera});
+      run.live[report.map_id].push_back({report.stamp_ns, *report.map_from_camera});
     if (report.keyframes >= max_keyframes) has_enough = true;
   };
   run.result = track_recording(recording, observer, run.tracker.get());
@@ -195,8 +195,8 @@ Run track_all(const Arguments& a, const TrackerOptions& options, const CameraPar
       if (pass == 1) progress->show(report);
       if (pass == 1 && report.map_from_camera) {
         const StampedPose pose{report.stamp_ns, *report.map_from_camera};
-        into->live[report.epoch].push_back(pose);
-        if (attempt == 0) live.append(pose, report.epoch);
+        into->live[report.map_id].push_back(pose);
+        if (attempt == 0) live.append(pose, report.map_id);
       }
       if (pass == 1 || report.map_from_camera) into->masks.add(index, report);
     };
@@ -309,7 +309,7 @@ void write_files(const Arguments& a, const Recording& recording, const Calibrati
                  const std::vector<StampedPose>& reference, bool outlined, Run* run) {
   const fs::path output = a.output;
   const RecordingResult& result = run->result;
-  write_tum_epochs((output / "trajectory_live.txt").string(), std::move(run->live));
+  write_tum_maps((output / "trajectory_live.txt").string(), std::move(run->live));
   if (!result.tracked) write_tum((output / "trajectory.txt").string(), {});
   if (result.tracked) write_results(output, calibration.camera, result, reference);
   if (calibration.refined) {

@@ -75,9 +75,6 @@ FrameReport resect_again(const RecordingReader& reader, Tracker* tracker) {
   return tracker->resect_again(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
 }
 
-// Features of so many images are held at once: half a gigabyte.
-constexpr std::size_t kMaxHeld = 1000;
-
 // Posed from those beside them and from each other, all held at once. How many were.
 std::size_t pose_together(const Recording& recording, const std::set<std::int64_t>& wanted,
                           const FrameObserver& observer, Tracker* tracker, RecordingResult* result) {
@@ -100,6 +97,11 @@ std::size_t pose_together(const Recording& recording, const std::set<std::int64_
   return posed;
 }
 
+std::set<std::int64_t> without(const std::set<std::int64_t>& some, std::set<std::int64_t> frames) {
+  for (const std::int64_t index : some) frames.erase(index);
+  return frames;
+}
+
 void pose_one_by_one(const Recording& recording, const std::set<std::int64_t>& wanted,
                      const FrameObserver& observer, Tracker* tracker, RecordingResult* result) {
   const auto is_wanted = [&](std::int64_t index) { return wanted.count(index) > 0; };
@@ -110,20 +112,20 @@ void pose_one_by_one(const Recording& recording, const std::set<std::int64_t>& w
   });
 }
 
-// Of many, those nearest to a posed one first: the map grows from there. On while that brings most of them a
-// pose; what is left beyond is posed image by image.
+// Of many, those nearest to a posed one first: the map grows from there. On to others while that brings most
+// of them a pose; what is left but for the last of them is tried image by image.
 void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tracker* tracker,
                    RecordingResult* result) {
+  std::set<std::int64_t> tried;
   while (!recording.interrupted()) {
     const std::set<std::int64_t> before = frames_of(tracker->trajectory());
-    std::set<std::int64_t> rest = frames_without_pose(before, result->frames_total);
-    if (rest.empty()) return;
-    const std::set<std::int64_t> held = nearest_to_posed(rest, before, kMaxHeld);
-    const std::size_t posed = pose_together(recording, held, observer, tracker, result);
+    const std::set<std::int64_t> rest = frames_without_pose(before, result->frames_total);
+    const std::set<std::int64_t> held = nearest_to_posed(without(tried, rest), before, recording.most_held);
+    const std::size_t posed = held.empty() ? 0 : pose_together(recording, held, observer, tracker, result);
     if (held.size() == rest.size()) return;
+    tried.insert(held.begin(), held.end());
     if (2 * posed > held.size()) continue;
-    for (const std::int64_t index : held) rest.erase(index);
-    return pose_one_by_one(recording, rest, observer, tracker, result);
+    return pose_one_by_one(recording, without(held, rest), observer, tracker, result);
   }
 }
 

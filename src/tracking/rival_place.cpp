@@ -37,9 +37,9 @@ double disagreement_px(const TrackingMap& map, const CameraModel& camera, const 
 }
 
 bool may_be_drift(const TrackingMap& map, const FoundPlace& a, const FoundPlace& b) {
-  const Eigen::Vector3d apart =
-      a.report.camera_from_map.inverse().translation - b.report.camera_from_map.inverse().translation;
-  return apart.norm() <=
+  const Rigid3 a_in_map = a.report.camera_from_map.inverse(), b_in_map = b.report.camera_from_map.inverse();
+  if (a_in_map.rotation.angularDistance(b_in_map.rotation) > kMaxDriftTurn) return false;
+  return (a_in_map.translation - b_in_map.translation).norm() <=
          kMaxDrift * way_between(map, map.keyframes.at(a.keyframe), map.keyframes.at(b.keyframe));
 }
 

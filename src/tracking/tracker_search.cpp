@@ -22,10 +22,12 @@ bool Tracker::Impl::search(const Frame& frame, FrameReport* report) {
   const TrackingMapPtr present = worker_.latest();
   std::uint32_t map_id = present->map_id;
   ResectionReport best = resector_.relocalize(frame, *present, budget);
+  const auto is_known = [&] { return best.success || best.reason == Reason::kAmbiguousPose; };
   for (auto& [id, other] : others_) {
-    if (best.success) break;
+    if (is_known()) break;  // what looks like two places of one map may look like one of another as well
     ResectionReport elsewhere = resector_.relocalize(frame, *other, budget);
-    if (elsewhere.success) best = std::move(elsewhere), map_id = id;
+    if (elsewhere.success || elsewhere.reason == Reason::kAmbiguousPose)
+      best = std::move(elsewhere), map_id = id;
   }
   if (!best.success) {
     if (frames_lost_ > 1 || report->reason_text.empty()) describe(best, report);

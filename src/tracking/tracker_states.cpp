@@ -215,8 +215,9 @@ void Tracker::Impl::lose(const Frame& frame, const Frame& of_body, FrameReport* 
   ++frames_lost_;
   const bool found = search(frame, report);
   if (frames_lost_ > 1 || found) {
-    // No longer the image that lost it: what counts is that none of the keyframes it was compared with fits.
-    report->reason = Reason::kRelocalising;
+    // No longer the image that lost it: what counts is that none of the keyframes it was compared with fits,
+    // or that too many do.
+    if (report->reason != Reason::kAmbiguousPose) report->reason = Reason::kRelocalising;
     report->reason_text = "lost for " + std::to_string(frames_lost_) + " images: " + report->reason_text;
   }
   if (found || frames_lost_ < options_.young_map_patience || options_.localize_only) return;

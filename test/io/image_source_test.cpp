@@ -300,7 +300,7 @@ TEST(Video, OneThatIsCutTellsWhatIsMissing) {
   EXPECT_GT(read, 0);
   EXPECT_EQ(image.kind, Kind::kSkipped);
   EXPECT_EQ(image.problem, path + ": ends after " + std::to_string(read) +
-                               " of the 40 frames that it announces: is it damaged?");
+                               " of the 40 frames that it announces: it may be damaged");
   EXPECT_EQ(source->next().kind, Kind::kEnd);
   EXPECT_EQ(source->next().kind, Kind::kEnd);
 }

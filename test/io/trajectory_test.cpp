@@ -102,7 +102,7 @@ TEST(TrajectoryWriter, ALineTellsWhereAnotherMapBegins) {
   for (std::size_t i = 0; i < poses.size(); ++i) writer.append(poses[i], epochs[i]);
   const std::string text = folder.read("live.txt");
   EXPECT_NE(text.front(), '#') << "there is none before the first";
-  EXPECT_NE(text.find("\n# a new map begins (epoch 3): another origin and scale\n"), std::string::npos)
+  EXPECT_NE(text.find("\n# a new map begins (map 3): another origin and scale\n"), std::string::npos)
       << text;
   const std::vector<std::vector<StampedPose>> maps = read_tum_maps(folder / "live.txt");
   ASSERT_EQ(maps.size(), 2u);
@@ -115,7 +115,7 @@ TEST(Trajectory, EpochsAreSortedEachByItself) {
   TemporaryFolder folder;
   const std::vector<StampedPose> poses = random_poses(5);
   // The stamps of the later epoch are the older ones: a recording that begins its time anew.
-  write_tum_epochs(folder / "t.txt",
+  write_tum_maps(folder / "t.txt",
                    {{4, {poses[1], poses[0]}}, {1, {poses[4], poses[2], poses[3]}}, {2, {}}});
   const std::vector<std::vector<StampedPose>> maps = read_tum_maps(folder / "t.txt");
   ASSERT_EQ(maps.size(), 2u);
@@ -124,17 +124,17 @@ TEST(Trajectory, EpochsAreSortedEachByItself) {
   for (int i = 0; i < 3; ++i) expect_near(maps[0][i], poses[2 + i]);
   for (int i = 0; i < 2; ++i) expect_near(maps[1][i], poses[i]);
   const std::string text = folder.read("t.txt");
-  const std::string line = "# a new map begins (epoch 4)";
+  const std::string line = "# a new map begins (map 4)";
   EXPECT_EQ(text.find('#'), text.find(line)) << text;
   EXPECT_EQ(text.rfind('#'), text.find(line)) << "one between two: " << text;
-  write_tum_epochs(folder / "t.txt", {});
+  write_tum_maps(folder / "t.txt", {});
   EXPECT_EQ(folder.read("t.txt"), "");
 }
 
 TEST(Trajectory, SaysWhenItCannotWrite) {
   TemporaryFolder folder;
   expect_error([&] { write_tum(folder / "no/t.txt", {}); }, {"no/t.txt", "cannot be written"});
-  expect_error([&] { write_tum_epochs(folder / "no/t.txt", {}); }, {"no/t.txt", "cannot be written"});
+  expect_error([&] { write_tum_maps(folder / "no/t.txt", {}); }, {"no/t.txt", "cannot be written"});
   expect_error([&] { TrajectoryWriter writer(folder / "no/t.txt"); }, {"no/t.txt", "cannot be written"});
   expect_error([&] { TrajectoryWriter("/dev/full").append({}); }, {"/dev/full"});
 }

@@ -240,7 +240,8 @@ TEST_F(RecordingTest, AMapMayBeginLaterThanTheRecording) {
 }
 
 // A picture that moves with nothing hides all but a fifth of the images before the map's beginning: too
-// little to find a place by, enough beside a frame whose place is known.
+// little to find a place by, enough beside a frame whose place is known. Of two that are held at a time those
+// nearest to the beginning come first.
 TEST_F(RecordingTest, WhatIsFollowedBackwardsMayHangOnAPartOfTheImage) {
   std::vector<cv::Mat> images;
   for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image.clone());
@@ -254,6 +255,7 @@ TEST_F(RecordingTest, WhatIsFollowedBackwardsMayHangOnAPartOfTheImage) {
   Recording recording;
   recording.open = [&] { return std::make_unique<GivenImages>(images); };
   recording.first_tracked = kHidden;
+  recording.most_held = 2;
   Tracker tracker(TrackerOptions(), room_->camera, Tracker::Mapping::kInline);
   const RecordingResult result = track_recording(
       recording, [](int, std::int64_t, const FrameReport&) {}, &tracker);

@@ -187,13 +187,14 @@ TEST_F(ResectorTest, RelocalisationLooksWhereTheIndexSays) {
   expect_right(resector_.relocalize(frame, map_, 13), truth_);
 }
 
+constexpr int kOtherPlace = 10000;  // its ids come from here on
+
 // Another door of a row, so far beside the first in the map that neither is seen from the other; `steps` of
 // the way lie between.
 void add_same_place_beside(double offset, int steps, TrackingMap* map) {
   const KeyframeView first = map->keyframes.at(0);
-  constexpr int kOther = 10000;  // ids
   for (const auto& [id, x_in_map] : LandmarkPositions(map->landmarks)) {
-    map->landmarks.set(id + kOther, x_in_map + Eigen::Vector3d(offset, 0, 0));
+    map->landmarks.set(id + kOtherPlace, x_in_map + Eigen::Vector3d(offset, 0, 0));
   }
   for (int step = 1; step <= steps; ++step) {
     KeyframeView keyframe = first;
@@ -202,7 +203,7 @@ void add_same_place_beside(double offset, int steps, TrackingMap* map) {
     // Out and back again, as long as it takes.
     const double along = is_last ? offset : (step % 2 == 0 ? 0 : 1);
     keyframe.camera_from_map = camera_at({along, 0, 0}, 0);
-    for (LandmarkId& l : keyframe.landmark_of_feature) l = is_last ? l + kOther : kNoLandmark;
+    for (LandmarkId& l : keyframe.landmark_of_feature) l = is_last ? l + kOtherPlace : kNoLandmark;
     map->keyframes.set(step, keyframe);
   }
   map->places = std::make_shared<NewestFirst>(*map);
@@ -214,6 +215,20 @@ TEST_F(ResectorTest, OfTwoPlacesThatFitAlikeNeitherIsTaken) {
   const ResectionReport report = resector_.relocalize(frame, map_, 8);
   EXPECT_FALSE(report.success);
   EXPECT_EQ(report.reason, Reason::kAmbiguousPose) << report.text;
+}
+
+// However far the camera has gone between them: a heading does not drift by a right angle.
+TEST_F(ResectorTest, TwoWallsOfARoomThatLookAlikeAreRivals) {
+  add_same_place_beside(0, 20, &map_);
+  const Eigen::AngleAxisd quarter(90 * kDegree, Eigen::Vector3d::UnitY());
+  for (const auto& [id, x_in_map] : LandmarkPositions(map_.landmarks)) {
+    if (id >= kOtherPlace) map_.landmarks.set(id, quarter * x_in_map);
+  }
+  KeyframeView last = map_.keyframes.at(20);
+  last.camera_from_map = Rigid3(quarter.toRotationMatrix().transpose(), Eigen::Vector3d::Zero());
+  map_.keyframes.set(20, last);
+  const Frame frame = synthetic_frame(scene_, camera_, truth_, kResectorNoise, 20, random_);
+  EXPECT_EQ(resector_.relocalize(frame, map_, 30).reason, Reason::kAmbiguousPose);
 }
 
 // A long way round, at the end of which the map has drifted by a tenth of it.

@@ -32,11 +32,11 @@ std::string tum_line(const StampedPose& pose);
 /// cannot.
 void write_tum(const std::string& path, std::vector<StampedPose> poses);
 
-/// Poses by the epoch of the map that they are in (FrameReport::epoch): those of two have nothing in common.
-using PosesByEpoch = std::map<std::uint32_t, std::vector<StampedPose>>;
+/// Poses by the map that they are in (FrameReport::map_id): those of two have nothing in common.
+using PosesByMap = std::map<std::uint32_t, std::vector<StampedPose>>;
 
-/// As write_tum, epoch by epoch, so that read_tum_maps tells them apart; sorted by stamp within each.
-void write_tum_epochs(const std::string& path, PosesByEpoch epochs);
+/// As write_tum, map by map, so that read_tum_maps tells them apart; sorted by stamp within each.
+void write_tum_maps(const std::string& path, PosesByMap maps);
 
 /// Writes TUM lines one by one, each handed to the system before append returns, so that a killed process
 /// keeps all of them.
@@ -44,13 +44,13 @@ class TrajectoryWriter {
  public:
   /// Replaces the file. Throws std::runtime_error naming the path when it cannot.
   explicit TrajectoryWriter(const std::string& path);
-  /// After poses of another epoch the line that read_tum_maps asks for goes before it.
-  void append(const StampedPose& pose, std::uint32_t epoch = 0);
+  /// After poses of another map the line that read_tum_maps asks for goes before it.
+  void append(const StampedPose& pose, std::uint32_t map_id = 0);
 
  private:
   std::string path_;
   std::ofstream stream_;
-  std::optional<std::uint32_t> epoch_;  // of the last pose
+  std::optional<std::uint32_t> map_id_;  // of the last pose
 };
 
 }  // namespace mono_pose_tracker

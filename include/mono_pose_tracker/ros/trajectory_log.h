@@ -53,7 +53,7 @@ class TrajectoryLog {
   int note_ = -1;
   std::size_t renewals_ = 0;
   std::string reason_;  // why the first of them waits
-  std::uint32_t epoch_ = 0;
+  std::uint32_t epoch_ = 0, map_id_ = 0;
   bool empty_ = true;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -28,6 +29,7 @@ struct Recording {
   std::shared_ptr<FeatureMemory> features;  // what earlier attempts have found in the images; null: none
   std::int64_t max_frames = -1;             // all
   std::int64_t first_tracked = 0;           // images before it are posed in the end
+  std::size_t most_held = 1000;             // images to be posed later, at once: half a gigabyte of features
   bool looks_closer = false;                // as Tracker::look_closer
   bool try_again = true;                    // where a result is in doubt; of no use in a map that was loaded
   /// On more, images are read and searched for features ahead of tracking: the same results, sooner.
