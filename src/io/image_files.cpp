@@ -5,12 +5,14 @@
 #include <set>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "mono_pose_tracker/io/image_decoding.h"
 #include "mono_pose_tracker/io/image_source.h"
 #include "mono_pose_tracker/io/stamp.h"
 #include "mono_pose_tracker/io/text_file.h"
+#include "name_order.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -144,9 +146,8 @@ std::vector<StampedFile> files_of_folder(const std::string& path) {
     throw std::runtime_error(path + ": holds no image: expected image files such as png, jpg, tif or pgm" +
                              (fs::exists(list, error) ? "; or the list in it, " + list.string() : ""));
   }
-  std::sort(names.begin(), names.end());
   std::vector<StampedFile> files;
-  for (const std::string& name : names) {
+  for (const std::string& name : in_order_of_names(std::move(names))) {
     StampedFile file;
     file.stamp_ns = static_cast<std::int64_t>(files.size()) * kSecond;
     file.path = (fs::path(path) / name).string();

@@ -1,5 +1,7 @@
 #include "mono_pose_tracker/io/mask_folder.h"
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <stdexcept>
 
@@ -14,6 +16,16 @@ namespace fs = std::filesystem;
 std::string text(const cv::Size& size) {
   return std::to_string(size.width) + " x " + std::to_string(size.height);
 }
+
+bool is_jpeg_name(const std::string& path) {
+  std::string extension = fs::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension == ".jpg" || extension == ".jpeg";
+}
+
+// What was 0 is some tens in the blocks of an outline when it comes out of a JPEG.
+constexpr int kLeastOfJpeg = 64;
 
 }  // namespace
 
@@ -59,6 +71,7 @@ cv::Mat MaskFolder::mask_of(const std::string& mask_name, const cv::Size& size, 
                ", the size of the image";
     return {};
   }
+  if (is_jpeg_name(found->second)) return mask_of_image(decoded.image >= kLeastOfJpeg);
   return mask_of_image(decoded.image);
 }
 

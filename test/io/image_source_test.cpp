@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <set>
 
@@ -363,6 +364,24 @@ TEST(Masks, AreFoundByBaseName) {
   std::filesystem::create_directory(folder / "empty");
   expect_error([&] { MaskFolder(folder / "empty"); }, {"empty", "holds no image"});
   expect_error([&] { MaskFolder(folder / "none"); }, {"none"});
+}
+
+// The blocks of a JPEG ring about an outline: what was 0 is a little more there.
+TEST(MaskFolder, AJpegsOutlineStaysWhereItIs) {
+  TemporaryFolder folder;
+  cv::Mat mask(128, 128, CV_8UC1, cv::Scalar(0));
+  cv::circle(mask, {64, 64}, 37, cv::Scalar(255), cv::FILLED);
+  cv::imwrite(folder / "a.jpg", mask, {cv::IMWRITE_JPEG_QUALITY, 80});
+  const cv::Mat decoded = cv::imread(folder / "a.jpg", cv::IMREAD_UNCHANGED);
+  ASSERT_GT(cv::countNonZero(decoded), 1.05 * cv::countNonZero(mask)) << "it rings";
+  std::string problem;
+  const cv::Mat found = MaskFolder(folder.path()).mask_of("a.png", mask.size(), &problem);
+  ASSERT_EQ(problem, "");
+  cv::Mat smaller, larger;
+  cv::erode(mask, smaller, cv::Mat::ones(3, 3, CV_8UC1));
+  cv::dilate(mask, larger, cv::Mat::ones(3, 3, CV_8UC1));
+  EXPECT_EQ(cv::countNonZero(smaller & ~found), 0);
+  EXPECT_EQ(cv::countNonZero(found & ~larger), 0);
 }
 
 }  // namespace

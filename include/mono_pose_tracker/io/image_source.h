@@ -35,8 +35,8 @@ class ImageSource {
   virtual int size() const { return -1; }
 };
 
-/// Image files of a folder sorted by name, stamped with their index in seconds. Throws std::runtime_error,
-/// one line, when there is no such folder or no image in it.
+/// Image files of a folder sorted by name (numbers by their value), stamped with their index in seconds.
+/// Throws std::runtime_error, one line, when there is no such folder or no image in it.
 std::unique_ptr<ImageSource> open_image_folder(const std::string& path);
 
 /// Images named by a text file: lines `timestamp path` or just `path` (then the index in seconds is the
