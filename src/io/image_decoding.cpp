@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "jpeg_data.h"
+#include "lower_case.h"
 #include "mono_pose_tracker/common/system_error.h"
 #include "mono_pose_tracker/io/image_header.h"
 #include "read_whole.h"
@@ -82,9 +83,7 @@ DecodedImage read_with(DecodedImage (*decode)(const std::vector<unsigned char>&,
 }  // namespace
 
 bool has_image_extension(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_case(std::filesystem::path(path).extension().string());
   static const char* const kExtensions[] = {".png", ".jpg", ".jpeg", ".bmp", ".tif",  ".tiff",
                                             ".pgm", ".ppm", ".pnm",  ".pbm", ".webp", ".jp2"};
   return std::find(std::begin(kExtensions), std::end(kExtensions), extension) != std::end(kExtensions);

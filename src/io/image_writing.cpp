@@ -1,12 +1,11 @@
 #include "mono_pose_tracker/io/image_writing.h"
 
-#include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 #include <vector>
 
+#include "lower_case.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 
 namespace mono_pose_tracker {
@@ -21,9 +20,8 @@ bool encode(const std::string& extension, const cv::Mat& image, std::vector<unsi
 }
 
 // OpenCV makes something else of grey levels in a bitmap, and some of its versions of colours in a graymap.
-bool can_hold(std::string extension, const cv::Mat& image) {
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+bool can_hold(const std::string& extension_as_given, const cv::Mat& image) {
+  const std::string extension = lower_case(extension_as_given);
   return extension != ".pbm" && (extension != ".pgm" || image.channels() == 1);
 }
 

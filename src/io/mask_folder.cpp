@@ -1,10 +1,9 @@
 #include "mono_pose_tracker/io/mask_folder.h"
 
-#include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <stdexcept>
 
+#include "lower_case.h"
 #include "mono_pose_tracker/io/image_decoding.h"
 #include "mono_pose_tracker/io/mask_image.h"
 
@@ -18,9 +17,7 @@ std::string text(const cv::Size& size) {
 }
 
 bool is_jpeg_name(const std::string& path) {
-  std::string extension = fs::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_case(fs::path(path).extension().string());
   return extension == ".jpg" || extension == ".jpeg";
 }
 

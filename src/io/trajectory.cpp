@@ -52,12 +52,17 @@ void sort_by_stamp(std::vector<StampedPose>* poses) {
                    [](const StampedPose& a, const StampedPose& b) { return a.stamp_ns < b.stamp_ns; });
 }
 
-// Between the poses of two maps.
-std::string new_map_line(std::uint32_t map_id) {
-  return "# a new map begins (map " + std::to_string(map_id) + "): another origin and scale";
+constexpr char kNewMap[] = "a new map begins";
+
+std::string line_before_map(std::uint32_t map_id) {
+  return new_map_line("map " + std::to_string(map_id)) + '\n';
 }
 
 }  // namespace
+
+std::string new_map_line(const std::string& which) {
+  return std::string("# ") + kNewMap + " (" + which + "): another origin and scale";
+}
 
 std::string tum_line(const StampedPose& pose) {
   const Eigen::Vector3d& t = pose.map_from_camera.translation;
@@ -81,7 +86,7 @@ std::vector<std::vector<StampedPose>> read_tum_maps(const std::string& path) {
     const std::size_t start = line.find_first_not_of(" \t\r");
     if (start == std::string::npos) continue;
     if (line[start] == '#') {
-      if (line.find("a new map begins", start) != std::string::npos) begins = true;
+      if (line.find(kNewMap, start) != std::string::npos) begins = true;
       continue;
     }
     StampedPose pose;
@@ -118,7 +123,7 @@ void write_tum_maps(const std::string& path, PosesByMap maps) {
     bool is_first = true;
     for (auto& [map_id, poses] : maps) {
       if (poses.empty()) continue;
-      if (!std::exchange(is_first, false)) out << new_map_line(map_id) << '\n';
+      if (!std::exchange(is_first, false)) out << line_before_map(map_id);
       sort_by_stamp(&poses);
       for (const StampedPose& pose : poses) out << tum_line(pose) << '\n';
     }
@@ -136,7 +141,7 @@ TrajectoryWriter::TrajectoryWriter(const std::string& path) : path_(path) {
 
 void TrajectoryWriter::append(const StampedPose& pose, std::uint32_t map_id) {
   errno = 0;
-  if (map_id_ && *map_id_ != map_id) stream_ << new_map_line(map_id) << '\n';
+  if (map_id_ && *map_id_ != map_id) stream_ << line_before_map(map_id);
   map_id_ = map_id;
   stream_ << tum_line(pose) << '\n';
   stream_.flush();

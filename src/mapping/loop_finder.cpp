@@ -6,6 +6,7 @@
 
 #include "mono_pose_tracker/camera/image_scale.h"
 #include "mono_pose_tracker/common/parallel.h"
+#include "mono_pose_tracker/mapping/alike_places.h"
 #include "sorted_unique.h"
 
 namespace mono_pose_tracker {
@@ -17,10 +18,6 @@ constexpr int kMaxWait = 3;  // keyframes in which a second must agree: later on
 // px at 640 px (image_scale): twice an inlier's error for each of the two similarities, which hold best where
 // their own points are, and the drift from one keyframe to the next.
 constexpr double kMaxDisagreementPx = 10;
-
-// Of the best place's inliers: a look-alike lacks what is particular to the right place. With more than that,
-// the two cannot be told apart.
-constexpr double kRivalShare = 0.75;
 
 // Landmarks that tie two keyframes: what a pose asks for by default. Less may be a few wrong fusions, that
 // must not keep a place from being found. Which keyframes drift together does not change with what a pose is

@@ -2,16 +2,19 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
+#include <vector>
 
 #include "facing.h"
 #include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/features/feature_set.h"
 #include "mono_pose_tracker/features/matching.h"
-#include "mono_pose_tracker/mapping/drift.h"
+#include "mono_pose_tracker/mapping/alike_places.h"
 #include "mono_pose_tracker/mapping/projection_matcher.h"
 #include "mono_pose_tracker/robust/similarity.h"
 
@@ -210,21 +213,17 @@ std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const Tr
 }
 
 double loop_disagreement_px(const TrackingMap& map, const LoopConstraint& loop, const LoopConstraint& other) {
-  constexpr double kNotSeen = 1e6;
   const auto old_place = map.keyframes.find(other.from);
-  if (old_place == map.keyframes.end()) return kNotSeen;
+  if (old_place == map.keyframes.end()) return std::numeric_limits<double>::infinity();
   const Rigid3& camera_from_map = old_place->second.camera_from_map;
-  const CameraModel& camera = old_place->second.image->camera;
-  std::vector<double> errors;
+  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> x_in_camera;
   for (const auto& [in_new, in_old] : other.matches) {
     const auto x_in_new = map.landmarks.find(in_new), x_in_old = map.landmarks.find(in_old);
     if (x_in_new == map.landmarks.end() || x_in_old == map.landmarks.end()) continue;
-    Eigen::Vector2d expected, pixel;
-    if (!camera.project(camera_from_map * x_in_old->second, &expected)) continue;
-    const bool ahead = camera.project(camera_from_map * (loop.old_from_new * x_in_new->second), &pixel);
-    errors.push_back(ahead ? (pixel - expected).norm() : kNotSeen);
+    x_in_camera.emplace_back(camera_from_map * x_in_old->second,
+                             camera_from_map * (loop.old_from_new * x_in_new->second));
   }
-  return errors.empty() ? kNotSeen : median(std::move(errors));
+  return disagreement_px(old_place->second.image->camera, x_in_camera);
 }
 
 }  // namespace mono_pose_tracker

@@ -44,8 +44,7 @@ void TrajectoryLog::append(const FrameReport& report) {
   const std::lock_guard<std::mutex> lock(mutex_);
   std::string lines = line_of(report.stamp_ns, *report.map_from_camera);
   if (!empty_ && (report.epoch != epoch_ || report.map_id != map_id_)) {  // joined, a map stays in its epoch
-    lines =
-        "# a new map begins (epoch " + std::to_string(report.epoch) + "): another origin and scale\n" + lines;
+    lines = new_map_line("epoch " + std::to_string(report.epoch)) + "\n" + lines;
   }
   empty_ = false;
   epoch_ = report.epoch;

@@ -142,6 +142,11 @@ struct Observed {
   PosesByMap live;
 };
 
+void note_live(int pass, const FrameReport& report, PosesByMap* live) {
+  if (pass == 1 && report.map_from_camera)
+    (*live)[report.map_id].push_back({report.stamp_ns, *report.map_from_camera});
+}
+
 void tell_of_attempt(int attempt, bool quiet) {
   if (quiet) return;
   std::fprintf(
@@ -174,8 +179,7 @@ Run track_beginning(const Arguments& a, const TrackerOptions& options, const Cam
   Progress progress(recording.open()->size(), a.quiet);
   const FrameObserver observer = [&](int pass, std::int64_t, const FrameReport& report) {
     if (pass == 1) progress.show(report);
-    if (pass == 1 && report.map_from_camera)
-      run.live[report.map_id].push_back({report.stamp_ns, *report.map_from_camera});
+    note_live(pass, report, &run.live);
     if (report.keyframes >= max_keyframes) has_enough = true;
   };
   run.result = track_recording(recording, observer, run.tracker.get());
@@ -193,11 +197,9 @@ Run track_all(const Arguments& a, const TrackerOptions& options, const CameraPar
     return [&, attempt, progress, into = &observed.back()](int pass, std::int64_t index,
                                                            const FrameReport& report) {
       if (pass == 1) progress->show(report);
-      if (pass == 1 && report.map_from_camera) {
-        const StampedPose pose{report.stamp_ns, *report.map_from_camera};
-        into->live[report.map_id].push_back(pose);
-        if (attempt == 0) live.append(pose, report.map_id);
-      }
+      note_live(pass, report, &into->live);
+      if (attempt == 0 && pass == 1 && report.map_from_camera)
+        live.append(into->live[report.map_id].back(), report.map_id);
       if (pass == 1 || report.map_from_camera) into->masks.add(index, report);
     };
   };

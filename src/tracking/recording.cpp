@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <functional>
 #include <future>
 #include <optional>
 #include <set>
@@ -71,16 +72,33 @@ void leave_out_unseen_maps(RecordingResult* result) {
   }
 }
 
-FrameReport resect_again(const RecordingReader& reader, Tracker* tracker) {
-  return tracker->resect_again(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
+// These images once more, in order.
+void read_again(const Recording& recording, const std::set<std::int64_t>& frames, const Tracker& tracker,
+                const RecordingResult& result, const std::function<void(const RecordingReader&)>& use) {
+  if (frames.empty()) return;
+  read_again(
+      recording, result.frames_total, tracker, [&](std::int64_t index) { return frames.count(index) > 0; },
+      use);
 }
+
+// Each by itself. What was doubtful is so no longer where the finished map gives it a pose.
+void resect_again(const Recording& recording, const std::set<std::int64_t>& frames,
+                  const FrameObserver& observer, Tracker* tracker, RecordingResult* result) {
+  read_again(recording, frames, *tracker, *result, [&](const RecordingReader& reader) {
+    const FrameReport report =
+        tracker->resect_again(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
+    if (report.map_from_camera) result->doubtful.erase(reader.index());
+    observer(2, reader.index(), report);
+  });
+}
+
+void unobserved(int, std::int64_t, const FrameReport&) {}
 
 // Posed from those beside them and from each other, all held at once. How many were.
 std::size_t pose_together(const Recording& recording, const std::set<std::int64_t>& wanted,
                           const FrameObserver& observer, Tracker* tracker, RecordingResult* result) {
   std::map<std::int64_t, FrameReport> held;
-  const auto is_wanted = [&](std::int64_t index) { return wanted.count(index) > 0; };
-  read_again(recording, result->frames_total, *tracker, is_wanted, [&](const RecordingReader& reader) {
+  read_again(recording, wanted, *tracker, *result, [&](const RecordingReader& reader) {
     held[reader.index()] =
         tracker->keep_for_later(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
   });
@@ -102,16 +120,6 @@ std::set<std::int64_t> without(const std::set<std::int64_t>& some, std::set<std:
   return frames;
 }
 
-void pose_one_by_one(const Recording& recording, const std::set<std::int64_t>& wanted,
-                     const FrameObserver& observer, Tracker* tracker, RecordingResult* result) {
-  const auto is_wanted = [&](std::int64_t index) { return wanted.count(index) > 0; };
-  read_again(recording, result->frames_total, *tracker, is_wanted, [&](const RecordingReader& reader) {
-    const FrameReport report = resect_again(reader, tracker);
-    if (report.map_from_camera) result->doubtful.erase(reader.index());
-    observer(2, reader.index(), report);
-  });
-}
-
 // Of many, those nearest to a posed one first: the map grows from there. On to others while that brings most
 // of them a pose; what is left but for the last of them is tried image by image.
 void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tracker* tracker,
@@ -125,7 +133,7 @@ void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tr
     if (held.size() == rest.size()) return;
     tried.insert(held.begin(), held.end());
     if (2 * posed > held.size()) continue;
-    return pose_one_by_one(recording, without(held, rest), observer, tracker, result);
+    return resect_again(recording, without(held, rest), observer, tracker, result);
   }
 }
 
@@ -152,20 +160,10 @@ class DoubtBeside {
   std::future<std::string> found_;  // last: it waits for its thread, which uses what stands before it
 };
 
-// What was doubtful is so no longer where the finished map gives it a pose.
-void resect_again(const Recording& recording, const std::set<std::int64_t>& frames, Tracker* tracker,
-                  RecordingResult* result) {
-  if (frames.empty()) return;
-  const auto is_wanted = [&](std::int64_t index) { return frames.count(index) > 0; };
-  read_again(recording, result->frames_total, *tracker, is_wanted, [&](const RecordingReader& reader) {
-    if (resect_again(reader, tracker).map_from_camera) result->doubtful.erase(reader.index());
-  });
-}
-
 // Images whose poses were taken out: what is found without them stays, unless it lies astray.
 void pose_anew(const Recording& recording, const std::set<std::int64_t>& frames, Tracker* tracker,
                RecordingResult* result) {
-  resect_again(recording, frames, tracker, result);
+  resect_again(recording, frames, unobserved, tracker, result);
   tracker->leave_out_strays();
 }
 
@@ -173,7 +171,7 @@ void pose_anew(const Recording& recording, const std::set<std::int64_t>& frames,
 void settle_motion(const Recording& recording, Tracker* tracker, RecordingResult* result) {
   if (recording.interrupted()) return;
   const std::set<std::int64_t> unsettled = tracker->settle_motion();
-  resect_again(recording, unsettled, tracker, result);
+  resect_again(recording, unsettled, unobserved, tracker, result);
   tracker->smooth(unsettled);
   tracker->leave_out_strays();
 }
@@ -208,9 +206,7 @@ void leave_out_misplaced(const Recording& recording, Tracker* tracker, Recording
 void look_at_jumps(const Recording& recording, Tracker* tracker, const RecordingResult& result) {
   if (recording.interrupted()) return;
   const std::set<std::int64_t> frames = tracker->jumping_frames();
-  if (frames.empty()) return;
-  const auto is_wanted = [&](std::int64_t index) { return frames.count(index) > 0; };
-  read_again(recording, result.frames_total, *tracker, is_wanted, [&](const RecordingReader& reader) {
+  read_again(recording, frames, *tracker, result, [&](const RecordingReader& reader) {
     tracker->look_at_step(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
   });
 }
@@ -293,7 +289,7 @@ void pose_again(const Recording& recording, const FrameObserver& observer, Track
   // keyframes those that were found while the map was another.
   std::set<std::int64_t> outdated = tracker->correct_contradicted();
   outdated.merge(tracker->posed_before_remake());
-  resect_again(recording, outdated, tracker, result);
+  resect_again(recording, outdated, unobserved, tracker, result);
   if (recording.interrupted()) return;
   // Where the camera can hardly have been, between images where it certainly was.
   pose_anew(recording, tracker->take_out_strays(), tracker, result);

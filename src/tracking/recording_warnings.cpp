@@ -21,6 +21,9 @@ std::string place_text(std::int64_t frame_index) {
                                         : "at image number " + std::to_string(frame_index);
 }
 
+// The largest is not named.
+std::string of_map(std::size_t i) { return i == 0 ? "" : " of map_" + std::to_string(i + 1); }
+
 std::string share_text(std::int64_t frame_index, int part, int all) {
   return place_text(frame_index) + " " + std::to_string(part) + " of " + std::to_string(all) + " points";
 }
@@ -62,9 +65,8 @@ void warn_of_path(RecordingResult* result) {
   for (std::size_t i = 0; i < result->maps.size(); ++i) {
     const FinishedMap& map = result->maps[i];
     if (map.is_path_known()) continue;
-    const std::string of = i == 0 ? "" : " of map_" + std::to_string(i + 1);
     result->warnings.push_back(
-        "the images leave the path" + of + openness_text(*map.path) +
+        "the images leave the path" + of_map(i) + openness_text(*map.path) +
         ": they are few, or the camera moves little beside the distance of what it sees; move on more, come "
         "nearer, or give more images of the same");
   }
@@ -232,9 +234,8 @@ void warn_of_doubtful_poses(RecordingResult* result) {
     const bool all_may_be_off = may_lead_astray(alone.size(), trajectory.size());
     // Of a map beside the largest only what costs it its confirmation.
     if (alone.empty() || (i > 0 && !all_may_be_off)) continue;
-    const std::string of = i == 0 ? "" : " of map_" + std::to_string(i + 1);
     result->warnings.push_back(
-        "the poses of " + std::to_string(alone.size()) + " images" + of + " are doubtful (number " +
+        "the poses of " + std::to_string(alone.size()) + " images" + of_map(i) + " are doubtful (number " +
         some_of(alone) +
         "): they rest on few points and lie away from where the motion led, or beyond a "
         "gap with no keyframe among them; do without "

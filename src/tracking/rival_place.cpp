@@ -4,36 +4,25 @@
 #include <utility>
 
 #include "mono_pose_tracker/camera/image_scale.h"
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/mapping/drift.h"
+#include "mono_pose_tracker/mapping/alike_places.h"
 
 namespace mono_pose_tracker {
 
 namespace {
 
-// Of the best place's points: a look-alike lacks what is particular to the right place. With more than that,
-// the two cannot be told apart.
-constexpr double kRivalShare = 0.75;
-
 // px at 640 px (image_scale), median: some times what the points of one and the same place are off by.
 constexpr double kElsewherePx = 10;
 
 // By how far what was found from the one pose lies elsewhere seen from the other.
-double disagreement_px(const TrackingMap& map, const CameraModel& camera, const ResectionReport& found,
-                       const Rigid3& camera_from_map) {
-  constexpr double kNotSeen = 1e6;
-  std::vector<double> errors;
+double offset_px(const TrackingMap& map, const CameraModel& camera, const ResectionReport& found,
+                 const Rigid3& camera_from_map) {
+  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> x_in_camera;
   for (const FrameObservation& o : found.observations) {
     const auto landmark = map.landmarks.find(o.landmark);
-    Eigen::Vector2d expected, pixel;
-    if (landmark == map.landmarks.end() ||
-        !camera.project(found.camera_from_map * landmark->second, &expected)) {
-      continue;
-    }
-    const bool is_ahead = camera.project(camera_from_map * landmark->second, &pixel);
-    errors.push_back(is_ahead ? (pixel - expected).norm() : kNotSeen);
+    if (landmark == map.landmarks.end()) continue;
+    x_in_camera.emplace_back(found.camera_from_map * landmark->second, camera_from_map * landmark->second);
   }
-  return errors.empty() ? 0 : median(std::move(errors));
+  return disagreement_px(camera, x_in_camera);
 }
 
 bool may_be_drift(const TrackingMap& map, const FoundPlace& a, const FoundPlace& b) {
@@ -49,7 +38,7 @@ bool has_rival(const TrackingMap& map, const CameraModel& camera, const std::vec
                const FoundPlace& best) {
   return std::any_of(places.begin(), places.end(), [&](const FoundPlace& other) {
     return other.report.success && other.report.support.found > kRivalShare * best.report.support.found &&
-           disagreement_px(map, camera, other.report, best.report.camera_from_map) >
+           offset_px(map, camera, other.report, best.report.camera_from_map) >
                kElsewherePx * image_scale(camera) &&
            !may_be_drift(map, best, other);
   });

@@ -22,12 +22,14 @@ bool Tracker::Impl::search(const Frame& frame, FrameReport* report) {
   const TrackingMapPtr present = worker_.latest();
   std::uint32_t map_id = present->map_id;
   ResectionReport best = resector_.relocalize(frame, *present, budget);
-  const auto is_known = [&] { return best.success || best.reason == Reason::kAmbiguousPose; };
+  // What looks like two places of one map may look like one of another as well.
+  const auto is_answer = [](const ResectionReport& found) {
+    return found.success || found.reason == Reason::kAmbiguousPose;
+  };
   for (auto& [id, other] : others_) {
-    if (is_known()) break;  // what looks like two places of one map may look like one of another as well
+    if (is_answer(best)) break;
     ResectionReport elsewhere = resector_.relocalize(frame, *other, budget);
-    if (elsewhere.success || elsewhere.reason == Reason::kAmbiguousPose)
-      best = std::move(elsewhere), map_id = id;
+    if (is_answer(elsewhere)) best = std::move(elsewhere), map_id = id;
   }
   if (!best.success) {
     if (frames_lost_ > 1 || report->reason_text.empty()) describe(best, report);

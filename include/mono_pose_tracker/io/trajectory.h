@@ -25,6 +25,9 @@ std::vector<StampedPose> read_tum(const std::string& path);
 /// after a comment `# a new map begins ...`. Poses of different maps have nothing in common. None is empty.
 std::vector<std::vector<StampedPose>> read_tum_maps(const std::string& path);
 
+/// The comment between the poses of two maps, without its line end; which: "map 2", "epoch 2", ...
+std::string new_map_line(const std::string& which);
+
 /// The TUM line of a pose, without its line end: 12 significant digits, whatever the unit of length.
 std::string tum_line(const StampedPose& pose);
 
