@@ -142,6 +142,40 @@ TEST(Similarity, DepthCountsByHowWellItIsKnown) {
   EXPECT_LT((report.b_from_a * center - b_from_a * center).norm(), 0.02 * b_from_a.scale);
 }
 
+// A strip of a wall, seen from its left by one map and from its right by the other: what one does not know
+// along its own sight, the other sees across.
+TEST(Similarity, DepthThatIsNotKnownIsSeenFromTheSide) {
+  constexpr double kDepthSigma = 0.015, kAside = 0.85, kDistance = 2.4;
+  Random random(12);
+  for (int trial = 0; trial < 20; ++trial) {
+    const Sim3 b_from_a = random_similarity(random);
+    const Eigen::Vector3d left(-kAside, 0, -kDistance), right(kAside, 0, -kDistance);
+    std::vector<SimilarityMatch> matches;
+    for (int i = 0; i < 100; ++i) {
+      const Eigen::Vector3d x(random.uniform(-0.3, 0.3), random.uniform(-0.25, 0.25),
+                              random.uniform(0, 0.02));
+      const auto as_seen_from = [&](const Eigen::Vector3d& center) {
+        const Eigen::Vector3d ray = x - center;
+        const double noise = 0.3 * kSightPixel;
+        return SightedPoint{x + kDepthSigma * random.normal() * ray, center,
+                            ray + noise * ray.norm() * random.normal() * random_direction(random),
+                            kDepthSigma};
+      };
+      SimilarityMatch m{as_seen_from(left), as_seen_from(right)};
+      m.in_b.x = b_from_a * m.in_b.x;
+      m.in_b.center = b_from_a * m.in_b.center;
+      m.in_b.bearing = b_from_a.rotation * m.in_b.bearing;
+      matches.push_back(m);
+    }
+    const SimilarityReport report = estimate_similarity(matches, options());
+    ASSERT_TRUE(report.success) << trial;
+    EXPECT_GE(report.num_inliers, 90);
+    EXPECT_LT(report.b_from_a.rotation.angularDistance(b_from_a.rotation) / kDegree,
+              4 * report.rotation_sigma_deg + 0.1);
+    EXPECT_LT(report.rotation_sigma_deg, 1.5);
+  }
+}
+
 TEST(Similarity, ASimilarityThatIsNearlyKnownIsRefined) {
   Random random(13);
   const TwoMaps maps = two_maps(80, 0.2, 0.3 * kSightPixel, random);

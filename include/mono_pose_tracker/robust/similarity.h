@@ -53,9 +53,10 @@ struct SimilarityReport {
 
 /// Similarity between two maps from points that both have: RANSAC over triangles of points (Umeyama 1991),
 /// then least squares. Errors are the angles between where a camera of one map sees a point and where the
-/// other map has it, both ways; so depth, which a map knows least, counts no more than it should. Where both
-/// maps say how well they know it, it counts by that: of a patch of a wall that both see from one side only,
-/// the angles leave two similarities, which differ by the way it faces. No success
+/// other map has it, both ways. Where both maps say how well they know depth, an error counts by that: off
+/// along either sight a point counts less (Mahalanobis distance), also where the other camera sees it across.
+/// Without, a patch of a wall that one map has from its left, the other from its right, leaves two
+/// similarities, which differ by the way it faces. No success
 /// with three inliers or fewer, or when they do not determine the rotation or the scale (see
 /// max_rotation_sigma_deg, max_scale_sigma).
 /// Throws std::invalid_argument on options out of range.
