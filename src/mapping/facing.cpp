@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/median.h"
 
 namespace mono_pose_tracker {
@@ -61,6 +62,21 @@ SimilarityReport similarity_from_points(const std::vector<SimilarityMatch>& sigh
   SimilarityReport as_it_was = refine_similarity(known, options, by_angles.b_from_a),
                    from_points = refine_similarity(known, options, start);
   return from_points.score < as_it_was.score ? from_points : as_it_was;
+}
+
+SimilarityReport turned_to_depths(const std::vector<SimilarityMatch>& sights,
+                                  const SimilarityOptions& options, const SimilarityReport& found) {
+  // The two lie 10 degrees apart and more where they are two; less is what a bundle adjustment mends, which
+  // goes by angles as `found` does.
+  constexpr double kTurnedOver = 5 * kDegree;
+  Sim3 start;
+  if (!fit_points(sights, found.inliers, &start)) return found;
+  const std::vector<SimilarityMatch> known = with_depth_noise(sights, share_of_depth_noise(sights, start));
+  const SimilarityReport as_it_was = refine_similarity_by_depths(known, options, found.b_from_a),
+                         from_points = refine_similarity_by_depths(known, options, start);
+  const SimilarityReport& best = from_points.score < as_it_was.score ? from_points : as_it_was;
+  const double turn = best.b_from_a.rotation.angularDistance(found.b_from_a.rotation);
+  return turn > kTurnedOver ? best : found;
 }
 
 }  // namespace mono_pose_tracker

@@ -107,8 +107,9 @@ std::optional<Sim3> similarity_of_points(const MapperOptions& options, const Map
   SimilarityOptions similarity;
   similarity.ransac = options.ransac;
   const std::vector<SimilarityMatch> sights = sights_of_both(map, other, same_landmarks(map, ties));
-  const SimilarityReport report =
-      similarity_from_points(sights, similarity, estimate_similarity(sights, similarity));
+  SimilarityReport report = estimate_similarity(sights, similarity);
+  report = similarity_from_points(sights, similarity, report);
+  report = turned_to_depths(sights, similarity, report);
   // Each point has two sights.
   if (!report.success || report.num_inliers < 2 * options.min_inliers) return std::nullopt;
   return report.b_from_a;

@@ -13,9 +13,9 @@
 #include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/common/rigid3.h"
-#include "mono_pose_tracker/common/so3.h"
 #include "mono_pose_tracker/robust/ransac.h"
 #include "mono_pose_tracker/robust/sampler.h"
+#include "similarity_step.h"
 
 namespace mono_pose_tracker {
 
@@ -29,11 +29,9 @@ constexpr int kFinalIterations = 20;  // of the result; quadratic convergence en
 constexpr double kMinHeight = 0.05;
 
 // Residuals of one side have two degrees of freedom each; a similarity has seven.
-constexpr int kParameters = 7;
+constexpr int kParameters = kSimilarityParameters;
 using Information = Eigen::Matrix<double, kParameters, kParameters>;
-using Step =
-    Eigen::Matrix<double, kParameters, 1>;  // turn, shift, relative growth: x' = exp(w) x (1 + g) + v
-using PointDerivative = Eigen::Matrix<double, 3, kParameters>;  // of a point by a step
+using Step = SimilarityStep;
 
 bool is_triangle(const Eigen::Matrix3d& corners) {
   const Eigen::Vector3d side = corners.col(1) - corners.col(0), other = corners.col(2) - corners.col(0);
@@ -41,59 +39,28 @@ bool is_triangle(const Eigen::Matrix3d& corners) {
   return side.cross(other).norm() > kMinHeight * longest * longest;
 }
 
-// Where the other map has the point against the own, over the distance: across the sight, and along it.
-Eigen::Vector3d relative_error(const SightedPoint& sight, const Eigen::Vector3d& x) {
+// Sine of the angle between a sight and a point, squared; 1 behind the camera.
+double squared_angle(const SightedPoint& sight, const Eigen::Vector3d& x) {
   const Eigen::Vector3d p = x - sight.center;
-  const double distance = p.norm();
-  return p / distance - sight.bearing + std::log(distance / (sight.x - sight.center).norm()) * sight.bearing;
+  if (!(p.dot(sight.bearing) > 0)) return 1;
+  return sight.bearing.cross(p).squaredNorm() / p.squaredNorm();
 }
 
-// What relative_error counts as: across the sight as it is; less by what this map does not know along its own
-// sight and the other along its one. Seen by the other from far aside, that is off across this one.
-struct Weight {
-  Eigen::Matrix3d of_error;
-  Eigen::Vector3d other_noise = Eigen::Vector3d::Zero();  // one standard deviation, in those of a bearing
-};
-
-// other_sight: in this map, over the length of its own sight.
-Weight weight_of(const SightedPoint& sight, const Eigen::Vector3d& other_sight, double other_depth_sigma,
-                 double sigma) {
-  const Eigen::Vector3d noise = sight.depth_sigma / sigma * sight.bearing;
-  Weight weight;
-  weight.other_noise = other_depth_sigma / sigma * other_sight;
-  weight.of_error = (Eigen::Matrix3d::Identity() + noise * noise.transpose() +
-                     weight.other_noise * weight.other_noise.transpose())
-                        .inverse();
-  return weight;
+// What takes an error of log depth to the angle that is as unlikely; 0 where nobody knows the depth.
+double depth_weight(const SimilarityMatch& match, double threshold) {
+  return threshold / SimilarityOptions::kThresholdSigmas / match.depth_sigma();
 }
 
-// By the sine of the angle.
-Weight across(const SightedPoint& sight) {
-  return {Eigen::Matrix3d::Identity() - sight.bearing * sight.bearing.transpose()};
+// Of the point as the other map has it against the own.
+double log_depth_ratio(const SightedPoint& sight, const Eigen::Vector3d& x) {
+  return 0.5 * std::log((x - sight.center).squaredNorm() / (sight.x - sight.center).squaredNorm());
 }
 
-bool knows_depth(const SimilarityMatch& match) { return std::isfinite(match.depth_sigma()); }
-
-struct Weights {
-  Weight in_a, in_b;
-};
-
-Weights weights_of(const SimilarityMatch& m, const Sim3& b_from_a, double threshold) {
-  if (!knows_depth(m)) return {across(m.in_a), across(m.in_b)};
-  const double sigma = threshold / SimilarityOptions::kThresholdSigmas;
-  const Eigen::Vector3d sight_in_a = m.in_a.x - m.in_a.center, sight_in_b = m.in_b.x - m.in_b.center;
-  const Eigen::Quaterniond& turn = b_from_a.rotation;
-  const Eigen::Vector3d b_sight = turn.conjugate() * sight_in_b / (b_from_a.scale * sight_in_a.norm()),
-                        a_sight = turn * sight_in_a * (b_from_a.scale / sight_in_b.norm());
-  return {weight_of(m.in_a, b_sight, m.in_b.depth_sigma, sigma),
-          weight_of(m.in_b, a_sight, m.in_a.depth_sigma, sigma)};
-}
-
-// 1 behind the camera.
-double squared_error(const SightedPoint& sight, const Eigen::Vector3d& x, const Weight& weight) {
-  if (!((x - sight.center).dot(sight.bearing) > 0)) return 1;
-  const Eigen::Vector3d error = relative_error(sight, x);
-  return error.dot(weight.of_error * error);
+double squared_error(const SightedPoint& sight, const Eigen::Vector3d& x, double weight) {
+  const double angle = squared_angle(sight, x);
+  if (weight == 0) return angle;
+  const double depth = weight * log_depth_ratio(sight, x);
+  return angle + depth * depth;
 }
 
 struct Errors {
@@ -101,9 +68,9 @@ struct Errors {
 };
 
 Errors errors_of(const SimilarityMatch& match, const Sim3& b_from_a, const Sim3& a_from_b, double threshold) {
-  const Weights weights = weights_of(match, b_from_a, threshold);
-  return {squared_error(match.in_a, a_from_b * match.in_b.x, weights.in_a),
-          squared_error(match.in_b, b_from_a * match.in_a.x, weights.in_b)};
+  const double weight = depth_weight(match, threshold);
+  return {squared_error(match.in_a, a_from_b * match.in_b.x, weight),
+          squared_error(match.in_b, b_from_a * match.in_a.x, weight)};
 }
 
 RansacScore score_similarity(const std::vector<SimilarityMatch>& matches, const Sim3& b_from_a,
@@ -124,31 +91,29 @@ RansacScore score_similarity(const std::vector<SimilarityMatch>& matches, const 
   return score;
 }
 
-// d x' / d step.
-PointDerivative step_jacobian(const Eigen::Vector3d& x) {
-  PointDerivative j;
-  j << -cross_matrix(x), Eigen::Matrix3d::Identity(), x;
-  return j;
-}
-
 struct SightEquations : NormalEquations<kParameters> {
   double squares = 0;
   int residuals = 0;
 
-  // x: the other map's point in this sight's map; dx(x): x / dstep. The step moves what the other map does
-  // not know along with its point, so the derivative is that of the point where the error has it (as in total
-  // least squares): taken where the noise has it, it would draw the similarity towards none.
-  template <typename Derivative>
-  void add(const SightedPoint& sight, const Eigen::Vector3d& x, const Weight& weight, const Derivative& dx) {
+  // Residual u - bearing for the direction u from the camera to x, nearly the angle between them, and that of
+  // the depth; dx / dstep.
+  void add(const SightedPoint& sight, const Eigen::Vector3d& x, const PointDerivative& dx,
+           double depth_weight) {
     const Eigen::Vector3d p = x - sight.center;
     const double distance = p.norm();
-    const Eigen::Vector3d u = p / distance, e = relative_error(sight, x), pull = weight.of_error * e;
-    const Eigen::Vector3d x_by_error = x - distance * weight.other_noise.dot(pull) * weight.other_noise;
-    const PointDerivative dx_by_error = dx(x_by_error);
-    const PointDerivative j = (dx_by_error + (sight.bearing - u) * (u.transpose() * dx_by_error)) / distance;
-    information += j.transpose() * weight.of_error * j;
-    gradient += j.transpose() * pull;
-    squares += e.dot(pull);
+    const Eigen::Vector3d u = p / distance, e = u - sight.bearing;
+    const PointDerivative j = (dx - u * (u.transpose() * dx)) / distance;
+    information += j.transpose() * j;
+    gradient += j.transpose() * e;
+    squares += e.squaredNorm();
+    residuals += 2;
+    if (depth_weight == 0) return;
+    const double depth = depth_weight * log_depth_ratio(sight, x);
+    const Step of_depth = depth_weight / distance * (u.transpose() * dx).transpose();
+    information += of_depth * of_depth.transpose();
+    gradient += of_depth * depth;
+    squares += depth * depth;
+    ++residuals;
   }
 };
 
@@ -157,18 +122,18 @@ SightEquations linearize(const std::vector<SimilarityMatch>& matches, const Sim3
                          double threshold) {
   const Sim3 a_from_b = b_from_a.inverse();
   const Eigen::Matrix3d turn_to_a = a_from_b.scale * a_from_b.rotation.toRotationMatrix();
-  // The inverse takes the step back from the point in b before it takes the point to a.
-  const auto dx_in_a = [&](const Eigen::Vector3d& x) -> PointDerivative {
-    return -turn_to_a * step_jacobian(b_from_a * x);
-  };
   const double limit = threshold * threshold;
   SightEquations equations;
   for (const SimilarityMatch& m : matches) {
-    const Weights weights = weights_of(m, b_from_a, threshold);
     const Errors e = errors_of(m, b_from_a, a_from_b, threshold);
-    if (e.in_b < limit) equations.add(m.in_b, b_from_a * m.in_a.x, weights.in_b, step_jacobian);
-    if (e.in_a < limit) equations.add(m.in_a, a_from_b * m.in_b.x, weights.in_a, dx_in_a);
-    equations.residuals += (knows_depth(m) ? 3 : 2) * ((e.in_a < limit) + (e.in_b < limit));
+    const double weight = depth_weight(m, threshold);
+    if (e.in_b < limit) {
+      const Eigen::Vector3d x = b_from_a * m.in_a.x;
+      equations.add(m.in_b, x, step_jacobian(x), weight);
+    }
+    // The inverse takes the step back from the point in b before it takes the point to a.
+    if (e.in_a < limit)
+      equations.add(m.in_a, a_from_b * m.in_b.x, -turn_to_a * step_jacobian(m.in_b.x), weight);
   }
   return equations;
 }
@@ -184,11 +149,7 @@ struct SimilarityProblem {
     return mono_pose_tracker::linearize(matches, b_from_a, threshold);
   }
   Sim3 stepped(const Sim3& b_from_a, const Step& step) const {
-    Sim3 change;
-    change.rotation = exp_so3(step.head<3>());
-    change.translation = step.segment<3>(3);
-    change.scale = std::exp(step(6));
-    return change * b_from_a;
+    return mono_pose_tracker::stepped(b_from_a, step);
   }
 };
 

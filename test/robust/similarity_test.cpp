@@ -143,37 +143,67 @@ TEST(Similarity, DepthCountsByHowWellItIsKnown) {
 }
 
 // A strip of a wall, seen from its left by one map and from its right by the other: what one does not know
-// along its own sight, the other sees across.
+// along its own sight, the other sees across. Each point may be seen more than once, off by the same depth.
 TEST(Similarity, DepthThatIsNotKnownIsSeenFromTheSide) {
-  constexpr double kDepthSigma = 0.015, kAside = 0.85, kDistance = 2.4;
+  constexpr double kDepthSigma = 0.015, kAside = 0.85, kDistance = 2.4, kBetween = 0.2;
+  constexpr int kTrials = 40;
   Random random(12);
-  for (int trial = 0; trial < 20; ++trial) {
-    const Sim3 b_from_a = random_similarity(random);
-    const Eigen::Vector3d left(-kAside, 0, -kDistance), right(kAside, 0, -kDistance);
-    std::vector<SimilarityMatch> matches;
-    for (int i = 0; i < 100; ++i) {
-      const Eigen::Vector3d x(random.uniform(-0.3, 0.3), random.uniform(-0.25, 0.25),
-                              random.uniform(0, 0.02));
-      const auto as_seen_from = [&](const Eigen::Vector3d& center) {
-        const Eigen::Vector3d ray = x - center;
-        const double noise = 0.3 * kSightPixel;
-        return SightedPoint{x + kDepthSigma * random.normal() * ray, center,
-                            ray + noise * ray.norm() * random.normal() * random_direction(random),
-                            kDepthSigma};
-      };
-      SimilarityMatch m{as_seen_from(left), as_seen_from(right)};
-      m.in_b.x = b_from_a * m.in_b.x;
-      m.in_b.center = b_from_a * m.in_b.center;
-      m.in_b.bearing = b_from_a.rotation * m.in_b.bearing;
-      matches.push_back(m);
+  for (const int sights : {1, 2}) {
+    int within = 0;
+    for (int trial = 0; trial < kTrials; ++trial) {
+      const Sim3 b_from_a = random_similarity(random);
+      std::vector<SimilarityMatch> matches;
+      for (int i = 0; i < 100; ++i) {
+        const Eigen::Vector3d x(random.uniform(-0.3, 0.3), random.uniform(-0.25, 0.25),
+                                random.uniform(0, 0.02));
+        const auto as_seen_from = [&](double side) {
+          const Eigen::Vector3d left(side, 0, -kDistance);
+          const Eigen::Vector3d known = x + kDepthSigma * random.normal() * (x - left);
+          std::vector<SightedPoint> points;
+          for (int k = 0; k < sights; ++k) {
+            const Eigen::Vector3d center = left + Eigen::Vector3d(0, kBetween * k, 0), ray = x - center;
+            const Eigen::Vector3d noise = 0.3 * kSightPixel * random.normal() * random_direction(random);
+            points.push_back({known, center, (ray.normalized() + noise).normalized(), kDepthSigma});
+          }
+          return points;
+        };
+        const std::vector<SightedPoint> in_a = as_seen_from(-kAside), in_b = as_seen_from(kAside);
+        for (int k = 0; k < sights; ++k) {
+          const SightedPoint& b = in_b[k];
+          matches.push_back(
+              {in_a[k], {b_from_a * b.x, b_from_a * b.center, b_from_a.rotation * b.bearing, b.depth_sigma}});
+        }
+      }
+      std::vector<Eigen::Vector3d> points_in_a, points_in_b;
+      for (const SimilarityMatch& m : matches) {
+        points_in_a.push_back(m.in_a.x);
+        points_in_b.push_back(m.in_b.x);
+      }
+      Sim3 start;
+      ASSERT_TRUE(align_sim3(points_in_a, points_in_b, &start));
+      const SimilarityReport report = refine_similarity_by_depths(matches, options(), start);
+      ASSERT_TRUE(report.success) << trial;
+      EXPECT_GE(report.num_inliers, 80 * sights);
+      EXPECT_LT(report.rotation_sigma_deg, 2);
+      const double turn = report.b_from_a.rotation.angularDistance(b_from_a.rotation) / kDegree;
+      printf("%d %.2f/%.2f n %d\n", sights, turn, report.rotation_sigma_deg, report.num_inliers);
+      within += turn < 3 * report.rotation_sigma_deg;
     }
-    const SimilarityReport report = estimate_similarity(matches, options());
-    ASSERT_TRUE(report.success) << trial;
-    EXPECT_GE(report.num_inliers, 90);
-    EXPECT_LT(report.b_from_a.rotation.angularDistance(b_from_a.rotation) / kDegree,
-              4 * report.rotation_sigma_deg + 0.1);
-    EXPECT_LT(report.rotation_sigma_deg, 1.5);
+    EXPECT_GE(within, kTrials * 9 / 10) << sights;
   }
+}
+
+// A map that is blown up without end shows nothing where it is seen, whatever of its depth is not known.
+TEST(Similarity, WhatIsNotKnownOfDepthDoesNotOutgrowIt) {
+  Random random(5);
+  TwoMaps maps = two_maps(120, 0.75, 0.3 * kSightPixel, random);
+  for (SimilarityMatch& m : maps.matches) m.in_a.depth_sigma = m.in_b.depth_sigma = 0.05;
+  Sim3 blown_up = maps.b_from_a;
+  blown_up.scale *= 1e4;
+  const SimilarityReport right = refine_similarity_by_depths(maps.matches, options(), maps.b_from_a);
+  ASSERT_TRUE(right.success);
+  EXPECT_GE(right.num_inliers, 27);
+  EXPECT_LT(right.score, 0.9 * refine_similarity_by_depths(maps.matches, options(), blown_up).score);
 }
 
 TEST(Similarity, ASimilarityThatIsNearlyKnownIsRefined) {

@@ -53,10 +53,9 @@ struct SimilarityReport {
 
 /// Similarity between two maps from points that both have: RANSAC over triangles of points (Umeyama 1991),
 /// then least squares. Errors are the angles between where a camera of one map sees a point and where the
-/// other map has it, both ways. Where both maps say how well they know depth, an error counts by that: off
-/// along either sight a point counts less (Mahalanobis distance), also where the other camera sees it across.
-/// Without, a patch of a wall that one map has from its left, the other from its right, leaves two
-/// similarities, which differ by the way it faces. No success
+/// other map has it, both ways; so depth, which a map knows least, counts no more than it should. Where both
+/// maps say how well they know it, it counts by that: of a patch of a wall that both see from one side only,
+/// the angles leave two similarities, which differ by the way it faces. No success
 /// with three inliers or fewer, or when they do not determine the rotation or the scale (see
 /// max_rotation_sigma_deg, max_scale_sigma).
 /// Throws std::invalid_argument on options out of range.
@@ -66,5 +65,13 @@ SimilarityReport estimate_similarity(const std::vector<SimilarityMatch>& matches
 /// The same from a similarity that is nearly known already: least squares alone.
 SimilarityReport refine_similarity(const std::vector<SimilarityMatch>& matches,
                                    const SimilarityOptions& options, const Sim3& start);
+
+/// Least squares where errors count by their covariance, of which what neither map knows of depth is a part:
+/// off along its own sight, a point is off across the other's (Mahalanobis distance; total least squares).
+/// What tells which way a patch of a wall faces that one map has from its left, the other from its right.
+/// Bearings are of length 1 and each depth_sigma is finite; matches of one point lie side by side: they share
+/// its errors. Inliers lie within the threshold's standard deviations: of what is right 3 % do not.
+SimilarityReport refine_similarity_by_depths(const std::vector<SimilarityMatch>& matches,
+                                             const SimilarityOptions& options, const Sim3& start);
 
 }  // namespace mono_pose_tracker

@@ -1,0 +1,52 @@
+#include "sight_error.h"
+
+#include <Eigen/Dense>
+#include <cmath>
+
+namespace mono_pose_tracker {
+
+SightError::SightError(const SightedPoint& sight, const Eigen::Vector3d& x, const Eigen::Vector3d& from,
+                       double other_depth_sigma, double sigma)
+    : x_(x), bearing_(sight.bearing) {
+  const Eigen::Vector3d p = x - sight.center;
+  if (!(p.dot(bearing_) > 0)) return;
+  distance_ = p.norm();
+  direction_ = p / distance_;
+  error_ = direction_ - bearing_ + std::log(distance_ / (sight.x - sight.center).norm()) * bearing_;
+  own_noise_ = sight.depth_sigma / sigma * bearing_;
+  other_noise_ = other_depth_sigma / sigma / distance_ * (x - from);
+  squared_ = error_.dot(weighed_error());
+}
+
+// The inverse of I + nn' + mm' (n, m: own and other noise), all terms of one sign: computed as an inverse it
+// has no digits left where both are long and nearly parallel.
+Eigen::Matrix3d SightError::weight() const {
+  const Eigen::Vector3d &n = own_noise_, &m = other_noise_, q = n.cross(m);
+  const double determinant = 1 + n.squaredNorm() + m.squaredNorm() + q.squaredNorm();
+  const auto square = [](const Eigen::Vector3d& v) -> Eigen::Matrix3d { return v * v.transpose(); };
+  const auto square_across = [&](const Eigen::Vector3d& v) -> Eigen::Matrix3d {
+    return v.squaredNorm() * Eigen::Matrix3d::Identity() - square(v);
+  };
+  return (Eigen::Matrix3d::Identity() + square_across(n) + square_across(m) + square(q)) / determinant;
+}
+
+Eigen::Vector3d SightError::weighed_error() const {
+  const Eigen::Vector3d &n = own_noise_, &m = other_noise_, &e = error_, q = n.cross(m);
+  const double determinant = 1 + n.squaredNorm() + m.squaredNorm() + q.squaredNorm();
+  return (e + n.cross(e).cross(n) + m.cross(e).cross(m) + q.dot(e) * q) / determinant;
+}
+
+void SightError::add_to(SimilarityEquations* equations,
+                        const std::function<PointDerivative(const Eigen::Vector3d&)>& dx) const {
+  const Eigen::Matrix<double, 1, kSimilarityParameters> farther =
+      direction_.transpose() * dx(x_) / distance_;  // relative
+  const Eigen::Vector3d pull = weighed_error();
+  const double likeliest = other_noise_.dot(pull);  // depth error, in standard deviations
+  const PointDerivative at_freed = dx(x_ - distance_ * likeliest * other_noise_);
+  const PointDerivative j = at_freed / distance_ + (bearing_ - direction_) * farther;
+  equations->information += j.transpose() * weight() * j;
+  // Farther away the noise is less of the distance.
+  equations->gradient += j.transpose() * pull + likeliest * likeliest * farther.transpose();
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+
+#include "levenberg_marquardt.h"
+#include "mono_pose_tracker/robust/similarity.h"
+#include "similarity_step.h"
+
+namespace mono_pose_tracker {
+
+using SimilarityEquations = NormalEquations<kSimilarityParameters>;
+
+// Where one map has a point against another's sight of it, relative to the distance: across the sight by the
+// angle, along it by the logarithm of the ratio. It counts by its covariance, of which each map's ignorance
+// of depth is a part, along its own sight: seen by the other from aside, that is off across.
+class SightError {
+ public:
+  // x and from (the camera that saw it there) are the other map's, in this one; both depth_sigma are finite.
+  // sigma: of a bearing, rad.
+  SightError(const SightedPoint& sight, const Eigen::Vector3d& x, const Eigen::Vector3d& from,
+             double other_depth_sigma, double sigma);
+
+  // As an angle squared that is as unlikely, rad^2; 1 behind the camera.
+  double squared() const { return squared_; }
+
+  // The squared error's half as normal equations. dx(x): derivative of a point of the other map, given in
+  // this one, by the step. The step turns what is not known of the other's depth with its point, so the
+  // gradient is that at the point freed of the depth error which is likeliest by this sight (total least
+  // squares); at the noisy point products of noise would not average out, and shrink the turn.
+  void add_to(SimilarityEquations* equations,
+              const std::function<PointDerivative(const Eigen::Vector3d&)>& dx) const;
+
+ private:
+  Eigen::Vector3d weighed_error() const;
+  Eigen::Matrix3d weight() const;
+
+  Eigen::Vector3d x_, bearing_;
+  double distance_ = 0;
+  Eigen::Vector3d direction_ = Eigen::Vector3d::Zero();  // to x, of length 1
+  Eigen::Vector3d error_ = Eigen::Vector3d::Zero();
+  // Of depths, from here: a standard deviation, in those of a bearing.
+  Eigen::Vector3d own_noise_ = Eigen::Vector3d::Zero(), other_noise_ = Eigen::Vector3d::Zero();
+  double squared_ = 1;
+};
+
+}  // namespace mono_pose_tracker
