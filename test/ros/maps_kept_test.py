@@ -175,17 +175,23 @@ class MapsKeptTest(unittest.TestCase):
         first_to_odom = self.transforms[-1].transform
         self.transforms.clear()
         beside, joined = [], []
+        has_come_back = False
         way = range(HERE, HERE + WAY_BACK)
-        # Where the machine is busy the maps meet late: the camera then goes to and fro at the end of its way.
-        to_and_fro = itertools.cycle([*way[-2:-16:-1], *way[-16:]])
-        for shown, i in enumerate(itertools.chain(way, itertools.islice(to_and_fro, 2 * HERE)), 1):
+        # Where the machine is busy the maps meet late, or the camera is lost just there and found in the first one: it
+        # then goes to and fro at the end of its way, from one into the other.
+        to_and_fro = itertools.cycle([*way[-2:-32:-1], *way[-32:]])
+        for shown, i in enumerate(itertools.chain(way, itertools.islice(to_and_fro, 6 * HERE)), 1):
             if shown > WAY_BACK and len(joined) > 5:
                 break
             answer = self.show(i, tracker)
             if answer.state != TRACKING:
                 continue
-            (joined if answer.map_id == first.map_id else beside).append(answer)
-            if not joined:
+            if answer.map_id != first.map_id:
+                beside.append(answer)
+            elif answer.corrections > first.corrections:
+                joined.append(answer)
+            has_come_back |= answer.map_id == first.map_id
+            if not has_come_back:
                 held = list(self.transforms)
         self.assertGreater(len(beside), 10, "a map beside the first")
         self.assertEqual({a.map_id > first.map_id for a in beside}, {True})
