@@ -21,6 +21,14 @@ bool is_jpeg_name(const std::string& path) {
   return extension == ".jpg" || extension == ".jpeg";
 }
 
+// The name that the next one would have, where this is the first of frames that are counted from 0; else
+// none.
+std::string second_of_count(std::string name) {
+  if (name.empty() || name.find_first_not_of('0') != std::string::npos) return {};
+  name.back() = '1';
+  return name;
+}
+
 // What was 0 is some tens in the blocks of an outline when it comes out of a JPEG.
 constexpr int kLeastOfJpeg = 64;
 
@@ -56,6 +64,8 @@ cv::Mat MaskFolder::mask_of(const std::string& mask_name, const cv::Size& size, 
   const auto found = path_by_name_.find(name.replace_extension().string());
   if (found == path_by_name_.end()) {
     *problem = folder_ + ": has no mask for " + mask_name;
+    if (path_by_name_.count(second_of_count(name.string())) > 0)
+      *problem += ": frames are counted from 0 here; masks counted from 1 are one frame off";
     return {};
   }
   const DecodedImage decoded = read_unchanged(found->second);

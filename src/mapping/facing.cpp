@@ -52,31 +52,36 @@ std::vector<SimilarityMatch> with_depth_noise(std::vector<SimilarityMatch> sight
   return sights;
 }
 
+using Refine = SimilarityReport (*)(const std::vector<SimilarityMatch>&, const SimilarityOptions&,
+                                    const Sim3&);
+
+// From where it is and from where its points fit each other.
+SimilarityReport cheaper_of(const std::vector<SimilarityMatch>& sights, const SimilarityOptions& options,
+                            const SimilarityReport& report, Refine refine) {
+  Sim3 start;
+  if (!fit_points(sights, report.inliers, &start)) return report;
+  const std::vector<SimilarityMatch> known = with_depth_noise(sights, share_of_depth_noise(sights, start));
+  SimilarityReport as_it_was = refine(known, options, report.b_from_a),
+                   from_points = refine(known, options, start);
+  return from_points.score < as_it_was.score ? from_points : as_it_was;
+}
+
 }  // namespace
 
 SimilarityReport similarity_from_points(const std::vector<SimilarityMatch>& sights,
                                         const SimilarityOptions& options, const SimilarityReport& by_angles) {
-  Sim3 start;
-  if (!fit_points(sights, by_angles.inliers, &start)) return by_angles;
-  const std::vector<SimilarityMatch> known = with_depth_noise(sights, share_of_depth_noise(sights, start));
-  SimilarityReport as_it_was = refine_similarity(known, options, by_angles.b_from_a),
-                   from_points = refine_similarity(known, options, start);
-  return from_points.score < as_it_was.score ? from_points : as_it_was;
+  return cheaper_of(sights, options, by_angles, refine_similarity);
 }
 
 SimilarityReport turned_to_depths(const std::vector<SimilarityMatch>& sights,
                                   const SimilarityOptions& options, const SimilarityReport& found) {
-  // The two lie 10 degrees apart and more where they are two; less is what a bundle adjustment mends, which
+  // Of strips of a wall the two lay 10 to 33 degrees apart. Less is what a bundle adjustment mends, which
   // goes by angles as `found` does.
   constexpr double kTurnedOver = 5 * kDegree;
-  Sim3 start;
-  if (!fit_points(sights, found.inliers, &start)) return found;
-  const std::vector<SimilarityMatch> known = with_depth_noise(sights, share_of_depth_noise(sights, start));
-  const SimilarityReport as_it_was = refine_similarity_by_depths(known, options, found.b_from_a),
-                         from_points = refine_similarity_by_depths(known, options, start);
-  const SimilarityReport& best = from_points.score < as_it_was.score ? from_points : as_it_was;
-  const double turn = best.b_from_a.rotation.angularDistance(found.b_from_a.rotation);
-  return turn > kTurnedOver ? best : found;
+  if (!found.success) return found;
+  const SimilarityReport by_depths = cheaper_of(sights, options, found, refine_similarity_by_depths);
+  const double turn = by_depths.b_from_a.rotation.angularDistance(found.b_from_a.rotation);
+  return turn > kTurnedOver ? by_depths : found;
 }
 
 }  // namespace mono_pose_tracker

@@ -26,8 +26,8 @@ SimilarityReport similarity_from_points(const std::vector<SimilarityMatch>& sigh
                                         const SimilarityOptions& options, const SimilarityReport& by_angles);
 
 // Of two maps that see one patch of a wall each from its own side, what each does not know of depth the other
-// sees across: their angles agree most where the patch is turned over. The same by the covariances of both,
-// kept where it says that `found` is turned over.
+// sees across: their angles agree most where the patch is turned over. What was found, or, where that is
+// turned over, what the covariances of both say; no success where these leave it open.
 SimilarityReport turned_to_depths(const std::vector<SimilarityMatch>& sights,
                                   const SimilarityOptions& options, const SimilarityReport& found);
 

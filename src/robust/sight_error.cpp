@@ -5,8 +5,8 @@
 
 namespace mono_pose_tracker {
 
-SightError::SightError(const SightedPoint& sight, const Eigen::Vector3d& x, const Eigen::Vector3d& from,
-                       double other_depth_sigma, double sigma)
+SightError::SightError(const SightedPoint& sight, const Eigen::Vector3d& x,
+                       const Eigen::Vector3d& other_center, double other_depth_sigma, double sigma)
     : x_(x), bearing_(sight.bearing) {
   const Eigen::Vector3d p = x - sight.center;
   if (!(p.dot(bearing_) > 0)) return;
@@ -14,7 +14,7 @@ SightError::SightError(const SightedPoint& sight, const Eigen::Vector3d& x, cons
   direction_ = p / distance_;
   error_ = direction_ - bearing_ + std::log(distance_ / (sight.x - sight.center).norm()) * bearing_;
   own_noise_ = sight.depth_sigma / sigma * bearing_;
-  other_noise_ = other_depth_sigma / sigma / distance_ * (x - from);
+  other_noise_ = other_depth_sigma / sigma / distance_ * (x - other_center);
   squared_ = error_.dot(weighed_error());
 }
 
@@ -30,6 +30,7 @@ Eigen::Matrix3d SightError::weight() const {
   return (Eigen::Matrix3d::Identity() + square_across(n) + square_across(m) + square(q)) / determinant;
 }
 
+// Times the error, in an order that cancels nothing either.
 Eigen::Vector3d SightError::weighed_error() const {
   const Eigen::Vector3d &n = own_noise_, &m = other_noise_, &e = error_, q = n.cross(m);
   const double determinant = 1 + n.squaredNorm() + m.squaredNorm() + q.squaredNorm();
@@ -40,13 +41,13 @@ void SightError::add_to(SimilarityEquations* equations,
                         const std::function<PointDerivative(const Eigen::Vector3d&)>& dx) const {
   const Eigen::Matrix<double, 1, kSimilarityParameters> farther =
       direction_.transpose() * dx(x_) / distance_;  // relative
-  const Eigen::Vector3d pull = weighed_error();
-  const double likeliest = other_noise_.dot(pull);  // depth error, in standard deviations
-  const PointDerivative at_freed = dx(x_ - distance_ * likeliest * other_noise_);
-  const PointDerivative j = at_freed / distance_ + (bearing_ - direction_) * farther;
+  const Eigen::Vector3d weighed = weighed_error();
+  const double likeliest = other_noise_.dot(weighed);  // depth error, in standard deviations
+  const PointDerivative dx_freed = dx(x_ - distance_ * likeliest * other_noise_);
+  const PointDerivative j = dx_freed / distance_ + (bearing_ - direction_) * farther;
   equations->information += j.transpose() * weight() * j;
   // Farther away the noise is less of the distance.
-  equations->gradient += j.transpose() * pull + likeliest * likeliest * farther.transpose();
+  equations->gradient += j.transpose() * weighed + likeliest * likeliest * farther.transpose();
 }
 
 }  // namespace mono_pose_tracker

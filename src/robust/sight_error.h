@@ -12,16 +12,17 @@ namespace mono_pose_tracker {
 using SimilarityEquations = NormalEquations<kSimilarityParameters>;
 
 // Where one map has a point against another's sight of it, relative to the distance: across the sight by the
-// angle, along it by the logarithm of the ratio. It counts by its covariance, of which each map's ignorance
-// of depth is a part, along its own sight: seen by the other from aside, that is off across.
+// angle, along it by the logarithm of the ratio. It counts by its covariance: that of a bearing, and what
+// either map does not know of the point's depth along its own sight, which the other, from aside, sees
+// across.
 class SightError {
  public:
-  // x and from (the camera that saw it there) are the other map's, in this one; both depth_sigma are finite.
-  // sigma: of a bearing, rad.
-  SightError(const SightedPoint& sight, const Eigen::Vector3d& x, const Eigen::Vector3d& from,
+  // x and other_center (the camera that saw it there) are the other map's, in this one; both depth_sigma are
+  // finite. sigma: of a bearing, rad.
+  SightError(const SightedPoint& sight, const Eigen::Vector3d& x, const Eigen::Vector3d& other_center,
              double other_depth_sigma, double sigma);
 
-  // As an angle squared that is as unlikely, rad^2; 1 behind the camera.
+  // sigma^2 times the squared Mahalanobis distance: that of an angle as unlikely, rad^2; 1 behind the camera.
   double squared() const { return squared_; }
 
   // The squared error's half as normal equations. dx(x): derivative of a point of the other map, given in
@@ -33,7 +34,7 @@ class SightError {
 
  private:
   Eigen::Vector3d weighed_error() const;
-  Eigen::Matrix3d weight() const;
+  Eigen::Matrix3d weight() const;  // inverse of the covariance over sigma^2
 
   Eigen::Vector3d x_, bearing_;
   double distance_ = 0;

@@ -5,16 +5,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "levenberg_marquardt.h"
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/robust/ransac.h"
 #include "mono_pose_tracker/robust/sampler.h"
+#include "similarity_certainty.h"
 #include "similarity_step.h"
 
 namespace mono_pose_tracker {
@@ -30,7 +26,6 @@ constexpr double kMinHeight = 0.05;
 
 // Residuals of one side have two degrees of freedom each; a similarity has seven.
 constexpr int kParameters = kSimilarityParameters;
-using Information = Eigen::Matrix<double, kParameters, kParameters>;
 using Step = SimilarityStep;
 
 bool is_triangle(const Eigen::Matrix3d& corners) {
@@ -192,34 +187,6 @@ class SimilarityEstimator {
   double threshold_;
 };
 
-bool is_usable(const SightedPoint& sight) {
-  const double norm = sight.bearing.norm();
-  return sight.x.allFinite() && sight.center.allFinite() && sight.x != sight.center && std::isfinite(norm) &&
-         norm > 0;
-}
-
-// The matches that are finite, with unit bearings.
-struct Usable {
-  explicit Usable(const std::vector<SimilarityMatch>& matches) : all(matches.size()) {
-    for (std::size_t i = 0; i < matches.size(); ++i) {
-      if (!is_usable(matches[i].in_a) || !is_usable(matches[i].in_b)) continue;
-      data.push_back(matches[i]);
-      data.back().in_a.bearing.normalize();
-      data.back().in_b.bearing.normalize();
-      source.push_back(i);
-    }
-  }
-
-  std::size_t all;                  // how many there were
-  std::vector<std::size_t> source;  // their indices among these
-  std::vector<SimilarityMatch> data;
-};
-
-struct Uncertainty {
-  double turn = 0;   // rad, about the worst axis
-  double scale = 0;  // relative
-};
-
 // As the angles tell it, were the points exact. The noise is what the inliers show; where they are too few to
 // show it, half the threshold.
 Uncertainty by_angles(const std::vector<SimilarityMatch>& inliers, double threshold, const Sim3& b_from_a) {
@@ -227,50 +194,12 @@ Uncertainty by_angles(const std::vector<SimilarityMatch>& inliers, double thresh
   const int redundancy = equations.residuals - kParameters;
   const double variance =
       redundancy > 2 * kParameters ? equations.squares / redundancy : 0.25 * threshold * threshold;
-  // Scaled to a unit diagonal, so that what is singular shows whatever the units.
-  const Step unit = equations.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Information scaled = unit.asDiagonal() * equations.information * unit.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Information> solver(scaled);
-  const Step inverse = solver.eigenvalues().cwiseMax(1e-14).cwiseInverse();
-  const Information covariance =
-      variance * (unit.asDiagonal() * solver.eigenvectors() * inverse.asDiagonal() *
-                  solver.eigenvectors().transpose() * unit.asDiagonal());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> turns(covariance.topLeftCorner<3, 3>());
-  return {std::sqrt(std::max(0.0, turns.eigenvalues()(2))), std::sqrt(std::max(0.0, covariance(6, 6)))};
-}
-
-// As the points tell it by how far they lie from each other: what one map's noise of depth adds to the width
-// of a line must not pass for a width that tells the turn about it.
-Uncertainty by_points(const std::vector<SimilarityMatch>& inliers, const Sim3& b_from_a) {
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  std::vector<double> squares;
-  for (const SimilarityMatch& m : inliers) {
-    mean += m.in_b.x / inliers.size();
-    squares.push_back((b_from_a * m.in_a.x - m.in_b.x).squaredNorm());
-  }
-  constexpr double kMedianOfChi2 = 2.366;  // three degrees of freedom
-  const double variance = median(std::move(squares)) / kMedianOfChi2;
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (const SimilarityMatch& m : inliers) scatter += (m.in_b.x - mean) * (m.in_b.x - mean).transpose();
-  const Eigen::Vector3d spread = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvalues();
-  // The moment of inertia about the longest axis is what the other two extents make.
-  return {std::sqrt(variance / std::max(spread(0) + spread(1), 1e-300)),
-          std::sqrt(variance / std::max(spread.sum(), 1e-300))};
-}
-
-void require_options(const SimilarityOptions& options) {
-  options.ransac.validate();
-  const auto require_positive = [](const char* name, double value) {
-    if (value > 0) return;
-    throw std::invalid_argument("SimilarityOptions: " + std::string(name) + " = " + std::to_string(value) +
-                                ", expected > 0");
-  };
-  require_positive("max_rotation_sigma_deg", options.max_rotation_sigma_deg);
-  require_positive("max_scale_sigma", options.max_scale_sigma);
+  return uncertainty_of(variance * inverse_of(equations.information));
 }
 
 // Least squares from this start.
-SimilarityReport report_from(const Usable& matches, const SimilarityOptions& options, const Sim3& start) {
+SimilarityReport report_from(const UsableMatches& matches, const SimilarityOptions& options,
+                             const Sim3& start) {
   const std::vector<SimilarityMatch>& data = matches.data;
   const double threshold = options.ransac.threshold;
   SimilarityReport report;
@@ -289,12 +218,8 @@ SimilarityReport report_from(const Usable& matches, const SimilarityOptions& opt
   report.num_inliers = score.num_inliers;
   // Three matches fit some similarity nearly always: only a fourth says anything.
   if (score.num_inliers <= SimilarityEstimator::kSampleSize) return report;
-  const Uncertainty angles = by_angles(inliers, threshold, report.b_from_a);
-  const Uncertainty points = by_points(inliers, report.b_from_a);
-  report.rotation_sigma_deg = std::max(angles.turn, points.turn) / kDegree;
-  report.scale_sigma = std::max(angles.scale, points.scale);
-  report.success = report.rotation_sigma_deg <= options.max_rotation_sigma_deg &&
-                   report.scale_sigma <= options.max_scale_sigma;
+  judge(greater(by_angles(inliers, threshold, report.b_from_a), by_points(inliers, report.b_from_a)), options,
+        &report);
   return report;
 }
 
@@ -303,7 +228,7 @@ SimilarityReport report_from(const Usable& matches, const SimilarityOptions& opt
 SimilarityReport estimate_similarity(const std::vector<SimilarityMatch>& matches,
                                      const SimilarityOptions& options) {
   require_options(options);
-  const Usable usable(matches);
+  const UsableMatches usable(matches);
   SimilarityReport none;
   none.inliers.assign(matches.size(), 0);
   if (usable.data.size() < SimilarityEstimator::kSampleSize) return none;
@@ -320,7 +245,7 @@ SimilarityReport estimate_similarity(const std::vector<SimilarityMatch>& matches
 SimilarityReport refine_similarity(const std::vector<SimilarityMatch>& matches,
                                    const SimilarityOptions& options, const Sim3& start) {
   require_options(options);
-  return report_from(Usable(matches), options, start);
+  return report_from(UsableMatches(matches), options, start);
 }
 
 }  // namespace mono_pose_tracker

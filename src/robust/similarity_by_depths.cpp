@@ -1,24 +1,23 @@
-// A similarity by how well both maps know the depths of their points.
+// The part of similarity.h that goes by how well both maps know the depths of their points.
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <cmath>
-#include <limits>
+#include <cstddef>
 #include <vector>
 
 #include "levenberg_marquardt.h"
-#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/robust/similarity.h"
 #include "sight_error.h"
+#include "similarity_certainty.h"
+#include "similarity_step.h"
 
 namespace mono_pose_tracker {
 
 namespace {
 
-constexpr int kIterations = 20;
-constexpr int kFewest = 4;  // three fit some similarity nearly always
-
-using Information = Eigen::Matrix<double, kSimilarityParameters, kSimilarityParameters>;
+constexpr int kIterations = 20;  // quadratic convergence ends it after a few
+// A scatter of fewer gradients leaves some direction without any.
+constexpr std::size_t kFewestPoints = kSimilarityParameters + 1;
 
 // Of a match, both ways.
 struct BothErrors {
@@ -48,25 +47,22 @@ struct ByDepths {
     return cost;
   }
 
+  // Either side that lies within the threshold: the truncated cost's gradient.
   SimilarityEquations linearize(const Sim3& b_from_a) const {
     const Sim3 a_from_b = b_from_a.inverse();
-    SimilarityEquations equations;
-    for (const SimilarityMatch& m : matches) add(m, b_from_a, a_from_b, &equations);
-    return equations;
-  }
-
-  // Either side that lies within the threshold: the truncated cost's gradient.
-  void add(const SimilarityMatch& match, const Sim3& b_from_a, const Sim3& a_from_b,
-           SimilarityEquations* equations) const {
     const Eigen::Matrix3d turn_to_a = a_from_b.scale * a_from_b.rotation.toRotationMatrix();
     // The inverse takes the step back from the point in b before it takes the point to a.
     const auto dx_in_a = [&](const Eigen::Vector3d& x) -> PointDerivative {
       return -turn_to_a * step_jacobian(b_from_a * x);
     };
     const double limit = threshold * threshold;
-    const BothErrors e = errors(match, b_from_a, a_from_b);
-    if (e.in_b.squared() < limit) e.in_b.add_to(equations, step_jacobian);
-    if (e.in_a.squared() < limit) e.in_a.add_to(equations, dx_in_a);
+    SimilarityEquations equations;
+    for (const SimilarityMatch& m : matches) {
+      const BothErrors e = errors(m, b_from_a, a_from_b);
+      if (e.in_b.squared() < limit) e.in_b.add_to(&equations, step_jacobian);
+      if (e.in_a.squared() < limit) e.in_a.add_to(&equations, dx_in_a);
+    }
+    return equations;
   }
 
   Sim3 stepped(const Sim3& b_from_a, const SimilarityStep& step) const {
@@ -74,56 +70,68 @@ struct ByDepths {
   }
 };
 
-bool is_same_point(const SimilarityMatch& a, const SimilarityMatch& b) {
-  return a.in_a.x == b.in_a.x && a.in_b.x == b.in_b.x;
+// One sight each.
+std::vector<SimilarityMatch> points_of(const std::vector<SimilarityMatch>& matches) {
+  std::vector<SimilarityMatch> points = matches;
+  const auto is_same = [](const SimilarityMatch& a, const SimilarityMatch& b) {
+    return a.in_a.x == b.in_a.x && a.in_b.x == b.in_b.x;
+  };
+  points.erase(std::unique(points.begin(), points.end(), is_same), points.end());
+  return points;
 }
 
 // By how the gradients of whole points scatter (Huber 1967): the errors of a point, both ways and in all its
-// sights, share what its depths are off by.
-Information covariance_of(const ByDepths& problem, const Sim3& b_from_a) {
-  const Sim3 a_from_b = b_from_a.inverse();
-  Information information = Information::Zero(), scatter = Information::Zero();
+// sights, share what its depths are off by. No less than were they independent.
+Uncertainty by_gradients(const ByDepths& problem, std::size_t points, const Sim3& b_from_a) {
   const std::vector<SimilarityMatch>& matches = problem.matches;
-  int points = 0;
-  for (std::size_t i = 0; i < matches.size(); ++points) {
-    SimilarityEquations of_point;
+  SimilarityInformation information = SimilarityInformation::Zero(), scatter = SimilarityInformation::Zero();
+  for (std::size_t i = 0; i < matches.size();) {
     const std::size_t first = i;
-    for (; i < matches.size() && is_same_point(matches[first], matches[i]); ++i)
-      problem.add(matches[i], b_from_a, a_from_b, &of_point);
-    information += of_point.information;
-    scatter += of_point.gradient * of_point.gradient.transpose();
+    while (i < matches.size() && matches[i].in_a.x == matches[first].in_a.x &&
+           matches[i].in_b.x == matches[first].in_b.x) {
+      ++i;
+    }
+    const auto begin = matches.begin() + static_cast<std::ptrdiff_t>(first);
+    const std::vector<SimilarityMatch> of_point(begin, matches.begin() + static_cast<std::ptrdiff_t>(i));
+    const SimilarityEquations equations = ByDepths{of_point, problem.threshold}.linearize(b_from_a);
+    information += equations.information;
+    scatter += equations.gradient * equations.gradient.transpose();
   }
+  const SimilarityInformation inverse = inverse_of(information);
+  const double sigma = problem.threshold / SimilarityOptions::kThresholdSigmas;
   // A point tells three of the seven.
-  const double redundancy = 3.0 * points - kSimilarityParameters;
-  if (redundancy <= 0) return Information::Constant(std::numeric_limits<double>::infinity());
-  const Information inverse = information.ldlt().solve(Information::Identity());
-  return 3 * points / redundancy * inverse * scatter * inverse;
+  const double told = 3.0 * static_cast<double>(points);
+  return greater(uncertainty_of(sigma * sigma * inverse),
+                 uncertainty_of(told / (told - kSimilarityParameters) * inverse * scatter * inverse));
 }
 
 }  // namespace
 
 SimilarityReport refine_similarity_by_depths(const std::vector<SimilarityMatch>& matches,
                                              const SimilarityOptions& options, const Sim3& start) {
-  const double threshold = options.ransac.threshold, limit = threshold * threshold;
+  require_options(options);
+  const UsableMatches usable(matches);
+  const double limit = options.ransac.threshold * options.ransac.threshold;
+  const ByDepths problem = {usable.data, options.ransac.threshold};
   SimilarityReport report;
-  report.b_from_a = start;
   report.inliers.assign(matches.size(), 0);
-  report.score = levenberg_marquardt(ByDepths{matches, threshold}, {kIterations, 1e-9, 0}, &report.b_from_a);
+  report.b_from_a = start;
+  report.score = levenberg_marquardt(problem, {kIterations, 1e-9, 0}, &report.b_from_a) +
+                 static_cast<double>(usable.all - usable.data.size()) * limit;
   const Sim3 a_from_b = report.b_from_a.inverse();
   std::vector<SimilarityMatch> inliers;
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    const BothErrors e = ByDepths{matches, threshold}.errors(matches[i], report.b_from_a, a_from_b);
-    report.inliers[i] = e.in_a.squared() < limit && e.in_b.squared() < limit;
-    if (report.inliers[i]) inliers.push_back(matches[i]);
+  for (std::size_t i = 0; i < usable.data.size(); ++i) {
+    const BothErrors e = problem.errors(usable.data[i], report.b_from_a, a_from_b);
+    if (!(e.in_a.squared() < limit && e.in_b.squared() < limit)) continue;
+    report.inliers[usable.source[i]] = 1;
+    inliers.push_back(usable.data[i]);
   }
   report.num_inliers = static_cast<int>(inliers.size());
-  if (report.num_inliers < kFewest) return report;
-  const Information covariance = covariance_of({inliers, threshold}, report.b_from_a);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> turns(covariance.topLeftCorner<3, 3>());
-  report.rotation_sigma_deg = std::sqrt(std::max(0.0, turns.eigenvalues()(2))) / kDegree;
-  report.scale_sigma = std::sqrt(std::max(0.0, covariance(6, 6)));
-  report.success = report.rotation_sigma_deg <= options.max_rotation_sigma_deg &&
-                   report.scale_sigma <= options.max_scale_sigma;
+  const std::vector<SimilarityMatch> points = points_of(inliers);
+  if (points.size() < kFewestPoints) return report;
+  judge(greater(by_gradients({inliers, options.ransac.threshold}, points.size(), report.b_from_a),
+                by_points(points, report.b_from_a)),
+        options, &report);
   return report;
 }
 

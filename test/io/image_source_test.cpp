@@ -366,6 +366,18 @@ TEST(Masks, AreFoundByBaseName) {
   expect_error([&] { MaskFolder(folder / "none"); }, {"none"});
 }
 
+// As ffmpeg counts what it writes; of a video they would all be of the frame before.
+TEST(MaskFolder, MasksCountedFromOneAreTold) {
+  TemporaryFolder folder;
+  for (const char* name : {"000001.png", "000002.png"}) cv::imwrite(folder / name, grey(1));
+  const MaskFolder masks(folder.path());
+  std::string problem;
+  EXPECT_TRUE(masks.mask_of("000000", {6, 4}, &problem).empty());
+  EXPECT_NE(problem.find("masks counted from 1 are one frame off"), std::string::npos) << problem;
+  EXPECT_TRUE(masks.mask_of("000003", {6, 4}, &problem).empty());
+  EXPECT_EQ(problem.find("counted"), std::string::npos) << problem;
+}
+
 // The blocks of a JPEG ring about an outline: what was 0 is a little more there.
 TEST(MaskFolder, AJpegsOutlineStaysWhereItIs) {
   TemporaryFolder folder;

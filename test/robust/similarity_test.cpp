@@ -186,11 +186,39 @@ TEST(Similarity, DepthThatIsNotKnownIsSeenFromTheSide) {
       EXPECT_GE(report.num_inliers, 80 * sights);
       EXPECT_LT(report.rotation_sigma_deg, 2);
       const double turn = report.b_from_a.rotation.angularDistance(b_from_a.rotation) / kDegree;
-      printf("%d %.2f/%.2f n %d\n", sights, turn, report.rotation_sigma_deg, report.num_inliers);
       within += turn < 3 * report.rotation_sigma_deg;
     }
     EXPECT_GE(within, kTrials * 9 / 10) << sights;
   }
+}
+
+// What noise of depth makes a line wide by does not tell the turn about it; nor do a few points.
+TEST(Similarity, ByDepthsALineAndAFewPointsLeaveTheTurnOpen) {
+  Random random(6);
+  const auto with_depths = [&](int count, const Eigen::Vector3d& extent) {
+    TwoMaps maps = two_maps(count, 0, 0.3 * kSightPixel, random, extent);
+    for (SimilarityMatch& m : maps.matches) m.in_a.depth_sigma = m.in_b.depth_sigma = 0.01;
+    return refine_similarity_by_depths(maps.matches, options(), maps.b_from_a).success;
+  };
+  for (int trial = 0; trial < 10; ++trial) {
+    EXPECT_FALSE(with_depths(80, {2, 0, 0}));
+    EXPECT_FALSE(with_depths(80, {2, 1e-3, 1e-3}));
+    EXPECT_FALSE(with_depths(7, {2, 2, 2}));
+    EXPECT_TRUE(with_depths(80, {2, 2, 2}));
+  }
+}
+
+TEST(Similarity, ByDepthsWhatIsNotFiniteIsLeftOut) {
+  Random random(7);
+  TwoMaps maps = two_maps(60, 0, 0.3 * kSightPixel, random);
+  for (SimilarityMatch& m : maps.matches) m.in_a.depth_sigma = m.in_b.depth_sigma = 0.01;
+  maps.matches[3].in_a.x.x() = std::numeric_limits<double>::quiet_NaN();
+  maps.matches[4].in_b.x = maps.matches[4].in_b.center;
+  const SimilarityReport report = refine_similarity_by_depths(maps.matches, options(), maps.b_from_a);
+  ASSERT_TRUE(report.success);
+  EXPECT_FALSE(report.inliers[3] || report.inliers[4]);
+  EXPECT_GE(report.num_inliers, 50);
+  EXPECT_FALSE(refine_similarity_by_depths({}, options(), maps.b_from_a).success);
 }
 
 // A map that is blown up without end shows nothing where it is seen, whatever of its depth is not known.
