@@ -108,6 +108,9 @@ class PipelineBenchmark(unittest.TestCase):
         self.assertEqual(sum(live["reasons"].values()), FRAMES - live["frames_dropped"])
         largest = max(live["maps"], key=lambda m: m["frames"])
         self.assertLess(largest["position_rmse_percent"], 5)
+        # Poses of two maps are no path.
+        self.assertEqual(live["position_rmse_percent"], largest["position_rmse_percent"])
+        self.assertEqual(live["frames_posed_in_other_maps"], live["frames_posed"] - largest["frames"])
         self.assertLess(largest["rotation_median_deg"], 3)
 
     def test_faster_than_it_can_be_frames_are_dropped_not_queued(self):
