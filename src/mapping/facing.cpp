@@ -73,15 +73,16 @@ SimilarityReport similarity_from_points(const std::vector<SimilarityMatch>& sigh
   return cheaper_of(sights, options, by_angles, refine_similarity);
 }
 
+bool is_turned_over(const SimilarityReport& one, const SimilarityReport& other) {
+  constexpr double kTurnedOver = 5 * kDegree;
+  return one.b_from_a.rotation.angularDistance(other.b_from_a.rotation) > kTurnedOver;
+}
+
 SimilarityReport turned_to_depths(const std::vector<SimilarityMatch>& sights,
                                   const SimilarityOptions& options, const SimilarityReport& found) {
-  // Of strips of a wall the two lay 10 to 33 degrees apart. Less is what a bundle adjustment mends, which
-  // goes by angles as `found` does.
-  constexpr double kTurnedOver = 5 * kDegree;
   if (!found.success) return found;
   const SimilarityReport by_depths = cheaper_of(sights, options, found, refine_similarity_by_depths);
-  const double turn = by_depths.b_from_a.rotation.angularDistance(found.b_from_a.rotation);
-  return turn > kTurnedOver ? by_depths : found;
+  return is_turned_over(by_depths, found) ? by_depths : found;
 }
 
 }  // namespace mono_pose_tracker

@@ -25,6 +25,10 @@ SightedPoint sighted(const Keyframe& keyframe, int feature, const Eigen::Vector3
 SimilarityReport similarity_from_points(const std::vector<SimilarityMatch>& sights,
                                         const SimilarityOptions& options, const SimilarityReport& by_angles);
 
+// Beyond what two similarities of the same points differ by: a patch of a wall faces the other way. Of strips
+// of a wall two lay 10 to 33 degrees apart; less is what a bundle adjustment mends.
+bool is_turned_over(const SimilarityReport& one, const SimilarityReport& other);
+
 // Of two maps that see one patch of a wall each from its own side, what each does not know of depth the other
 // sees across: their angles agree most where the patch is turned over. What was found, or, where that is
 // turned over, what the covariances of both say; no success where these leave it open.

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "facing.h"
-#include "mono_pose_tracker/common/angles.h"
 #include "mono_pose_tracker/common/median.h"
 #include "mono_pose_tracker/features/feature_set.h"
 #include "mono_pose_tracker/features/matching.h"
@@ -86,12 +85,10 @@ struct Pairs {
 // The same, where the points themselves say that the angles have turned a wall over.
 SimilarityReport turned_back(std::vector<SimilarityMatch> sights, const SimilarityOptions& options,
                              const SimilarityReport& by_angles) {
-  constexpr double kTurnedOver = 5 * kDegree;  // beyond what the two differ by as they are known
-  constexpr double kDepthSigma = 0.2;          // of a point that nothing is known of; alike for all
+  constexpr double kDepthSigma = 0.2;  // of a point that nothing is known of; alike for all
   for (SimilarityMatch& m : sights) m.in_a.depth_sigma = m.in_b.depth_sigma = kDepthSigma;
   SimilarityReport by_points = similarity_from_points(sights, options, by_angles);
-  const double turn = by_points.b_from_a.rotation.angularDistance(by_angles.b_from_a.rotation);
-  return by_points.success && turn > kTurnedOver ? by_points : by_angles;
+  return by_points.success && is_turned_over(by_points, by_angles) ? by_points : by_angles;
 }
 
 // A similarity that `min_inliers` of the pairs agree on; the others are dropped.

@@ -21,20 +21,24 @@ SightError::SightError(const SightedPoint& sight, const Eigen::Vector3d& x,
 // The inverse of I + nn' + mm' (n, m: own and other noise), all terms of one sign: computed as an inverse it
 // has no digits left where both are long and nearly parallel.
 Eigen::Matrix3d SightError::weight() const {
-  const Eigen::Vector3d &n = own_noise_, &m = other_noise_, q = n.cross(m);
-  const double determinant = 1 + n.squaredNorm() + m.squaredNorm() + q.squaredNorm();
   const auto square = [](const Eigen::Vector3d& v) -> Eigen::Matrix3d { return v * v.transpose(); };
   const auto square_across = [&](const Eigen::Vector3d& v) -> Eigen::Matrix3d {
     return v.squaredNorm() * Eigen::Matrix3d::Identity() - square(v);
   };
-  return (Eigen::Matrix3d::Identity() + square_across(n) + square_across(m) + square(q)) / determinant;
+  return (Eigen::Matrix3d::Identity() + square_across(own_noise_) + square_across(other_noise_) +
+          square(own_noise_.cross(other_noise_))) /
+         determinant();
 }
 
 // Times the error, in an order that cancels nothing either.
 Eigen::Vector3d SightError::weighed_error() const {
   const Eigen::Vector3d &n = own_noise_, &m = other_noise_, &e = error_, q = n.cross(m);
-  const double determinant = 1 + n.squaredNorm() + m.squaredNorm() + q.squaredNorm();
-  return (e + n.cross(e).cross(n) + m.cross(e).cross(m) + q.dot(e) * q) / determinant;
+  return (e + n.cross(e).cross(n) + m.cross(e).cross(m) + q.dot(e) * q) / determinant();
+}
+
+double SightError::determinant() const {
+  return 1 + own_noise_.squaredNorm() + other_noise_.squaredNorm() +
+         own_noise_.cross(other_noise_).squaredNorm();
 }
 
 void SightError::add_to(SimilarityEquations* equations,

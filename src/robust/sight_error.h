@@ -35,6 +35,7 @@ class SightError {
  private:
   Eigen::Vector3d weighed_error() const;
   Eigen::Matrix3d weight() const;  // inverse of the covariance over sigma^2
+  double determinant() const;      // of the covariance over sigma^2
 
   Eigen::Vector3d x_, bearing_;
   double distance_ = 0;

@@ -24,10 +24,6 @@ constexpr int kFinalIterations = 20;  // of the result; quadratic convergence en
 // through the noise of its points.
 constexpr double kMinHeight = 0.05;
 
-// Residuals of one side have two degrees of freedom each; a similarity has seven.
-constexpr int kParameters = kSimilarityParameters;
-using Step = SimilarityStep;
-
 bool is_triangle(const Eigen::Matrix3d& corners) {
   const Eigen::Vector3d side = corners.col(1) - corners.col(0), other = corners.col(2) - corners.col(0);
   const double longest = std::max({side.norm(), other.norm(), (side - other).norm()});
@@ -86,7 +82,7 @@ RansacScore score_similarity(const std::vector<SimilarityMatch>& matches, const 
   return score;
 }
 
-struct SightEquations : NormalEquations<kParameters> {
+struct SightEquations : NormalEquations<kSimilarityParameters> {
   double squares = 0;
   int residuals = 0;
 
@@ -104,7 +100,7 @@ struct SightEquations : NormalEquations<kParameters> {
     residuals += 2;
     if (depth_weight == 0) return;
     const double depth = depth_weight * log_depth_ratio(sight, x);
-    const Step of_depth = depth_weight / distance * (u.transpose() * dx).transpose();
+    const SimilarityStep of_depth = depth_weight / distance * (u.transpose() * dx).transpose();
     information += of_depth * of_depth.transpose();
     gradient += of_depth * depth;
     squares += depth * depth;
@@ -143,7 +139,7 @@ struct SimilarityProblem {
   SightEquations linearize(const Sim3& b_from_a) const {
     return mono_pose_tracker::linearize(matches, b_from_a, threshold);
   }
-  Sim3 stepped(const Sim3& b_from_a, const Step& step) const {
+  Sim3 stepped(const Sim3& b_from_a, const SimilarityStep& step) const {
     return mono_pose_tracker::stepped(b_from_a, step);
   }
 };
@@ -191,9 +187,9 @@ class SimilarityEstimator {
 // show it, half the threshold.
 Uncertainty by_angles(const std::vector<SimilarityMatch>& inliers, double threshold, const Sim3& b_from_a) {
   const SightEquations equations = linearize(inliers, b_from_a, threshold);
-  const int redundancy = equations.residuals - kParameters;
+  const int redundancy = equations.residuals - kSimilarityParameters;
   const double variance =
-      redundancy > 2 * kParameters ? equations.squares / redundancy : 0.25 * threshold * threshold;
+      redundancy > 2 * kSimilarityParameters ? equations.squares / redundancy : 0.25 * threshold * threshold;
   return uncertainty_of(variance * inverse_of(equations.information));
 }
 

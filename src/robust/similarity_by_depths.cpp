@@ -70,37 +70,32 @@ struct ByDepths {
   }
 };
 
-// One sight each.
-std::vector<SimilarityMatch> points_of(const std::vector<SimilarityMatch>& matches) {
-  std::vector<SimilarityMatch> points = matches;
-  const auto is_same = [](const SimilarityMatch& a, const SimilarityMatch& b) {
-    return a.in_a.x == b.in_a.x && a.in_b.x == b.in_b.x;
-  };
-  points.erase(std::unique(points.begin(), points.end(), is_same), points.end());
+using SightsOfPoint = std::vector<SimilarityMatch>;
+
+std::vector<SightsOfPoint> by_point(const std::vector<SimilarityMatch>& matches) {
+  std::vector<SightsOfPoint> points;
+  for (const SimilarityMatch& m : matches) {
+    const bool is_same = !points.empty() && points.back().front().in_a.x == m.in_a.x &&
+                         points.back().front().in_b.x == m.in_b.x;
+    if (!is_same) points.emplace_back();
+    points.back().push_back(m);
+  }
   return points;
 }
 
 // By how the gradients of whole points scatter (Huber 1967): the errors of a point, both ways and in all its
 // sights, share what its depths are off by. No less than were they independent.
-Uncertainty by_gradients(const ByDepths& problem, std::size_t points, const Sim3& b_from_a) {
-  const std::vector<SimilarityMatch>& matches = problem.matches;
+Uncertainty by_gradients(const std::vector<SightsOfPoint>& points, double threshold, const Sim3& b_from_a) {
   SimilarityInformation information = SimilarityInformation::Zero(), scatter = SimilarityInformation::Zero();
-  for (std::size_t i = 0; i < matches.size();) {
-    const std::size_t first = i;
-    while (i < matches.size() && matches[i].in_a.x == matches[first].in_a.x &&
-           matches[i].in_b.x == matches[first].in_b.x) {
-      ++i;
-    }
-    const auto begin = matches.begin() + static_cast<std::ptrdiff_t>(first);
-    const std::vector<SimilarityMatch> of_point(begin, matches.begin() + static_cast<std::ptrdiff_t>(i));
-    const SimilarityEquations equations = ByDepths{of_point, problem.threshold}.linearize(b_from_a);
+  for (const SightsOfPoint& sights : points) {
+    const SimilarityEquations equations = ByDepths{sights, threshold}.linearize(b_from_a);
     information += equations.information;
     scatter += equations.gradient * equations.gradient.transpose();
   }
   const SimilarityInformation inverse = inverse_of(information);
-  const double sigma = problem.threshold / SimilarityOptions::kThresholdSigmas;
+  const double sigma = threshold / SimilarityOptions::kThresholdSigmas;
   // A point tells three of the seven.
-  const double told = 3.0 * static_cast<double>(points);
+  const double told = 3.0 * static_cast<double>(points.size());
   return greater(uncertainty_of(sigma * sigma * inverse),
                  uncertainty_of(told / (told - kSimilarityParameters) * inverse * scatter * inverse));
 }
@@ -111,8 +106,8 @@ SimilarityReport refine_similarity_by_depths(const std::vector<SimilarityMatch>&
                                              const SimilarityOptions& options, const Sim3& start) {
   require_options(options);
   const UsableMatches usable(matches);
-  const double limit = options.ransac.threshold * options.ransac.threshold;
   const ByDepths problem = {usable.data, options.ransac.threshold};
+  const double limit = problem.threshold * problem.threshold;
   SimilarityReport report;
   report.inliers.assign(matches.size(), 0);
   report.b_from_a = start;
@@ -127,10 +122,11 @@ SimilarityReport refine_similarity_by_depths(const std::vector<SimilarityMatch>&
     inliers.push_back(usable.data[i]);
   }
   report.num_inliers = static_cast<int>(inliers.size());
-  const std::vector<SimilarityMatch> points = points_of(inliers);
+  const std::vector<SightsOfPoint> points = by_point(inliers);
   if (points.size() < kFewestPoints) return report;
-  judge(greater(by_gradients({inliers, options.ransac.threshold}, points.size(), report.b_from_a),
-                by_points(points, report.b_from_a)),
+  std::vector<SimilarityMatch> once;
+  for (const SightsOfPoint& sights : points) once.push_back(sights.front());
+  judge(greater(by_gradients(points, problem.threshold, report.b_from_a), by_points(once, report.b_from_a)),
         options, &report);
   return report;
 }

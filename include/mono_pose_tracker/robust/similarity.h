@@ -69,8 +69,9 @@ SimilarityReport refine_similarity(const std::vector<SimilarityMatch>& matches,
 /// Least squares where errors count by their covariance, of which what neither map knows of depth is a part:
 /// off along its own sight, a point is off across the other's (Mahalanobis distance; total least squares).
 /// What tells which way a patch of a wall faces that one map has from its left, the other from its right.
-/// Bearings are of length 1 and each depth_sigma is finite; matches of one point lie side by side: they share
-/// its errors. Inliers lie within the threshold's standard deviations: of what is right 3 % do not.
+/// Each depth_sigma is finite; matches of one point lie side by side: they share its errors. Inliers lie
+/// within the threshold's standard deviations both ways: of what is right up to 6 % do not. No success with
+/// seven points or fewer, or where they leave the rotation or the scale open.
 SimilarityReport refine_similarity_by_depths(const std::vector<SimilarityMatch>& matches,
                                              const SimilarityOptions& options, const Sim3& start);
 

@@ -78,16 +78,27 @@ Json doubts(const std::vector<StampedPose>& offline, const std::vector<ReportedP
           {"poses_doubtful", told}};
 }
 
-/// Each map by itself, since each has a frame and a unit of its own: poses as they came.
-Json live_maps(const std::vector<StampedPose>& reference, const std::vector<ReportedPose>& reported) {
+/// As they came, each map by itself: each has a frame and a unit of its own, and poses of two are no path.
+std::map<std::uint32_t, std::vector<StampedPose>> by_map(const std::vector<ReportedPose>& reported) {
   std::map<std::uint32_t, std::vector<StampedPose>> poses;
-  std::map<std::uint32_t, int> doubtful;
-  for (const ReportedPose& pose : reported) {
+  for (const ReportedPose& pose : reported)
     poses[pose.map_id].push_back({pose.stamp_ns, pose.map_from_camera});
-    doubtful[pose.map_id] += pose.doubtful;
+  return poses;
+}
+
+std::vector<StampedPose> poses_in_largest_map(const std::vector<ReportedPose>& reported) {
+  std::vector<StampedPose> largest;
+  for (const auto& of_map : by_map(reported)) {
+    if (of_map.second.size() > largest.size()) largest = of_map.second;
   }
+  return largest;
+}
+
+Json live_maps(const std::vector<StampedPose>& reference, const std::vector<ReportedPose>& reported) {
+  std::map<std::uint32_t, int> doubtful;
+  for (const ReportedPose& pose : reported) doubtful[pose.map_id] += pose.doubtful;
   Json maps = Json::array();
-  for (const auto& [id, of_map] : poses) {
+  for (const auto& [id, of_map] : by_map(reported)) {
     Json map = {{"map_id", id}, {"frames", of_map.size()}, {"doubtful", doubtful[id]}};
     const std::optional<TrajectoryError> error = error_of(reference, of_map);
     map["position_rmse_percent"] = error ? Json(error->position_rmse_percent) : nullptr;
@@ -121,18 +132,6 @@ struct Gathered {
     backlog_max = std::max(backlog_max, report.worker_backlog);
     last = report;
   }
-
-  // Each map has a frame and a unit of its own: poses of two are no path.
-  std::vector<StampedPose> poses_in_largest_map() const {
-    std::map<std::uint32_t, std::vector<StampedPose>> poses;
-    for (const ReportedPose& pose : reported)
-      poses[pose.map_id].push_back({pose.stamp_ns, pose.map_from_camera});
-    std::vector<StampedPose> largest;
-    for (auto& of_map : poses) {
-      if (of_map.second.size() > largest.size()) largest = std::move(of_map.second);
-    }
-    return largest;
-  }
 };
 
 }  // namespace
@@ -155,7 +154,7 @@ Json run_offline(const RunInput& input, std::vector<StampedPose>* trajectory) {
   const RecordingResult result = track_recording(recording, observer, &tracker);
   const double seconds = 1e-3 * ms_since(start), cpu_seconds = 1e-3 * (process_cpu_ms() - cpu_before_ms);
   *trajectory = stamped(result.trajectory);
-  const std::vector<StampedPose> largest = gathered.poses_in_largest_map();
+  const std::vector<StampedPose> largest = poses_in_largest_map(gathered.reported);
   const auto posed = static_cast<std::int64_t>(result.trajectory.size());
   return {{"frames_total", result.frames_total},
           {"frames_posed", posed},
@@ -193,7 +192,7 @@ Json run_live(const RunInput& input, double rate_hz, const std::vector<StampedPo
   pipeline.wait();
   const LivePipeline::Counts counts = pipeline.counts();
   const int posed = static_cast<int>(gathered.reported.size());
-  const std::vector<StampedPose> largest = gathered.poses_in_largest_map();
+  const std::vector<StampedPose> largest = poses_in_largest_map(gathered.reported);
   const std::vector<StampedPose> on_final_map = stamped(pipeline.trajectory_on_final_map());
   Json result = {
       {"rate_hz", rate_hz},
