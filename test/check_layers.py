@@ -17,6 +17,7 @@ FLOORS = [
     ["map"],
     ["optimization", "io"],
     ["mapping"],
+    ["quality"],
     ["tracking"],
     ["simulation", "evaluation", "ros"],
     ["tools"],

@@ -5,8 +5,6 @@
 #include <iterator>
 
 #include "astray_pose.h"
-#include "contradicted_pose.h"
-#include "contradiction_ties.h"
 #include "fixed_in_image.h"
 #include "keyframe_landmarks.h"
 #include "mono_pose_tracker/mapping/in_view.h"
@@ -39,38 +37,6 @@ void Mapper::correct_pose(KeyframeId id) {
   if (options_.separates_motions || is_cancelled()) return;
   const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
   if (!near.empty()) correct_astray_pose(options_, id, *std::max_element(near.begin(), near.end()), &map_);
-}
-
-// Where another body may move before the camera, as above.
-std::set<KeyframeId> Mapper::correct_contradicted(const MatchesInTime& matches) {
-  if (options_.separates_motions || map_.keyframes().size() < 3) return {};
-  const auto is_known = [this](KeyframeId id, int feature) { return is_left_out(id, feature); };
-  std::set<KeyframeId> moved = correct_contradicted_poses(options_, matches, is_known, &map_);
-  if (moved.empty()) return tie_contradicted(matches);
-  cull_observations(landmarks_seen_by(map_, {moved.begin(), moved.end()}));
-  finish();
-  return moved;
-}
-
-// The map stays as it was where as much contradicts it then.
-std::set<KeyframeId> Mapper::tie_contradicted(const MatchesInTime& matches) {
-  const int contradictions = count_contradictions(map_, matches);
-  if (contradictions == 0) return {};
-  const Map before = map_;
-  const auto is_known = [this](KeyframeId id, int feature) { return is_left_out(id, feature); };
-  std::set<KeyframeId> tied = tie_across_contradictions(options_, matches, is_known, &map_);
-  if (tied.empty()) return tied;
-  BundleOptions bundle = options_.bundle;
-  bundle.max_iterations = kFinalIterations;
-  const bool is_adjusted = adjust_tied(bundle);
-  // Before what disagrees is culled, which would hide it.
-  if (!is_adjusted || count_contradictions(map_, matches) >= contradictions) {
-    map_ = before;
-    return {};
-  }
-  cull_observations(map_.landmark_ids());
-  finish();
-  return tied;
 }
 
 // What moves as one, but not with the body, in the keyframe and one before it is no part of the map, now or
@@ -173,7 +139,7 @@ bool Mapper::is_left_out(KeyframeId id, int feature) const {
 // Whether it is one rigid body, and, where what moves otherwise is not told from it all along, the largest.
 void Mapper::watch_body_of_map() {
   if (!options_.watches_rigidity) return;
-  beside_.watch.ask(map_, options_.matching);
+  beside_.watch.ask(map_);
   if (!options_.separates_motions) beside_.larger_body_watch.ask(map_, options_.matching, options_.ransac);
 }
 

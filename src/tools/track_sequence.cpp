@@ -150,7 +150,8 @@ void note_live(int pass, const FrameReport& report, PosesByMap* live) {
 void tell_of_attempt(int attempt, bool quiet) {
   if (quiet) return;
   std::fprintf(
-      stderr, "the map is in doubt, lacks images, or is of another body than the one asked for: attempt %d\n",
+      stderr, "the map is not confirmed, or is of another object than the one asked for: tracking from another seed "
+      "(%d)\n",
       attempt + 1);
 }
 
@@ -203,21 +204,19 @@ Run track_all(const Arguments& a, const TrackerOptions& options, const CameraPar
       if (pass == 1 || report.map_from_camera) into->masks.add(index, report);
     };
   };
-  TrackedRecording tracked = track_until_sure(
+  TrackedRecording tracked = track_until_confirmed(
       recording, [&] { return make_tracker(options, camera, loaded); }, observer_of);
   Observed& kept = observed[tracked.attempt];
   return {std::move(tracked.tracker), std::move(tracked.result), std::move(kept.masks), std::move(kept.live)};
 }
 
 // What speaks against the camera speaks against every map.
-void leave_unconfirmed(RecordingResult* result) {
-  for (FinishedMap& map : result->maps) map.confirmed = false;
-}
-
 void leave_unconfirmed(const std::string& why, Run* run) {
   if (why.empty() || !run->result.tracked) return;
-  run->result.warnings.push_back(why);
-  leave_unconfirmed(&run->result);
+  Finding finding;
+  finding.kind = FindingKind::kCalibration;
+  finding.text = why;
+  add_finding(std::move(finding), &run->result);
 }
 
 // Tracks with the camera that is given, and asks the map whether it is right.
@@ -250,8 +249,13 @@ Run track_and_refine(const Arguments& a, const TrackerOptions& options, const Re
                                       : track_all(a, options, camera, recording));
         return run->result.tracked ? &run->tracker->map() : nullptr;
       });
-  run->result.warnings.insert(run->result.warnings.end(), refined.warnings.begin(), refined.warnings.end());
-  if (run->result.tracked && !refined.is_near) leave_unconfirmed(&run->result);
+  for (const std::string& warning : refined.warnings) {
+    Finding finding;
+    finding.kind = FindingKind::kCalibration;
+    finding.is_disqualifying = !refined.is_near;
+    finding.text = warning;
+    add_finding(std::move(finding), &run->result);
+  }
   calibration->camera = refined.camera;
   calibration->source = refined.source;
   calibration->refined = refined;

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "mono_pose_tracker/mapping/depth_reversal.h"
-
 namespace mono_pose_tracker {
 
 std::set<std::int64_t> frames_of(const std::vector<PosedFrame>& trajectory) {
@@ -33,27 +31,6 @@ void leave_out_covered_maps(std::vector<FinishedMap>* maps) {
     return !is_loaded(map) && std::includes(in_first.begin(), in_first.end(), frames.begin(), frames.end());
   };
   maps->erase(std::remove_if(maps->begin() + 1, maps->end(), is_covered), maps->end());
-}
-
-double share_held(const FinishedMap& first, std::int64_t images) {
-  if (images == 0 || is_loaded(first) || is_narrow(first.map)) return 1;
-  return static_cast<double>(first.trajectory.size()) / static_cast<double>(images);
-}
-
-void doubt_parts(std::int64_t images, std::vector<FinishedMap>* maps) {
-  constexpr double kLeast = 2.0 / 3;
-  if (maps->empty() || share_held(maps->front(), images) >= kLeast) return;
-  maps->front().holds_little = true;
-  for (FinishedMap& map : *maps) {
-    if (!is_loaded(map)) map.confirmed = false;
-  }
-}
-
-void doubt_few_images(std::vector<FinishedMap>* maps) {
-  for (std::size_t i = 1; i < maps->size(); ++i) {
-    FinishedMap& map = (*maps)[i];
-    if (!is_loaded(map) && map.trajectory.size() < kLeastBesideFirst) map.confirmed = false;
-  }
 }
 
 }  // namespace mono_pose_tracker

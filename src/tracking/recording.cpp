@@ -11,7 +11,7 @@
 #include "doubtful_frames.h"
 #include "finished_maps.h"
 #include "recording_reader.h"
-#include "recording_warnings.h"
+#include "recording_findings.h"
 #include "unposed_frames.h"
 
 namespace mono_pose_tracker {
@@ -176,41 +176,6 @@ void settle_motion(const Recording& recording, Tracker* tracker, RecordingResult
   tracker->leave_out_strays();
 }
 
-// An end that hangs on too few points.
-void leave_out_loose_ends(const Recording& recording, Tracker* tracker, RecordingResult* result) {
-  if (recording.interrupted()) return;
-  const std::set<std::int64_t> loose = tracker->take_out_loose_ends();
-  if (loose.empty()) return;
-  pose_anew(recording, loose, tracker, result);
-  result->left_out = loose;
-  for (const PosedFrame& frame : tracker->trajectory()) result->left_out.erase(frame.index);
-}
-
-// What was followed in the place of something else for a while. No more than half of the map: what is before
-// and after it all is to be most of what is left.
-void leave_out_misplaced(const Recording& recording, Tracker* tracker, RecordingResult* result) {
-  if (recording.interrupted()) return;
-  // Each costs what finishing the map does.
-  constexpr int kMostStretches = 8;
-  std::set<std::int64_t> misplaced;
-  const std::size_t least = tracker->map().keyframes().size() / 2;
-  for (int i = 0; i < kMostStretches && !recording.interrupted(); ++i) {
-    std::set<std::int64_t> of_stretch = tracker->take_out_misplaced(least);
-    if (of_stretch.empty()) break;
-    misplaced.merge(of_stretch);
-  }
-  if (!misplaced.empty()) pose_anew(recording, misplaced, tracker, result);
-}
-
-// A head that is shaken jumps as a path does that takes one place for another: the images tell.
-void look_at_jumps(const Recording& recording, Tracker* tracker, const RecordingResult& result) {
-  if (recording.interrupted()) return;
-  const std::set<std::int64_t> frames = tracker->jumping_frames();
-  read_again(recording, frames, *tracker, result, [&](const RecordingReader& reader) {
-    tracker->look_at_step(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
-  });
-}
-
 // Beyond a gap there may be nothing to tell a pose but what is far.
 void doubt_runs_apart(const Tracker& tracker, RecordingResult* result) {
   std::set<std::int64_t> keyframes;
@@ -279,28 +244,23 @@ Reasons track_all(const Recording& recording, const FrameObserver& observer, Tra
   return reasons;
 }
 
-// Against the finished map: what has no pose yet, and what has one that no longer holds.
-void pose_again(const Recording& recording, const FrameObserver& observer, Tracker* tracker,
-                RecordingResult* result) {
+// Against the finished map: images without a pose, and those whose pose no longer holds.
+void register_again(const Recording& recording, const FrameObserver& observer, Tracker* tracker,
+                    RecordingResult* result) {
   pose_the_rest(recording, observer, tracker, result);
   // What follows takes poses out, to find them anew.
   if (recording.interrupted()) return;
-  // Poses that hang on what is far, and were wrong about what is near; and of the images that are no
-  // keyframes those that were found while the map was another.
-  std::set<std::int64_t> outdated = tracker->correct_contradicted();
+  std::set<std::int64_t> outdated = tracker->refine_with_graph();
   outdated.merge(tracker->posed_before_remake());
   resect_again(recording, outdated, unobserved, tracker, result);
   if (recording.interrupted()) return;
   // Where the camera can hardly have been, between images where it certainly was.
   pose_anew(recording, tracker->take_out_strays(), tracker, result);
-  leave_out_misplaced(recording, tracker, result);
-  leave_out_loose_ends(recording, tracker, result);
   settle_motion(recording, tracker, result);
-  look_at_jumps(recording, tracker, *result);
   doubt_runs_apart(*tracker, result);
 }
 
-// The maps of this recording, and what speaks against them.
+// The maps of this recording, and what was found out about them.
 void judge_maps(const Recording& recording, const Reasons& reasons, Tracker* tracker,
                 RecordingResult* result) {
   DoubtBeside doubt(recording, tracker->map());
@@ -309,26 +269,18 @@ void judge_maps(const Recording& recording, const Reasons& reasons, Tracker* tra
   result->failed_adjustments = tracker->failed_adjustments();
   leave_out_unseen_maps(result);
   leave_out_covered_maps(&result->maps);
-  doubt_few_images(&result->maps);
-  // What follows an interruption was not tried as all is.
-  if (!recording.interrupted()) doubt_parts(result->frames_with_features, &result->maps);
   if (result->maps.empty()) {
     result->tracked = false;
     result->reason =
         "no image was found in the loaded map; the last: " + usual_reason(reasons, result->frames_total);
     return;
   }
-  result->rigidity = check_rigidity(result->maps.front().map);
-  for (FinishedMap& map : result->maps) {
-    const bool is_first = &map == &result->maps.front();
-    if (map.confirmed) map.confirmed = (is_first ? result->rigidity : check_rigidity(map.map)).is_rigid;
-    const std::size_t doubtful = doubtful_alone(map.trajectory, result->doubtful).size();
-    if (may_lead_astray(doubtful, map.trajectory.size())) map.confirmed = false;
-  }
+  // What follows an interruption was not tried as all is.
+  tracker->assess_maps(recording.interrupted() ? 0 : result->frames_with_features, &result->maps);
   result->trajectory = tracker->trajectory();
-  warn_of_doubts(result);
+  add_findings(result);
   // Otherwise it may be tracked anew.
-  if (is_sure(*result)) result->doubt = doubt.take();
+  if (is_confirmed(*result)) result->doubt = doubt.take();
 }
 
 }  // namespace
@@ -343,7 +295,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
     return result;
   }
   const bool was_interrupted = recording.interrupted();
-  pose_again(recording, observer, tracker, &result);
+  register_again(recording, observer, tracker, &result);
   if (!was_interrupted && recording.interrupted()) {
     result.warnings.push_back("interrupted while images were posed again: some may have no pose");
   }

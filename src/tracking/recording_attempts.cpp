@@ -31,7 +31,6 @@ class Attempts {
     made.attempt = count_++;
     made.tracker = make_tracker_();
     if (recording.body) made.tracker->expect_object();
-    if (recording.looks_closer) made.tracker->look_closer();
     made.result = track_recording(recording, observer_of_(made.attempt), made.tracker.get());
     return made;
   }
@@ -69,7 +68,7 @@ StillBackground background_of(const Recording& recording, std::int64_t frames_to
 // Where it is in doubt what was tracked, or nothing was: whether something moves before what stands still,
 // all over the recording. From then on it is tracked by masks of that.
 bool leave_out_background(const TrackedRecording& first, Recording* recording) {
-  if (is_enough(first.result, false)) return false;
+  if (is_confirmed(first.result)) return false;
   if (recording->masks || !first.tracker->may_have_background() || recording->interrupted()) return false;
   const StillBackground background =
       background_of(*recording, first.result.frames_total, first.tracker.get());
@@ -122,7 +121,7 @@ TrackedRecording track_what_turns_most(Attempts* attempts, Recording* masked) {
 // against it.
 bool is_seen_enough(const RecordingResult& result, const RecordingResult& first) {
   if (is_most_of(result, first)) return true;
-  return is_founded(result) && 2 * result.trajectory.size() >= first.trajectory.size();
+  return is_confirmed(result) && 2 * result.trajectory.size() >= first.trajectory.size();
 }
 
 // It plainly turns farther than the first. A first map that contradicts itself may be of one body here and of
@@ -130,8 +129,7 @@ bool is_seen_enough(const RecordingResult& result, const RecordingResult& first)
 bool is_of_what_turns(const RecordingResult& result, const RecordingResult& first) {
   if (!result.tracked || !is_seen_enough(result, first)) return false;
   const FinishedMap& before = first.maps.front();
-  const bool may_be_of_both =
-      (before.contradiction.is_significant() || before.still.is_significant()) && is_founded(result);
+  const bool may_be_of_both = before.quality.has(FindingKind::kNotRigid) && is_confirmed(result);
   return turn_before_cameras(result.maps.front().map) >=
          (may_be_of_both ? 1 : OtherBody::kPlainly) * turn_before_cameras(before.map);
 }
@@ -144,13 +142,13 @@ bool turn_to_other_body(Attempts* attempts, Recording* recording, TrackedRecordi
   const Recording others = within_other_body(*recording, first);
   std::optional<TrackedRecording> best;
   for (const double beginning : kBeginnings) {
-    const bool is_done = best && is_enough(best->result, true) && is_most_of(best->result, first);
+    const bool is_done = best && is_confirmed(best->result) && is_most_of(best->result, first);
     if (is_done || !can_be_tracked(others)) break;
     Recording masked = others;
     masked.first_tracked = frame_at(beginning, first);
     TrackedRecording found = track_what_turns_most(attempts, &masked);
     if (!is_of_what_turns(found.result, first)) continue;
-    if (best && !is_better(found.result, true, best->result)) continue;
+    if (best && !is_better(found.result, best->result)) continue;
     *recording = std::move(masked);
     best = std::move(found);
   }
@@ -159,15 +157,15 @@ bool turn_to_other_body(Attempts* attempts, Recording* recording, TrackedRecordi
   return true;
 }
 
-// Beside the larger body of which the map is now there is one that may have been meant.
-void tell_of_smaller_body(double share, RecordingResult* result) {
+// The other object may have been meant.
+void report_smaller_object(double share, RecordingResult* result) {
   if (share <= OtherBody::kComparable) return;
   result->maps.front().may_be_of_wrong_body = true;
-  for (FinishedMap& map : result->maps) map.confirmed = false;  // all were made by the same masks
-  result->warnings.push_back("two bodies move, each as one: the map is of the larger, and " +
-                             std::to_string(std::lround(100 * share)) +
-                             " % of the points move with the other and are left out; where they are what is "
-                             "wanted, give masks of it (--masks)");
+  Finding finding;
+  finding.kind = FindingKind::kOtherObject;
+  finding.text = "Two rigid objects move, and the map is of the larger: " + std::to_string(std::lround(100 * share)) +
+                 " % of the tracks move with the other and are excluded. Mask that one if it is wanted (--masks).";
+  add_finding(std::move(finding), result);
 }
 
 // Where the map is of less than what moves as one otherwise, and no masks say which is wanted: the recording
@@ -182,7 +180,7 @@ std::optional<double> turn_to_larger_body(Attempts* attempts, Recording* recordi
     if (!can_be_tracked(masked)) return std::nullopt;
     masked.first_tracked = frame_at(beginning, kept->result);
     TrackedRecording found = attempts->next(masked);
-    if (!is_founded(found.result) || !is_most_of(found.result, kept->result) ||
+    if (!found.result.tracked || !is_most_of(found.result, kept->result) ||
         observations_of(found.result) < kPlainly * observations_of(kept->result)) {
       continue;
     }
@@ -193,45 +191,25 @@ std::optional<double> turn_to_larger_body(Attempts* attempts, Recording* recordi
   return std::nullopt;
 }
 
-// At these, from the first_index-th on, until a result is sure. Whether one of them is kept.
-bool begin_anew(Attempts* attempts, std::size_t first_index, Recording recording, TrackedRecording* kept) {
+// From these seeds, from the first_index-th on, until a result is confirmed. Whether one of them is kept.
+bool try_other_seeds(Attempts* attempts, std::size_t first_index, Recording recording, TrackedRecording* kept) {
   bool is_kept = false;
-  for (std::size_t i = first_index; i < kBeginnings.size(); ++i) {
-    if (recording.interrupted()) break;
+  for (std::size_t i = first_index; i < kBeginnings.size() && !recording.interrupted(); ++i) {
     recording.first_tracked = frame_at(kBeginnings[i], kept->result);
     TrackedRecording next = attempts->next(recording);
-    if (is_better(next.result, recording.body != nullptr, kept->result)) {
+    if (is_better(next.result, kept->result)) {
       *kept = std::move(next);
       is_kept = true;
     }
-    if (is_enough(kept->result, recording.body != nullptr)) break;
-    // A long one that is only in pieces may as well have been cut: the middle tells.
-    if (!is_short(kept->result) && is_sure(kept->result) && !fell_apart(kept->result)) break;
+    if (is_confirmed(kept->result) && !fell_apart(kept->result)) break;
   }
   return is_kept;
 }
 
-// Images without a pose, and parts that hang together by a few points, may have too little in common with the
-// others: once more, with more features of each, and if that is no better from the middle.
-void look_closer(Attempts* attempts, Recording recording, TrackedRecording* kept) {
-  recording.looks_closer = true;
-  const auto is_kept_from = [&](std::int64_t first) {
-    if (recording.interrupted()) return false;
-    recording.first_tracked = first;
-    TrackedRecording closer = attempts->next(recording);
-    const bool better = is_better(closer.result, recording.body != nullptr, kept->result);
-    if (better) *kept = std::move(closer);
-    return better;
-  };
-  // The masks may be from an attempt that was begun in the middle itself.
-  const std::int64_t first = recording.first_tracked, middle = frame_at(kBeginnings[1], kept->result);
-  if (!is_kept_from(first) && middle != first) is_kept_from(middle);
-}
-
 }  // namespace
 
-TrackedRecording track_until_sure(const Recording& as_given, const TrackerMaker& make_tracker,
-                                  const ObserverOfAttempt& observer_of) {
+TrackedRecording track_until_confirmed(const Recording& as_given, const TrackerMaker& make_tracker,
+                                       const ObserverOfAttempt& observer_of) {
   Attempts attempts(make_tracker, observer_of);
   Recording recording = as_given;
   recording.features = std::make_shared<FeatureMemory>();
@@ -239,30 +217,16 @@ TrackedRecording track_until_sure(const Recording& as_given, const TrackerMaker&
   constexpr std::int64_t kLeast = 2;  // images, to make a map of
   if (!recording.try_again || kept.result.frames_total < kLeast) return kept;
   Recording again = recording;
-  const bool is_by_masks = leave_out_background(kept, &again) && begin_anew(&attempts, 0, again, &kept);
+  const bool is_by_masks = leave_out_background(kept, &again) && try_other_seeds(&attempts, 0, again, &kept);
   if (!is_by_masks) again = recording;
-  const bool first_is_smaller = is_of_smaller_body(kept.result);
   std::optional<double> smaller_share;
-  if (first_is_smaller) smaller_share = turn_to_larger_body(&attempts, &again, &kept);
-  bool turned = smaller_share.has_value();
-  const bool first_is_other = is_of_other_body(kept.result);
-  turned = (first_is_other && turn_to_other_body(&attempts, &again, &kept)) || turned;
-  bool looked_closer = false;
-  if (!is_by_masks && !turned && !is_enough(kept.result, again.body != nullptr)) {
-    // One map of a short recording that is sure, and not enough, hangs together loosely, or lacks images:
-    // more features are what it lacks.
-    looked_closer = is_short(kept.result) && is_sure(kept.result) && kept.result.maps.size() == 1;
-    if (looked_closer) look_closer(&attempts, again, &kept);
-    if (!is_enough(kept.result, again.body != nullptr) || (looked_closer && lacks_images(kept.result)))
-      begin_anew(&attempts, 1, again, &kept);
-    if (!first_is_other && is_of_other_body(kept.result)) turn_to_other_body(&attempts, &again, &kept);
-  }
-  if (!first_is_smaller && is_of_smaller_body(kept.result))
-    smaller_share = turn_to_larger_body(&attempts, &again, &kept);
-  if (!looked_closer && is_short(kept.result) && lacks_images(kept.result))
-    look_closer(&attempts, again, &kept);
+  if (is_of_smaller_body(kept.result)) smaller_share = turn_to_larger_body(&attempts, &again, &kept);
+  bool is_of_another = smaller_share.has_value();
+  if (is_of_other_body(kept.result) && turn_to_other_body(&attempts, &again, &kept)) is_of_another = true;
+  if (!is_by_masks && !is_of_another && (!is_confirmed(kept.result) || fell_apart(kept.result)))
+    try_other_seeds(&attempts, 1, again, &kept);
   // Whatever is tracked by these masks does not see it.
-  if (smaller_share) tell_of_smaller_body(*smaller_share, &kept.result);
+  if (smaller_share) report_smaller_object(*smaller_share, &kept.result);
   return kept;
 }
 

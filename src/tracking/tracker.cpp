@@ -73,8 +73,6 @@ void Tracker::fill_gaps() { impl_->fill_gaps(); }
 
 void Tracker::expect_object() { impl_->expect_object(); }
 
-void Tracker::look_closer() { impl_->look_closer(); }
-
 bool Tracker::may_have_background() { return impl_->may_have_background(); }
 
 ImageFeaturesPtr Tracker::features_of(const PreparedImage& image) { return impl_->features_of(image); }
@@ -87,13 +85,7 @@ std::set<std::int64_t> Tracker::posed_before_remake() { return impl_->posed_befo
 
 std::set<std::int64_t> Tracker::take_out_strays() { return impl_->take_out_strays(); }
 
-std::set<std::int64_t> Tracker::take_out_loose_ends() { return impl_->take_out_loose_ends(); }
-
-std::set<std::int64_t> Tracker::correct_contradicted() { return impl_->correct_contradicted(); }
-
-std::set<std::int64_t> Tracker::take_out_misplaced(std::size_t least_left) {
-  return impl_->take_out_misplaced(least_left);
-}
+std::set<std::int64_t> Tracker::refine_with_graph() { return impl_->refine_with_graph(); }
 
 void Tracker::leave_out_strays() { impl_->leave_out_strays(); }
 
@@ -101,14 +93,11 @@ std::set<std::int64_t> Tracker::settle_motion() { return impl_->settle_motion();
 
 void Tracker::smooth(const std::set<std::int64_t>& frames) { impl_->smooth(frames); }
 
-std::set<std::int64_t> Tracker::jumping_frames() { return impl_->jumping_frames(); }
-
-void Tracker::look_at_step(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
-                           const cv::Mat& mask) {
-  impl_->look_at_step(frame_index, stamp_ns, image, mask);
-}
-
 std::vector<FinishedMap> Tracker::maps() { return impl_->maps(); }
+
+void Tracker::assess_maps(std::int64_t images, std::vector<FinishedMap>* maps) {
+  impl_->assess_maps(images, maps);
+}
 
 FrameReport Tracker::resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
                                   const cv::Mat& mask) {

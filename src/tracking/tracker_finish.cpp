@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "finished_maps.h"
+#include "mono_pose_tracker/mapping/depth_reversal.h"
+#include "mono_pose_tracker/mapping/rival_geometry.h"
 #include "tracker_impl.h"
 
 namespace mono_pose_tracker {
@@ -76,14 +78,6 @@ ResectionReport Tracker::Impl::resect_near_in_time(const Frame& frame, const Tra
   return best;
 }
 
-// The best of the keyframes nearest in time and of those that look like it most.
-ResectionReport Tracker::Impl::resect_near(const Frame& frame, const TrackingMap& map) const {
-  constexpr std::size_t kNearInTime = 4;
-  ResectionReport best = resect_near_in_time(frame, map, kNearInTime);
-  ResectionReport elsewhere = resector_.relocalize(frame, map, options_.resection.relocalization_keyframes);
-  return is_better(best, elsewhere) ? best : elsewhere;
-}
-
 std::optional<Frame> Tracker::Impl::make_frame_again(std::int64_t frame_index, std::int64_t stamp_ns,
                                                      const PreparedImage& image, const cv::Mat& mask,
                                                      FrameReport* report) {
@@ -127,21 +121,12 @@ std::vector<PosedImage> Tracker::Impl::seen_in(const FinishedMap& map) const {
   return seen;
 }
 
-// It holds four fifths of the images, and nowhere leaps. What bends a map that hangs on a skyline tears it as
-// well: of parts of a walk along one, those that were 6 to 8 % off held two thirds at most, and a whole one
-// that was 4 % off had a part of it beside its place. Of a loaded map that is not known.
-bool Tracker::Impl::hangs_together(const FinishedMap& map) const {
-  constexpr double kMost = 0.8, kGreatestLeap = 5;
-  return !is_loaded(map) && greatest_leap(map.trajectory) <= kGreatestLeap &&
-         static_cast<double>(map.trajectory.size()) >= kMost * static_cast<double>(next_index_);
-}
-
 // The images between the keyframes are asked only where it may be the other body that is wanted.
 void Tracker::Impl::find_other_body_beside(bool camera_goes_through, FinishedMap* map) const {
   const RansacOptions ransac = options_.ransac(camera_.focal());
   if (!keeps_seen()) {
     map->other_body = sample_other_body(map->map, options_.matching, ransac, camera_goes_through,
-                                        hangs_together(*map), options_.threads);
+                                        true, options_.threads);
     map->may_be_of_wrong_body = map->other_body.is_comparable();
     map->is_of_smaller_body = map->other_body.is_larger();
     if (map->is_of_smaller_body) {
@@ -162,37 +147,53 @@ void Tracker::Impl::find_other_body_beside(bool camera_goes_through, FinishedMap
       find_other_body(map->map, seen, ImagesAsked::kAllSeen, options_.matching, ransac, options_.threads);
 }
 
+ViewGraph& Tracker::Impl::view_graph() {
+  if (!view_graph_) {
+    ViewGraphOptions graph;
+    graph.matching = options_.matching;
+    graph.ransac = options_.ransac(camera_.focal());
+    graph.threads = options_.threads;
+    view_graph_.emplace(graph);
+  }
+  return *view_graph_;
+}
+
+// The mapper's present map, not assessed yet.
 FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   FinishedMap map;
   map.id = view.map_id;
   map.trajectory = trajectory_in(view, frames_[view.map_id]);
   map.map = worker_.mapper().map();
   map.snapshot = snapshot_of(worker_.mapper().tracking_map());
-  map.seam = weakest_seam(map.map);
   map.depth_evidence = depth_evidence(options_.bundle, map.map);
   map.geometry_evidence = geometry_evidence(options_.bundle, options_.ransac(camera_.focal()), map.map);
-  const MatchesInTime& matches = known_matches_.of(map.map, options_.matching, options_.threads);
-  map.contradiction = worst_contradiction(map.map, matches);
-  if (is_narrow(map.map)) {
-    // Seen from near, poses that went astray show by more, and quick turns of the hand tear as many.
-    map.torn_tracks = worst_torn_tracks(map.map, matches);
-    // The views of an object are few and all of it; where a camera goes along identical doors, the next looks
-    // like this one.
-    map.misplaced = most_misplaced_view(map.map, options_.matching, options_.threads);
-  }
-  map.still = still_landmarks(map.map, matches, options_.matching, options_.threads);
-  map.collapse = worst_scale_collapse(map.map);
-  const bool was_looked_at = view.map_id == steps_.map_id;
-  map.restless =
-      most_restless_stretch(map.trajectory, least_stray(view), was_looked_at ? steps_.seen : SeenSteps());
+  worker_.mapper().connect(&view_graph());
+  map.explained = explained_matches(map.map, view_graph());
   const bool camera_goes_through = goes_through(map.map);
-  map.shows_background = !camera_goes_through && shows_background(view, map.map, matches);
+  map.shows_background =
+      !camera_goes_through &&
+      shows_background(view, map.map, known_matches_.of(map.map, options_.matching, options_.threads));
   find_other_body_beside(camera_goes_through, &map);
-  map.is_founded = !rests_on_two_views_ && map.seam.holds() && map.is_sure();
-  // A map that is only localised in tells nothing of this path.
-  if (map.is_founded && !options_.localize_only) map.path = path_precision(map.map);
-  map.confirmed = map.is_founded && !map.may_be_of_wrong_body && map.is_path_known();
   return map;
+}
+
+// All that speaks against it, and the verdict. images: of the recording, that have features.
+void Tracker::Impl::assess_map(std::size_t place, std::int64_t images, FinishedMap* map) {
+  MapEvidence evidence;
+  evidence.map = &map->map;
+  evidence.graph = &view_graph();
+  evidence.name = place == 0 ? "" : "map_" + std::to_string(place + 1);
+  evidence.is_first = place == 0;
+  evidence.is_loaded = is_loaded(*map) || options_.localize_only;
+  evidence.rests_on_two_views = rests_on_two_views_;
+  evidence.is_object = is_narrow(map->map);
+  evidence.registered = map->trajectory.size();
+  evidence.images = images;
+  evidence.depth_evidence = map->depth_evidence;
+  evidence.least_depth_evidence = kMinDepthEvidence;
+  evidence.geometry_evidence = map->geometry_evidence;
+  evidence.least_geometry_evidence = kMinGeometryEvidence;
+  map->quality = assess(evidence, {});
 }
 
 std::vector<FinishedMap> Tracker::Impl::maps() {
@@ -214,6 +215,10 @@ std::vector<FinishedMap> Tracker::Impl::maps() {
   return maps;
 }
 
+void Tracker::Impl::assess_maps(std::int64_t images, std::vector<FinishedMap>* maps) {
+  for (std::size_t i = 0; i < maps->size(); ++i) assess_map(i, images, &(*maps)[i]);
+}
+
 FrameReport Tracker::Impl::resect_again(std::int64_t frame_index, std::int64_t stamp_ns,
                                         const PreparedImage& image, const cv::Mat& mask) {
   FrameReport report;
@@ -221,10 +226,7 @@ FrameReport Tracker::Impl::resect_again(std::int64_t frame_index, std::int64_t s
   const std::optional<Frame> frame = make_frame_again(frame_index, stamp_ns, image, mask, &report);
   const TrackingMapPtr map = worker_.latest();
   if (frame && map) {
-    // One before and one after it hold most; the others are asked where these two fail.
-    ResectionReport resection = resect_near_in_time(*frame, *map, 2);
-    if (!is_found(resection)) resection = resect_near(*frame, *map);
-    resection.success = is_found(resection);
+    const ResectionReport resection = register_again(*frame, *map);
     if (resection.success) {
       set_pose(*frame, *map, resection, Among::kAll, true);
       posed_again_[frame_index] = resection.covariance + resection.map_covariance;

@@ -10,22 +10,11 @@
 
 namespace mono_pose_tracker {
 
-// Beside a frame that is posed: where that one is, moved on as the frames before it moved.
-bool Tracker::Impl::pose_beside(const Frame& frame, std::int64_t neighbor) {
+// A keyframe is made of it where one is due.
+bool Tracker::Impl::register_in_gap(const Frame& frame) {
   const TrackingMapPtr map = worker_.latest();
-  FramePoses& poses = frames_[map->map_id];
-  Rigid3 near, before;
-  if (!poses.camera_from_map(*map, neighbor, &near)) return false;
-  const KeyframeId reference = living_ancestor(map->removed_keyframes, poses.find(neighbor)->reference);
-  Rigid3 predicted = near;
-  if (poses.camera_from_map(*map, 2 * neighbor - frame.index, &before)) {
-    predicted = near * before.inverse() * near;
-  }
-  const ResectionReport resection = resector_.resect(frame, *map, reference, predicted);
-  // The frame beside it speaks for what is found where that one leads, unless that has led astray before.
-  const bool is_followed = resection.success && resection.is_where_predicted &&
-                           !hangs_in_corner(resection.support) && withdrawn_.count(frame.index) == 0;
-  if (!is_followed && !is_found(resection)) return false;
+  const ResectionReport resection = register_image(frame, *map);
+  if (!resection.success) return false;
   const FramePose pose = set_pose(frame, *map, resection, Among::kAll);
   const Overlap overlap = overlap_with(*map, pose.reference, resection, camera_);
   if (!options_.localize_only && keyframe_policy_.is_due(*map, overlap, resection.inliers, 0)) {
@@ -39,8 +28,7 @@ bool Tracker::Impl::pose_beside(const Frame& frame, std::int64_t neighbor) {
 bool Tracker::Impl::fill_gaps_once() {
   bool any = false;
   const auto try_beside = [&](std::int64_t index, std::int64_t neighbor) {
-    if (!frames_[worker_.latest()->map_id].find(neighbor) || !pose_beside(unposed_.at(index), neighbor))
-      return;
+    if (!frames_[worker_.latest()->map_id].find(neighbor) || !register_in_gap(unposed_.at(index))) return;
     unposed_.erase(index);
     any = true;
   };
@@ -74,18 +62,9 @@ bool Tracker::Impl::is_found(const ResectionReport& resection) const {
   return resection.success && is_supported(resection.support, options_.resection.min_inliers);
 }
 
-// By descriptors alone.
-bool Tracker::Impl::pose_by_descriptors(const Frame& frame, const TrackingMap& map) {
-  const ResectionReport resection = resect_near(frame, map);
-  if (!is_found(resection)) return false;
-  set_pose(frame, map, resection, Among::kAll);
-  return true;
-}
-
 void Tracker::Impl::pose_anywhere() {
-  const TrackingMapPtr map = worker_.latest();
   for (auto entry = unposed_.begin(); entry != unposed_.end();) {
-    entry = pose_by_descriptors(entry->second, *map) ? unposed_.erase(entry) : std::next(entry);
+    entry = register_in_gap(entry->second) ? unposed_.erase(entry) : std::next(entry);
   }
 }
 

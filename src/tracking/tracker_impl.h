@@ -18,11 +18,9 @@
 #include "mono_pose_tracker/mapping/matches_in_time.h"
 #include "mono_pose_tracker/tracking/map_snapshot.h"
 #include "mono_pose_tracker/tracking/resector.h"
-#include "mono_pose_tracker/tracking/restless_path.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "object_finder.h"
 #include "pose_doubt.h"
-#include "posed_sight.h"
 #include "seen_images.h"
 
 namespace mono_pose_tracker {
@@ -36,15 +34,6 @@ struct Tentative {
   Rigid3 camera_from_reference;
 };
 
-// Images of a finished recording between which the path jumps.
-struct StepsLookedAt {
-  std::uint32_t map_id = 0;
-  std::map<std::int64_t, Rigid3> camera_from_map;
-  std::int64_t last_index = -2;
-  PosedSight last;
-  SeenSteps seen;
-};
-
 // It was loaded: what earlier runs have seen is never dropped for being young.
 inline bool has_earlier_frames(const TrackingMap& map) {
   return is_of_earlier_run(map.keyframes.begin()->second.frame_index);
@@ -55,7 +44,7 @@ inline bool has_earlier_frames(const TrackingMap& map) {
 // corrections, tracker_body.cpp keeps to the body that turns, tracker_search.cpp is for when the camera is
 // lost, tracker_finish.cpp for the end of a recording, tracker_gaps.cpp for the images that have no pose
 // then, tracker_strays.cpp for those that have an impossible one, tracker_motion.cpp for those that see too
-// little to know it, tracker_jumps.cpp for those between which it jumps, tracker_background.cpp for what
+// little to know it, tracker_background.cpp for what
 // stood still, tracker_saved_maps.cpp for maps of other runs.
 class Tracker::Impl {
  public:
@@ -86,26 +75,23 @@ class Tracker::Impl {
   void load_maps(SavedMaps saved);
   void restart();
   std::vector<PosedFrame> trajectory() const;
-  std::set<std::int64_t> jumping_frames();
   KeyframeId reference_of(std::int64_t frame_index, const TrackingMap& map) const;
-  void look_at_step(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
-                    const cv::Mat& mask);
   bool finish();
   FrameReport keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
                              const cv::Mat& mask);
   void fill_gaps();
   std::vector<FinishedMap> maps();
+  void assess_maps(std::int64_t images, std::vector<FinishedMap>* maps);
   std::set<std::int64_t> posed_before_remake();
   std::set<std::int64_t> take_out_strays();
-  std::set<std::int64_t> take_out_loose_ends();
-  std::set<std::int64_t> correct_contradicted();
-  std::set<std::int64_t> take_out_misplaced(std::size_t least_left);
+  std::set<std::int64_t> refine_with_graph();
   void leave_out_strays();
   std::set<std::int64_t> settle_motion();
   void smooth(const std::set<std::int64_t>& frames);
+  ViewGraph& view_graph();
   FinishedMap finished(const TrackingMap& view);
+  void assess_map(std::size_t place, std::int64_t images, FinishedMap* map);
   std::vector<PosedImage> seen_in(const FinishedMap& map) const;
-  bool hangs_together(const FinishedMap& map) const;
   void find_other_body_beside(bool camera_goes_through, FinishedMap* map) const;
   bool may_have_background();
   bool goes_through(const Map& map) const;
@@ -115,7 +101,6 @@ class Tracker::Impl {
     return options_.segmentation.is_automatic() && !options_.localize_only;
   }
   void expect_object() { expects_object_ = true; }
-  void look_closer();
   ImageFeaturesPtr features_of(const PreparedImage& image);
   StillBackground background_of(const std::vector<SeenImage>& images) const;
   FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
@@ -166,8 +151,7 @@ class Tracker::Impl {
   bool is_found(const ResectionReport& resection) const;
   FramePose set_pose(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
                      Among among, bool is_final = false);
-  bool pose_by_descriptors(const Frame& frame, const TrackingMap& map);
-  bool pose_beside(const Frame& frame, std::int64_t neighbor);
+  bool register_in_gap(const Frame& frame);
   bool fill_gaps_once();
   void fill_its_gaps();
   void pose_anywhere();
@@ -180,7 +164,18 @@ class Tracker::Impl {
   void drop_young_maps(const std::set<std::uint32_t>& known);
   ResectionReport resect_near_in_time(const Frame& frame, const TrackingMap& map,
                                       std::size_t keyframes) const;
-  ResectionReport resect_near(const Frame& frame, const TrackingMap& map) const;
+  // An edge of the view graph between an image and a keyframe of the map.
+  struct RegistrationEdge {
+    KeyframeId keyframe = -1;
+    ViewGraph::Pair pair;
+    bool image_is_first = false;
+  };
+  std::vector<RegistrationEdge> edges_to(const Frame& frame, const TrackingMap& map,
+                                         const std::vector<KeyframeId>& keyframes);
+  bool agrees_with_graph(const std::vector<RegistrationEdge>& edges, const TrackingMap& map,
+                         const Rigid3& camera_from_map);
+  ResectionReport register_image(const Frame& frame, const TrackingMap& map);
+  ResectionReport register_again(const Frame& frame, const TrackingMap& map);
   bool withdraw_doubtful(const Frame& frame, const TrackingMap& map, FrameReport* report);
   KeyframeCandidate candidate_of(const Frame& frame, const TrackingMap& map, const FramePose& pose,
                                  const ResectionReport& resection) const;
@@ -245,8 +240,8 @@ class Tracker::Impl {
   std::map<std::int64_t, Frame> unposed_;                   // of a finished recording
   SeenImages seen_;                                         // of a recording, of the images that were posed
   std::map<std::int64_t, Matrix6d> posed_again_;      // covariances of map_from_camera, in the finished map
-  StepsLookedAt steps_;                               // in it
   KnownMatches known_matches_;                        // of the finished map's keyframes
+  std::optional<ViewGraph> view_graph_;               // of the recording
   bool grown_ = false;                                // the finished map has
   std::pair<std::uint32_t, std::uint64_t> reported_;  // map and correction that the last report knew of
   std::uint32_t present_map_ = 0;                     // id of the one that reference_ is of

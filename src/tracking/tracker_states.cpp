@@ -250,7 +250,6 @@ void Tracker::Impl::begin_anew() {
   is_segmented_ = false;
   frames_.clear();
   posed_again_.clear();
-  steps_ = {};
   others_.clear();
   tentative_.reset();
   present_map_ = 0;
@@ -272,14 +271,6 @@ void Tracker::Impl::set_options(const TrackerOptions& options) {
 }
 
 // Twice as many as usual of the image's strongest, and down to the faintest for them.
-void Tracker::Impl::look_closer() {
-  SiftOptions& sift = given_options_.sift;
-  constexpr int kMost = SiftOptions::kMostFeatures;
-  sift.max_features = std::min(2 * sift.max_features, kMost);  // 0, which means all, stays
-  sift.min_features = std::min(std::max(sift.max_features, 2 * sift.min_features), kMost);
-  apply_options();
-}
-
 void Tracker::Impl::set_load_level(int level) {
   if (std::exchange(load_level_, level) != level) apply_options();
 }

@@ -5,8 +5,6 @@
 #include <vector>
 
 #include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/mapping/misplaced_stretch.h"
-#include "mono_pose_tracker/mapping/seam.h"
 #include "stray_frames.h"
 #include "tracker_impl.h"
 
@@ -87,52 +85,13 @@ std::set<std::int64_t> Tracker::Impl::take_out_strays() {
 
 void Tracker::Impl::leave_out_strays() { erase(find_strays(), &frames_[worker_.latest()->map_id]); }
 
-// Too little for a map of its own, and held to the rest by too few points to know its place there.
-std::set<std::int64_t> Tracker::Impl::take_out_loose_ends() {
+std::set<std::int64_t> Tracker::Impl::refine_with_graph() {
+  if (options_.localize_only || !worker_.latest()) return {};
+  const TrackingMapPtr before = worker_.latest();
+  const std::set<KeyframeId> removed = worker_.mapper().refine_with(&view_graph(), {});
   std::set<std::int64_t> frames;
-  if (options_.localize_only) return frames;
-  auto most = static_cast<std::size_t>(options_.young_map_keyframes);
-  while (!cancelled_) {
-    const std::set<KeyframeId> loose = loose_end(worker_.mapper().map(), most);
-    if (loose.empty()) break;
-    most -= loose.size();
-    std::set<std::int64_t> of_loose = take_out(loose);
-    erase(of_loose, &frames_[worker_.latest()->map_id]);
-    frames.merge(of_loose);
-  }
-  return frames;
-}
-
-// Each time what was hidden by poses that are right now may show.
-std::set<std::int64_t> Tracker::Impl::correct_contradicted() {
-  constexpr int kMostTimes = 3;
-  std::set<std::int64_t> frames;
-  if (options_.localize_only) return frames;
-  for (int i = 0; i < kMostTimes; ++i) {
-    Mapper& mapper = worker_.mapper();
-    const TrackingMapPtr before = worker_.latest();
-    const std::set<KeyframeId> moved =
-        mapper.correct_contradicted(known_matches_.of(mapper.map(), options_.matching, options_.threads));
-    if (moved.empty()) break;
-    frames.merge(frames_on(*before, frames_[before->map_id], moved));
-    follow_mapper();
-  }
-  // A keyframe's own image is where the keyframe is.
-  if (!frames.empty()) {
-    for (const auto& entry : worker_.latest()->keyframes) frames.erase(entry.second.frame_index);
-    erase(frames, &frames_[worker_.latest()->map_id]);
-  }
-  return frames;
-}
-
-std::set<std::int64_t> Tracker::Impl::take_out_misplaced(std::size_t least_left) {
-  const Map& map = worker_.mapper().map();
-  if (options_.localize_only) return {};
-  const std::set<KeyframeId> misplaced =
-      misplaced_stretch(map, known_matches_.of(map, options_.matching, options_.threads), options_.matching,
-                        options_.ransac(camera_.focal()));
-  if (misplaced.empty() || map.keyframes().size() - misplaced.size() < least_left) return {};
-  std::set<std::int64_t> frames = take_out(misplaced);
+  if (!removed.empty()) frames = frames_on(*before, frames_[before->map_id], removed);
+  follow_mapper();
   erase(frames, &frames_[worker_.latest()->map_id]);
   return frames;
 }

@@ -10,7 +10,6 @@
 #include <stdexcept>
 #include <vector>
 
-#include "mono_pose_tracker/mapping/seam.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "support/simulated_room.h"
 
@@ -177,67 +176,6 @@ TEST_F(TrackedRoom, AFrameThatMovesBeyondBeliefIsPosedAgain) {
     tracker_.resect_again(index, room_.frames[index].stamp_ns, room_.frames[index].image);
   tracker_.smooth(unsettled);
   EXPECT_LT((center(between) - was).norm(), 0.01);
-}
-
-constexpr int kWhole = 25;  // images that show the room only
-
-// The last images show the left part of the room, and beside it another, which comes into view with them.
-// Tracked with so many features an image.
-std::unique_ptr<Tracker> track_into_another_room(const SimulatedRoom& room, const SimulatedRoom& other,
-                                                 double part, int features) {
-  TrackerOptions options;
-  options.sift.max_features = features;
-  auto tracker = std::make_unique<Tracker>(options, room.camera, Tracker::Mapping::kInline);
-  for (std::size_t i = 0; i < room.frames.size(); ++i) {
-    cv::Mat image = room.frames[i].image.clone();
-    if (i >= kWhole) {
-      const int left = static_cast<int>(part * image.cols);
-      const cv::Rect place(left, 0, image.cols - left, image.rows);
-      other.frames[i].image(place).copyTo(image(place));
-    }
-    tracker->process(room.frames[i].stamp_ns, image);
-  }
-  return tracker->finish() ? std::move(tracker) : nullptr;
-}
-
-// Its images since the other room came into view hang on too few points, and no others do.
-bool has_loose_end(Map map) {
-  const Seam seam = weakest_seam(map);
-  if (seam.holds() || seam.frame_index < kWhole) return false;
-  const std::map<KeyframeId, Keyframe> keyframes = map.keyframes();
-  for (const auto& [id, keyframe] : keyframes) {
-    if (keyframe.frame_index >= seam.frame_index) map.remove_keyframe(id, keyframes.begin()->first);
-  }
-  return weakest_seam(map).holds();
-}
-
-// A third of so many features are enough for a pose, and too few for a seam; of how many is the processor's
-// rounding's: about half of these have a loose end.
-std::unique_ptr<Tracker> with_loose_end() {
-  constexpr int kFrames = 50;
-  const SimulatedRoom room = simulated_room(kFrames, 1), other = simulated_room(kFrames, 1, 2);
-  for (const double part : {0.32, 0.3, 0.31, 0.29, 0.33}) {
-    for (const int features : {180, 200, 160, 220, 240}) {
-      std::unique_ptr<Tracker> tracker = track_into_another_room(room, other, part, features);
-      if (tracker && has_loose_end(tracker->map())) return tracker;
-    }
-  }
-  return nullptr;
-}
-
-TEST(LooseEnds, HaveNoPose) {
-  const std::unique_ptr<Tracker> tracker = with_loose_end();
-  ASSERT_TRUE(tracker);
-  const Frames loose = tracker->take_out_loose_ends();
-  EXPECT_TRUE(weakest_seam(tracker->map()).holds());
-  tracker->map().check();
-  ASSERT_FALSE(loose.empty());
-  EXPECT_GE(*loose.begin(), kWhole);
-  const std::vector<PosedFrame> posed = tracker->trajectory();
-  EXPECT_GE(posed.size(), static_cast<std::size_t>(kWhole));
-  for (const PosedFrame& frame : posed) EXPECT_EQ(loose.count(frame.index), 0u) << frame.index;
-  // The end's keyframes are gone as well.
-  for (const auto& entry : tracker->map().keyframes()) EXPECT_LT(entry.second.frame_index, *loose.rbegin());
 }
 
 }  // namespace

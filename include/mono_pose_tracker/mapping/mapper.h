@@ -14,6 +14,7 @@
 #include "mono_pose_tracker/mapping/aside.h"
 #include "mono_pose_tracker/mapping/background_watch.h"
 #include "mono_pose_tracker/mapping/body_watch.h"
+#include "mono_pose_tracker/mapping/graph_consistency.h"
 #include "mono_pose_tracker/mapping/initial_map.h"
 #include "mono_pose_tracker/mapping/keyframe_candidate.h"
 #include "mono_pose_tracker/mapping/larger_body_watch.h"
@@ -78,10 +79,13 @@ class Mapper {
   /// adjusted again, held to its motion.
   void settle_motion(double least);
 
-  /// Poses keyframes anew that contradict what they see of the map (contradicted_pose), or where there are
-  /// none makes one of what is in it twice (contradiction_ties). The map is finished anew then. The keyframes
-  /// that were moved or tied. matches: of the map's keyframes.
-  std::set<KeyframeId> correct_contradicted(const MatchesInTime& matches);
+  /// Adds the edges of this map to the view graph: keyframes before in time, covisible ones, and those that
+  /// look like each other.
+  void connect(ViewGraph* graph) const;
+  /// The global refinement against the view graph: segments that it puts elsewhere are moved there and the map
+  /// is finished anew, until none is left or max_rounds. Keyframes that it contradicts without another place
+  /// for them are removed; they are returned.
+  std::set<KeyframeId> refine_with(ViewGraph* graph, const GraphConsistencyOptions& consistency);
 
   /// Takes out keyframes whose poses are wrong, and what they alone saw; the first two, by which the
   /// map has its frame, stay.
@@ -184,7 +188,6 @@ class Mapper {
   bool match(KeyframeId id);
   void correct_pose(KeyframeId id);
   void separate_motions(KeyframeId id);
-  std::set<KeyframeId> tie_contradicted(const MatchesInTime& matches);
   bool adjust_tied(const BundleOptions& bundle);
   void leave_out_fixed(KeyframeId id);
   void leave_out_off_body(BundleOptions bundle);

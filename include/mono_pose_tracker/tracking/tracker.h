@@ -49,10 +49,6 @@ class Tracker {
   /// behind it.
   void expect_object();
 
-  /// Before the first image: twice as many features of each as the options say, down to a quarter of their
-  /// contrast_threshold.
-  void look_closer();
-
   /// The next image of a recording is not looked at; it may be posed in the end.
   void pass_over();
 
@@ -136,22 +132,9 @@ class Tracker {
   std::set<std::int64_t> settle_motion();
   /// Those of them that were posed again go to where image and motion together lead.
   void smooth(const std::set<std::int64_t>& frames);
-  /// Frames of the finished map between which its path jumps to and fro (restless_path.h), where it does: to
-  /// be looked at again, in their order, so that what the images show of a jump is none.
-  std::set<std::int64_t> jumping_frames();
-  void look_at_step(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
-                    const cv::Mat& mask = cv::Mat());
-  /// Frames of an end of the finished map that hangs on too few points (mapping/seam.h), and is too little
-  /// for a map of its own: they have no pose any more, and may be posed again in the map without them.
-  std::set<std::int64_t> take_out_loose_ends();
-  /// For the end of a recording: poses keyframes anew that contradict what they see of the map, or heals it
-  /// where it is torn, and finishes it anew. The images that stood on those have no pose then, until they are
-  /// posed again.
-  std::set<std::int64_t> correct_contradicted();
-  /// Frames of a stretch that does not belong where it lies in the finished map
-  /// (mapping/misplaced_stretch.h), which is finished anew without it: they have no pose any more, and may be
-  /// posed again. None where fewer keyframes than `least_left` would stay. Others may show once it is gone.
-  std::set<std::int64_t> take_out_misplaced(std::size_t least_left);
+  /// The finished map is refined against the view graph of its keyframes (mapping/view_graph.h). Frames that
+  /// stood on keyframes that it contradicts: they have no pose any more, and may be registered again.
+  std::set<std::int64_t> refine_with_graph();
   /// Whether nothing but the images is to tell an object from what is behind it (segmentation/method: auto),
   /// and the finished map, if there is one, may be of an object: what it shows stays in view.
   bool may_have_background();
@@ -162,6 +145,9 @@ class Tracker {
   StillBackground background_of(const std::vector<SeenImage>& images) const;
   /// All maps that could not be joined, finished; the largest, which is the present one, first.
   std::vector<FinishedMap> maps();
+  /// Adds what was found out about each, in this order, to its QualityReport. images: of the recording, that
+  /// have features.
+  void assess_maps(std::int64_t images, std::vector<FinishedMap>* maps);
   /// The finished map.
   const Map& map() const;
   /// The loops that were closed, in any of the maps. Only inline, or after wait().

@@ -70,7 +70,7 @@ void write_map(const fs::path& output, const CameraParameters& camera, const Rec
   }
   write_tum((output / "trajectory.txt").string(), poses);
   const bool is_first = &map == &result.maps.front();
-  const bool confirmed = is_first ? is_confirmed(result) : map.confirmed;
+  const bool confirmed = is_first ? is_confirmed(result) : map.confirmed();
   overview.points = map.snapshot->points;
   overview.title = std::to_string(poses.size()) + " of " + std::to_string(result.frames_total) +
                    " images posed, " + std::to_string(overview.points.size()) + " points" +

@@ -32,15 +32,25 @@ MapStatistics map_statistics(const Map& map) {
   return {observations / map.landmarks().size(), std::sqrt(sum / observations)};
 }
 
-// Null where the map is too small to have a seam.
-Json points_of(const Seam& seam) {
-  const bool has_none = seam.points == std::numeric_limits<int>::max();
-  return has_none ? Json() : Json(seam.points);
+// Null where nothing tells it.
+Json path_share(const Map& map) {
+  const double share = path_precision(map).share();
+  return std::isfinite(share) ? Json(share) : Json();
 }
 
-// Null where it was not asked, or nothing tells it.
-Json share_of(const std::optional<PathPrecision>& path) {
-  return path && std::isfinite(path->share()) ? Json(path->share()) : Json();
+Json findings_summary(const RecordingResult& result) {
+  Json findings = Json::array();
+  if (!result.tracked) return findings;
+  for (const Finding& finding : result.maps.front().quality.findings()) {
+    findings.push_back({{"kind", to_string(finding.kind)},
+                        {"images", finding.images},
+                        {"k", finding.k},
+                        {"n", finding.n},
+                        {"p_value", finding.p_value ? Json(*finding.p_value) : Json()},
+                        {"disqualifying", finding.is_disqualifying},
+                        {"text", finding.text}});
+  }
+  return findings;
 }
 
 Json maps_summary(const RecordingResult& result) {
@@ -49,13 +59,11 @@ Json maps_summary(const RecordingResult& result) {
     maps.push_back({{"frames", map.trajectory.size()},
                     {"keyframes", map.map.keyframes().size()},
                     {"points", map.map.landmarks().size()},
-                    {"weakest_seam_points", points_of(map.seam)},
-                    {"path_uncertainty_share", share_of(map.path)},
-                    {"contradicting_share", map.contradiction.share()},
-                    {"misplaced_share", map.misplaced.share()},
-                    {"torn_share", map.torn_tracks.share()},
-                    {"still_share", map.still.share()},
-                    {"confirmed", map.confirmed}});
+                    {"weakest_seam_points", weakest_scale_cut(map.map).landmarks},
+                    {"path_uncertainty_share", path_share(map.map)},
+                    {"contradicting_share", 1 - map.explained.share()},
+                    {"verified_matches", map.explained.all},
+                    {"confirmed", map.confirmed()}});
   }
   return maps;
 }
@@ -115,6 +123,7 @@ void write_report(const std::string& path, const RecordingResult& result, const 
                {"segmentation", masks.summary()},
                {"stages", time_statistics(result.stage_ms)},
                {"warnings", result.warnings},
+               {"findings", findings_summary(result)},
                {"maps", maps_summary(result)},
                {"loops", loops_summary(result)},
                {"problems", result.problems}};

@@ -1,0 +1,103 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/features/matching.h"
+#include "mono_pose_tracker/map/image_features.h"
+#include "mono_pose_tracker/robust/ransac_options.h"
+
+namespace mono_pose_tracker {
+
+/// What two images show of each other, without any map (COLMAP, scene/two_view_geometry.h).
+enum class TwoViewType {
+  kDegenerate,  // fewer verified matches than ViewGraphOptions::min_inliers
+  kStatic,      // the features have not moved in the image: a camera at rest, or a static overlay
+  kPanoramic,   // a rotation explains the matches: the direction of the translation is unknown
+  kPlanar,      // a homography explains the matches: `alternative` is the other motion (two-fold ambiguity)
+  kCalibrated,  // an essential matrix
+  kMultiple,    // more than one rigid motion: `motion_of_match` tells them apart
+};
+const char* to_string(TwoViewType type);
+
+/// An edge of the view graph: verified matches of two images.
+struct TwoViewGeometry {
+  TwoViewType type = TwoViewType::kDegenerate;
+  std::vector<Match> matches;                 // feature of the first image, of the second
+  std::vector<std::uint8_t> motion_of_match;  // 0: outlier, 1: the dominant motion, 2: the next
+  Rigid3 second_from_first;                   // of the dominant motion; translation of unit length
+  Rigid3 alternative;                         // kPlanar: the other motion of the same homography
+
+  /// Matches of a motion.
+  int inliers(int motion = 1) const;
+};
+
+struct ViewGraphOptions {
+  MatchOptions matching;
+  RansacOptions ransac;     // its threshold is replaced by max_error_px
+  double max_error_px = 3;  // Sampson error of a verified match, in px of an image 1,000 px long; at least
+                            // this. Five sigma of a SIFT feature's 0.6 px: poses may be a little off as well
+  int min_inliers = 25;     // verified matches of an edge: 5 are fitted, and accidental ones agree by chance
+  double explained_by_simpler = 0.9;  // share of the inliers that a rotation, a plane or no motion must
+                                      // explain for the edge to be of that type; in (0, 1]
+  double least_second_motion = 0.4;   // share of the other matches that must agree on a second motion
+  int threads = 1;                    // the result is the same for any number
+};
+
+/// Two-view geometries of a recording's images: computed once, kept, independent of any map. The only place
+/// that matches descriptors of two images. Append-only. One thread.
+///
+///     ViewGraph graph(options);
+///     const int a = graph.add(7, features_of_frame_7), b = graph.add(9, features_of_frame_9);
+///     graph.connect({{a, b}});
+///     const TwoViewGeometry* edge = graph.edge(a, b);
+class ViewGraph {
+ public:
+  /// Two nodes, the lower one first.
+  using Pair = std::pair<int, int>;
+  struct Node {
+    std::int64_t frame_index = 0;
+    ImageFeaturesPtr image;
+  };
+
+  explicit ViewGraph(const ViewGraphOptions& options) : options_(options) {}
+
+  /// The node of these features; new where they are not known yet.
+  int add(std::int64_t frame_index, const ImageFeaturesPtr& image);
+  /// -1: not known.
+  int node_of(const ImageFeaturesPtr& image) const;
+  /// Computes those that are not there yet. Pairs of a node with itself are ignored.
+  void connect(const std::vector<Pair>& pairs);
+
+  const std::vector<Node>& nodes() const { return nodes_; }
+  const std::map<Pair, TwoViewGeometry>& edges() const { return edges_; }
+  /// Null: not computed. first < second.
+  const TwoViewGeometry* edge(int first, int second) const;
+  const ViewGraphOptions& options() const { return options_; }
+
+  /// Sampson error, rad, within which a match of the edge is explained by a relative pose.
+  double max_error_rad(const Pair& pair) const;
+  /// Which matches of the edge a relative pose explains: within max_error_rad of their epipolar lines.
+  std::vector<char> explained_by(const Pair& pair, const Rigid3& second_from_first) const;
+
+  /// JSON lines: {"frames": [a, b], "type": "...", "matches": n, "inliers": [n1, n2]}, an edge each; for
+  /// debugging and plots. Throws std::runtime_error that names the file.
+  void save(const std::string& path) const;
+
+ private:
+  TwoViewGeometry compute(const Pair& pair) const;
+  bool fit_motion(const Pair& pair, int motion, TwoViewGeometry* geometry) const;
+
+  ViewGraphOptions options_;
+  std::vector<Node> nodes_;
+  std::unordered_map<const ImageFeatures*, int> node_of_;
+  std::map<Pair, TwoViewGeometry> edges_;
+};
+
+}  // namespace mono_pose_tracker

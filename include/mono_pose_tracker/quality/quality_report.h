@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/mapping/graph_consistency.h"
+#include "mono_pose_tracker/mapping/path_precision.h"
+#include "mono_pose_tracker/quality/scale_cut.h"
+
+namespace mono_pose_tracker {
+
+/// What speaks against a map, or is worth knowing of it.
+enum class FindingKind {
+  kInconsistentSegment,    // the view graph puts images elsewhere as well
+  kUncertainScale,         // test 2: lengths before and after a moment
+  kUncertainPath,          // test 2: positions of the keyframes
+  kDepthReversal,          // alternative hypotheses that explain the images about as well
+  kPlanarAmbiguity,
+  kNotRigid,               // more than one motion
+  kOtherObject,            // another rigid object may be the one that is wanted
+  kStaticBackground,
+  kTwoViews,               // no third image has confirmed the map
+  kFewImages,              // of the recording are in the map
+  kSeveralMaps,
+  kUnregisteredImages,
+  kUncertainImages,
+  kCalibration,
+};
+/// Snake case, as in report.json.
+const char* to_string(FindingKind kind);
+
+struct Finding {
+  FindingKind kind = FindingKind::kCalibration;
+  std::vector<std::int64_t> images;  // frame indices that it is about; empty: all
+  int k = 0, n = 0;                  // k of n matches, landmarks or images; 0 of 0: not counted
+  std::optional<double> p_value;     // of so much, were the map right; none: not a test
+  bool is_disqualifying = true;      // the map is not confirmed
+  std::string text;                  // what was found, how bad, what to do; one line
+};
+
+/// All that was found out about one map, and the one verdict. Made once, when a recording ends.
+class QualityReport {
+ public:
+  void add(Finding finding) { findings_.push_back(std::move(finding)); }
+  const std::vector<Finding>& findings() const { return findings_; }
+  /// No finding is disqualifying: poses and map are right to QualityOptions::max_path_sigma.
+  bool confirmed() const;
+  bool has(FindingKind kind) const;
+
+ private:
+  std::vector<Finding> findings_;
+};
+
+struct QualityOptions {
+  double significance = 1e-3;  // of the consistency tests: expected false alarms a recording, so 1 in 1,000
+  double max_path_sigma = 0.01;    // standard deviation of positions, share of the path: three are 3 %
+  double max_extent_sigma = 0.2;   // the same, share of the keyframes' extent: a camera at rest has no path
+  double min_registered = 2.0 / 3;  // share of the images that the first map must hold to be confirmed
+};
+
+/// What is known of a finished map. Images are counted by frame index.
+struct MapEvidence {
+  const Map* map = nullptr;
+  const ViewGraph* graph = nullptr;  // null: no consistency test
+  std::string name;                  // "" for the first map, else such as "map_2"
+  bool is_first = true;
+  bool is_loaded = false;            // it comes from a file: nothing is asked of its path
+  bool rests_on_two_views = false;
+  bool is_object = false;            // a narrow view: images that do not show the object are no loss
+  std::size_t registered = 0;        // images
+  std::int64_t images = 0;           // that have features
+  double depth_evidence = 0, geometry_evidence = 0;          // mapping/depth_reversal.h, rival_geometry.h
+  double least_depth_evidence = 0, least_geometry_evidence = 0;  // that are needed
+};
+
+/// The tests of one map: consistency with the view graph, uncertainty of its scale and path, alternative
+/// hypotheses, images that it lacks.
+QualityReport assess(const MapEvidence& evidence, const QualityOptions& options);
+
+/// Verified matches of the graph that the map explains, and all between its keyframes.
+struct ExplainedMatches {
+  int explained = 0, all = 0;
+  double share() const { return all > 0 ? static_cast<double>(explained) / all : 1; }
+};
+ExplainedMatches explained_matches(const Map& map, const ViewGraph& graph);
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,165 @@
+#include "mono_pose_tracker/mapping/view_graph.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "mono_pose_tracker/camera/image_scale.h"
+#include "mono_pose_tracker/common/parallel.h"
+#include "mono_pose_tracker/geometry/essential.h"
+#include "mono_pose_tracker/robust/relative_pose.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Bearings of the matches that have no motion yet, and which matches they are.
+struct Unexplained {
+  std::vector<Eigen::Vector3d> first, second;
+  std::vector<float> quality;
+  std::vector<std::size_t> match;
+};
+
+Unexplained unexplained(const TwoViewGeometry& geometry, const FeatureSet& first, const FeatureSet& second) {
+  Unexplained rest;
+  for (std::size_t i = 0; i < geometry.matches.size(); ++i) {
+    if (geometry.motion_of_match[i] != 0) continue;
+    const Match& m = geometry.matches[i];
+    rest.first.push_back(first.bearings[m.first]);
+    rest.second.push_back(second.bearings[m.second]);
+    rest.quality.push_back(m.ratio);
+    rest.match.push_back(i);
+  }
+  return rest;
+}
+
+}  // namespace
+
+const char* to_string(TwoViewType type) {
+  switch (type) {
+    case TwoViewType::kDegenerate: return "degenerate";
+    case TwoViewType::kStatic: return "static";
+    case TwoViewType::kPanoramic: return "panoramic";
+    case TwoViewType::kPlanar: return "planar";
+    case TwoViewType::kCalibrated: return "calibrated";
+    case TwoViewType::kMultiple: return "multiple";
+  }
+  return "";
+}
+
+int TwoViewGeometry::inliers(int motion) const {
+  return static_cast<int>(std::count(motion_of_match.begin(), motion_of_match.end(), motion));
+}
+
+int ViewGraph::add(std::int64_t frame_index, const ImageFeaturesPtr& image) {
+  const auto [known, is_new] = node_of_.emplace(image.get(), static_cast<int>(nodes_.size()));
+  if (is_new) nodes_.push_back({frame_index, image});
+  return known->second;
+}
+
+int ViewGraph::node_of(const ImageFeaturesPtr& image) const {
+  const auto known = node_of_.find(image.get());
+  return known == node_of_.end() ? -1 : known->second;
+}
+
+void ViewGraph::connect(const std::vector<Pair>& pairs) {
+  std::vector<Pair> unknown;
+  for (Pair pair : pairs) {
+    if (pair.first > pair.second) std::swap(pair.first, pair.second);
+    if (pair.first != pair.second && edges_.emplace(pair, TwoViewGeometry()).second) unknown.push_back(pair);
+  }
+  std::vector<TwoViewGeometry> computed(unknown.size());
+  parallel_for(static_cast<int>(unknown.size()), options_.threads,
+               [&](int i) { computed[i] = compute(unknown[i]); });
+  for (std::size_t i = 0; i < unknown.size(); ++i) edges_[unknown[i]] = std::move(computed[i]);
+}
+
+const TwoViewGeometry* ViewGraph::edge(int first, int second) const {
+  const auto found = edges_.find({first, second});
+  return found == edges_.end() ? nullptr : &found->second;
+}
+
+double ViewGraph::max_error_rad(const Pair& pair) const {
+  constexpr double kLongerSide = 1000;  // px, that max_error_px is given at
+  const auto of_camera = [&](const CameraModel& camera) {
+    return options_.max_error_px * std::max(1.0, longer_side(camera) / kLongerSide) / camera.focal();
+  };
+  return std::max(of_camera(nodes_[pair.first].image->camera), of_camera(nodes_[pair.second].image->camera));
+}
+
+std::vector<char> ViewGraph::explained_by(const Pair& pair, const Rigid3& second_from_first) const {
+  const FeatureSet &first = nodes_[pair.first].image->set, &second = nodes_[pair.second].image->set;
+  const std::vector<Match>& matches = edges_.at(pair).matches;
+  const double limit = max_error_rad(pair);
+  const bool has_translation = second_from_first.translation.norm() > 0;
+  const Eigen::Matrix3d essential =
+      has_translation ? essential_matrix(second_from_first) : Eigen::Matrix3d::Zero();
+  std::vector<char> explained;
+  explained.reserve(matches.size());
+  for (const Match& m : matches) {
+    const Eigen::Vector3d &x1 = first.bearings[m.first], &x2 = second.bearings[m.second];
+    const double error = has_translation ? std::abs(sampson_error(essential, x1, x2))
+                                         : (second_from_first.rotation * x1).cross(x2).norm();
+    explained.push_back(error < limit);
+  }
+  return explained;
+}
+
+// The matches without a motion get this one where enough of them agree on it.
+bool ViewGraph::fit_motion(const Pair& pair, int motion, TwoViewGeometry* geometry) const {
+  const FeatureSet &first = nodes_[pair.first].image->set, &second = nodes_[pair.second].image->set;
+  const Unexplained rest = unexplained(*geometry, first, second);
+  const auto count = static_cast<int>(rest.match.size());
+  if (count < options_.min_inliers) return false;
+  RelativePoseOptions pose;
+  pose.ransac = options_.ransac;
+  pose.ransac.threshold = max_error_rad(pair);
+  pose.ransac.seed += static_cast<std::uint64_t>(nodes_[pair.first].frame_index);
+  pose.max_hypotheses = motion == 1 ? 2 : 1;
+  pose.quality = rest.quality;
+  const RelativePoseReport report = estimate_relative_pose(rest.first, rest.second, pose);
+  if (!report.success) return false;
+  const RelativePoseHypothesis& best = report.hypotheses.front();
+  const int least = motion == 1 ? options_.min_inliers
+                                : std::max(options_.min_inliers,
+                                           static_cast<int>(options_.least_second_motion * count));
+  if (best.num_inliers < least) return false;
+  for (std::size_t i = 0; i < rest.match.size(); ++i) {
+    if (best.inliers[i]) geometry->motion_of_match[rest.match[i]] = static_cast<std::uint8_t>(motion);
+  }
+  if (motion > 1) return true;
+  geometry->second_from_first = best.second_from_first;
+  const double enough = options_.explained_by_simpler * best.num_inliers;
+  const bool turns = report.rotation_only.angularDistance(Eigen::Quaterniond::Identity()) > pose.ransac.threshold;
+  geometry->type = report.rotation_only_inliers < enough
+                       ? (report.plane_inliers >= enough && report.hypotheses.size() > 1 ? TwoViewType::kPlanar
+                                                                                         : TwoViewType::kCalibrated)
+                       : (turns ? TwoViewType::kPanoramic : TwoViewType::kStatic);
+  if (geometry->type == TwoViewType::kPlanar) geometry->alternative = report.hypotheses[1].second_from_first;
+  return true;
+}
+
+TwoViewGeometry ViewGraph::compute(const Pair& pair) const {
+  TwoViewGeometry geometry;
+  geometry.matches = match_descriptors(nodes_[pair.first].image->set.descriptors,
+                                       nodes_[pair.second].image->set.descriptors, options_.matching);
+  geometry.motion_of_match.assign(geometry.matches.size(), 0);
+  if (fit_motion(pair, 1, &geometry) && fit_motion(pair, 2, &geometry)) geometry.type = TwoViewType::kMultiple;
+  return geometry;
+}
+
+void ViewGraph::save(const std::string& path) const {
+  std::ofstream file(path);
+  for (const auto& [pair, geometry] : edges_) {
+    const nlohmann::json line = {{"frames", {nodes_[pair.first].frame_index, nodes_[pair.second].frame_index}},
+                                 {"type", to_string(geometry.type)},
+                                 {"matches", geometry.matches.size()},
+                                 {"inliers", {geometry.inliers(1), geometry.inliers(2)}}};
+    file << line.dump() << '\n';
+  }
+  if (!file.flush()) throw std::runtime_error(path + ": cannot be written");
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,177 @@
+#include "mono_pose_tracker/quality/quality_report.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mono_pose_tracker/common/formatted.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+std::string image_text(std::int64_t frame_index) {
+  return is_of_earlier_run(frame_index) ? "an image of the loaded map"
+                                        : "image " + std::to_string(frame_index);
+}
+
+std::string in_map(const MapEvidence& evidence) {
+  return evidence.name.empty() ? "" : evidence.name + ": ";
+}
+
+// Test 1: a cut over which the view graph contradicts the map at least as much as it agrees with it.
+void test_consistency(const MapEvidence& evidence, const QualityOptions& options, QualityReport* report) {
+  if (!evidence.graph) return;
+  GraphConsistencyOptions consistency;
+  consistency.significance = options.significance;
+  const std::vector<EdgeConsistency> edges = edge_consistency(*evidence.map, *evidence.graph, consistency);
+  const std::optional<InconsistentSegment> segment = most_inconsistent_segment(*evidence.map, edges);
+  if (!segment) return;
+  Finding finding;
+  finding.kind = FindingKind::kInconsistentSegment;
+  for (const KeyframeId id : segment->keyframes)
+    finding.images.push_back(evidence.map->keyframe(id)->frame_index);
+  finding.k = segment->contradicting;
+  finding.n = segment->contradicting + segment->explained;
+  finding.p_value = binomial_tail(finding.k, finding.n, 0.5);
+  finding.text = in_map(evidence) +
+                 formatted("%s to %s: %d of %d verified matches with the other images contradict their place "
+                           "in the map. Repeated structure, or a part of the map is wrong; record more "
+                           "overlap there, or mask moving objects (--masks).",
+                           image_text(finding.images.front()).c_str(),
+                           image_text(finding.images.back()).c_str(), finding.k, finding.n);
+  report->add(std::move(finding));
+}
+
+// Test 2, lengths.
+void test_scale(const MapEvidence& evidence, const QualityOptions& options, QualityReport* report) {
+  const ScaleCut cut = weakest_scale_cut(*evidence.map);
+  if (cut.path_sigma() <= options.max_path_sigma) return;
+  Finding finding;
+  finding.kind = FindingKind::kUncertainScale;
+  finding.images = {cut.frame_index};
+  finding.k = cut.landmarks;
+  finding.text =
+      in_map(evidence) +
+      formatted("The size of the path from %s on is connected to the path before by %d landmarks only: %s. "
+                "Record more overlap there.",
+                image_text(cut.frame_index).c_str(), cut.landmarks,
+                std::isfinite(cut.log_scale_sigma)
+                    ? formatted("it is known to %.0f %% (standard deviation)", 100 * cut.log_scale_sigma).c_str()
+                    : "it is unknown");
+  report->add(std::move(finding));
+}
+
+// Test 2, positions.
+void test_path(const MapEvidence& evidence, const QualityOptions& options, QualityReport* report) {
+  const PathPrecision path = path_precision(*evidence.map);
+  const bool is_known = path.length > 0 && path.sigma <= options.max_path_sigma * path.length &&
+                        path.sigma <= options.max_extent_sigma * path.extent;
+  if (is_known) return;
+  Finding finding;
+  finding.kind = FindingKind::kUncertainPath;
+  finding.text =
+      in_map(evidence) +
+      (std::isfinite(path.share())
+           ? formatted("The images determine the camera's positions to %.1f %% of the path only (standard "
+                       "deviation).",
+                       100 * path.share())
+           : std::string("The images do not determine the camera's positions.")) +
+      " The camera moves little compared with the distance of the scene, or landmarks are few: move farther, "
+      "come nearer, or give more images of the same scene.";
+  report->add(std::move(finding));
+}
+
+void test_alternatives(const MapEvidence& evidence, QualityReport* report) {
+  if (evidence.depth_evidence < evidence.least_depth_evidence) {
+    Finding finding;
+    finding.kind = FindingKind::kDepthReversal;
+    finding.text = in_map(evidence) +
+                   "The depth-reversed map explains the images about as well (bas-relief ambiguity of a narrow "
+                   "view): turn farther, come nearer, or mask what moves otherwise (--masks).";
+    report->add(std::move(finding));
+  }
+  if (evidence.geometry_evidence < evidence.least_geometry_evidence) {
+    Finding finding;
+    finding.kind = FindingKind::kPlanarAmbiguity;
+    finding.text = in_map(evidence) +
+                   "The scene is nearly planar, and the other motion of the same homography explains the images "
+                   "about as well: move round the scene, or show something that stands out from the plane.";
+    report->add(std::move(finding));
+  }
+}
+
+void test_images(const MapEvidence& evidence, const QualityOptions& options, QualityReport* report) {
+  if (evidence.rests_on_two_views) {
+    Finding finding;
+    finding.kind = FindingKind::kTwoViews;
+    finding.n = 2;
+    finding.text = in_map(evidence) + "The map rests on two images: a third is needed to confirm it.";
+    report->add(std::move(finding));
+  }
+  const auto registered = static_cast<double>(evidence.registered), images = static_cast<double>(evidence.images);
+  if (evidence.is_first && !evidence.is_loaded && !evidence.is_object &&
+      registered < options.min_registered * images) {
+    Finding finding;
+    finding.kind = FindingKind::kFewImages;
+    finding.k = static_cast<int>(evidence.registered);
+    finding.n = static_cast<int>(evidence.images);
+    finding.text = formatted("Only %d of %d images are registered in the first map, and no map is confirmed: "
+                             "what interrupts a path may bend it as well. Record more overlap.",
+                             finding.k, finding.n);
+    report->add(std::move(finding));
+  }
+}
+
+}  // namespace
+
+const char* to_string(FindingKind kind) {
+  switch (kind) {
+    case FindingKind::kInconsistentSegment: return "inconsistent_segment";
+    case FindingKind::kUncertainScale: return "uncertain_scale";
+    case FindingKind::kUncertainPath: return "uncertain_path";
+    case FindingKind::kDepthReversal: return "depth_reversal";
+    case FindingKind::kPlanarAmbiguity: return "planar_ambiguity";
+    case FindingKind::kNotRigid: return "not_rigid";
+    case FindingKind::kOtherObject: return "other_object";
+    case FindingKind::kStaticBackground: return "static_background";
+    case FindingKind::kTwoViews: return "two_views";
+    case FindingKind::kFewImages: return "few_images";
+    case FindingKind::kSeveralMaps: return "several_maps";
+    case FindingKind::kUnregisteredImages: return "unregistered_images";
+    case FindingKind::kUncertainImages: return "uncertain_images";
+    case FindingKind::kCalibration: return "calibration";
+  }
+  return "";
+}
+
+bool QualityReport::confirmed() const {
+  return std::none_of(findings_.begin(), findings_.end(),
+                      [](const Finding& finding) { return finding.is_disqualifying; });
+}
+
+bool QualityReport::has(FindingKind kind) const {
+  return std::any_of(findings_.begin(), findings_.end(), [&](const Finding& f) { return f.kind == kind; });
+}
+
+QualityReport assess(const MapEvidence& evidence, const QualityOptions& options) {
+  QualityReport report;
+  test_images(evidence, options, &report);
+  test_consistency(evidence, options, &report);
+  test_alternatives(evidence, &report);
+  // Two views, and a path of another run, say nothing of this path.
+  if (evidence.rests_on_two_views || evidence.is_loaded) return report;
+  test_scale(evidence, options, &report);
+  test_path(evidence, options, &report);
+  return report;
+}
+
+ExplainedMatches explained_matches(const Map& map, const ViewGraph& graph) {
+  ExplainedMatches matches;
+  for (const EdgeConsistency& edge : edge_consistency(map, graph, {})) {
+    matches.all += edge.matches;
+    matches.explained += edge.explained;
+  }
+  return matches;
+}
+
+}  // namespace mono_pose_tracker

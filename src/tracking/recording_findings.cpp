@@ -1,0 +1,183 @@
+#include "recording_findings.h"
+
+#include <cmath>
+#include <cstdint>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "doubtful_frames.h"
+#include "finished_maps.h"
+#include "mono_pose_tracker/common/formatted.h"
+#include "mono_pose_tracker/mapping/rigidity_check.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr std::size_t kMostNumbers = 10;  // of images in a line
+
+std::string name_of(std::size_t map) { return map == 0 ? "" : "map_" + std::to_string(map + 1) + ": "; }
+
+// Disjoint parts of the landmarks give different poses.
+void test_rigidity(std::size_t place, FinishedMap* map) {
+  const RigidityReport rigidity = check_rigidity(map->map);
+  if (rigidity.is_rigid) return;
+  Finding finding;
+  finding.kind = FindingKind::kNotRigid;
+  finding.images = {rigidity.frame_index};
+  finding.text = name_of(place) +
+                 formatted("From image %ld on, the poses from the %s landmarks differ by %.1f px: more than one "
+                           "motion is in the map. Mask the object (--masks), or use config/object.yaml.",
+                           static_cast<long>(rigidity.frame_index), rigidity.parts.c_str(),
+                           rigidity.disagreement_px);
+  map->quality.add(std::move(finding));
+}
+
+void report_other_object(FinishedMap* map) {
+  const OtherBody& other = map->other_body;
+  const auto percent = std::lround(100 * other.share());
+  Finding finding;
+  finding.kind = FindingKind::kOtherObject;
+  if (map->is_of_other_body) {
+    finding.text = formatted("Two rigid objects move, and the map is not clearly of the one that turns, as "
+                             "segmentation/body asks: %ld %% of the tracks move with the other. Mask the one "
+                             "that is wanted (--masks).",
+                             percent);
+  } else if (map->is_of_smaller_body) {
+    finding.text = formatted("Two rigid objects move, and the map is of the smaller: %ld %% of the tracks move "
+                             "with the other. Mask the one that is wanted (--masks).",
+                             percent);
+  } else if (other.is_comparable()) {
+    finding.text = formatted("A second rigid motion holds %ld %% of the tracks, in %ld %% of the view: another "
+                             "object, or the map is wrong about what is near. Mask the object that is wanted "
+                             "(--masks), or use segmentation/body: turning (config/object.yaml).",
+                             percent, std::lround(100 * other.share_of_view()));
+  } else {
+    return;
+  }
+  map->quality.add(std::move(finding));
+}
+
+void report_background(FinishedMap* map) {
+  if (!map->shows_background) return;
+  Finding finding;
+  finding.kind = FindingKind::kStaticBackground;
+  finding.text =
+      "An object moves before a static background, and the map may be of both. Mask the object (--masks).";
+  map->quality.add(std::move(finding));
+}
+
+std::string some_of(const std::vector<std::int64_t>& frames) {
+  std::string numbers;
+  for (std::size_t i = 0; i < frames.size() && i < kMostNumbers; ++i) {
+    numbers += (i == 0 ? "" : ", ") + std::to_string(frames[i]);
+  }
+  return frames.size() > kMostNumbers ? numbers + ", ..." : numbers;
+}
+
+void report_uncertain_images(const std::set<std::int64_t>& doubtful, std::size_t place, FinishedMap* map) {
+  const std::vector<std::int64_t> alone = doubtful_alone(map->trajectory, doubtful);
+  if (alone.empty()) return;
+  Finding finding;
+  finding.kind = FindingKind::kUncertainImages;
+  finding.images = alone;
+  finding.k = static_cast<int>(alone.size());
+  finding.n = static_cast<int>(map->trajectory.size());
+  finding.is_disqualifying = may_lead_astray(alone.size(), map->trajectory.size());
+  finding.text = name_of(place) +
+                 formatted("The poses of %d of %d images are uncertain (%s): few landmarks, away from the "
+                           "predicted motion, or beyond a gap. Exclude these images where a wrong pose matters.",
+                           finding.k, finding.n, some_of(alone).c_str());
+  map->quality.add(std::move(finding));
+}
+
+// A small map beside the first has too little to be checked.
+void report_small_map(std::size_t place, FinishedMap* map) {
+  if (place == 0 || is_loaded(*map) || map->trajectory.size() >= kLeastBesideFirst) return;
+  Finding finding;
+  finding.kind = FindingKind::kFewImages;
+  finding.k = static_cast<int>(map->trajectory.size());
+  finding.n = static_cast<int>(kLeastBesideFirst);
+  finding.text = name_of(place) + formatted("It holds %d images only; a map beside the first needs %d to be "
+                                            "confirmed.",
+                                            finding.k, finding.n);
+  map->quality.add(std::move(finding));
+}
+
+void report_several_maps(RecordingResult* result) {
+  if (result->maps.size() < 2) return;
+  Finding finding;
+  finding.kind = FindingKind::kSeveralMaps;
+  finding.k = static_cast<int>(frames_beside_first(result->maps));
+  finding.n = static_cast<int>(result->frames_total);
+  finding.is_disqualifying = false;
+  finding.text = formatted("The recording is in %zu maps that share no matches; %d images are not in the first. "
+                           "Each map has its own frame and unit (map_2, ...). Record more overlap.",
+                           result->maps.size(), finding.k);
+  result->maps.front().quality.add(std::move(finding));
+}
+
+// What is not registered is easily overlooked in a trajectory.
+void report_unregistered(RecordingResult* result) {
+  constexpr double kMostShare = 0.1;  // fewer are the few blurred ones that every recording has
+  std::set<std::int64_t> registered;
+  for (const FinishedMap& map : result->maps) registered.merge(frames_of(map.trajectory));
+  std::int64_t run = 0, longest = 0, last = -1;
+  Finding finding;
+  finding.kind = FindingKind::kUnregisteredImages;
+  finding.is_disqualifying = false;
+  for (const auto& name : result->names) {
+    const bool has_none = registered.count(name.first) == 0;
+    if (has_none) finding.images.push_back(name.first);
+    run = has_none ? run + 1 : 0;
+    if (run > longest) longest = run, last = name.first;
+  }
+  finding.k = static_cast<int>(finding.images.size());
+  finding.n = static_cast<int>(result->frames_total);
+  if (finding.k <= kMostShare * finding.n) return;
+  finding.text = formatted("%d of %d images have no pose, most in a row from %ld to %ld: dark, blurred, or too "
+                           "little overlap with the others.",
+                           finding.k, finding.n, static_cast<long>(last - longest + 1), static_cast<long>(last));
+  result->maps.front().quality.add(std::move(finding));
+}
+
+// What interrupts the first map may bend the others as well.
+void spread_few_images(RecordingResult* result) {
+  for (const Finding& finding : std::vector<Finding>(result->maps.front().quality.findings())) {
+    if (finding.kind != FindingKind::kFewImages) continue;
+    for (std::size_t i = 1; i < result->maps.size(); ++i) {
+      if (!is_loaded(result->maps[i])) result->maps[i].quality.add(finding);
+    }
+  }
+}
+
+}  // namespace
+
+void add_findings(RecordingResult* result) {
+  std::vector<FinishedMap>& maps = result->maps;
+  spread_few_images(result);
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    test_rigidity(i, &maps[i]);
+    report_uncertain_images(result->doubtful, i, &maps[i]);
+    report_small_map(i, &maps[i]);
+  }
+  report_other_object(&maps.front());
+  report_background(&maps.front());
+  report_several_maps(result);
+  report_unregistered(result);
+  std::set<std::string> known;
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    for (const Finding& finding : maps[i].quality.findings()) {
+      const bool is_told = i == 0 || finding.is_disqualifying;
+      if (is_told && known.insert(finding.text).second) result->warnings.push_back(finding.text);
+    }
+  }
+}
+
+void add_finding(Finding finding, RecordingResult* result) {
+  result->warnings.push_back(finding.text);
+  for (FinishedMap& map : result->maps) map.quality.add(finding);
+}
+
+}  // namespace mono_pose_tracker

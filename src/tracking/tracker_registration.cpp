@@ -1,0 +1,131 @@
+// The end of a recording: an image gets its pose from all that the view graph knows of it.
+
+#include <algorithm>
+#include <cstdlib>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "mono_pose_tracker/robust/absolute_pose.h"
+#include "tracker_impl.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Keyframes nearest in time, before and after; and those that look like the image.
+constexpr std::size_t kBefore = 3, kAfter = 3;
+constexpr int kPlaces = 4;
+
+std::vector<KeyframeId> nearest_in_time(const TrackingMap& map, std::int64_t frame_index, std::size_t before,
+                                        std::size_t after) {
+  std::vector<std::pair<std::int64_t, KeyframeId>> earlier, later;
+  for (const auto& [id, keyframe] : map.keyframes) {
+    const std::int64_t distance = keyframe.frame_index - frame_index;
+    if (distance != 0) (distance < 0 ? earlier : later).emplace_back(std::abs(distance), id);
+  }
+  std::vector<KeyframeId> nearest;
+  for (auto [side, most] : {std::pair(&earlier, before), {&later, after}}) {
+    const auto end = side->begin() + static_cast<std::ptrdiff_t>(std::min(most, side->size()));
+    std::partial_sort(side->begin(), end, side->end());
+    for (auto entry = side->begin(); entry != end; ++entry) nearest.push_back(entry->second);
+  }
+  return nearest;
+}
+
+}  // namespace
+
+// Those of them that the graph has, computed where they are not known yet.
+std::vector<Tracker::Impl::RegistrationEdge> Tracker::Impl::edges_to(const Frame& frame, const TrackingMap& map,
+                                                                     const std::vector<KeyframeId>& keyframes) {
+  ViewGraph& graph = view_graph();
+  const int node = graph.add(frame.index, frame.image);
+  std::vector<RegistrationEdge> edges;
+  std::vector<ViewGraph::Pair> pairs;
+  for (const KeyframeId id : keyframes) {
+    const KeyframeView& keyframe = map.keyframes.at(id);
+    const int other = graph.add(keyframe.frame_index, keyframe.image);
+    if (other == node) continue;
+    edges.push_back({id, std::minmax(node, other), node < other});
+    pairs.push_back(edges.back().pair);
+  }
+  graph.connect(pairs);
+  return edges;
+}
+
+// Whether the pose explains most of the verified matches with landmarks of these keyframes; true where there are
+// too few to tell.
+bool Tracker::Impl::agrees_with_graph(const std::vector<RegistrationEdge>& edges, const TrackingMap& map,
+                                      const Rigid3& camera_from_map) {
+  int matches = 0, explained = 0;
+  for (const RegistrationEdge& edge : edges) {
+    const KeyframeView& keyframe = map.keyframes.at(edge.keyframe);
+    const TwoViewGeometry& geometry = *view_graph().edge(edge.pair.first, edge.pair.second);
+    const Rigid3 image_from_keyframe = camera_from_map * keyframe.camera_from_map.inverse();
+    const std::vector<char> by_pose = view_graph().explained_by(
+        edge.pair, edge.image_is_first ? image_from_keyframe.inverse() : image_from_keyframe);
+    for (std::size_t i = 0; i < geometry.matches.size(); ++i) {
+      const Match& m = geometry.matches[i];
+      const int of_keyframe = edge.image_is_first ? m.second : m.first;
+      if (geometry.motion_of_match[i] != 1 || keyframe.landmark_of_feature[of_keyframe] == kNoLandmark) continue;
+      ++matches;
+      explained += by_pose[i] != 0;
+    }
+  }
+  return matches < view_graph().options().min_inliers || 2 * explained > matches;
+}
+
+// P3P in RANSAC over the verified matches of all edges to landmarks, then guided matching round that pose.
+ResectionReport Tracker::Impl::register_image(const Frame& frame, const TrackingMap& map) {
+  std::vector<KeyframeId> keyframes = nearest_in_time(map, frame.index, kBefore, kAfter);
+  std::set<KeyframeId> known(keyframes.begin(), keyframes.end());
+  for (const KeyframeId id : map.places ? map.places->find(frame.image->set, kPlaces) : std::vector<KeyframeId>()) {
+    if (map.keyframes.count(id) && known.insert(id).second) keyframes.push_back(id);
+  }
+  const std::vector<RegistrationEdge> edges = edges_to(frame, map, keyframes);
+  std::set<std::pair<int, LandmarkId>> matches;
+  std::map<KeyframeId, int> support;
+  for (const RegistrationEdge& edge : edges) {
+    const KeyframeView& keyframe = map.keyframes.at(edge.keyframe);
+    const TwoViewGeometry& geometry = *view_graph().edge(edge.pair.first, edge.pair.second);
+    for (std::size_t i = 0; i < geometry.matches.size(); ++i) {
+      const Match& m = geometry.matches[i];
+      const LandmarkId landmark = keyframe.landmark_of_feature[edge.image_is_first ? m.second : m.first];
+      if (geometry.motion_of_match[i] == 0 || map.landmarks.find(landmark) == map.landmarks.end()) continue;
+      matches.emplace(edge.image_is_first ? m.first : m.second, landmark);
+      ++support[edge.keyframe];
+    }
+  }
+  std::vector<Eigen::Vector3d> bearings, points;
+  for (const auto& [feature, landmark] : matches) {
+    bearings.push_back(frame.image->set.bearings[feature]);
+    points.push_back(map.landmarks.at(landmark));
+  }
+  ResectionReport report;
+  report.text = "too few verified matches to landmarks";
+  AbsolutePoseOptions pose;
+  pose.ransac = options_.ransac(camera_.focal());
+  pose.ransac.seed += static_cast<std::uint64_t>(frame.index);
+  const AbsolutePoseReport found = estimate_absolute_pose(bearings, points, pose);
+  if (std::getenv("MPT_DEBUG")) std::fprintf(stderr, "  register %ld: %zu matches, %d inliers\n", (long)frame.index, matches.size(), found.num_inliers);
+  if (!found.success || found.num_inliers < options_.resection.min_inliers) return report;
+  const auto reference = std::max_element(support.begin(), support.end(),
+                                          [](const auto& a, const auto& b) { return a.second < b.second; });
+  report = resector_.resect(frame, map, reference->first, found.camera_from_map);
+  if (std::getenv("MPT_DEBUG")) std::fprintf(stderr, "  register %ld: %zu matches, %d inliers, guided %d is_found %d agrees %d\n", (long)frame.index, matches.size(), found.num_inliers, report.inliers, (int)is_found(report), (int)agrees_with_graph(edges, map, report.camera_from_map));
+  report.success = is_found(report) && agrees_with_graph(edges, map, report.camera_from_map);
+  return report;
+}
+
+// From the keyframes before and after it, which hold most; where the graph contradicts that, from all edges.
+ResectionReport Tracker::Impl::register_again(const Frame& frame, const TrackingMap& map) {
+  const ResectionReport near = resect_near_in_time(frame, map, 2);
+  if (std::getenv("MPT_DEBUG")) std::fprintf(stderr, "  again %ld: inliers %d is_found %d agrees %d\n", (long)frame.index, near.inliers, (int)is_found(near), (int)agrees_with_graph(edges_to(frame, map, nearest_in_time(map, frame.index, 1, 1)), map, near.camera_from_map));
+  if (is_found(near) &&
+      agrees_with_graph(edges_to(frame, map, nearest_in_time(map, frame.index, 1, 1)), map, near.camera_from_map)) {
+    return near;
+  }
+  return register_image(frame, map);
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,156 @@
+#include "mono_pose_tracker/mapping/graph_consistency.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <vector>
+
+#include "mono_pose_tracker/common/angles.h"
+#include "mono_pose_tracker/tracking/tracker_options.h"
+#include "support/add_view.h"
+#include "support/synthetic_views.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+constexpr int kKeyframes = 16, kPoints = 200;
+
+// A camera moves along a box of points. Keyframes of a segment are displaced, together with landmarks of their
+// own: the box once more, as seen from where they would be then.
+struct DisplacedSegment {
+  int begin = 0, end = 0;
+  Eigen::Vector3d rotation{0, 0.4, 0};  // rad, about an axis
+};
+
+Rigid3 displacement(const DisplacedSegment& segment) {
+  if (segment.rotation.norm() == 0) return Rigid3(Eigen::Quaterniond::Identity(), {0.5, 0.3, 0});
+  return Rigid3(
+      Eigen::Quaterniond(Eigen::AngleAxisd(segment.rotation.norm(), segment.rotation.normalized())),
+      {0.5, 0, 0});
+}
+
+Map map_with(const DisplacedSegment& segment) {
+  Random random(5);
+  const CameraModel camera = synthetic_camera();
+  const SyntheticScene scene = box_scene(kPoints, random);
+  const Rigid3 displaced_from_map = displacement(segment);
+  Map map;
+  std::vector<LandmarkId> here, there;
+  for (const Eigen::Vector3d& x : scene.x_in_map) {
+    here.push_back(map.add_landmark(x));
+    there.push_back(map.add_landmark(displaced_from_map * x));
+  }
+  for (int k = 0; k < kKeyframes; ++k) {
+    const Rigid3 camera_from_map = camera_at({0.06 * k, 0, 0}, -0.5 * k * kDegree);
+    const bool is_displaced = k >= segment.begin && k < segment.end;
+    add_view(scene, camera, camera_from_map, 0.5, k, is_displaced ? there : here, random, &map);
+    if (is_displaced) map.set_pose(k, camera_from_map * displaced_from_map.inverse());
+  }
+  map.check();
+  return map;
+}
+
+ViewGraph graph_of(const Map& map) {
+  ViewGraphOptions options;
+  options.ransac = TrackerOptions().ransac(synthetic_camera().focal());
+  ViewGraph graph(options);
+  std::vector<ViewGraph::Pair> pairs;
+  for (const auto& entry : map.keyframes()) {
+    const int node = graph.add(entry.second.frame_index, entry.second.image);
+    for (const int before : {1, 2, 4}) {
+      if (node >= before) pairs.emplace_back(node - before, node);
+    }
+  }
+  graph.connect(pairs);
+  return graph;
+}
+
+std::optional<InconsistentSegment> segment_of(const Map& map, const ViewGraph& graph) {
+  return most_inconsistent_segment(map, edge_consistency(map, graph, {}));
+}
+
+TEST(ViewGraph, EdgesOfAWalkAreCalibratedAndHaveTheTrueRotation) {
+  const Map map = map_with({});
+  const ViewGraph graph = graph_of(map);
+  ASSERT_FALSE(graph.edges().empty());
+  for (const auto& [pair, geometry] : graph.edges()) {
+    EXPECT_EQ(geometry.type, TwoViewType::kCalibrated);
+    const Rigid3 truth = map.keyframe(pair.second)->camera_from_map *
+                         map.keyframe(pair.first)->camera_from_map.inverse();
+    EXPECT_LT(geometry.second_from_first.rotation.angularDistance(truth.rotation), 1 * kDegree);
+    EXPECT_GT(geometry.inliers(), 50);
+  }
+}
+
+TEST(ViewGraph, AnEdgeIsComputedOnce) {
+  const Map map = map_with({});
+  ViewGraph graph = graph_of(map);
+  const TwoViewGeometry* before = graph.edge(0, 1);
+  graph.connect({{1, 0}, {0, 0}});
+  EXPECT_EQ(graph.edge(0, 1), before);
+  EXPECT_EQ(graph.edge(0, 0), nullptr);
+}
+
+TEST(ViewGraph, ACameraThatTurnsOnTheSpotIsPanoramic) {
+  Random random(3);
+  const SyntheticScene scene = box_scene(kPoints, random);
+  ViewGraphOptions options;
+  options.ransac = TrackerOptions().ransac(synthetic_camera().focal());
+  ViewGraph graph(options);
+  for (int k = 0; k < 2; ++k) {
+    graph.add(k, synthetic_frame(scene, synthetic_camera(), camera_at({0, 0, 0}, 4 * k * kDegree), 0.5, k, random).image);
+  }
+  graph.connect({{0, 1}});
+  EXPECT_EQ(graph.edge(0, 1)->type, TwoViewType::kPanoramic);
+}
+
+TEST(GraphConsistency, ARightMapHasNoInconsistentEdge) {
+  const Map map = map_with({});
+  const ViewGraph graph = graph_of(map);
+  for (const EdgeConsistency& edge : edge_consistency(map, graph, {})) {
+    EXPECT_FALSE(edge.is_inconsistent);
+    EXPECT_GT(edge.explained, 0.9 * edge.matches);
+  }
+  EXPECT_FALSE(segment_of(map, graph));
+}
+
+TEST(GraphConsistency, ADisplacedSegmentIsFoundFromEndToEnd) {
+  const Map map = map_with({6, 9});
+  const auto segment = segment_of(map, graph_of(map));
+  ASSERT_TRUE(segment);
+  EXPECT_EQ(segment->keyframes, (std::vector<KeyframeId>{6, 7, 8}));
+  EXPECT_GT(segment->contradicting, segment->explained);
+}
+
+TEST(GraphConsistency, TheSecondHalfIsMovedWhereTheFirstHasIt) {
+  Map map = map_with({8, 16});
+  const ViewGraph graph = graph_of(map);
+  const auto segment = segment_of(map, graph);
+  ASSERT_TRUE(segment);
+  const auto alignment = align_segment(map, graph, *segment);
+  ASSERT_TRUE(alignment);
+  EXPECT_TRUE(alignment->is_better({}));
+  apply_alignment(*segment, *alignment, graph, &map);
+  map.check();
+  EXPECT_FALSE(segment_of(map, graph));
+  // As the true walk, but for the noise of the landmarks.
+  for (int k = 1; k < kKeyframes; ++k) {
+    const Rigid3 step = map.keyframe(k)->camera_from_map * map.keyframe(0)->camera_from_map.inverse();
+    const Rigid3 truth = camera_at({0.06 * k, 0, 0}, -0.5 * k * kDegree) * camera_at({0, 0, 0}, 0).inverse();
+    EXPECT_LT(step.rotation.angularDistance(truth.rotation), 1 * kDegree) << k;
+  }
+}
+
+TEST(GraphConsistency, TheBinomialTailIsExact) {
+  EXPECT_NEAR(binomial_tail(8, 56, 1.0 / 20), 1.0 / 154, 1e-4);
+  EXPECT_EQ(binomial_tail(0, 5, 0.5), 1);
+  EXPECT_NEAR(binomial_tail(5, 5, 0.5), 1.0 / 32, 1e-12);
+}
+
+TEST(GraphConsistency, TheFalseDiscoveryRateHolds) {
+  EXPECT_EQ(significant_p_value({0.2, 0.6, 0.9}, 0.05), 0);
+  EXPECT_EQ(significant_p_value({0.001, 0.02, 0.9}, 0.05), 0.02);
+}
+
+}  // namespace
+}  // namespace mono_pose_tracker
