@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdio>
-#include <cstdlib>
 #include <utility>
 #include <vector>
 
@@ -35,40 +33,31 @@ void Mapper::connect(ViewGraph* graph) const {
   graph->connect(pairs);
 }
 
+// Kept where the map explains more of the graph's verified matches by it.
+void Mapper::merge_tracks_of(const ViewGraph& graph, const GraphConsistencyOptions& consistency) {
+  Map as_it_was = map_;
+  merge_tracks(edge_consistency(map_, graph, consistency), graph, &map_);
+  BundleOptions bundle = options_.bundle;
+  bundle.max_iterations = kFinalIterations;
+  adjust_tied(bundle);
+  cull_observations(map_.landmark_ids());
+  if (compare_explained(as_it_was, map_, graph).p_value() >= consistency.significance)
+    map_ = std::move(as_it_was);
+}
+
 std::set<KeyframeId> Mapper::refine_with(ViewGraph* graph, const GraphConsistencyOptions& consistency) {
   constexpr int kMaxRounds = 5;
   std::set<KeyframeId> removed;
-  const bool debug = std::getenv("MPT_DEBUG");
+  places_->follow(map_);
+  connect(graph);
+  merge_tracks_of(*graph, consistency);
   for (int round = 0; round < kMaxRounds && !is_cancelled(); ++round) {
     places_->follow(map_);
     connect(graph);
     const std::vector<EdgeConsistency> edges = edge_consistency(map_, *graph, consistency);
     const std::optional<InconsistentSegment> segment = most_inconsistent_segment(map_, edges);
-    if (debug) {
-      int bad = 0;
-      for (const auto& e : edges) {
-        bad += e.is_inconsistent;
-        if (e.is_inconsistent)
-          std::fprintf(stderr, "  edge %ld-%ld %d of %d %s\n", map_.keyframe(e.first)->frame_index,
-                       map_.keyframe(e.second)->frame_index, e.explained, e.matches,
-                       to_string(graph->edge(e.pair.first, e.pair.second)->type));
-      }
-      std::fprintf(stderr, "round %d: %zu keyframes %zu edges (graph %zu), %d inconsistent\n", round,
-                   map_.keyframes().size(), edges.size(), graph->edges().size(), bad);
-      if (segment)
-        std::fprintf(stderr, "  segment of %zu keyframes %ld..%ld: contradicting %d explained %d\n",
-                     segment->keyframes.size(), map_.keyframe(segment->keyframes.front())->frame_index,
-                     map_.keyframe(segment->keyframes.back())->frame_index, segment->contradicting,
-                     segment->explained);
-    }
     if (!segment) break;
     const std::optional<SegmentAlignment> alignment = align_segment(map_, *graph, *segment);
-    if (debug && alignment)
-      std::fprintf(stderr, "  alignment: scale %g angle %g t %g inliers %zu only_map %d only_this %d p %g\n",
-                   alignment->rest_from_segment.scale,
-                   57.3 * alignment->rest_from_segment.rotation.angularDistance(Eigen::Quaterniond::Identity()),
-                   alignment->rest_from_segment.translation.norm(), alignment->inliers.size(),
-                   alignment->only_map, alignment->only_this, alignment->p_value);
     if (!alignment || !alignment->is_better(consistency)) {
       const std::set<KeyframeId> of_segment(segment->keyframes.begin(), segment->keyframes.end());
       remove_keyframes(of_segment);

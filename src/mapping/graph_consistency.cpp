@@ -52,6 +52,7 @@ EdgeConsistency consistency_of(const Map& map, const ViewGraph& graph, const Vie
   edge.pair = pair;
   edge.first = first_id;
   edge.second = second_id;
+  edge.motion = motion;
   edge.matches = matches[motion];
   edge.explained = agreeing[motion];
   edge.p_value = binomial_tail(edge.matches - edge.explained, edge.matches, 0.5);
@@ -261,6 +262,51 @@ std::map<KeyframeId, Sim3> apply_alignment(const InconsistentSegment& segment, c
     map->merge_landmarks(first_is_inside ? of_first : of_second, first_is_inside ? of_second : of_first);
   }
   return changes;
+}
+
+int merge_tracks(const std::vector<EdgeConsistency>& edges, const ViewGraph& graph, Map* map) {
+  int joined = 0;
+  for (const EdgeConsistency& edge : edges) {
+    if (edge.is_inconsistent) continue;
+    const TwoViewGeometry& geometry = *graph.edge(edge.pair.first, edge.pair.second);
+    for (std::size_t i = 0; i < geometry.matches.size(); ++i) {
+      if (geometry.motion_of_match[i] != edge.motion) continue;
+      const Match& m = geometry.matches[i];
+      const LandmarkId of_first = map->keyframe(edge.first)->landmark_of_feature[m.first],
+                       of_second = map->keyframe(edge.second)->landmark_of_feature[m.second];
+      if (of_first == of_second) continue;
+      if (of_first == kNoLandmark) {
+        joined += map->add_observation(of_second, edge.first, m.first);
+      } else if (of_second == kNoLandmark) {
+        joined += map->add_observation(of_first, edge.second, m.second);
+      } else {
+        map->merge_landmarks(of_second, of_first);
+        ++joined;
+      }
+    }
+  }
+  return joined;
+}
+
+double ExplainedDifference::p_value() const { return binomial_tail(gained, gained + lost, 0.5); }
+
+ExplainedDifference compare_explained(const Map& before, const Map& after, const ViewGraph& graph) {
+  const std::vector<KeyframeId> keyframes = keyframe_of_nodes(after, graph);
+  ExplainedDifference difference;
+  for (const auto& [pair, geometry] : graph.edges()) {
+    const KeyframeId first = keyframes[pair.first], second = keyframes[pair.second];
+    if (first < 0 || second < 0) continue;
+    const std::vector<char> by_old = graph.explained_by(
+                                pair, second_from_first(*before.keyframe(first), *before.keyframe(second))),
+                            by_new = graph.explained_by(
+                                pair, second_from_first(*after.keyframe(first), *after.keyframe(second)));
+    for (std::size_t i = 0; i < by_new.size(); ++i) {
+      if (geometry.motion_of_match[i] == 0) continue;
+      difference.gained += by_new[i] && !by_old[i];
+      difference.lost += by_old[i] && !by_new[i];
+    }
+  }
+  return difference;
 }
 
 }  // namespace mono_pose_tracker

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <set>
+#include <tuple>
 
 #include "facing.h"
 #include "landmark_parallax.h"
@@ -101,18 +103,58 @@ std::vector<SimilarityMatch> sights_of_both(const Map& map, const Map& other,
   return sights;
 }
 
-// Of the points that the ties share; none where they don't determine it.
+// Of the landmarks that both have; none where they don't determine it.
 std::optional<Sim3> similarity_of_points(const MapperOptions& options, const Map& map, const Map& other,
-                                         const std::vector<MapTie>& ties) {
+                                         const std::vector<std::pair<LandmarkId, LandmarkId>>& same) {
   SimilarityOptions similarity;
   similarity.ransac = options.ransac;
-  const std::vector<SimilarityMatch> sights = sights_of_both(map, other, same_landmarks(map, ties));
+  const std::vector<SimilarityMatch> sights = sights_of_both(map, other, same);
   SimilarityReport report = estimate_similarity(sights, similarity);
   report = similarity_from_points(sights, similarity, report);
   report = turned_to_depths(sights, similarity, report);
   // Each point has two sights.
   if (!report.success || report.num_inliers < 2 * options.min_inliers) return std::nullopt;
   return report.b_from_a;
+}
+
+// Keyframes of the two maps that may show the same: the nearest in time, and those that look alike.
+std::vector<std::pair<KeyframeId, KeyframeId>> pairs_to_compare(const Map& map, const Map& other,
+                                                                const PlaceFinder& places) {
+  constexpr std::size_t kNearest = 12, kAsked = 40;
+  constexpr int kPlaces = 3;
+  const std::size_t step = 1 + map.keyframes().size() / kAsked;
+  std::size_t number = 0;
+  std::vector<std::tuple<std::int64_t, KeyframeId, KeyframeId>> by_time;
+  std::set<std::pair<KeyframeId, KeyframeId>> pairs;
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    for (const auto& [other_id, other_keyframe] : other.keyframes())
+      by_time.emplace_back(std::abs(keyframe.frame_index - other_keyframe.frame_index), id, other_id);
+    if (number++ % step != 0) continue;
+    for (const KeyframeId place : places.find(keyframe.image->set, kPlaces)) {
+      if (other.keyframe(place)) pairs.emplace(id, place);
+    }
+  }
+  const auto end = by_time.begin() + static_cast<std::ptrdiff_t>(std::min(kNearest, by_time.size()));
+  std::partial_sort(by_time.begin(), end, by_time.end());
+  for (auto nearest = by_time.begin(); nearest != end; ++nearest)
+    pairs.emplace(std::get<1>(*nearest), std::get<2>(*nearest));
+  return {pairs.begin(), pairs.end()};
+}
+
+// Features of two images that show the same: verified matches, or each with itself where the image is one.
+std::vector<std::pair<int, int>> same_features(const ViewGraph& graph, int node, int other) {
+  std::vector<std::pair<int, int>> same;
+  if (node == other) {
+    for (int f = 0; f < graph.nodes()[node].image->size(); ++f) same.emplace_back(f, f);
+    return same;
+  }
+  const TwoViewGeometry& geometry = *graph.edge(std::min(node, other), std::max(node, other));
+  for (std::size_t i = 0; i < geometry.matches.size(); ++i) {
+    if (geometry.motion_of_match[i] == 0) continue;
+    const Match& m = geometry.matches[i];
+    same.push_back(node < other ? std::pair(m.first, m.second) : std::pair(m.second, m.first));
+  }
+  return same;
 }
 
 }  // namespace
@@ -146,9 +188,52 @@ std::optional<MapMeeting> meet(const MapperOptions& options, const Map& map, con
   if (!ties_agree(map, other, first, second)) return std::nullopt;
   MapMeeting meeting;
   meeting.ties = {std::move(first), std::move(second)};
-  const std::optional<Sim3> other_from_map = similarity_of_points(options, map, other, meeting.ties);
+  const std::optional<Sim3> other_from_map = similarity_of_points(options, map, other, same_landmarks(map, meeting.ties));
   if (!other_from_map) return std::nullopt;
   meeting.other_from_map = *other_from_map;
+  return meeting;
+}
+
+std::optional<MapMeeting> meet(const MapperOptions& options, const Map& map, const Map& other,
+                               const PlaceFinder& places, ViewGraph* graph) {
+  std::vector<std::pair<KeyframeId, KeyframeId>> keyframes = pairs_to_compare(map, other, places);
+  const auto node_of = [&](const Keyframe& keyframe) { return graph->add(keyframe.frame_index, keyframe.image); };
+  std::vector<ViewGraph::Pair> edges;
+  for (const auto& [own, theirs] : keyframes)
+    edges.emplace_back(node_of(*map.keyframe(own)), node_of(*other.keyframe(theirs)));
+  graph->connect(edges);
+  std::map<KeyframeId, std::map<int, LandmarkId>> found;  // by keyframe: feature and landmark of the other map
+  std::set<std::pair<LandmarkId, LandmarkId>> paired;
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    const Keyframe &own = *map.keyframe(keyframes[i].first), &theirs = *other.keyframe(keyframes[i].second);
+    for (const auto& [feature, their_feature] : same_features(*graph, edges[i].first, edges[i].second)) {
+      const LandmarkId own_id = own.landmark_of_feature[feature],
+                       their_id = theirs.landmark_of_feature[their_feature];
+      if (their_id == kNoLandmark) continue;
+      if (own_id != kNoLandmark) paired.emplace(own_id, their_id);
+      found[own.id].emplace(feature, their_id);
+    }
+  }
+  const std::optional<Sim3> other_from_map =
+      similarity_of_points(options, map, other, {paired.begin(), paired.end()});
+  if (!other_from_map) return std::nullopt;
+  MapMeeting meeting;
+  meeting.other_from_map = *other_from_map;
+  for (const auto& [id, matches] : found) {
+    const Keyframe& keyframe = *map.keyframe(id);
+    const double limit = kMaxDisagreement * image_scale(keyframe.image->camera);
+    MapTie tie;
+    tie.keyframe = id;
+    tie.other_from_map = *other_from_map;
+    for (const auto& [feature, landmark] : matches) {
+      const Eigen::Vector3d x_in_map = other_from_map->inverse() * other.landmark(landmark)->x_in_map;
+      if (reprojection_error(*keyframe.image, feature, keyframe.camera_from_map * x_in_map).norm() < limit)
+        tie.location.matches.emplace_back(feature, landmark);
+    }
+    if (static_cast<int>(tie.location.matches.size()) >= options.min_inliers)
+      meeting.ties.push_back(std::move(tie));
+  }
+  if (meeting.ties.empty()) return std::nullopt;
   return meeting;
 }
 

@@ -23,12 +23,6 @@ namespace {
 // Keyframes that are tried besides the one that was found, for a second that agrees.
 constexpr int kSecondViews = 4;
 
-std::vector<KeyframeId> keyframe_ids(const Map& map) {
-  std::vector<KeyframeId> ids;
-  for (const auto& entry : map.keyframes()) ids.push_back(entry.first);
-  return ids;
-}
-
 // Points that are seen from both sides of the seam, by keyframes from before and after `first_new`.
 int points_across(const Map& map, KeyframeId first_new) {
   int count = 0;
@@ -345,14 +339,14 @@ void Mapper::move_map(const Sim3& new_from_map) {
 }
 
 // Two that were found not to meet are not asked again until a third is joined to one of them.
-void Mapper::join_rest() {
+void Mapper::join_rest(ViewGraph* graph) {
   std::set<std::pair<std::uint32_t, std::uint32_t>> apart;  // the newer and the older
-  while (join_any(&apart)) {
+  while (join_any(&apart, graph)) {
   }
   publish();
 }
 
-bool Mapper::join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart) {
+bool Mapper::join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart, ViewGraph* graph) {
   std::vector<std::uint32_t> ids = kept_maps();
   ids.push_back(map_id_);
   std::sort(ids.begin(), ids.end());
@@ -360,7 +354,7 @@ bool Mapper::join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart) 
     resume(ids[newer], true, epoch_);
     for (std::size_t older = 0; older < newer; ++older) {
       if (apart->count({ids[newer], ids[older]})) continue;
-      if (!join_anywhere(ids[older])) {
+      if (!join_anywhere(ids[older], graph)) {
         apart->insert({ids[newer], ids[older]});
         continue;
       }
@@ -374,13 +368,11 @@ bool Mapper::join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart) 
   return false;
 }
 
-// By any of the present map's keyframes.
-bool Mapper::join_anywhere(std::uint32_t kept_id) {
-  for (const KeyframeId keyframe : keyframe_ids(map_)) {
-    const std::optional<MapMeeting> meeting = find_meeting(kept_.at(kept_id), keyframe);
-    if (meeting && join(kept_id, *meeting)) return true;
-  }
-  return false;
+// By the view graph between the two.
+bool Mapper::join_anywhere(std::uint32_t kept_id, ViewGraph* graph) {
+  const KeptMap& kept = kept_.at(kept_id);
+  const std::optional<MapMeeting> meeting = meet(options_, map_, kept.map, *kept.places, graph);
+  return meeting && join(kept_id, *meeting);
 }
 
 }  // namespace mono_pose_tracker

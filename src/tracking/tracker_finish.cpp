@@ -39,7 +39,7 @@ bool Tracker::Impl::finish() {
 // Maps are joined where they meet; the largest is completed and adjusted.
 void Tracker::Impl::complete_map() {
   if (!others_.empty()) {
-    worker_.mapper().join_rest();
+    worker_.mapper().join_rest(&view_graph());
     follow_mapper();
     resume_largest();
   }

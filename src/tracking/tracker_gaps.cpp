@@ -10,10 +10,22 @@
 
 namespace mono_pose_tracker {
 
-// A keyframe is made of it where one is due.
-bool Tracker::Impl::register_in_gap(const Frame& frame) {
+// Where the motion of the frames beside it leads; nothing where these have no pose.
+std::optional<Prediction> Tracker::Impl::predict_beside(const Frame& frame, std::int64_t neighbor) const {
   const TrackingMapPtr map = worker_.latest();
-  const ResectionReport resection = register_image(frame, *map);
+  const FramePoses& poses = frames_.at(map->map_id);
+  Rigid3 near, before;
+  if (!poses.camera_from_map(*map, neighbor, &near)) return std::nullopt;
+  Prediction prediction{living_ancestor(map->removed_keyframes, poses.find(neighbor)->reference), near};
+  if (poses.camera_from_map(*map, 2 * neighbor - frame.index, &before))
+    prediction.camera_from_map = near * before.inverse() * near;
+  return prediction;
+}
+
+// A keyframe is made of it where one is due.
+bool Tracker::Impl::register_in_gap(const Frame& frame, const std::optional<Prediction>& prediction) {
+  const TrackingMapPtr map = worker_.latest();
+  const ResectionReport resection = register_image(frame, *map, prediction);
   if (!resection.success) return false;
   const FramePose pose = set_pose(frame, *map, resection, Among::kAll);
   const Overlap overlap = overlap_with(*map, pose.reference, resection, camera_);
@@ -28,7 +40,11 @@ bool Tracker::Impl::register_in_gap(const Frame& frame) {
 bool Tracker::Impl::fill_gaps_once() {
   bool any = false;
   const auto try_beside = [&](std::int64_t index, std::int64_t neighbor) {
-    if (!frames_[worker_.latest()->map_id].find(neighbor) || !register_in_gap(unposed_.at(index))) return;
+    const Frame& frame = unposed_.at(index);
+    if (!frames_[worker_.latest()->map_id].find(neighbor) ||
+        !register_in_gap(frame, predict_beside(frame, neighbor))) {
+      return;
+    }
     unposed_.erase(index);
     any = true;
   };
@@ -64,7 +80,7 @@ bool Tracker::Impl::is_found(const ResectionReport& resection) const {
 
 void Tracker::Impl::pose_anywhere() {
   for (auto entry = unposed_.begin(); entry != unposed_.end();) {
-    entry = register_in_gap(entry->second) ? unposed_.erase(entry) : std::next(entry);
+    entry = register_in_gap(entry->second, std::nullopt) ? unposed_.erase(entry) : std::next(entry);
   }
 }
 

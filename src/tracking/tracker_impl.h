@@ -25,6 +25,12 @@
 
 namespace mono_pose_tracker {
 
+// Where an image is expected, and the keyframe whose landmarks are to be looked for.
+struct Prediction {
+  KeyframeId reference = -1;
+  Rigid3 camera_from_map;
+};
+
 // A pose found by descriptors alone, until a second view agrees.
 struct Tentative {
   std::uint32_t map_id = 0;
@@ -151,7 +157,8 @@ class Tracker::Impl {
   bool is_found(const ResectionReport& resection) const;
   FramePose set_pose(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
                      Among among, bool is_final = false);
-  bool register_in_gap(const Frame& frame);
+  std::optional<Prediction> predict_beside(const Frame& frame, std::int64_t neighbor) const;
+  bool register_in_gap(const Frame& frame, const std::optional<Prediction>& prediction);
   bool fill_gaps_once();
   void fill_its_gaps();
   void pose_anywhere();
@@ -174,7 +181,8 @@ class Tracker::Impl {
                                          const std::vector<KeyframeId>& keyframes);
   bool agrees_with_graph(const std::vector<RegistrationEdge>& edges, const TrackingMap& map,
                          const Rigid3& camera_from_map);
-  ResectionReport register_image(const Frame& frame, const TrackingMap& map);
+  ResectionReport register_image(const Frame& frame, const TrackingMap& map,
+                                 const std::optional<Prediction>& prediction);
   ResectionReport register_again(const Frame& frame, const TrackingMap& map);
   bool withdraw_doubtful(const Frame& frame, const TrackingMap& map, FrameReport* report);
   KeyframeCandidate candidate_of(const Frame& frame, const TrackingMap& map, const FramePose& pose,

@@ -75,14 +75,21 @@ bool Tracker::Impl::agrees_with_graph(const std::vector<RegistrationEdge>& edges
   return matches < view_graph().options().min_inliers || 2 * explained > matches;
 }
 
-// P3P in RANSAC over the verified matches of all edges to landmarks, then guided matching round that pose.
-ResectionReport Tracker::Impl::register_image(const Frame& frame, const TrackingMap& map) {
+// From the prediction; where that finds nothing, or the graph contradicts it, by P3P in RANSAC over the verified
+// matches of all edges to landmarks. Guided matching round that pose follows.
+ResectionReport Tracker::Impl::register_image(const Frame& frame, const TrackingMap& map,
+                                              const std::optional<Prediction>& prediction) {
   std::vector<KeyframeId> keyframes = nearest_in_time(map, frame.index, kBefore, kAfter);
   std::set<KeyframeId> known(keyframes.begin(), keyframes.end());
   for (const KeyframeId id : map.places ? map.places->find(frame.image->set, kPlaces) : std::vector<KeyframeId>()) {
     if (map.keyframes.count(id) && known.insert(id).second) keyframes.push_back(id);
   }
   const std::vector<RegistrationEdge> edges = edges_to(frame, map, keyframes);
+  if (prediction) {
+    const ResectionReport expected =
+        resector_.resect(frame, map, prediction->reference, prediction->camera_from_map);
+    if (is_found(expected) && agrees_with_graph(edges, map, expected.camera_from_map)) return expected;
+  }
   std::set<std::pair<int, LandmarkId>> matches;
   std::map<KeyframeId, int> support;
   for (const RegistrationEdge& edge : edges) {
@@ -107,12 +114,10 @@ ResectionReport Tracker::Impl::register_image(const Frame& frame, const Tracking
   pose.ransac = options_.ransac(camera_.focal());
   pose.ransac.seed += static_cast<std::uint64_t>(frame.index);
   const AbsolutePoseReport found = estimate_absolute_pose(bearings, points, pose);
-  if (std::getenv("MPT_DEBUG")) std::fprintf(stderr, "  register %ld: %zu matches, %d inliers\n", (long)frame.index, matches.size(), found.num_inliers);
   if (!found.success || found.num_inliers < options_.resection.min_inliers) return report;
   const auto reference = std::max_element(support.begin(), support.end(),
                                           [](const auto& a, const auto& b) { return a.second < b.second; });
   report = resector_.resect(frame, map, reference->first, found.camera_from_map);
-  if (std::getenv("MPT_DEBUG")) std::fprintf(stderr, "  register %ld: %zu matches, %d inliers, guided %d is_found %d agrees %d\n", (long)frame.index, matches.size(), found.num_inliers, report.inliers, (int)is_found(report), (int)agrees_with_graph(edges, map, report.camera_from_map));
   report.success = is_found(report) && agrees_with_graph(edges, map, report.camera_from_map);
   return report;
 }
@@ -120,12 +125,11 @@ ResectionReport Tracker::Impl::register_image(const Frame& frame, const Tracking
 // From the keyframes before and after it, which hold most; where the graph contradicts that, from all edges.
 ResectionReport Tracker::Impl::register_again(const Frame& frame, const TrackingMap& map) {
   const ResectionReport near = resect_near_in_time(frame, map, 2);
-  if (std::getenv("MPT_DEBUG")) std::fprintf(stderr, "  again %ld: inliers %d is_found %d agrees %d\n", (long)frame.index, near.inliers, (int)is_found(near), (int)agrees_with_graph(edges_to(frame, map, nearest_in_time(map, frame.index, 1, 1)), map, near.camera_from_map));
   if (is_found(near) &&
       agrees_with_graph(edges_to(frame, map, nearest_in_time(map, frame.index, 1, 1)), map, near.camera_from_map)) {
     return near;
   }
-  return register_image(frame, map);
+  return register_image(frame, map, std::nullopt);
 }
 
 }  // namespace mono_pose_tracker

@@ -6,8 +6,10 @@
 
 #include "mono_pose_tracker/geometry/sim3.h"
 #include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/map/place_finder.h"
 #include "mono_pose_tracker/mapping/keyframe_locator.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
+#include "mono_pose_tracker/mapping/view_graph.h"
 
 namespace mono_pose_tracker {
 
@@ -42,6 +44,12 @@ struct MapMeeting {
 /// one.
 std::optional<MapMeeting> meet(const MapperOptions& options, const Map& map, const Map& other, MapTie first,
                                MapTie second);
+
+/// The same from the view graph: by the verified matches between keyframes of the two maps that are near in
+/// time, or that look like each other (`places` of the other map). Nothing when their landmarks do not
+/// determine a similarity.
+std::optional<MapMeeting> meet(const MapperOptions& options, const Map& map, const Map& other,
+                               const PlaceFinder& places, ViewGraph* graph);
 
 /// Landmarks of `map` and of `other` (ids as they are there) that the ties say are one.
 std::vector<std::pair<LandmarkId, LandmarkId>> same_landmarks(const Map& map,

@@ -91,8 +91,8 @@ class Mapper {
   /// map has its frame, stay.
   void remove_keyframes(const std::set<KeyframeId>& ids);
 
-  /// For the end of a recording: tries each two maps that there are for what they have in common.
-  void join_rest();
+  /// For the end of a recording: joins each two maps that the view graph aligns.
+  void join_rest(ViewGraph* graph);
   /// Ids of the maps that are kept beside the present one.
   std::vector<std::uint32_t> kept_maps() const;
   /// Copies of all maps, the present one among them, the oldest first.
@@ -161,8 +161,8 @@ class Mapper {
   void cap_kept_maps();
   bool join_where_met(KeyframeId newest);
   bool join(std::uint32_t kept_id, const MapMeeting& meeting);
-  bool join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart);
-  bool join_anywhere(std::uint32_t kept_id);
+  bool join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart, ViewGraph* graph);
+  bool join_anywhere(std::uint32_t kept_id, ViewGraph* graph);
   void become_part_of(std::uint32_t kept_id, const MergedIds& added, double scale, ScaleSource own_source);
   bool join_newer(std::uint32_t kept_id, const MapMeeting& meeting);
   std::optional<MapMeeting> find_meeting(const KeptMap& other, KeyframeId keyframe) const;
@@ -189,6 +189,7 @@ class Mapper {
   void correct_pose(KeyframeId id);
   void separate_motions(KeyframeId id);
   bool adjust_tied(const BundleOptions& bundle);
+  void merge_tracks_of(const ViewGraph& graph, const GraphConsistencyOptions& consistency);
   void leave_out_fixed(KeyframeId id);
   void leave_out_off_body(BundleOptions bundle);
   void watch_background(const InitialMap& initial);
