@@ -7,6 +7,7 @@ import pathlib
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 import rosunit
@@ -25,7 +26,7 @@ WALK = {"name": "walk", "folder": "walk", "verdict": "confirmed", "reason": "A t
 STILL = {"name": "still", "folder": "still", "verdict": "no_map", "reason": "A test."}
 # Programs: the first copies the truth, or ends as the name of the first image asks for.
 TRACKER = """#!/usr/bin/python3
-import json, os, shutil, signal, sys
+import json, os, shutil, signal, sys, time
 value = lambda key: sys.argv[sys.argv.index(key) + 1]
 images, output = value("--images"), value("--output")
 lines = open(images).read().splitlines()
@@ -33,6 +34,11 @@ if "fail" in lines[1]:
     sys.exit("images/fail.png: no such file")
 if "crash" in lines[1]:
     os.kill(os.getpid(), signal.SIGSEGV)
+if "wait" in lines[1]:
+    with open(os.path.join(output, "part"), "w") as started:
+        started.write(str(os.getpid()))
+    os.rename(os.path.join(output, "part"), os.path.join(output, "started"))
+    time.sleep(100)
 shutil.copy(os.path.join(os.path.dirname(images), "groundtruth.txt"), os.path.join(output, "trajectory.txt"))
 json.dump({"tracked": True, "confirmed": True, "frames_total": len(lines), "maps": [{"frames": len(lines)}], "warnings": [],
            "stages": {"features": {"median_ms": 1, "p95_ms": 1, "max_ms": 1, "count": 2 * len(lines)}}},
@@ -237,6 +243,23 @@ class RunsOfPrograms(InFolder):
         self.assertIn("FAILED crashing seed 0: track_sequence: ended by SIGSEGV", lines)
         failing = [line for line in lines if line.startswith("FAILED failing")]
         self.assertEqual(failing, ["FAILED failing seed 0: track_sequence: exit status 1: images/fail.png: no such file"])
+
+    def test_an_interrupted_run_ends_its_programs_and_leaves_no_result(self):
+        self.write_recording("waiting", "wait.png")
+        process = subprocess.Popen([sys.executable, str(SCRIPT), str(self.output), "--data", str(self.data), "--floors",
+                                    str(self.write_floors()), "--program-folder", str(self.programs), "--seeds", "0,1"],
+                                   stderr=subprocess.PIPE, text=True)
+        started = self.output / "waiting" / "seed_0" / "started"
+        deadline = time.monotonic() + 60
+        while not started.exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        process.terminate()
+        _, said = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 130)
+        self.assertIn("--resume", said)
+        self.assertEqual([path.name for path in self.output.glob("*/*/run.json")], [])
+        with self.assertRaises(ProcessLookupError):
+            os.kill(int(started.read_text()), 0)
 
     def test_wrong_arguments_are_told_in_a_line(self):
         self.write_recording("walk")
