@@ -1,6 +1,7 @@
 #include "mono_pose_tracker/io/camera_yaml.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <sstream>
 #include <stdexcept>
@@ -73,17 +74,31 @@ class Reader {
 };
 
 /// CameraModel speaks of its fields; the user of the file knows its keys.
-std::string in_terms_of_the_file(const std::string& problem) {
-  static const std::map<std::string, std::string> keys = {{"width", "image_width"},
-                                                          {"height", "image_height"},
-                                                          {"fx", "camera_matrix: fx"},
-                                                          {"fy", "camera_matrix: fy"},
-                                                          {"cx", "camera_matrix: cx"},
-                                                          {"cy", "camera_matrix: cy"},
-                                                          {"distortion", "distortion_coefficients"}};
+std::string in_terms_of_the_file(const std::string& problem, const std::string& matrix) {
+  static const std::map<std::string, std::string> keys = {
+      {"width", "image_width"}, {"height", "image_height"}, {"distortion", "distortion_coefficients"}};
   const std::size_t end = problem.find(' ');
-  const auto key = keys.find(problem.substr(0, end));
+  const std::string field = problem.substr(0, end);
+  if (field == "fx" || field == "fy" || field == "cx" || field == "cy") return matrix + ": " + problem;
+  const auto key = keys.find(field);
   return key == keys.end() ? problem : key->second + problem.substr(end);
+}
+
+/// The first three columns of a matrix of three rows.
+std::array<double, 9> square_matrix(const Reader& reader, const std::string& key, std::size_t columns) {
+  const std::vector<double> m = reader.matrix(key);
+  if (m.size() != 3 * columns) {
+    reader.fail(key + " has " + std::to_string(m.size()) + " numbers: expected " +
+                (columns == 3 ? "9 (fx 0 cx 0 fy cy 0 0 1)" : "12 (fx 0 cx 0 0 fy cy 0 0 0 1 0)"));
+  }
+  std::array<double, 9> k;
+  for (std::size_t i = 0; i < 9; ++i) k[i] = m[i / 3 * columns + i % 3];
+  try {
+    require_camera_matrix(k);
+  } catch (const std::invalid_argument& error) {
+    reader.fail(key + " " + error.what());
+  }
+  return k;
 }
 
 std::string shortest(double value) {
@@ -109,23 +124,22 @@ void write_matrix(std::ostream& out, const std::string& key, int rows, const std
 
 }  // namespace
 
-CameraParameters read_camera_yaml(const std::string& path) {
+CalibrationFile read_calibration_yaml(const std::string& path, bool rectified) {
   const Reader reader(path);
-  CameraParameters p;
+  CalibrationFile file;
+  CameraParameters& p = file.camera;
   p.width = reader.value<int>("image_width", "a whole number of pixels");
   p.height = reader.value<int>("image_height", "a whole number of pixels");
   p.distortion_model = reader.value<std::string>("distortion_model", "a name");
   p.distortion = reader.matrix("distortion_coefficients");
-  const std::vector<double> k = reader.matrix("camera_matrix");
-  if (k.size() != 9) {
-    reader.fail("camera_matrix has " + std::to_string(k.size()) +
-                " numbers: expected 9 (fx 0 cx 0 fy cy 0 0 1)");
+  file.has_distortion =
+      std::any_of(p.distortion.begin(), p.distortion.end(), [](double d) { return d != 0; });
+  if (rectified) {
+    p.distortion_model.clear();
+    p.distortion.clear();
   }
-  try {
-    require_camera_matrix({k[0], k[1], k[2], k[3], k[4], k[5], k[6], k[7], k[8]});
-  } catch (const std::invalid_argument& error) {
-    reader.fail(std::string("camera_matrix ") + error.what());
-  }
+  const std::string key = rectified ? "projection_matrix" : "camera_matrix";
+  const std::array<double, 9> k = square_matrix(reader, key, rectified ? 4 : 3);
   p.fx = k[0];
   p.cx = k[2];
   p.fy = k[4];
@@ -133,9 +147,9 @@ CameraParameters read_camera_yaml(const std::string& path) {
   try {
     CameraModel camera(p);
   } catch (const std::invalid_argument& error) {
-    reader.fail(in_terms_of_the_file(error.what()));
+    reader.fail(in_terms_of_the_file(error.what(), key));
   }
-  return p;
+  return file;
 }
 
 void write_camera_yaml(const std::string& path, const std::string& camera_name, const CameraParameters& p) {

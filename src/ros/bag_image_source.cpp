@@ -15,6 +15,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "mono_pose_tracker/camera/rectification.h"
 #include "mono_pose_tracker/camera/same_camera.h"
 #include "mono_pose_tracker/common/one_line.h"
 #include "mono_pose_tracker/io/image_decoding.h"
@@ -88,10 +89,6 @@ std::string camera_of(std::string image_topic) {
   return slash == std::string::npos ? "" : image_topic.substr(0, slash);
 }
 
-bool is_rectified(const std::string& image_topic) {
-  return image_topic.find("/image_rect", camera_of(image_topic).size()) == camera_of(image_topic).size();
-}
-
 std::int64_t stamp_of(const rosbag::MessageInstance& message, const std_msgs::Header& header) {
   return static_cast<std::int64_t>((header.stamp.isZero() ? message.getTime() : header.stamp).toNSec());
 }
@@ -132,8 +129,8 @@ void read_compressed(const rosbag::MessageInstance& message, SourceImage* result
 /// The camera of all CameraInfo messages, of which those before the camera was calibrated do not count.
 /// Throws when there is none, or more than one: poses by a calibration that no longer holds are wrong without
 /// a sign.
-CameraParameters camera_of_all(rosbag::View& view, bool rectified) {
-  std::optional<CameraParameters> camera;
+ConvertedCamera camera_of_all(rosbag::View& view, bool rectified) {
+  std::optional<ConvertedCamera> camera;
   std::string problem;
   for (const rosbag::MessageInstance& message : view) {
     const sensor_msgs::CameraInfoConstPtr info = message.instantiate<sensor_msgs::CameraInfo>();
@@ -143,13 +140,13 @@ CameraParameters camera_of_all(rosbag::View& view, bool rectified) {
       problem = converted.error;
       continue;
     }
-    if (camera && !is_same_camera(*camera, converted.parameters)) {
+    if (camera && !is_same_camera(camera->parameters, converted.parameters)) {
       throw std::runtime_error(
           "the calibration changes at " + format_stamp(stamp_of(message, info->header)) + " (" +
-          difference(*camera, converted.parameters) +
+          difference(camera->parameters, converted.parameters) +
           "): expected one for the whole bag, or a calibration file to use for all of it");
     }
-    if (!camera) camera = converted.parameters;
+    if (!camera) camera = converted;
   }
   if (!camera) throw std::runtime_error(problem);
   return *camera;
@@ -205,7 +202,8 @@ bool BagImageSource::skip() {
   return true;
 }
 
-CameraParameters BagImageSource::read_camera(const std::string& camera_info_topic) const {
+ConvertedCamera BagImageSource::read_calibration(const std::string& camera_info_topic,
+                                                 const std::string& rectified) const {
   const std::string wanted =
       camera_info_topic.empty() ? camera_of(topic_) + "/camera_info" : camera_info_topic;
   const std::set<std::string> topics = topics_of(bag_->file, {"sensor_msgs/CameraInfo"});
@@ -215,7 +213,7 @@ CameraParameters BagImageSource::read_camera(const std::string& camera_info_topi
     rosbag::View view(bag_->file, rosbag::TopicQuery(topic));
     if (view.begin() == view.end()) break;
     try {
-      return camera_of_all(view, is_rectified(topic_));
+      return camera_of_all(view, decide_rectification(rectified, topic_).is_rectified);
     } catch (const std::exception& error) {
       fail(topic + ": " + one_line(error.what()));
     }

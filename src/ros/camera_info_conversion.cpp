@@ -3,6 +3,7 @@
 #include <camera_calibration_parsers/parse.h>
 #include <image_geometry/pinhole_camera_model.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <stdexcept>
@@ -66,9 +67,11 @@ ConvertedCamera convert_camera_info(const sensor_msgs::CameraInfo& info, bool re
                 "cameracalibrator.py), or give a calibration file by ~camera_info_url"};
   }
   try {
-    const CameraParameters parameters = camera_parameters(info, rectified);
-    static_cast<void>(CameraModel(parameters));  // refuses what is no camera
-    return {parameters, Reason::kOk, ""};
+    ConvertedCamera camera;
+    camera.parameters = camera_parameters(info, rectified);
+    static_cast<void>(CameraModel(camera.parameters));  // refuses what is no camera
+    camera.has_distortion = std::any_of(info.D.begin(), info.D.end(), [](double d) { return d != 0; });
+    return camera;
   } catch (const std::exception& e) {  // of the model's, or of image_geometry's own checks
     return {{}, Reason::kUncalibrated, std::string("the camera's calibration can't be used: ") + e.what()};
   }

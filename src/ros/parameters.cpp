@@ -3,6 +3,7 @@
 #include <sstream>
 
 #include "mono_pose_tracker/camera/camera_guess.h"
+#include "mono_pose_tracker/camera/rectification.h"
 #include "mono_pose_tracker/ros/parameter_reader.h"
 #include "mono_pose_tracker/ros/paths.h"
 
@@ -19,7 +20,7 @@ void read_node(ParameterReader& reader, NodeParameters& p) {
     problem << "~hfov is " << p.hfov << ", expected 0 (none) or 5 to 150 degrees";
     reader.add_problem(problem.str());
   }
-  reader.read("rectified", &p.rectified);
+  reader.read({"rectified", &p.rectified, 0, 0, kRectifiedSettings});
   reader.read("queue_size", &p.queue_size, 1, 1000000);
   reader.read("time_jump", &p.time_jump, 0.0, 1e9);
   reader.read("mask_timeout", &p.mask_timeout, 0.0, 10.0);

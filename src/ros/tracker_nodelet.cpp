@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "mono_pose_tracker/camera/rectification.h"
 #include "mono_pose_tracker/ros/camera_info_conversion.h"
 #include "mono_pose_tracker/ros/guard.h"
 #include "mono_pose_tracker/ros/messages.h"
@@ -73,12 +74,15 @@ void TrackerNodelet::set_up() {
   for (const std::string& warning : p.warnings) NODELET_WARN("%s", warning.c_str());
   NODELET_INFO("parameters: %s", p.effective.c_str());
   read_background_image(p.tracker.segmentation);  // refused now, not image by image
-  cameras_ = std::make_unique<CameraSource>(p.rectified, p.hfov);
+  const Rectification rectification = decide_rectification(p.rectified, getNodeHandle().resolveName("image"));
+  NODELET_INFO("the images count as %s: %s", rectification.is_rectified ? "rectified" : "raw",
+               rectification.reason.c_str());
+  cameras_ = std::make_unique<CameraSource>(rectification.is_rectified, p.hfov);
   if (!p.camera_info_url.empty()) cameras_->set_file(load_camera_info(p.camera_info_url));
   if (!p.trajectory_file.empty()) {
     trajectory_ = std::make_unique<TrajectoryLog>(expand_path(p.trajectory_file));
   }
-  board_ = std::make_unique<StatusBoard>(getPrivateNodeHandle());
+  board_ = std::make_unique<StatusBoard>(getPrivateNodeHandle(), rectification);
   frames_ =
       std::make_unique<OutputFrames>(p.frames, [this](const std::string& subject, const std::string& text) {
         if (throttle_.due(subject)) NODELET_ERROR("%s", text.c_str());

@@ -81,15 +81,33 @@ SourceImage first_image(const Arguments& a, const LookedAtSource& source) {
   return image;
 }
 
-CameraParameters camera_of(const Arguments& a, const LookedAtSource& source) {
+Calibration calibration_of(const Arguments& a, const LookedAtSource& source) {
+  Calibration calibration;
   if (a.hfov) {
     const cv::Size size = first_image(a, source).image.size();
-    return guess_camera(size.width, size.height, *a.hfov);
+    calibration.camera = guess_camera(size.width, size.height, *a.hfov);
+    calibration.source = CalibrationSource::kGuessed;
+    return calibration;
   }
-  if (!a.camera.empty()) return read_camera_yaml(a.camera);
-  if (!a.bag.empty()) return BagImageSource(a.bag, a.image_topic).read_camera(a.camera_info_topic);
-  throw std::runtime_error(
-      "no calibration: give --camera, the YAML that camera_calibration writes, or --hfov, a guess");
+  std::optional<BagImageSource> bag;
+  if (!a.bag.empty()) bag.emplace(a.bag, a.image_topic);
+  const std::string topic = bag ? bag->topic() : "";
+  calibration.rectification = decide_rectification(a.rectified, topic);
+  bool has_distortion = false;
+  if (!a.camera.empty()) {
+    const CalibrationFile file = read_calibration_yaml(a.camera, calibration.rectification->is_rectified);
+    calibration.camera = file.camera;
+    has_distortion = file.has_distortion;
+  } else if (bag) {
+    const ConvertedCamera of_bag = bag->read_calibration(a.camera_info_topic, a.rectified);
+    calibration.camera = of_bag.parameters;
+    has_distortion = of_bag.has_distortion;
+  } else {
+    throw std::runtime_error(
+        "no calibration: give --camera, the YAML that camera_calibration writes, or --hfov, a guess");
+  }
+  calibration.contradiction = rectification_contradiction(a.rectified, topic, has_distortion);
+  return calibration;
 }
 
 // The size of the first image that can be read must be the camera's.
@@ -374,6 +392,13 @@ void tell_of_result(const TrackerOptions& options, RecordingResult* result) {
   tell("warning: ", result->warnings);
 }
 
+void tell_of_rectification(const Arguments& a, const Calibration& calibration) {
+  if (!calibration.rectification || a.quiet) return;
+  std::fprintf(stderr, "the images count as %s: %s\n",
+               calibration.rectification->is_rectified ? "rectified" : "raw",
+               calibration.rectification->reason.c_str());
+}
+
 // What an earlier run has left stays: hours of dense reconstruction may hang on it.
 void tell_of_earlier_files(const Arguments& a, const RecordingResult& result) {
   for (const fs::path& path : earlier_files(outputs_of(a), a.camera, result.maps.size())) {
@@ -397,9 +422,7 @@ int run(const Arguments& a) {
       a.reference.empty() ? std::vector<StampedPose>() : read_reference(a.reference);
   const LookedAtSource source(source_of(a));
   Recording recording = recording_of(a, source);
-  Calibration calibration;
-  calibration.camera = camera_of(a, source);
-  if (a.hfov) calibration.source = CalibrationSource::kGuessed;
+  Calibration calibration = calibration_of(a, source);
   if (a.hfov && !a.bag.empty() && !a.quiet)
     std::fprintf(stderr, "--hfov takes the place of any camera_info in the bag\n");
   std::optional<SavedMaps> loaded;
@@ -412,8 +435,10 @@ int run(const Arguments& a) {
   check_background_image(options.segmentation, calibration.camera);
   check_outputs(a, options);
 
+  tell_of_rectification(a, calibration);
   end_on_signals();
   Run run = track(a, options, recording, maps, &calibration);
+  if (!calibration.contradiction.empty()) run.result.warnings.push_back(calibration.contradiction);
   tell_of_result(options, &run.result);
   end_on_signals();  // one that came while images were tracked has had its effect
   recording.interrupted = [before = int{signals_caught}] { return signals_caught > before; };

@@ -7,6 +7,7 @@
 
 #include "command_line.h"
 #include "mono_pose_tracker/camera/camera_guess.h"
+#include "mono_pose_tracker/camera/rectification.h"
 #include "mono_pose_tracker/common/start_threads.h"
 
 namespace mono_pose_tracker {
@@ -14,6 +15,7 @@ namespace mono_pose_tracker {
 /// As the command line has them; those that were not given are empty.
 struct Arguments {
   std::string images, video, bag, image_topic, camera_info_topic;
+  std::string rectified = "auto";
   std::string camera, config, masks, output, write_masks, reference, map, save_map;
   bool localize_only = false;
   std::optional<double> hfov;
@@ -32,6 +34,11 @@ inline void declare(CLI::App& app, Arguments& a) {
   app.add_option("--image-topic", a.image_topic, "of the bag [its only one]")->needs(bag);
   app.add_option("--camera-info-topic", a.camera_info_topic, "of the bag [beside the images]")->needs(bag);
   auto* camera = app.add_option("--camera", a.camera, "calibration, the YAML that camera_calibration writes");
+  app.add_option(
+         "--rectified", a.rectified,
+         "whether the images are rectified, so that P of the calibration holds and no distortion: true, "
+         "false, or auto, by the bag's topic (image_rect...) [auto]")
+      ->check(CLI::IsMember(kRectifiedSettings));
   app.add_option(
          "--hfov", a.hfov,
          "in place of a calibration: degrees that the images span from left to right, a guess that is "

@@ -40,6 +40,25 @@ TEST(CameraYaml, ReadsWhatCameraCalibrationWrites) {
   EXPECT_EQ(p.distortion, (std::vector<double>{-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05, 0}));
 }
 
+TEST(CameraYaml, RectifiedImagesHaveTheProjectionMatrix) {
+  TemporaryFolder folder;
+  const std::string projection =
+      std::string(kCalibration) +
+      "projection_matrix:\n  rows: 3\n  cols: 4\n  data: [400, 0, 370, -40, 0, 410, 250, "
+      "0, 0, 0, 1, 0]\n";
+  const std::string path = folder.write("camera.yaml", projection);
+  const CalibrationFile rectified = read_calibration_yaml(path, true);
+  EXPECT_EQ(rectified.camera.fx, 400);
+  EXPECT_EQ(rectified.camera.fy, 410);
+  EXPECT_EQ(rectified.camera.cx, 370);
+  EXPECT_EQ(rectified.camera.cy, 250);
+  EXPECT_TRUE(rectified.camera.distortion.empty());
+  EXPECT_TRUE(rectified.has_distortion) << "that of the raw images";
+  EXPECT_EQ(read_calibration_yaml(path, false).camera.fx, 458.654);
+  expect_error([&] { read_calibration_yaml(folder.write("raw.yaml", kCalibration), true); },
+               {"raw.yaml", "projection_matrix"});
+}
+
 TEST(CameraYaml, WritesWhatItReads) {
   TemporaryFolder folder;
   CameraParameters p;

@@ -189,6 +189,9 @@ TEST(BagImageSource, ReadsTheCameraBesideTheImages) {
   EXPECT_EQ(raw.read_camera("elsewhere").fx, 77);
   EXPECT_EQ(rectified.read_camera().fx, 4);
   EXPECT_TRUE(rectified.read_camera().distortion.empty());
+  EXPECT_EQ(rectified.read_calibration("", "false").parameters.fx, 5) << "a value that is set wins";
+  EXPECT_EQ(raw.read_calibration("", "true").parameters.fx, 4);
+  EXPECT_TRUE(raw.read_calibration("", "true").has_distortion);
   expect_error([&] { raw.read_camera("/none"); },
                {"a.bag", "/none", "/cam/camera_info", "/elsewhere", "--camera", "--hfov"});
   expect_error([&] { raw.read_camera("/uncalibrated"); }, {"a.bag", "/uncalibrated", "calibrate"});

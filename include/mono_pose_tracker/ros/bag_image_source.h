@@ -6,6 +6,7 @@
 
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/io/image_source.h"
+#include "mono_pose_tracker/ros/camera_info_conversion.h"
 
 namespace mono_pose_tracker {
 
@@ -27,10 +28,13 @@ class BagImageSource : public ImageSource {
   const std::string& topic() const { return topic_; }
 
   /// The camera by the CameraInfo messages of a topic (empty: the camera_info beside the image topic).
-  /// For rectified images (image_rect*) that is its projection matrix, without distortion. What it returns
-  /// makes a CameraModel. Throws std::runtime_error, one line, when there is no such message, none of a
-  /// calibrated camera, or when they are of several.
-  CameraParameters read_camera(const std::string& camera_info_topic = "") const;
+  /// For rectified images that is its projection matrix, without distortion; rectified: as of
+  /// decide_rectification. The camera makes a CameraModel. Throws std::runtime_error, one line, when there is
+  /// no such message, none of a calibrated camera, or when they are of several.
+  ConvertedCamera read_calibration(const std::string& camera_info_topic, const std::string& rectified) const;
+  CameraParameters read_camera(const std::string& camera_info_topic = "") const {
+    return read_calibration(camera_info_topic, "auto").parameters;
+  }
 
  private:
   struct Bag;

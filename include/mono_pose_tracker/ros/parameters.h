@@ -18,7 +18,7 @@ struct NodeParameters {
   std::string camera_info_url;  // calibration file, used instead of camera_info; empty: none
   int max_image_pixels = static_cast<int>(kMaxImagePixels);  // compressed images that promise more: refused
   double hfov = 0;  // degrees from left to right, to guess a camera from without a calibration; 0: no guess
-  bool rectified = false;  // the images are rectified: P of the calibration, no distortion
+  std::string rectified = "auto";  // of the images: auto, true or false (camera/rectification.h)
 
   FrameOptions frames;
 

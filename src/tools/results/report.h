@@ -5,6 +5,7 @@
 #include <string>
 
 #include "mask_record.h"
+#include "mono_pose_tracker/camera/rectification.h"
 #include "mono_pose_tracker/common/calibration_source.h"
 #include "mono_pose_tracker/tracking/recording.h"
 #include "mono_pose_tracker/tracking/self_calibration.h"
@@ -16,6 +17,8 @@ struct Calibration {
   CameraParameters camera;
   CalibrationSource source = CalibrationSource::kGiven;
   std::optional<SelfCalibration> refined;
+  std::optional<Rectification> rectification;  // of a guess: nothing
+  std::string contradiction;                   // rectification_contradiction
 };
 
 /// report.json: what became of the recording.
