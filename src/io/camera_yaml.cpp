@@ -91,13 +91,8 @@ std::array<double, 9> square_matrix(const Reader& reader, const std::string& key
     reader.fail(key + " has " + std::to_string(m.size()) + " numbers: expected " +
                 (columns == 3 ? "9 (fx 0 cx 0 fy cy 0 0 1)" : "12 (fx 0 cx 0 0 fy cy 0 0 0 1 0)"));
   }
-  std::array<double, 9> k;
+  std::array<double, 9> k{};
   for (std::size_t i = 0; i < 9; ++i) k[i] = m[i / 3 * columns + i % 3];
-  try {
-    require_camera_matrix(k);
-  } catch (const std::invalid_argument& error) {
-    reader.fail(key + " " + error.what());
-  }
   return k;
 }
 
@@ -140,6 +135,11 @@ CalibrationFile read_calibration_yaml(const std::string& path, bool rectified) {
   }
   const std::string key = rectified ? "projection_matrix" : "camera_matrix";
   const std::array<double, 9> k = square_matrix(reader, key, rectified ? 4 : 3);
+  try {
+    file.note = require_camera_matrix(k, p.height);
+  } catch (const std::invalid_argument& error) {
+    reader.fail(key + " " + error.what());
+  }
   p.fx = k[0];
   p.cx = k[2];
   p.fy = k[4];

@@ -15,6 +15,8 @@
 namespace mono_pose_tracker {
 namespace {
 
+constexpr std::uint32_t kMostRows = 1u << 30;  // what a message may promise, as a whole number with a sign
+
 /// The linear part of the camera of the image as sent, by image_geometry's conventions for binning and region
 /// of interest. Distortion is kept from it: it knows fewer models than we do.
 image_geometry::PinholeCameraModel linear_model(sensor_msgs::CameraInfo info) {
@@ -25,21 +27,21 @@ image_geometry::PinholeCameraModel linear_model(sensor_msgs::CameraInfo info) {
   return model;
 }
 
-/// What our cameras have no place for would be wrong without a sign.
-void require_no_skew(const sensor_msgs::CameraInfo& info, bool rectified) {
+/// What our cameras have no place for would be wrong without a sign. A note about what was left out.
+std::string check_matrix(const sensor_msgs::CameraInfo& info, bool rectified) {
   const auto& K = info.K;
   const auto& P = info.P;
   try {
-    require_camera_matrix(rectified
-                              ? std::array<double, 9>{P[0], P[1], P[2], P[4], P[5], P[6], P[8], P[9], P[10]}
-                              : std::array<double, 9>{K[0], K[1], K[2], K[3], K[4], K[5], K[6], K[7], K[8]});
+    return require_camera_matrix(
+        rectified ? std::array<double, 9>{P[0], P[1], P[2], P[4], P[5], P[6], P[8], P[9], P[10]}
+                  : std::array<double, 9>{K[0], K[1], K[2], K[3], K[4], K[5], K[6], K[7], K[8]},
+        static_cast<int>(std::min(info.height, kMostRows)));
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(std::string(rectified ? "P " : "K ") + error.what());
   }
 }
 
 CameraParameters camera_parameters(const sensor_msgs::CameraInfo& info, bool rectified) {
-  require_no_skew(info, rectified);
   const image_geometry::PinholeCameraModel model = linear_model(info);
   CameraParameters parameters;
   const cv::Size size = model.reducedResolution();
@@ -68,6 +70,7 @@ ConvertedCamera convert_camera_info(const sensor_msgs::CameraInfo& info, bool re
   }
   try {
     ConvertedCamera camera;
+    camera.note = check_matrix(info, rectified);
     camera.parameters = camera_parameters(info, rectified);
     static_cast<void>(CameraModel(camera.parameters));  // refuses what is no camera
     camera.has_distortion = std::any_of(info.D.begin(), info.D.end(), [](double d) { return d != 0; });

@@ -98,10 +98,12 @@ Calibration calibration_of(const Arguments& a, const LookedAtSource& source) {
     const CalibrationFile file = read_calibration_yaml(a.camera, calibration.rectification->is_rectified);
     calibration.camera = file.camera;
     has_distortion = file.has_distortion;
+    calibration.note = file.note;
   } else if (bag) {
     const ConvertedCamera of_bag = bag->read_calibration(a.camera_info_topic, a.rectified);
     calibration.camera = of_bag.parameters;
     has_distortion = of_bag.has_distortion;
+    calibration.note = of_bag.note;
   } else {
     throw std::runtime_error(
         "no calibration: give --camera, the YAML that camera_calibration writes, or --hfov, a guess");
@@ -392,11 +394,12 @@ void tell_of_result(const TrackerOptions& options, RecordingResult* result) {
   tell("warning: ", result->warnings);
 }
 
-void tell_of_rectification(const Arguments& a, const Calibration& calibration) {
+void print_calibration(const Arguments& a, const Calibration& calibration) {
   if (!calibration.rectification || a.quiet) return;
   std::fprintf(stderr, "the images count as %s: %s\n",
                calibration.rectification->is_rectified ? "rectified" : "raw",
                calibration.rectification->reason.c_str());
+  if (!calibration.note.empty()) std::fprintf(stderr, "calibration: %s\n", calibration.note.c_str());
 }
 
 // What an earlier run has left stays: hours of dense reconstruction may hang on it.
@@ -435,7 +438,7 @@ int run(const Arguments& a) {
   check_background_image(options.segmentation, calibration.camera);
   check_outputs(a, options);
 
-  tell_of_rectification(a, calibration);
+  print_calibration(a, calibration);
   end_on_signals();
   Run run = track(a, options, recording, maps, &calibration);
   if (!calibration.contradiction.empty()) run.result.warnings.push_back(calibration.contradiction);

@@ -59,6 +59,18 @@ TEST(CameraYaml, RectifiedImagesHaveTheProjectionMatrix) {
                {"raw.yaml", "projection_matrix"});
 }
 
+// As the fisheye calibration of ROS leaves it by default.
+TEST(CameraYaml, ASmallSkewIsLeftOutAndNoted) {
+  TemporaryFolder folder;
+  const auto with_skew = [&](const std::string& skew) {
+    return folder.write("camera.yaml", replaced("[458.654, 0,", "[458.654, " + skew + ","));
+  };
+  EXPECT_NE(read_calibration_yaml(with_skew("-0.0504"), false).note.find("-0.0504"), std::string::npos);
+  EXPECT_EQ(read_calibration_yaml(with_skew("0"), false).note, "");
+  expect_error([&] { read_camera_yaml(with_skew("4.26")); },
+               {"camera.yaml", "camera_matrix", "4.26 px", "--fisheye-fix-skew"});
+}
+
 TEST(CameraYaml, WritesWhatItReads) {
   TemporaryFolder folder;
   CameraParameters p;

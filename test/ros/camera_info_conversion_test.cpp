@@ -138,6 +138,13 @@ TEST(CameraInfoConversion, AMatrixOfNoSuchCameraIsRefused) {
       EXPECT_NE(camera.error.find("without skew"), std::string::npos) << camera.error;
     }
   }
+  sensor_msgs::CameraInfo hardly_skewed = calibration();  // as the fisheye calibration of ROS leaves it
+  hardly_skewed.K[1] = hardly_skewed.P[1] = -0.05;
+  for (const bool rectified : {false, true}) {
+    const ConvertedCamera camera = convert_camera_info(hardly_skewed, rectified);
+    EXPECT_EQ(camera.reason, Reason::kOk) << camera.error;
+    EXPECT_NE(camera.note.find("skew of -0.05 px"), std::string::npos) << camera.note;
+  }
   sensor_msgs::CameraInfo rounded = calibration();
   rounded.K[1] = 9e-4;  // px
   rounded.K[8] = 1 + 1e-9;

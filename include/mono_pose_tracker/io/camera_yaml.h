@@ -9,6 +9,7 @@ namespace mono_pose_tracker {
 struct CalibrationFile {
   CameraParameters camera;
   bool has_distortion = false;  // a coefficient is not zero, whether it is used or not
+  std::string note;             // what was left out of it, one line; empty: nothing
 };
 
 /// Reads the YAML that ROS camera_calibration writes. The camera makes a CameraModel; rectified: that of the
