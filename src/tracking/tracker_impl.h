@@ -34,6 +34,7 @@ struct Tentative {
   std::int64_t stamp_ns = 0;
   KeyframeId reference = -1;
   Rigid3 camera_from_reference;
+  LandmarkPixels landmarks = nullptr;  // that it was found by
 };
 
 // Images of a finished recording between which the path jumps.
@@ -166,6 +167,8 @@ class Tracker::Impl {
   bool is_found(const ResectionReport& resection) const;
   FramePose set_pose(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
                      Among among, bool is_final = false);
+  LandmarkPixels landmarks_of(const KeyframeView& keyframe) const;
+  LandmarkPixels registered_by(const Frame& frame, const ResectionReport& resection) const;
   bool pose_by_descriptors(const Frame& frame, const TrackingMap& map);
   bool pose_beside(const Frame& frame, std::int64_t neighbor);
   bool fill_gaps_once();

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "mono_pose_tracker/map/frame_poses.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/contradiction.h"
 #include "mono_pose_tracker/mapping/depth_reversal.h"
@@ -25,6 +26,7 @@ namespace mono_pose_tracker {
 struct FinishedMap {
   std::uint32_t id = 0;
   std::vector<PosedFrame> trajectory;
+  RegisteredLandmarks registered;  // what the images of the trajectory were posed by
   Map map;
   std::shared_ptr<const MapSnapshot> snapshot;
   Seam seam;  // where it hangs together least
