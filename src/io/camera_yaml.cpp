@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <map>
 #include <sstream>
 #include <stdexcept>
 
+#include "lower_case.h"
 #include "mono_pose_tracker/camera/camera_matrix.h"
 #include "mono_pose_tracker/common/decimal.h"
 #include "mono_pose_tracker/common/one_line.h"
@@ -29,7 +31,7 @@ bool parse(const std::string& text, T* value) {
 /// The file's keys, with errors that say where they are.
 class Reader {
  public:
-  explicit Reader(const std::string& path) : path_(path), root_(read_yaml_file(path, kExpected)) {
+  explicit Reader(const std::string& path) : path_(path), root_(read_root(path)) {
     if (root_.kind != YamlValue::Kind::kMap) fail(std::string("holds no keys: expected ") + kExpected);
   }
 
@@ -67,6 +69,17 @@ class Reader {
       fail(key + " is " + (is_text ? "'" + value.text + "'" : "no single value") + ": expected " + expected);
     }
     return result;
+  }
+
+  /// camera_calibration writes the same once more in a format of its own.
+  static YamlValue read_root(const std::string& path) {
+    try {
+      return read_yaml_file(path, kExpected);
+    } catch (const std::runtime_error& error) {
+      const std::string extension = lower_case(std::filesystem::path(path).extension().string());
+      if (extension != ".txt" && extension != ".ini") throw;
+      throw std::runtime_error(std::string(error.what()) + ", such as the ost.yaml beside ost.txt");
+    }
   }
 
   std::string path_;
@@ -145,7 +158,7 @@ CalibrationFile read_calibration_yaml(const std::string& path, bool rectified) {
   p.fy = k[4];
   p.cy = k[5];
   try {
-    CameraModel camera(p);
+    p = CameraModel(p).parameters();
   } catch (const std::invalid_argument& error) {
     reader.fail(in_terms_of_the_file(error.what(), key));
   }

@@ -93,20 +93,6 @@ std::int64_t stamp_of(const rosbag::MessageInstance& message, const std_msgs::He
   return static_cast<std::int64_t>((header.stamp.isZero() ? message.getTime() : header.stamp).toNSec());
 }
 
-/// In words, of two cameras that are not the same.
-std::string difference(const CameraParameters& a, const CameraParameters& b) {
-  if (a.width != b.width || a.height != b.height) {
-    return std::to_string(a.width) + "x" + std::to_string(a.height) + ", then " + std::to_string(b.width) +
-           "x" + std::to_string(b.height);
-  }
-  char text[96];
-  if (a.fx != b.fx || a.fy != b.fy || a.cx != b.cx || a.cy != b.cy) {
-    std::snprintf(text, sizeof text, "fx %.9g, fy %.9g, then fx %.9g, fy %.9g", a.fx, a.fy, b.fx, b.fy);
-    return text;
-  }
-  return "other distortion";
-}
-
 /// Fills in image or problem, and the stamp.
 void read_raw(const rosbag::MessageInstance& message, SourceImage* result) {
   const sensor_msgs::ImageConstPtr image = message.instantiate<sensor_msgs::Image>();
@@ -140,7 +126,7 @@ ConvertedCamera camera_of_all(rosbag::View& view, bool rectified) {
       problem = converted.error;
       continue;
     }
-    if (camera && !is_same_camera(camera->parameters, converted.parameters)) {
+    if (camera && !is_same_camera(camera->parameters, converted.parameters, kToleratedCalibrationChangePx)) {
       throw std::runtime_error(
           "the calibration changes at " + format_stamp(stamp_of(message, info->header)) + " (" +
           difference(camera->parameters, converted.parameters) +

@@ -41,6 +41,43 @@ std::string check_matrix(const sensor_msgs::CameraInfo& info, bool rectified) {
   }
 }
 
+std::string size_text(std::uint32_t width, std::uint32_t height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
+bool has_region(const sensor_msgs::RegionOfInterest& roi) { return roi.width > 0 || roi.height > 0; }
+
+std::string region_text(const sensor_msgs::RegionOfInterest& roi) {
+  return "the region of interest " + size_text(roi.width, roi.height) + " at " +
+         std::to_string(roi.x_offset) + ", " + std::to_string(roi.y_offset);
+}
+
+/// A driver that crops often fills in the size and the matrix of what it has cropped.
+void require_region_in_image(const sensor_msgs::CameraInfo& info) {
+  const auto& roi = info.roi;
+  const auto lies_in = [](std::uint64_t offset, std::uint64_t size, std::uint64_t whole) {
+    return offset + size <= whole;
+  };
+  if (!has_region(roi) ||
+      (lies_in(roi.x_offset, roi.width, info.width) && lies_in(roi.y_offset, roi.height, info.height))) {
+    return;
+  }
+  throw std::invalid_argument(
+      region_text(roi) + " does not lie in the image of " + size_text(info.width, info.height) +
+      " that camera_info is of: expected width, height, K and P of the whole image, or no "
+      "region (roi all zero) where they are of the cropped one");
+}
+
+/// Of the image as it is sent.
+std::string size_origin(const sensor_msgs::CameraInfo& info) {
+  std::string text = "width and height of camera_info";
+  const bool is_binned = info.binning_x > 1 || info.binning_y > 1;
+  if (has_region(info.roi) || is_binned) text += ", " + size_text(info.width, info.height);
+  if (has_region(info.roi)) text += ", " + region_text(info.roi);
+  if (is_binned) text += ", binning " + size_text(std::max(info.binning_x, 1u), std::max(info.binning_y, 1u));
+  return text;
+}
+
 CameraParameters camera_parameters(const sensor_msgs::CameraInfo& info, bool rectified) {
   const image_geometry::PinholeCameraModel model = linear_model(info);
   CameraParameters parameters;
@@ -71,8 +108,9 @@ ConvertedCamera convert_camera_info(const sensor_msgs::CameraInfo& info, bool re
   try {
     ConvertedCamera camera;
     camera.note = check_matrix(info, rectified);
-    camera.parameters = camera_parameters(info, rectified);
-    static_cast<void>(CameraModel(camera.parameters));  // refuses what is no camera
+    require_region_in_image(info);
+    camera.size_origin = size_origin(info);
+    camera.parameters = CameraModel(camera_parameters(info, rectified)).parameters();  // refuses what is none
     camera.has_distortion = std::any_of(info.D.begin(), info.D.end(), [](double d) { return d != 0; });
     return camera;
   } catch (const std::exception& e) {  // of the model's, or of image_geometry's own checks
@@ -114,8 +152,10 @@ sensor_msgs::CameraInfo load_camera_info(const std::string& url) {
   sensor_msgs::CameraInfo info;
   std::string name;
   if (!camera_calibration_parsers::readCalibration(path, name, info)) {
-    throw std::runtime_error("camera_info_url " + url +
-                             ": not a calibration as camera_calibration writes it");
+    throw std::runtime_error(
+        "camera_info_url " + url +
+        ": not a calibration as camera_calibration writes it: expected a file whose name ends in "
+        ".yaml, .yml or .ini (ost.txt is of the latter kind: rename it)");
   }
   return info;
 }

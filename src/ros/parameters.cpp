@@ -4,6 +4,7 @@
 
 #include "mono_pose_tracker/camera/camera_guess.h"
 #include "mono_pose_tracker/camera/rectification.h"
+#include "mono_pose_tracker/ros/camera_source.h"
 #include "mono_pose_tracker/ros/parameter_reader.h"
 #include "mono_pose_tracker/ros/paths.h"
 
@@ -14,6 +15,10 @@ void read_node(ParameterReader& reader, NodeParameters& p) {
   reader.read("image_transport", &p.image_transport);
   reader.read("max_image_pixels", &p.max_image_pixels, 1, 1000000000);
   reader.read("camera_info_url", &p.camera_info_url);
+  reader.read({"camera_info_source", &p.camera_info_source, 0, 0, kCameraInfoSources});
+  if (p.camera_info_source == "file" && p.camera_info_url.empty()) {
+    reader.add_problem("~camera_info_source is file: expected ~camera_info_url, the calibration file");
+  }
   reader.read("hfov", &p.hfov, -1e9, 1e9);
   if (p.hfov != 0 && !(p.hfov >= kMinHfovDeg && p.hfov <= kMaxHfovDeg)) {
     std::ostringstream problem;

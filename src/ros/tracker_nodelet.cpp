@@ -77,7 +77,7 @@ void TrackerNodelet::set_up() {
   const Rectification rectification = decide_rectification(p.rectified, getNodeHandle().resolveName("image"));
   NODELET_INFO("the images count as %s: %s", rectification.is_rectified ? "rectified" : "raw",
                rectification.reason.c_str());
-  cameras_ = std::make_unique<CameraSource>(rectification.is_rectified, p.hfov);
+  cameras_ = std::make_unique<CameraSource>(rectification.is_rectified, p.hfov, p.camera_info_source);
   if (!p.camera_info_url.empty()) cameras_->set_file(load_camera_info(p.camera_info_url));
   if (!p.trajectory_file.empty()) {
     trajectory_ = std::make_unique<TrajectoryLog>(expand_path(p.trajectory_file));
@@ -179,11 +179,14 @@ void TrackerNodelet::subscribe() {
       [this](const std_msgs::Header& header, Reason reason, const std::string& text) {
         refuse_image(header, reason, text);
       });
-  const std::string or_file =
-      parameters_.camera_info_url.empty() ? "" : ", or else " + parameters_.camera_info_url;
-  NODELET_INFO("images from %s (%s), calibration from %s%s", image_subscriber_.topic().c_str(),
-               parameters_.image_transport.c_str(), camera_info_subscriber_.getTopic().c_str(),
-               or_file.c_str());
+  std::string calibration = camera_info_subscriber_.getTopic();
+  if (parameters_.camera_info_source == "file") {
+    calibration = parameters_.camera_info_url + " alone";
+  } else if (parameters_.camera_info_source == "auto" && !parameters_.camera_info_url.empty()) {
+    calibration += ", or else " + parameters_.camera_info_url;
+  }
+  NODELET_INFO("images from %s (%s), calibration from %s", image_subscriber_.topic().c_str(),
+               parameters_.image_transport.c_str(), calibration.c_str());
 }
 
 void TrackerNodelet::take_initialpose(const geometry_msgs::PoseWithCovarianceStampedConstPtr& pose) {
@@ -228,13 +231,19 @@ void TrackerNodelet::take_image(const sensor_msgs::ImageConstPtr& image) {
   constexpr int kFault = 10;
   if (stale_in_a_row_ >= kFault && input_throttle_.due("stamps")) {
     NODELET_WARN(
-        "the stamps of %d images in a row are no newer than the one before (%.3f s): none is tracked; "
-        "look at the clock that the driver stamps them with",
-        stale_in_a_row_, header.stamp.toSec());
+        "the stamps of %d images in a row are no newer than the one before (%.3f s): none is tracked; %s",
+        stale_in_a_row_, header.stamp.toSec(),
+        header.stamp.isZero()
+            ? "the driver, or what made the bag, fills in no header.stamp (track_sequence --bag "
+              "takes the time of recording in its place)"
+            : "look at the clock that the driver stamps them with");
   }
   if (verdict == TimeGuard::Verdict::kStale) {
-    board_->publish_unprocessed(header, Reason::kStaleStamp,
-                                "the stamp is not newer than the last one (by " + step_back + ")", arrival);
+    const std::string text =
+        header.stamp.isZero()
+            ? "the stamp is zero: the driver, or what made the bag, fills in no header.stamp"
+            : "the stamp is not newer than the last one (by " + step_back + ")";
+    board_->publish_unprocessed(header, Reason::kStaleStamp, text, arrival);
     return;
   }
   if (verdict == TimeGuard::Verdict::kJumpedBack) {

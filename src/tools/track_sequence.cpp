@@ -16,6 +16,7 @@
 #include "inputs.h"
 #include "looked_at_source.h"
 #include "mono_pose_tracker/camera/camera_guess.h"
+#include "mono_pose_tracker/camera/size_mismatch.h"
 #include "mono_pose_tracker/common/calibration_source.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
 #include "mono_pose_tracker/io/map_file.h"
@@ -99,11 +100,13 @@ Calibration calibration_of(const Arguments& a, const LookedAtSource& source) {
     calibration.camera = file.camera;
     has_distortion = file.has_distortion;
     calibration.note = file.note;
+    calibration.size_origin = "image_width and image_height of " + a.camera;
   } else if (bag) {
     const ConvertedCamera of_bag = bag->read_calibration(a.camera_info_topic, a.rectified);
     calibration.camera = of_bag.parameters;
     has_distortion = of_bag.has_distortion;
     calibration.note = of_bag.note;
+    calibration.size_origin = of_bag.size_origin;
   } else {
     throw std::runtime_error(
         "no calibration: give --camera, the YAML that camera_calibration writes, or --hfov, a guess");
@@ -113,12 +116,13 @@ Calibration calibration_of(const Arguments& a, const LookedAtSource& source) {
 }
 
 // The size of the first image that can be read must be the camera's.
-void check_first_image(const Arguments& a, const LookedAtSource& source, const CameraParameters& camera) {
+void check_first_image(const Arguments& a, const LookedAtSource& source, const Calibration& calibration) {
+  const CameraParameters& camera = calibration.camera;
   const SourceImage image = first_image(a, source);
   if (image.image.cols == camera.width && image.image.rows == camera.height) return;
-  throw std::runtime_error(image.name + ": is " + std::to_string(image.image.cols) + "x" +
-                           std::to_string(image.image.rows) + ", the calibration is for " +
-                           std::to_string(camera.width) + "x" + std::to_string(camera.height));
+  throw std::runtime_error(image.name + ": " +
+                           size_mismatch_text(image.image.cols, image.image.rows, camera.width, camera.height,
+                                              calibration.size_origin));
 }
 
 // Before the work, not image by image.
@@ -342,8 +346,7 @@ void write_files(const Arguments& a, const Recording& recording, const Calibrati
   if (!a.write_masks.empty()) write_masks(a.write_masks, recording, result, run->masks);
   if (a.write_frames) write_frames(output / "frames", recording, result);
   if (result.tracked && a.undistorted) {
-    write_undistorted(output / "undistorted", CameraModel(calibration.camera), recording, result, run->masks,
-                      run->tracker->map());
+    write_undistorted(output / "undistorted", CameraModel(calibration.camera), recording, result, run->masks);
   }
 }
 
@@ -434,7 +437,7 @@ int run(const Arguments& a) {
   make_tracker(options, calibration.camera, maps);  // refuses options before the work
   std::optional<MaskFolder> masks;
   if (!a.masks.empty()) recording.masks = &masks.emplace(a.masks);
-  check_first_image(a, source, calibration.camera);
+  check_first_image(a, source, calibration);
   check_background_image(options.segmentation, calibration.camera);
   check_outputs(a, options);
 

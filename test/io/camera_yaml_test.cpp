@@ -101,6 +101,11 @@ TEST(CameraYaml, ErrorsNameFileKeyAndValue) {
   expect_error([&] { read_camera_yaml(folder / "none.yaml"); },
                {"none.yaml", "cannot be read (No such file"});
   expect_error([&] { read_camera_yaml(folder.path()); }, {folder.path(), "expected"});
+  expect_error(
+      [&] {
+        read_camera_yaml(folder.write("ost.txt", "# oST version 5.0 parameters\n\n[image]\n\nwidth\n640\n"));
+      },
+      {"ost.txt", "ost.yaml"});
   expect("", {"holds no keys"});
   expect("a: [1", {"line", "no YAML"});
   expect(replaced("image_width: 752\n", ""), {"image_width"});

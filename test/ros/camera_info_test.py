@@ -72,6 +72,12 @@ class CameraInfoTest(unittest.TestCase):
         second = self.camera.calibrate(250.0, lambda s: s.epoch > first.epoch)
         self.assertEqual(second.epoch, first.epoch + 1)
         self.assertIsNotNone(self.heard("/tracker", "the calibration has changed"))
+        self.assertEqual(second.reason_name, "CALIBRATION_CHANGED", second.reason_text)
+        for word in ("fx 200", "fx 250", "~camera_info_source"):
+            self.assertIn(word, second.reason_text)
+        # 0.1 px at the corners of 160x120.
+        varied = [self.camera.calibrate(250.0 + change, lambda s: True) for change in (0.2, -0.2, 0.1, 0)]
+        self.assertEqual({s.epoch for s in varied}, {second.epoch}, "tenths of a pixel are tolerated")
 
     def test_3_the_file_serves_until_a_calibration_comes(self):
         camera = NoisyCamera("/uncalibrated_camera", "/tracker_with_file")

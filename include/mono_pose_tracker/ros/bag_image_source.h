@@ -30,7 +30,8 @@ class BagImageSource : public ImageSource {
   /// The camera by the CameraInfo messages of a topic (empty: the camera_info beside the image topic).
   /// For rectified images that is its projection matrix, without distortion; rectified: as of
   /// decide_rectification. The camera makes a CameraModel. Throws std::runtime_error, one line, when there is
-  /// no such message, none of a calibrated camera, or when they are of several.
+  /// no such message, none of a calibrated camera, or when they are of several
+  /// (kToleratedCalibrationChangePx); otherwise it is the first of them.
   ConvertedCamera read_calibration(const std::string& camera_info_topic, const std::string& rectified) const;
   CameraParameters read_camera(const std::string& camera_info_topic = "") const {
     return read_calibration(camera_info_topic, "auto").parameters;

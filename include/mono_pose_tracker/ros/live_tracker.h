@@ -98,6 +98,7 @@ class LiveTracker {
   void remember(const FrameReport& report);
   void go_on_as(State state);
   void load_waiting_maps();
+  bool is_present_camera(const CameraParameters& parameters) const;
   void use_camera(const CameraParameters& parameters);
   ConvertedImage mask_for(const sensor_msgs::Image& message);
 

@@ -19,6 +19,7 @@ struct Calibration {
   std::optional<SelfCalibration> refined;
   std::optional<Rectification> rectification;  // of a guess: nothing
   std::string contradiction;                   // rectification_contradiction
+  std::string size_origin;                     // ConvertedCamera
   std::string note;                            // what was left out of the calibration
 };
 
