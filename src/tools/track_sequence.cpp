@@ -442,8 +442,10 @@ int run(const Arguments& a) {
   check_outputs(a, options);
 
   print_calibration(a, calibration);
+  const std::string unread = a.images.empty() ? std::string() : unread_images(a.images);
   end_on_signals();
   Run run = track(a, options, recording, maps, &calibration);
+  if (!unread.empty()) run.result.warnings.push_back(a.images + ": some images are left out" + unread);
   if (!calibration.contradiction.empty()) run.result.warnings.push_back(calibration.contradiction);
   tell_of_result(options, &run.result);
   end_on_signals();  // one that came while images were tracked has had its effect

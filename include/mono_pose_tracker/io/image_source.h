@@ -35,18 +35,25 @@ class ImageSource {
   virtual int size() const { return -1; }
 };
 
-/// Image files of a folder sorted by name (numbers by their value), stamped with their index in seconds.
+/// Image files of a folder sorted by name (numbers by their value), stamped with their index in seconds, or
+/// with their names where all of these are times since 1970 (1305031102.175304.png, 1403636579763555584.png).
 /// Throws std::runtime_error, one line, when there is no such folder or no image in it.
 std::unique_ptr<ImageSource> open_image_folder(const std::string& path);
 
 /// Images named by a text file: lines `timestamp path` or just `path` (then the index in seconds is the
-/// stamp), # comments, paths relative to the file. Throws std::runtime_error, one line, when the list cannot
-/// be read or names nothing.
+/// stamp), # comments, paths relative to the file. The stamp may be in whole nanoseconds. Also EuRoC's
+/// data.csv, associations of colour and depth as TUM has them, and time stamps alone with the images beside
+/// the file (KITTI's times.txt). Throws std::runtime_error, one line, when the list cannot be read or names
+/// nothing.
 std::unique_ptr<ImageSource> open_image_list(const std::string& path);
 
 /// A folder or a list. Throws std::runtime_error, one line, when it is neither (it is read more than once,
 /// which a pipe can't be), and as those above.
 std::unique_ptr<ImageSource> open_images(const std::string& path);
+
+/// Of a folder: images that it holds and that are not read, being of a format that OpenCV does not read or in
+/// folders of their own. A text that goes on after another, with a semicolon first; empty: none.
+std::string unread_images(const std::string& path);
 
 /// A file of a recording, and the name and the stamp that it has there (SourceImage).
 struct ImageFile {
