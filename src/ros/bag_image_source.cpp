@@ -8,6 +8,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <iomanip>
 #include <optional>
 #include <set>
@@ -39,9 +40,29 @@ bool same_topic(const std::string& a, const std::string& b) {
          a.compare(start(a), std::string::npos, b, start(b), std::string::npos) == 0;
 }
 
+/// Of a path that is no bag of ROS 1: what it is and what to do; empty where that is not known.
+std::string other_kind(const std::string& path) {
+  const std::string convert =
+      ": expected a bag of ROS 1; `rosbags-convert` (pip install rosbags) makes one of it";
+  std::error_code ignored;
+  if (std::filesystem::exists(std::filesystem::path(path) / "metadata.yaml", ignored)) {
+    return "is a recording of ROS 2" + convert;
+  }
+  std::string head(16, '\0');
+  std::ifstream(path, std::ios::binary).read(head.data(), static_cast<std::streamsize>(head.size()));
+  if (head.compare(0, 5, "\x89MCAP") == 0) return "is an MCAP file" + convert;
+  if (head.compare(0, 15, "SQLite format 3") == 0) return "is a recording of ROS 2 (SQLite)" + convert;
+  if (head.compare(4, 4, "ftyp") == 0 || head.compare(0, 4, "\x1a\x45\xdf\xa3") == 0) {
+    return "is a video: expected it as --video";
+  }
+  return "";
+}
+
 void open(const std::string& path, rosbag::Bag* bag) {
   const auto fail = [&](const std::string& problem) { throw std::runtime_error(path + ": " + problem); };
   std::error_code ignored;
+  const std::string other = other_kind(path);
+  if (!other.empty()) fail(other);
   if (!std::filesystem::is_regular_file(path, ignored)) fail("is no file: expected a bag");
   try {
     bag->open(path, rosbag::bagmode::Read);
@@ -52,14 +73,26 @@ void open(const std::string& path, rosbag::Bag* bag) {
   }
 }
 
+using Bags = std::vector<std::unique_ptr<rosbag::Bag>>;
+
 /// Topics whose messages are of one of the given types.
-std::set<std::string> topics_of(const rosbag::Bag& bag, const std::set<std::string>& types) {
-  rosbag::View all(bag);
+std::set<std::string> topics_of(const Bags& bags, const std::set<std::string>& types) {
+  rosbag::View all;
+  for (const auto& bag : bags) all.addQuery(*bag);
   std::set<std::string> topics;
   for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
     if (types.count(connection->datatype)) topics.insert(connection->topic);
   }
   return topics;
+}
+
+/// The messages of a topic in all bags, in the order in which they were recorded.
+void add_topic(const Bags& bags, const std::string& topic, rosbag::View* view) {
+  for (const auto& bag : bags) view->addQuery(*bag, rosbag::TopicQuery(topic));
+}
+
+std::string listed(const std::vector<std::string>& paths) {
+  return paths.front() + (paths.size() > 1 ? " and " + std::to_string(paths.size() - 1) + " more" : "");
 }
 
 std::string listed(const std::set<std::string>& topics) {
@@ -68,8 +101,8 @@ std::string listed(const std::set<std::string>& topics) {
   return text.empty() ? "none" : text;
 }
 
-std::string choose_image_topic(const std::string& path, const rosbag::Bag& bag, const std::string& wanted) {
-  const std::set<std::string> topics = topics_of(bag, {"sensor_msgs/Image", "sensor_msgs/CompressedImage"});
+std::string choose_image_topic(const std::string& path, const Bags& bags, const std::string& wanted) {
+  const std::set<std::string> topics = topics_of(bags, {"sensor_msgs/Image", "sensor_msgs/CompressedImage"});
   if (wanted.empty() && topics.size() == 1) return *topics.begin();
   for (const std::string& name : {wanted, wanted + kCompressed}) {
     for (const std::string& topic : topics) {
@@ -141,25 +174,28 @@ ConvertedCamera camera_of_all(rosbag::View& view, bool rectified) {
 }  // namespace
 
 struct BagImageSource::Bag {
-  rosbag::Bag file;
-  std::unique_ptr<rosbag::View> images;
+  Bags files;
+  rosbag::View images;
   rosbag::View::iterator position;
 };
 
-BagImageSource::BagImageSource(const std::string& path, const std::string& image_topic)
-    : path_(path), bag_(std::make_unique<Bag>()) {
-  open(path, &bag_->file);
-  topic_ = choose_image_topic(path, bag_->file, image_topic);
-  bag_->images = std::make_unique<rosbag::View>(bag_->file, rosbag::TopicQuery(topic_));
-  bag_->position = bag_->images->begin();
+BagImageSource::BagImageSource(const std::vector<std::string>& paths, const std::string& image_topic)
+    : path_(listed(paths)), bag_(std::make_unique<Bag>()) {
+  for (const std::string& path : paths) {
+    bag_->files.push_back(std::make_unique<rosbag::Bag>());
+    open(path, bag_->files.back().get());
+  }
+  topic_ = choose_image_topic(path_, bag_->files, image_topic);
+  add_topic(bag_->files, topic_, &bag_->images);
+  bag_->position = bag_->images.begin();
 }
 
 BagImageSource::~BagImageSource() = default;
 
-int BagImageSource::size() const { return static_cast<int>(bag_->images->size()); }
+int BagImageSource::size() const { return static_cast<int>(bag_->images.size()); }
 
 SourceImage BagImageSource::next() {
-  if (bag_->position == bag_->images->end()) return {};
+  if (bag_->position == bag_->images.end()) return {};
   SourceImage result;
   std::ostringstream name;
   name << std::setw(6) << std::setfill('0') << index_++;
@@ -182,7 +218,7 @@ SourceImage BagImageSource::next() {
 }
 
 bool BagImageSource::skip() {
-  if (bag_->position == bag_->images->end()) return false;
+  if (bag_->position == bag_->images.end()) return false;
   ++bag_->position;
   ++index_;
   return true;
@@ -192,11 +228,12 @@ ConvertedCamera BagImageSource::read_calibration(const std::string& camera_info_
                                                  const std::string& rectified) const {
   const std::string wanted =
       camera_info_topic.empty() ? camera_of(topic_) + "/camera_info" : camera_info_topic;
-  const std::set<std::string> topics = topics_of(bag_->file, {"sensor_msgs/CameraInfo"});
+  const std::set<std::string> topics = topics_of(bag_->files, {"sensor_msgs/CameraInfo"});
   const auto fail = [&](const std::string& problem) { throw std::runtime_error(path_ + ": " + problem); };
   for (const std::string& topic : topics) {
     if (!same_topic(topic, wanted)) continue;
-    rosbag::View view(bag_->file, rosbag::TopicQuery(topic));
+    rosbag::View view;
+    add_topic(bag_->files, topic, &view);
     if (view.begin() == view.end()) break;
     try {
       return camera_of_all(view, decide_rectification(rectified, topic_).is_rectified);

@@ -1,6 +1,9 @@
 // Tracks every frame of a recording and writes its poses and its map.
 
+#include <glob.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
@@ -68,7 +71,7 @@ class Progress {
 std::function<std::unique_ptr<ImageSource>()> source_of(const Arguments& a) {
   if (!a.images.empty()) return [a] { return open_images(a.images); };
   if (!a.video.empty()) return [a] { return open_video(a.video); };
-  if (!a.bag.empty()) return [a] { return std::make_unique<BagImageSource>(a.bag, a.image_topic); };
+  if (!a.bags.empty()) return [a] { return std::make_unique<BagImageSource>(a.bags, a.image_topic); };
   throw std::runtime_error("no input: give --images, --video or --bag");
 }
 
@@ -76,7 +79,8 @@ std::function<std::unique_ptr<ImageSource>()> source_of(const Arguments& a) {
 SourceImage first_image(const Arguments& a, const LookedAtSource& source) {
   SourceImage image = source.first();
   if (image.kind == SourceImage::Kind::kEnd) {
-    throw std::runtime_error(a.images + a.video + a.bag + ": no image in it could be read" +  // one of them
+    const std::string bag = a.bags.empty() ? "" : a.bags.front();
+    throw std::runtime_error(a.images + a.video + bag + ": no image in it could be read" +  // one of them
                              (image.problem.empty() ? "" : ": " + image.problem));
   }
   return image;
@@ -91,7 +95,7 @@ Calibration calibration_of(const Arguments& a, const LookedAtSource& source) {
     return calibration;
   }
   std::optional<BagImageSource> bag;
-  if (!a.bag.empty()) bag.emplace(a.bag, a.image_topic);
+  if (!a.bags.empty()) bag.emplace(a.bags, a.image_topic);
   const std::string topic = bag ? bag->topic() : "";
   calibration.rectification = decide_rectification(a.rectified, topic);
   bool has_distortion = false;
@@ -144,9 +148,10 @@ Outputs outputs_of(const Arguments& a) {
 void check_outputs(const Arguments& a, const TrackerOptions& options) {
   Inputs inputs;
   for (const std::string& path :
-       {a.images, a.video, a.bag, a.camera, a.config, a.reference, options.segmentation.background_image}) {
+       {a.images, a.video, a.camera, a.config, a.reference, options.segmentation.background_image}) {
     inputs.add(path);
   }
+  for (const std::string& bag : a.bags) inputs.add(bag);
   // A map may be gone on in, and kept where it was.
   if (followed(a.map) != followed(a.save_map)) inputs.add(a.map);
   const std::vector<ImageFile> images = a.images.empty() ? std::vector<ImageFile>() : image_files(a.images);
@@ -421,7 +426,27 @@ void tell_of_files(const Arguments& a, const Run& run, double seconds) {
               seconds, result.rests_on_two_views ? " (two views only: unconfirmed)" : "", a.output.c_str());
 }
 
-int run(const Arguments& a) {
+// A pattern that the shell has left, as within quotes, is expanded; each bag is read once.
+std::vector<std::string> expanded(const std::vector<std::string>& patterns) {
+  std::vector<std::string> paths;
+  for (const std::string& pattern : patterns) {
+    std::vector<std::string> found = {pattern};
+    std::error_code ignored;
+    glob_t matches{};
+    if (!fs::exists(pattern, ignored) && glob(pattern.c_str(), 0, nullptr, &matches) == 0) {
+      found.assign(matches.gl_pathv, matches.gl_pathv + matches.gl_pathc);
+    }
+    globfree(&matches);
+    for (const std::string& path : found) {
+      if (std::find(paths.begin(), paths.end(), path) == paths.end()) paths.push_back(path);
+    }
+  }
+  return paths;
+}
+
+int run(const Arguments& given) {
+  Arguments a = given;
+  a.bags = expanded(given.bags);
   const auto start = std::chrono::steady_clock::now();
   const TrackerOptions options = options_of(a);
   const std::vector<StampedPose> reference =
@@ -429,7 +454,7 @@ int run(const Arguments& a) {
   const LookedAtSource source(source_of(a));
   Recording recording = recording_of(a, source);
   Calibration calibration = calibration_of(a, source);
-  if (a.hfov && !a.bag.empty() && !a.quiet)
+  if (a.hfov && !a.bags.empty() && !a.quiet)
     std::fprintf(stderr, "--hfov takes the place of any camera_info in the bag\n");
   std::optional<SavedMaps> loaded;
   if (!a.map.empty()) loaded = read_map_file(a.map, descriptor_kind(options));

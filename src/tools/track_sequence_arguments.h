@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "command_line.h"
 #include "mono_pose_tracker/camera/camera_guess.h"
@@ -14,7 +15,8 @@ namespace mono_pose_tracker {
 
 /// As the command line has them; those that were not given are empty.
 struct Arguments {
-  std::string images, video, bag, image_topic, camera_info_topic;
+  std::string images, video, image_topic, camera_info_topic;
+  std::vector<std::string> bags;
   std::string rectified = "auto";
   std::string camera, config, masks, output, write_masks, reference, map, save_map;
   bool localize_only = false;
@@ -30,7 +32,10 @@ inline void declare(CLI::App& app, Arguments& a) {
   auto* images =
       app.add_option("--images", a.images, "folder of images, or a list of `timestamp path` lines");
   auto* video = app.add_option("--video", a.video, "video file")->excludes(images);
-  auto* bag = app.add_option("--bag", a.bag, "bag file")->excludes(images)->excludes(video);
+  auto* bag =
+      app.add_option("--bag", a.bags, "bag file; several, or a pattern (walk_*.bag), are one recording")
+          ->excludes(images)
+          ->excludes(video);
   app.add_option("--image-topic", a.image_topic, "of the bag [its only one]")->needs(bag);
   app.add_option("--camera-info-topic", a.camera_info_topic, "of the bag [beside the images]")->needs(bag);
   auto* camera = app.add_option("--camera", a.camera, "calibration, the YAML that camera_calibration writes");

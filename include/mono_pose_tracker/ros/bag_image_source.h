@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/io/image_source.h"
@@ -10,14 +11,18 @@
 
 namespace mono_pose_tracker {
 
-/// The images of one topic of a bag, raw or compressed, in the bag's order. The stamp is header.stamp (the
-/// time of recording where that is zero), the name the image's number with six digits.
+/// The images of one topic of a bag, or of several that were recorded one after the other (rosbag record
+/// --split), raw or compressed, in the bag's order. The stamp is header.stamp (the time of recording where
+/// that is zero), the name the image's number with six digits.
 class BagImageSource : public ImageSource {
  public:
   /// Takes messages of `image_topic`, or of `image_topic`/compressed when there are none. An empty topic
   /// stands for the bag's only one. Throws std::runtime_error, one line that names the file, when it is no
   /// sound bag or has no such images: then it lists the image topics there are.
-  BagImageSource(const std::string& path, const std::string& image_topic);
+  BagImageSource(const std::string& path, const std::string& image_topic)
+      : BagImageSource(std::vector<std::string>{path}, image_topic) {}
+  /// In the order of the times of recording, whatever that of the paths.
+  BagImageSource(const std::vector<std::string>& paths, const std::string& image_topic);
   ~BagImageSource() override;
 
   SourceImage next() override;
