@@ -89,6 +89,19 @@ bool has_image_extension(const std::string& path) {
   return std::find(std::begin(kExtensions), std::end(kExtensions), extension) != std::end(kExtensions);
 }
 
+namespace {
+
+/// Of an image with four channels. What draws nothing at all has no use for alpha, and fills in zeros.
+cv::Mat mask_of_alpha(const cv::Mat& image) {
+  if (image.channels() != 4) return {};
+  cv::Mat alpha;
+  cv::extractChannel(image, alpha, 3);
+  const int seen = cv::countNonZero(alpha);
+  return seen == 0 || seen == static_cast<int>(alpha.total()) ? cv::Mat() : cv::Mat(alpha != 0);
+}
+
+}  // namespace
+
 DecodedImage to_8_bit(const cv::Mat& image) {
   cv::Mat result = image;
   if (image.depth() == CV_16U) {
@@ -101,7 +114,7 @@ DecodedImage to_8_bit(const cv::Mat& image) {
   } else if (result.channels() != 1 && result.channels() != 3) {
     return {{}, "has " + std::to_string(result.channels()) + " channels: expected 1, 3 or 4"};
   }
-  return {result, {}};
+  return {result, {}, mask_of_alpha(image)};
 }
 
 DecodedImage decode_image(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels) {

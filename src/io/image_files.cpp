@@ -93,7 +93,7 @@ class ImageFiles : public ImageSource {
     const StampedFile& file = files_[position_++];
     DecodedImage decoded = read_image(file.path);
     const auto kind = decoded.problem.empty() ? SourceImage::Kind::kImage : SourceImage::Kind::kSkipped;
-    return {kind, file.stamp_ns, file.name, file.mask_name, decoded.image, decoded.problem};
+    return {kind, file.stamp_ns, file.name, file.mask_name, decoded.image, decoded.problem, decoded.mask};
   }
 
   bool skip() override {

@@ -402,11 +402,15 @@ void tell_of_result(const TrackerOptions& options, RecordingResult* result) {
   tell("warning: ", result->warnings);
 }
 
-void print_calibration(const Arguments& a, const Calibration& calibration) {
-  if (!calibration.rectification || a.quiet) return;
-  std::fprintf(stderr, "the images count as %s: %s\n",
-               calibration.rectification->is_rectified ? "rectified" : "raw",
-               calibration.rectification->reason.c_str());
+void print_input(const Arguments& a, const LookedAtSource& source, const Calibration& calibration) {
+  if (a.quiet) return;
+  if (calibration.rectification)
+    std::fprintf(stderr, "the images count as %s: %s\n",
+                 calibration.rectification->is_rectified ? "rectified" : "raw",
+                 calibration.rectification->reason.c_str());
+  if (!source.first().mask.empty())
+    std::fprintf(
+        stderr, "the images have an alpha channel: what is transparent (alpha 0) is ignored, as by a mask\n");
   if (!calibration.note.empty()) std::fprintf(stderr, "calibration: %s\n", calibration.note.c_str());
 }
 
@@ -466,7 +470,7 @@ int run(const Arguments& given) {
   check_background_image(options.segmentation, calibration.camera);
   check_outputs(a, options);
 
-  print_calibration(a, calibration);
+  print_input(a, source, calibration);
   const std::string unread = a.images.empty() ? std::string() : unread_images(a.images);
   end_on_signals();
   Run run = track(a, options, recording, maps, &calibration);

@@ -168,6 +168,41 @@ TEST(ImageFolder, ImagesThatAreNotReadAreCountedAndNamed) {
   EXPECT_EQ(unread_images(folder / "DCIM/100"), "");
 }
 
+// A cut-out keeps the colours of what was cut out: alpha alone says so.
+TEST(ImageFolder, WhatIsTransparentIsMasked) {
+  TemporaryFolder folder;
+  cv::Mat cut_out(4, 6, CV_8UC4, cv::Scalar(10, 20, 30, 255));
+  cut_out.at<cv::Vec4b>(1, 2)[3] = 0;
+  cv::imwrite(folder / "a.png", cut_out);
+  cv::imwrite(folder / "b.png", cv::Mat(4, 6, CV_8UC4, cv::Scalar(10, 20, 30, 255)));
+  cv::imwrite(folder / "c.png", cv::Mat(4, 6, CV_8UC4, cv::Scalar(10, 20, 30, 0)));
+  cv::imwrite(folder / "d.png", cv::Mat(4, 6, CV_16UC4, cv::Scalar(10, 20, 30, 1)));
+  const auto source = open_images(folder.path());
+  const SourceImage masked = source->next();
+  ASSERT_EQ(masked.mask.type(), CV_8UC1);
+  EXPECT_EQ(cv::countNonZero(masked.mask), 23);
+  EXPECT_EQ(masked.mask.at<uchar>(1, 2), 0);
+  EXPECT_EQ(masked.image.at<cv::Vec3b>(1, 2), cv::Vec3b(10, 20, 30));
+  for (const char* name : {"b.png", "c.png", "d.png"}) EXPECT_TRUE(source->next().mask.empty()) << name;
+}
+
+TEST(MaskFolder, AMaskWithAlphaIsReadByIt) {
+  TemporaryFolder folder;
+  cv::Mat cut_out(4, 6, CV_8UC4, cv::Scalar(0, 0, 0, 255));  // of a black object
+  cut_out.row(0).setTo(cv::Scalar(9, 9, 9, 0));
+  cv::imwrite(folder / "a.png", cut_out);
+  cv::Mat drawn(4, 6, CV_8UC4, cv::Scalar(255, 255, 255, 255));  // a mask as a program of drawings saves it
+  drawn.row(0).setTo(cv::Scalar(0, 0, 0, 255));
+  cv::imwrite(folder / "b.png", drawn);
+  std::string problem;
+  const MaskFolder masks(folder.path());
+  for (const char* name : {"a.jpg", "b.jpg"}) {
+    const cv::Mat mask = masks.mask_of(name, {6, 4}, &problem);
+    EXPECT_EQ(cv::countNonZero(mask), 18) << name << problem;
+    EXPECT_EQ(mask.at<uchar>(0, 0), 0) << name;
+  }
+}
+
 TEST(ImageList, NamesAreUniqueAcrossFolders) {
   TemporaryFolder folder;
   for (const char* name : {"left", "right"}) {

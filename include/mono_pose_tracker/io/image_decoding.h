@@ -15,6 +15,8 @@ constexpr std::uint64_t kMaxImagePixels = 100'000'000;
 struct DecodedImage {
   cv::Mat image;
   std::string problem;  // empty when there is an image
+  /// CV_8UC1, 0 where the file is transparent (alpha 0), else 255; empty: nowhere, or all of it is.
+  cv::Mat mask = cv::Mat();
 };
 
 /// True for the file names that are taken for images (by their extension).
@@ -32,7 +34,7 @@ DecodedImage read_unchanged(const std::string& path);
 DecodedImage decode_image(const std::vector<unsigned char>& bytes,
                           std::uint64_t max_pixels = kMaxImagePixels);
 
-/// 16-bit images lose their lower 8 bits, transparency is dropped.
+/// 16-bit images lose their lower 8 bits, what is transparent is in the mask.
 DecodedImage to_8_bit(const cv::Mat& image);
 
 }  // namespace mono_pose_tracker
