@@ -86,12 +86,13 @@ std::vector<StampedFile> named(std::vector<StampedFile> files) {
 
 class ImageFiles : public ImageSource {
  public:
-  explicit ImageFiles(std::vector<StampedFile> files) : files_(named(std::move(files))) {}
+  explicit ImageFiles(std::vector<StampedFile> files, const GreyLevels& levels = {})
+      : files_(named(std::move(files))), levels_(levels) {}
 
   SourceImage next() override {
     if (position_ == files_.size()) return {};
     const StampedFile& file = files_[position_++];
-    DecodedImage decoded = read_image(file.path);
+    DecodedImage decoded = read_image(file.path, levels_);
     const auto kind = decoded.problem.empty() ? SourceImage::Kind::kImage : SourceImage::Kind::kSkipped;
     return {kind, file.stamp_ns, file.name, file.mask_name, decoded.image, decoded.problem, decoded.mask};
   }
@@ -106,6 +107,7 @@ class ImageFiles : public ImageSource {
 
  private:
   std::vector<StampedFile> files_;
+  const GreyLevels levels_;
   std::size_t position_ = 0;
 };
 
@@ -335,8 +337,17 @@ std::unique_ptr<ImageSource> open_image_list(const std::string& path) {
   return std::make_unique<ImageFiles>(files_of_list(path));
 }
 
-std::unique_ptr<ImageSource> open_images(const std::string& path) {
-  return std::make_unique<ImageFiles>(files_of(path));
+std::unique_ptr<ImageSource> open_images(const std::string& path, const GreyLevels& levels) {
+  return std::make_unique<ImageFiles>(files_of(path), levels);
+}
+
+void look_at_first(const std::string& path, GreyLevelChoice* levels) {
+  for (const StampedFile& file : files_of(path)) {
+    if (levels->is_settled()) return;
+    const cv::Mat image = read_unchanged(file.path).image;
+    if (!image.empty() && image.depth() != CV_16U) return;
+    levels->look_at(image);
+  }
 }
 
 std::vector<ImageFile> image_files(const std::string& path) {

@@ -127,22 +127,30 @@ std::int64_t stamp_of(const rosbag::MessageInstance& message, const std_msgs::He
 }
 
 /// Fills in image or problem, and the stamp.
-void read_raw(const rosbag::MessageInstance& message, SourceImage* result) {
+void read_raw(const rosbag::MessageInstance& message, const GreyLevels& levels, SourceImage* result) {
   const sensor_msgs::ImageConstPtr image = message.instantiate<sensor_msgs::Image>();
   if (!image) throw std::runtime_error("is of another version of sensor_msgs/Image");
   result->stamp_ns = static_cast<std::int64_t>(image->header.stamp.toNSec());
-  const ConvertedImage converted = convert_image(image);
+  const ConvertedImage converted = convert_image(image, levels);
   result->image = converted.image.clone();  // it may share the message's memory
   result->problem = converted.error;
 }
 
-void read_compressed(const rosbag::MessageInstance& message, SourceImage* result) {
+void read_compressed(const rosbag::MessageInstance& message, const GreyLevels& levels, SourceImage* result) {
   const sensor_msgs::CompressedImageConstPtr image = message.instantiate<sensor_msgs::CompressedImage>();
   if (!image) throw std::runtime_error("is of another version of sensor_msgs/CompressedImage");
   result->stamp_ns = static_cast<std::int64_t>(image->header.stamp.toNSec());
-  const DecodedImage decoded = decode_image(image->data);
+  const DecodedImage decoded = decode_image(image->data, kMaxImagePixels, levels);
   result->image = decoded.image;
   result->problem = decoded.problem;
+}
+
+/// With all bits of its pixels; empty where it can't be read.
+cv::Mat all_bits_of(const rosbag::MessageInstance& message) {
+  if (const auto raw = message.instantiate<sensor_msgs::Image>())
+    return convert_with_all_bits(raw).image.clone();
+  const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
+  return compressed ? decode_unchanged(compressed->data).image : cv::Mat();
 }
 
 /// The camera of all CameraInfo messages, of which those before the camera was calibrated do not count.
@@ -203,7 +211,7 @@ SourceImage BagImageSource::next() {
   result.name = result.mask_name + ".png";
   try {
     const rosbag::MessageInstance& message = *bag_->position;
-    (message.getDataType() == "sensor_msgs/Image" ? read_raw : read_compressed)(message, &result);
+    (message.getDataType() == "sensor_msgs/Image" ? read_raw : read_compressed)(message, levels_, &result);
   } catch (const std::exception& error) {  // a damaged part of the file
     result.problem = one_line(error.what());
   }
@@ -215,6 +223,21 @@ SourceImage BagImageSource::next() {
     result.image.release();
   }
   return result;
+}
+
+void BagImageSource::look_at_first(GreyLevelChoice* levels) const {
+  rosbag::View images;
+  add_topic(bag_->files, topic_, &images);
+  for (const rosbag::MessageInstance& message : images) {
+    if (levels->is_settled()) return;
+    cv::Mat image;
+    try {
+      image = all_bits_of(message);
+    } catch (const std::exception&) {  // told when it is its turn
+    }
+    if (!image.empty() && image.depth() != CV_16U) return;
+    levels->look_at(image);
+  }
 }
 
 bool BagImageSource::skip() {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <initializer_list>
 #include <limits>
 #include <opencv2/imgproc.hpp>
@@ -106,13 +107,6 @@ cv::Mat demosaic(const cv::Mat& bayer, const std::string& encoding) {
   return bgr;
 }
 
-cv::Mat to_8bit(const cv::Mat& image) {
-  if (image.depth() == CV_8U) return image;
-  cv::Mat result;
-  image.convertTo(result, CV_8U, 1.0 / 256);  // a fixed factor: grey must not change with the image's content
-  return result;
-}
-
 /// cv_bridge swaps the bytes of a big-endian image, and calls them two channels each.
 cv::Mat as_16bit(const cv::Mat& image, const sensor_msgs::Image& message) {
   if (image.depth() != CV_8U || enc::bitDepth(message.encoding) != 16) return image;
@@ -135,7 +129,8 @@ cv::Mat in_bgr(const cv::Mat& image, const std::string& encoding) {
 }
 
 /// finish: makes an image for the tracker of pixels with all their bits (8 or 16) and one or three channels.
-ConvertedImage convert(const sensor_msgs::ImageConstPtr& message, cv::Mat (*finish)(const cv::Mat&)) {
+ConvertedImage convert(const sensor_msgs::ImageConstPtr& message,
+                       const std::function<cv::Mat(const cv::Mat&)>& finish) {
   if (!is_known(message->encoding)) {
     return refuse(Reason::kUnsupportedEncoding,
                   "encoding \"" + message->encoding + "\" is not supported (known: " + kKnownEncodings + ")");
@@ -165,18 +160,32 @@ ConvertedImage convert(const sensor_msgs::ImageConstPtr& message, cv::Mat (*fini
 
 }  // namespace
 
-ConvertedImage convert_image(const sensor_msgs::ImageConstPtr& message) { return convert(message, to_8bit); }
+ConvertedImage convert_image(const sensor_msgs::ImageConstPtr& message, const GreyLevels& levels) {
+  return convert(message, [&](const cv::Mat& image) {
+    return image.depth() == CV_8U ? image : to_8_bit(image, levels).image;
+  });
+}
+
+ConvertedImage convert_with_all_bits(const sensor_msgs::ImageConstPtr& message) {
+  return convert(message, [](const cv::Mat& image) { return image; });
+}
 
 ConvertedImage convert_mask(const sensor_msgs::ImageConstPtr& message) {
   return convert(message, mask_of_image);
 }
 
 sensor_msgs::ImagePtr decode_image(const sensor_msgs::CompressedImage& message, std::uint64_t max_pixels) {
-  const DecodedImage decoded = decode_image(message.data, max_pixels);
+  DecodedImage decoded = decode_unchanged(message.data, max_pixels);
+  const bool has_16_bits = decoded.image.depth() == CV_16U;
+  if (decoded.problem.empty() && has_16_bits && decoded.image.channels() == 4)
+    cv::cvtColor(decoded.image, decoded.image, cv::COLOR_BGRA2BGR);
+  if (decoded.problem.empty() && !has_16_bits) decoded = to_8_bit(decoded.image);
   if (!decoded.problem.empty()) throw std::runtime_error("the compressed image " + decoded.problem);
-  return cv_bridge::CvImage(message.header, decoded.image.channels() == 3 ? enc::BGR8 : enc::MONO8,
-                            decoded.image)
-      .toImageMsg();
+  const bool is_grey = decoded.image.channels() == 1;
+  const std::string encoding = has_16_bits ? (is_grey ? enc::MONO16 : enc::BGR16)
+                               : is_grey   ? enc::MONO8
+                                           : enc::BGR8;
+  return cv_bridge::CvImage(message.header, encoding, decoded.image).toImageMsg();
 }
 
 }  // namespace mono_pose_tracker

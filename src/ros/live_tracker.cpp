@@ -23,13 +23,15 @@ std::string size_text(int width, int height) { return std::to_string(width) + "x
 }  // namespace
 
 LiveTracker::LiveTracker(const TrackerOptions& options, CameraSource& cameras, MaskSource& masks,
-                         std::chrono::milliseconds mask_timeout, std::function<bool()> mask_wanted, Warn warn)
+                         std::chrono::milliseconds mask_timeout, std::function<bool()> mask_wanted, Warn warn,
+                         const GreyLevelChoice& levels)
     : options_(options),
       cameras_(cameras),
       masks_(masks),
       mask_timeout_(mask_timeout),
       mask_wanted_(std::move(mask_wanted)),
-      warn_(std::move(warn)) {}
+      warn_(std::move(warn)),
+      levels_(levels) {}
 
 FrameReport LiveTracker::process(const sensor_msgs::ImageConstPtr& message, Clock::time_point arrival) {
   FrameReport report;
@@ -59,7 +61,9 @@ void LiveTracker::govern(Clock::time_point arrival) {
 }
 
 FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
-  image_ = convert_image(message);
+  if (!levels_.is_settled() && levels_.look_at(convert_with_all_bits(message).image))
+    warn_("", levels_.text());
+  image_ = convert_image(message, levels_.levels());
   const cv::Mat& image = image_.image;
   if (image_.reason != Reason::kOk) return refuse(image_.reason, image_.error);
 

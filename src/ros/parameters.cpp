@@ -1,6 +1,7 @@
 #include "mono_pose_tracker/ros/parameters.h"
 
 #include <sstream>
+#include <stdexcept>
 
 #include "mono_pose_tracker/camera/camera_guess.h"
 #include "mono_pose_tracker/camera/rectification.h"
@@ -24,6 +25,12 @@ void read_node(ParameterReader& reader, NodeParameters& p) {
     std::ostringstream problem;
     problem << "~hfov is " << p.hfov << ", expected 0 (none) or 5 to 150 degrees";
     reader.add_problem(problem.str());
+  }
+  reader.read("grey_levels", &p.grey_levels);
+  try {
+    GreyLevelChoice{p.grey_levels};
+  } catch (const std::invalid_argument& error) {
+    reader.add_problem(std::string("~grey_levels ") + error.what());
   }
   reader.read({"rectified", &p.rectified, 0, 0, kRectifiedSettings});
   reader.read("queue_size", &p.queue_size, 1, 1000000);

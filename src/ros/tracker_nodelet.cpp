@@ -96,7 +96,8 @@ void TrackerNodelet::set_up() {
       [this] { return mask_subscriber_.getNumPublishers() > 0; },
       [this](const std::string& subject, const std::string& text) {
         if (throttle_.due(subject)) NODELET_WARN("%s", text.c_str());
-      });
+      },
+      GreyLevelChoice(p.grey_levels));
   if (p.load_map_at_start) load_map_at_start();
   placement_ = std::make_unique<MapPlacement>(p.tracker.scale.odometry, *frames_, *tracker_);
   subscribe();

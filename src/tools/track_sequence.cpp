@@ -68,10 +68,28 @@ class Progress {
   bool was_posed_ = false;
 };
 
-std::function<std::unique_ptr<ImageSource>()> source_of(const Arguments& a) {
-  if (!a.images.empty()) return [a] { return open_images(a.images); };
+// Of images of 16 bits: by the first ones, the same each time that they are read.
+GreyLevelChoice levels_of(const Arguments& a) {
+  try {
+    GreyLevelChoice levels(a.grey_levels);
+    if (!a.images.empty()) look_at_first(a.images, &levels);
+    if (!a.bags.empty()) BagImageSource(a.bags, a.image_topic).look_at_first(&levels);
+    return levels;
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error(std::string("--grey-levels ") + error.what());
+  }
+}
+
+std::function<std::unique_ptr<ImageSource>()> source_of(const Arguments& a, const GreyLevels& levels) {
+  if (!a.images.empty()) return [a, levels] { return open_images(a.images, levels); };
   if (!a.video.empty()) return [a] { return open_video(a.video); };
-  if (!a.bags.empty()) return [a] { return std::make_unique<BagImageSource>(a.bags, a.image_topic); };
+  if (!a.bags.empty()) {
+    return [a, levels] {
+      auto bags = std::make_unique<BagImageSource>(a.bags, a.image_topic);
+      bags->set_levels(levels);
+      return bags;
+    };
+  }
   throw std::runtime_error("no input: give --images, --video or --bag");
 }
 
@@ -455,7 +473,8 @@ int run(const Arguments& given) {
   const TrackerOptions options = options_of(a);
   const std::vector<StampedPose> reference =
       a.reference.empty() ? std::vector<StampedPose>() : read_reference(a.reference);
-  const LookedAtSource source(source_of(a));
+  const GreyLevelChoice levels = levels_of(a);
+  const LookedAtSource source(source_of(a, levels.levels()));
   Recording recording = recording_of(a, source);
   Calibration calibration = calibration_of(a, source);
   if (a.hfov && !a.bags.empty() && !a.quiet)
@@ -471,6 +490,7 @@ int run(const Arguments& given) {
   check_outputs(a, options);
 
   print_input(a, source, calibration);
+  if (!a.quiet && !levels.text().empty()) std::fprintf(stderr, "%s\n", levels.text().c_str());
   const std::string unread = a.images.empty() ? std::string() : unread_images(a.images);
   end_on_signals();
   Run run = track(a, options, recording, maps, &calibration);

@@ -17,7 +17,7 @@ namespace mono_pose_tracker {
 struct Arguments {
   std::string images, video, image_topic, camera_info_topic;
   std::vector<std::string> bags;
-  std::string rectified = "auto";
+  std::string rectified = "auto", grey_levels = "auto";
   std::string camera, config, masks, output, write_masks, reference, map, save_map;
   bool localize_only = false;
   std::optional<double> hfov;
@@ -39,6 +39,10 @@ inline void declare(CLI::App& app, Arguments& a) {
   app.add_option("--image-topic", a.image_topic, "of the bag [its only one]")->needs(bag);
   app.add_option("--camera-info-topic", a.camera_info_topic, "of the bag [beside the images]")->needs(bag);
   auto* camera = app.add_option("--camera", a.camera, "calibration, the YAML that camera_calibration writes");
+  app.add_option(
+      "--grey-levels", a.grey_levels,
+      "of images of 16 bits: how many of these are used (8 to 16), the values that are black and white "
+      "(7000:9000), or auto, by the first images [auto]");
   app.add_option(
          "--rectified", a.rectified,
          "whether the images are rectified, so that P of the calibration holds and no distortion: true, "

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "mono_pose_tracker/io/grey_levels.h"
+
 namespace mono_pose_tracker {
 
 /// The next image of a recording, or why there is none.
@@ -48,9 +50,12 @@ std::unique_ptr<ImageSource> open_image_folder(const std::string& path);
 /// nothing.
 std::unique_ptr<ImageSource> open_image_list(const std::string& path);
 
-/// A folder or a list. Throws std::runtime_error, one line, when it is neither (it is read more than once,
-/// which a pipe can't be), and as those above.
-std::unique_ptr<ImageSource> open_images(const std::string& path);
+/// Looks at the first images of a folder or list that can be read, for their levels where they have 16 bits.
+void look_at_first(const std::string& path, GreyLevelChoice* levels);
+
+/// A folder or a list; levels: of images of 16 bits. Throws std::runtime_error, one line, when it is neither
+/// (it is read more than once, which a pipe can't be), and as those above.
+std::unique_ptr<ImageSource> open_images(const std::string& path, const GreyLevels& levels = {});
 
 /// Of a folder: images that it holds and that are not read, being of a format that OpenCV does not read or in
 /// folders of their own. A text that goes on after another, with a semicolon first; empty: none.

@@ -29,6 +29,11 @@ class BagImageSource : public ImageSource {
   bool skip() override;
   int size() const override;
 
+  /// Looks at the first images that can be read, for their levels where they have 16 bits.
+  void look_at_first(GreyLevelChoice* levels) const;
+  /// Of images of 16 bits, from the next one on.
+  void set_levels(const GreyLevels& levels) { levels_ = levels; }
+
   /// The topic that is read, as it is called in the bag.
   const std::string& topic() const { return topic_; }
 
@@ -47,6 +52,7 @@ class BagImageSource : public ImageSource {
 
   std::string path_, topic_;
   std::unique_ptr<Bag> bag_;
+  GreyLevels levels_;
   std::int64_t index_ = 0;
 };
 
