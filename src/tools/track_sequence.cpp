@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <deque>
 #include <exception>
@@ -21,6 +22,7 @@
 #include "mono_pose_tracker/camera/camera_guess.h"
 #include "mono_pose_tracker/camera/size_mismatch.h"
 #include "mono_pose_tracker/common/calibration_source.h"
+#include "mono_pose_tracker/common/formatted.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
 #include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/io/trajectory.h"
@@ -104,11 +106,31 @@ SourceImage first_image(const Arguments& a, const LookedAtSource& source) {
   return image;
 }
 
+// Of the ratio of a pixel's sides: calibrations find it to a tenth of this.
+constexpr double kSquarePixels = 0.02;
+
+// An anamorphic video, with the calibration of images that were made square.
+std::string doubt_of_aspect(const LookedAtSource& source, const CameraParameters& camera) {
+  const double of_video = source.pixel_aspect(), of_camera = camera.fy / camera.fx;
+  if (std::abs(of_video - 1) <= kSquarePixels || std::abs(of_video / of_camera - 1) <= kSquarePixels)
+    return "";
+  return formatted(
+      "the video's pixels are shown %.3f times as wide as high, and those of the calibration are %.3f times "
+      "(fy / fx): "
+      "the map is stretched if it is not of this video. Calibrate with frames of the video as they are "
+      "stored",
+      of_video, of_camera);
+}
+
 Calibration calibration_of(const Arguments& a, const LookedAtSource& source) {
   Calibration calibration;
   if (a.hfov) {
     const cv::Size size = first_image(a, source).image.size();
     calibration.camera = guess_camera(size.width, size.height, *a.hfov);
+    calibration.camera.fy *= source.pixel_aspect();  // hfov is of the width
+    if (const double aspect = source.pixel_aspect(); std::abs(aspect - 1) > kSquarePixels)
+      calibration.note =
+          formatted("the video's pixels are shown %.3f times as wide as high: fy is guessed so", aspect);
     calibration.source = CalibrationSource::kGuessed;
     return calibration;
   }
@@ -134,6 +156,8 @@ Calibration calibration_of(const Arguments& a, const LookedAtSource& source) {
         "no calibration: give --camera, the YAML that camera_calibration writes, or --hfov, a guess");
   }
   calibration.contradiction = rectification_contradiction(a.rectified, topic, has_distortion);
+  if (calibration.contradiction.empty())
+    calibration.contradiction = doubt_of_aspect(source, calibration.camera);
   return calibration;
 }
 

@@ -447,6 +447,12 @@ TEST(Video, WhatMayBeAnEstimateIsNotMissed) {
   EXPECT_EQ(problem_of_end(0, 0), "");
 }
 
+TEST(Video, AStreamOrDeviceIsNoRecording) {
+  for (const char* path : {"rtsp://10.0.0.2/stream", "http://10.0.0.2/video.mjpg", "/dev/null"}) {
+    expect_error([&] { open_video(path); }, {path, "stream or device", "video file", "camera.launch"});
+  }
+}
+
 TEST(Masks, OfFoldersAreFoundByFolderAndName) {
   TemporaryFolder folder;
   for (const char* name : {"left", "right"}) std::filesystem::create_directories(folder / "masks/" + name);

@@ -36,6 +36,8 @@ class ImageSource {
   virtual bool skip() { return next().kind != SourceImage::Kind::kEnd; }
   /// How many images there are, or -1 when that is not known.
   virtual int size() const { return -1; }
+  /// How wide a pixel is shown, over how high: not 1 of an anamorphic video.
+  virtual double pixel_aspect() const { return 1; }
 };
 
 /// Image files of a folder sorted by name (numbers by their value), stamped with their index in seconds, or
@@ -70,8 +72,9 @@ struct ImageFile {
 /// The files of a folder or a list, whether they can be read or not. Throws as open_images.
 std::vector<ImageFile> image_files(const std::string& path);
 
-/// A video file: frame i is stamped i / fps. One that ends long before it should says so as what is skipped
-/// last. Throws std::runtime_error, one line, when it cannot be opened.
+/// A video file: frame i is stamped i / fps, or with the container's time where that differs by more than
+/// half a frame (a variable frame rate). One that ends long before it should says so as what is skipped last.
+/// Throws std::runtime_error, one line, when it cannot be opened.
 std::unique_ptr<ImageSource> open_video(const std::string& path);
 
 }  // namespace mono_pose_tracker

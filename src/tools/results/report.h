@@ -18,9 +18,9 @@ struct Calibration {
   CalibrationSource source = CalibrationSource::kGiven;
   std::optional<SelfCalibration> refined;
   std::optional<Rectification> rectification;  // of a guess: nothing
-  std::string contradiction;                   // rectification_contradiction
-  std::string size_origin;                     // ConvertedCamera
-  std::string note;                            // what was left out of the calibration
+  std::string contradiction;  // what the images say against it, for a warning; empty: nothing
+  std::string size_origin;    // ConvertedCamera
+  std::string note;           // what was left out of the calibration
 };
 
 /// report.json: what became of the recording.
