@@ -26,7 +26,7 @@ class CameraModel {
  public:
   CameraModel() = default;
   /// Throws std::invalid_argument, naming the field, its value and what was expected, on parameters of no
-  /// camera. Its own parameters() have the coefficients of the model alone: zeros beyond them are dropped.
+  /// camera.
   explicit CameraModel(const CameraParameters& parameters);
 
   const CameraParameters& parameters() const { return parameters_; }
