@@ -242,11 +242,12 @@ TEST(CameraModel, RefusesParametersOfNoCamera) {
   (p = good).cx = std::nan("");
   expect_refused(p, "cx", "nan");
   (p = good).distortion_model = "fov";
+  p.distortion[0] = 0.1;
   expect_refused(p, "distortion_model", "'fov'");
   (p = good).distortion = {0.1, 0.2, 0.3};
   expect_refused(p, "distortion", "3");
-  expect_refused(parameters("rational_polynomial", {0.1, 0, 0, 0, 0}), "distortion", "5");
-  expect_refused(parameters("equidistant", {0.1, 0, 0, 0, 0}), "distortion", "5");
+  expect_refused(parameters("rational_polynomial", {0.1, 0, 0, 0, 0, 0.1}), "distortion", "6");
+  expect_refused(parameters("equidistant", {0.1, 0, 0, 0, 0.1}), "distortion", "5");
   expect_refused(parameters("plumb_bob", {std::nan(""), 0, 0, 0, 0}), "distortion", "nan");
   expect_refused(parameters("", {0.1, 0, 0, 0, 0}), "distortion_model", "empty");
 }
