@@ -9,7 +9,7 @@
 namespace mono_pose_tracker {
 
 CalibratingCamera::CalibratingCamera(const CameraParameters& start)
-    : start_(start), is_equidistant_(start.distortion_model == "equidistant") {
+    : start_(CameraModel(start).parameters()), is_equidistant_(start.distortion_model == "equidistant") {
   if (start_.distortion_model.empty()) {
     start_.distortion_model = "plumb_bob";
     start_.distortion.clear();  // zeros, however many

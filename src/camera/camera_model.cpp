@@ -38,6 +38,34 @@ void check_numbers(const CameraParameters& p) {
   }
 }
 
+bool all_zero(const std::vector<double>& values) {
+  return std::all_of(values.begin(), values.end(), [](double value) { return value == 0; });
+}
+
+/// The lengths that the model's coefficients may have, the usual one last; none of a model that is not known.
+std::vector<std::size_t> lengths_of(const std::string& model) {
+  if (model == "plumb_bob") return {0, 4, 5};
+  if (model == "rational_polynomial") return {0, 8};
+  if (model == "equidistant") return {4};
+  return {};
+}
+
+/// Drivers fill D up to a length of their own, and call what they have none of as they like. Zeros beyond the
+/// model's coefficients are dropped, and nothing but zeros is no distortion, whatever its name and length
+/// (of equidistant: a fisheye lens without further terms).
+CameraParameters with_usual_length(CameraParameters p) {
+  std::vector<double>& d = p.distortion;
+  if (p.distortion_model.empty()) return p;
+  if (all_zero(d) && lengths_of(p.distortion_model).empty()) p.distortion_model = "plumb_bob";
+  const std::vector<std::size_t> lengths = lengths_of(p.distortion_model);
+  if (lengths.empty() || std::count(lengths.begin(), lengths.end(), d.size()) > 0) return p;
+  if (all_zero(d) && !d.empty()) d.resize(lengths.back());
+  while (d.size() > lengths.back() && d.back() == 0) d.pop_back();
+  // In OpenCV's order k4, k5 and k6 come last: left out, they are zero.
+  if (p.distortion_model == "rational_polynomial" && (d.size() == 4 || d.size() == 5)) d.resize(8);
+  return p;
+}
+
 void check_length(const CameraParameters& p, std::initializer_list<std::size_t> lengths,
                   const char* expected) {
   if (std::find(lengths.begin(), lengths.end(), p.distortion.size()) == lengths.end()) {
@@ -47,19 +75,18 @@ void check_length(const CameraParameters& p, std::initializer_list<std::size_t> 
 }
 
 DistortionModel checked_model(const CameraParameters& p) {
-  const bool all_zero =
-      std::all_of(p.distortion.begin(), p.distortion.end(), [](double value) { return value == 0; });
+  const bool has_none = all_zero(p.distortion);
   if (p.distortion_model.empty()) {
-    if (!all_zero) refuse("distortion_model", "empty", "a name, as the distortion coefficients are not zero");
+    if (!has_none) refuse("distortion_model", "empty", "a name, as the distortion coefficients are not zero");
     return DistortionModel::kNone;
   }
   if (p.distortion_model == "plumb_bob") {
     check_length(p, {0, 4, 5}, "4 or 5 coefficients (k1 k2 p1 p2 [k3])");
-    return all_zero ? DistortionModel::kNone : DistortionModel::kPlumbBob;
+    return has_none ? DistortionModel::kNone : DistortionModel::kPlumbBob;
   }
   if (p.distortion_model == "rational_polynomial") {
     check_length(p, {0, 8}, "8 coefficients (k1 k2 p1 p2 k3 k4 k5 k6)");
-    return all_zero ? DistortionModel::kNone : DistortionModel::kRationalPolynomial;
+    return has_none ? DistortionModel::kNone : DistortionModel::kRationalPolynomial;
   }
   if (p.distortion_model == "equidistant") {
     check_length(p, {4}, "4 coefficients (k1 k2 k3 k4)");
@@ -76,12 +103,12 @@ bool CameraParameters::operator==(const CameraParameters& other) const {
          distortion == other.distortion;
 }
 
-CameraModel::CameraModel(const CameraParameters& parameters) : parameters_(parameters) {
-  check_numbers(parameters);
-  model_ = checked_model(parameters);
+CameraModel::CameraModel(const CameraParameters& parameters) : parameters_(with_usual_length(parameters)) {
+  check_numbers(parameters_);
+  model_ = checked_model(parameters_);
   // Without a model there may be any number of zeros.
   if (model_ != DistortionModel::kNone) {
-    std::copy(parameters.distortion.begin(), parameters.distortion.end(), coefficients_.begin());
+    std::copy(parameters_.distortion.begin(), parameters_.distortion.end(), coefficients_.begin());
   }
   max_radius_ = model_ == DistortionModel::kEquidistant ? equidistant::max_angle(coefficients_)
                                                         : polynomial::max_radius(coefficients_);

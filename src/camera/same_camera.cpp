@@ -2,11 +2,12 @@
 
 #include <algorithm>
 
+#include "mono_pose_tracker/common/formatted.h"
+
 namespace mono_pose_tracker {
 
-bool is_same_camera(const CameraParameters& a, const CameraParameters& b) {
-  constexpr double kSame = 1e-3;  // px: a hundredth of what features are found to
-  constexpr int kSteps = 8;       // across the image; distortion has no finer structure
+bool is_same_camera(const CameraParameters& a, const CameraParameters& b, double tolerance_px) {
+  constexpr int kSteps = 8;  // across the image; distortion has no finer structure
   if (a == b) return true;
   if (a.width != b.width || a.height != b.height) return false;
   const CameraModel first(a), second(b);
@@ -14,10 +15,23 @@ bool is_same_camera(const CameraParameters& a, const CameraParameters& b) {
   for (int row = 0; row <= kSteps; ++row) {
     for (int column = 0; column <= kSteps; ++column) {
       const Eigen::Vector2d pixel((a.width - 1.0) * column / kSteps, (a.height - 1.0) * row / kSteps);
-      if (!(focal * (first.bearing(pixel) - second.bearing(pixel)).norm() <= kSame)) return false;
+      if (!(focal * (first.bearing(pixel) - second.bearing(pixel)).norm() <= tolerance_px)) return false;
     }
   }
   return true;
+}
+
+std::string difference(const CameraParameters& a, const CameraParameters& b) {
+  if (a.width != b.width || a.height != b.height) {
+    return formatted("%dx%d, then %dx%d", a.width, a.height, b.width, b.height);
+  }
+  if (a.fx != b.fx || a.fy != b.fy) {
+    return formatted("fx %.9g, fy %.9g, then fx %.9g, fy %.9g", a.fx, a.fy, b.fx, b.fy);
+  }
+  if (a.cx != b.cx || a.cy != b.cy) {
+    return formatted("cx %.9g, cy %.9g, then cx %.9g, cy %.9g", a.cx, a.cy, b.cx, b.cy);
+  }
+  return "other distortion";
 }
 
 }  // namespace mono_pose_tracker

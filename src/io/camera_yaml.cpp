@@ -1,10 +1,13 @@
 #include "mono_pose_tracker/io/camera_yaml.h"
 
 #include <algorithm>
+#include <array>
+#include <filesystem>
 #include <map>
 #include <sstream>
 #include <stdexcept>
 
+#include "lower_case.h"
 #include "mono_pose_tracker/camera/camera_matrix.h"
 #include "mono_pose_tracker/common/decimal.h"
 #include "mono_pose_tracker/common/one_line.h"
@@ -28,7 +31,7 @@ bool parse(const std::string& text, T* value) {
 /// The file's keys, with errors that say where they are.
 class Reader {
  public:
-  explicit Reader(const std::string& path) : path_(path), root_(read_yaml_file(path, kExpected)) {
+  explicit Reader(const std::string& path) : path_(path), root_(read_root(path)) {
     if (root_.kind != YamlValue::Kind::kMap) fail(std::string("holds no keys: expected ") + kExpected);
   }
 
@@ -68,22 +71,42 @@ class Reader {
     return result;
   }
 
+  /// camera_calibration writes the same once more in a format of its own.
+  static YamlValue read_root(const std::string& path) {
+    try {
+      return read_yaml_file(path, kExpected);
+    } catch (const std::runtime_error& error) {
+      const std::string extension = lower_case(std::filesystem::path(path).extension().string());
+      if (extension != ".txt" && extension != ".ini") throw;
+      throw std::runtime_error(std::string(error.what()) + ", such as the ost.yaml beside ost.txt");
+    }
+  }
+
   std::string path_;
   YamlValue root_;
 };
 
 /// CameraModel speaks of its fields; the user of the file knows its keys.
-std::string in_terms_of_the_file(const std::string& problem) {
-  static const std::map<std::string, std::string> keys = {{"width", "image_width"},
-                                                          {"height", "image_height"},
-                                                          {"fx", "camera_matrix: fx"},
-                                                          {"fy", "camera_matrix: fy"},
-                                                          {"cx", "camera_matrix: cx"},
-                                                          {"cy", "camera_matrix: cy"},
-                                                          {"distortion", "distortion_coefficients"}};
+std::string in_terms_of_the_file(const std::string& problem, const std::string& matrix) {
+  static const std::map<std::string, std::string> keys = {
+      {"width", "image_width"}, {"height", "image_height"}, {"distortion", "distortion_coefficients"}};
   const std::size_t end = problem.find(' ');
-  const auto key = keys.find(problem.substr(0, end));
+  const std::string field = problem.substr(0, end);
+  if (field == "fx" || field == "fy" || field == "cx" || field == "cy") return matrix + ": " + problem;
+  const auto key = keys.find(field);
   return key == keys.end() ? problem : key->second + problem.substr(end);
+}
+
+/// The first three columns of a matrix of three rows.
+std::array<double, 9> square_matrix(const Reader& reader, const std::string& key, std::size_t columns) {
+  const std::vector<double> m = reader.matrix(key);
+  if (m.size() != 3 * columns) {
+    reader.fail(key + " has " + std::to_string(m.size()) + " numbers: expected " +
+                (columns == 3 ? "9 (fx 0 cx 0 fy cy 0 0 1)" : "12 (fx 0 cx 0 0 fy cy 0 0 0 1 0)"));
+  }
+  std::array<double, 9> k{};
+  for (std::size_t i = 0; i < 9; ++i) k[i] = m[i / 3 * columns + i % 3];
+  return k;
 }
 
 std::string shortest(double value) {
@@ -109,33 +132,37 @@ void write_matrix(std::ostream& out, const std::string& key, int rows, const std
 
 }  // namespace
 
-CameraParameters read_camera_yaml(const std::string& path) {
+CalibrationFile read_calibration_yaml(const std::string& path, bool rectified) {
   const Reader reader(path);
-  CameraParameters p;
+  CalibrationFile file;
+  CameraParameters& p = file.camera;
   p.width = reader.value<int>("image_width", "a whole number of pixels");
   p.height = reader.value<int>("image_height", "a whole number of pixels");
   p.distortion_model = reader.value<std::string>("distortion_model", "a name");
   p.distortion = reader.matrix("distortion_coefficients");
-  const std::vector<double> k = reader.matrix("camera_matrix");
-  if (k.size() != 9) {
-    reader.fail("camera_matrix has " + std::to_string(k.size()) +
-                " numbers: expected 9 (fx 0 cx 0 fy cy 0 0 1)");
+  file.has_distortion =
+      std::any_of(p.distortion.begin(), p.distortion.end(), [](double d) { return d != 0; });
+  if (rectified) {
+    p.distortion_model.clear();
+    p.distortion.clear();
   }
+  const std::string key = rectified ? "projection_matrix" : "camera_matrix";
+  const std::array<double, 9> k = square_matrix(reader, key, rectified ? 4 : 3);
   try {
-    require_camera_matrix({k[0], k[1], k[2], k[3], k[4], k[5], k[6], k[7], k[8]});
+    file.note = require_camera_matrix(k, p.height);
   } catch (const std::invalid_argument& error) {
-    reader.fail(std::string("camera_matrix ") + error.what());
+    reader.fail(key + " " + error.what());
   }
   p.fx = k[0];
   p.cx = k[2];
   p.fy = k[4];
   p.cy = k[5];
   try {
-    CameraModel camera(p);
+    p = CameraModel(p).parameters();
   } catch (const std::invalid_argument& error) {
-    reader.fail(in_terms_of_the_file(error.what()));
+    reader.fail(in_terms_of_the_file(error.what(), key));
   }
-  return p;
+  return file;
 }
 
 void write_camera_yaml(const std::string& path, const std::string& camera_name, const CameraParameters& p) {

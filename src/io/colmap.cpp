@@ -63,7 +63,14 @@ void write_camera(std::ostream& out, const CameraParameters& camera) {
   out << '\n';
 }
 
-void write_images(std::ostream& out, const std::vector<ColmapImage>& images) {
+void write_observation(std::ostream& out, const ColmapObservation& observation) {
+  out << Full{observation.pixel.x() + kPixelCentre} << ' ' << Full{observation.pixel.y() + kPixelCentre}
+      << ' ' << (observation.point < 0 ? -1 : observation.point + 1);
+}
+
+void write_images(std::ostream& out, const CameraParameters& camera, const std::vector<ColmapImage>& images) {
+  // Many programs stop at an empty line, or pass over it and take every line after it for another's.
+  const ColmapObservation of_no_point = {{0.5 * (camera.width - 1), 0.5 * (camera.height - 1)}, -1};
   out << "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME\n# POINTS2D[] as X Y POINT3D_ID\n";
   for (std::size_t i = 0; i < images.size(); ++i) {
     const Eigen::Quaterniond& q = images[i].camera_from_map.rotation;
@@ -73,11 +80,11 @@ void write_images(std::ostream& out, const std::vector<ColmapImage>& images) {
     out << " 1 " << images[i].name << '\n';
     const char* separator = "";
     for (const ColmapObservation& observation : images[i].observations) {
-      out << separator << Full{observation.pixel.x() + kPixelCentre} << ' '
-          << Full{observation.pixel.y() + kPixelCentre} << ' '
-          << (observation.point < 0 ? -1 : observation.point + 1);
+      out << separator;
+      write_observation(out, observation);
       separator = " ";
     }
+    if (images[i].observations.empty()) write_observation(out, of_no_point);
     out << '\n';
   }
 }
@@ -124,7 +131,7 @@ void write_colmap_text(const std::string& folder, const CameraParameters& camera
     write_file_atomically((path / name).string(), [&](std::ostream& out) { content(out); });
   };
   write("cameras.txt", [&](std::ostream& out) { write_camera(out, camera); });
-  write("images.txt", [&](std::ostream& out) { write_images(out, images); });
+  write("images.txt", [&](std::ostream& out) { write_images(out, camera, images); });
   write("points3D.txt", [&](std::ostream& out) { write_points(out, points, tracks); });
 }
 

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -36,22 +37,6 @@ DecodedImage decode_jpeg(const std::vector<unsigned char>& bytes) {
   return {data.image, {}};
 }
 
-DecodedImage decode_unchanged(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels) {
-  const std::string problem = problem_of_size(bytes, max_pixels);
-  if (!problem.empty()) return {{}, problem};
-  DecodedImage decoded;
-  try {
-    if (is_jpeg(bytes)) decoded = decode_jpeg(bytes);
-    if (!decoded.problem.empty() || !decoded.image.empty()) return decoded;
-    decoded.image =
-        cv::imdecode(bytes, cv::IMREAD_UNCHANGED);  // unchanged: orientation tags are ignored as well
-  } catch (const std::exception&) {
-    // What the decoder can't make sense of, or finds no memory for, is no image either.
-  }
-  if (decoded.image.empty()) return {{}, "is no image that can be decoded"};
-  return decoded;
-}
-
 // What is wrong with the file; nothing when its bytes were read.
 std::string read_bytes(const std::string& path, std::vector<unsigned char>* bytes) {
   std::error_code error;
@@ -70,12 +55,12 @@ std::string read_bytes(const std::string& path, std::vector<unsigned char>* byte
   return read_whole(stream, kMaxFileBytes, bytes) ? "" : "has too many bytes";
 }
 
-DecodedImage read_with(DecodedImage (*decode)(const std::vector<unsigned char>&, std::uint64_t),
+DecodedImage read_with(const std::function<DecodedImage(const std::vector<unsigned char>&)>& decode,
                        const std::string& path) {
   std::vector<unsigned char> bytes;
   DecodedImage decoded;
   decoded.problem = read_bytes(path, &bytes);
-  if (decoded.problem.empty()) decoded = decode(bytes, kMaxImagePixels);
+  if (decoded.problem.empty()) decoded = decode(bytes);
   if (!decoded.problem.empty()) decoded.problem = path + ": " + decoded.problem;
   return decoded;
 }
@@ -89,10 +74,24 @@ bool has_image_extension(const std::string& path) {
   return std::find(std::begin(kExtensions), std::end(kExtensions), extension) != std::end(kExtensions);
 }
 
-DecodedImage to_8_bit(const cv::Mat& image) {
+namespace {
+
+/// Of an image with four channels. What draws nothing at all has no use for alpha, and fills in zeros.
+cv::Mat mask_of_alpha(const cv::Mat& image) {
+  if (image.channels() != 4) return {};
+  cv::Mat alpha;
+  cv::extractChannel(image, alpha, 3);
+  const int seen = cv::countNonZero(alpha);
+  return seen == 0 || seen == static_cast<int>(alpha.total()) ? cv::Mat() : cv::Mat(alpha != 0);
+}
+
+}  // namespace
+
+DecodedImage to_8_bit(const cv::Mat& image, const GreyLevels& levels) {
   cv::Mat result = image;
   if (image.depth() == CV_16U) {
-    image.convertTo(result, CV_8U, 1.0 / 256);  // a fixed factor: grey must not change with the content
+    const double factor = 256 / (levels.white - levels.black);
+    image.convertTo(result, CV_8U, factor, -levels.black * factor);
   } else if (image.depth() != CV_8U) {
     return {{}, "holds " + cv::typeToString(image.type()) + " pixels: expected 8 or 16 bits a channel"};
   }
@@ -101,21 +100,42 @@ DecodedImage to_8_bit(const cv::Mat& image) {
   } else if (result.channels() != 1 && result.channels() != 3) {
     return {{}, "has " + std::to_string(result.channels()) + " channels: expected 1, 3 or 4"};
   }
-  return {result, {}};
+  return {result, {}, mask_of_alpha(image)};
 }
 
-DecodedImage decode_image(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels) {
+DecodedImage decode_unchanged(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels) {
+  const std::string problem = problem_of_size(bytes, max_pixels);
+  if (!problem.empty()) return {{}, problem};
+  DecodedImage decoded;
+  try {
+    if (is_jpeg(bytes)) decoded = decode_jpeg(bytes);
+    if (!decoded.problem.empty() || !decoded.image.empty()) return decoded;
+    decoded.image =
+        cv::imdecode(bytes, cv::IMREAD_UNCHANGED);  // unchanged: orientation tags are ignored as well
+  } catch (const std::exception&) {
+    // What the decoder can't make sense of, or finds no memory for, is no image either.
+  }
+  if (decoded.image.empty()) return {{}, "is no image that can be decoded"};
+  return decoded;
+}
+
+DecodedImage decode_image(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels,
+                          const GreyLevels& levels) {
   DecodedImage decoded = decode_unchanged(bytes, max_pixels);
   if (!decoded.problem.empty()) return decoded;
   try {
-    return to_8_bit(decoded.image);
+    return to_8_bit(decoded.image, levels);
   } catch (const std::exception&) {
     return {{}, "needs more memory than there is"};
   }
 }
 
-DecodedImage read_unchanged(const std::string& path) { return read_with(decode_unchanged, path); }
+DecodedImage read_unchanged(const std::string& path) {
+  return read_with([](const auto& bytes) { return decode_unchanged(bytes); }, path);
+}
 
-DecodedImage read_image(const std::string& path) { return read_with(decode_image, path); }
+DecodedImage read_image(const std::string& path, const GreyLevels& levels) {
+  return read_with([&](const auto& bytes) { return decode_image(bytes, kMaxImagePixels, levels); }, path);
+}
 
 }  // namespace mono_pose_tracker

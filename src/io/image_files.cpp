@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "lower_case.h"
 #include "mono_pose_tracker/io/image_decoding.h"
 #include "mono_pose_tracker/io/image_source.h"
 #include "mono_pose_tracker/io/stamp.h"
@@ -85,14 +86,15 @@ std::vector<StampedFile> named(std::vector<StampedFile> files) {
 
 class ImageFiles : public ImageSource {
  public:
-  explicit ImageFiles(std::vector<StampedFile> files) : files_(named(std::move(files))) {}
+  explicit ImageFiles(std::vector<StampedFile> files, const GreyLevels& levels = {})
+      : files_(named(std::move(files))), levels_(levels) {}
 
   SourceImage next() override {
     if (position_ == files_.size()) return {};
     const StampedFile& file = files_[position_++];
-    DecodedImage decoded = read_image(file.path);
+    DecodedImage decoded = read_image(file.path, levels_);
     const auto kind = decoded.problem.empty() ? SourceImage::Kind::kImage : SourceImage::Kind::kSkipped;
-    return {kind, file.stamp_ns, file.name, file.mask_name, decoded.image, decoded.problem};
+    return {kind, file.stamp_ns, file.name, file.mask_name, decoded.image, decoded.problem, decoded.mask};
   }
 
   bool skip() override {
@@ -105,6 +107,7 @@ class ImageFiles : public ImageSource {
 
  private:
   std::vector<StampedFile> files_;
+  const GreyLevels levels_;
   std::size_t position_ = 0;
 };
 
@@ -114,46 +117,135 @@ bool is_number(const std::string& word) {
   return word.size() < 1000 && std::regex_match(word, number);
 }
 
-StampedFile parse_line(const std::string& line, std::int64_t index, const fs::path& folder) {
-  const std::size_t space = line.find_first_of(" \t");
-  const std::string first = line.substr(0, space);
-  StampedFile file;
-  if (space != std::string::npos && parse_stamp(first, &file.stamp_ns)) {
-    file.path = (folder / line.substr(line.find_first_not_of(" \t", space))).string();
-    return file;
+/// Where a list says the image is, as it is there; as EuRoC has it, in the folder data beside the list.
+std::string resolved(const fs::path& folder, const std::string& name) {
+  std::string slashed = name;
+  std::replace(slashed.begin(), slashed.end(), '\\', '/');
+  std::error_code ignored;
+  for (const fs::path& path : {folder / name, folder / "data" / name, folder / slashed}) {
+    if (fs::exists(path, ignored)) return path.string();
   }
-  if (space != std::string::npos && is_number(first)) {
-    throw std::runtime_error("the time stamp " + first + " is none: expected seconds, at most 4611686018");
+  return (folder / name).string();
+}
+
+/// The path of the words that follow a time stamp. An association of colour and depth images names two, with
+/// a time stamp between: that which is not of depth.
+std::string path_of(const fs::path& folder, std::string rest) {
+  const bool is_quoted = rest.size() > 2 && rest.front() == '"' && rest.back() == '"';
+  if (is_quoted) rest = rest.substr(1, rest.size() - 2);
+  const std::string whole = resolved(folder, rest);
+  std::error_code ignored;
+  if (is_quoted || fs::exists(whole, ignored)) return whole;
+  std::istringstream words(rest);
+  std::string first, stamp, second, more;
+  std::int64_t unused = 0;
+  const bool are_two = words >> first >> stamp >> second && !(words >> more) && has_image_extension(first) &&
+                       has_image_extension(second) && parse_stamp(stamp, &unused);
+  if (!are_two) return whole;
+  return resolved(folder, first.find("depth") == std::string::npos ? first : second);
+}
+
+/// A list as it is read, line by line.
+struct ListReader {
+  fs::path folder;     // that its paths are relative to
+  bool is_ns = false;  // its first line says so: "#timestamp [ns],filename"
+  bool has_stamps_only = false;
+  std::vector<StampedFile> files;
+
+  void add(const std::string& line) {
+    const std::size_t end = line.find_first_of(" \t,");
+    const std::string first = line.substr(0, end);
+    StampedFile file;
+    const bool is_stamp = parse_stamp_of_any_unit(first, is_ns, &file.stamp_ns);
+    const std::size_t rest = end == std::string::npos ? end : line.find_first_not_of(" \t,", end);
+    if (!is_stamp && is_number(first)) {
+      throw std::runtime_error("the time stamp " + first +
+                               " is none: expected seconds, at most 4611686018, or whole nanoseconds");
+    }
+    has_stamps_only |= is_stamp && rest == std::string::npos;
+    if (!is_stamp) file.stamp_ns = static_cast<std::int64_t>(files.size()) * kSecond;
+    if (!is_stamp) file.path = path_of(folder, line);
+    if (is_stamp && rest != std::string::npos) file.path = path_of(folder, line.substr(rest));
+    if (is_stamp && rest == std::string::npos) file.name = first;
+    files.push_back(file);
   }
-  file.stamp_ns = index * kSecond;
-  file.path = (folder / line).string();
-  return file;
+};
+
+/// Images in a folder, by name; none where it is no folder that can be read.
+std::vector<std::string> images_in(const fs::path& path) {
+  std::error_code error;
+  std::vector<std::string> names;
+  for (const fs::directory_entry& entry : fs::directory_iterator(path, error)) {
+    const std::string name = entry.path().filename().string();
+    if (name.front() != '.' && has_image_extension(name) && !entry.is_directory(error)) names.push_back(name);
+  }
+  return in_order_of_names(std::move(names));
+}
+
+/// The stamps that files are named after, in seconds or whole ms, us or ns since 1970; nothing where any of
+/// them is named otherwise, such as by a count.
+std::vector<std::int64_t> stamps_in_names(const std::vector<std::string>& names) {
+  static const std::regex stamp("[1-4][0-9]{9}([.][0-9]+)?|[1-4]([0-9]{12}|[0-9]{15}|[0-9]{18})");
+  std::vector<std::int64_t> stamps;
+  for (const std::string& name : names) {
+    const std::string stem = fs::path(name).stem().string();
+    std::int64_t stamp_ns = 0;
+    if (!std::regex_match(stem, stamp) || !parse_stamp_of_any_unit(stem, false, &stamp_ns)) return {};
+    if (!stamps.empty() && stamp_ns <= stamps.back()) return {};
+    stamps.push_back(stamp_ns);
+  }
+  return stamps;
 }
 
 std::vector<StampedFile> files_of_folder(const std::string& path) {
   std::error_code error;
-  fs::directory_iterator folder(path, error);
+  const fs::directory_iterator folder(path, error);
   if (error)
     throw std::runtime_error(path + ": cannot be read (" + error.message() +
                              "): expected a folder of images");
-  std::vector<std::string> names;
-  for (const fs::directory_entry& entry : folder) {
-    const std::string name = entry.path().filename().string();
-    if (name.front() != '.' && has_image_extension(name) && !entry.is_directory(error)) names.push_back(name);
-  }
+  const std::vector<std::string> names = images_in(path);
   if (names.empty()) {
     const fs::path list = fs::path(path) / "images.txt";
     throw std::runtime_error(path + ": holds no image: expected image files such as png, jpg, tif or pgm" +
-                             (fs::exists(list, error) ? "; or the list in it, " + list.string() : ""));
+                             (fs::exists(list, error) ? "; or the list in it, " + list.string() : "") +
+                             unread_images(path));
   }
+  const std::vector<std::int64_t> stamps = stamps_in_names(names);
   std::vector<StampedFile> files;
-  for (const std::string& name : in_order_of_names(std::move(names))) {
+  for (const std::string& name : names) {
     StampedFile file;
-    file.stamp_ns = static_cast<std::int64_t>(files.size()) * kSecond;
+    file.stamp_ns = stamps.empty() ? static_cast<std::int64_t>(files.size()) * kSecond : stamps[files.size()];
     file.path = (fs::path(path) / name).string();
     files.push_back(file);
   }
   return files;
+}
+
+/// A list of nothing but time stamps goes with the images beside it: KITTI's times.txt, EuRoC's. Each is
+/// named after its stamp, or they are as many.
+void find_images_of_stamps(const std::string& path, const fs::path& folder, std::vector<StampedFile>* files) {
+  for (const char* beside : {".", "data", "image_0", "image_2", "image_00/data", "images", "rgb"}) {
+    const fs::path images = folder / beside;
+    const std::vector<std::string> names = images_in(images);
+    if (names.empty()) continue;
+    std::map<std::string, std::string> by_stem;
+    for (const std::string& name : names) by_stem.emplace(fs::path(name).stem().string(), name);
+    const bool are_named = std::all_of(files->begin(), files->end(),
+                                       [&](const StampedFile& f) { return by_stem.count(f.name) > 0; });
+    if (!are_named && names.size() != files->size()) {
+      throw std::runtime_error(path + ": holds " + std::to_string(files->size()) +
+                               " time stamps, and there are " + std::to_string(names.size()) + " images in " +
+                               images.lexically_normal().string() + ": expected as many");
+    }
+    for (std::size_t i = 0; i < files->size(); ++i) {
+      StampedFile& file = (*files)[i];
+      file.path = (images / (are_named ? by_stem.at(file.name) : names[i])).lexically_normal().string();
+    }
+    return;
+  }
+  throw std::runtime_error(path +
+                           ": holds time stamps only, and there are no images beside it: expected lines "
+                           "`timestamp path` or `path`");
 }
 
 std::vector<StampedFile> files_of_list(const std::string& path) {
@@ -162,22 +254,35 @@ std::vector<StampedFile> files_of_list(const std::string& path) {
   if (content.find('\0') != std::string::npos) {
     throw std::runtime_error(path + ": is no text: expected a folder of images or " + expected);
   }
-  std::vector<StampedFile> files;
+  ListReader reader;
+  reader.folder = fs::path(path).parent_path();
   std::istringstream lines(content);
   std::string line;
   for (int number = 1; std::getline(lines, line); ++number) {
     const std::size_t start = line.find_first_not_of(" \t\r");
-    if (start == std::string::npos || line[start] == '#') continue;
+    if (start == std::string::npos) continue;
+    if (line[start] == '#') {
+      reader.is_ns |= line.find("[ns]") != std::string::npos;
+      continue;
+    }
     line = line.substr(start, line.find_last_not_of(" \t\r") + 1 - start);
     try {
-      files.push_back(
-          parse_line(line, static_cast<std::int64_t>(files.size()), fs::path(path).parent_path()));
+      reader.add(line);
     } catch (const std::runtime_error& error) {
       throw std::runtime_error(path + ": line " + std::to_string(number) + ": " + error.what());
     }
   }
+  std::vector<StampedFile>& files = reader.files;
   if (files.empty()) throw std::runtime_error(path + ": names no image: expected " + expected);
-  return files;
+  if (reader.has_stamps_only) {
+    const auto has_path = [](const StampedFile& file) { return !file.path.empty(); };
+    if (std::any_of(files.begin(), files.end(), has_path)) {
+      throw std::runtime_error(path + ": has lines with a time stamp alone among others: expected " +
+                               expected);
+    }
+    find_images_of_stamps(path, reader.folder, &files);
+  }
+  return std::move(files);
 }
 
 std::vector<StampedFile> files_of(const std::string& path) {
@@ -195,6 +300,35 @@ std::vector<StampedFile> files_of(const std::string& path) {
 
 }  // namespace
 
+std::string unread_images(const std::string& path) {
+  static const std::set<std::string> kinds = {".heic", ".heif", ".avif", ".jxl", ".gif", ".dng", ".cr2",
+                                              ".cr3",  ".nef",  ".nrw",  ".arw", ".raf", ".orf", ".rw2",
+                                              ".pef",  ".srw",  ".raw",  ".exr", ".hdr", ".psd", ".insp"};
+  std::map<std::string, int> unread;
+  int in_folders = 0;
+  std::string folders;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(path, error)) {
+    const std::string name = entry.path().filename().string();
+    if (name.front() == '.') continue;
+    const std::string extension = lower_case(entry.path().extension().string());
+    if (kinds.count(extension) > 0) ++unread[extension];
+    const std::size_t inside = entry.is_directory(error) ? images_in(entry.path()).size() : 0;
+    if (inside > 0) folders += (in_folders > 0 ? ", " : "") + name;
+    in_folders += static_cast<int>(inside);
+  }
+  std::string text;
+  for (const auto& [extension, count] : unread) {
+    text += (text.empty() ? "; not read: " : ", ") + std::to_string(count) + " " + extension;
+  }
+  if (!unread.empty()) text += " (convert them to png or jpg)";
+  if (in_folders > 0) {
+    text += "; " + std::to_string(in_folders) + " images lie in its folders (" + folders +
+            "), which are not searched: give one of them, or a list of the images";
+  }
+  return text;
+}
+
 std::unique_ptr<ImageSource> open_image_folder(const std::string& path) {
   return std::make_unique<ImageFiles>(files_of_folder(path));
 }
@@ -203,8 +337,17 @@ std::unique_ptr<ImageSource> open_image_list(const std::string& path) {
   return std::make_unique<ImageFiles>(files_of_list(path));
 }
 
-std::unique_ptr<ImageSource> open_images(const std::string& path) {
-  return std::make_unique<ImageFiles>(files_of(path));
+std::unique_ptr<ImageSource> open_images(const std::string& path, const GreyLevels& levels) {
+  return std::make_unique<ImageFiles>(files_of(path), levels);
+}
+
+void look_at_first(const std::string& path, GreyLevelChoice* levels) {
+  for (const StampedFile& file : files_of(path)) {
+    if (levels->is_settled()) return;
+    const cv::Mat image = read_unchanged(file.path).image;
+    if (!image.empty() && image.depth() != CV_16U) return;
+    levels->look_at(image);
+  }
 }
 
 std::vector<ImageFile> image_files(const std::string& path) {

@@ -31,12 +31,19 @@ std::string padded(const std::string& name) {
   return result;
 }
 
+// A name goes before those that only go on: shot before shot (1), 1 before 1.5. In its extension no number
+// counts.
+std::string sort_key(const std::string& name) {
+  const std::size_t dot = name.rfind('.');
+  return padded(dot == 0 ? name : name.substr(0, dot));
+}
+
 }  // namespace
 
 std::vector<std::string> in_order_of_names(std::vector<std::string> names) {
   std::vector<std::pair<std::string, std::string>> keyed;
   keyed.reserve(names.size());
-  for (std::string& name : names) keyed.emplace_back(padded(name), std::move(name));
+  for (std::string& name : names) keyed.emplace_back(sort_key(name), std::move(name));
   std::sort(keyed.begin(), keyed.end());
   std::transform(keyed.begin(), keyed.end(), names.begin(),
                  [](auto& entry) { return std::move(entry.second); });

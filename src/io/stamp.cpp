@@ -71,6 +71,15 @@ bool parse_stamp(std::string_view text, std::int64_t* stamp_ns) {
   return true;
 }
 
+bool parse_stamp_of_any_unit(std::string_view text, bool is_ns, std::int64_t* stamp_ns) {
+  const bool is_whole = !text.empty() && std::all_of(text.begin(), text.end(), is_digit);
+  if (!is_whole || (!is_ns && parse_stamp(text, stamp_ns))) return parse_stamp(text, stamp_ns);
+  // Of this century, seconds have 10 digits; the units below 3 more each.
+  const std::size_t digits = text.size();
+  const int decimals = is_ns || digits > 16 ? 9 : digits > 13 ? 6 : 3;
+  return parse_stamp(std::string(text) + "e-" + std::to_string(decimals), stamp_ns);
+}
+
 std::string format_stamp(std::int64_t stamp_ns) {
   // Through unsigned numbers: the smallest int64 has no positive counterpart.
   const std::uint64_t magnitude =

@@ -4,12 +4,14 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
+#include <filesystem>
 #include <iomanip>
 #include <locale>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
 
+#include "mono_pose_tracker/common/decimal.h"
 #include "mono_pose_tracker/common/system_error.h"
 #include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/stamp.h"
@@ -26,25 +28,86 @@ constexpr int kDigits = 12;
 
 constexpr const char* kLayout = "timestamp tx ty tz qx qy qz qw";
 
-/// Problem of the line, or empty.
-std::string parse_line(const std::string& line, StampedPose* pose) {
-  std::istringstream words(line);
-  words.imbue(std::locale::classic());
-  std::string stamp;
-  words >> stamp;
-  if (!parse_stamp(stamp, &pose->stamp_ns)) return "'" + stamp + "' is no time stamp in seconds";
-  std::array<double, 7> v;
-  for (double& value : v) {
-    if (!(words >> value)) return "has not 8 numbers";
-  }
-  std::string rest;
-  if (words >> rest) return "goes on with '" + rest + "'";
-  const Eigen::Quaterniond rotation(v[6], v[3], v[4], v[5]);
+/// Problem of the pose that a line has, or empty.
+std::string set_pose(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& translation,
+                     StampedPose* pose) {
   // Files are written with few decimals, not with wrong lengths: far from 1 is another column order or no
   // rotation.
   if (std::abs(rotation.norm() - 1) > 0.01) return "has a quaternion that is not of unit length";
-  pose->map_from_camera = Rigid3(rotation.normalized(), {v[0], v[1], v[2]});
+  pose->map_from_camera = Rigid3(rotation.normalized(), translation);
   return {};
+}
+
+std::string parse_tum(const std::string& stamp, const std::vector<double>& v, StampedPose* pose) {
+  if (!parse_stamp_of_any_unit(stamp, false, &pose->stamp_ns))
+    return "'" + stamp + "' is no time stamp in seconds, or whole nanoseconds";
+  return set_pose({v[6], v[3], v[4], v[5]}, {v[0], v[1], v[2]}, pose);
+}
+
+/// EuRoC's data.csv: timestamp [ns], position, quaternion with w first, and more that is not asked for.
+std::string parse_euroc(const std::string& stamp, const std::vector<double>& v, StampedPose* pose) {
+  if (!parse_stamp_of_any_unit(stamp, true, &pose->stamp_ns))
+    return "'" + stamp + "' is no time stamp in nanoseconds";
+  return set_pose({v[3], v[4], v[5], v[6]}, {v[0], v[1], v[2]}, pose);
+}
+
+/// KITTI's poses: the upper three rows of a matrix; the stamp is set afterwards.
+std::string parse_kitti(const std::vector<double>& v, StampedPose* pose) {
+  Eigen::Matrix3d rotation;
+  rotation << v[0], v[1], v[2], v[4], v[5], v[6], v[8], v[9], v[10];
+  if ((rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).norm() > 0.01 ||
+      rotation.determinant() < 0)
+    return "has a matrix that is no rotation";
+  return set_pose(Eigen::Quaterniond(rotation), {v[3], v[7], v[11]}, pose);
+}
+
+enum class Layout { kTum, kEuroc, kKitti };
+
+/// Problem of the line, or empty.
+std::string parse_line(std::string line, StampedPose* pose, Layout* layout) {
+  const bool has_commas = line.find(',') != std::string::npos;
+  std::replace(line.begin(), line.end(), ',', ' ');
+  std::istringstream words(line);
+  std::vector<std::string> texts;
+  std::vector<double> v;  // after the first, as far as they are numbers
+  for (std::string word; words >> word;) {
+    double value = 0;
+    std::istringstream number(word);
+    number.imbue(std::locale::classic());
+    if (!texts.empty() && v.size() + 1 == texts.size() && number >> value && number.peek() == EOF)
+      v.push_back(value);
+    texts.push_back(word);
+  }
+  *layout = has_commas                             ? Layout::kEuroc
+            : texts.size() == 12 && v.size() == 11 ? Layout::kKitti
+                                                   : Layout::kTum;
+  if (*layout == Layout::kKitti) {
+    double first = 0;
+    if (!parse_decimal(texts[0], &first)) return "begins with '" + texts[0] + "'";
+    v.insert(v.begin(), first);
+    return parse_kitti(v, pose);
+  }
+  if (v.size() < 7) return "has not 8 numbers";
+  if (*layout == Layout::kEuroc) return parse_euroc(texts[0], v, pose);
+  if (texts.size() > 8) return "goes on with '" + texts[8] + "'";
+  return parse_tum(texts[0], v, pose);
+}
+
+/// Poses of KITTI have no time: that of the times.txt beside them, where there is one of as many, or the
+/// index in seconds.
+void set_stamps(const std::string& path, std::vector<StampedPose>* poses) {
+  std::vector<std::int64_t> stamps;
+  const std::filesystem::path times = std::filesystem::path(path).parent_path() / "times.txt";
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(times, ignored)) {
+    std::istringstream words(read_text_file(times.string(), "time stamps", kMaxBytes));
+    std::int64_t stamp_ns = 0;
+    for (std::string word; words >> word && parse_stamp(word, &stamp_ns);) stamps.push_back(stamp_ns);
+  }
+  for (std::size_t i = 0; i < poses->size(); ++i) {
+    (*poses)[i].stamp_ns =
+        stamps.size() == poses->size() ? stamps[i] : static_cast<std::int64_t>(i) * 1'000'000'000;
+  }
 }
 
 void sort_by_stamp(std::vector<StampedPose>* poses) {
@@ -80,7 +143,7 @@ std::string tum_line(const StampedPose& pose) {
 std::vector<std::vector<StampedPose>> read_tum_maps(const std::string& path) {
   std::istringstream lines(read_text_file(path, std::string("lines `") + kLayout + "`", kMaxBytes));
   std::vector<std::vector<StampedPose>> maps;
-  bool begins = true;
+  bool begins = true, is_kitti = false;
   std::string line;
   for (int number = 1; std::getline(lines, line); ++number) {
     const std::size_t start = line.find_first_not_of(" \t\r");
@@ -90,7 +153,9 @@ std::vector<std::vector<StampedPose>> read_tum_maps(const std::string& path) {
       continue;
     }
     StampedPose pose;
-    const std::string problem = parse_line(line, &pose);
+    Layout layout = Layout::kTum;
+    const std::string problem = parse_line(line.substr(start), &pose, &layout);
+    is_kitti |= layout == Layout::kKitti;
     if (!problem.empty()) {
       throw std::runtime_error(path + ": line " + std::to_string(number) + " " + problem + ": expected `" +
                                kLayout + "`");
@@ -98,6 +163,7 @@ std::vector<std::vector<StampedPose>> read_tum_maps(const std::string& path) {
     if (std::exchange(begins, false)) maps.emplace_back();
     maps.back().push_back(pose);
   }
+  if (is_kitti && maps.size() == 1) set_stamps(path, &maps.front());
   for (std::vector<StampedPose>& poses : maps) sort_by_stamp(&poses);
   return maps;
 }

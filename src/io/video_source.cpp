@@ -4,14 +4,17 @@
 #include <iomanip>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/videoio.hpp>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
 
+#include "frame_stamps.h"
 #include "mono_pose_tracker/common/opencv_version.h"
 #include "mono_pose_tracker/io/image_decoding.h"
 #include "mono_pose_tracker/io/image_source.h"
 #include "mono_pose_tracker/io/video_file.h"
+#include "mp4_boxes.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -20,6 +23,13 @@ class VideoFile : public ImageSource {
  public:
   explicit VideoFile(const std::string& path) : path_(path) {
     std::error_code ignored;
+    if (path.find("://") != std::string::npos || std::filesystem::is_character_file(path, ignored)) {
+      throw std::runtime_error(
+          path +
+          ": is a stream or device, and a recording is read more than once: expected a "
+          "video file (ffmpeg -i INPUT -c copy FILE makes one); live: camera.launch device:=" +
+          path);
+    }
     if (!std::filesystem::is_regular_file(path, ignored)) {
       throw std::runtime_error(path + ": is no file: expected a video");
     }
@@ -30,6 +40,7 @@ class VideoFile : public ImageSource {
     if (!(frames_per_second_ > 0.001) || !std::isfinite(frames_per_second_)) {
       throw std::runtime_error(path + ": states no frame rate: expected a video that does");
     }
+    stamps_.emplace(frames_per_second_);
   }
 
   SourceImage next() override {
@@ -37,10 +48,10 @@ class VideoFile : public ImageSource {
     if (!capture_.read(frame) || frame.empty()) return end();
     SourceImage result;
     std::ostringstream name;
-    name << std::setw(6) << std::setfill('0') << index_;
+    name << std::setw(6) << std::setfill('0') << index_++;
     result.mask_name = name.str();
     result.name = result.mask_name + ".png";
-    result.stamp_ns = std::llround(static_cast<double>(index_++) * 1e9 / frames_per_second_);
+    result.stamp_ns = stamps_->next(capture_.get(cv::CAP_PROP_POS_MSEC));
     // A copy: the capture reuses its buffer for the next frame.
     DecodedImage decoded = to_8_bit(frame.clone());
     result.image = decoded.image;
@@ -53,8 +64,17 @@ class VideoFile : public ImageSource {
 
   bool skip() override {
     if (!capture_.grab()) return false;
+    stamps_->next(capture_.get(cv::CAP_PROP_POS_MSEC));
     ++index_;
     return true;
+  }
+
+  double pixel_aspect() const override {
+#if MONO_POSE_TRACKER_OPENCV_SINCE(4, 2)
+    const double wide = capture_.get(cv::CAP_PROP_SAR_NUM), high = capture_.get(cv::CAP_PROP_SAR_DEN);
+    if (wide > 0 && high > 0 && std::isfinite(wide / high)) return wide / high;
+#endif
+    return 1;
   }
 
   int size() const override {
@@ -65,7 +85,13 @@ class VideoFile : public ImageSource {
  private:
   /// Once before the end, what is missing.
   SourceImage end() {
-    const std::string problem = problem_of_end(index_, size());
+    std::string problem = is_trimmed_mp4(path_) ? "" : problem_of_end(index_, size());
+    if (stamps_->out_of_order() > 0) {
+      problem +=
+          (problem.empty() ? "" : "; ") + std::to_string(stamps_->out_of_order()) +
+          " frames have no time in the container that is later than the one before: they are stamped by the "
+          "frame rate";
+    }
     SourceImage result;
     if (std::exchange(is_end_told_, true) || problem.empty()) return result;
     result.kind = SourceImage::Kind::kSkipped;
@@ -85,6 +111,7 @@ class VideoFile : public ImageSource {
   std::string path_;
   cv::VideoCapture capture_;
   double frames_per_second_ = 0;
+  std::optional<FrameStamps> stamps_;
   std::int64_t index_ = 0;
   bool is_end_told_ = false;
 };

@@ -7,6 +7,14 @@ namespace mono_pose_tracker {
 
 namespace {
 
+/// The map that the landmarks are of became part of another, whose ids go on from there.
+LandmarkPixels with_ids_moved(const LandmarkPixels& landmarks, LandmarkId added) {
+  if (!landmarks || added == 0) return landmarks;
+  auto moved = std::make_shared<std::vector<LandmarkPixel>>(*landmarks);
+  for (LandmarkPixel& seen : *moved) seen.landmark += added;
+  return moved;
+}
+
 bool is_before(const FramePoses::Entry& entry, std::int64_t index) { return entry.first < index; }
 
 }  // namespace
@@ -39,6 +47,7 @@ void FramePoses::apply(const MapCorrection& correction) {
     pose.reference += correction.added.keyframes;
     pose.camera_from_reference.translation *= correction.length_scale(pose.reference);
     pose.is_stale = pose.is_stale || correction.other_geometry;
+    pose.landmarks = with_ids_moved(pose.landmarks, correction.added.landmarks);
   }
 }
 
@@ -48,6 +57,14 @@ void FramePoses::take(const FramePoses& other) {
   std::set_union(poses_.begin(), poses_.end(), other.poses_.begin(), other.poses_.end(),
                  std::back_inserter(all), [](const Entry& a, const Entry& b) { return a.first < b.first; });
   poses_ = std::move(all);
+}
+
+RegisteredLandmarks FramePoses::landmarks() const {
+  RegisteredLandmarks registered;
+  for (const auto& [index, pose] : poses_) {
+    if (pose.landmarks) registered.emplace_hint(registered.end(), index, pose.landmarks);
+  }
+  return registered;
 }
 
 bool FramePoses::camera_from_map(const TrackingMap& map, std::int64_t index, Rigid3* camera_from_map) const {

@@ -254,6 +254,24 @@ CalibrationStep sigmas(const Information& information, const Active& active) {
 // Undistorted radius (equidistant: angle) of the image's corners.
 double corner_radius(const CameraParameters& p) { return 0.5 * std::hypot(p.width / p.fx, p.height / p.fy); }
 
+/// What a step of k1 and k2 moves the corners by, beyond what it moves the points half way to them [px].
+CalibrationStep corner_shift_by_step(const CameraParameters& p) {
+  const double r = corner_radius(p), r2 = r * r, half2 = 0.25 * r2;
+  const double px = 0.5 * (p.fx + p.fy) * r;
+  CalibrationStep by_step = CalibrationStep::Zero();
+  by_step[3] = px * (r2 - half2);
+  by_step[4] = px * (r2 * r2 - half2 * half2);
+  return by_step;
+}
+
+void ask_distortion(const CameraParameters& camera, const CalibrationStep& step,
+                    const Information& information, CameraRefinement* result) {
+  const CalibrationStep by_step = corner_shift_by_step(camera);
+  result->distortion_asked_px = by_step.dot(step);
+  const std::optional<Eigen::MatrixXd> covariance = inverse_of_positive(information);
+  if (covariance) result->distortion_sigma_px = std::sqrt(by_step.dot(*covariance * by_step));
+}
+
 // One standard deviation of what is taken as known may be this.
 constexpr double kMaxCenterSigma = 0.003;      // of the image's width
 constexpr double kMaxDistortionSigma = 0.003;  // of the corner's radius
@@ -318,6 +336,7 @@ CameraRefinement refine_camera(const CameraRefinementOptions& options, const Cam
   if (!best) return result;
   width = loss_width_by_spread(options.loss_width, residual_lengths(*best, at));
   const Information information = marginal_information(calibrating, width, at);
+  ask_distortion(camera, at.step, information, &result);
   for (const Active& active : {kAll, kFocalDistortion, kFocal}) {
     const CalibrationStep sigma = sigmas(information, active);
     result.focal_sigma = sigma[0];

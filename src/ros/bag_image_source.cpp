@@ -8,6 +8,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <iomanip>
 #include <optional>
 #include <set>
@@ -15,6 +16,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "mono_pose_tracker/camera/rectification.h"
 #include "mono_pose_tracker/camera/same_camera.h"
 #include "mono_pose_tracker/common/one_line.h"
 #include "mono_pose_tracker/io/image_decoding.h"
@@ -38,9 +40,29 @@ bool same_topic(const std::string& a, const std::string& b) {
          a.compare(start(a), std::string::npos, b, start(b), std::string::npos) == 0;
 }
 
+/// Of a path that is no bag of ROS 1: what it is and what to do; empty where that is not known.
+std::string other_kind(const std::string& path) {
+  const std::string convert =
+      ": expected a bag of ROS 1; `rosbags-convert` (pip install rosbags) makes one of it";
+  std::error_code ignored;
+  if (std::filesystem::exists(std::filesystem::path(path) / "metadata.yaml", ignored)) {
+    return "is a recording of ROS 2" + convert;
+  }
+  std::string head(16, '\0');
+  std::ifstream(path, std::ios::binary).read(head.data(), static_cast<std::streamsize>(head.size()));
+  if (head.compare(0, 5, "\x89MCAP") == 0) return "is an MCAP file" + convert;
+  if (head.compare(0, 15, "SQLite format 3") == 0) return "is a recording of ROS 2 (SQLite)" + convert;
+  if (head.compare(4, 4, "ftyp") == 0 || head.compare(0, 4, "\x1a\x45\xdf\xa3") == 0) {
+    return "is a video: expected it as --video";
+  }
+  return "";
+}
+
 void open(const std::string& path, rosbag::Bag* bag) {
   const auto fail = [&](const std::string& problem) { throw std::runtime_error(path + ": " + problem); };
   std::error_code ignored;
+  const std::string other = other_kind(path);
+  if (!other.empty()) fail(other);
   if (!std::filesystem::is_regular_file(path, ignored)) fail("is no file: expected a bag");
   try {
     bag->open(path, rosbag::bagmode::Read);
@@ -51,14 +73,26 @@ void open(const std::string& path, rosbag::Bag* bag) {
   }
 }
 
+using Bags = std::vector<std::unique_ptr<rosbag::Bag>>;
+
 /// Topics whose messages are of one of the given types.
-std::set<std::string> topics_of(const rosbag::Bag& bag, const std::set<std::string>& types) {
-  rosbag::View all(bag);
+std::set<std::string> topics_of(const Bags& bags, const std::set<std::string>& types) {
+  rosbag::View all;
+  for (const auto& bag : bags) all.addQuery(*bag);
   std::set<std::string> topics;
   for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
     if (types.count(connection->datatype)) topics.insert(connection->topic);
   }
   return topics;
+}
+
+/// The messages of a topic in all bags, in the order in which they were recorded.
+void add_topic(const Bags& bags, const std::string& topic, rosbag::View* view) {
+  for (const auto& bag : bags) view->addQuery(*bag, rosbag::TopicQuery(topic));
+}
+
+std::string listed(const std::vector<std::string>& paths) {
+  return paths.front() + (paths.size() > 1 ? " and " + std::to_string(paths.size() - 1) + " more" : "");
 }
 
 std::string listed(const std::set<std::string>& topics) {
@@ -67,8 +101,8 @@ std::string listed(const std::set<std::string>& topics) {
   return text.empty() ? "none" : text;
 }
 
-std::string choose_image_topic(const std::string& path, const rosbag::Bag& bag, const std::string& wanted) {
-  const std::set<std::string> topics = topics_of(bag, {"sensor_msgs/Image", "sensor_msgs/CompressedImage"});
+std::string choose_image_topic(const std::string& path, const Bags& bags, const std::string& wanted) {
+  const std::set<std::string> topics = topics_of(bags, {"sensor_msgs/Image", "sensor_msgs/CompressedImage"});
   if (wanted.empty() && topics.size() == 1) return *topics.begin();
   for (const std::string& name : {wanted, wanted + kCompressed}) {
     for (const std::string& topic : topics) {
@@ -88,52 +122,42 @@ std::string camera_of(std::string image_topic) {
   return slash == std::string::npos ? "" : image_topic.substr(0, slash);
 }
 
-bool is_rectified(const std::string& image_topic) {
-  return image_topic.find("/image_rect", camera_of(image_topic).size()) == camera_of(image_topic).size();
-}
-
 std::int64_t stamp_of(const rosbag::MessageInstance& message, const std_msgs::Header& header) {
   return static_cast<std::int64_t>((header.stamp.isZero() ? message.getTime() : header.stamp).toNSec());
 }
 
-/// In words, of two cameras that are not the same.
-std::string difference(const CameraParameters& a, const CameraParameters& b) {
-  if (a.width != b.width || a.height != b.height) {
-    return std::to_string(a.width) + "x" + std::to_string(a.height) + ", then " + std::to_string(b.width) +
-           "x" + std::to_string(b.height);
-  }
-  char text[96];
-  if (a.fx != b.fx || a.fy != b.fy || a.cx != b.cx || a.cy != b.cy) {
-    std::snprintf(text, sizeof text, "fx %.9g, fy %.9g, then fx %.9g, fy %.9g", a.fx, a.fy, b.fx, b.fy);
-    return text;
-  }
-  return "other distortion";
-}
-
 /// Fills in image or problem, and the stamp.
-void read_raw(const rosbag::MessageInstance& message, SourceImage* result) {
+void read_raw(const rosbag::MessageInstance& message, const GreyLevels& levels, SourceImage* result) {
   const sensor_msgs::ImageConstPtr image = message.instantiate<sensor_msgs::Image>();
   if (!image) throw std::runtime_error("is of another version of sensor_msgs/Image");
   result->stamp_ns = static_cast<std::int64_t>(image->header.stamp.toNSec());
-  const ConvertedImage converted = convert_image(image);
+  const ConvertedImage converted = convert_image(image, levels);
   result->image = converted.image.clone();  // it may share the message's memory
   result->problem = converted.error;
 }
 
-void read_compressed(const rosbag::MessageInstance& message, SourceImage* result) {
+void read_compressed(const rosbag::MessageInstance& message, const GreyLevels& levels, SourceImage* result) {
   const sensor_msgs::CompressedImageConstPtr image = message.instantiate<sensor_msgs::CompressedImage>();
   if (!image) throw std::runtime_error("is of another version of sensor_msgs/CompressedImage");
   result->stamp_ns = static_cast<std::int64_t>(image->header.stamp.toNSec());
-  const DecodedImage decoded = decode_image(image->data);
+  const DecodedImage decoded = decode_image(image->data, kMaxImagePixels, levels);
   result->image = decoded.image;
   result->problem = decoded.problem;
+}
+
+/// With all bits of its pixels; empty where it can't be read.
+cv::Mat all_bits_of(const rosbag::MessageInstance& message) {
+  if (const auto raw = message.instantiate<sensor_msgs::Image>())
+    return convert_with_all_bits(raw).image.clone();
+  const auto compressed = message.instantiate<sensor_msgs::CompressedImage>();
+  return compressed ? decode_unchanged(compressed->data).image : cv::Mat();
 }
 
 /// The camera of all CameraInfo messages, of which those before the camera was calibrated do not count.
 /// Throws when there is none, or more than one: poses by a calibration that no longer holds are wrong without
 /// a sign.
-CameraParameters camera_of_all(rosbag::View& view, bool rectified) {
-  std::optional<CameraParameters> camera;
+ConvertedCamera camera_of_all(rosbag::View& view, bool rectified) {
+  std::optional<ConvertedCamera> camera;
   std::string problem;
   for (const rosbag::MessageInstance& message : view) {
     const sensor_msgs::CameraInfoConstPtr info = message.instantiate<sensor_msgs::CameraInfo>();
@@ -143,13 +167,13 @@ CameraParameters camera_of_all(rosbag::View& view, bool rectified) {
       problem = converted.error;
       continue;
     }
-    if (camera && !is_same_camera(*camera, converted.parameters)) {
+    if (camera && !is_same_camera(camera->parameters, converted.parameters, kToleratedCalibrationChangePx)) {
       throw std::runtime_error(
           "the calibration changes at " + format_stamp(stamp_of(message, info->header)) + " (" +
-          difference(*camera, converted.parameters) +
+          difference(camera->parameters, converted.parameters) +
           "): expected one for the whole bag, or a calibration file to use for all of it");
     }
-    if (!camera) camera = converted.parameters;
+    if (!camera) camera = converted;
   }
   if (!camera) throw std::runtime_error(problem);
   return *camera;
@@ -158,25 +182,28 @@ CameraParameters camera_of_all(rosbag::View& view, bool rectified) {
 }  // namespace
 
 struct BagImageSource::Bag {
-  rosbag::Bag file;
-  std::unique_ptr<rosbag::View> images;
+  Bags files;
+  rosbag::View images;
   rosbag::View::iterator position;
 };
 
-BagImageSource::BagImageSource(const std::string& path, const std::string& image_topic)
-    : path_(path), bag_(std::make_unique<Bag>()) {
-  open(path, &bag_->file);
-  topic_ = choose_image_topic(path, bag_->file, image_topic);
-  bag_->images = std::make_unique<rosbag::View>(bag_->file, rosbag::TopicQuery(topic_));
-  bag_->position = bag_->images->begin();
+BagImageSource::BagImageSource(const std::vector<std::string>& paths, const std::string& image_topic)
+    : path_(listed(paths)), bag_(std::make_unique<Bag>()) {
+  for (const std::string& path : paths) {
+    bag_->files.push_back(std::make_unique<rosbag::Bag>());
+    open(path, bag_->files.back().get());
+  }
+  topic_ = choose_image_topic(path_, bag_->files, image_topic);
+  add_topic(bag_->files, topic_, &bag_->images);
+  bag_->position = bag_->images.begin();
 }
 
 BagImageSource::~BagImageSource() = default;
 
-int BagImageSource::size() const { return static_cast<int>(bag_->images->size()); }
+int BagImageSource::size() const { return static_cast<int>(bag_->images.size()); }
 
 SourceImage BagImageSource::next() {
-  if (bag_->position == bag_->images->end()) return {};
+  if (bag_->position == bag_->images.end()) return {};
   SourceImage result;
   std::ostringstream name;
   name << std::setw(6) << std::setfill('0') << index_++;
@@ -184,7 +211,7 @@ SourceImage BagImageSource::next() {
   result.name = result.mask_name + ".png";
   try {
     const rosbag::MessageInstance& message = *bag_->position;
-    (message.getDataType() == "sensor_msgs/Image" ? read_raw : read_compressed)(message, &result);
+    (message.getDataType() == "sensor_msgs/Image" ? read_raw : read_compressed)(message, levels_, &result);
   } catch (const std::exception& error) {  // a damaged part of the file
     result.problem = one_line(error.what());
   }
@@ -198,24 +225,41 @@ SourceImage BagImageSource::next() {
   return result;
 }
 
+void BagImageSource::look_at_first(GreyLevelChoice* levels) const {
+  rosbag::View images;
+  add_topic(bag_->files, topic_, &images);
+  for (const rosbag::MessageInstance& message : images) {
+    if (levels->is_settled()) return;
+    cv::Mat image;
+    try {
+      image = all_bits_of(message);
+    } catch (const std::exception&) {  // told when it is its turn
+    }
+    if (!image.empty() && image.depth() != CV_16U) return;
+    levels->look_at(image);
+  }
+}
+
 bool BagImageSource::skip() {
-  if (bag_->position == bag_->images->end()) return false;
+  if (bag_->position == bag_->images.end()) return false;
   ++bag_->position;
   ++index_;
   return true;
 }
 
-CameraParameters BagImageSource::read_camera(const std::string& camera_info_topic) const {
+ConvertedCamera BagImageSource::read_calibration(const std::string& camera_info_topic,
+                                                 const std::string& rectified) const {
   const std::string wanted =
       camera_info_topic.empty() ? camera_of(topic_) + "/camera_info" : camera_info_topic;
-  const std::set<std::string> topics = topics_of(bag_->file, {"sensor_msgs/CameraInfo"});
+  const std::set<std::string> topics = topics_of(bag_->files, {"sensor_msgs/CameraInfo"});
   const auto fail = [&](const std::string& problem) { throw std::runtime_error(path_ + ": " + problem); };
   for (const std::string& topic : topics) {
     if (!same_topic(topic, wanted)) continue;
-    rosbag::View view(bag_->file, rosbag::TopicQuery(topic));
+    rosbag::View view;
+    add_topic(bag_->files, topic, &view);
     if (view.begin() == view.end()) break;
     try {
-      return camera_of_all(view, is_rectified(topic_));
+      return camera_of_all(view, decide_rectification(rectified, topic_).is_rectified);
     } catch (const std::exception& error) {
       fail(topic + ": " + one_line(error.what()));
     }

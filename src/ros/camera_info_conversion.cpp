@@ -3,6 +3,7 @@
 #include <camera_calibration_parsers/parse.h>
 #include <image_geometry/pinhole_camera_model.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <stdexcept>
@@ -14,6 +15,8 @@
 namespace mono_pose_tracker {
 namespace {
 
+constexpr std::uint32_t kMostRows = 1u << 30;  // what a message may promise, as a whole number with a sign
+
 /// The linear part of the camera of the image as sent, by image_geometry's conventions for binning and region
 /// of interest. Distortion is kept from it: it knows fewer models than we do.
 image_geometry::PinholeCameraModel linear_model(sensor_msgs::CameraInfo info) {
@@ -24,21 +27,58 @@ image_geometry::PinholeCameraModel linear_model(sensor_msgs::CameraInfo info) {
   return model;
 }
 
-/// What our cameras have no place for would be wrong without a sign.
-void require_no_skew(const sensor_msgs::CameraInfo& info, bool rectified) {
+/// What our cameras have no place for would be wrong without a sign. A note about what was left out.
+std::string check_matrix(const sensor_msgs::CameraInfo& info, bool rectified) {
   const auto& K = info.K;
   const auto& P = info.P;
   try {
-    require_camera_matrix(rectified
-                              ? std::array<double, 9>{P[0], P[1], P[2], P[4], P[5], P[6], P[8], P[9], P[10]}
-                              : std::array<double, 9>{K[0], K[1], K[2], K[3], K[4], K[5], K[6], K[7], K[8]});
+    return require_camera_matrix(
+        rectified ? std::array<double, 9>{P[0], P[1], P[2], P[4], P[5], P[6], P[8], P[9], P[10]}
+                  : std::array<double, 9>{K[0], K[1], K[2], K[3], K[4], K[5], K[6], K[7], K[8]},
+        static_cast<int>(std::min(info.height, kMostRows)));
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(std::string(rectified ? "P " : "K ") + error.what());
   }
 }
 
+std::string size_text(std::uint32_t width, std::uint32_t height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
+bool has_region(const sensor_msgs::RegionOfInterest& roi) { return roi.width > 0 || roi.height > 0; }
+
+std::string region_text(const sensor_msgs::RegionOfInterest& roi) {
+  return "the region of interest " + size_text(roi.width, roi.height) + " at " +
+         std::to_string(roi.x_offset) + ", " + std::to_string(roi.y_offset);
+}
+
+/// A driver that crops often fills in the size and the matrix of what it has cropped.
+void require_region_in_image(const sensor_msgs::CameraInfo& info) {
+  const auto& roi = info.roi;
+  const auto lies_in = [](std::uint64_t offset, std::uint64_t size, std::uint64_t whole) {
+    return offset + size <= whole;
+  };
+  if (!has_region(roi) ||
+      (lies_in(roi.x_offset, roi.width, info.width) && lies_in(roi.y_offset, roi.height, info.height))) {
+    return;
+  }
+  throw std::invalid_argument(
+      region_text(roi) + " does not lie in the image of " + size_text(info.width, info.height) +
+      " that camera_info is of: expected width, height, K and P of the whole image, or no "
+      "region (roi all zero) where they are of the cropped one");
+}
+
+/// Of the image as it is sent.
+std::string size_origin(const sensor_msgs::CameraInfo& info) {
+  std::string text = "width and height of camera_info";
+  const bool is_binned = info.binning_x > 1 || info.binning_y > 1;
+  if (has_region(info.roi) || is_binned) text += ", " + size_text(info.width, info.height);
+  if (has_region(info.roi)) text += ", " + region_text(info.roi);
+  if (is_binned) text += ", binning " + size_text(std::max(info.binning_x, 1u), std::max(info.binning_y, 1u));
+  return text;
+}
+
 CameraParameters camera_parameters(const sensor_msgs::CameraInfo& info, bool rectified) {
-  require_no_skew(info, rectified);
   const image_geometry::PinholeCameraModel model = linear_model(info);
   CameraParameters parameters;
   const cv::Size size = model.reducedResolution();
@@ -66,9 +106,13 @@ ConvertedCamera convert_camera_info(const sensor_msgs::CameraInfo& info, bool re
                 "cameracalibrator.py), or give a calibration file by ~camera_info_url"};
   }
   try {
-    const CameraParameters parameters = camera_parameters(info, rectified);
-    static_cast<void>(CameraModel(parameters));  // refuses what is no camera
-    return {parameters, Reason::kOk, ""};
+    ConvertedCamera camera;
+    camera.note = check_matrix(info, rectified);
+    require_region_in_image(info);
+    camera.size_origin = size_origin(info);
+    camera.parameters = CameraModel(camera_parameters(info, rectified)).parameters();  // refuses what is none
+    camera.has_distortion = std::any_of(info.D.begin(), info.D.end(), [](double d) { return d != 0; });
+    return camera;
   } catch (const std::exception& e) {  // of the model's, or of image_geometry's own checks
     return {{}, Reason::kUncalibrated, std::string("the camera's calibration can't be used: ") + e.what()};
   }
@@ -108,8 +152,10 @@ sensor_msgs::CameraInfo load_camera_info(const std::string& url) {
   sensor_msgs::CameraInfo info;
   std::string name;
   if (!camera_calibration_parsers::readCalibration(path, name, info)) {
-    throw std::runtime_error("camera_info_url " + url +
-                             ": not a calibration as camera_calibration writes it");
+    throw std::runtime_error(
+        "camera_info_url " + url +
+        ": not a calibration as camera_calibration writes it: expected a file whose name ends in "
+        ".yaml, .yml or .ini (ost.txt is of the latter kind: rename it)");
   }
   return info;
 }

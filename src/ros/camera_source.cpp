@@ -5,11 +5,14 @@
 namespace mono_pose_tracker {
 
 void CameraSource::set_file(const sensor_msgs::CameraInfo& info) {
+  if (!uses_file_) return;
   const std::lock_guard<std::mutex> lock(mutex_);
   file_ = convert_camera_info(info, rectified_);
+  file_->size_origin = "width and height of the calibration file";
 }
 
 void CameraSource::set_message(const sensor_msgs::CameraInfoConstPtr& info) {
+  if (!uses_topic_) return;
   const std::lock_guard<std::mutex> lock(mutex_);
   message_ = convert_camera_info(*info, rectified_);
   arrived_.notify_all();
@@ -44,7 +47,7 @@ std::optional<ConvertedCamera> CameraSource::camera() const {
 
 std::optional<ConvertedCamera> CameraSource::wait(std::chrono::milliseconds timeout) const {
   std::unique_lock<std::mutex> lock(mutex_);
-  arrived_.wait_for(lock, timeout, [this] { return message_.has_value(); });
+  arrived_.wait_for(lock, timeout, [this] { return !uses_topic_ || message_.has_value(); });
   return camera();
 }
 

@@ -54,7 +54,19 @@ void Capture::open_video() {
   }
 }
 
+void Capture::open_stream() {
+  const std::string& url = settings_.device;
+  if (!capture_.open(url, cv::CAP_FFMPEG) && !capture_.open(url, cv::CAP_GSTREAMER)) {
+    throw std::runtime_error(
+        url +
+        " cannot be opened by OpenCV: it does not answer, or is of a kind that this OpenCV "
+        "does not read; the package video_stream_opencv publishes such streams");
+  }
+  rate_ = settings_.rate > 0 ? settings_.rate : capture_.get(cv::CAP_PROP_FPS);
+}
+
 void Capture::open_device() {
+  if (settings_.device.find("://") != std::string::npos) return open_stream();
   const std::string path = device_path(settings_.device);
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) {

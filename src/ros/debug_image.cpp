@@ -179,6 +179,8 @@ const char* what_to_do(Reason reason) {
       return "calibrate the camera, or set ~camera_info_url";
     case Reason::kImageSizeMismatch:
       return "calibrate at the size you use";
+    case Reason::kCalibrationChanged:
+      return "one calibration file: ~camera_info_source file";
     case Reason::kUnsupportedEncoding:
       return "convert the images";
     case Reason::kTooFewFeatures:

@@ -72,6 +72,7 @@ void fill_diagnostics(const Health& health, diagnostic_updater::DiagnosticStatus
   status.addf("seconds since the last image", "%.1f", health.seconds_since_image);
   status.addf("latency (ms)", "%.1f", last.latency_ms);
   status.add("calibration", health.calibration.empty() ? "none" : health.calibration);
+  status.add("rectified", (last.rectified ? "yes: " : "no: ") + last.rectified_reason);
   status.add("output", health.output_problem.empty() ? "all is written" : health.output_problem);
   status.add("inliers", last.inliers);
   status.addf("median parallax (deg)", "%.2f", last.median_parallax_deg);

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
+#include <initializer_list>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
@@ -17,8 +19,9 @@ namespace {
 namespace enc = sensor_msgs::image_encodings;
 
 constexpr const char* kKnownEncodings =
-    "mono8, mono16, 8UC1, 16UC1, 8UC3, rgb8, bgr8, rgba8, bgra8, bayer_*8, bayer_*16 and yuv422 (UYVY and "
-    "YUY2)";
+    "mono8, mono16, 8UC1, 16UC1, 8UC3, 8UC4, 16UC3, 16UC4, rgb8, bgr8, rgba8, bgra8, rgb16, bgr16, rgba16, "
+    "bgra16, "
+    "bayer_*8, bayer_*16 and yuv422 (UYVY and YUY2)";
 
 const char* const kYuy2 = "yuv422_yuy2";  // which sensor_msgs of Noetic does not know
 
@@ -40,10 +43,18 @@ bool is_16bit_bayer(const std::string& encoding) {
   return enc::isBayer(encoding) && enc::bitDepth(encoding) == 16;
 }
 
+/// Of 16 bits a channel, but for the bayer patterns.
+bool is_16bit(const std::string& encoding) {
+  const std::initializer_list<std::string> known = {enc::MONO16,     enc::TYPE_16UC1, enc::TYPE_16UC3,
+                                                    enc::TYPE_16UC4, enc::RGB16,      enc::BGR16,
+                                                    enc::RGBA16,     enc::BGRA16};
+  return std::find(known.begin(), known.end(), encoding) != known.end();
+}
+
 /// The encoding cv_bridge shall convert to; empty: the pixels are taken as they are.
 std::string target_encoding(const std::string& encoding) {
   if (encoding == enc::MONO8 || encoding == enc::TYPE_8UC1 || encoding == enc::BGR8 ||
-      encoding == enc::TYPE_8UC3 || encoding == enc::MONO16 || encoding == enc::TYPE_16UC1 ||
+      encoding == enc::TYPE_8UC3 || encoding == enc::TYPE_8UC4 || is_16bit(encoding) ||
       is_16bit_bayer(encoding)) {
     return "";
   }
@@ -96,21 +107,30 @@ cv::Mat demosaic(const cv::Mat& bayer, const std::string& encoding) {
   return bgr;
 }
 
-cv::Mat to_8bit(const cv::Mat& image) {
-  if (image.depth() == CV_8U) return image;
-  cv::Mat result;
-  image.convertTo(result, CV_8U, 1.0 / 256);  // a fixed factor: grey must not change with the image's content
-  return result;
+/// cv_bridge swaps the bytes of a big-endian image, and calls them two channels each.
+cv::Mat as_16bit(const cv::Mat& image, const sensor_msgs::Image& message) {
+  if (image.depth() != CV_8U || enc::bitDepth(message.encoding) != 16) return image;
+  return cv::Mat(image.rows, static_cast<int>(message.width), CV_16UC(enc::numChannels(message.encoding)),
+                 image.data, image.step)
+      .clone();
 }
 
-/// cv_bridge swaps the bytes of a big-endian image, and calls them two channels.
-cv::Mat as_16bit(const cv::Mat& image) {
-  if (image.type() != CV_8UC2) return image;
-  return cv::Mat(image.rows, image.cols, CV_16UC1, image.data, image.step).clone();
+/// Of what was taken as it is: blue, green, red, without alpha.
+cv::Mat in_bgr(const cv::Mat& image, const std::string& encoding) {
+  int code = -1;
+  if (encoding == enc::RGB16) code = cv::COLOR_RGB2BGR;
+  if (encoding == enc::RGBA16) code = cv::COLOR_RGBA2BGR;
+  if (encoding == enc::BGRA16 || encoding == enc::TYPE_16UC4 || encoding == enc::TYPE_8UC4)
+    code = cv::COLOR_BGRA2BGR;
+  if (code < 0) return image;
+  cv::Mat bgr;
+  cv::cvtColor(image, bgr, code);
+  return bgr;
 }
 
 /// finish: makes an image for the tracker of pixels with all their bits (8 or 16) and one or three channels.
-ConvertedImage convert(const sensor_msgs::ImageConstPtr& message, cv::Mat (*finish)(const cv::Mat&)) {
+ConvertedImage convert(const sensor_msgs::ImageConstPtr& message,
+                       const std::function<cv::Mat(const cv::Mat&)>& finish) {
   if (!is_known(message->encoding)) {
     return refuse(Reason::kUnsupportedEncoding,
                   "encoding \"" + message->encoding + "\" is not supported (known: " + kKnownEncodings + ")");
@@ -126,7 +146,9 @@ ConvertedImage convert(const sensor_msgs::ImageConstPtr& message, cv::Mat (*fini
   }
   try {
     if (message->encoding == kYuy2) return {finish(yuy2_to_bgr(*message)), Reason::kOk, "", message};
-    const cv::Mat image = as_16bit(cv_bridge::toCvShare(message, target_encoding(message->encoding))->image);
+    const cv::Mat image =
+        in_bgr(as_16bit(cv_bridge::toCvShare(message, target_encoding(message->encoding))->image, *message),
+               message->encoding);
     if (is_16bit_bayer(message->encoding)) {
       return {finish(demosaic(image, message->encoding)), Reason::kOk, "", message};
     }
@@ -138,18 +160,32 @@ ConvertedImage convert(const sensor_msgs::ImageConstPtr& message, cv::Mat (*fini
 
 }  // namespace
 
-ConvertedImage convert_image(const sensor_msgs::ImageConstPtr& message) { return convert(message, to_8bit); }
+ConvertedImage convert_image(const sensor_msgs::ImageConstPtr& message, const GreyLevels& levels) {
+  return convert(message, [&](const cv::Mat& image) {
+    return image.depth() == CV_8U ? image : to_8_bit(image, levels).image;
+  });
+}
+
+ConvertedImage convert_with_all_bits(const sensor_msgs::ImageConstPtr& message) {
+  return convert(message, [](const cv::Mat& image) { return image; });
+}
 
 ConvertedImage convert_mask(const sensor_msgs::ImageConstPtr& message) {
   return convert(message, mask_of_image);
 }
 
 sensor_msgs::ImagePtr decode_image(const sensor_msgs::CompressedImage& message, std::uint64_t max_pixels) {
-  const DecodedImage decoded = decode_image(message.data, max_pixels);
+  DecodedImage decoded = decode_unchanged(message.data, max_pixels);
+  const bool has_16_bits = decoded.image.depth() == CV_16U;
+  if (decoded.problem.empty() && has_16_bits && decoded.image.channels() == 4)
+    cv::cvtColor(decoded.image, decoded.image, cv::COLOR_BGRA2BGR);
+  if (decoded.problem.empty() && !has_16_bits) decoded = to_8_bit(decoded.image);
   if (!decoded.problem.empty()) throw std::runtime_error("the compressed image " + decoded.problem);
-  return cv_bridge::CvImage(message.header, decoded.image.channels() == 3 ? enc::BGR8 : enc::MONO8,
-                            decoded.image)
-      .toImageMsg();
+  const bool is_grey = decoded.image.channels() == 1;
+  const std::string encoding = has_16_bits ? (is_grey ? enc::MONO16 : enc::BGR16)
+                               : is_grey   ? enc::MONO8
+                                           : enc::BGR8;
+  return cv_bridge::CvImage(message.header, encoding, decoded.image).toImageMsg();
 }
 
 }  // namespace mono_pose_tracker

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "mono_pose_tracker/camera/same_camera.h"
+#include "mono_pose_tracker/camera/size_mismatch.h"
 #include "mono_pose_tracker/ros/image_conversion.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 
@@ -22,13 +23,15 @@ std::string size_text(int width, int height) { return std::to_string(width) + "x
 }  // namespace
 
 LiveTracker::LiveTracker(const TrackerOptions& options, CameraSource& cameras, MaskSource& masks,
-                         std::chrono::milliseconds mask_timeout, std::function<bool()> mask_wanted, Warn warn)
+                         std::chrono::milliseconds mask_timeout, std::function<bool()> mask_wanted, Warn warn,
+                         const GreyLevelChoice& levels)
     : options_(options),
       cameras_(cameras),
       masks_(masks),
       mask_timeout_(mask_timeout),
       mask_wanted_(std::move(mask_wanted)),
-      warn_(std::move(warn)) {}
+      warn_(std::move(warn)),
+      levels_(levels) {}
 
 FrameReport LiveTracker::process(const sensor_msgs::ImageConstPtr& message, Clock::time_point arrival) {
   FrameReport report;
@@ -58,7 +61,9 @@ void LiveTracker::govern(Clock::time_point arrival) {
 }
 
 FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
-  image_ = convert_image(message);
+  if (!levels_.is_settled() && levels_.look_at(convert_with_all_bits(message).image))
+    warn_("", levels_.text());
+  image_ = convert_image(message, levels_.levels());
   const cv::Mat& image = image_.image;
   if (image_.reason != Reason::kOk) return refuse(image_.reason, image_.error);
 
@@ -69,11 +74,13 @@ FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
   if (camera->reason != Reason::kOk) return refuse(camera->reason, camera->error);
   const CameraParameters& parameters = camera->parameters;
   if (image.cols != parameters.width || image.rows != parameters.height) {
-    return refuse(Reason::kImageSizeMismatch, "the image is " + size_text(image.cols, image.rows) +
-                                                  ", the calibration is for " +
-                                                  size_text(parameters.width, parameters.height));
+    return refuse(Reason::kImageSizeMismatch,
+                  "the image " + size_mismatch_text(image.cols, image.rows, parameters.width,
+                                                    parameters.height, camera->size_origin));
   }
-  if (!tracker_ || !is_same_camera(camera_.parameters(), parameters)) {
+  std::string change;
+  if (!tracker_ || !is_present_camera(parameters)) {
+    if (tracker_) change = difference(camera_.parameters(), parameters);
     if (camera->source == CalibrationSource::kGuessed) {
       warn_("",
             "there is no calibration: a camera is guessed that sees as wide as ~hfov says; the shape of the "
@@ -88,6 +95,13 @@ FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
   FrameReport report = tracker_->process(static_cast<std::int64_t>(message->header.stamp.toNSec()), image,
                                          mask_for(*message).image);
   has_tracked_ = has_tracked_ || report.map_from_camera;
+  // Not "move sideways": that is no help where the next image has another calibration again.
+  if (!change.empty() && !report.map_from_camera) {
+    report.reason = Reason::kCalibrationChanged;
+    report.reason_text = "the calibration has changed (" + change +
+                         "): tracking starts anew. If the camera has not changed, give a calibration file: "
+                         "~camera_info_url, and ~camera_info_source: file";
+  }
   report.epoch += epoch_base_;
   calibration_ = report.calibration = camera->source;
   if (report.map_id > 0) report.map_id += epoch_base_;
@@ -115,6 +129,11 @@ FrameReport LiveTracker::refuse(Reason reason, const std::string& text) const {
   report.epoch = epoch_;
   report.calibration = calibration_;
   return report;
+}
+
+// What differs by less than it costs is the present one still: a map that is dropped costs more.
+bool LiveTracker::is_present_camera(const CameraParameters& parameters) const {
+  return is_same_camera(camera_.parameters(), parameters, kToleratedCalibrationChangePx);
 }
 
 void LiveTracker::use_camera(const CameraParameters& parameters) {
@@ -147,8 +166,7 @@ SavedMaps LiveTracker::copy_maps() {
 
 bool LiveTracker::load_maps(SavedMaps saved) {
   const std::optional<ConvertedCamera> camera = cameras_.wait(std::chrono::milliseconds(0));
-  if (camera && camera->reason == Reason::kOk &&
-      (!tracker_ || !is_same_camera(camera_.parameters(), camera->parameters))) {
+  if (camera && camera->reason == Reason::kOk && (!tracker_ || !is_present_camera(camera->parameters))) {
     use_camera(camera->parameters);
   }
   waiting_maps_ = std::move(saved);

@@ -1,8 +1,11 @@
 #include "mono_pose_tracker/ros/parameters.h"
 
 #include <sstream>
+#include <stdexcept>
 
 #include "mono_pose_tracker/camera/camera_guess.h"
+#include "mono_pose_tracker/camera/rectification.h"
+#include "mono_pose_tracker/ros/camera_source.h"
 #include "mono_pose_tracker/ros/parameter_reader.h"
 #include "mono_pose_tracker/ros/paths.h"
 
@@ -13,13 +16,23 @@ void read_node(ParameterReader& reader, NodeParameters& p) {
   reader.read("image_transport", &p.image_transport);
   reader.read("max_image_pixels", &p.max_image_pixels, 1, 1000000000);
   reader.read("camera_info_url", &p.camera_info_url);
+  reader.read({"camera_info_source", &p.camera_info_source, 0, 0, kCameraInfoSources});
+  if (p.camera_info_source == "file" && p.camera_info_url.empty()) {
+    reader.add_problem("~camera_info_source is file: expected ~camera_info_url, the calibration file");
+  }
   reader.read("hfov", &p.hfov, -1e9, 1e9);
   if (p.hfov != 0 && !(p.hfov >= kMinHfovDeg && p.hfov <= kMaxHfovDeg)) {
     std::ostringstream problem;
     problem << "~hfov is " << p.hfov << ", expected 0 (none) or 5 to 150 degrees";
     reader.add_problem(problem.str());
   }
-  reader.read("rectified", &p.rectified);
+  reader.read("grey_levels", &p.grey_levels);
+  try {
+    GreyLevelChoice{p.grey_levels};
+  } catch (const std::invalid_argument& error) {
+    reader.add_problem(std::string("~grey_levels ") + error.what());
+  }
+  reader.read({"rectified", &p.rectified, 0, 0, kRectifiedSettings});
   reader.read("queue_size", &p.queue_size, 1, 1000000);
   reader.read("time_jump", &p.time_jump, 0.0, 1e9);
   reader.read("mask_timeout", &p.mask_timeout, 0.0, 10.0);

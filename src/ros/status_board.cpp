@@ -1,12 +1,15 @@
 #include "mono_pose_tracker/ros/status_board.h"
 
+#include <utility>
+
 #include "mono_pose_tracker/ros/messages.h"
 
 namespace mono_pose_tracker {
 
-StatusBoard::StatusBoard(ros::NodeHandle private_handle)
-    // Nobody should miss the answer to an image: room for some seconds of them.
-    : publisher_(private_handle.advertise<TrackerStatus>("status", 200)) {
+StatusBoard::StatusBoard(ros::NodeHandle private_handle, Rectification rectification)
+    : rectification_(std::move(rectification)),
+      // Nobody should miss the answer to an image: room for some seconds of them.
+      publisher_(private_handle.advertise<TrackerStatus>("status", 200)) {
   FrameReport start;
   start.state = State::kWaitingForCameraInfo;
   summary_.last = to_status(start);
@@ -79,6 +82,8 @@ void StatusBoard::publish_locked(TrackerStatus status, const std_msgs::Header& h
   status.frames_received = received_;
   status.frames_posed = posed_;
   status.frames_dropped = dropped_;
+  status.rectified = rectification_.is_rectified;
+  status.rectified_reason = rectification_.reason;
   status.latency_ms =
       static_cast<float>(std::chrono::duration<double, std::milli>(Clock::now() - arrival).count());
   publisher_.publish(status);

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "mono_pose_tracker/camera/rectification.h"
 #include "mono_pose_tracker/ros/camera_info_conversion.h"
 #include "mono_pose_tracker/ros/guard.h"
 #include "mono_pose_tracker/ros/messages.h"
@@ -73,12 +74,15 @@ void TrackerNodelet::set_up() {
   for (const std::string& warning : p.warnings) NODELET_WARN("%s", warning.c_str());
   NODELET_INFO("parameters: %s", p.effective.c_str());
   read_background_image(p.tracker.segmentation);  // refused now, not image by image
-  cameras_ = std::make_unique<CameraSource>(p.rectified, p.hfov);
+  const Rectification rectification = decide_rectification(p.rectified, getNodeHandle().resolveName("image"));
+  NODELET_INFO("the images count as %s: %s", rectification.is_rectified ? "rectified" : "raw",
+               rectification.reason.c_str());
+  cameras_ = std::make_unique<CameraSource>(rectification.is_rectified, p.hfov, p.camera_info_source);
   if (!p.camera_info_url.empty()) cameras_->set_file(load_camera_info(p.camera_info_url));
   if (!p.trajectory_file.empty()) {
     trajectory_ = std::make_unique<TrajectoryLog>(expand_path(p.trajectory_file));
   }
-  board_ = std::make_unique<StatusBoard>(getPrivateNodeHandle());
+  board_ = std::make_unique<StatusBoard>(getPrivateNodeHandle(), rectification);
   frames_ =
       std::make_unique<OutputFrames>(p.frames, [this](const std::string& subject, const std::string& text) {
         if (throttle_.due(subject)) NODELET_ERROR("%s", text.c_str());
@@ -92,7 +96,8 @@ void TrackerNodelet::set_up() {
       [this] { return mask_subscriber_.getNumPublishers() > 0; },
       [this](const std::string& subject, const std::string& text) {
         if (throttle_.due(subject)) NODELET_WARN("%s", text.c_str());
-      });
+      },
+      GreyLevelChoice(p.grey_levels));
   if (p.load_map_at_start) load_map_at_start();
   placement_ = std::make_unique<MapPlacement>(p.tracker.scale.odometry, *frames_, *tracker_);
   subscribe();
@@ -175,11 +180,14 @@ void TrackerNodelet::subscribe() {
       [this](const std_msgs::Header& header, Reason reason, const std::string& text) {
         refuse_image(header, reason, text);
       });
-  const std::string or_file =
-      parameters_.camera_info_url.empty() ? "" : ", or else " + parameters_.camera_info_url;
-  NODELET_INFO("images from %s (%s), calibration from %s%s", image_subscriber_.topic().c_str(),
-               parameters_.image_transport.c_str(), camera_info_subscriber_.getTopic().c_str(),
-               or_file.c_str());
+  std::string calibration = camera_info_subscriber_.getTopic();
+  if (parameters_.camera_info_source == "file") {
+    calibration = parameters_.camera_info_url + " alone";
+  } else if (parameters_.camera_info_source == "auto" && !parameters_.camera_info_url.empty()) {
+    calibration += ", or else " + parameters_.camera_info_url;
+  }
+  NODELET_INFO("images from %s (%s), calibration from %s", image_subscriber_.topic().c_str(),
+               parameters_.image_transport.c_str(), calibration.c_str());
 }
 
 void TrackerNodelet::take_initialpose(const geometry_msgs::PoseWithCovarianceStampedConstPtr& pose) {
@@ -224,13 +232,19 @@ void TrackerNodelet::take_image(const sensor_msgs::ImageConstPtr& image) {
   constexpr int kFault = 10;
   if (stale_in_a_row_ >= kFault && input_throttle_.due("stamps")) {
     NODELET_WARN(
-        "the stamps of %d images in a row are no newer than the one before (%.3f s): none is tracked; "
-        "look at the clock that the driver stamps them with",
-        stale_in_a_row_, header.stamp.toSec());
+        "the stamps of %d images in a row are no newer than the one before (%.3f s): none is tracked; %s",
+        stale_in_a_row_, header.stamp.toSec(),
+        header.stamp.isZero()
+            ? "the driver, or what made the bag, fills in no header.stamp (track_sequence --bag "
+              "takes the time of recording in its place)"
+            : "look at the clock that the driver stamps them with");
   }
   if (verdict == TimeGuard::Verdict::kStale) {
-    board_->publish_unprocessed(header, Reason::kStaleStamp,
-                                "the stamp is not newer than the last one (by " + step_back + ")", arrival);
+    const std::string text =
+        header.stamp.isZero()
+            ? "the stamp is zero: the driver, or what made the bag, fills in no header.stamp"
+            : "the stamp is not newer than the last one (by " + step_back + ")";
+    board_->publish_unprocessed(header, Reason::kStaleStamp, text, arrival);
     return;
   }
   if (verdict == TimeGuard::Verdict::kJumpedBack) {

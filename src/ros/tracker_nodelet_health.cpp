@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "mono_pose_tracker/camera/rectification.h"
 #include "mono_pose_tracker/ros/diagnostics.h"
 #include "mono_pose_tracker/ros/paths.h"
 #include "mono_pose_tracker/ros/tracker_nodelet.h"
@@ -25,8 +26,21 @@ std::string transport_hint(const std::string& topic) {
 
 }  // namespace
 
+// Once, as soon as there is a calibration.
+void TrackerNodelet::check_calibration() {
+  if (is_calibration_checked_) return;
+  const std::optional<ConvertedCamera> camera = cameras_->wait(std::chrono::milliseconds(0));
+  if (!camera || camera->reason != Reason::kOk) return;
+  is_calibration_checked_ = true;
+  const std::string problem = rectification_contradiction(
+      parameters_.rectified, getNodeHandle().resolveName("image"), camera->has_distortion);
+  if (!problem.empty()) NODELET_WARN("%s", problem.c_str());
+  if (!camera->note.empty()) NODELET_INFO("calibration: %s", camera->note.c_str());
+}
+
 void TrackerNodelet::check_inputs() {
   input_problem_.clear();
+  check_calibration();
   if (seconds_since(board_->summary().last_arrival) > parameters_.input_timeout) {
     const std::string topic = image_subscriber_.topic();
     input_problem_ = "no image on " + topic;

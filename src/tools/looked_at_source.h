@@ -29,6 +29,12 @@ class LookedAtSource {
     return image;
   }
 
+  /// As ImageSource has it.
+  double pixel_aspect() const {
+    if (!state_->source) state_->source = state_->open();
+    return state_->source->pixel_aspect();
+  }
+
   std::unique_ptr<ImageSource> open() const { return std::make_unique<Reader>(state_); }
 
  private:

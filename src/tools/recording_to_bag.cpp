@@ -43,7 +43,10 @@ void declare(CLI::App& app, Arguments& a) {
 std::string images_of(const std::string& path) {
   const fs::path list = fs::path(path) / "images.txt";
   if (fs::is_regular_file(list)) return list.string();
-  return fs::is_directory(path) || fs::path(path).extension() == ".txt" ? path : "";
+  return fs::is_directory(path) || fs::path(path).extension() == ".txt" ||
+                 fs::path(path).extension() == ".csv"
+             ? path
+             : "";
 }
 
 // What is known before any image is read.

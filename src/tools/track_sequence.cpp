@@ -1,8 +1,12 @@
 // Tracks every frame of a recording and writes its poses and its map.
 
+#include <glob.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <deque>
 #include <exception>
@@ -16,7 +20,9 @@
 #include "inputs.h"
 #include "looked_at_source.h"
 #include "mono_pose_tracker/camera/camera_guess.h"
+#include "mono_pose_tracker/camera/size_mismatch.h"
 #include "mono_pose_tracker/common/calibration_source.h"
+#include "mono_pose_tracker/common/formatted.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
 #include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/io/trajectory.h"
@@ -64,10 +70,28 @@ class Progress {
   bool was_posed_ = false;
 };
 
-std::function<std::unique_ptr<ImageSource>()> source_of(const Arguments& a) {
-  if (!a.images.empty()) return [a] { return open_images(a.images); };
+// Of images of 16 bits: by the first ones, the same each time that they are read.
+GreyLevelChoice levels_of(const Arguments& a) {
+  try {
+    GreyLevelChoice levels(a.grey_levels);
+    if (!a.images.empty()) look_at_first(a.images, &levels);
+    if (!a.bags.empty()) BagImageSource(a.bags, a.image_topic).look_at_first(&levels);
+    return levels;
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error(std::string("--grey-levels ") + error.what());
+  }
+}
+
+std::function<std::unique_ptr<ImageSource>()> source_of(const Arguments& a, const GreyLevels& levels) {
+  if (!a.images.empty()) return [a, levels] { return open_images(a.images, levels); };
   if (!a.video.empty()) return [a] { return open_video(a.video); };
-  if (!a.bag.empty()) return [a] { return std::make_unique<BagImageSource>(a.bag, a.image_topic); };
+  if (!a.bags.empty()) {
+    return [a, levels] {
+      auto bags = std::make_unique<BagImageSource>(a.bags, a.image_topic);
+      bags->set_levels(levels);
+      return bags;
+    };
+  }
   throw std::runtime_error("no input: give --images, --video or --bag");
 }
 
@@ -75,30 +99,76 @@ std::function<std::unique_ptr<ImageSource>()> source_of(const Arguments& a) {
 SourceImage first_image(const Arguments& a, const LookedAtSource& source) {
   SourceImage image = source.first();
   if (image.kind == SourceImage::Kind::kEnd) {
-    throw std::runtime_error(a.images + a.video + a.bag + ": no image in it could be read" +  // one of them
+    const std::string bag = a.bags.empty() ? "" : a.bags.front();
+    throw std::runtime_error(a.images + a.video + bag + ": no image in it could be read" +  // one of them
                              (image.problem.empty() ? "" : ": " + image.problem));
   }
   return image;
 }
 
-CameraParameters camera_of(const Arguments& a, const LookedAtSource& source) {
+// Of the ratio of a pixel's sides: calibrations find it to a tenth of this.
+constexpr double kSquarePixels = 0.02;
+
+// An anamorphic video, with the calibration of images that were made square.
+std::string doubt_of_aspect(const LookedAtSource& source, const CameraParameters& camera) {
+  const double of_video = source.pixel_aspect(), of_camera = camera.fy / camera.fx;
+  if (std::abs(of_video - 1) <= kSquarePixels || std::abs(of_video / of_camera - 1) <= kSquarePixels)
+    return "";
+  return formatted(
+      "the video's pixels are shown %.3f times as wide as high, and those of the calibration are %.3f times "
+      "(fy / fx): "
+      "the map is stretched if it is not of this video. Calibrate with frames of the video as they are "
+      "stored",
+      of_video, of_camera);
+}
+
+Calibration calibration_of(const Arguments& a, const LookedAtSource& source) {
+  Calibration calibration;
   if (a.hfov) {
     const cv::Size size = first_image(a, source).image.size();
-    return guess_camera(size.width, size.height, *a.hfov);
+    calibration.camera = guess_camera(size.width, size.height, *a.hfov);
+    calibration.camera.fy *= source.pixel_aspect();  // hfov is of the width
+    if (const double aspect = source.pixel_aspect(); std::abs(aspect - 1) > kSquarePixels)
+      calibration.note =
+          formatted("the video's pixels are shown %.3f times as wide as high: fy is guessed so", aspect);
+    calibration.source = CalibrationSource::kGuessed;
+    return calibration;
   }
-  if (!a.camera.empty()) return read_camera_yaml(a.camera);
-  if (!a.bag.empty()) return BagImageSource(a.bag, a.image_topic).read_camera(a.camera_info_topic);
-  throw std::runtime_error(
-      "no calibration: give --camera, the YAML that camera_calibration writes, or --hfov, a guess");
+  std::optional<BagImageSource> bag;
+  if (!a.bags.empty()) bag.emplace(a.bags, a.image_topic);
+  const std::string topic = bag ? bag->topic() : "";
+  calibration.rectification = decide_rectification(a.rectified, topic);
+  bool has_distortion = false;
+  if (!a.camera.empty()) {
+    const CalibrationFile file = read_calibration_yaml(a.camera, calibration.rectification->is_rectified);
+    calibration.camera = file.camera;
+    has_distortion = file.has_distortion;
+    calibration.note = file.note;
+    calibration.size_origin = "image_width and image_height of " + a.camera;
+  } else if (bag) {
+    const ConvertedCamera of_bag = bag->read_calibration(a.camera_info_topic, a.rectified);
+    calibration.camera = of_bag.parameters;
+    has_distortion = of_bag.has_distortion;
+    calibration.note = of_bag.note;
+    calibration.size_origin = of_bag.size_origin;
+  } else {
+    throw std::runtime_error(
+        "no calibration: give --camera, the YAML that camera_calibration writes, or --hfov, a guess");
+  }
+  calibration.contradiction = rectification_contradiction(a.rectified, topic, has_distortion);
+  if (calibration.contradiction.empty())
+    calibration.contradiction = doubt_of_aspect(source, calibration.camera);
+  return calibration;
 }
 
 // The size of the first image that can be read must be the camera's.
-void check_first_image(const Arguments& a, const LookedAtSource& source, const CameraParameters& camera) {
+void check_first_image(const Arguments& a, const LookedAtSource& source, const Calibration& calibration) {
+  const CameraParameters& camera = calibration.camera;
   const SourceImage image = first_image(a, source);
   if (image.image.cols == camera.width && image.image.rows == camera.height) return;
-  throw std::runtime_error(image.name + ": is " + std::to_string(image.image.cols) + "x" +
-                           std::to_string(image.image.rows) + ", the calibration is for " +
-                           std::to_string(camera.width) + "x" + std::to_string(camera.height));
+  throw std::runtime_error(image.name + ": " +
+                           size_mismatch_text(image.image.cols, image.image.rows, camera.width, camera.height,
+                                              calibration.size_origin));
 }
 
 // Before the work, not image by image.
@@ -120,9 +190,10 @@ Outputs outputs_of(const Arguments& a) {
 void check_outputs(const Arguments& a, const TrackerOptions& options) {
   Inputs inputs;
   for (const std::string& path :
-       {a.images, a.video, a.bag, a.camera, a.config, a.reference, options.segmentation.background_image}) {
+       {a.images, a.video, a.camera, a.config, a.reference, options.segmentation.background_image}) {
     inputs.add(path);
   }
+  for (const std::string& bag : a.bags) inputs.add(bag);
   // A map may be gone on in, and kept where it was.
   if (followed(a.map) != followed(a.save_map)) inputs.add(a.map);
   const std::vector<ImageFile> images = a.images.empty() ? std::vector<ImageFile>() : image_files(a.images);
@@ -326,8 +397,7 @@ void write_files(const Arguments& a, const Recording& recording, const Calibrati
   if (!a.write_masks.empty()) write_masks(a.write_masks, recording, result, run->masks);
   if (a.write_frames) write_frames(output / "frames", recording, result);
   if (result.tracked && a.undistorted) {
-    write_undistorted(output / "undistorted", CameraModel(calibration.camera), recording, result, run->masks,
-                      run->tracker->map());
+    write_undistorted(output / "undistorted", CameraModel(calibration.camera), recording, result, run->masks);
   }
 }
 
@@ -378,6 +448,18 @@ void tell_of_result(const TrackerOptions& options, RecordingResult* result) {
   tell("warning: ", result->warnings);
 }
 
+void print_input(const Arguments& a, const LookedAtSource& source, const Calibration& calibration) {
+  if (a.quiet) return;
+  if (calibration.rectification)
+    std::fprintf(stderr, "the images count as %s: %s\n",
+                 calibration.rectification->is_rectified ? "rectified" : "raw",
+                 calibration.rectification->reason.c_str());
+  if (!source.first().mask.empty())
+    std::fprintf(
+        stderr, "the images have an alpha channel: what is transparent (alpha 0) is ignored, as by a mask\n");
+  if (!calibration.note.empty()) std::fprintf(stderr, "calibration: %s\n", calibration.note.c_str());
+}
+
 // What an earlier run has left stays: hours of dense reconstruction may hang on it.
 void tell_of_earlier_files(const Arguments& a, const RecordingResult& result) {
   for (const fs::path& path : earlier_files(outputs_of(a), a.camera, result.maps.size())) {
@@ -394,17 +476,36 @@ void tell_of_files(const Arguments& a, const Run& run, double seconds) {
               seconds, result.rests_on_two_views ? " (two views only: unconfirmed)" : "", a.output.c_str());
 }
 
-int run(const Arguments& a) {
+// A pattern that the shell has left, as within quotes, is expanded; each bag is read once.
+std::vector<std::string> expanded(const std::vector<std::string>& patterns) {
+  std::vector<std::string> paths;
+  for (const std::string& pattern : patterns) {
+    std::vector<std::string> found = {pattern};
+    std::error_code ignored;
+    glob_t matches{};
+    if (!fs::exists(pattern, ignored) && glob(pattern.c_str(), 0, nullptr, &matches) == 0) {
+      found.assign(matches.gl_pathv, matches.gl_pathv + matches.gl_pathc);
+    }
+    globfree(&matches);
+    for (const std::string& path : found) {
+      if (std::find(paths.begin(), paths.end(), path) == paths.end()) paths.push_back(path);
+    }
+  }
+  return paths;
+}
+
+int run(const Arguments& given) {
+  Arguments a = given;
+  a.bags = expanded(given.bags);
   const auto start = std::chrono::steady_clock::now();
   const TrackerOptions options = options_of(a);
   const std::vector<StampedPose> reference =
       a.reference.empty() ? std::vector<StampedPose>() : read_reference(a.reference);
-  const LookedAtSource source(source_of(a));
+  const GreyLevelChoice levels = levels_of(a);
+  const LookedAtSource source(source_of(a, levels.levels()));
   Recording recording = recording_of(a, source);
-  Calibration calibration;
-  calibration.camera = camera_of(a, source);
-  if (a.hfov) calibration.source = CalibrationSource::kGuessed;
-  if (a.hfov && !a.bag.empty() && !a.quiet)
+  Calibration calibration = calibration_of(a, source);
+  if (a.hfov && !a.bags.empty() && !a.quiet)
     std::fprintf(stderr, "--hfov takes the place of any camera_info in the bag\n");
   std::optional<SavedMaps> loaded;
   if (!a.map.empty()) loaded = read_map_file(a.map, descriptor_kind(options));
@@ -412,12 +513,17 @@ int run(const Arguments& a) {
   make_tracker(options, calibration.camera, maps);  // refuses options before the work
   std::optional<MaskFolder> masks;
   if (!a.masks.empty()) recording.masks = &masks.emplace(a.masks);
-  check_first_image(a, source, calibration.camera);
+  check_first_image(a, source, calibration);
   check_background_image(options.segmentation, calibration.camera);
   check_outputs(a, options);
 
+  print_input(a, source, calibration);
+  if (!a.quiet && !levels.text().empty()) std::fprintf(stderr, "%s\n", levels.text().c_str());
+  const std::string unread = a.images.empty() ? std::string() : unread_images(a.images);
   end_on_signals();
   Run run = track(a, options, recording, maps, &calibration);
+  if (!unread.empty()) run.result.warnings.push_back(a.images + ": some images are left out" + unread);
+  if (!calibration.contradiction.empty()) run.result.warnings.push_back(calibration.contradiction);
   tell_of_result(options, &run.result);
   end_on_signals();  // one that came while images were tracked has had its effect
   recording.interrupted = [before = int{signals_caught}] { return signals_caught > before; };

@@ -4,16 +4,20 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "command_line.h"
 #include "mono_pose_tracker/camera/camera_guess.h"
+#include "mono_pose_tracker/camera/rectification.h"
 #include "mono_pose_tracker/common/start_threads.h"
 
 namespace mono_pose_tracker {
 
 /// As the command line has them; those that were not given are empty.
 struct Arguments {
-  std::string images, video, bag, image_topic, camera_info_topic;
+  std::string images, video, image_topic, camera_info_topic;
+  std::vector<std::string> bags;
+  std::string rectified = "auto", grey_levels = "auto";
   std::string camera, config, masks, output, write_masks, reference, map, save_map;
   bool localize_only = false;
   std::optional<double> hfov;
@@ -28,10 +32,22 @@ inline void declare(CLI::App& app, Arguments& a) {
   auto* images =
       app.add_option("--images", a.images, "folder of images, or a list of `timestamp path` lines");
   auto* video = app.add_option("--video", a.video, "video file")->excludes(images);
-  auto* bag = app.add_option("--bag", a.bag, "bag file")->excludes(images)->excludes(video);
+  auto* bag =
+      app.add_option("--bag", a.bags, "bag file; several, or a pattern (walk_*.bag), are one recording")
+          ->excludes(images)
+          ->excludes(video);
   app.add_option("--image-topic", a.image_topic, "of the bag [its only one]")->needs(bag);
   app.add_option("--camera-info-topic", a.camera_info_topic, "of the bag [beside the images]")->needs(bag);
   auto* camera = app.add_option("--camera", a.camera, "calibration, the YAML that camera_calibration writes");
+  app.add_option(
+      "--grey-levels", a.grey_levels,
+      "of images of 16 bits: how many of these are used (8 to 16), the values that are black and white "
+      "(7000:9000), or auto, by the first images [auto]");
+  app.add_option(
+         "--rectified", a.rectified,
+         "whether the images are rectified, so that P of the calibration holds and no distortion: true, "
+         "false, or auto, by the bag's topic (image_rect...) [auto]")
+      ->check(CLI::IsMember(kRectifiedSettings));
   app.add_option(
          "--hfov", a.hfov,
          "in place of a calibration: degrees that the images span from left to right, a guess that is "

@@ -52,6 +52,7 @@ void RecordingReader::prepare(Item* item) const {
     if (item->mask.empty()) item->problems.push_back(problem);
     item->is_mask_usable = !item->mask.empty() && cv::countNonZero(item->mask) > 0;
   }
+  if (!source.mask.empty()) item->mask = item->mask.empty() ? source.mask : cv::Mat(item->mask & source.mask);
   if (recording_.body && is_wanted_(item->index)) {
     const cv::Mat body = recording_.body->mask(item->index, source.image.size());
     item->mask = item->mask.empty() ? body : cv::Mat(item->mask & body);

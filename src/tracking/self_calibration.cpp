@@ -46,16 +46,25 @@ CameraParameters between(const CameraParameters& a, CameraParameters b) {
 // That it is off is seen before it is known well enough to be refined.
 double change_asked(const CameraRefinement& r) { return r.focal_observable ? r.focal_change : r.focal_asked; }
 
+// What the images ask for, and one standard deviation.
+struct Asked {
+  double change = 0, sigma = 0;
+};
+
+Asked focal_asked(const CameraRefinement& r) { return {change_asked(r), r.focal_sigma}; }
+
+Asked distortion_asked(const CameraRefinement& r) { return {r.distortion_asked_px, r.distortion_sigma_px}; }
+
 // A wrong camera asks for the same in every part of the recording; what moves by itself, such as a face that
 // talks, for something else in each.
 bool is_asked_by_all_parts(CameraRefinementOptions options, const CameraParameters& camera, const Map& map,
-                           double change) {
+                           const std::function<Asked(const CameraRefinement&)>& asked_by, double change) {
   for (const double begin : {0.0, 0.25, 0.5}) {
     options.begin = begin;
     options.end = begin + 0.5;
-    const CameraRefinement r = refine_camera(options, camera, map);
-    const bool tells = kTellingSigmas * r.focal_sigma < std::abs(change);
-    if (tells && change_asked(r) / change < kLeastOfChange) return false;
+    const Asked asked = asked_by(refine_camera(options, camera, map));
+    const bool tells = kTellingSigmas * asked.sigma < std::abs(change);
+    if (tells && asked.change / change < kLeastOfChange) return false;
   }
   return true;
 }
@@ -65,7 +74,39 @@ double contradiction(const CameraRefinementOptions& options, const CameraParamet
                      const CameraRefinement& r) {
   const double change = change_asked(r);
   const bool is_clear = std::abs(change) >= std::max(kDoubtfulChange, kDoubtfulSigmas * r.focal_sigma);
-  return is_clear && is_asked_by_all_parts(options, camera, map, change) ? change : 0;
+  return is_clear && is_asked_by_all_parts(options, camera, map, focal_asked, change) ? change : 0;
+}
+
+// How far the camera's distortion moves the corners of the image, beyond what it moves the points half way to
+// them [px]; 0 of a pinhole.
+double corner_distortion_px(const CameraModel& camera) {
+  const CameraParameters& p = camera.parameters();
+  const double radius = 0.5 * std::hypot(p.width / p.fx, p.height / p.fy);
+  const double at_corner = p.distortion_model == "equidistant" ? std::tan(std::min(radius, 1.5)) : radius;
+  const Eigen::Vector2d center(p.cx, p.cy);
+  Eigen::Vector2d corner, half;
+  if (!camera.project({at_corner, 0, 1}, &corner) || !camera.project({0.5 * at_corner, 0, 1}, &half))
+    return 0;
+  return (corner - center).norm() - 2 * (half - center).norm();
+}
+
+std::string doubt_of_distortion(const CameraRefinementOptions& options, const DistortionDoubtOptions& limits,
+                                const CameraParameters& camera, const Map& map, const CameraRefinement& r) {
+  const double change = r.distortion_asked_px;
+  const double least = limits.min_share * 0.5 * std::hypot(camera.width, camera.height);
+  if (!(std::abs(change) >= std::max(least, limits.min_sigmas * r.distortion_sigma_px))) return "";
+  if (!is_asked_by_all_parts(options, camera, map, distortion_asked, change)) return "";
+  // Of what the calibration has, a third at most is left.
+  constexpr double kLeftOfRectified = 1.0 / 3;
+  const double given = corner_distortion_px(CameraModel(camera));
+  const bool looks_rectified = std::abs(given + change) < kLeftOfRectified * std::abs(given);
+  return formatted(
+             "the calibration does not fit the images, and its distortion is the suspect: at the corners of "
+             "the image it is off by %.0f px. ",
+             std::abs(change)) +
+         (looks_rectified ? "The images look rectified already: set rectified to true (--rectified true, "
+                            "rectified:=true); otherwise calibrate the camera anew"
+                          : "Calibrate the camera anew for this size of image, or try --refine-camera");
 }
 
 class Calibrator {
@@ -268,8 +309,10 @@ SelfCalibration calibrate_by_tracking(const CameraParameters& start, Calibration
 }
 
 std::string doubt_of_calibration(const CameraRefinementOptions& options, const CameraParameters& camera,
-                                 const Map& map) {
+                                 const Map& map, const DistortionDoubtOptions& distortion) {
   const CameraRefinement r = refine_camera(options, camera, map);
+  const std::string doubt = doubt_of_distortion(options, distortion, camera, map, r);
+  if (!doubt.empty()) return doubt;
   const double change = contradiction(options, camera, map, r);
   if (change == 0) return "";
   return formatted(

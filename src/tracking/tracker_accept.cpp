@@ -52,12 +52,34 @@ bool Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   return true;
 }
 
+// Should the keyframe be removed, its image stays registered.
+LandmarkPixels Tracker::Impl::landmarks_of(const KeyframeView& keyframe) const {
+  if (pace_ == SearchPace::kLive) return nullptr;
+  auto landmarks = std::make_shared<std::vector<LandmarkPixel>>();
+  for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
+    if (keyframe.landmark_of_feature[f] != kNoLandmark)
+      landmarks->push_back({keyframe.landmark_of_feature[f], keyframe.image->set.features[f].pixel});
+  }
+  return landmarks;
+}
+
+// Kept for a recording, which is written in the end: 12 bytes for each landmark, some 2 kB an image.
+LandmarkPixels Tracker::Impl::registered_by(const Frame& frame, const ResectionReport& resection) const {
+  if (pace_ == SearchPace::kLive) return nullptr;
+  auto landmarks = std::make_shared<std::vector<LandmarkPixel>>();
+  landmarks->reserve(resection.observations.size());
+  for (const FrameObservation& o : resection.observations)
+    landmarks->push_back({o.landmark, frame.image->set.features[o.feature].pixel});
+  return landmarks;
+}
+
 // It rides on the best of the keyframes from now on.
 FramePose Tracker::Impl::set_pose(const Frame& frame, const TrackingMap& map,
                                   const ResectionReport& resection, Among among, bool is_final) {
   const KeyframeId reference = choose_reference(map, resection, among);
   const Rigid3 map_from_reference = map.keyframes.at(reference).camera_from_map.inverse();
   FramePose pose{frame.stamp_ns, reference, resection.camera_from_map * map_from_reference, is_final};
+  pose.landmarks = registered_by(frame, resection);
   frames_[map.map_id].set(frame.index, pose);
   if (keeps_seen()) seen_.add(frame.index, frame.image);
   return pose;
@@ -84,7 +106,8 @@ void Tracker::Impl::insert_keyframe(const Frame& frame, const TrackingMap& map, 
   if (now->revision != map.revision && now->keyframes.rbegin()->second.frame_index == frame.index) {
     reference_ = now->keyframes.rbegin()->first;
     camera_from_reference_ = Rigid3();
-    frames_[now->map_id].set(frame.index, {frame.stamp_ns, reference_, camera_from_reference_});
+    frames_[now->map_id].set(
+        frame.index, {frame.stamp_ns, reference_, camera_from_reference_, false, false, pose.landmarks});
     report->map_from_camera = now->keyframes.at(reference_).camera_from_map.inverse();
   }
 }

@@ -163,6 +163,7 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   FinishedMap map;
   map.id = view.map_id;
   map.trajectory = trajectory_in(view, frames_[view.map_id]);
+  map.registered = frames_[view.map_id].landmarks();
   map.map = worker_.mapper().map();
   map.snapshot = snapshot_of(worker_.mapper().tracking_map());
   map.depth_evidence = depth_evidence(options_.bundle, map.map);

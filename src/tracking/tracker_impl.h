@@ -38,6 +38,7 @@ struct Tentative {
   std::int64_t stamp_ns = 0;
   KeyframeId reference = -1;
   Rigid3 camera_from_reference;
+  LandmarkPixels landmarks = nullptr;  // that it was found by
 };
 
 // It was loaded: what earlier runs have seen is never dropped for being young.
@@ -159,6 +160,8 @@ class Tracker::Impl {
                      Among among, bool is_final = false);
   std::optional<Prediction> predict_beside(const Frame& frame, std::int64_t neighbor) const;
   bool register_in_gap(const Frame& frame, const std::optional<Prediction>& prediction);
+  LandmarkPixels landmarks_of(const KeyframeView& keyframe) const;
+  LandmarkPixels registered_by(const Frame& frame, const ResectionReport& resection) const;
   bool fill_gaps_once();
   void fill_its_gaps();
   void pose_anywhere();

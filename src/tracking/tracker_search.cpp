@@ -38,8 +38,12 @@ bool Tracker::Impl::search(const Frame& frame, FrameReport* report) {
   const TrackingMapPtr found_in = map_id == present->map_id ? present : others_.at(map_id);
   const TrackingMap& map = *found_in;
   const KeyframeId reference = choose_reference(map, best, Among::kAll);
-  tentative_ = {map_id, frame.index, frame.stamp_ns, reference,
-                best.camera_from_map * map.keyframes.at(reference).camera_from_map.inverse()};
+  tentative_ = {map_id,
+                frame.index,
+                frame.stamp_ns,
+                reference,
+                best.camera_from_map * map.keyframes.at(reference).camera_from_map.inverse(),
+                registered_by(frame, best)};
   report->inliers = best.inliers;
   report->matches = best.matches;
   report->reason_text = "found by " + std::to_string(best.inliers) + " points, a second view has to agree";
@@ -70,8 +74,9 @@ bool Tracker::Impl::confirm(const Frame& frame, TrackingMapPtr* present, Resecti
     *present = worker_.latest();
   }
   reference_ = reference;  // no longer where it was lost
-  frames_[tentative.map_id].set(tentative.index,
-                                {tentative.stamp_ns, tentative.reference, tentative.camera_from_reference});
+  frames_[tentative.map_id].set(
+      tentative.index, {tentative.stamp_ns, tentative.reference, tentative.camera_from_reference, false,
+                        false, tentative.landmarks});
   return true;
 }
 

@@ -114,7 +114,8 @@ void Tracker::Impl::report_corrections(const TrackingMap& map, FrameReport* repo
 void Tracker::Impl::start_map() {
   const TrackingMapPtr map = worker_.latest();
   for (const auto& [id, keyframe] : map->keyframes) {
-    frames_[map->map_id].set(keyframe.frame_index, {keyframe.stamp_ns, id, Rigid3()});
+    frames_[map->map_id].set(keyframe.frame_index,
+                             {keyframe.stamp_ns, id, Rigid3(), false, false, landmarks_of(keyframe)});
   }
   present_map_ = map->map_id;
   reference_ = map->keyframes.rbegin()->first;
@@ -163,7 +164,8 @@ void Tracker::Impl::begin_in(const Frame& frame, const TrackingMap& map, const R
   report->is_keyframe = map.keyframes.at(reference_).frame_index == frame.index;
   if (report->is_keyframe) return;
   camera_from_reference_ = resection.camera_from_map * map.keyframes.at(reference_).camera_from_map.inverse();
-  frames_[map.map_id].set(frame.index, {frame.stamp_ns, reference_, camera_from_reference_});
+  frames_[map.map_id].set(frame.index, {frame.stamp_ns, reference_, camera_from_reference_, false, false,
+                                        registered_by(frame, resection)});
 }
 
 void Tracker::Impl::describe(const ResectionReport& resection, FrameReport* report) const {

@@ -136,6 +136,46 @@ TEST(CameraModel, WithoutAModelAnyNumberOfZerosIsNoDistortion) {
   EXPECT_THROW(CameraModel{p}, std::invalid_argument);
 }
 
+TEST(CameraModel, ZerosBeyondTheModelsCoefficientsAreDropped) {
+  const std::vector<double> polynomial = {0.01, -0.02, 0.001, 0.002, 0.003},
+                            fisheye = {-0.002, 0.04, -0.04, 0.006};
+  const auto filled = [](std::vector<double> d, std::size_t length) {
+    d.resize(length);
+    return d;
+  };
+  for (const std::size_t length : {5, 8, 10, 12, 14}) {
+    EXPECT_EQ(CameraModel(parameters("plumb_bob", filled(polynomial, length))).parameters().distortion,
+              polynomial);
+    EXPECT_EQ(CameraModel(parameters("equidistant", filled(fisheye, length))).parameters().distortion,
+              fisheye);
+    EXPECT_EQ(
+        CameraModel(parameters("rational_polynomial", filled(polynomial, length))).parameters().distortion,
+        filled(polynomial, 8));
+    std::vector<double> surplus = filled(polynomial, length);
+    surplus.resize(15);
+    surplus.back() = 1e-4;
+    EXPECT_THROW(CameraModel(parameters("plumb_bob", surplus)), std::invalid_argument);
+    EXPECT_THROW(CameraModel(parameters("rational_polynomial", surplus)), std::invalid_argument);
+    EXPECT_THROW(CameraModel(parameters("equidistant", surplus)), std::invalid_argument);
+  }
+}
+
+TEST(CameraModel, NothingButZerosIsNoDistortionWhateverItsNameAndLength) {
+  for (const char* model :
+       {"plumb_bob", "rational_polynomial", "none", "None", "Brown Conrady", "PLUMB_BOB"}) {
+    for (const std::size_t length : {0, 1, 2, 4, 5, 8, 10, 14}) {
+      const CameraModel camera(parameters(model, std::vector<double>(length, 0.0)));
+      Eigen::Vector2d pixel;
+      ASSERT_TRUE(camera.project({0.1, 0, 1}, &pixel));
+      EXPECT_NEAR(pixel.x(), camera.parameters().cx + 0.1 * camera.parameters().fx, 1e-9) << model << length;
+    }
+  }
+  EXPECT_THROW(CameraModel(parameters("Brown Conrady", {0, 1e-3, 0, 0, 0})), std::invalid_argument);
+  // A lens all the same.
+  EXPECT_EQ(CameraModel(parameters("equidistant", {0, 0, 0, 0, 0})).parameters().distortion,
+            std::vector<double>(4, 0.0));
+}
+
 TEST(CameraModel, TrustsTheDistortionOnlyWhileItGrows) {
   // r (1 - 0.3 r^2) turns back at r = sqrt(1 / 0.9).
   const CameraModel camera(parameters("plumb_bob", {-0.3, 0, 0, 0, 0}));
@@ -202,11 +242,12 @@ TEST(CameraModel, RefusesParametersOfNoCamera) {
   (p = good).cx = std::nan("");
   expect_refused(p, "cx", "nan");
   (p = good).distortion_model = "fov";
+  p.distortion[0] = 0.1;
   expect_refused(p, "distortion_model", "'fov'");
   (p = good).distortion = {0.1, 0.2, 0.3};
   expect_refused(p, "distortion", "3");
-  expect_refused(parameters("rational_polynomial", {0.1, 0, 0, 0, 0}), "distortion", "5");
-  expect_refused(parameters("equidistant", {0.1, 0, 0, 0, 0}), "distortion", "5");
+  expect_refused(parameters("rational_polynomial", {0.1, 0, 0, 0, 0, 0.1}), "distortion", "6");
+  expect_refused(parameters("equidistant", {0.1, 0, 0, 0, 0.1}), "distortion", "5");
   expect_refused(parameters("plumb_bob", {std::nan(""), 0, 0, 0, 0}), "distortion", "nan");
   expect_refused(parameters("", {0.1, 0, 0, 0, 0}), "distortion_model", "empty");
 }

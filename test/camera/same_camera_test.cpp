@@ -38,6 +38,16 @@ TEST(SameCamera, WhatMovesOneIsNot) {
   expect_other([](CameraParameters* other) { other->width += 1; });
 }
 
+TEST(SameCamera, AChangeThatCostsLittleIsTolerated) {
+  const CameraParameters camera = distorting_camera();
+  CameraParameters other = camera;
+  other.cx += 0.15;
+  EXPECT_FALSE(is_same_camera(camera, other));
+  EXPECT_TRUE(is_same_camera(camera, other, kToleratedCalibrationChangePx));
+  other.cx += 0.1;
+  EXPECT_FALSE(is_same_camera(camera, other, kToleratedCalibrationChangePx));
+}
+
 TEST(SameCamera, AModelThatDistortsNothingIsNone) {
   CameraParameters camera = distorting_camera(), other = camera;
   camera.distortion.clear();

@@ -40,6 +40,37 @@ TEST(CameraYaml, ReadsWhatCameraCalibrationWrites) {
   EXPECT_EQ(p.distortion, (std::vector<double>{-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05, 0}));
 }
 
+TEST(CameraYaml, RectifiedImagesHaveTheProjectionMatrix) {
+  TemporaryFolder folder;
+  const std::string projection =
+      std::string(kCalibration) +
+      "projection_matrix:\n  rows: 3\n  cols: 4\n  data: [400, 0, 370, -40, 0, 410, 250, "
+      "0, 0, 0, 1, 0]\n";
+  const std::string path = folder.write("camera.yaml", projection);
+  const CalibrationFile rectified = read_calibration_yaml(path, true);
+  EXPECT_EQ(rectified.camera.fx, 400);
+  EXPECT_EQ(rectified.camera.fy, 410);
+  EXPECT_EQ(rectified.camera.cx, 370);
+  EXPECT_EQ(rectified.camera.cy, 250);
+  EXPECT_TRUE(rectified.camera.distortion.empty());
+  EXPECT_TRUE(rectified.has_distortion) << "that of the raw images";
+  EXPECT_EQ(read_calibration_yaml(path, false).camera.fx, 458.654);
+  expect_error([&] { read_calibration_yaml(folder.write("raw.yaml", kCalibration), true); },
+               {"raw.yaml", "projection_matrix"});
+}
+
+// As the fisheye calibration of ROS leaves it by default.
+TEST(CameraYaml, ASmallSkewIsLeftOutAndNoted) {
+  TemporaryFolder folder;
+  const auto with_skew = [&](const std::string& skew) {
+    return folder.write("camera.yaml", replaced("[458.654, 0,", "[458.654, " + skew + ","));
+  };
+  EXPECT_NE(read_calibration_yaml(with_skew("-0.0504"), false).note.find("-0.0504"), std::string::npos);
+  EXPECT_EQ(read_calibration_yaml(with_skew("0"), false).note, "");
+  expect_error([&] { read_camera_yaml(with_skew("4.26")); },
+               {"camera.yaml", "camera_matrix", "4.26 px", "--fisheye-fix-skew"});
+}
+
 TEST(CameraYaml, WritesWhatItReads) {
   TemporaryFolder folder;
   CameraParameters p;
@@ -70,6 +101,11 @@ TEST(CameraYaml, ErrorsNameFileKeyAndValue) {
   expect_error([&] { read_camera_yaml(folder / "none.yaml"); },
                {"none.yaml", "cannot be read (No such file"});
   expect_error([&] { read_camera_yaml(folder.path()); }, {folder.path(), "expected"});
+  expect_error(
+      [&] {
+        read_camera_yaml(folder.write("ost.txt", "# oST version 5.0 parameters\n\n[image]\n\nwidth\n640\n"));
+      },
+      {"ost.txt", "ost.yaml"});
   expect("", {"holds no keys"});
   expect("a: [1", {"line", "no YAML"});
   expect(replaced("image_width: 752\n", ""), {"image_width"});

@@ -74,6 +74,135 @@ TEST(ImageList, StampsCommentsAndRelativePaths) {
   EXPECT_EQ(source->next().kind, Kind::kEnd);
 }
 
+/// The stamps of all images of a source, in ns; none may be skipped.
+std::vector<std::int64_t> stamps_of(const std::string& path) {
+  std::vector<std::int64_t> stamps;
+  const auto source = open_images(path);
+  for (SourceImage image = source->next(); image.kind != Kind::kEnd; image = source->next()) {
+    EXPECT_EQ(image.kind, Kind::kImage) << image.problem;
+    stamps.push_back(image.stamp_ns);
+  }
+  return stamps;
+}
+
+constexpr std::int64_t kEpoch = 1403636579763555584, kPeriod = 50000000;  // ns, as of EuRoC
+
+TEST(ImageList, TheListsOfPublicDataSets) {
+  TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "cam0/data");
+  std::filesystem::create_directories(folder / "rgb");
+  std::filesystem::create_directories(folder / "lost");
+  std::filesystem::create_directories(folder / "kitti/image_0");
+  std::string csv = "#timestamp [ns],filename\r\n", alone, association, times;
+  for (int i = 0; i < 3; ++i) {
+    const std::string stamp = std::to_string(kEpoch + i * kPeriod);
+    cv::imwrite(folder / ("cam0/data/" + stamp + ".png"), grey(i));
+    cv::imwrite(folder / ("rgb/" + std::to_string(i) + ".png"), grey(i));
+    cv::imwrite(folder / ("kitti/image_0/00000" + std::to_string(i) + ".png"), grey(i));
+    csv += stamp + "," + stamp + ".png\r\n";
+    alone += stamp + "\n";
+    association += "5." + std::to_string(i) + " depth/x.png 6." + std::to_string(i) + " rgb/" +
+                   std::to_string(i) + ".png\n";
+    times += "1.0" + std::to_string(i) + "0000e+01\n";
+  }
+  const std::vector<std::int64_t> of_euroc = {kEpoch, kEpoch + kPeriod, kEpoch + 2 * kPeriod};
+  EXPECT_EQ(stamps_of(folder.write("cam0/data.csv", csv)), of_euroc);
+  EXPECT_EQ(stamps_of(folder.write("cam0/stamps.txt", alone)), of_euroc)
+      << "each image is named after its stamp";
+  EXPECT_EQ(stamps_of(folder / "cam0/data"), of_euroc) << "a folder of such names";
+  EXPECT_EQ(stamps_of(folder.write("associations.txt", association)),
+            (std::vector<std::int64_t>{5000000000, 5100000000, 5200000000}));
+  EXPECT_EQ(stamps_of(folder.write("kitti/times.txt", times)),
+            (std::vector<std::int64_t>{10000000000, 10100000000, 10200000000}));
+  expect_error([&] { open_images(folder.write("kitti/times.txt", times + "11\n")); },
+               {"times.txt", "4 time stamps", "3 images", "image_0"});
+  expect_error([&] { open_images(folder.write("lost/times.txt", times)); },
+               {"times.txt", "no images beside it"});
+}
+
+TEST(ImageList, WholeNumbersTooLargeForSecondsAreOfASmallerUnit) {
+  TemporaryFolder folder;
+  cv::imwrite(folder / "a.png", grey(1));
+  for (const auto& [stamp, expected] : {std::pair<std::string, std::int64_t>("1403636579763555584", kEpoch),
+                                        {"1403636579763555", 1403636579763555000},
+                                        {"1403636579763", 1403636579763000000},
+                                        {"1403636579", 1403636579000000000}}) {
+    EXPECT_EQ(stamps_of(folder.write("list.txt", stamp + " a.png\n")).at(0), expected);
+  }
+  // As a simulator counts them: told by the heading alone.
+  EXPECT_EQ(stamps_of(folder.write("list.txt", "#timestamp [ns],filename\n50000000,a.png\n")).at(0),
+            50000000);
+}
+
+TEST(ImageFolder, NamesThatAreTimesAreTheStampsCountsAreNot) {
+  TemporaryFolder folder;
+  const auto stamps = [&](const std::string& name, const std::vector<std::string>& files) {
+    std::filesystem::create_directory(folder / name);
+    for (const std::string& file : files) cv::imwrite(folder / (name + "/" + file), grey(1));
+    return stamps_of(folder / name);
+  };
+  EXPECT_EQ(stamps("tum", {"1305031102.95.png", "1305031102.9.png", "1305031103.png"}),
+            (std::vector<std::int64_t>{1305031102900000000, 1305031102950000000, 1305031103000000000}));
+  const std::vector<std::int64_t> counted = {0, 1000000000};
+  EXPECT_EQ(stamps("count", {"0000000007.png", "0000000008.png"}), counted);
+  EXPECT_EQ(stamps("date", {"20230514123045.jpg", "20230514123046.jpg"}), counted);
+  EXPECT_EQ(stamps("mixed", {"1305031102.9.png", "cover.png"}), counted);
+}
+
+// What a phone or a camera saves, and where.
+TEST(ImageFolder, ImagesThatAreNotReadAreCountedAndNamed) {
+  TemporaryFolder folder;
+  for (const char* name :
+       {"photos/IMG_1.HEIC", "photos/IMG_2.heic", "photos/a.dng", "DCIM/100/a.jpg", "DCIM/101/b.jpg"}) {
+    std::filesystem::create_directories(std::filesystem::path(folder / name).parent_path());
+    cv::imwrite(folder / "one.jpg", grey(1));
+    std::filesystem::copy_file(folder / "one.jpg", folder / name);
+  }
+  expect_error([&] { open_images(folder / "photos"); },
+               {"photos", "no image", "2 .heic", "1 .dng", "convert"});
+  expect_error([&] { open_images(folder / "DCIM"); },
+               {"DCIM", "no image", "2 images lie in its folders", "100", "101"});
+  std::filesystem::copy_file(folder / "one.jpg", folder / "photos/b.jpg");
+  EXPECT_EQ(stamps_of(folder / "photos").size(), 1u);
+  EXPECT_NE(unread_images(folder / "photos").find("2 .heic"), std::string::npos);
+  EXPECT_EQ(unread_images(folder / "DCIM/100"), "");
+}
+
+// A cut-out keeps the colours of what was cut out: alpha alone says so.
+TEST(ImageFolder, WhatIsTransparentIsMasked) {
+  TemporaryFolder folder;
+  cv::Mat cut_out(4, 6, CV_8UC4, cv::Scalar(10, 20, 30, 255));
+  cut_out.at<cv::Vec4b>(1, 2)[3] = 0;
+  cv::imwrite(folder / "a.png", cut_out);
+  cv::imwrite(folder / "b.png", cv::Mat(4, 6, CV_8UC4, cv::Scalar(10, 20, 30, 255)));
+  cv::imwrite(folder / "c.png", cv::Mat(4, 6, CV_8UC4, cv::Scalar(10, 20, 30, 0)));
+  cv::imwrite(folder / "d.png", cv::Mat(4, 6, CV_16UC4, cv::Scalar(10, 20, 30, 1)));
+  const auto source = open_images(folder.path());
+  const SourceImage masked = source->next();
+  ASSERT_EQ(masked.mask.type(), CV_8UC1);
+  EXPECT_EQ(cv::countNonZero(masked.mask), 23);
+  EXPECT_EQ(masked.mask.at<uchar>(1, 2), 0);
+  EXPECT_EQ(masked.image.at<cv::Vec3b>(1, 2), cv::Vec3b(10, 20, 30));
+  for (const char* name : {"b.png", "c.png", "d.png"}) EXPECT_TRUE(source->next().mask.empty()) << name;
+}
+
+TEST(MaskFolder, AMaskWithAlphaIsReadByIt) {
+  TemporaryFolder folder;
+  cv::Mat cut_out(4, 6, CV_8UC4, cv::Scalar(0, 0, 0, 255));  // of a black object
+  cut_out.row(0).setTo(cv::Scalar(9, 9, 9, 0));
+  cv::imwrite(folder / "a.png", cut_out);
+  cv::Mat drawn(4, 6, CV_8UC4, cv::Scalar(255, 255, 255, 255));  // a mask as a program of drawings saves it
+  drawn.row(0).setTo(cv::Scalar(0, 0, 0, 255));
+  cv::imwrite(folder / "b.png", drawn);
+  std::string problem;
+  const MaskFolder masks(folder.path());
+  for (const char* name : {"a.jpg", "b.jpg"}) {
+    const cv::Mat mask = masks.mask_of(name, {6, 4}, &problem);
+    EXPECT_EQ(cv::countNonZero(mask), 18) << name << problem;
+    EXPECT_EQ(mask.at<uchar>(0, 0), 0) << name;
+  }
+}
+
 TEST(ImageList, NamesAreUniqueAcrossFolders) {
   TemporaryFolder folder;
   for (const char* name : {"left", "right"}) {
@@ -316,6 +445,12 @@ TEST(Video, WhatMayBeAnEstimateIsNotMissed) {
   EXPECT_EQ(problem_of_end(12, 10), "");
   EXPECT_EQ(problem_of_end(5, -1), "") << "a stream does not know";
   EXPECT_EQ(problem_of_end(0, 0), "");
+}
+
+TEST(Video, AStreamOrDeviceIsNoRecording) {
+  for (const char* path : {"rtsp://10.0.0.2/stream", "http://10.0.0.2/video.mjpg", "/dev/null"}) {
+    expect_error([&] { open_video(path); }, {path, "stream or device", "video file", "camera.launch"});
+  }
 }
 
 TEST(Masks, OfFoldersAreFoundByFolderAndName) {

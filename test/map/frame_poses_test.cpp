@@ -46,6 +46,27 @@ TEST(FramePoses, OfAFrameInBothMapsTheOwnPoseStays) {
   EXPECT_EQ(own.find(3)->reference, 2);
 }
 
+// Two maps are joined: the ids of one go on from the last of the other.
+TEST(FramePoses, LandmarksKeepTheirNamesWhenMapsAreJoined) {
+  FramePoses poses;
+  FramePose pose = on(2);
+  pose.landmarks =
+      std::make_shared<std::vector<LandmarkPixel>>(std::vector<LandmarkPixel>{{3, {10, 20}}, {7, {30, 40}}});
+  poses.set(1, pose);
+  poses.set(2, on(2));
+  MapCorrection correction;
+  correction.added = {100, 1000};
+  poses.apply(correction);
+  const RegisteredLandmarks registered = poses.landmarks();
+  ASSERT_EQ(registered.size(), 1u) << "of the frames where it was kept";
+  const std::vector<LandmarkPixel>& seen = *registered.at(1);
+  ASSERT_EQ(seen.size(), 2u);
+  EXPECT_EQ(seen[0].landmark, 1003);
+  EXPECT_EQ(seen[1].landmark, 1007);
+  EXPECT_EQ(seen[1].pixel, Eigen::Vector2f(30, 40));
+  EXPECT_EQ((*pose.landmarks)[0].landmark, 3) << "a copy may be shared";
+}
+
 TEST(FramePoses, WhatWasPosedInAnotherGeometryIsStaleUntilItIsPosedAgain) {
   FramePoses poses;
   poses.set(0, on(1));

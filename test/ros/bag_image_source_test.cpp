@@ -189,6 +189,9 @@ TEST(BagImageSource, ReadsTheCameraBesideTheImages) {
   EXPECT_EQ(raw.read_camera("elsewhere").fx, 77);
   EXPECT_EQ(rectified.read_camera().fx, 4);
   EXPECT_TRUE(rectified.read_camera().distortion.empty());
+  EXPECT_EQ(rectified.read_calibration("", "false").parameters.fx, 5) << "a value that is set wins";
+  EXPECT_EQ(raw.read_calibration("", "true").parameters.fx, 4);
+  EXPECT_TRUE(raw.read_calibration("", "true").has_distortion);
   expect_error([&] { raw.read_camera("/none"); },
                {"a.bag", "/none", "/cam/camera_info", "/elsewhere", "--camera", "--hfov"});
   expect_error([&] { raw.read_camera("/uncalibrated"); }, {"a.bag", "/uncalibrated", "calibrate"});
@@ -265,6 +268,45 @@ TEST(BagImageSource, ErrorsNameTheFileAndTheTopicsThereAre) {
   expect_error([&] { open(folder.write("text.bag", "this is no bag"), "/none"); },
                {"text.bag", "expected a bag"});
   expect_error([&] { open(folder.write("nothing.bag", ""), "/none"); }, {"nothing.bag", "expected a bag"});
+}
+
+// rosbag record --split, given in any order: one recording; the calibration may be in the first alone.
+TEST(BagImageSource, SplitBagsAreOneRecording) {
+  TemporaryFolder folder;
+  std::vector<std::string> paths;
+  for (int part = 2; part >= 0; --part) {
+    paths.push_back(make_bag(folder / ("part_" + std::to_string(part) + ".bag"), [&](rosbag::Bag& bag) {
+      for (int i = 3 * part; i < 3 * part + 3; ++i)
+        bag.write("/cam/image_raw", seconds(1 + i), image_message(1 + i, grey(i), "mono8"));
+      if (part == 0) bag.write("/cam/camera_info", seconds(1), camera_info());
+    }));
+  }
+  BagImageSource source(paths, "");
+  EXPECT_EQ(source.size(), 9);
+  EXPECT_EQ(source.read_camera().fx, 5);
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(source.next().stamp_ns, (1 + i) * 1000000000ll);
+  EXPECT_EQ(source.next().kind, Kind::kEnd);
+  paths.push_back(folder / "none.bag");
+  expect_error([&] { BagImageSource(paths, ""); }, {"none.bag", "is no file"});
+}
+
+TEST(BagImageSource, ARecordingOfAnotherKindIsNamedWithWhatToDo) {
+  TemporaryFolder folder;
+  const auto open = [](const std::string& path) { BagImageSource source(path, ""); };
+  expect_error([&] { open(folder.write("a.mcap", std::string("\x89MCAP0\r\n") + std::string(100, '\0'))); },
+               {"a.mcap", "MCAP", "rosbags-convert"});
+  expect_error([&] { open(folder.write("a.db3", std::string("SQLite format 3") + std::string(100, '\0'))); },
+               {"a.db3", "ROS 2", "rosbags-convert"});
+  expect_error(
+      [&] {
+        open(folder.write("a.mp4", std::string("\0\0\0\x20"
+                                               "ftypisom",
+                                               12) +
+                                       std::string(100, '\0')));
+      },
+      {"a.mp4", "video", "--video"});
+  folder.write("metadata.yaml", "rosbag2_bagfile_information:\n");
+  expect_error([&] { open(folder.path()); }, {"ROS 2"});
 }
 
 TEST(BagImageSource, ACutBagIsRefused) {

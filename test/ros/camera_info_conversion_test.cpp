@@ -59,6 +59,34 @@ TEST(CameraInfoConversion, RegionOfInterestAndBinning) {
   EXPECT_EQ(parameters.distortion_model, "equidistant");
 }
 
+// A driver that crops, and fills in what it has of the cropped image.
+TEST(CameraInfoConversion, ARegionOfInterestBeyondItsImageIsAContradiction) {
+  sensor_msgs::CameraInfo info = calibration();
+  info.roi.x_offset = 100;
+  info.roi.y_offset = 50;
+  info.roi.width = 640;
+  info.roi.height = 480;
+  const ConvertedCamera camera = convert_camera_info(info, false);
+  EXPECT_EQ(camera.reason, Reason::kUncalibrated);
+  EXPECT_NE(camera.error.find("640x480 at 100, 50 does not lie in the image of 640x480"), std::string::npos)
+      << camera.error;
+  info.roi.x_offset = info.roi.y_offset = 0;
+  EXPECT_EQ(convert_camera_info(info, false).reason, Reason::kOk) << "all of the image";
+}
+
+TEST(CameraInfoConversion, SaysHowTheSizeCameAbout) {
+  sensor_msgs::CameraInfo info = calibration();
+  EXPECT_EQ(convert_camera_info(info, false).size_origin, "width and height of camera_info");
+  info.binning_x = info.binning_y = 2;
+  EXPECT_EQ(convert_camera_info(info, false).size_origin,
+            "width and height of camera_info, 640x480, binning 2x2");
+  info.roi.width = 400;
+  info.roi.height = 300;
+  EXPECT_NE(
+      convert_camera_info(info, false).size_origin.find("region of interest 400x300 at 0, 0, binning 2x2"),
+      std::string::npos);
+}
+
 TEST(CameraInfoConversion, ThreeModelsAreKnown) {
   sensor_msgs::CameraInfo info = calibration();
   for (const auto& [model, coefficients] :
@@ -91,6 +119,18 @@ TEST(CameraSource, AFileCountsWhileNoCalibratedMessageHasCome) {
   message->K[0] = 600;
   cameras.set_message(message);
   EXPECT_EQ(cameras.wait(at_once)->parameters.fx, 600);
+}
+
+TEST(CameraSource, TheFileOrTheTopicAloneCountsWhereThatIsAskedFor) {
+  const std::chrono::milliseconds at_once(0);
+  auto message = boost::make_shared<sensor_msgs::CameraInfo>(calibration());
+  message->K[0] = 600;
+  CameraSource by_file(false, 0, "file"), by_topic(false, 0, "topic");
+  for (CameraSource* cameras : {&by_file, &by_topic}) cameras->set_file(calibration());
+  EXPECT_FALSE(by_topic.wait(at_once));
+  for (CameraSource* cameras : {&by_file, &by_topic}) cameras->set_message(message);
+  EXPECT_EQ(by_file.wait(at_once)->parameters.fx, 500);
+  EXPECT_EQ(by_topic.wait(at_once)->parameters.fx, 600);
 }
 
 TEST(CameraInfoConversion, ZeroMatrixIsUncalibrated) {
@@ -137,6 +177,13 @@ TEST(CameraInfoConversion, AMatrixOfNoSuchCameraIsRefused) {
       EXPECT_EQ(camera.reason, Reason::kUncalibrated) << place << ": " << value;
       EXPECT_NE(camera.error.find("without skew"), std::string::npos) << camera.error;
     }
+  }
+  sensor_msgs::CameraInfo hardly_skewed = calibration();  // as the fisheye calibration of ROS leaves it
+  hardly_skewed.K[1] = hardly_skewed.P[1] = -0.05;
+  for (const bool rectified : {false, true}) {
+    const ConvertedCamera camera = convert_camera_info(hardly_skewed, rectified);
+    EXPECT_EQ(camera.reason, Reason::kOk) << camera.error;
+    EXPECT_NE(camera.note.find("skew of -0.05 px"), std::string::npos) << camera.note;
   }
   sensor_msgs::CameraInfo rounded = calibration();
   rounded.K[1] = 9e-4;  // px

@@ -19,9 +19,9 @@ from listening import HEIGHT, WIDTH, Listener, camera_info  # noqa: E402
 class NoisyCamera:
     """Sends no calibration until calibrate is called."""
 
-    def __init__(self, namespace, tracker):
+    def __init__(self, namespace, tracker, topic="image_raw"):
         self.tracker = feeding.Tracker(tracker)
-        self.camera = feeding.Camera(namespace, None)
+        self.camera = feeding.Camera(namespace, None, topic=topic)
         self.noise = numpy.random.RandomState(1)
         self.seconds = 1000.0
 
@@ -72,6 +72,12 @@ class CameraInfoTest(unittest.TestCase):
         second = self.camera.calibrate(250.0, lambda s: s.epoch > first.epoch)
         self.assertEqual(second.epoch, first.epoch + 1)
         self.assertIsNotNone(self.heard("/tracker", "the calibration has changed"))
+        self.assertEqual(second.reason_name, "CALIBRATION_CHANGED", second.reason_text)
+        for word in ("fx 200", "fx 250", "~camera_info_source"):
+            self.assertIn(word, second.reason_text)
+        # 0.1 px at the corners of 160x120.
+        varied = [self.camera.calibrate(250.0 + change, lambda s: True) for change in (0.2, -0.2, 0.1, 0)]
+        self.assertEqual({s.epoch for s in varied}, {second.epoch}, "tenths of a pixel are tolerated")
 
     def test_3_the_file_serves_until_a_calibration_comes(self):
         camera = NoisyCamera("/uncalibrated_camera", "/tracker_with_file")
@@ -79,6 +85,21 @@ class CameraInfoTest(unittest.TestCase):
         self.assertEqual(status.state_name, "BOOTSTRAPPING", status.reason_text)
         taken = camera.calibrate(250.0, lambda s: s.epoch > status.epoch)
         self.assertEqual(taken.state_name, "BOOTSTRAPPING", "camera_info wins over the file")
+
+    def test_4_a_rectified_topic_is_not_undistorted_again(self):
+        """By its name: P is used, and no distortion. Both trackers get the same calibration."""
+        info = camera_info(200.0)
+        info.D = [-0.3, 0.1, 0, 0, 0]
+        for tracker, topic, rectified in (("/tracker_rectified", "image_rect_color", True),
+                                          ("/tracker_told", "image_raw", True), ("/tracker_raw", "image_mono", False)):
+            camera = NoisyCamera("/both_kinds", tracker, topic)
+            camera.camera.set_calibration(info)
+            status = camera.show()
+            self.assertIs(status.rectified, rectified, tracker)
+            self.assertIn("set to true" if topic == "image_raw" else topic, status.rectified_reason)
+        self.assertIsNotNone(self.heard("/tracker_rectified", "count as rectified", "image_rect_color"))
+        self.assertIsNotNone(self.heard("/tracker_raw", "count as raw", "image_mono"))
+        self.assertEqual(self.heard("/tracker_told", "/both_kinds/image_raw", "raw images", "distortion").level, Log.WARN)
 
 
 if __name__ == "__main__":

@@ -29,6 +29,12 @@ TEST(Capture, SaysWhichDeviceIsMissing) {
   EXPECT_NE(problem_of(settings).find("no such device: /dev/video99"), std::string::npos);
 }
 
+TEST(Capture, AStreamThatCannotBeOpenedNamesThePackageThatPublishesStreams) {
+  CaptureSettings settings;
+  settings.device = "no_such_protocol://127.0.0.1/stream";
+  EXPECT_NE(problem_of(settings).find("video_stream_opencv"), std::string::npos) << problem_of(settings);
+}
+
 TEST(Capture, SaysWhichVideoIsMissing) {
   CaptureSettings settings;
   settings.video = "/no/such/video.avi";

@@ -40,7 +40,7 @@ TEST(Diagnostics, AFileThatCannotBeWrittenIsAWarning) {
 
 // An image that is refused leaves the state as it was.
 TEST(Diagnostics, TrackingIsFineOnlyWhereTheImageHasAPose) {
-  for (int number = 0; number <= static_cast<int>(Reason::kNotRigid); ++number) {
+  for (int number = 0; number <= static_cast<int>(Reason::kCalibrationChanged); ++number) {
     const Reason reason = static_cast<Reason>(number);
     Health health = tracking();
     health.last.reason = static_cast<std::uint8_t>(number);

@@ -145,10 +145,10 @@ class Camera:
     camera of that rate. Where no image may be lost that is needed: shown as fast as they are answered, what is seen
     turns further than the map reaches before a keyframe is mapped."""
 
-    def __init__(self, namespace, info, hz=None):
+    def __init__(self, namespace, info, hz=None, topic="image_raw"):
         self.period = 1 / hz if hz else 0  # s, of the wall
         self.due = time.monotonic()
-        self.images = rospy.Publisher(namespace + "/image_raw", Image, queue_size=1000)
+        self.images = rospy.Publisher(namespace + "/" + topic, Image, queue_size=1000)
         self.infos = rospy.Publisher(namespace + "/camera_info", CameraInfo, queue_size=10)
         wait_for_connections(self.images, self.infos)
         self.set_calibration(info)

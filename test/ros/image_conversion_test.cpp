@@ -36,6 +36,27 @@ TEST(ImageConversion, ColoursComeOutBlueGreenRed) {
   expect_bgr("bgra8", {10, 20, 30, 255}, {10, 20, 30});
 }
 
+// Little endian: the second byte of each is what counts.
+TEST(ImageConversion, ColoursOfSixteenBits) {
+  const std::vector<std::uint8_t> bgr = {0, 10, 0, 20, 0, 30}, rgb = {0, 30, 0, 20, 0, 10};
+  const auto with_alpha = [](std::vector<std::uint8_t> pixel) {
+    pixel.insert(pixel.end(), {255, 255});
+    return pixel;
+  };
+  expect_bgr("bgr16", bgr, {10, 20, 30});
+  expect_bgr("16UC3", bgr, {10, 20, 30});
+  expect_bgr("rgb16", rgb, {10, 20, 30});
+  expect_bgr("bgra16", with_alpha(bgr), {10, 20, 30});
+  expect_bgr("16UC4", with_alpha(bgr), {10, 20, 30});
+  expect_bgr("rgba16", with_alpha(rgb), {10, 20, 30});
+  expect_bgr("8UC4", {10, 20, 30, 255}, {10, 20, 30});
+  sensor_msgs::ImagePtr big_endian = image_of("rgb16", {30, 0, 20, 0, 10, 0});
+  big_endian->is_bigendian = 1;
+  const ConvertedImage swapped = convert_image(big_endian);
+  ASSERT_EQ(swapped.image.type(), CV_8UC3) << swapped.error;
+  EXPECT_EQ(swapped.image.at<cv::Vec3b>(1, 1), cv::Vec3b(10, 20, 30));
+}
+
 TEST(ImageConversion, YuvOrdersAreTold) {
   const ConvertedImage uyvy = convert_image(image_of("yuv422", {128, 235}));       // u and y, white
   const ConvertedImage yuy2 = convert_image(image_of("yuv422_yuy2", {235, 128}));  // y and u, white

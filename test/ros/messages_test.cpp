@@ -93,6 +93,7 @@ TEST(Messages, CodesAgree) {
   EXPECT_EQ(static_cast<int>(CalibrationSource::kGuessed), TrackerStatus::GUESSED);
   EXPECT_EQ(static_cast<int>(CalibrationSource::kRefined), TrackerStatus::REFINED);
   EXPECT_EQ(static_cast<int>(Reason::kNotRigid), TrackerStatus::NOT_RIGID);
+  EXPECT_EQ(static_cast<int>(Reason::kCalibrationChanged), TrackerStatus::CALIBRATION_CHANGED);
   EXPECT_EQ(static_cast<int>(Reason::kPaused), TrackerStatus::REASON_PAUSED);
   EXPECT_EQ(static_cast<int>(Reason::kInternalError), TrackerStatus::INTERNAL_ERROR);
 }

@@ -37,6 +37,10 @@ class ParametersTest(unittest.TestCase):
     def test_a_value_of_another_type_is_named(self):
         self.assertIn("~publish_tf is not true or false", self.refusal("_publish_tf:=perhaps"))
 
+    def test_the_file_that_alone_is_to_count_must_be_given(self):
+        self.assertIn("~camera_info_source is file: expected ~camera_info_url", self.refusal("_camera_info_source:=file"))
+        self.assertIn("~camera_info_source is", self.refusal("_camera_info_source:=driver"))
+
     def test_a_missing_calibration_file_is_named(self):
         self.assertIn("/no/such/camera.yaml", self.refusal("_camera_info_url:=/no/such/camera.yaml"))
 

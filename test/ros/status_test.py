@@ -24,8 +24,8 @@ TIMEOUT = 30 * SLOWNESS  # s; on a busy machine an image takes a second
 BYTES = {"mono8": 1, "8UC1": 1, "mono16": 2, "16UC1": 2, "rgb8": 3, "bgr8": 3, "8UC3": 3, "rgba8": 4, "bgra8": 4,
          "bayer_rggb8": 1, "bayer_bggr8": 1, "bayer_gbrg8": 1, "bayer_grbg8": 1, "yuv422": 2, "yuv422_yuy2": 2,
          "bayer_rggb16": 2, "bayer_bggr16": 2, "bayer_gbrg16": 2, "bayer_grbg16": 2, "32FC1": 4, "rgb16": 6,
-         "no_such_encoding": 1}
-UNSUPPORTED = ("32FC1", "rgb16", "no_such_encoding")
+         "bgr16": 6, "rgba16": 8, "8UC4": 4, "16UC3": 6, "no_such_encoding": 1}
+UNSUPPORTED = ("32FC1", "no_such_encoding")
 
 
 class StatusTest(unittest.TestCase):

@@ -132,6 +132,30 @@ class ColmapTest(unittest.TestCase):
         at = next(i for i in range(0, len(lines), 2) if lines[i].endswith(" " + image))
         return len(lines[at + 1].split())
 
+    def readings(self, folder):
+        """How many images four usual ways to read the text find: line pairs; the first letter of each line; lines that
+        are not empty; lines up to the first empty one."""
+        with open(os.path.join(folder, "images.txt")) as f:
+            text = [line.strip() for line in f]
+        body = [line for line in text if not line.startswith("#")]
+        by_letter = [line for line in text if line[0] != "#"]
+        full = [line for line in body if line]
+        until_empty = body[:body.index("")] if "" in body else body
+        return [len([line for line in lines[::2] if len(line.split()) == 10]) for lines in (body, by_letter, full, until_empty)]
+
+    def test_every_image_lists_what_it_was_registered_by(self):
+        """No second line is empty, at which many programs stop."""
+        for folder in (self.path("out", "colmap"), os.path.join(self.workspace, "sparse")):
+            self.assertEqual(self.readings(folder), [FRAMES] * 4)
+            seen = [line.split()[2::3] for line in rows(os.path.join(folder, "images.txt"))[1::2]]
+            self.assertGreater(min(len([p for p in points if p != "-1"]) for points in seen), 30)
+            tracks = [line.split()[8::2] for line in rows(os.path.join(folder, "points3D.txt"))]
+            self.assertEqual(sum(map(len, tracks)), sum(p != "-1" for points in seen for p in points))
+        said = run("colmap", "model_analyzer", "--path", self.path("out", "colmap"))
+        figures = {key.split("] ")[-1].strip(): value for key, _, value in (line.partition(":") for line in said.splitlines())}
+        self.assertEqual(int(figures["Registered images"]), FRAMES, said)
+        self.assertGreater(float(figures["Mean observations per image"]), 50, said)
+
     def mask_of(self, image):
         return cv2.imread(os.path.join(self.workspace, "masks", image + ".png"), cv2.IMREAD_GRAYSCALE) > 0
 

@@ -117,7 +117,7 @@ class LaunchFilesTest(unittest.TestCase):
 
     def test_every_argument_reaches_something(self):
         """Another value of any argument changes a parameter or a node."""
-        another = {"rviz": "false", "object_mode": "true", "rectified": "true", "queue_size": "7", "hfov": "61.5",
+        another = {"rviz": "false", "camera_info_source": "file", "grey_levels": "12", "object_mode": "true", "rectified": "true", "queue_size": "7", "hfov": "61.5",
                    "width": "321", "height": "123", "rate": "2.5", "map_orientation": "z_up", "object_origin": "centre",
                    "config": os.path.join(ROOT, "config", "fast.yaml"), "driver": "own",
                    "bag": self.recording.both, "image_transport": "compressed", "method": "chroma",

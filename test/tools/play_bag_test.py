@@ -1,14 +1,20 @@
 #!/usr/bin/python3
 """What scripts/play_bag says at a bag's end of what became of the images."""
 import collections
+import contextlib
 import importlib.machinery
 import importlib.util
+import io
 import os
 import sys
+import tempfile
 import types
 import unittest
 
+import rosbag
+import rospy
 import rosunit
+from sensor_msgs.msg import CameraInfo, Image
 
 sys.dont_write_bytecode = True  # nothing beside the script
 SCRIPT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "scripts", "play_bag")
@@ -40,5 +46,77 @@ class SummaryTest(unittest.TestCase):
         self.assertIn("LOW_PARALLAX", summary(60, 0, 2, ["LOW_PARALLAX: hardly moved"] * 3))
 
 
+class BagsTest(unittest.TestCase):
+    def setUp(self):
+        made = tempfile.TemporaryDirectory()
+        self.addCleanup(made.cleanup)
+        self.folder = made.name
+
+    def file(self, name, content=b""):
+        path = os.path.join(self.folder, name)
+        with open(path, "wb") as file:
+            file.write(content)
+        return path
+
+    def bag(self, name, topics, begin=1):
+        path = os.path.join(self.folder, name)
+        with rosbag.Bag(path, "w") as bag:
+            for topic, message in topics:
+                bag.write(topic, message, rospy.Time(begin))
+        return path
+
+    def refusal(self, function, *arguments):
+        """The line that it ends with."""
+        said = io.StringIO()
+        with contextlib.redirect_stderr(said), self.assertRaises(SystemExit):
+            function(*arguments)
+        self.assertEqual(said.getvalue().count("\n"), 1, said.getvalue())
+        return said.getvalue()
+
+    def test_one_bag_several_and_a_pattern(self):
+        spaced, first, second = self.file("my bag.bag"), self.file("split_0.bag"), self.file("split_1.bag")
+        self.assertEqual(play_bag.bags_of(spaced), [spaced])
+        self.assertEqual(play_bag.bags_of(f"{second} {first}"), [second, first])
+        self.assertEqual(play_bag.bags_of(self.folder + "/split_*.bag"), [first, second])
+        self.assertEqual(play_bag.bags_of("/none.bag"), ["/none.bag"])
+
+    def test_topics_are_of_all_bags(self):
+        bags = [self.bag("a.bag", [("/image", Image())]), self.bag("b.bag", [("/camera_info", CameraInfo())])]
+        self.assertEqual(set(play_bag.read_topics(bags)), {"/image", "/camera_info"})
+
+    def test_what_is_no_bag_is_named_in_one_line(self):
+        for name, content, word in (("a.mcap", b"\x89MCAP0\r\n" + bytes(100), "MCAP"),
+                                    ("a.db3", b"SQLite format 3\0" + bytes(100), "ROS 2"),
+                                    ("a.mp4", b"\0\0\0\x20ftypisom" + bytes(100), "video"),
+                                    ("a.txt", b"hello", "cannot be read as a bag"), ("a.bag", b"", "cannot be read as a bag"),
+                                    ("b.bag", bytes(range(256)) * 10, "cannot be read as a bag")):
+            path = self.file(name, content)
+            said = self.refusal(play_bag.read_topics, [path])
+            self.assertIn(path, said)
+            self.assertIn(word, said)
+        self.file("metadata.yaml")
+        self.assertIn("ROS 2", self.refusal(play_bag.read_topics, [self.folder]))
+
+    def test_the_type_of_the_messages_decides_not_the_name(self):
+        topics = {"/cam/image_raw": play_bag.PACKED, "/axis/compressed": play_bag.PACKED, "/raw": play_bag.RAW,
+                  "/both": play_bag.RAW, "/both/compressed": play_bag.PACKED, "/info": "sensor_msgs/CameraInfo"}
+
+        def chosen(wanted, transport="auto"):
+            return play_bag.choose_image_topic("a.bag", topics, wanted, transport)
+        self.assertEqual(chosen("/cam/image_raw"), ("/cam/image_raw", "compressed"))
+        self.assertEqual(chosen("/cam/image_raw", "compressed"), ("/cam/image_raw", "compressed"))
+        self.assertEqual(chosen("/axis"), ("/axis/compressed", "compressed"))
+        self.assertEqual(chosen("/axis/compressed"), ("/axis/compressed", "compressed"))
+        self.assertEqual(chosen("/both"), ("/both", "raw"))
+        self.assertEqual(chosen("/both", "compressed"), ("/both/compressed", "compressed"))
+        self.assertIn("compressed images", self.refusal(chosen, "/cam/image_raw", "raw"))
+        self.assertIn("sensor_msgs/CameraInfo", self.refusal(chosen, "/info"))
+        self.assertIn("/axis/compressed, /both", self.refusal(chosen, "/none"))
+
+
+class Tests(SummaryTest, BagsTest):
+    """All of them: unitrun takes one class."""
+
+
 if __name__ == "__main__":
-    rosunit.unitrun("mono_pose_tracker", "play_bag", SummaryTest, sysargs=sys.argv)
+    rosunit.unitrun("mono_pose_tracker", "play_bag", Tests, sysargs=sys.argv)

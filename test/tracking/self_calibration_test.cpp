@@ -72,6 +72,28 @@ TEST(SelfCalibration, ADoubtIsOfAllPartsOfTheRecording) {
   EXPECT_EQ(doubt_of_calibration({}, camera, half_wrong), "");
 }
 
+CameraParameters with_distortion(const std::vector<double>& distortion) {
+  CameraParameters camera = with_focal(1);
+  camera.distortion_model = "plumb_bob";
+  camera.distortion = distortion;
+  return camera;
+}
+
+// Images that are rectified already, with the calibration of the raw ones, and the other way round.
+TEST(SelfCalibration, ADistortionThatTheImagesDoNotHaveIsTheSuspect) {
+  const CameraParameters raw = with_distortion({-0.3, 0.1, 0, 0, 0}),
+                         rectified = with_distortion({0, 0, 0, 0, 0});
+  for (const bool are_rectified : {true, false}) {
+    const CameraParameters& truth = are_rectified ? rectified : raw;
+    const CameraParameters& given = are_rectified ? raw : rectified;
+    const std::string doubt =
+        doubt_of_calibration({}, given, map_of(round_about(), CameraModel(truth), CameraModel(given)));
+    EXPECT_NE(doubt.find("distortion is the suspect"), std::string::npos) << doubt;
+    EXPECT_EQ(doubt.find("rectified already") != std::string::npos, are_rectified) << doubt;
+  }
+  EXPECT_EQ(doubt_of_calibration({}, raw, map_of(round_about(), CameraModel(raw), CameraModel(raw))), "");
+}
+
 TEST(SelfCalibration, WithoutAnyMapTheGivenValueStays) {
   CameraParameters camera = default_camera(SceneKind::kRoom, 320, 240);
   int runs = 0;

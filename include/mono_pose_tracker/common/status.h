@@ -31,6 +31,7 @@ enum class Reason {
   kStillBackground,
   kDoubtfulPose,
   kNotRigid,
+  kCalibrationChanged,
 };
 
 /// "TRACKING", "LOW_PARALLAX", ...: the spelling of TrackerStatus.msg.

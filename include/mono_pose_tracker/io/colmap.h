@@ -29,8 +29,9 @@ struct ColmapPoint {
 
 /// Writes COLMAP's text model of one camera (cameras.txt, images.txt, points3D.txt; ids count from 1 in the
 /// given order) into a folder, which is made when it is not there. COLMAP puts the centre of the first pixel
-/// at (0.5, 0.5): the principal point and the observations are moved there. Throws std::runtime_error naming
-/// the path when it cannot write, and std::invalid_argument on an observation of a point that is not given.
+/// at (0.5, 0.5): the principal point and the observations are moved there. An image without observations
+/// gets one of no point, in its middle: no line is empty. Throws std::runtime_error naming the path when it
+/// cannot write, and std::invalid_argument on an observation of a point that is not given.
 void write_colmap_text(const std::string& folder, const CameraParameters& camera,
                        const std::vector<ColmapImage>& images, const std::vector<ColmapPoint>& points);
 

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "mono_pose_tracker/io/grey_levels.h"
+
 namespace mono_pose_tracker {
 
 /// The largest image that is decoded [px]: a file of some kilobytes can promise more than there is memory
@@ -15,24 +17,30 @@ constexpr std::uint64_t kMaxImagePixels = 100'000'000;
 struct DecodedImage {
   cv::Mat image;
   std::string problem;  // empty when there is an image
+  /// CV_8UC1, 0 where the file is transparent (alpha 0), else 255; empty: nowhere, or all of it is.
+  cv::Mat mask = cv::Mat();
 };
 
 /// True for the file names that are taken for images (by their extension).
 bool has_image_extension(const std::string& path);
 
 /// Reads an image file of at most kMaxImagePixels. Its orientation tag is ignored: a calibration is of the
-/// pixels as they lie in the file.
-DecodedImage read_image(const std::string& path);
+/// pixels as they lie in the file. levels: of 16 bits.
+DecodedImage read_image(const std::string& path, const GreyLevels& levels = {});
 
 /// As read_image, with all bits and channels of the file.
 DecodedImage read_unchanged(const std::string& path);
 
 /// As read_image, from the file's bytes. The size is read from its head, and held against max_pixels, before
 /// anything is decoded; a format whose head is not known is refused.
-DecodedImage decode_image(const std::vector<unsigned char>& bytes,
-                          std::uint64_t max_pixels = kMaxImagePixels);
+DecodedImage decode_image(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels = kMaxImagePixels,
+                          const GreyLevels& levels = {});
 
-/// 16-bit images lose their lower 8 bits, transparency is dropped.
-DecodedImage to_8_bit(const cv::Mat& image);
+/// As decode_image, with all bits and channels.
+DecodedImage decode_unchanged(const std::vector<unsigned char>& bytes,
+                              std::uint64_t max_pixels = kMaxImagePixels);
+
+/// Images of 16 bits between these levels, by default their upper 8 bits; what is transparent is in the mask.
+DecodedImage to_8_bit(const cv::Mat& image, const GreyLevels& levels = {});
 
 }  // namespace mono_pose_tracker

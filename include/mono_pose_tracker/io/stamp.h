@@ -11,6 +11,10 @@ namespace mono_pose_tracker {
 /// beyond kMaxStampNs.
 bool parse_stamp(std::string_view seconds, std::int64_t* stamp_ns);
 
+/// As parse_stamp; a whole number that is too large for seconds is in ms, us or ns, by its size
+/// (1403636579763, 1403636579763555584). is_ns: any whole number is in ns.
+bool parse_stamp_of_any_unit(std::string_view text, bool is_ns, std::int64_t* stamp_ns);
+
 /// Seconds with 9 decimals, exact.
 std::string format_stamp(std::int64_t stamp_ns);
 

@@ -16,9 +16,11 @@ struct StampedPose {
   Rigid3 map_from_camera;
 };
 
-/// Reads TUM lines `timestamp tx ty tz qx qy qz qw` (map_from_camera; # comments and blank lines allowed) and
-/// sorts them by stamp. Quaternions are normalised. Throws std::runtime_error, one line naming the file, the
-/// line and what was expected.
+/// Reads TUM lines `timestamp tx ty tz qx qy qz qw` (map_from_camera; # comments and blank lines allowed;
+/// seconds or whole nanoseconds), lines of EuRoC's data.csv (`timestamp [ns],x,y,z,qw,qx,qy,qz,...`) or
+/// KITTI's (12 numbers, the rows of a 3x4 matrix; stamps from the times.txt beside it, or the index in
+/// seconds), and sorts them by stamp. Quaternions are normalised. Throws std::runtime_error, one line naming
+/// the file, the line and what was expected.
 std::vector<StampedPose> read_tum(const std::string& path);
 
 /// As read_tum, but map by map, as ~trajectory_file and trajectory_live.txt tell them apart: another begins

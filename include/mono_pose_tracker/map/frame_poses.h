@@ -1,7 +1,10 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <deque>
+#include <map>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -10,13 +13,26 @@
 
 namespace mono_pose_tracker {
 
+/// Where an image shows a landmark.
+struct LandmarkPixel {
+  LandmarkId landmark = kNoLandmark;
+  Eigen::Vector2f pixel = Eigen::Vector2f::Zero();  // as in the image
+};
+
+/// Of one image: the landmarks that it was registered by. Some may be gone from the map by now.
+using LandmarkPixels = std::shared_ptr<const std::vector<LandmarkPixel>>;
+
+/// Of the images of a map, by frame index.
+using RegisteredLandmarks = std::map<std::int64_t, LandmarkPixels>;
+
 /// Where a posed frame stands: it rides on its reference keyframe.
 struct FramePose {
   std::int64_t stamp_ns = 0;
   KeyframeId reference = -1;
   Rigid3 camera_from_reference;
-  bool is_final = false;  // posed once more in the finished map
-  bool is_stale = false;  // relative to a keyframe of a geometry that the map no longer has
+  bool is_final = false;               // posed once more in the finished map
+  bool is_stale = false;               // relative to a keyframe of a geometry that the map no longer has
+  LandmarkPixels landmarks = nullptr;  // of a recording's frame; null: not kept
 };
 
 /// The frames posed against one map, by index. One thread.
@@ -38,6 +54,9 @@ class FramePoses {
   void apply(const MapCorrection& correction);
   /// Those of a map that has become part of this one; its ids are this map's already.
   void take(const FramePoses& other);
+
+  /// What the frames were registered by, where it was kept.
+  RegisteredLandmarks landmarks() const;
 
   /// camera_from_map of a frame, now; false when it was never posed or its keyframe is of no known map.
   bool camera_from_map(const TrackingMap& map, std::int64_t index, Rigid3* camera_from_map) const;

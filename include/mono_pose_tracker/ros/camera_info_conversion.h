@@ -15,6 +15,9 @@ struct ConvertedCamera {
   Reason reason = Reason::kOk;
   std::string error;  // one line that says what to do, when reason is not kOk
   CalibrationSource source = CalibrationSource::kGiven;
+  std::string size_origin = "";  // how width and height came about: "width and height of camera_info, ..."
+  std::string note = "";         // what was left out of it, one line; empty: nothing
+  bool has_distortion = false;   // D of the message is not zero, whether it is used or not
 };
 
 /// K and D of the message; when the images are rectified P and no distortion. kUncalibrated when the matrix

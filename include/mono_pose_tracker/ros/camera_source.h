@@ -6,18 +6,27 @@
 #include <condition_variable>
 #include <mutex>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "mono_pose_tracker/ros/camera_info_conversion.h"
 
 namespace mono_pose_tracker {
 
-/// The calibration to use: that of the newest camera_info; while none has come, or it is not calibrated, that
-/// of a file when one was given; failing that a guess, where a field of view was given to guess from. May be
-/// called from any thread.
+/// Values of the setting `camera_info_source`, the default first.
+inline const std::vector<std::string> kCameraInfoSources = {"auto", "topic", "file"};
+
+/// The calibration to use. auto: that of the newest camera_info; while none has come, or it is not
+/// calibrated, that of a file when one was given. topic, file: that alone. Failing these a guess, where a
+/// field of view was given to guess from. May be called from any thread.
 class CameraSource {
  public:
-  /// hfov_deg: of the guess, see guess_camera; 0: none is made.
-  explicit CameraSource(bool rectified, double hfov_deg = 0) : rectified_(rectified), hfov_deg_(hfov_deg) {}
+  /// hfov_deg: of the guess, see guess_camera; 0: none is made. source: one of kCameraInfoSources.
+  explicit CameraSource(bool rectified, double hfov_deg = 0, const std::string& source = "auto")
+      : rectified_(rectified),
+        uses_topic_(source != "file"),
+        uses_file_(source != "topic"),
+        hfov_deg_(hfov_deg) {}
 
   void set_file(const sensor_msgs::CameraInfo& info);
   void set_message(const sensor_msgs::CameraInfoConstPtr& info);
@@ -34,7 +43,7 @@ class CameraSource {
   std::optional<ConvertedCamera> wait(std::chrono::milliseconds timeout) const;
 
  private:
-  const bool rectified_;
+  const bool rectified_, uses_topic_, uses_file_;
   const double hfov_deg_;
   mutable std::mutex mutex_;  // guards what follows
   mutable std::condition_variable arrived_;

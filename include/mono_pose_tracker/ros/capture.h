@@ -11,7 +11,7 @@ constexpr double kSlowestRate = 1e-6;
 
 /// What to capture, and how.
 struct CaptureSettings {
-  std::string device = "/dev/video0";  // V4L2: a path, or the number at the end of it
+  std::string device = "/dev/video0";  // V4L2: a path, or the number at the end of it; or the URL of a stream
   std::string video;                   // a video file in the device's place; empty: the device
   bool loop = false;                   // the video, from its beginning again
   int width = 0, height = 0;           // px, asked of the device; 0: its own
@@ -48,6 +48,7 @@ class Capture {
 
  private:
   void open_device();
+  void open_stream();
   void open_video();
 
   CaptureSettings settings_;

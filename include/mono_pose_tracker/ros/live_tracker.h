@@ -43,9 +43,10 @@ class LiveTracker {
   using Warn = std::function<void(const std::string& subject, const std::string& text)>;
   using Clock = std::chrono::steady_clock;
 
-  /// mask_wanted: whether to wait for a mask. warn: what a user should hear.
+  /// mask_wanted: whether to wait for a mask. warn: what a user should hear. levels: of images of 16 bits.
   LiveTracker(const TrackerOptions& options, CameraSource& cameras, MaskSource& masks,
-              std::chrono::milliseconds mask_timeout, std::function<bool()> mask_wanted, Warn warn);
+              std::chrono::milliseconds mask_timeout, std::function<bool()> mask_wanted, Warn warn,
+              const GreyLevelChoice& levels = GreyLevelChoice());
 
   /// An image came, whether it will be processed or dropped. Where those processed take longer than the time
   /// between two that come, less is done for the next ones (LoadGovernor). May be called from any thread.
@@ -98,6 +99,7 @@ class LiveTracker {
   void remember(const FrameReport& report);
   void go_on_as(State state);
   void load_waiting_maps();
+  bool is_present_camera(const CameraParameters& parameters) const;
   void use_camera(const CameraParameters& parameters);
   ConvertedImage mask_for(const sensor_msgs::Image& message);
 
@@ -108,6 +110,7 @@ class LiveTracker {
   const std::function<bool()> mask_wanted_;
   const Warn warn_;
 
+  GreyLevelChoice levels_;
   FramePeriod period_;  // guards itself
   LoadGovernor governor_;
   ConvertedImage image_;

@@ -15,10 +15,12 @@ namespace mono_pose_tracker {
 /// them.
 struct NodeParameters {
   std::string image_transport = "raw";
-  std::string camera_info_url;  // calibration file, used instead of camera_info; empty: none
+  std::string camera_info_url;                               // calibration file; empty: none
+  std::string camera_info_source = "auto";                   // auto, topic or file (CameraSource)
   int max_image_pixels = static_cast<int>(kMaxImagePixels);  // compressed images that promise more: refused
+  std::string grey_levels = "auto";                          // of images of 16 bits (GreyLevelChoice)
   double hfov = 0;  // degrees from left to right, to guess a camera from without a calibration; 0: no guess
-  bool rectified = false;  // the images are rectified: P of the calibration, no distortion
+  std::string rectified = "auto";  // of the images: auto, true or false (camera/rectification.h)
 
   FrameOptions frames;
 

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <string>
 
+#include "mono_pose_tracker/camera/rectification.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 
 namespace mono_pose_tracker {
@@ -18,7 +19,8 @@ class StatusBoard {
  public:
   using Clock = std::chrono::steady_clock;
 
-  explicit StatusBoard(ros::NodeHandle private_handle);
+  /// rectification: stands in every status.
+  explicit StatusBoard(ros::NodeHandle private_handle, Rectification rectification = {});
 
   /// To be called for each image as it arrives.
   void count_received();
@@ -43,6 +45,7 @@ class StatusBoard {
  private:
   void publish_locked(TrackerStatus status, const std_msgs::Header& header, Clock::time_point arrival);
 
+  const Rectification rectification_;
   ros::Publisher publisher_;
   mutable std::mutex mutex_;  // guards what follows; statuses leave in the order of their counts
   std::uint32_t received_ = 0, posed_ = 0, dropped_ = 0;

@@ -86,6 +86,7 @@ class TrackerNodelet : public nodelet::Nodelet {
 
   void on_timer();
   void check_inputs();
+  void check_calibration();
   void check_outputs();
   void publish_map();
   std::string describe_calibration() const;
@@ -136,6 +137,7 @@ class TrackerNodelet : public nodelet::Nodelet {
   ros::Time last_clock_;
   Recording recording_;
   std::string input_problem_, output_problem_;
+  bool is_calibration_checked_ = false;
   std::size_t told_renewals_ = 0;  // of the trajectory file
   int stale_in_a_row_ = 0;         // images, up to the last
   TrackerStatus diagnosed_;        // as /diagnostics last told it

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "mono_pose_tracker/map/frame_poses.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/other_body.h"
 #include "mono_pose_tracker/mapping/path_precision.h"
@@ -17,6 +18,7 @@ namespace mono_pose_tracker {
 struct FinishedMap {
   std::uint32_t id = 0;
   std::vector<PosedFrame> trajectory;
+  RegisteredLandmarks registered;  // what the images of the trajectory were posed by
   Map map;
   std::shared_ptr<const MapSnapshot> snapshot;
   /// What was found out about it, and the verdict.

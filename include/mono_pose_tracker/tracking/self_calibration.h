@@ -33,8 +33,17 @@ struct SelfCalibration {
 SelfCalibration calibrate_by_tracking(const CameraParameters& start, CalibrationSource source,
                                       const CameraRefinementOptions& options, const TrackWithCamera& track);
 
-/// A line for the user where a map says that the calibration it was made with is wrong; else nothing.
+/// When the distortion of a calibration counts as wrong.
+struct DistortionDoubtOptions {
+  /// The least that the images move its corners by, as a share of the corners' distance from the centre.
+  /// A calibration that is right is off by a pixel there, some 0.3 %.
+  double min_share = 0.01;
+  double min_sigmas = 10;  // as of a focal length that is doubtful
+};
+
+/// A line for the user where a map says that the calibration it was made with is wrong; else nothing. The
+/// distortion is named where it is the suspect: of images that are rectified already, and undistorted again.
 std::string doubt_of_calibration(const CameraRefinementOptions& options, const CameraParameters& camera,
-                                 const Map& map);
+                                 const Map& map, const DistortionDoubtOptions& distortion = {});
 
 }  // namespace mono_pose_tracker

@@ -8,17 +8,26 @@
 #include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
-#include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/tracking/finished_map.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 
 namespace mono_pose_tracker {
 
 using PixelChange = std::function<Eigen::Vector2d(const Eigen::Vector2d&)>;
 
+struct ColmapModelOptions {
+  /// Of an image that is no keyframe: an observation whose landmark is projected farther from it is left out
+  /// [px]. What COLMAP's own mapper keeps (Mapper.filter_max_reproj_error).
+  double max_error_px = 4;
+};
+
 /// The map and the poses as COLMAP's text model, in the folder; pixels of observations as `changed` has them.
-void write_map_for_colmap(const std::string& folder, const CameraParameters& camera, const Map& map,
+/// An image that is no keyframe lists the landmarks that it was registered by, as far as the map still has
+/// them where the image shows them.
+void write_map_for_colmap(const std::string& folder, const CameraParameters& camera, const FinishedMap& map,
                           const std::vector<PosedFrame>& trajectory,
-                          const std::map<std::int64_t, std::string>& names, const PixelChange& changed);
+                          const std::map<std::int64_t, std::string>& names, const PixelChange& changed,
+                          const ColmapModelOptions& options = {});
 
 /// What COLMAP makes of the names when it reads the model; empty: what they are.
 std::string doubt_of_names(const std::map<std::int64_t, std::string>& names);

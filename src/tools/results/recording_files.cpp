@@ -79,7 +79,7 @@ void write_map(const fs::path& output, const CameraParameters& camera, const Rec
   if (!reference.empty()) overview.true_cameras = true_positions(reference, poses);
   write_ply((output / "points.ply").string(), overview.points);
   write_overview((output / "overview.png").string(), overview);
-  write_map_for_colmap((output / "colmap").string(), camera, map.map, map.trajectory, result.names,
+  write_map_for_colmap((output / "colmap").string(), camera, map, map.trajectory, result.names,
                        [](const Eigen::Vector2d& pixel) { return pixel; });
 }
 
@@ -137,7 +137,7 @@ void write_frames(const fs::path& folder, const Recording& recording, const Reco
 }
 
 void write_undistorted(const fs::path& folder, const CameraModel& camera, const Recording& recording,
-                       const RecordingResult& result, const MaskRecord& masks, const Map& map) {
+                       const RecordingResult& result, const MaskRecord& masks) {
   const Undistorter undistorter(camera);
   std::map<std::int64_t, PosedFrame> posed;
   for (const PosedFrame& frame : result.trajectory) posed[frame.index] = frame;
@@ -157,8 +157,8 @@ void write_undistorted(const fs::path& folder, const CameraModel& camera, const 
     fused += name + "\n";
     written.push_back(posed.at(index));
   });
-  write_map_for_colmap((folder / "sparse").string(), undistorter.camera(), map, written, result.names,
-                       [&](const Eigen::Vector2d& pixel) { return undistorter.pixel(pixel); });
+  write_map_for_colmap((folder / "sparse").string(), undistorter.camera(), result.maps.front(), written,
+                       result.names, [&](const Eigen::Vector2d& pixel) { return undistorter.pixel(pixel); });
   for (const char* part : {"depth_maps", "normal_maps", "consistency_graphs"}) {
     make_folder(folder / "stereo" / part);
   }

@@ -34,7 +34,6 @@ void write_frames(const std::filesystem::path& folder, const Recording& recordin
 /// A workspace of COLMAP's dense stage: images, masks (0 = ignore; COLMAP appends .png to the image's name),
 /// the model in sparse, and which images patch_match_stereo and stereo_fusion are to work on.
 void write_undistorted(const std::filesystem::path& folder, const CameraModel& camera,
-                       const Recording& recording, const RecordingResult& result, const MaskRecord& masks,
-                       const Map& map);
+                       const Recording& recording, const RecordingResult& result, const MaskRecord& masks);
 
 }  // namespace mono_pose_tracker

@@ -127,6 +127,10 @@ void write_report(const std::string& path, const RecordingResult& result, const 
                {"maps", maps_summary(result)},
                {"loops", loops_summary(result)},
                {"problems", result.problems}};
+  if (calibration.rectification) {
+    json["rectified"] = calibration.rectification->is_rectified;
+    json["rectified_reason"] = calibration.rectification->reason;
+  }
   if (calibration.refined) json["camera"] = camera_summary(*calibration.refined);
   write_file_atomically(path, [&](std::ostream& out) {
     out << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';

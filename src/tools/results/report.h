@@ -5,6 +5,7 @@
 #include <string>
 
 #include "mask_record.h"
+#include "mono_pose_tracker/camera/rectification.h"
 #include "mono_pose_tracker/common/calibration_source.h"
 #include "mono_pose_tracker/tracking/recording.h"
 #include "mono_pose_tracker/tracking/self_calibration.h"
@@ -16,6 +17,10 @@ struct Calibration {
   CameraParameters camera;
   CalibrationSource source = CalibrationSource::kGiven;
   std::optional<SelfCalibration> refined;
+  std::optional<Rectification> rectification;  // of a guess: nothing
+  std::string contradiction;  // what the images say against it, for a warning; empty: nothing
+  std::string size_origin;    // ConvertedCamera
+  std::string note;           // what was left out of the calibration
 };
 
 /// report.json: what became of the recording.
