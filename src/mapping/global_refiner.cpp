@@ -19,7 +19,8 @@ void Mapper::connect(ViewGraph* graph) const {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map_);
   std::vector<ViewGraph::Pair> pairs;
   std::map<KeyframeId, int> node;
-  for (const Keyframe* keyframe : in_time) node[keyframe->id] = graph->add(keyframe->frame_index, keyframe->image);
+  for (const Keyframe* keyframe : in_time)
+    node[keyframe->id] = graph->add(keyframe->frame_index, keyframe->image);
   for (std::size_t k = 0; k < in_time.size(); ++k) {
     const KeyframeId id = in_time[k]->id;
     for (const std::size_t before : kBefore) {

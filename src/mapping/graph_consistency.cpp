@@ -30,11 +30,13 @@ Rigid3 second_from_first(const Keyframe& first, const Keyframe& second) {
 
 // A match of the map's object: at least one of its features observes a landmark.
 bool is_of_map(const Keyframe& first, const Keyframe& second, const Match& m) {
-  return first.landmark_of_feature[m.first] != kNoLandmark || second.landmark_of_feature[m.second] != kNoLandmark;
+  return first.landmark_of_feature[m.first] != kNoLandmark ||
+         second.landmark_of_feature[m.second] != kNoLandmark;
 }
 
 bool pairs_landmarks(const Keyframe& first, const Keyframe& second, const Match& m) {
-  return first.landmark_of_feature[m.first] != kNoLandmark && second.landmark_of_feature[m.second] != kNoLandmark;
+  return first.landmark_of_feature[m.first] != kNoLandmark &&
+         second.landmark_of_feature[m.second] != kNoLandmark;
 }
 
 EdgeConsistency consistency_of(const Map& map, const ViewGraph& graph, const ViewGraph::Pair& pair,
@@ -71,9 +73,9 @@ Rigid3 moved(const Rigid3& camera_from_map, const Sim3& rest_from_segment) {
 std::set<LandmarkId> known_to(const Map& map, const std::set<KeyframeId>& keyframes, bool within) {
   std::set<LandmarkId> known;
   for (const auto& [id, landmark] : map.landmarks()) {
-    const auto observers = std::count_if(
-        landmark.observations.begin(), landmark.observations.end(),
-        [&](const Observation& o) { return (keyframes.count(o.keyframe) > 0) == within; });
+    const auto observers =
+        std::count_if(landmark.observations.begin(), landmark.observations.end(),
+                      [&](const Observation& o) { return (keyframes.count(o.keyframe) > 0) == within; });
     if (observers >= 2) known.insert(id);
   }
   return known;
@@ -98,7 +100,8 @@ PairedLandmarks paired_landmarks(const Map& map, const ViewGraph& graph, const I
       const Keyframe &in = first_is_inside ? first : second, &out = first_is_inside ? second : first;
       const int in_feature = first_is_inside ? m.first : m.second,
                 out_feature = first_is_inside ? m.second : m.first;
-      const LandmarkId in_id = in.landmark_of_feature[in_feature], out_id = out.landmark_of_feature[out_feature];
+      const LandmarkId in_id = in.landmark_of_feature[in_feature],
+                       out_id = out.landmark_of_feature[out_feature];
       if (!in_segment.count(in_id) || !in_rest.count(out_id)) continue;
       paired.matches.push_back({sighted(in, in_feature, map.landmark(in_id)->x_in_map),
                                 sighted(out, out_feature, map.landmark(out_id)->x_in_map)});
@@ -126,7 +129,8 @@ double significant_p_value(std::vector<double> p_values, double false_discovery_
   std::sort(p_values.begin(), p_values.end());
   double significant = 0;
   for (std::size_t i = 0; i < p_values.size(); ++i) {
-    const double allowed = false_discovery_rate * static_cast<double>(i + 1) / static_cast<double>(p_values.size());
+    const double allowed =
+        false_discovery_rate * static_cast<double>(i + 1) / static_cast<double>(p_values.size());
     if (p_values[i] <= allowed) significant = p_values[i];
   }
   return significant;
@@ -163,7 +167,8 @@ std::optional<InconsistentSegment> most_inconsistent_segment(const Map& map,
   };
   bool any = false;
   for (const EdgeConsistency& edge : edges) {
-    const int a = place.at(edge.first), b = place.at(edge.second), surplus = contradicting(edge) - edge.explained;
+    const int a = place.at(edge.first), b = place.at(edge.second),
+              surplus = contradicting(edge) - edge.explained;
     neighbors[a].emplace_back(b, surplus);
     neighbors[b].emplace_back(a, surplus);
     any = any || edge.is_inconsistent;
@@ -183,7 +188,9 @@ std::optional<InconsistentSegment> most_inconsistent_segment(const Map& map,
   InconsistentSegment segment;
   for (int k = best_begin; k < best_end; ++k) segment.keyframes.push_back(in_time[k]->id);
   for (const EdgeConsistency& edge : edges) {
-    const auto is_inside = [&](KeyframeId id) { return place.at(id) >= best_begin && place.at(id) < best_end; };
+    const auto is_inside = [&](KeyframeId id) {
+      return place.at(id) >= best_begin && place.at(id) < best_end;
+    };
     if (is_inside(edge.first) == is_inside(edge.second)) continue;
     segment.cut.push_back(edge);
     segment.contradicting += contradicting(edge);
@@ -226,8 +233,9 @@ std::optional<SegmentAlignment> align_segment(const Map& map, const ViewGraph& g
   return alignment;
 }
 
-std::map<KeyframeId, Sim3> apply_alignment(const InconsistentSegment& segment, const SegmentAlignment& alignment,
-                                           const ViewGraph& graph, Map* map) {
+std::map<KeyframeId, Sim3> apply_alignment(const InconsistentSegment& segment,
+                                           const SegmentAlignment& alignment, const ViewGraph& graph,
+                                           Map* map) {
   const std::set<KeyframeId> inside(segment.keyframes.begin(), segment.keyframes.end());
   for (const LandmarkId id : map->landmark_ids()) {
     const Landmark landmark = *map->landmark(id);

@@ -188,7 +188,8 @@ std::optional<MapMeeting> meet(const MapperOptions& options, const Map& map, con
   if (!ties_agree(map, other, first, second)) return std::nullopt;
   MapMeeting meeting;
   meeting.ties = {std::move(first), std::move(second)};
-  const std::optional<Sim3> other_from_map = similarity_of_points(options, map, other, same_landmarks(map, meeting.ties));
+  const std::optional<Sim3> other_from_map =
+      similarity_of_points(options, map, other, same_landmarks(map, meeting.ties));
   if (!other_from_map) return std::nullopt;
   meeting.other_from_map = *other_from_map;
   return meeting;
@@ -197,12 +198,15 @@ std::optional<MapMeeting> meet(const MapperOptions& options, const Map& map, con
 std::optional<MapMeeting> meet(const MapperOptions& options, const Map& map, const Map& other,
                                const PlaceFinder& places, ViewGraph* graph) {
   std::vector<std::pair<KeyframeId, KeyframeId>> keyframes = pairs_to_compare(map, other, places);
-  const auto node_of = [&](const Keyframe& keyframe) { return graph->add(keyframe.frame_index, keyframe.image); };
+  const auto node_of = [&](const Keyframe& keyframe) {
+    return graph->add(keyframe.frame_index, keyframe.image);
+  };
   std::vector<ViewGraph::Pair> edges;
   for (const auto& [own, theirs] : keyframes)
     edges.emplace_back(node_of(*map.keyframe(own)), node_of(*other.keyframe(theirs)));
   graph->connect(edges);
-  std::map<KeyframeId, std::map<int, LandmarkId>> found;  // by keyframe: feature and landmark of the other map
+  std::map<KeyframeId, std::map<int, LandmarkId>>
+      found;  // by keyframe: feature and landmark of the other map
   std::set<std::pair<LandmarkId, LandmarkId>> paired;
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
     const Keyframe &own = *map.keyframe(keyframes[i].first), &theirs = *other.keyframe(keyframes[i].second);

@@ -139,7 +139,7 @@ bool Mapper::is_left_out(KeyframeId id, int feature) const {
 // Whether it is one rigid body, and, where what moves otherwise is not told from it all along, the largest.
 void Mapper::watch_body_of_map() {
   if (!options_.watches_rigidity) return;
-  beside_.watch.ask(map_);
+  beside_.watch.ask(map_, options_.matching);
   if (!options_.separates_motions) beside_.larger_body_watch.ask(map_, options_.matching, options_.ransac);
 }
 

@@ -1,6 +1,7 @@
 #include "mono_pose_tracker/mapping/rigidity_watch.h"
 
 #include "mono_pose_tracker/common/formatted.h"
+#include "mono_pose_tracker/mapping/contradiction.h"
 #include "mono_pose_tracker/mapping/rigidity_check.h"
 
 namespace mono_pose_tracker {
@@ -9,7 +10,12 @@ namespace {
 
 constexpr std::int64_t kPeriod = 1000000000;  // ns
 
-std::string doubt_about(const Map& map) {
+std::string doubt_about(const Map& map, const MatchOptions& matching) {
+  const Contradiction contradiction = newest_contradiction(map, matching);
+  if (contradiction.is_significant()) {
+    return formatted("%d of %d points are seen elsewhere than the map has them", contradiction.contradicting,
+                     contradiction.matches);
+  }
   RigidityOptions options;
   options.newest = options.stretch;
   const RigidityReport rigidity = check_rigidity(map, options);
@@ -20,10 +26,10 @@ std::string doubt_about(const Map& map) {
 
 }  // namespace
 
-void RigidityWatch::ask(const Map& map) {
+void RigidityWatch::ask(const Map& map, const MatchOptions& matching) {
   if (map.keyframes().empty()) return;
   if (!asked_.is_due(map.keyframes().rbegin()->second.stamp_ns, kPeriod)) return;
-  doubt_ = doubt_about(map);
+  doubt_ = doubt_about(map, matching);
 }
 
 }  // namespace mono_pose_tracker

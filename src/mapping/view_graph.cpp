@@ -39,12 +39,18 @@ Unexplained unexplained(const TwoViewGeometry& geometry, const FeatureSet& first
 
 const char* to_string(TwoViewType type) {
   switch (type) {
-    case TwoViewType::kDegenerate: return "degenerate";
-    case TwoViewType::kStatic: return "static";
-    case TwoViewType::kPanoramic: return "panoramic";
-    case TwoViewType::kPlanar: return "planar";
-    case TwoViewType::kCalibrated: return "calibrated";
-    case TwoViewType::kMultiple: return "multiple";
+    case TwoViewType::kDegenerate:
+      return "degenerate";
+    case TwoViewType::kStatic:
+      return "static";
+    case TwoViewType::kPanoramic:
+      return "panoramic";
+    case TwoViewType::kPlanar:
+      return "planar";
+    case TwoViewType::kCalibrated:
+      return "calibrated";
+    case TwoViewType::kMultiple:
+      return "multiple";
   }
   return "";
 }
@@ -122,9 +128,9 @@ bool ViewGraph::fit_motion(const Pair& pair, int motion, TwoViewGeometry* geomet
   const RelativePoseReport report = estimate_relative_pose(rest.first, rest.second, pose);
   if (!report.success) return false;
   const RelativePoseHypothesis& best = report.hypotheses.front();
-  const int least = motion == 1 ? options_.min_inliers
-                                : std::max(options_.min_inliers,
-                                           static_cast<int>(options_.least_second_motion * count));
+  const int least =
+      motion == 1 ? options_.min_inliers
+                  : std::max(options_.min_inliers, static_cast<int>(options_.least_second_motion * count));
   if (best.num_inliers < least) return false;
   for (std::size_t i = 0; i < rest.match.size(); ++i) {
     if (best.inliers[i]) geometry->motion_of_match[rest.match[i]] = static_cast<std::uint8_t>(motion);
@@ -132,11 +138,13 @@ bool ViewGraph::fit_motion(const Pair& pair, int motion, TwoViewGeometry* geomet
   if (motion > 1) return true;
   geometry->second_from_first = best.second_from_first;
   const double enough = options_.explained_by_simpler * best.num_inliers;
-  const bool turns = report.rotation_only.angularDistance(Eigen::Quaterniond::Identity()) > pose.ransac.threshold;
-  geometry->type = report.rotation_only_inliers < enough
-                       ? (report.plane_inliers >= enough && report.hypotheses.size() > 1 ? TwoViewType::kPlanar
-                                                                                         : TwoViewType::kCalibrated)
-                       : (turns ? TwoViewType::kPanoramic : TwoViewType::kStatic);
+  const bool turns =
+      report.rotation_only.angularDistance(Eigen::Quaterniond::Identity()) > pose.ransac.threshold;
+  geometry->type =
+      report.rotation_only_inliers < enough
+          ? (report.plane_inliers >= enough && report.hypotheses.size() > 1 ? TwoViewType::kPlanar
+                                                                            : TwoViewType::kCalibrated)
+          : (turns ? TwoViewType::kPanoramic : TwoViewType::kStatic);
   if (geometry->type == TwoViewType::kPlanar) geometry->alternative = report.hypotheses[1].second_from_first;
   return true;
 }
@@ -146,17 +154,19 @@ TwoViewGeometry ViewGraph::compute(const Pair& pair) const {
   geometry.matches = match_descriptors(nodes_[pair.first].image->set.descriptors,
                                        nodes_[pair.second].image->set.descriptors, options_.matching);
   geometry.motion_of_match.assign(geometry.matches.size(), 0);
-  if (fit_motion(pair, 1, &geometry) && fit_motion(pair, 2, &geometry)) geometry.type = TwoViewType::kMultiple;
+  if (fit_motion(pair, 1, &geometry) && fit_motion(pair, 2, &geometry))
+    geometry.type = TwoViewType::kMultiple;
   return geometry;
 }
 
 void ViewGraph::save(const std::string& path) const {
   std::ofstream file(path);
   for (const auto& [pair, geometry] : edges_) {
-    const nlohmann::json line = {{"frames", {nodes_[pair.first].frame_index, nodes_[pair.second].frame_index}},
-                                 {"type", to_string(geometry.type)},
-                                 {"matches", geometry.matches.size()},
-                                 {"inliers", {geometry.inliers(1), geometry.inliers(2)}}};
+    const nlohmann::json line = {
+        {"frames", {nodes_[pair.first].frame_index, nodes_[pair.second].frame_index}},
+        {"type", to_string(geometry.type)},
+        {"matches", geometry.matches.size()},
+        {"inliers", {geometry.inliers(1), geometry.inliers(2)}}};
     file << line.dump() << '\n';
   }
   if (!file.flush()) throw std::runtime_error(path + ": cannot be written");

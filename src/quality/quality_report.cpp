@@ -14,9 +14,7 @@ std::string image_text(std::int64_t frame_index) {
                                         : "image " + std::to_string(frame_index);
 }
 
-std::string in_map(const MapEvidence& evidence) {
-  return evidence.name.empty() ? "" : evidence.name + ": ";
-}
+std::string in_map(const MapEvidence& evidence) { return evidence.name.empty() ? "" : evidence.name + ": "; }
 
 // Test 1: a cut over which the view graph contradicts the map at least as much as it agrees with it.
 void test_consistency(const MapEvidence& evidence, const QualityOptions& options, QualityReport* report) {
@@ -34,11 +32,12 @@ void test_consistency(const MapEvidence& evidence, const QualityOptions& options
   finding.n = segment->contradicting + segment->explained;
   finding.p_value = binomial_tail(finding.k, finding.n, 0.5);
   finding.text = in_map(evidence) +
-                 formatted("%s to %s: %d of %d verified matches with the other images contradict their place "
-                           "in the map. Repeated structure, or a part of the map is wrong; record more "
-                           "overlap there, or mask moving objects (--masks).",
-                           image_text(finding.images.front()).c_str(),
-                           image_text(finding.images.back()).c_str(), finding.k, finding.n);
+                 formatted(
+                     "%s to %s: %d of %d verified matches with the other images contradict their place "
+                     "in the map. Repeated structure, or a part of the map is wrong; record more "
+                     "overlap there, or mask moving objects (--masks).",
+                     image_text(finding.images.front()).c_str(), image_text(finding.images.back()).c_str(),
+                     finding.k, finding.n);
   report->add(std::move(finding));
 }
 
@@ -52,12 +51,13 @@ void test_scale(const MapEvidence& evidence, const QualityOptions& options, Qual
   finding.k = cut.landmarks;
   finding.text =
       in_map(evidence) +
-      formatted("The size of the path from %s on is connected to the path before by %d landmarks only: %s. "
-                "Record more overlap there.",
-                image_text(cut.frame_index).c_str(), cut.landmarks,
-                std::isfinite(cut.log_scale_sigma)
-                    ? formatted("it is known to %.0f %% (standard deviation)", 100 * cut.log_scale_sigma).c_str()
-                    : "it is unknown");
+      formatted(
+          "The size of the path from %s on is connected to the path before by %d landmarks only: %s. "
+          "Record more overlap there.",
+          image_text(cut.frame_index).c_str(), cut.landmarks,
+          std::isfinite(cut.log_scale_sigma)
+              ? formatted("it is known to %.0f %% (standard deviation)", 100 * cut.log_scale_sigma).c_str()
+              : "it is unknown");
   report->add(std::move(finding));
 }
 
@@ -85,17 +85,19 @@ void test_alternatives(const MapEvidence& evidence, QualityReport* report) {
   if (evidence.depth_evidence < evidence.least_depth_evidence) {
     Finding finding;
     finding.kind = FindingKind::kDepthReversal;
-    finding.text = in_map(evidence) +
-                   "The depth-reversed map explains the images about as well (bas-relief ambiguity of a narrow "
-                   "view): turn farther, come nearer, or mask what moves otherwise (--masks).";
+    finding.text =
+        in_map(evidence) +
+        "The depth-reversed map explains the images about as well (bas-relief ambiguity of a narrow "
+        "view): turn farther, come nearer, or mask what moves otherwise (--masks).";
     report->add(std::move(finding));
   }
   if (evidence.geometry_evidence < evidence.least_geometry_evidence) {
     Finding finding;
     finding.kind = FindingKind::kPlanarAmbiguity;
-    finding.text = in_map(evidence) +
-                   "The scene is nearly planar, and the other motion of the same homography explains the images "
-                   "about as well: move round the scene, or show something that stands out from the plane.";
+    finding.text =
+        in_map(evidence) +
+        "The scene is nearly planar, and the other motion of the same homography explains the images "
+        "about as well: move round the scene, or show something that stands out from the plane.";
     report->add(std::move(finding));
   }
 }
@@ -108,16 +110,18 @@ void test_images(const MapEvidence& evidence, const QualityOptions& options, Qua
     finding.text = in_map(evidence) + "The map rests on two images: a third is needed to confirm it.";
     report->add(std::move(finding));
   }
-  const auto registered = static_cast<double>(evidence.registered), images = static_cast<double>(evidence.images);
+  const auto registered = static_cast<double>(evidence.registered),
+             images = static_cast<double>(evidence.images);
   if (evidence.is_first && !evidence.is_loaded && !evidence.is_object &&
       registered < options.min_registered * images) {
     Finding finding;
     finding.kind = FindingKind::kFewImages;
     finding.k = static_cast<int>(evidence.registered);
     finding.n = static_cast<int>(evidence.images);
-    finding.text = formatted("Only %d of %d images are registered in the first map, and no map is confirmed: "
-                             "what interrupts a path may bend it as well. Record more overlap.",
-                             finding.k, finding.n);
+    finding.text = formatted(
+        "Only %d of %d images are registered in the first map, and no map is confirmed: "
+        "what interrupts a path may bend it as well. Record more overlap.",
+        finding.k, finding.n);
     report->add(std::move(finding));
   }
 }
@@ -126,20 +130,34 @@ void test_images(const MapEvidence& evidence, const QualityOptions& options, Qua
 
 const char* to_string(FindingKind kind) {
   switch (kind) {
-    case FindingKind::kInconsistentSegment: return "inconsistent_segment";
-    case FindingKind::kUncertainScale: return "uncertain_scale";
-    case FindingKind::kUncertainPath: return "uncertain_path";
-    case FindingKind::kDepthReversal: return "depth_reversal";
-    case FindingKind::kPlanarAmbiguity: return "planar_ambiguity";
-    case FindingKind::kNotRigid: return "not_rigid";
-    case FindingKind::kOtherObject: return "other_object";
-    case FindingKind::kStaticBackground: return "static_background";
-    case FindingKind::kTwoViews: return "two_views";
-    case FindingKind::kFewImages: return "few_images";
-    case FindingKind::kSeveralMaps: return "several_maps";
-    case FindingKind::kUnregisteredImages: return "unregistered_images";
-    case FindingKind::kUncertainImages: return "uncertain_images";
-    case FindingKind::kCalibration: return "calibration";
+    case FindingKind::kInconsistentSegment:
+      return "inconsistent_segment";
+    case FindingKind::kUncertainScale:
+      return "uncertain_scale";
+    case FindingKind::kUncertainPath:
+      return "uncertain_path";
+    case FindingKind::kDepthReversal:
+      return "depth_reversal";
+    case FindingKind::kPlanarAmbiguity:
+      return "planar_ambiguity";
+    case FindingKind::kNotRigid:
+      return "not_rigid";
+    case FindingKind::kOtherObject:
+      return "other_object";
+    case FindingKind::kStaticBackground:
+      return "static_background";
+    case FindingKind::kTwoViews:
+      return "two_views";
+    case FindingKind::kFewImages:
+      return "few_images";
+    case FindingKind::kSeveralMaps:
+      return "several_maps";
+    case FindingKind::kUnregisteredImages:
+      return "unregistered_images";
+    case FindingKind::kUncertainImages:
+      return "uncertain_images";
+    case FindingKind::kCalibration:
+      return "calibration";
   }
   return "";
 }

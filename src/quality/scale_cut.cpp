@@ -30,8 +30,9 @@ std::vector<Ray> rays_of(const Map& map, const Landmark& landmark, const std::ma
   std::vector<Ray> rays;
   for (const Observation& o : landmark.observations) {
     const Keyframe& keyframe = *map.keyframe(o.keyframe);
-    rays.push_back({place.at(o.keyframe), (landmark.x_in_map - keyframe.center_in_map()).normalized(),
-                    options.feature_sigma_px * keyframe.image->sigma_px[o.feature] / keyframe.image->camera.focal()});
+    rays.push_back(
+        {place.at(o.keyframe), (landmark.x_in_map - keyframe.center_in_map()).normalized(),
+         options.feature_sigma_px * keyframe.image->sigma_px[o.feature] / keyframe.image->camera.focal()});
   }
   std::sort(rays.begin(), rays.end(), [](const Ray& a, const Ray& b) { return a.place < b.place; });
   return rays;
@@ -53,7 +54,8 @@ std::vector<double> depth_variances(const std::vector<Ray>& rays) {
 std::vector<double> path_lengths(const std::vector<const Keyframe*>& in_time) {
   std::vector<double> lengths = {0};
   for (std::size_t k = 1; k < in_time.size(); ++k) {
-    lengths.push_back(lengths.back() + (in_time[k]->center_in_map() - in_time[k - 1]->center_in_map()).norm());
+    lengths.push_back(lengths.back() +
+                      (in_time[k]->center_in_map() - in_time[k - 1]->center_in_map()).norm());
   }
   return lengths;
 }

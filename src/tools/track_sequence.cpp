@@ -221,7 +221,8 @@ void note_live(int pass, const FrameReport& report, PosesByMap* live) {
 void tell_of_attempt(int attempt, bool quiet) {
   if (quiet) return;
   std::fprintf(
-      stderr, "the map is not confirmed, or is of another object than the one asked for: tracking from another seed "
+      stderr,
+      "the map is not confirmed, or is of another object than the one asked for: tracking from another seed "
       "(%d)\n",
       attempt + 1);
 }

@@ -10,8 +10,8 @@
 
 #include "doubtful_frames.h"
 #include "finished_maps.h"
-#include "recording_reader.h"
 #include "recording_findings.h"
+#include "recording_reader.h"
 #include "unposed_frames.h"
 
 namespace mono_pose_tracker {

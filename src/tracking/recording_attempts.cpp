@@ -163,8 +163,9 @@ void report_smaller_object(double share, RecordingResult* result) {
   result->maps.front().may_be_of_wrong_body = true;
   Finding finding;
   finding.kind = FindingKind::kOtherObject;
-  finding.text = "Two rigid objects move, and the map is of the larger: " + std::to_string(std::lround(100 * share)) +
-                 " % of the tracks move with the other and are excluded. Mask that one if it is wanted (--masks).";
+  finding.text =
+      "Two rigid objects move, and the map is of the larger: " + std::to_string(std::lround(100 * share)) +
+      " % of the tracks move with the other and are excluded. Mask that one if it is wanted (--masks).";
   add_finding(std::move(finding), result);
 }
 
@@ -192,7 +193,8 @@ std::optional<double> turn_to_larger_body(Attempts* attempts, Recording* recordi
 }
 
 // From these seeds, from the first_index-th on, until a result is confirmed. Whether one of them is kept.
-bool try_other_seeds(Attempts* attempts, std::size_t first_index, Recording recording, TrackedRecording* kept) {
+bool try_other_seeds(Attempts* attempts, std::size_t first_index, Recording recording,
+                     TrackedRecording* kept) {
   bool is_kept = false;
   for (std::size_t i = first_index; i < kBeginnings.size() && !recording.interrupted(); ++i) {
     recording.first_tracked = frame_at(kBeginnings[i], kept->result);

@@ -26,11 +26,12 @@ void test_rigidity(std::size_t place, FinishedMap* map) {
   Finding finding;
   finding.kind = FindingKind::kNotRigid;
   finding.images = {rigidity.frame_index};
-  finding.text = name_of(place) +
-                 formatted("From image %ld on, the poses from the %s landmarks differ by %.1f px: more than one "
-                           "motion is in the map. Mask the object (--masks), or use config/object.yaml.",
-                           static_cast<long>(rigidity.frame_index), rigidity.parts.c_str(),
-                           rigidity.disagreement_px);
+  finding.text =
+      name_of(place) +
+      formatted(
+          "From image %ld on, the poses from the %s landmarks differ by %.1f px: more than one "
+          "motion is in the map. Mask the object (--masks), or use config/object.yaml.",
+          static_cast<long>(rigidity.frame_index), rigidity.parts.c_str(), rigidity.disagreement_px);
   map->quality.add(std::move(finding));
 }
 
@@ -40,19 +41,22 @@ void report_other_object(FinishedMap* map) {
   Finding finding;
   finding.kind = FindingKind::kOtherObject;
   if (map->is_of_other_body) {
-    finding.text = formatted("Two rigid objects move, and the map is not clearly of the one that turns, as "
-                             "segmentation/body asks: %ld %% of the tracks move with the other. Mask the one "
-                             "that is wanted (--masks).",
-                             percent);
+    finding.text = formatted(
+        "Two rigid objects move, and the map is not clearly of the one that turns, as "
+        "segmentation/body asks: %ld %% of the tracks move with the other. Mask the one "
+        "that is wanted (--masks).",
+        percent);
   } else if (map->is_of_smaller_body) {
-    finding.text = formatted("Two rigid objects move, and the map is of the smaller: %ld %% of the tracks move "
-                             "with the other. Mask the one that is wanted (--masks).",
-                             percent);
+    finding.text = formatted(
+        "Two rigid objects move, and the map is of the smaller: %ld %% of the tracks move "
+        "with the other. Mask the one that is wanted (--masks).",
+        percent);
   } else if (other.is_comparable()) {
-    finding.text = formatted("A second rigid motion holds %ld %% of the tracks, in %ld %% of the view: another "
-                             "object, or the map is wrong about what is near. Mask the object that is wanted "
-                             "(--masks), or use segmentation/body: turning (config/object.yaml).",
-                             percent, std::lround(100 * other.share_of_view()));
+    finding.text = formatted(
+        "A second rigid motion holds %ld %% of the tracks, in %ld %% of the view: another "
+        "object, or the map is wrong about what is near. Mask the object that is wanted "
+        "(--masks), or use segmentation/body: turning (config/object.yaml).",
+        percent, std::lround(100 * other.share_of_view()));
   } else {
     return;
   }
@@ -86,9 +90,10 @@ void report_uncertain_images(const std::set<std::int64_t>& doubtful, std::size_t
   finding.n = static_cast<int>(map->trajectory.size());
   finding.is_disqualifying = may_lead_astray(alone.size(), map->trajectory.size());
   finding.text = name_of(place) +
-                 formatted("The poses of %d of %d images are uncertain (%s): few landmarks, away from the "
-                           "predicted motion, or beyond a gap. Exclude these images where a wrong pose matters.",
-                           finding.k, finding.n, some_of(alone).c_str());
+                 formatted(
+                     "The poses of %d of %d images are uncertain (%s): few landmarks, away from the "
+                     "predicted motion, or beyond a gap. Exclude these images where a wrong pose matters.",
+                     finding.k, finding.n, some_of(alone).c_str());
   map->quality.add(std::move(finding));
 }
 
@@ -99,9 +104,10 @@ void report_small_map(std::size_t place, FinishedMap* map) {
   finding.kind = FindingKind::kFewImages;
   finding.k = static_cast<int>(map->trajectory.size());
   finding.n = static_cast<int>(kLeastBesideFirst);
-  finding.text = name_of(place) + formatted("It holds %d images only; a map beside the first needs %d to be "
-                                            "confirmed.",
-                                            finding.k, finding.n);
+  finding.text = name_of(place) + formatted(
+                                      "It holds %d images only; a map beside the first needs %d to be "
+                                      "confirmed.",
+                                      finding.k, finding.n);
   map->quality.add(std::move(finding));
 }
 
@@ -112,9 +118,10 @@ void report_several_maps(RecordingResult* result) {
   finding.k = static_cast<int>(frames_beside_first(result->maps));
   finding.n = static_cast<int>(result->frames_total);
   finding.is_disqualifying = false;
-  finding.text = formatted("The recording is in %zu maps that share no matches; %d images are not in the first. "
-                           "Each map has its own frame and unit (map_2, ...). Record more overlap.",
-                           result->maps.size(), finding.k);
+  finding.text = formatted(
+      "The recording is in %zu maps that share no matches; %d images are not in the first. "
+      "Each map has its own frame and unit (map_2, ...). Record more overlap.",
+      result->maps.size(), finding.k);
   result->maps.front().quality.add(std::move(finding));
 }
 
@@ -136,9 +143,10 @@ void report_unregistered(RecordingResult* result) {
   finding.k = static_cast<int>(finding.images.size());
   finding.n = static_cast<int>(result->frames_total);
   if (finding.k <= kMostShare * finding.n) return;
-  finding.text = formatted("%d of %d images have no pose, most in a row from %ld to %ld: dark, blurred, or too "
-                           "little overlap with the others.",
-                           finding.k, finding.n, static_cast<long>(last - longest + 1), static_cast<long>(last));
+  finding.text = formatted(
+      "%d of %d images have no pose, most in a row from %ld to %ld: dark, blurred, or too "
+      "little overlap with the others.",
+      finding.k, finding.n, static_cast<long>(last - longest + 1), static_cast<long>(last));
   result->maps.front().quality.add(std::move(finding));
 }
 

@@ -4,9 +4,7 @@
 
 namespace mono_pose_tracker {
 
-bool is_confirmed(const RecordingResult& result) {
-  return result.tracked && result.maps.front().confirmed();
-}
+bool is_confirmed(const RecordingResult& result) { return result.tracked && result.maps.front().confirmed(); }
 
 double score(const RecordingResult& result) {
   if (!result.tracked) return 0;

@@ -8,8 +8,8 @@ namespace mono_pose_tracker {
 // the one score by which results are compared.
 double score(const RecordingResult& result);
 
-// Whether the result takes the place of the one before: a confirmed one of an unconfirmed one that has not far
-// more images, else the higher score by a margin.
+// Whether the result takes the place of the one before: a confirmed one of an unconfirmed one that has not
+// far more images, else the higher score by a margin.
 bool is_better(const RecordingResult& result, const RecordingResult& before);
 
 // An object's map that is in several parts.

@@ -125,8 +125,8 @@ std::vector<PosedImage> Tracker::Impl::seen_in(const FinishedMap& map) const {
 void Tracker::Impl::find_other_body_beside(bool camera_goes_through, FinishedMap* map) const {
   const RansacOptions ransac = options_.ransac(camera_.focal());
   if (!keeps_seen()) {
-    map->other_body = sample_other_body(map->map, options_.matching, ransac, camera_goes_through,
-                                        true, options_.threads);
+    map->other_body =
+        sample_other_body(map->map, options_.matching, ransac, camera_goes_through, true, options_.threads);
     map->may_be_of_wrong_body = map->other_body.is_comparable();
     map->is_of_smaller_body = map->other_body.is_larger();
     if (map->is_of_smaller_body) {

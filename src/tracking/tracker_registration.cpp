@@ -36,8 +36,8 @@ std::vector<KeyframeId> nearest_in_time(const TrackingMap& map, std::int64_t fra
 }  // namespace
 
 // Those of them that the graph has, computed where they are not known yet.
-std::vector<Tracker::Impl::RegistrationEdge> Tracker::Impl::edges_to(const Frame& frame, const TrackingMap& map,
-                                                                     const std::vector<KeyframeId>& keyframes) {
+std::vector<Tracker::Impl::RegistrationEdge> Tracker::Impl::edges_to(
+    const Frame& frame, const TrackingMap& map, const std::vector<KeyframeId>& keyframes) {
   ViewGraph& graph = view_graph();
   const int node = graph.add(frame.index, frame.image);
   std::vector<RegistrationEdge> edges;
@@ -53,8 +53,8 @@ std::vector<Tracker::Impl::RegistrationEdge> Tracker::Impl::edges_to(const Frame
   return edges;
 }
 
-// Whether the pose explains most of the verified matches with landmarks of these keyframes; true where there are
-// too few to tell.
+// Whether the pose explains most of the verified matches with landmarks of these keyframes; true where there
+// are too few to tell.
 bool Tracker::Impl::agrees_with_graph(const std::vector<RegistrationEdge>& edges, const TrackingMap& map,
                                       const Rigid3& camera_from_map) {
   int matches = 0, explained = 0;
@@ -67,7 +67,8 @@ bool Tracker::Impl::agrees_with_graph(const std::vector<RegistrationEdge>& edges
     for (std::size_t i = 0; i < geometry.matches.size(); ++i) {
       const Match& m = geometry.matches[i];
       const int of_keyframe = edge.image_is_first ? m.second : m.first;
-      if (geometry.motion_of_match[i] != 1 || keyframe.landmark_of_feature[of_keyframe] == kNoLandmark) continue;
+      if (geometry.motion_of_match[i] != 1 || keyframe.landmark_of_feature[of_keyframe] == kNoLandmark)
+        continue;
       ++matches;
       explained += by_pose[i] != 0;
     }
@@ -75,13 +76,14 @@ bool Tracker::Impl::agrees_with_graph(const std::vector<RegistrationEdge>& edges
   return matches < view_graph().options().min_inliers || 2 * explained > matches;
 }
 
-// From the prediction; where that finds nothing, or the graph contradicts it, by P3P in RANSAC over the verified
-// matches of all edges to landmarks. Guided matching round that pose follows.
+// From the prediction; where that finds nothing, or the graph contradicts it, by P3P in RANSAC over the
+// verified matches of all edges to landmarks. Guided matching round that pose follows.
 ResectionReport Tracker::Impl::register_image(const Frame& frame, const TrackingMap& map,
                                               const std::optional<Prediction>& prediction) {
   std::vector<KeyframeId> keyframes = nearest_in_time(map, frame.index, kBefore, kAfter);
   std::set<KeyframeId> known(keyframes.begin(), keyframes.end());
-  for (const KeyframeId id : map.places ? map.places->find(frame.image->set, kPlaces) : std::vector<KeyframeId>()) {
+  for (const KeyframeId id :
+       map.places ? map.places->find(frame.image->set, kPlaces) : std::vector<KeyframeId>()) {
     if (map.keyframes.count(id) && known.insert(id).second) keyframes.push_back(id);
   }
   const std::vector<RegistrationEdge> edges = edges_to(frame, map, keyframes);
@@ -125,8 +127,8 @@ ResectionReport Tracker::Impl::register_image(const Frame& frame, const Tracking
 // From the keyframes before and after it, which hold most; where the graph contradicts that, from all edges.
 ResectionReport Tracker::Impl::register_again(const Frame& frame, const TrackingMap& map) {
   const ResectionReport near = resect_near_in_time(frame, map, 2);
-  if (is_found(near) &&
-      agrees_with_graph(edges_to(frame, map, nearest_in_time(map, frame.index, 1, 1)), map, near.camera_from_map)) {
+  if (is_found(near) && agrees_with_graph(edges_to(frame, map, nearest_in_time(map, frame.index, 1, 1)), map,
+                                          near.camera_from_map)) {
     return near;
   }
   return register_image(frame, map, std::nullopt);

@@ -15,8 +15,8 @@ namespace {
 
 constexpr int kKeyframes = 16, kPoints = 200;
 
-// A camera moves along a box of points. Keyframes of a segment are displaced, together with landmarks of their
-// own: the box once more, as seen from where they would be then.
+// A camera moves along a box of points. Keyframes of a segment are displaced, together with landmarks of
+// their own: the box once more, as seen from where they would be then.
 struct DisplacedSegment {
   int begin = 0, end = 0;
   Eigen::Vector3d rotation{0, 0.4, 0};  // rad, about an axis
@@ -24,9 +24,8 @@ struct DisplacedSegment {
 
 Rigid3 displacement(const DisplacedSegment& segment) {
   if (segment.rotation.norm() == 0) return Rigid3(Eigen::Quaterniond::Identity(), {0.5, 0.3, 0});
-  return Rigid3(
-      Eigen::Quaterniond(Eigen::AngleAxisd(segment.rotation.norm(), segment.rotation.normalized())),
-      {0.5, 0, 0});
+  return Rigid3(Eigen::Quaterniond(Eigen::AngleAxisd(segment.rotation.norm(), segment.rotation.normalized())),
+                {0.5, 0, 0});
 }
 
 Map map_with(const DisplacedSegment& segment) {
@@ -75,8 +74,8 @@ TEST(ViewGraph, EdgesOfAWalkAreCalibratedAndHaveTheTrueRotation) {
   ASSERT_FALSE(graph.edges().empty());
   for (const auto& [pair, geometry] : graph.edges()) {
     EXPECT_EQ(geometry.type, TwoViewType::kCalibrated);
-    const Rigid3 truth = map.keyframe(pair.second)->camera_from_map *
-                         map.keyframe(pair.first)->camera_from_map.inverse();
+    const Rigid3 truth =
+        map.keyframe(pair.second)->camera_from_map * map.keyframe(pair.first)->camera_from_map.inverse();
     EXPECT_LT(geometry.second_from_first.rotation.angularDistance(truth.rotation), 1 * kDegree);
     EXPECT_GT(geometry.inliers(), 50);
   }
@@ -98,7 +97,9 @@ TEST(ViewGraph, ACameraThatTurnsOnTheSpotIsPanoramic) {
   options.ransac = TrackerOptions().ransac(synthetic_camera().focal());
   ViewGraph graph(options);
   for (int k = 0; k < 2; ++k) {
-    graph.add(k, synthetic_frame(scene, synthetic_camera(), camera_at({0, 0, 0}, 4 * k * kDegree), 0.5, k, random).image);
+    graph.add(
+        k, synthetic_frame(scene, synthetic_camera(), camera_at({0, 0, 0}, 4 * k * kDegree), 0.5, k, random)
+               .image);
   }
   graph.connect({{0, 1}});
   EXPECT_EQ(graph.edge(0, 1)->type, TwoViewType::kPanoramic);

@@ -88,6 +88,11 @@ class MapperJoiningTest : public testing::Test {
   CameraModel camera_ = synthetic_camera();
   SyntheticScene scene_ = wall(random_);
   Mapper mapper_{options_.mapper(camera_.focal()), camera_};
+  ViewGraph graph_{[this] {
+    ViewGraphOptions options;
+    options.ransac = options_.ransac(camera_.focal());
+    return options;
+  }()};
 };
 
 TEST_F(MapperJoiningTest, MapsAreJoinedWhereTheyMeet) {
@@ -325,7 +330,7 @@ TEST_F(MapperJoiningTest, MapsOfDifferentPlacesStayApart) {
   mapper_.begin_beside(initial_map(34, 36), 1);
   for (int i = 38; i <= 48; i += 2) insert(i);
   EXPECT_EQ(mapper_.kept_maps().size(), 1u);
-  mapper_.join_rest();
+  mapper_.join_rest(&graph_);
   EXPECT_EQ(mapper_.kept_maps().size(), 1u);
 }
 
@@ -344,7 +349,7 @@ TEST_F(MapperJoiningTest, AJoinThatDoesNotHoldLeavesTheMapAsItWas) {
   MapperOptions strict = usual;
   strict.mapping.min_parallax_deg = 180;
   mapper_.set_options(strict);
-  mapper_.join_rest();
+  mapper_.join_rest(&graph_);
   ASSERT_EQ(mapper_.kept_maps().size(), 1u);
   EXPECT_EQ(mapper_.map().landmarks().size(), landmarks);
   mapper_.set_options(usual);
@@ -357,7 +362,7 @@ TEST_F(MapperJoiningTest, AJoinThatDoesNotHoldLeavesTheMapAsItWas) {
     EXPECT_TRUE(!fixed[f] || first.landmark_of_feature[f] == kNoLandmark) << f;
   }
   EXPECT_GT(others, 100);
-  mapper_.join_rest();
+  mapper_.join_rest(&graph_);
   EXPECT_TRUE(mapper_.kept_maps().empty()) << "they do meet";
 }
 
@@ -371,7 +376,7 @@ TEST_F(MapperJoiningTest, OfARowOfMapsOneIsLeft) {
     for (int i = begin + 4; i <= begin + 14; i += 2) insert(i, 1);  // maps are not joined while others wait
   }
   ASSERT_EQ(mapper_.kept_maps().size(), 2u);
-  mapper_.join_rest();
+  mapper_.join_rest(&graph_);
   EXPECT_TRUE(mapper_.kept_maps().empty());
   EXPECT_EQ(mapper_.tracking_map()->map_id, first);
   mapper_.finish();

@@ -39,33 +39,5 @@ TEST(FinishedMaps, WhatWasLoadedStays) {
   EXPECT_EQ(frames_beside_first(none), 0u);
 }
 
-TEST(FinishedMaps, OneOfAFewImagesBesideTheFirstIsNotConfirmed) {
-  std::vector<FinishedMap> maps(4);
-  maps[0].trajectory.resize(11);
-  maps[1].trajectory.resize(20);
-  maps[2] = map_of({30, 31, 32}, 30);
-  maps[3] = map_of({33, 34, 35}, -5);  // only localised in
-  for (FinishedMap& map : maps) map.confirmed = true;
-  doubt_few_images(&maps);
-  EXPECT_TRUE(maps[0].confirmed);
-  EXPECT_TRUE(maps[1].confirmed);
-  EXPECT_FALSE(maps[2].confirmed);
-  EXPECT_TRUE(maps[3].confirmed);
-}
-
-TEST(FinishedMaps, WhereTheFirstHoldsLessThanTwoThirdsNoneIsConfirmed) {
-  constexpr std::int64_t kImages = 15;
-  std::vector<FinishedMap> enough = {map_of({0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, 0), map_of({10, 11}, 10)},
-                           few = {map_of({0, 1, 2, 3, 4, 5, 6, 7, 8}, 0), map_of({9, 10}, 9)},
-                           localised = {map_of({0, 1, 2, 3, 4, 5, 6, 7, 8}, -5), map_of({9, 10}, 9)};
-  for (auto* maps : {&enough, &few, &localised}) {
-    for (FinishedMap& map : *maps) map.confirmed = true;
-    doubt_parts(kImages, maps);
-    const bool is_doubted = maps == &few;
-    EXPECT_EQ((*maps)[0].holds_little, is_doubted);
-    for (const FinishedMap& map : *maps) EXPECT_NE(map.confirmed, is_doubted);
-  }
-}
-
 }  // namespace
 }  // namespace mono_pose_tracker

@@ -20,9 +20,9 @@ struct GraphConsistencyOptions {
 struct EdgeConsistency {
   ViewGraph::Pair pair;
   KeyframeId first = -1, second = -1;
-  int motion = 1;     // that most matches of the map's object obey
-  int matches = 0;    // verified matches of the map's object
-  int explained = 0;  // of these, by the keyframes' poses
+  int motion = 1;      // that most matches of the map's object obey
+  int matches = 0;     // verified matches of the map's object
+  int explained = 0;   // of these, by the keyframes' poses
   double p_value = 1;  // of so few, if each were explained with probability 1/2 (exact binomial tail)
   bool is_inconsistent = false;  // after Benjamini and Hochberg (1995) over all edges
 };
@@ -49,7 +49,7 @@ struct SegmentAlignment {
   Sim3 rest_from_segment;
   std::vector<std::pair<ViewGraph::Pair, int>> inliers;  // edge and match that agree with it
   int only_map = 0, only_this = 0;  // matches over the cut that one of the two places alone explains
-  double p_value = 1;  // of so many for this one, were both as good (McNemar's exact test)
+  double p_value = 1;               // of so many for this one, were both as good (McNemar's exact test)
 
   bool is_better(const GraphConsistencyOptions& options) const { return p_value < options.significance; }
 };
@@ -60,16 +60,17 @@ std::optional<SegmentAlignment> align_segment(const Map& map, const ViewGraph& g
 
 /// Moves the segment's keyframes; landmarks that both sides observe are split, and those that the alignment's
 /// inliers pair become one. Returns how each keyframe of the map moved.
-std::map<KeyframeId, Sim3> apply_alignment(const InconsistentSegment& segment, const SegmentAlignment& alignment,
-                                           const ViewGraph& graph, Map* map);
+std::map<KeyframeId, Sim3> apply_alignment(const InconsistentSegment& segment,
+                                           const SegmentAlignment& alignment, const ViewGraph& graph,
+                                           Map* map);
 
-/// Makes one landmark of what a verified match pairs, where the edge is not inconsistent as a whole: tracks are
-/// the connected components of the graph. Features without a landmark join that of the other. Returns how many
-/// matches were joined; observations that do not hold are for the adjustment that follows to find.
+/// Makes one landmark of what a verified match pairs, where the edge is not inconsistent as a whole: tracks
+/// are the connected components of the graph. Features without a landmark join that of the other. Returns how
+/// many matches were joined; observations that do not hold are for the adjustment that follows to find.
 int merge_tracks(const std::vector<EdgeConsistency>& edges, const ViewGraph& graph, Map* map);
 
-/// Two maps of the same keyframes compared by one score: verified matches of the graph that they explain, whether
-/// or not the maps ever used them.
+/// Two maps of the same keyframes compared by one score: verified matches of the graph that they explain,
+/// whether or not the maps ever used them.
 struct ExplainedDifference {
   int gained = 0, lost = 0;  // matches that only the new map explains, only the old one
   /// Of so many gained, were both maps as good (McNemar's exact test).
@@ -80,7 +81,8 @@ ExplainedDifference compare_explained(const Map& before, const Map& after, const
 /// P(X >= k) of a binomial distribution of n trials; exact.
 double binomial_tail(int k, int n, double probability);
 
-/// The largest p-value that is significant at the false discovery rate (Benjamini and Hochberg 1995); 0: none.
+/// The largest p-value that is significant at the false discovery rate (Benjamini and Hochberg 1995); 0:
+/// none.
 double significant_p_value(std::vector<double> p_values, double false_discovery_rate);
 
 }  // namespace mono_pose_tracker

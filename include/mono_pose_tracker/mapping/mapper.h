@@ -82,9 +82,9 @@ class Mapper {
   /// Adds the edges of this map to the view graph: keyframes before in time, covisible ones, and those that
   /// look like each other.
   void connect(ViewGraph* graph) const;
-  /// The global refinement against the view graph: segments that it puts elsewhere are moved there and the map
-  /// is finished anew, until none is left or max_rounds. Keyframes that it contradicts without another place
-  /// for them are removed; they are returned.
+  /// The global refinement against the view graph: segments that it puts elsewhere are moved there and the
+  /// map is finished anew, until none is left or max_rounds. Keyframes that it contradicts without another
+  /// place for them are removed; they are returned.
   std::set<KeyframeId> refine_with(ViewGraph* graph, const GraphConsistencyOptions& consistency);
 
   /// Takes out keyframes whose poses are wrong, and what they alone saw; the first two, by which the

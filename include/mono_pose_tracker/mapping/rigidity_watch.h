@@ -8,12 +8,12 @@
 
 namespace mono_pose_tracker {
 
-/// Checks a live map, once a second at most, as a finished one is checked: whether disjoint parts of the newest
-/// keyframes' landmarks give the same poses (rigidity_check.h).
+/// Asks of a live map, once a second at most, what is asked of a finished one: whether its newest keyframes
+/// contradict each other (contradiction.h) or parts of what they see do (rigidity_check.h).
 class RigidityWatch {
  public:
   /// After the newest keyframe has come into the map.
-  void ask(const Map& map);
+  void ask(const Map& map, const MatchOptions& matching);
   /// What was found the last time; empty: nothing.
   const std::string& doubt() const { return doubt_; }
   void reset() { *this = RigidityWatch(); }

@@ -14,16 +14,16 @@ namespace mono_pose_tracker {
 
 /// What speaks against a map, or is worth knowing of it.
 enum class FindingKind {
-  kInconsistentSegment,    // the view graph puts images elsewhere as well
-  kUncertainScale,         // test 2: lengths before and after a moment
-  kUncertainPath,          // test 2: positions of the keyframes
-  kDepthReversal,          // alternative hypotheses that explain the images about as well
+  kInconsistentSegment,  // the view graph puts images elsewhere as well
+  kUncertainScale,       // test 2: lengths before and after a moment
+  kUncertainPath,        // test 2: positions of the keyframes
+  kDepthReversal,        // alternative hypotheses that explain the images about as well
   kPlanarAmbiguity,
-  kNotRigid,               // more than one motion
-  kOtherObject,            // another rigid object may be the one that is wanted
+  kNotRigid,     // more than one motion
+  kOtherObject,  // another rigid object may be the one that is wanted
   kStaticBackground,
-  kTwoViews,               // no third image has confirmed the map
-  kFewImages,              // of the recording are in the map
+  kTwoViews,   // no third image has confirmed the map
+  kFewImages,  // of the recording are in the map
   kSeveralMaps,
   kUnregisteredImages,
   kUncertainImages,
@@ -55,9 +55,9 @@ class QualityReport {
 };
 
 struct QualityOptions {
-  double significance = 1e-3;  // of the consistency tests: expected false alarms a recording, so 1 in 1,000
-  double max_path_sigma = 0.01;    // standard deviation of positions, share of the path: three are 3 %
-  double max_extent_sigma = 0.2;   // the same, share of the keyframes' extent: a camera at rest has no path
+  double significance = 1e-3;    // of the consistency tests: expected false alarms a recording, so 1 in 1,000
+  double max_path_sigma = 0.01;  // standard deviation of positions, share of the path: three are 3 %
+  double max_extent_sigma = 0.2;    // the same, share of the keyframes' extent: a camera at rest has no path
   double min_registered = 2.0 / 3;  // share of the images that the first map must hold to be confirmed
 };
 
@@ -67,12 +67,12 @@ struct MapEvidence {
   const ViewGraph* graph = nullptr;  // null: no consistency test
   std::string name;                  // "" for the first map, else such as "map_2"
   bool is_first = true;
-  bool is_loaded = false;            // it comes from a file: nothing is asked of its path
+  bool is_loaded = false;  // it comes from a file: nothing is asked of its path
   bool rests_on_two_views = false;
-  bool is_object = false;            // a narrow view: images that do not show the object are no loss
-  std::size_t registered = 0;        // images
-  std::int64_t images = 0;           // that have features
-  double depth_evidence = 0, geometry_evidence = 0;          // mapping/depth_reversal.h, rival_geometry.h
+  bool is_object = false;      // a narrow view: images that do not show the object are no loss
+  std::size_t registered = 0;  // images
+  std::int64_t images = 0;     // that have features
+  double depth_evidence = 0, geometry_evidence = 0;              // mapping/depth_reversal.h, rival_geometry.h
   double least_depth_evidence = 0, least_geometry_evidence = 0;  // that are needed
 };
 

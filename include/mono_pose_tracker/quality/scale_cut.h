@@ -11,8 +11,9 @@ namespace mono_pose_tracker {
 struct ScaleCut {
   std::int64_t frame_index = 0;  // of the first keyframe after the cut
   int landmarks = 0;             // that carry the scale
-  double log_scale_sigma = 0;    // standard deviation of log(scale after / scale before); infinite: nothing does
-  double path_share = 0;         // of the path, on the shorter side; in [0, 0.5]
+  double log_scale_sigma =
+      0;                  // standard deviation of log(scale after / scale before); infinite: nothing does
+  double path_share = 0;  // of the path, on the shorter side; in [0, 0.5]
 
   /// Standard deviation of the position error that the cut adds, relative to the path.
   double path_sigma() const { return log_scale_sigma * path_share; }

@@ -90,6 +90,6 @@ using ObserverOfAttempt = std::function<FrameObserver(int attempt)>;
 /// static background stands behind it; of the larger of two objects, where the map is of the smaller; and of
 /// the object that turns, where segmentation/body asks for it and the map is of another.
 TrackedRecording track_until_confirmed(const Recording& recording, const TrackerMaker& make_tracker,
-                                  const ObserverOfAttempt& observer_of);
+                                       const ObserverOfAttempt& observer_of);
 
 }  // namespace mono_pose_tracker
