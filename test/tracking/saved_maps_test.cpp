@@ -5,6 +5,7 @@
 
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/segmentation/segmenter.h"
+#include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "support/add_view.h"
 #include "support/expect_error.h"
