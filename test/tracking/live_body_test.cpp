@@ -20,18 +20,18 @@ SequenceOptions hand_held_head() {
   return options;
 }
 
-struct Recording {
+struct ObservedBodies {
   SimulatedSequence sequence{hand_held_head()};
   std::vector<SimulatedFrame> frames;
 
-  Recording() {
+  ObservedBodies() {
     for (int i = 0; i < sequence.size(); ++i) frames.push_back(sequence.render(i));
   }
 };
 
 // Rendered once.
-const Recording& recording() {
-  static const Recording recording;
+const ObservedBodies& recording() {
+  static const ObservedBodies recording;
   return recording;
 }
 
