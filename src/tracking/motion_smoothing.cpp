@@ -42,8 +42,11 @@ class Smoother {
       : centers_(centers), changes_(changes_in(prior, centers)), unknown_(centers.size(), -1) {
     for (std::size_t i = 0; i < centers.size(); ++i) {
       if (centers[i].is_held) continue;
+      // A singular covariance says nothing: that center stays, the others are smoothed.
+      const Eigen::Matrix3d information = centers[i].covariance.inverse();
+      if (!information.allFinite()) continue;
       unknown_[i] = unknowns_++;
-      information_.push_back(centers[i].covariance.inverse());
+      information_.push_back(information);
     }
     shifts_ = Eigen::VectorXd::Zero(3 * unknowns_);
   }

@@ -47,6 +47,16 @@ TEST(MotionSmoothing, WhereImagesTellLittleMotionLeadsBack) {
   }
 }
 
+TEST(MotionSmoothing, ASingularCovarianceLeavesTheOthersToBeSmoothed) {
+  std::vector<UncertainCenter> centers = walk();
+  for (const int i : {10, 31}) loosen(&centers[i], 1, 2);
+  centers[40].is_held = false;
+  centers[40].covariance.setZero();
+  smooth_centers(prior_of(walk()), &centers);
+  EXPECT_EQ(centers[40].center, center_at(40));
+  for (const int i : {10, 31}) EXPECT_LT((centers[i].center - center_at(i)).norm(), 0.03) << i;
+}
+
 TEST(MotionSmoothing, WhereImagesTellTheyAreHeeded) {
   std::vector<UncertainCenter> centers = walk();
   loosen(&centers[20], 1e-4, 0.5);  // a camera that was flung
