@@ -76,6 +76,8 @@ bool parse_stamp_of_any_unit(std::string_view text, bool is_ns, std::int64_t* st
   if (!is_whole || (!is_ns && parse_stamp(text, stamp_ns))) return parse_stamp(text, stamp_ns);
   // Of this century, seconds have 10 digits; the units below 3 more each.
   const std::size_t digits = text.size();
+  const bool is_of_a_unit = is_ns || digits > 14 || digits == 13 || digits == 12;
+  if (!is_of_a_unit) return false;
   const int decimals = is_ns || digits > 16 ? 9 : digits > 13 ? 6 : 3;
   return parse_stamp(std::string(text) + "e-" + std::to_string(decimals), stamp_ns);
 }

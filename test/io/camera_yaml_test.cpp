@@ -114,10 +114,10 @@ TEST(CameraYaml, ErrorsNameFileKeyAndValue) {
   expect(replaced("458.654", "0"), {"camera_matrix: fx", "is 0"});
   expect(replaced("457.296", "-1"), {"camera_matrix: fy", "-1"});
   expect(replaced("458.654, 0,", "458.654,"), {"camera_matrix", "8"});
-  expect(replaced("458.654, 0,", "458.654, 0.5,"), {"camera_matrix", "skew"});
+  expect(replaced("458.654, 0,", "458.654, 5,"), {"camera_matrix", "skew"});
   expect(replaced("458.654", "abc"), {"camera_matrix", "'abc'"});
   expect(replaced("plumb_bob", "fov"), {"distortion_model", "'fov'", "equidistant"});
-  expect(replaced("1.76187114e-05, 0]", "1.76187114e-05, 0, 0]"), {"distortion_coefficients", "length 6"});
+  expect(replaced("1.76187114e-05, 0]", "1.76187114e-05, 0, 0.1]"), {"distortion_coefficients", "length 6"});
   expect(replaced("  data: [-0.28", "  values: [-0.28"), {"distortion_coefficients", "data"});
 }
 
