@@ -74,7 +74,7 @@ TEST_F(LiveTrackerTest, ACalibrationThatMovesNoPixelIsNoOther) {
   EXPECT_EQ(tracker_.epoch(), epoch);
   EXPECT_EQ(tracker_.map_version().camera, 1u);
   EXPECT_EQ(said_, "");
-  calibrate(150.1);
+  calibrate(152);
   answer();
   EXPECT_EQ(tracker_.epoch(), epoch + 1);
   EXPECT_NE(said_.find("the calibration has changed"), std::string::npos) << said_;
