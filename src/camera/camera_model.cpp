@@ -54,7 +54,7 @@ std::vector<std::size_t> lengths_of(const std::string& model) {
 /// model's coefficients are dropped, and nothing but zeros is no distortion, whatever its name and length
 /// (of equidistant: a fisheye lens without further terms).
 CameraParameters with_usual_length(CameraParameters p) {
-  std::vector<double>& d = p.distortion;
+  std::vector<double> d = p.distortion;
   if (p.distortion_model.empty()) return p;
   if (all_zero(d) && lengths_of(p.distortion_model).empty()) p.distortion_model = "plumb_bob";
   const std::vector<std::size_t> lengths = lengths_of(p.distortion_model);
@@ -63,6 +63,8 @@ CameraParameters with_usual_length(CameraParameters p) {
   while (d.size() > lengths.back() && d.back() == 0) d.pop_back();
   // In OpenCV's order k4, k5 and k6 come last: left out, they are zero.
   if (p.distortion_model == "rational_polynomial" && (d.size() == 4 || d.size() == 5)) d.resize(8);
+  // Otherwise it is refused with the length that it has.
+  if (std::count(lengths.begin(), lengths.end(), d.size()) > 0) p.distortion = d;
   return p;
 }
 

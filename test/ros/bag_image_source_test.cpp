@@ -198,6 +198,15 @@ TEST(BagImageSource, ReadsTheCameraBesideTheImages) {
   expect_error([&] { raw.read_camera("/odd"); }, {"a.bag", "/odd", "'fov'"});
 }
 
+TEST(BagImageSource, ReadsTheCameraBesideCompressedImagesThatAreCalledNothingElse) {
+  TemporaryFolder folder;
+  const std::string path = make_bag(folder / "a.bag", [](rosbag::Bag& bag) {
+    bag.write("/axis/compressed", seconds(1), compressed_message(1, grey(1)));
+    bag.write("/axis/camera_info", seconds(1), camera_info());
+  });
+  EXPECT_EQ(BagImageSource(path, "").read_camera().fx, 5);
+}
+
 // Live, the map is dropped when the calibration changes; offline one is used for all images, so it must be
 // one.
 TEST(BagImageSource, ACalibrationThatChangesIsRefused) {
