@@ -121,7 +121,7 @@ TrackedRecording track_what_turns_most(Attempts* attempts, Recording* masked) {
 // against it.
 bool is_seen_enough(const RecordingResult& result, const RecordingResult& first) {
   if (is_most_of(result, first)) return true;
-  return is_confirmed(result) && 2 * result.trajectory.size() >= first.trajectory.size();
+  return is_right_of_its_object(result) && 2 * result.trajectory.size() >= first.trajectory.size();
 }
 
 // It plainly turns farther than the first. A first map that contradicts itself may be of one body here and of
@@ -181,7 +181,7 @@ std::optional<double> turn_to_larger_body(Attempts* attempts, Recording* recordi
     if (!can_be_tracked(masked)) return std::nullopt;
     masked.first_tracked = frame_at(beginning, kept->result);
     TrackedRecording found = attempts->next(masked);
-    if (!found.result.tracked || !is_most_of(found.result, kept->result) ||
+    if (!is_right_of_its_object(found.result) || !is_most_of(found.result, kept->result) ||
         observations_of(found.result) < kPlainly * observations_of(kept->result)) {
       continue;
     }

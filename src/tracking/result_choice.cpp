@@ -1,5 +1,8 @@
 #include "result_choice.h"
 
+#include <algorithm>
+#include <vector>
+
 #include "mono_pose_tracker/mapping/depth_reversal.h"
 
 namespace mono_pose_tracker {
@@ -18,6 +21,14 @@ bool is_better(const RecordingResult& result, const RecordingResult& before) {
     return is_confirmed(result) ? is_most_of(result, before) : !is_most_of(before, result);
   }
   return score(result) > kMargin * score(before);
+}
+
+bool is_right_of_its_object(const RecordingResult& result) {
+  if (!result.tracked) return false;
+  const std::vector<Finding>& findings = result.maps.front().quality.findings();
+  return std::all_of(findings.begin(), findings.end(), [](const Finding& finding) {
+    return !finding.is_disqualifying || finding.kind == FindingKind::kOtherObject;
+  });
 }
 
 bool fell_apart(const RecordingResult& result) {

@@ -12,6 +12,9 @@ double score(const RecordingResult& result);
 // far more images, else the higher score by a margin.
 bool is_better(const RecordingResult& result, const RecordingResult& before);
 
+// Nothing disqualifies it but that another object may be the one that is wanted.
+bool is_right_of_its_object(const RecordingResult& result);
+
 // An object's map that is in several parts.
 bool fell_apart(const RecordingResult& result);
 

@@ -90,7 +90,11 @@ ResectionReport Tracker::Impl::register_image(const Frame& frame, const Tracking
   if (prediction) {
     const ResectionReport expected =
         resector_.resect(frame, map, prediction->reference, prediction->camera_from_map);
-    if (is_found(expected) && agrees_with_graph(edges, map, expected.camera_from_map)) return expected;
+    // The frame beside it speaks for what is found where that one leads, unless that has led astray before.
+    const bool is_followed = expected.success && expected.is_where_predicted &&
+                             !hangs_in_corner(expected.support) && withdrawn_.count(frame.index) == 0;
+    if ((is_followed || is_found(expected)) && agrees_with_graph(edges, map, expected.camera_from_map))
+      return expected;
   }
   std::set<std::pair<int, LandmarkId>> matches;
   std::map<KeyframeId, int> support;

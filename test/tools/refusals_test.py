@@ -51,6 +51,7 @@ class Refusals(RunsOfARoom):
 
         def other_model(camera):
             camera["distortion_model"] = "fisheye_of_mine"
+            camera["distortion_coefficients"]["data"][0] = 0.1
 
         self.expect_refused(["camera.yaml", "expected"], *images, "--camera", self.changed_camera(zero_focal_length))
         self.expect_refused(["camera.yaml", "fisheye_of_mine", "plumb_bob"], *images, "--camera",
@@ -83,7 +84,8 @@ class Refusals(RunsOfARoom):
             for value in values:
                 self.expect_refused([option, "expected a whole number"], *camera, "--images", self.list,
                                     option + "=" + value)
-        self.expect_refused(["list.txt", "line 2", "99999999999"], *camera, "--images", self.list_with_stamp("99999999999"))
+        self.expect_refused(["list.txt", "line 2", "99999999999"], *camera, "--images",
+                            self.list_with_stamp("99999999999"))
         self.expect_refused(["/no/masks"], *camera, "--images", self.list, "--masks", "/no/masks")
 
     def test_endless_files_are_refused(self):
@@ -94,7 +96,7 @@ class Refusals(RunsOfARoom):
                                 ("more than 262144 bytes", [*images, *camera, "--config", endless]),
                                 ("is neither a folder", [*camera, "--images", endless]),
                                 ("more than 268435456 bytes", [*images, *camera, "--reference", endless]),
-                                ("is no file", [*camera, "--video", endless]),
+                                ("is a stream or device", [*camera, "--video", endless]),
                                 ("is no file", ["--bag", endless]),
                                 ("Not a directory", [*images, *camera, "--masks", endless]),
                                 ("is no regular file", [*images, *camera, "--map", endless])):
