@@ -74,7 +74,9 @@ TEST(ViewGraph, EdgesOfAWalkAreCalibratedAndHaveTheTrueRotation) {
   ASSERT_FALSE(graph.edges().empty());
   for (const auto& [pair, geometry] : graph.edges()) {
     // Neighbours have too little parallax to tell a translation.
-    if (pair.second - pair.first == 4) EXPECT_EQ(geometry.type, TwoViewType::kCalibrated);
+    if (pair.second - pair.first == 4) {
+      EXPECT_EQ(geometry.type, TwoViewType::kCalibrated);
+    }
     const Rigid3 truth =
         map.keyframe(pair.second)->camera_from_map * map.keyframe(pair.first)->camera_from_map.inverse();
     EXPECT_LT(geometry.second_from_first.rotation.angularDistance(truth.rotation), 1 * kDegree);
