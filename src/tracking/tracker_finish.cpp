@@ -121,11 +121,12 @@ std::vector<PosedImage> Tracker::Impl::seen_in(const FinishedMap& map) const {
   return seen;
 }
 
-// It registers four fifths of the images: only then what lies behind the cameras by noise may be excused.
-bool Tracker::Impl::is_of_most_images(const FinishedMap& map) const {
-  constexpr double kMost = 0.8;
-  return !is_loaded(map) &&
-         static_cast<double>(map.trajectory.size()) >= kMost * static_cast<double>(next_index_);
+// It registers four fifths of the images and explains nearly all verified matches: only then what lies behind the
+// cameras by noise may be excused.
+bool Tracker::Impl::is_consistent_whole(const FinishedMap& map) const {
+  constexpr double kMostImages = 0.8, kMostMatches = 0.99;
+  return !is_loaded(map) && map.explained.share() >= kMostMatches &&
+         static_cast<double>(map.trajectory.size()) >= kMostImages * static_cast<double>(next_index_);
 }
 
 // The images between the keyframes are asked only where it may be the other body that is wanted.
@@ -133,7 +134,7 @@ void Tracker::Impl::find_other_body_beside(bool camera_goes_through, FinishedMap
   const RansacOptions ransac = options_.ransac(camera_.focal());
   if (!keeps_seen()) {
     map->other_body = sample_other_body(map->map, options_.matching, ransac, camera_goes_through,
-                                        is_of_most_images(*map), options_.threads);
+                                        is_consistent_whole(*map), options_.threads);
     map->may_be_of_wrong_body = map->other_body.is_comparable();
     map->is_of_smaller_body = map->other_body.is_larger();
     if (map->is_of_smaller_body) {

@@ -97,7 +97,7 @@ class Tracker::Impl {
   void smooth(const std::set<std::int64_t>& frames);
   ViewGraph& view_graph();
   FinishedMap finished(const TrackingMap& view);
-  bool is_of_most_images(const FinishedMap& map) const;
+  bool is_consistent_whole(const FinishedMap& map) const;
   void assess_map(std::size_t place, std::int64_t images, FinishedMap* map);
   std::vector<PosedImage> seen_in(const FinishedMap& map) const;
   void find_other_body_beside(bool camera_goes_through, FinishedMap* map) const;

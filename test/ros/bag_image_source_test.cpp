@@ -229,7 +229,7 @@ TEST(BagImageSource, ACalibrationThatChangesIsRefused) {
                {"a.bag", "/cam/camera_info", "changes at 13.000000000", "fx 5,", "fx 6,"});
   expect_error([&] { read([](int i, auto* info) { info->width = i < 4 ? 6 : 3; }); },
                {"changes at 14.000000000", "6x4, then 3x4"});
-  expect_error([&] { read([](int i, auto* info) { info->D[4] = 5 * (i == 1); }); },
+  expect_error([&] { read([](int i, auto* info) { info->D[4] = 500 * (i == 1); }); },
                {"changes at 11.000000000", "other distortion"});
 }
 
