@@ -44,7 +44,7 @@ class SeveralMaps(Runs):
 
         said = report(output)
         self.assertEqual(len(said["maps"]), 2)
-        self.assertIn("the recording fell into 2 maps", " ".join(said["warnings"]))
+        self.assertIn("The recording is in 2 maps", " ".join(said["warnings"]))
         self.assertFalse(os.path.exists(os.path.join(output, "map_3", "trajectory.txt")))
         live = [[]]
         for line in lines(output, "trajectory_live.txt"):
