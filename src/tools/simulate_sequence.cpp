@@ -87,7 +87,8 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--hfov", a.hfov_deg, "horizontal field of view, degrees, in place of --focal")
       ->excludes(focal);
   app.add_option("--distortion", a.distortion, "coefficients: k1,k2,p1,p2,k3 of plumb_bob")->delimiter(',');
-  app.add_option("--distortion-model", a.distortion_model, "plumb_bob, rational_polynomial or equidistant");
+  app.add_option("--distortion-model", a.distortion_model, "plumb_bob, rational_polynomial or equidistant")
+      ->check(CLI::IsMember({"plumb_bob", "rational_polynomial", "equidistant"}));
   app.add_option("--noise", s.noise_grey_levels, "pixel noise, standard deviation in grey levels of 255 [0]");
   app.add_option("--blur", s.blur_px, "Gaussian blur, standard deviation in px [0]");
   app.add_option(
