@@ -21,9 +21,10 @@ FLOORS = [
     ["tracking"],
     ["simulation", "evaluation", "ros"],
     ["tools"],
+    ["benchmarks"],
 ]
 FLOOR_OF = {folder: floor for floor, folders in enumerate(FLOORS) for folder in folders}
-WITH_ROS = {"ros", "tools"}
+WITH_ROS = {"ros", "tools", "benchmarks"}
 
 # Headers of ROS start with the name of a package; these are what the shell uses or might use.
 ROS_HEADER = re.compile(
@@ -37,10 +38,14 @@ def breaches(folder, text):
     found = []
     for bracket, header in INCLUDE.findall(text):
         parts = header.split("/")
-        ours = parts[0] == PACKAGE and len(parts) > 2
-        if ours and parts[1] not in FLOOR_OF:
-            found.append(f"{header}: folder {parts[1]} stands on no floor")
-        elif ours and parts[1] != folder and FLOOR_OF[parts[1]] >= FLOOR_OF[folder]:
+        if parts[0] == PACKAGE and len(parts) > 2:
+            parts = parts[1:]
+        elif bracket == "<" or len(parts) < 2 or parts[0] == ".." or (REPOSITORY / "src" / folder / parts[0]).is_dir():
+            parts = [None]
+        ours = parts[0] in FLOOR_OF
+        if parts[0] and not ours:
+            found.append(f"{header}: folder {parts[0]} stands on no floor")
+        elif ours and parts[0] != folder and FLOOR_OF[parts[0]] >= FLOOR_OF[folder]:
             found.append(f"{header}: {folder} may include only lower floors")
         elif not ours and folder not in WITH_ROS and ROS_HEADER.match(header):
             found.append(f"{header}: the core sees no ROS header")
@@ -56,6 +61,14 @@ def source_files():
 
 
 class LayersTest(unittest.TestCase):
+    def test_public_headers_are_few_and_include_no_private_one(self):
+        public = [path for _, path in source_files() if (REPOSITORY / "include") in path.parents]
+        self.assertLessEqual(len(public), 35)
+        for path in public:
+            private = [header for bracket, header in INCLUDE.findall(path.read_text())
+                       if bracket == '"' and not header.startswith(PACKAGE + "/")]
+            self.assertFalse(private, path)
+
     def test_every_folder_stands_on_a_floor(self):
         unknown = {folder for folder, _ in source_files()} - set(FLOOR_OF)
         self.assertFalse(unknown, "folders without a floor")
@@ -75,6 +88,8 @@ class LayersTest(unittest.TestCase):
     def test_a_breach_is_found(self):
         self.assertTrue(breaches("geometry", f'#include "{PACKAGE}/robust/relative_pose.h"'))
         self.assertTrue(breaches("geometry", f'#include "{PACKAGE}/camera/camera_model.h"'))
+        self.assertTrue(breaches("geometry", '#include "robust/sampler.h"'))
+        self.assertTrue(breaches("tracking", '#include "cellar/sampler.h"'))
         self.assertTrue(breaches("tracking", "#include <ros/ros.h>"))
         self.assertTrue(breaches("io", f"#include <{PACKAGE}/TrackerStatus.h>"))
         self.assertFalse(breaches("robust", f'#include "{PACKAGE}/geometry/p3p.h"'))

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/camera/calibrating_camera.h"
+#include "camera/calibrating_camera.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

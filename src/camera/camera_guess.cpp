@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/camera/camera_guess.h"
+#include "camera/camera_guess.h"
 
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
 
-#include "mono_pose_tracker/common/angles.h"
+#include "common/angles.h"
 
 namespace mono_pose_tracker {
 

@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/camera/camera_matrix.h"
+#include "camera/camera_matrix.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "mono_pose_tracker/common/formatted.h"
+#include "common/formatted.h"
 
 namespace mono_pose_tracker {
 namespace {

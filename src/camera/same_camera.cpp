@@ -1,8 +1,8 @@
-#include "mono_pose_tracker/camera/same_camera.h"
+#include "camera/same_camera.h"
 
 #include <algorithm>
 
-#include "mono_pose_tracker/common/formatted.h"
+#include "common/formatted.h"
 
 namespace mono_pose_tracker {
 

@@ -1,6 +1,6 @@
-#include "mono_pose_tracker/camera/size_mismatch.h"
+#include "camera/size_mismatch.h"
 
-#include "mono_pose_tracker/common/formatted.h"
+#include "common/formatted.h"
 
 namespace mono_pose_tracker {
 namespace {

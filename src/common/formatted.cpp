@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/common/formatted.h"
+#include "common/formatted.h"
 
 #include <cstdarg>
 #include <cstdio>

@@ -74,4 +74,32 @@ const char* to_string(Reason reason) {
   return "UNKNOWN";
 }
 
+const char* to_string(CalibrationSource source) {
+  switch (source) {
+    case CalibrationSource::kGiven:
+      return "GIVEN";
+    case CalibrationSource::kGuessed:
+      return "GUESSED";
+    case CalibrationSource::kRefined:
+      return "REFINED";
+  }
+  return "?";
+}
+
+const char* to_string(ScaleSource source) {
+  switch (source) {
+    case ScaleSource::kMapUnits:
+      return "MAP_UNITS";
+    case ScaleSource::kKnownBaseline:
+      return "KNOWN_BASELINE";
+    case ScaleSource::kInitialMedianDepth:
+      return "INITIAL_MEDIAN_DEPTH";
+    case ScaleSource::kMarker:
+      return "MARKER";
+    case ScaleSource::kOdometry:
+      return "ODOMETRY";
+  }
+  return "?";
+}
+
 }  // namespace mono_pose_tracker

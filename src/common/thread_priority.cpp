@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/common/thread_priority.h"
+#include "common/thread_priority.h"
 
 #include <cstdint>
 

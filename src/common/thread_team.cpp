@@ -1,11 +1,11 @@
-#include "mono_pose_tracker/common/thread_team.h"
+#include "common/thread_team.h"
 
 #include <algorithm>
 #include <chrono>
 #include <iterator>
 #include <utility>
 
-#include "mono_pose_tracker/common/start_threads.h"
+#include "common/start_threads.h"
 
 namespace mono_pose_tracker {
 

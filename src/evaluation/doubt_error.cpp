@@ -1,13 +1,13 @@
-#include "mono_pose_tracker/evaluation/doubt_error.h"
+#include "evaluation/doubt_error.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/geometry/nearest_rotation.h"
+#include "common/angles.h"
+#include "common/median.h"
+#include "geometry/nearest_rotation.h"
 #include "mono_pose_tracker/geometry/sim3.h"
 
 namespace mono_pose_tracker {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/evaluation/relative_pose_choice.h"
+#include "evaluation/relative_pose_choice.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <utility>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/geometry/essential.h"
+#include "common/angles.h"
+#include "geometry/essential.h"
 
 namespace mono_pose_tracker {
 namespace {

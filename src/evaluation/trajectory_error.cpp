@@ -7,9 +7,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/geometry/nearest_rotation.h"
-#include "mono_pose_tracker/io/stamp.h"
+#include "common/angles.h"
+#include "geometry/nearest_rotation.h"
+#include "io/stamp.h"
 
 namespace mono_pose_tracker {
 namespace {

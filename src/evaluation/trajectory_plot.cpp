@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/evaluation/trajectory_plot.h"
+#include "evaluation/trajectory_plot.h"
 
 #include <opencv2/imgproc.hpp>
 
-#include "mono_pose_tracker/common/formatted.h"
-#include "mono_pose_tracker/common/time_stamp.h"
-#include "mono_pose_tracker/io/plot.h"
+#include "common/formatted.h"
+#include "common/time_stamp.h"
+#include "io/plot.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "mono_pose_tracker/common/function_clones.h"
+#include "common/function_clones.h"
 
 #if defined(__x86_64__) && defined(__GNUC__)
 #include <immintrin.h>

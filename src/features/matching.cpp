@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "common/function_clones.h"
 #include "descriptor_distances.h"
-#include "mono_pose_tracker/common/function_clones.h"
 
 namespace mono_pose_tracker {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mono_pose_tracker/common/function_clones.h"
+#include "common/function_clones.h"
 #include "sift_vector.h"
 
 namespace mono_pose_tracker {

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "mono_pose_tracker/common/opencv_version.h"
+#include "common/opencv_version.h"
 #include "sift_budget.h"
 #include "sift_normalisation.h"
 

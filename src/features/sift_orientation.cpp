@@ -4,7 +4,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
-#include "mono_pose_tracker/common/function_clones.h"
+#include "common/function_clones.h"
 #include "sift_angle.h"
 #include "sift_vector.h"
 

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "features/sift_scale.h"
 #include "mono_pose_tracker/features/sift.h"
-#include "mono_pose_tracker/features/sift_scale.h"
 #include "sift_gaussian.h"
 #include "sift_plane.h"
 

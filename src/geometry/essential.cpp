@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/geometry/essential.h"
+#include "geometry/essential.h"
 
 #include <Eigen/Geometry>
 #include <cmath>

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/so3.h"
 #include "five_point_constraints.h"
 #include "five_point_elimination.h"
 #include "five_point_motion.h"
-#include "mono_pose_tracker/common/so3.h"
-#include "mono_pose_tracker/geometry/polynomial_roots.h"
+#include "geometry/polynomial_roots.h"
 #include "null_space.h"
 
 namespace mono_pose_tracker {

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 
 #include "five_point_constraints.h"
-#include "mono_pose_tracker/geometry/polynomial_roots.h"
+#include "geometry/polynomial_roots.h"
 
 namespace mono_pose_tracker {
 

@@ -1,9 +1,9 @@
-#include "mono_pose_tracker/geometry/motion_prior.h"
+#include "geometry/motion_prior.h"
 
 #include <utility>
 
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/common/time_stamp.h"
+#include "common/median.h"
+#include "common/time_stamp.h"
 
 namespace mono_pose_tracker {
 

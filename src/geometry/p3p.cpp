@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <cstring>
 
-#include "mono_pose_tracker/common/so3.h"
-#include "mono_pose_tracker/geometry/polynomial_roots.h"
+#include "common/so3.h"
+#include "geometry/polynomial_roots.h"
 
 namespace mono_pose_tracker {
 namespace {

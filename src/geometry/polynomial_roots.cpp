@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/geometry/polynomial_roots.h"
+#include "geometry/polynomial_roots.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "mono_pose_tracker/geometry/polynomial_roots.h"
+#include "geometry/polynomial_roots.h"
 #include "null_space.h"
 
 namespace mono_pose_tracker {

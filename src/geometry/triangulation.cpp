@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/geometry/triangulation.h"
+#include "geometry/triangulation.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "mono_pose_tracker/geometry/essential.h"
+#include "geometry/essential.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/io/atomic_file.h"
+#include "io/atomic_file.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -12,7 +12,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "mono_pose_tracker/common/system_error.h"
+#include "common/system_error.h"
 
 namespace mono_pose_tracker {
 

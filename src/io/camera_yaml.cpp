@@ -7,12 +7,12 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "camera/camera_matrix.h"
+#include "common/decimal.h"
+#include "common/one_line.h"
+#include "io/atomic_file.h"
+#include "io/yaml_file.h"
 #include "lower_case.h"
-#include "mono_pose_tracker/camera/camera_matrix.h"
-#include "mono_pose_tracker/common/decimal.h"
-#include "mono_pose_tracker/common/one_line.h"
-#include "mono_pose_tracker/io/atomic_file.h"
-#include "mono_pose_tracker/io/yaml_file.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "mono_pose_tracker/io/atomic_file.h"
+#include "io/atomic_file.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/io/grey_levels.h"
+#include "io/grey_levels.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "mono_pose_tracker/common/decimal.h"
-#include "mono_pose_tracker/common/formatted.h"
+#include "common/decimal.h"
+#include "common/formatted.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/io/image_decoding.h"
+#include "io/image_decoding.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -8,10 +8,10 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "common/system_error.h"
+#include "io/image_header.h"
 #include "jpeg_data.h"
 #include "lower_case.h"
-#include "mono_pose_tracker/common/system_error.h"
-#include "mono_pose_tracker/io/image_header.h"
 #include "read_whole.h"
 
 namespace mono_pose_tracker {

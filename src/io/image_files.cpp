@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
+#include "io/image_decoding.h"
+#include "io/image_source.h"
+#include "io/stamp.h"
+#include "io/text_file.h"
 #include "lower_case.h"
-#include "mono_pose_tracker/io/image_decoding.h"
-#include "mono_pose_tracker/io/image_source.h"
-#include "mono_pose_tracker/io/stamp.h"
-#include "mono_pose_tracker/io/text_file.h"
 #include "name_order.h"
 
 namespace mono_pose_tracker {

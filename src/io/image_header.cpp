@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/io/image_header.h"
+#include "io/image_header.h"
 
 #include <algorithm>
 #include <cctype>

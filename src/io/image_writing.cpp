@@ -1,12 +1,12 @@
-#include "mono_pose_tracker/io/image_writing.h"
+#include "io/image_writing.h"
 
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 #include <vector>
 
+#include "io/atomic_file.h"
 #include "lower_case.h"
-#include "mono_pose_tracker/io/atomic_file.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "byte_stream.h"
+#include "common/time_stamp.h"
+#include "io/text_file.h"
 #include "map_file_format.h"
-#include "mono_pose_tracker/common/time_stamp.h"
 #include "mono_pose_tracker/io/map_file.h"
-#include "mono_pose_tracker/io/text_file.h"
 
 namespace mono_pose_tracker {
 

@@ -3,8 +3,8 @@
 #include <stdexcept>
 
 #include "byte_stream.h"
+#include "io/atomic_file.h"
 #include "map_file_format.h"
-#include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/map_file.h"
 
 namespace mono_pose_tracker {

@@ -1,11 +1,11 @@
-#include "mono_pose_tracker/io/mask_folder.h"
+#include "io/mask_folder.h"
 
 #include <filesystem>
 #include <stdexcept>
 
+#include "io/image_decoding.h"
+#include "io/mask_image.h"
 #include "lower_case.h"
-#include "mono_pose_tracker/io/image_decoding.h"
-#include "mono_pose_tracker/io/mask_image.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/io/mask_image.h"
+#include "io/mask_image.h"
 
 #include <algorithm>
 #include <vector>

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/io/overview.h"
+#include "io/overview.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -8,7 +8,7 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "mono_pose_tracker/io/plot.h"
+#include "io/plot.h"
 
 namespace mono_pose_tracker {
 namespace {

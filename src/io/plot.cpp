@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/io/plot.h"
+#include "io/plot.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "mono_pose_tracker/common/formatted.h"
-#include "mono_pose_tracker/io/image_writing.h"
+#include "common/formatted.h"
+#include "io/image_writing.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "mono_pose_tracker/io/atomic_file.h"
+#include "io/atomic_file.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,8 +1,8 @@
-#include "mono_pose_tracker/io/stamp.h"
+#include "io/stamp.h"
 
 #include <algorithm>
 
-#include "mono_pose_tracker/common/time_stamp.h"
+#include "common/time_stamp.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,11 +1,11 @@
-#include "mono_pose_tracker/io/text_file.h"
+#include "io/text_file.h"
 
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
 
-#include "mono_pose_tracker/common/system_error.h"
+#include "common/system_error.h"
 #include "read_whole.h"
 
 namespace mono_pose_tracker {

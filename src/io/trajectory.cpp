@@ -11,11 +11,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include "mono_pose_tracker/common/decimal.h"
-#include "mono_pose_tracker/common/system_error.h"
-#include "mono_pose_tracker/io/atomic_file.h"
-#include "mono_pose_tracker/io/stamp.h"
-#include "mono_pose_tracker/io/text_file.h"
+#include "common/decimal.h"
+#include "common/system_error.h"
+#include "io/atomic_file.h"
+#include "io/stamp.h"
+#include "io/text_file.h"
 
 namespace mono_pose_tracker {
 namespace {

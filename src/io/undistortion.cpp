@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/io/undistortion.h"
+#include "io/undistortion.h"
 
 #include <limits>
 #include <opencv2/imgproc.hpp>

@@ -9,11 +9,11 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/opencv_version.h"
 #include "frame_stamps.h"
-#include "mono_pose_tracker/common/opencv_version.h"
-#include "mono_pose_tracker/io/image_decoding.h"
-#include "mono_pose_tracker/io/image_source.h"
-#include "mono_pose_tracker/io/video_file.h"
+#include "io/image_decoding.h"
+#include "io/image_source.h"
+#include "io/video_file.h"
 #include "mp4_boxes.h"
 
 namespace mono_pose_tracker {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/io/yaml_file.h"
+#include "io/yaml_file.h"
 
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
@@ -8,8 +8,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "mono_pose_tracker/common/one_line.h"
-#include "mono_pose_tracker/io/text_file.h"
+#include "common/one_line.h"
+#include "io/text_file.h"
 
 namespace mono_pose_tracker {
 namespace {

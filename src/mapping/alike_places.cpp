@@ -1,11 +1,11 @@
-#include "mono_pose_tracker/mapping/alike_places.h"
+#include "mapping/alike_places.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <iterator>
 #include <map>
 
-#include "mono_pose_tracker/common/median.h"
+#include "common/median.h"
 
 namespace mono_pose_tracker {
 

@@ -4,7 +4,7 @@
 #include <set>
 #include <vector>
 
-#include "mono_pose_tracker/mapping/second_motion.h"
+#include "mapping/second_motion.h"
 
 namespace mono_pose_tracker {
 

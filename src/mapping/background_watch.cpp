@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/background_watch.h"
+#include "mapping/background_watch.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,8 +1,8 @@
-#include "mono_pose_tracker/mapping/body_watch.h"
+#include "mapping/body_watch.h"
 
 #include <algorithm>
 
-#include "mono_pose_tracker/mapping/other_body.h"
+#include "mapping/other_body.h"
 
 namespace mono_pose_tracker {
 

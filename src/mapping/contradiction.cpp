@@ -1,11 +1,11 @@
-#include "mono_pose_tracker/mapping/contradiction.h"
+#include "mapping/contradiction.h"
 
 #include <iterator>
 #include <vector>
 
 #include "alike_feature.h"
-#include "mono_pose_tracker/camera/image_scale.h"
-#include "mono_pose_tracker/common/count_deviations.h"
+#include "common/count_deviations.h"
+#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/features/matching.h"
 
 namespace mono_pose_tracker {

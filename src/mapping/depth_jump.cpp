@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
-#include "mono_pose_tracker/camera/image_scale.h"
-#include "mono_pose_tracker/common/median.h"
+#include "common/median.h"
+#include "mono_pose_tracker/camera/camera_model.h"
 
 namespace mono_pose_tracker {
 

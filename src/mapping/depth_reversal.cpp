@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/depth_reversal.h"
+#include "mapping/depth_reversal.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -9,11 +9,11 @@
 #include <unordered_map>
 #include <vector>
 
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/common/parallel.h"
-#include "mono_pose_tracker/common/so3.h"
-#include "mono_pose_tracker/mapping/other_body.h"
-#include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "common/median.h"
+#include "common/parallel.h"
+#include "common/so3.h"
+#include "mapping/other_body.h"
+#include "optimization/map_adjustment.h"
 #include "rival_map.h"
 
 namespace mono_pose_tracker {

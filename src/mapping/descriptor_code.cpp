@@ -1,12 +1,12 @@
-#include "mono_pose_tracker/mapping/descriptor_code.h"
+#include "mapping/descriptor_code.h"
 
 #include <algorithm>
 #include <cstdlib>
 #include <limits>
 
+#include "common/function_clones.h"
+#include "common/random.h"
 #include "descriptor_mean.h"
-#include "mono_pose_tracker/common/function_clones.h"
-#include "mono_pose_tracker/common/random.h"
 
 namespace mono_pose_tracker {
 

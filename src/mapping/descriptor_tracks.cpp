@@ -1,6 +1,6 @@
 #include "descriptor_tracks.h"
 
-#include "mono_pose_tracker/mapping/matches_in_time.h"
+#include "mapping/matches_in_time.h"
 
 namespace mono_pose_tracker {
 

@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "feature_tracks.h"
+#include "mapping/remade_landmarks.h"
 #include "mono_pose_tracker/map/map.h"
-#include "mono_pose_tracker/mapping/remade_landmarks.h"
 
 namespace mono_pose_tracker {
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "common/parallel.h"
 #include "epipolar_fan.h"
-#include "mono_pose_tracker/common/parallel.h"
-#include "mono_pose_tracker/geometry/essential.h"
+#include "geometry/essential.h"
 
 namespace mono_pose_tracker {
 

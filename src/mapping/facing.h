@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "mono_pose_tracker/common/rigid3.h"
-#include "mono_pose_tracker/robust/similarity.h"
+#include "robust/similarity.h"
 
 namespace mono_pose_tracker {
 

@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <iterator>
 
-#include "mono_pose_tracker/camera/image_scale.h"
-#include "mono_pose_tracker/common/median.h"
+#include "common/median.h"
+#include "geometry/triangulation.h"
+#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/features/matching.h"
-#include "mono_pose_tracker/geometry/triangulation.h"
 
 namespace mono_pose_tracker {
 

@@ -5,8 +5,8 @@
 #include <cstddef>
 
 #include "fixed_in_image.h"
+#include "mapping/other_body.h"
 #include "match_shift.h"
-#include "mono_pose_tracker/mapping/other_body.h"
 
 namespace mono_pose_tracker {
 

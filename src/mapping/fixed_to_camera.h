@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "mono_pose_tracker/mapping/second_motion.h"
+#include "mapping/second_motion.h"
 
 namespace mono_pose_tracker {
 

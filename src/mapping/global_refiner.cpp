@@ -8,8 +8,8 @@
 
 #include "keyframe_landmarks.h"
 #include "keyframe_places.h"
-#include "mono_pose_tracker/mapping/mapper.h"
-#include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "mapping/mapper.h"
+#include "optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
 

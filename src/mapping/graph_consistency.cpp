@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/graph_consistency.h"
+#include "mapping/graph_consistency.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 
 #include "facing.h"
 #include "keyframe_landmarks.h"
-#include "mono_pose_tracker/robust/similarity.h"
+#include "robust/similarity.h"
 
 namespace mono_pose_tracker {
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/image_sides.h"
+#include "mapping/image_sides.h"
 
 #include <array>
 #include <cstddef>

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/in_view.h"
+#include "mapping/in_view.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/mapping/keyframe_locator.h"
+#include "mapping/keyframe_locator.h"
 
 #include <utility>
 #include <vector>
 
 #include "landmark_candidates.h"
-#include "mono_pose_tracker/mapping/landmark_pose.h"
+#include "mapping/landmark_pose.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
 
 namespace mono_pose_tracker {

@@ -3,8 +3,8 @@
 #include <shared_mutex>
 #include <vector>
 
-#include "mono_pose_tracker/map/place_finder.h"
-#include "mono_pose_tracker/mapping/place_index.h"
+#include "map/place_finder.h"
+#include "mapping/place_index.h"
 
 namespace mono_pose_tracker {
 

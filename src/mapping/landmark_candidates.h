@@ -4,8 +4,8 @@
 #include <unordered_set>
 #include <vector>
 
+#include "mapping/projection_matcher.h"
 #include "mono_pose_tracker/map/map.h"
-#include "mono_pose_tracker/mapping/projection_matcher.h"
 
 namespace mono_pose_tracker {
 

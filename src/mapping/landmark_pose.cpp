@@ -1,6 +1,6 @@
-#include "mono_pose_tracker/mapping/landmark_pose.h"
+#include "mapping/landmark_pose.h"
 
-#include "mono_pose_tracker/robust/motion_refinement.h"
+#include "robust/motion_refinement.h"
 
 namespace mono_pose_tracker {
 

@@ -1,12 +1,12 @@
-#include "mono_pose_tracker/mapping/larger_body_watch.h"
+#include "mapping/larger_body_watch.h"
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 
-#include "mono_pose_tracker/common/formatted.h"
-#include "mono_pose_tracker/mapping/other_body.h"
-#include "mono_pose_tracker/mapping/second_motion.h"
+#include "common/formatted.h"
+#include "mapping/other_body.h"
+#include "mapping/second_motion.h"
 
 namespace mono_pose_tracker {
 

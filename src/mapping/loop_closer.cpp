@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/loop_closer.h"
+#include "mapping/loop_closer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/optimization/map_adjustment.h"
-#include "mono_pose_tracker/optimization/pose_graph.h"
+#include "common/angles.h"
+#include "common/median.h"
+#include "optimization/map_adjustment.h"
+#include "optimization/pose_graph.h"
 
 namespace mono_pose_tracker {
 

@@ -1,12 +1,12 @@
-#include "mono_pose_tracker/mapping/loop_finder.h"
+#include "mapping/loop_finder.h"
 
 #include <algorithm>
 #include <unordered_map>
 #include <unordered_set>
 
-#include "mono_pose_tracker/camera/image_scale.h"
-#include "mono_pose_tracker/common/parallel.h"
-#include "mono_pose_tracker/mapping/alike_places.h"
+#include "common/parallel.h"
+#include "mapping/alike_places.h"
+#include "mono_pose_tracker/camera/camera_model.h"
 #include "sorted_unique.h"
 
 namespace mono_pose_tracker {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/loop_verifier.h"
+#include "mapping/loop_verifier.h"
 
 #include <algorithm>
 #include <iterator>
@@ -9,13 +9,13 @@
 #include <utility>
 #include <vector>
 
+#include "common/median.h"
 #include "facing.h"
-#include "mono_pose_tracker/common/median.h"
+#include "mapping/alike_places.h"
+#include "mapping/projection_matcher.h"
 #include "mono_pose_tracker/features/feature_set.h"
 #include "mono_pose_tracker/features/matching.h"
-#include "mono_pose_tracker/mapping/alike_places.h"
-#include "mono_pose_tracker/mapping/projection_matcher.h"
-#include "mono_pose_tracker/robust/similarity.h"
+#include "robust/similarity.h"
 
 namespace mono_pose_tracker {
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/map_joiner.h"
+#include "mapping/map_joiner.h"
 
 #include <algorithm>
 #include <array>
@@ -7,11 +7,11 @@
 #include <set>
 #include <tuple>
 
+#include "common/median.h"
 #include "facing.h"
 #include "landmark_parallax.h"
-#include "mono_pose_tracker/camera/image_scale.h"
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/robust/similarity.h"
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "robust/similarity.h"
 
 namespace mono_pose_tracker {
 

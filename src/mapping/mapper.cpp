@@ -1,24 +1,24 @@
-#include "mono_pose_tracker/mapping/mapper.h"
+#include "mapping/mapper.h"
 
 #include <algorithm>
 #include <limits>
 #include <set>
 #include <utility>
 
+#include "common/angles.h"
+#include "common/median.h"
 #include "depth_jump.h"
 #include "epipolar_matcher.h"
+#include "geometry/triangulation.h"
 #include "keyframe_landmarks.h"
 #include "keyframe_places.h"
 #include "known_baseline.h"
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/geometry/triangulation.h"
-#include "mono_pose_tracker/mapping/depth_reversal.h"
-#include "mono_pose_tracker/mapping/in_view.h"
-#include "mono_pose_tracker/mapping/projection_matcher.h"
-#include "mono_pose_tracker/mapping/remade_landmarks.h"
-#include "mono_pose_tracker/mapping/rival_geometry.h"
-#include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "mapping/depth_reversal.h"
+#include "mapping/in_view.h"
+#include "mapping/projection_matcher.h"
+#include "mapping/remade_landmarks.h"
+#include "mapping/rival_geometry.h"
+#include "optimization/map_adjustment.h"
 #include "unseen_landmarks.h"
 #include "view_linker.h"
 

@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "mono_pose_tracker/common/pose_covariance.h"
-#include "mono_pose_tracker/mapping/mapper.h"
-#include "mono_pose_tracker/optimization/keyframe_covariance.h"
+#include "common/pose_covariance.h"
+#include "mapping/mapper.h"
+#include "optimization/keyframe_covariance.h"
 
 namespace mono_pose_tracker {
 

@@ -7,10 +7,10 @@
 #include <set>
 #include <vector>
 
+#include "common/angles.h"
 #include "keyframe_landmarks.h"
 #include "landmark_parallax.h"
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/mapping/mapper.h"
+#include "mapping/mapper.h"
 
 namespace mono_pose_tracker {
 

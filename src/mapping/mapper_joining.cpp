@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "keyframe_places.h"
-#include "mono_pose_tracker/mapping/mapper.h"
-#include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "mapping/mapper.h"
+#include "optimization/map_adjustment.h"
 #include "sorted_unique.h"
 
 namespace mono_pose_tracker {

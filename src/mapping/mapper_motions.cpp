@@ -7,11 +7,11 @@
 #include "astray_pose.h"
 #include "fixed_in_image.h"
 #include "keyframe_landmarks.h"
-#include "mono_pose_tracker/mapping/in_view.h"
-#include "mono_pose_tracker/mapping/mapper.h"
-#include "mono_pose_tracker/mapping/off_body.h"
-#include "mono_pose_tracker/mapping/second_motion.h"
-#include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "mapping/in_view.h"
+#include "mapping/mapper.h"
+#include "mapping/off_body.h"
+#include "mapping/second_motion.h"
+#include "optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
 

@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/geometry/triangulation.h"
-#include "mono_pose_tracker/mapping/mapper.h"
+#include "common/angles.h"
+#include "geometry/triangulation.h"
+#include "mapping/mapper.h"
 
 namespace mono_pose_tracker {
 

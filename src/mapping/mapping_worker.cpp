@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/mapping/mapping_worker.h"
+#include "mapping/mapping_worker.h"
 
 #include <algorithm>
 #include <limits>
 #include <utility>
 
-#include "mono_pose_tracker/common/thread_priority.h"
+#include "common/thread_priority.h"
 
 namespace mono_pose_tracker {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "mono_pose_tracker/camera/image_scale.h"
+#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/map/image_features.h"
 

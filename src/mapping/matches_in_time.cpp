@@ -1,12 +1,12 @@
-#include "mono_pose_tracker/mapping/matches_in_time.h"
+#include "mapping/matches_in_time.h"
 
 #include <algorithm>
 #include <cstddef>
 #include <map>
 #include <utility>
 
+#include "common/parallel.h"
 #include "keyframe_landmarks.h"
-#include "mono_pose_tracker/common/parallel.h"
 
 namespace mono_pose_tracker {
 

@@ -1,17 +1,17 @@
-#include "mono_pose_tracker/mapping/off_body.h"
+#include "mapping/off_body.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <utility>
 
+#include "common/angles.h"
+#include "common/median.h"
+#include "common/nearest_vote.h"
 #include "descriptor_tracks.h"
+#include "geometry/triangulation.h"
 #include "keyframe_landmarks.h"
-#include "mono_pose_tracker/camera/image_scale.h"
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/common/nearest_vote.h"
-#include "mono_pose_tracker/geometry/triangulation.h"
+#include "mono_pose_tracker/camera/camera_model.h"
 
 namespace mono_pose_tracker {
 

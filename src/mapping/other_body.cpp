@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/other_body.h"
+#include "mapping/other_body.h"
 
 #include <algorithm>
 #include <array>
@@ -8,10 +8,10 @@
 #include <tuple>
 #include <utility>
 
+#include "common/median.h"
+#include "common/parallel.h"
 #include "feature_tracks.h"
 #include "fixed_to_camera.h"
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/common/parallel.h"
 #include "turn_in_view.h"
 
 namespace mono_pose_tracker {

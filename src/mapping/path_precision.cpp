@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/path_precision.h"
+#include "mapping/path_precision.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "keyframe_landmarks.h"
-#include "mono_pose_tracker/optimization/keyframe_covariance.h"
+#include "optimization/keyframe_covariance.h"
 
 namespace mono_pose_tracker {
 

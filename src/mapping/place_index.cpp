@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/place_index.h"
+#include "mapping/place_index.h"
 
 #include <algorithm>
 #include <cmath>

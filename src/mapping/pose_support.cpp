@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/pose_support.h"
+#include "mapping/pose_support.h"
 
 #include <algorithm>
 

@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/mapping/projection_matcher.h"
+#include "mapping/projection_matcher.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "mono_pose_tracker/common/angles.h"
+#include "common/angles.h"
 #include "mono_pose_tracker/features/feature_set.h"
 #include "mono_pose_tracker/features/matching.h"
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/remade_landmarks.h"
+#include "mapping/remade_landmarks.h"
 
 #include <algorithm>
 #include <array>
@@ -8,12 +8,12 @@
 #include <utility>
 #include <vector>
 
+#include "common/angles.h"
 #include "descriptor_tracks.h"
+#include "geometry/triangulation.h"
 #include "keyframe_landmarks.h"
-#include "mono_pose_tracker/camera/image_scale.h"
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/geometry/triangulation.h"
-#include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/rigidity_check.h"
+#include "mapping/rigidity_check.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -7,9 +7,9 @@
 #include <iterator>
 #include <vector>
 
-#include "mono_pose_tracker/camera/image_scale.h"
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/robust/motion_refinement.h"
+#include "common/median.h"
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "robust/motion_refinement.h"
 
 namespace mono_pose_tracker {
 

@@ -1,8 +1,8 @@
-#include "mono_pose_tracker/mapping/rigidity_watch.h"
+#include "mapping/rigidity_watch.h"
 
-#include "mono_pose_tracker/common/formatted.h"
-#include "mono_pose_tracker/mapping/contradiction.h"
-#include "mono_pose_tracker/mapping/rigidity_check.h"
+#include "common/formatted.h"
+#include "mapping/contradiction.h"
+#include "mapping/rigidity_check.h"
 
 namespace mono_pose_tracker {
 

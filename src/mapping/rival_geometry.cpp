@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/rival_geometry.h"
+#include "mapping/rival_geometry.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -9,12 +9,12 @@
 #include <utility>
 #include <vector>
 
+#include "geometry/triangulation.h"
 #include "keyframe_landmarks.h"
-#include "mono_pose_tracker/geometry/triangulation.h"
-#include "mono_pose_tracker/mapping/depth_reversal.h"
-#include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "mapping/depth_reversal.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
+#include "optimization/map_adjustment.h"
 #include "rival_map.h"
 
 namespace mono_pose_tracker {

@@ -1,11 +1,11 @@
-#include "mono_pose_tracker/mapping/second_motion.h"
+#include "mapping/second_motion.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "mono_pose_tracker/common/nearest_vote.h"
-#include "mono_pose_tracker/geometry/essential.h"
+#include "common/nearest_vote.h"
+#include "geometry/essential.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
 #include "turn_in_view.h"
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/still_background.h"
+#include "mapping/still_background.h"
 
 #include <algorithm>
 #include <array>
@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "common/median.h"
 #include "feature_tracks.h"
+#include "mapping/image_sides.h"
 #include "match_shift.h"
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/mapping/image_sides.h"
 
 namespace mono_pose_tracker {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/geometry/nearest_rotation.h"
+#include "common/median.h"
+#include "geometry/nearest_rotation.h"
 
 namespace mono_pose_tracker {
 

@@ -3,8 +3,8 @@
 #include <optional>
 #include <vector>
 
+#include "mapping/projection_matcher.h"
 #include "mono_pose_tracker/map/map.h"
-#include "mono_pose_tracker/mapping/projection_matcher.h"
 
 namespace mono_pose_tracker {
 

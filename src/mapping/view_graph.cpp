@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/view_graph.h"
+#include "mapping/view_graph.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "mono_pose_tracker/camera/image_scale.h"
-#include "mono_pose_tracker/common/parallel.h"
-#include "mono_pose_tracker/geometry/essential.h"
+#include "common/parallel.h"
+#include "geometry/essential.h"
+#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
 
 namespace mono_pose_tracker {

@@ -10,7 +10,7 @@
 #include "bundle_cameras.h"
 #include "cancel_callback.h"
 #include "full_bundle.h"
-#include "mono_pose_tracker/optimization/point_adjustment.h"
+#include "optimization/point_adjustment.h"
 #include "reduced_solve.h"
 #include "reprojection.h"
 #include "solver_log.h"

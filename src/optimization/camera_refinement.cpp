@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/optimization/camera_refinement.h"
+#include "optimization/camera_refinement.h"
 
 #include <ceres/ceres.h>
 
@@ -14,9 +14,9 @@
 #include <utility>
 #include <vector>
 
+#include "camera/calibrating_camera.h"
 #include "cancel_callback.h"
 #include "loss_width.h"
-#include "mono_pose_tracker/camera/calibrating_camera.h"
 #include "most_seen_landmarks.h"
 #include "pose_parameterization.h"
 #include "positive_definite.h"

@@ -1,12 +1,12 @@
-#include "mono_pose_tracker/optimization/keyframe_covariance.h"
+#include "optimization/keyframe_covariance.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <unordered_map>
 
 #include "fixed_keyframes.h"
-#include "mono_pose_tracker/optimization/map_adjustment.h"
 #include "most_seen_landmarks.h"
+#include "optimization/map_adjustment.h"
 #include "positive_definite.h"
 #include "reduced_system.h"
 #include "reprojection.h"

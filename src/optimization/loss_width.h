@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "mono_pose_tracker/common/median.h"
+#include "common/median.h"
 
 namespace mono_pose_tracker {
 

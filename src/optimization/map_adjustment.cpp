@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "optimization/map_adjustment.h"
 
 #include <algorithm>
 #include <array>
@@ -9,11 +9,11 @@
 #include <unordered_map>
 #include <utility>
 
+#include "common/median.h"
 #include "fixed_keyframes.h"
+#include "geometry/motion_prior.h"
 #include "loss_width.h"
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/geometry/motion_prior.h"
-#include "mono_pose_tracker/optimization/point_adjustment.h"
+#include "optimization/point_adjustment.h"
 
 namespace mono_pose_tracker {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "bundle_cameras.h"
+#include "geometry/motion_prior.h"
 #include "mono_pose_tracker/common/rigid3.h"
-#include "mono_pose_tracker/geometry/motion_prior.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 
 namespace mono_pose_tracker {

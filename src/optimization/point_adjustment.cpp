@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/optimization/point_adjustment.h"
+#include "optimization/point_adjustment.h"
 
 #include <Eigen/Dense>
 #include <algorithm>

@@ -5,7 +5,7 @@
 
 #include <Eigen/Geometry>
 
-#include "mono_pose_tracker/common/so3.h"
+#include "common/so3.h"
 #include "reprojection.h"
 
 namespace mono_pose_tracker {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bundle_cameras.h"
-#include "mono_pose_tracker/common/thread_team.h"
+#include "common/thread_team.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 #include "motion_tie.h"
 #include "reprojection.h"

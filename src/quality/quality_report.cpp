@@ -1,9 +1,15 @@
 #include "mono_pose_tracker/quality/quality_report.h"
 
+#include "mapping/graph_consistency.h"
+#include "mapping/path_precision.h"
+#include "mapping/view_graph.h"
+#include "mono_pose_tracker/map/map.h"
+#include "quality/scale_cut.h"
+
 #include <algorithm>
 #include <cmath>
 
-#include "mono_pose_tracker/common/formatted.h"
+#include "common/formatted.h"
 
 namespace mono_pose_tracker {
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/quality/scale_cut.h"
+#include "quality/scale_cut.h"
 
 #include <algorithm>
 #include <cmath>

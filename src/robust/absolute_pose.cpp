@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "mono_pose_tracker/geometry/p3p.h"
-#include "mono_pose_tracker/robust/motion_refinement.h"
-#include "mono_pose_tracker/robust/point_matches.h"
-#include "mono_pose_tracker/robust/ransac.h"
+#include "robust/motion_refinement.h"
+#include "robust/point_matches.h"
+#include "robust/ransac.h"
 #include "sample_consensus.h"
 
 namespace mono_pose_tracker {

@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/robust/bearing_pairs.h"
+#include "robust/bearing_pairs.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
-#include "mono_pose_tracker/robust/early_rejection.h"
+#include "robust/early_rejection.h"
 #include "shuffled_indices.h"
 
 namespace mono_pose_tracker {

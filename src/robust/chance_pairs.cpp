@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/robust/chance_pairs.h"
+#include "robust/chance_pairs.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

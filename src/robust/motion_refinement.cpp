@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/robust/motion_refinement.h"
+#include "robust/motion_refinement.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/common/so3.h"
+#include "common/median.h"
+#include "common/so3.h"
 
 namespace mono_pose_tracker {
 

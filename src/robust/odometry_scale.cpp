@@ -1,11 +1,11 @@
-#include "mono_pose_tracker/robust/odometry_scale.h"
+#include "robust/odometry_scale.h"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/common/median.h"
+#include "common/angles.h"
+#include "common/median.h"
 
 namespace mono_pose_tracker {
 namespace {

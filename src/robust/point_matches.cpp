@@ -1,15 +1,15 @@
-#include "mono_pose_tracker/robust/point_matches.h"
+#include "robust/point_matches.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "common/function_clones.h"
+#include "common/so3.h"
 #include "levenberg_marquardt.h"
-#include "mono_pose_tracker/common/function_clones.h"
 #include "mono_pose_tracker/common/rigid3.h"
-#include "mono_pose_tracker/common/so3.h"
-#include "mono_pose_tracker/robust/early_rejection.h"
+#include "robust/early_rejection.h"
 #include "shuffled_indices.h"
 
 namespace mono_pose_tracker {

@@ -6,13 +6,13 @@
 #include <stdexcept>
 #include <string>
 
-#include "mono_pose_tracker/common/angles.h"
+#include "common/angles.h"
 #include "mono_pose_tracker/geometry/five_point.h"
-#include "mono_pose_tracker/robust/bearing_pairs.h"
-#include "mono_pose_tracker/robust/chance_pairs.h"
-#include "mono_pose_tracker/robust/ransac.h"
-#include "mono_pose_tracker/robust/two_view_ambiguity.h"
-#include "mono_pose_tracker/robust/two_view_refinement.h"
+#include "robust/bearing_pairs.h"
+#include "robust/chance_pairs.h"
+#include "robust/ransac.h"
+#include "robust/two_view_ambiguity.h"
+#include "robust/two_view_refinement.h"
 #include "sample_consensus.h"
 
 namespace mono_pose_tracker {

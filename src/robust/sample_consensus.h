@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "mono_pose_tracker/robust/ransac.h"
-#include "mono_pose_tracker/robust/sampler.h"
+#include "robust/ransac.h"
+#include "robust/sampler.h"
 
 namespace mono_pose_tracker {
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/robust/similarity.h"
+#include "robust/similarity.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "levenberg_marquardt.h"
-#include "mono_pose_tracker/robust/ransac.h"
-#include "mono_pose_tracker/robust/sampler.h"
+#include "robust/ransac.h"
+#include "robust/sampler.h"
 #include "similarity_certainty.h"
 #include "similarity_step.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "levenberg_marquardt.h"
-#include "mono_pose_tracker/robust/similarity.h"
+#include "robust/similarity.h"
 #include "sight_error.h"
 #include "similarity_certainty.h"
 #include "similarity_step.h"

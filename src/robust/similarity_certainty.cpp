@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/common/median.h"
+#include "common/angles.h"
+#include "common/median.h"
 
 namespace mono_pose_tracker {
 

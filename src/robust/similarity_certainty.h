@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "mono_pose_tracker/robust/similarity.h"
+#include "robust/similarity.h"
 #include "similarity_step.h"
 
 namespace mono_pose_tracker {

@@ -3,8 +3,8 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "common/so3.h"
 #include "mono_pose_tracker/common/rigid3.h"
-#include "mono_pose_tracker/common/so3.h"
 #include "mono_pose_tracker/geometry/sim3.h"
 
 namespace mono_pose_tracker {

@@ -1,12 +1,12 @@
-#include "mono_pose_tracker/robust/two_view_ambiguity.h"
+#include "robust/two_view_ambiguity.h"
 
 #include <Eigen/Dense>
 #include <array>
 
-#include "mono_pose_tracker/common/so3.h"
-#include "mono_pose_tracker/geometry/nearest_rotation.h"
-#include "mono_pose_tracker/robust/early_rejection.h"
-#include "mono_pose_tracker/robust/sampler.h"
+#include "common/so3.h"
+#include "geometry/nearest_rotation.h"
+#include "robust/early_rejection.h"
+#include "robust/sampler.h"
 
 namespace mono_pose_tracker {
 

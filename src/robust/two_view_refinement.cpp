@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/robust/two_view_refinement.h"
+#include "robust/two_view_refinement.h"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "common/random.h"
+#include "common/so3.h"
 #include "levenberg_marquardt.h"
-#include "mono_pose_tracker/common/random.h"
-#include "mono_pose_tracker/common/so3.h"
 
 namespace mono_pose_tracker {
 

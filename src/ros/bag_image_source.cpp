@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/bag_image_source.h"
+#include "ros/bag_image_source.h"
 
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
@@ -17,13 +17,13 @@
 #include <stdexcept>
 #include <vector>
 
-#include "mono_pose_tracker/camera/rectification.h"
-#include "mono_pose_tracker/camera/same_camera.h"
-#include "mono_pose_tracker/common/one_line.h"
-#include "mono_pose_tracker/io/image_decoding.h"
-#include "mono_pose_tracker/io/stamp.h"
-#include "mono_pose_tracker/ros/camera_info_conversion.h"
-#include "mono_pose_tracker/ros/image_conversion.h"
+#include "camera/rectification.h"
+#include "camera/same_camera.h"
+#include "common/one_line.h"
+#include "io/image_decoding.h"
+#include "io/stamp.h"
+#include "ros/camera_info_conversion.h"
+#include "ros/image_conversion.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/bag_writer.h"
+#include "ros/bag_writer.h"
 
 #include <cv_bridge/cv_bridge.h>
 #include <sensor_msgs/CompressedImage.h>
@@ -9,8 +9,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
-#include "mono_pose_tracker/io/stamp.h"
-#include "mono_pose_tracker/ros/camera_info_conversion.h"
+#include "io/stamp.h"
+#include "ros/camera_info_conversion.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/camera_info_conversion.h"
+#include "ros/camera_info_conversion.h"
 
 #include <camera_calibration_parsers/parse.h>
 #include <image_geometry/pinhole_camera_model.h>
@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "mono_pose_tracker/camera/camera_matrix.h"
-#include "mono_pose_tracker/io/yaml_file.h"
-#include "mono_pose_tracker/ros/paths.h"
+#include "camera/camera_matrix.h"
+#include "io/yaml_file.h"
+#include "ros/paths.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/camera_nodelet.h"
+#include "ros/camera_nodelet.h"
 
 #include <cv_bridge/cv_bridge.h>
 
@@ -7,10 +7,10 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "mono_pose_tracker/ros/camera_info_conversion.h"
-#include "mono_pose_tracker/ros/guard.h"
-#include "mono_pose_tracker/ros/parameter_reader.h"
-#include "mono_pose_tracker/ros/paths.h"
+#include "ros/camera_info_conversion.h"
+#include "ros/guard.h"
+#include "ros/parameter_reader.h"
+#include "ros/paths.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,6 +1,6 @@
-#include "mono_pose_tracker/ros/camera_source.h"
+#include "ros/camera_source.h"
 
-#include "mono_pose_tracker/camera/camera_guess.h"
+#include "camera/camera_guess.h"
 
 namespace mono_pose_tracker {
 

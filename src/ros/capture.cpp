@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/capture.h"
+#include "ros/capture.h"
 
 #include <unistd.h>
 
@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "mono_pose_tracker/io/video_file.h"
+#include "io/video_file.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/debug_image.h"
+#include "ros/debug_image.h"
 
 #include <algorithm>
 #include <array>
@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "mono_pose_tracker/common/formatted.h"
-#include "mono_pose_tracker/tracking/load_governor.h"
+#include "common/formatted.h"
+#include "tracking/load_governor.h"
 
 namespace mono_pose_tracker {
 namespace {

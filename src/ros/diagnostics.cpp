@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/diagnostics.h"
+#include "ros/diagnostics.h"
 
 namespace mono_pose_tracker {
 namespace {

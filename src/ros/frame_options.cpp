@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/frame_options.h"
+#include "ros/frame_options.h"
 
 #include <map>
 

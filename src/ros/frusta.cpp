@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/ros/frusta.h"
+#include "ros/frusta.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/ros/messages.h"
+#include "common/median.h"
+#include "ros/messages.h"
 
 namespace mono_pose_tracker {
 namespace {

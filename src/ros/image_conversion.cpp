@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/image_conversion.h"
+#include "ros/image_conversion.h"
 
 #include <cv_bridge/cv_bridge.h>
 #include <sensor_msgs/image_encodings.h>
@@ -11,7 +11,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "mono_pose_tracker/io/mask_image.h"
+#include "io/mask_image.h"
 
 namespace mono_pose_tracker {
 namespace {

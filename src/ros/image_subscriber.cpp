@@ -1,9 +1,9 @@
-#include "mono_pose_tracker/ros/image_subscriber.h"
+#include "ros/image_subscriber.h"
 
 #include <utility>
 
-#include "mono_pose_tracker/ros/guard.h"
-#include "mono_pose_tracker/ros/image_conversion.h"
+#include "ros/guard.h"
+#include "ros/image_conversion.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/live_options.h"
+#include "ros/live_options.h"
 
 #include <dynamic_reconfigure/config_tools.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 #include <type_traits>
 
-#include "mono_pose_tracker/ros/parameter_reader.h"
+#include "ros/parameter_reader.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,12 +1,12 @@
-#include "mono_pose_tracker/ros/live_tracker.h"
+#include "ros/live_tracker.h"
 
 #include <stdexcept>
 #include <utility>
 
-#include "mono_pose_tracker/camera/same_camera.h"
-#include "mono_pose_tracker/camera/size_mismatch.h"
-#include "mono_pose_tracker/ros/image_conversion.h"
+#include "camera/same_camera.h"
+#include "camera/size_mismatch.h"
 #include "mono_pose_tracker/tracking/options_table.h"
+#include "ros/image_conversion.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/log_throttle.h"
+#include "ros/log_throttle.h"
 
 namespace mono_pose_tracker {
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/map_placement.h"
+#include "ros/map_placement.h"
 
 #include <cmath>
 #include <cstdio>

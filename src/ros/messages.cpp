@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/ros/messages.h"
+#include "ros/messages.h"
 
 #include <sensor_msgs/point_cloud2_iterator.h>
 
 #include <algorithm>
 
-#include "mono_pose_tracker/common/time_stamp.h"
+#include "common/time_stamp.h"
 
 namespace mono_pose_tracker {
 namespace {

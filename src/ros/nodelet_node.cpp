@@ -1,9 +1,9 @@
-#include "mono_pose_tracker/ros/nodelet_node.h"
+#include "ros/nodelet_node.h"
 
 #include <nodelet/loader.h>
 #include <ros/ros.h>
 
-#include "mono_pose_tracker/common/begin_process.h"
+#include "common/begin_process.h"
 
 namespace mono_pose_tracker {
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/output_frames.h"
+#include "ros/output_frames.h"
 
 #include <ros/time.h>
 
@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "mono_pose_tracker/ros/messages.h"
+#include "ros/messages.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/parameter_reader.h"
+#include "ros/parameter_reader.h"
 
 #include <algorithm>
 #include <array>

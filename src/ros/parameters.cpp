@@ -1,13 +1,13 @@
-#include "mono_pose_tracker/ros/parameters.h"
+#include "ros/parameters.h"
 
 #include <sstream>
 #include <stdexcept>
 
-#include "mono_pose_tracker/camera/camera_guess.h"
-#include "mono_pose_tracker/camera/rectification.h"
-#include "mono_pose_tracker/ros/camera_source.h"
-#include "mono_pose_tracker/ros/parameter_reader.h"
-#include "mono_pose_tracker/ros/paths.h"
+#include "camera/camera_guess.h"
+#include "camera/rectification.h"
+#include "ros/camera_source.h"
+#include "ros/parameter_reader.h"
+#include "ros/paths.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/paths.h"
+#include "ros/paths.h"
 
 #include <ros/package.h>
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/pose_estimate.h"
+#include "ros/pose_estimate.h"
 
 namespace mono_pose_tracker {
 

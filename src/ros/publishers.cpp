@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/publishers.h"
+#include "ros/publishers.h"
 
 #include <cv_bridge/cv_bridge.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
@@ -8,9 +8,9 @@
 #include <map>
 #include <utility>
 
-#include "mono_pose_tracker/common/time_stamp.h"
-#include "mono_pose_tracker/ros/frusta.h"
-#include "mono_pose_tracker/ros/messages.h"
+#include "common/time_stamp.h"
+#include "ros/frusta.h"
+#include "ros/messages.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,8 +1,8 @@
-#include "mono_pose_tracker/ros/status_board.h"
+#include "ros/status_board.h"
 
 #include <utility>
 
-#include "mono_pose_tracker/ros/messages.h"
+#include "ros/messages.h"
 
 namespace mono_pose_tracker {
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/tracker_nodelet.h"
+#include "ros/tracker_nodelet.h"
 
 #include <image_transport/camera_common.h>
 
@@ -7,12 +7,12 @@
 #include <stdexcept>
 #include <utility>
 
-#include "mono_pose_tracker/camera/rectification.h"
-#include "mono_pose_tracker/ros/camera_info_conversion.h"
-#include "mono_pose_tracker/ros/guard.h"
-#include "mono_pose_tracker/ros/messages.h"
-#include "mono_pose_tracker/ros/paths.h"
-#include "mono_pose_tracker/tracking/background_image.h"
+#include "camera/rectification.h"
+#include "ros/camera_info_conversion.h"
+#include "ros/guard.h"
+#include "ros/messages.h"
+#include "ros/paths.h"
+#include "tracking/background_image.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -2,10 +2,10 @@
 
 #include <cstdio>
 
-#include "mono_pose_tracker/camera/rectification.h"
-#include "mono_pose_tracker/ros/diagnostics.h"
-#include "mono_pose_tracker/ros/paths.h"
-#include "mono_pose_tracker/ros/tracker_nodelet.h"
+#include "camera/rectification.h"
+#include "ros/diagnostics.h"
+#include "ros/paths.h"
+#include "ros/tracker_nodelet.h"
 
 namespace mono_pose_tracker {
 namespace {

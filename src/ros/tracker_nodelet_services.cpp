@@ -4,9 +4,9 @@
 #include <utility>
 
 #include "mono_pose_tracker/io/map_file.h"
-#include "mono_pose_tracker/ros/guard.h"
-#include "mono_pose_tracker/ros/paths.h"
-#include "mono_pose_tracker/ros/tracker_nodelet.h"
+#include "ros/guard.h"
+#include "ros/paths.h"
+#include "ros/tracker_nodelet.h"
 
 namespace mono_pose_tracker {
 namespace {

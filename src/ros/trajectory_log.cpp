@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/trajectory_log.h"
+#include "ros/trajectory_log.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -7,8 +7,8 @@
 #include <cerrno>
 #include <stdexcept>
 
-#include "mono_pose_tracker/common/system_error.h"
-#include "mono_pose_tracker/io/atomic_file.h"
+#include "common/system_error.h"
+#include "io/atomic_file.h"
 #include "mono_pose_tracker/io/trajectory.h"
 
 namespace mono_pose_tracker {

@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/ros/wall_clock_updater.h"
+#include "ros/wall_clock_updater.h"
 
 #include <ros/console.h>
 
 #include <utility>
 
-#include "mono_pose_tracker/ros/guard.h"
+#include "ros/guard.h"
 
 namespace mono_pose_tracker {
 namespace {

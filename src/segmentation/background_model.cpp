@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/segmentation/background_model.h"
+#include "segmentation/background_model.h"
 
 #include <algorithm>
 #include <cmath>

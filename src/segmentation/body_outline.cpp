@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/segmentation/body_outline.h"
+#include "segmentation/body_outline.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 
-#include "mono_pose_tracker/segmentation/mask_cleaning.h"
 #include "reduced_image.h"
+#include "segmentation/mask_cleaning.h"
 
 namespace mono_pose_tracker {
 

@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/segmentation/body_points.h"
+#include "segmentation/body_points.h"
 
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "mono_pose_tracker/common/median.h"
+#include "common/median.h"
 
 namespace mono_pose_tracker {
 

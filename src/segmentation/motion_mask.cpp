@@ -1,12 +1,12 @@
-#include "mono_pose_tracker/segmentation/motion_mask.h"
+#include "segmentation/motion_mask.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 
-#include "mono_pose_tracker/segmentation/mask_cleaning.h"
 #include "reduced_image.h"
+#include "segmentation/mask_cleaning.h"
 
 namespace mono_pose_tracker {
 

@@ -2,8 +2,8 @@
 
 #include <opencv2/core.hpp>
 
-#include "mono_pose_tracker/segmentation/background_model.h"
 #include "mono_pose_tracker/segmentation/segmentation_options.h"
+#include "segmentation/background_model.h"
 
 namespace mono_pose_tracker {
 

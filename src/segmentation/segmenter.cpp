@@ -1,12 +1,12 @@
-#include "mono_pose_tracker/segmentation/segmenter.h"
+#include "segmentation/segmenter.h"
 
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "mono_pose_tracker/segmentation/backdrop.h"
-#include "mono_pose_tracker/segmentation/mask_cleaning.h"
 #include "reduced_image.h"
+#include "segmentation/backdrop.h"
+#include "segmentation/mask_cleaning.h"
 
 namespace mono_pose_tracker {
 

@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/simulation/bonnet.h"
+#include "simulation/bonnet.h"
 
 #include <cmath>
 
-#include "mono_pose_tracker/camera/image_scale.h"
-#include "mono_pose_tracker/common/parallel.h"
-#include "mono_pose_tracker/simulation/leaf_texture.h"
+#include "common/parallel.h"
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "simulation/leaf_texture.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,11 +1,11 @@
-#include "mono_pose_tracker/simulation/camera_path.h"
+#include "simulation/camera_path.h"
 
 #include <cmath>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/common/random.h"
-#include "mono_pose_tracker/common/so3.h"
-#include "mono_pose_tracker/simulation/wander.h"
+#include "common/angles.h"
+#include "common/random.h"
+#include "common/so3.h"
+#include "simulation/wander.h"
 
 namespace mono_pose_tracker {
 namespace {

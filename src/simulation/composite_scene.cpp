@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/simulation/composite_scene.h"
+#include "simulation/composite_scene.h"
 
 #include <algorithm>
 #include <limits>

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/simulation/endless_corridor.h"
+#include "simulation/endless_corridor.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -7,10 +7,10 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
+#include "common/angles.h"
+#include "common/random.h"
 #include "mono_pose_tracker/camera/camera_model.h"
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/common/random.h"
-#include "mono_pose_tracker/simulation/noise.h"
+#include "simulation/noise.h"
 
 namespace mono_pose_tracker {
 namespace {

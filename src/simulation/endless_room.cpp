@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/simulation/endless_room.h"
+#include "simulation/endless_room.h"
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -6,9 +6,9 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/simulation/camera_path.h"
-#include "mono_pose_tracker/simulation/simulated_sequence.h"
+#include "common/angles.h"
+#include "simulation/camera_path.h"
+#include "simulation/simulated_sequence.h"
 
 namespace mono_pose_tracker {
 namespace {

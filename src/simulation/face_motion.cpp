@@ -1,9 +1,9 @@
-#include "mono_pose_tracker/simulation/face_motion.h"
+#include "simulation/face_motion.h"
 
 #include <cmath>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/simulation/noise.h"
+#include "common/angles.h"
+#include "simulation/noise.h"
 
 namespace mono_pose_tracker {
 namespace {

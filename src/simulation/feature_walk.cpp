@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/simulation/feature_walk.h"
+#include "simulation/feature_walk.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/simulation/wander.h"
+#include "common/angles.h"
+#include "simulation/wander.h"
 #include "street_plan.h"
 
 namespace mono_pose_tracker {

@@ -1,12 +1,12 @@
-#include "mono_pose_tracker/simulation/growth_study.h"
+#include "simulation/growth_study.h"
 
 #include <algorithm>
 #include <deque>
 #include <numeric>
 #include <stdexcept>
 
-#include "mono_pose_tracker/optimization/map_adjustment.h"
-#include "mono_pose_tracker/simulation/loop_study.h"
+#include "optimization/map_adjustment.h"
+#include "simulation/loop_study.h"
 #include "walk_follower.h"
 
 namespace mono_pose_tracker {

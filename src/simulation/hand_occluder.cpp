@@ -1,11 +1,11 @@
-#include "mono_pose_tracker/simulation/hand_occluder.h"
+#include "simulation/hand_occluder.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/common/parallel.h"
-#include "mono_pose_tracker/simulation/noise.h"
+#include "common/angles.h"
+#include "common/parallel.h"
+#include "simulation/noise.h"
 
 namespace mono_pose_tracker {
 namespace {

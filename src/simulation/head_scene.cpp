@@ -1,8 +1,8 @@
-#include "mono_pose_tracker/simulation/head_scene.h"
+#include "simulation/head_scene.h"
 
-#include "mono_pose_tracker/simulation/head_shape.h"
-#include "mono_pose_tracker/simulation/ray_march.h"
-#include "mono_pose_tracker/simulation/skin_light.h"
+#include "simulation/head_shape.h"
+#include "simulation/ray_march.h"
+#include "simulation/skin_light.h"
 
 namespace mono_pose_tracker {
 namespace {

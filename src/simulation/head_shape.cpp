@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/simulation/head_shape.h"
+#include "simulation/head_shape.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "mono_pose_tracker/simulation/ray_march.h"
-#include "mono_pose_tracker/simulation/solid_parts.h"
+#include "simulation/ray_march.h"
+#include "simulation/solid_parts.h"
 
 namespace mono_pose_tracker {
 namespace {

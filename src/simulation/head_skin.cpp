@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mono_pose_tracker/simulation/head_shape.h"
-#include "mono_pose_tracker/simulation/noise.h"
+#include "simulation/head_shape.h"
+#include "simulation/noise.h"
 
 namespace mono_pose_tracker {
 namespace {

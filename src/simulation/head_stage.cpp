@@ -1,13 +1,13 @@
-#include "mono_pose_tracker/simulation/head_stage.h"
+#include "simulation/head_stage.h"
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/common/random.h"
-#include "mono_pose_tracker/common/so3.h"
-#include "mono_pose_tracker/simulation/camera_path.h"
-#include "mono_pose_tracker/simulation/composite_scene.h"
-#include "mono_pose_tracker/simulation/head_scene.h"
-#include "mono_pose_tracker/simulation/torso_scene.h"
-#include "mono_pose_tracker/simulation/turntable_scene.h"
+#include "common/angles.h"
+#include "common/random.h"
+#include "common/so3.h"
+#include "simulation/camera_path.h"
+#include "simulation/composite_scene.h"
+#include "simulation/head_scene.h"
+#include "simulation/torso_scene.h"
+#include "simulation/turntable_scene.h"
 
 namespace mono_pose_tracker {
 namespace {

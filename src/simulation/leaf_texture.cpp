@@ -1,9 +1,9 @@
-#include "mono_pose_tracker/simulation/leaf_texture.h"
+#include "simulation/leaf_texture.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "mono_pose_tracker/simulation/noise.h"
+#include "simulation/noise.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/simulation/loop_study.h"
+#include "simulation/loop_study.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "mono_pose_tracker/geometry/sim3.h"
-#include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "optimization/map_adjustment.h"
 #include "walk_follower.h"
 
 namespace mono_pose_tracker {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/simulation/noise.h"
+#include "simulation/noise.h"
 
 namespace mono_pose_tracker {
 namespace {

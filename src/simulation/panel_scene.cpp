@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/simulation/panel_scene.h"
+#include "simulation/panel_scene.h"
 
 #include <limits>
 #include <utility>

@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/simulation/renderer.h"
+#include "simulation/renderer.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "mono_pose_tracker/common/parallel.h"
+#include "common/parallel.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,5 +1,5 @@
-#include "mono_pose_tracker/common/random.h"
-#include "mono_pose_tracker/simulation/panel_scene.h"
+#include "common/random.h"
+#include "simulation/panel_scene.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,9 +1,9 @@
-#include "mono_pose_tracker/simulation/sensor.h"
+#include "simulation/sensor.h"
 
 #include <opencv2/imgproc.hpp>
 
-#include "mono_pose_tracker/common/parallel.h"
-#include "mono_pose_tracker/common/random.h"
+#include "common/parallel.h"
+#include "common/random.h"
 
 namespace mono_pose_tracker {
 

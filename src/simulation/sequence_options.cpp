@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/simulation/sequence_options.h"
+#include "simulation/sequence_options.h"
 
 #include <sstream>
 #include <stdexcept>
 #include <string>
 
-#include "mono_pose_tracker/io/image_decoding.h"
+#include "io/image_decoding.h"
 
 namespace mono_pose_tracker {
 namespace {

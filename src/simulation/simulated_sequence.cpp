@@ -1,22 +1,22 @@
-#include "mono_pose_tracker/simulation/simulated_sequence.h"
+#include "simulation/simulated_sequence.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/common/random.h"
-#include "mono_pose_tracker/common/start_threads.h"
-#include "mono_pose_tracker/common/time_stamp.h"
-#include "mono_pose_tracker/simulation/bonnet.h"
-#include "mono_pose_tracker/simulation/camera_path.h"
-#include "mono_pose_tracker/simulation/hand_occluder.h"
-#include "mono_pose_tracker/simulation/head_scene.h"
-#include "mono_pose_tracker/simulation/head_stage.h"
-#include "mono_pose_tracker/simulation/panel_scene.h"
-#include "mono_pose_tracker/simulation/sensor.h"
-#include "mono_pose_tracker/simulation/still_background.h"
+#include "common/angles.h"
+#include "common/random.h"
+#include "common/start_threads.h"
+#include "common/time_stamp.h"
+#include "simulation/bonnet.h"
+#include "simulation/camera_path.h"
+#include "simulation/hand_occluder.h"
+#include "simulation/head_scene.h"
+#include "simulation/head_stage.h"
+#include "simulation/panel_scene.h"
+#include "simulation/sensor.h"
+#include "simulation/still_background.h"
 #include "street_scene.h"
 
 namespace mono_pose_tracker {

@@ -1,11 +1,11 @@
-#include "mono_pose_tracker/simulation/still_background.h"
+#include "simulation/still_background.h"
 
 #include <algorithm>
 #include <functional>
 
-#include "mono_pose_tracker/common/parallel.h"
-#include "mono_pose_tracker/simulation/leaf_texture.h"
-#include "mono_pose_tracker/simulation/noise.h"
+#include "common/parallel.h"
+#include "simulation/leaf_texture.h"
+#include "simulation/noise.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "mono_pose_tracker/common/angles.h"
+#include "common/angles.h"
 
 namespace mono_pose_tracker {
 namespace {

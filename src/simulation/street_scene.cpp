@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/common/random.h"
-#include "mono_pose_tracker/simulation/wander.h"
+#include "common/angles.h"
+#include "common/random.h"
+#include "simulation/wander.h"
 
 namespace mono_pose_tracker {
 namespace {

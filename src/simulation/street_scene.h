@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "mono_pose_tracker/common/rigid3.h"
-#include "mono_pose_tracker/simulation/panel_scene.h"
+#include "simulation/panel_scene.h"
 #include "street_plan.h"
 
 namespace mono_pose_tracker {

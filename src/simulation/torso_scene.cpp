@@ -1,13 +1,13 @@
-#include "mono_pose_tracker/simulation/torso_scene.h"
+#include "simulation/torso_scene.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "mono_pose_tracker/simulation/head_shape.h"
-#include "mono_pose_tracker/simulation/noise.h"
-#include "mono_pose_tracker/simulation/ray_march.h"
-#include "mono_pose_tracker/simulation/skin_light.h"
-#include "mono_pose_tracker/simulation/solid_parts.h"
+#include "simulation/head_shape.h"
+#include "simulation/noise.h"
+#include "simulation/ray_march.h"
+#include "simulation/skin_light.h"
+#include "simulation/solid_parts.h"
 
 namespace mono_pose_tracker {
 namespace {

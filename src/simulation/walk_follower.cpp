@@ -5,7 +5,7 @@
 #include <limits>
 #include <optional>
 
-#include "mono_pose_tracker/simulation/loop_study.h"
+#include "simulation/loop_study.h"
 
 namespace mono_pose_tracker {
 

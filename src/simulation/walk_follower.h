@@ -1,10 +1,10 @@
 #pragma once
 
-#include "mono_pose_tracker/mapping/initial_map.h"
-#include "mono_pose_tracker/mapping/mapper.h"
-#include "mono_pose_tracker/simulation/feature_walk.h"
-#include "mono_pose_tracker/tracking/resector.h"
+#include "mapping/initial_map.h"
+#include "mapping/mapper.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
+#include "simulation/feature_walk.h"
+#include "tracking/resector.h"
 
 namespace mono_pose_tracker {
 

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "mono_pose_tracker/common/begin_process.h"
-#include "mono_pose_tracker/common/decimal.h"
-#include "mono_pose_tracker/common/one_line.h"
-#include "mono_pose_tracker/common/system_error.h"
+#include "common/begin_process.h"
+#include "common/decimal.h"
+#include "common/one_line.h"
+#include "common/system_error.h"
 
 namespace mono_pose_tracker {
 

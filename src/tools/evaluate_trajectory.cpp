@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "command_line.h"
+#include "evaluation/trajectory_plot.h"
+#include "io/atomic_file.h"
 #include "json.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
-#include "mono_pose_tracker/evaluation/trajectory_plot.h"
-#include "mono_pose_tracker/io/atomic_file.h"
 #include "mono_pose_tracker/io/trajectory.h"
 #include "written_files.h"
 

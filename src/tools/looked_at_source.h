@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "mono_pose_tracker/io/image_source.h"
+#include "io/image_source.h"
 
 namespace mono_pose_tracker {
 

@@ -9,11 +9,11 @@
 #include "command_line.h"
 #include "end_on_signals.h"
 #include "inputs.h"
-#include "mono_pose_tracker/io/atomic_file.h"
+#include "io/atomic_file.h"
+#include "io/image_source.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
-#include "mono_pose_tracker/io/image_source.h"
-#include "mono_pose_tracker/ros/bag_writer.h"
 #include "progress_bar.h"
+#include "ros/bag_writer.h"
 
 namespace {
 

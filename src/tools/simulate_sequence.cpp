@@ -9,14 +9,14 @@
 #include <stdexcept>
 
 #include "command_line.h"
-#include "mono_pose_tracker/io/atomic_file.h"
+#include "io/atomic_file.h"
+#include "io/image_writing.h"
+#include "io/stamp.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
-#include "mono_pose_tracker/io/image_writing.h"
-#include "mono_pose_tracker/io/stamp.h"
 #include "mono_pose_tracker/io/trajectory.h"
-#include "mono_pose_tracker/ros/bag_writer.h"
-#include "mono_pose_tracker/simulation/simulated_sequence.h"
 #include "progress_bar.h"
+#include "ros/bag_writer.h"
+#include "simulation/simulated_sequence.h"
 #include "written_files.h"
 
 namespace {

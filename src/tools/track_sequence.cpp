@@ -15,29 +15,29 @@
 #include <optional>
 #include <stdexcept>
 
+#include "camera/camera_guess.h"
+#include "camera/size_mismatch.h"
 #include "command_line.h"
+#include "common/formatted.h"
 #include "end_on_signals.h"
 #include "inputs.h"
 #include "looked_at_source.h"
-#include "mono_pose_tracker/camera/camera_guess.h"
-#include "mono_pose_tracker/camera/size_mismatch.h"
-#include "mono_pose_tracker/common/calibration_source.h"
-#include "mono_pose_tracker/common/formatted.h"
+#include "mono_pose_tracker/common/status.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
 #include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/io/trajectory.h"
-#include "mono_pose_tracker/ros/bag_image_source.h"
-#include "mono_pose_tracker/tracking/background_image.h"
 #include "mono_pose_tracker/tracking/options_table.h"
-#include "mono_pose_tracker/tracking/recording.h"
-#include "mono_pose_tracker/tracking/self_calibration.h"
 #include "progress_bar.h"
 #include "results/colmap_model.h"
 #include "results/mask_record.h"
 #include "results/outputs.h"
 #include "results/recording_files.h"
 #include "results/report.h"
+#include "ros/bag_image_source.h"
 #include "track_sequence_arguments.h"
+#include "tracking/background_image.h"
+#include "tracking/recording.h"
+#include "tracking/self_calibration.h"
 
 namespace {
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "camera/camera_guess.h"
+#include "camera/rectification.h"
 #include "command_line.h"
-#include "mono_pose_tracker/camera/camera_guess.h"
-#include "mono_pose_tracker/camera/rectification.h"
-#include "mono_pose_tracker/common/start_threads.h"
+#include "common/start_threads.h"
 
 namespace mono_pose_tracker {
 

@@ -1,9 +1,9 @@
-#include "mono_pose_tracker/tracking/background_image.h"
+#include "tracking/background_image.h"
 
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "mono_pose_tracker/io/image_decoding.h"
+#include "io/image_decoding.h"
 
 namespace mono_pose_tracker {
 

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "mono_pose_tracker/features/matching.h"
-#include "mono_pose_tracker/tracking/two_motions.h"
+#include "tracking/two_motions.h"
 
 namespace mono_pose_tracker {
 

@@ -3,9 +3,9 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "map/frame.h"
+#include "map/turning_body.h"
 #include "mono_pose_tracker/camera/camera_model.h"
-#include "mono_pose_tracker/map/frame.h"
-#include "mono_pose_tracker/map/turning_body.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 
 namespace mono_pose_tracker {

@@ -4,7 +4,7 @@
 #include <iterator>
 #include <utility>
 
-#include "mono_pose_tracker/common/nearest_vote.h"
+#include "common/nearest_vote.h"
 namespace mono_pose_tracker {
 
 namespace {

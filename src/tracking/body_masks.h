@@ -6,8 +6,8 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "mono_pose_tracker/mapping/other_body.h"
-#include "mono_pose_tracker/segmentation/body_points.h"
+#include "mapping/other_body.h"
+#include "segmentation/body_points.h"
 
 namespace mono_pose_tracker {
 

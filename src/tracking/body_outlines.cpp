@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/tracking/body_outlines.h"
+#include "tracking/body_outlines.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "body_masks.h"
-#include "mono_pose_tracker/segmentation/body_outline.h"
+#include "segmentation/body_outline.h"
 
 namespace mono_pose_tracker {
 

@@ -4,8 +4,8 @@
 #include <mutex>
 #include <optional>
 
-#include "mono_pose_tracker/mapping/mapping_worker.h"
-#include "mono_pose_tracker/tracking/bootstrapper.h"
+#include "mapping/mapping_worker.h"
+#include "tracking/bootstrapper.h"
 
 namespace mono_pose_tracker {
 

@@ -1,13 +1,13 @@
-#include "mono_pose_tracker/tracking/bootstrapper.h"
+#include "tracking/bootstrapper.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/common/formatted.h"
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/mapping/depth_reversal.h"
+#include "common/angles.h"
+#include "common/formatted.h"
+#include "common/median.h"
+#include "mapping/depth_reversal.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
 #include "view_hypothesis.h"
 

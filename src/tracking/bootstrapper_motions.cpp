@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mono_pose_tracker/common/formatted.h"
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/tracking/bootstrapper.h"
+#include "common/formatted.h"
+#include "common/median.h"
+#include "tracking/bootstrapper.h"
 
 namespace mono_pose_tracker {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "finished_maps.h"
-#include "mono_pose_tracker/mapping/path_precision.h"
+#include "mapping/path_precision.h"
 
 namespace mono_pose_tracker {
 

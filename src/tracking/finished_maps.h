@@ -5,7 +5,7 @@
 #include <set>
 #include <vector>
 
-#include "mono_pose_tracker/tracking/finished_map.h"
+#include "tracking/finished_map.h"
 
 namespace mono_pose_tracker {
 

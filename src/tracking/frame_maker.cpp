@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "mono_pose_tracker/common/formatted.h"
-#include "mono_pose_tracker/features/marker.h"
+#include "common/formatted.h"
+#include "features/marker.h"
 
 namespace mono_pose_tracker {
 

@@ -6,12 +6,12 @@
 #include <optional>
 
 #include "image_preparer.h"
+#include "map/frame.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/features/sift.h"
-#include "mono_pose_tracker/map/frame.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
-#include "mono_pose_tracker/segmentation/segmenter.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
+#include "segmentation/segmenter.h"
 
 namespace mono_pose_tracker {
 

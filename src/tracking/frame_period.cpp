@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/tracking/frame_period.h"
+#include "tracking/frame_period.h"
 
 #include <algorithm>
 #include <numeric>

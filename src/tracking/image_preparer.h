@@ -8,7 +8,7 @@
 
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/segmentation/segmentation_options.h"
-#include "mono_pose_tracker/tracking/prepared_image.h"
+#include "mono_pose_tracker/tracking/tracker.h"
 
 namespace mono_pose_tracker {
 

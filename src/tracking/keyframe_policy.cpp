@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/geometry/triangulation.h"
+#include "common/angles.h"
+#include "common/median.h"
+#include "geometry/triangulation.h"
 
 namespace mono_pose_tracker {
 

@@ -1,9 +1,9 @@
 #pragma once
 
+#include "map/tracking_map.h"
 #include "mono_pose_tracker/camera/camera_model.h"
-#include "mono_pose_tracker/map/tracking_map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
-#include "mono_pose_tracker/tracking/resector.h"
+#include "tracking/resector.h"
 
 namespace mono_pose_tracker {
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/tracking/load_governor.h"
+#include "tracking/load_governor.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/tracking/map_snapshot.h"
+#include "tracking/map_snapshot.h"
 
 #include <algorithm>
 #include <map>

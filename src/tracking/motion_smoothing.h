@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "mono_pose_tracker/geometry/motion_prior.h"
+#include "geometry/motion_prior.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 
 namespace mono_pose_tracker {

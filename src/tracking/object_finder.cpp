@@ -4,10 +4,10 @@
 #include <iterator>
 #include <limits>
 
-#include "mono_pose_tracker/camera/image_scale.h"
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/segmentation/mask_cleaning.h"
-#include "mono_pose_tracker/tracking/background_image.h"
+#include "common/median.h"
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "segmentation/mask_cleaning.h"
+#include "tracking/background_image.h"
 
 namespace mono_pose_tracker {
 

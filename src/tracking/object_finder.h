@@ -4,13 +4,13 @@
 #include <map>
 #include <opencv2/core.hpp>
 
+#include "map/frame.h"
+#include "map/tracking_map.h"
 #include "mono_pose_tracker/camera/camera_model.h"
-#include "mono_pose_tracker/map/frame.h"
-#include "mono_pose_tracker/map/tracking_map.h"
-#include "mono_pose_tracker/segmentation/motion_mask.h"
-#include "mono_pose_tracker/segmentation/segmenter.h"
-#include "mono_pose_tracker/tracking/bootstrapper.h"
-#include "mono_pose_tracker/tracking/resector.h"
+#include "segmentation/motion_mask.h"
+#include "segmentation/segmenter.h"
+#include "tracking/bootstrapper.h"
+#include "tracking/resector.h"
 
 namespace mono_pose_tracker {
 

@@ -4,8 +4,8 @@
 #include <unordered_set>
 #include <utility>
 
-#include "mono_pose_tracker/camera/image_scale.h"
-#include "mono_pose_tracker/common/median.h"
+#include "common/median.h"
+#include "mono_pose_tracker/camera/camera_model.h"
 
 namespace mono_pose_tracker {
 

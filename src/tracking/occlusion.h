@@ -3,10 +3,10 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "map/tracking_map.h"
+#include "mapping/keyframe_candidate.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/map/image_features.h"
-#include "mono_pose_tracker/map/tracking_map.h"
-#include "mono_pose_tracker/mapping/keyframe_candidate.h"
 
 namespace mono_pose_tracker {
 

@@ -12,10 +12,10 @@
 #include <stdexcept>
 #include <type_traits>
 
-#include "mono_pose_tracker/common/decimal.h"
-#include "mono_pose_tracker/common/one_line.h"
-#include "mono_pose_tracker/features/marker.h"
-#include "mono_pose_tracker/io/yaml_file.h"
+#include "common/decimal.h"
+#include "common/one_line.h"
+#include "features/marker.h"
+#include "io/yaml_file.h"
 
 namespace mono_pose_tracker {
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/common/formatted.h"
+#include "common/angles.h"
+#include "common/formatted.h"
 
 namespace mono_pose_tracker {
 

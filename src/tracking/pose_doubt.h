@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "mono_pose_tracker/tracking/resector.h"
+#include "tracking/resector.h"
 
 namespace mono_pose_tracker {
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/tracking/recording.h"
+#include "tracking/recording.h"
 
 #include <algorithm>
 #include <atomic>

@@ -12,9 +12,11 @@
 
 #include "body_masks.h"
 #include "feature_memory.h"
-#include "mono_pose_tracker/tracking/recording.h"
+#include "mapping/matches_in_time.h"
+#include "mapping/still_background.h"
 #include "recording_reader.h"
 #include "result_choice.h"
+#include "tracking/recording.h"
 
 namespace mono_pose_tracker {
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "common/formatted.h"
 #include "doubtful_frames.h"
 #include "finished_maps.h"
-#include "mono_pose_tracker/common/formatted.h"
-#include "mono_pose_tracker/mapping/rigidity_check.h"
+#include "mapping/rigidity_check.h"
 
 namespace mono_pose_tracker {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "mono_pose_tracker/tracking/recording.h"
+#include "tracking/recording.h"
 
 namespace mono_pose_tracker {
 

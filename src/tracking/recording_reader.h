@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "mono_pose_tracker/common/prefetcher.h"
-#include "mono_pose_tracker/tracking/recording.h"
+#include "common/prefetcher.h"
+#include "tracking/recording.h"
 
 namespace mono_pose_tracker {
 

@@ -1,14 +1,14 @@
-#include "mono_pose_tracker/tracking/resector.h"
+#include "tracking/resector.h"
 
 #include <algorithm>
 #include <cmath>
 #include <unordered_set>
 #include <utility>
 
-#include "mono_pose_tracker/camera/image_scale.h"
-#include "mono_pose_tracker/common/formatted.h"
-#include "mono_pose_tracker/common/pose_covariance.h"
-#include "mono_pose_tracker/mapping/landmark_pose.h"
+#include "common/formatted.h"
+#include "common/pose_covariance.h"
+#include "mapping/landmark_pose.h"
+#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
 #include "rival_place.h"
 

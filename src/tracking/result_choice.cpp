@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "mono_pose_tracker/mapping/depth_reversal.h"
+#include "mapping/depth_reversal.h"
 
 namespace mono_pose_tracker {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "mono_pose_tracker/camera/image_scale.h"
-#include "mono_pose_tracker/mapping/alike_places.h"
+#include "mapping/alike_places.h"
+#include "mono_pose_tracker/camera/camera_model.h"
 
 namespace mono_pose_tracker {
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "mono_pose_tracker/tracking/resector.h"
+#include "tracking/resector.h"
 
 namespace mono_pose_tracker {
 

@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/tracking/self_calibration.h"
+#include "tracking/self_calibration.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "mono_pose_tracker/common/formatted.h"
+#include "common/formatted.h"
 
 namespace mono_pose_tracker {
 namespace {

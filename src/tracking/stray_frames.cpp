@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/common/time_stamp.h"
+#include "common/median.h"
+#include "common/time_stamp.h"
 #include "motion_smoothing.h"
 
 namespace mono_pose_tracker {

@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "mono_pose_tracker/tracking/map_snapshot.h"
 #include "tracker_impl.h"
+#include "tracking/map_snapshot.h"
 
 namespace mono_pose_tracker {
 

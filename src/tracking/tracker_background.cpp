@@ -1,6 +1,6 @@
 // The end of a recording: what stood still while something moved.
 
-#include "mono_pose_tracker/mapping/in_view.h"
+#include "mapping/in_view.h"
 #include "tracker_impl.h"
 
 namespace mono_pose_tracker {

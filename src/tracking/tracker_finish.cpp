@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "finished_maps.h"
-#include "mono_pose_tracker/mapping/depth_reversal.h"
-#include "mono_pose_tracker/mapping/rival_geometry.h"
+#include "mapping/depth_reversal.h"
+#include "mapping/rival_geometry.h"
 #include "tracker_impl.h"
 
 namespace mono_pose_tracker {
@@ -121,8 +121,8 @@ std::vector<PosedImage> Tracker::Impl::seen_in(const FinishedMap& map) const {
   return seen;
 }
 
-// It registers four fifths of the images and explains nearly all verified matches: only then what lies behind the
-// cameras by noise may be excused.
+// It registers four fifths of the images and explains nearly all verified matches: only then what lies behind
+// the cameras by noise may be excused.
 bool Tracker::Impl::is_consistent_whole(const FinishedMap& map) const {
   constexpr double kMostImages = 0.8, kMostMatches = 0.99;
   return !is_loaded(map) && map.explained.share() >= kMostMatches &&

@@ -13,15 +13,17 @@
 #include "bootstrap_job.h"
 #include "frame_maker.h"
 #include "keyframe_policy.h"
-#include "mono_pose_tracker/map/frame_poses.h"
-#include "mono_pose_tracker/mapping/mapping_worker.h"
-#include "mono_pose_tracker/mapping/matches_in_time.h"
-#include "mono_pose_tracker/tracking/map_snapshot.h"
-#include "mono_pose_tracker/tracking/resector.h"
+#include "map/frame_poses.h"
+#include "mapping/mapping_worker.h"
+#include "mapping/matches_in_time.h"
+#include "mapping/still_background.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "object_finder.h"
 #include "pose_doubt.h"
 #include "seen_images.h"
+#include "tracking/finished_map.h"
+#include "tracking/map_snapshot.h"
+#include "tracking/resector.h"
 
 namespace mono_pose_tracker {
 

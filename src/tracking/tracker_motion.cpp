@@ -2,7 +2,7 @@
 
 #include <Eigen/Dense>
 
-#include "mono_pose_tracker/common/so3.h"
+#include "common/so3.h"
 #include "motion_smoothing.h"
 #include "tracker_impl.h"
 

@@ -5,10 +5,11 @@
 #include <string>
 #include <utility>
 
-#include "mono_pose_tracker/common/start_threads.h"
-#include "mono_pose_tracker/tracking/load_governor.h"
+#include "common/start_threads.h"
+#include "features/sift_scale.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "options_for_images.h"
+#include "tracking/load_governor.h"
 
 namespace mono_pose_tracker {
 

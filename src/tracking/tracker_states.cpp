@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "mono_pose_tracker/tracking/load_governor.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "options_for_images.h"
 #include "tracker_impl.h"
+#include "tracking/load_governor.h"
 
 namespace mono_pose_tracker {
 

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "mono_pose_tracker/common/median.h"
+#include "common/median.h"
 #include "stray_frames.h"
 #include "tracker_impl.h"
 

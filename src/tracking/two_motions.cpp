@@ -1,13 +1,13 @@
-#include "mono_pose_tracker/tracking/two_motions.h"
+#include "tracking/two_motions.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "mono_pose_tracker/camera/image_scale.h"
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/geometry/essential.h"
-#include "mono_pose_tracker/mapping/image_sides.h"
+#include "common/median.h"
+#include "geometry/essential.h"
+#include "mapping/image_sides.h"
+#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
 
 namespace mono_pose_tracker {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <limits>
 
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/geometry/triangulation.h"
-#include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "common/median.h"
+#include "geometry/triangulation.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
+#include "optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
 

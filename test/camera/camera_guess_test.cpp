@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/camera/camera_guess.h"
+#include "camera/camera_guess.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/camera/camera_matrix.h"
+#include "camera/camera_matrix.h"
 
 #include <gtest/gtest.h>
 

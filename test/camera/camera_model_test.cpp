@@ -6,7 +6,7 @@
 #include <limits>
 #include <opencv2/calib3d.hpp>
 
-#include "mono_pose_tracker/common/random.h"
+#include "common/random.h"
 
 namespace mono_pose_tracker {
 namespace {

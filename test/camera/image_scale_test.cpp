@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/camera/image_scale.h"
+#include "mono_pose_tracker/camera/camera_model.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/camera/rectification.h"
+#include "camera/rectification.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/camera/same_camera.h"
+#include "camera/same_camera.h"
 
 #include <gtest/gtest.h>
 

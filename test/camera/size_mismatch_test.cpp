@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/camera/size_mismatch.h"
+#include "camera/size_mismatch.h"
 
 #include <gtest/gtest.h>
 

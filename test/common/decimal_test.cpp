@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/common/decimal.h"
+#include "common/decimal.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/common/parallel.h"
+#include "common/parallel.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/common/prefetcher.h"
+#include "common/prefetcher.h"
 
 #include <gtest/gtest.h>
 

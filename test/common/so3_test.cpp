@@ -1,8 +1,8 @@
-#include "mono_pose_tracker/common/so3.h"
+#include "common/so3.h"
 
 #include <gtest/gtest.h>
 
-#include "mono_pose_tracker/common/angles.h"
+#include "common/angles.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/common/thread_team.h"
+#include "common/thread_team.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/evaluation/doubt_error.h"
+#include "evaluation/doubt_error.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "mono_pose_tracker/common/random.h"
+#include "common/random.h"
 #include "mono_pose_tracker/geometry/sim3.h"
 #include "support/helix_walk.h"
 

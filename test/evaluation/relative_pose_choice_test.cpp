@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/evaluation/relative_pose_choice.h"
+#include "evaluation/relative_pose_choice.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <array>
 
-#include "mono_pose_tracker/geometry/essential.h"
-#include "mono_pose_tracker/simulation/two_view_problem.h"
+#include "geometry/essential.h"
+#include "simulation/two_view_problem.h"
 
 namespace mono_pose_tracker {
 namespace {

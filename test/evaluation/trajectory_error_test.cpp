@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "mono_pose_tracker/common/random.h"
+#include "common/random.h"
 #include "support/expect_error.h"
 #include "support/helix_walk.h"
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/evaluation/trajectory_plot.h"
+#include "evaluation/trajectory_plot.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/features/marker.h"
+#include "features/marker.h"
 
 #include <gtest/gtest.h>
 

@@ -6,8 +6,8 @@
 #include <atomic>
 #include <cmath>
 
+#include "common/random.h"
 #include "features/descriptor_distances.h"
-#include "mono_pose_tracker/common/random.h"
 #include "mono_pose_tracker/features/feature_grid.h"
 
 namespace mono_pose_tracker {

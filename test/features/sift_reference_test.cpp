@@ -6,12 +6,12 @@
 #include <filesystem>
 #include <opencv2/imgproc.hpp>
 
-#include "mono_pose_tracker/common/opencv_version.h"
+#include "common/opencv_version.h"
+#include "geometry/essential.h"
+#include "io/image_source.h"
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/features/sift.h"
-#include "mono_pose_tracker/geometry/essential.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
-#include "mono_pose_tracker/io/image_source.h"
 #include "mono_pose_tracker/io/trajectory.h"
 
 namespace mono_pose_tracker {

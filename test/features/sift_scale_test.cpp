@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/features/sift_scale.h"
+#include "features/sift_scale.h"
 
 #include <gtest/gtest.h>
 

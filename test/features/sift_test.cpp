@@ -10,9 +10,9 @@
 #include <set>
 #include <stdexcept>
 
-#include "mono_pose_tracker/common/opencv_version.h"
-#include "mono_pose_tracker/common/random.h"
-#include "mono_pose_tracker/features/sift_scale.h"
+#include "common/opencv_version.h"
+#include "common/random.h"
+#include "features/sift_scale.h"
 #include "support/random_texture.h"
 
 namespace mono_pose_tracker {

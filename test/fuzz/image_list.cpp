@@ -3,7 +3,7 @@
 
 #include "fuzz_input.h"
 #include "fuzz_target.h"
-#include "mono_pose_tracker/io/image_source.h"
+#include "io/image_source.h"
 
 using namespace mono_pose_tracker;
 

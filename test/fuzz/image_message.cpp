@@ -3,7 +3,7 @@
 
 #include "fuzz_input.h"
 #include "fuzz_target.h"
-#include "mono_pose_tracker/ros/image_conversion.h"
+#include "ros/image_conversion.h"
 
 using namespace mono_pose_tracker;
 

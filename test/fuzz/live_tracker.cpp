@@ -2,11 +2,11 @@
 #include <boost/make_shared.hpp>
 #include <cmath>
 
+#include "common/random.h"
 #include "fuzz_input.h"
 #include "fuzz_target.h"
-#include "mono_pose_tracker/common/random.h"
-#include "mono_pose_tracker/ros/live_tracker.h"
-#include "mono_pose_tracker/simulation/simulated_sequence.h"
+#include "ros/live_tracker.h"
+#include "simulation/simulated_sequence.h"
 
 using namespace mono_pose_tracker;
 

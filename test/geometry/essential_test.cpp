@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/geometry/essential.h"
+#include "geometry/essential.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "mono_pose_tracker/simulation/two_view_problem.h"
+#include "simulation/two_view_problem.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -6,8 +6,8 @@
 #include <functional>
 #include <limits>
 
-#include "mono_pose_tracker/geometry/essential.h"
-#include "mono_pose_tracker/simulation/two_view_problem.h"
+#include "geometry/essential.h"
+#include "simulation/two_view_problem.h"
 
 namespace mono_pose_tracker {
 namespace {

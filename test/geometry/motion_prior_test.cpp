@@ -1,8 +1,8 @@
-#include "mono_pose_tracker/geometry/motion_prior.h"
+#include "geometry/motion_prior.h"
 
 #include <gtest/gtest.h>
 
-#include "mono_pose_tracker/common/random.h"
+#include "common/random.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "mono_pose_tracker/simulation/pose_problem.h"
+#include "simulation/pose_problem.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/geometry/polynomial_roots.h"
+#include "geometry/polynomial_roots.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "mono_pose_tracker/common/random.h"
+#include "common/random.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -5,8 +5,8 @@
 #include <Eigen/LU>
 #include <limits>
 
-#include "mono_pose_tracker/geometry/essential.h"
-#include "mono_pose_tracker/simulation/two_view_problem.h"
+#include "geometry/essential.h"
+#include "simulation/two_view_problem.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "mono_pose_tracker/simulation/two_view_problem.h"
+#include "simulation/two_view_problem.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/io/atomic_file.h"
+#include "io/atomic_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "mono_pose_tracker/common/formatted.h"
+#include "common/formatted.h"
 #include "support/expect_error.h"
 #include "support/temporary_folder.h"
 

@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/io/grey_levels.h"
+#include "io/grey_levels.h"
 
 #include <gtest/gtest.h>
 
 #include <stdexcept>
 
-#include "mono_pose_tracker/io/image_decoding.h"
+#include "io/image_decoding.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/io/image_header.h"
+#include "io/image_header.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "mono_pose_tracker/io/image_decoding.h"
+#include "io/image_decoding.h"
 #include "support/temporary_folder.h"
 
 namespace mono_pose_tracker {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/io/image_source.h"
+#include "io/image_source.h"
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@
 #include <opencv2/videoio.hpp>
 #include <set>
 
-#include "mono_pose_tracker/io/image_decoding.h"
-#include "mono_pose_tracker/io/mask_folder.h"
-#include "mono_pose_tracker/io/video_file.h"
+#include "io/image_decoding.h"
+#include "io/mask_folder.h"
+#include "io/video_file.h"
 #include "support/expect_error.h"
 #include "support/temporary_folder.h"
 

@@ -1,11 +1,11 @@
-#include "mono_pose_tracker/io/image_writing.h"
+#include "io/image_writing.h"
 
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "mono_pose_tracker/io/image_decoding.h"
+#include "io/image_decoding.h"
 #include "support/expect_error.h"
 #include "support/temporary_folder.h"
 

@@ -7,7 +7,7 @@
 #include <iterator>
 #include <limits>
 
-#include "mono_pose_tracker/common/time_stamp.h"
+#include "common/time_stamp.h"
 #include "support/expect_error.h"
 #include "support/synthetic_map.h"
 #include "support/temporary_folder.h"

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/io/overview.h"
+#include "io/overview.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "mono_pose_tracker/common/random.h"
-#include "mono_pose_tracker/io/plot.h"
+#include "common/random.h"
+#include "io/plot.h"
 #include "support/expect_error.h"
 #include "support/temporary_folder.h"
 

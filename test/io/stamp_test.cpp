@@ -1,11 +1,11 @@
-#include "mono_pose_tracker/io/stamp.h"
+#include "io/stamp.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "mono_pose_tracker/common/random.h"
-#include "mono_pose_tracker/common/time_stamp.h"
+#include "common/random.h"
+#include "common/time_stamp.h"
 
 namespace mono_pose_tracker {
 namespace {

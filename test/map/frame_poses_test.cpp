@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/map/frame_poses.h"
+#include "map/frame_poses.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-#include "mono_pose_tracker/common/random.h"
+#include "common/random.h"
 
 namespace mono_pose_tracker {
 namespace {

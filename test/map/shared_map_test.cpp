@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-#include "mono_pose_tracker/common/random.h"
+#include "common/random.h"
 
 namespace mono_pose_tracker {
 namespace {

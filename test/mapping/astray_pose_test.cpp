@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mono_pose_tracker/common/angles.h"
+#include "common/angles.h"
 #include "support/skyline.h"
 #include "support/synthetic_views.h"
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/body_watch.h"
+#include "mapping/body_watch.h"
 
 #include <gtest/gtest.h>
 

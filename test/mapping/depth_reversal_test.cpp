@@ -1,13 +1,13 @@
-#include "mono_pose_tracker/mapping/depth_reversal.h"
+#include "mapping/depth_reversal.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
 
+#include "common/angles.h"
 #include "mapping/keyframe_landmarks.h"
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "optimization/map_adjustment.h"
 #include "support/add_view.h"
 #include "support/synthetic_head.h"
 

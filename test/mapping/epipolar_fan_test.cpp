@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "mono_pose_tracker/common/random.h"
+#include "common/random.h"
 
 namespace mono_pose_tracker {
 namespace {

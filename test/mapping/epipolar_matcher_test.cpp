@@ -8,8 +8,8 @@
 #include <memory>
 #include <vector>
 
+#include "geometry/essential.h"
 #include "known_scene.h"
-#include "mono_pose_tracker/geometry/essential.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <functional>
 
+#include "common/angles.h"
 #include "known_scene.h"
-#include "mono_pose_tracker/common/angles.h"
 
 namespace mono_pose_tracker {
 namespace {

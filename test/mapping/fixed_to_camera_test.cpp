@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "mono_pose_tracker/mapping/other_body.h"
+#include "mapping/other_body.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

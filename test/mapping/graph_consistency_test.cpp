@@ -1,11 +1,11 @@
-#include "mono_pose_tracker/mapping/graph_consistency.h"
+#include "mapping/graph_consistency.h"
 
 #include <gtest/gtest.h>
 
 #include <set>
 #include <vector>
 
-#include "mono_pose_tracker/common/angles.h"
+#include "common/angles.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 #include "support/add_view.h"
 #include "support/synthetic_views.h"

@@ -1,8 +1,8 @@
-#include "mono_pose_tracker/mapping/in_view.h"
+#include "mapping/in_view.h"
 
 #include <gtest/gtest.h>
 
-#include "mono_pose_tracker/common/angles.h"
+#include "common/angles.h"
 #include "support/add_view.h"
 #include "support/synthetic_head.h"
 

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "mono_pose_tracker/mapping/initial_map.h"
-#include "mono_pose_tracker/mapping/keyframe_candidate.h"
+#include "mapping/initial_map.h"
+#include "mapping/keyframe_candidate.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

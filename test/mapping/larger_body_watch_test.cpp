@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/larger_body_watch.h"
+#include "mapping/larger_body_watch.h"
 
 #include <gtest/gtest.h>
 

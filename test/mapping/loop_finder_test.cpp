@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/loop_finder.h"
+#include "mapping/loop_finder.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <optional>
 #include <set>
 
-#include "mono_pose_tracker/common/angles.h"
+#include "common/angles.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/map_joiner.h"
+#include "mapping/map_joiner.h"
 
 #include <gtest/gtest.h>
 

@@ -6,8 +6,8 @@
 #include <set>
 #include <utility>
 
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/mapping/mapper.h"
+#include "common/median.h"
+#include "mapping/mapper.h"
 #include "support/aligned_errors.h"
 #include "support/posed_candidate.h"
 #include "support/synthetic_views.h"

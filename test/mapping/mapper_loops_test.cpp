@@ -9,9 +9,9 @@
 #include <stdexcept>
 #include <thread>
 
-#include "mono_pose_tracker/mapping/mapping_worker.h"
-#include "mono_pose_tracker/optimization/map_adjustment.h"
-#include "mono_pose_tracker/simulation/loop_study.h"
+#include "mapping/mapping_worker.h"
+#include "optimization/map_adjustment.h"
+#include "simulation/loop_study.h"
 #include "support/aligned_errors.h"
 #include "support/posed_candidate.h"
 #include "support/synthetic_views.h"

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/mapper.h"
+#include "mapping/mapper.h"
 
 #include <gtest/gtest.h>
 

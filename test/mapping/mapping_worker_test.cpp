@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/mapping_worker.h"
+#include "mapping/mapping_worker.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <future>
 #include <thread>
 
-#include "mono_pose_tracker/common/angles.h"
+#include "common/angles.h"
 #include "support/posed_candidate.h"
 #include "support/synthetic_views.h"
 #include "support/unhurried_options.h"

@@ -1,11 +1,11 @@
-#include "mono_pose_tracker/mapping/off_body.h"
+#include "mapping/off_body.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
 
-#include "mono_pose_tracker/common/angles.h"
+#include "common/angles.h"
 #include "support/add_view.h"
 #include "support/synthetic_views.h"
 

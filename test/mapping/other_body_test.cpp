@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/other_body.h"
+#include "mapping/other_body.h"
 
 #include <gtest/gtest.h>
 

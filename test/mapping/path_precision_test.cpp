@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/path_precision.h"
+#include "mapping/path_precision.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "mono_pose_tracker/geometry/sim3.h"
-#include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "optimization/map_adjustment.h"
 #include "support/add_view.h"
 #include "support/aligned_errors.h"
 #include "support/skyline.h"

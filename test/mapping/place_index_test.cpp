@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/place_index.h"
+#include "mapping/place_index.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <functional>
 #include <stdexcept>
 
-#include "mono_pose_tracker/common/random.h"
+#include "common/random.h"
 
 namespace mono_pose_tracker {
 namespace {

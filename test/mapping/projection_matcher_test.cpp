@@ -1,8 +1,8 @@
-#include "mono_pose_tracker/mapping/projection_matcher.h"
+#include "mapping/projection_matcher.h"
 
 #include <gtest/gtest.h>
 
-#include "mono_pose_tracker/common/angles.h"
+#include "common/angles.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

@@ -1,11 +1,11 @@
-#include "mono_pose_tracker/mapping/remade_landmarks.h"
+#include "mapping/remade_landmarks.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
 
-#include "mono_pose_tracker/common/angles.h"
+#include "common/angles.h"
 #include "support/add_view.h"
 #include "support/synthetic_head.h"
 

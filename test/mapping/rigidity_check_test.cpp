@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/mapping/rigidity_check.h"
+#include "mapping/rigidity_check.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "mono_pose_tracker/common/angles.h"
+#include "common/angles.h"
 #include "support/add_view.h"
 
 namespace mono_pose_tracker {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/rigidity_watch.h"
+#include "mapping/rigidity_watch.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/mapping/rival_geometry.h"
+#include "mapping/rival_geometry.h"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <opencv2/calib3d.hpp>
 #include <vector>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/geometry/triangulation.h"
-#include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "common/angles.h"
+#include "geometry/triangulation.h"
+#include "optimization/map_adjustment.h"
 #include "support/add_view.h"
 
 namespace mono_pose_tracker {

@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/mapping/second_motion.h"
+#include "mapping/second_motion.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "mono_pose_tracker/common/angles.h"
+#include "common/angles.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/mapping/still_background.h"
+#include "mapping/still_background.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "mono_pose_tracker/mapping/background_watch.h"
+#include "mapping/background_watch.h"
 #include "support/two_bodies.h"
 
 namespace mono_pose_tracker {

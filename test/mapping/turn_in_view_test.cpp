@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "mono_pose_tracker/common/angles.h"
+#include "common/angles.h"
 #include "support/synthetic_head.h"
 
 namespace mono_pose_tracker {

@@ -5,9 +5,9 @@
 #include <set>
 
 #include "known_scene.h"
-#include "mono_pose_tracker/mapping/mapper.h"
-#include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "mapping/mapper.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
+#include "optimization/map_adjustment.h"
 #include "support/posed_candidate.h"
 
 namespace mono_pose_tracker {

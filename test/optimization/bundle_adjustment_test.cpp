@@ -6,7 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "mono_pose_tracker/optimization/point_adjustment.h"
+#include "optimization/point_adjustment.h"
 #include "support/bundle_scene.h"
 
 namespace mono_pose_tracker {

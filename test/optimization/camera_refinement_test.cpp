@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/optimization/camera_refinement.h"
+#include "optimization/camera_refinement.h"
 
 #include <gtest/gtest.h>
 

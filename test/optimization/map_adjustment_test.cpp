@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "optimization/map_adjustment.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/optimization/pose_graph.h"
+#include "optimization/pose_graph.h"
 
 #include <gtest/gtest.h>
 

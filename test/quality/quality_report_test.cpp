@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "mono_pose_tracker/common/angles.h"
+#include "common/angles.h"
 #include "support/add_view.h"
 #include "support/synthetic_views.h"
 

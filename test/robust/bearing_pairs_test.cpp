@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/robust/bearing_pairs.h"
+#include "robust/bearing_pairs.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <set>
 #include <vector>
 
-#include "mono_pose_tracker/geometry/essential.h"
+#include "geometry/essential.h"
 #include "robust/two_view_scene.h"
 
 namespace mono_pose_tracker {

@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/robust/chance_pairs.h"
+#include "robust/chance_pairs.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-#include "mono_pose_tracker/robust/two_view_ambiguity.h"
+#include "robust/two_view_ambiguity.h"
 #include "robust/two_view_scene.h"
 
 namespace mono_pose_tracker {

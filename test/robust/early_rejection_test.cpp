@@ -1,11 +1,11 @@
-#include "mono_pose_tracker/robust/early_rejection.h"
+#include "robust/early_rejection.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "mono_pose_tracker/common/random.h"
+#include "common/random.h"
 
 namespace mono_pose_tracker {
 namespace {

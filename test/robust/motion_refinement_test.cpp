@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/robust/motion_refinement.h"
+#include "robust/motion_refinement.h"
 
 #include <gtest/gtest.h>
 

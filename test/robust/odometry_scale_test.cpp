@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/robust/odometry_scale.h"
+#include "robust/odometry_scale.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "mono_pose_tracker/common/random.h"
+#include "common/random.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/robust/ransac.h"
+#include "robust/ransac.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "mono_pose_tracker/robust/sampler.h"
+#include "robust/sampler.h"
 
 namespace mono_pose_tracker {
 namespace {

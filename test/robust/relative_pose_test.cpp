@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/robust/two_view_refinement.h"
+#include "common/angles.h"
+#include "robust/two_view_refinement.h"
 #include "robust/two_view_scene.h"
 
 namespace mono_pose_tracker {

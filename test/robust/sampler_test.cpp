@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/robust/sampler.h"
+#include "robust/sampler.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "mono_pose_tracker/simulation/two_view_problem.h"
+#include "simulation/two_view_problem.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/robust/similarity.h"
+#include "robust/similarity.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/simulation/two_view_problem.h"
+#include "common/angles.h"
+#include "simulation/two_view_problem.h"
 
 namespace mono_pose_tracker {
 namespace {

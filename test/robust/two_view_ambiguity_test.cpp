@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/robust/two_view_ambiguity.h"
+#include "robust/two_view_ambiguity.h"
 
 #include <gtest/gtest.h>
 

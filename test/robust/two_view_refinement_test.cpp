@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/robust/two_view_refinement.h"
+#include "robust/two_view_refinement.h"
 
 #include <gtest/gtest.h>
 

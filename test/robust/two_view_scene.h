@@ -6,10 +6,10 @@
 #include <limits>
 #include <vector>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/common/random.h"
+#include "common/angles.h"
+#include "common/random.h"
 #include "mono_pose_tracker/common/rigid3.h"
-#include "mono_pose_tracker/robust/bearing_pairs.h"
+#include "robust/bearing_pairs.h"
 
 namespace mono_pose_tracker {
 

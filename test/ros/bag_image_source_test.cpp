@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/bag_image_source.h"
+#include "ros/bag_image_source.h"
 
 #include <cv_bridge/cv_bridge.h>
 #include <gtest/gtest.h>

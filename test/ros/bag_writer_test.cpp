@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/bag_writer.h"
+#include "ros/bag_writer.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/camera_info_conversion.h"
+#include "ros/camera_info_conversion.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <functional>
 #include <limits>
 
-#include "mono_pose_tracker/ros/camera_source.h"
+#include "ros/camera_source.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/capture.h"
+#include "ros/capture.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/ros/debug_image.h"
+#include "ros/debug_image.h"
 
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
 
-#include "mono_pose_tracker/tracking/load_governor.h"
+#include "tracking/load_governor.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/diagnostics.h"
+#include "ros/diagnostics.h"
 
 #include <gtest/gtest.h>
 

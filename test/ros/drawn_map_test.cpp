@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/drawn_map.h"
+#include "ros/drawn_map.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/frusta.h"
+#include "ros/frusta.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/guard.h"
+#include "ros/guard.h"
 
 #include <gtest/gtest.h>
 

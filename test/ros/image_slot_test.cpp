@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/image_slot.h"
+#include "ros/image_slot.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/live_options.h"
+#include "ros/live_options.h"
 
 #include <dynamic_reconfigure/config_tools.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/live_tracker.h"
+#include "ros/live_tracker.h"
 
 #include <gtest/gtest.h>
 #include <sensor_msgs/image_encodings.h>
@@ -6,7 +6,7 @@
 #include <boost/make_shared.hpp>
 #include <limits>
 
-#include "mono_pose_tracker/ros/camera_info_conversion.h"
+#include "ros/camera_info_conversion.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/mask_source.h"
+#include "ros/mask_source.h"
 
 #include <gtest/gtest.h>
 

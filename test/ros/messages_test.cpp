@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/messages.h"
+#include "ros/messages.h"
 
 #include <gtest/gtest.h>
 #include <sensor_msgs/point_cloud2_iterator.h>

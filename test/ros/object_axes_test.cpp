@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/object_axes.h"
+#include "ros/object_axes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/object_centre.h"
+#include "ros/object_centre.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/output_frames.h"
+#include "ros/output_frames.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/ros/pose_estimate.h"
+#include "ros/pose_estimate.h"
 
 #include <gtest/gtest.h>
 
 #include <functional>
 
-#include "mono_pose_tracker/common/random.h"
+#include "common/random.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/time_guard.h"
+#include "ros/time_guard.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/ros/trajectory_log.h"
+#include "ros/trajectory_log.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

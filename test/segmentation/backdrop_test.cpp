@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/segmentation/backdrop.h"
+#include "segmentation/backdrop.h"
 
 #include <gtest/gtest.h>
 

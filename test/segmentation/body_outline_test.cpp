@@ -1,8 +1,8 @@
-#include "mono_pose_tracker/segmentation/body_outline.h"
+#include "segmentation/body_outline.h"
 
 #include <gtest/gtest.h>
 
-#include "mono_pose_tracker/common/random.h"
+#include "common/random.h"
 #include "segmentation/object_images.h"
 
 namespace mono_pose_tracker {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/segmentation/body_points.h"
+#include "segmentation/body_points.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/segmentation/mask_cleaning.h"
+#include "segmentation/mask_cleaning.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/segmentation/motion_mask.h"
+#include "segmentation/motion_mask.h"
 
 #include <gtest/gtest.h>
 

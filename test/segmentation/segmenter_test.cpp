@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/segmentation/segmenter.h"
+#include "segmentation/segmenter.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/simulation/endless_corridor.h"
+#include "simulation/endless_corridor.h"
 
 #include <gtest/gtest.h>
 
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
-#include "mono_pose_tracker/simulation/simulated_sequence.h"
 #include "mono_pose_tracker/tracking/tracker.h"
+#include "simulation/simulated_sequence.h"
 
 namespace mono_pose_tracker {
 namespace {

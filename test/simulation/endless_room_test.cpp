@@ -1,10 +1,10 @@
-#include "mono_pose_tracker/simulation/endless_room.h"
+#include "simulation/endless_room.h"
 
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
 
-#include "mono_pose_tracker/simulation/simulated_sequence.h"
+#include "simulation/simulated_sequence.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/simulation/growth_study.h"
+#include "simulation/growth_study.h"
 
 #include <gtest/gtest.h>
 

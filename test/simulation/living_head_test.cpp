@@ -3,8 +3,8 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "mono_pose_tracker/simulation/head_shape.h"
-#include "mono_pose_tracker/simulation/simulated_sequence.h"
+#include "simulation/head_shape.h"
+#include "simulation/simulated_sequence.h"
 #include "support/rendered_sequences.h"
 
 namespace mono_pose_tracker {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/simulation/loop_study.h"
+#include "simulation/loop_study.h"
 
 #include <gtest/gtest.h>
 

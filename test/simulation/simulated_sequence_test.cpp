@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/simulation/simulated_sequence.h"
+#include "simulation/simulated_sequence.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "mono_pose_tracker/features/sift.h"
-#include "mono_pose_tracker/simulation/head_shape.h"
+#include "simulation/head_shape.h"
 #include "support/rendered_sequences.h"
 
 namespace mono_pose_tracker {

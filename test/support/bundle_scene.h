@@ -5,8 +5,8 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 
+#include "common/random.h"
 #include "mono_pose_tracker/camera/camera_model.h"
-#include "mono_pose_tracker/common/random.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 
 namespace mono_pose_tracker {

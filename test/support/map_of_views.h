@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "mono_pose_tracker/optimization/map_adjustment.h"
+#include "optimization/map_adjustment.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

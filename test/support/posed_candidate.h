@@ -4,8 +4,8 @@
 
 #include <optional>
 
-#include "mono_pose_tracker/mapping/keyframe_candidate.h"
-#include "mono_pose_tracker/tracking/resector.h"
+#include "mapping/keyframe_candidate.h"
+#include "tracking/resector.h"
 
 namespace mono_pose_tracker {
 

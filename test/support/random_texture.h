@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 
-#include "mono_pose_tracker/common/random.h"
+#include "common/random.h"
 
 namespace mono_pose_tracker {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "mono_pose_tracker/io/image_source.h"
+#include "io/image_source.h"
 #include "support/simulated_room.h"
 
 namespace mono_pose_tracker {

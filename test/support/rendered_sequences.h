@@ -5,7 +5,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "mono_pose_tracker/simulation/simulated_sequence.h"
+#include "simulation/simulated_sequence.h"
 
 namespace mono_pose_tracker {
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "mono_pose_tracker/simulation/simulated_sequence.h"
+#include "simulation/simulated_sequence.h"
 
 namespace mono_pose_tracker {
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "mono_pose_tracker/common/random.h"
+#include "common/random.h"
 #include "mono_pose_tracker/io/map_file.h"
 #include "support/synthetic_views.h"
 

@@ -4,10 +4,10 @@
 #include <memory>
 #include <vector>
 
+#include "common/random.h"
+#include "map/frame.h"
 #include "mono_pose_tracker/camera/camera_model.h"
-#include "mono_pose_tracker/common/random.h"
 #include "mono_pose_tracker/common/rigid3.h"
-#include "mono_pose_tracker/map/frame.h"
 #include "mono_pose_tracker/robust/ransac_options.h"
 
 namespace mono_pose_tracker {

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/tracking/background_image.h"
+#include "tracking/background_image.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
-#include "mono_pose_tracker/tracking/bootstrapper.h"
+#include "tracking/bootstrapper.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "mono_pose_tracker/common/angles.h"
+#include "common/angles.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
-#include "mono_pose_tracker/simulation/simulated_sequence.h"
 #include "mono_pose_tracker/tracking/tracker.h"
+#include "simulation/simulated_sequence.h"
 #include "support/unhurried_options.h"
 
 namespace mono_pose_tracker {

@@ -1,12 +1,12 @@
-#include "mono_pose_tracker/tracking/load_governor.h"
+#include "tracking/load_governor.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <functional>
 
-#include "mono_pose_tracker/tracking/frame_period.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
+#include "tracking/frame_period.h"
 #include "tracking/options_for_images.h"
 
 namespace mono_pose_tracker {

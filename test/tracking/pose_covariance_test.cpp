@@ -8,10 +8,10 @@
 #include <cstdlib>
 #include <vector>
 
-#include "mono_pose_tracker/common/median.h"
-#include "mono_pose_tracker/common/pose_covariance.h"
-#include "mono_pose_tracker/simulation/simulated_sequence.h"
+#include "common/median.h"
+#include "common/pose_covariance.h"
 #include "mono_pose_tracker/tracking/tracker.h"
+#include "simulation/simulated_sequence.h"
 
 namespace mono_pose_tracker {
 namespace {

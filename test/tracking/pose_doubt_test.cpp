@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "mono_pose_tracker/common/random.h"
+#include "common/random.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

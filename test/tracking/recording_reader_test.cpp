@@ -4,8 +4,8 @@
 #include <functional>
 #include <utility>
 
-#include "mono_pose_tracker/tracking/recording.h"
 #include "support/recording_images.h"
+#include "tracking/recording.h"
 
 namespace mono_pose_tracker {
 namespace {

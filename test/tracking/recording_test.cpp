@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/tracking/recording.h"
+#include "tracking/recording.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <functional>
 #include <set>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/simulation/simulated_sequence.h"
+#include "common/angles.h"
+#include "simulation/simulated_sequence.h"
 #include "support/random_texture.h"
 #include "support/recording_images.h"
 #include "support/simulated_room.h"

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/tracking/resector.h"
+#include "tracking/resector.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "mono_pose_tracker/common/angles.h"
+#include "common/angles.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
+#include "mapping/depth_reversal.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
-#include "mono_pose_tracker/segmentation/segmenter.h"
-#include "mono_pose_tracker/mapping/depth_reversal.h"
 #include "mono_pose_tracker/tracking/tracker.h"
+#include "segmentation/segmenter.h"
 #include "support/add_view.h"
 #include "support/expect_error.h"
 #include "support/simulated_room.h"

@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/tracking/self_calibration.h"
+#include "tracking/self_calibration.h"
 
 #include <gtest/gtest.h>
 

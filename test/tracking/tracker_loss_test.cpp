@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "mono_pose_tracker/simulation/simulated_sequence.h"
 #include "mono_pose_tracker/tracking/tracker.h"
+#include "simulation/simulated_sequence.h"
 #include "support/tracked_room.h"
 
 namespace mono_pose_tracker {

@@ -11,11 +11,11 @@
 #include <mutex>
 #include <thread>
 
-#include "mono_pose_tracker/mapping/mapping_worker.h"
-#include "mono_pose_tracker/tracking/map_snapshot.h"
+#include "mapping/mapping_worker.h"
 #include "support/random_texture.h"
 #include "support/temporary_folder.h"
 #include "support/tracked_room.h"
+#include "tracking/map_snapshot.h"
 
 namespace mono_pose_tracker {
 namespace {

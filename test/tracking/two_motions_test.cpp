@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/tracking/two_motions.h"
+#include "tracking/two_motions.h"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <memory>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/tracking/bootstrapper.h"
+#include "common/angles.h"
 #include "support/synthetic_views.h"
+#include "tracking/bootstrapper.h"
 
 namespace mono_pose_tracker {
 namespace {

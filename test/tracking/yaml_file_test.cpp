@@ -1,4 +1,4 @@
-#include "mono_pose_tracker/io/yaml_file.h"
+#include "io/yaml_file.h"
 
 #include <gtest/gtest.h>
 

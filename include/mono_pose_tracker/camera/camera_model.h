@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <string>
 #include <vector>
@@ -60,5 +61,14 @@ class CameraModel {
   std::array<double, 8> coefficients_{};  // the parameters' distortion, zero-padded
   double max_radius_ = 0;  // of the undistorted normalised plane (equidistant: the angle in radians)
 };
+
+/// What thresholds given "at 640 px" are multiplied by: the image's longer side, px, over 640, at least 1.
+/// The longer one, so that a phone held upright is as strict as one that lies.
+inline double image_scale(int width, int height) { return std::max(1.0, std::max(width, height) / 640.0); }
+
+inline double image_scale(const CameraModel& camera) { return image_scale(camera.width(), camera.height()); }
+
+/// px: what radii given as a share of the image are a share of, for the same reason.
+inline int longer_side(const CameraModel& camera) { return std::max(camera.width(), camera.height()); }
 
 }  // namespace mono_pose_tracker

@@ -10,6 +10,9 @@
 
 namespace mono_pose_tracker {
 
+/// What limits the search: a frame live must be done before the next one comes, a recording waits.
+enum class SearchPace { kLive, kRecording };
+
 /// px: a head of 200 has some 300 features from octave 0, which does not hold a map.
 constexpr double kSmallObject = 256;
 

@@ -1,11 +1,16 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <cstdint>
 #include <string>
 #include <vector>
 
-#include "mono_pose_tracker/common/colored_point.h"
-
 namespace mono_pose_tracker {
+
+struct ColoredPoint {
+  Eigen::Vector3f x_in_map;
+  std::uint8_t r = 0, g = 0, b = 0;
+};
 
 enum class PlyFormat { kAscii, kBinary };  // binary: little endian
 

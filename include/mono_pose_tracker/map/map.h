@@ -8,10 +8,9 @@
 #include <vector>
 
 #include "mono_pose_tracker/common/rigid3.h"
-#include "mono_pose_tracker/common/scale_source.h"
+#include "mono_pose_tracker/common/status.h"
 #include "mono_pose_tracker/geometry/sim3.h"
 #include "mono_pose_tracker/map/image_features.h"
-#include "mono_pose_tracker/map/map_ids.h"
 #include "mono_pose_tracker/map/map_views.h"
 
 namespace mono_pose_tracker {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "mono_pose_tracker/camera/image_scale.h"
+#include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 #include "mono_pose_tracker/robust/ransac_options.h"

@@ -5,12 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "mono_pose_tracker/map/map.h"
-#include "mono_pose_tracker/mapping/graph_consistency.h"
-#include "mono_pose_tracker/mapping/path_precision.h"
-#include "mono_pose_tracker/quality/scale_cut.h"
-
 namespace mono_pose_tracker {
+
+class Map;
+class ViewGraph;
 
 /// What speaks against a map, or is worth knowing of it.
 enum class FindingKind {

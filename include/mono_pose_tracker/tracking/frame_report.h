@@ -7,12 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "mono_pose_tracker/common/calibration_source.h"
-#include "mono_pose_tracker/common/colored_point.h"
 #include "mono_pose_tracker/common/rigid3.h"
-#include "mono_pose_tracker/common/scale_source.h"
 #include "mono_pose_tracker/common/stage_timer.h"
 #include "mono_pose_tracker/common/status.h"
+#include "mono_pose_tracker/io/ply.h"
 
 namespace mono_pose_tracker {
 

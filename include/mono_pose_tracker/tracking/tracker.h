@@ -9,19 +9,40 @@
 #include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/common/stage_timer.h"
+#include "mono_pose_tracker/features/sift.h"
 #include "mono_pose_tracker/io/map_file.h"
+#include "mono_pose_tracker/map/image_features.h"
 #include "mono_pose_tracker/map/map.h"
-#include "mono_pose_tracker/map/tracking_map.h"
-#include "mono_pose_tracker/mapping/loop_closer.h"
-#include "mono_pose_tracker/mapping/still_background.h"
-#include "mono_pose_tracker/tracking/finished_map.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
-#include "mono_pose_tracker/tracking/prepared_image.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 
 namespace mono_pose_tracker {
 
+class ImagePreparer;
+
+/// An image, and what was found in it ahead of its turn, when it was not known yet where in it the object is.
+/// Tracker::prepare makes it. Made of the image alone, all is done in its turn, with the same result.
+struct PreparedImage {
+  PreparedImage() = default;
+  PreparedImage(const cv::Mat& image_alone) : image(image_alone) {}  // nothing is done ahead
+
+  cv::Mat image;  // CV_8UC1 or CV_8UC3 (BGR)
+
+  std::shared_ptr<const ImagePreparer> by;      // what follows is its work; none: there is nothing
+  cv::Mat clearance;                            // where features may be, as far as could be guessed
+  ImageFeaturesPtr features;                    // under this guess; none where guesses have been wrong
+  std::shared_ptr<FeatureExtractor> extractor;  // that has prepared the image, where guesses have been wrong
+  StageTimes stages;
+};
+
 class FeatureMemory;
+struct Sim3;
+struct ClosedLoop;
+struct FinishedMap;
+struct SeenImage;
+struct StillBackground;
+struct TrackingMap;
 
 /// Tracks one camera against the map it builds: bootstraps, resects every frame, hands keyframes to the
 /// mapper, which runs inline (repeatable) or on a worker thread of its own.
@@ -98,7 +119,7 @@ class Tracker {
   std::uint64_t revision() const;
   std::shared_ptr<const MapSnapshot> snapshot() const;
   /// What snapshot copies from (map_snapshot.h): costs nothing. Null while there is no map.
-  TrackingMapPtr view() const;
+  std::shared_ptr<const TrackingMap> view() const;
 
   /// Every frame posed against the current map, by index. A frame that is no keyframe rides on its reference
   /// keyframe.

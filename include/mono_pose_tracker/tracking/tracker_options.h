@@ -5,7 +5,6 @@
 
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/features/sift.h"
-#include "mono_pose_tracker/features/sift_scale.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 #include "mono_pose_tracker/robust/ransac_options.h"

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
-#include "mono_pose_tracker/tracking/finished_map.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
+#include "tracking/finished_map.h"
 
 namespace mono_pose_tracker {
 

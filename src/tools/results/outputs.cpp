@@ -6,8 +6,8 @@
 #include <string>
 
 #include "../written_files.h"
-#include "mono_pose_tracker/common/decimal.h"
-#include "mono_pose_tracker/io/atomic_file.h"
+#include "common/decimal.h"
+#include "io/atomic_file.h"
 
 namespace mono_pose_tracker {
 

@@ -9,14 +9,14 @@
 #include <vector>
 
 #include "colmap_model.h"
-#include "mono_pose_tracker/common/parallel.h"
+#include "common/parallel.h"
+#include "io/atomic_file.h"
+#include "io/image_writing.h"
+#include "io/overview.h"
+#include "io/undistortion.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
-#include "mono_pose_tracker/io/atomic_file.h"
-#include "mono_pose_tracker/io/image_writing.h"
-#include "mono_pose_tracker/io/overview.h"
 #include "mono_pose_tracker/io/ply.h"
-#include "mono_pose_tracker/io/undistortion.h"
-#include "mono_pose_tracker/tracking/body_outlines.h"
+#include "tracking/body_outlines.h"
 
 namespace mono_pose_tracker {
 

@@ -6,7 +6,7 @@
 #include "mask_record.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/io/trajectory.h"
-#include "mono_pose_tracker/tracking/recording.h"
+#include "tracking/recording.h"
 
 namespace mono_pose_tracker {
 

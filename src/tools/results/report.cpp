@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "../json.h"
-#include "../pipeline/time_statistics.h"
-#include "mono_pose_tracker/io/atomic_file.h"
+#include "../time_statistics.h"
+#include "io/atomic_file.h"
 
 namespace mono_pose_tracker {
 

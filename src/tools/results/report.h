@@ -4,11 +4,11 @@
 #include <optional>
 #include <string>
 
+#include "camera/rectification.h"
 #include "mask_record.h"
-#include "mono_pose_tracker/camera/rectification.h"
-#include "mono_pose_tracker/common/calibration_source.h"
-#include "mono_pose_tracker/tracking/recording.h"
-#include "mono_pose_tracker/tracking/self_calibration.h"
+#include "mono_pose_tracker/common/status.h"
+#include "tracking/recording.h"
+#include "tracking/self_calibration.h"
 
 namespace mono_pose_tracker {
 

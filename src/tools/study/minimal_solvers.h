@@ -21,12 +21,12 @@
 #include <PoseLib/solvers/relpose_5pt.h>
 #endif
 
+#include "geometry/essential.h"
 #include "mono_pose_tracker/common/rigid3.h"
-#include "mono_pose_tracker/geometry/essential.h"
 #include "mono_pose_tracker/geometry/five_point.h"
 #include "mono_pose_tracker/geometry/p3p.h"
 #include "mono_pose_tracker/geometry/seven_point.h"
-#include "mono_pose_tracker/simulation/pose_problem.h"
+#include "simulation/pose_problem.h"
 
 namespace mono_pose_tracker {
 

@@ -21,13 +21,13 @@
 #include <PoseLib/robust.h>
 #endif
 
-#include "mono_pose_tracker/common/opencv_version.h"
+#include "common/opencv_version.h"
 #include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
-#include "mono_pose_tracker/robust/bearing_pairs.h"
-#include "mono_pose_tracker/robust/point_matches.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
-#include "mono_pose_tracker/robust/two_view_refinement.h"
+#include "robust/bearing_pairs.h"
+#include "robust/point_matches.h"
+#include "robust/two_view_refinement.h"
 
 namespace mono_pose_tracker {
 

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "mono_pose_tracker/common/angles.h"
-#include "mono_pose_tracker/simulation/two_view_problem.h"
+#include "common/angles.h"
 #include "robust_estimators.h"
+#include "simulation/two_view_problem.h"
 
 namespace mono_pose_tracker {
 

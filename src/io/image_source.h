@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "io/grey_levels.h"
+
+namespace mono_pose_tracker {
+
+/// The next image of a recording, or why there is none.
+struct SourceImage {
+  enum class Kind { kImage, kSkipped, kEnd };
+  Kind kind = Kind::kEnd;
+  std::int64_t stamp_ns = 0;
+  /// No two images of a recording have the same: the file's name, or that of the file which a frame of a
+  /// video or bag would be written to (its number with six digits, .png). Where files of several folders have
+  /// one name, the path below what these folders have in common; where one file is named several times, with
+  /// _2, _3 ... before its extension. Control characters, such as an end of line, are _ in it.
+  std::string name;
+  std::string mask_name;  // what its mask is named after: the path below that common folder, or the number
+  cv::Mat image;          // kImage: CV_8UC1 or CV_8UC3 (BGR)
+  std::string problem;    // kSkipped: one line that names the file or frame
+  cv::Mat mask;           // of a file with alpha, as DecodedImage has it
+};
+
+/// A recording, read image by image in order. An image that cannot be read is skipped; the rest follows.
+class ImageSource {
+ public:
+  virtual ~ImageSource() = default;
+  virtual SourceImage next() = 0;
+  /// Passes over an image that can be read, with less work than reading it where there is a way. False at the
+  /// end.
+  virtual bool skip() { return next().kind != SourceImage::Kind::kEnd; }
+  /// How many images there are, or -1 when that is not known.
+  virtual int size() const { return -1; }
+  /// How wide a pixel is shown, over how high: not 1 of an anamorphic video.
+  virtual double pixel_aspect() const { return 1; }
+};
+
+/// Image files of a folder sorted by name (numbers by their value), stamped with their index in seconds, or
+/// with their names where all of these are times since 1970 (1305031102.175304.png, 1403636579763555584.png).
+/// Throws std::runtime_error, one line, when there is no such folder or no image in it.
+std::unique_ptr<ImageSource> open_image_folder(const std::string& path);
+
+/// Images named by a text file: lines `timestamp path` or just `path` (then the index in seconds is the
+/// stamp), # comments, paths relative to the file. The stamp may be in whole nanoseconds. Also EuRoC's
+/// data.csv, associations of colour and depth as TUM has them, and time stamps alone with the images beside
+/// the file (KITTI's times.txt). Throws std::runtime_error, one line, when the list cannot be read or names
+/// nothing.
+std::unique_ptr<ImageSource> open_image_list(const std::string& path);
+
+/// Looks at the first images of a folder or list that can be read, for their levels where they have 16 bits.
+void look_at_first(const std::string& path, GreyLevelChoice* levels);
+
+/// A folder or a list; levels: of images of 16 bits. Throws std::runtime_error, one line, when it is neither
+/// (it is read more than once, which a pipe can't be), and as those above.
+std::unique_ptr<ImageSource> open_images(const std::string& path, const GreyLevels& levels = {});
+
+/// Of a folder: images that it holds and that are not read, being of a format that OpenCV does not read or in
+/// folders of their own. A text that goes on after another, with a semicolon first; empty: none.
+std::string unread_images(const std::string& path);
+
+/// A file of a recording, and the name and the stamp that it has there (SourceImage).
+struct ImageFile {
+  std::string path, name;
+  std::int64_t stamp_ns = 0;
+};
+
+/// The files of a folder or a list, whether they can be read or not. Throws as open_images.
+std::vector<ImageFile> image_files(const std::string& path);
+
+/// A video file: frame i is stamped i / fps, or with the container's time where that differs by more than
+/// half a frame (a variable frame rate). One that ends long before it should says so as what is skipped last.
+/// Throws std::runtime_error, one line, when it cannot be opened.
+std::unique_ptr<ImageSource> open_video(const std::string& path);
+
+}  // namespace mono_pose_tracker

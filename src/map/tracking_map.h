@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "map/map_correction.h"
+#include "map/place_finder.h"
+#include "map/turning_body.h"
+#include "mono_pose_tracker/common/stage_timer.h"
+#include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/map/map_views.h"
+
+namespace mono_pose_tracker {
+
+/// The map as the mapper last left it: made once, never changed, shared by pointer, and what has not changed
+/// since the one before shared with it. Resection reads it without a lock while the mapper, the only one to
+/// change the map, works on.
+struct TrackingMap {
+  std::uint32_t epoch = 0;
+  std::uint32_t map_id = 0;  // names the map, whatever its epoch
+  std::uint64_t revision = 0;
+  KeyframeViews keyframes;
+  LandmarkPositions landmarks;  // x_in_map
+  /// Of where keyframes are in the map, as x' = exp(w) x + v in their own frames (order v, w). None: nothing
+  /// is known.
+  KeyframeCovariances covariances;
+  std::map<KeyframeId, KeyframeLink> removed_keyframes;
+  ScaleSource scale_source = ScaleSource::kMapUnits;
+  std::shared_ptr<const PlaceFinder> places;  // null: none is kept
+  // What speaks against the newest keyframes (mapping/rigidity_watch.h, larger_body_watch.h, body_watch.h);
+  // empty: nothing.
+  std::string doubt;
+  std::shared_ptr<const TurningBody>
+      turning_body;                      // that the map should be of, and is not; null: none is known
+  MapCorrections corrections;            // the latest, of this map and others
+  std::vector<std::uint32_t> kept_maps;  // ids of those that are kept beside this one
+  StageTimes stages;                     // of the change that this map is the result of
+
+  /// Pose of a keyframe, also of one that was removed; false for one that never was.
+  bool camera_from_map(KeyframeId id, Rigid3* camera_from_map) const {
+    return resolve_keyframe(keyframes, removed_keyframes, id, camera_from_map);
+  }
+};
+
+using TrackingMapPtr = std::shared_ptr<const TrackingMap>;
+
+}  // namespace mono_pose_tracker

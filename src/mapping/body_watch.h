@@ -1,0 +1,30 @@
+#pragma once
+
+#include <deque>
+#include <memory>
+
+#include "map/turning_body.h"
+#include "mapping/second_motion.h"
+
+namespace mono_pose_tracker {
+
+/// Whether a map that is being made is of a body that turns less before the camera than another: of the room
+/// behind a head, say. The same that OtherBody asks of a finished map, of the pairs of keyframes as they
+/// come.
+class BodyWatch {
+ public:
+  /// What the newest keyframe and one before it show.
+  void note(const PosedImage& before, const PosedImage& newest, const PairMotions& pair);
+  /// The other body in the newest keyframe that showed it, once it is certain; null: the map is of what turns
+  /// most.
+  const std::shared_ptr<const TurningBody>& found() const { return found_; }
+  void reset() { *this = BodyWatch(); }
+
+ private:
+  enum class Seen { kOneMotion, kOther, kOtherTurns };
+
+  std::deque<Seen> seen_;  // in the latest pairs
+  std::shared_ptr<const TurningBody> found_;
+};
+
+}  // namespace mono_pose_tracker

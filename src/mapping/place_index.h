@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <unordered_map>
+#include <vector>
+
+#include "mapping/descriptor_code.h"
+#include "mono_pose_tracker/map/map.h"
+
+namespace mono_pose_tracker {
+
+struct PlaceIndexOptions {
+  int max_features = 800;  // of an image, the strongest: more find no other places and cost time
+  int probes = 4;          // words looked up for a feature: its own, and those one uncertain bit away
+  // Bits of 64 in which the signatures of a match differ at most. Unrelated ones differ in 32 (deviation 4):
+  // four deviations below, one in 30,000 passes by chance. Views of one point differ in about a dozen.
+  int max_signature_distance = 16;
+  std::uint64_t seed = 0;  // of the random projection
+
+  /// Throws std::invalid_argument naming key, value and range.
+  void validate() const;
+};
+
+/// A keyframe that looks like an image.
+struct PlaceMatch {
+  KeyframeId id = -1;
+  // In [0, 1]: share of the features that the two have in common, each counted by how near and how rare it
+  // is.
+  double score = 0;
+};
+
+/// Finds the keyframes that look like an image, of thousands, by their descriptors alone: an inverted index
+/// over binary codes (words as a vocabulary has them, Sivic and Zisserman, ICCV 2003; signatures that sort
+/// out what only shares a word, and votes that count where they agree in how the image is turned, Jegou,
+/// Douze and Schmid, ECCV 2008). There is no vocabulary: nothing is trained, so a keyframe costs the same
+/// whenever it comes, and the answers depend on the set of keyframes alone: not on the order in which they
+/// came, nor on others that came and went. An index rebuilt from a loaded map gives equal answers.
+///
+/// One writer: add, remove and clear must not run beside another call. Queries may run beside each other.
+class PlaceIndex {
+ public:
+  /// Throws as PlaceIndexOptions::validate.
+  explicit PlaceIndex(const PlaceIndexOptions& options = {});
+
+  /// Throws std::invalid_argument when the keyframe is there already.
+  void add(KeyframeId id, const FeatureSet& features);
+  /// Nothing happens when it is not there.
+  void remove(KeyframeId id);
+  void clear();
+
+  bool contains(KeyframeId id) const { return slot_of_.count(id) > 0; }
+  int size() const { return static_cast<int>(slot_of_.size()); }
+  std::size_t memory_bytes() const;
+
+  /// The keyframes with a score above 0 that are allowed (empty: all), `count` at most, best first; of
+  /// equals, the older first. `allowed` is asked once or never for a keyframe.
+  std::vector<PlaceMatch> query(const FeatureSet& features, int count,
+                                const std::function<bool(KeyframeId)>& allowed = {}) const;
+
+ private:
+  // Keyframes are numbered densely; a number is given again when its keyframe is gone.
+  struct Slot {
+    KeyframeId id = -1;
+    std::vector<std::uint16_t> words;  // of its features
+  };
+  class Votes;
+
+  std::vector<int> strongest(const FeatureSet& features) const;
+  std::vector<DescriptorCode> codes_of(const FeatureSet& features, const std::vector<int>& which,
+                                       int num_uncertain) const;
+  void fetch_lists(const DescriptorCode& code) const;
+  void vote(const DescriptorCode& code, std::uint32_t turn, Votes* votes) const;
+
+  PlaceIndexOptions options_;
+  DescriptorCoder coder_;
+  std::vector<std::vector<CodedFeature>> features_of_word_;
+  std::vector<Slot> slots_;
+  std::vector<std::uint32_t> free_slots_;
+  std::unordered_map<KeyframeId, std::uint32_t> slot_of_;
+};
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,139 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "common/random.h"
+#include "mono_pose_tracker/robust/ransac_options.h"
+
+namespace mono_pose_tracker {
+
+struct RansacScore {
+  double cost = std::numeric_limits<double>::infinity();  // smaller is better
+  int num_inliers = 0;
+};
+
+template <class Model>
+struct ScoredModel {
+  Model model;
+  RansacScore score;
+};
+
+template <class Model>
+struct RansacReport {
+  ScoredModel<Model> best;                 // locally optimised; cost infinite when no sample gave a model
+  std::vector<ScoredModel<Model>> rivals;  // other models as sampled, no two alike, best first
+  int iterations = 0;
+};
+
+/// Samples after which one without outliers was drawn with the given probability, when a share inlier_ratio
+/// of the data are inliers; infinite when there are none.
+inline double ransac_iterations_needed(double inlier_ratio, int sample_size, double confidence) {
+  const double good_sample = std::pow(inlier_ratio, sample_size);
+  if (good_sample >= confidence) {
+    return 1;
+  }
+  return good_sample > 0 ? std::log(1 - confidence) / std::log1p(-good_sample)
+                         : std::numeric_limits<double>::infinity();
+}
+
+/// The best models seen, at most `capacity`, no two alike.
+template <class Model>
+class ModelPool {
+ public:
+  explicit ModelPool(int capacity) : capacity_(capacity) {}
+
+  /// A model whose cost is not below this would not be kept.
+  double cost_bound() const {
+    return static_cast<int>(models_.size()) < capacity_ ? std::numeric_limits<double>::infinity()
+                                                        : (capacity_ == 0 ? 0 : models_.back().score.cost);
+  }
+
+  /// Replaces those like it that are worse; dropped when a better one is like it.
+  template <class Alike>
+  void insert(const ScoredModel<Model>& candidate, const Alike& alike) {
+    if (!(candidate.score.cost < cost_bound())) {
+      return;
+    }
+    for (const auto& kept : models_) {
+      if (kept.score.cost <= candidate.score.cost && alike(kept.model, candidate.model)) {
+        return;
+      }
+    }
+    models_.erase(std::remove_if(models_.begin(), models_.end(),
+                                 [&](const auto& kept) { return alike(kept.model, candidate.model); }),
+                  models_.end());
+    const auto position =
+        std::upper_bound(models_.begin(), models_.end(), candidate,
+                         [](const auto& a, const auto& b) { return a.score.cost < b.score.cost; });
+    models_.insert(position, candidate);
+    if (static_cast<int>(models_.size()) > capacity_) {
+      models_.pop_back();
+    }
+  }
+
+  std::vector<ScoredModel<Model>>& models() { return models_; }
+
+ private:
+  int capacity_;
+  std::vector<ScoredModel<Model>> models_;
+};
+
+/// Locally optimised RANSAC (Chum, Matas and Kittler 2003) that knows no geometry. An Estimator has
+///   Model, kSampleSize, kMaxModels,
+///   int num_data() const,
+///   int solve(const std::array<int, kSampleSize>&, std::array<Model, kMaxModels>*): how many models it
+///   wrote, RansacScore score(const Model&, double cost_bound) const: may give up with any cost >=
+///   cost_bound, void optimize(Model*) const: a better model from its inliers, bool alike(const Model&, const
+///   Model&) const.
+/// Keeps up to num_rivals further models as they were sampled. num_data >= kSampleSize.
+template <class Estimator, class Sampler>
+RansacReport<typename Estimator::Model> ransac(const RansacOptions& options, Estimator& estimator,
+                                               Sampler& sampler, int num_rivals = 0) {
+  using Model = typename Estimator::Model;
+  Random random(options.seed);
+  RansacReport<Model> report;
+  ModelPool<Model> rivals(num_rivals);
+  RansacScore best_sampled;
+  const auto alike = [&](const Model& a, const Model& b) { return estimator.alike(a, b); };
+  std::array<int, Estimator::kSampleSize> sample;
+  std::array<Model, Estimator::kMaxModels> models;
+  double needed = options.max_iterations;
+  while (report.iterations < options.max_iterations &&
+         (report.iterations < options.min_iterations || report.iterations < needed) &&
+         !(report.iterations > 0 && is_set(options.cancelled))) {
+    ++report.iterations;
+    sampler.draw(&random, sample.data());
+    const int num_models = estimator.solve(sample, &models);
+    for (int m = 0; m < num_models; ++m) {
+      const double bound = std::max(best_sampled.cost, rivals.cost_bound());
+      const ScoredModel<Model> sampled{
+          models[m], estimator.score(models[m], num_rivals > 0 ? bound : best_sampled.cost)};
+      if (num_rivals > 0) {
+        rivals.insert(sampled, alike);
+      }
+      if (!(sampled.score.cost < best_sampled.cost)) {
+        continue;
+      }
+      best_sampled = sampled.score;
+      ScoredModel<Model> optimized = sampled;
+      estimator.optimize(&optimized.model);
+      optimized.score = estimator.score(optimized.model, std::numeric_limits<double>::infinity());
+      const ScoredModel<Model>& better = optimized.score.cost < sampled.score.cost ? optimized : sampled;
+      if (better.score.cost < report.best.score.cost) {
+        report.best = better;
+        needed =
+            ransac_iterations_needed(static_cast<double>(better.score.num_inliers) / estimator.num_data(),
+                                     Estimator::kSampleSize, options.confidence);
+      }
+    }
+  }
+  report.rivals = std::move(rivals.models());
+  return report;
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <vector>
+
+#include "common/random.h"
+
+namespace mono_pose_tracker {
+
+/// Samples of distinct data, every set equally likely.
+class UniformSampler {
+ public:
+  /// num_data >= sample_size >= 1.
+  UniformSampler(int num_data, int sample_size);
+
+  /// Writes sample_size distinct indices below num_data.
+  void draw(Random* random, int* sample);
+
+ private:
+  int num_data_;
+  int sample_size_;
+};
+
+/// Samples from a growing set of the best data first, and finally as UniformSampler: PROSAC
+/// (Chum and Matas, "Matching with PROSAC", CVPR 2005).
+class ProsacSampler {
+ public:
+  /// quality: one value a datum, smaller is better, not a number counts as worst; at least sample_size of
+  /// them.
+  ProsacSampler(const std::vector<float>& quality, int sample_size);
+
+  void draw(Random* random, int* sample);
+
+  /// How many of the best data the last sample was drawn from.
+  int subset_size() const { return subset_size_; }
+
+ private:
+  void grow();
+
+  std::vector<int> order_;  // best first
+  int sample_size_;
+  int subset_size_;          // n
+  long long draws_ = 0;      // t
+  double expected_draws_;    // T_n: samples within the n best, of kUniformAfter drawn from all
+  long long growth_at_ = 1;  // T'_n: the draw from which on the subset must be larger
+};
+
+}  // namespace mono_pose_tracker

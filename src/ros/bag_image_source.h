@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "io/image_source.h"
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "ros/camera_info_conversion.h"
+
+namespace mono_pose_tracker {
+
+/// The images of one topic of a bag, or of several that were recorded one after the other (rosbag record
+/// --split), raw or compressed, in the bag's order. The stamp is header.stamp (the time of recording where
+/// that is zero), the name the image's number with six digits.
+class BagImageSource : public ImageSource {
+ public:
+  /// Takes messages of `image_topic`, or of `image_topic`/compressed when there are none. An empty topic
+  /// stands for the bag's only one. Throws std::runtime_error, one line that names the file, when it is no
+  /// sound bag or has no such images: then it lists the image topics there are.
+  BagImageSource(const std::string& path, const std::string& image_topic)
+      : BagImageSource(std::vector<std::string>{path}, image_topic) {}
+  /// In the order of the times of recording, whatever that of the paths.
+  BagImageSource(const std::vector<std::string>& paths, const std::string& image_topic);
+  ~BagImageSource() override;
+
+  SourceImage next() override;
+  bool skip() override;
+  int size() const override;
+
+  /// Looks at the first images that can be read, for their levels where they have 16 bits.
+  void look_at_first(GreyLevelChoice* levels) const;
+  /// Of images of 16 bits, from the next one on.
+  void set_levels(const GreyLevels& levels) { levels_ = levels; }
+
+  /// The topic that is read, as it is called in the bag.
+  const std::string& topic() const { return topic_; }
+
+  /// The camera by the CameraInfo messages of a topic (empty: the camera_info beside the image topic).
+  /// For rectified images that is its projection matrix, without distortion; rectified: as of
+  /// decide_rectification. The camera makes a CameraModel. Throws std::runtime_error, one line, when there is
+  /// no such message, none of a calibrated camera, or when they are of several
+  /// (kToleratedCalibrationChangePx); otherwise it is the first of them.
+  ConvertedCamera read_calibration(const std::string& camera_info_topic, const std::string& rectified) const;
+  CameraParameters read_camera(const std::string& camera_info_topic = "") const {
+    return read_calibration(camera_info_topic, "auto").parameters;
+  }
+
+ private:
+  struct Bag;
+
+  std::string path_, topic_;
+  std::unique_ptr<Bag> bag_;
+  GreyLevels levels_;
+  std::int64_t index_ = 0;
+};
+
+}  // namespace mono_pose_tracker

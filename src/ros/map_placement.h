@@ -1,0 +1,60 @@
+#pragma once
+
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <std_msgs/Header.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "robust/odometry_scale.h"
+#include "ros/live_tracker.h"
+#include "ros/output_frames.h"
+
+namespace mono_pose_tracker {
+
+/// What others say of where the map lies and how large it is: ~initialpose, and odometry (scale/odometry). Of
+/// the processing thread.
+class MapPlacement {
+ public:
+  MapPlacement(bool scale_from_odometry, const OutputFrames& frames, LiveTracker& tracker)
+      : scale_from_odometry_(scale_from_odometry), frames_(frames), tracker_(tracker) {}
+
+  /// After each image. report: in the map, not the world. Returns what was done, one line, or nothing.
+  std::string follow(const std_msgs::Header& image_header, const FrameReport& report);
+
+  /// What was seen last is no longer where the camera is: the map is another, or no images were looked at.
+  void forget() { present_.reset(); }
+
+  /// Moves the map so that the present pose is the one given, of the base, or of the camera without one.
+  /// Returns what was done; throws std::runtime_error saying why it can't be.
+  std::string place(const geometry_msgs::PoseWithCovarianceStamped& pose);
+
+ private:
+  struct Posed {
+    std_msgs::Header header;
+    Rigid3 map_from_camera;
+    ScaleSource scale = ScaleSource::kMapUnits;
+  };
+  /// Names the map and its unit: poses of two can't be compared. (Epoch, id, scale.)
+  using MapState = std::tuple<std::uint32_t, std::uint32_t, ScaleSource>;
+
+  std::string rescale();
+  void follow_moves(const FrameReport& report);
+  void follow_map(const FrameReport& report);
+
+  const bool scale_from_odometry_;
+  const OutputFrames& frames_;
+  LiveTracker& tracker_;
+  std::optional<Posed> present_;  // none while the camera is lost, or not looked for
+  OdometryScale odometry_scale_;
+  MapState state_;
+  // By what ~initialpose has moved the map since the newest report that knows of all moves.
+  Rigid3 moved_from_map_;
+  std::pair<std::uint32_t, std::uint32_t> moved_at_;  // map and corrections of the report before the moves
+  bool is_rescaling_ = false;  // a correction is under way: its report has not come yet
+};
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "mono_pose_tracker/common/status.h"
+#include "mono_pose_tracker/segmentation/segmentation_options.h"
+#include "segmentation/background_model.h"
+
+namespace mono_pose_tracker {
+
+struct Segmentation {
+  std::string method = kNoMask;  // that found the mask
+  cv::Mat mask;                  // CV_8UC1 of the image's size, 255 = object; empty: all of it may be
+  Reason reason = Reason::kOk;   // or kLearningBackground: there is no mask yet
+  std::string text;
+
+  static constexpr const char* kNoMask = "none";
+  static constexpr const char* kGivenMask = "mask";
+  static constexpr const char* kByMotion = "motion";
+  bool is_by_motion() const { return method == kByMotion; }
+};
+
+/// Finds the object in each image by the methods that need no motion: a given mask, a background, a plain
+/// backdrop. Works on images of at most 320 px width; masks come at full size. One thread.
+class Segmenter {
+ public:
+  /// background_image: CV_8UC3, what the method `background` holds images against; empty: learnt from the
+  /// first ones.
+  explicit Segmenter(const SegmentationOptions& options, const cv::Mat& background_image = {});
+
+  /// The next image of a sequence; the background model learns from it. given: empty, or not 0 = object;
+  /// where there is a method besides, the object is what both say.
+  Segmentation segment(const cv::Mat& image, const cv::Mat& given);
+
+  /// An image of the same sequence out of its order: nothing is learnt.
+  Segmentation segment_again(const cv::Mat& image, const cv::Mat& given);
+
+ private:
+  void forget();
+  Segmentation find(const cv::Mat& image, const cv::Mat& given, bool learn);
+  Segmentation find_unaided(const cv::Mat& image, bool learn);
+  Segmentation by_background(const cv::Mat& small, bool learn);
+  bool learn_background(const cv::Mat& small, bool learn, Segmentation* result);
+  cv::Mat clean(const cv::Mat& raw) const;
+
+  SegmentationOptions options_;
+  cv::Mat background_image_;
+  BackgroundModel background_;
+  std::vector<cv::Mat> learning_;  // images to learn from
+  int learning_seen_ = 0;
+  cv::Mat outside_;  // where the last image showed background, of the model's size
+};
+
+}  // namespace mono_pose_tracker

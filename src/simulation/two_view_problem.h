@@ -1,0 +1,93 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+
+#include "common/random.h"
+#include "mono_pose_tracker/common/rigid3.h"
+
+namespace mono_pose_tracker {
+
+inline Eigen::Vector3d random_direction(Random& random) {
+  return Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized();
+}
+
+inline Eigen::Quaterniond random_rotation(Random& random) {
+  return Eigen::Quaterniond(random.normal(), random.normal(), random.normal(), random.normal()).normalized();
+}
+
+/// A pair of cameras and N points in front of both; bearings are unit, without noise.
+template <int N>
+struct TwoViewProblem {
+  Rigid3 second_from_first;
+  std::array<Eigen::Vector3d, N> x_in_first, bearings1, bearings2;
+};
+
+/// Points in a box at distance 4 whose front subtends 45 degrees, turned by `angle` about its centre round
+/// the y axis.
+template <int N>
+TwoViewProblem<N> box_problem(Random& random, double depth_by_width,
+                              double angle = 10 * 3.14159265358979 / 180) {
+  const double width = 2 * 4 * 0.41421356237309503;  // 2 * 4 * tan(22.5 degrees)
+  const double depth = depth_by_width * width;
+  const Eigen::Vector3d centre(0, 0, 4 + depth / 2);
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()));
+  TwoViewProblem<N> problem;
+  problem.second_from_first = Rigid3(turn, centre - turn * centre);
+  for (int i = 0; i < N; ++i) {
+    const Eigen::Vector3d offset(random.uniform(-width, width) / 2, random.uniform(-width, width) / 2,
+                                 random.uniform(-depth, depth) / 2);
+    problem.x_in_first[i] = centre + offset;
+    problem.bearings1[i] = problem.x_in_first[i].normalized();
+    problem.bearings2[i] = (problem.second_from_first * problem.x_in_first[i]).normalized();
+  }
+  return problem;
+}
+
+/// Turns of up to 30 degrees, unit translation along `direction`, points at depths 2 to 10 in a 90 degree
+/// view.
+template <int N>
+TwoViewProblem<N> motion_problem(Random& random, const Eigen::Vector3d& direction) {
+  TwoViewProblem<N> problem;
+  const Eigen::AngleAxisd turn(random.uniform(0, 0.5), random_direction(random));
+  problem.second_from_first = Rigid3(Eigen::Quaterniond(turn), direction);
+  for (int i = 0; i < N; ++i) {
+    Eigen::Vector3d& x = problem.x_in_first[i];
+    do {
+      const double depth = random.uniform(2, 10);
+      x = Eigen::Vector3d(random.uniform(-depth, depth), random.uniform(-depth, depth), depth);
+    } while ((problem.second_from_first * x).z() < 0.1);
+    problem.bearings1[i] = x.normalized();
+    problem.bearings2[i] = (problem.second_from_first * x).normalized();
+  }
+  return problem;
+}
+
+/// Turns of up to 30 degrees and a translation of the given length in any direction, points in a cube round
+/// distance 4 that subtends about 45 degrees: short, the camera nearly only turns.
+template <int N>
+TwoViewProblem<N> near_rotation_problem(Random& random, double baseline) {
+  const double half = 4 * 0.41421356237309503;  // 4 * tan(22.5 degrees)
+  TwoViewProblem<N> problem;
+  const Eigen::AngleAxisd turn(random.uniform(0, 0.5), random_direction(random));
+  problem.second_from_first = Rigid3(Eigen::Quaterniond(turn), baseline * random_direction(random));
+  for (int i = 0; i < N; ++i) {
+    Eigen::Vector3d& x = problem.x_in_first[i];
+    do {
+      x = Eigen::Vector3d(random.uniform(-half, half), random.uniform(-half, half),
+                          random.uniform(4 - half, 4 + half));
+    } while ((problem.second_from_first * x).z() < 0.1);
+    problem.bearings1[i] = x.normalized();
+    problem.bearings2[i] = (problem.second_from_first * x).normalized();
+  }
+  return problem;
+}
+
+/// Distance of two matrices of unit norm whose sign is free.
+inline double distance_up_to_sign(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+  return std::min((a - b).norm(), (a + b).norm());
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "map/frame.h"
+#include "mapping/initial_map.h"
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/common/status.h"
+#include "mono_pose_tracker/tracking/frame_report.h"
+#include "mono_pose_tracker/tracking/tracker_options.h"
+#include "tracking/two_motions.h"
+
+namespace mono_pose_tracker {
+
+struct ViewSet;
+
+struct BootstrapReport {
+  Reason reason = Reason::kFirstFrame;
+  std::string text = "first frame: the reference for the map to come";
+  int matches = 0;
+  int inliers = 0;
+  double median_parallax_deg = 0;
+  std::optional<InitialMap> map;
+  bool is_begun = false;            // the map was, and is the mapper's: the report holds it no more
+  std::vector<SeenMotion> motions;  // from the reference to the frame added
+
+  /// When a background stands still before which an object moves: its features' pixels, and since which frame
+  /// the object has moved by how much (median).
+  std::vector<cv::Point2f> still_background;
+  std::int64_t reference_index = 0;
+  double moved_px = 0;
+};
+
+/// Makes the first map (paper, step 3): 5-point RANSAC between a reference frame and the newest one. A
+/// two-view geometry may have a rival that fits as well (a plane's twin; narrow views): all are kept until a
+/// third view decides.
+class Bootstrapper {
+ public:
+  Bootstrapper(const TrackerOptions& options, const CameraModel& camera)
+      : options_(options), camera_(camera) {}
+
+  /// The reason is kOk when the report holds a map.
+  BootstrapReport add(const Frame& frame);
+
+  /// The two-view result of the first and last frame, for want of a third. Without a map where there is none.
+  BootstrapReport unconfirmed() const;
+
+  void set_options(const TrackerOptions& options) { options_ = options; }
+  void reset();
+
+  /// From the reference frame to the newest, for drawings.
+  std::vector<SeenMotion> motions() const;
+
+ private:
+  struct Candidate {
+    Frame frame;
+    std::vector<int> feature_of_reference;  // matched feature of each of the reference's, -1 where none
+    int matches = 0;
+  };
+
+  int match_to_reference(Candidate* candidate) const;
+  bool has_left_reference() const;
+  bool replace_reference();
+  void thin_out();
+  std::vector<int> third_views(std::size_t second) const;
+  bool separate_motions(std::vector<char>* fixed, BootstrapReport* report);
+  bool is_one_motion(const TwoMotions& motions, BootstrapReport* report) const;
+  std::vector<char> moved_between() const;
+  void begin_separation(const TwoMotions& motions);
+  void separate_newest();
+  void keep_object(const std::vector<int>& moved_of_reference, Candidate* candidate) const;
+  void forget_motions();
+  void report_motions(BootstrapReport* report) const;
+  ViewSet collect(const std::vector<int>& used, const std::vector<char>& fixed,
+                  std::vector<Frame>* frames) const;
+
+  TrackerOptions options_;
+  CameraModel camera_;
+  std::deque<Candidate> candidates_;  // the reference first
+  int two_motions_seen_ = 0;          // frames in a row
+  bool view_reached_round_ = false;   // what stands still, in a frame: it is fixed to the camera
+  bool camera_is_still_ = false;      // and hardly anything moves before it
+  std::vector<cv::Point2f> still_;    // of the background, once two motions are certain: pixels
+};
+
+}  // namespace mono_pose_tracker
