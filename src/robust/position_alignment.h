@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "mono_pose_tracker/geometry/sim3.h"
+
+namespace mono_pose_tracker {
+
+/// One camera position as the map has it, and as it was measured in the world (m).
+struct PositionPair {
+  Eigen::Vector3d in_map = Eigen::Vector3d::Zero();
+  Eigen::Vector3d in_world = Eigen::Vector3d::Zero();
+};
+
+/// A direction that is known in both frames: what tells the rotation about the path where positions near one
+/// line leave it open. Unit vectors.
+struct DirectionPair {
+  Eigen::Vector3d in_map = Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d in_world = Eigen::Vector3d::UnitZ();
+};
+
+struct PositionAlignmentOptions {
+  std::uint64_t seed = 0;
+  /// Samples of three positions that are tried. 500 find three good ones among 50 % outliers with a
+  /// probability of 1 - 1e-29; the rest allows for samples that noise makes useless.
+  int samples = 2000;
+  /// Positions that score a sample, at most; of more, evenly spread ones.
+  int max_scored = 1000;
+  /// Largest squared distance of an inlier in units of the noise's variance per axis: the 99 % quantile of
+  /// chi-squared with three degrees of freedom.
+  double max_squared_error = 11.345;
+  /// Fewer inliers than this fit anything.
+  int min_inliers = 4;
+  /// Share of the positions that must be inliers; the median of the errors says nothing below a half.
+  double min_inlier_share = 0.5;
+  /// Relative standard deviation of the scale from which on the alignment fails.
+  double max_scale_sigma = 0.1;
+  /// Standard deviation (deg) about the worst axis from which on the known directions are asked.
+  double max_rotation_sigma_deg = 2;
+  /// Largest angle (deg) between a known direction and where the alignment has it; beyond, they contradict.
+  double max_direction_angle_deg = 10;
+};
+
+struct PositionAlignment {
+  bool success = false;
+  std::string problem;  // why not, and what was expected
+  Sim3 world_from_map;
+  std::vector<char> inliers;   // a flag a pair
+  std::vector<double> errors;  // m, a distance a pair
+  int num_inliers = 0;
+  double inlier_rms = 0;          // m
+  double sigma = 0;               // m per axis: of noise and drift together, by the inliers
+  double rotation_sigma_deg = 0;  // about the worst axis, by the positions alone
+  double scale_sigma = 0;         // relative
+  bool used_directions = false;   // the rotation about the worst axis is theirs
+};
+
+/// Similarity from a map to measured positions that hold outliers: least median of squares over samples of
+/// three (Rousseeuw 1984; Umeyama 1991), refined on the inliers of a noise level that the median gives. No
+/// threshold in metres is needed; up to half of the positions may be wrong. `directions`: used where the
+/// positions leave the rotation open and where they agree with the positions. Throws nothing.
+PositionAlignment align_positions(const std::vector<PositionPair>& pairs,
+                                  const std::vector<DirectionPair>& directions,
+                                  const PositionAlignmentOptions& options);
+
+}  // namespace mono_pose_tracker
