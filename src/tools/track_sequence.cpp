@@ -15,6 +15,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "bag_input.h"
 #include "camera/camera_guess.h"
 #include "camera/size_mismatch.h"
 #include "command_line.h"
@@ -33,7 +34,6 @@
 #include "results/outputs.h"
 #include "results/recording_files.h"
 #include "results/report.h"
-#include "ros/bag_image_source.h"
 #include "track_sequence_arguments.h"
 #include "tracking/background_image.h"
 #include "tracking/recording.h"
@@ -75,7 +75,7 @@ GreyLevelChoice levels_of(const Arguments& a) {
   try {
     GreyLevelChoice levels(a.grey_levels);
     if (!a.images.empty()) look_at_first(a.images, &levels);
-    if (!a.bags.empty()) BagImageSource(a.bags, a.image_topic).look_at_first(&levels);
+    if (!a.bags.empty()) look_at_first_of_bags(a.bags, a.image_topic, &levels);
     return levels;
   } catch (const std::invalid_argument& error) {
     throw std::runtime_error(std::string("--grey-levels ") + error.what());
@@ -85,13 +85,7 @@ GreyLevelChoice levels_of(const Arguments& a) {
 std::function<std::unique_ptr<ImageSource>()> source_of(const Arguments& a, const GreyLevels& levels) {
   if (!a.images.empty()) return [a, levels] { return open_images(a.images, levels); };
   if (!a.video.empty()) return [a] { return open_video(a.video); };
-  if (!a.bags.empty()) {
-    return [a, levels] {
-      auto bags = std::make_unique<BagImageSource>(a.bags, a.image_topic);
-      bags->set_levels(levels);
-      return bags;
-    };
-  }
+  if (!a.bags.empty()) return [a, levels] { return open_bags(a.bags, a.image_topic, levels); };
   throw std::runtime_error("no input: give --images, --video or --bag");
 }
 
@@ -134,9 +128,7 @@ Calibration calibration_of(const Arguments& a, const LookedAtSource& source) {
     calibration.source = CalibrationSource::kGuessed;
     return calibration;
   }
-  std::optional<BagImageSource> bag;
-  if (!a.bags.empty()) bag.emplace(a.bags, a.image_topic);
-  const std::string topic = bag ? bag->topic() : "";
+  const std::string topic = a.bags.empty() ? "" : topic_of_bags(a.bags, a.image_topic);
   calibration.rectification = decide_rectification(a.rectified, topic);
   bool has_distortion = false;
   if (!a.camera.empty()) {
@@ -145,8 +137,9 @@ Calibration calibration_of(const Arguments& a, const LookedAtSource& source) {
     has_distortion = file.has_distortion;
     calibration.note = file.note;
     calibration.size_origin = "image_width and image_height of " + a.camera;
-  } else if (bag) {
-    const ConvertedCamera of_bag = bag->read_calibration(a.camera_info_topic, a.rectified);
+  } else if (!a.bags.empty()) {
+    const ConvertedCamera of_bag =
+        calibration_of_bags(a.bags, a.image_topic, a.camera_info_topic, a.rectified);
     calibration.camera = of_bag.parameters;
     has_distortion = of_bag.has_distortion;
     calibration.note = of_bag.note;
@@ -527,6 +520,7 @@ int run(const Arguments& given) {
   if (!calibration.contradiction.empty()) run.result.warnings.push_back(calibration.contradiction);
   tell_of_result(options, &run.result);
   end_on_signals();  // one that came while images were tracked has had its effect
+  check_bags(a.bags);
   recording.interrupted = [before = int{signals_caught}] { return signals_caught > before; };
   const double seconds = write_all(a, options, recording, calibration, reference, start, &run);
   if (!run.result.tracked) {

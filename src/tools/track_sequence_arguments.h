@@ -33,7 +33,9 @@ inline void declare(CLI::App& app, Arguments& a) {
       app.add_option("--images", a.images, "folder of images, or a list of `timestamp path` lines");
   auto* video = app.add_option("--video", a.video, "video file")->excludes(images);
   auto* bag =
-      app.add_option("--bag", a.bags, "bag file; several, or a pattern (walk_*.bag), are one recording")
+      app.add_option("--bag", a.bags,
+                     "bag file of ROS 1; several, or a pattern (walk_*.bag), are one recording. Or one "
+                     "recording of ROS 2: its folder, .db3 or .mcap file")
           ->excludes(images)
           ->excludes(video);
   app.add_option("--image-topic", a.image_topic, "of the bag [its only one]")->needs(bag);

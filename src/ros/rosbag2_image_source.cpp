@@ -1,0 +1,224 @@
+#include "ros/rosbag2_image_source.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <iomanip>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+#include "camera/rectification.h"
+#include "camera/same_camera.h"
+#include "common/one_line.h"
+#include "io/image_decoding.h"
+#include "io/stamp.h"
+#include "ros/camera_info_conversion.h"
+#include "ros/image_conversion.h"
+#include "rosbag2_messages.h"
+#include "rosbag2_storage.h"
+
+namespace mono_pose_tracker {
+namespace {
+
+const char* const kRos2Image = "sensor_msgs/msg/Image";
+const char* const kRos2Compressed = "sensor_msgs/msg/CompressedImage";
+const char* const kRos2CameraInfo = "sensor_msgs/msg/CameraInfo";
+const std::string kCompressedTopic = "/compressed";
+
+/// Users leave the slash away.
+std::string without_slash(const std::string& topic) {
+  const std::size_t start = topic.find_first_not_of('/');
+  return start == std::string::npos ? "" : topic.substr(start);
+}
+
+std::vector<StoredTopic> topics_of_types(const MessageStorage& storage, const std::set<std::string>& types) {
+  std::vector<StoredTopic> found;
+  for (const StoredTopic& topic : storage.topics()) {
+    if (types.count(topic.type) > 0) found.push_back(topic);
+  }
+  return found;
+}
+
+std::string names_of_topics(const std::vector<StoredTopic>& topics) {
+  std::string text;
+  for (const StoredTopic& topic : topics) text += (text.empty() ? "" : ", ") + one_line(topic.name);
+  return text.empty() ? "none" : text;
+}
+
+const StoredTopic* topic_called(const std::vector<StoredTopic>& topics, const std::string& name) {
+  for (const StoredTopic& topic : topics) {
+    if (!without_slash(name).empty() && without_slash(topic.name) == without_slash(name)) return &topic;
+  }
+  return nullptr;
+}
+
+StoredTopic choose_ros2_topic(const std::string& path, const MessageStorage& storage,
+                              const std::string& wanted) {
+  const std::vector<StoredTopic> topics = topics_of_types(storage, {kRos2Image, kRos2Compressed});
+  const StoredTopic* chosen = wanted.empty() && topics.size() == 1 ? &topics.front() : nullptr;
+  if (!chosen && !wanted.empty()) chosen = topic_called(topics, wanted);
+  if (!chosen && !wanted.empty()) chosen = topic_called(topics, wanted + kCompressedTopic);
+  if (!chosen) {
+    throw std::runtime_error(path + ": " +
+                             (wanted.empty() ? "has not one image topic" : "has no images on " + wanted) +
+                             ": expected one of its image topics, which are: " + names_of_topics(topics));
+  }
+  if (chosen->serialization != "cdr") {
+    throw std::runtime_error(path + ": " + one_line(chosen->name) + " is serialised as '" +
+                             one_line(chosen->serialization) + "': expected cdr");
+  }
+  return *chosen;
+}
+
+/// By image_transport's rules: /camera/image_raw/compressed -> /camera.
+std::string name_space_of_camera(std::string topic) {
+  const std::size_t end = topic.size() - std::min(topic.size(), kCompressedTopic.size());
+  if (topic.compare(end, std::string::npos, kCompressedTopic) == 0) topic.resize(end);
+  const std::size_t slash = topic.rfind('/');
+  return slash == std::string::npos ? "" : topic.substr(0, slash);
+}
+
+/// The camera of all messages; those before the camera was calibrated do not count.
+ConvertedCamera camera_of_messages(MessageCursor& messages, bool rectified) {
+  std::optional<ConvertedCamera> camera;
+  std::string problem = "holds no message";
+  StoredMessage message;
+  while (messages.next(&message)) {
+    std::int64_t stamp_ns = 0;
+    const ConvertedCamera converted =
+        convert_camera_info(read_ros2_camera_info(message.data, &stamp_ns), rectified);
+    if (converted.reason != Reason::kOk) {
+      problem = converted.error;
+      continue;
+    }
+    if (camera && !is_same_camera(camera->parameters, converted.parameters, kToleratedCalibrationChangePx)) {
+      throw std::runtime_error(
+          "the calibration changes at " + format_stamp(stamp_ns == 0 ? message.time_ns : stamp_ns) +
+          ": expected one for the whole recording, or a calibration file to use for all of it");
+    }
+    if (!camera) camera = converted;
+  }
+  if (!camera) throw std::runtime_error(problem);
+  return *camera;
+}
+
+/// Fills in image or problem, and the stamp.
+void decode_ros2_image(const StoredTopic& topic, const StoredMessage& message, const GreyLevels& levels,
+                       SourceImage* result) {
+  if (topic.type == kRos2Compressed) {
+    const DecodedImage decoded =
+        decode_image(read_ros2_compressed_image(message.data, &result->stamp_ns), kMaxImagePixels, levels);
+    result->image = decoded.image;
+    result->problem = decoded.problem;
+    return;
+  }
+  const ConvertedImage converted = convert_image(read_ros2_image(message.data, &result->stamp_ns), levels);
+  result->image = converted.image.clone();  // it may share the message's memory
+  result->problem = converted.error;
+}
+
+/// With all bits of its pixels; empty where it cannot be read.
+cv::Mat ros2_image_with_all_bits(const StoredTopic& topic, const StoredMessage& message) {
+  std::int64_t stamp_ns = 0;
+  if (topic.type == kRos2Compressed) {
+    return decode_unchanged(read_ros2_compressed_image(message.data, &stamp_ns)).image;
+  }
+  return convert_with_all_bits(read_ros2_image(message.data, &stamp_ns)).image.clone();
+}
+
+}  // namespace
+
+struct Rosbag2ImageSource::Bag {
+  std::unique_ptr<MessageStorage> storage;
+  StoredTopic topic;
+  std::unique_ptr<MessageCursor> images;
+};
+
+Rosbag2ImageSource::Rosbag2ImageSource(const std::string& path, const std::string& image_topic)
+    : path_(path), bag_(std::make_unique<Bag>()) {
+  bag_->storage = open_rosbag2(path);
+  bag_->topic = choose_ros2_topic(path, *bag_->storage, image_topic);
+  topic_ = bag_->topic.name;
+  bag_->images = bag_->storage->open(topic_);
+}
+
+Rosbag2ImageSource::~Rosbag2ImageSource() = default;
+
+int Rosbag2ImageSource::size() const { return bag_->images->size(); }
+
+SourceImage Rosbag2ImageSource::next() {
+  SourceImage result;
+  std::ostringstream name;
+  name << std::setw(6) << std::setfill('0') << index_;
+  StoredMessage message;
+  try {
+    if (!bag_->images->next(&message)) return {};
+    decode_ros2_image(bag_->topic, message, levels_, &result);
+  } catch (const std::exception& error) {  // a damaged part of the file
+    result.problem = one_line(error.what());
+  }
+  ++index_;
+  result.mask_name = name.str();
+  result.name = result.mask_name + ".png";
+  if (result.stamp_ns == 0) result.stamp_ns = message.time_ns;
+  result.kind = result.problem.empty() ? SourceImage::Kind::kImage : SourceImage::Kind::kSkipped;
+  if (!result.problem.empty()) {
+    result.problem =
+        path_ + ": image " + result.mask_name + " of " + one_line(topic_) + ": " + result.problem;
+    result.image.release();
+  }
+  return result;
+}
+
+bool Rosbag2ImageSource::skip() {
+  StoredMessage message;
+  ++index_;
+  try {
+    return bag_->images->next(&message);
+  } catch (const std::exception&) {  // it was told when it was read
+    return true;
+  }
+}
+
+void Rosbag2ImageSource::look_at_first(GreyLevelChoice* levels) const {
+  const std::unique_ptr<MessageCursor> images = bag_->storage->open(topic_);
+  StoredMessage message;
+  for (bool goes_on = true; goes_on && !levels->is_settled();) {
+    cv::Mat image;
+    try {
+      goes_on = images->next(&message);
+      if (goes_on) image = ros2_image_with_all_bits(bag_->topic, message);
+    } catch (const std::exception&) {  // reported when its turn comes
+    }
+    if (!image.empty() && image.depth() != CV_16U) return;
+    levels->look_at(image);
+  }
+}
+
+ConvertedCamera Rosbag2ImageSource::read_calibration(const std::string& camera_info_topic,
+                                                     const std::string& rectified) const {
+  const std::string wanted =
+      camera_info_topic.empty() ? name_space_of_camera(topic_) + "/camera_info" : camera_info_topic;
+  const std::vector<StoredTopic> topics = topics_of_types(*bag_->storage, {kRos2CameraInfo});
+  const StoredTopic* topic = topic_called(topics, wanted);
+  // Some drivers call their images /axis/compressed, and have /axis/camera_info beside them.
+  if (!topic && camera_info_topic.empty()) {
+    topic = topic_called(topics, topic_.substr(0, topic_.rfind('/') + 1) + "camera_info");
+  }
+  if (!topic) {
+    throw std::runtime_error(
+        path_ + ": has no CameraInfo on " + one_line(wanted) +
+        ": expected one of its CameraInfo topics, which are: " + names_of_topics(topics) +
+        "; or give --camera, a calibration file, or --hfov, a guess");
+  }
+  try {
+    return camera_of_messages(*bag_->storage->open(topic->name),
+                              decide_rectification(rectified, topic_).is_rectified);
+  } catch (const std::exception& error) {
+    throw std::runtime_error(path_ + ": " + one_line(topic->name) + ": " + one_line(error.what()));
+  }
+}
+
+}  // namespace mono_pose_tracker
