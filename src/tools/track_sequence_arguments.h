@@ -65,9 +65,10 @@ inline void declare(CLI::App& app, Arguments& a) {
   app.add_option(
       "--write-masks", a.write_masks,
       "folder to write masks to: what was taken for the object, outlined where no masks are given");
-  app.add_flag(
-      "--undistorted", a.undistorted,
-      "undistorted images and masks for dense reconstruction, in the folder undistorted of the output");
+  app.add_flag("--undistorted", a.undistorted,
+               "undistorted images and masks, with the model for dense reconstruction (COLMAP), Gaussian "
+               "splatting and "
+               "NeRF (sparse/0, transforms.json), in the folder undistorted of the output");
   app.add_flag("--write-frames", a.write_frames,
                "the images of a video or bag, in the folder frames of the output, named as in colmap")
       ->excludes(images);

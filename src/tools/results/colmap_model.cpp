@@ -2,8 +2,7 @@
 
 #include <algorithm>
 #include <set>
-
-#include "mono_pose_tracker/io/colmap.h"
+#include <utility>
 
 namespace mono_pose_tracker {
 
@@ -39,7 +38,7 @@ class ModelBuilder {
     }
   }
 
-  void write(const std::string& folder) {
+  ColmapModel finish() {
     std::set<LandmarkId> used;
     for (const std::vector<LandmarkPixel>& seen : seen_) {
       for (const LandmarkPixel& s : seen) used.insert(s.landmark);
@@ -58,7 +57,7 @@ class ModelBuilder {
         if (pixel.allFinite()) images_[i].observations.push_back({pixel, index_of.at(s.landmark)});
       }
     }
-    write_colmap_text(folder, camera_.parameters(), images_, points);
+    return {std::move(images_), std::move(points)};
   }
 
  private:
@@ -107,13 +106,21 @@ class ModelBuilder {
 
 }  // namespace
 
+ColmapModel colmap_model_of(const CameraParameters& camera, const FinishedMap& map,
+                            const std::vector<PosedFrame>& trajectory,
+                            const std::map<std::int64_t, std::string>& names, const PixelChange& changed,
+                            const ColmapModelOptions& options) {
+  ModelBuilder model(camera, map, changed, options);
+  for (const PosedFrame& frame : trajectory) model.add(frame, names.at(frame.index));
+  return model.finish();
+}
+
 void write_map_for_colmap(const std::string& folder, const CameraParameters& camera, const FinishedMap& map,
                           const std::vector<PosedFrame>& trajectory,
                           const std::map<std::int64_t, std::string>& names, const PixelChange& changed,
                           const ColmapModelOptions& options) {
-  ModelBuilder model(camera, map, changed, options);
-  for (const PosedFrame& frame : trajectory) model.add(frame, names.at(frame.index));
-  model.write(folder);
+  const ColmapModel model = colmap_model_of(camera, map, trajectory, names, changed, options);
+  write_colmap_text(folder, camera, model.images, model.points);
 }
 
 std::string doubt_of_names(const std::map<std::int64_t, std::string>& names) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/io/colmap.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 #include "tracking/finished_map.h"
 
@@ -21,9 +22,20 @@ struct ColmapModelOptions {
   double max_error_px = 4;
 };
 
-/// The map and the poses as COLMAP's text model, in the folder; pixels of observations as `changed` has them.
-/// An image that is no keyframe lists the landmarks that it was registered by, as far as the map still has
-/// them where the image shows them.
+struct ColmapModel {
+  std::vector<ColmapImage> images;
+  std::vector<ColmapPoint> points;
+};
+
+/// The map and the poses as COLMAP's model has them; pixels of observations as `changed` has them, in images
+/// of `camera`. An image that is no keyframe lists the landmarks that it was registered by, as far as the map
+/// still has them where the image shows them.
+ColmapModel colmap_model_of(const CameraParameters& camera, const FinishedMap& map,
+                            const std::vector<PosedFrame>& trajectory,
+                            const std::map<std::int64_t, std::string>& names, const PixelChange& changed,
+                            const ColmapModelOptions& options = {});
+
+/// colmap_model_of as COLMAP's text model, in the folder.
 void write_map_for_colmap(const std::string& folder, const CameraParameters& camera, const FinishedMap& map,
                           const std::vector<PosedFrame>& trajectory,
                           const std::map<std::int64_t, std::string>& names, const PixelChange& changed,

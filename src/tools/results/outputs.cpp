@@ -79,6 +79,11 @@ void add_undistorted(const fs::path& folder, const std::vector<std::string>& nam
     files->add(folder / "masks" / (name + ".png"), "--undistorted");
   }
   for (const fs::path& file : colmap_files(folder / "sparse")) files->add(file, "--undistorted");
+  for (const fs::path& file : colmap_files(folder / "sparse" / "0")) {
+    files->add(file, "--undistorted");
+    files->add(fs::path(file).replace_extension(".bin"), "--undistorted");
+  }
+  for (const char* name : {"transforms.json", "sparse_pc.ply"}) files->add(folder / name, "--undistorted");
   for (const char* name : {"patch-match.cfg", "fusion.cfg"}) {
     files->add(folder / "stereo" / name, "--undistorted");
   }

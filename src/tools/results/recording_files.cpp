@@ -17,6 +17,7 @@
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/io/ply.h"
 #include "tracking/body_outlines.h"
+#include "splat_dataset.h"
 
 namespace mono_pose_tracker {
 
@@ -157,8 +158,11 @@ void write_undistorted(const fs::path& folder, const CameraModel& camera, const 
     fused += name + "\n";
     written.push_back(posed.at(index));
   });
-  write_map_for_colmap((folder / "sparse").string(), undistorter.camera(), result.maps.front(), written,
-                       result.names, [&](const Eigen::Vector2d& pixel) { return undistorter.pixel(pixel); });
+  const ColmapModel model =
+      colmap_model_of(undistorter.camera(), result.maps.front(), written, result.names,
+                      [&](const Eigen::Vector2d& pixel) { return undistorter.pixel(pixel); });
+  write_colmap_text((folder / "sparse").string(), undistorter.camera(), model.images, model.points);
+  write_splat_dataset(folder.string(), undistorter.camera(), model.images, model.points);
   for (const char* part : {"depth_maps", "normal_maps", "consistency_graphs"}) {
     make_folder(folder / "stereo" / part);
   }

@@ -32,7 +32,8 @@ void write_frames(const std::filesystem::path& folder, const Recording& recordin
                   const RecordingResult& result);
 
 /// A workspace of COLMAP's dense stage: images, masks (0 = ignore; COLMAP appends .png to the image's name),
-/// the model in sparse, and which images patch_match_stereo and stereo_fusion are to work on.
+/// the model in sparse, and which images patch_match_stereo and stereo_fusion are to work on. Beside it, in
+/// the same folder, the data set that write_splat_dataset describes.
 void write_undistorted(const std::filesystem::path& folder, const CameraModel& camera,
                        const Recording& recording, const RecordingResult& result, const MaskRecord& masks);
 
