@@ -29,6 +29,7 @@
 #include "mono_pose_tracker/io/trajectory.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "progress_bar.h"
+#include "results/alignment.h"
 #include "results/colmap_model.h"
 #include "results/mask_record.h"
 #include "results/outputs.h"
@@ -183,7 +184,7 @@ Outputs outputs_of(const Arguments& a) {
 void check_outputs(const Arguments& a, const TrackerOptions& options) {
   Inputs inputs;
   for (const std::string& path :
-       {a.images, a.video, a.camera, a.config, a.reference, options.segmentation.background_image}) {
+       {a.images, a.video, a.camera, a.config, a.reference, a.align, options.segmentation.background_image}) {
     inputs.add(path);
   }
   for (const std::string& bag : a.bags) inputs.add(bag);
@@ -376,17 +377,29 @@ void tell(const char* what, const std::vector<std::string>& lines) {
   for (const std::string& line : lines) std::fprintf(stderr, "%s%s\n", what, one_line(line).c_str());
 }
 
+void write_saved_map(const std::string& path, const AlignedResult& aligned, const Run& run) {
+  SavedMaps saved = *run.tracker->copy_maps();
+  move_as_aligned(run.result, aligned, &saved);
+  write_map_file(path, saved);
+}
+
+// As it was aligned.
+const Map& main_map(const Run& run) {
+  return run.result.maps.empty() ? run.tracker->map() : run.result.maps.front().map;
+}
+
 void write_files(const Arguments& a, const Recording& recording, const Calibration& calibration,
-                 const std::vector<StampedPose>& reference, bool outlined, Run* run) {
+                 const std::vector<StampedPose>& reference, const AlignedResult& aligned, bool outlined,
+                 Run* run) {
   const fs::path output = a.output;
   const RecordingResult& result = run->result;
   write_tum_maps((output / "trajectory_live.txt").string(), std::move(run->live));
   if (!result.tracked) write_tum((output / "trajectory.txt").string(), {});
-  if (result.tracked) write_results(output, calibration.camera, result, reference);
+  if (result.tracked) write_results(output, calibration.camera, result, reference, aligned);
   if (calibration.refined) {
     write_camera_yaml((output / "camera_refined.yaml").string(), "camera", calibration.camera);
   }
-  if (result.tracked && !a.save_map.empty()) write_map_file(a.save_map, *run->tracker->copy_maps());
+  if (result.tracked && !a.save_map.empty()) write_saved_map(a.save_map, aligned, *run);
   if (outlined) outline_masks(recording, result, CameraModel(calibration.camera), &run->masks);
   if (!a.write_masks.empty()) write_masks(a.write_masks, recording, result, run->masks);
   if (a.write_frames) write_frames(output / "frames", recording, result);
@@ -399,12 +412,12 @@ void write_files(const Arguments& a, const Recording& recording, const Calibrati
 // images that are not written yet. The seconds that all took.
 double write_all(const Arguments& a, const TrackerOptions& options, const Recording& recording,
                  const Calibration& calibration, const std::vector<StampedPose>& reference,
-                 std::chrono::steady_clock::time_point start, Run* run) {
+                 const AlignedResult& aligned, std::chrono::steady_clock::time_point start, Run* run) {
   RecordingResult& result = run->result;
   const bool outlined = signals_caught == 0 && are_to_be_outlined(a, recording, result, options.segmentation);
   std::exception_ptr failure;
   try {
-    write_files(a, recording, calibration, reference, outlined, run);
+    write_files(a, recording, calibration, reference, aligned, outlined, run);
   } catch (const std::exception& e) {
     failure = std::current_exception();
     result.problems.push_back(e.what());
@@ -414,8 +427,8 @@ double write_all(const Arguments& a, const TrackerOptions& options, const Record
     tell("warning: ", {result.warnings.back()});
   }
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
-  write_report((fs::path(a.output) / "report.json").string(), result, run->tracker->map(), run->masks,
-               calibration, options.seed, wall.count());
+  write_report((fs::path(a.output) / "report.json").string(), result, main_map(*run), run->masks, calibration,
+               aligned.report, options.seed, wall.count());
   if (failure) std::rethrow_exception(failure);
   return wall.count();
 }
@@ -470,6 +483,12 @@ void tell_of_files(const Arguments& a, const Run& run, double seconds) {
               seconds, result.rests_on_two_views ? " (two views only: unconfirmed)" : "", a.output.c_str());
 }
 
+AlignmentOptions alignment_options(const TrackerOptions& options) {
+  AlignmentOptions alignment;
+  alignment.positions.seed = options.seed;
+  return alignment;
+}
+
 // A pattern that the shell has left, as within quotes, is expanded; each bag is read once.
 std::vector<std::string> expanded(const std::vector<std::string>& patterns) {
   std::vector<std::string> paths;
@@ -491,10 +510,13 @@ std::vector<std::string> expanded(const std::vector<std::string>& patterns) {
 int run(const Arguments& given) {
   Arguments a = given;
   a.bags = expanded(given.bags);
+  check_bags(a.bags);
   const auto start = std::chrono::steady_clock::now();
   const TrackerOptions options = options_of(a);
   const std::vector<StampedPose> reference =
       a.reference.empty() ? std::vector<StampedPose>() : read_reference(a.reference);
+  std::optional<GivenPositions> positions;
+  if (!a.align.empty()) positions = read_given_positions(a.align);
   const GreyLevelChoice levels = levels_of(a);
   const LookedAtSource source(source_of(a, levels.levels()));
   Recording recording = recording_of(a, source);
@@ -518,11 +540,12 @@ int run(const Arguments& given) {
   Run run = track(a, options, recording, maps, &calibration);
   if (!unread.empty()) run.result.warnings.push_back(a.images + ": some images are left out" + unread);
   if (!calibration.contradiction.empty()) run.result.warnings.push_back(calibration.contradiction);
+  AlignedResult aligned;
+  if (positions) aligned = align_to_positions(*positions, alignment_options(options), &run.result, &run.live);
   tell_of_result(options, &run.result);
   end_on_signals();  // one that came while images were tracked has had its effect
-  check_bags(a.bags);
   recording.interrupted = [before = int{signals_caught}] { return signals_caught > before; };
-  const double seconds = write_all(a, options, recording, calibration, reference, start, &run);
+  const double seconds = write_all(a, options, recording, calibration, reference, aligned, start, &run);
   if (!run.result.tracked) {
     std::fprintf(stderr, "%s: %s\n", a.localize_only ? "no image could be posed" : "no map could be made",
                  run.result.reason.c_str());

@@ -18,7 +18,7 @@ struct Arguments {
   std::string images, video, image_topic, camera_info_topic;
   std::vector<std::string> bags;
   std::string rectified = "auto", grey_levels = "auto";
-  std::string camera, config, masks, output, write_masks, reference, map, save_map;
+  std::string camera, config, masks, output, write_masks, reference, align, map, save_map;
   bool localize_only = false;
   std::optional<double> hfov;
   bool undistorted = false, write_frames = false, refine_camera = false;
@@ -73,6 +73,9 @@ inline void declare(CLI::App& app, Arguments& a) {
                "the images of a video or bag, in the folder frames of the output, named as in colmap")
       ->excludes(images);
   app.add_option("--reference", a.reference, "true trajectory (TUM lines), drawn into overview.png");
+  app.add_option("--align", a.align,
+                 "measured positions of the camera, TUM lines or lines `image-name latitude longitude "
+                 "altitude`: all results in their frame and in metres; outliers are found");
   auto* map = app.add_option("--map", a.map, "go on in a saved map, which may be another camera's")
                   ->excludes(app.get_option("--refine-camera"));
   auto* localize = app.add_flag("--localize-only", a.localize_only,

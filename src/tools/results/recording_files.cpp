@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "alignment.h"
 #include "colmap_model.h"
 #include "common/parallel.h"
 #include "io/atomic_file.h"
@@ -16,8 +17,8 @@
 #include "io/undistortion.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/io/ply.h"
-#include "tracking/body_outlines.h"
 #include "splat_dataset.h"
+#include "tracking/body_outlines.h"
 
 namespace mono_pose_tracker {
 
@@ -58,8 +59,22 @@ std::vector<Eigen::Vector3d> true_positions(const std::vector<StampedPose>& refe
   return positions;
 }
 
+fs::path map_folder(const fs::path& output, std::size_t i) {
+  return i == 0 ? output : output / ("map_" + std::to_string(i + 1));
+}
+
+void turn(const Eigen::Quaterniond& view_from_map, Overview* overview) {
+  for (ColoredPoint& point : overview->points) {
+    point.x_in_map = view_from_map.cast<float>() * point.x_in_map;
+  }
+  for (auto* positions : {&overview->cameras, &overview->true_cameras}) {
+    for (Eigen::Vector3d& x : *positions) x = view_from_map * x;
+  }
+}
+
 void write_map(const fs::path& output, const CameraParameters& camera, const RecordingResult& result,
-               const FinishedMap& map, const std::vector<StampedPose>& reference) {
+               const FinishedMap& map, const std::vector<StampedPose>& reference,
+               const AlignedResult& aligned) {
   std::vector<StampedPose> poses;
   Overview overview;
   for (const PosedFrame& frame : map.trajectory) {
@@ -78,8 +93,10 @@ void write_map(const fs::path& output, const CameraParameters& camera, const Rec
                    (confirmed ? "" : "; NOT confirmed: see report.json");
   if (map.map.scale_source() != ScaleSource::kMapUnits) overview.unit = "m";
   if (!reference.empty()) overview.true_cameras = true_positions(reference, poses);
+  Overview drawn = overview;
+  if (aligned.world_from_map.count(map.id) > 0) turn(view_from_map(map.trajectory), &drawn);
   write_ply((output / "points.ply").string(), overview.points);
-  write_overview((output / "overview.png").string(), overview);
+  write_overview((output / "overview.png").string(), drawn);
   write_map_for_colmap((output / "colmap").string(), camera, map, map.trajectory, result.names,
                        [](const Eigen::Vector2d& pixel) { return pixel; });
 }
@@ -174,11 +191,11 @@ void write_undistorted(const fs::path& folder, const CameraModel& camera, const 
 }
 
 void write_results(const fs::path& output, const CameraParameters& camera, const RecordingResult& result,
-                   const std::vector<StampedPose>& reference) {
+                   const std::vector<StampedPose>& reference, const AlignedResult& aligned) {
   for (std::size_t i = 0; i < result.maps.size(); ++i) {
-    const fs::path folder = i == 0 ? output : output / ("map_" + std::to_string(i + 1));
+    const fs::path folder = map_folder(output, i);
     make_folder(folder);
-    write_map(folder, camera, result, result.maps[i], reference);
+    write_map(folder, camera, result, result.maps[i], reference, aligned);
   }
 }
 

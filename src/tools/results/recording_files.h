@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "alignment.h"
 #include "mask_record.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/io/trajectory.h"
@@ -11,11 +12,11 @@
 namespace mono_pose_tracker {
 
 /// Trajectory, points, picture and COLMAP model: the largest map's in the output folder, the others' in
-/// map_2, map_3, ...
+/// map_2, map_3, ... The picture of a map that was aligned is drawn with the cameras' down towards the
+/// bottom.
 void write_results(const std::filesystem::path& output, const CameraParameters& camera,
-                   const RecordingResult& result, const std::vector<StampedPose>& reference);
-
-// These end early, each file of them whole, once the recording is interrupted.
+                   const RecordingResult& result, const std::vector<StampedPose>& reference,
+                   const AlignedResult& aligned);
 
 /// The masks in force, where the tracker has found them by what moves, cut down to the body's outline; frames
 /// without one get it where something was seen to move otherwise than the map, or most of the others have

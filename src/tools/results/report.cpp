@@ -101,8 +101,8 @@ Json camera_summary(const SelfCalibration& calibration) {
 }  // namespace
 
 void write_report(const std::string& path, const RecordingResult& result, const Map& map,
-                  const MaskRecord& masks, const Calibration& calibration, std::uint64_t seed,
-                  double wall_seconds) {
+                  const MaskRecord& masks, const Calibration& calibration, const Json& alignment,
+                  std::uint64_t seed, double wall_seconds) {
   const MapStatistics statistics = map_statistics(map);
   Json json = {{"tracked", result.tracked},
                {"confirmed", is_confirmed(result)},
@@ -127,6 +127,7 @@ void write_report(const std::string& path, const RecordingResult& result, const 
                {"maps", maps_summary(result)},
                {"loops", loops_summary(result)},
                {"problems", result.problems}};
+  if (!alignment.is_null()) json["alignment"] = alignment;
   if (calibration.rectification) {
     json["rectified"] = calibration.rectification->is_rectified;
     json["rectified_reason"] = calibration.rectification->reason;

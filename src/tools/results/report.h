@@ -23,9 +23,9 @@ struct Calibration {
   std::string note;           // what was left out of the calibration
 };
 
-/// report.json: what became of the recording.
+/// report.json: what became of the recording. `alignment`: to given positions; null: none were given.
 void write_report(const std::string& path, const RecordingResult& result, const Map& map,
-                  const MaskRecord& masks, const Calibration& calibration, std::uint64_t seed,
-                  double wall_seconds);
+                  const MaskRecord& masks, const Calibration& calibration, const Json& alignment,
+                  std::uint64_t seed, double wall_seconds);
 
 }  // namespace mono_pose_tracker

@@ -1,0 +1,286 @@
+#include "alignment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "common/angles.h"
+#include "common/formatted.h"
+#include "common/median.h"
+#include "geometry/nearest_rotation.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+/// A given position and the camera of the map at that moment.
+struct GivenFrame {
+  std::int64_t index = 0;  // of the nearest frame
+  Rigid3 map_from_camera;
+  Eigen::Vector3d x_in_world;
+  std::optional<Eigen::Quaterniond> world_from_body;
+};
+
+Rigid3 moved_pose(const Sim3& world_from_map, const Rigid3& map_from_camera) {
+  return {(world_from_map.rotation * map_from_camera.rotation).normalized(),
+          world_from_map * map_from_camera.translation};
+}
+
+/// The camera at that time: of the nearest frame, or between two successive ones.
+std::optional<GivenFrame> camera_at(const std::vector<PosedFrame>& by_stamp, const StampedPose& given,
+                                    std::int64_t max_difference_ns) {
+  const auto after = std::lower_bound(
+      by_stamp.begin(), by_stamp.end(), given.stamp_ns,
+      [](const PosedFrame& frame, std::int64_t stamp_ns) { return frame.stamp_ns < stamp_ns; });
+  const PosedFrame* const b = after == by_stamp.end() ? nullptr : &*after;
+  const PosedFrame* const a = after == by_stamp.begin() ? nullptr : &*(after - 1);
+  const auto far = [&](const PosedFrame* frame) {
+    return frame ? std::abs(frame->stamp_ns - given.stamp_ns) : std::numeric_limits<std::int64_t>::max();
+  };
+  const PosedFrame* const nearest = far(a) < far(b) ? a : b;
+  if (!nearest) return std::nullopt;
+  GivenFrame result;
+  result.index = nearest->index;
+  result.map_from_camera = nearest->map_from_camera;
+  result.x_in_world = given.map_from_camera.translation;
+  result.world_from_body = given.map_from_camera.rotation;
+  if (far(nearest) <= max_difference_ns) return result;
+  if (!a || !b || b->index != a->index + 1) return std::nullopt;
+  const double t = static_cast<double>(far(a)) / static_cast<double>(b->stamp_ns - a->stamp_ns);
+  result.map_from_camera =
+      Rigid3(a->map_from_camera.rotation.slerp(t, b->map_from_camera.rotation),
+             (1 - t) * a->map_from_camera.translation + t * b->map_from_camera.translation);
+  return result;
+}
+
+std::vector<GivenFrame> frames_by_stamp(const std::vector<StampedPose>& given,
+                                        std::vector<PosedFrame> trajectory, std::int64_t max_difference_ns) {
+  std::stable_sort(trajectory.begin(), trajectory.end(),
+                   [](const PosedFrame& a, const PosedFrame& b) { return a.stamp_ns < b.stamp_ns; });
+  std::vector<GivenFrame> frames;
+  for (const StampedPose& pose : given) {
+    if (const auto frame = camera_at(trajectory, pose, max_difference_ns)) frames.push_back(*frame);
+  }
+  return frames;
+}
+
+std::vector<GivenFrame> frames_by_name(const std::vector<NamedPosition>& given,
+                                       const std::vector<PosedFrame>& trajectory,
+                                       const std::map<std::int64_t, std::string>& names) {
+  std::map<std::string, const NamedPosition*> by_name;
+  for (const NamedPosition& position : given) by_name[position.name] = &position;
+  std::vector<GivenFrame> frames;
+  for (const PosedFrame& frame : trajectory) {
+    const std::string& name = names.at(frame.index);
+    auto found = by_name.find(name);
+    if (found == by_name.end()) found = by_name.find(std::filesystem::path(name).filename().string());
+    if (found == by_name.end()) continue;
+    frames.push_back({frame.index, frame.map_from_camera, found->second->x_in_world, std::nullopt});
+  }
+  return frames;
+}
+
+/// The axes of the map as the orientations of TUM lines have them in the world; none where these are not the
+/// camera's.
+std::vector<DirectionPair> directions_of_poses(const std::vector<GivenFrame>& frames,
+                                               double max_orientation_deg) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const GivenFrame& frame : frames) {
+    sum += (*frame.world_from_body * frame.map_from_camera.rotation.conjugate()).toRotationMatrix();
+  }
+  const Eigen::Quaterniond world_from_map(nearest_rotation(sum));
+  std::vector<double> angles;
+  for (const GivenFrame& frame : frames) {
+    const Eigen::Quaterniond expected = world_from_map * frame.map_from_camera.rotation;
+    angles.push_back(expected.angularDistance(*frame.world_from_body) / kDegree);
+  }
+  if (angles.empty() || median(angles) > max_orientation_deg) return {};
+  std::vector<DirectionPair> directions;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d in_map = Eigen::Vector3d::Unit(axis);
+    directions.push_back({in_map, world_from_map * in_map});
+  }
+  return directions;
+}
+
+template <typename Frames>
+Eigen::Vector3d mean_down(const Frames& frames) {
+  Eigen::Vector3d down = Eigen::Vector3d::Zero();
+  for (const auto& frame : frames) down += frame.map_from_camera.rotation * Eigen::Vector3d::UnitY();
+  return down.norm() > 0 ? down.normalized() : Eigen::Vector3d::UnitY();
+}
+
+std::shared_ptr<const MapSnapshot> moved_snapshot(const MapSnapshot& snapshot, const Sim3& world_from_map) {
+  auto moved = std::make_shared<MapSnapshot>(snapshot);
+  for (ColoredPoint& point : moved->points) {
+    point.x_in_map = (world_from_map * point.x_in_map.cast<double>()).cast<float>();
+  }
+  for (KeyframePose& pose : moved->keyframes) {
+    pose.map_from_camera = moved_pose(world_from_map, pose.map_from_camera);
+  }
+  return moved;
+}
+
+void move_map(const Sim3& world_from_map, FinishedMap* map) {
+  map->map.transform(world_from_map);
+  map->map.set_scale_source(ScaleSource::kKnownBaseline);
+  if (map->snapshot) map->snapshot = moved_snapshot(*map->snapshot, world_from_map);
+  for (PosedFrame& frame : map->trajectory) {
+    frame.map_from_camera = moved_pose(world_from_map, frame.map_from_camera);
+  }
+}
+
+Json residuals_of(const PositionAlignment& alignment, const std::vector<GivenFrame>& frames,
+                  const std::map<std::int64_t, std::string>& names) {
+  Json residuals = Json::array();
+  for (std::size_t i = 0; i < alignment.errors.size(); ++i) {
+    residuals.push_back({{"image", names.at(frames[i].index)},
+                         {"residual", alignment.errors[i]},
+                         {"inlier", alignment.inliers[i] != 0}});
+  }
+  return residuals;
+}
+
+Json summary_of(const PositionAlignment& alignment, const std::vector<GivenFrame>& frames,
+                const std::map<std::int64_t, std::string>& names) {
+  Json json = {
+      {"aligned", alignment.success}, {"positions", frames.size()}, {"inliers", alignment.num_inliers}};
+  if (!alignment.success) {
+    json["problem"] = alignment.problem;
+    return json;
+  }
+  const Sim3& s = alignment.world_from_map;
+  json["scale"] = s.scale;
+  json["rotation_xyzw"] = {s.rotation.x(), s.rotation.y(), s.rotation.z(), s.rotation.w()};
+  json["translation"] = {s.translation.x(), s.translation.y(), s.translation.z()};
+  json["residual_rms"] = alignment.inlier_rms;
+  json["residual_median"] = median(alignment.errors);
+  json["residual_max"] = *std::max_element(alignment.errors.begin(), alignment.errors.end());
+  json["scale_sigma"] = alignment.scale_sigma;
+  json["rotation_sigma_deg"] =
+      std::isfinite(alignment.rotation_sigma_deg) ? Json(alignment.rotation_sigma_deg) : Json();
+  json["rotation_by_orientation"] = alignment.used_directions;
+  json["residuals"] = residuals_of(alignment, frames, names);
+  return json;
+}
+
+std::string name_of_map(std::size_t number) {
+  return number == 0 ? "the map" : "map " + std::to_string(number + 1);
+}
+
+void warn_of_alignment(const PositionAlignment& alignment, const AlignmentOptions& options,
+                       std::size_t number, const FinishedMap& map, std::vector<std::string>* warnings) {
+  const std::string name = name_of_map(number);
+  if (!alignment.success) {
+    warnings->push_back("--align: " + name + " stays in its own frame and unit: " + alignment.problem);
+    return;
+  }
+  if (alignment.rotation_sigma_deg > options.positions.max_rotation_sigma_deg && !alignment.used_directions) {
+    warnings->push_back(formatted(
+        "--align: the positions lie near one line; the rotation of %s about it is known to %.0f deg only: "
+        "give positions of a path with turns, or orientations of the camera",
+        name.c_str(), std::min(alignment.rotation_sigma_deg, 180.0)));
+  }
+  double largest = 0;
+  for (const PosedFrame& frame : map.trajectory) {
+    largest = std::max(largest, frame.map_from_camera.translation.lpNorm<Eigen::Infinity>());
+  }
+  if (largest > options.max_coordinate) {
+    warnings->push_back(formatted(
+        "--align: coordinates reach %.0f m, too large for the 32-bit numbers of points.ply: subtract an "
+        "offset from the given positions",
+        largest));
+  }
+}
+
+PositionAlignment align_map(const std::vector<GivenFrame>& frames, bool is_upright,
+                            const AlignmentOptions& options) {
+  std::vector<PositionPair> pairs;
+  for (const GivenFrame& frame : frames) {
+    pairs.push_back({frame.map_from_camera.translation, frame.x_in_world});
+  }
+  PositionAlignmentOptions positions = options.positions;
+  std::vector<DirectionPair> directions;
+  if (is_upright) {
+    positions.max_direction_angle_deg = options.max_pitch_deg;
+    directions.push_back({mean_down(frames), -Eigen::Vector3d::UnitZ()});
+  } else {
+    directions = directions_of_poses(frames, options.max_orientation_deg);
+  }
+  return align_positions(pairs, directions, positions);
+}
+
+}  // namespace
+
+AlignedResult align_to_positions(const GivenPositions& given, const AlignmentOptions& options,
+                                 RecordingResult* result, PosesByMap* live) {
+  AlignedResult aligned;
+  Json maps = Json::array();
+  for (std::size_t i = 0; i < result->maps.size(); ++i) {
+    FinishedMap& map = result->maps[i];
+    const std::vector<GivenFrame> frames =
+        given.origin ? frames_by_name(given.named, map.trajectory, result->names)
+                     : frames_by_stamp(given.poses, map.trajectory, options.max_difference_ns);
+    const PositionAlignment alignment = align_map(frames, given.origin.has_value(), options);
+    maps.push_back(summary_of(alignment, frames, result->names));
+    if (alignment.success) {
+      move_map(alignment.world_from_map, &map);
+      aligned.world_from_map[map.id] = alignment.world_from_map;
+    }
+    warn_of_alignment(alignment, options, i, map, &result->warnings);
+  }
+  if (!result->maps.empty()) result->trajectory = result->maps.front().trajectory;
+  std::size_t left = 0;
+  for (auto& [id, poses] : *live) {
+    const auto found = aligned.world_from_map.find(id);
+    if (found == aligned.world_from_map.end()) left += poses.size();
+    if (found == aligned.world_from_map.end()) continue;
+    for (StampedPose& pose : poses) pose.map_from_camera = moved_pose(found->second, pose.map_from_camera);
+  }
+  if (left > 0 && !aligned.world_from_map.empty()) {
+    result->warnings.push_back("--align: " + std::to_string(left) +
+                               " poses of trajectory_live.txt are of maps that no longer exist; they stay in "
+                               "map units");
+  }
+  aligned.report = {{"frame", given.origin ? "EAST_NORTH_UP" : "GIVEN"}};
+  if (given.origin) {
+    aligned.report["origin"] = {{"latitude_deg", given.origin->latitude_deg},
+                                {"longitude_deg", given.origin->longitude_deg},
+                                {"altitude", given.origin->altitude}};
+  }
+  aligned.report["maps"] = std::move(maps);
+  return aligned;
+}
+
+void move_as_aligned(const RecordingResult& result, const AlignedResult& aligned, SavedMaps* saved) {
+  for (const FinishedMap& finished : result.maps) {
+    const auto found = aligned.world_from_map.find(finished.id);
+    if (found == aligned.world_from_map.end() || finished.map.keyframes().empty()) continue;
+    const std::int64_t frame = finished.map.keyframes().begin()->second.frame_index;
+    for (Map& map : saved->maps) {
+      const bool is_it = std::any_of(map.keyframes().begin(), map.keyframes().end(),
+                                     [&](const auto& entry) { return entry.second.frame_index == frame; });
+      if (!is_it) continue;
+      map.transform(found->second);
+      map.set_scale_source(ScaleSource::kKnownBaseline);
+    }
+  }
+}
+
+Eigen::Quaterniond view_from_map(const std::vector<PosedFrame>& trajectory) {
+  const Eigen::Vector3d mean = mean_down(trajectory);
+  int axis = 0;
+  mean.cwiseAbs().maxCoeff(&axis);
+  Eigen::Matrix3d rows;
+  rows.row(1) = (mean[axis] < 0 ? -1 : 1) * Eigen::RowVector3d::Unit(axis);
+  rows.row(2) = Eigen::RowVector3d::Unit(axis == 2 ? 1 : 2);
+  rows.row(0) = rows.row(1).cross(rows.row(2));
+  return Eigen::Quaterniond(rows);
+}
+
+}  // namespace mono_pose_tracker
