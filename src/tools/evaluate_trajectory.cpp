@@ -15,6 +15,7 @@
 #include "json.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/io/trajectory.h"
+#include "viewer/evaluation_page.h"
 #include "written_files.h"
 
 using namespace mono_pose_tracker;
@@ -22,7 +23,7 @@ using namespace mono_pose_tracker;
 namespace {
 
 struct Arguments {
-  std::string reference, estimate, json, plot, align = "sim3", delta = "1";
+  std::string reference, estimate, json, plot, html, align = "sim3", delta = "1";
   double max_difference = 0.01;
 };
 
@@ -183,6 +184,7 @@ void run(const Arguments& arguments) {
   WrittenFiles files(inputs);
   files.add(arguments.json, "--json");
   files.add(arguments.plot, "--plot");
+  files.add(arguments.html, "--html");
   const std::vector<StampedPose> reference = read_tum(arguments.reference);
   std::vector<std::vector<StampedPose>> estimate = read_tum_maps(arguments.estimate);
   if (estimate.empty()) estimate.emplace_back();
@@ -203,6 +205,13 @@ void run(const Arguments& arguments) {
       if (map.error) errors.push_back(*map.error);
     }
     write_trajectory_plot(arguments.plot, united(errors));
+  }
+  if (!arguments.html.empty()) {
+    std::vector<EvaluatedPath> paths;
+    for (std::size_t i = 0; i < maps.size(); ++i) {
+      if (maps[i].error) paths.push_back({estimate[i], *maps[i].error});
+    }
+    write_scene_page(arguments.html, evaluation_page(reference, paths));
   }
 }
 
@@ -231,6 +240,8 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--json", arguments.json, "write the figures to this file");
   app.add_option("--plot", arguments.plot, "draw both trajectories and the error over time (png, jpg)");
+  app.add_option("--html", arguments.html,
+                 "write a page that shows both trajectories in 3-D, coloured by error; it needs no network");
   return run_command_line("evaluate_trajectory", app, argc, argv, [&] {
     run(arguments);
     return 0;

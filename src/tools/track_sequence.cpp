@@ -39,6 +39,7 @@
 #include "tracking/background_image.h"
 #include "tracking/recording.h"
 #include "tracking/self_calibration.h"
+#include "viewer/recording_page.h"
 
 namespace {
 
@@ -204,6 +205,7 @@ struct Observed {
   explicit Observed(bool keep_masks) : masks(keep_masks) {}
 
   MaskRecord masks;
+  FrameNotes notes;
   PosesByMap live;
 };
 
@@ -226,6 +228,7 @@ struct Run {
   std::unique_ptr<Tracker> tracker;
   RecordingResult result;
   MaskRecord masks;
+  FrameNotes notes;
   PosesByMap live;
 };
 
@@ -240,7 +243,7 @@ std::unique_ptr<Tracker> make_tracker(const TrackerOptions& options, const Camer
 // Until the map has so many keyframes; nothing is written on the way.
 Run track_beginning(const Arguments& a, const TrackerOptions& options, const CameraParameters& camera,
                     int max_keyframes, Recording recording) {
-  Run run{make_tracker(options, camera, nullptr), {}, MaskRecord(false), {}};
+  Run run{make_tracker(options, camera, nullptr), {}, MaskRecord(false), {}, {}};
   std::atomic<bool> has_enough{false};
   recording.interrupted = [&] { return signals_caught > 0 || has_enough; };
   Progress progress(recording.open()->size(), a.quiet);
@@ -267,13 +270,17 @@ Run track_all(const Arguments& a, const TrackerOptions& options, const CameraPar
       note_live(pass, report, &into->live);
       if (attempt == 0 && pass == 1 && report.map_from_camera)
         live.append(into->live[report.map_id].back(), report.map_id);
-      if (pass == 1 || report.map_from_camera) into->masks.add(index, report);
+      if (pass == 1 || report.map_from_camera) {
+        into->masks.add(index, report);
+        into->notes.add(index, report);
+      }
     };
   };
   TrackedRecording tracked = track_until_confirmed(
       recording, [&] { return make_tracker(options, camera, loaded); }, observer_of);
   Observed& kept = observed[tracked.attempt];
-  return {std::move(tracked.tracker), std::move(tracked.result), std::move(kept.masks), std::move(kept.live)};
+  return {std::move(tracked.tracker), std::move(tracked.result), std::move(kept.masks), std::move(kept.notes),
+          std::move(kept.live)};
 }
 
 // What speaks against the camera speaks against every map.
@@ -389,13 +396,14 @@ const Map& main_map(const Run& run) {
 }
 
 void write_files(const Arguments& a, const Recording& recording, const Calibration& calibration,
-                 const std::vector<StampedPose>& reference, const AlignedResult& aligned, bool outlined,
-                 Run* run) {
+                 const std::vector<StampedPose>& reference, const AlignedResult& aligned,
+                 const Thumbnails& thumbnails, bool outlined, Run* run) {
   const fs::path output = a.output;
   const RecordingResult& result = run->result;
   write_tum_maps((output / "trajectory_live.txt").string(), std::move(run->live));
   if (!result.tracked) write_tum((output / "trajectory.txt").string(), {});
   if (result.tracked) write_results(output, calibration.camera, result, reference, aligned);
+  if (result.tracked) write_pages(output, calibration.camera, run->notes, thumbnails, result);
   if (calibration.refined) {
     write_camera_yaml((output / "camera_refined.yaml").string(), "camera", calibration.camera);
   }
@@ -412,12 +420,13 @@ void write_files(const Arguments& a, const Recording& recording, const Calibrati
 // images that are not written yet. The seconds that all took.
 double write_all(const Arguments& a, const TrackerOptions& options, const Recording& recording,
                  const Calibration& calibration, const std::vector<StampedPose>& reference,
-                 const AlignedResult& aligned, std::chrono::steady_clock::time_point start, Run* run) {
+                 const AlignedResult& aligned, const Thumbnails& thumbnails,
+                 std::chrono::steady_clock::time_point start, Run* run) {
   RecordingResult& result = run->result;
   const bool outlined = signals_caught == 0 && are_to_be_outlined(a, recording, result, options.segmentation);
   std::exception_ptr failure;
   try {
-    write_files(a, recording, calibration, reference, aligned, outlined, run);
+    write_files(a, recording, calibration, reference, aligned, thumbnails, outlined, run);
   } catch (const std::exception& e) {
     failure = std::current_exception();
     result.problems.push_back(e.what());
@@ -433,9 +442,10 @@ double write_all(const Arguments& a, const TrackerOptions& options, const Record
   return wall.count();
 }
 
-Recording recording_of(const Arguments& a, const LookedAtSource& source) {
+Recording recording_of(const Arguments& a, const LookedAtSource& source,
+                       const std::shared_ptr<Thumbnails>& thumbnails) {
   Recording recording;
-  recording.open = [source] { return source.open(); };
+  recording.open = [source, thumbnails] { return with_thumbnails(source.open(), thumbnails); };
   recording.max_frames = a.max_frames;
   recording.threads = a.threads;
   recording.try_again = a.map.empty();
@@ -519,7 +529,8 @@ int run(const Arguments& given) {
   if (!a.align.empty()) positions = read_given_positions(a.align);
   const GreyLevelChoice levels = levels_of(a);
   const LookedAtSource source(source_of(a, levels.levels()));
-  Recording recording = recording_of(a, source);
+  const auto thumbnails = std::make_shared<Thumbnails>();
+  Recording recording = recording_of(a, source, thumbnails);
   Calibration calibration = calibration_of(a, source);
   if (a.hfov && !a.bags.empty() && !a.quiet)
     std::fprintf(stderr, "--hfov takes the place of any camera_info in the bag\n");
@@ -545,7 +556,8 @@ int run(const Arguments& given) {
   tell_of_result(options, &run.result);
   end_on_signals();  // one that came while images were tracked has had its effect
   recording.interrupted = [before = int{signals_caught}] { return signals_caught > before; };
-  const double seconds = write_all(a, options, recording, calibration, reference, aligned, start, &run);
+  const double seconds =
+      write_all(a, options, recording, calibration, reference, aligned, *thumbnails, start, &run);
   if (!run.result.tracked) {
     std::fprintf(stderr, "%s: %s\n", a.localize_only ? "no image could be posed" : "no map could be made",
                  run.result.reason.c_str());

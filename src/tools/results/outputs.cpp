@@ -55,8 +55,8 @@ std::vector<fs::path> colmap_files(const fs::path& folder) {
 // The files in the output folder itself, whatever comes of the recording.
 std::vector<fs::path> result_files(const Outputs& outputs) {
   std::vector<fs::path> files;
-  for (const char* name :
-       {"trajectory.txt", "trajectory_live.txt", "points.ply", "overview.png", "report.json"}) {
+  for (const char* name : {"trajectory.txt", "trajectory_live.txt", "points.ply", "overview.png",
+                           "overview.html", "report.json"}) {
     files.push_back(outputs.folder / name);
   }
   if (outputs.refined_camera) files.push_back(outputs.folder / "camera_refined.yaml");
@@ -66,7 +66,7 @@ std::vector<fs::path> result_files(const Outputs& outputs) {
 void add_results(const Outputs& outputs, WrittenFiles* files) {
   for (const fs::path& file : result_files(outputs)) files->add(file, "--output");
   for (const fs::path& folder : map_folders(outputs.folder)) {
-    for (const char* name : {"trajectory.txt", "points.ply", "overview.png"}) {
+    for (const char* name : {"trajectory.txt", "points.ply", "overview.png", "overview.html"}) {
       files->add(folder / name, "--output");
     }
     for (const fs::path& file : colmap_files(folder / "colmap")) files->add(file, "--output");
@@ -160,7 +160,8 @@ std::vector<fs::path> earlier_files(const Outputs& outputs, const fs::path& came
     if (is_written || !fs::exists(path, none) || fs::equivalent(path, camera, none)) return;
     earlier.push_back(path);
   };
-  for (const char* name : {"points.ply", "overview.png", "colmap"}) add(outputs.folder / name, maps > 0);
+  for (const char* name : {"points.ply", "overview.png", "overview.html", "colmap"})
+    add(outputs.folder / name, maps > 0);
   add(outputs.folder / "camera_refined.yaml", outputs.refined_camera);
   add(outputs.folder / "undistorted", maps > 0 && outputs.undistorted);
   add(outputs.folder / "frames", outputs.frames);

@@ -107,6 +107,14 @@ bool most_have(const MaskRecord& masks, const RecordingResult& result) {
 
 }  // namespace
 
+void write_pages(const fs::path& output, const CameraParameters& camera, const FrameNotes& notes,
+                 const Thumbnails& thumbnails, const RecordingResult& result) {
+  for (std::size_t i = 0; i < result.maps.size(); ++i) {
+    write_scene_page((map_folder(output, i) / "overview.html").string(),
+                     recording_page(result, result.maps[i], camera, notes, thumbnails));
+  }
+}
+
 void outline_masks(const Recording& recording, const RecordingResult& result, const CameraModel& camera,
                    MaskRecord* masks) {
   const FinishedMap& first = result.maps.front();

@@ -8,6 +8,7 @@
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/io/trajectory.h"
 #include "tracking/recording.h"
+#include "viewer/recording_page.h"
 
 namespace mono_pose_tracker {
 
@@ -17,6 +18,12 @@ namespace mono_pose_tracker {
 void write_results(const std::filesystem::path& output, const CameraParameters& camera,
                    const RecordingResult& result, const std::vector<StampedPose>& reference,
                    const AlignedResult& aligned);
+
+/// overview.html of each map, beside its other results.
+void write_pages(const std::filesystem::path& output, const CameraParameters& camera, const FrameNotes& notes,
+                 const Thumbnails& thumbnails, const RecordingResult& result);
+
+// These end early, each file of them whole, once the recording is interrupted.
 
 /// The masks in force, where the tracker has found them by what moves, cut down to the body's outline; frames
 /// without one get it where something was seen to move otherwise than the map, or most of the others have

@@ -1,0 +1,127 @@
+#!/usr/bin/python3
+"""overview.html of track_sequence and the page of evaluate_trajectory --html, in headless Chromium where it is installed.
+PROGRAMS names the folder of the programs."""
+import json
+import os
+import re
+import sys
+import unittest
+
+import cv2
+import numpy
+import rosunit
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+import told_skips  # noqa: E402, F401
+import browser  # noqa: E402
+from track_sequence_runs import RunsOfARoom, content, run_program  # noqa: E402
+
+PAGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "src", "tools", "viewer", "scene_page.html")
+NEEDED = "needs chromium and chromium-driver"
+
+
+def scene_of(path):
+    text = content(path).decode()
+    return json.loads(re.search(r'<script type="application/json" id="scene">(.*?)</script>', text, re.S).group(1))
+
+
+class PageTest(RunsOfARoom):
+    def expect_sound(self, driver):
+        self.assertEqual(driver.errors(), [])
+        self.assertEqual(driver.requests(), [])
+
+    def expect_drawn(self, driver):
+        """The canvas has many colours."""
+        driver.screenshot(self.path("page.png"))
+        picture = cv2.imread(self.path("page.png"))[100:-100]
+        self.assertGreater(len(numpy.unique(picture.reshape(-1, 3), axis=0)), 50)
+
+    def name_after_click(self, driver, index):
+        x, y = driver.run("return scenePage.screenOf(arguments[0])", index)
+        driver.click(x, y)
+        return driver.run("return document.getElementById('name').textContent")
+
+    def test_the_page_holds_the_recording(self):
+        scene = scene_of(os.path.join(self.tracked, "overview.html"))
+        self.assertEqual([image["n"] for image in scene["images"]], self.names)
+        self.assertTrue(all(image["j"] and image["i"] > 0 and "p" in image for image in scene["images"]))
+        self.assertAlmostEqual(scene["images"][3]["t"], 7.8)
+        self.assertTrue(any(image.get("k") for image in scene["images"]))
+        self.assertNotIn(b"http", content(self.tracked, "overview.html").replace(b"http-equiv", b""))
+
+    def test_names_are_text(self):
+        """A name that would be markup is none in the page."""
+        name = "<img src=x onerror=alert(1)></script>.png"
+        if os.sep in name:
+            name = name.replace(os.sep, "")
+        images = self.copy_of_images()
+        os.rename(os.path.join(images, self.names[0]), os.path.join(images, name))
+        with open(self.path("list.txt"), "w") as f:
+            f.writelines("%.1f images/%s\n" % (i / 10, n) for i, n in enumerate([name] + self.names[1:]))
+        output, _ = self.track("--images", self.path("list.txt"), "--camera", self.camera)
+        self.assertEqual(scene_of(os.path.join(output, "overview.html"))["images"][0]["n"], name)
+
+    @unittest.skipUnless(browser.INSTALLED, NEEDED)
+    def test_chromium_shows_it(self):
+        with browser.Browser() as driver:
+            driver.open(os.path.join(self.tracked, "overview.html"))
+            self.assertIn("images registered", driver.run("return document.title"))
+            self.expect_drawn(driver)
+            driver.run("scenePage.view.target = scenePage.images[10].centre; scenePage.view.distance *= 0.4; scenePage.draw()")
+            self.assertEqual(self.name_after_click(driver, 10), self.names[10])
+            self.assertTrue(driver.run("return document.getElementById('thumbnail').naturalWidth > 100"))
+            self.assertIn("inliers", driver.run("return document.getElementById('facts').textContent"))
+            driver.run("const t = document.getElementById('time'); t.value = 5; t.dispatchEvent(new Event('input'))")
+            self.assertEqual(driver.run("return document.getElementById('name').textContent"), self.names[5])
+            driver.run("scenePage.play()")
+            self.expect_drawn(driver)
+            self.expect_sound(driver)
+
+    @unittest.skipUnless(browser.INSTALLED, NEEDED)
+    def test_chromium_shows_an_evaluation(self):
+        page = self.path("error.html")
+        result = run_program("evaluate_trajectory", "--reference", self.truth, "--estimate",
+                             os.path.join(self.tracked, "trajectory.txt"), "--html", page)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        scene = scene_of(page)
+        self.assertEqual(len(scene["images"]), len(self.names))
+        self.assertEqual(len(scene["reference"]), len(self.names))
+        self.assertAlmostEqual(scene["worst"], max(image["e"] for image in scene["images"]))
+        with browser.Browser() as driver:
+            driver.open(page)
+            self.assertIn("position RMSE", driver.run("return document.title"))
+            self.expect_drawn(driver)
+            driver.run("scenePage.select(7)")
+            self.assertIn("error", driver.run("return document.getElementById('facts').textContent"))
+            self.expect_sound(driver)
+
+    @unittest.skipUnless(browser.INSTALLED, NEEDED)
+    def test_a_thousand_images_and_a_hundred_thousand_points(self):
+        """The room's own page, its images and points repeated: below 15 MB, and a frame costs the processor little."""
+        scene = scene_of(os.path.join(self.tracked, "overview.html"))
+        once = scene["images"]
+        scene["images"] = [dict(once[i % len(once)], n="%06d.png" % i) for i in range(1000)]
+        points = len(scene["rgb"]) // 4  # 4 letters hold the 3 bytes of a colour, 16 the 12 of a position
+        scene["rgb"] *= 100000 // points + 1
+        scene["xyz"] *= 100000 // points + 1
+        self.assertEqual(4 * len(scene["rgb"]), len(scene["xyz"]))
+        page = self.path("large.html")
+        with open(PAGE) as f:
+            text = f.read().replace("@SCENE@", json.dumps(scene).replace("<", "\\u003c"))
+        with open(page, "w") as f:
+            f.write(text)
+        self.assertLess(os.path.getsize(page), 15e6)
+        with browser.Browser() as driver:
+            driver.open(page)
+            self.assertEqual(driver.run("return scenePage.images.length"), 1000)
+            milliseconds = driver.run("const t = performance.now(); for (let i = 0; i < 50; ++i) { "
+                                      "scenePage.view.yaw += 0.02; scenePage.draw(); } return (performance.now() - t) / 50")
+            selecting = driver.run("const t = performance.now(); for (let i = 0; i < 50; ++i) scenePage.select(i); "
+                                   "return (performance.now() - t) / 50")
+            print("%.1f MB; %.2f ms to issue a frame, %.2f ms to select an image" %
+                  (os.path.getsize(page) / 1e6, milliseconds, selecting))
+            self.expect_sound(driver)
+
+
+if __name__ == "__main__":
+    rosunit.unitrun("mono_pose_tracker", "overview_page", "__main__", sysargs=sys.argv)
