@@ -20,7 +20,7 @@ FLOORS = [
     ["quality"],
     ["tracking"],
     ["simulation", "evaluation", "ros"],
-    ["tools"],
+    ["tools", "python"],
     ["benchmarks"],
 ]
 FLOOR_OF = {folder: floor for floor, folders in enumerate(FLOORS) for folder in folders}

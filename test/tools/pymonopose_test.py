@@ -1,0 +1,298 @@
+#!/usr/bin/python3
+"""The Python module pymonopose. PROGRAMS names the folder of the programs, beside which the module lies."""
+import gc
+import os
+import re
+import sys
+import threading
+import time
+import unittest
+
+import cv2
+import numpy
+import rosunit
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+import told_skips  # noqa: E402, F401
+from track_sequence_runs import RunsOfARoom, rows  # noqa: E402
+
+MODULES = os.path.join(os.environ["PROGRAMS"], "..", "python3", "dist-packages")
+sys.path.insert(0, MODULES)
+try:
+    import pymonopose
+except ImportError:
+    pymonopose = None
+STUBS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "src", "python", "pymonopose.pyi")
+
+
+def turned(axis, angle):
+    return cv2.Rodrigues(numpy.array(axis, float) / numpy.linalg.norm(axis) * angle)[0]
+
+
+def pose_of(rotation, translation):
+    pose = numpy.eye(4)
+    pose[:3, :3], pose[:3, 3] = rotation, translation
+    return pose
+
+
+def angle_deg(a, b):
+    return numpy.degrees(numpy.arccos(numpy.clip((numpy.trace(a.T @ b) - 1) / 2, -1, 1)))
+
+
+@unittest.skipUnless(pymonopose, "needs pymonopose (pybind11-dev)")
+class SolversTest(unittest.TestCase):
+    def setUp(self):
+        random = numpy.random.default_rng(1)
+        self.points = random.uniform(-2, 2, (200, 3)) + [0, 0, 6]
+        self.pose = pose_of(turned([1, 2, 3], 0.2), [0.6, -0.3, 0.1])
+        self.x1 = self.points[:, :2] / self.points[:, 2:]
+        moved = self.points @ self.pose[:3, :3].T + self.pose[:3, 3]
+        self.x2 = moved[:, :2] / moved[:, 2:]
+        self.camera = pymonopose.Camera(640, 480, 500, 510, 320, 240, distortion=[-0.2, 0.05, 0.001, -0.001, 0])
+        self.random = random
+
+    def test_five_and_seven_points(self):
+        for solve, count in ((pymonopose.five_point, 5), (pymonopose.seven_point, 7)):
+            found = solve(self.x1[:count], self.x2[:count])
+            self.assertEqual(found.shape[1:], (3, 3))
+            ones = numpy.ones((200, 1))
+            a, b = numpy.hstack([self.x1, ones]), numpy.hstack([self.x2, ones])
+            best = min(numpy.abs(numpy.einsum("ni,ij,nj->n", b, m, a)).max() for m in found)
+            self.assertLess(best, 1e-8)
+            bearings = a[:count] / numpy.linalg.norm(a[:count], axis=1, keepdims=True)
+            self.assertEqual(len(solve(bearings, b[:count])), len(found))
+        with self.assertRaisesRegex(ValueError, r"x1 has the shape \(4, 2\): expected \(5, 2\) or \(5, 3\)"):
+            pymonopose.five_point(self.x1[:4], self.x2[:4])
+
+    def test_p3p(self):
+        found = pymonopose.p3p(self.x2[:3], self.points[:3])
+        self.assertLess(min(numpy.abs(pose - self.pose).max() for pose in found), 1e-8)
+        with self.assertRaises(ValueError):
+            pymonopose.p3p(self.x2[:3], self.x2[:3])
+
+    def pixels(self, points):
+        return self.camera.project(points) + self.random.normal(0, 0.3, (len(points), 2))
+
+    def outliers_in(self, pixels):
+        wrong = self.random.random(len(pixels)) < 0.3
+        pixels[wrong] = self.random.uniform(0, 480, (wrong.sum(), 2))
+        return wrong
+
+    def test_absolute_pose(self):
+        pixels = self.pixels(self.points @ self.pose[:3, :3].T + self.pose[:3, 3])
+        wrong = self.outliers_in(pixels)
+        found = pymonopose.estimate_absolute_pose(pixels, self.points, self.camera, {"threshold_px": 1.5, "seed": 3})
+        self.assertTrue(found.success)
+        self.assertLess(angle_deg(found.pose[:3, :3], self.pose[:3, :3]), 0.2)
+        self.assertLess(numpy.linalg.norm(found.pose[:3, 3] - self.pose[:3, 3]), 0.02)
+        self.assertEqual(found.inliers.sum(), found.num_inliers)
+        self.assertGreater((found.inliers == ~wrong).mean(), 0.95)
+
+    def test_relative_pose(self):
+        first = self.pixels(self.points)
+        second = self.pixels(self.points @ self.pose[:3, :3].T + self.pose[:3, 3])
+        self.outliers_in(second)
+        found = pymonopose.estimate_relative_pose(first, second, self.camera)
+        self.assertTrue(found.success)
+        self.assertLess(angle_deg(found.pose[:3, :3], self.pose[:3, :3]), 0.3)
+        direction = self.pose[:3, 3] / numpy.linalg.norm(self.pose[:3, 3])
+        self.assertGreater(found.pose[:3, 3] @ direction, 0.999)
+        again = pymonopose.estimate_relative_pose(self.camera.bearings(first), self.camera.bearings(second),
+                                                  ransac={"threshold": 1 / 505})
+        numpy.testing.assert_allclose(again.pose, found.pose, atol=1e-9)
+
+    def test_ransac_options(self):
+        for ransac, text in (({"treshold": 1}, "'treshold' is unknown"), ({"confidence": 2}, "confidence"),
+                             ({"threshold_px": 1}, "needs a camera")):
+            with self.assertRaisesRegex(ValueError, text):
+                pymonopose.estimate_relative_pose(self.x1, self.x2, ransac=ransac)
+        with self.assertRaisesRegex(ValueError, "200 and 199 rows"):
+            pymonopose.estimate_relative_pose(self.x1, self.x2[1:])
+        nothing = pymonopose.estimate_relative_pose(self.x1[:3], self.x2[:3])
+        self.assertFalse(nothing.success)
+        self.assertEqual(nothing.inliers.shape, (3,))
+
+
+@unittest.skipUnless(pymonopose, "needs pymonopose (pybind11-dev)")
+class ModuleTest(RunsOfARoom):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.arrays = [cv2.imread(os.path.join(cls.images, name)) for name in cls.names]
+        cls.model = pymonopose.Camera.from_yaml(cls.camera)
+        cls.result = pymonopose.reconstruct(cls.images, cls.model, threads=2)
+
+    def test_cameras(self):
+        points = numpy.array([[0.1, -0.2, 1], [0, 0, 2], [0, 0, -1]])
+        pixels = self.model.project(points)
+        self.assertTrue(numpy.isnan(pixels[2]).all())
+        bearings = self.model.bearings(pixels[:2])
+        numpy.testing.assert_allclose(bearings, points[:2] / numpy.linalg.norm(points[:2], axis=1, keepdims=True), atol=1e-7)
+        wide = pymonopose.Camera.from_hfov(640, 480, 90)
+        self.assertAlmostEqual(wide.matrix[0, 0], 320, places=6)
+        with open(self.path("cameras.txt"), "w") as f:
+            f.write("# cameras\n1 OPENCV 640 480 500 510 320.5 240.5 -0.1 0.02 0.001 0.002\n2 SIMPLE_RADIAL 64 48 50 32.5 24.5 0.1\n")
+        with self.assertRaisesRegex(RuntimeError, "holds 2 cameras"):
+            pymonopose.Camera.from_colmap(self.path("cameras.txt"))
+        first = pymonopose.Camera.from_colmap(self.path(), camera_id=1)
+        self.assertEqual((first.width, first.matrix[0, 2], first.distortion[:4]), (640, 320, [-0.1, 0.02, 0.001, 0.002]))
+        self.assertEqual(pymonopose.Camera.from_colmap(self.path(), 2).distortion[0], 0.1)
+        for wrong in (lambda: pymonopose.Camera.from_yaml(self.path("none.yaml")),
+                      lambda: pymonopose.Camera.from_colmap(self.path("none.txt"))):
+            with self.assertRaisesRegex(RuntimeError, "none"):
+                wrong()
+        with self.assertRaisesRegex(ValueError, "fx"):
+            pymonopose.Camera(640, 480, -1, 1, 320, 240)
+
+    def test_reconstruct_is_track_sequence(self):
+        result = self.result
+        self.assertEqual(result.verdict, "confirmed", result.warnings)
+        self.assertEqual(result.poses.shape, (len(self.names), 4, 4))
+        self.assertEqual(result.names, self.names)
+        self.assertEqual(result.indices, list(range(len(self.names))))
+        self.assertEqual(result.points.shape, result.colours.shape)
+        tracked = numpy.array([[float(v) for v in row[1:4]] for row in rows(self.tracked, "trajectory.txt")])
+        numpy.testing.assert_allclose(result.poses[:, :3, 3], tracked, atol=1e-9)
+
+    def test_arrays_paths_and_masks(self):
+        """The same images in any form give the same map; a mask changes it."""
+        for images in (self.arrays, [os.path.join(self.images, name) for name in self.names]):
+            again = pymonopose.reconstruct(images, self.model)
+            numpy.testing.assert_array_equal(again.poses, self.result.poses)
+        mask = numpy.ones(self.arrays[0].shape[:2], bool)
+        mask[:, :100] = False
+        masked = pymonopose.reconstruct(self.arrays, self.model, masks=[mask] * len(self.arrays))
+        self.assertFalse(numpy.array_equal(masked.poses, self.result.poses))
+        os.makedirs(self.path("masks"))
+        for name in self.names:
+            cv2.imwrite(self.path("masks", name), 255 * mask.astype(numpy.uint8))
+        of_folder = pymonopose.reconstruct(self.images, self.model, masks=self.path("masks"))
+        numpy.testing.assert_array_equal(of_folder.poses, masked.poses)
+
+    def test_options_and_progress(self):
+        calls = []
+        result = pymonopose.reconstruct(self.images, self.model, options={"sift/max_features": 300},
+                                        progress=lambda done, total: calls.append((done, total)))
+        self.assertEqual(calls, [(i + 1, len(self.names)) for i in range(len(self.names))])
+        self.assertLess(len(result.points), len(self.result.points))
+        nested = pymonopose.reconstruct(self.images, self.model, options={"sift": {"max_features": 300}})
+        numpy.testing.assert_array_equal(nested.poses, result.poses)
+        for options, text in (({"sift/max_featres": 300}, "did you mean sift/max_features"),
+                              ({"sift/max_features": -1}, "sift/max_features = -1: expected"), (3, "options")):
+            with self.assertRaisesRegex(ValueError, text):
+                pymonopose.reconstruct(self.images, self.model, options=options)
+        calls.clear()
+        pymonopose.reconstruct(self.images, self.model, progress=lambda done, total: calls.append(done) or done < 5)
+        self.assertLess(len(calls), 10)
+
+        def fail(done, total):
+            raise KeyError("mine")
+        with self.assertRaisesRegex(KeyError, "mine"):
+            pymonopose.reconstruct(self.images, self.model, progress=fail)
+
+    def test_wrong_images(self):
+        grey = self.arrays[0][..., 0]
+        for images, text in (([grey.astype(float)], r"images\[0\] has the type float64: expected uint8"),
+                             ([grey[None]], r"images\[0\] has the shape"), ([3], "no numpy array")):
+            with self.assertRaisesRegex(ValueError, text):
+                pymonopose.reconstruct(images, self.model)
+        with self.assertRaisesRegex(RuntimeError, "missing"):
+            pymonopose.reconstruct(self.path("missing"), self.model)
+        with self.assertRaisesRegex(ValueError, "masks has 1 items"):
+            pymonopose.reconstruct(self.arrays, self.model, masks=[None])
+        nothing = pymonopose.reconstruct([numpy.zeros_like(grey)] * 3, self.model)
+        self.assertEqual(nothing.verdict, "no map")
+        self.assertEqual(nothing.poses.shape, (0, 4, 4))
+        self.assertTrue(nothing.reason)
+
+    def test_tracker(self):
+        tracker = pymonopose.Tracker(self.model)
+        statuses = []
+        for i, image in enumerate(self.arrays):
+            padded = numpy.zeros((image.shape[0], image.shape[1] + 7, 3), numpy.uint8)
+            padded[:, :-7] = image
+            statuses.append(tracker.track(0.1 * i, padded[:, :-7] if i % 2 else image[:, ::-1][:, ::-1]))
+            del padded
+            gc.collect()
+            tracker.wait()
+        self.assertEqual(statuses[-1].state, "TRACKING")
+        self.assertEqual(statuses[-1].pose.shape, (4, 4))
+        self.assertIsNone(statuses[0].pose)
+        self.assertGreater(statuses[-1].inliers, 30)
+        self.assertEqual(len(tracker.poses), len(tracker.stamps))
+        self.assertGreater(len(tracker.points), 100)
+        self.assertEqual(tracker.points.shape, tracker.colours.shape)
+        truth = pymonopose.evaluate(self.truth, (7.5 + tracker.stamps, tracker.poses))
+        self.assertLess(truth["position_rmse_percent"], 3)
+        tracker.reset()
+        self.assertEqual(len(tracker.points), 0)
+        with self.assertRaisesRegex(ValueError, "stamp"):
+            tracker.track(float("nan"), self.arrays[0])
+
+    def test_others_run_while_images_are_tracked(self):
+        """The GIL is released: a thread counts meanwhile."""
+        counted, ended = [0], threading.Event()
+
+        def count():
+            while not ended.is_set():
+                counted[0] += 1
+                time.sleep(0.001)
+        thread = threading.Thread(target=count)
+        thread.start()
+        tracker = pymonopose.Tracker(self.model)
+        before, start = counted[0], time.monotonic()
+        for i, image in enumerate(self.arrays):
+            tracker.track(0.1 * i, image)
+        seconds = time.monotonic() - start
+        ended.set()
+        thread.join()
+        self.assertGreater(counted[0] - before, 20 * seconds)
+
+    def test_arrays_are_shared_and_let_go(self):
+        image = self.arrays[0].copy()
+        references = sys.getrefcount(image)
+        tracker = pymonopose.Tracker(self.model)
+        tracker.track(0, image)
+        del tracker
+        gc.collect()
+        self.assertEqual(sys.getrefcount(image), references)
+
+    def test_evaluate(self):
+        by_result = pymonopose.evaluate((numpy.arange(len(self.names), dtype=float), self.true_poses()), self.result)
+        self.assertLess(by_result["position_rmse_percent"], 2)
+        self.assertEqual(by_result["frames_matched"], len(self.names))
+        same = pymonopose.evaluate(self.truth, self.truth, align="se3")
+        self.assertLess(same["position_rmse"], 1e-9)
+        self.assertAlmostEqual(same["scale"], 1)
+        for call, text in ((lambda: pymonopose.evaluate(self.truth, 3), "estimate"),
+                           (lambda: pymonopose.evaluate(self.truth, self.truth, align="x"), "align"),
+                           (lambda: pymonopose.evaluate(self.truth, (numpy.zeros(2), numpy.zeros((2, 4, 4)))), "rigid")):
+            with self.assertRaisesRegex(ValueError, text):
+                call()
+
+    def true_poses(self):
+        result = []
+        for row in rows(self.truth):
+            x, y, z, w = (float(v) for v in row[4:8])
+            rotation = numpy.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                                    [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                                    [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+            result.append(pose_of(rotation, [float(v) for v in row[1:4]]))
+        return numpy.array(result)
+
+    def test_stubs_and_docstrings_name_all(self):
+        with open(STUBS) as f:
+            stubs = f.read()
+        for name in (name for name in dir(pymonopose) if not name.startswith("_")):
+            thing = getattr(pymonopose, name)
+            self.assertTrue(thing.__doc__ and len(thing.__doc__) > 20, name)
+            self.assertRegex(stubs, r"(?m)^(def|class) %s\b" % name)
+            if isinstance(thing, type):
+                part = re.split(r"(?m)^(?=class |def )", stubs)
+                (own,) = [text for text in part if re.match(r"class %s:" % name, text)]
+                for member in (m for m in vars(thing) if not m.startswith("_")):
+                    self.assertRegex(own, r"def %s\(" % member, name)
+
+
+if __name__ == "__main__":
+    rosunit.unitrun("mono_pose_tracker", "pymonopose", "__main__", sysargs=sys.argv)
