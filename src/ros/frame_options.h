@@ -8,7 +8,7 @@ namespace mono_pose_tracker {
 /// Behind ~view_frame: the middle of the object.
 constexpr const char* kMiddleSuffix = "_object";
 
-/// Which frames the tracker's results are given in (private parameters of the nodelet, see the README).
+/// Which frames the results are given in (private parameters of the nodelet, see doc/parameters.md).
 struct FrameOptions {
   std::string map_frame = "map";
   std::string camera_frame;  // empty: the image's frame_id

@@ -58,8 +58,8 @@ class DocumentedCommandsTest(unittest.TestCase):
             program = words[2]
             if program in ("tracker_node", "camera_node"):  # nodes: they have parameters
                 continue
-            source = os.path.join(ROOT, "src", "tools", program + ".cpp")
-            if os.path.exists(source) and not os.path.exists(os.path.join(PROGRAMS, program)):
+            is_benchmark = os.path.exists(os.path.join(ROOT, "src", "benchmarks", program + ".cpp"))
+            if is_benchmark and not os.path.exists(os.path.join(PROGRAMS, program)):
                 continue  # needs a library that is not installed (google-benchmark)
             for option in options(words[3:]):
                 self.assertRegex(self.help_of(program), rf"(?<![\w-]){re.escape(option)}(?![\w-])", f"{document}: {words}")

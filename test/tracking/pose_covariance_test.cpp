@@ -115,7 +115,7 @@ TEST(PoseCovariance, IsWhatPosesAreOffBy) {
   EXPECT_GT(found.share_below, 0.7);
 }
 
-// Not for each run of the tests: how doc/robots.md's figures are measured.
+// Not for each run of the tests: how consistent the covariance of ~pose is.
 TEST(PoseCovariance, DISABLED_Measured) {
   const auto number = [](const char* name, int other) {
     return std::getenv(name) ? std::atoi(std::getenv(name)) : other;
