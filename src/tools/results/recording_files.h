@@ -3,12 +3,12 @@
 #include <filesystem>
 #include <vector>
 
+#include "../viewer/recording_page.h"
 #include "alignment.h"
 #include "mask_record.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/io/trajectory.h"
 #include "tracking/recording.h"
-#include "viewer/recording_page.h"
 
 namespace mono_pose_tracker {
 
