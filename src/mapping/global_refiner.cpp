@@ -3,18 +3,21 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "keyframe_landmarks.h"
 #include "keyframe_places.h"
 #include "mapping/mapper.h"
+#include "mapping/retriangulation.h"
 #include "optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
 
 void Mapper::connect(ViewGraph* graph) const {
-  constexpr std::array<std::size_t, 3> kBefore = {1, 2, 4};
+  constexpr std::array<std::size_t, 4> kBefore = {1, 2, 4, 8};
   constexpr int kCovisible = 4, kPlaces = 3;
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map_);
   std::vector<ViewGraph::Pair> pairs;
@@ -34,28 +37,46 @@ void Mapper::connect(ViewGraph* graph) const {
   graph->connect(pairs);
 }
 
-// Kept where the map explains more of the graph's verified matches by it.
-void Mapper::merge_tracks_of(const ViewGraph& graph, const GraphConsistencyOptions& consistency) {
+// Kept unless the map explains fewer of the graph's verified matches then.
+void Mapper::retriangulate_by(const ViewGraph& graph, const GraphConsistencyOptions& consistency) {
   Map as_it_was = map_;
-  merge_tracks(edge_consistency(map_, graph, consistency), graph, &map_);
   BundleOptions bundle = options_.bundle;
   bundle.max_iterations = kFinalIterations;
-  adjust_tied(bundle);
-  cull_observations(map_.landmark_ids());
-  if (compare_explained(as_it_was, map_, graph).p_value() >= consistency.significance)
+  const auto is_masked = [this](KeyframeId id, int feature) { return is_left_out(id, feature); };
+  if (!retriangulate(bundle, graph, edge_consistency(map_, graph, consistency), is_masked,
+                     options_.min_inliers, &map_))
+    return;
+  complete(bundle);
+  drop_two_view_landmarks();
+  if (compare_explained(map_, as_it_was, graph).p_value() < consistency.significance)
     map_ = std::move(as_it_was);
 }
+
+namespace {
+
+int unexplained_by(const std::vector<EdgeConsistency>& edges) {
+  int unexplained = 0;
+  for (const EdgeConsistency& edge : edges) unexplained += edge.matches - edge.explained;
+  return unexplained;
+}
+
+}  // namespace
 
 std::set<KeyframeId> Mapper::refine_with(ViewGraph* graph, const GraphConsistencyOptions& consistency) {
   constexpr int kMaxRounds = 5;
   std::set<KeyframeId> removed;
   places_->follow(map_);
   connect(graph);
-  merge_tracks_of(*graph, consistency);
+  retriangulate_by(*graph, consistency);
+  int before = std::numeric_limits<int>::max();
   for (int round = 0; round < kMaxRounds && !is_cancelled(); ++round) {
     places_->follow(map_);
     connect(graph);
     const std::vector<EdgeConsistency> edges = edge_consistency(map_, *graph, consistency);
+    // Another round must explain an edge's worth of matches more.
+    const int unexplained = unexplained_by(edges);
+    if (unexplained > before - consistency.min_inliers) break;
+    before = unexplained;
     const std::optional<InconsistentSegment> segment = most_inconsistent_segment(map_, edges);
     if (!segment) break;
     const std::optional<SegmentAlignment> alignment = align_segment(map_, *graph, *segment);

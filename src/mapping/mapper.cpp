@@ -16,11 +16,9 @@
 #include "mapping/depth_reversal.h"
 #include "mapping/in_view.h"
 #include "mapping/projection_matcher.h"
-#include "mapping/remade_landmarks.h"
 #include "mapping/rival_geometry.h"
 #include "optimization/map_adjustment.h"
 #include "unseen_landmarks.h"
-#include "view_linker.h"
 
 namespace mono_pose_tracker {
 
@@ -342,25 +340,20 @@ void Mapper::finish() {
   bundle.max_iterations = kFinalIterations;
   // What was known of it is forgotten where maps are joined or gone back to.
   for (const auto& entry : map_.keyframes()) leave_out_fixed(entry.first);
-  // All ties stay, unlike in a map that goes on: those that do not hold are culled below. Dropped, they cost
-  // a recording of many gaps a tenth of its images.
-  if (!link_views(options_, &map_).empty()) adjust_tied(bundle);
   complete(bundle);
-  const auto is_other_body = [this](KeyframeId id, int feature) { return is_left_out(id, feature); };
   if (options_.separates_motions && is_narrow(map_)) leave_out_off_body(bundle);
-  if (is_narrow(map_) &&
-      remake_landmarks(bundle, options_.matching, options_.min_inliers, is_other_body, &map_)) {
-    complete(bundle);
-  }
-  // Two views can't contradict each other along the epipolar line: what no third has seen is left out of the
-  // result, unless the map has hardly more views.
-  if (map_.keyframes().size() > 3) {
-    for (const LandmarkId l : map_.landmark_ids()) {
-      if (map_.landmark(l)->observations.size() == 2) map_.remove_landmark(l);
-    }
-  }
+  drop_two_view_landmarks();
   renew_scale(0);
   publish();
+}
+
+// Two views cannot contradict each other along the epipolar line: what no third view observes is not in the
+// result, unless the map has hardly more views.
+void Mapper::drop_two_view_landmarks() {
+  if (map_.keyframes().size() <= 3) return;
+  for (const LandmarkId l : map_.landmark_ids()) {
+    if (map_.landmark(l)->observations.size() == 2) map_.remove_landmark(l);
+  }
 }
 
 void Mapper::settle_motion(double least) {
