@@ -10,6 +10,7 @@
 
 #include "keyframe_landmarks.h"
 #include "keyframe_places.h"
+#include "mapping/depth_reversal.h"
 #include "mapping/mapper.h"
 #include "mapping/retriangulation.h"
 #include "optimization/map_adjustment.h"
@@ -35,6 +36,18 @@ void Mapper::connect(ViewGraph* graph) const {
     }
   }
   graph->connect(pairs);
+}
+
+// Kept where the map explains more of the graph's verified matches by it.
+void Mapper::merge_tracks_of(const ViewGraph& graph, const GraphConsistencyOptions& consistency) {
+  Map as_it_was = map_;
+  merge_tracks(edge_consistency(map_, graph, consistency), graph, &map_);
+  BundleOptions bundle = options_.bundle;
+  bundle.max_iterations = kFinalIterations;
+  adjust_tied(bundle);
+  cull_observations(map_.landmark_ids());
+  if (compare_explained(as_it_was, map_, graph).p_value() >= consistency.significance)
+    map_ = std::move(as_it_was);
 }
 
 // Kept unless the map explains fewer of the graph's verified matches then.
@@ -67,7 +80,12 @@ std::set<KeyframeId> Mapper::refine_with(ViewGraph* graph, const GraphConsistenc
   std::set<KeyframeId> removed;
   places_->follow(map_);
   connect(graph);
-  retriangulate_by(*graph, consistency);
+  // A narrow view hardly tells a rotation from a translation: the landmarks of a wrong map agree with it.
+  if (is_narrow(map_)) {
+    retriangulate_by(*graph, consistency);
+  } else {
+    merge_tracks_of(*graph, consistency);
+  }
   int before = std::numeric_limits<int>::max();
   for (int round = 0; round < kMaxRounds && !is_cancelled(); ++round) {
     places_->follow(map_);

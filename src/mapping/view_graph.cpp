@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <nlohmann/json.hpp>
-#include <stdexcept>
 
 #include "common/parallel.h"
 #include "geometry/essential.h"
@@ -157,19 +154,6 @@ TwoViewGeometry ViewGraph::compute(const Pair& pair) const {
   if (fit_motion(pair, 1, &geometry) && fit_motion(pair, 2, &geometry))
     geometry.type = TwoViewType::kMultiple;
   return geometry;
-}
-
-void ViewGraph::save(const std::string& path) const {
-  std::ofstream file(path);
-  for (const auto& [pair, geometry] : edges_) {
-    const nlohmann::json line = {
-        {"frames", {nodes_[pair.first].frame_index, nodes_[pair.second].frame_index}},
-        {"type", to_string(geometry.type)},
-        {"matches", geometry.matches.size()},
-        {"inliers", {geometry.inliers(1), geometry.inliers(2)}}};
-    file << line.dump() << '\n';
-  }
-  if (!file.flush()) throw std::runtime_error(path + ": cannot be written");
 }
 
 }  // namespace mono_pose_tracker

@@ -86,10 +86,6 @@ class ViewGraph {
   /// Which matches of the edge a relative pose explains: within max_error_rad of their epipolar lines.
   std::vector<char> explained_by(const Pair& pair, const Rigid3& second_from_first) const;
 
-  /// JSON lines: {"frames": [a, b], "type": "...", "matches": n, "inliers": [n1, n2]}, an edge each; for
-  /// debugging and plots. Throws std::runtime_error that names the file.
-  void save(const std::string& path) const;
-
  private:
   TwoViewGeometry compute(const Pair& pair) const;
   bool fit_motion(const Pair& pair, int motion, TwoViewGeometry* geometry) const;

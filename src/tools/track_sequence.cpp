@@ -35,6 +35,7 @@
 #include "results/outputs.h"
 #include "results/recording_files.h"
 #include "results/report.h"
+#include "results/view_graph_files.h"
 #include "track_sequence_arguments.h"
 #include "tracking/background_image.h"
 #include "tracking/recording.h"
@@ -178,7 +179,8 @@ void check_background_image(const SegmentationOptions& options, const CameraPara
 
 Outputs outputs_of(const Arguments& a) {
   const bool refines = a.map.empty() && (a.refine_camera || a.hfov);
-  return {a.output, a.save_map, a.write_masks, a.undistorted, a.write_frames, refines};
+  return {a.output,       a.save_map, a.write_masks,     a.undistorted,
+          a.write_frames, refines,    a.save_view_graph, a.report == "full"};
 }
 
 // What is to be written can be, and is nothing that is read: known before the work.
@@ -407,6 +409,10 @@ void write_files(const Arguments& a, const Recording& recording, const Calibrati
   if (calibration.refined) {
     write_camera_yaml((output / "camera_refined.yaml").string(), "camera", calibration.camera);
   }
+  if (result.tracked && !a.save_view_graph.empty())
+    write_view_graph(a.save_view_graph, run->tracker->view_graph(), main_map(*run));
+  if (result.tracked && a.report == "full")
+    draw_view_graph((output / "view_graph.png").string(), run->tracker->view_graph(), main_map(*run));
   if (result.tracked && !a.save_map.empty()) write_saved_map(a.save_map, aligned, *run);
   if (outlined) outline_masks(recording, result, CameraModel(calibration.camera), &run->masks);
   if (!a.write_masks.empty()) write_masks(a.write_masks, recording, result, run->masks);

@@ -18,8 +18,9 @@ struct Arguments {
   std::string images, video, image_topic, camera_info_topic;
   std::vector<std::string> bags;
   std::string rectified = "auto", grey_levels = "auto";
-  std::string camera, config, masks, output, write_masks, reference, align, map, save_map;
+  std::string camera, config, masks, output, write_masks, reference, align, map, save_map, save_view_graph;
   bool localize_only = false;
+  std::string report = "summary";
   std::optional<double> hfov;
   bool undistorted = false, write_frames = false, refine_camera = false;
   std::optional<std::uint64_t> seed;
@@ -83,6 +84,13 @@ inline void declare(CLI::App& app, Arguments& a) {
                        ->needs(map);
   app.add_option("--save-map", a.save_map, "file to write the map to, to go on in it another time")
       ->excludes(localize);
+  app.add_option("--save-view-graph", a.save_view_graph,
+                 "file to write the two-view geometries to, as JSON lines");
+  app.add_option(
+         "--report", a.report,
+         "summary, or full: view_graph.png as well, the image pairs by the share of their matches that "
+         "the map explains [summary]")
+      ->check(CLI::IsMember({"summary", "full"}));
   app.add_option("--seed", a.seed, "of all random choices [0]")->check(whole_number(0));
   app.add_option("--threads", a.threads,
                  "the same results for any number, sooner [all cores]; sift/num_threads and "

@@ -69,6 +69,8 @@ FrameReport Tracker::keep_for_later(std::int64_t frame_index, std::int64_t stamp
   return impl_->keep_for_later(frame_index, stamp_ns, image, mask);
 }
 
+const ViewGraph& Tracker::view_graph() { return impl_->view_graph(); }
+
 void Tracker::fill_gaps() { impl_->fill_gaps(); }
 
 void Tracker::expect_object() { impl_->expect_object(); }

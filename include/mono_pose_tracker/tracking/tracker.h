@@ -43,6 +43,7 @@ struct FinishedMap;
 struct SeenImage;
 struct StillBackground;
 struct TrackingMap;
+class ViewGraph;
 
 /// Tracks one camera against the map it builds: bootstraps, resects every frame, hands keyframes to the
 /// mapper, which runs inline (repeatable) or on a worker thread of its own.
@@ -170,6 +171,8 @@ class Tracker {
   /// have features.
   void assess_maps(std::int64_t images, std::vector<FinishedMap>* maps);
   /// The finished map.
+  /// Of a finished recording: the two-view geometries that its maps were held against.
+  const ViewGraph& view_graph();
   const Map& map() const;
   /// The loops that were closed, in any of the maps. Only inline, or after wait().
   const std::vector<ClosedLoop>& loops() const;

@@ -60,6 +60,7 @@ std::vector<fs::path> result_files(const Outputs& outputs) {
     files.push_back(outputs.folder / name);
   }
   if (outputs.refined_camera) files.push_back(outputs.folder / "camera_refined.yaml");
+  if (outputs.view_graph_picture) files.push_back(outputs.folder / "view_graph.png");
   return files;
 }
 
@@ -125,6 +126,7 @@ void refuse_to_overwrite(const Inputs& inputs, const std::vector<ImageFile>& ima
   WrittenFiles files(inputs);
   add_results(outputs, &files);
   files.add(outputs.map, "--save-map");
+  files.add(outputs.view_graph, "--save-view-graph");
   if (outputs.frames) {
     for (const std::string& name : names) files.add(outputs.folder / "frames" / name, "--write-frames");
   }
@@ -147,6 +149,7 @@ void refuse_among_images(const fs::path& images, const Outputs& outputs) {
 void require_writable(const Outputs& outputs) {
   for (const fs::path& file : result_files(outputs)) require_regular_file(file.string());
   if (!outputs.map.empty()) require_writable_file(outputs.map.string());
+  if (!outputs.view_graph.empty()) require_writable_file(outputs.view_graph.string());
   if (!outputs.masks.empty()) require_writable_folder(outputs.masks.string());
   require_writable_folder(outputs.folder.string());
   remove_old(outputs.folder / "trajectory_live.txt");
@@ -163,6 +166,7 @@ std::vector<fs::path> earlier_files(const Outputs& outputs, const fs::path& came
   for (const char* name : {"points.ply", "overview.png", "overview.html", "colmap"})
     add(outputs.folder / name, maps > 0);
   add(outputs.folder / "camera_refined.yaml", outputs.refined_camera);
+  add(outputs.folder / "view_graph.png", maps > 0 && outputs.view_graph_picture);
   add(outputs.folder / "undistorted", maps > 0 && outputs.undistorted);
   add(outputs.folder / "frames", outputs.frames);
   for (const auto& [number, folder] : further_map_folders(outputs.folder)) {

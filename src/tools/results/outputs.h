@@ -13,6 +13,8 @@ namespace mono_pose_tracker {
 struct Outputs {
   std::filesystem::path folder, map, masks;
   bool undistorted = false, frames = false, refined_camera = false;  // in the folder
+  std::filesystem::path view_graph;
+  bool view_graph_picture = false;  // in the folder
 };
 
 /// The masks in the folder that belong to the images (none: frames of a video or bag): of what else is below
