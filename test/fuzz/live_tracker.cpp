@@ -35,8 +35,11 @@ Room make_room() {
   return result;
 }
 
-// Rendered before the first input, whose time it is not.
-const Room kRoom = make_room();
+// Rendered at the first input: before main() begins, the palettes of the scenes need not be there yet.
+const Room& room() {
+  static const Room rendered = make_room();
+  return rendered;
+}
 
 sensor_msgs::ImagePtr to_message(const cv::Mat& image, const ros::Time& stamp) {
   auto message = boost::make_shared<sensor_msgs::Image>();
@@ -63,7 +66,7 @@ class Session {
         tracker_(
             small_options(), cameras_, masks_, std::chrono::milliseconds(0), [this] { return masked_; },
             [](const std::string&, const std::string& text) { FUZZ_CHECK(is_one_line(text.c_str())); }) {
-    cameras_.set_message(boost::make_shared<sensor_msgs::CameraInfo>(kRoom.info));
+    cameras_.set_message(boost::make_shared<sensor_msgs::CameraInfo>(room().info));
   }
 
   bool goes_on() const { return steps_ < kMostSteps && images_ < kMostImages && !input_.empty(); }
@@ -81,7 +84,7 @@ class Session {
         calibrate();
         break;
       case 3:
-        cameras_.set_message(boost::make_shared<sensor_msgs::CameraInfo>(kRoom.info));
+        cameras_.set_message(boost::make_shared<sensor_msgs::CameraInfo>(room().info));
         break;
       case 4:
         masked_ = !masked_;
@@ -105,7 +108,7 @@ class Session {
       default:
         for (int i = input_.take<std::uint8_t>() % 4; i >= 0; --i) {
           view_ = (view_ + 1) % kViews;
-          show(to_message(kRoom.images[view_], stamp()));
+          show(to_message(room().images[view_], stamp()));
         }
     }
   }
@@ -127,7 +130,7 @@ class Session {
   }
 
   sensor_msgs::ImagePtr broken_image() {
-    auto message = to_message(kRoom.images[view_], stamp());
+    auto message = to_message(room().images[view_], stamp());
     message->width = input_.take<std::uint32_t>();
     message->height = input_.take<std::uint32_t>();
     message->step = input_.take<std::uint32_t>();
@@ -135,7 +138,7 @@ class Session {
   }
 
   void calibrate() {
-    auto info = boost::make_shared<sensor_msgs::CameraInfo>(kRoom.info);
+    auto info = boost::make_shared<sensor_msgs::CameraInfo>(room().info);
     info->K[0] = input_.take<float>();
     info->K[4] = input_.take<float>();
     info->D.assign(5, input_.take<float>());
