@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """What track_sequence writes, prints and exits with. PROGRAMS names the folder of the program."""
+import json
 import math
 import os
 import shutil
@@ -164,6 +165,26 @@ class TrackSequence(RunsOfARoom):
             self.assertLessEqual(stage["median_ms"], stage["p95_ms"])
             self.assertLessEqual(stage["p95_ms"], stage["max_ms"])
         self.assertEqual(figures["stages"]["features"]["count"], FRAMES)
+
+    def test_view_graph_is_written_and_drawn(self):
+        graph = os.path.join(self.sequence, "graph.jsonl")
+        output = self.track("--images", self.list, "--camera", self.camera, "--save-view-graph", graph, "--report",
+                            "full")[0]
+        edges = [json.loads(line) for line in lines(graph)]
+        self.assertGreater(len(edges), report(output)["keyframes"])
+        for edge in edges:
+            self.assertLess(*edge["frames"])
+            self.assertLess(edge["frames"][1], FRAMES)
+            self.assertLessEqual(sum(edge["inliers"]), edge["matches"])
+        # The map is right, so it explains nearly all that was verified between its keyframes.
+        verified = sum(sum(edge["inliers"]) for edge in edges if edge["explained"] is not None)
+        self.assertGreater(sum(edge["explained"] or 0 for edge in edges), 0.9 * verified)
+        picture = cv2.imread(os.path.join(output, "view_graph.png")).astype(int)
+        green = (picture[:, :, 1] > picture[:, :, 2] + 100).sum()
+        red = (picture[:, :, 2] > picture[:, :, 1] + 100).sum()
+        self.assertGreater(green, 10 * len(edges))
+        self.assertLess(red, green / 10)
+        self.assertFalse(os.path.exists(os.path.join(self.tracked, "view_graph.png")))
 
     def test_points_and_picture(self):
         header, _, body = content(self.tracked, "points.ply").partition(b"end_header\n")
