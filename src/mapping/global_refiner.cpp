@@ -12,13 +12,13 @@
 #include "keyframe_places.h"
 #include "mapping/depth_reversal.h"
 #include "mapping/mapper.h"
-#include "mapping/retriangulation.h"
+#include "mapping/remade_landmarks.h"
 #include "optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
 
 void Mapper::connect(ViewGraph* graph) const {
-  constexpr std::array<std::size_t, 4> kBefore = {1, 2, 4, 8};
+  constexpr std::array<std::size_t, 3> kBefore = {1, 2, 4};
   constexpr int kCovisible = 4, kPlaces = 3;
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map_);
   std::vector<ViewGraph::Pair> pairs;
@@ -50,15 +50,15 @@ void Mapper::merge_tracks_of(const ViewGraph& graph, const GraphConsistencyOptio
     map_ = std::move(as_it_was);
 }
 
-// Kept unless the map explains fewer of the graph's verified matches then.
-void Mapper::retriangulate_by(const ViewGraph& graph, const GraphConsistencyOptions& consistency) {
+// The landmarks of a narrow view are made anew from descriptors alone, as the landmarks of a wrong map agree
+// with it. Kept unless the map explains fewer of the graph's verified matches then.
+void Mapper::retriangulate(const ViewGraph& graph, const GraphConsistencyOptions& consistency) {
+  if (!is_narrow(map_)) return;
   Map as_it_was = map_;
   BundleOptions bundle = options_.bundle;
   bundle.max_iterations = kFinalIterations;
   const auto is_masked = [this](KeyframeId id, int feature) { return is_left_out(id, feature); };
-  if (!retriangulate(bundle, graph, edge_consistency(map_, graph, consistency), is_masked,
-                     options_.min_inliers, &map_))
-    return;
+  if (!remake_landmarks(bundle, options_.matching, options_.min_inliers, is_masked, &map_)) return;
   complete(bundle);
   drop_two_view_landmarks();
   if (compare_explained(map_, as_it_was, graph).p_value() < consistency.significance)
@@ -80,12 +80,8 @@ std::set<KeyframeId> Mapper::refine_with(ViewGraph* graph, const GraphConsistenc
   std::set<KeyframeId> removed;
   places_->follow(map_);
   connect(graph);
-  // A narrow view hardly tells a rotation from a translation: the landmarks of a wrong map agree with it.
-  if (is_narrow(map_)) {
-    retriangulate_by(*graph, consistency);
-  } else {
-    merge_tracks_of(*graph, consistency);
-  }
+  retriangulate(*graph, consistency);
+  merge_tracks_of(*graph, consistency);
   int before = std::numeric_limits<int>::max();
   for (int round = 0; round < kMaxRounds && !is_cancelled(); ++round) {
     places_->follow(map_);

@@ -19,6 +19,7 @@
 #include "mapping/rival_geometry.h"
 #include "optimization/map_adjustment.h"
 #include "unseen_landmarks.h"
+#include "view_linker.h"
 
 namespace mono_pose_tracker {
 
@@ -340,6 +341,9 @@ void Mapper::finish() {
   bundle.max_iterations = kFinalIterations;
   // What was known of it is forgotten where maps are joined or gone back to.
   for (const auto& entry : map_.keyframes()) leave_out_fixed(entry.first);
+  // All shared tracks stay, unlike in a map that goes on: those that do not hold are culled below. Dropped,
+  // they cost a recording of many gaps a tenth of its images.
+  if (!link_views(options_, &map_).empty()) adjust_tied(bundle);
   complete(bundle);
   if (options_.separates_motions && is_narrow(map_)) leave_out_off_body(bundle);
   drop_two_view_landmarks();

@@ -190,7 +190,7 @@ class Mapper {
   void separate_motions(KeyframeId id);
   bool adjust_tied(const BundleOptions& bundle);
   void merge_tracks_of(const ViewGraph& graph, const GraphConsistencyOptions& consistency);
-  void retriangulate_by(const ViewGraph& graph, const GraphConsistencyOptions& consistency);
+  void retriangulate(const ViewGraph& graph, const GraphConsistencyOptions& consistency);
   void drop_two_view_landmarks();
   void leave_out_fixed(KeyframeId id);
   void leave_out_off_body(BundleOptions bundle);

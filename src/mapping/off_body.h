@@ -3,7 +3,7 @@
 #include <map>
 #include <vector>
 
-#include "mapping/retriangulation.h"
+#include "mapping/remade_landmarks.h"
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/map/map.h"
 

@@ -1,14 +1,15 @@
-#include "mapping/retriangulation.h"
+#include "mapping/remade_landmarks.h"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
-#include <cstdlib>
-#include <map>
+#include <iterator>
 #include <utility>
 #include <vector>
 
-#include "feature_tracks.h"
+#include "common/angles.h"
+#include "descriptor_tracks.h"
 #include "geometry/triangulation.h"
 #include "keyframe_landmarks.h"
 #include "mono_pose_tracker/camera/camera_model.h"
@@ -24,7 +25,10 @@ constexpr std::size_t kMinViews = 3;  // two contradict each other in no more th
 constexpr double kWithin = 10;
 // Of the loss: first so wide that what disagrees pulls as much as what agrees.
 constexpr std::array<double, 3> kWidths = {10, 3, 1};
-constexpr int kWideIterations = 50;
+// The map is left alone where it comes out as it was, within what is known of the turns of an object: its own
+// landmarks are more, and their observations more exact.
+constexpr double kSame = 0.6 * kDegree;
+constexpr int kRemakingIterations = 50;
 constexpr double kTolerance = 1e-6;
 
 // Where the poses have the point, from its first and last view; false when one of the views lies too far off.
@@ -45,35 +49,6 @@ bool locate(const std::vector<const Keyframe*>& in_time, const FeatureTrack& tra
            reprojection_error(*keyframe.image, view.second, x_in_camera).norm() <
                kWithin * image_scale(keyframe.image->camera);
   });
-}
-
-// The connected components of the verified matches, those of the nearest keyframes joined first.
-FeatureTracks tracks_of(const std::vector<const Keyframe*>& in_time, const ViewGraph& graph,
-                        std::vector<EdgeConsistency> edges, const IsLeftOut& is_left_out) {
-  std::map<KeyframeId, int> place;
-  std::vector<int> features;
-  for (std::size_t k = 0; k < in_time.size(); ++k) {
-    place[in_time[k]->id] = static_cast<int>(k);
-    features.push_back(in_time[k]->image->size());
-  }
-  const auto apart = [&](const EdgeConsistency& e) {
-    return std::abs(place.at(e.first) - place.at(e.second));
-  };
-  std::stable_sort(edges.begin(), edges.end(),
-                   [&](const auto& a, const auto& b) { return apart(a) < apart(b); });
-  FeatureTracks tracks(features);
-  for (const EdgeConsistency& edge : edges) {
-    if (edge.is_inconsistent) continue;
-    const TwoViewGeometry& geometry = *graph.edge(edge.pair.first, edge.pair.second);
-    for (std::size_t i = 0; i < geometry.matches.size(); ++i) {
-      const Match& m = geometry.matches[i];
-      if (geometry.motion_of_match[i] != edge.motion || is_left_out(edge.first, m.first) ||
-          is_left_out(edge.second, m.second))
-        continue;
-      tracks.join(place.at(edge.first), m.first, place.at(edge.second), m.second);
-    }
-  }
-  return tracks;
 }
 
 struct LocatedTrack {
@@ -99,9 +74,22 @@ bool hold_all(const std::vector<LocatedTrack>& tracks, std::size_t keyframes, in
   return std::all_of(seen.begin(), seen.end(), [&](int count) { return count >= min_landmarks; });
 }
 
+// The largest of the keyframes' turns from the first one, from one map to the other, rad.
+double largest_change(const Map& before, const Map& after) {
+  const Rigid3 first_before = before.keyframes().begin()->second.camera_from_map.inverse();
+  const Rigid3 first_after = after.keyframes().begin()->second.camera_from_map.inverse();
+  double largest = 0;
+  for (const auto& [id, keyframe] : before.keyframes()) {
+    const Rigid3 turn_before = keyframe.camera_from_map * first_before;
+    const Rigid3 turn_after = after.keyframe(id)->camera_from_map * first_after;
+    largest = std::max(largest, turn_before.rotation.angularDistance(turn_after.rotation));
+  }
+  return largest;
+}
+
 // The map with these landmarks and no others, adjusted.
-Map with_landmarks(const Map& map, const std::vector<const Keyframe*>& in_time,
-                   const std::vector<LocatedTrack>& tracks, const BundleOptions& bundle) {
+Map remade(const Map& map, const std::vector<const Keyframe*>& in_time,
+           const std::vector<LocatedTrack>& tracks, const BundleOptions& bundle) {
   Map other = map;
   for (const LandmarkId l : other.landmark_ids()) other.remove_landmark(l);
   for (const LocatedTrack& t : tracks) {
@@ -109,7 +97,7 @@ Map with_landmarks(const Map& map, const std::vector<const Keyframe*>& in_time,
     for (const auto& [k, feature] : t.track) other.add_observation(l, in_time[k]->id, feature);
   }
   BundleOptions widened = bundle;
-  widened.max_iterations = kWideIterations;
+  widened.max_iterations = kRemakingIterations;
   widened.function_tolerance = kTolerance;
   for (const double width : kWidths) {
     widened.loss_width = width * bundle.loss_width;
@@ -120,14 +108,15 @@ Map with_landmarks(const Map& map, const std::vector<const Keyframe*>& in_time,
 
 }  // namespace
 
-bool retriangulate(const BundleOptions& bundle, const ViewGraph& graph,
-                   const std::vector<EdgeConsistency>& edges, const IsLeftOut& is_left_out, int min_landmarks,
-                   Map* map) {
+bool remake_landmarks(const BundleOptions& bundle, const MatchOptions& matching, int min_landmarks,
+                      const IsLeftOut& is_left_out, Map* map) {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(*map);
-  if (in_time.empty()) return false;
-  const std::vector<LocatedTrack> tracks = locate_all(in_time, tracks_of(in_time, graph, edges, is_left_out));
-  if (!hold_all(tracks, in_time.size(), min_landmarks)) return false;
-  *map = with_landmarks(*map, in_time, tracks, bundle);
+  const std::vector<LocatedTrack> tracks =
+      locate_all(in_time, tracks_by_descriptors(in_time, matching, is_left_out, bundle.own_threads));
+  if (in_time.empty() || !hold_all(tracks, in_time.size(), min_landmarks)) return false;
+  Map other = remade(*map, in_time, tracks, bundle);
+  if (largest_change(*map, other) < kSame) return false;
+  *map = std::move(other);
   return true;
 }
 

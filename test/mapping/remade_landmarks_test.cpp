@@ -1,8 +1,7 @@
-#include "mapping/retriangulation.h"
+#include "mapping/remade_landmarks.h"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -38,59 +37,42 @@ double total_turn(const Map& map) {
       map.keyframe(kHeadViews - 1)->camera_from_map.rotation);
 }
 
-bool nothing_is_masked(KeyframeId, int) { return false; }
-
-// Each keyframe with the three before it.
-bool retriangulate_by_its_graph(int min_landmarks, const IsLeftOut& is_masked, Map* map) {
-  ViewGraphOptions options;
-  options.ransac.threshold = 1e-3;
-  ViewGraph graph(options);
-  std::vector<int> nodes;
-  std::vector<ViewGraph::Pair> pairs;
-  for (const auto& [id, keyframe] : map->keyframes()) {
-    nodes.push_back(graph.add(keyframe.frame_index, keyframe.image));
-    const int last = static_cast<int>(nodes.size()) - 1;
-    for (int before = std::max(0, last - 3); before < last; ++before)
-      pairs.emplace_back(nodes[before], nodes[last]);
-  }
-  graph.connect(pairs);
-  return retriangulate(BundleOptions(), graph, edge_consistency(*map, graph, GraphConsistencyOptions()),
-                       is_masked, min_landmarks, map);
-}
+bool nothing_is_left_out(KeyframeId, int) { return false; }
 
 constexpr double kTruth = (kHeadViews - 1) * kTurn;
 
-TEST(Retriangulation, CorrectsAMapThatAgreesWithItself) {
+TEST(RemadeLandmarks, SetAMapRightThatAgreesWithItself) {
   for (const double share : {0.75, 0.9, 1.15}) {
     Map map = make_map(share);
     ASSERT_GT(std::abs(total_turn(map) - kTruth), 2 * kDegree);
-    EXPECT_TRUE(retriangulate_by_its_graph(15, nothing_is_masked, &map)) << share;
+    EXPECT_TRUE(remake_landmarks(BundleOptions(), MatchOptions(), 15, nothing_is_left_out, &map)) << share;
     EXPECT_NEAR(total_turn(map), kTruth, 0.5 * kDegree) << share;
     EXPECT_GT(map.landmarks().size(), 0.8 * kHeadPoints) << share;
     map.check();
   }
 }
 
-TEST(Retriangulation, KeepsARightMapRight) {
+TEST(RemadeLandmarks, LeaveARightMapAsItIs) {
   Map map = make_map(1);
-  EXPECT_TRUE(retriangulate_by_its_graph(15, nothing_is_masked, &map));
-  EXPECT_NEAR(total_turn(map), kTruth, 0.1 * kDegree);
-  EXPECT_GT(map.landmarks().size(), 0.8 * kHeadPoints);
+  const std::size_t landmarks = map.landmarks().size();
+  EXPECT_FALSE(remake_landmarks(BundleOptions(), MatchOptions(), 15, nothing_is_left_out, &map));
+  EXPECT_EQ(total_turn(map), total_turn(make_map(1)));
+  EXPECT_EQ(map.landmarks().size(), landmarks);
 }
 
-TEST(Retriangulation, MustConstrainEveryKeyframe) {
+TEST(RemadeLandmarks, MustHoldEveryKeyframe) {
   Map map = make_map(0.75);
   const double before = total_turn(map);
-  EXPECT_FALSE(retriangulate_by_its_graph(kHeadPoints + 1, nothing_is_masked, &map));
+  EXPECT_FALSE(remake_landmarks(BundleOptions(), MatchOptions(), kHeadPoints + 1, nothing_is_left_out, &map));
   const auto is_of_fifth = [](KeyframeId keyframe, int) { return keyframe == 5; };
-  EXPECT_FALSE(retriangulate_by_its_graph(15, is_of_fifth, &map));
+  EXPECT_FALSE(remake_landmarks(BundleOptions(), MatchOptions(), 15, is_of_fifth, &map));
   EXPECT_EQ(total_turn(map), before);
 }
 
-TEST(Retriangulation, UsesNoMaskedFeature) {
+TEST(RemadeLandmarks, AreNoneOfWhatIsLeftOut) {
   Map map = make_map(0.75);
   const auto is_left_out = [](KeyframeId, int feature) { return feature % 4 == 0; };
-  EXPECT_TRUE(retriangulate_by_its_graph(15, is_left_out, &map));
+  EXPECT_TRUE(remake_landmarks(BundleOptions(), MatchOptions(), 15, is_left_out, &map));
   for (const auto& [id, keyframe] : map.keyframes()) {
     for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); f += 4) {
       EXPECT_EQ(keyframe.landmark_of_feature[f], kNoLandmark);
@@ -98,9 +80,9 @@ TEST(Retriangulation, UsesNoMaskedFeature) {
   }
 }
 
-TEST(Retriangulation, DoesNothingToAnEmptyMap) {
+TEST(RemadeLandmarks, OfAnEmptyMapAreNone) {
   Map map;
-  EXPECT_FALSE(retriangulate_by_its_graph(15, nothing_is_masked, &map));
+  EXPECT_FALSE(remake_landmarks(BundleOptions(), MatchOptions(), 15, nothing_is_left_out, &map));
 }
 
 }  // namespace
