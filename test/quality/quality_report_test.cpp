@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/angles.h"
+#include "quality/scale_cut.h"
 #include "support/add_view.h"
 #include "support/synthetic_views.h"
 
