@@ -75,6 +75,22 @@ int unexplained_by(const std::vector<EdgeConsistency>& edges) {
 
 }  // namespace
 
+// Kept unless the map explains fewer of the graph's verified matches then: a recording that was cut has
+// leaps.
+void Mapper::settle_motion(double least, const ViewGraph& graph, const GraphConsistencyOptions& consistency) {
+  if (moves_beyond_belief(map_, least)) {
+    Map as_it_was = map_;
+    BundleOptions bundle = options_.bundle;
+    bundle.max_iterations = kFinalIterations;
+    bundle.function_tolerance = kFinalTolerance;
+    count(adjust_map_as_it_moved(bundle, &map_));
+    if (compare_explained(map_, as_it_was, graph).p_value() < consistency.significance)
+      map_ = std::move(as_it_was);
+  }
+  renew_scale(0);
+  publish();
+}
+
 std::set<KeyframeId> Mapper::refine_with(ViewGraph* graph, const GraphConsistencyOptions& consistency) {
   constexpr int kMaxRounds = 5;
   std::set<KeyframeId> removed;

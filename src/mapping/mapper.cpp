@@ -37,7 +37,7 @@ bool is_set_right(const MapperOptions& options, Map* map) {
 
 // Of the two bundle adjustments that end a recording, shares of the cost: after the first more is found and
 // what is wrong is culled, so that it need not go to the end; the second gives the result.
-constexpr double kRoughTolerance = 1e-5, kFinalTolerance = 1e-7;
+constexpr double kRoughTolerance = 1e-5;
 
 // When that is asked. A keyframe comes every two or three degrees of a turn: so each fifteen or so, up to
 // sixty, beyond which a reverse fits plainly worse. Each time costs several adjustments.
@@ -358,17 +358,6 @@ void Mapper::drop_two_view_landmarks() {
   for (const LandmarkId l : map_.landmark_ids()) {
     if (map_.landmark(l)->observations.size() == 2) map_.remove_landmark(l);
   }
-}
-
-void Mapper::settle_motion(double least) {
-  if (moves_beyond_belief(map_, least)) {
-    BundleOptions bundle = options_.bundle;
-    bundle.max_iterations = kFinalIterations;
-    bundle.function_tolerance = kFinalTolerance;
-    count(adjust_map_as_it_moved(bundle, &map_));
-  }
-  renew_scale(0);
-  publish();
 }
 
 void Mapper::publish() {

@@ -76,8 +76,8 @@ class Mapper {
   void finish();
 
   /// Where keyframes of the finished map are where no camera goes (by this much at the least), everything is
-  /// adjusted again, held to its motion.
-  void settle_motion(double least);
+  /// adjusted again, held to its motion; kept unless the map then explains fewer matches of the graph.
+  void settle_motion(double least, const ViewGraph& graph, const GraphConsistencyOptions& consistency);
 
   /// Adds the edges of this map to the view graph: keyframes before in time, covisible ones, and those that
   /// look like each other.
@@ -111,6 +111,7 @@ class Mapper {
   static constexpr double kUnitChangeTold = 0.01;
   // Whatever the options let an adjustment between images take: where a recording ends no image waits.
   static constexpr int kFinalIterations = 50;
+  static constexpr double kFinalTolerance = 1e-7;  // share of the cost: the adjustment that gives the result
 
   // What gave a map its unit, to be asked again.
   struct UnitSource {

@@ -254,23 +254,9 @@ CalibrationStep sigmas(const Information& information, const Active& active) {
 // Undistorted radius (equidistant: angle) of the image's corners.
 double corner_radius(const CameraParameters& p) { return 0.5 * std::hypot(p.width / p.fx, p.height / p.fy); }
 
-/// Radius, in focal lengths from the principal point, within which 95 % of the observations lie. Beyond, a
-/// wrong calibration costs nothing, and the images do not constrain it.
-double observed_radius(const CameraParameters& p, const Problem& problem) {
-  constexpr double kShare = 0.95;
-  std::vector<double> radii;
-  radii.reserve(problem.observations.size());
-  for (const Observed& o : problem.observations)
-    radii.push_back(std::hypot((o.pixel.x() - p.cx) / p.fx, (o.pixel.y() - p.cy) / p.fy));
-  const auto at = radii.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(radii.size() - 1));
-  std::nth_element(radii.begin(), at, radii.end());
-  return *at;
-}
-
-/// What a step of k1 and k2 moves a point at that radius by, beyond what it moves the point half way to it
-/// [px].
-CalibrationStep radial_shift_by_step(const CameraParameters& p, double r) {
-  const double r2 = r * r, half2 = 0.25 * r2;
+/// What a step of k1 and k2 moves the corners by, beyond what it moves the points half way to them [px].
+CalibrationStep corner_shift_by_step(const CameraParameters& p) {
+  const double r = corner_radius(p), r2 = r * r, half2 = 0.25 * r2;
   const double px = 0.5 * (p.fx + p.fy) * r;
   CalibrationStep by_step = CalibrationStep::Zero();
   by_step[3] = px * (r2 - half2);
@@ -278,11 +264,10 @@ CalibrationStep radial_shift_by_step(const CameraParameters& p, double r) {
   return by_step;
 }
 
-void ask_distortion(const CameraParameters& camera, const Problem& problem, const Information& information,
-                    CameraRefinement* result) {
-  result->observed_radius = observed_radius(camera, problem);
-  const CalibrationStep by_step = radial_shift_by_step(camera, result->observed_radius);
-  result->distortion_asked_px = by_step.dot(problem.step);
+void ask_distortion(const CameraParameters& camera, const CalibrationStep& step,
+                    const Information& information, CameraRefinement* result) {
+  const CalibrationStep by_step = corner_shift_by_step(camera);
+  result->distortion_asked_px = by_step.dot(step);
   const std::optional<Eigen::MatrixXd> covariance = inverse_of_positive(information);
   if (covariance) result->distortion_sigma_px = std::sqrt(by_step.dot(*covariance * by_step));
 }
@@ -351,7 +336,7 @@ CameraRefinement refine_camera(const CameraRefinementOptions& options, const Cam
   if (!best) return result;
   width = loss_width_by_spread(options.loss_width, residual_lengths(*best, at));
   const Information information = marginal_information(calibrating, width, at);
-  ask_distortion(camera, at, information, &result);
+  ask_distortion(camera, at.step, information, &result);
   for (const Active& active : {kAll, kFocalDistortion, kFocal}) {
     const CalibrationStep sigma = sigmas(information, active);
     result.focal_sigma = sigma[0];

@@ -34,10 +34,8 @@ struct CameraRefinement {
   double focal_sigma = std::numeric_limits<double>::infinity();
   double focal_change = 0;  // relative: what came out over what was given, less 1
   double focal_asked = 0;   // as focal_change, of the focal length alone; whether it is observable or not
-  /// Radius within which 95 % of the observations lie, in focal lengths from the principal point.
-  double observed_radius = 0;
-  /// Change of the radial distortion, whether it is observable or not: how far it moves a point at the
-  /// observed radius beyond what a longer or shorter focal length would [px], with one standard deviation.
+  /// Change of the radial distortion, whether it is observable or not: how far it moves the image's corners
+  /// beyond what a longer or shorter focal length would [px], with one standard deviation.
   double distortion_asked_px = 0;
   double distortion_sigma_px = std::numeric_limits<double>::infinity();
   double max_shift_px = 0;  // the farthest that a pixel of the image's edge moved

@@ -77,15 +77,17 @@ double contradiction(const CameraRefinementOptions& options, const CameraParamet
   return is_clear && is_asked_by_all_parts(options, camera, map, focal_asked, change) ? change : 0;
 }
 
-// How far the camera's distortion moves a point at that radius, in focal lengths, beyond what it moves the
-// point half way to it [px]; 0 of a pinhole.
-double radial_distortion_px(const CameraModel& camera, double radius) {
+// How far the camera's distortion moves the corners of the image, beyond what it moves the points half way to
+// them [px]; 0 of a pinhole.
+double corner_distortion_px(const CameraModel& camera) {
   const CameraParameters& p = camera.parameters();
-  const double at_radius = p.distortion_model == "equidistant" ? std::tan(std::min(radius, 1.5)) : radius;
+  const double radius = 0.5 * std::hypot(p.width / p.fx, p.height / p.fy);
+  const double at_corner = p.distortion_model == "equidistant" ? std::tan(std::min(radius, 1.5)) : radius;
   const Eigen::Vector2d center(p.cx, p.cy);
-  Eigen::Vector2d outer, half;
-  if (!camera.project({at_radius, 0, 1}, &outer) || !camera.project({0.5 * at_radius, 0, 1}, &half)) return 0;
-  return (outer - center).norm() - 2 * (half - center).norm();
+  Eigen::Vector2d corner, half;
+  if (!camera.project({at_corner, 0, 1}, &corner) || !camera.project({0.5 * at_corner, 0, 1}, &half))
+    return 0;
+  return (corner - center).norm() - 2 * (half - center).norm();
 }
 
 std::string doubt_of_distortion(const CameraRefinementOptions& options, const DistortionDoubtOptions& limits,
@@ -96,12 +98,12 @@ std::string doubt_of_distortion(const CameraRefinementOptions& options, const Di
   if (!is_asked_by_all_parts(options, camera, map, distortion_asked, change)) return "";
   // Of what the calibration has, a third at most is left.
   constexpr double kLeftOfRectified = 1.0 / 3;
-  const double given = radial_distortion_px(CameraModel(camera), r.observed_radius);
+  const double given = corner_distortion_px(CameraModel(camera));
   const bool looks_rectified = std::abs(given + change) < kLeftOfRectified * std::abs(given);
   return formatted(
-             "the calibration does not fit the images, and its distortion is the suspect: %.0f px from "
-             "the image centre it is off by %.0f px. ",
-             r.observed_radius * camera.fx, std::abs(change)) +
+             "the calibration does not fit the images, and its distortion is the suspect: at the corners of "
+             "the image it is off by %.0f px. ",
+             std::abs(change)) +
          (looks_rectified ? "The images look rectified already: set rectified to true (--rectified true, "
                             "rectified:=true); otherwise calibrate the camera anew"
                           : "Calibrate the camera anew for this size of image, or try --refine-camera");
