@@ -38,31 +38,35 @@ void Mapper::connect(ViewGraph* graph) const {
   graph->connect(pairs);
 }
 
-// Kept where the map explains more of the graph's verified matches by it.
+// Goes back to an earlier state of the map, of the same keyframes, that explains more of the graph's verified
+// matches.
+void Mapper::restore_if_better(Map as_it_was, const ViewGraph& graph,
+                               const GraphConsistencyOptions& consistency) {
+  if (compare_explained(map_, as_it_was, graph).p_value() < consistency.significance)
+    map_ = std::move(as_it_was);
+}
+
+// Kept only where the map then explains more of the graph's verified matches.
 void Mapper::merge_tracks_of(const ViewGraph& graph, const GraphConsistencyOptions& consistency) {
   Map as_it_was = map_;
   merge_tracks(edge_consistency(map_, graph, consistency), graph, &map_);
-  BundleOptions bundle = options_.bundle;
-  bundle.max_iterations = kFinalIterations;
-  adjust_tied(bundle);
+  adjust_tied(final_bundle());
   cull_observations(map_.landmark_ids());
   if (compare_explained(as_it_was, map_, graph).p_value() >= consistency.significance)
     map_ = std::move(as_it_was);
 }
 
-// The landmarks of a narrow view are made anew from descriptors alone, as the landmarks of a wrong map agree
-// with it. Kept unless the map explains fewer of the graph's verified matches then.
+// Triangulates the landmarks of a narrow view anew from descriptor tracks: a wrong map's own landmarks agree
+// with it. Kept unless the map then explains fewer of the graph's verified matches.
 void Mapper::retriangulate(const ViewGraph& graph, const GraphConsistencyOptions& consistency) {
   if (!is_narrow(map_)) return;
   Map as_it_was = map_;
-  BundleOptions bundle = options_.bundle;
-  bundle.max_iterations = kFinalIterations;
+  const BundleOptions bundle = final_bundle();
   const auto is_masked = [this](KeyframeId id, int feature) { return is_left_out(id, feature); };
   if (!remake_landmarks(bundle, options_.matching, options_.min_inliers, is_masked, &map_)) return;
   complete(bundle);
   drop_two_view_landmarks();
-  if (compare_explained(map_, as_it_was, graph).p_value() < consistency.significance)
-    map_ = std::move(as_it_was);
+  restore_if_better(std::move(as_it_was), graph, consistency);
 }
 
 namespace {
@@ -75,17 +79,15 @@ int unexplained_by(const std::vector<EdgeConsistency>& edges) {
 
 }  // namespace
 
-// Kept unless the map explains fewer of the graph's verified matches then: a recording that was cut has
-// leaps.
+// Kept unless the map then explains fewer of the graph's verified matches: the motion prior does not hold
+// where a recording was cut.
 void Mapper::settle_motion(double least, const ViewGraph& graph, const GraphConsistencyOptions& consistency) {
   if (moves_beyond_belief(map_, least)) {
     Map as_it_was = map_;
-    BundleOptions bundle = options_.bundle;
-    bundle.max_iterations = kFinalIterations;
+    BundleOptions bundle = final_bundle();
     bundle.function_tolerance = kFinalTolerance;
     count(adjust_map_as_it_moved(bundle, &map_));
-    if (compare_explained(map_, as_it_was, graph).p_value() < consistency.significance)
-      map_ = std::move(as_it_was);
+    restore_if_better(std::move(as_it_was), graph, consistency);
   }
   renew_scale(0);
   publish();
@@ -117,10 +119,8 @@ std::set<KeyframeId> Mapper::refine_with(ViewGraph* graph, const GraphConsistenc
       finish();
       continue;
     }
-    BundleOptions bundle = options_.bundle;
-    bundle.max_iterations = kFinalIterations;
     const KeyframeChanges changes = apply_alignment(*segment, *alignment, *graph, &map_);
-    adjust_tied(bundle);
+    adjust_tied(final_bundle());
     cull_observations(map_.landmark_ids());
     post_correction(changes);
     finish();

@@ -335,10 +335,15 @@ bool Mapper::adjust_tied(const BundleOptions& bundle) {
   return is_usable;
 }
 
-void Mapper::finish() {
-  if (map_.keyframes().empty()) return;
+BundleOptions Mapper::final_bundle() const {
   BundleOptions bundle = options_.bundle;
   bundle.max_iterations = kFinalIterations;
+  return bundle;
+}
+
+void Mapper::finish() {
+  if (map_.keyframes().empty()) return;
+  const BundleOptions bundle = final_bundle();
   // What was known of it is forgotten where maps are joined or gone back to.
   for (const auto& entry : map_.keyframes()) leave_out_fixed(entry.first);
   // All shared tracks stay, unlike in a map that goes on: those that do not hold are culled below. Dropped,

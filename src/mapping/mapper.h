@@ -190,6 +190,8 @@ class Mapper {
   void correct_pose(KeyframeId id);
   void separate_motions(KeyframeId id);
   bool adjust_tied(const BundleOptions& bundle);
+  BundleOptions final_bundle() const;
+  void restore_if_better(Map as_it_was, const ViewGraph& graph, const GraphConsistencyOptions& consistency);
   void merge_tracks_of(const ViewGraph& graph, const GraphConsistencyOptions& consistency);
   void retriangulate(const ViewGraph& graph, const GraphConsistencyOptions& consistency);
   void drop_two_view_landmarks();

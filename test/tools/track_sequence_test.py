@@ -173,8 +173,8 @@ class TrackSequence(RunsOfARoom):
         edges = [json.loads(line) for line in lines(graph)]
         self.assertGreater(len(edges), report(output)["keyframes"])
         for edge in edges:
-            self.assertLess(*edge["frames"])
-            self.assertLess(edge["frames"][1], FRAMES)
+            self.assertEqual(len(set(edge["frames"])), 2)
+            self.assertLess(max(edge["frames"]), FRAMES)
             self.assertLessEqual(sum(edge["inliers"]), edge["matches"])
         # The map is right, so it explains nearly all that was verified between its keyframes.
         verified = sum(sum(edge["inliers"]) for edge in edges if edge["explained"] is not None)
