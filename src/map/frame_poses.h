@@ -17,6 +17,7 @@ namespace mono_pose_tracker {
 struct LandmarkPixel {
   LandmarkId landmark = kNoLandmark;
   Eigen::Vector2f pixel = Eigen::Vector2f::Zero();  // as in the image
+  float sigma_px = 1;                               // expected localisation error
 };
 
 /// Of one image: the landmarks that it was registered by. Some may be gone from the map by now.

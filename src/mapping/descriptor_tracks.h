@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "feature_tracks.h"
-#include "mapping/remade_landmarks.h"
+#include "mapping/retriangulation.h"
 #include "mono_pose_tracker/map/map.h"
 
 namespace mono_pose_tracker {

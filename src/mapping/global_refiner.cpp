@@ -10,21 +10,28 @@
 
 #include "keyframe_landmarks.h"
 #include "keyframe_places.h"
-#include "mapping/depth_reversal.h"
 #include "mapping/mapper.h"
-#include "mapping/remade_landmarks.h"
+#include "mapping/retriangulation.h"
 #include "optimization/map_adjustment.h"
+#include "view_linker.h"
 
 namespace mono_pose_tracker {
 
-void Mapper::connect(ViewGraph* graph) const {
-  constexpr std::array<std::size_t, 3> kBefore = {1, 2, 4};
+ViewGraph& Mapper::view_graph() {
+  if (!view_graph_) view_graph_.emplace(view_graph_options(options_));
+  return *view_graph_;
+}
+
+void Mapper::connect() {
+  ViewGraph& graph = view_graph();
+  constexpr std::array<std::size_t, 6> kBefore = {1, 2, 3, 4, 6, 8};
   constexpr int kCovisible = 4, kPlaces = 3;
+  places_->follow(map_);
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map_);
   std::vector<ViewGraph::Pair> pairs;
   std::map<KeyframeId, int> node;
   for (const Keyframe* keyframe : in_time)
-    node[keyframe->id] = graph->add(keyframe->frame_index, keyframe->image);
+    node[keyframe->id] = graph.add(keyframe->frame_index, keyframe->image);
   for (std::size_t k = 0; k < in_time.size(); ++k) {
     const KeyframeId id = in_time[k]->id;
     for (const std::size_t before : kBefore) {
@@ -35,38 +42,28 @@ void Mapper::connect(ViewGraph* graph) const {
       if (node.count(other)) pairs.emplace_back(node.at(id), node.at(other));
     }
   }
-  graph->connect(pairs);
+  for (const auto& [first, second] : overlapping_pairs(map_))
+    pairs.emplace_back(node.at(first), node.at(second));
+  graph.connect(pairs);
 }
 
 // Goes back to an earlier state of the map, of the same keyframes, that explains more of the graph's verified
 // matches.
-void Mapper::restore_if_better(Map as_it_was, const ViewGraph& graph,
-                               const GraphConsistencyOptions& consistency) {
-  if (compare_explained(map_, as_it_was, graph).p_value() < consistency.significance)
+void Mapper::restore_if_better(Map as_it_was, const GraphConsistencyOptions& consistency) {
+  if (compare_explained(map_, as_it_was, view_graph()).p_value() < consistency.significance)
     map_ = std::move(as_it_was);
 }
 
-// Kept only where the map then explains more of the graph's verified matches.
-void Mapper::merge_tracks_of(const ViewGraph& graph, const GraphConsistencyOptions& consistency) {
+// Tracks of the view graph take the place of the map's own landmarks: these agree with the poses that they
+// were made by, right or wrong.
+void Mapper::retriangulate(const GraphConsistencyOptions& consistency) {
   Map as_it_was = map_;
-  merge_tracks(edge_consistency(map_, graph, consistency), graph, &map_);
-  adjust_tied(final_bundle());
-  cull_observations(map_.landmark_ids());
-  if (compare_explained(as_it_was, map_, graph).p_value() >= consistency.significance)
-    map_ = std::move(as_it_was);
-}
-
-// Triangulates the landmarks of a narrow view anew from descriptor tracks: a wrong map's own landmarks agree
-// with it. Kept unless the map then explains fewer of the graph's verified matches.
-void Mapper::retriangulate(const ViewGraph& graph, const GraphConsistencyOptions& consistency) {
-  if (!is_narrow(map_)) return;
-  Map as_it_was = map_;
-  const BundleOptions bundle = final_bundle();
   const auto is_masked = [this](KeyframeId id, int feature) { return is_left_out(id, feature); };
-  if (!remake_landmarks(bundle, options_.matching, options_.min_inliers, is_masked, &map_)) return;
-  complete(bundle);
-  drop_two_view_landmarks();
-  restore_if_better(std::move(as_it_was), graph, consistency);
+  const FeatureTracks tracks =
+      graph_tracks(map_, edge_consistency(map_, view_graph(), consistency), view_graph(), is_masked);
+  replace_landmarks(tracks, options_.min_inliers, &map_);
+  adjust_tied(final_bundle());
+  restore_if_better(std::move(as_it_was), consistency);
 }
 
 namespace {
@@ -81,37 +78,32 @@ int unexplained_by(const std::vector<EdgeConsistency>& edges) {
 
 // Kept unless the map then explains fewer of the graph's verified matches: the motion prior does not hold
 // where a recording was cut.
-void Mapper::settle_motion(double least, const ViewGraph& graph, const GraphConsistencyOptions& consistency) {
+void Mapper::settle_motion(double least, const GraphConsistencyOptions& consistency) {
   if (moves_beyond_belief(map_, least)) {
     Map as_it_was = map_;
     BundleOptions bundle = final_bundle();
     bundle.function_tolerance = kFinalTolerance;
     count(adjust_map_as_it_moved(bundle, &map_));
-    restore_if_better(std::move(as_it_was), graph, consistency);
+    restore_if_better(std::move(as_it_was), consistency);
   }
   renew_scale(0);
   publish();
 }
 
-std::set<KeyframeId> Mapper::refine_with(ViewGraph* graph, const GraphConsistencyOptions& consistency) {
+std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& consistency) {
   constexpr int kMaxRounds = 5;
   std::set<KeyframeId> removed;
-  places_->follow(map_);
-  connect(graph);
-  retriangulate(*graph, consistency);
-  merge_tracks_of(*graph, consistency);
   int before = std::numeric_limits<int>::max();
   for (int round = 0; round < kMaxRounds && !is_cancelled(); ++round) {
-    places_->follow(map_);
-    connect(graph);
-    const std::vector<EdgeConsistency> edges = edge_consistency(map_, *graph, consistency);
+    connect();
+    const std::vector<EdgeConsistency> edges = edge_consistency(map_, view_graph(), consistency);
     // Another round must explain an edge's worth of matches more.
     const int unexplained = unexplained_by(edges);
     if (unexplained > before - consistency.min_inliers) break;
     before = unexplained;
     const std::optional<InconsistentSegment> segment = most_inconsistent_segment(map_, edges);
     if (!segment) break;
-    const std::optional<SegmentAlignment> alignment = align_segment(map_, *graph, *segment);
+    const std::optional<SegmentAlignment> alignment = align_segment(map_, view_graph(), *segment);
     if (!alignment || !alignment->is_better(consistency)) {
       const std::set<KeyframeId> of_segment(segment->keyframes.begin(), segment->keyframes.end());
       remove_keyframes(of_segment);
@@ -119,7 +111,7 @@ std::set<KeyframeId> Mapper::refine_with(ViewGraph* graph, const GraphConsistenc
       finish();
       continue;
     }
-    const KeyframeChanges changes = apply_alignment(*segment, *alignment, *graph, &map_);
+    const KeyframeChanges changes = apply_alignment(*segment, *alignment, view_graph(), &map_);
     adjust_tied(final_bundle());
     cull_observations(map_.landmark_ids());
     post_correction(changes);

@@ -272,30 +272,6 @@ std::map<KeyframeId, Sim3> apply_alignment(const InconsistentSegment& segment,
   return changes;
 }
 
-int merge_tracks(const std::vector<EdgeConsistency>& edges, const ViewGraph& graph, Map* map) {
-  int joined = 0;
-  for (const EdgeConsistency& edge : edges) {
-    if (edge.is_inconsistent) continue;
-    const TwoViewGeometry& geometry = *graph.edge(edge.pair.first, edge.pair.second);
-    for (std::size_t i = 0; i < geometry.matches.size(); ++i) {
-      if (geometry.motion_of_match[i] != edge.motion) continue;
-      const Match& m = geometry.matches[i];
-      const LandmarkId of_first = map->keyframe(edge.first)->landmark_of_feature[m.first],
-                       of_second = map->keyframe(edge.second)->landmark_of_feature[m.second];
-      if (of_first == of_second) continue;
-      if (of_first == kNoLandmark) {
-        joined += map->add_observation(of_second, edge.first, m.first);
-      } else if (of_second == kNoLandmark) {
-        joined += map->add_observation(of_first, edge.second, m.second);
-      } else {
-        map->merge_landmarks(of_second, of_first);
-        ++joined;
-      }
-    }
-  }
-  return joined;
-}
-
 double ExplainedDifference::p_value() const { return binomial_tail(gained, gained + lost, 0.5); }
 
 ExplainedDifference compare_explained(const Map& before, const Map& after, const ViewGraph& graph) {

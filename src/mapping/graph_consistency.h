@@ -64,11 +64,6 @@ std::map<KeyframeId, Sim3> apply_alignment(const InconsistentSegment& segment,
                                            const SegmentAlignment& alignment, const ViewGraph& graph,
                                            Map* map);
 
-/// Makes one landmark of what a verified match pairs, where the edge is not inconsistent as a whole: tracks
-/// are the connected components of the graph. Features without a landmark join that of the other. Returns how
-/// many matches were joined; observations that do not hold are for the adjustment that follows to find.
-int merge_tracks(const std::vector<EdgeConsistency>& edges, const ViewGraph& graph, Map* map);
-
 /// Two maps of the same keyframes compared by one score: verified matches of the graph that they explain,
 /// whether or not the maps ever used them.
 struct ExplainedDifference {

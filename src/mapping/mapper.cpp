@@ -55,6 +55,7 @@ std::vector<KeyframeId> Mapper::neighbors(KeyframeId id, int count) const {
 
 void Mapper::initialize(const InitialMap& initial, std::uint32_t epoch) {
   kept_.clear();
+  view_graph_.reset();
   begin(initial, epoch);
 }
 
@@ -114,6 +115,7 @@ void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
 
 void Mapper::restore(Map map, std::uint32_t epoch) {
   kept_.clear();
+  view_graph_.reset();
   map_ = Map();
   restore_beside(std::move(map), epoch);
 }
@@ -348,7 +350,9 @@ void Mapper::finish() {
   for (const auto& entry : map_.keyframes()) leave_out_fixed(entry.first);
   // All shared tracks stay, unlike in a map that goes on: those that do not hold are culled below. Dropped,
   // they cost a recording of many gaps a tenth of its images.
-  if (!link_views(options_, &map_).empty()) adjust_tied(bundle);
+  connect();
+  if (!link_views(options_, &view_graph(), &map_).empty()) adjust_tied(bundle);
+  retriangulate({});
   complete(bundle);
   if (options_.separates_motions && is_narrow(map_)) leave_out_off_body(bundle);
   drop_two_view_landmarks();

@@ -77,22 +77,24 @@ class Mapper {
 
   /// Where keyframes of the finished map are where no camera goes (by this much at the least), everything is
   /// adjusted again, held to its motion; kept unless the map then explains fewer matches of the graph.
-  void settle_motion(double least, const ViewGraph& graph, const GraphConsistencyOptions& consistency);
+  void settle_motion(double least, const GraphConsistencyOptions& consistency);
 
+  /// The recording's, of all maps. Made at the first call, with the options of that time.
+  ViewGraph& view_graph();
   /// Adds the edges of this map to the view graph: keyframes before in time, covisible ones, and those that
   /// look like each other.
-  void connect(ViewGraph* graph) const;
+  void connect();
   /// The global refinement against the view graph: segments that it puts elsewhere are moved there and the
   /// map is finished anew, until none is left or max_rounds. Keyframes that it contradicts without another
   /// place for them are removed; they are returned.
-  std::set<KeyframeId> refine_with(ViewGraph* graph, const GraphConsistencyOptions& consistency);
+  std::set<KeyframeId> refine_with_graph(const GraphConsistencyOptions& consistency);
 
   /// Takes out keyframes whose poses are wrong, and what they alone saw; the first two, by which the
   /// map has its frame, stay.
   void remove_keyframes(const std::set<KeyframeId>& ids);
 
   /// For the end of a recording: joins each two maps that the view graph aligns.
-  void join_rest(ViewGraph* graph);
+  void join_rest();
   /// Ids of the maps that are kept beside the present one.
   std::vector<std::uint32_t> kept_maps() const;
   /// Copies of all maps, the present one among them, the oldest first.
@@ -162,8 +164,8 @@ class Mapper {
   void cap_kept_maps();
   bool join_where_met(KeyframeId newest);
   bool join(std::uint32_t kept_id, const MapMeeting& meeting);
-  bool join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart, ViewGraph* graph);
-  bool join_anywhere(std::uint32_t kept_id, ViewGraph* graph);
+  bool join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart);
+  bool join_anywhere(std::uint32_t kept_id);
   void become_part_of(std::uint32_t kept_id, const MergedIds& added, double scale, ScaleSource own_source);
   bool join_newer(std::uint32_t kept_id, const MapMeeting& meeting);
   std::optional<MapMeeting> find_meeting(const KeptMap& other, KeyframeId keyframe) const;
@@ -191,9 +193,8 @@ class Mapper {
   void separate_motions(KeyframeId id);
   bool adjust_tied(const BundleOptions& bundle);
   BundleOptions final_bundle() const;
-  void restore_if_better(Map as_it_was, const ViewGraph& graph, const GraphConsistencyOptions& consistency);
-  void merge_tracks_of(const ViewGraph& graph, const GraphConsistencyOptions& consistency);
-  void retriangulate(const ViewGraph& graph, const GraphConsistencyOptions& consistency);
+  void restore_if_better(Map as_it_was, const GraphConsistencyOptions& consistency);
+  void retriangulate(const GraphConsistencyOptions& consistency);
   void drop_two_view_landmarks();
   void leave_out_fixed(KeyframeId id);
   void leave_out_off_body(BundleOptions bundle);
@@ -241,6 +242,7 @@ class Mapper {
   MapCorrections corrections_;
   std::uint64_t last_correction_ = 0;  // its sequence
   std::shared_ptr<KeyframePlaces> places_;
+  std::optional<ViewGraph> view_graph_;
   std::vector<ClosedLoop> loops_;
   int failed_adjustments_ = 0;  // since it was made
   StageTimes stages_;           // of the change under way

@@ -339,14 +339,14 @@ void Mapper::move_map(const Sim3& new_from_map) {
 }
 
 // Two that were found not to meet are not asked again until a third is joined to one of them.
-void Mapper::join_rest(ViewGraph* graph) {
+void Mapper::join_rest() {
   std::set<std::pair<std::uint32_t, std::uint32_t>> apart;  // the newer and the older
-  while (join_any(&apart, graph)) {
+  while (join_any(&apart)) {
   }
   publish();
 }
 
-bool Mapper::join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart, ViewGraph* graph) {
+bool Mapper::join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart) {
   std::vector<std::uint32_t> ids = kept_maps();
   ids.push_back(map_id_);
   std::sort(ids.begin(), ids.end());
@@ -354,7 +354,7 @@ bool Mapper::join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart, 
     resume(ids[newer], true, epoch_);
     for (std::size_t older = 0; older < newer; ++older) {
       if (apart->count({ids[newer], ids[older]})) continue;
-      if (!join_anywhere(ids[older], graph)) {
+      if (!join_anywhere(ids[older])) {
         apart->insert({ids[newer], ids[older]});
         continue;
       }
@@ -369,9 +369,9 @@ bool Mapper::join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart, 
 }
 
 // By the view graph between the two.
-bool Mapper::join_anywhere(std::uint32_t kept_id, ViewGraph* graph) {
+bool Mapper::join_anywhere(std::uint32_t kept_id) {
   const KeptMap& kept = kept_.at(kept_id);
-  const std::optional<MapMeeting> meeting = meet(options_, map_, kept.map, *kept.places, graph);
+  const std::optional<MapMeeting> meeting = meet(options_, map_, kept.map, *kept.places, &view_graph());
   return meeting && join(kept_id, *meeting);
 }
 

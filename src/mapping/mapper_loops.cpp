@@ -48,7 +48,8 @@ std::shared_ptr<const Mapper::TiedAdjustment> Mapper::tie_and_adjust(const Mappe
                                                                      bool parts_were_apart) {
   Map tied = snapshot;
   std::vector<ViewTie> ties;
-  if (options.adjusts_all) ties = link_views(options, &tied, tied_at);
+  ViewGraph graph(view_graph_options(options));
+  if (options.adjusts_all) ties = link_views(options, &graph, &tied, tied_at);
   while (true) {
     auto solved = GlobalAdjustment::solve(options.bundle, snapshot, parts_were_apart || !ties.empty(), &tied);
     if (!solved) return nullptr;

@@ -3,8 +3,7 @@
 #include <map>
 #include <vector>
 
-#include "mapping/remade_landmarks.h"
-#include "mono_pose_tracker/features/matching.h"
+#include "mapping/retriangulation.h"
 #include "mono_pose_tracker/map/map.h"
 
 namespace mono_pose_tracker {

@@ -52,6 +52,14 @@ const char* to_string(TwoViewType type) {
   return "";
 }
 
+ViewGraphOptions view_graph_options(const MapperOptions& options) {
+  ViewGraphOptions graph;
+  graph.matching = options.matching;
+  graph.ransac = options.ransac;
+  graph.threads = options.threads;
+  return graph;
+}
+
 int TwoViewGeometry::inliers(int motion) const {
   return static_cast<int>(std::count(motion_of_match.begin(), motion_of_match.end(), motion));
 }

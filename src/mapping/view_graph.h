@@ -11,6 +11,7 @@
 #include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/features/matching.h"
 #include "mono_pose_tracker/map/image_features.h"
+#include "mono_pose_tracker/mapping/mapper_options.h"
 #include "mono_pose_tracker/robust/ransac_options.h"
 
 namespace mono_pose_tracker {
@@ -49,6 +50,7 @@ struct ViewGraphOptions {
   double least_second_motion = 0.4;   // share of the other matches that must agree on a second motion
   int threads = 1;                    // the result is the same for any number
 };
+ViewGraphOptions view_graph_options(const MapperOptions& options);
 
 /// Two-view geometries of a recording's images: computed once, kept, independent of any map. The only place
 /// that matches descriptors of two images. Append-only. One thread.

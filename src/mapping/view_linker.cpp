@@ -5,8 +5,6 @@
 #include <vector>
 
 #include "keyframe_landmarks.h"
-#include "mono_pose_tracker/features/feature_set.h"
-#include "mono_pose_tracker/features/matching.h"
 
 namespace mono_pose_tracker {
 
@@ -60,16 +58,29 @@ bool is_seen_by(const Map& map, LandmarkId id, KeyframeId by, double max_error_p
   });
 }
 
-// What the two see alike, if it is one place.
-std::vector<ViewTie> ties_between(const MapperOptions& options, const Map& map, const Keyframe& first,
-                                  const Keyframe& second) {
-  const std::vector<SeenLandmark> landmarks = seen_landmarks(first);
-  const cv::Mat descriptors = stacked_descriptors(
-      landmarks, [&](const SeenLandmark& seen) { return first.image->set.descriptor(seen.feature); });
-  const std::vector<Match> matches =
-      match_descriptors(descriptors, second.image->set.descriptors, options.matching);
+int node_of(const Keyframe& keyframe, ViewGraph* graph) {
+  return graph->add(keyframe.frame_index, keyframe.image);
+}
+
+// Verified matches of the second's features with what the first has landmarks of.
+std::vector<LikelySight> verified_sights(const ViewGraph& graph, const Keyframe& first,
+                                         const Keyframe& second) {
+  const int node = graph.node_of(first.image), other = graph.node_of(second.image);
+  const TwoViewGeometry* geometry = graph.edge(std::min(node, other), std::max(node, other));
   std::vector<LikelySight> sights;
-  for (const Match& m : matches) sights.push_back({m.second, landmarks[m.first].id, m.distance2});
+  for (std::size_t i = 0; geometry && i < geometry->matches.size(); ++i) {
+    if (geometry->motion_of_match[i] == 0) continue;
+    const Match& m = geometry->matches[i];
+    const LandmarkId landmark = first.landmark_of_feature[node < other ? m.first : m.second];
+    if (landmark != kNoLandmark) sights.push_back({node < other ? m.second : m.first, landmark, m.distance2});
+  }
+  return sights;
+}
+
+// What the two see alike, if it is one place.
+std::vector<ViewTie> ties_between(const MapperOptions& options, const ViewGraph& graph, const Map& map,
+                                  const Keyframe& first, const Keyframe& second) {
+  const std::vector<LikelySight> sights = verified_sights(graph, first, second);
   AbsolutePoseOptions pose_options;
   pose_options.ransac = options.ransac;
   const AbsolutePoseReport pose = pose_by(map, second, sights, pose_options);
@@ -90,29 +101,38 @@ std::vector<ViewTie> ties_of(const std::vector<LikelySight>& sights, const std::
   return ties;
 }
 
-std::vector<ViewTie> link_views(const MapperOptions& options, Map* map, KeyframeId newer_than) {
+std::vector<std::pair<KeyframeId, KeyframeId>> overlapping_pairs(const Map& map, KeyframeId newer_than) {
   std::vector<std::pair<KeyframeId, KeyframeId>> pairs;
-  for (const auto& [id, keyframe] : map->keyframes()) {
-    if (options.bundle.is_cancelled()) return {};
+  for (const auto& [id, keyframe] : map.keyframes()) {
     const std::vector<SeenLandmark> landmarks = seen_landmarks(keyframe);
     std::vector<std::pair<double, KeyframeId>> overlapping;
-    for (const auto& [other_id, other] : map->keyframes()) {
+    for (const auto& [other_id, other] : map.keyframes()) {
       if (other_id <= std::max(id, newer_than)) continue;
-      const double share = overlap(*map, keyframe, landmarks, other);
+      const double share = overlap(map, keyframe, landmarks, other);
       if (share < kMinOverlap) continue;
       // A tenth of the landmarks in common holds two keyframes together well enough.
-      if (10 * map->shared(id, other_id) > static_cast<int>(landmarks.size())) continue;
+      if (10 * map.shared(id, other_id) > static_cast<int>(landmarks.size())) continue;
       overlapping.emplace_back(-share, other_id);
     }
     std::sort(overlapping.begin(), overlapping.end());
     if (overlapping.size() > kLinksPerKeyframe) overlapping.resize(kLinksPerKeyframe);
     for (const auto& entry : overlapping) pairs.emplace_back(id, entry.second);
   }
+  return pairs;
+}
+
+std::vector<ViewTie> link_views(const MapperOptions& options, ViewGraph* graph, Map* map,
+                                KeyframeId newer_than) {
+  const std::vector<std::pair<KeyframeId, KeyframeId>> pairs = overlapping_pairs(*map, newer_than);
+  std::vector<ViewGraph::Pair> edges;
+  for (const auto& [first, second] : pairs)
+    edges.emplace_back(node_of(*map->keyframe(first), graph), node_of(*map->keyframe(second), graph));
+  graph->connect(edges);
   std::vector<ViewTie> all;
   for (const auto& [first, second] : pairs) {
     if (options.bundle.is_cancelled()) break;
     const std::vector<ViewTie> ties =
-        ties_between(options, *map, *map->keyframe(first), *map->keyframe(second));
+        ties_between(options, *graph, *map, *map->keyframe(first), *map->keyframe(second));
     tie_views(ties, map);
     all.insert(all.end(), ties.begin(), ties.end());
   }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "likely_sight.h"
+#include "mapping/view_graph.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
 
@@ -22,12 +23,17 @@ struct ViewTie {
 std::vector<ViewTie> ties_of(const std::vector<LikelySight>& sights, const std::vector<char>& agrees,
                              const Keyframe& first, const Keyframe& second);
 
+// Keyframes that would see much of the same by their poses, but share few landmarks: of each the four that
+// overlap most. The newer one of each pair is newer than `newer_than`.
+std::vector<std::pair<KeyframeId, KeyframeId>> overlapping_pairs(const Map& map, KeyframeId newer_than = -1);
+
 // Ties keyframes together that look at the same place but share few landmarks, because the map drifted
-// between their times: landmarks of one are matched to the other by descriptors alone, P3P RANSAC confirms,
-// and what agrees becomes one landmark. The poses are left to a bundle adjustment that follows. One keyframe
-// of each pair is newer than `newer_than`. Ends early once it is cancelled (options.bundle). Returns what was
-// tied, in the order of doing it.
-std::vector<ViewTie> link_views(const MapperOptions& options, Map* map, KeyframeId newer_than = -1);
+// between their times: they become edges of the view graph, P3P RANSAC over the verified matches with
+// landmarks confirms, and what agrees becomes one landmark. The poses are left to a bundle adjustment that
+// follows. One keyframe of each pair is newer than `newer_than`. Ends early once it is cancelled
+// (options.bundle). Returns what was tied, in the order of doing it.
+std::vector<ViewTie> link_views(const MapperOptions& options, ViewGraph* graph, Map* map,
+                                KeyframeId newer_than = -1);
 
 // Keyframes half of whose ties or more do not hold in a map that was adjusted: the landmark is further than
 // this from what one of the two shows.

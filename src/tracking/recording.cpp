@@ -251,7 +251,7 @@ void register_again(const Recording& recording, const FrameObserver& observer, T
   // What follows takes poses out, to find them anew.
   if (recording.interrupted()) return;
   std::set<std::int64_t> outdated = tracker->refine_with_graph();
-  outdated.merge(tracker->posed_before_remake());
+  outdated.merge(tracker->adjust_frames());
   resect_again(recording, outdated, unobserved, tracker, result);
   if (recording.interrupted()) return;
   // Where the camera can hardly have been, between images where it certainly was.

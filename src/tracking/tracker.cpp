@@ -83,7 +83,7 @@ StillBackground Tracker::background_of(const std::vector<SeenImage>& images) con
   return impl_->background_of(images);
 }
 
-std::set<std::int64_t> Tracker::posed_before_remake() { return impl_->posed_before_remake(); }
+std::set<std::int64_t> Tracker::adjust_frames() { return impl_->adjust_frames(); }
 
 std::set<std::int64_t> Tracker::take_out_strays() { return impl_->take_out_strays(); }
 

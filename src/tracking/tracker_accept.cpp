@@ -58,18 +58,20 @@ LandmarkPixels Tracker::Impl::landmarks_of(const KeyframeView& keyframe) const {
   auto landmarks = std::make_shared<std::vector<LandmarkPixel>>();
   for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
     if (keyframe.landmark_of_feature[f] != kNoLandmark)
-      landmarks->push_back({keyframe.landmark_of_feature[f], keyframe.image->set.features[f].pixel});
+      landmarks->push_back({keyframe.landmark_of_feature[f], keyframe.image->set.features[f].pixel,
+                            keyframe.image->sigma_px[f]});
   }
   return landmarks;
 }
 
-// Kept for a recording, which is written in the end: 12 bytes for each landmark, some 2 kB an image.
+// Kept for a recording, which is written in the end: 24 bytes for each landmark, some 2 kB an image.
 LandmarkPixels Tracker::Impl::registered_by(const Frame& frame, const ResectionReport& resection) const {
   if (pace_ == SearchPace::kLive) return nullptr;
   auto landmarks = std::make_shared<std::vector<LandmarkPixel>>();
   landmarks->reserve(resection.observations.size());
   for (const FrameObservation& o : resection.observations)
-    landmarks->push_back({o.landmark, frame.image->set.features[o.feature].pixel});
+    landmarks->push_back(
+        {o.landmark, frame.image->set.features[o.feature].pixel, frame.image->sigma_px[o.feature]});
   return landmarks;
 }
 

@@ -39,7 +39,7 @@ bool Tracker::Impl::finish() {
 // Maps are joined where they meet; the largest is completed and adjusted.
 void Tracker::Impl::complete_map() {
   if (!others_.empty()) {
-    worker_.mapper().join_rest(&view_graph());
+    worker_.mapper().join_rest();
     follow_mapper();
     resume_largest();
   }
@@ -98,19 +98,6 @@ FrameReport Tracker::Impl::keep_for_later(std::int64_t frame_index, std::int64_t
   return report;
 }
 
-std::set<std::int64_t> Tracker::Impl::posed_before_remake() {
-  std::set<std::int64_t> frames;
-  const TrackingMapPtr map = worker_.latest();
-  // A map that is only localised in stays as it is.
-  if (!map || options_.localize_only) return frames;
-  const bool is_remade = is_narrow(worker_.mapper().map());
-  for (const auto& [index, pose] : frames_[map->map_id].all()) {
-    if (is_remade || pose.is_stale) frames.insert(index);
-  }
-  for (const auto& entry : map->keyframes) frames.erase(entry.second.frame_index);
-  return frames;
-}
-
 // The frames that were posed, with all the features that were found in them.
 std::vector<PosedImage> Tracker::Impl::seen_in(const FinishedMap& map) const {
   std::vector<PosedImage> seen;
@@ -155,17 +142,6 @@ void Tracker::Impl::find_other_body_beside(bool camera_goes_through, FinishedMap
       find_other_body(map->map, seen, ImagesAsked::kAllSeen, options_.matching, ransac, options_.threads);
 }
 
-ViewGraph& Tracker::Impl::view_graph() {
-  if (!view_graph_) {
-    ViewGraphOptions graph;
-    graph.matching = options_.matching;
-    graph.ransac = options_.ransac(camera_.focal());
-    graph.threads = options_.threads;
-    view_graph_.emplace(graph);
-  }
-  return *view_graph_;
-}
-
 // The mapper's present map, not assessed yet.
 FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   FinishedMap map;
@@ -176,7 +152,7 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.snapshot = snapshot_of(worker_.mapper().tracking_map());
   map.depth_evidence = depth_evidence(options_.bundle, map.map);
   map.geometry_evidence = geometry_evidence(options_.bundle, options_.ransac(camera_.focal()), map.map);
-  worker_.mapper().connect(&view_graph());
+  worker_.mapper().connect();
   map.explained = explained_matches(map.map, view_graph());
   const bool camera_goes_through = goes_through(map.map);
   map.shows_background =

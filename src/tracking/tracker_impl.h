@@ -91,13 +91,13 @@ class Tracker::Impl {
   void fill_gaps();
   std::vector<FinishedMap> maps();
   void assess_maps(std::int64_t images, std::vector<FinishedMap>* maps);
-  std::set<std::int64_t> posed_before_remake();
+  std::set<std::int64_t> adjust_frames();
   std::set<std::int64_t> take_out_strays();
   std::set<std::int64_t> refine_with_graph();
   void leave_out_strays();
   std::set<std::int64_t> settle_motion();
   void smooth(const std::set<std::int64_t>& frames);
-  ViewGraph& view_graph();
+  ViewGraph& view_graph() { return worker_.mapper().view_graph(); }
   FinishedMap finished(const TrackingMap& view);
   bool is_consistent_whole(const FinishedMap& map) const;
   void assess_map(std::size_t place, std::int64_t images, FinishedMap* map);
@@ -185,6 +185,8 @@ class Tracker::Impl {
   };
   std::vector<RegistrationEdge> edges_to(const Frame& frame, const TrackingMap& map,
                                          const std::vector<KeyframeId>& keyframes);
+  std::optional<Rigid3> pose_by_landmarks(const TrackingMap& map, const std::vector<LandmarkPixel>& landmarks,
+                                          const Rigid3& initial) const;
   bool agrees_with_graph(const std::vector<RegistrationEdge>& edges, const TrackingMap& map,
                          const Rigid3& camera_from_map);
   ResectionReport register_image(const Frame& frame, const TrackingMap& map,
@@ -255,7 +257,6 @@ class Tracker::Impl {
   SeenImages seen_;                                         // of a recording, of the images that were posed
   std::map<std::int64_t, Matrix6d> posed_again_;      // covariances of map_from_camera, in the finished map
   KnownMatches known_matches_;                        // of the finished map's keyframes
-  std::optional<ViewGraph> view_graph_;               // of the recording
   bool grown_ = false;                                // the finished map has
   std::pair<std::uint32_t, std::uint64_t> reported_;  // map and correction that the last report knew of
   std::uint32_t present_map_ = 0;                     // id of the one that reference_ is of

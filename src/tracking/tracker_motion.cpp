@@ -11,7 +11,7 @@ namespace mono_pose_tracker {
 std::set<std::int64_t> Tracker::Impl::settle_motion() {
   if (!worker_.latest() || options_.localize_only) return {};
   const double least = least_stray(*worker_.latest());
-  worker_.mapper().settle_motion(least, view_graph(), {});
+  worker_.mapper().settle_motion(least, {});
   follow_mapper();
   const std::vector<PosedFrame> frames = trajectory();
   const std::vector<TimedCenter> centers = centers_of(frames);

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
 
 #include "mono_pose_tracker/robust/absolute_pose.h"
+#include "robust/motion_refinement.h"
 #include "tracker_impl.h"
 
 namespace mono_pose_tracker {
@@ -136,6 +138,61 @@ ResectionReport Tracker::Impl::register_again(const Frame& frame, const Tracking
     return near;
   }
   return register_image(frame, map, std::nullopt);
+}
+
+// Poses of the images between the keyframes, from the landmarks that they were registered by, as these are
+// now. The images that most of these landmarks no longer agree on.
+std::set<std::int64_t> Tracker::Impl::adjust_frames() {
+  std::set<std::int64_t> outdated;
+  const TrackingMapPtr map = worker_.latest();
+  // A map that is only localised in stays as it is.
+  if (!map || options_.localize_only) return outdated;
+  FramePoses& poses = frames_[map->map_id];
+  std::set<std::int64_t> of_keyframes;
+  for (const auto& entry : map->keyframes) of_keyframes.insert(entry.second.frame_index);
+  for (const PosedFrame& frame : trajectory()) {
+    if (of_keyframes.count(frame.index)) continue;
+    FramePose pose = *poses.find(frame.index);
+    const std::optional<Rigid3> adjusted =
+        pose.is_stale || !pose.landmarks
+            ? std::nullopt
+            : pose_by_landmarks(*map, *pose.landmarks, frame.map_from_camera.inverse());
+    Rigid3 reference_from_map;
+    if (!adjusted || !map->camera_from_map(pose.reference, &reference_from_map)) {
+      outdated.insert(frame.index);
+      continue;
+    }
+    pose.camera_from_reference = *adjusted * reference_from_map.inverse();
+    pose.is_final = true;
+    poses.set(frame.index, pose);
+  }
+  return outdated;
+}
+
+// None where fewer than a pose needs, or than half of the landmarks, agree on it.
+std::optional<Rigid3> Tracker::Impl::pose_by_landmarks(const TrackingMap& map,
+                                                       const std::vector<LandmarkPixel>& landmarks,
+                                                       const Rigid3& initial) const {
+  std::vector<Eigen::Vector3d> bearings, points;
+  std::vector<double> sigmas;
+  for (const LandmarkPixel& observed : landmarks) {
+    const auto landmark = map.landmarks.find(observed.landmark);
+    if (landmark == map.landmarks.end()) continue;
+    bearings.push_back(camera_.bearing(observed.pixel.cast<double>()));
+    points.push_back(landmark->second);
+    sigmas.push_back(observed.sigma_px / camera_.focal());
+  }
+  const auto least = std::max<std::size_t>(options_.resection.min_inliers, landmarks.size() / 2);
+  if (points.size() < least) return std::nullopt;
+  const MotionRefinementReport refined = refine_absolute_pose(bearings, points, sigmas, initial, {});
+  if (!refined.converged) return std::nullopt;
+  std::size_t agreeing = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d direction = (refined.camera_from_map * points[i]).normalized();
+    agreeing += (direction - bearings[i]).norm() < options_.inlier_threshold_px * sigmas[i];
+  }
+  if (agreeing < least) return std::nullopt;
+  return refined.camera_from_map;
 }
 
 }  // namespace mono_pose_tracker

@@ -88,7 +88,7 @@ void Tracker::Impl::leave_out_strays() { erase(find_strays(), &frames_[worker_.l
 std::set<std::int64_t> Tracker::Impl::refine_with_graph() {
   if (options_.localize_only || !worker_.latest()) return {};
   const TrackingMapPtr before = worker_.latest();
-  const std::set<KeyframeId> removed = worker_.mapper().refine_with(&view_graph(), {});
+  const std::set<KeyframeId> removed = worker_.mapper().refine_with_graph({});
   std::set<std::int64_t> frames;
   if (!removed.empty()) frames = frames_on(*before, frames_[before->map_id], removed);
   follow_mapper();

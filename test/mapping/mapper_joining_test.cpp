@@ -88,11 +88,6 @@ class MapperJoiningTest : public testing::Test {
   CameraModel camera_ = synthetic_camera();
   SyntheticScene scene_ = wall(random_);
   Mapper mapper_{options_.mapper(camera_.focal()), camera_};
-  ViewGraph graph_{[this] {
-    ViewGraphOptions options;
-    options.ransac = options_.ransac(camera_.focal());
-    return options;
-  }()};
 };
 
 TEST_F(MapperJoiningTest, MapsAreJoinedWhereTheyMeet) {
@@ -330,7 +325,7 @@ TEST_F(MapperJoiningTest, MapsOfDifferentPlacesStayApart) {
   mapper_.begin_beside(initial_map(34, 36), 1);
   for (int i = 38; i <= 48; i += 2) insert(i);
   EXPECT_EQ(mapper_.kept_maps().size(), 1u);
-  mapper_.join_rest(&graph_);
+  mapper_.join_rest();
   EXPECT_EQ(mapper_.kept_maps().size(), 1u);
 }
 
@@ -349,7 +344,7 @@ TEST_F(MapperJoiningTest, AJoinThatDoesNotHoldLeavesTheMapAsItWas) {
   MapperOptions strict = usual;
   strict.mapping.min_parallax_deg = 180;
   mapper_.set_options(strict);
-  mapper_.join_rest(&graph_);
+  mapper_.join_rest();
   ASSERT_EQ(mapper_.kept_maps().size(), 1u);
   EXPECT_EQ(mapper_.map().landmarks().size(), landmarks);
   mapper_.set_options(usual);
@@ -362,7 +357,7 @@ TEST_F(MapperJoiningTest, AJoinThatDoesNotHoldLeavesTheMapAsItWas) {
     EXPECT_TRUE(!fixed[f] || first.landmark_of_feature[f] == kNoLandmark) << f;
   }
   EXPECT_GT(others, 100);
-  mapper_.join_rest(&graph_);
+  mapper_.join_rest();
   EXPECT_TRUE(mapper_.kept_maps().empty()) << "they do meet";
 }
 
@@ -376,7 +371,7 @@ TEST_F(MapperJoiningTest, OfARowOfMapsOneIsLeft) {
     for (int i = begin + 4; i <= begin + 14; i += 2) insert(i, 1);  // maps are not joined while others wait
   }
   ASSERT_EQ(mapper_.kept_maps().size(), 2u);
-  mapper_.join_rest(&graph_);
+  mapper_.join_rest();
   EXPECT_TRUE(mapper_.kept_maps().empty());
   EXPECT_EQ(mapper_.tracking_map()->map_id, first);
   mapper_.finish();

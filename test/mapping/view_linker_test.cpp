@@ -38,7 +38,11 @@ class ViewLinkerTest : public testing::Test {
   }
 
   MapperOptions options() const { return TrackerOptions().mapper(scene_.camera.focal()); }
-  std::size_t link() { return link_views(options(), &map_).size(); }
+  std::vector<ViewTie> link_views_of(Map* map, KeyframeId newer_than = -1) {
+    ViewGraph graph(view_graph_options(options()));
+    return link_views(options(), &graph, map, newer_than);
+  }
+  std::size_t link() { return link_views_of(&map_).size(); }
 
   static int landmarks_seen_by(const Map& map, KeyframeId id) {
     const std::vector<LandmarkId>& landmarks = map.keyframe(id)->landmark_of_feature;
@@ -103,9 +107,9 @@ TEST_F(ViewLinkerTest, AnotherPlaceInTheSameDirectionIsNotTied) {
 TEST_F(ViewLinkerTest, OnlyPairsOfWhichOneIsNewerAreLookedAt) {
   visit(0, Eigen::Vector3d::Zero());
   visit(100, {0.1, 0.05, -0.1});
-  EXPECT_TRUE(link_views(options(), &map_, map_.keyframes().rbegin()->first).empty());
+  EXPECT_TRUE(link_views_of(&map_, map_.keyframes().rbegin()->first).empty());
   EXPECT_FALSE(tied());
-  EXPECT_FALSE(link_views(options(), &map_, kViewsOfVisit - 1).empty());
+  EXPECT_FALSE(link_views_of(&map_, kViewsOfVisit - 1).empty());
   EXPECT_TRUE(tied());
 }
 
@@ -114,7 +118,8 @@ TEST_F(ViewLinkerTest, NothingIsTiedOnceItIsCancelled) {
   visit(100, {0.1, 0.05, -0.1});
   MapperOptions cancelled = options();
   cancelled.bundle.cancel = [] { return true; };
-  EXPECT_TRUE(link_views(cancelled, &map_).empty());
+  ViewGraph graph(view_graph_options(cancelled));
+  EXPECT_TRUE(link_views(cancelled, &graph, &map_).empty());
   EXPECT_FALSE(tied());
 }
 
@@ -122,7 +127,7 @@ TEST_F(ViewLinkerTest, TiesHoldInAMapThatChangedMeanwhile) {
   visit(0, Eigen::Vector3d::Zero());
   visit(100, {0.1, 0.05, -0.1});
   Map snapshot = map_;
-  const std::vector<ViewTie> ties = link_views(options(), &snapshot);
+  const std::vector<ViewTie> ties = link_views_of(&snapshot);
   ASSERT_FALSE(ties.empty());
   Map without = map_;
   for (const ViewTie& tie : ties) without.remove_keyframe(tie.keyframe, 0);
@@ -138,7 +143,7 @@ TEST_F(ViewLinkerTest, TiesHoldInAMapThatChangedMeanwhile) {
 TEST_F(ViewLinkerTest, TiesThatDoNotHoldInTheEndAreTold) {
   visit(0, Eigen::Vector3d::Zero());
   visit(100, {0.1, 0.05, -0.1});
-  const std::vector<ViewTie> ties = link_views(options(), &map_);
+  const std::vector<ViewTie> ties = link_views_of(&map_);
   ASSERT_FALSE(ties.empty());
   constexpr double kMaxErrorPx = 3;
   std::set<KeyframeId> tied_ones;

@@ -191,7 +191,7 @@ TEST(SavedMaps, WhereNoImageIsFoundNoneIsPosedAgain) {
   tracker.load_maps(narrow_map());
   ASSERT_TRUE(tracker.finish());
   ASSERT_TRUE(is_narrow(tracker.map()));
-  EXPECT_TRUE(tracker.posed_before_remake().empty());
+  EXPECT_TRUE(tracker.adjust_frames().empty());
 }
 
 TEST(SavedMaps, LocalizingOnlyBeginsNoMap) {

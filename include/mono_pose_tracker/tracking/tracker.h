@@ -140,10 +140,10 @@ class Tracker {
   /// Poses the images that were kept, in the finished map: from both sides of each gap, making keyframes on
   /// the way, and where that ends by descriptors alone. The map is finished anew when it has grown.
   void fill_gaps();
-  /// Frames of the finished map that are no keyframes of it, and were posed while its landmarks may have been
-  /// others (mapping/remade_landmarks.h) or its geometry was another (mapping/rival_geometry.h): to be posed
-  /// again.
-  std::set<std::int64_t> posed_before_remake();
+  /// Adjusts the poses of the frames between the keyframes to the finished map, by the landmarks that they
+  /// were registered by. Returns those that most of these no longer agree on: to be registered by their
+  /// images again.
+  std::set<std::int64_t> adjust_frames();
   /// Frames of the finished map whose poses lie where the camera can hardly have been between the frames
   /// before and after, to be posed again. The map is finished anew without the keyframes among them.
   std::set<std::int64_t> take_out_strays();
