@@ -36,7 +36,7 @@ void study(const Arguments& a) {
     options.seed = seed;
     const LoopStudy s = run_loop_study(walk, walk_camera(), options, a.noise_px, seed, !a.without, a.limit);
     std::printf(
-        "seed %2d: %d of %d posed, %d keyframes, %.0f m, position %.3f %%; search %.1f ms a keyframe "
+        "seed %2d: %d of %d registered, %d keyframes, %.0f m, position %.3f %%; search %.1f ms a keyframe "
         "(%.1f at most), mapping %.1f ms",
         seed, s.frames_posed, s.frames, s.keyframes, walk.length, 100 * s.position_rmse,
         1e3 * s.search_seconds / s.frames, 1e3 * s.slowest_search_s, 1e3 * s.map_seconds / s.frames);

@@ -14,15 +14,15 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr int kSize = 128;  // of a descriptor
-constexpr int kLanes = 16;  // rows of a block that one instruction serves
-constexpr int kGroup = kLanes * kSize;
+constexpr int kSize = 128;       // of a descriptor
+constexpr int kPacketSize = 16;  // rows of a block that one instruction serves
+constexpr int kGroup = kPacketSize * kSize;
 
 #ifdef MPT_HAS_DOT_PRODUCTS
 #define MPT_DOT_PRODUCTS __attribute__((target("avx512f,avx512vnni")))
 
 // Four bytes of a row, for all lanes.
-MPT_DOT_PRODUCTS __m512i in_all_lanes(const std::int8_t* bytes) {
+MPT_DOT_PRODUCTS __m512i broadcast_four(const std::int8_t* bytes) {
   int four;
   std::memcpy(&four, bytes, sizeof four);
   return _mm512_set1_epi32(four);
@@ -35,13 +35,13 @@ MPT_DOT_PRODUCTS void dot_products(const std::int8_t* a, const std::uint8_t* gro
   for (int g = 0; g < count; ++g) {
     __m512i s0 = _mm512_setzero_si512(), s1 = s0, s2 = s0, s3 = s0;
     for (int i = 0; i < kSize; i += 4) {
-      const __m512i b = _mm512_loadu_si512(groups + kGroup * g + kLanes * i);
-      s0 = _mm512_dpbusd_epi32(s0, b, in_all_lanes(a + i));
-      s1 = _mm512_dpbusd_epi32(s1, b, in_all_lanes(a + kSize + i));
-      s2 = _mm512_dpbusd_epi32(s2, b, in_all_lanes(a + 2 * kSize + i));
-      s3 = _mm512_dpbusd_epi32(s3, b, in_all_lanes(a + 3 * kSize + i));
+      const __m512i b = _mm512_loadu_si512(groups + kGroup * g + kPacketSize * i);
+      s0 = _mm512_dpbusd_epi32(s0, b, broadcast_four(a + i));
+      s1 = _mm512_dpbusd_epi32(s1, b, broadcast_four(a + kSize + i));
+      s2 = _mm512_dpbusd_epi32(s2, b, broadcast_four(a + 2 * kSize + i));
+      s3 = _mm512_dpbusd_epi32(s3, b, broadcast_four(a + 3 * kSize + i));
     }
-    int* to = out + kLanes * g;
+    int* to = out + kPacketSize * g;
     _mm512_storeu_si512(to, s0);
     _mm512_storeu_si512(to + kStep, s1);
     _mm512_storeu_si512(to + 2 * kStep, s2);
@@ -117,19 +117,19 @@ int DescriptorDistances::take_block(int begin) {
 void DescriptorDistances::pack_block() {
   for (int j = 0; j < count_; ++j) {
     const std::uint8_t* row = second_.ptr<std::uint8_t>(begin_ + j);
-    std::uint8_t* to = &block_bytes_[kGroup * (j / kLanes) + 4 * (j % kLanes)];
+    std::uint8_t* to = &block_bytes_[kGroup * (j / kPacketSize) + 4 * (j % kPacketSize)];
     int term = 0;
     for (int k = 0; k < kSize; ++k) term += row[k] * (row[k] - 2 * 128);
     block_terms_[j] = term;
-    for (int k = 0; k < kSize; k += 4) std::memcpy(to + kLanes * k, row + k, 4);
+    for (int k = 0; k < kSize; k += 4) std::memcpy(to + kPacketSize * k, row + k, 4);
   }
 }
 
 void DescriptorDistances::find(int row, int* result) const {
   if (instructions_ == Instructions::kDotProducts) {
-    const int count = rounded_up(count_, kLanes);  // of a block that is not full no more is written
-    dot_products(&signed_first_[static_cast<std::size_t>(row) * kSize], block_bytes_.data(), count / kLanes,
-                 result);
+    const int count = rounded_up(count_, kPacketSize);  // of a block that is not full no more is written
+    dot_products(&signed_first_[static_cast<std::size_t>(row) * kSize], block_bytes_.data(),
+                 count / kPacketSize, result);
     for (int r = 0; r < kRows; ++r) {
       to_distances(first_terms_[row + r], block_terms_.data(), count, result + kBlock * r);
     }

@@ -92,7 +92,7 @@ struct SampleWeights {
 MPT_FUNCTION_CLONES
 void pool(const float* magnitude, const float* direction_in_bins, const SampleWeights& weights,
           float* __restrict histogram) {
-  const Floats8 lanes = {0, 1, 2, 3, 4, 5, 6, 7};
+  const Floats8 directions = {0, 1, 2, 3, 4, 5, 6, 7};
   const Floats8 zero = {};
   Floats8 cells[kCells + 2][kCells + 2] = {};  // a ring of cells more, dropped in the end
   for (int j = 0; j < kSamples; ++j) {
@@ -100,7 +100,7 @@ void pool(const float* magnitude, const float* direction_in_bins, const SampleWe
     for (int segment = 0; segment <= kCells; ++segment) {
       for (int k = 0; k < kSamplesPerCell; ++k) {
         const int i = segment * kSamplesPerCell + k;
-        Floats8 distance = direction_in_bins[j * kRow + i] - lanes;
+        Floats8 distance = direction_in_bins[j * kRow + i] - directions;
         distance = distance < zero ? -distance : distance;
         const Floats8 around = 8.0f - distance;
         distance = distance < around ? distance : around;

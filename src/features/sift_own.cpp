@@ -80,11 +80,11 @@ class OwnSift : public FeatureExtractor {
   }
 
   void find_extrema(const cv::Mat& mask) {
-    leave_out_masked(all_extrema_, mask);
+    exclude_masked(all_extrema_, mask);
     weak_were_needed_ = static_cast<int>(extrema_.size()) < options_.min_features;
     if (!weak_were_needed_) return;
     find_weak_extrema();
-    leave_out_masked(weak_extrema_, mask);
+    exclude_masked(weak_extrema_, mask);
     if (static_cast<int>(extrema_.size()) <= options_.min_features) return;
     const auto last = extrema_.begin() + options_.min_features;
     std::nth_element(extrema_.begin(), last, extrema_.end(),
@@ -92,7 +92,7 @@ class OwnSift : public FeatureExtractor {
     extrema_.erase(last, extrema_.end());
   }
 
-  void leave_out_masked(const std::vector<Extremum>& from, const cv::Mat& mask) {
+  void exclude_masked(const std::vector<Extremum>& from, const cv::Mat& mask) {
     extrema_.clear();
     for (const Extremum& extremum : from) {
       if (!is_masked_out(mask, extremum.feature)) extrema_.push_back(extremum);

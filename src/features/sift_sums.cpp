@@ -168,13 +168,13 @@ MPT_SIFT_AVX512 void samples_of_avx512(const float* row, int shift, const float*
     const __m512 row2 = _mm512_loadu_ps(row + x + 32), row3 = _mm512_loadu_ps(row + x + 48);
     __m512 sum0 = _mm512_setzero_ps(), sum1 = sum0, sum2 = sum0, sum3 = sum0;
     const float* behind = row + x + shift;
-    __m512i lanes = here;  // of two vectors, one after the other
-    for (int i = 0; i < pairs; ++i, ++behind, lanes = _mm512_sub_epi32(lanes, one)) {
+    __m512i samples = here;  // of two vectors, one after the other
+    for (int i = 0; i < pairs; ++i, ++behind, samples = _mm512_sub_epi32(samples, one)) {
       const __m512 weight = _mm512_set1_ps(weights[i]);
-      const __m512 a0 = _mm512_permutex2var_ps(before, lanes, row0);
-      const __m512 a1 = _mm512_permutex2var_ps(row0, lanes, row1);
-      const __m512 a2 = _mm512_permutex2var_ps(row1, lanes, row2);
-      const __m512 a3 = _mm512_permutex2var_ps(row2, lanes, row3);
+      const __m512 a0 = _mm512_permutex2var_ps(before, samples, row0);
+      const __m512 a1 = _mm512_permutex2var_ps(row0, samples, row1);
+      const __m512 a2 = _mm512_permutex2var_ps(row1, samples, row2);
+      const __m512 a3 = _mm512_permutex2var_ps(row2, samples, row3);
       sum0 += weight * (a0 + _mm512_loadu_ps(behind));
       sum1 += weight * (a1 + _mm512_loadu_ps(behind + 16));
       sum2 += weight * (a2 + _mm512_loadu_ps(behind + 32));

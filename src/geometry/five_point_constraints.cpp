@@ -3,19 +3,19 @@
 namespace mono_pose_tracker {
 namespace {
 
-using Lanes = Eigen::Array<double, 4, 1>;  // four polynomials at once
+using Packet = Eigen::Array<double, 4, 1>;  // four polynomials at once
 constexpr int kXX = 0, kXY = 1, kYY = 2, kXZ = 3, kYZ = 4, kZZ = 5, kX = 6, kY = 7, kZ = 8, kOne = 9;
 constexpr int kQuadraticOf[4][4] = {
     {kXX, kXY, kXZ, kX}, {kXY, kYY, kYZ, kY}, {kXZ, kYZ, kZZ, kZ}, {kX, kY, kZ, kOne}};
 
 /// Coefficients of x, y, z and 1.
 struct Linear {
-  Lanes c[4];
+  Packet c[4];
 };
 
 /// Coefficients of xx xy yy xz yz zz x y z 1.
 struct Quadratic {
-  Lanes c[10];
+  Packet c[10];
 };
 
 /// Lane i holds entry entries[i] of the solution: x, y, z and 1 times the basis.
@@ -30,7 +30,7 @@ Linear linear(const Row10 (&basis)[4], const int (&entries)[4]) {
 /// sum += sign a b.
 void add_product(double sign, const Linear& a, const Linear& b, Quadratic* sum) {
   for (int k = 0; k < 4; ++k) {
-    const Lanes signed_k = sign * a.c[k];
+    const Packet signed_k = sign * a.c[k];
     for (int l = 0; l < 4; ++l) sum->c[kQuadraticOf[k][l]] += signed_k * b.c[l];
   }
 }
@@ -44,18 +44,18 @@ Quadratic product(const Linear& a, const Linear& b) {
   return q;
 }
 
-Quadratic permuted(const Quadratic& q, const int (&lanes)[4]) {
+Quadratic permuted(const Quadratic& q, const int (&order)[4]) {
   Quadratic result;
   for (int k = 0; k < 10; ++k) {
-    result.c[k] << q.c[k][lanes[0]], q.c[k][lanes[1]], q.c[k][lanes[2]], q.c[k][lanes[3]];
+    result.c[k] << q.c[k][order[0]], q.c[k][order[1]], q.c[k][order[2]], q.c[k][order[3]];
   }
   return result;
 }
 
 /// sum += q l, a cubic in the order of Constraints.
-void add_product(const Quadratic& quadratic, const Linear& linear, Lanes (&sum)[20]) {
-  const Lanes(&q)[10] = quadratic.c;
-  const Lanes(&a)[4] = linear.c;
+void add_product(const Quadratic& quadratic, const Linear& linear, Packet (&sum)[20]) {
+  const Packet(&q)[10] = quadratic.c;
+  const Packet(&a)[4] = linear.c;
   sum[0] += q[kXX] * a[0];
   sum[1] += q[kYY] * a[1];
   sum[2] += q[kXX] * a[1] + q[kXY] * a[0];
@@ -86,8 +86,8 @@ void rank_constraints(const Row10 (&basis)[4], Quadratic* adjugate, Quadratic* a
   add_product(-1, off, off, adjugate);
   *adjugate_off = product(linear(basis, {kB12, kB12, kB13, kB12}), linear(basis, {kB13, kB23, kB23, kB13}));
   add_product(-1, linear(basis, {kB11, kB22, kB33, kB11}), off, adjugate_off);
-  Lanes sum[20];
-  for (Lanes& s : sum) s.setZero();
+  Packet sum[20];
+  for (Packet& s : sum) s.setZero();
   add_product(*adjugate, linear(basis, {kS1, kS2, kS3, kB11}), sum);
   add_product(permuted(*adjugate_off, {2, 0, 1, 2}), linear(basis, {kS2, kS3, kS1, kB12}), sum);
   add_product(permuted(*adjugate_off, {1, 2, 0, 1}), linear(basis, {kS3, kS1, kS2, kB13}), sum);
@@ -114,9 +114,9 @@ void parallax_constraints(const Row10 (&basis)[4], double scale, const Quadratic
     minus_diagonal.c[k] = -diagonal.c[k];
     scaled_trace.c[k].setConstant(scale * scale * (basis[k][kB11] + basis[k][kB22] + basis[k][kB33]));
   }
-  Lanes sum[20], sum_off[20];
-  for (Lanes& cubic : sum) cubic.setZero();
-  for (Lanes& cubic : sum_off) cubic.setZero();
+  Packet sum[20], sum_off[20];
+  for (Packet& cubic : sum) cubic.setZero();
+  for (Packet& cubic : sum_off) cubic.setZero();
   add_product(permuted(squares, {2, 0, 1, 2}), linear(basis, {kB22, kB33, kB11, kB22}), sum);
   add_product(permuted(squares, {1, 2, 0, 1}), linear(basis, {kB33, kB11, kB22, kB33}), sum);
   add_product(products, minus_two_off, sum);

@@ -65,13 +65,13 @@ inline double motion_cost(double squared) {
   return beyond <= w ? beyond * beyond : 2 * w * beyond - w * w;
 }
 /// Its derivative.
-inline double motion_slope(double squared) {
+inline double motion_loss_derivative(double squared) {
   constexpr double w = kMotionLossWidth;
   const double size = std::sqrt(squared);
   return size > w ? std::min(size - w, w) / size : 0;
 }
 /// The derivative of that, where it grows; beyond, 0 keeps what a step takes for the curvature above 0.
-inline double motion_bend(double squared) {
+inline double motion_loss_second_derivative(double squared) {
   constexpr double w = kMotionLossWidth;
   const double size = std::sqrt(squared);
   return size > w && size < 2 * w ? 0.5 * w / (squared * size) : 0;

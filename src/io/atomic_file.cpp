@@ -79,7 +79,7 @@ void require_writable_file(const std::string& path) {
   if (is_replaceable(path)) {
     PartFile made_and_gone(path);
   } else if (!std::filesystem::exists(path, error)) {
-    PartFile beside_what_the_link_names(std::filesystem::weakly_canonical(std::filesystem::absolute(path)));
+    PartFile part_file_of_link_target(std::filesystem::weakly_canonical(std::filesystem::absolute(path)));
   } else if (access(path.c_str(), W_OK) != 0) {
     throw cannot_be_written(path, system_error_text());
   }

@@ -224,8 +224,8 @@ std::vector<StampedFile> files_of_folder(const std::string& path) {
 /// A list of nothing but time stamps goes with the images beside it: KITTI's times.txt, EuRoC's. Each is
 /// named after its stamp, or they are as many.
 void find_images_of_stamps(const std::string& path, const fs::path& folder, std::vector<StampedFile>* files) {
-  for (const char* beside : {".", "data", "image_0", "image_2", "image_00/data", "images", "rgb"}) {
-    const fs::path images = folder / beside;
+  for (const char* subfolder : {".", "data", "image_0", "image_2", "image_00/data", "images", "rgb"}) {
+    const fs::path images = folder / subfolder;
     const std::vector<std::string> names = images_in(images);
     if (names.empty()) continue;
     std::map<std::string, std::string> by_stem;

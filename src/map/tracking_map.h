@@ -8,7 +8,7 @@
 
 #include "map/map_correction.h"
 #include "map/place_finder.h"
-#include "map/turning_body.h"
+#include "map/turning_object.h"
 #include "mono_pose_tracker/common/stage_timer.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/map/map_views.h"
@@ -33,11 +33,11 @@ struct TrackingMap {
   // What speaks against the newest keyframes (mapping/rigidity_watch.h, larger_body_watch.h, body_watch.h);
   // empty: nothing.
   std::string doubt;
-  std::shared_ptr<const TurningBody>
-      turning_body;                      // that the map should be of, and is not; null: none is known
-  MapCorrections corrections;            // the latest, of this map and others
-  std::vector<std::uint32_t> kept_maps;  // ids of those that are kept beside this one
-  StageTimes stages;                     // of the change that this map is the result of
+  std::shared_ptr<const TurningObject>
+      turning_object;                        // that the map should be of, and is not; null: none is known
+  MapCorrections corrections;                // the latest, of this map and others
+  std::vector<std::uint32_t> inactive_maps;  // ids of those that are kept beside this one
+  StageTimes stages;                         // of the change that this map is the result of
 
   /// Pose of a keyframe, also of one that was removed; false for one that never was.
   bool camera_from_map(KeyframeId id, Rigid3* camera_from_map) const {

@@ -39,10 +39,10 @@ void BackgroundWatch::note(const SeenImage& newest, const MatchOptions& matching
   const StillBackground background =
       find_still_background(images_, in_time_, matching, kPlainlyStill, body_turns, 1);
   if (background.exists && (body_turns || background.reaches_round)) {
-    const std::vector<BodySide>& sides = background.sides.back();
-    if (std::count(sides.begin(), sides.end(), BodySide::kTurns) >= kLeastMoving &&
-        std::count(sides.begin(), sides.end(), BodySide::kMovesOtherwise) >= kLeastStill) {
-      found_ = std::make_shared<const TurningBody>(TurningBody{newest.image, sides});
+    const std::vector<FeatureMotion>& sides = background.sides.back();
+    if (std::count(sides.begin(), sides.end(), FeatureMotion::kTurns) >= kLeastMoving &&
+        std::count(sides.begin(), sides.end(), FeatureMotion::kMovesOtherwise) >= kLeastStill) {
+      found_ = std::make_shared<const TurningObject>(TurningObject{newest.image, sides});
     }
   }
   if (images_.size() < kMost) return;

@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "map/turning_body.h"
+#include "map/turning_object.h"
 #include "mapping/still_background.h"
 
 namespace mono_pose_tracker {
@@ -19,7 +19,7 @@ class BackgroundWatch {
   /// A whole image has become a keyframe.
   void note(const SeenImage& newest, const MatchOptions& matching, bool body_turns);
   /// What moves in the newest one, once it is certain; null: nothing stands still behind it.
-  const std::shared_ptr<const TurningBody>& found() const { return found_; }
+  const std::shared_ptr<const TurningObject>& found() const { return found_; }
   void reset() { *this = BackgroundWatch(); }
 
  private:
@@ -28,7 +28,7 @@ class BackgroundWatch {
   bool watches_ = false;
   std::vector<SeenImage> images_;  // in time
   MatchesInTime in_time_;          // of each with the next
-  std::shared_ptr<const TurningBody> found_;
+  std::shared_ptr<const TurningObject> found_;
 };
 
 }  // namespace mono_pose_tracker

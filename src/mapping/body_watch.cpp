@@ -21,14 +21,14 @@ constexpr std::size_t kMostPairs = 12;
 // rad, a third of what it has turned: half a pixel of noise looks as much on a body of 60 px.
 constexpr double kLeastTurn = 0.015;
 
-std::shared_ptr<const TurningBody> body_in(const PosedImage& image, const PairMotions& pair) {
-  auto body = std::make_shared<TurningBody>();
+std::shared_ptr<const TurningObject> body_in(const PosedImage& image, const PairMotions& pair) {
+  auto body = std::make_shared<TurningObject>();
   body->image = image.image;
-  body->sides.assign(image.image->size(), BodySide::kUnknown);
+  body->sides.assign(image.image->size(), FeatureMotion::kUnknown);
   for (std::size_t i = 0; i < pair.matches.size(); ++i) {
-    BodySide& side = body->sides[pair.matches[i].second];
-    if (pair.obeyed[i] == ObeyedMotion::kOther) side = BodySide::kTurns;
-    if (pair.obeyed[i] == ObeyedMotion::kBody) side = BodySide::kMovesOtherwise;
+    FeatureMotion& side = body->sides[pair.matches[i].second];
+    if (pair.obeyed[i] == ObeyedMotion::kOther) side = FeatureMotion::kTurns;
+    if (pair.obeyed[i] == ObeyedMotion::kBody) side = FeatureMotion::kMovesOtherwise;
   }
   return body;
 }

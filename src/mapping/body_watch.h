@@ -3,7 +3,7 @@
 #include <deque>
 #include <memory>
 
-#include "map/turning_body.h"
+#include "map/turning_object.h"
 #include "mapping/second_motion.h"
 
 namespace mono_pose_tracker {
@@ -17,14 +17,14 @@ class BodyWatch {
   void note(const PosedImage& before, const PosedImage& newest, const PairMotions& pair);
   /// The other body in the newest keyframe that showed it, once it is certain; null: the map is of what turns
   /// most.
-  const std::shared_ptr<const TurningBody>& found() const { return found_; }
+  const std::shared_ptr<const TurningObject>& found() const { return found_; }
   void reset() { *this = BodyWatch(); }
 
  private:
   enum class Seen { kOneMotion, kOther, kOtherTurns };
 
   std::deque<Seen> seen_;  // in the latest pairs
-  std::shared_ptr<const TurningBody> found_;
+  std::shared_ptr<const TurningObject> found_;
 };
 
 }  // namespace mono_pose_tracker

@@ -9,9 +9,9 @@ namespace mono_pose_tracker {
 
 // The sight of a point that a keyframe has by one of its features.
 template <typename Keyframe>
-SightedPoint sighted(const Keyframe& keyframe, int feature, const Eigen::Vector3d& x_in_map) {
+ObservedPoint sighted(const Keyframe& keyframe, int feature, const Eigen::Vector3d& x_in_map) {
   const Rigid3 map_from_camera = keyframe.camera_from_map.inverse();
-  SightedPoint sight;
+  ObservedPoint sight;
   sight.x = x_in_map;
   sight.center = map_from_camera.translation;
   sight.bearing = map_from_camera.rotation * keyframe.image->set.bearings[feature];

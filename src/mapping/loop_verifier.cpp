@@ -67,7 +67,7 @@ cv::Mat descriptors_of(const std::vector<Sight>& sights) {
       sights, [](const Sight& sight) { return sight.keyframe->image->set.descriptor(sight.feature); });
 }
 
-SightedPoint sighted(const TrackingMap& map, const Sight& sight) {
+ObservedPoint sighted(const TrackingMap& map, const Sight& sight) {
   return sighted(*sight.keyframe, sight.feature, map.landmarks.at(sight.landmark));
 }
 

@@ -81,12 +81,12 @@ double disagreement(const Map& map, const Map& other, const MapTie& a, const Map
 
 // A landmark as the first keyframe that sees it has it, and as the last: the farther apart, the more they
 // tell of its depth. depth_sigma: as features of .6 px tell it, seen twice.
-std::array<SightedPoint, 2> sights_of(const Map& map, LandmarkId id) {
+std::array<ObservedPoint, 2> sights_of(const Map& map, LandmarkId id) {
   const Landmark& landmark = *map.landmark(id);
   const double parallax = std::max(widest_parallax(map, landmark), kLeastParallax);
   const auto as_seen = [&](const Observation& seen) {
     const Keyframe& keyframe = *map.keyframe(seen.keyframe);
-    SightedPoint sight = sighted(keyframe, seen.feature, landmark.x_in_map);
+    ObservedPoint sight = sighted(keyframe, seen.feature, landmark.x_in_map);
     sight.depth_sigma = kKnownDepthSigma * known_depth_parallax(keyframe) / parallax;
     return sight;
   };
@@ -97,7 +97,7 @@ std::vector<SimilarityMatch> sights_of_both(const Map& map, const Map& other,
                                             const std::vector<std::pair<LandmarkId, LandmarkId>>& same) {
   std::vector<SimilarityMatch> sights;
   for (const auto& [own, theirs] : same) {
-    const std::array<SightedPoint, 2> in_map = sights_of(map, own), in_other = sights_of(other, theirs);
+    const std::array<ObservedPoint, 2> in_map = sights_of(map, own), in_other = sights_of(other, theirs);
     for (std::size_t k = 0; k < in_map.size(); ++k) sights.push_back({in_map[k], in_other[k]});
   }
   return sights;

@@ -374,7 +374,7 @@ void Mapper::publish() {
   view->epoch = epoch_;
   view->map_id = map_id_;
   view->corrections = corrections_;
-  view->kept_maps = kept_maps();
+  view->inactive_maps = inactive_maps();
   tell_doubt(view.get());
   places_->follow(map_);
   view->places = places_;

@@ -96,7 +96,7 @@ class Mapper {
   /// For the end of a recording: joins each two maps that the view graph aligns.
   void join_rest();
   /// Ids of the maps that are kept beside the present one.
-  std::vector<std::uint32_t> kept_maps() const;
+  std::vector<std::uint32_t> inactive_maps() const;
   /// Copies of all maps, the present one among them, the oldest first.
   std::vector<Map> all_maps() const;
 

@@ -156,7 +156,7 @@ bool Mapper::resume(std::uint32_t map_id, bool keep_this, std::uint32_t epoch) {
   return true;
 }
 
-std::vector<std::uint32_t> Mapper::kept_maps() const {
+std::vector<std::uint32_t> Mapper::inactive_maps() const {
   std::vector<std::uint32_t> ids;
   for (const auto& entry : kept_) ids.push_back(entry.first);
   return ids;
@@ -214,7 +214,7 @@ std::optional<MapMeeting> Mapper::find_meeting(const KeptMap& other, KeyframeId 
 }
 
 bool Mapper::join_where_met(KeyframeId newest) {
-  for (const std::uint32_t id : kept_maps()) {
+  for (const std::uint32_t id : inactive_maps()) {
     const std::optional<MapMeeting> meeting = find_meeting(kept_.at(id), newest);
     if (!meeting) continue;
     if (id < map_id_ ? join(id, *meeting) : join_newer(id, *meeting)) return true;
@@ -347,7 +347,7 @@ void Mapper::join_rest() {
 }
 
 bool Mapper::join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart) {
-  std::vector<std::uint32_t> ids = kept_maps();
+  std::vector<std::uint32_t> ids = inactive_maps();
   ids.push_back(map_id_);
   std::sort(ids.begin(), ids.end());
   for (std::size_t newer = ids.size() - 1; newer > 0; --newer) {

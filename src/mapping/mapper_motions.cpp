@@ -145,10 +145,10 @@ void Mapper::watch_body_of_map() {
 
 void Mapper::tell_doubt(TrackingMap* view) const {
   if (beside_.background_watch.found()) {
-    view->turning_body = beside_.background_watch.found();
+    view->turning_object = beside_.background_watch.found();
     view->doubt = "the map is of what moves and of the background that stands still";
   } else if (beside_.body_watch.found()) {
-    view->turning_body = beside_.body_watch.found();
+    view->turning_object = beside_.body_watch.found();
     view->doubt = "the map is of a body that turns less than another";
   } else {
     view->doubt = beside_.watch.doubt().empty() ? beside_.larger_body_watch.doubt() : beside_.watch.doubt();

@@ -72,7 +72,7 @@ std::vector<RelativePoseHypothesis> geometries_of(const KeyframePair& pair, cons
   }
   RelativePoseOptions options;
   options.ransac = ransac;
-  options.without_chance_pairs = false;  // the map has chosen among them
+  options.without_accidental_matches = false;  // the map has chosen among them
   return estimate_relative_pose(bearings1, bearings2, options).hypotheses;
 }
 

@@ -76,7 +76,7 @@ RelativePoseReport fit_the_rest(const std::vector<Match>& matches, const std::ve
   if (static_cast<int>(bearings1.size()) < kMinMembers) return {};
   RelativePoseOptions options;
   options.ransac = ransac;
-  options.without_chance_pairs = false;  // those of another body lie where that is
+  options.without_accidental_matches = false;  // those of another body lie where that is
   RelativePoseReport report = estimate_relative_pose(bearings1, bearings2, options);
   if (!report.success) return report;
   const int members = report.hypotheses[0].num_inliers;

@@ -64,11 +64,11 @@ class Evidence {
     }
   }
 
-  BodySide side(std::size_t image, int feature) const {
+  FeatureMotion side(std::size_t image, int feature) const {
     const Count& count = of_feature_[image][feature];
-    if (count.moved > count.still) return BodySide::kTurns;
+    if (count.moved > count.still) return FeatureMotion::kTurns;
     const bool is_still = count.still >= kMinStill && count.still >= kStillPerMoved * count.moved;
-    return is_still ? BodySide::kMovesOtherwise : BodySide::kUnknown;
+    return is_still ? FeatureMotion::kMovesOtherwise : FeatureMotion::kUnknown;
   }
 
  private:
@@ -129,9 +129,9 @@ StillBackground tell_apart(const Images& images, const MatchesInTime& in_time, c
   for (std::size_t k = 0; k < in_time.size(); ++k) {
     std::array<int, 2> count{};
     for (const Match& m : in_time[k]) {
-      const BodySide side = background.sides[k][m.first];
-      if (side == BodySide::kUnknown) continue;
-      const bool moves = side == BodySide::kTurns;
+      const FeatureMotion side = background.sides[k][m.first];
+      if (side == FeatureMotion::kUnknown) continue;
+      const bool moves = side == FeatureMotion::kTurns;
       ++count[moves];
       background.tracks.push_back({images[k].frame_index, images[k + 1].frame_index,
                                    images[k].image->set.features[m.first].pixel,

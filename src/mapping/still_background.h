@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "map/turning_body.h"
+#include "map/turning_object.h"
 #include "mapping/matches_in_time.h"
 #include "mapping/other_body.h"
 
@@ -13,8 +13,8 @@ namespace mono_pose_tracker {
 struct StillBackground {
   bool exists = false;
   bool reaches_round = false;  // what moves in most images, so that it is not fixed to the camera for certain
-  std::vector<BodyTrack> tracks;             // between images that follow each other; is_other: of what moves
-  std::vector<std::vector<BodySide>> sides;  // of each image's features: what turns is what moves
+  std::vector<BodyTrack> tracks;  // between images that follow each other; is_other: of what moves
+  std::vector<std::vector<FeatureMotion>> sides;  // of each image's features: what turns is what moves
 };
 
 /// So many features must keep their place between neighbours, in the median, and such a share of the matches.

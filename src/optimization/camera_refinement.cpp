@@ -17,7 +17,7 @@
 #include "camera/calibrating_camera.h"
 #include "cancel_callback.h"
 #include "loss_width.h"
-#include "most_seen_landmarks.h"
+#include "most_observed_landmarks.h"
 #include "pose_parameterization.h"
 #include "positive_definite.h"
 #include "reduced_system.h"
@@ -125,7 +125,7 @@ Problem build(const CameraRefinementOptions& options, const CameraModel& camera,
     const Eigen::Vector3d& t = pose.translation;
     problem.poses.push_back({q.x(), q.y(), q.z(), q.w(), t.x(), t.y(), t.z()});
   }
-  for (const LandmarkId id : most_seen_landmarks(map, keyframes, options.max_landmarks)) {
+  for (const LandmarkId id : most_observed_landmarks(map, keyframes, options.max_landmarks)) {
     const Landmark& landmark = *map.landmark(id);
     std::vector<Observed> seen;
     for (const Observation& o : landmark.observations) {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "motion_tie.h"
+#include "motion_residual.h"
 #include "reprojection.h"
 #include "solver_options.h"
 
@@ -65,8 +65,8 @@ class MotionLoss : public ceres::LossFunction {
  public:
   void Evaluate(double squared, double rho[3]) const override {
     rho[0] = motion_cost(squared);
-    rho[1] = motion_slope(squared);
-    rho[2] = motion_bend(squared);
+    rho[1] = motion_loss_derivative(squared);
+    rho[2] = motion_loss_second_derivative(squared);
   }
 };
 
@@ -76,15 +76,15 @@ class MotionCost : public ceres::SizedCostFunction<3, 6, 6, 6> {
       : motion_(motion), states_(states) {}
 
   bool Evaluate(const double* const*, double* residuals, double** jacobians) const override {
-    const MotionTie tie(motion_, states_, jacobians != nullptr);
+    const MotionResidual motion(motion_, states_, jacobians != nullptr);
     Eigen::Map<Eigen::Vector3d> r(residuals);
-    r = tie.residual;
+    r = motion.residual;
     for (int k = 0; jacobians && k < 3; ++k) {
       if (!jacobians[k]) continue;
       const CameraState& camera = states_[motion_.cameras[k]];
       Eigen::Map<Eigen::Matrix<double, 3, 6, Eigen::RowMajor>> j(jacobians[k]);
-      j.leftCols<3>() = tie.by_pose[k].leftCols<3>() * camera.left_jacobian;
-      j.rightCols<3>() = tie.by_pose[k].rightCols<3>();
+      j.leftCols<3>() = motion.by_pose[k].leftCols<3>() * camera.left_jacobian;
+      j.rightCols<3>() = motion.by_pose[k].rightCols<3>();
       if (camera.held >= 0) j.col(camera.held).setZero();
     }
     return true;

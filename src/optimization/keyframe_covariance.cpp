@@ -5,7 +5,7 @@
 #include <unordered_map>
 
 #include "fixed_keyframes.h"
-#include "most_seen_landmarks.h"
+#include "most_observed_landmarks.h"
 #include "optimization/map_adjustment.h"
 #include "positive_definite.h"
 #include "reduced_system.h"
@@ -37,7 +37,7 @@ bool linearize(const Keyframe& keyframe, int feature, const Eigen::Vector3d& x_i
   if (!is_usable(o)) return false;
   const Eigen::Vector3d x = keyframe.camera_from_map * x_in_map;
   const Reprojection reprojection(o.bearing, o.pixel_from_bearing / o.sigma_px, x);
-  if (!reprojection.in_sight) return false;
+  if (!reprojection.in_front) return false;
   result->residual = reprojection.residual;
   for (int row = 0; row < 2; ++row) {
     const Eigen::Vector3d d = reprojection.by_point.row(row).transpose();
@@ -94,7 +94,7 @@ std::map<KeyframeId, PoseCovariance> keyframe_covariances(const std::vector<Keyf
                                                           int max_fixed, int max_landmarks, const Map& map) {
   std::vector<KeyframeId> free = keyframes;
   std::sort(free.begin(), free.end());
-  const std::vector<LandmarkId> landmarks = most_seen_landmarks(map, free, max_landmarks);
+  const std::vector<LandmarkId> landmarks = most_observed_landmarks(map, free, max_landmarks);
   std::vector<KeyframeId> held = fixed_keyframes(map, landmarks, free, max_fixed);
   if (held.size() < 2) {
     free.insert(free.end(), held.begin(), held.end());

@@ -105,7 +105,7 @@ std::pair<std::vector<LandmarkId>, std::vector<LandmarkId>> split_by_hold(
   return split;
 }
 
-std::vector<KeyframeId> seers(const Map& map, const std::vector<LandmarkId>& landmarks) {
+std::vector<KeyframeId> observing_keyframes(const Map& map, const std::vector<LandmarkId>& landmarks) {
   std::set<KeyframeId> keyframes;
   for (const LandmarkId l : landmarks) {
     for (const Observation& o : map.landmark(l)->observations) keyframes.insert(o.keyframe);
@@ -274,7 +274,7 @@ BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<Ke
   const BundleReport report = solve(options, &problem, map);
   if (others.empty() || !report.usable) return report;
   // The others follow, each by itself, under all that see them.
-  MapProblem rest = build(*map, {}, seers(*map, others), others);
+  MapProblem rest = build(*map, {}, observing_keyframes(*map, others), others);
   adjust_points(points_only(with_spread(options, rest.bundle)), &rest.bundle);
   store(rest, map);
   return report;

@@ -13,7 +13,7 @@ namespace {
 // the loss's curvature along the residuals counts, at least this much of it: what is left is noise, of which
 // they would take two thirds a step only.
 constexpr int kReweightedSteps = 2;
-constexpr double kLeastBend = 0.3;
+constexpr double kMinCurvatureRatio = 0.3;
 
 // A step ends the search that would lower the cost by less than this share of the loss width squared (two
 // sigmas squared, by default): it moves the point by a hundredth of its standard deviation.
@@ -24,7 +24,7 @@ struct Camera {
   Eigen::Vector3d translation;
 };
 
-struct Sight {
+struct ViewingRay {
   int camera;
   Eigen::Vector3d bearing;
   Eigen::Matrix<double, 2, 3> weighted;
@@ -38,21 +38,21 @@ class PointSolver {
   }
 
   // Moves a point to where its sights agree best. Returns how many steps it took.
-  int solve(const std::vector<Sight>& sights, Eigen::Vector3d* x, double* initial_cost,
+  int solve(const std::vector<ViewingRay>& rays, Eigen::Vector3d* x, double* initial_cost,
             double* final_cost) const {
-    double cost = cost_of(sights, *x);
+    double cost = cost_of(rays, *x);
     *initial_cost = cost;
     double damping = 1e-6;
     int step = 0;
     for (; step < options_.max_iterations; ++step) {
       Eigen::Matrix3d information;
       Eigen::Vector3d gradient;
-      linearize(sights, *x, step < kReweightedSteps ? 1 : kLeastBend, &information, &gradient);
+      linearize(rays, *x, step < kReweightedSteps ? 1 : kMinCurvatureRatio, &information, &gradient);
       information.diagonal() += damping * information.diagonal();
       const Eigen::Vector3d shift = -information.ldlt().solve(gradient);
       if (!shift.allFinite() || -gradient.dot(shift) < 2 * tolerance_) break;
       const Eigen::Vector3d candidate = *x + shift;
-      const double candidate_cost = cost_of(sights, candidate);
+      const double candidate_cost = cost_of(rays, candidate);
       if (candidate_cost < cost) {
         *x = candidate;
         cost = candidate_cost;
@@ -66,30 +66,32 @@ class PointSolver {
   }
 
  private:
-  Reprojection reproject(const Sight& sight, const Eigen::Vector3d& x) const {
-    const Camera& camera = cameras_[sight.camera];
-    return {sight.bearing, sight.weighted, camera.rotation * x + camera.translation};
+  Reprojection reproject(const ViewingRay& ray, const Eigen::Vector3d& x) const {
+    const Camera& camera = cameras_[ray.camera];
+    return {ray.bearing, ray.weighted, camera.rotation * x + camera.translation};
   }
 
-  double cost_of(const std::vector<Sight>& sights, const Eigen::Vector3d& x) const {
+  double cost_of(const std::vector<ViewingRay>& rays, const Eigen::Vector3d& x) const {
     double cost = 0;
-    for (const Sight& s : sights) cost += 0.5 * loss_.cost(reproject(s, x).residual.squaredNorm());
+    for (const ViewingRay& s : rays) cost += 0.5 * loss_.cost(reproject(s, x).residual.squaredNorm());
     return cost;
   }
 
-  void linearize(const std::vector<Sight>& sights, const Eigen::Vector3d& x, double least_bend,
+  void linearize(const std::vector<ViewingRay>& rays, const Eigen::Vector3d& x, double min_curvature_ratio,
                  Eigen::Matrix3d* information, Eigen::Vector3d* gradient) const {
     information->setZero();
     gradient->setZero();
-    for (const Sight& sight : sights) {
-      const Reprojection p = reproject(sight, x);
-      if (!p.in_sight) continue;
-      const double s = p.residual.squaredNorm(), slope = loss_.slope(s);
-      const Eigen::Matrix<double, 2, 3> j = p.by_point * cameras_[sight.camera].rotation;
+    for (const ViewingRay& ray : rays) {
+      const Reprojection p = reproject(ray, x);
+      if (!p.in_front) continue;
+      const double s = p.residual.squaredNorm(), derivative = loss_.derivative(s);
+      const Eigen::Matrix<double, 2, 3> j = p.by_point * cameras_[ray.camera].rotation;
       const Eigen::Vector3d along = j.transpose() * p.residual;
-      *gradient += slope * along;
-      *information += slope * (j.transpose() * j);
-      if (s > 0) *information -= slope * (1 - loss_.bend(s, least_bend)) / s * (along * along.transpose());
+      *gradient += derivative * along;
+      *information += derivative * (j.transpose() * j);
+      if (s > 0)
+        *information -= derivative * (1 - loss_.curvature_ratio(s, min_curvature_ratio)) / s *
+                        (along * along.transpose());
     }
   }
 
@@ -122,21 +124,20 @@ BundleReport adjust_points(const BundleOptions& options, BundleProblem* problem)
     cameras.push_back({c.camera_from_map.rotation_matrix(), c.camera_from_map.translation});
   const PointSolver solver(options, cameras);
   const ByPoint by_point(*problem);
-  std::vector<Sight> sights;
+  std::vector<ViewingRay> rays;
   for (std::size_t p = 0; p < problem->points.size(); ++p) {
-    sights.clear();
+    rays.clear();
     for (int i = by_point.begin[p]; i < by_point.begin[p + 1]; ++i) {
       const BundleObservation& o = problem->observations[by_point.order[i]];
       const Camera& camera = cameras[o.camera];
       const double along = o.bearing.dot(camera.rotation * problem->points[p] + camera.translation);
-      if (is_usable(o) && along > 0)
-        sights.push_back({o.camera, o.bearing, o.pixel_from_bearing / o.sigma_px});
+      if (is_usable(o) && along > 0) rays.push_back({o.camera, o.bearing, o.pixel_from_bearing / o.sigma_px});
     }
-    if (sights.size() < 2) continue;
+    if (rays.size() < 2) continue;
     report.usable = true;
     double initial = 0, final = 0;
     report.iterations =
-        std::max(report.iterations, solver.solve(sights, &problem->points[p], &initial, &final));
+        std::max(report.iterations, solver.solve(rays, &problem->points[p], &initial, &final));
     report.initial_cost += initial;
     report.final_cost += final;
   }

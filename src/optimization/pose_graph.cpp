@@ -110,7 +110,7 @@ void check(const PoseGraph& graph) {
 }
 
 // Flags of the nodes that edges tie to one of the held.
-std::vector<char> tied_to(std::vector<char> held, const PoseGraph& graph) {
+std::vector<char> connected_to(std::vector<char> held, const PoseGraph& graph) {
   std::vector<std::vector<int>> neighbors(graph.nodes.size());
   for (const PoseGraphEdge& e : graph.edges) {
     neighbors[e.from].push_back(e.to);
@@ -144,11 +144,11 @@ std::vector<char> held_nodes(const PoseGraph& graph) {
 
 ceres::Solver::Summary solve(const PoseGraphOptions& options, const PoseGraph& graph, CancelCallback* cancel,
                              std::vector<Block>* blocks) {
-  const std::vector<char> held = held_nodes(graph), tied = tied_to(held, graph);
+  const std::vector<char> held = held_nodes(graph), connected = connected_to(held, graph);
   ceres::Problem problem;
   std::vector<char> used(graph.nodes.size(), 0);
   for (const PoseGraphEdge& e : graph.edges) {
-    if (!tied[e.from]) continue;
+    if (!connected[e.from]) continue;
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<EdgeError, 7, 7, 7>(new EdgeError(e, graph)),
                              nullptr, (*blocks)[e.from].data(), (*blocks)[e.to].data());
     used[e.from] = used[e.to] = 1;
@@ -199,10 +199,10 @@ PoseGraphReport adjust_pose_graph(const PoseGraphOptions& options, PoseGraph* gr
     report.usable = is_sound(from_block(blocks[i], graph->nodes[i].map_from_node));
   }
   if (!report.usable) return report;
-  const std::vector<char> held = held_nodes(*graph), tied = tied_to(held, *graph);
+  const std::vector<char> held = held_nodes(*graph), connected = connected_to(held, *graph);
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     Sim3& node = graph->nodes[i].map_from_node;
-    if (tied[i] && !held[i]) node = from_block(blocks[i], node);
+    if (connected[i] && !held[i]) node = from_block(blocks[i], node);
   }
   return report;
 }

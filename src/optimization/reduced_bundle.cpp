@@ -12,7 +12,7 @@ namespace {
 
 // Of the loss's curvature along a residual, while what is left is noise; it falls below 0 at one loss width,
 // and a step needs it positive. Reweighted least squares (1) are up to three times too stiff.
-constexpr double kLeastBend = 0.3;
+constexpr double kMinCurvatureRatio = 0.3;
 
 // Mean of log(1 + s / width^2), from which on residuals are more than noise: as if all were 1.1 widths. Noise
 // and one outlier in ten stay below.
@@ -39,7 +39,7 @@ constexpr double kDamping = 1e-9, kNothing = 1e-300;
 constexpr int kRun = 32;
 
 // Of observations whose columns of the matrix are worth a thread.
-constexpr std::size_t kSightsOfPart = 1000;
+constexpr std::size_t kRaysPerPart = 1000;
 
 template <typename Matrix>
 void damp(Matrix&& information) {
@@ -70,7 +70,7 @@ ReducedBundle::ReducedBundle(double loss_width, const BundleCameras& cameras, co
       cameras_(cameras.states),
       free_(cameras.free),
       begin_(problem.points.size() + 1, 0),
-      sights_(problem.observations.size()),
+      rays_(problem.observations.size()),
       motions_(problem.motions),
       free_of_(cameras_.size(), -1),
       candidate_(problem.points),
@@ -85,7 +85,7 @@ ReducedBundle::ReducedBundle(double loss_width, const BundleCameras& cameras, co
   for (std::size_t p = 0; p < accepted_.size(); ++p) begin_[p + 1] += begin_[p];
   std::vector<int> next(begin_.begin(), begin_.end() - 1);
   for (const BundleObservation& o : problem.observations) {
-    sights_[next[o.point]++] = {o.camera, free_of_[o.camera], o.bearing, o.pixel_from_bearing / o.sigma_px};
+    rays_[next[o.point]++] = {o.camera, free_of_[o.camera], o.bearing, o.pixel_from_bearing / o.sigma_px};
   }
   team_.for_runs(static_cast<int>(accepted_.size()), kRun,
                  [this](int p) { candidate_costs_[p] = state_of(p, accepted_[p]).cost; });
@@ -93,12 +93,12 @@ ReducedBundle::ReducedBundle(double loss_width, const BundleCameras& cameras, co
   initial_cost_ = points_cost_ + cost_of_motions();
 }
 
-bool ReducedBundle::is_noise(double cost, int sights) const {
-  return 2 * cost < kOutOfPlace * squared_width_ * sights;
+bool ReducedBundle::is_noise(double cost, int num_rays) const {
+  return 2 * cost < kOutOfPlace * squared_width_ * num_rays;
 }
 
 bool ReducedBundle::is_near_noise() const {
-  return 2 * points_cost_ < kFarOff * squared_width_ * static_cast<double>(sights_.size());
+  return 2 * points_cost_ < kFarOff * squared_width_ * static_cast<double>(rays_.size());
 }
 
 ReducedBundle::PointState ReducedBundle::state_of(std::size_t point, const Eigen::Vector3d& x) const {
@@ -108,18 +108,20 @@ ReducedBundle::PointState ReducedBundle::state_of(std::size_t point, const Eigen
   Eigen::Matrix3d bent = Eigen::Matrix3d::Zero();
   LogSum logs;
   for (int i = begin_[point]; i < begin_[point + 1]; ++i) {
-    const Sight& sight = sights_[i];
-    const CameraState& camera = cameras_[sight.camera];
-    const Reprojection p(sight.bearing, sight.weighted, camera.rotation * x + camera.translation);
+    const ViewingRay& ray = rays_[i];
+    const CameraState& camera = cameras_[ray.camera];
+    const Reprojection p(ray.bearing, ray.weighted, camera.rotation * x + camera.translation);
     const double s = p.residual.squaredNorm();
     logs.add(s / squared_width_);
-    if (!p.in_sight) continue;
-    const double slope = loss_.slope(s);
+    if (!p.in_front) continue;
+    const double derivative = loss_.derivative(s);
     const Eigen::Matrix<double, 2, 3> j = p.by_point * camera.rotation;
     const Eigen::Vector3d along = j.transpose() * p.residual;
-    state.gradient += slope * along;
-    state.information += slope * (j.transpose() * j);
-    if (s > 0) bent += (slope * (1 - loss_.bend(s, kLeastBend)) / s * along) * along.transpose();
+    state.gradient += derivative * along;
+    state.information += derivative * (j.transpose() * j);
+    if (s > 0)
+      bent +=
+          (derivative * (1 - loss_.curvature_ratio(s, kMinCurvatureRatio)) / s * along) * along.transpose();
   }
   state.cost = 0.5 * squared_width_ * logs.value();
   if (is_noise(state.cost, begin_[point + 1] - begin_[point])) state.information -= bent;
@@ -130,7 +132,7 @@ Eigen::Vector3d ReducedBundle::predict(std::size_t point) const {
   const Follower& follower = followers_[point];
   Eigen::Vector3d shift = follower.residual;
   for (int i = begin_[point]; i < begin_[point + 1]; ++i) {
-    if (sights_[i].free >= 0) shift += by_point_[i].transpose() * moved_[sights_[i].free];
+    if (rays_[i].free >= 0) shift += by_point_[i].transpose() * moved_[rays_[i].free];
   }
   follower.factor.transpose().triangularView<Eigen::Upper>().solveInPlace(shift);
   return accepted_[point] - shift;
@@ -192,29 +194,30 @@ double ReducedBundle::evaluate(const double* parameters) {
 // Of the point's observations, by poses and point.
 void ReducedBundle::linearize_point(std::size_t point) {
   const int begin = begin_[point], end = begin_[point + 1];
-  const double least = is_noise(accepted_costs_[point], end - begin) ? kLeastBend : 1;
+  const double least = is_noise(accepted_costs_[point], end - begin) ? kMinCurvatureRatio : 1;
   PointState joint;
   joint.information.setZero();
   joint.gradient.setZero();
   for (int i = begin; i < end; ++i) {
-    const Sight& sight = sights_[i];
-    const CameraState& camera = cameras_[sight.camera];
+    const ViewingRay& ray = rays_[i];
+    const CameraState& camera = cameras_[ray.camera];
     const Eigen::Vector3d x_in_camera = camera.rotation * accepted_[point] + camera.translation;
-    const Reprojection p(sight.bearing, sight.weighted, x_in_camera);
+    const Reprojection p(ray.bearing, ray.weighted, x_in_camera);
     by_point_[i].setZero();
     pose_terms_[i].by_pose.setZero();
     pose_terms_[i].residual.setZero();
-    if (!p.in_sight) continue;
+    if (!p.in_front) continue;
     const double s = p.residual.squaredNorm();
-    const double bend = std::sqrt(loss_.bend(s, least)), weight = std::sqrt(loss_.slope(s));
+    const double curvature_ratio = std::sqrt(loss_.curvature_ratio(s, least)),
+                 weight = std::sqrt(loss_.derivative(s));
     // The derivative along the residual is scaled by `bend`, the residual by its inverse.
     Eigen::Matrix<double, 2, 3> scaled = weight * p.by_point;
-    if (s > 0) scaled += ((bend - 1) / s * p.residual) * (p.residual.transpose() * scaled);
-    const Eigen::Vector2d residual = weight / bend * p.residual;
+    if (s > 0) scaled += ((curvature_ratio - 1) / s * p.residual) * (p.residual.transpose() * scaled);
+    const Eigen::Vector2d residual = weight / curvature_ratio * p.residual;
     const Eigen::Matrix<double, 2, 3> j = scaled * camera.rotation;
     joint.information += j.transpose() * j;
     joint.gradient += j.transpose() * residual;
-    if (sight.free < 0) continue;
+    if (ray.free < 0) continue;
     Eigen::Matrix<double, 2, 6>& by_pose = pose_terms_[i].by_pose;
     by_pose << by_turn(scaled, x_in_camera - camera.moved), scaled;
     pose_terms_[i].residual = residual;
@@ -232,7 +235,7 @@ void ReducedBundle::factorize_point(std::size_t point, const PointState& joint) 
   const Eigen::Matrix3d inverse =
       follower.factor.triangularView<Eigen::Lower>().solve(Eigen::Matrix3d::Identity());
   for (int i = begin_[point]; i < begin_[point + 1]; ++i) {
-    if (sights_[i].free >= 0) by_point_[i] = (by_point_[i] * inverse.transpose()).eval();
+    if (rays_[i].free >= 0) by_point_[i] = (by_point_[i] * inverse.transpose()).eval();
   }
 }
 
@@ -240,11 +243,11 @@ void ReducedBundle::factorize_point(std::size_t point, const PointState& joint) 
 void ReducedBundle::eliminate_point(std::size_t point, const Part& part, Eigen::MatrixXd* information,
                                     Eigen::VectorXd* gradient) const {
   for (int j = begin_[point]; j < begin_[point + 1]; ++j) {
-    if (sights_[j].free < 0 || !part.has(sights_[j].free)) continue;
-    const Eigen::Index b = 6 * sights_[j].free;
+    if (rays_[j].free < 0 || !part.has(rays_[j].free)) continue;
+    const Eigen::Index b = 6 * rays_[j].free;
     gradient->segment<6>(b) -= by_point_[j] * followers_[point].residual;
     for (int i = begin_[point]; i < begin_[point + 1]; ++i) {
-      const Eigen::Index a = 6 * sights_[i].free;
+      const Eigen::Index a = 6 * rays_[i].free;
       if (a >= b) information->block<6, 6>(a, b) -= by_point_[i] * by_point_[j].transpose();
     }
   }
@@ -259,8 +262,8 @@ void ReducedBundle::fill(const Part& part, Eigen::MatrixXd* information, Eigen::
   };
   with_each_point([&](std::size_t p) {
     for (int i = begin_[p]; i < begin_[p + 1]; ++i) {
-      if (sights_[i].free < 0 || !part.has(sights_[i].free)) continue;
-      const Eigen::Index at = 6 * sights_[i].free;
+      if (rays_[i].free < 0 || !part.has(rays_[i].free)) continue;
+      const Eigen::Index at = 6 * rays_[i].free;
       const auto& [by_pose, residual] = pose_terms_[i];
       information->block<6, 6>(at, at) += by_pose.transpose() * by_pose;
       gradient->segment<6>(at) += by_pose.transpose() * residual;
@@ -275,7 +278,7 @@ void ReducedBundle::fill(const Part& part, Eigen::MatrixXd* information, Eigen::
 double ReducedBundle::cost_of_motions() const {
   double cost = 0;
   for (const BundleMotion& m : motions_) {
-    cost += 0.5 * motion_cost(MotionTie(m, cameras_, false).residual.squaredNorm());
+    cost += 0.5 * motion_cost(MotionResidual(m, cameras_, false).residual.squaredNorm());
   }
   return cost;
 }
@@ -283,19 +286,20 @@ double ReducedBundle::cost_of_motions() const {
 // The lower triangle, as it is kept.
 void ReducedBundle::add_motions(Eigen::MatrixXd* information, Eigen::VectorXd* gradient) const {
   for (const BundleMotion& m : motions_) {
-    const MotionTie tie(m, cameras_, true);
-    const double squared = tie.residual.squaredNorm(), slope = motion_slope(squared);
-    const Eigen::Matrix3d curvature = slope * Eigen::Matrix3d::Identity() +
-                                      2 * motion_bend(squared) * tie.residual * tie.residual.transpose();
+    const MotionResidual motion(m, cameras_, true);
+    const double squared = motion.residual.squaredNorm(), derivative = motion_loss_derivative(squared);
+    const Eigen::Matrix3d curvature =
+        derivative * Eigen::Matrix3d::Identity() +
+        2 * motion_loss_second_derivative(squared) * motion.residual * motion.residual.transpose();
     for (int i = 0; i < 3; ++i) {
       const int row = free_of_[m.cameras[i]];
       if (row < 0) continue;
-      gradient->segment<6>(6 * row) += slope * tie.by_pose[i].transpose() * tie.residual;
+      gradient->segment<6>(6 * row) += derivative * motion.by_pose[i].transpose() * motion.residual;
       for (int j = 0; j < 3; ++j) {
         const int column = free_of_[m.cameras[j]];
         if (column < 0 || column > row) continue;
         information->block<6, 6>(6 * row, 6 * column) +=
-            tie.by_pose[i].transpose() * curvature * tie.by_pose[j];
+            motion.by_pose[i].transpose() * curvature * motion.by_pose[j];
       }
     }
   }
@@ -330,7 +334,7 @@ bool ReducedBundle::linearize(Eigen::MatrixXd* factor, Eigen::VectorXd* residual
   team_.for_runs(static_cast<int>(accepted_.size()), kRun, [this](int p) {
     if (begin_[p + 1] - begin_[p] >= 2) linearize_point(p);
   });
-  const std::size_t worth = std::min(free_.size(), 1 + sights_.size() / kSightsOfPart);
+  const std::size_t worth = std::min(free_.size(), 1 + rays_.size() / kRaysPerPart);
   const int parts = std::clamp(team_.threads(), 1, std::max(1, static_cast<int>(worth)));
   team_.for_each(parts, [&](int part) { fill({part, parts}, &information, &gradient); });
   add_motions(&information, &gradient);

@@ -7,7 +7,7 @@
 #include "bundle_cameras.h"
 #include "common/thread_team.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
-#include "motion_tie.h"
+#include "motion_residual.h"
 #include "reprojection.h"
 
 namespace mono_pose_tracker {
@@ -40,7 +40,7 @@ class ReducedBundle {
   const std::vector<Eigen::Vector3d>& points() const { return accepted_; }
 
  private:
-  struct Sight {
+  struct ViewingRay {
     int camera;  // of all
     int free;    // of the free ones, or -1
     Eigen::Vector3d bearing;
@@ -70,7 +70,7 @@ class ReducedBundle {
     bool has(int camera) const { return camera % step == first; }
   };
 
-  bool is_noise(double cost, int sights) const;
+  bool is_noise(double cost, int num_rays) const;
   PointState state_of(std::size_t point, const Eigen::Vector3d& x) const;
   Eigen::Vector3d predict(std::size_t point) const;
   PointState begin_at(std::size_t point, Eigen::Vector3d* x) const;
@@ -90,7 +90,7 @@ class ReducedBundle {
   std::vector<CameraState> cameras_;
   const std::vector<int> free_;
   std::vector<int> begin_;  // sights of point p: from begin_[p] up to begin_[p + 1]
-  std::vector<Sight> sights_;
+  std::vector<ViewingRay> rays_;
   std::vector<BundleMotion> motions_;
   std::vector<int> free_of_;                   // by camera, or -1
   double points_cost_ = 0, initial_cost_ = 0;  // of the points, and with the motions

@@ -17,9 +17,9 @@ void ReducedSystem::add(int pose, const Eigen::Matrix<double, 2, 6>& by_pose,
                         const Eigen::Vector2d& residual) {
   const double s = residual.squaredNorm(), w = squared_width_ > 0 ? 1 / (1 + s / squared_width_) : 1;
   influence_ += w * w * s;
-  slope_ += w * w;
+  derivative_ += w * w;
   ++observations_;
-  ++sights_;
+  ++num_observations_;
   point_point_ += by_point.transpose() * by_point;
   if (shared_ > 0) {
     const int at = 6 * poses_;
@@ -55,8 +55,8 @@ void ReducedSystem::eliminate_point() {
       information_.block(at, at, shared_, shared_) -= shared_point_ * ldlt.solve(shared_point_.transpose());
     }
   }
-  point_coordinates_ += std::min(3, 2 * sights_);
-  sights_ = 0;
+  point_coordinates_ += std::min(3, 2 * num_observations_);
+  num_observations_ = 0;
   point_point_.setZero();
   shared_point_.setZero();
   pose_point_.clear();
@@ -74,10 +74,10 @@ Eigen::MatrixXd ReducedSystem::shared_information() const {
 
 double ReducedSystem::variance() const {
   const double freedom = 2.0 * observations_ - point_coordinates_ - size();
-  if (freedom <= 0 || slope_ <= 0) return 0;
-  const double mean_slope = slope_ / observations_;
+  if (freedom <= 0 || derivative_ <= 0) return 0;
+  const double mean_derivative = derivative_ / observations_;
   // Residuals of nothing (exact data) still leave rounding errors.
-  return std::max(influence_ / freedom / (mean_slope * mean_slope), 1e-12);
+  return std::max(influence_ / freedom / (mean_derivative * mean_derivative), 1e-12);
 }
 
 }  // namespace mono_pose_tracker

@@ -37,10 +37,10 @@ class ReducedSystem {
   const int poses_, shared_;
   const double squared_width_;
   Eigen::MatrixXd information_;
-  double influence_ = 0, slope_ = 0;
+  double influence_ = 0, derivative_ = 0;
   int observations_ = 0, point_coordinates_ = 0;
   // Of the present point
-  int sights_ = 0;
+  int num_observations_ = 0;
   Eigen::Matrix3d point_point_ = Eigen::Matrix3d::Zero();
   Eigen::MatrixXd shared_point_;
   std::vector<std::pair<int, Eigen::Matrix<double, 6, 3>>> pose_point_;

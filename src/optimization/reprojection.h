@@ -12,7 +12,7 @@ namespace mono_pose_tracker {
 struct Reprojection {
   Eigen::Vector2d residual;
   Eigen::Matrix<double, 2, 3> by_point;
-  bool in_sight = true;  // else the residual is the greatest there is, and the derivative 0
+  bool in_front = true;  // else the residual is the greatest there is, and the derivative 0
 
   // weighted: pixel_from_bearing / sigma_px. To first order the residual is what a radian weighs times the
   // tangent of the angle; where that exceeds the norm of `weighted` (some 55 degrees), and behind the camera,
@@ -26,7 +26,7 @@ struct Reprojection {
     if (!(along > 0) || !(residual.squaredNorm() < limit)) {
       residual << std::sqrt(limit), 0;
       by_point.setZero();
-      in_sight = false;
+      in_front = false;
       return;
     }
     by_point = (weighted - residual * bearing.transpose()) / along;
@@ -51,11 +51,11 @@ class Loss {
 
   bool is_robust() const { return width2_ > 0; }
   double cost(double s) const { return is_robust() ? width2_ * std::log1p(s / width2_) : s; }
-  double slope(double s) const { return is_robust() ? 1 / (1 + s / width2_) : 1; }
+  double derivative(double s) const { return is_robust() ? 1 / (1 + s / width2_) : 1; }
   // Second derivative of rho(|r|^2) / 2 along r, over the one across r, which is the slope; a step needs it
   // above 0. Reweighted least squares take it for 1: where the residual is noise of half the width squared,
   // that is three times too stiff, and steps become a third of what they should be.
-  double bend(double s, double least) const {
+  double curvature_ratio(double s, double least) const {
     const double u = is_robust() ? s / width2_ : 0;
     return std::max(least, (1 - u) / (1 + u));
   }

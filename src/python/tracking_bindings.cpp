@@ -125,7 +125,7 @@ py::array_t<std::uint8_t> colours_of(const std::vector<ColoredPoint>& points) {
   return array;
 }
 
-py::array_t<double> seconds_of(const std::vector<PosedFrame>& frames) {
+py::array_t<double> seconds_of(const std::vector<RegisteredFrame>& frames) {
   py::array_t<double> array(static_cast<py::ssize_t>(frames.size()));
   for (std::size_t i = 0; i < frames.size(); ++i) {
     array.mutable_at(static_cast<py::ssize_t>(i)) = 1e-9 * static_cast<double>(frames[i].stamp_ns);
@@ -133,9 +133,9 @@ py::array_t<double> seconds_of(const std::vector<PosedFrame>& frames) {
   return array;
 }
 
-DoubleArray poses_of(const std::vector<PosedFrame>& frames) {
+DoubleArray poses_of(const std::vector<RegisteredFrame>& frames) {
   std::vector<Rigid3> poses;
-  for (const PosedFrame& frame : frames) poses.push_back(frame.map_from_camera);
+  for (const RegisteredFrame& frame : frames) poses.push_back(frame.map_from_camera);
   return matrices_of(poses);
 }
 
@@ -146,12 +146,12 @@ struct Reconstruction {
 
   std::vector<std::int64_t> indices() const {
     std::vector<std::int64_t> result;
-    for (const PosedFrame& frame : recorded.trajectory) result.push_back(frame.index);
+    for (const RegisteredFrame& frame : recorded.trajectory) result.push_back(frame.index);
     return result;
   }
   std::vector<std::string> names() const {
     std::vector<std::string> result;
-    for (const PosedFrame& frame : recorded.trajectory) result.push_back(recorded.names.at(frame.index));
+    for (const RegisteredFrame& frame : recorded.trajectory) result.push_back(recorded.names.at(frame.index));
     return result;
   }
   py::list findings() const {
@@ -272,7 +272,7 @@ class LiveTracker {
     const std::shared_ptr<const MapSnapshot> snapshot = tracker_->snapshot();
     return snapshot ? snapshot->points : std::vector<ColoredPoint>();
   }
-  std::vector<PosedFrame> trajectory() const {
+  std::vector<RegisteredFrame> trajectory() const {
     const py::gil_scoped_release unlocked;
     return tracker_->trajectory();
   }

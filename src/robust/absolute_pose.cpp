@@ -51,7 +51,7 @@ class PoseEstimator {
 
   void optimize(CameraPose* pose) const { refine_camera_pose(matches_, threshold_, kLocalIterations, pose); }
 
-  bool alike(const CameraPose&, const CameraPose&) const { return false; }
+  bool is_equivalent(const CameraPose&, const CameraPose&) const { return false; }
 
  private:
   const PointMatches& matches_;

@@ -31,16 +31,16 @@ Eigen::Matrix3d essential_of(const TwoViewModel& model) {
 void sampson_errors(const BearingPairs& pairs, const TwoViewModel& model, const Eigen::Matrix3d& essential,
                     int begin, int count, BlockErrors* block) {
   const Eigen::Vector3d t_in_first = model.rotation.transpose() * model.translation;
-  for (int i = 0; i < count; i += kLanes) {
-    const LaneVector x1 = pairs.first().lanes(begin + i);
-    const LaneVector x2 = pairs.second().lanes(begin + i);
-    const Lanes constraint = dot(x2, essential * x1);
-    const Lanes along1 = dot(t_in_first, x1);
-    const Lanes along2 = dot(model.translation, x2);
-    Eigen::Map<Lanes>(block->squared + i) =
+  for (int i = 0; i < count; i += kPacketSize) {
+    const PacketVector x1 = pairs.first().packet(begin + i);
+    const PacketVector x2 = pairs.second().packet(begin + i);
+    const Packet constraint = dot(x2, essential * x1);
+    const Packet along1 = dot(t_in_first, x1);
+    const Packet along2 = dot(model.translation, x2);
+    Eigen::Map<Packet>(block->squared + i) =
         constraint * constraint / ((2 + kTinySine) - along1 * along1 - along2 * along2);
-    Eigen::Map<Lanes>(block->along1 + i) = along1;
-    Eigen::Map<Lanes>(block->along2 + i) = along2;
+    Eigen::Map<Packet>(block->along1 + i) = along1;
+    Eigen::Map<Packet>(block->along2 + i) = along2;
   }
 }
 

@@ -42,9 +42,9 @@ struct Linearization {
   Matrix6d majorizing;  // weights rho' = w: steps that descend from afar, but end slowly
   Matrix6d newton;  // weights rho' + s rho'' = w^2, averaged over directions: ends fast, overshoots from afar
   Vector6d gradient;
-  Matrix6d information;      // of all residuals, not weighted down: for the covariance
-  double sum_influence = 0;  // of squared influence (w r)^2
-  double sum_slope = 0;      // of the influence's derivative, averaged over directions
+  Matrix6d information;       // of all residuals, not weighted down: for the covariance
+  double sum_influence = 0;   // of squared influence (w r)^2
+  double sum_derivative = 0;  // of the influence's derivative, averaged over directions
   int count = 0;
 };
 
@@ -113,7 +113,7 @@ Linearization linearize(const Matches& matches, const Rigid3& pose, double squar
     sum.gradient.tail<3>() -= (w * by_sigma) * u.cross(matches.bearings[i]);
     sum.cost += 0.5 * squared_width * std::log1p(s / squared_width);
     sum.sum_influence += w * w * s;
-    sum.sum_slope += w * w;
+    sum.sum_derivative += w * w;
     ++sum.count;
   }
   return sum;
@@ -128,12 +128,12 @@ Rigid3 perturbed(const Rigid3& pose, const Vector6d& step) {
 // over the squared mean slope of the influence, for residuals of two components less six parameters.
 bool covariance_of(const Linearization& at, Matrix6d* covariance) {
   const double freedom = 2.0 * at.count - 6.0;
-  if (freedom <= 0 || at.sum_slope <= 0) {
+  if (freedom <= 0 || at.sum_derivative <= 0) {
     return false;
   }
-  const double mean_slope = at.sum_slope / at.count;
+  const double mean_derivative = at.sum_derivative / at.count;
   // Residuals of nothing (exact data) still leave rounding errors of double precision.
-  const double factor = std::max(at.sum_influence / freedom / (mean_slope * mean_slope), 1e-28);
+  const double factor = std::max(at.sum_influence / freedom / (mean_derivative * mean_derivative), 1e-28);
   const Eigen::LDLT<Matrix6d> ldlt(at.information);
   if (ldlt.info() != Eigen::Success || !(ldlt.vectorD().minCoeff() > 0)) {
     return false;

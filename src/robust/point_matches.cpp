@@ -28,9 +28,9 @@ constexpr double kTinySquare = 1e-300;
 
 // sin^2 of the angle between bearings and the directions to points p in the camera's frame; 1 behind the
 // camera.
-Lanes squared_angles(const LaneVector& p, const LaneVector& bearings) {
-  const LaneVector across = cross(p, bearings);
-  return (dot(p, bearings) > 0).select(dot(across, across) / dot(p, p), Lanes::Ones());
+Packet squared_angles(const PacketVector& p, const PacketVector& bearings) {
+  const PacketVector across = cross(p, bearings);
+  return (dot(p, bearings) > 0).select(dot(across, across) / dot(p, p), Packet::Ones());
 }
 
 // Coordinates of a block's matches, one axis after the other.
@@ -43,8 +43,8 @@ struct Block {
 // b)^2). The margin is more than the order of the sums makes of it, for a point less than a thousand times as
 // far from the map's origin as from the camera, so that the result does not depend on the processor. m:
 // camera_from_map, row by row.
-MPT_FUNCTION_CLONES unsigned lanes_with_inliers(const Block& block, const double (&m)[12],
-                                                double squared_threshold) {
+MPT_FUNCTION_CLONES unsigned packets_with_inliers(const Block& block, const double (&m)[12],
+                                                  double squared_threshold) {
   constexpr double kRounding = 1e-12;
   const double least_squared_cosine = 1 - squared_threshold - kRounding;
   const double *x = block.point[0], *y = block.point[1], *z = block.point[2];
@@ -58,13 +58,14 @@ MPT_FUNCTION_CLONES unsigned lanes_with_inliers(const Block& block, const double
     // along * |along| is negative behind the camera.
     excess[i] = along * std::abs(along) - least_squared_cosine * (px * px + py * py + pz * pz);
   }
-  unsigned lanes = 0;
-  for (int k = 0; k < kBlock / kLanes; ++k) {
+  unsigned packets = 0;
+  for (int k = 0; k < kBlock / kPacketSize; ++k) {
     unsigned any = 0;
-    for (int i = kLanes * k; i < kLanes * (k + 1); ++i) any |= static_cast<unsigned>(excess[i] >= 0);
-    lanes |= any << k;
+    for (int i = kPacketSize * k; i < kPacketSize * (k + 1); ++i)
+      any |= static_cast<unsigned>(excess[i] >= 0);
+    packets |= any << k;
   }
-  return lanes;
+  return packets;
 }
 
 Block block_of(const PointMatches& matches, int begin) {
@@ -80,11 +81,11 @@ using Equations = NormalEquations<6>;
 
 // Sums over matches of w (I - u u^T), by its six different elements.
 struct ProjectorSum {
-  Lanes xx = Lanes::Zero(), yy = Lanes::Zero(), zz = Lanes::Zero();
-  Lanes xy = Lanes::Zero(), xz = Lanes::Zero(), yz = Lanes::Zero();
+  Packet xx = Packet::Zero(), yy = Packet::Zero(), zz = Packet::Zero();
+  Packet xy = Packet::Zero(), xz = Packet::Zero(), yz = Packet::Zero();
 
-  void add(const Lanes& w, const LaneVector& u) {
-    const LaneVector wu = w * u;
+  void add(const Packet& w, const PacketVector& u) {
+    const PacketVector wu = w * u;
     xx += w - wu.x * u.x;
     yy += w - wu.y * u.y;
     zz += w - wu.z * u.z;
@@ -105,20 +106,20 @@ struct ProjectorSum {
 // -[u]x / |p|, I - u u^T.
 Equations linearize(const PointMatches& matches, const CameraPose& pose, double squared_threshold) {
   ProjectorSum by_shift, by_turn;
-  const Lanes zero = Lanes::Zero();
-  LaneVector mixed{zero, zero, zero}, shift_gradient{zero, zero, zero}, turn_gradient{zero, zero, zero};
-  for (int i = 0; i < matches.size(); i += kLanes) {
-    const LaneVector p = pose.rotation * matches.points().lanes(i) + pose.translation;
-    const LaneVector b = matches.bearings().lanes(i);
-    const Lanes weight = (squared_angles(p, b) < squared_threshold).select(Lanes::Ones(), zero);
-    const Lanes inverse = 1 / dot(p, p).max(kTinySquare).sqrt();
-    const LaneVector u = inverse * p;
-    const Lanes weight_inverse = weight * inverse;
-    const Lanes weight_inverse_squared = weight_inverse * inverse;
+  const Packet zero = Packet::Zero();
+  PacketVector mixed{zero, zero, zero}, shift_gradient{zero, zero, zero}, turn_gradient{zero, zero, zero};
+  for (int i = 0; i < matches.size(); i += kPacketSize) {
+    const PacketVector p = pose.rotation * matches.points().packet(i) + pose.translation;
+    const PacketVector b = matches.bearings().packet(i);
+    const Packet weight = (squared_angles(p, b) < squared_threshold).select(Packet::Ones(), zero);
+    const Packet inverse = 1 / dot(p, p).max(kTinySquare).sqrt();
+    const PacketVector u = inverse * p;
+    const Packet weight_inverse = weight * inverse;
+    const Packet weight_inverse_squared = weight_inverse * inverse;
     by_shift.add(weight_inverse_squared, u);
     by_turn.add(weight, u);
     mixed += weight_inverse * u;
-    const Lanes along = weight_inverse * dot(u, b);
+    const Packet along = weight_inverse * dot(u, b);
     shift_gradient += along * u;
     shift_gradient -= weight_inverse * b;
     turn_gradient -= weight * cross(u, b);
@@ -182,12 +183,12 @@ RansacScore score_camera_pose(const PointMatches& matches, const CameraPose& pos
   double inlier_squares = 0;
   for (int begin = 0; begin < matches.size(); begin += kBlock) {
     const int end = std::min(begin + kBlock, matches.size());
-    const unsigned lanes = lanes_with_inliers(block_of(matches, begin), rows, squared_threshold);
-    for (int i = begin; i < end; i += kLanes) {
-      if (((lanes >> ((i - begin) / kLanes)) & 1U) == 0) continue;
-      const LaneVector p = pose.rotation * matches.points().lanes(i) + pose.translation;
-      const Lanes squared = squared_angles(p, matches.bearings().lanes(i));
-      for (int k = 0; k < std::min(kLanes, end - i); ++k) {
+    const unsigned packets = packets_with_inliers(block_of(matches, begin), rows, squared_threshold);
+    for (int i = begin; i < end; i += kPacketSize) {
+      if (((packets >> ((i - begin) / kPacketSize)) & 1U) == 0) continue;
+      const PacketVector p = pose.rotation * matches.points().packet(i) + pose.translation;
+      const Packet squared = squared_angles(p, matches.bearings().packet(i));
+      for (int k = 0; k < std::min(kPacketSize, end - i); ++k) {
         if (!(squared[k] < squared_threshold)) continue;
         inlier_squares += squared[k];
         ++score.num_inliers;

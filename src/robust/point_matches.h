@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "mono_pose_tracker/geometry/motion.h"
-#include "robust/lanes.h"
+#include "robust/packets.h"
 #include "robust/ransac.h"
 
 namespace mono_pose_tracker {

@@ -25,8 +25,8 @@ struct ScoredModel {
 
 template <class Model>
 struct RansacReport {
-  ScoredModel<Model> best;                 // locally optimised; cost infinite when no sample gave a model
-  std::vector<ScoredModel<Model>> rivals;  // other models as sampled, no two alike, best first
+  ScoredModel<Model> best;  // locally optimised; cost infinite when no sample gave a model
+  std::vector<ScoredModel<Model>> alternatives;  // other models as sampled, no two alike, best first
   int iterations = 0;
 };
 
@@ -54,19 +54,20 @@ class ModelPool {
   }
 
   /// Replaces those like it that are worse; dropped when a better one is like it.
-  template <class Alike>
-  void insert(const ScoredModel<Model>& candidate, const Alike& alike) {
+  template <class IsEquivalent>
+  void insert(const ScoredModel<Model>& candidate, const IsEquivalent& is_equivalent) {
     if (!(candidate.score.cost < cost_bound())) {
       return;
     }
     for (const auto& kept : models_) {
-      if (kept.score.cost <= candidate.score.cost && alike(kept.model, candidate.model)) {
+      if (kept.score.cost <= candidate.score.cost && is_equivalent(kept.model, candidate.model)) {
         return;
       }
     }
-    models_.erase(std::remove_if(models_.begin(), models_.end(),
-                                 [&](const auto& kept) { return alike(kept.model, candidate.model); }),
-                  models_.end());
+    models_.erase(
+        std::remove_if(models_.begin(), models_.end(),
+                       [&](const auto& kept) { return is_equivalent(kept.model, candidate.model); }),
+        models_.end());
     const auto position =
         std::upper_bound(models_.begin(), models_.end(), candidate,
                          [](const auto& a, const auto& b) { return a.score.cost < b.score.cost; });
@@ -90,16 +91,16 @@ class ModelPool {
 ///   wrote, RansacScore score(const Model&, double cost_bound) const: may give up with any cost >=
 ///   cost_bound, void optimize(Model*) const: a better model from its inliers, bool alike(const Model&, const
 ///   Model&) const.
-/// Keeps up to num_rivals further models as they were sampled. num_data >= kSampleSize.
+/// Keeps up to num_alternatives further models as they were sampled. num_data >= kSampleSize.
 template <class Estimator, class Sampler>
 RansacReport<typename Estimator::Model> ransac(const RansacOptions& options, Estimator& estimator,
-                                               Sampler& sampler, int num_rivals = 0) {
+                                               Sampler& sampler, int num_alternatives = 0) {
   using Model = typename Estimator::Model;
   Random random(options.seed);
   RansacReport<Model> report;
-  ModelPool<Model> rivals(num_rivals);
+  ModelPool<Model> alternatives(num_alternatives);
   RansacScore best_sampled;
-  const auto alike = [&](const Model& a, const Model& b) { return estimator.alike(a, b); };
+  const auto is_equivalent = [&](const Model& a, const Model& b) { return estimator.is_equivalent(a, b); };
   std::array<int, Estimator::kSampleSize> sample;
   std::array<Model, Estimator::kMaxModels> models;
   double needed = options.max_iterations;
@@ -110,11 +111,11 @@ RansacReport<typename Estimator::Model> ransac(const RansacOptions& options, Est
     sampler.draw(&random, sample.data());
     const int num_models = estimator.solve(sample, &models);
     for (int m = 0; m < num_models; ++m) {
-      const double bound = std::max(best_sampled.cost, rivals.cost_bound());
+      const double bound = std::max(best_sampled.cost, alternatives.cost_bound());
       const ScoredModel<Model> sampled{
-          models[m], estimator.score(models[m], num_rivals > 0 ? bound : best_sampled.cost)};
-      if (num_rivals > 0) {
-        rivals.insert(sampled, alike);
+          models[m], estimator.score(models[m], num_alternatives > 0 ? bound : best_sampled.cost)};
+      if (num_alternatives > 0) {
+        alternatives.insert(sampled, is_equivalent);
       }
       if (!(sampled.score.cost < best_sampled.cost)) {
         continue;
@@ -132,7 +133,7 @@ RansacReport<typename Estimator::Model> ransac(const RansacOptions& options, Est
       }
     }
   }
-  report.rivals = std::move(rivals.models());
+  report.alternatives = std::move(alternatives.models());
   return report;
 }
 

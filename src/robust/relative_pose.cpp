@@ -8,8 +8,8 @@
 
 #include "common/angles.h"
 #include "mono_pose_tracker/geometry/five_point.h"
+#include "robust/accidental_matches.h"
 #include "robust/bearing_pairs.h"
-#include "robust/chance_pairs.h"
 #include "robust/ransac.h"
 #include "robust/two_view_ambiguity.h"
 #include "robust/two_view_refinement.h"
@@ -26,7 +26,7 @@ constexpr int kFinalIterations = 25;  // of the hypotheses returned: narrow view
 constexpr int kInnerSamples = 10;     // more hardly lower the errors any further
 // A rival with fewer inliers than this share of the best one's explains another part of the scene, if
 // anything.
-constexpr double kRivalInlierShare = 0.5;
+constexpr double kAlternativeInlierShare = 0.5;
 constexpr double kTurnFactors[] = {-1.0, 0.4,
                                    2.0};  // Necker's reversal, and down and up the bas-relief valley
 
@@ -61,7 +61,7 @@ class TwoViewEstimator {
 
   void optimize(TwoViewModel* model) const { refine_two_views(pairs_, threshold_, kLocalIterations, model); }
 
-  bool alike(const TwoViewModel& a, const TwoViewModel& b) const {
+  bool is_equivalent(const TwoViewModel& a, const TwoViewModel& b) const {
     return rotation_angle(a.rotation, b.rotation) < options_.distinct_rotation &&
            angle_between(a.translation, b.translation) < options_.distinct_translation;
   }
@@ -107,7 +107,7 @@ class LocalOptima {
   // Once no more are added: one that is not polished costs less than the best one polished.
   void polish_best(const PlaneFit& plane) {
     change_best([&](TwoViewModel* m) {
-      if (options_.without_chance_pairs) {
+      if (options_.without_accidental_matches) {
         const std::vector<char> flags = more_than_chance(pairs_, *m, plane.normal, threshold_);
         polish_two_views(pairs_.with(flags), threshold_, kFinalIterations, m);
       } else {
@@ -128,12 +128,14 @@ class LocalOptima {
 
   void insert(const TwoViewModel& model) {
     const RansacScore score = estimator_.score(model, std::numeric_limits<double>::infinity());
-    pool_.insert({model, score}, [&](const auto& a, const auto& b) { return estimator_.alike(a, b); });
+    pool_.insert({model, score},
+                 [&](const auto& a, const auto& b) { return estimator_.is_equivalent(a, b); });
   }
 
   bool is_known(const TwoViewModel& model) {
-    return std::any_of(pool_.models().begin(), pool_.models().end(),
-                       [&](const ScoredTwoViews& known) { return estimator_.alike(known.model, model); });
+    return std::any_of(pool_.models().begin(), pool_.models().end(), [&](const ScoredTwoViews& known) {
+      return estimator_.is_equivalent(known.model, model);
+    });
   }
 
   const BearingPairs& pairs_;
@@ -167,7 +169,7 @@ std::vector<TwoViewModel> ambiguous_motions(const BearingPairs& pairs, const Two
                                             const std::vector<char>& inliers, const PlaneFit& plane) {
   std::vector<TwoViewModel> motions;
   TwoViewModel motion;
-  if (plane.success && planar_twin(best, plane.normal, &motion)) {
+  if (plane.success && second_planar_solution(best, plane.normal, &motion)) {
     motions.push_back(motion);
   }
   for (const double factor : kTurnFactors) {
@@ -208,9 +210,9 @@ RelativePoseReport estimate_relative_pose(const std::vector<Eigen::Vector3d>& be
     return report;
   }
   TwoViewEstimator estimator(pairs, options);
-  const int num_rivals = options.max_hypotheses > 1 ? options.max_hypotheses : 0;
+  const int num_alternatives = options.max_hypotheses > 1 ? options.max_hypotheses : 0;
   const RansacReport<TwoViewModel> sampled =
-      sample_consensus(options.ransac, pairs, options.quality, estimator, num_rivals);
+      sample_consensus(options.ransac, pairs, options.quality, estimator, num_alternatives);
   report.iterations = sampled.iterations;
   // Any five pairs fit some pose: only a sixth says anything.
   if (sampled.best.score.num_inliers <= TwoViewEstimator::kSampleSize) {
@@ -219,8 +221,8 @@ RelativePoseReport estimate_relative_pose(const std::vector<Eigen::Vector3d>& be
 
   LocalOptima optima(pairs, estimator, options);
   optima.add(sampled.best.model);
-  for (const ScoredTwoViews& rival : sampled.rivals) {
-    optima.add(rival.model);
+  for (const ScoredTwoViews& alternative : sampled.alternatives) {
+    optima.add(alternative.model);
   }
   optima.explore_best(options.ransac.seed);
   const TwoViewModel best = optima.models().front().model;
@@ -236,7 +238,7 @@ RelativePoseReport estimate_relative_pose(const std::vector<Eigen::Vector3d>& be
   }
   optima.polish_best(plane);
   for (const ScoredTwoViews& optimum : optima.models()) {
-    if (optimum.score.num_inliers >= kRivalInlierShare * optima.models().front().score.num_inliers) {
+    if (optimum.score.num_inliers >= kAlternativeInlierShare * optima.models().front().score.num_inliers) {
       report.hypotheses.push_back(to_hypothesis(pairs, optimum, threshold, bearings1.size()));
     }
   }

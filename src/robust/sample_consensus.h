@@ -22,17 +22,17 @@ inline void require_quality_of_each(const std::vector<float>& quality, std::size
 template <class Data, class Estimator>
 RansacReport<typename Estimator::Model> sample_consensus(const RansacOptions& options, const Data& data,
                                                          const std::vector<float>& quality,
-                                                         Estimator& estimator, int num_rivals = 0) {
+                                                         Estimator& estimator, int num_alternatives = 0) {
   if (quality.empty()) {
     UniformSampler sampler(data.size(), Estimator::kSampleSize);
-    return ransac(options, estimator, sampler, num_rivals);
+    return ransac(options, estimator, sampler, num_alternatives);
   }
   std::vector<float> of_data(data.size());
   for (int i = 0; i < data.size(); ++i) {
     of_data[i] = quality[data.source(i)];
   }
   ProsacSampler sampler(of_data, Estimator::kSampleSize);
-  return ransac(options, estimator, sampler, num_rivals);
+  return ransac(options, estimator, sampler, num_alternatives);
 }
 
 }  // namespace mono_pose_tracker

@@ -31,10 +31,10 @@ bool is_triangle(const Eigen::Matrix3d& corners) {
 }
 
 // Sine of the angle between a sight and a point, squared; 1 behind the camera.
-double squared_angle(const SightedPoint& sight, const Eigen::Vector3d& x) {
-  const Eigen::Vector3d p = x - sight.center;
-  if (!(p.dot(sight.bearing) > 0)) return 1;
-  return sight.bearing.cross(p).squaredNorm() / p.squaredNorm();
+double squared_angle(const ObservedPoint& observation, const Eigen::Vector3d& x) {
+  const Eigen::Vector3d p = x - observation.center;
+  if (!(p.dot(observation.bearing) > 0)) return 1;
+  return observation.bearing.cross(p).squaredNorm() / p.squaredNorm();
 }
 
 // What takes an error of log depth to the angle that is as unlikely; 0 where nobody knows the depth.
@@ -43,14 +43,15 @@ double depth_weight(const SimilarityMatch& match, double threshold) {
 }
 
 // Of the point as the other map has it against the own.
-double log_depth_ratio(const SightedPoint& sight, const Eigen::Vector3d& x) {
-  return 0.5 * std::log((x - sight.center).squaredNorm() / (sight.x - sight.center).squaredNorm());
+double log_depth_ratio(const ObservedPoint& observation, const Eigen::Vector3d& x) {
+  return 0.5 * std::log((x - observation.center).squaredNorm() /
+                        (observation.x - observation.center).squaredNorm());
 }
 
-double squared_error(const SightedPoint& sight, const Eigen::Vector3d& x, double weight) {
-  const double angle = squared_angle(sight, x);
+double squared_error(const ObservedPoint& observation, const Eigen::Vector3d& x, double weight) {
+  const double angle = squared_angle(observation, x);
   if (weight == 0) return angle;
-  const double depth = weight * log_depth_ratio(sight, x);
+  const double depth = weight * log_depth_ratio(observation, x);
   return angle + depth * depth;
 }
 
@@ -82,24 +83,24 @@ RansacScore score_similarity(const std::vector<SimilarityMatch>& matches, const 
   return score;
 }
 
-struct SightEquations : NormalEquations<kSimilarityParameters> {
+struct ObservationEquations : NormalEquations<kSimilarityParameters> {
   double squares = 0;
   int residuals = 0;
 
   // Residual u - bearing for the direction u from the camera to x, nearly the angle between them, and that of
   // the depth; dx / dstep.
-  void add(const SightedPoint& sight, const Eigen::Vector3d& x, const PointDerivative& dx,
+  void add(const ObservedPoint& observation, const Eigen::Vector3d& x, const PointDerivative& dx,
            double depth_weight) {
-    const Eigen::Vector3d p = x - sight.center;
+    const Eigen::Vector3d p = x - observation.center;
     const double distance = p.norm();
-    const Eigen::Vector3d u = p / distance, e = u - sight.bearing;
+    const Eigen::Vector3d u = p / distance, e = u - observation.bearing;
     const PointDerivative j = (dx - u * (u.transpose() * dx)) / distance;
     information += j.transpose() * j;
     gradient += j.transpose() * e;
     squares += e.squaredNorm();
     residuals += 2;
     if (depth_weight == 0) return;
-    const double depth = depth_weight * log_depth_ratio(sight, x);
+    const double depth = depth_weight * log_depth_ratio(observation, x);
     const SimilarityStep of_depth = depth_weight / distance * (u.transpose() * dx).transpose();
     information += of_depth * of_depth.transpose();
     gradient += of_depth * depth;
@@ -109,12 +110,12 @@ struct SightEquations : NormalEquations<kSimilarityParameters> {
 };
 
 // Either side of a match counts that lies within the threshold: the truncated cost's gradient.
-SightEquations linearize(const std::vector<SimilarityMatch>& matches, const Sim3& b_from_a,
-                         double threshold) {
+ObservationEquations linearize(const std::vector<SimilarityMatch>& matches, const Sim3& b_from_a,
+                               double threshold) {
   const Sim3 a_from_b = b_from_a.inverse();
   const Eigen::Matrix3d turn_to_a = a_from_b.scale * a_from_b.rotation.toRotationMatrix();
   const double limit = threshold * threshold;
-  SightEquations equations;
+  ObservationEquations equations;
   for (const SimilarityMatch& m : matches) {
     const Errors e = errors_of(m, b_from_a, a_from_b, threshold);
     const double weight = depth_weight(m, threshold);
@@ -136,7 +137,7 @@ struct SimilarityProblem {
   double cost(const Sim3& b_from_a) const {
     return score_similarity(matches, b_from_a, threshold, std::numeric_limits<double>::infinity()).cost;
   }
-  SightEquations linearize(const Sim3& b_from_a) const {
+  ObservationEquations linearize(const Sim3& b_from_a) const {
     return mono_pose_tracker::linearize(matches, b_from_a, threshold);
   }
   Sim3 stepped(const Sim3& b_from_a, const SimilarityStep& step) const {
@@ -176,7 +177,7 @@ class SimilarityEstimator {
 
   void optimize(Sim3* b_from_a) const { refine(matches_, threshold_, kLocalIterations, b_from_a); }
 
-  bool alike(const Sim3&, const Sim3&) const { return false; }
+  bool is_equivalent(const Sim3&, const Sim3&) const { return false; }
 
  private:
   const std::vector<SimilarityMatch>& matches_;
@@ -186,7 +187,7 @@ class SimilarityEstimator {
 // As the angles tell it, were the points exact. The noise is what the inliers show; where they are too few to
 // show it, half the threshold.
 Uncertainty by_angles(const std::vector<SimilarityMatch>& inliers, double threshold, const Sim3& b_from_a) {
-  const SightEquations equations = linearize(inliers, b_from_a, threshold);
+  const ObservationEquations equations = linearize(inliers, b_from_a, threshold);
   const int redundancy = equations.residuals - kSimilarityParameters;
   const double variance =
       redundancy > 2 * kSimilarityParameters ? equations.squares / redundancy : 0.25 * threshold * threshold;

@@ -11,7 +11,7 @@
 namespace mono_pose_tracker {
 
 /// A point of a map and one camera's sight of it, all in the map's frame.
-struct SightedPoint {
+struct ObservedPoint {
   Eigen::Vector3d x = Eigen::Vector3d::Zero();        // where the map has it
   Eigen::Vector3d center = Eigen::Vector3d::Zero();   // of the camera
   Eigen::Vector3d bearing = Eigen::Vector3d::Zero();  // from there, where the image has it; of any length
@@ -21,7 +21,7 @@ struct SightedPoint {
 
 /// The same point as two maps have it.
 struct SimilarityMatch {
-  SightedPoint in_a, in_b;
+  ObservedPoint in_a, in_b;
 
   /// Of the ratio of its two distances, relative.
   double depth_sigma() const { return std::hypot(in_a.depth_sigma, in_b.depth_sigma); }

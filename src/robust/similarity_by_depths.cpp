@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "levenberg_marquardt.h"
+#include "observation_error.h"
 #include "robust/similarity.h"
-#include "sight_error.h"
 #include "similarity_certainty.h"
 #include "similarity_step.h"
 
@@ -25,7 +25,7 @@ struct BothErrors {
       : in_a(m.in_a, a_from_b * m.in_b.x, a_from_b * m.in_b.center, m.in_b.depth_sigma, sigma),
         in_b(m.in_b, b_from_a * m.in_a.x, b_from_a * m.in_a.center, m.in_a.depth_sigma, sigma) {}
 
-  SightError in_a, in_b;
+  ObservationError in_a, in_b;
 };
 
 struct ByDepths {
@@ -70,10 +70,10 @@ struct ByDepths {
   }
 };
 
-using SightsOfPoint = std::vector<SimilarityMatch>;
+using MatchesOfPoint = std::vector<SimilarityMatch>;
 
-std::vector<SightsOfPoint> by_point(const std::vector<SimilarityMatch>& matches) {
-  std::vector<SightsOfPoint> points;
+std::vector<MatchesOfPoint> by_point(const std::vector<SimilarityMatch>& matches) {
+  std::vector<MatchesOfPoint> points;
   for (const SimilarityMatch& m : matches) {
     const bool is_same = !points.empty() && points.back().front().in_a.x == m.in_a.x &&
                          points.back().front().in_b.x == m.in_b.x;
@@ -85,10 +85,10 @@ std::vector<SightsOfPoint> by_point(const std::vector<SimilarityMatch>& matches)
 
 // By how the gradients of whole points scatter (Huber 1967): the errors of a point, both ways and in all its
 // sights, share what its depths are off by. No less than were they independent.
-Uncertainty by_gradients(const std::vector<SightsOfPoint>& points, double threshold, const Sim3& b_from_a) {
+Uncertainty by_gradients(const std::vector<MatchesOfPoint>& points, double threshold, const Sim3& b_from_a) {
   SimilarityInformation information = SimilarityInformation::Zero(), scatter = SimilarityInformation::Zero();
-  for (const SightsOfPoint& sights : points) {
-    const SimilarityEquations equations = ByDepths{sights, threshold}.linearize(b_from_a);
+  for (const MatchesOfPoint& observations : points) {
+    const SimilarityEquations equations = ByDepths{observations, threshold}.linearize(b_from_a);
     information += equations.information;
     scatter += equations.gradient * equations.gradient.transpose();
   }
@@ -122,10 +122,10 @@ SimilarityReport refine_similarity_by_depths(const std::vector<SimilarityMatch>&
     inliers.push_back(usable.data[i]);
   }
   report.num_inliers = static_cast<int>(inliers.size());
-  const std::vector<SightsOfPoint> points = by_point(inliers);
+  const std::vector<MatchesOfPoint> points = by_point(inliers);
   if (points.size() < kFewestPoints) return report;
   std::vector<SimilarityMatch> once;
-  for (const SightsOfPoint& sights : points) once.push_back(sights.front());
+  for (const MatchesOfPoint& observations : points) once.push_back(observations.front());
   judge(greater(by_gradients(points, problem.threshold, report.b_from_a), by_points(once, report.b_from_a)),
         options, &report);
   return report;

@@ -14,10 +14,10 @@ namespace mono_pose_tracker {
 
 namespace {
 
-bool is_usable(const SightedPoint& sight) {
-  const double norm = sight.bearing.norm();
-  return sight.x.allFinite() && sight.center.allFinite() && sight.x != sight.center && std::isfinite(norm) &&
-         norm > 0;
+bool is_usable(const ObservedPoint& observation) {
+  const double norm = observation.bearing.norm();
+  return observation.x.allFinite() && observation.center.allFinite() && observation.x != observation.center &&
+         std::isfinite(norm) && norm > 0;
 }
 
 }  // namespace

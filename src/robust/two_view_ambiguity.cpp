@@ -110,7 +110,7 @@ struct PlaneEstimator {
     }
   }
 
-  bool alike(const Eigen::Vector3d&, const Eigen::Vector3d&) const { return false; }
+  bool is_equivalent(const Eigen::Vector3d&, const Eigen::Vector3d&) const { return false; }
 
   TwoViewModel motion;
   double threshold;
@@ -156,7 +156,7 @@ struct RotationEstimator {
     *rotation = nearest_rotation(sum);
   }
 
-  bool alike(const Eigen::Matrix3d&, const Eigen::Matrix3d&) const { return false; }
+  bool is_equivalent(const Eigen::Matrix3d&, const Eigen::Matrix3d&) const { return false; }
 
   double threshold;
   std::vector<Eigen::Vector3d> x1, x2;
@@ -181,7 +181,7 @@ PlaneFit fit_plane(const BearingPairs& pairs, const std::vector<char>& members, 
   return fit;
 }
 
-bool planar_twin(const TwoViewModel& model, const Eigen::Vector3d& normal, TwoViewModel* twin) {
+bool second_planar_solution(const TwoViewModel& model, const Eigen::Vector3d& normal, TwoViewModel* second) {
   // H = R (I + s n^T), and H^T H = I + n u^T + u n^T with u = s + |s|^2 n / 2 does not know n from u.
   const Eigen::Vector3d s = model.rotation.transpose() * model.translation;
   const Eigen::Vector3d u = s + 0.5 * s.squaredNorm() * normal;
@@ -189,18 +189,19 @@ bool planar_twin(const TwoViewModel& model, const Eigen::Vector3d& normal, TwoVi
   if (!(u_norm > 1e-9) || !(normal.norm() > 1e-9)) {
     return false;
   }
-  const Eigen::Vector3d twin_normal = u / u_norm;
+  const Eigen::Vector3d second_normal = u / u_norm;
   // Of the two s' that solve u' = s' + |s'|^2 n' / 2 for u' = |u| n, the one that leaves det H as it is.
-  const Eigen::Vector3d twin_s = u_norm * normal - 0.5 * s.squaredNorm() * normal.squaredNorm() * twin_normal;
+  const Eigen::Vector3d second_s =
+      u_norm * normal - 0.5 * s.squaredNorm() * normal.squaredNorm() * second_normal;
   const Eigen::Matrix3d homography = model.rotation * (Eigen::Matrix3d::Identity() + s * normal.transpose());
-  const Eigen::Matrix3d stretch = Eigen::Matrix3d::Identity() + twin_s * twin_normal.transpose();
-  if (!(std::abs(stretch.determinant()) > 1e-9) || !(twin_s.norm() > 1e-9)) {
+  const Eigen::Matrix3d stretch = Eigen::Matrix3d::Identity() + second_s * second_normal.transpose();
+  if (!(std::abs(stretch.determinant()) > 1e-9) || !(second_s.norm() > 1e-9)) {
     return false;
   }
-  twin->rotation =
+  second->rotation =
       Eigen::Quaterniond(Eigen::Matrix3d(homography * stretch.inverse())).normalized().toRotationMatrix();
-  twin->translation = (twin->rotation * twin_s).normalized();
-  return twin->rotation.allFinite();
+  second->translation = (second->rotation * second_s).normalized();
+  return second->rotation.allFinite();
 }
 
 bool turn_scaled(const BearingPairs& pairs, const std::vector<char>& members, const TwoViewModel& model,

@@ -21,7 +21,7 @@ PlaneFit fit_plane(const BearingPairs& pairs, const std::vector<char>& members, 
 
 /// The other motion with the same homography R + t n^T (the two-fold ambiguity of a plane: Longuet-Higgins
 /// 1986). False where the two are one.
-bool planar_twin(const TwoViewModel& model, const Eigen::Vector3d& normal, TwoViewModel* twin);
+bool second_planar_solution(const TwoViewModel& model, const Eigen::Vector3d& normal, TwoViewModel* second);
 
 /// A motion that a narrow view can hardly tell from the given one: the turn about the axis across the view
 /// scaled by a factor, the point at the middle of the members staying where both views see it. Factor -1 is

@@ -16,13 +16,13 @@ namespace mono_pose_tracker {
 
 namespace {
 
-using LaneFlags = Eigen::Array<bool, kLanes, 1>;
+using PacketFlags = Eigen::Array<bool, kPacketSize, 1>;
 
 // Which of four pairs may be in front of both cameras, as in bearing_pairs.cpp. along1 and along2 are t . R
 // x1 and t . x2, cosine is R x1 . x2.
-LaneFlags distances_positive(const Lanes& along1, const Lanes& along2, const Lanes& cosine,
-                             double tolerance) {
-  const Lanes slack = -tolerance * (1 - along2 * along2).max(0.0).sqrt();
+PacketFlags distances_positive(const Packet& along1, const Packet& along2, const Packet& cosine,
+                               double tolerance) {
+  const Packet slack = -tolerance * (1 - along2 * along2).max(0.0).sqrt();
   return (along2 * cosine - along1 > slack) && (along2 - along1 * cosine > slack);
 }
 
@@ -38,14 +38,14 @@ double truncated_cost(const BearingPairs& pairs, const TwoViewModel& model, doub
                       PairsThatCount which) {
   const double squared_threshold = threshold * threshold;
   const Eigen::Vector3d& t = model.translation;
-  Lanes cost = Lanes::Zero();
-  for (int i = 0; i < pairs.size(); i += kLanes) {
-    const LaneVector x2 = pairs.second().lanes(i);
-    const LaneVector r = model.rotation * pairs.first().lanes(i);
-    const Lanes constraint = dot(r, cross(x2, t));
-    const Lanes along1 = dot(t, r), along2 = dot(t, x2);
-    const Lanes squared = constraint * constraint / ((2 + kTinySine) - along1 * along1 - along2 * along2);
-    const Lanes truncated = squared.min(squared_threshold);
+  Packet cost = Packet::Zero();
+  for (int i = 0; i < pairs.size(); i += kPacketSize) {
+    const PacketVector x2 = pairs.second().packet(i);
+    const PacketVector r = model.rotation * pairs.first().packet(i);
+    const Packet constraint = dot(r, cross(x2, t));
+    const Packet along1 = dot(t, r), along2 = dot(t, x2);
+    const Packet squared = constraint * constraint / ((2 + kTinySine) - along1 * along1 - along2 * along2);
+    const Packet truncated = squared.min(squared_threshold);
     cost +=
         which == PairsThatCount::kAll
             ? truncated
@@ -63,34 +63,34 @@ Equations linearize(const BearingPairs& pairs, const TwoViewModel& model, double
   const double squared_threshold = threshold * threshold;
   const Eigen::Vector3d& t = model.translation;
   const Eigen::Vector3d basis0 = basis.col(0), basis1 = basis.col(1);
-  Lanes sums[20];  // the lower triangle of the information row by row, each row followed by its gradient
-  std::fill(std::begin(sums), std::end(sums), Lanes::Zero());
-  for (int i = 0; i < pairs.size(); i += kLanes) {
-    const LaneVector x2 = pairs.second().lanes(i);
-    const LaneVector r = model.rotation * pairs.first().lanes(i);
-    const LaneVector x2_cross_t = cross(x2, t);
-    const Lanes constraint = dot(r, x2_cross_t);
-    const Lanes along1 = dot(t, r);
-    const Lanes along2 = dot(t, x2);
-    const Lanes inverse = 1 / ((2 + kTinySine) - along1 * along1 - along2 * along2);
-    LaneFlags counts = constraint * constraint * inverse < squared_threshold;
+  Packet sums[20];  // the lower triangle of the information row by row, each row followed by its gradient
+  std::fill(std::begin(sums), std::end(sums), Packet::Zero());
+  for (int i = 0; i < pairs.size(); i += kPacketSize) {
+    const PacketVector x2 = pairs.second().packet(i);
+    const PacketVector r = model.rotation * pairs.first().packet(i);
+    const PacketVector x2_cross_t = cross(x2, t);
+    const Packet constraint = dot(r, x2_cross_t);
+    const Packet along1 = dot(t, r);
+    const Packet along2 = dot(t, x2);
+    const Packet inverse = 1 / ((2 + kTinySine) - along1 * along1 - along2 * along2);
+    PacketFlags counts = constraint * constraint * inverse < squared_threshold;
     if (which == PairsThatCount::kInFront) {
       counts = counts && distances_positive(along1, along2, dot(r, x2), threshold);
     }
-    const Lanes weight = counts.select(inverse, Lanes::Zero());
-    const Lanes shape = constraint * inverse;  // how the error's denominator changes it
-    const Lanes shape1 = shape * along1, shape2 = shape * along2;
-    LaneVector by_rotation = x2_cross_t;
-    by_rotation += LaneVector{shape1 * t.x(), shape1 * t.y(), shape1 * t.z()};
+    const Packet weight = counts.select(inverse, Packet::Zero());
+    const Packet shape = constraint * inverse;  // how the error's denominator changes it
+    const Packet shape1 = shape * along1, shape2 = shape * along2;
+    PacketVector by_rotation = x2_cross_t;
+    by_rotation += PacketVector{shape1 * t.x(), shape1 * t.y(), shape1 * t.z()};
     by_rotation = cross(r, by_rotation);
-    LaneVector by_translation = cross(r, x2);
+    PacketVector by_translation = cross(r, x2);
     by_translation += shape1 * r;
     by_translation += shape2 * x2;
-    const Lanes row[5] = {by_rotation.x, by_rotation.y, by_rotation.z, dot(basis0, by_translation),
-                          dot(basis1, by_translation)};
+    const Packet row[5] = {by_rotation.x, by_rotation.y, by_rotation.z, dot(basis0, by_translation),
+                           dot(basis1, by_translation)};
     int k = 0;
     for (int a = 0; a < 5; ++a) {
-      const Lanes weighted = weight * row[a];
+      const Packet weighted = weight * row[a];
       for (int b = 0; b <= a; ++b) {
         sums[k++] += weighted * row[b];
       }

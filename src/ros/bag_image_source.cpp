@@ -254,13 +254,13 @@ ConvertedCamera BagImageSource::read_calibration(const std::string& camera_info_
       camera_info_topic.empty() ? camera_of(topic_) + "/camera_info" : camera_info_topic;
   const std::set<std::string> topics = topics_of(bag_->files, {"sensor_msgs/CameraInfo"});
   // Some drivers call their images /axis/compressed, and have /axis/camera_info beside them.
-  const std::string beside = topic_.substr(0, topic_.rfind('/') + 1) + "camera_info";
+  const std::string default_topic = topic_.substr(0, topic_.rfind('/') + 1) + "camera_info";
   const bool is_there = std::any_of(topics.begin(), topics.end(),
                                     [&](const std::string& topic) { return same_topic(topic, wanted); });
-  const bool is_beside = camera_info_topic.empty() && !is_there;
+  const bool uses_default_topic = camera_info_topic.empty() && !is_there;
   const auto fail = [&](const std::string& problem) { throw std::runtime_error(path_ + ": " + problem); };
   for (const std::string& topic : topics) {
-    if (!same_topic(topic, is_beside ? beside : wanted)) continue;
+    if (!same_topic(topic, uses_default_topic ? default_topic : wanted)) continue;
     rosbag::View view;
     add_topic(bag_->files, topic, &view);
     if (view.begin() == view.end()) break;

@@ -141,8 +141,8 @@ void draw_axes(const ObjectAxes& axes, cv::Mat& canvas) {
     const cv::Scalar color = std::array{kAxisX, kAxisY, kAxisZ}[static_cast<std::size_t>(i)];
     const Eigen::Vector2d& tip = axes.tips_px[static_cast<std::size_t>(i)];
     cv::line(canvas, point(axes.origin_px), point(tip), color, thickness, cv::LINE_AA, kShift);
-    const cv::Point beside(cvRound(tip.x()) + 2 * thickness, cvRound(tip.y()));
-    cv::putText(canvas, std::string(1, "xyz"[i]), beside, cv::FONT_HERSHEY_SIMPLEX,
+    const cv::Point label_origin(cvRound(tip.x()) + 2 * thickness, cvRound(tip.y()));
+    cv::putText(canvas, std::string(1, "xyz"[i]), label_origin, cv::FONT_HERSHEY_SIMPLEX,
                 std::max(0.4, canvas.cols / 1000.0), color, 1, cv::LINE_AA);
   }
 }

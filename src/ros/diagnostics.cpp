@@ -21,7 +21,7 @@ bool needs_help(std::uint8_t reason) {
 }
 
 /// The state alone does not say so: that of an image which was refused is the one before it.
-bool is_posed(const TrackerStatus& status) {
+bool has_pose(const TrackerStatus& status) {
   if (status.state != TrackerStatus::TRACKING) return false;
   switch (status.reason) {
     case TrackerStatus::OK:
@@ -44,7 +44,7 @@ void fill_summary(const Health& health, diagnostic_updater::DiagnosticStatusWrap
     status.summary(DiagnosticStatus::WARN, "no image yet");
   } else if (needs_help(last.reason)) {
     status.summary(DiagnosticStatus::ERROR, words);
-  } else if (!is_posed(last)) {
+  } else if (!has_pose(last)) {
     status.summary(DiagnosticStatus::WARN, words);
   } else if (10 * health.recent_drops > health.recent_frames) {  // a tenth: seen as jerks
     status.summary(DiagnosticStatus::WARN, words + ", but more than a tenth of the images is dropped");

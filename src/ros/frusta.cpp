@@ -35,7 +35,7 @@ bool is_in_view(const CameraParameters& camera, const Eigen::Vector3d& x_in_came
   return u >= 0 && v >= 0 && u <= camera.width && v <= camera.height;
 }
 
-bool look_alike(const Rigid3& a, const Rigid3& b, double depth) {
+bool is_same_view(const Rigid3& a, const Rigid3& b, double depth) {
   return (a.translation - b.translation).norm() < 0.5 * depth &&
          rotation_angle_between(a.rotation, b.rotation) < kTurned;
 }
@@ -83,7 +83,7 @@ std::vector<KeyframePose> thinned_keyframes(const std::vector<KeyframePose>& key
   std::vector<KeyframePose> drawn;
   for (auto k = keyframes.rbegin(); k != keyframes.rend() && drawn.size() < kMostDrawn; ++k) {
     const bool hidden = std::any_of(drawn.begin(), drawn.end(), [&](const KeyframePose& other) {
-      return look_alike(k->map_from_camera, other.map_from_camera, depth);
+      return is_same_view(k->map_from_camera, other.map_from_camera, depth);
     });
     if (!hidden) drawn.push_back(*k);
   }

@@ -105,7 +105,7 @@ FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
   report.epoch += epoch_base_;
   calibration_ = report.calibration = camera->source;
   if (report.map_id > 0) report.map_id += epoch_base_;
-  for (std::uint32_t& id : report.kept_maps) id += epoch_base_;
+  for (std::uint32_t& id : report.inactive_maps) id += epoch_base_;
   remember(report);
   return report;
 }
@@ -113,7 +113,7 @@ FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
 void LiveTracker::remember(const FrameReport& report) {
   of_map_.map_id = report.map_id;
   of_map_.corrections = report.corrections;
-  of_map_.kept_maps = report.kept_maps;
+  of_map_.inactive_maps = report.inactive_maps;
   of_map_.scale = report.scale;
   of_map_.keyframes = report.keyframes;
   of_map_.landmarks = report.landmarks;
@@ -238,8 +238,8 @@ bool LiveTracker::restart() {
   return true;
 }
 
-std::vector<PosedFrame> LiveTracker::trajectory() const {
-  return tracker_ ? tracker_->trajectory() : std::vector<PosedFrame>();
+std::vector<RegisteredFrame> LiveTracker::trajectory() const {
+  return tracker_ ? tracker_->trajectory() : std::vector<RegisteredFrame>();
 }
 
 void LiveTracker::wait_for_mapping() {

@@ -85,7 +85,7 @@ class LiveTracker {
   /// from any thread.
   void cancel();
   /// As Tracker::trajectory; nothing before the first calibration.
-  std::vector<PosedFrame> trajectory() const;
+  std::vector<RegisteredFrame> trajectory() const;
   /// Returns when the mapper has nothing left to do.
   void wait_for_mapping();
 

@@ -32,7 +32,7 @@ std::string MapPlacement::follow(const std_msgs::Header& image_header, const Fra
   present_.reset();
   follow_moves(report);
   if (report.map_from_camera) {
-    present_ = Posed{image_header, moved_from_map_ * *report.map_from_camera, report.scale};
+    present_ = PresentPose{image_header, moved_from_map_ * *report.map_from_camera, report.scale};
   }
   if (!scale_from_odometry_) return "";
   follow_map(report);

@@ -33,7 +33,7 @@ class MapPlacement {
   std::string place(const geometry_msgs::PoseWithCovarianceStamped& pose);
 
  private:
-  struct Posed {
+  struct PresentPose {
     std_msgs::Header header;
     Rigid3 map_from_camera;
     ScaleSource scale = ScaleSource::kMapUnits;
@@ -48,7 +48,7 @@ class MapPlacement {
   const bool scale_from_odometry_;
   const OutputFrames& frames_;
   LiveTracker& tracker_;
-  std::optional<Posed> present_;  // none while the camera is lost, or not looked for
+  std::optional<PresentPose> present_;  // none while the camera is lost, or not looked for
   OdometryScale odometry_scale_;
   MapState state_;
   // By what ~initialpose has moved the map since the newest report that knows of all moves.

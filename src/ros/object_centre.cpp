@@ -6,7 +6,7 @@ namespace mono_pose_tracker {
 namespace {
 
 // On either side, of the points: more than that are rarely wrong.
-constexpr double kLeftOut = 0.05;
+constexpr double kExcludedShare = 0.05;
 
 }  // namespace
 
@@ -14,7 +14,7 @@ std::optional<ObjectBox> box_of(const std::vector<ColoredPoint>& points) {
   if (points.empty()) return std::nullopt;
   ObjectBox box;
   std::vector<float> values(points.size());
-  const auto left_out = static_cast<std::ptrdiff_t>(kLeftOut * static_cast<double>(points.size()));
+  const auto excluded = static_cast<std::ptrdiff_t>(kExcludedShare * static_cast<double>(points.size()));
   for (int axis = 0; axis < 3; ++axis) {
     std::transform(points.begin(), points.end(), values.begin(),
                    [axis](const ColoredPoint& point) { return point.x_in_map[axis]; });
@@ -22,7 +22,7 @@ std::optional<ObjectBox> box_of(const std::vector<ColoredPoint>& points) {
       std::nth_element(values.begin(), values.begin() + rank, values.end());
       return values[static_cast<std::size_t>(rank)];
     };
-    const double low = at(left_out), high = at(static_cast<std::ptrdiff_t>(values.size()) - 1 - left_out);
+    const double low = at(excluded), high = at(static_cast<std::ptrdiff_t>(values.size()) - 1 - excluded);
     box.centre[axis] = 0.5 * (low + high);
     box.extent = std::max(box.extent, high - low);
   }

@@ -101,7 +101,8 @@ std::optional<ObjectBox> OutputFrames::object_in_world() const {
 
 FrameReport OutputFrames::in_world(FrameReport report) const {
   const Rigid3 world_from_map = this->world_from_map();
-  for (PosedFrame& frame : report.corrected) frame.map_from_camera = world_from_map * frame.map_from_camera;
+  for (RegisteredFrame& frame : report.corrected)
+    frame.map_from_camera = world_from_map * frame.map_from_camera;
   if (!report.map_from_camera) return report;
   const PoseEstimate pose = world_from_map * PoseEstimate{*report.map_from_camera, report.covariance};
   report.map_from_camera = pose.b_from_a;
@@ -185,42 +186,42 @@ void OutputFrames::tell_ways_to_metres() const {
           "or leave ~base_frame and ~odom_frame empty");
 }
 
-std::optional<OutputFrames::BodyPose> OutputFrames::body_pose(const std_msgs::Header& image_header,
-                                                              const FrameReport& report) const {
+std::optional<OutputFrames::PublishedPose> OutputFrames::published_pose(const std_msgs::Header& image_header,
+                                                                        const FrameReport& report) const {
   const std::string camera = camera_frame(image_header);
   if (mixes_units(camera, report.scale)) {
     tell_ways_to_metres();
     return std::nullopt;
   }
-  std::string body = camera;
-  PoseEstimate world_from_body{*report.map_from_camera, report.covariance};
+  std::string tracked_frame = camera;
+  PoseEstimate world_from_tracked{*report.map_from_camera, report.covariance};
   PoseEstimate own{*report.map_from_camera, report.covariance - report.map_covariance};
   if (!options_.base_frame.empty() && options_.base_frame != camera) {
     // At the image's time: the camera may be on a neck that turns.
     const std::optional<Rigid3> camera_from_base = look_up(camera, options_.base_frame, image_header.stamp);
     if (!camera_from_base) return std::nullopt;
-    world_from_body = world_from_body * *camera_from_base;
+    world_from_tracked = world_from_tracked * *camera_from_base;
     own = own * *camera_from_base;
-    body = options_.base_frame;
+    tracked_frame = options_.base_frame;
   }
   if (options_.object_mode) {
-    return BodyPose{body, world(), inverse(world_from_body), inverse(own).covariance};
+    return PublishedPose{tracked_frame, world(), inverse(world_from_tracked), inverse(own).covariance};
   }
-  return BodyPose{world(), body, world_from_body, own.covariance};
+  return PublishedPose{world(), tracked_frame, world_from_tracked, own.covariance};
 }
 
 Rigid3 OutputFrames::map_from_camera(const std_msgs::Header& image_header, ScaleSource scale,
-                                     const Rigid3& world_from_body) const {
+                                     const Rigid3& world_from_tracked) const {
   if (options_.object_mode) throw std::runtime_error("the map is an object: it has no frame to be placed in");
   const std::string camera = camera_frame(image_header);
   if (mixes_units(camera, scale)) {
     throw std::runtime_error("the map is in units of its own yet: it can't be placed in metres");
   }
-  Rigid3 world_from_camera = world_from_body;
+  Rigid3 world_from_camera = world_from_tracked;
   if (!options_.base_frame.empty() && options_.base_frame != camera) {
     const std::optional<Rigid3> base_from_camera = look_up(options_.base_frame, camera, image_header.stamp);
     if (!base_from_camera) throw std::runtime_error("tf does not know where the base has its camera");
-    world_from_camera = world_from_body * *base_from_camera;
+    world_from_camera = world_from_tracked * *base_from_camera;
   }
   return world_from_map().inverse() * world_from_camera;
 }
@@ -230,14 +231,14 @@ std::optional<Rigid3> OutputFrames::odom_from_camera(const std_msgs::Header& ima
 }
 
 std::optional<geometry_msgs::TransformStamped> OutputFrames::transform(const std_msgs::Header& image_header,
-                                                                       const BodyPose& pose) const {
+                                                                       const PublishedPose& pose) const {
   if (!options_.publish_tf) return std::nullopt;
   std::string parent = pose.frame, child = pose.child_frame;
   Rigid3 parent_from_child = pose.frame_from_child.b_from_a;
   if (!options_.odom_frame.empty()) {
-    const std::optional<Rigid3> body_from_odom = look_up(child, options_.odom_frame, image_header.stamp);
-    if (!body_from_odom) return std::nullopt;
-    parent_from_child = parent_from_child * *body_from_odom;
+    const std::optional<Rigid3> tracked_from_odom = look_up(child, options_.odom_frame, image_header.stamp);
+    if (!tracked_from_odom) return std::nullopt;
+    parent_from_child = parent_from_child * *tracked_from_odom;
     child = options_.odom_frame;
   }
   if (options_.invert_tf) {

@@ -65,7 +65,7 @@ class OutputFrames {
   FrameReport in_world(FrameReport report) const;
 
   /// The body in the world; of an object, the object in the body's frame.
-  struct BodyPose {
+  struct PublishedPose {
     std::string frame, child_frame;
     PoseEstimate frame_from_child;
     /// With the map held: of what moves from one image to the next.
@@ -73,18 +73,19 @@ class OutputFrames {
   };
   /// Of a report in the world's frame. Nothing when tf does not know where the base has its camera, or when
   /// the map's units, which are no metres, would be mixed with a robot's metres.
-  std::optional<BodyPose> body_pose(const std_msgs::Header& image_header, const FrameReport& report) const;
+  std::optional<PublishedPose> published_pose(const std_msgs::Header& image_header,
+                                              const FrameReport& report) const;
 
   /// Where the camera would be in the map (not the world) if the body were there. Throws std::runtime_error
   /// where nobody can say, the map is an object, or its units would be mixed with a robot's metres.
   Rigid3 map_from_camera(const std_msgs::Header& image_header, ScaleSource scale,
-                         const Rigid3& world_from_body) const;
+                         const Rigid3& world_from_tracked) const;
   /// The camera as odometry has it, its place on the robot included; nothing when tf does not know.
   std::optional<Rigid3> odom_from_camera(const std_msgs::Header& image_header) const;
 
   /// What tf shall get; nothing when it is not to have any, or must not: a frame would get a second parent.
   std::optional<geometry_msgs::TransformStamped> transform(const std_msgs::Header& image_header,
-                                                           const BodyPose& pose) const;
+                                                           const PublishedPose& pose) const;
 
   /// tf of what rviz follows: ~view_frame, where the camera is in the world; of an object also its middle,
   /// with its axes (~view_frame with _object behind it). Nothing when none is wanted.

@@ -56,17 +56,17 @@ Publishers::Publishers(const OutputFrames& frames, int path_max_length, ros::Nod
 
 void Publishers::publish_frame(const std_msgs::Header& image_header, const ros::Time& arrival,
                                const FrameReport& report) {
-  std::optional<OutputFrames::BodyPose> body;
-  if (report.map_from_camera) body = frames_.body_pose(image_header, report);
-  remember(report, body);
-  withholds_pose_ = body && keeps_odom_of_another_map(report);
-  if (body && !withholds_pose_) {
-    publish_pose(image_header, arrival, report, *body);
+  std::optional<OutputFrames::PublishedPose> published;
+  if (report.map_from_camera) published = frames_.published_pose(image_header, report);
+  remember(report, published);
+  withholds_pose_ = published && keeps_odom_of_another_map(report);
+  if (published && !withholds_pose_) {
+    publish_pose(image_header, arrival, report, *published);
   } else {
     previous_.reset();  // where the camera went meanwhile is not known
   }
   publish_view(image_header, report);
-  if (body && frames_.options().object_mode) points_.publish();
+  if (published && frames_.options().object_mode) points_.publish();
 }
 
 void Publishers::drop_map() {
@@ -82,9 +82,9 @@ void Publishers::drop_map() {
 void Publishers::move_world(const Rigid3& new_world_from_world) {
   previous_.reset();  // what lies between is no velocity
   const std::lock_guard<std::mutex> lock(mutex_);
-  std::vector<PosedFrame> moved;
-  for (const Posed& posed : poses_) {
-    moved.push_back({0, posed.camera.stamp_ns, new_world_from_world * posed.camera.map_from_camera});
+  std::vector<RegisteredFrame> moved;
+  for (const PathEntry& entry : poses_) {
+    moved.push_back({0, entry.camera.stamp_ns, new_world_from_world * entry.camera.map_from_camera});
   }
   correct(moved, std::nullopt);
   keyframes_moved_ = true;
@@ -105,8 +105,8 @@ void Publishers::publish_view(const std_msgs::Header& image_header, const FrameR
 }
 
 void Publishers::publish_pose(const std_msgs::Header& image_header, const ros::Time& arrival,
-                              const FrameReport& report, const OutputFrames::BodyPose& body) {
-  if (const auto transform = frames_.transform(image_header, body)) {
+                              const FrameReport& report, const OutputFrames::PublishedPose& published) {
+  if (const auto transform = frames_.transform(image_header, published)) {
     broadcaster_.sendTransform(*transform);
     const std::lock_guard<std::mutex> lock(mutex_);
     map_to_odom_ = transform;
@@ -115,15 +115,16 @@ void Publishers::publish_pose(const std_msgs::Header& image_header, const ros::T
   }
   geometry_msgs::PoseWithCovarianceStamped pose;
   pose.header = image_header;
-  pose.header.frame_id = body.frame;
-  pose.pose = to_pose_with_covariance(body.frame_from_child);
+  pose.header.frame_id = published.frame;
+  pose.pose = to_pose_with_covariance(published.frame_from_child);
   pose_.publish(pose);
   nav_msgs::Odometry odometry;
   odometry.header = pose.header;
-  odometry.child_frame_id = body.child_frame;
+  odometry.child_frame_id = published.child_frame;
   odometry.pose = pose.pose;
   // Both images see the same map: what is uncertain of that is no uncertainty of the way between them.
-  const StampedEstimate current{report.stamp_ns, {body.frame_from_child.b_from_a, body.own_covariance}};
+  const StampedEstimate current{report.stamp_ns,
+                                {published.frame_from_child.b_from_a, published.own_covariance}};
   if (tells_velocity(report)) {
     odometry.twist = to_twist(*previous_, current);
   } else {
@@ -146,10 +147,12 @@ bool Publishers::tells_velocity(const FrameReport& report) const {
 // robot that plans in map does not see it turn into another one.
 bool Publishers::keeps_odom_of_another_map(const FrameReport& report) const {
   if (frames_.options().odom_frame.empty() || report.map_id == odom_map_) return false;
-  return std::find(report.kept_maps.begin(), report.kept_maps.end(), odom_map_) != report.kept_maps.end();
+  return std::find(report.inactive_maps.begin(), report.inactive_maps.end(), odom_map_) !=
+         report.inactive_maps.end();
 }
 
-void Publishers::remember(const FrameReport& report, const std::optional<OutputFrames::BodyPose>& body) {
+void Publishers::remember(const FrameReport& report,
+                          const std::optional<OutputFrames::PublishedPose>& published) {
   const std::lock_guard<std::mutex> lock(mutex_);
   newest_stamp_ns_ = report.stamp_ns;
   world_from_map_ = frames_.world_from_map();
@@ -159,20 +162,21 @@ void Publishers::remember(const FrameReport& report, const std::optional<OutputF
     path_changed_ = true;
     if (report.map_id != odom_map_ && !keeps_odom_of_another_map(report)) map_to_odom_.reset();
   }
-  std::optional<Posed> newest;
-  if (report.map_from_camera && body) newest = Posed{{report.stamp_ns, *report.map_from_camera}, body};
+  std::optional<PathEntry> newest;
+  if (report.map_from_camera && published)
+    newest = PathEntry{{report.stamp_ns, *report.map_from_camera}, published};
   if (!report.corrected.empty()) correct(report.corrected, newest);
   if (!report.withdrawn_ns.empty()) withdraw(report.withdrawn_ns);
   if (!report.map_from_camera) return;
   if (!poses_.empty() && poses_.back().camera.stamp_ns == report.stamp_ns) poses_.pop_back();  // corrected
-  poses_.push_back({{report.stamp_ns, *report.map_from_camera}, body});
+  poses_.push_back({{report.stamp_ns, *report.map_from_camera}, published});
   if (poses_.size() > path_max_length_) poses_.pop_front();
   path_changed_ = true;
 }
 
 void Publishers::withdraw(const std::vector<std::int64_t>& stamps_ns) {
-  const auto is_withdrawn = [&](const Posed& posed) {
-    return std::find(stamps_ns.begin(), stamps_ns.end(), posed.camera.stamp_ns) != stamps_ns.end();
+  const auto is_withdrawn = [&](const PathEntry& entry) {
+    return std::find(stamps_ns.begin(), stamps_ns.end(), entry.camera.stamp_ns) != stamps_ns.end();
   };
   poses_.erase(std::remove_if(poses_.begin(), poses_.end(), is_withdrawn), poses_.end());
   path_changed_ = true;
@@ -199,24 +203,24 @@ void Publishers::repeat_transform() {
 
 // The cameras stand elsewhere; the body keeps its place beside its camera: the one that it had, or, where
 // none is known of a frame, the newest.
-void Publishers::correct(const std::vector<PosedFrame>& frames, const std::optional<Posed>& newest) {
-  std::map<std::int64_t, Posed> known;
-  for (Posed& posed : poses_) known.emplace(posed.camera.stamp_ns, std::move(posed));
+void Publishers::correct(const std::vector<RegisteredFrame>& frames, const std::optional<PathEntry>& newest) {
+  std::map<std::int64_t, PathEntry> known;
+  for (PathEntry& entry : poses_) known.emplace(entry.camera.stamp_ns, std::move(entry));
   poses_.clear();
-  for (const PosedFrame& frame : frames) {
+  for (const RegisteredFrame& frame : frames) {
     const auto before = known.find(frame.stamp_ns);
-    const bool was_known = before != known.end() && before->second.body;
-    Posed posed{{frame.stamp_ns, frame.map_from_camera}, std::nullopt};
+    const bool was_known = before != known.end() && before->second.published;
+    PathEntry entry{{frame.stamp_ns, frame.map_from_camera}, std::nullopt};
     if (was_known || newest) {
-      const Posed& like = was_known ? before->second : *newest;
-      posed.body = like.body;
-      Rigid3& pose = posed.body->frame_from_child.b_from_a;
+      const PathEntry& like = was_known ? before->second : *newest;
+      entry.published = like.published;
+      Rigid3& pose = entry.published->frame_from_child.b_from_a;
       const Rigid3& world_from_camera = like.camera.map_from_camera;
-      pose = posed.body->frame == frames_.world()
+      pose = entry.published->frame == frames_.world()
                  ? frame.map_from_camera * (world_from_camera.inverse() * pose)
                  : (pose * world_from_camera) * frame.map_from_camera.inverse();
     }
-    poses_.push_back(std::move(posed));
+    poses_.push_back(std::move(entry));
     if (poses_.size() > path_max_length_) poses_.pop_front();
   }
   path_changed_ = true;
@@ -226,7 +230,7 @@ std::vector<KeyframePose> Publishers::trajectory() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   std::vector<KeyframePose> poses;
   poses.reserve(poses_.size());
-  for (const Posed& posed : poses_) poses.push_back(posed.camera);
+  for (const PathEntry& entry : poses_) poses.push_back(entry.camera);
   return poses;
 }
 
@@ -316,12 +320,12 @@ std::optional<nav_msgs::Path> Publishers::path() const {
   if (!has_path_) return std::nullopt;
   nav_msgs::Path path;
   path.header = header_locked();
-  for (const Posed& posed : poses_) {
-    if (!posed.body) continue;
+  for (const PathEntry& entry : poses_) {
+    if (!entry.published) continue;
     geometry_msgs::PoseStamped pose;
-    pose.header.frame_id = path.header.frame_id = posed.body->frame;
-    pose.header.stamp = to_ros_time(posed.camera.stamp_ns);
-    pose.pose = to_pose(posed.body->frame_from_child.b_from_a);
+    pose.header.frame_id = path.header.frame_id = entry.published->frame;
+    pose.header.stamp = to_ros_time(entry.camera.stamp_ns);
+    pose.pose = to_pose(entry.published->frame_from_child.b_from_a);
     path.poses.push_back(std::move(pose));
   }
   return path;
@@ -335,9 +339,9 @@ std::optional<sensor_msgs::PointCloud2> Publishers::camera_positions() const {
     if (!has_path_) return std::nullopt;
     header = header_locked();
     positions.reserve(poses_.size());
-    for (const Posed& posed : poses_) {
+    for (const PathEntry& entry : poses_) {
       const double age = 1 - static_cast<double>(positions.size() + 1) / static_cast<double>(poses_.size());
-      positions.push_back(camera_position(posed.camera, age));
+      positions.push_back(camera_position(entry.camera, age));
     }
   }
   return to_point_cloud(header, positions);

@@ -76,16 +76,16 @@ class Publishers {
 
  private:
   /// A frame's place on ~path, which is the body's, and on ~camera_positions.
-  struct Posed {
+  struct PathEntry {
     KeyframePose camera;
-    std::optional<OutputFrames::BodyPose> body;
+    std::optional<OutputFrames::PublishedPose> published;
   };
   bool keeps_odom_of_another_map(const FrameReport& report) const;
-  void correct(const std::vector<PosedFrame>& frames, const std::optional<Posed>& newest);
+  void correct(const std::vector<RegisteredFrame>& frames, const std::optional<PathEntry>& newest);
   void withdraw(const std::vector<std::int64_t>& stamps_ns);
-  void remember(const FrameReport& report, const std::optional<OutputFrames::BodyPose>& body);
+  void remember(const FrameReport& report, const std::optional<OutputFrames::PublishedPose>& published);
   void publish_pose(const std_msgs::Header& image_header, const ros::Time& arrival, const FrameReport& report,
-                    const OutputFrames::BodyPose& body);
+                    const OutputFrames::PublishedPose& published);
   bool tells_velocity(const FrameReport& report) const;
   /// For eyes: the frame that rviz follows, and the camera's frustum.
   void publish_view(const std_msgs::Header& image_header, const FrameReport& report);
@@ -123,7 +123,7 @@ class Publishers {
   std::optional<geometry_msgs::TransformStamped> map_to_odom_;  // the last
   std::uint32_t odom_map_ = 0;                                  // that it is of
   ros::Time map_to_odom_arrival_, repeated_stamp_;              // its image's arrival
-  std::deque<Posed> poses_;
+  std::deque<PathEntry> poses_;
   std::int64_t newest_stamp_ns_ = 0;
   Rigid3 world_from_map_;  // at that stamp
   std::uint32_t epoch_ = 0;

@@ -29,7 +29,7 @@ void StatusBoard::count_received() {
 void StatusBoard::publish(const std_msgs::Header& header, const FrameReport& report,
                           Clock::time_point arrival) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (report.map_from_camera) ++posed_;
+  if (report.map_from_camera) ++registered_;
   state_ = report.state;
   publish_locked(to_status(report), header, arrival);
 }
@@ -49,11 +49,11 @@ void StatusBoard::publish_unprocessed(const std_msgs::Header& header, Reason rea
   report.keyframes = static_cast<int>(summary_.last.keyframes);
   report.landmarks = static_cast<int>(summary_.last.landmarks);
   report.scale = static_cast<ScaleSource>(summary_.last.scale);
-  const bool is_left_out = reason == Reason::kDropped || reason == Reason::kStaleStamp;
-  if (is_left_out) ++dropped_;
+  const bool is_excluded = reason == Reason::kDropped || reason == Reason::kStaleStamp;
+  if (is_excluded) ++dropped_;
   const TrackerStatus processed = summary_.last;
   publish_locked(to_status(report), header, arrival);
-  if (!is_left_out) return;
+  if (!is_excluded) return;
   // One image left out says nothing about how tracking goes: the summary stays that of the last one
   // processed.
   summary_.last = processed;
@@ -80,7 +80,7 @@ void StatusBoard::publish_locked(TrackerStatus status, const std_msgs::Header& h
                                  Clock::time_point arrival) {
   status.header = header;
   status.frames_received = received_;
-  status.frames_posed = posed_;
+  status.frames_posed = registered_;
   status.frames_dropped = dropped_;
   status.rectified = rectification_.is_rectified;
   status.rectified_reason = rectification_.reason;

@@ -48,7 +48,7 @@ class StatusBoard {
   const Rectification rectification_;
   ros::Publisher publisher_;
   mutable std::mutex mutex_;  // guards what follows; statuses leave in the order of their counts
-  std::uint32_t received_ = 0, posed_ = 0, dropped_ = 0;
+  std::uint32_t received_ = 0, registered_ = 0, dropped_ = 0;
   State state_ = State::kWaitingForCameraInfo;  // of the last image processed
   Summary summary_;
 };

@@ -70,9 +70,9 @@ Color CompositeScene::gloss(const Hit& hit, const Vector3d& x_in_map, const Vect
                            part.part_from_map.rotation * to_camera, in_part(part.part_from_map, lighting));
 }
 
-bool CompositeScene::is_body(const Hit& hit) const {
+bool CompositeScene::is_object(const Hit& hit) const {
   const Part& part = part_of(hit);
-  return part.is_body && part.scene->is_body(in_part(part.part_from_map, hit));
+  return part.is_object && part.scene->is_object(in_part(part.part_from_map, hit));
 }
 
 }  // namespace mono_pose_tracker

@@ -14,7 +14,7 @@ class CompositeScene : public Scene {
   struct Part {
     std::shared_ptr<const Scene> scene;
     Rigid3 part_from_map;
-    bool is_body;  // whether it may be of the body that is tracked; its scene says where
+    bool is_object;  // whether it may be of the body that is tracked; its scene says where
   };
 
   /// Parts have fewer than 1000 surfaces each.
@@ -26,7 +26,7 @@ class CompositeScene : public Scene {
   Color irradiance(const Hit& hit, const Eigen::Vector3d& x_in_map, const Lighting& lighting) const override;
   Color gloss(const Hit& hit, const Eigen::Vector3d& x_in_map, const Eigen::Vector3d& to_camera,
               const Lighting& lighting) const override;
-  bool is_body(const Hit& hit) const override;
+  bool is_object(const Hit& hit) const override;
 
  private:
   const Part& part_of(const Hit& hit) const;

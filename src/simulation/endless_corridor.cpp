@@ -20,7 +20,7 @@ constexpr double kHalfWidth = 1.2, kHalfHeight = 1.3;
 constexpr double kSpeed = 0.25;
 constexpr double kAskance = 60;  // degrees from the way ahead to the right
 // Where the walls are lost in the dark: beyond, their pattern would be finer than pixels.
-constexpr double kSight = 8;
+constexpr double kLightRange = 8;
 // The pattern is of pieces, each with a seed of its own: far along, a float would not tell a pattern's
 // places.
 constexpr double kPiece = 32;
@@ -74,10 +74,10 @@ float EndlessCorridor::grey(const Eigen::Vector3d& from, const Eigen::Vector3d& 
     const double distance = (std::copysign(half[a], along[a]) - from[a]) / along[a];
     if (distance < nearest) nearest = distance, axis = a;
   }
-  if (nearest >= kSight) return 20;
+  if (nearest >= kLightRange) return 20;
   const Eigen::Vector3d x = from + nearest * along;
   const std::uint32_t wall = hash_cell(static_cast<std::uint32_t>(options_.seed), axis, along[axis] > 0);
-  const auto light = static_cast<float>(1 - nearest / kSight);
+  const auto light = static_cast<float>(1 - nearest / kLightRange);
   return 20 + light * (pattern(wall, x.x(), x[3 - axis]) - 20);
 }
 

@@ -143,7 +143,7 @@ FeatureWalk corridor_walk(std::uint64_t seed) {
   return builder.finish(rounded_way(plan, 0.5 * kStride), plan.aside_deg);
 }
 
-FeatureWalk alike_rooms_walk(std::uint64_t seed) {
+FeatureWalk repetitive_corridor_walk(std::uint64_t seed) {
   constexpr double kWall = 4;  // m from the way
   const PlanWall wall{{-kWall, -8}, {-kWall, 60}};
   WalkBuilder builder(seed);

@@ -37,7 +37,7 @@ FeatureWalk figure_eight_walk(std::uint64_t seed);
 /// and little of its own between two. Nothing is seen twice but its end.
 FeatureWalk corridor_walk(std::uint64_t seed);
 /// Along a wall, past a room and 28 m on another with the same furniture: nothing is seen twice.
-FeatureWalk alike_rooms_walk(std::uint64_t seed);
+FeatureWalk repetitive_corridor_walk(std::uint64_t seed);
 /// Round a column in a hall, looking outwards, 1.2 times: a loop of 25 m for quick tests.
 FeatureWalk ring_walk(std::uint64_t seed);
 

@@ -57,7 +57,7 @@ std::vector<GrowthStep> run_growth_study(const FeatureWalk& walk, const CameraMo
   std::vector<GrowthStep> steps;
   for (int i = 2; i < static_cast<int>(walk.camera_from_world.size()) && steps.size() < sizes.size(); ++i) {
     if (!follower.follow(walk_frame(walk, camera, i, kNoise, random))) {
-      throw std::runtime_error("frame " + std::to_string(i) + " of the walk was not posed");
+      throw std::runtime_error("frame " + std::to_string(i) + " of the walk was not registered");
     }
     last_ms.push_back(1e3 * follower.insert_seconds());
     if (last_ms.size() > kMean) last_ms.pop_front();

@@ -178,7 +178,7 @@ void Renderer::shade_row(const Scene& scene, const Rigid3& map_from_camera, cons
                          Picture* picture) const {
   for (int column = 0; column < camera_.width(); ++column) {
     const Hit& hit = geometry.pixels[static_cast<std::size_t>(row) * camera_.width() + column].hit;
-    picture->mask.at<std::uint8_t>(row, column) = hit.surface >= 0 && scene.is_body(hit) ? 255 : 0;
+    picture->mask.at<std::uint8_t>(row, column) = hit.surface >= 0 && scene.is_object(hit) ? 255 : 0;
     cv::Vec3f& color = picture->color.at<cv::Vec3f>(row, column);
     const cv::Vec3f& behind = background.at<cv::Vec3f>(row, column);
     if (!even_surface(geometry, row, column)) {

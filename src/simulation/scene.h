@@ -54,7 +54,7 @@ class Scene {
   }
 
   /// Whether the surface is of the body that is tracked, and in its masks.
-  virtual bool is_body(const Hit& /*hit*/) const { return true; }
+  virtual bool is_object(const Hit& /*hit*/) const { return true; }
 };
 
 }  // namespace mono_pose_tracker

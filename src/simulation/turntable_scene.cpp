@@ -59,6 +59,6 @@ Color TurntableScene::irradiance(const Hit& hit, const Vector3d& x, const Lighti
   return skin_light(hit.normal_in_map.cast<float>(), head, lighting);
 }
 
-bool TurntableScene::is_body(const Hit& hit) const { return hit.surface == kTop; }
+bool TurntableScene::is_object(const Hit& hit) const { return hit.surface == kTop; }
 
 }  // namespace mono_pose_tracker

@@ -16,7 +16,7 @@ class TurntableScene : public Scene {
   double free_distance(const Ray& axis, double slope) const override;
   Color albedo(const Hit& hit, const Eigen::Vector3d& x, float footprint) const override;
   Color irradiance(const Hit& hit, const Eigen::Vector3d& x, const Lighting& lighting) const override;
-  bool is_body(const Hit& hit) const override;
+  bool is_object(const Hit& hit) const override;
 
  private:
   std::uint32_t seed_;

@@ -159,7 +159,7 @@ void print(const std::vector<EvaluatedMap>& maps, const Arguments& arguments) {
     }
     std::printf("\n");
   }
-  if (maps.size() > 1) std::printf("the map that most frames are posed in:\n");
+  if (maps.size() > 1) std::printf("the map with the most registered frames:\n");
   print_table(*main_map(maps).error, arguments);
 }
 

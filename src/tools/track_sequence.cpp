@@ -54,23 +54,23 @@ class Progress {
 
   void show(const FrameReport& report) {
     ++count_;
-    const bool posed = report.map_from_camera.has_value();
+    const bool has_pose = report.map_from_camera.has_value();
     const std::string size =
         std::to_string(report.keyframes) + " keyframes, " + std::to_string(report.landmarks) + " points";
     if (bar_.is_shown()) {
       bar_.advance(to_string(report.state) + (", " + size));
-    } else if (!quiet_ && (posed != was_posed_ || count_ % 50 == 0)) {
+    } else if (!quiet_ && (has_pose != had_pose_ || count_ % 50 == 0)) {
       std::fprintf(stderr, "image %d: %s%s%s, %s\n", count_, to_string(report.state),
                    report.reason_text.empty() ? "" : ", ", report.reason_text.c_str(), size.c_str());
     }
-    was_posed_ = posed;
+    had_pose_ = has_pose;
   }
 
  private:
   ProgressBar bar_;
   const bool quiet_;
   int count_ = 0;
-  bool was_posed_ = false;
+  bool had_pose_ = false;
 };
 
 // Of images of 16 bits: by the first ones, the same each time that they are read.
@@ -299,9 +299,9 @@ Run track_with_given(const Arguments& a, const TrackerOptions& options, const Re
                      const CameraRefinementOptions& refinement, const CameraParameters& camera) {
   Recording doubted = recording;
   doubted.doubt_of = [&](const Map& map, const std::function<bool()>& cancelled) {
-    CameraRefinementOptions beside = refinement;
-    beside.cancel = [&] { return signals_caught > 0 || cancelled(); };
-    return doubt_of_calibration(beside, camera, map);
+    CameraRefinementOptions cancellable = refinement;
+    cancellable.cancel = [&] { return signals_caught > 0 || cancelled(); };
+    return doubt_of_calibration(cancellable, camera, map);
   };
   Run run = track_all(a, options, camera, doubted);
   if (run.result.tracked) {
@@ -493,7 +493,7 @@ void tell_of_earlier_files(const Arguments& a, const RecordingResult& result) {
 void tell_of_files(const Arguments& a, const Run& run, double seconds) {
   const RecordingResult& result = run.result;
   const Map& map = run.tracker->map();
-  std::printf("%zu of %ld images posed (%ld as they came), %zu keyframes, %zu points, %.1f s%s: %s\n",
+  std::printf("%zu of %ld images registered (%ld as they came), %zu keyframes, %zu points, %.1f s%s: %s\n",
               result.trajectory.size(), static_cast<long>(result.frames_total),
               static_cast<long>(result.frames_posed_live), map.keyframes().size(), map.landmarks().size(),
               seconds, result.rests_on_two_views ? " (two views only: unconfirmed)" : "", a.output.c_str());
@@ -565,7 +565,8 @@ int run(const Arguments& given) {
   const double seconds =
       write_all(a, options, recording, calibration, reference, aligned, *thumbnails, start, &run);
   if (!run.result.tracked) {
-    std::fprintf(stderr, "%s: %s\n", a.localize_only ? "no image could be posed" : "no map could be made",
+    std::fprintf(stderr, "%s: %s\n",
+                 a.localize_only ? "no image could be registered" : "no map could be made",
                  run.result.reason.c_str());
     if (!a.quiet) tell_of_earlier_files(a, run.result);
     return end_status(1);

@@ -9,12 +9,12 @@
 namespace mono_pose_tracker {
 
 bool BodyFollower::follow(const CameraModel& camera, const TrackerOptions& options, Frame* frame) {
-  known_.assign(frame->image->size(), BodySide::kUnknown);
+  known_.assign(frame->image->size(), FeatureMotion::kUnknown);
   for (const Match& m :
        match_descriptors(last_.image->set.descriptors, frame->image->set.descriptors, options.matching)) {
     known_[m.second] = last_.sides[m.first];
   }
-  const std::vector<cv::Point2f> turning = known_pixels(*frame->image, BodySide::kTurns);
+  const std::vector<cv::Point2f> turning = known_pixels(*frame->image, FeatureMotion::kTurns);
   if (turning.size() < kFewest) return false;
   *frame = settle(camera, *frame, turning);
   return true;
@@ -24,7 +24,7 @@ Frame BodyFollower::settle(const CameraModel& camera, const Frame& frame,
                            const std::vector<cv::Point2f>& inliers) {
   divide(frame.image, inliers);
   std::vector<char> turns;
-  for (const BodySide side : last_.sides) turns.push_back(side == BodySide::kTurns);
+  for (const FeatureMotion side : last_.sides) turns.push_back(side == FeatureMotion::kTurns);
   Frame of_body = frame;
   of_body.whole = frame.image;
   of_body.keep_object(select_features(*frame.image, turns, camera.width(), camera.height()));
@@ -35,7 +35,7 @@ void BodyFollower::settle(const std::vector<cv::Point2f>& inliers) {
   if (inliers.size() >= kFewest) divide(last_.image, inliers);
 }
 
-std::vector<cv::Point2f> BodyFollower::known_pixels(const ImageFeatures& image, BodySide side) const {
+std::vector<cv::Point2f> BodyFollower::known_pixels(const ImageFeatures& image, FeatureMotion side) const {
   std::vector<cv::Point2f> pixels;
   for (int f = 0; f < image.size(); ++f) {
     const Eigen::Vector2f& pixel = image.set.features[f].pixel;
@@ -46,15 +46,16 @@ std::vector<cv::Point2f> BodyFollower::known_pixels(const ImageFeatures& image, 
 
 void BodyFollower::divide(ImageFeaturesPtr image, const std::vector<cv::Point2f>& turning) {
   const std::vector<char> nearer =
-      features_of_object(*image, turning, known_pixels(*image, BodySide::kMovesOtherwise));
+      features_of_object(*image, turning, known_pixels(*image, FeatureMotion::kMovesOtherwise));
   last_.sides.clear();
   for (int f = 0; f < image->size(); ++f) {
     const Eigen::Vector2f& pixel = image->set.features[f].pixel;
     // What the body was posed by is not of something else, whatever it was taken for.
     const bool posed =
         std::find(turning.begin(), turning.end(), cv::Point2f(pixel.x(), pixel.y())) != turning.end();
-    const bool turns = known_[f] == BodySide::kUnknown ? nearer[f] != 0 : known_[f] == BodySide::kTurns;
-    last_.sides.push_back(posed || turns ? BodySide::kTurns : BodySide::kMovesOtherwise);
+    const bool turns =
+        known_[f] == FeatureMotion::kUnknown ? nearer[f] != 0 : known_[f] == FeatureMotion::kTurns;
+    last_.sides.push_back(posed || turns ? FeatureMotion::kTurns : FeatureMotion::kMovesOtherwise);
   }
   last_.image = std::move(image);
 }

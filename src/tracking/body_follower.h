@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "map/frame.h"
-#include "map/turning_body.h"
+#include "map/turning_object.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 
@@ -14,7 +14,7 @@ namespace mono_pose_tracker {
 // recording can tell.
 class BodyFollower {
  public:
-  explicit BodyFollower(TurningBody start) : last_(std::move(start)) {}
+  explicit BodyFollower(TurningObject start) : last_(std::move(start)) {}
 
   // Leaves the frame the body's features: those nearer to where it is found by descriptors than to what moves
   // otherwise. False, and all features, where too few of it are found.
@@ -29,13 +29,14 @@ class BodyFollower {
   // As few say nothing of where a body is.
   static constexpr std::size_t kFewest = 8;
 
-  std::vector<cv::Point2f> known_pixels(const ImageFeatures& image, BodySide side) const;
+  std::vector<cv::Point2f> known_pixels(const ImageFeatures& image, FeatureMotion side) const;
   // Every feature of the image is one or the other's: what it was in the image before, or whichever is
   // nearer.
   void divide(ImageFeaturesPtr image, const std::vector<cv::Point2f>& turning);
 
-  TurningBody last_;
-  std::vector<BodySide> known_;  // of the features of the image that was asked for last: by the one before
+  TurningObject last_;
+  std::vector<FeatureMotion>
+      known_;  // of the features of the image that was asked for last: by the one before
 };
 
 }  // namespace mono_pose_tracker

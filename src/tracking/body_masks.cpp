@@ -48,24 +48,24 @@ bool BodyMasks::show(std::int64_t index) const {
                      [&](const BodyTrack& track) { return index <= track.to_index; });
 }
 
-BodyPoints BodyMasks::at(std::int64_t index) const {
+ObjectPoints BodyMasks::at(std::int64_t index) const {
   auto span = spans_.upper_bound(index);
   if (span != spans_.begin()) --span;
-  BodyPoints bodies;
+  ObjectPoints bodies;
   for (const BodyTrack& track : span->second) {
     const auto frames = static_cast<float>(track.to_index - track.from_index);
     const float on = std::clamp(static_cast<float>(index - track.from_index) / frames, 0.0F, 1.0F);
     const Eigen::Vector2f pixel = (1 - on) * track.from + on * track.to;
-    (track.is_other ? bodies.other : bodies.body).emplace_back(pixel.x(), pixel.y());
+    (track.is_other ? bodies.other : bodies.object).emplace_back(pixel.x(), pixel.y());
   }
   return bodies;
 }
 
 cv::Mat BodyMasks::mask(std::int64_t index, const cv::Size& size) const {
-  const BodyPoints bodies = at(index);
+  const ObjectPoints bodies = at(index);
   const cv::Mat1f from_other = distances_from(bodies.other, size);
   cv::Mat mask = from_other <= reach_of(bodies.other);
-  mask &= from_other < distances_from(bodies.body, size);
+  mask &= from_other < distances_from(bodies.object, size);
   if (within_) mask &= within_->mask(index, size);
   return mask;
 }

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "mapping/other_body.h"
-#include "segmentation/body_points.h"
+#include "segmentation/object_points.h"
 
 namespace mono_pose_tracker {
 
@@ -22,7 +22,7 @@ class BodyMasks {
   // Whether features were seen before and after the image, or in it.
   bool show(std::int64_t index) const;
   // The map's body, and the other. index: of the image in the recording. Not when they are empty.
-  BodyPoints at(std::int64_t index) const;
+  ObjectPoints at(std::int64_t index) const;
   // CV_8UC1, 255: of the other body.
   cv::Mat mask(std::int64_t index, const cv::Size& size) const;
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "body_masks.h"
-#include "segmentation/body_outline.h"
+#include "segmentation/object_outline.h"
 
 namespace mono_pose_tracker {
 
@@ -40,7 +40,7 @@ std::set<LandmarkId> landmarks_near(const Map& map, const Eigen::Vector3d& cente
 
 BodyOutlines::BodyOutlines(const RecordingResult& result, const CameraModel& camera)
     : map_(result.maps.front().map), camera_(camera) {
-  for (const PosedFrame& frame : result.trajectory) {
+  for (const RegisteredFrame& frame : result.trajectory) {
     camera_from_map_[frame.index] = frame.map_from_camera.inverse();
   }
   // Frames of a loaded map were seen in another recording.
@@ -57,14 +57,14 @@ BodyOutlines::BodyOutlines(const RecordingResult& result, const CameraModel& cam
 cv::Mat BodyOutlines::outlined(std::int64_t frame_index, const cv::Mat& image, const cv::Mat& mask) const {
   const auto pose = camera_from_map_.find(frame_index);
   if (pose == camera_from_map_.end()) return mask;
-  BodyPoints points;
+  ObjectPoints points;
   for (const LandmarkId l : landmarks_near(map_, pose->second.inverse().translation)) {
     Eigen::Vector2d pixel;
     if (!camera_.project(pose->second * map_.landmark(l)->x_in_map, &pixel)) continue;
-    points.body.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
+    points.object.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
   }
   if (others_ && others_->show(frame_index)) points.other = others_->at(frame_index).other;
-  cv::Mat outline = outline_body(image, points);
+  cv::Mat outline = outline_object(image, points);
   if (outline.empty()) return mask;
   if (mask.empty()) return outline;
   const cv::Mat both = mask & outline;

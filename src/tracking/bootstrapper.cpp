@@ -30,7 +30,7 @@ RelativePoseReport relative_pose(const ViewSet& views, const TrackerOptions& opt
   collect_pair(views, &bearings1, &bearings2);
   RelativePoseOptions pose_options;
   pose_options.ransac = options.ransac(views.focal_px);
-  pose_options.without_chance_pairs = false;  // what is repeated is mistaken for what is beside it
+  pose_options.without_accidental_matches = false;  // what is repeated is mistaken for what is beside it
   RelativePoseReport pose = estimate_relative_pose(bearings1, bearings2, pose_options);
 
   // What a translation would have to explain: the movement that the best rotation leaves over.
@@ -267,7 +267,8 @@ ViewSet Bootstrapper::collect(const std::vector<int>& used, const std::vector<ch
                               std::vector<Frame>* frames) const {
   ViewSet views;
   views.focal_px = camera_.focal();
-  views.has_horizon = !options_.segmentation.wants_turning_body() && !candidates_.front().frame.is_of_object;
+  views.has_horizon =
+      !options_.segmentation.wants_turning_object() && !candidates_.front().frame.is_of_object;
   for (const int i : used) {
     views.images.push_back(candidates_[i].frame.image);
     frames->push_back(candidates_[i].frame);

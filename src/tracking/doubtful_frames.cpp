@@ -7,7 +7,7 @@
 
 namespace mono_pose_tracker {
 
-std::vector<std::int64_t> doubtful_alone(const std::vector<PosedFrame>& trajectory,
+std::vector<std::int64_t> doubtful_alone(const std::vector<RegisteredFrame>& trajectory,
                                          const std::set<std::int64_t>& doubtful) {
   const std::set<std::int64_t> posed = frames_of(trajectory);
   const auto is_sure = [&](std::int64_t frame) { return posed.count(frame) && !doubtful.count(frame); };
@@ -18,7 +18,7 @@ std::vector<std::int64_t> doubtful_alone(const std::vector<PosedFrame>& trajecto
   return alone;
 }
 
-std::set<std::int64_t> runs_without_keyframe(const std::vector<PosedFrame>& trajectory,
+std::set<std::int64_t> runs_without_keyframe(const std::vector<RegisteredFrame>& trajectory,
                                              const std::set<std::int64_t>& keyframes) {
   const auto index = [&](std::size_t i) { return trajectory[i].index; };
   std::set<std::int64_t> apart;

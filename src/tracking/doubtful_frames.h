@@ -11,13 +11,13 @@ namespace mono_pose_tracker {
 
 // Frames of the trajectory whose poses are doubtful, but for those between two that are beyond doubt: such
 // can't be far off, or they were found astray.
-std::vector<std::int64_t> doubtful_alone(const std::vector<PosedFrame>& trajectory,
+std::vector<std::int64_t> doubtful_alone(const std::vector<RegisteredFrame>& trajectory,
                                          const std::set<std::int64_t>& doubtful);
 
 // Frames in a row of which none is a keyframe, and from which the next frame with a pose is farther than they
 // are many: they were found by descriptors alone, each by itself, and nothing that they see near them is in
 // the map. keyframes: frames of these.
-std::set<std::int64_t> runs_without_keyframe(const std::vector<PosedFrame>& trajectory,
+std::set<std::int64_t> runs_without_keyframe(const std::vector<RegisteredFrame>& trajectory,
                                              const std::set<std::int64_t>& keyframes);
 
 // Whether so many doubtful poses of so many may take the path off by more than a known one is

@@ -17,7 +17,7 @@ namespace mono_pose_tracker {
 /// One of the maps that a recording ended in.
 struct FinishedMap {
   std::uint32_t id = 0;
-  std::vector<PosedFrame> trajectory;
+  std::vector<RegisteredFrame> trajectory;
   RegisteredLandmarks registered;  // what the images of the trajectory were posed by
   Map map;
   std::shared_ptr<const MapSnapshot> snapshot;

@@ -4,9 +4,9 @@
 
 namespace mono_pose_tracker {
 
-std::set<std::int64_t> frames_of(const std::vector<PosedFrame>& trajectory) {
+std::set<std::int64_t> frames_of(const std::vector<RegisteredFrame>& trajectory) {
   std::set<std::int64_t> frames;
-  for (const PosedFrame& frame : trajectory) frames.insert(frame.index);
+  for (const RegisteredFrame& frame : trajectory) frames.insert(frame.index);
   return frames;
 }
 

@@ -9,7 +9,7 @@
 
 namespace mono_pose_tracker {
 
-std::set<std::int64_t> frames_of(const std::vector<PosedFrame>& trajectory);
+std::set<std::int64_t> frames_of(const std::vector<RegisteredFrame>& trajectory);
 
 // Whether it came from a file: frames of earlier runs come before 0.
 bool is_loaded(const FinishedMap& map);

@@ -46,10 +46,10 @@ MapSnapshot newest_view_of(const TrackingMapPtr& map) {
 
 namespace {
 
-using FrameIterator = std::vector<PosedFrame>::iterator;
+using FrameIterator = std::vector<RegisteredFrame>::iterator;
 
 // By time, from the poses before and after.
-Rigid3 between(const PosedFrame& before, const PosedFrame& after, std::int64_t stamp_ns) {
+Rigid3 between(const RegisteredFrame& before, const RegisteredFrame& after, std::int64_t stamp_ns) {
   const Rigid3 &a = before.map_from_camera, &b = after.map_from_camera;
   const auto since = static_cast<double>(stamp_ns - before.stamp_ns),
              whole = static_cast<double>(after.stamp_ns - before.stamp_ns);
@@ -59,9 +59,10 @@ Rigid3 between(const PosedFrame& before, const PosedFrame& after, std::int64_t s
 
 // Frames whose own poses hold no more are put between the others; before the first and after the last of
 // these nothing is known of them.
-std::vector<PosedFrame> put_between(std::vector<PosedFrame> frames, const std::set<std::int64_t>& stale) {
-  const auto holds = [&](const PosedFrame& frame) { return stale.count(frame.index) == 0; };
-  std::vector<PosedFrame> result;
+std::vector<RegisteredFrame> put_between(std::vector<RegisteredFrame> frames,
+                                         const std::set<std::int64_t>& stale) {
+  const auto holds = [&](const RegisteredFrame& frame) { return stale.count(frame.index) == 0; };
+  std::vector<RegisteredFrame> result;
   for (FrameIterator frame = frames.begin(); frame != frames.end(); ++frame) {
     if (!holds(*frame)) {
       const FrameIterator after = std::find_if(frame, frames.end(), holds);
@@ -75,11 +76,11 @@ std::vector<PosedFrame> put_between(std::vector<PosedFrame> frames, const std::s
 
 }  // namespace
 
-std::vector<PosedFrame> trajectory_in(const TrackingMap& map, const FramePoses& poses) {
+std::vector<RegisteredFrame> trajectory_in(const TrackingMap& map, const FramePoses& poses) {
   std::map<std::int64_t, KeyframeId> keyframe_of_frame;
   for (const auto& [id, link] : map.removed_keyframes) keyframe_of_frame[link.frame_index] = id;
   for (const auto& [id, keyframe] : map.keyframes) keyframe_of_frame[keyframe.frame_index] = id;
-  std::vector<PosedFrame> frames;
+  std::vector<RegisteredFrame> frames;
   std::set<std::int64_t> stale;
   for (const auto& [index, pose] : poses.all()) {
     // Where a removed keyframe stood was found earlier than a final pose.

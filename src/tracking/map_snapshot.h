@@ -17,6 +17,6 @@ MapSnapshot newest_view_of(const TrackingMapPtr& map);
 
 /// Every frame posed against the map, by index: a keyframe where it is itself, others on their reference;
 /// what was posed while the map was of another geometry between those whose poses hold.
-std::vector<PosedFrame> trajectory_in(const TrackingMap& map, const FramePoses& poses);
+std::vector<RegisteredFrame> trajectory_in(const TrackingMap& map, const FramePoses& poses);
 
 }  // namespace mono_pose_tracker

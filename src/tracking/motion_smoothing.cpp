@@ -113,9 +113,9 @@ class Smoother {
 
 }  // namespace
 
-std::vector<TimedCenter> centers_of(const std::vector<PosedFrame>& frames) {
+std::vector<TimedCenter> centers_of(const std::vector<RegisteredFrame>& frames) {
   std::vector<TimedCenter> centers;
-  for (const PosedFrame& frame : frames) {
+  for (const RegisteredFrame& frame : frames) {
     centers.push_back({frame.stamp_ns, frame.map_from_camera.translation});
   }
   return centers;

@@ -8,7 +8,7 @@
 
 namespace mono_pose_tracker {
 
-std::vector<TimedCenter> centers_of(const std::vector<PosedFrame>& frames);
+std::vector<TimedCenter> centers_of(const std::vector<RegisteredFrame>& frames);
 
 // A frame's camera center and how uncertain the image leaves it; held: it stays where it is.
 struct UncertainCenter : TimedCenter {

@@ -104,7 +104,7 @@ std::size_t pose_together(const Recording& recording, const std::set<std::int64_
   });
   tracker->fill_gaps();
   std::size_t posed = 0;
-  for (const PosedFrame& frame : tracker->trajectory()) {
+  for (const RegisteredFrame& frame : tracker->trajectory()) {
     const auto report = held.find(frame.index);
     if (report == held.end()) continue;
     ++posed;

@@ -51,7 +51,7 @@ struct RecordingResult {
   std::vector<std::string> warnings;          // what makes the result doubtful and what to do
   std::optional<std::string> doubt;           // what doubt_of says, where it was asked and the map is sure
   std::map<std::int64_t, std::string> names;  // of the images, by frame index
-  std::vector<PosedFrame> trajectory;         // after the last optimisation, by index
+  std::vector<RegisteredFrame> trajectory;    // after the last optimisation, by index
   /// All that could not be joined and in which a frame is posed; the trajectory is the first's.
   std::vector<FinishedMap> maps;
   std::vector<ClosedLoop> loops;  // in any of the maps

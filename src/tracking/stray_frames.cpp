@@ -23,12 +23,12 @@ constexpr std::size_t kMostInRun = 60;  // a second at 60 Hz
 constexpr double kTimesLonger = 3;
 constexpr double kLongestS = 1;  // from before a run to after it: what stays away longer may be there
 
-double distance(const PosedFrame& a, const PosedFrame& b) {
+double distance(const RegisteredFrame& a, const RegisteredFrame& b) {
   return (a.map_from_camera.translation - b.map_from_camera.translation).norm();
 }
 
 // The usual speed about frames [first, last], in units a second, without them; negative when nothing tells.
-double speed_about(const std::vector<PosedFrame>& frames, std::size_t first, std::size_t last) {
+double speed_about(const std::vector<RegisteredFrame>& frames, std::size_t first, std::size_t last) {
   std::vector<double> speeds;
   const std::size_t end = std::min(last + kAbout, frames.size() - 1);
   for (std::size_t i = first > kAbout ? first - kAbout : 0; i < end; ++i) {
@@ -40,7 +40,7 @@ double speed_about(const std::vector<PosedFrame>& frames, std::size_t first, std
 }
 
 // The camera steps into the run and out of it, and hardly moves between.
-bool is_entered_by_a_jump(const std::vector<PosedFrame>& frames, std::size_t first, std::size_t last) {
+bool is_entered_by_a_jump(const std::vector<RegisteredFrame>& frames, std::size_t first, std::size_t last) {
   double within = 0;
   for (std::size_t i = first; i < last; ++i) within = std::max(within, distance(frames[i], frames[i + 1]));
   return distance(frames[first - 1], frames[first]) > kTimesLonger * within &&
@@ -48,8 +48,9 @@ bool is_entered_by_a_jump(const std::vector<PosedFrame>& frames, std::size_t fir
 }
 
 // Whether the run of frames is where nothing before and after leads.
-bool is_astray(const std::vector<PosedFrame>& frames, std::size_t first, std::size_t last, double least) {
-  const PosedFrame &before = frames[first - 1], &after = frames[last + 1];
+bool is_astray(const std::vector<RegisteredFrame>& frames, std::size_t first, std::size_t last,
+               double least) {
+  const RegisteredFrame &before = frames[first - 1], &after = frames[last + 1];
   const double speed = speed_about(frames, first, last);
   const double seconds = seconds_between(before.stamp_ns, after.stamp_ns);
   if (speed < 0 || seconds <= 0) return false;
@@ -62,7 +63,7 @@ bool is_astray(const std::vector<PosedFrame>& frames, std::size_t first, std::si
 }
 
 // Whether no camera moves into a longer run nor out of it, while past it the way goes on.
-bool is_elsewhere(const std::vector<PosedFrame>& frames, std::size_t first, std::size_t last,
+bool is_elsewhere(const std::vector<RegisteredFrame>& frames, std::size_t first, std::size_t last,
                   const MotionPrior& prior, double least) {
   if (first < 2 || last + 2 >= frames.size()) return false;
   if (seconds_between(frames[first - 1].stamp_ns, frames[last + 1].stamp_ns) > kLongestS) return false;
@@ -78,7 +79,7 @@ bool is_elsewhere(const std::vector<PosedFrame>& frames, std::size_t first, std:
 }
 
 // Frames that fit into that time.
-std::size_t longest_run(const std::vector<PosedFrame>& frames) {
+std::size_t longest_run(const std::vector<RegisteredFrame>& frames) {
   std::size_t longest = kShortRun;
   for (std::size_t first = 0, last = 0; last < frames.size(); ++last) {
     while (seconds_between(frames[first].stamp_ns, frames[last].stamp_ns) > kLongestS) ++first;
@@ -89,7 +90,7 @@ std::size_t longest_run(const std::vector<PosedFrame>& frames) {
 
 }  // namespace
 
-std::set<std::int64_t> stray_frames(std::vector<PosedFrame> frames, double least) {
+std::set<std::int64_t> stray_frames(std::vector<RegisteredFrame> frames, double least) {
   std::set<std::int64_t> strays;
   const MotionPrior prior(centers_of(frames));
   const std::size_t longest = longest_run(frames);

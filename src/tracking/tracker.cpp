@@ -60,7 +60,7 @@ TrackingMapPtr Tracker::view() const { return impl_->worker().latest(); }
 
 std::shared_ptr<const MapSnapshot> Tracker::snapshot() const { return snapshot_of(view()); }
 
-std::vector<PosedFrame> Tracker::trajectory() const { return impl_->trajectory(); }
+std::vector<RegisteredFrame> Tracker::trajectory() const { return impl_->trajectory(); }
 
 bool Tracker::finish() { return impl_->finish(); }
 

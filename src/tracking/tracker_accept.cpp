@@ -34,7 +34,7 @@ bool Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Res
   }
   end_loss();
   state_ = State::kTracking;
-  if (!map.turning_body && static_cast<int>(map.keyframes.size()) > options_.young_map_keyframes)
+  if (!map.turning_object && static_cast<int>(map.keyframes.size()) > options_.young_map_keyframes)
     bodies_left_ = 0;
 
   const FramePose pose = set_pose(frame, map, resection, Among::kNear);

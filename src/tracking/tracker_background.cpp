@@ -8,14 +8,14 @@ namespace mono_pose_tracker {
 // No object is asked for, and the map is of a place that the camera goes through: what stands still in the
 // image is fixed to the camera.
 bool Tracker::Impl::goes_through(const Map& map) const {
-  return !options_.segmentation.wants_turning_body() && !stays_in_view(map);
+  return !options_.segmentation.wants_turning_object() && !stays_in_view(map);
 }
 
 // Where what was taken for an object before a still background is the view, the mapper tells what is fixed to
 // the camera from it, as words are that a drone writes into its images. An object that has come so near that
 // it reaches beyond the image hides its background.
 void Tracker::Impl::choose_masks(const Frame& frame, const TrackingMap& map, const Rigid3& camera_from_map) {
-  if (!options_.segmentation.is_automatic() || options_.segmentation.wants_turning_body()) return;
+  if (!options_.segmentation.is_automatic() || options_.segmentation.wants_turning_object()) return;
   if (!object_finder_.knows_motion() || motion_map_ != map.map_id) return;
   object_finder_.mask_by_motion(frame.index, !has_left_behind(map, camera_, camera_from_map));
 }
@@ -32,7 +32,7 @@ bool Tracker::Impl::shows_background(const TrackingMap& view, const Map& map,
   if (!looks_for_background() || is_segmented_ || has_earlier_frames(view)) return false;
   const StillBackground background =
       find_still_background(images_in_time(map), in_time, options_.matching, kPlainlyStill,
-                            options_.segmentation.wants_turning_body(), options_.threads);
+                            options_.segmentation.wants_turning_object(), options_.threads);
   return background.exists;
 }
 
@@ -47,7 +47,7 @@ ImageFeaturesPtr Tracker::Impl::features_of(const PreparedImage& image) {
 StillBackground Tracker::Impl::background_of(const std::vector<SeenImage>& images) const {
   const MatchesInTime in_time = match_in_time(images, options_.matching, options_.threads);
   return find_still_background(images, in_time, options_.matching, kFaintlyStill,
-                               options_.segmentation.wants_turning_body(), options_.threads);
+                               options_.segmentation.wants_turning_object(), options_.threads);
 }
 
 }  // namespace mono_pose_tracker

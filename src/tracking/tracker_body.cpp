@@ -19,7 +19,7 @@ Frame Tracker::Impl::followed(const Frame& frame, FrameReport* report) {
 // dropped, and one of that body begun. False when the map goes on.
 bool Tracker::Impl::turn_to_other_body(const TrackingMap& map, const Frame& frame, FrameReport* report) {
   constexpr int kMostLeft = 2;  // of a head, the shoulders below it and the room behind
-  if (pace_ != SearchPace::kLive || !map.turning_body || bodies_left_ >= kMostLeft) return false;
+  if (pace_ != SearchPace::kLive || !map.turning_object || bodies_left_ >= kMostLeft) return false;
   if (options_.localize_only || has_earlier_frames(map)) return false;
   const int left = bodies_left_ + 1;
   const bool begins_anew = others_.empty();
@@ -29,7 +29,7 @@ bool Tracker::Impl::turn_to_other_body(const TrackingMap& map, const Frame& fram
     return false;
   }
   bodies_left_ = left;
-  body_.emplace(*map.turning_body);
+  body_.emplace(*map.turning_object);
   const Frame of_body = followed(frame, report);
   if (begins_anew) {
     const StageTimer timer(report->stages, "bootstrap");

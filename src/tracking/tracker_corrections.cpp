@@ -52,7 +52,7 @@ void Tracker::Impl::follow_mapper() {
 // The mapper keeps no more of what lies beside a capped map than that map may hold.
 void Tracker::Impl::forget_dropped_maps(const TrackingMap& map) {
   if (map.epoch != epoch_) return;  // of a time when others were kept
-  const std::set<std::uint32_t> kept(map.kept_maps.begin(), map.kept_maps.end());
+  const std::set<std::uint32_t> kept(map.inactive_maps.begin(), map.inactive_maps.end());
   for (auto other = others_.begin(); other != others_.end();) {
     const std::uint32_t id = other->first;
     if (kept.count(id)) {

@@ -50,7 +50,7 @@ void Tracker::Impl::complete_map() {
 // The map in which most frames are posed becomes the present one; of equals, the oldest.
 void Tracker::Impl::resume_largest() {
   Mapper& mapper = worker_.mapper();
-  std::vector<std::uint32_t> ids = mapper.kept_maps();
+  std::vector<std::uint32_t> ids = mapper.inactive_maps();
   ids.push_back(worker_.latest()->map_id);
   std::sort(ids.begin(), ids.end());
   const std::uint32_t largest = *std::max_element(
@@ -58,7 +58,7 @@ void Tracker::Impl::resume_largest() {
   mapper.resume(largest, true, epoch_);
   worker_.publish_mapper();
   others_.clear();
-  for (const std::uint32_t id : mapper.kept_maps()) others_[id] = nullptr;
+  for (const std::uint32_t id : mapper.inactive_maps()) others_[id] = nullptr;
 }
 
 // The best of the keyframes nearest in time.
@@ -101,7 +101,7 @@ FrameReport Tracker::Impl::keep_for_later(std::int64_t frame_index, std::int64_t
 // The frames that were posed, with all the features that were found in them.
 std::vector<PosedImage> Tracker::Impl::seen_in(const FinishedMap& map) const {
   std::vector<PosedImage> seen;
-  for (const PosedFrame& frame : map.trajectory) {
+  for (const RegisteredFrame& frame : map.trajectory) {
     if (const ImageFeaturesPtr image = seen_.find(frame.index))
       seen.push_back({frame.index, frame.map_from_camera.inverse(), image});
   }
@@ -186,7 +186,7 @@ std::vector<FinishedMap> Tracker::Impl::maps() {
   if (!present) return {};
   std::vector<FinishedMap> maps = {finished(*present)};
   Mapper& mapper = worker_.mapper();
-  for (const std::uint32_t id : mapper.kept_maps()) {
+  for (const std::uint32_t id : mapper.inactive_maps()) {
     mapper.resume(id, true, epoch_);
     if (!options_.localize_only) mapper.finish();
     apply_corrections(*mapper.tracking_map());  // it may have another size now

@@ -110,7 +110,7 @@ void Tracker::Impl::fill_gaps_beside() {
 
 // Those kept and the present one.
 std::vector<std::uint32_t> Tracker::Impl::all_maps() {
-  std::vector<std::uint32_t> ids = worker_.mapper().kept_maps();
+  std::vector<std::uint32_t> ids = worker_.mapper().inactive_maps();
   ids.push_back(worker_.latest()->map_id);
   return ids;
 }
@@ -127,7 +127,7 @@ void Tracker::Impl::show(std::uint32_t map_id) {
 void Tracker::Impl::begin_in_gaps() {
   const std::uint32_t largest = worker_.latest()->map_id;
   std::set<std::uint32_t> known = {largest};
-  for (const std::uint32_t id : worker_.mapper().kept_maps()) {
+  for (const std::uint32_t id : worker_.mapper().inactive_maps()) {
     show(id);
     others_[id] = worker_.latest();
     known.insert(id);
@@ -170,7 +170,7 @@ void Tracker::Impl::drop_young_maps(const std::set<std::uint32_t>& known) {
   for (const std::uint32_t id : all_maps()) {
     if (known.count(id)) continue;
     show(id);
-    const std::vector<std::uint32_t> kept = worker_.mapper().kept_maps();
+    const std::vector<std::uint32_t> kept = worker_.mapper().inactive_maps();
     const bool young = static_cast<int>(worker_.latest()->keyframes.size()) <= options_.young_map_keyframes;
     if (young && !kept.empty()) go_back_to(kept.front(), false);
   }

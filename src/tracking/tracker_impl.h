@@ -83,7 +83,7 @@ class Tracker::Impl {
   std::optional<SavedMaps> copy_maps();
   void load_maps(SavedMaps saved);
   void restart();
-  std::vector<PosedFrame> trajectory() const;
+  std::vector<RegisteredFrame> trajectory() const;
   KeyframeId reference_of(std::int64_t frame_index, const TrackingMap& map) const;
   bool finish();
   FrameReport keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
@@ -130,7 +130,7 @@ class Tracker::Impl {
   void begin_anew();
   // The body that turns is asked for, and what the images show is needed in the end to find it.
   bool keeps_seen() const {
-    return pace_ == SearchPace::kRecording && options_.segmentation.wants_turning_body();
+    return pace_ == SearchPace::kRecording && options_.segmentation.wants_turning_object();
   }
   std::optional<Frame> make_frame(std::int64_t index, std::int64_t stamp_ns, const PreparedImage& image,
                                   const Segmentation& segmentation, FrameReport* report);

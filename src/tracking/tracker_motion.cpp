@@ -13,7 +13,7 @@ std::set<std::int64_t> Tracker::Impl::settle_motion() {
   const double least = least_stray(*worker_.latest());
   worker_.mapper().settle_motion(least, {});
   follow_mapper();
-  const std::vector<PosedFrame> frames = trajectory();
+  const std::vector<RegisteredFrame> frames = trajectory();
   const std::vector<TimedCenter> centers = centers_of(frames);
   const MotionPrior prior(centers);
   std::set<std::int64_t> unsettled;
@@ -29,13 +29,13 @@ std::set<std::int64_t> Tracker::Impl::settle_motion() {
 void Tracker::Impl::smooth(const std::set<std::int64_t>& wanted) {
   const TrackingMapPtr map = worker_.latest();
   if (wanted.empty() || !map) return;
-  const std::vector<PosedFrame> frames = trajectory();
+  const std::vector<RegisteredFrame> frames = trajectory();
   const auto covariance_of = [&](std::int64_t index) -> const Matrix6d* {
     const auto posed = posed_again_.find(index);
     return wanted.count(index) == 0 || posed == posed_again_.end() ? nullptr : &posed->second;
   };
   std::vector<UncertainCenter> centers;
-  for (const PosedFrame& frame : frames) {
+  for (const RegisteredFrame& frame : frames) {
     UncertainCenter center{{frame.stamp_ns, frame.map_from_camera.translation}};
     if (const Matrix6d* covariance = covariance_of(frame.index)) {
       center.covariance = covariance->topLeftCorner<3, 3>();

@@ -46,7 +46,7 @@ MapperOptions TrackerOptions::mapper(double focal_px) const {
   mapper.bundle = bundle;
   mapper.ransac = ransac(focal_px);
   mapper.min_inliers = resection.min_inliers;
-  mapper.separates_motions = segmentation.wants_turning_body();
+  mapper.separates_motions = segmentation.wants_turning_object();
   mapper.tells_background = segmentation.is_automatic();
   mapper.threads = threads;
   return mapper;
@@ -95,7 +95,8 @@ TrackerOptions options_for_images(const TrackerOptions& given, const cv::Size& i
   const bool has_time = pace == SearchPace::kRecording || load_level <= kTimeToSpare;
   const bool may_be_finer = !is_chosen && !given.sift.sigma && has_time;
   // What turns before the camera is not outlined live: the whole image is searched.
-  const bool is_finer = may_be_finer && pace == SearchPace::kLive && given.segmentation.wants_turning_body();
+  const bool is_finer =
+      may_be_finer && pace == SearchPace::kLive && given.segmentation.wants_turning_object();
   if (is_finer) scale = finer(scale);
   options.sift.first_octave = scale.first_octave;
   options.sift.reduction = scale.reduction;

@@ -150,7 +150,7 @@ std::set<std::int64_t> Tracker::Impl::adjust_frames() {
   FramePoses& poses = frames_[map->map_id];
   std::set<std::int64_t> of_keyframes;
   for (const auto& entry : map->keyframes) of_keyframes.insert(entry.second.frame_index);
-  for (const PosedFrame& frame : trajectory()) {
+  for (const RegisteredFrame& frame : trajectory()) {
     if (of_keyframes.count(frame.index)) continue;
     FramePose pose = *poses.find(frame.index);
     const std::optional<Rigid3> adjusted =

@@ -79,7 +79,7 @@ void Tracker::Impl::finish_report(FrameReport* report) {
     report->landmarks = static_cast<int>(map->landmarks.size());
     // What the frame was posed in: a correction that has come since is the next frame's.
     report->map_id = present_map_;
-    for (const auto& entry : others_) report->kept_maps.push_back(entry.first);
+    for (const auto& entry : others_) report->inactive_maps.push_back(entry.first);
     const auto corrected = times_corrected_.find(present_map_);
     if (corrected != times_corrected_.end()) report->corrections = corrected->second;
     if (!is_corrected_since(*map)) scale_ = map->scale_source;
@@ -288,11 +288,11 @@ void Tracker::Impl::apply_options() {
   worker_.set_options(options_.mapper(camera_.focal()));
 }
 
-std::vector<PosedFrame> Tracker::Impl::trajectory() const {
+std::vector<RegisteredFrame> Tracker::Impl::trajectory() const {
   const TrackingMapPtr map = worker_.latest();
   if (!map) return {};
   const auto frames = frames_.find(map->map_id);
-  return frames == frames_.end() ? std::vector<PosedFrame>() : trajectory_in(*map, frames->second);
+  return frames == frames_.end() ? std::vector<RegisteredFrame>() : trajectory_in(*map, frames->second);
 }
 
 }  // namespace mono_pose_tracker

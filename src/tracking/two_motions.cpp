@@ -144,11 +144,11 @@ TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& sec
   }
   RelativePoseOptions pose_options;
   pose_options.ransac = options.ransac(camera.focal());
-  pose_options.without_chance_pairs = false;  // those of another body lie where that is
+  pose_options.without_accidental_matches = false;  // those of another body lie where that is
   const RelativePoseReport pose = estimate_relative_pose(bearings1, bearings2, pose_options);
   motions.found = pose.success && pose.hypotheses[0].num_inliers >= options.bootstrap.min_landmarks &&
                   pose.hypotheses[0].num_inliers >= kMinRigid * static_cast<double>(moved.size());
-  if (!motions.found || options.segmentation.wants_turning_body()) return motions;
+  if (!motions.found || options.segmentation.wants_turning_object()) return motions;
   const std::vector<cv::Point2f> rigid =
       moved_as(first, second, second_of_first, pose.hypotheses[0].second_from_first, kFewStill * size,
                pose_options.ransac.threshold);

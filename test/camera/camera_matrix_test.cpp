@@ -14,7 +14,7 @@ TEST(CameraMatrix, RoundingIsNoSkew) {
 }
 
 // At row 0, 240 rows from the centre, a skew of 1 px moves pixels by 240 / 480 px.
-TEST(CameraMatrix, ASkewThatHardlyMovesPixelsIsLeftOut) {
+TEST(CameraMatrix, ASkewThatHardlyMovesPixelsIsIgnored) {
   const auto with_skew = [](double skew, double cy) {
     return std::array<double, 9>{500, skew, 320, 0, 480, cy, 0, 0, 1};
   };

@@ -69,7 +69,7 @@ TEST(DoubtError, EachMapIsLaidOverTheReferenceByItself) {
   EXPECT_TRUE(stamps_off(deviations).empty());
 }
 
-TEST(DoubtError, WhatCannotBeComparedIsLeftOut) {
+TEST(DoubtError, PosesWithoutAReferenceAreExcluded) {
   std::vector<StampedPose> reference = walk(60);
   std::vector<ReportedPose> poses = reported(reference, kMap, 1);
   for (int i = 0; i < 9; ++i) poses[i].map_id = 2;  // too few to be aligned

@@ -140,7 +140,7 @@ double repeatability(const std::string& implementation, const cv::Mat& gray, con
   return visible > 0 ? static_cast<double>(repeated) / visible : 0;
 }
 
-class SiftBesideOpencvTest : public testing::TestWithParam<const char*> {
+class SiftAgainstOpencvTest : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
 #ifndef MONO_POSE_TRACKER_WITH_OPENCV_SIFT
@@ -154,14 +154,14 @@ class SiftBesideOpencvTest : public testing::TestWithParam<const char*> {
   std::string folder_;
 };
 
-TEST_P(SiftBesideOpencvTest, AsManyMatchesFitTheTrueGeometry) {
+TEST_P(SiftAgainstOpencvTest, AsManyMatchesFitTheTrueGeometry) {
   const Sequence sequence = read_sequence(folder_, 8);
   const int own = inliers_under_truth(sequence, "own"), opencv = inliers_under_truth(sequence, "opencv");
   EXPECT_GT(opencv, 500);
   EXPECT_GE(own, opencv);
 }
 
-TEST_P(SiftBesideOpencvTest, KeyPointsAreFoundAgainAsOften) {
+TEST_P(SiftAgainstOpencvTest, KeyPointsAreFoundAgainAsOften) {
   const cv::Mat gray = read_sequence(folder_, 1).images.at(0);
   double own = 0, opencv = 0;
   for (const cv::Matx33d& h :
@@ -174,7 +174,7 @@ TEST_P(SiftBesideOpencvTest, KeyPointsAreFoundAgainAsOften) {
   EXPECT_GE(own, opencv);
 }
 
-INSTANTIATE_TEST_SUITE_P(RealImages, SiftBesideOpencvTest,
+INSTANTIATE_TEST_SUITE_P(RealImages, SiftAgainstOpencvTest,
                          testing::Values("templeRing_upright", "fountain", "redkitchen_400", "kitti07_100"));
 
 }  // namespace

@@ -64,7 +64,7 @@ TEST(MotionPrior, HardlyAnythingThatIsUsualIsBeyondItAndWhatIsFlungIs) {
   EXPECT_FALSE(MotionPrior().is_beyond({centers[499], centers[500], centers[501]}, 0.1));
 }
 
-TEST(MotionPrior, AThirdOfAllAstrayIsNotTakenForMotion) {
+TEST(MotionPrior, AThirdOfOutliersIsNotTakenForMotion) {
   std::vector<TimedCenter> centers = walk(300, 0.1, 4);
   const double usual = MotionPrior(centers).sigma_of_change(0.1, 0.1);
   for (std::size_t i = 100; i < 200; i += 3) centers[i].center.x() += 10;
@@ -82,24 +82,26 @@ TEST(MotionPrior, AFewCentersOrStampsThatDoNotGrowTellNothing) {
 
 TEST(MotionLoss, IsNothingForWhatIsUsualAndItsSlopeIsItsDerivative) {
   EXPECT_EQ(motion_cost(9), 0);
-  EXPECT_EQ(motion_slope(9), 0);
+  EXPECT_EQ(motion_loss_derivative(9), 0);
   for (const double squared : {12.0, 20.0, 44.0, 47.0, 100.0, 1e4}) {
     const double step = 1e-4 * squared;
-    EXPECT_NEAR(motion_slope(squared),
+    EXPECT_NEAR(motion_loss_derivative(squared),
                 (motion_cost(squared + step) - motion_cost(squared - step)) / (2 * step), 1e-5);
-    if (motion_bend(squared) > 0) {
-      EXPECT_NEAR(motion_bend(squared),
-                  (motion_slope(squared + step) - motion_slope(squared - step)) / (2 * step), 1e-5);
+    if (motion_loss_second_derivative(squared) > 0) {
+      EXPECT_NEAR(
+          motion_loss_second_derivative(squared),
+          (motion_loss_derivative(squared + step) - motion_loss_derivative(squared - step)) / (2 * step),
+          1e-5);
     }
   }
   // Rounded squares on either side of the width: a loss that bends where it has no slope is none to Ceres.
   double squared = kMotionLossWidth * kMotionLossWidth;
   for (int i = 0; i < 4; ++i) squared = std::nextafter(squared, 0.0);
   for (int i = 0; i < 8; ++i, squared = std::nextafter(squared, 100.0)) {
-    EXPECT_EQ(motion_bend(squared) > 0, motion_slope(squared) > 0) << i;
+    EXPECT_EQ(motion_loss_second_derivative(squared) > 0, motion_loss_derivative(squared) > 0) << i;
   }
   // From far away the pull is that of twice the width.
-  EXPECT_NEAR(motion_slope(1e4) * 100, kMotionLossWidth, 1e-9);
+  EXPECT_NEAR(motion_loss_derivative(1e4) * 100, kMotionLossWidth, 1e-9);
 }
 
 }  // namespace

@@ -60,7 +60,7 @@ TEST(CameraYaml, RectifiedImagesHaveTheProjectionMatrix) {
 }
 
 // As the fisheye calibration of ROS leaves it by default.
-TEST(CameraYaml, ASmallSkewIsLeftOutAndNoted) {
+TEST(CameraYaml, ASmallSkewIsIgnoredAndNoted) {
   TemporaryFolder folder;
   const auto with_skew = [&](const std::string& skew) {
     return folder.write("camera.yaml", replaced("[458.654, 0,", "[458.654, " + skew + ","));

@@ -67,7 +67,7 @@ TEST(FramePoses, LandmarksKeepTheirNamesWhenMapsAreJoined) {
   EXPECT_EQ((*pose.landmarks)[0].landmark, 3) << "a copy may be shared";
 }
 
-TEST(FramePoses, WhatWasPosedInAnotherGeometryIsStaleUntilItIsPosedAgain) {
+TEST(FramePoses, APoseInAnotherGeometryIsStaleUntilItIsEstimatedAgain) {
   FramePoses poses;
   poses.set(0, on(1));
   MapCorrection correction;

@@ -119,7 +119,7 @@ const Sim3 kChange{2.5, Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3
                    Eigen::Vector3d(4, -5, 6)};
 
 // Directions to landmarks that a keyframe sees, in its camera.
-std::vector<Eigen::Vector3d> sights(const Map& map, KeyframeId keyframe) {
+std::vector<Eigen::Vector3d> viewing_rays(const Map& map, KeyframeId keyframe) {
   std::vector<Eigen::Vector3d> directions;
   for (const LandmarkId l : map.keyframe(keyframe)->landmark_of_feature) {
     if (l == kNoLandmark) continue;
@@ -144,7 +144,7 @@ TEST(Map, WhatIsSeenStaysTheSameInAnotherFrameAndUnit) {
   map.check();
   for (const auto& entry : map.keyframes()) {
     const KeyframeId k = entry.first;
-    expect_same(sights(map, k), sights(original, k));
+    expect_same(viewing_rays(map, k), viewing_rays(original, k));
     EXPECT_LT((map.keyframe(k)->center_in_map() - kChange * original.keyframe(k)->center_in_map()).norm(),
               1e-12);
   }
@@ -184,7 +184,7 @@ TEST(Map, TakesInAnotherMap) {
   EXPECT_EQ(map.keyframes().size(), 4u + 4u);
   EXPECT_EQ(map.landmarks().size(), 4u + 5u);
   for (const auto& [id, keyframe] : original.keyframes()) {
-    expect_same(sights(map, id + added.keyframes), sights(original, id));
+    expect_same(viewing_rays(map, id + added.keyframes), viewing_rays(original, id));
     EXPECT_EQ(map.keyframe(id + added.keyframes)->frame_index, keyframe.frame_index);
   }
   Rigid3 removed, before;

@@ -26,15 +26,15 @@ TEST_F(BodyWatchTest, AHeadThatTurnsBeforeAMapOfTheRoomIsFound) {
   const Map map = map_with(false, 100, 300);
   const int keyframes = watch(map);
   ASSERT_GT(keyframes, 3) << "one pair, or two, may be chance";
-  const TurningBody& body = *watch_.found();
+  const TurningObject& body = *watch_.found();
   const int newest = keyframes - 1;
   EXPECT_EQ(body.image, map.keyframe(newest)->image);
   int of_head = 0, of_room = 0, otherwise_of_head = 0;
   for (int f = 0; f < body.image->size(); ++f) {
     const bool is_head = f < head_features(newest);
-    of_head += body.sides[f] == BodySide::kTurns && is_head;
-    of_room += body.sides[f] == BodySide::kTurns && !is_head;
-    otherwise_of_head += body.sides[f] == BodySide::kMovesOtherwise && is_head;
+    of_head += body.sides[f] == FeatureMotion::kTurns && is_head;
+    of_room += body.sides[f] == FeatureMotion::kTurns && !is_head;
+    otherwise_of_head += body.sides[f] == FeatureMotion::kMovesOtherwise && is_head;
   }
   EXPECT_GT(of_head, 25) << "many obey both motions";
   EXPECT_LE(of_room, 3);

@@ -95,13 +95,13 @@ TEST_F(MapperJoiningTest, MapsAreJoinedWhereTheyMeet) {
   for (int i = 4; i <= 10; i += 2) insert(i);
   const TrackingMapPtr old = mapper_.tracking_map();
   mapper_.begin_beside(initial_map(50, 48), 1);
-  EXPECT_EQ(mapper_.kept_maps(), std::vector<std::uint32_t>{old->map_id});
+  EXPECT_EQ(mapper_.inactive_maps(), std::vector<std::uint32_t>{old->map_id});
   for (int i = 46; i >= 32; i -= 2) insert(i);
-  EXPECT_EQ(mapper_.kept_maps().size(), 1u) << "nothing is in view that the old map knows";
+  EXPECT_EQ(mapper_.inactive_maps().size(), 1u) << "nothing is in view that the old map knows";
   EXPECT_NE(mapper_.tracking_map()->map_id, old->map_id);
   int last = 32;
-  while (!mapper_.kept_maps().empty() && last > 8) insert(last -= 2);
-  ASSERT_TRUE(mapper_.kept_maps().empty()) << "they were never joined";
+  while (!mapper_.inactive_maps().empty() && last > 8) insert(last -= 2);
+  ASSERT_TRUE(mapper_.inactive_maps().empty()) << "they were never joined";
   const TrackingMapPtr joined = mapper_.tracking_map();
   EXPECT_EQ(joined->map_id, old->map_id) << "the older map's frame stays";
   ASSERT_EQ(joined->corrections.size(), 1u);
@@ -135,8 +135,8 @@ TEST_F(MapperJoiningTest, AMarkerThatOnlyTheNewerMapSawIsKept) {
   beside.views[1].frame.marker = seen_marker(48);
   mapper_.begin_beside(beside, 1);
   ASSERT_EQ(mapper_.map().scale_source(), ScaleSource::kMarker);
-  for (int i = 46; !mapper_.kept_maps().empty() && i > 8; i -= 2) insert(i);
-  ASSERT_TRUE(mapper_.kept_maps().empty()) << "they were never joined";
+  for (int i = 46; !mapper_.inactive_maps().empty() && i > 8; i -= 2) insert(i);
+  ASSERT_TRUE(mapper_.inactive_maps().empty()) << "they were never joined";
   EXPECT_EQ(mapper_.map().scale_source(), ScaleSource::kMarker);
   const auto centers = [&](std::int64_t frame) {
     for (const auto& [id, keyframe] : mapper_.map().keyframes())
@@ -155,7 +155,7 @@ TEST_F(MapperJoiningTest, KeyframesKeepTheirCovariances) {
   mapper_.begin_beside(initial_map(50, 48), 1);
   mapper_.transform(Sim3(3, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), std::nullopt);
   TrackingMapPtr newer = mapper_.tracking_map();
-  for (int i = 46; !mapper_.kept_maps().empty() && i > 8; i -= 2) {
+  for (int i = 46; !mapper_.inactive_maps().empty() && i > 8; i -= 2) {
     newer = mapper_.tracking_map();
     insert(i);
   }
@@ -213,8 +213,8 @@ TEST_F(MapperJoiningTest, TheOlderMapsFrameStaysWhicheverIsTracked) {
   for (int i = 46; i >= 36; i -= 2) insert(i);
   ASSERT_TRUE(mapper_.resume(older, true, 2));
   int last = 10;
-  while (!mapper_.kept_maps().empty() && last < 40) insert(last += 2);
-  ASSERT_TRUE(mapper_.kept_maps().empty()) << "they were never joined";
+  while (!mapper_.inactive_maps().empty() && last < 40) insert(last += 2);
+  ASSERT_TRUE(mapper_.inactive_maps().empty()) << "they were never joined";
   const TrackingMapPtr joined = mapper_.tracking_map();
   EXPECT_EQ(joined->map_id, older);
   EXPECT_EQ(joined->epoch, 2u);
@@ -238,12 +238,12 @@ TEST_F(MapperJoiningTest, AKeyframeThatHasJustGoneIsNoPlace) {
   for (int i = 46; i >= 36; i -= 2) insert(i);
   ASSERT_TRUE(mapper_.resume(older, true, 2));
   std::size_t gone = 0;
-  for (int i = 11; !mapper_.kept_maps().empty() && i < 40; ++i) {
+  for (int i = 11; !mapper_.inactive_maps().empty() && i < 40; ++i) {
     insert(i);
     gone = mapper_.map().removed_keyframes().size();
   }
   EXPECT_GT(gone, 0u);
-  EXPECT_TRUE(mapper_.kept_maps().empty()) << "they were never joined";
+  EXPECT_TRUE(mapper_.inactive_maps().empty()) << "they were never joined";
   EXPECT_EQ(mapper_.tracking_map()->map_id, older);
   mapper_.map().check();
 }
@@ -254,9 +254,9 @@ TEST_F(MapperJoiningTest, AnImageOfBothMapsIsOneKeyframeOfTheJoinedOne) {
   for (int i = 4; i <= 24; i += 2) insert(i);
   mapper_.begin_beside(initial_map(50, 48), 1);
   for (int i = 46; i >= 20; i -= 2) insert(i, 1);  // maps are not joined while others wait
-  ASSERT_EQ(mapper_.kept_maps().size(), 1u);
+  ASSERT_EQ(mapper_.inactive_maps().size(), 1u);
   insert(18);
-  ASSERT_TRUE(mapper_.kept_maps().empty()) << "they were never joined";
+  ASSERT_TRUE(mapper_.inactive_maps().empty()) << "they were never joined";
   EXPECT_TRUE(mapper_.map().removed_keyframes().size() >= 3) << "24, 22 and 20 were in both";
   std::set<std::int64_t> frames;
   for (const auto& [id, keyframe] : mapper_.map().keyframes()) {
@@ -275,8 +275,8 @@ TEST_F(MapperJoiningTest, ACandidatePosedBeforeTheJoinIsStillUnderstood) {
   const KeyframeCandidate candidate = candidate_of(21);
   ASSERT_FALSE(HasFailure());
   int last = 22;
-  while (!mapper_.kept_maps().empty() && last > 8) insert(last -= 2);
-  ASSERT_TRUE(mapper_.kept_maps().empty());
+  while (!mapper_.inactive_maps().empty() && last > 8) insert(last -= 2);
+  ASSERT_TRUE(mapper_.inactive_maps().empty());
   mapper_.insert(candidate);
   mapper_.map().check();
   EXPECT_EQ(mapper_.tracking_map()->keyframes.rbegin()->second.frame_index, 21);
@@ -324,9 +324,9 @@ TEST_F(MapperJoiningTest, MapsOfDifferentPlacesStayApart) {
   }
   mapper_.begin_beside(initial_map(34, 36), 1);
   for (int i = 38; i <= 48; i += 2) insert(i);
-  EXPECT_EQ(mapper_.kept_maps().size(), 1u);
+  EXPECT_EQ(mapper_.inactive_maps().size(), 1u);
   mapper_.join_rest();
-  EXPECT_EQ(mapper_.kept_maps().size(), 1u);
+  EXPECT_EQ(mapper_.inactive_maps().size(), 1u);
 }
 
 // What was found to move otherwise is no part of the map after it either.
@@ -345,7 +345,7 @@ TEST_F(MapperJoiningTest, AJoinThatDoesNotHoldLeavesTheMapAsItWas) {
   strict.mapping.min_parallax_deg = 180;
   mapper_.set_options(strict);
   mapper_.join_rest();
-  ASSERT_EQ(mapper_.kept_maps().size(), 1u);
+  ASSERT_EQ(mapper_.inactive_maps().size(), 1u);
   EXPECT_EQ(mapper_.map().landmarks().size(), landmarks);
   mapper_.set_options(usual);
   mapper_.finish();
@@ -358,7 +358,7 @@ TEST_F(MapperJoiningTest, AJoinThatDoesNotHoldLeavesTheMapAsItWas) {
   }
   EXPECT_GT(others, 100);
   mapper_.join_rest();
-  EXPECT_TRUE(mapper_.kept_maps().empty()) << "they do meet";
+  EXPECT_TRUE(mapper_.inactive_maps().empty()) << "they do meet";
 }
 
 // The newest meets the second only, and that one the first.
@@ -370,9 +370,9 @@ TEST_F(MapperJoiningTest, OfARowOfMapsOneIsLeft) {
     mapper_.begin_beside(initial_map(begin, begin + 2), 1 + begin);
     for (int i = begin + 4; i <= begin + 14; i += 2) insert(i, 1);  // maps are not joined while others wait
   }
-  ASSERT_EQ(mapper_.kept_maps().size(), 2u);
+  ASSERT_EQ(mapper_.inactive_maps().size(), 2u);
   mapper_.join_rest();
-  EXPECT_TRUE(mapper_.kept_maps().empty());
+  EXPECT_TRUE(mapper_.inactive_maps().empty());
   EXPECT_EQ(mapper_.tracking_map()->map_id, first);
   mapper_.finish();
   EXPECT_LT(worst_distance_error(), 0.02);
@@ -400,9 +400,9 @@ TEST_F(MapperJoiningTest, AMapIsGoneBackTo) {
   ASSERT_TRUE(mapper_.resume(first, true, 3));
   EXPECT_EQ(mapper_.tracking_map()->map_id, first);
   EXPECT_EQ(mapper_.tracking_map()->epoch, 3u);
-  EXPECT_EQ(mapper_.kept_maps(), std::vector<std::uint32_t>{second});
+  EXPECT_EQ(mapper_.inactive_maps(), std::vector<std::uint32_t>{second});
   ASSERT_TRUE(mapper_.resume(second, false, 4));
-  EXPECT_TRUE(mapper_.kept_maps().empty()) << "the first was dropped";
+  EXPECT_TRUE(mapper_.inactive_maps().empty()) << "the first was dropped";
 }
 
 TEST_F(MapperJoiningTest, NoMoreIsKeptBesideACappedMapThanItMayHold) {
@@ -415,12 +415,12 @@ TEST_F(MapperJoiningTest, NoMoreIsKeptBesideACappedMapThanItMayHold) {
   mapper_.begin_beside(initial_map(50, 48), 1);
   const std::uint32_t second = mapper_.tracking_map()->map_id;
   mapper_.begin_beside(initial_map(30, 28), 2);
-  EXPECT_EQ(mapper_.kept_maps(), (std::vector<std::uint32_t>{first, second})) << "five keyframes";
+  EXPECT_EQ(mapper_.inactive_maps(), (std::vector<std::uint32_t>{first, second})) << "five keyframes";
   const std::uint32_t third = mapper_.tracking_map()->map_id;
   insert(26);
   mapper_.begin_beside(initial_map(14, 12), 3);
-  EXPECT_EQ(mapper_.kept_maps(), std::vector<std::uint32_t>{third}) << "the one that was just left stays";
-  EXPECT_EQ(mapper_.tracking_map()->kept_maps, std::vector<std::uint32_t>{third});
+  EXPECT_EQ(mapper_.inactive_maps(), std::vector<std::uint32_t>{third}) << "the one that was just left stays";
+  EXPECT_EQ(mapper_.tracking_map()->inactive_maps, std::vector<std::uint32_t>{third});
 }
 
 }  // namespace

@@ -183,10 +183,10 @@ TEST_F(StillBackgroundTest, KeyframesTellItAsTheyCome) {
   EXPECT_EQ(watch.found()->image, images.back().image);
   int right = 0, wrong = 0;
   for (int f = 0; f < images.back().image->size(); ++f) {
-    const BodySide side = watch.found()->sides[f];
-    if (side == BodySide::kUnknown) continue;
+    const FeatureMotion side = watch.found()->sides[f];
+    if (side == FeatureMotion::kUnknown) continue;
     const bool is_head = f < of_one_.back();
-    (is_head == (side == BodySide::kTurns) ? right : wrong) += 1;
+    (is_head == (side == FeatureMotion::kTurns) ? right : wrong) += 1;
   }
   EXPECT_GT(right, 100);
   EXPECT_LT(20 * wrong, right);

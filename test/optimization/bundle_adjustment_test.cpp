@@ -85,19 +85,19 @@ TEST(BundleAdjustment, ACameraThatSeesFarThingsOnlyIsLedBackByItsMotion) {
   }
   problem.observations = seen;
   for (const int i : {0, 8}) problem.cameras[i].constant = true;
-  BundleProblem tied = problem;
-  for (int i = 0; i + 2 < 9; ++i) tied.motions.push_back({{i, i + 1, i + 2}, 0.1, 0.1, 0.2});
+  BundleProblem with_motion = problem;
+  for (int i = 0; i + 2 < 9; ++i) with_motion.motions.push_back({{i, i + 1, i + 2}, 0.1, 0.1, 0.2});
   const auto error = [&](BundleProblem* p) {
     p->cameras[kFar].camera_from_map.translation.x() += 1;
     EXPECT_TRUE(adjust_bundle(BundleOptions(), p).usable);
     return (p->cameras[kFar].camera_from_map.inverse().translation - center).norm();
   };
-  const double by_images = error(&problem), by_motion_too = error(&tied);
+  const double by_images = error(&problem), by_motion_too = error(&with_motion);
   EXPECT_LT(by_motion_too, 0.1);
   EXPECT_LT(3 * by_motion_too, by_images);
   for (int i = 0; i < 9; ++i) {  // the others are where their images say
     if (i == kFar) continue;
-    EXPECT_LT((tied.cameras[i].camera_from_map.inverse().translation -
+    EXPECT_LT((with_motion.cameras[i].camera_from_map.inverse().translation -
                truth.cameras[i].camera_from_map.inverse().translation)
                   .norm(),
               0.02)
@@ -298,7 +298,7 @@ TEST(PointAdjustment, EachPointFindsItsPlaceByItself) {
   }
 }
 
-TEST(PointAdjustment, OneOutlierAmongManySightsDoesNotMoveThePoint) {
+TEST(PointAdjustment, OneOutlierAmongManyObservationsDoesNotMoveThePoint) {
   BundleProblem problem = scene(8, 20, 0, 18);
   const std::vector<Eigen::Vector3d> truth = problem.points;
   for (std::size_t j = 0; j < truth.size(); ++j) {

@@ -148,13 +148,13 @@ class MapOfAWalk : public testing::Test {
       const Frame frame = synthetic_frame(scene, synthetic_camera(), pose(i), 0.5, i, random_, &point_of);
       const KeyframeId id = map_.add_keyframe(i, i * std::int64_t{100000000}, pose(i), frame.image);
       for (std::size_t f = 0; f < point_of.size(); ++f) {
-        if (is_far_sighted(i) && point_of[f] < 150) continue;
+        if (is_far_view(i) && point_of[f] < 150) continue;
         map_.add_observation(ids[point_of[f]], id, static_cast<int>(f));
       }
     }
   }
 
-  static bool is_far_sighted(int i) { return i == kFirstFar || i == kFirstFar + 1; }
+  static bool is_far_view(int i) { return i == kFirstFar || i == kFirstFar + 1; }
   // Steps of 10 cm, and a little sway.
   static Rigid3 pose(int i) { return camera_at({0.1 * i, 0.004 * (i % 3), 0.003 * (i % 2)}); }
 
@@ -203,7 +203,7 @@ TEST_F(MapOfAWalk, KeyframesThatSeeOnlyFarThingsAreLedBackByTheirMotion) {
   for (int i = 0; i < kSteps; ++i) EXPECT_LT(error(i), 0.06) << i;
   // What the images tell stays where they say.
   for (int i = 0; i < kSteps; ++i) {
-    if (is_far_sighted(i)) continue;
+    if (is_far_view(i)) continue;
     EXPECT_LT(error(i), 0.01) << i;
   }
 }

@@ -83,7 +83,7 @@ TEST(PoseGraph, TurnsAndShiftsDriftAndComeBack) {
   EXPECT_LT((closed.translation - between(kNodes - 1, 0).translation).norm(), 0.001);
 }
 
-TEST(PoseGraph, FixedNodesAndThoseTiedToNoneStay) {
+TEST(PoseGraph, FixedAndUnconnectedNodesStay) {
   PoseGraph graph = drifted(0.01);
   graph.nodes[0].fixed = false;
   graph.nodes[20].fixed = true;

@@ -55,7 +55,7 @@ TEST(AbsolutePose, IsAccurateAtHalfOutliers) {
 
 // A railing before a skyline: seven of eight matches are so far that they leave open where the camera is, and
 // three of them are most samples.
-TEST(AbsolutePose, WhatIsNearIsExplainedBesideWhatIsFar) {
+TEST(AbsolutePose, NearAndFarPointsAreExplainedTogether) {
   constexpr int kFar = 250, kNear = 36, kWrong = 25;
   int explained = 0;
   for (int seed = 0; seed < 20; ++seed) {

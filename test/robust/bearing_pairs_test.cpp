@@ -13,7 +13,7 @@
 namespace mono_pose_tracker {
 namespace {
 
-TEST(BearingPairs, ShufflesAndLeavesOutWhatIsNotFinite) {
+TEST(BearingPairs, ShufflesAndExcludesNonFinitePairs) {
   TwoViewScene scene = make_two_view_scene(TwoViewSceneOptions(), 1);
   scene.bearings1[10].x() = std::numeric_limits<double>::quiet_NaN();
   scene.bearings2[20].setZero();

@@ -82,7 +82,7 @@ TEST(MotionRefinement, OutliersHardlyMoveIt) {
   EXPECT_GT(report.covariance.diagonal().minCoeff(), 0);
 }
 
-TEST(MotionRefinement, LeavesOutWhatIsNotFinite) {
+TEST(MotionRefinement, ExcludesNonFiniteInput) {
   TwoViewScene scene = make_motion_scene(0, kPixel, 5);
   scene.bearings2[7].z() = std::numeric_limits<double>::quiet_NaN();
   scene.points_in_first[8].x() = std::numeric_limits<double>::infinity();

@@ -52,7 +52,7 @@ struct MockEstimator {
     *model -= offset;
   }
 
-  bool alike(const double& a, const double& b) const { return std::abs(a - b) < 0.5; }
+  bool is_equivalent(const double& a, const double& b) const { return std::abs(a - b) < 0.5; }
 
   std::vector<double> data;
   double offset = 0;  // how far solve is off what optimize would find
@@ -70,9 +70,9 @@ MockEstimator mock(int inliers, int outliers) {
   return estimator;
 }
 
-RansacReport<double> run(MockEstimator& estimator, const RansacOptions& options, int num_rivals = 0) {
+RansacReport<double> run(MockEstimator& estimator, const RansacOptions& options, int num_alternatives = 0) {
   UniformSampler sampler(estimator.num_data(), 2);
-  return ransac(options, estimator, sampler, num_rivals);
+  return ransac(options, estimator, sampler, num_alternatives);
 }
 
 TEST(RansacIterationsNeeded, IsTheTextbookFormula) {
@@ -159,7 +159,7 @@ TEST(Ransac, TheSeedDecidesTheSamples) {
   EXPECT_EQ(sequences.size(), 10u);
 }
 
-TEST(Ransac, KeepsRivalsThatDiffer) {
+TEST(Ransac, KeepsAlternativesThatDiffer) {
   MockEstimator estimator;
   estimator.data.assign(40, 0.0);
   estimator.data.insert(estimator.data.end(), 30, 5.0);
@@ -167,22 +167,22 @@ TEST(Ransac, KeepsRivalsThatDiffer) {
   RansacOptions options;
   options.min_iterations = 200;
   const auto report = run(estimator, options, 2);
-  ASSERT_EQ(report.rivals.size(), 2u);
-  EXPECT_EQ(report.rivals[0].model, 0.0);
-  EXPECT_TRUE(report.rivals[1].model == 5.0 || report.rivals[1].model == 9.0);
+  ASSERT_EQ(report.alternatives.size(), 2u);
+  EXPECT_EQ(report.alternatives[0].model, 0.0);
+  EXPECT_TRUE(report.alternatives[1].model == 5.0 || report.alternatives[1].model == 9.0);
 }
 
-TEST(ModelPool, MergesTheAlikeAndKeepsTheBest) {
-  const auto alike = [](double a, double b) { return std::abs(a - b) < 1; };
+TEST(ModelPool, MergesEquivalentModelsAndKeepsTheBest) {
+  const auto is_equivalent = [](double a, double b) { return std::abs(a - b) < 1; };
   ModelPool<double> pool(2);
   EXPECT_TRUE(std::isinf(pool.cost_bound()));
-  pool.insert({0.0, {5.0, 1}}, alike);
-  pool.insert({0.5, {4.0, 1}}, alike);  // like the first, and better
-  pool.insert({0.2, {4.5, 1}}, alike);  // like it, and worse
+  pool.insert({0.0, {5.0, 1}}, is_equivalent);
+  pool.insert({0.5, {4.0, 1}}, is_equivalent);  // like the first, and better
+  pool.insert({0.2, {4.5, 1}}, is_equivalent);  // like it, and worse
   ASSERT_EQ(pool.models().size(), 1u);
   EXPECT_EQ(pool.models()[0].model, 0.5);
-  pool.insert({10.0, {6.0, 1}}, alike);
-  pool.insert({20.0, {3.0, 1}}, alike);
+  pool.insert({10.0, {6.0, 1}}, is_equivalent);
+  pool.insert({20.0, {3.0, 1}}, is_equivalent);
   ASSERT_EQ(pool.models().size(), 2u);
   EXPECT_EQ(pool.models()[0].model, 20.0);
   EXPECT_EQ(pool.models()[1].model, 0.5);

@@ -63,7 +63,7 @@ TEST(RelativePose, IsAccurateAtHalfOutliers) {
   EXPECT_LT(*std::max_element(rotation_errors.begin(), rotation_errors.end()), 1 * kDegree);
 }
 
-TEST(RelativePose, NeverTakesTheTwinOfAnAlmostPlanarScene) {
+TEST(RelativePose, NeverTakesTheSecondSolutionOfAnAlmostPlanarScene) {
   TwoViewSceneOptions scene_options;
   scene_options.depth_over_width = 0.01;
   scene_options.outlier_ratio = 0.3;

@@ -12,11 +12,11 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr double kSightPixel = 1.0 / 500;  // rad
+constexpr double kPixelAngle = 1.0 / 500;  // rad
 
 SimilarityOptions options() {
   SimilarityOptions options;
-  options.ransac.threshold = 3 * kSightPixel;
+  options.ransac.threshold = 3 * kPixelAngle;
   return options;
 }
 
@@ -30,9 +30,9 @@ struct TwoMaps {
   std::vector<SimilarityMatch> matches;
 };
 
-SightedPoint seen(const Eigen::Vector3d& x, const Eigen::Vector3d& center, double noise, Random& random) {
+ObservedPoint seen(const Eigen::Vector3d& x, const Eigen::Vector3d& center, double noise, Random& random) {
   const Eigen::Vector3d ray = x - center;
-  SightedPoint point;
+  ObservedPoint point;
   point.center = center;
   point.bearing = (ray.normalized() + noise * random.normal() * random_direction(random)).normalized();
   // A map knows depth ten times less than direction.
@@ -58,7 +58,7 @@ TwoMaps two_maps(int count, double outliers, double noise, Random& random,
     };
     const Eigen::Vector3d x = point();
     const Eigen::Vector3d other = i < outliers * count ? point() : x;
-    SightedPoint in_b = seen(other, center_b, noise, random);
+    ObservedPoint in_b = seen(other, center_b, noise, random);
     in_b.bearing = maps.b_from_a.rotation * in_b.bearing;
     in_b.center = maps.b_from_a * in_b.center;
     in_b.x = maps.b_from_a * in_b.x;
@@ -87,7 +87,7 @@ TEST(Similarity, NoiseCostsWhatItStates) {
   int within = 0;
   const int trials = 30;
   for (int trial = 0; trial < trials; ++trial) {
-    const TwoMaps maps = two_maps(100, 0.3, 0.5 * kSightPixel, random);
+    const TwoMaps maps = two_maps(100, 0.3, 0.5 * kPixelAngle, random);
     const SimilarityReport report = estimate_similarity(maps.matches, options());
     ASSERT_TRUE(report.success) << trial;
     EXPECT_GE(report.num_inliers, 50);
@@ -103,7 +103,7 @@ TEST(Similarity, PointsOnALineLeaveTheTurnAboutItOpen) {
   Random random(3);
   for (const double width : {0.0, 1e-3}) {
     for (int trial = 0; trial < 10; ++trial) {
-      const TwoMaps maps = two_maps(80, 0, 0.3 * kSightPixel, random, {2, width, width});
+      const TwoMaps maps = two_maps(80, 0, 0.3 * kPixelAngle, random, {2, width, width});
       EXPECT_FALSE(estimate_similarity(maps.matches, options()).success) << width;
     }
   }
@@ -111,7 +111,7 @@ TEST(Similarity, PointsOnALineLeaveTheTurnAboutItOpen) {
 
 TEST(Similarity, AScaleThatIsNotKnownWellEnoughIsNone) {
   Random random(3);
-  const TwoMaps maps = two_maps(80, 0, 0.3 * kSightPixel, random);
+  const TwoMaps maps = two_maps(80, 0, 0.3 * kPixelAngle, random);
   const SimilarityReport report = estimate_similarity(maps.matches, options());
   ASSERT_TRUE(report.success);
   SimilarityOptions stricter = options();
@@ -148,7 +148,7 @@ TEST(Similarity, DepthThatIsNotKnownIsSeenFromTheSide) {
   constexpr double kDepthSigma = 0.015, kAside = 0.85, kDistance = 2.4, kBetween = 0.2;
   constexpr int kTrials = 40;
   Random random(12);
-  for (const int sights : {1, 2}) {
+  for (const int observations : {1, 2}) {
     int within = 0;
     for (int trial = 0; trial < kTrials; ++trial) {
       const Sim3 b_from_a = random_similarity(random);
@@ -159,17 +159,17 @@ TEST(Similarity, DepthThatIsNotKnownIsSeenFromTheSide) {
         const auto as_seen_from = [&](double side) {
           const Eigen::Vector3d left(side, 0, -kDistance);
           const Eigen::Vector3d known = x + kDepthSigma * random.normal() * (x - left);
-          std::vector<SightedPoint> points;
-          for (int k = 0; k < sights; ++k) {
+          std::vector<ObservedPoint> points;
+          for (int k = 0; k < observations; ++k) {
             const Eigen::Vector3d center = left + Eigen::Vector3d(0, kBetween * k, 0), ray = x - center;
-            const Eigen::Vector3d noise = 0.3 * kSightPixel * random.normal() * random_direction(random);
+            const Eigen::Vector3d noise = 0.3 * kPixelAngle * random.normal() * random_direction(random);
             points.push_back({known, center, (ray.normalized() + noise).normalized(), kDepthSigma});
           }
           return points;
         };
-        const std::vector<SightedPoint> in_a = as_seen_from(-kAside), in_b = as_seen_from(kAside);
-        for (int k = 0; k < sights; ++k) {
-          const SightedPoint& b = in_b[k];
+        const std::vector<ObservedPoint> in_a = as_seen_from(-kAside), in_b = as_seen_from(kAside);
+        for (int k = 0; k < observations; ++k) {
+          const ObservedPoint& b = in_b[k];
           matches.push_back(
               {in_a[k], {b_from_a * b.x, b_from_a * b.center, b_from_a.rotation * b.bearing, b.depth_sigma}});
         }
@@ -183,12 +183,12 @@ TEST(Similarity, DepthThatIsNotKnownIsSeenFromTheSide) {
       ASSERT_TRUE(align_sim3(points_in_a, points_in_b, &start));
       const SimilarityReport report = refine_similarity_by_depths(matches, options(), start);
       ASSERT_TRUE(report.success) << trial;
-      EXPECT_GE(report.num_inliers, 80 * sights);
+      EXPECT_GE(report.num_inliers, 80 * observations);
       EXPECT_LT(report.rotation_sigma_deg, 2);
       const double turn = report.b_from_a.rotation.angularDistance(b_from_a.rotation) / kDegree;
       within += turn < 3 * report.rotation_sigma_deg;
     }
-    EXPECT_GE(within, kTrials * 9 / 10) << sights;
+    EXPECT_GE(within, kTrials * 9 / 10) << observations;
   }
 }
 
@@ -196,7 +196,7 @@ TEST(Similarity, DepthThatIsNotKnownIsSeenFromTheSide) {
 TEST(Similarity, ByDepthsALineAndAFewPointsLeaveTheTurnOpen) {
   Random random(6);
   const auto with_depths = [&](int count, const Eigen::Vector3d& extent) {
-    TwoMaps maps = two_maps(count, 0, 0.3 * kSightPixel, random, extent);
+    TwoMaps maps = two_maps(count, 0, 0.3 * kPixelAngle, random, extent);
     for (SimilarityMatch& m : maps.matches) m.in_a.depth_sigma = m.in_b.depth_sigma = 0.01;
     return refine_similarity_by_depths(maps.matches, options(), maps.b_from_a).success;
   };
@@ -208,9 +208,9 @@ TEST(Similarity, ByDepthsALineAndAFewPointsLeaveTheTurnOpen) {
   }
 }
 
-TEST(Similarity, ByDepthsWhatIsNotFiniteIsLeftOut) {
+TEST(Similarity, ByDepthsNonFiniteMatchesAreExcluded) {
   Random random(7);
-  TwoMaps maps = two_maps(60, 0, 0.3 * kSightPixel, random);
+  TwoMaps maps = two_maps(60, 0, 0.3 * kPixelAngle, random);
   for (SimilarityMatch& m : maps.matches) m.in_a.depth_sigma = m.in_b.depth_sigma = 0.01;
   maps.matches[3].in_a.x.x() = std::numeric_limits<double>::quiet_NaN();
   maps.matches[4].in_b.x = maps.matches[4].in_b.center;
@@ -224,7 +224,7 @@ TEST(Similarity, ByDepthsWhatIsNotFiniteIsLeftOut) {
 // A map that is blown up without end shows nothing where it is seen, whatever of its depth is not known.
 TEST(Similarity, WhatIsNotKnownOfDepthDoesNotOutgrowIt) {
   Random random(5);
-  TwoMaps maps = two_maps(120, 0.75, 0.3 * kSightPixel, random);
+  TwoMaps maps = two_maps(120, 0.75, 0.3 * kPixelAngle, random);
   for (SimilarityMatch& m : maps.matches) m.in_a.depth_sigma = m.in_b.depth_sigma = 0.05;
   Sim3 blown_up = maps.b_from_a;
   blown_up.scale *= 1e4;
@@ -236,7 +236,7 @@ TEST(Similarity, WhatIsNotKnownOfDepthDoesNotOutgrowIt) {
 
 TEST(Similarity, ASimilarityThatIsNearlyKnownIsRefined) {
   Random random(13);
-  const TwoMaps maps = two_maps(80, 0.2, 0.3 * kSightPixel, random);
+  const TwoMaps maps = two_maps(80, 0.2, 0.3 * kPixelAngle, random);
   Sim3 start = maps.b_from_a;
   start.scale *= 1.01;
   start.translation = maps.b_from_a.translation + 0.01 * maps.b_from_a.scale * random_direction(random);
@@ -275,7 +275,7 @@ TEST(Similarity, AnInlierIsSeenBeforeTheCameraOnBothSides) {
 
 TEST(Similarity, TheSameSeedGivesTheSameBytes) {
   Random random(6);
-  const TwoMaps maps = two_maps(80, 0.5, 0.5 * kSightPixel, random);
+  const TwoMaps maps = two_maps(80, 0.5, 0.5 * kPixelAngle, random);
   const SimilarityReport first = estimate_similarity(maps.matches, options());
   const SimilarityReport second = estimate_similarity(maps.matches, options());
   EXPECT_EQ(first.b_from_a.scale, second.b_from_a.scale);

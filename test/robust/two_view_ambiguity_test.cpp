@@ -21,29 +21,29 @@ double translation_error(const TwoViewModel& a, const TwoViewModel& b) {
   return (a.translation - b.translation).norm();
 }
 
-TEST(PlanarTwin, SeesThePlaneAlikeAndIsAnother) {
+TEST(SecondPlanarSolution, ExplainsThePlaneAndDiffers) {
   const TwoViewModel model =
       model_of(Rigid3(Eigen::Quaterniond(Eigen::AngleAxisd(0.2, Eigen::Vector3d(0.1, 1, 0.3).normalized())),
                       Eigen::Vector3d(1, 0.2, -0.3)));
   const Eigen::Vector3d normal(0.05, -0.1, 0.2);  // 1 / distance in baselines
-  TwoViewModel twin;
-  ASSERT_TRUE(planar_twin(model, normal, &twin));
-  EXPECT_GT(rotation_error(model, twin), 1 * kDegree);
-  EXPECT_NEAR((twin.rotation * twin.rotation.transpose() - Eigen::Matrix3d::Identity()).norm(), 0, 1e-12);
-  EXPECT_NEAR(twin.rotation.determinant(), 1, 1e-12);
+  TwoViewModel second;
+  ASSERT_TRUE(second_planar_solution(model, normal, &second));
+  EXPECT_GT(rotation_error(model, second), 1 * kDegree);
+  EXPECT_NEAR((second.rotation * second.rotation.transpose() - Eigen::Matrix3d::Identity()).norm(), 0, 1e-12);
+  EXPECT_NEAR(second.rotation.determinant(), 1, 1e-12);
   Random random(1);
   for (int i = 0; i < 50; ++i) {
     const Eigen::Vector3d x1 = random_bearing(&random);
     const Eigen::Vector3d x2 = (model.rotation * x1 + model.translation * normal.dot(x1)).normalized();
-    EXPECT_NEAR(x2.dot(twin.translation.cross(twin.rotation * x1)), 0, 1e-12);
+    EXPECT_NEAR(x2.dot(second.translation.cross(second.rotation * x1)), 0, 1e-12);
   }
 }
 
-TEST(PlanarTwin, RefusesAPlaneAtInfinity) {
-  TwoViewModel twin;
-  EXPECT_FALSE(
-      planar_twin(model_of(Rigid3(Eigen::Matrix3d(Eigen::Matrix3d::Identity()), Eigen::Vector3d::UnitZ())),
-                  Eigen::Vector3d::Zero(), &twin));
+TEST(SecondPlanarSolution, RefusesAPlaneAtInfinity) {
+  TwoViewModel second;
+  EXPECT_FALSE(second_planar_solution(
+      model_of(Rigid3(Eigen::Matrix3d(Eigen::Matrix3d::Identity()), Eigen::Vector3d::UnitZ())),
+      Eigen::Vector3d::Zero(), &second));
 }
 
 TEST(TurnScaled, ByOneIsTheSameAndReversingTwiceToo) {

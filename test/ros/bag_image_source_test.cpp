@@ -167,7 +167,7 @@ TEST(BagImageSource, SkipsAnImageThatCannotBeDecoded) {
   EXPECT_EQ(source.next().stamp_ns, 3000000000);  // no header stamp: the time of recording
 }
 
-TEST(BagImageSource, ReadsTheCameraBesideTheImages) {
+TEST(BagImageSource, ReadsTheCameraNextToTheImages) {
   TemporaryFolder folder;
   const std::string path = make_bag(folder / "a.bag", [](rosbag::Bag& bag) {
     bag.write("/cam/image_raw", seconds(1), image_message(1, grey(1), "mono8"));
@@ -198,7 +198,7 @@ TEST(BagImageSource, ReadsTheCameraBesideTheImages) {
   expect_error([&] { raw.read_camera("/odd"); }, {"a.bag", "/odd", "'fov'"});
 }
 
-TEST(BagImageSource, ReadsTheCameraBesideCompressedImagesThatAreCalledNothingElse) {
+TEST(BagImageSource, ReadsTheCameraNextToCompressedImagesWithoutABaseName) {
   TemporaryFolder folder;
   const std::string path = make_bag(folder / "a.bag", [](rosbag::Bag& bag) {
     bag.write("/axis/compressed", seconds(1), compressed_message(1, grey(1)));

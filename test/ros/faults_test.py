@@ -28,7 +28,7 @@ from background import Stream  # noqa: E402
 from listening import Listener  # noqa: E402
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-import told_skips  # noqa: E402, F401
+import reported_skips  # noqa: E402, F401
 
 FRAMES = 24
 SHUTDOWN = 5 * feeding.SLOWNESS  # s, for a node that has nothing long under way, on a busy machine
@@ -215,16 +215,16 @@ class FaultsTest(unittest.TestCase):
         drawn, diagnostics = Listener("/full/debug_image", Image), Listener("/diagnostics", DiagnosticArray)
         feeding.wait_for_connections(drawn.subscriber, diagnostics.subscriber)
         images = self.recording.walk()
-        posed = [s.header.stamp for s in feeding.track(camera, tracker, images, 5) if s.state == TrackerStatus.TRACKING]
-        self.assertIsNotNone(drawn.wait_for(lambda image: image.header.stamp in posed), "no picture while it is full")
+        registered = [s.header.stamp for s in feeding.track(camera, tracker, images, 5) if s.state == TrackerStatus.TRACKING]
+        self.assertIsNotNone(drawn.wait_for(lambda image: image.header.stamp in registered), "no picture while it is full")
         self.assertEqual(self.output_told(diagnostics, "/full", lambda text: "trajectory.txt" in text), DiagnosticStatus.WARN)
         seen_from_here = "/proc/%d/root%s" % (node.pid, disk)
         os.remove(seen_from_here + "/filler")
-        posed = [s for s in feeding.track(camera, tracker, images, 10) if s.state == TrackerStatus.TRACKING]
+        registered = [s for s in feeding.track(camera, tracker, images, 10) if s.state == TrackerStatus.TRACKING]
         trajectory = feeding.read_tum(seen_from_here + "/trajectory.txt")
         # The status leaves before its line is written: the last one may be missing.
-        stamps = {s.header.stamp.to_nsec() for s in posed[1:-1]}
-        self.assertLessEqual(stamps, set(trajectory), "posed after there was room again")
+        stamps = {s.header.stamp.to_nsec() for s in registered[1:-1]}
+        self.assertLessEqual(stamps, set(trajectory), "registered after there was room again")
         self.output_told(diagnostics, "/full", lambda text: text == "all is written")
 
     def output_told(self, diagnostics, node, meets):

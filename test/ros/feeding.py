@@ -129,12 +129,12 @@ class Tracker:
         return rospy.ServiceProxy(name, Trigger)()
 
 
-def track(camera, tracker, images, posed):
+def track(camera, tracker, images, registered):
     """Shows images until so many have a pose: how long a map takes to begin hangs on how busy the machine is."""
     answers = []
     for image in images:
         answers.append(camera.show(image, tracker))
-        if sum(a.state == TrackerStatus.TRACKING for a in answers) == posed:
+        if sum(a.state == TrackerStatus.TRACKING for a in answers) == registered:
             return answers
         if len(answers) > 500:
             raise AssertionError("tracked %d of %d images" % (answers[-1].frames_posed, len(answers)))

@@ -27,7 +27,7 @@ from listening import Listener  # noqa: E402
 from transforms import BASE_FROM_CAMERA, matrix, of_pose, of_transform, stamped  # noqa: E402
 
 FRAMES = 30
-POSED = 30  # images that every tracker has posed in the end
+REGISTERED = 30  # images that every tracker has posed in the end
 MODES = ("plain", "z_up", "base", "odom", "inverted", "object", "conflict", "units")
 
 # REP-103: x forward, y left, z up, of optical axes x right, y down, z forward.
@@ -91,7 +91,7 @@ class FramesTest(unittest.TestCase):
             moving.sendTransform(stamped("odom_odom", "odom_base", image.header.stamp, *odometry(i)))
             answers = camera.show(image, *trackers)
             cls.shown.append(image.header.stamp)
-            if i == 20 * POSED or min(a.frames_posed for a in answers) >= POSED:
+            if i == 20 * REGISTERED or min(a.frames_posed for a in answers) >= REGISTERED:
                 break
         last = cls.shown[-1]
         for output in cls.outputs.values():
@@ -114,7 +114,7 @@ class FramesTest(unittest.TestCase):
 
     def expect_true(self, map_from_camera, offset=False):
         """Given in the axes of the first camera (with an offset: of some other origin), the scale being free."""
-        self.assertGreaterEqual(len(map_from_camera), POSED)
+        self.assertGreaterEqual(len(map_from_camera), REGISTERED)
         self.assertLessEqual(set(map_from_camera), {s.to_nsec() for s in self.shown}, "stamps are those of the images")
         stamps = sorted(map_from_camera)
         truth = {s: matrix(*p) for s, p in self.recording.truth.items()}
@@ -218,7 +218,7 @@ class FramesTest(unittest.TestCase):
         """Points and status go on; the log names the ways out."""
         self.assertFalse(self.of_tf("", "units_base"))
         self.assertFalse(self.outputs["units"].poses)
-        self.assertGreaterEqual(self.outputs["units"].tracker.statuses[-1].frames_posed, POSED)
+        self.assertGreaterEqual(self.outputs["units"].tracker.statuses[-1].frames_posed, REGISTERED)
         said = [m for m in self.log if "~base_frame is in metres" in m]
         self.assertTrue(said)
         for way_out in ("scale/known_baseline", "scale/initial_median_depth", "scale/marker_size"):
@@ -256,11 +256,11 @@ class FramesTest(unittest.TestCase):
         low, high = numpy.percentile(self.points("plain"), (5, 95), axis=0)
         self.assertGreater(numpy.linalg.norm(low + high) / 2, 0.5, "in the first camera's frame it is far from the origin")
 
-    def test_a_view_frame_that_is_the_images_is_left_out(self):
+    def test_a_view_frame_that_is_the_images_is_ignored(self):
         """Below the object it would close a loop with what is asked for: the object below the camera."""
         transforms, log = Listener("/tf", TFMessage), Listener("/rosout", Log)
         tracker, camera = feeding.Tracker("/view/tracker"), feeding.Camera("/viewed_camera", self.recording.info)
-        images = itertools.islice(self.recording.walk(), 20 * POSED)
+        images = itertools.islice(self.recording.walk(), 20 * REGISTERED)
         feeding.track(camera, tracker, (self.of_frame("/view_camera", image) for image in images), 5)
         self.assertIsNotNone(transforms.wait_for(lambda m: any(
             (t.header.frame_id, t.child_frame_id) == ("view_camera", "view_object") for t in m.transforms)))
@@ -276,7 +276,7 @@ class FramesTest(unittest.TestCase):
     def test_no_second_parent(self):
         self.assertFalse(self.of_tf("", "conflict_camera"), "its parent is conflict_mount, on tf_static")
         self.expect_poses("conflict", "conflict_map", "conflict_camera", {})
-        self.assertGreaterEqual(len(self.outputs["conflict"].poses), POSED)
+        self.assertGreaterEqual(len(self.outputs["conflict"].poses), REGISTERED)
         self.assertTrue([m for m in self.log if "conflict_camera has the parent conflict_mount already" in m])
 
 

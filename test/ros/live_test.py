@@ -126,15 +126,15 @@ class LiveTest(unittest.TestCase):
         """Nobody listened before, then somebody who has left: neither is what came late to be told from."""
         for _ in range(2):
             status = self.walk_until_settled()
-            posed = [s.header.stamp for s in self.camera.statuses.messages
+            registered = [s.header.stamp for s in self.camera.statuses.messages
                      if s.state == TrackerStatus.TRACKING and s.epoch == status.epoch]
             for _ in range(2):  # the second while the first still listens
                 path = self.first_heard("path", Path)
-                self.assertEqual([p.header.stamp for p in path.poses], posed)
+                self.assertEqual([p.header.stamp for p in path.poses], registered)
                 self.assertEqual(path.header.stamp, status.header.stamp)
                 self.assertEqual(path._connection_header["latching"], "1")
                 positions = self.first_heard("camera_positions", PointCloud2)
-                self.assertEqual((positions.width, positions.header.stamp), (len(posed), status.header.stamp))
+                self.assertEqual((positions.width, positions.header.stamp), (len(registered), status.header.stamp))
                 points = self.first_heard("points", PointCloud2)
                 self.assertGreater(points.width, status.inliers)
                 self.assertEqual(points.header.stamp, status.header.stamp)

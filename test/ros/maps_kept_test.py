@@ -175,7 +175,7 @@ class MapsKeptTest(unittest.TestCase):
         self.assertEqual({a.state for a in covered}, {TrackerStatus.LOST})
         first_to_odom = self.transforms[-1].transform
         self.transforms.clear()
-        beside, joined = [], []
+        in_new_map, joined = [], []
         has_come_back, held = False, []
         deadline = time.monotonic() + 200 * feeding.SLOWNESS  # of the 600 s that all tests here have
         way = range(HERE, HERE + WAY_BACK)
@@ -189,18 +189,18 @@ class MapsKeptTest(unittest.TestCase):
             if answer.state != TRACKING:
                 continue
             if answer.map_id != first.map_id:
-                beside.append(answer)
-            elif beside and answer.keyframes > first.keyframes + beside[-1].keyframes // 2:
+                in_new_map.append(answer)
+            elif in_new_map and answer.keyframes > first.keyframes + in_new_map[-1].keyframes // 2:
                 joined.append(answer)
             has_come_back |= answer.map_id == first.map_id
             if not has_come_back:
                 held = list(self.transforms)
-        self.assertGreater(len(beside), 10, "a map beside the first")
-        self.assertEqual({a.map_id > first.map_id for a in beside}, {True})
-        self.assertGreater(beside[0].epoch, first.epoch)
+        self.assertGreater(len(in_new_map), 10, "a second map")
+        self.assertEqual({a.map_id > first.map_id for a in in_new_map}, {True})
+        self.assertGreater(in_new_map[0].epoch, first.epoch)
         self.assertGreater(len(joined), 5, "joined with the first, whose frame it is in now")
         stamps = {pose.header.stamp for pose in self.poses}
-        self.assertEqual([a for a in beside if a.header.stamp in stamps], [], "in a map that nobody plans in")
+        self.assertEqual([a for a in in_new_map if a.header.stamp in stamps], [], "in a map that nobody plans in")
         self.assertGreater(len([a for a in joined[:-1] if a.header.stamp in stamps]), 0)
         self.assertGreater(joined[-1].corrections, first.corrections)
         # A robot that plans in map did not see it become another one.
@@ -209,7 +209,7 @@ class MapsKeptTest(unittest.TestCase):
         self.assertNotEqual(str(self.transforms[-1].transform), str(first_to_odom), "it goes on")
 
         MapsKeptTest.trajectory = self.save_trajectory(tracker, "joined.txt")
-        self.assertGreater(len(feeding.read_tum(self.trajectory)), len(beside) + len(joined) + HERE // 2)
+        self.assertGreater(len(feeding.read_tum(self.trajectory)), len(in_new_map) + len(joined) + HERE // 2)
         self.assertLess(self.error(self.trajectory), MOST_ERROR)
         saved = tracker.says.call("save_map")
         self.assertTrue(saved.success, saved.message)

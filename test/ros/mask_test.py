@@ -22,7 +22,7 @@ import sim3  # noqa: E402
 from listening import Listener  # noqa: E402
 
 FRAMES = 50
-POSED = 60  # images: once over the head's turn and some of the way back
+REGISTERED = 60  # images: once over the head's turn and some of the way back
 
 
 class MaskTest(unittest.TestCase):
@@ -63,15 +63,15 @@ class MaskTest(unittest.TestCase):
 
     def test_1_given_masks_are_used(self):
         answers = []
-        while sum(a.state == TrackerStatus.TRACKING for a in answers) < POSED and len(answers) < 5 * POSED:
+        while sum(a.state == TrackerStatus.TRACKING for a in answers) < REGISTERED and len(answers) < 5 * REGISTERED:
             status, in_force, given = self.show(self.true_mask)
             numpy.testing.assert_array_equal(in_force > 0, given > 0)
             answers.append(status)
         tracked = [a.state == TrackerStatus.TRACKING for a in answers]
-        self.assertEqual(sum(tracked), POSED)
+        self.assertEqual(sum(tracked), REGISTERED)
         lost = [a.reason_name for a in answers[tracked.index(True):] if a.state != TrackerStatus.TRACKING]
         self.assertEqual(lost, [], "once there is a map no image is lost")
-        self.assertTrue(self.poses.wait_for_number(POSED))
+        self.assertTrue(self.poses.wait_for_number(REGISTERED))
         estimate = {}
         for message in self.poses.messages:
             p, q = message.pose.pose.position, message.pose.pose.orientation

@@ -27,7 +27,7 @@ import sim3  # noqa: E402
 from listening import Listener  # noqa: E402
 
 FRAMES = 50
-POSED = 60  # images: once over the head's turn and some of the way back
+REGISTERED = 60  # images: once over the head's turn and some of the way back
 CAMERA, OBJECT = "camera_optical", "object"
 
 
@@ -62,7 +62,7 @@ class ObjectTest(unittest.TestCase):
             listener.wait_for_publisher()
         tracker = feeding.Tracker("/tracker")
         camera = feeding.Camera("/camera", cls.recording.info)
-        cls.answers = feeding.track(camera, tracker, cls.waiting_for_points(cls.recording.walk()), POSED)
+        cls.answers = feeding.track(camera, tracker, cls.waiting_for_points(cls.recording.walk()), REGISTERED)
         cls.last = cls.answers[-1].header.stamp
         for listener in (cls.masks, cls.drawn, cls.clouds, cls.paths):
             assert listener.wait_for(lambda m: m.header.stamp == cls.last), "all of the last image"
@@ -117,7 +117,7 @@ class ObjectTest(unittest.TestCase):
                 truth = self.true_mask(stamp)
                 covered.append((mask & truth).sum() / truth.sum())
                 overlaps.append((mask & truth).sum() / (mask | truth).sum())
-        self.assertGreaterEqual(len(covered), POSED)
+        self.assertGreaterEqual(len(covered), REGISTERED)
         self.assertGreater(numpy.median(covered), 0.75)  # the neck, which does not turn, need not be
         self.assertGreater(numpy.median(overlaps), 0.7)
 
@@ -132,7 +132,7 @@ class ObjectTest(unittest.TestCase):
             self.assertIn(cloud.header.stamp.to_nsec(), poses)
             rotation, translation = poses[cloud.header.stamp.to_nsec()]
             result.append((cloud.header.stamp.to_nsec(), points_of(cloud) @ rotation.T + translation))
-        self.assertGreaterEqual(len(result), POSED // 2, "again and again, as the head turns")
+        self.assertGreaterEqual(len(result), REGISTERED // 2, "again and again, as the head turns")
         return result
 
     def test_points_by_the_tf_of_their_stamp_lie_on_the_head(self):
@@ -169,7 +169,7 @@ class ObjectTest(unittest.TestCase):
                 x_in_head.append(scale * x @ sim3.rotation_matrix(quaternion).T + position)
             apart = numpy.linalg.norm(x_in_head[1] - x_in_head[0], axis=1)
             distances.append(numpy.median(apart))
-        self.assertGreater(len(distances), POSED // 3)
+        self.assertGreater(len(distances), REGISTERED // 3)
         # m; a move of the origin is more: 5 % of 0.25. A young map may be revised between image and points.
         self.assertLess(numpy.percentile(distances, 90), 0.01)
 

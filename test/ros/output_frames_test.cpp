@@ -15,7 +15,7 @@ TEST(OutputFrames, LeadingSlashesOfAnImagesFrameAreTakenOff) {
   const auto child_of = [&](const std::string& frame_id) {
     std_msgs::Header header;
     header.frame_id = frame_id;
-    return frames.body_pose(header, report)->child_frame;
+    return frames.published_pose(header, report)->child_frame;
   };
   EXPECT_EQ(child_of("cam"), "cam");
   EXPECT_EQ(child_of("/cam"), "cam");

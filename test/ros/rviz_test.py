@@ -24,7 +24,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from simulated_camera import SimulatedCamera  # noqa: E402
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-import told_skips  # noqa: E402, F401
+import reported_skips  # noqa: E402, F401
 
 TIMEOUT = 90  # s; software rendering on a busy machine
 NEEDED = ("xvfb-run", "import", "rviz")

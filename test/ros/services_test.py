@@ -67,14 +67,14 @@ class ServicesTest(unittest.TestCase):
 
     def test_the_trajectory_survives_kill(self):
         node, tracker, camera = self.start("killed", "_trajectory_file:=growing.txt")  # relative to the working folder
-        posed = [s for s in feeding.track(camera, tracker, self.recording.walk(), 15)
+        registered = [s for s in feeding.track(camera, tracker, self.recording.walk(), 15)
                  if s.state == TrackerStatus.TRACKING]
         node.send_signal(signal.SIGKILL)
         node.wait()
         trajectory = feeding.read_tum(os.path.join(self.folder.name, "growing.txt"))
         # The status leaves before its line is written: the last one may be missing.
-        stamps = {s.header.stamp.to_nsec() for s in posed}
-        self.assertLessEqual(stamps - set(trajectory), {posed[-1].header.stamp.to_nsec()})
+        stamps = {s.header.stamp.to_nsec() for s in registered}
+        self.assertLessEqual(stamps - set(trajectory), {registered[-1].header.stamp.to_nsec()})
         self.assertLessEqual(set(trajectory), stamps)
 
     def test_what_is_saved_does_not_end_the_growing_trajectory(self):
@@ -89,8 +89,8 @@ class ServicesTest(unittest.TestCase):
             refused = tracker.call(service)
             self.assertFalse(refused.success, refused.message)
             self.assertIn("~%s and ~trajectory_file are one file" % parameter, refused.message)
-        posed = [s.header.stamp.to_nsec() for s in feeding.track(camera, tracker, images, 5)]
-        self.assertTrue(tracker.wait_until(lambda: posed[-2] in feeding.read_tum(self.folder.name + "/both.txt")))
+        registered = [s.header.stamp.to_nsec() for s in feeding.track(camera, tracker, images, 5)]
+        self.assertTrue(tracker.wait_until(lambda: registered[-2] in feeding.read_tum(self.folder.name + "/both.txt")))
 
     def test_relative_paths_and_tilde(self):
         _, tracker, camera = self.start("paths", "_save_trajectory_path:=saved.txt", "_map_path:=~/no_such_folder/a.map")
@@ -125,8 +125,8 @@ class ServicesTest(unittest.TestCase):
         _, tracker, camera = self.start("scaled", "_map_path:=scaled.map", "_scale/initial_median_depth:=2.0")
         images = self.recording.walk()
         for service in ("reset", "load_map"):
-            posed = feeding.track(camera, tracker, images, 5)[-1]
-            self.assertEqual(posed.scale_name, "INITIAL_MEDIAN_DEPTH")
+            registered = feeding.track(camera, tracker, images, 5)[-1]
+            self.assertEqual(registered.scale_name, "INITIAL_MEDIAN_DEPTH")
             for command in ("save_map", service, "pause"):
                 answer = tracker.call(command)
                 self.assertTrue(answer.success, answer.message)

@@ -42,18 +42,18 @@ class SoakTest(unittest.TestCase):
             recording = feeding.Recording(folder, FRAMES, "--rate", str(RATE_HZ))
         camera, tracker = feeding.Camera("/camera", recording.info), feeding.Tracker("/tracker")
         pid = processes.pid_of_node("/tracker")
-        samples, posed, begun_anew = [], 0, 0
+        samples, registered, begun_anew = [], 0, 0
         begin = time.monotonic()
         while len(samples) < LEAST_LOOPS or time.monotonic() - begin < 60 * MINUTES:
             # As fast as it tracks, and each answered: the stamps jump back when the bag begins again.
             answers = [self.show(camera, image, tracker) for image in recording.images]
-            posed += sum((a.state, a.reason) == (TrackerStatus.TRACKING, TrackerStatus.OK) for a in answers)
+            registered += sum((a.state, a.reason) == (TrackerStatus.TRACKING, TrackerStatus.OK) for a in answers)
             begun_anew += answers[0].reason == TrackerStatus.TIME_JUMP
             samples.append((time.monotonic() - begin, processes.resident_mb(pid), processes.number_of_threads(pid),
                             processes.number_of_handles(pid)))
             tracker.statuses.clear()
         self.assertEqual(begun_anew, len(samples) - 1, "every loop but the first is a new start")
-        self.assertGreater(posed, len(samples), "it tracked")
+        self.assertGreater(registered, len(samples), "it tracked")
         later = samples[len(samples) // 4:]  # until then it may grow to its size
         hours = (later[-1][0] - later[0][0]) / 3600
         growth = max(mb for _, mb, _, _ in later[-3:]) - max(mb for _, mb, _, _ in later[:3])

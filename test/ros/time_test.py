@@ -74,7 +74,7 @@ class TimeTest(unittest.TestCase):
         walk = (feeding.moved(image, 1000) for image in self.recording.walk())
         status = feeding.track(self.camera, self.tracker, walk, 15)[-1]
         epoch, last = status.epoch, status.header.stamp
-        dropped, posed = status.frames_dropped, status.frames_posed
+        dropped, registered = status.frames_dropped, status.frames_posed
 
         newest = feeding.moved(images[0], 0)
         newest.data = next(i for i in self.recording.walk() if i.header.stamp + rospy.Duration(1000) == last).data
@@ -83,7 +83,7 @@ class TimeTest(unittest.TestCase):
         self.assertEqual((equal.reason, equal.frames_dropped), (TrackerStatus.STALE_STAMP, dropped + 1))
         stale = self.show(newest, -0.05)
         self.assertEqual((stale.reason, stale.frames_dropped), (TrackerStatus.STALE_STAMP, dropped + 2))
-        self.assertEqual((stale.state, stale.epoch, stale.frames_posed), (TrackerStatus.TRACKING, epoch, posed))
+        self.assertEqual((stale.state, stale.epoch, stale.frames_posed), (TrackerStatus.TRACKING, epoch, registered))
         self.assertIn("0.050 s", stale.reason_text)
         for _ in range(8):
             self.show(newest)

@@ -16,7 +16,7 @@
 namespace mono_pose_tracker {
 namespace {
 
-FrameReport posed(std::int64_t second, std::uint32_t epoch = 1) {
+FrameReport registered(std::int64_t second, std::uint32_t epoch = 1) {
   FrameReport report;
   report.stamp_ns = second * 1000000000;
   report.epoch = epoch;
@@ -50,10 +50,10 @@ TEST(TrajectoryLog, EachPoseIsInTheFileAtOnce) {
   TrajectoryLog log(folder / "t.txt");
   log.append(FrameReport());  // not posed
   for (int i = 1; i <= 3; ++i) {
-    log.append(posed(i));
+    log.append(registered(i));
     EXPECT_EQ(poses_in(folder).size(), static_cast<std::size_t>(i));
   }
-  log.append(posed(4, 2));
+  log.append(registered(4, 2));
   EXPECT_NE(folder.read("t.txt").find("# a new map begins (epoch 2)"), std::string::npos);
   EXPECT_EQ(log.problem(), "");
 }
@@ -61,11 +61,11 @@ TEST(TrajectoryLog, EachPoseIsInTheFileAtOnce) {
 TEST(TrajectoryLog, WhatAFullDiskRefusesIsWrittenWhenThereIsSpace) {
   TemporaryFolder folder;
   TrajectoryLog log(folder / "t.txt");
-  log.append(posed(1));
+  log.append(registered(1));
   const std::string before = folder.read("t.txt");
   for (const rlim_t room : {0, 5, 20}) {  // bytes: less than a line
     const FullDisk full(before.size() + room);
-    log.append(posed(2));
+    log.append(registered(2));
     EXPECT_EQ(folder.read("t.txt"), before) << "half a line is none";
     EXPECT_NE(log.problem().find("t.txt: cannot be written (File too large)"), std::string::npos)
         << log.problem();
@@ -73,7 +73,7 @@ TEST(TrajectoryLog, WhatAFullDiskRefusesIsWrittenWhenThereIsSpace) {
   log.retry();
   EXPECT_EQ(log.problem(), "");
   EXPECT_EQ(poses_in(folder).size(), 4u);
-  log.append(posed(3));
+  log.append(registered(3));
   EXPECT_EQ(poses_in(folder).back().stamp_ns, 3000000000);
 }
 
@@ -87,15 +87,15 @@ TEST(TrajectoryLog, AFullDiskAtTheStartIsToldAsWell) {
 TEST(TrajectoryLog, AFileThatIsMovedAwayOrRemovedIsBegunAnew) {
   TemporaryFolder folder;
   TrajectoryLog log(folder / "t.txt");
-  log.append(posed(1));
+  log.append(registered(1));
   std::filesystem::rename(folder / "t.txt", folder / "t.txt.1");
-  log.append(posed(2));
-  log.append(posed(3));
+  log.append(registered(2));
+  log.append(registered(3));
   EXPECT_EQ(read_tum(folder / "t.txt.1").size(), 1u);
   ASSERT_EQ(poses_in(folder).size(), 2u);
   EXPECT_EQ(folder.read("t.txt").rfind("# timestamp", 0), 0u) << "with its own head";
   std::filesystem::remove(folder / "t.txt");
-  log.append(posed(4));
+  log.append(registered(4));
   ASSERT_EQ(poses_in(folder).size(), 1u);
   EXPECT_EQ(log.problem(), "");
 }
@@ -103,9 +103,9 @@ TEST(TrajectoryLog, AFileThatIsMovedAwayOrRemovedIsBegunAnew) {
 TEST(TrajectoryLog, WhatIsFoundInItsPlaceIsKept) {
   TemporaryFolder folder;
   TrajectoryLog log(folder / "t.txt");
-  log.append(posed(1));
+  log.append(registered(1));
   write_tum_trajectory(folder / "t.txt", std::vector<KeyframePose>(5, KeyframePose{5, Rigid3()}));
-  log.append(posed(2));
+  log.append(registered(2));
   ASSERT_EQ(poses_in(folder).size(), 6u);
   EXPECT_EQ(poses_in(folder).back().stamp_ns, 2000000000);
 }
@@ -116,7 +116,7 @@ TEST(TrajectoryLog, WhereItCannotBeBegunAnewPosesWait) {
   TrajectoryLog log(path);
   std::filesystem::remove(path);
   std::filesystem::create_directory(path);
-  log.append(posed(1));
+  log.append(registered(1));
   EXPECT_NE(log.problem().find("t.txt: cannot be written (Is a directory)"), std::string::npos)
       << log.problem();
   std::filesystem::remove(path);
@@ -131,7 +131,7 @@ TEST(TrajectoryLog, PosesThatAreLostAreCounted) {
   {
     const FullDisk full(folder.read("t.txt").size());
     for (std::size_t i = 0; i < TrajectoryLog::kMostWaiting + 10; ++i) {
-      log.append(posed(static_cast<std::int64_t>(i)));
+      log.append(registered(static_cast<std::int64_t>(i)));
     }
     EXPECT_NE(log.problem().find("are lost"), std::string::npos) << log.problem();
   }
@@ -153,7 +153,7 @@ TEST(TrajectoryLog, AReaderThatSleepsHoldsNobodyUp) {
   const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
   {
     TrajectoryLog log(pipe);
-    for (int i = 0; i < 3000; ++i) log.append(posed(i));  // more than a pipe holds
+    for (int i = 0; i < 3000; ++i) log.append(registered(i));  // more than a pipe holds
     EXPECT_NE(log.problem(), "");
     std::string read(1 << 20, ' ');
     while (!log.problem().empty()) {

@@ -34,16 +34,16 @@ TEST(EndlessCorridor, IsTrackedAlongItsTrueWay) {
   const EndlessCorridor corridor(small_corridor());
   for (const std::int64_t begin : {0, 20000}) {
     Tracker tracker(TrackerOptions(), CameraModel(small_corridor().camera), Tracker::Mapping::kInline);
-    std::vector<StampedPose> truth, posed;
+    std::vector<StampedPose> truth, registered;
     constexpr int kFrames = 40;
     for (std::int64_t i = begin; i < begin + kFrames; ++i) {
       const EndlessRoom::Frame frame = corridor.frame(i);
       truth.push_back(frame.truth);
       const FrameReport report = tracker.process(frame.truth.stamp_ns, frame.image);
-      if (report.map_from_camera) posed.push_back({report.stamp_ns, *report.map_from_camera});
+      if (report.map_from_camera) registered.push_back({report.stamp_ns, *report.map_from_camera});
     }
-    EXPECT_GT(posed.size(), kFrames - 10u);
-    const TrajectoryError error = evaluate_trajectory(truth, posed, 0);
+    EXPECT_GT(registered.size(), kFrames - 10u);
+    const TrajectoryError error = evaluate_trajectory(truth, registered, 0);
     EXPECT_LT(error.rotation_median_deg, 1.5);
     EXPECT_LT(error.position_rmse_percent, 5)
         << "of the way, which is some eight metres at a pixel of 0.4 deg";

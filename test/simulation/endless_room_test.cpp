@@ -48,7 +48,7 @@ TEST(EndlessRoom, FramesShowTheRoomFromTheirTruePose) {
   }
 }
 
-TEST(EndlessRoom, NoTwoFramesAreAlikeThoughPositionsRecur) {
+TEST(EndlessRoom, FramesDifferThoughPositionsRecur) {
   const EndlessRoom room(small_room());
   const EndlessRoom::Frame first = room.frame(0);
   int recurring = 0;

@@ -36,7 +36,7 @@ TEST(LoopStudy, ABlockIsWalkedRound) {
 }
 
 TEST(LoopStudy, TwoRoomsWithTheSameFurnitureAreNoLoop) {
-  const LoopStudy result = study(alike_rooms_walk(1));
+  const LoopStudy result = study(repetitive_corridor_walk(1));
   EXPECT_EQ(result.frames_posed, result.frames);
   EXPECT_TRUE(result.loops.empty());
   EXPECT_LT(result.position_rmse, 0.02);

@@ -305,7 +305,7 @@ TEST(SimulatedSequence, TheFigureOfEightComesBackToTheStreet) {
   EXPECT_NEAR(way_length(eight.path(), eight.path().size()), 230, 30);
 }
 
-TEST(SimulatedSequence, DoorsOfTheCorridorAreAlike) {
+TEST(SimulatedSequence, DoorsOfTheCorridorLookTheSame) {
   const SequenceOptions options = small_options(SceneKind::kCorridor);
   const SimulatedSequence corridor(options);
   EXPECT_EQ(back_at(corridor.path()), 0u) << "its other wall is seen on the way back";

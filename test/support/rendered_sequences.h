@@ -24,7 +24,7 @@ inline bool point_seen(const SimulatedSequence& sequence, int frame, const Eigen
   const Ray ray{map_from_camera.translation, map_from_camera.rotation * sequence.camera().bearing(pixel)};
   Hit hit;
   const std::shared_ptr<const Scene> scene = sequence.scene_at(frame);
-  if (!scene->intersect(ray, 0, &hit) || !scene->is_body(hit)) return false;
+  if (!scene->intersect(ray, 0, &hit) || !scene->is_object(hit)) return false;
   *x_in_map = ray.origin + hit.distance * ray.direction;
   return true;
 }

@@ -36,9 +36,9 @@ inline std::vector<StampedPose> posed(const std::vector<FrameReport>& reports) {
   return poses;
 }
 
-inline std::vector<StampedPose> posed(const std::vector<PosedFrame>& frames) {
+inline std::vector<StampedPose> posed(const std::vector<RegisteredFrame>& frames) {
   std::vector<StampedPose> poses;
-  for (const PosedFrame& frame : frames) poses.push_back({frame.stamp_ns, frame.map_from_camera});
+  for (const RegisteredFrame& frame : frames) poses.push_back({frame.stamp_ns, frame.map_from_camera});
   return poses;
 }
 

@@ -10,7 +10,7 @@ import numpy
 import rosunit
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-import told_skips  # noqa: E402, F401
+import reported_skips  # noqa: E402, F401
 from track_sequence_runs import Runs, RunsOfARoom, content, report, rows  # noqa: E402
 
 DATA = os.environ.get("MONO_POSE_TRACKER_DATA", "")

@@ -14,7 +14,7 @@ import numpy
 import rosunit
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-import told_skips  # noqa: E402, F401
+import reported_skips  # noqa: E402, F401
 
 FRAMES = 40
 WIDTH, HEIGHT = 480, 360
@@ -137,11 +137,11 @@ class ColmapTest(unittest.TestCase):
         are not empty; lines up to the first empty one."""
         with open(os.path.join(folder, "images.txt")) as f:
             text = [line.strip() for line in f]
-        body = [line for line in text if not line.startswith("#")]
+        content = [line for line in text if not line.startswith("#")]
         by_letter = [line for line in text if line[0] != "#"]
-        full = [line for line in body if line]
-        until_empty = body[:body.index("")] if "" in body else body
-        return [len([line for line in lines[::2] if len(line.split()) == 10]) for lines in (body, by_letter, full, until_empty)]
+        full = [line for line in content if line]
+        until_empty = content[:content.index("")] if "" in content else content
+        return [len([line for line in lines[::2] if len(line.split()) == 10]) for lines in (content, by_letter, full, until_empty)]
 
     def test_every_image_lists_what_it_was_registered_by(self):
         """No second line is empty, at which many programs stop."""

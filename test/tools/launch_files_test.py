@@ -181,12 +181,12 @@ class LaunchFilesTest(unittest.TestCase):
                 roslaunch.config.load_config_default([(path, [])], None)
 
     def test_topics_follow_the_image_topic(self):
-        for topic, beside in (("/cam/image_raw", "/cam/"), ("/image_raw", "/"), ("image_raw", ""),
+        for topic, prefix in (("/cam/image_raw", "/cam/"), ("/image_raw", "/"), ("image_raw", ""),
                               ("cam/image_raw", "cam/")):
             nodes = load("tracker.launch", image_topic=topic)[1]
             remaps = next(remaps for _, name, _, remaps, _ in nodes if name == "tracker")
-            self.assertIn(f"'camera_info', '{beside}camera_info'", remaps)
-            self.assertIn(f"'mask', '{beside}mask'", remaps)
+            self.assertIn(f"'camera_info', '{prefix}camera_info'", remaps)
+            self.assertIn(f"'mask', '{prefix}mask'", remaps)
 
     def rviz(self, name, **arguments):
         return next(args for _, node, args, _, _ in load(name, **arguments)[1] if node == "rviz")
@@ -278,7 +278,7 @@ class LaunchFilesTest(unittest.TestCase):
     def test_bag_with_defaults_ends_with_a_summary(self):
         said = self.run_to_its_end("bag.launch", "bag:=" + self.recording.bag, "rviz:=false")
         self.assertIn("sequence.bag has ended. 12 images: ", said)
-        self.assertRegex(said, r"\d+ posed, \d+ dropped, \d+ lost; map \d+ has \d+ keyframes")
+        self.assertRegex(said, r"\d+ registered, \d+ dropped, \d+ lost; map \d+ has \d+ keyframes")
 
     def test_a_tracker_that_is_refused_ends_the_launch(self):
         for name in ("bag.launch", "object.launch"):

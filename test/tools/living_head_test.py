@@ -29,8 +29,8 @@ class LivingHead(unittest.TestCase):
                                 timeout=600)
         self.assertEqual(result.returncode, 0, result.stderr)
 
-    def track(self, simulated, tracked=(), frames=60, left_out=()):
-        """The report, with the errors. left_out: indices of images that are not shown to the tracker."""
+    def track(self, simulated, tracked=(), frames=60, excluded=()):
+        """The report, with the errors. excluded: indices of images that are not shown to the tracker."""
         sequence, output = os.path.join(self.folder.name, "head"), os.path.join(self.folder.name, "out")
         errors = os.path.join(self.folder.name, "errors.json")
         self.run_program("simulate_sequence", "--output", sequence, "--frames", str(frames), *simulated, "--noise", "1",
@@ -38,7 +38,7 @@ class LivingHead(unittest.TestCase):
         with open(os.path.join(sequence, "images.txt")) as f:
             images = f.readlines()
         with open(os.path.join(sequence, "images.txt"), "w") as f:
-            f.writelines(line for i, line in enumerate(images) if i not in left_out)
+            f.writelines(line for i, line in enumerate(images) if i not in excluded)
         self.run_program("track_sequence", "--images", os.path.join(sequence, "images.txt"), "--camera",
                          os.path.join(sequence, "camera.yaml"), "--output", output, "--seed", "0", "--quiet", *tracked,
                          "--write-masks", os.path.join(self.folder.name, "written"))
@@ -78,13 +78,13 @@ class LivingHead(unittest.TestCase):
     def test_a_wide_step_of_a_turntable_is_tracked_over(self):
         """Of what was seen 24 degrees beside one point in six is found again: more than chance, and all that can be."""
         report = self.track(["--scene", "turntable", "--width", "480", "--height", "360"], ["--config", str(CONFIG)], frames=72,
-                            left_out=range(36, 40))
+                            excluded=range(36, 40))
         self.assertTrue(report["confirmed"], report["warnings"])
         self.assertEqual(report["frames_posed"], 68)
         self.assertGreaterEqual(report["frames_posed_live"], 60)  # as they came: without another beginning
         self.assertLess(report["errors"]["rotation_max_deg"], 0.5)
 
-    def test_of_three_bodies_the_head_is_found(self):
+    def test_of_three_objects_the_head_is_found(self):
         report = self.track(["--shoulders", "sway", "--background", "room", "--hand-held"], ["--config", str(CONFIG)])
         self.expect_right(report)
 

@@ -12,7 +12,7 @@ import numpy
 import rosunit
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-import told_skips  # noqa: E402, F401
+import reported_skips  # noqa: E402, F401
 import browser  # noqa: E402
 from track_sequence_runs import RunsOfARoom, content, run_program  # noqa: E402
 

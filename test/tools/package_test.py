@@ -14,7 +14,7 @@ import roslib.packages
 import rosunit
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-import told_skips  # noqa: E402, F401
+import reported_skips  # noqa: E402, F401
 
 ROOT = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 NAME = "mono_pose_tracker"

@@ -23,10 +23,10 @@ play_bag = importlib.util.module_from_spec(importlib.util.spec_from_loader("play
 loader.exec_module(play_bag)
 
 
-def summary(received, posed, dropped, reasons=()):
+def summary(received, registered, dropped, reasons=()):
     answers = object.__new__(play_bag.Answers)  # nobody to listen to
     answers.lost, answers.reasons = 0, collections.Counter(reasons)
-    answers.last = types.SimpleNamespace(frames_received=received, frames_posed=posed, frames_dropped=dropped,
+    answers.last = types.SimpleNamespace(frames_received=received, frames_posed=registered, frames_dropped=dropped,
                                          epoch=0, keyframes=5, landmarks=100)
     return answers.summary([])
 
@@ -34,7 +34,7 @@ def summary(received, posed, dropped, reasons=()):
 class SummaryTest(unittest.TestCase):
     def test_what_goes_well_is_one_line(self):
         said = summary(400, 385, 3)
-        self.assertIn("400 images: 385 posed, 3 dropped", said)
+        self.assertIn("400 images: 385 registered, 3 dropped", said)
         self.assertNotIn("\n", said)
 
     def test_many_dropped_are_told_what_helps(self):
@@ -42,7 +42,7 @@ class SummaryTest(unittest.TestCase):
         self.assertIn("rate:=0.5", said)
         self.assertIn("track_sequence", said)
 
-    def test_none_posed_says_the_usual_reason(self):
+    def test_none_registered_names_the_usual_reason(self):
         self.assertIn("LOW_PARALLAX", summary(60, 0, 2, ["LOW_PARALLAX: hardly moved"] * 3))
 
 

@@ -13,7 +13,7 @@ import numpy
 import rosunit
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-import told_skips  # noqa: E402, F401
+import reported_skips  # noqa: E402, F401
 from track_sequence_runs import RunsOfARoom, rows  # noqa: E402
 
 MODULES = os.path.join(os.environ["PROGRAMS"], "..", "python3", "dist-packages")

@@ -9,7 +9,7 @@ import cv2
 import rosunit
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-import told_skips  # noqa: E402, F401
+import reported_skips  # noqa: E402, F401
 from mask_overlap import compare_masks  # noqa: E402
 from track_sequence_runs import Runs, report  # noqa: E402
 

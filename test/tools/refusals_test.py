@@ -11,7 +11,7 @@ import rosunit
 import yaml
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-import told_skips  # noqa: E402, F401
+import reported_skips  # noqa: E402, F401
 from track_sequence_runs import RunsOfARoom, content, run_program  # noqa: E402
 
 

@@ -14,7 +14,7 @@ import rosunit
 import yaml
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-import told_skips  # noqa: E402, F401
+import reported_skips  # noqa: E402, F401
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 SCRIPT = REPOSITORY / "scripts" / "regression"

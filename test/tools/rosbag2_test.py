@@ -12,7 +12,7 @@ import rosunit
 import yaml
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-import told_skips  # noqa: E402, F401
+import reported_skips  # noqa: E402, F401
 import ros2_bag  # noqa: E402
 from track_sequence_runs import RunsOfARoom, content, report, rows, run_program  # noqa: E402
 
@@ -156,7 +156,7 @@ class Rosbag2Test(RunsOfARoom):
         ros2_bag.write_db3(self.path("drive.bag"), TOPICS, self.messages()[::-1])
         self.expect_the_same(self.path("drive.bag"))
 
-    def test_camera_info_beside_images_that_are_called_compressed_alone(self):
+    def test_camera_info_next_to_compressed_images_without_a_base_name(self):
         topics = {"/axis/compressed": "sensor_msgs/msg/CompressedImage", "/axis/camera_info": TOPICS["/camera/camera_info"]}
         messages = [("/axis/" + topic.split("/")[-1], time, data)
                     for topic, time, data in self.messages(ros2_bag.compressed_image) if topic != "/other"]

@@ -16,7 +16,7 @@ import numpy
 import rosunit
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-import told_skips  # noqa: E402, F401
+import reported_skips  # noqa: E402, F401
 from track_sequence_runs import run_program  # noqa: E402
 
 FRAMES = 30
@@ -106,10 +106,10 @@ def binary_model(folder):
 def ply_points(path):
     with open(path, "rb") as f:
         content = f.read()
-    header, _, body = content.partition(b"end_header\n")
+    header, _, data = content.partition(b"end_header\n")
     assert b"binary_little_endian" in header
     kind = [("x", "<f4", 3), ("rgb", "u1", 3)]
-    return numpy.frombuffer(body, kind)
+    return numpy.frombuffer(data, kind)
 
 
 class SplatDatasetTest(unittest.TestCase):
@@ -159,9 +159,9 @@ class SplatDatasetTest(unittest.TestCase):
         self.assertGreater(max(observed), 100)
 
     def test_the_model_where_dense_commands_want_it_is_the_same(self):
-        beside = text_model(os.path.join(self.dataset, "sparse"))
-        self.assertEqual(beside.camera, self.model.camera)
-        self.assertEqual(set(beside.points), set(self.model.points))
+        sparse_model = text_model(os.path.join(self.dataset, "sparse"))
+        self.assertEqual(sparse_model.camera, self.model.camera)
+        self.assertEqual(set(sparse_model.points), set(self.model.points))
 
     def test_points_are_reprojected_through_transforms_json(self):
         """As nerfstudio and instant-ngp read it: OpenGL's camera axes, the points of ply_file_path."""

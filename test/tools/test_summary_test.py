@@ -38,10 +38,10 @@ class TestSummary(unittest.TestCase):
         return done.stdout.splitlines(), done.returncode
 
     def test_the_last_two_lines(self):
-        self.write("pkg/a.xml", suite(case("good"), case("left_out", inside='<skipped message="no data"/>')))
+        self.write("pkg/a.xml", suite(case("good"), case("skipped_case", inside='<skipped message="no data"/>')))
         self.write("pkg/b.xml", suite(case("better")))
         lines, status = self.summarise()
-        self.assertEqual(lines[-2:], ["skipped: Group.left_out", "2 passed, 0 failed"])
+        self.assertEqual(lines[-2:], ["skipped: Group.skipped_case", "2 passed, 0 failed"])
         self.assertEqual(status, 0)
 
     def test_a_program_that_never_ran_has_failed(self):
@@ -62,7 +62,7 @@ class TestSummary(unittest.TestCase):
         for name, (decorator, inside) in {"whole": whole, "part": part}.items():
             test.write_text(f"""import sys, unittest, rosunit
 sys.path.insert(0, {str(SUPPORT)!r})
-import told_skips
+import reported_skips
 {decorator}
 class Needy(unittest.TestCase):
     def test_{name}(self): {inside or "pass"}

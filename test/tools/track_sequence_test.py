@@ -12,7 +12,7 @@ import rosunit
 import yaml
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-import told_skips  # noqa: E402, F401
+import reported_skips  # noqa: E402, F401
 from track_sequence_runs import FRAMES, RunsOfARoom, content, lines, report, rows, run_program  # noqa: E402
 
 STAGE_KEYS = {"median_ms", "p95_ms", "max_ms", "count"}
@@ -128,9 +128,9 @@ class TrackSequence(RunsOfARoom):
         self.expect_refused(["--hfov"], "--images", self.list, "--hfov", "170")
         self.expect_refused(["--hfov", "--camera"], "--images", self.list, "--hfov", "60", "--camera", self.camera)
 
-    def test_every_image_is_posed_as_the_truth_has_it(self):
+    def test_every_image_is_registered_as_the_truth_has_it(self):
         self.assertEqual(self.result.returncode, 0, self.result.stderr)
-        self.assertIn("%d of %d images posed" % (FRAMES, FRAMES), self.result.stdout)
+        self.assertIn("%d of %d images registered" % (FRAMES, FRAMES), self.result.stdout)
         self.expect_trajectory(self.stamps, os.path.join(self.tracked, "trajectory.txt"))
         # The 0.2 deg and 0.5 % that hold at 640 x 480: half the resolution has twice the angle a pixel, and a sixth
         # of the images.
@@ -187,14 +187,14 @@ class TrackSequence(RunsOfARoom):
         self.assertFalse(os.path.exists(os.path.join(self.tracked, "view_graph.png")))
 
     def test_points_and_picture(self):
-        header, _, body = content(self.tracked, "points.ply").partition(b"end_header\n")
+        header, _, data = content(self.tracked, "points.ply").partition(b"end_header\n")
         header = header.decode().splitlines()
         points = report(self.tracked)["points"]
         self.assertEqual(header[:3], ["ply", "format binary_little_endian 1.0", "element vertex %d" % points])
         self.assertEqual(header[3:], ["property float " + x for x in "xyz"] +
                          ["property uchar " + color for color in ("red", "green", "blue")])
-        self.assertEqual(len(body), 15 * points)  # three floats and three bytes a point
-        vertices = numpy.frombuffer(body, [("x", "<f4", 3), ("rgb", "u1", 3)])
+        self.assertEqual(len(data), 15 * points)  # three floats and three bytes a point
+        vertices = numpy.frombuffer(data, [("x", "<f4", 3), ("rgb", "u1", 3)])
         # The median depth in the first view is 1: the room is not larger than some of these.
         self.assertLess(numpy.abs(vertices["x"]).max(), 20)
         self.assertGreater(vertices["rgb"].std(), 1)
@@ -396,7 +396,7 @@ class TrackSequence(RunsOfARoom):
         self.assertEqual((figures["frames_total"], figures["frames_posed"]), (2, 2))
         self.expect_trajectory(["1.000000000", "1.100000000"], os.path.join(output, "trajectory.txt"))
 
-    def test_what_is_skipped_does_not_count_beside_two_images(self):
+    def test_skipped_images_do_not_count_towards_two_images(self):
         thumbnail = self.path("thumbnail.png")
         cv2.imwrite(thumbnail, numpy.zeros((24, 32), numpy.uint8))
         two = [self.names[0], self.names[4]]

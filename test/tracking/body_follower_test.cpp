@@ -12,11 +12,11 @@ class BodyFollowerTest : public testing::Test, protected TwoBodies {
  protected:
   BodyFollowerTest() : map_(map_with(true, 120, 200, {7, 0, 10})), follower_(start()) {}
 
-  TurningBody start() const {
-    TurningBody body;
+  TurningObject start() const {
+    TurningObject body;
     body.image = map_.keyframe(0)->image;
     for (int f = 0; f < body.image->size(); ++f) {
-      body.sides.push_back(f < head_features(0) ? BodySide::kTurns : BodySide::kMovesOtherwise);
+      body.sides.push_back(f < head_features(0) ? FeatureMotion::kTurns : FeatureMotion::kMovesOtherwise);
     }
     return body;
   }
@@ -74,8 +74,8 @@ TEST_F(BodyFollowerTest, WhatIsOutOfViewIsNotFollowed) {
 
 TEST_F(BodyFollowerTest, WhatItWasPosedByIsTheBody) {
   // Everything is taken for the room but ten features of the head.
-  TurningBody wrong = start();
-  std::fill(wrong.sides.begin() + 10, wrong.sides.end(), BodySide::kMovesOtherwise);
+  TurningObject wrong = start();
+  std::fill(wrong.sides.begin() + 10, wrong.sides.end(), FeatureMotion::kMovesOtherwise);
   BodyFollower follower(wrong);
   Frame of_body = frame(1);
   of_body.is_mask_given = true;

@@ -8,8 +8,8 @@
 namespace mono_pose_tracker {
 namespace {
 
-std::vector<PosedFrame> posed(const std::vector<std::int64_t>& frames) {
-  std::vector<PosedFrame> trajectory;
+std::vector<RegisteredFrame> posed(const std::vector<std::int64_t>& frames) {
+  std::vector<RegisteredFrame> trajectory;
   for (const std::int64_t frame : frames) {
     trajectory.emplace_back();
     trajectory.back().index = frame;
@@ -36,7 +36,7 @@ TEST(DoubtfulFrames, OfAShortPathOneMayLeadAstray) {
 }
 
 TEST(RunsWithoutKeyframe, AreApartByMoreThanTheyAreLong) {
-  std::vector<PosedFrame> trajectory;
+  std::vector<RegisteredFrame> trajectory;
   for (const std::int64_t index : {0, 1, 2, 10, 11, 12, 20, 24, 25, 26, 28, 40}) {
     trajectory.push_back({index, index, Rigid3()});
   }

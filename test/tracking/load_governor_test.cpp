@@ -142,7 +142,7 @@ TEST(LoadGovernor, TimeToSpareIsForObjects) {
   EXPECT_TRUE(at(kTimeToSpare).finer_for_small_objects);
   EXPECT_FALSE(at(kFullWork).finer_for_small_objects);
   given.segmentation.body = "turning";
-  ASSERT_TRUE(given.segmentation.wants_turning_body());
+  ASSERT_TRUE(given.segmentation.wants_turning_object());
   EXPECT_EQ(at(kTimeToSpare).first_octave, -1);
   EXPECT_EQ(at(kFullWork).first_octave, 0);
   EXPECT_EQ(options_for_images(given, {1920, 1080}, SearchPace::kLive, kTimeToSpare).sift.reduction, 2)

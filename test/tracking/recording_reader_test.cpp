@@ -36,7 +36,7 @@ std::vector<double> numbers_of(const RecordingResult& result, const std::vector<
     numbers.insert(numbers.end(), pose.translation.data(), pose.translation.data() + 3);
     numbers.insert(numbers.end(), pose.rotation.coeffs().data(), pose.rotation.coeffs().data() + 4);
   };
-  for (const PosedFrame& frame : result.trajectory) {
+  for (const RegisteredFrame& frame : result.trajectory) {
     numbers.push_back(static_cast<double>(frame.index));
     add_pose(frame.map_from_camera);
   }

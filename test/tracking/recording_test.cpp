@@ -157,8 +157,8 @@ TEST_F(RecordingTest, AMapOfTheSmallerOfTwoBodiesIsMadeAnewOfTheLarger) {
   ASSERT_TRUE(result.tracked);
   EXPECT_GT(tracked.attempt, 0);
   EXPECT_FALSE(result.maps.front().is_of_smaller_body);
-  const PosedFrame &a = result.trajectory[result.trajectory.size() / 4], &b = result.trajectory.back();
-  const auto truth = [&](const PosedFrame& frame) {
+  const RegisteredFrame &a = result.trajectory[result.trajectory.size() / 4], &b = result.trajectory.back();
+  const auto truth = [&](const RegisteredFrame& frame) {
     return second.truth[shown(frame.index)].map_from_camera;
   };
   EXPECT_LT(rotation_angle_between((a.map_from_camera.inverse() * b.map_from_camera).rotation,
@@ -170,11 +170,11 @@ TEST_F(RecordingTest, AMapOfTheSmallerOfTwoBodiesIsMadeAnewOfTheLarger) {
 }
 
 // The greatest error of rotation, rad, once the paths are aligned at their first frames.
-double worst_rotation(const std::vector<PosedFrame>& frames, const std::vector<StampedPose>& truth,
+double worst_rotation(const std::vector<RegisteredFrame>& frames, const std::vector<StampedPose>& truth,
                       int step) {
-  const PosedFrame& first = frames.front();
+  const RegisteredFrame& first = frames.front();
   double worst = 0;
-  for (const PosedFrame& frame : frames) {
+  for (const RegisteredFrame& frame : frames) {
     const Rigid3 found = first.map_from_camera.inverse() * frame.map_from_camera,
                  right = truth[step * first.index].map_from_camera.inverse() *
                          truth[step * frame.index].map_from_camera;
@@ -271,7 +271,7 @@ TEST_F(RecordingTest, WhatFollowsACutHasAMapOfItsOwnHoweverShort) {
   ASSERT_TRUE(result.tracked);
   EXPECT_EQ(result.trajectory.size(), 16u);
   ASSERT_EQ(result.maps.size(), 2u);
-  const std::vector<PosedFrame>& apart = result.maps[1].trajectory;
+  const std::vector<RegisteredFrame>& apart = result.maps[1].trajectory;
   ASSERT_EQ(apart.size(), 7u);
   EXPECT_EQ(apart.front().index, 16);
   EXPECT_EQ(apart.back().index, 22);

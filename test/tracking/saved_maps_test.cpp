@@ -249,8 +249,8 @@ TEST(SavedMaps, ANewMapIsBegunBesideTheLoadedOne) {
   FrameReport report;
   for (int i = 0; i < elsewhere.size(); ++i) report = show(tracker, elsewhere.render(i).image);
   ASSERT_EQ(report.state, State::kTracking) << report.reason_text;
-  ASSERT_EQ(report.kept_maps.size(), 1u) << "the loaded one";
-  EXPECT_GT(report.map_id, report.kept_maps[0]);
+  ASSERT_EQ(report.inactive_maps.size(), 1u) << "the loaded one";
+  EXPECT_GT(report.map_id, report.inactive_maps[0]);
   const SavedMaps both = *tracker.copy_maps();
   ASSERT_EQ(both.maps.size(), 2u);
   EXPECT_EQ(both.sessions.size(), 2u);

@@ -170,7 +170,8 @@ TEST(Scale, AMarkerThatIsSeenLaterSetsMetres) {
   EXPECT_GE(in_units.size(), 5u) << "the map had begun without it";
   ASSERT_GE(in_metres.size(), 4u);
   std::vector<StampedPose> all;
-  for (const PosedFrame& frame : tracker.trajectory()) all.push_back({frame.stamp_ns, frame.map_from_camera});
+  for (const RegisteredFrame& frame : tracker.trajectory())
+    all.push_back({frame.stamp_ns, frame.map_from_camera});
   EXPECT_NEAR(evaluate_trajectory(scale_room().truth, all, 0).reference_from_estimate.scale, 1, 0.03);
   for (std::size_t i = 1; i < in_metres.size(); ++i) {
     const double step =

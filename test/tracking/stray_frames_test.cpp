@@ -22,8 +22,8 @@ constexpr double kLeast = 0.05;
 constexpr std::int64_t kPeriod_ns = 33333333;
 
 // Forty frames, a centimetre apart.
-std::vector<PosedFrame> walk() {
-  std::vector<PosedFrame> frames;
+std::vector<RegisteredFrame> walk() {
+  std::vector<RegisteredFrame> frames;
   for (int i = 0; i < 40; ++i) {
     Rigid3 map_from_camera;
     map_from_camera.translation = Eigen::Vector3d(0.01 * i, 0, 0);
@@ -32,14 +32,14 @@ std::vector<PosedFrame> walk() {
   return frames;
 }
 
-void move(std::vector<PosedFrame>* frames, int frame, double metres) {
+void move(std::vector<RegisteredFrame>* frames, int frame, double metres) {
   (*frames)[frame].map_from_camera.translation.z() += metres;
 }
 
 TEST(StrayFrames, AWalkHasNone) { EXPECT_EQ(stray_frames(walk(), kLeast), Frames()); }
 
 TEST(StrayFrames, FramesFarFromThoseBesideThemAreFound) {
-  std::vector<PosedFrame> frames = walk();
+  std::vector<RegisteredFrame> frames = walk();
   move(&frames, 7, 1);
   move(&frames, 20, -0.5);
   move(&frames, 21, -0.4);
@@ -47,7 +47,7 @@ TEST(StrayFrames, FramesFarFromThoseBesideThemAreFound) {
 }
 
 TEST(StrayFrames, ARunThatIsElsewhereForLessThanASecondIsFound) {
-  std::vector<PosedFrame> frames = walk();
+  std::vector<RegisteredFrame> frames = walk();
   Frames run;
   for (int i = 8; i < 32; ++i) run.insert(i), move(&frames, i, 3);
   EXPECT_EQ(stray_frames(frames, kLeast), run);
@@ -60,22 +60,22 @@ TEST(StrayFrames, ARunThatIsElsewhereForLessThanASecondIsFound) {
 
 // Half a metre, a second, and before and after it the camera stands.
 TEST(StrayFrames, AHandThatReachesOutAndBackIsNotAstray) {
-  std::vector<PosedFrame> frames = walk();
-  for (PosedFrame& frame : frames) frame.map_from_camera.translation.x() *= 1e-3;
+  std::vector<RegisteredFrame> frames = walk();
+  for (RegisteredFrame& frame : frames) frame.map_from_camera.translation.x() *= 1e-3;
   for (int i = 10; i <= 30; ++i) move(&frames, i, 0.5 * std::sin(0.05 * 3.1416 * (i - 10)));
   EXPECT_EQ(stray_frames(frames, kLeast), Frames());
 }
 
 // A step, a stop and a new place are what cameras do.
 TEST(StrayFrames, WhatDoesNotComeBackIsNotAstray) {
-  std::vector<PosedFrame> frames = walk();
+  std::vector<RegisteredFrame> frames = walk();
   for (int i = 15; i < 40; ++i) move(&frames, i, 2);
   EXPECT_EQ(stray_frames(frames, kLeast), Frames());
 }
 
 // While the frames between are missing it had the time to go there and back.
 TEST(StrayFrames, TimeExcusesALongWay) {
-  std::vector<PosedFrame> frames = walk();
+  std::vector<RegisteredFrame> frames = walk();
   move(&frames, 20, 0.3);
   EXPECT_EQ(stray_frames(frames, kLeast), Frames({20}));
   frames.erase(frames.begin() + 21, frames.begin() + 25);
@@ -84,14 +84,14 @@ TEST(StrayFrames, TimeExcusesALongWay) {
 }
 
 TEST(StrayFrames, NoiseOfACameraThatStandsIsNoMotion) {
-  std::vector<PosedFrame> frames = walk();
-  for (PosedFrame& frame : frames) frame.map_from_camera.translation.x() *= 1e-3;
+  std::vector<RegisteredFrame> frames = walk();
+  for (RegisteredFrame& frame : frames) frame.map_from_camera.translation.x() *= 1e-3;
   move(&frames, 20, 0.8 * kLeast);
   EXPECT_EQ(stray_frames(frames, kLeast), Frames());
 }
 
 TEST(StrayFrames, AFewFramesTellNoSpeed) {
-  std::vector<PosedFrame> frames = walk();
+  std::vector<RegisteredFrame> frames = walk();
   frames.resize(5);
   move(&frames, 2, 1);
   EXPECT_EQ(stray_frames(frames, kLeast), Frames());
@@ -114,7 +114,7 @@ class TrackedRoom : public ::testing::Test {
   }
 
   bool is_posed() const {
-    for (const PosedFrame& frame : tracker_.trajectory()) {
+    for (const RegisteredFrame& frame : tracker_.trajectory()) {
       if (frame.index == kStray) return true;
     }
     return false;
@@ -142,10 +142,10 @@ TEST_F(TrackedRoom, WhatStaysAstrayHasNoPose) {
 }
 
 TEST_F(TrackedRoom, WhatMovesAsItShouldIsLeftAlone) {
-  const std::vector<PosedFrame> before = tracker_.trajectory();
+  const std::vector<RegisteredFrame> before = tracker_.trajectory();
   EXPECT_EQ(tracker_.settle_motion(), Frames());
   tracker_.smooth({kStray});  // it was not posed again
-  const std::vector<PosedFrame> after = tracker_.trajectory();
+  const std::vector<RegisteredFrame> after = tracker_.trajectory();
   ASSERT_EQ(after.size(), before.size());
   for (std::size_t i = 0; i < after.size(); ++i) {
     EXPECT_EQ(after[i].map_from_camera.translation, before[i].map_from_camera.translation);
@@ -154,7 +154,7 @@ TEST_F(TrackedRoom, WhatMovesAsItShouldIsLeftAlone) {
 
 TEST_F(TrackedRoom, AFrameThatMovesBeyondBeliefIsPosedAgain) {
   const auto center = [&](std::int64_t index) {
-    for (const PosedFrame& frame : tracker_.trajectory()) {
+    for (const RegisteredFrame& frame : tracker_.trajectory()) {
       if (frame.index == index) return frame.map_from_camera.translation;
     }
     throw std::logic_error("not posed");

@@ -40,10 +40,10 @@ TEST(Tracker, PosesEveryImageOfARecording) {
   for (int i = 0; i < kFrames; ++i) {
     const auto trajectory = tracker.trajectory();
     const bool known = std::any_of(trajectory.begin(), trajectory.end(),
-                                   [&](const PosedFrame& frame) { return frame.index == i; });
+                                   [&](const RegisteredFrame& frame) { return frame.index == i; });
     if (!known) tracker.resect_again(i, room().frames[i].stamp_ns, room().frames[i].image);
   }
-  const std::vector<PosedFrame> trajectory = tracker.trajectory();
+  const std::vector<RegisteredFrame> trajectory = tracker.trajectory();
   ASSERT_EQ(trajectory.size(), static_cast<std::size_t>(kFrames));
   for (int i = 0; i < kFrames; ++i) EXPECT_EQ(trajectory[i].index, i);
   expect_accurate(posed(trajectory), 0.4, 1);
@@ -90,7 +90,7 @@ TEST(Tracker, WhatIsFixedToTheCameraIsNoPartOfTheMap) {
   }
   EXPECT_GT(others, 500);
   EXPECT_LT(on_sticker, 0.02 * others);
-  const std::vector<PosedFrame> trajectory = tracker.trajectory();
+  const std::vector<RegisteredFrame> trajectory = tracker.trajectory();
   EXPECT_GE(trajectory.size(), kFrames - 8u);
   expect_accurate(posed(trajectory), 0.8, 2);
 }
@@ -222,7 +222,7 @@ TEST(Tracker, AFrameKeepsItsPlaceWhileTheMapIsRescaled) {
     told_scale *= report.length_scale;
     tracker.wait();
     if (!report.map_from_camera) continue;
-    const PosedFrame stored = tracker.trajectory().back();
+    const RegisteredFrame stored = tracker.trajectory().back();
     ASSERT_EQ(stored.stamp_ns, 1000 + step);
     const Eigen::Vector3d told = report.map_from_camera->translation * (scale / told_scale);
     EXPECT_LT((stored.map_from_camera.translation - told).norm(), 1e-6 * told.norm()) << step;

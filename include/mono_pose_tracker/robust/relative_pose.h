@@ -14,9 +14,9 @@ struct RelativePoseOptions {
   double distinct_rotation = 0.0175;    // rad (1 degree): hypotheses nearer in both are one
   double distinct_translation = 0.175;  // rad (10 degrees): of the translations' directions
   // Pairs that may be near their epipolar lines by nothing but chance have no say in the last refinement of
-  // the best (chance_pairs.h). For wrong matches that lie anywhere: not those of a repeated texture, or of
-  // another body that moves.
-  bool without_chance_pairs = true;
+  // the best (accidental_matches.h). For wrong matches that lie anywhere: not those of a repeated texture, or
+  // of another body that moves.
+  bool without_accidental_matches = true;
   std::vector<float> quality;  // empty, or one value a pair, smaller is better (PROSAC order)
 };
 

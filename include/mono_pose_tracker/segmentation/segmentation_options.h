@@ -41,7 +41,7 @@ struct SegmentationOptions {
   bool is_by_chroma() const { return method == "chroma"; }
   /// Given no mask, an object may be found by its motion.
   bool may_find_motion() const { return is_automatic() || is_by_motion(); }
-  bool wants_turning_body() const { return body == "turning"; }
+  bool wants_turning_object() const { return body == "turning"; }
 };
 
 }  // namespace mono_pose_tracker

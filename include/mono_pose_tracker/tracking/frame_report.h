@@ -29,7 +29,7 @@ struct SeenMotion {
   Eigen::Vector2f from_px, to_px;
 };
 
-struct PosedFrame {
+struct RegisteredFrame {
   std::int64_t index = 0;
   std::int64_t stamp_ns = 0;
   Rigid3 map_from_camera;
@@ -43,9 +43,9 @@ struct FrameReport {
   std::string reason_text;   // the reason with its numbers, one line
   std::uint32_t epoch = 0;   // counts maps: only grows, whenever another map is begun, loaded or gone back to
   std::uint32_t map_id = 0;  // names the map that the frame was posed in; 0: none
-  std::uint32_t corrections = 0;         // of this map so far; each moves poses
-  double length_scale = 1;               // of lengths where the camera is, by those since the last report
-  std::vector<std::uint32_t> kept_maps;  // ids of those beside it, which it may yet be joined with
+  std::uint32_t corrections = 0;             // of this map so far; each moves poses
+  double length_scale = 1;                   // of lengths where the camera is, by those since the last report
+  std::vector<std::uint32_t> inactive_maps;  // ids of those beside it, which it may yet be joined with
 
   std::optional<Rigid3> map_from_camera;  // empty while there is no pose
   /// Of map_from_camera as ROS defines it: x y z (map units) and rotations about the map's fixed axes (rad).
@@ -71,7 +71,7 @@ struct FrameReport {
 
   /// After a correction, or in a map that was gone back to: every frame posed in it, as it stands now. Else
   /// empty.
-  std::vector<PosedFrame> corrected;
+  std::vector<RegisteredFrame> corrected;
   /// Stamps of earlier frames whose poses, which were reported, no longer hold.
   std::vector<std::int64_t> withdrawn_ns;
 

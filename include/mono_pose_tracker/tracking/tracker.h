@@ -124,7 +124,7 @@ class Tracker {
 
   /// Every frame posed against the current map, by index. A frame that is no keyframe rides on its reference
   /// keyframe.
-  std::vector<PosedFrame> trajectory() const;
+  std::vector<RegisteredFrame> trajectory() const;
 
   /// For the end of a recording. Waits for the mapper, completes tracks, adjusts everything. Of a recording
   /// of two images, which no third can confirm, the two-view result becomes the map. False when there is no

@@ -47,9 +47,9 @@ struct Row {
 
 constexpr Row kRows[] = {
     {"frames", "/frames_total", "%.0f"},
-    {"  posed", "/frames_posed", "%.0f"},
+    {"  registered", "/frames_posed", "%.0f"},
     {"    not in the largest map", "/frames_posed_in_other_maps", "%.0f"},
-    {"  not posed", "/frames_not_posed", "%.0f"},
+    {"  not registered", "/frames_not_posed", "%.0f"},
     {"  dropped", "/frames_dropped", "%.0f"},
     {"keyframes", "/keyframes", "%.0f"},
     {"landmarks", "/landmarks", "%.0f"},

@@ -51,7 +51,7 @@ LivePipeline::Counts LivePipeline::counts() const {
   return counts_;
 }
 
-std::vector<PosedFrame> LivePipeline::trajectory_on_final_map() {
+std::vector<RegisteredFrame> LivePipeline::trajectory_on_final_map() {
   tracker_.wait_for_mapping();
   return tracker_.trajectory();
 }

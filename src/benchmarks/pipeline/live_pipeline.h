@@ -41,7 +41,7 @@ class LivePipeline {
   Counts counts() const;
   /// Every frame posed against the present map, on the map as the mapper leaves it when nothing more comes.
   /// After wait().
-  std::vector<PosedFrame> trajectory_on_final_map();
+  std::vector<RegisteredFrame> trajectory_on_final_map();
 
  private:
   struct Frame {

@@ -51,9 +51,9 @@ std::optional<TrajectoryError> error_of(const std::vector<StampedPose>& referenc
   }
 }
 
-std::vector<StampedPose> stamped(const std::vector<PosedFrame>& frames) {
+std::vector<StampedPose> stamped(const std::vector<RegisteredFrame>& frames) {
   std::vector<StampedPose> poses;
-  for (const PosedFrame& frame : frames) poses.push_back({frame.stamp_ns, frame.map_from_camera});
+  for (const RegisteredFrame& frame : frames) poses.push_back({frame.stamp_ns, frame.map_from_camera});
   return poses;
 }
 
@@ -155,10 +155,10 @@ Json run_offline(const RunInput& input, std::vector<StampedPose>* trajectory) {
   const double seconds = 1e-3 * ms_since(start), cpu_seconds = 1e-3 * (process_cpu_ms() - cpu_before_ms);
   *trajectory = stamped(result.trajectory);
   const std::vector<StampedPose> largest = poses_in_largest_map(gathered.reported);
-  const auto posed = static_cast<std::int64_t>(result.trajectory.size());
+  const auto registered = static_cast<std::int64_t>(result.trajectory.size());
   return {{"frames_total", result.frames_total},
-          {"frames_posed", posed},
-          {"frames_not_posed", result.frames_total - posed},
+          {"frames_posed", registered},
+          {"frames_not_posed", result.frames_total - registered},
           {"frames_posed_as_they_came", result.frames_posed_live},
           {"seconds", seconds},
           {"cpu_seconds", cpu_seconds},
@@ -191,15 +191,15 @@ Json run_live(const RunInput& input, double rate_hz, const std::vector<StampedPo
   }
   pipeline.wait();
   const LivePipeline::Counts counts = pipeline.counts();
-  const int posed = static_cast<int>(gathered.reported.size());
+  const int registered = static_cast<int>(gathered.reported.size());
   const std::vector<StampedPose> largest = poses_in_largest_map(gathered.reported);
   const std::vector<StampedPose> on_final_map = stamped(pipeline.trajectory_on_final_map());
   Json result = {
       {"rate_hz", rate_hz},
       {"frames_total", counts.received},
-      {"frames_posed", posed},
-      {"frames_not_posed", counts.tracked - posed},
-      {"frames_posed_in_other_maps", posed - static_cast<int>(largest.size())},
+      {"frames_posed", registered},
+      {"frames_not_posed", counts.tracked - registered},
+      {"frames_posed_in_other_maps", registered - static_cast<int>(largest.size())},
       {"frames_dropped", counts.dropped},
       {"seconds", 1e-3 * ms_since(start)},
       {"latency", time_statistics(latency_ms)},

@@ -69,7 +69,7 @@ struct Minute {
 };
 
 std::string heading() {
-  return "minute  posed not drop   frame ms: median    p95   cpu: median    p95  latency: p95  all cpu "
+  return "minute   reg. not drop   frame ms: median    p95   cpu: median    p95  latency: p95  all cpu "
          "backlog  keyframes landmarks    MB  rmse %\n";
 }
 

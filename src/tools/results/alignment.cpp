@@ -23,7 +23,7 @@ struct GivenFrame {
   std::int64_t index = 0;  // of the nearest frame
   Rigid3 map_from_camera;
   Eigen::Vector3d x_in_world;
-  std::optional<Eigen::Quaterniond> world_from_body;
+  std::optional<Eigen::Quaterniond> world_from_given;
 };
 
 Rigid3 moved_pose(const Sim3& world_from_map, const Rigid3& map_from_camera) {
@@ -32,23 +32,23 @@ Rigid3 moved_pose(const Sim3& world_from_map, const Rigid3& map_from_camera) {
 }
 
 /// The camera at that time: of the nearest frame, or between two successive ones.
-std::optional<GivenFrame> camera_at(const std::vector<PosedFrame>& by_stamp, const StampedPose& given,
+std::optional<GivenFrame> camera_at(const std::vector<RegisteredFrame>& by_stamp, const StampedPose& given,
                                     std::int64_t max_difference_ns) {
   const auto after = std::lower_bound(
       by_stamp.begin(), by_stamp.end(), given.stamp_ns,
-      [](const PosedFrame& frame, std::int64_t stamp_ns) { return frame.stamp_ns < stamp_ns; });
-  const PosedFrame* const b = after == by_stamp.end() ? nullptr : &*after;
-  const PosedFrame* const a = after == by_stamp.begin() ? nullptr : &*(after - 1);
-  const auto far = [&](const PosedFrame* frame) {
+      [](const RegisteredFrame& frame, std::int64_t stamp_ns) { return frame.stamp_ns < stamp_ns; });
+  const RegisteredFrame* const b = after == by_stamp.end() ? nullptr : &*after;
+  const RegisteredFrame* const a = after == by_stamp.begin() ? nullptr : &*(after - 1);
+  const auto far = [&](const RegisteredFrame* frame) {
     return frame ? std::abs(frame->stamp_ns - given.stamp_ns) : std::numeric_limits<std::int64_t>::max();
   };
-  const PosedFrame* const nearest = far(a) < far(b) ? a : b;
+  const RegisteredFrame* const nearest = far(a) < far(b) ? a : b;
   if (!nearest) return std::nullopt;
   GivenFrame result;
   result.index = nearest->index;
   result.map_from_camera = nearest->map_from_camera;
   result.x_in_world = given.map_from_camera.translation;
-  result.world_from_body = given.map_from_camera.rotation;
+  result.world_from_given = given.map_from_camera.rotation;
   if (far(nearest) <= max_difference_ns) return result;
   if (!a || !b || b->index != a->index + 1) return std::nullopt;
   const double t = static_cast<double>(far(a)) / static_cast<double>(b->stamp_ns - a->stamp_ns);
@@ -59,9 +59,11 @@ std::optional<GivenFrame> camera_at(const std::vector<PosedFrame>& by_stamp, con
 }
 
 std::vector<GivenFrame> frames_by_stamp(const std::vector<StampedPose>& given,
-                                        std::vector<PosedFrame> trajectory, std::int64_t max_difference_ns) {
-  std::stable_sort(trajectory.begin(), trajectory.end(),
-                   [](const PosedFrame& a, const PosedFrame& b) { return a.stamp_ns < b.stamp_ns; });
+                                        std::vector<RegisteredFrame> trajectory,
+                                        std::int64_t max_difference_ns) {
+  std::stable_sort(
+      trajectory.begin(), trajectory.end(),
+      [](const RegisteredFrame& a, const RegisteredFrame& b) { return a.stamp_ns < b.stamp_ns; });
   std::vector<GivenFrame> frames;
   for (const StampedPose& pose : given) {
     if (const auto frame = camera_at(trajectory, pose, max_difference_ns)) frames.push_back(*frame);
@@ -70,12 +72,12 @@ std::vector<GivenFrame> frames_by_stamp(const std::vector<StampedPose>& given,
 }
 
 std::vector<GivenFrame> frames_by_name(const std::vector<NamedPosition>& given,
-                                       const std::vector<PosedFrame>& trajectory,
+                                       const std::vector<RegisteredFrame>& trajectory,
                                        const std::map<std::int64_t, std::string>& names) {
   std::map<std::string, const NamedPosition*> by_name;
   for (const NamedPosition& position : given) by_name[position.name] = &position;
   std::vector<GivenFrame> frames;
-  for (const PosedFrame& frame : trajectory) {
+  for (const RegisteredFrame& frame : trajectory) {
     const std::string& name = names.at(frame.index);
     auto found = by_name.find(name);
     if (found == by_name.end()) found = by_name.find(std::filesystem::path(name).filename().string());
@@ -91,13 +93,13 @@ std::vector<DirectionPair> directions_of_poses(const std::vector<GivenFrame>& fr
                                                double max_orientation_deg) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (const GivenFrame& frame : frames) {
-    sum += (*frame.world_from_body * frame.map_from_camera.rotation.conjugate()).toRotationMatrix();
+    sum += (*frame.world_from_given * frame.map_from_camera.rotation.conjugate()).toRotationMatrix();
   }
   const Eigen::Quaterniond world_from_map(nearest_rotation(sum));
   std::vector<double> angles;
   for (const GivenFrame& frame : frames) {
     const Eigen::Quaterniond expected = world_from_map * frame.map_from_camera.rotation;
-    angles.push_back(expected.angularDistance(*frame.world_from_body) / kDegree);
+    angles.push_back(expected.angularDistance(*frame.world_from_given) / kDegree);
   }
   if (angles.empty() || median(angles) > max_orientation_deg) return {};
   std::vector<DirectionPair> directions;
@@ -130,7 +132,7 @@ void move_map(const Sim3& world_from_map, FinishedMap* map) {
   map->map.transform(world_from_map);
   map->map.set_scale_source(ScaleSource::kKnownBaseline);
   if (map->snapshot) map->snapshot = moved_snapshot(*map->snapshot, world_from_map);
-  for (PosedFrame& frame : map->trajectory) {
+  for (RegisteredFrame& frame : map->trajectory) {
     frame.map_from_camera = moved_pose(world_from_map, frame.map_from_camera);
   }
 }
@@ -187,7 +189,7 @@ void warn_of_alignment(const PositionAlignment& alignment, const AlignmentOption
         name.c_str(), std::min(alignment.rotation_sigma_deg, 180.0)));
   }
   double largest = 0;
-  for (const PosedFrame& frame : map.trajectory) {
+  for (const RegisteredFrame& frame : map.trajectory) {
     largest = std::max(largest, frame.map_from_camera.translation.lpNorm<Eigen::Infinity>());
   }
   if (largest > options.max_coordinate) {
@@ -272,7 +274,7 @@ void move_as_aligned(const RecordingResult& result, const AlignedResult& aligned
   }
 }
 
-Eigen::Quaterniond view_from_map(const std::vector<PosedFrame>& trajectory) {
+Eigen::Quaterniond view_from_map(const std::vector<RegisteredFrame>& trajectory) {
   const Eigen::Vector3d mean = mean_down(trajectory);
   int axis = 0;
   mean.cwiseAbs().maxCoeff(&axis);

@@ -45,6 +45,6 @@ void move_as_aligned(const RecordingResult& result, const AlignedResult& aligned
 
 /// Rotates the frame of the given positions, whose axes may point anywhere, to optical axes as an overview
 /// draws them (x right, y down, z forward): by quarter turns, so that the cameras' down is y.
-Eigen::Quaterniond view_from_map(const std::vector<PosedFrame>& trajectory);
+Eigen::Quaterniond view_from_map(const std::vector<RegisteredFrame>& trajectory);
 
 }  // namespace mono_pose_tracker

@@ -26,7 +26,7 @@ class ModelBuilder {
     for (const auto& entry : map.map.keyframes()) keyframe_of_[entry.second.frame_index] = &entry.second;
   }
 
-  void add(const PosedFrame& frame, const std::string& name) {
+  void add(const RegisteredFrame& frame, const std::string& name) {
     images_.push_back({name, frame.map_from_camera.inverse(), {}});
     const auto keyframe = keyframe_of_.find(frame.index);
     const auto registered = map_.registered.find(frame.index);
@@ -107,16 +107,16 @@ class ModelBuilder {
 }  // namespace
 
 ColmapModel colmap_model_of(const CameraParameters& camera, const FinishedMap& map,
-                            const std::vector<PosedFrame>& trajectory,
+                            const std::vector<RegisteredFrame>& trajectory,
                             const std::map<std::int64_t, std::string>& names, const PixelChange& changed,
                             const ColmapModelOptions& options) {
   ModelBuilder model(camera, map, changed, options);
-  for (const PosedFrame& frame : trajectory) model.add(frame, names.at(frame.index));
+  for (const RegisteredFrame& frame : trajectory) model.add(frame, names.at(frame.index));
   return model.finish();
 }
 
 void write_map_for_colmap(const std::string& folder, const CameraParameters& camera, const FinishedMap& map,
-                          const std::vector<PosedFrame>& trajectory,
+                          const std::vector<RegisteredFrame>& trajectory,
                           const std::map<std::int64_t, std::string>& names, const PixelChange& changed,
                           const ColmapModelOptions& options) {
   const ColmapModel model = colmap_model_of(camera, map, trajectory, names, changed, options);

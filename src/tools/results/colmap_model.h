@@ -31,13 +31,13 @@ struct ColmapModel {
 /// of `camera`. An image that is no keyframe lists the landmarks that it was registered by, as far as the map
 /// still has them where the image shows them.
 ColmapModel colmap_model_of(const CameraParameters& camera, const FinishedMap& map,
-                            const std::vector<PosedFrame>& trajectory,
+                            const std::vector<RegisteredFrame>& trajectory,
                             const std::map<std::int64_t, std::string>& names, const PixelChange& changed,
                             const ColmapModelOptions& options = {});
 
 /// colmap_model_of as COLMAP's text model, in the folder.
 void write_map_for_colmap(const std::string& folder, const CameraParameters& camera, const FinishedMap& map,
-                          const std::vector<PosedFrame>& trajectory,
+                          const std::vector<RegisteredFrame>& trajectory,
                           const std::map<std::int64_t, std::string>& names, const PixelChange& changed,
                           const ColmapModelOptions& options = {});
 

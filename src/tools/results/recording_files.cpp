@@ -77,7 +77,7 @@ void write_map(const fs::path& output, const CameraParameters& camera, const Rec
                const AlignedResult& aligned) {
   std::vector<StampedPose> poses;
   Overview overview;
-  for (const PosedFrame& frame : map.trajectory) {
+  for (const RegisteredFrame& frame : map.trajectory) {
     poses.push_back({frame.stamp_ns, frame.map_from_camera});
     if (&frame != &map.trajectory.front() && frame.index != (&frame - 1)->index + 1) {
       overview.cameras.push_back(no_camera());
@@ -89,7 +89,7 @@ void write_map(const fs::path& output, const CameraParameters& camera, const Rec
   const bool confirmed = is_first ? is_confirmed(result) : map.confirmed();
   overview.points = map.snapshot->points;
   overview.title = std::to_string(poses.size()) + " of " + std::to_string(result.frames_total) +
-                   " images posed, " + std::to_string(overview.points.size()) + " points" +
+                   " images registered, " + std::to_string(overview.points.size()) + " points" +
                    (confirmed ? "" : "; NOT confirmed: see report.json");
   if (map.map.scale_source() != ScaleSource::kMapUnits) overview.unit = "m";
   if (!reference.empty()) overview.true_cameras = true_positions(reference, poses);
@@ -165,15 +165,15 @@ void write_frames(const fs::path& folder, const Recording& recording, const Reco
 void write_undistorted(const fs::path& folder, const CameraModel& camera, const Recording& recording,
                        const RecordingResult& result, const MaskRecord& masks) {
   const Undistorter undistorter(camera);
-  std::map<std::int64_t, PosedFrame> posed;
-  for (const PosedFrame& frame : result.trajectory) posed[frame.index] = frame;
-  std::vector<PosedFrame> written;
+  std::map<std::int64_t, RegisteredFrame> registered;
+  for (const RegisteredFrame& frame : result.trajectory) registered[frame.index] = frame;
+  std::vector<RegisteredFrame> written;
   // Amid outlines of an object an image without one would bring in all that lies behind. Of masks that were
   // given none means that nothing is to be ignored.
   const bool are_of_object = !recording.masks && most_have(masks, result);
   std::string pairs, fused;
   for_each_image(recording, result, [&](std::int64_t index, const SourceImage& image) {
-    if (posed.count(index) == 0) return;
+    if (registered.count(index) == 0) return;
     const std::string& name = image.name;
     cv::Mat mask = masks.mask(index);
     if (mask.empty() && are_of_object) mask = cv::Mat::zeros(image.image.size(), CV_8UC1);
@@ -181,7 +181,7 @@ void write_undistorted(const fs::path& folder, const CameraModel& camera, const 
     write_into(folder / "masks" / (name + ".png"), undistorter.mask(mask));
     pairs += name + "\n__auto__, 20\n";
     fused += name + "\n";
-    written.push_back(posed.at(index));
+    written.push_back(registered.at(index));
   });
   const ColmapModel model =
       colmap_model_of(undistorter.camera(), result.maps.front(), written, result.names,

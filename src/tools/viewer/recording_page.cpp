@@ -56,9 +56,10 @@ std::string title_of(const RecordingResult& result, const FinishedMap& map) {
          (confirmed ? "" : "; NOT confirmed: see report.json");
 }
 
-Eigen::Vector3d up_of(const std::vector<PosedFrame>& trajectory) {
+Eigen::Vector3d up_of(const std::vector<RegisteredFrame>& trajectory) {
   Eigen::Vector3d up = Eigen::Vector3d::Zero();
-  for (const PosedFrame& frame : trajectory) up -= frame.map_from_camera.rotation * Eigen::Vector3d::UnitY();
+  for (const RegisteredFrame& frame : trajectory)
+    up -= frame.map_from_camera.rotation * Eigen::Vector3d::UnitY();
   return up.norm() > 0 ? up.normalized() : Eigen::Vector3d(-Eigen::Vector3d::UnitY());
 }
 
@@ -151,7 +152,7 @@ ScenePage recording_page(const RecordingResult& result, const FinishedMap& map,
     page.images[i].state = SceneImage::State::kNotRegistered;
     page.images[i].time = notes.time(static_cast<std::int64_t>(i));
   }
-  for (const PosedFrame& frame : map.trajectory) {
+  for (const RegisteredFrame& frame : map.trajectory) {
     if (frame.index < 0 || frame.index >= result.frames_total) continue;  // of an earlier run
     SceneImage& image = page.images[static_cast<std::size_t>(frame.index)];
     image.map_from_camera = frame.map_from_camera;

@@ -6,8 +6,8 @@
 namespace mono_pose_tracker {
 
 /// Pixels of an image's features: of a body, and of what is not of it.
-struct BodyPoints {
-  std::vector<cv::Point2f> body, other;
+struct ObjectPoints {
+  std::vector<cv::Point2f> object, other;
 };
 
 /// Of each pixel from the nearest of the points that lie in the image, px; where none does, farther than any.

@@ -1,26 +1,28 @@
-#include "sight_error.h"
+#include "observation_error.h"
 
 #include <Eigen/Dense>
 #include <cmath>
 
 namespace mono_pose_tracker {
 
-SightError::SightError(const SightedPoint& sight, const Eigen::Vector3d& x,
-                       const Eigen::Vector3d& other_center, double other_depth_sigma, double sigma)
-    : x_(x), bearing_(sight.bearing) {
-  const Eigen::Vector3d p = x - sight.center;
+ObservationError::ObservationError(const ObservedPoint& observation, const Eigen::Vector3d& x,
+                                   const Eigen::Vector3d& other_center, double other_depth_sigma,
+                                   double sigma)
+    : x_(x), bearing_(observation.bearing) {
+  const Eigen::Vector3d p = x - observation.center;
   if (!(p.dot(bearing_) > 0)) return;
   distance_ = p.norm();
   direction_ = p / distance_;
-  error_ = direction_ - bearing_ + std::log(distance_ / (sight.x - sight.center).norm()) * bearing_;
-  own_noise_ = sight.depth_sigma / sigma * bearing_;
+  error_ =
+      direction_ - bearing_ + std::log(distance_ / (observation.x - observation.center).norm()) * bearing_;
+  own_noise_ = observation.depth_sigma / sigma * bearing_;
   other_noise_ = other_depth_sigma / sigma / distance_ * (x - other_center);
   squared_ = error_.dot(weighed_error());
 }
 
 // The inverse of I + nn' + mm' (n, m: own and other noise), all terms of one sign: computed as an inverse it
 // has no digits left where both are long and nearly parallel.
-Eigen::Matrix3d SightError::weight() const {
+Eigen::Matrix3d ObservationError::weight() const {
   const auto square = [](const Eigen::Vector3d& v) -> Eigen::Matrix3d { return v * v.transpose(); };
   const auto square_across = [&](const Eigen::Vector3d& v) -> Eigen::Matrix3d {
     return v.squaredNorm() * Eigen::Matrix3d::Identity() - square(v);
@@ -31,18 +33,18 @@ Eigen::Matrix3d SightError::weight() const {
 }
 
 // Times the error, in an order that cancels nothing either.
-Eigen::Vector3d SightError::weighed_error() const {
+Eigen::Vector3d ObservationError::weighed_error() const {
   const Eigen::Vector3d &n = own_noise_, &m = other_noise_, &e = error_, q = n.cross(m);
   return (e + n.cross(e).cross(n) + m.cross(e).cross(m) + q.dot(e) * q) / determinant();
 }
 
-double SightError::determinant() const {
+double ObservationError::determinant() const {
   return 1 + own_noise_.squaredNorm() + other_noise_.squaredNorm() +
          own_noise_.cross(other_noise_).squaredNorm();
 }
 
-void SightError::add_to(SimilarityEquations* equations,
-                        const std::function<PointDerivative(const Eigen::Vector3d&)>& dx) const {
+void ObservationError::add_to(SimilarityEquations* equations,
+                              const std::function<PointDerivative(const Eigen::Vector3d&)>& dx) const {
   const Eigen::Matrix<double, 1, kSimilarityParameters> farther =
       direction_.transpose() * dx(x_) / distance_;  // relative
   const Eigen::Vector3d weighed = weighed_error();

@@ -1,4 +1,4 @@
-#include "segmentation/body_points.h"
+#include "segmentation/object_points.h"
 
 #include <cmath>
 #include <opencv2/imgproc.hpp>

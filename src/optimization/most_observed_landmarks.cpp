@@ -1,4 +1,4 @@
-#include "most_seen_landmarks.h"
+#include "most_observed_landmarks.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -7,8 +7,8 @@
 
 namespace mono_pose_tracker {
 
-std::vector<LandmarkId> most_seen_landmarks(const Map& map, const std::vector<KeyframeId>& keyframes,
-                                            int max_of_keyframe) {
+std::vector<LandmarkId> most_observed_landmarks(const Map& map, const std::vector<KeyframeId>& keyframes,
+                                                int max_of_keyframe) {
   std::set<LandmarkId> chosen;
   for (const KeyframeId id : keyframes) {
     std::vector<std::pair<int, LandmarkId>> order;

@@ -1,4 +1,4 @@
-#include "segmentation/body_points.h"
+#include "segmentation/object_points.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@ namespace {
 
 const cv::Size kImageSize(40, 30);
 
-TEST(BodyPoints, DistancesAreFromTheNearest) {
+TEST(ObjectPoints, DistancesAreFromTheNearest) {
   const cv::Mat1f distances = distances_from({{10, 10}, {30.4F, 9.6F}}, kImageSize);
   EXPECT_EQ(distances.size(), kImageSize);
   EXPECT_FLOAT_EQ(distances(10, 10), 0);
@@ -18,7 +18,7 @@ TEST(BodyPoints, DistancesAreFromTheNearest) {
   EXPECT_FLOAT_EQ(distances(20, 30), 10);
 }
 
-TEST(BodyPoints, WhereNoneIsInTheImageAllIsFarther) {
+TEST(ObjectPoints, WhereNoneIsInTheImageAllIsFarther) {
   const double diagonal = std::hypot(kImageSize.width, kImageSize.height);
   for (const auto& points :
        {std::vector<cv::Point2f>(), std::vector<cv::Point2f>{{-3, 5}, {40, 5}, {5, 30}}}) {
@@ -28,7 +28,7 @@ TEST(BodyPoints, WhereNoneIsInTheImageAllIsFarther) {
   }
 }
 
-TEST(BodyPoints, ReachIsHalfTheUsualDistanceFromTheMiddle) {
+TEST(ObjectPoints, ReachIsHalfTheUsualDistanceFromTheMiddle) {
   EXPECT_FLOAT_EQ(reach_of({{7, 9}}), 0);
   // One that strays does not lengthen it.
   EXPECT_FLOAT_EQ(reach_of({{0, 0}, {-8, 0}, {8, 0}, {0, 8}, {0, -8}, {900, 0}}), 4);

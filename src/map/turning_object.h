@@ -8,12 +8,12 @@
 namespace mono_pose_tracker {
 
 /// What a feature is of: a body that turns before the camera, or what moves otherwise.
-enum class BodySide : std::uint8_t { kUnknown, kTurns, kMovesOtherwise };
+enum class FeatureMotion : std::uint8_t { kUnknown, kTurns, kMovesOtherwise };
 
 /// Which features of an image are of a body that turns before the camera, one side a feature.
-struct TurningBody {
+struct TurningObject {
   ImageFeaturesPtr image;
-  std::vector<BodySide> sides;
+  std::vector<FeatureMotion> sides;
 };
 
 }  // namespace mono_pose_tracker

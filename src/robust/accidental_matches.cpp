@@ -1,4 +1,4 @@
-#include "robust/chance_pairs.h"
+#include "robust/accidental_matches.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -59,19 +59,19 @@ double chance_of(int count, double expected) {
 std::vector<char> more_than_chance(const BearingPairs& pairs, const TwoViewModel& model,
                                    const Eigen::Vector3d& normal, double threshold) {
   std::vector<Place> places;
-  std::array<int, kClasses> near{}, beside{};
+  std::array<int, kClasses> near{}, off_line{};
   for (int i = 0; i < pairs.size(); ++i) {
     const Place place = place_of(pairs.first()[i], pairs.second()[i], model, normal, threshold);
     places.push_back(place);
     if (place.along < 0) continue;
     near[place.along] += place.off < 1;
-    beside[place.along] += place.off > kNear && place.off < kFar;
+    off_line[place.along] += place.off > kNear && place.off < kFar;
   }
   std::array<bool, kClasses> is_more{};
   int all = 0, left = 0, wrong = 0;
   for (int k = 0; k < kClasses; ++k) {
-    is_more[k] = chance_of(near[k], (beside[k] + 1) * kShareNearLine) < kMostChance;
-    wrong += beside[k];
+    is_more[k] = chance_of(near[k], (off_line[k] + 1) * kShareNearLine) < kMostChance;
+    wrong += off_line[k];
     all += near[k];
     left += is_more[k] ? near[k] : 0;
   }

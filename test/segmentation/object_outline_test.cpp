@@ -1,4 +1,4 @@
-#include "segmentation/body_outline.h"
+#include "segmentation/object_outline.h"
 
 #include <gtest/gtest.h>
 
@@ -9,16 +9,16 @@ namespace mono_pose_tracker {
 namespace {
 
 // Features on the inner part of the object's mask, and outside it.
-BodyPoints features_of(const cv::Mat& object, int count) {
+ObjectPoints features_of(const cv::Mat& object, int count) {
   cv::Mat inner, outside;
   cv::erode(object, inner, cv::Mat(), {-1, -1}, 6);
   cv::dilate(object, outside, cv::Mat(), {-1, -1}, 6);
-  BodyPoints points;
+  ObjectPoints points;
   Random random(1);
   for (int i = 0; i < count; ++i) {
     const cv::Point p(static_cast<int>(random.index(object.cols)),
                       static_cast<int>(random.index(object.rows)));
-    if (inner.at<std::uint8_t>(p)) points.body.emplace_back(p);
+    if (inner.at<std::uint8_t>(p)) points.object.emplace_back(p);
     if (!outside.at<std::uint8_t>(p)) points.other.emplace_back(p);
   }
   return points;
@@ -26,75 +26,76 @@ BodyPoints features_of(const cv::Mat& object, int count) {
 
 const ObjectImage kImage = object_before({200, 190, 180}, {40, 60, 120}, 8, 1);
 
-TEST(OutlineBody, FindsTheEdgeByColours) {
-  const BodyPoints points = features_of(kImage.object, 400);
-  const cv::Mat outline = outline_body(kImage.bgr, points);
+TEST(OutlineObject, FindsTheEdgeByColours) {
+  const ObjectPoints points = features_of(kImage.object, 400);
+  const cv::Mat outline = outline_object(kImage.bgr, points);
   ASSERT_EQ(outline.type(), CV_8UC1);
   EXPECT_GT(overlap(outline, kImage.object), 0.97);
 }
 
-TEST(OutlineBody, NeedsNoPointOfAnythingElse) {
-  BodyPoints points = features_of(kImage.object, 400);
+TEST(OutlineObject, NeedsNoPointOfAnythingElse) {
+  ObjectPoints points = features_of(kImage.object, 400);
   points.other.clear();
-  EXPECT_GT(overlap(outline_body(kImage.bgr, points), kImage.object), 0.97);
+  EXPECT_GT(overlap(outline_object(kImage.bgr, points), kImage.object), 0.97);
 }
 
-TEST(OutlineBody, TakesGreyAndLargeImages) {
+TEST(OutlineObject, TakesGreyAndLargeImages) {
   cv::Mat gray, large;
   cv::cvtColor(kImage.bgr, gray, cv::COLOR_BGR2GRAY);
-  BodyPoints points = features_of(kImage.object, 400);
-  EXPECT_GT(overlap(outline_body(gray, points), kImage.object), 0.97);
+  ObjectPoints points = features_of(kImage.object, 400);
+  EXPECT_GT(overlap(outline_object(gray, points), kImage.object), 0.97);
   cv::resize(kImage.bgr, large, {1280, 960});
-  for (auto* of : {&points.body, &points.other}) {
+  for (auto* of : {&points.object, &points.other}) {
     for (cv::Point2f& p : *of) p = (p + cv::Point2f(0.5F, 0.5F)) * 4 - cv::Point2f(0.5F, 0.5F);
   }
   cv::Mat large_object;
   cv::resize(kImage.object, large_object, large.size());
-  EXPECT_GT(overlap(outline_body(large, points), large_object >= 128), 0.97);
+  EXPECT_GT(overlap(outline_object(large, points), large_object >= 128), 0.97);
 }
 
 // Of the object's colour, but with features that are not its own.
-TEST(OutlineBody, LeavesOutWhatLooksAlikeAndMovesOtherwise) {
+TEST(OutlineObject, ExcludesSimilarColoursThatMoveIndependently) {
   cv::Mat image = kImage.bgr.clone(), other = ellipse_mask(image.size(), {275, 120}) & ~kImage.object;
   cv::Mat gap;
   cv::dilate(kImage.object, gap, cv::Mat(), {-1, -1}, 8);
   other &= ~gap;
   image.setTo(cv::Scalar(40, 60, 120), other);
-  const cv::Mat outline = outline_body(image, features_of(kImage.object, 400));
+  const cv::Mat outline = outline_object(image, features_of(kImage.object, 400));
   ASSERT_FALSE(outline.empty());
   EXPECT_GT(overlap(outline, kImage.object), 0.95);
 }
 
-TEST(OutlineBody, IsEmptyWhereTooLittleIsKnown) {
-  BodyPoints points = features_of(kImage.object, 400);
-  points.body.resize(15);
-  EXPECT_TRUE(outline_body(kImage.bgr, points).empty());
-  for (int i = 0; i < 50; ++i) points.body.emplace_back(-10.0F, 5.0F * static_cast<float>(i));
-  EXPECT_TRUE(outline_body(kImage.bgr, points).empty()) << "outside the image";
-  BodyPoints everywhere;
+TEST(OutlineObject, IsEmptyWhereTooLittleIsKnown) {
+  ObjectPoints points = features_of(kImage.object, 400);
+  points.object.resize(15);
+  EXPECT_TRUE(outline_object(kImage.bgr, points).empty());
+  for (int i = 0; i < 50; ++i) points.object.emplace_back(-10.0F, 5.0F * static_cast<float>(i));
+  EXPECT_TRUE(outline_object(kImage.bgr, points).empty()) << "outside the image";
+  ObjectPoints everywhere;
   for (int y = 0; y < 240; ++y) {
-    for (int x = 0; x < 320; ++x) everywhere.body.emplace_back(x, y);
+    for (int x = 0; x < 320; ++x) everywhere.object.emplace_back(x, y);
   }
-  EXPECT_TRUE(outline_body(kImage.bgr, everywhere).empty()) << "all of the image is the body";
+  EXPECT_TRUE(outline_object(kImage.bgr, everywhere).empty()) << "all of the image is the body";
 }
 
 // OpenCV's cut does not end on such areas, or takes seconds.
-TEST(OutlineBody, IsFoundInImagesWithoutNoise) {
+TEST(OutlineObject, IsFoundInImagesWithoutNoise) {
   ObjectImage image = object_before({255, 255, 255}, {40, 60, 120}, 0, 1);
   image.bgr.at<cv::Vec3b>(20, 20) = {254, 255, 255};
   image.bgr.at<cv::Vec3b>(120, 160) = {40, 61, 120};
-  EXPECT_GT(overlap(outline_body(image.bgr, features_of(image.object, 400)), image.object), 0.97);
+  EXPECT_GT(overlap(outline_object(image.bgr, features_of(image.object, 400)), image.object), 0.97);
   cv::Mat flat(image.bgr.size(), CV_8UC1, cv::Scalar(128));
   flat.at<std::uint8_t>(120, 160) = 200;
-  const cv::Mat outline = outline_body(flat, features_of(image.object, 400));  // by the points alone, or none
+  const cv::Mat outline =
+      outline_object(flat, features_of(image.object, 400));  // by the points alone, or none
   EXPECT_TRUE(outline.empty() || overlap(outline, image.object) > 0.3);
 }
 
-TEST(OutlineBody, IsTheSameWheneverItIsAsked) {
-  const BodyPoints points = features_of(kImage.object, 400);
-  const cv::Mat first = outline_body(kImage.bgr, points);
+TEST(OutlineObject, IsTheSameWheneverItIsAsked) {
+  const ObjectPoints points = features_of(kImage.object, 400);
+  const cv::Mat first = outline_object(kImage.bgr, points);
   cv::theRNG().state = 12345;
-  const cv::Mat second = outline_body(kImage.bgr, points);
+  const cv::Mat second = outline_object(kImage.bgr, points);
   EXPECT_EQ(cv::theRNG().state, 12345U) << "others' random numbers are left alone";
   EXPECT_EQ(cv::norm(first, second, cv::NORM_INF), 0);
 }

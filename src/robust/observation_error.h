@@ -15,12 +15,12 @@ using SimilarityEquations = NormalEquations<kSimilarityParameters>;
 // angle, along it by the logarithm of the ratio. It counts by its covariance: that of a bearing, and what
 // either map does not know of the point's depth along its own sight, which the other, from aside, sees
 // across.
-class SightError {
+class ObservationError {
  public:
   // x and other_center (the camera that saw it there) are the other map's, in this one; both depth_sigma are
   // finite. sigma: of a bearing, rad.
-  SightError(const SightedPoint& sight, const Eigen::Vector3d& x, const Eigen::Vector3d& other_center,
-             double other_depth_sigma, double sigma);
+  ObservationError(const ObservedPoint& observation, const Eigen::Vector3d& x,
+                   const Eigen::Vector3d& other_center, double other_depth_sigma, double sigma);
 
   // sigma^2 times the squared Mahalanobis distance: that of an angle as unlikely, rad^2; 1 behind the camera.
   double squared() const { return squared_; }

@@ -1,4 +1,4 @@
-#include "robust/sight_error.h"
+#include "robust/observation_error.h"
 
 #include <gtest/gtest.h>
 
@@ -15,25 +15,26 @@ constexpr double kBearingSigma = 1.0 / 500;  // rad
 // A point of another map that is seen from elsewhere, and how a step moves that map in this one.
 struct Scene {
   explicit Scene(double depth_sigma, Random& random) : other_depth_sigma(depth_sigma) {
-    sight.x = 0.3 * random_direction(random);
-    sight.center = Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), -4);
-    sight.bearing = (sight.x - sight.center + 0.01 * random_direction(random)).normalized();
-    sight.depth_sigma = depth_sigma;
+    observation.x = 0.3 * random_direction(random);
+    observation.center = Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), -4);
+    observation.bearing = (observation.x - observation.center + 0.01 * random_direction(random)).normalized();
+    observation.depth_sigma = depth_sigma;
     from = Eigen::Vector3d(random.uniform(-3, 3), random.uniform(-3, 3), -3);
-    x = sight.x + depth_sigma * random.normal() * (sight.x - from) + 0.01 * random_direction(random);
+    x = observation.x + depth_sigma * random.normal() * (observation.x - from) +
+        0.01 * random_direction(random);
   }
 
-  SightError error(const SimilarityStep& step) const {
+  ObservationError error(const SimilarityStep& step) const {
     const Sim3 moved = stepped(Sim3(), step);
-    return SightError(sight, moved * x, moved * from, other_depth_sigma, kBearingSigma);
+    return ObservationError(observation, moved * x, moved * from, other_depth_sigma, kBearingSigma);
   }
 
-  SightedPoint sight;
+  ObservedPoint observation;
   Eigen::Vector3d x, from;
   double other_depth_sigma;
 };
 
-TEST(SightError, TheGradientIsThatOfHalfTheSquare) {
+TEST(ObservationError, TheGradientIsThatOfHalfTheSquare) {
   Random random(3);
   for (const double depth_sigma : {0.01, 0.1, 0.3}) {
     const Scene scene(depth_sigma, random);
@@ -49,15 +50,17 @@ TEST(SightError, TheGradientIsThatOfHalfTheSquare) {
   }
 }
 
-TEST(SightError, CountsByTheCovarianceOfBothDepths) {
+TEST(ObservationError, CountsByTheCovarianceOfBothDepths) {
   Random random(4);
   for (int trial = 0; trial < 20; ++trial) {
     const Scene scene(0.05, random);
-    const Eigen::Vector3d p = scene.x - scene.sight.center;
+    const Eigen::Vector3d p = scene.x - scene.observation.center;
     const Eigen::Vector3d error =
-        p.normalized() - scene.sight.bearing +
-        std::log(p.norm() / (scene.sight.x - scene.sight.center).norm()) * scene.sight.bearing;
-    const Eigen::Vector3d own = 0.05 * scene.sight.bearing, other = 0.05 / p.norm() * (scene.x - scene.from);
+        p.normalized() - scene.observation.bearing +
+        std::log(p.norm() / (scene.observation.x - scene.observation.center).norm()) *
+            scene.observation.bearing;
+    const Eigen::Vector3d own = 0.05 * scene.observation.bearing,
+                          other = 0.05 / p.norm() * (scene.x - scene.from);
     const Eigen::Matrix3d covariance = kBearingSigma * kBearingSigma * Eigen::Matrix3d::Identity() +
                                        own * own.transpose() + other * other.transpose();
     const double expected = kBearingSigma * kBearingSigma * error.dot(covariance.ldlt().solve(error));
@@ -67,26 +70,26 @@ TEST(SightError, CountsByTheCovarianceOfBothDepths) {
 
 // Of two sights that are nearly parallel, of a point that has no depth: no digits would be left of an
 // inverse.
-TEST(SightError, IsNeverBelowZero) {
-  SightedPoint sight;
-  sight.x = {0, 0, 2};
-  sight.bearing = {0, 0, 1};
-  sight.depth_sigma = 1e4;
+TEST(ObservationError, IsNeverBelowZero) {
+  ObservedPoint observation;
+  observation.x = {0, 0, 2};
+  observation.bearing = {0, 0, 1};
+  observation.depth_sigma = 1e4;
   for (int k = 0; k < 200; ++k) {
     const Eigen::Vector3d x(1e-3 * k, 0, 1 + k), from(1e-7 * k, 0, -100.0 * k - 1);
-    const double squared = SightError(sight, x, from, 1e4, 1e-4).squared();
+    const double squared = ObservationError(observation, x, from, 1e4, 1e-4).squared();
     EXPECT_GE(squared, 0);
-    EXPECT_LE(squared, (x.normalized() - sight.bearing).squaredNorm() * (1 + 1e-6) + 1e-12);
+    EXPECT_LE(squared, (x.normalized() - observation.bearing).squaredNorm() * (1 + 1e-6) + 1e-12);
   }
 }
 
-TEST(SightError, BehindTheCameraItIsOne) {
-  SightedPoint sight;
-  sight.x = {0, 0, 2};
-  sight.bearing = {0, 0, 1};
-  sight.depth_sigma = 0.1;
-  EXPECT_EQ(SightError(sight, {0, 0, -1}, {1, 0, 0}, 0.1, 1e-3).squared(), 1);
-  EXPECT_EQ(SightError(sight, {0, 0, 0}, {1, 0, 0}, 0.1, 1e-3).squared(), 1);
+TEST(ObservationError, BehindTheCameraItIsOne) {
+  ObservedPoint observation;
+  observation.x = {0, 0, 2};
+  observation.bearing = {0, 0, 1};
+  observation.depth_sigma = 0.1;
+  EXPECT_EQ(ObservationError(observation, {0, 0, -1}, {1, 0, 0}, 0.1, 1e-3).squared(), 1);
+  EXPECT_EQ(ObservationError(observation, {0, 0, 0}, {1, 0, 0}, 0.1, 1e-3).squared(), 1);
 }
 
 }  // namespace

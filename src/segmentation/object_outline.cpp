@@ -1,4 +1,4 @@
-#include "segmentation/body_outline.h"
+#include "segmentation/object_outline.h"
 
 #include <algorithm>
 #include <cmath>
@@ -36,14 +36,14 @@ std::vector<cv::Point2f> reduced_points(const std::vector<cv::Point2f>& points, 
 }
 
 // What is sure, and what is likely, by the points alone.
-cv::Mat1b beginning(const std::vector<cv::Point2f>& body, const std::vector<cv::Point2f>& other,
+cv::Mat1b beginning(const std::vector<cv::Point2f>& object, const std::vector<cv::Point2f>& other,
                     const cv::Size& size) {
-  const cv::Mat1f from_body = distances_from(body, size), from_other = distances_from(other, size);
-  const float reach = reach_of(body);
+  const cv::Mat1f from_object = distances_from(object, size), from_other = distances_from(other, size);
+  const float reach = reach_of(object);
   cv::Mat1b labels(size, cv::GC_PR_BGD);
-  labels.setTo(cv::GC_PR_FGD, (from_body <= reach) & (from_body < from_other));
-  labels.setTo(cv::GC_BGD, (from_body > 2 * reach) | (from_other < kOfFeature));
-  labels.setTo(cv::GC_FGD, (from_body < kOfFeature) & (from_other > kApart));
+  labels.setTo(cv::GC_PR_FGD, (from_object <= reach) & (from_object < from_other));
+  labels.setTo(cv::GC_BGD, (from_object > 2 * reach) | (from_other < kOfFeature));
+  labels.setTo(cv::GC_FGD, (from_object < kOfFeature) & (from_other > kApart));
   return labels;
 }
 
@@ -76,40 +76,40 @@ bool cut(const cv::Mat& image, cv::Mat1b* labels) {
 }
 
 bool has_both(const cv::Mat1b& labels) {
-  const cv::Mat1b of_body = labels & 1;  // GC_FGD, GC_PR_FGD
-  const int count = cv::countNonZero(of_body);
-  return count > 0 && count < static_cast<int>(of_body.total());
+  const cv::Mat1b of_object = labels & 1;  // GC_FGD, GC_PR_FGD
+  const int count = cv::countNonZero(of_object);
+  return count > 0 && count < static_cast<int>(of_object.total());
 }
 
 // The pieces that hold points enough, with what they surround; empty where too many points are in none.
-cv::Mat pieces_with_points(const cv::Mat1b& of_body, const std::vector<cv::Point2f>& body) {
+cv::Mat pieces_with_points(const cv::Mat1b& of_object, const std::vector<cv::Point2f>& object) {
   cv::Mat1i piece;
-  std::vector<int> held(cv::connectedComponents(of_body, piece), 0);
-  for (const cv::Point2f& p : body) ++held[piece(cv::Point(p))];
-  cv::Mat kept = cv::Mat::zeros(of_body.size(), CV_8UC1);
+  std::vector<int> held(cv::connectedComponents(of_object, piece), 0);
+  for (const cv::Point2f& p : object) ++held[piece(cv::Point(p))];
+  cv::Mat kept = cv::Mat::zeros(of_object.size(), CV_8UC1);
   double all = 0;
   for (std::size_t i = 1; i < held.size(); ++i) {
-    if (held[i] < kMinOfPiece * static_cast<double>(body.size())) continue;
+    if (held[i] < kMinOfPiece * static_cast<double>(object.size())) continue;
     all += held[i];
     kept.setTo(255, piece == static_cast<int>(i));
   }
-  if (all < kMinHeld * static_cast<double>(body.size())) return {};
+  if (all < kMinHeld * static_cast<double>(object.size())) return {};
   fill_holes(&kept);
   return kept;
 }
 
 }  // namespace
 
-cv::Mat outline_body(const cv::Mat& image, const BodyPoints& points) {
+cv::Mat outline_object(const cv::Mat& image, const ObjectPoints& points) {
   const cv::Mat small = reduced(image);
-  const std::vector<cv::Point2f> body = reduced_points(points.body, image.size(), small.size());
+  const std::vector<cv::Point2f> object = reduced_points(points.object, image.size(), small.size());
   const std::vector<cv::Point2f> other = reduced_points(points.other, image.size(), small.size());
-  if (body.size() < kFewest) return {};
-  cv::Mat1b labels = beginning(body, other, small.size());
+  if (object.size() < kFewest) return {};
+  cv::Mat1b labels = beginning(object, other, small.size());
   if (!has_both(labels) || !cut(small, &labels)) return {};
-  cv::Mat1b of_body = (labels & 1) * 255;
-  cv::morphologyEx(of_body, of_body, cv::MORPH_OPEN, cv::Mat());
-  const cv::Mat kept = pieces_with_points(of_body, body);
+  cv::Mat1b of_object = (labels & 1) * 255;
+  cv::morphologyEx(of_object, of_object, cv::MORPH_OPEN, cv::Mat());
+  const cv::Mat kept = pieces_with_points(of_object, object);
   return kept.empty() ? kept : enlarged(kept, image.size());
 }
 

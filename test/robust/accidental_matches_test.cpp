@@ -1,4 +1,4 @@
-#include "robust/chance_pairs.h"
+#include "robust/accidental_matches.h"
 
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ Counts counts_of(const TwoViewSceneOptions& options, int scenes) {
   return counts;
 }
 
-TEST(ChancePairs, WrongPairsNearTheLinesOfAPlaneAreLeftOut) {
+TEST(AccidentalMatches, WrongPairsNearTheLinesOfAPlaneAreExcluded) {
   TwoViewSceneOptions options;
   options.depth_over_width = 0.01;
   options.outlier_ratio = 0.5;
@@ -48,7 +48,7 @@ TEST(ChancePairs, WrongPairsNearTheLinesOfAPlaneAreLeftOut) {
 }
 
 // Where points lie at all depths, chance pairs are few among them; the right ones have their say.
-TEST(ChancePairs, WhatIsAtAllDepthsCounts) {
+TEST(AccidentalMatches, WhatIsAtAllDepthsCounts) {
   for (const double outlier_ratio : {0.0, 0.3, 0.7}) {
     TwoViewSceneOptions options;
     options.outlier_ratio = outlier_ratio;
@@ -57,7 +57,7 @@ TEST(ChancePairs, WhatIsAtAllDepthsCounts) {
   }
 }
 
-TEST(ChancePairs, AHandfulIsNotSortedOut) {
+TEST(AccidentalMatches, AHandfulIsNotSortedOut) {
   TwoViewSceneOptions options;
   options.num_points = 8;
   const Counts counts = counts_of(options, 20);
@@ -65,7 +65,7 @@ TEST(ChancePairs, AHandfulIsNotSortedOut) {
   EXPECT_GT(counts.right_kept, 0.8 * counts.right);
 }
 
-TEST(ChancePairs, WithoutPairsThereAreNoFlags) {
+TEST(AccidentalMatches, WithoutPairsThereAreNoFlags) {
   EXPECT_TRUE(more_than_chance(BearingPairs({}, {}, 0), TwoViewModel(), Eigen::Vector3d::UnitZ(), 1).empty());
 }
 

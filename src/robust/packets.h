@@ -7,53 +7,53 @@ namespace mono_pose_tracker {
 
 /// Four numbers at a time, and vectors of three such: loops over data in this form become vector
 /// instructions.
-constexpr int kLanes = 4;
-using Lanes = Eigen::Array<double, kLanes, 1>;
+constexpr int kPacketSize = 4;
+using Packet = Eigen::Array<double, kPacketSize, 1>;
 
-struct LaneVector {
-  Lanes x, y, z;
+struct PacketVector {
+  Packet x, y, z;
 };
 
-inline LaneVector operator*(const Eigen::Matrix3d& m, const LaneVector& v) {
+inline PacketVector operator*(const Eigen::Matrix3d& m, const PacketVector& v) {
   return {m(0, 0) * v.x + m(0, 1) * v.y + m(0, 2) * v.z, m(1, 0) * v.x + m(1, 1) * v.y + m(1, 2) * v.z,
           m(2, 0) * v.x + m(2, 1) * v.y + m(2, 2) * v.z};
 }
 
-inline LaneVector operator+(const LaneVector& a, const Eigen::Vector3d& b) {
+inline PacketVector operator+(const PacketVector& a, const Eigen::Vector3d& b) {
   return {a.x + b.x(), a.y + b.y(), a.z + b.z()};
 }
 
-inline LaneVector operator*(const Lanes& a, const LaneVector& b) { return {a * b.x, a * b.y, a * b.z}; }
+inline PacketVector operator*(const Packet& a, const PacketVector& b) { return {a * b.x, a * b.y, a * b.z}; }
 
-inline LaneVector& operator+=(LaneVector& a, const LaneVector& b) {
+inline PacketVector& operator+=(PacketVector& a, const PacketVector& b) {
   a.x += b.x;
   a.y += b.y;
   a.z += b.z;
   return a;
 }
 
-inline LaneVector& operator-=(LaneVector& a, const LaneVector& b) {
+inline PacketVector& operator-=(PacketVector& a, const PacketVector& b) {
   a.x -= b.x;
   a.y -= b.y;
   a.z -= b.z;
   return a;
 }
 
-inline Lanes dot(const LaneVector& a, const LaneVector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Packet dot(const PacketVector& a, const PacketVector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
-inline Lanes dot(const Eigen::Vector3d& a, const LaneVector& b) {
+inline Packet dot(const Eigen::Vector3d& a, const PacketVector& b) {
   return a.x() * b.x + a.y() * b.y + a.z() * b.z;
 }
 
-inline LaneVector cross(const LaneVector& a, const LaneVector& b) {
+inline PacketVector cross(const PacketVector& a, const PacketVector& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-inline LaneVector cross(const LaneVector& a, const Eigen::Vector3d& b) {
+inline PacketVector cross(const PacketVector& a, const Eigen::Vector3d& b) {
   return {a.y * b.z() - a.z * b.y(), a.z * b.x() - a.x * b.z(), a.x * b.y() - a.y * b.x()};
 }
 
-inline Eigen::Vector3d sum(const LaneVector& a) { return {a.x.sum(), a.y.sum(), a.z.sum()}; }
+inline Eigen::Vector3d sum(const PacketVector& a) { return {a.x.sum(), a.y.sum(), a.z.sum()}; }
 
 /// Vectors stored coordinate by coordinate, padded with zeros to a multiple of kPadding.
 class VectorArray {
@@ -81,10 +81,10 @@ class VectorArray {
   const double* from(int axis, int i) const { return &coordinates_[axis][i]; }
 
   /// Vectors i to i + 3; i a multiple of four below size().
-  LaneVector lanes(int i) const { return {load(0, i), load(1, i), load(2, i)}; }
+  PacketVector packet(int i) const { return {load(0, i), load(1, i), load(2, i)}; }
 
  private:
-  Eigen::Map<const Lanes> load(int axis, int i) const { return Eigen::Map<const Lanes>(from(axis, i)); }
+  Eigen::Map<const Packet> load(int axis, int i) const { return Eigen::Map<const Packet>(from(axis, i)); }
 
   int size_ = 0;
   std::vector<double> coordinates_[3];

@@ -17,11 +17,11 @@ inline Eigen::Vector3d center_of(const CameraState& camera) {
 
 // A motion's residual, and its derivatives by each camera's turn where it is and movement (as CameraState has
 // them; d center = -R^T (v x turn) - R^T d v).
-struct MotionTie {
+struct MotionResidual {
   Eigen::Vector3d residual;
   std::array<Eigen::Matrix<double, 3, 6>, 3> by_pose;
 
-  MotionTie(const BundleMotion& motion, const std::vector<CameraState>& states, bool derivatives) {
+  MotionResidual(const BundleMotion& motion, const std::vector<CameraState>& states, bool derivatives) {
     const double before = 1 / motion.seconds_before, after = 1 / motion.seconds_after;
     const std::array<double, 3> weights = {before / motion.sigma, -(before + after) / motion.sigma,
                                            after / motion.sigma};
