@@ -119,7 +119,7 @@ void run(const Arguments& a) {
 // NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char** argv) {
   using namespace mono_pose_tracker;
-  CLI::App app("Times our SIFT beside cv::SIFT: CPU time of one thread, by google-benchmark.",
+  CLI::App app("Compares the times of own SIFT and cv::SIFT: CPU time of one thread, by google-benchmark.",
                "feature_benchmark");
   Arguments arguments;
   app.add_option("--images", arguments.images, "folder of images, or a list")->required();

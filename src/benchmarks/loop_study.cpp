@@ -76,9 +76,9 @@ int main(int argc, char** argv) {
   app.add_option("--seeds", a.seeds, "how many [30]")->check(CLI::PositiveNumber);
   app.add_option("--first-seed", a.first_seed, "[0]")->check(CLI::NonNegativeNumber);
   app.add_option("--noise", a.noise_px, "of a feature, px [0.5]")->check(CLI::NonNegativeNumber);
-  app.add_flag("--without", a.without, "no loop is closed: what drift there is");
+  app.add_flag("--without", a.without, "closes no loop, to measure the drift");
   app.add_flag("--limit", a.limit,
-               "where bundle adjustment of what the keyframes see ends when it starts from the truth");
+               "error of a bundle adjustment of the keyframes' observations that starts from the truth");
   return run_command_line("loop_study", app, argc, argv, [&] {
     study(a);
     require_printed();

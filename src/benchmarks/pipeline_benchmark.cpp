@@ -59,8 +59,8 @@ CLI::Option* declare_simulation(CLI::App& app, Arguments& a) {
                      "room: a long live run instead of images. A hand-held camera goes round in a "
                      "simulated room, lap after lap at a wandering speed. Each of the 360 "
                      "positions of a lap is rendered once, at the beginning, and kept; a frame is "
-                     "such a view turned by the wandering hand, with fresh noise of 2 grey levels "
-                     "(grey images). corridor: along one that has no end, past what never comes again")
+                     "such a view rotated by a random hand motion, with new noise of 2 grey levels "
+                     "(grey images). corridor: along an endless corridor without revisits")
           ->check(CLI::IsMember({"room", "corridor"}));
   app.add_option("--minutes", a.minutes, "simulated [20]")->needs(simulate)->check(CLI::Range(0.01, 1e5));
   app.add_option("--width", a.width, "of the simulated images, px [640]")
@@ -68,7 +68,7 @@ CLI::Option* declare_simulation(CLI::App& app, Arguments& a) {
       ->check(CLI::Range(80, 4000));
   app.add_option("--height", a.height, "px [480]")->needs(simulate)->check(CLI::Range(60, 4000));
   app.add_flag("--unpaced", a.unpaced,
-               "a simulated frame comes when the last is done, not as time passes: none is dropped")
+               "each simulated frame comes when the last is done, so that none is dropped")
       ->needs(simulate);
   return simulate;
 }
@@ -76,9 +76,10 @@ CLI::Option* declare_simulation(CLI::App& app, Arguments& a) {
 CLI::Option* declare_places(CLI::App& app, Arguments& a) {
   auto* places = app.add_option(
       "--places", a.places,
-      "folders (images.txt, camera.yaml, groundtruth.txt, maybe masks/): how well and how fast the "
-      "place index finds their images among keyframes of all of them");
-  app.add_option("--place-keyframes", a.place_keyframes, "made up to that number by synthetic ones [3000]")
+      "folders (images.txt, camera.yaml, groundtruth.txt, optionally masks/): accuracy and speed of place "
+      "recognition among keyframes of all of them");
+  app.add_option("--place-keyframes", a.place_keyframes,
+                 "number of keyframes, filled up with synthetic ones [3000]")
       ->needs(places)
       ->check(CLI::Range(1, 1000000));
   return places;
@@ -87,7 +88,7 @@ CLI::Option* declare_places(CLI::App& app, Arguments& a) {
 CLI::Option* declare_growth(CLI::App& app, Arguments& a) {
   return app
       .add_option("--growth", a.growth,
-                  "what a map costs while it grows to so many keyframes, by synthetic features: along a "
+                  "cost of a map that grows to so many keyframes, with synthetic features: along a "
                   "street, and before one wall where everything is covisible (a quarter of them)")
       ->check(CLI::Range(100, 100000));
 }
@@ -104,7 +105,7 @@ void declare(CLI::App& app, Arguments& a) {
   exclude_each(places, {simulate});
   exclude_each(growth, {simulate, places});
   app.add_option("--json", a.json, "write the figures to this file");
-  app.add_option("--compare", a.compare, "what --json wrote earlier: ratios now / earlier are printed");
+  app.add_option("--compare", a.compare, "earlier output of --json: prints the ratios now / earlier");
   app.add_flag("--quiet", a.quiet, "print errors only");
 }
 

@@ -7,21 +7,21 @@
 
 namespace mono_pose_tracker {
 
-/// What calibrating moves: the logarithm of both focal lengths (their ratio stays), the principal point (px),
-/// and the first two radial coefficients of the distortion.
+/// Parameters of the calibration refinement: the logarithm of both focal lengths (their ratio is fixed), the
+/// principal point (px), and the first two radial distortion coefficients.
 constexpr int kCalibrationParameters = 5;
 using CalibrationStep = Eigen::Matrix<double, kCalibrationParameters, 1>;  // log f, cx, cy, k1, k2
 
-/// A camera whose parameters are unknowns: projects with any step away from where it started, and says how
-/// pixels follow. Without distortion so far, that of plumb_bob is what it gets.
+/// A camera with unknown parameters: projects points for any step from its initial parameters, and returns
+/// the derivatives of the pixels. An undistorted camera gets the plumb_bob model.
 class CalibratingCamera {
  public:
   explicit CalibratingCamera(const CameraParameters& start);
 
   CameraParameters moved(const CalibrationStep& step) const;
 
-  /// False (nothing written) behind the camera. By how much the distortion may be trusted is not asked: moved
-  /// parameters must make a CameraModel that sees all of its image.
+  /// False (nothing written) behind the camera. The trusted range of the distortion is not checked here: the
+  /// final parameters must make a CameraModel that covers its whole image.
   bool project(const CalibrationStep& step, const Eigen::Vector3d& x_in_camera, Eigen::Vector2d* pixel,
                Eigen::Matrix<double, 2, 3>* by_point,
                Eigen::Matrix<double, 2, kCalibrationParameters>* by_step) const;

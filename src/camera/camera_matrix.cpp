@@ -39,7 +39,7 @@ std::string require_camera_matrix(const std::array<double, 9>& matrix, int heigh
   }
   return shift <= kRounding ? ""
                             : formatted(
-                                  "the skew of %.3g px is left out: it moves no pixel by more than "
+                                  "the skew of %.3g px is ignored: it moves no pixel by more than "
                                   "%.2g px",
                                   matrix[1], shift);
 }

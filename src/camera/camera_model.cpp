@@ -26,8 +26,7 @@ void check_numbers(const CameraParameters& p) {
   if (p.height <= 0) refuse("height", std::to_string(p.height), "a positive number of pixels");
   for (const auto& [name, value] : {std::pair("fx", p.fx), std::pair("fy", p.fy)}) {
     if (!(value > 0) || !std::isfinite(value)) {
-      refuse(name, text(value),
-             "a positive focal length in px (zero is what an uncalibrated camera reports)");
+      refuse(name, text(value), "a positive focal length in px (an uncalibrated camera reports zero)");
     }
   }
   for (const auto& [name, value] : {std::pair("cx", p.cx), std::pair("cy", p.cy)}) {
@@ -61,7 +60,7 @@ CameraParameters with_usual_length(CameraParameters p) {
   if (lengths.empty() || std::count(lengths.begin(), lengths.end(), d.size()) > 0) return p;
   if (all_zero(d) && !d.empty()) d.resize(lengths.back());
   while (d.size() > lengths.back() && d.back() == 0) d.pop_back();
-  // In OpenCV's order k4, k5 and k6 come last: left out, they are zero.
+  // In OpenCV's order k4, k5 and k6 come last; missing ones are zero.
   if (p.distortion_model == "rational_polynomial" && (d.size() == 4 || d.size() == 5)) d.resize(8);
   // Otherwise it is refused with the length that it has.
   if (std::count(lengths.begin(), lengths.end(), d.size()) > 0) p.distortion = d;

@@ -6,16 +6,17 @@
 
 namespace mono_pose_tracker {
 
-/// A hundredth of what features are located to [px]: what drivers that compute their calibration for each
-/// image round differently each time.
+/// Difference below which two calibrations are equal [px]: 1 % of the localisation error of features. Drivers
+/// that compute their calibration for each image round it differently each time.
 inline constexpr double kCalibrationRoundingPx = 1e-3;
 
-/// A change of the calibration that costs less than features are located to [px]: drivers that estimate it
-/// anew for each image (autofocus, image stabilisation of a phone) vary it by tenths of a pixel.
+/// Change of the calibration that is tolerated [px]: it is below the localisation error of features. Drivers
+/// that estimate the calibration for each image (autofocus, image stabilisation of a phone) vary it by tenths
+/// of a pixel.
 inline constexpr double kToleratedCalibrationChangePx = 0.2;
 
-/// Whether two calibrations are of one camera: of images of one size, in which every pixel looks where it
-/// does by the other, to so many pixels.
+/// Whether two calibrations are of one camera: the image sizes are equal, and no pixel's viewing ray differs
+/// by more than the tolerance [px].
 bool is_same_camera(const CameraParameters& a, const CameraParameters& b,
                     double tolerance_px = kCalibrationRoundingPx);
 

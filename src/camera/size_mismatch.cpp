@@ -7,7 +7,7 @@ namespace {
 
 std::string likely_cause(int width, int height, int camera_width, int camera_height) {
   if (width == camera_height && height == camera_width) {
-    return "; width and height are swapped: the calibration is of images that a viewer has turned upright, "
+    return "; width and height are swapped: the calibration was made with images rotated by a viewer, "
            "and "
            "images are taken as they lie in the file, whatever their orientation tag says";
   }

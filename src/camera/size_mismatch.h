@@ -4,8 +4,8 @@
 
 namespace mono_pose_tracker {
 
-/// An image of another size than the calibration is for: both sizes, where the expected one comes from, and
-/// the likely cause, one line that continues "the image ". origin: "image_width and image_height of
+/// Describes an image whose size differs from that of the calibration: both sizes, the origin of the expected
+/// one, and the likely cause. One line that continues "the image ". origin: "image_width and image_height of
 /// camera.yaml"; empty: not known.
 std::string size_mismatch_text(int image_width, int image_height, int camera_width, int camera_height,
                                const std::string& origin);

@@ -5,8 +5,8 @@
 
 namespace mono_pose_tracker {
 
-/// By how many standard deviations `count` of `total` exceeds what `usual_share` of them gives (binomial; a
-/// share of nothing has a deviation, too: that of one).
+/// Number of standard deviations by which `count` of `total` exceeds the expectation for the share
+/// `usual_share` (binomial). The variance is at least that of one event.
 inline double deviations_above(double usual_share, int count, int total) {
   const double usual = usual_share * total;
   return (count - usual) / std::sqrt(std::max(1.0, usual * (1 - usual_share)));

@@ -7,10 +7,10 @@
 
 namespace mono_pose_tracker {
 
-/// Those that vote, each with its distance.
+/// The voters, each with its distance.
 using DistantVotes = std::vector<std::pair<float, bool>>;
 
-/// Whether most of the nearest say yes; false of none.
+/// Whether the majority of the nearest voters says yes; false without voters.
 inline bool most_of_nearest(std::size_t voters, DistantVotes votes) {
   const auto count = static_cast<std::ptrdiff_t>(std::min(voters, votes.size()));
   std::partial_sort(votes.begin(), votes.begin() + count, votes.end());

@@ -41,10 +41,10 @@ class SharedWork {
   std::exception_ptr error_;
 };
 
-/// Calls work(0) to work(count - 1), each once, in any order, on up to `threads` threads (the caller's is one
-/// of them); returns when all are done. What is called writes to a place of its own, so that the result is
-/// the same for any number of threads. Where one throws, no further ones are begun, and the exception (one of
-/// them, when several throw) comes out here.
+/// Calls work(0) to work(count - 1), each once, in any order, on up to `threads` threads including the
+/// caller's. Returns when all calls are done. Each call must write to its own place; the result is then the
+/// same for any number of threads. After an exception no further calls begin, and one of the exceptions is
+/// rethrown here.
 inline void parallel_for(int count, int threads, const std::function<void(int)>& work) {
   if (threads <= 1 || count <= 1) {
     for (int i = 0; i < count; ++i) work(i);

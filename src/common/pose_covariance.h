@@ -6,8 +6,8 @@
 
 namespace mono_pose_tracker {
 
-/// The adjoint of SE(3): takes a small movement x' = exp(w) x + v (order v, w) of frame a to the same
-/// movement as frame b, rigidly tied to a, sees it. Covariances go C_b = J C_a J^T.
+/// The adjoint J of SE(3): maps a small motion x' = exp(w) x + v (order v, w) of frame a to the same motion
+/// expressed in frame b, which is rigidly attached to a. Covariances transform as C_b = J C_a J^T.
 inline Eigen::Matrix<double, 6, 6> adjoint(const Rigid3& b_from_a) {
   const Eigen::Matrix3d R = b_from_a.rotation_matrix();
   Eigen::Matrix<double, 6, 6> J;

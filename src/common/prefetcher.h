@@ -21,9 +21,9 @@ namespace mono_pose_tracker {
 template <typename Item>
 class Prefetcher {
  public:
-  /// read: false at the end; called by one thread at a time. work: called by all of them. threads: how many
-  /// run ahead beside the caller's, by no more than one item each and one that waits. With 0, or when none
-  /// can be started, next() does all the work itself.
+  /// read: returns false at the end; one thread calls it at a time. work: called by all threads, also at
+  /// once. threads: number of threads in addition to the caller's. Each reads at most one item ahead, and one
+  /// more item may wait. With 0 threads, or when none can be started, next() does all the work itself.
   Prefetcher(std::function<bool(Item*)> read, std::function<void(Item*)> work, int threads)
       : read_(std::move(read)), work_(std::move(work)), most_begun_(static_cast<std::size_t>(threads) + 2) {
     threads_ = start_threads(threads, [this] { run(); });

@@ -11,8 +11,9 @@ namespace mono_pose_tracker {
 /// Processors of the machine, 1 where it does not say.
 inline int processors() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
 
-/// Up to `most` threads that call work(); fewer or none where the system grants no more (limits of a user, a
-/// container, the address space): for work that any number of threads can share. The caller joins them.
+/// Starts up to `most` threads that call work(). Starts fewer or none where the system grants no more (limits
+/// of a user, a container, the address space), so any number of threads must be able to share the work. The
+/// caller joins them.
 template <typename Work>
 std::vector<std::thread> start_threads(int most, const Work& work) {
   std::vector<std::thread> threads;

@@ -6,8 +6,8 @@
 
 namespace mono_pose_tracker {
 
-/// The text of an errno value; of 0 "unknown reason", since not all that fails sets it: set errno to 0 before
-/// what may fail. (std::strerror is not safe with several threads.)
+/// The text of an errno value; "unknown reason" for 0. Not every failing call sets errno, so set it to 0
+/// before the call. (std::strerror is not thread-safe.)
 inline std::string system_error_text(int error = errno) {
   return error ? std::generic_category().message(error) : "unknown reason";
 }

@@ -11,9 +11,9 @@
 
 namespace mono_pose_tracker {
 
-/// Does what parallel_for does, many times in a row: its threads are started once, and each stays awake for
-/// 0.1 ms after its share of a piece of work, as does the caller until all are done. Where the pieces are
-/// shorter than it takes to start a thread (as long) and follow one another, nothing is gained otherwise.
+/// Repeated parallel_for: the threads are started once. Each thread spins for 0.1 ms after its share of the
+/// work, and the caller spins until all are done. Only useful where pieces of work are shorter than 0.1 ms
+/// (the time to start a thread) and follow one another.
 ///
 /// One thread at a time may call it, and work must not call it again. Fewer threads, or none but the
 /// caller's, where the system grants no more.
@@ -29,7 +29,7 @@ class ThreadTeam {
 
   /// As parallel_for(count, threads(), work).
   void for_each(int count, const std::function<void(int)>& work);
-  /// The same in runs of up to `run` in a row, for work that is less than what handing it out takes.
+  /// Hands out up to `run` indices at a time, for calls that take less time than handing one out.
   template <typename Work>
   void for_runs(int count, int run, const Work& work) {
     for_each((count + run - 1) / run, [&](int r) {

@@ -24,8 +24,7 @@ struct Pair {
 
 using Residual = std::function<double(const Pair&)>;
 
-// Weights of Huber's loss, the median residual its width: what lies far off pulls no harder than what lies
-// near.
+// Weights of Huber's loss with the median residual as width: outliers pull no harder than inliers.
 std::vector<double> weights_of(const std::vector<Pair>& pairs, const Residual& residual) {
   std::vector<double> residuals, weights;
   for (const Pair& pair : pairs) residuals.push_back(residual(pair));

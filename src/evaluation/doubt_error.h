@@ -16,19 +16,19 @@ struct ReportedPose {
   bool doubtful = false;  // reported as such
 };
 
-/// Where a pose lies beside the reference, its map laid over it.
+/// Error of a pose against the reference, after alignment of its map.
 struct PoseDeviation {
   std::int64_t stamp_ns = 0;
   double position = 0;  // in the reference's unit
   double rotation_deg = 0;
   bool doubtful = false;
-  bool off = false;  // in position or in rotation more than five times the median of all
+  bool off = false;  // position or rotation error above five times the median of all
 };
 
-/// Whether wrong poses were reported as doubtful. `reference`: better poses of the same images, with the same
-/// stamps, such as the offline result; images without one are left out. Each map is laid over it,
-/// orientations apart from positions, by a fit with Huber's loss, in which wrong poses have little say. Maps
-/// of fewer than ten poses are left out. Sorted by stamp.
+/// Evaluates whether wrong poses were reported as doubtful. `reference`: more accurate poses of the same
+/// images with equal stamps, such as the offline result; images without one are excluded. Each map is aligned
+/// with Huber's loss, orientations apart from positions, so that wrong poses have little influence. Maps with
+/// fewer than ten poses are excluded. Sorted by stamp.
 std::vector<PoseDeviation> deviations_of(const std::vector<StampedPose>& reference,
                                          const std::vector<ReportedPose>& reported);
 

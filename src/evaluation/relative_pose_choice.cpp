@@ -21,7 +21,7 @@ double squared_sampson_errors(const Eigen::Matrix3d& essential, const ChoiceInpu
   return sum;
 }
 
-/// How many of the first `count` points are in front of both cameras.
+/// Number of the first `count` points in front of both cameras.
 int count_in_front(const Rigid3& pose, const ChoiceInput& input, std::size_t count) {
   int in_front = 0;
   for (std::size_t i = 0; i < count; ++i)
@@ -29,7 +29,7 @@ int count_in_front(const Rigid3& pose, const ChoiceInput& input, std::size_t cou
   return in_front;
 }
 
-/// How bad a pose is by the rule of choice, the first number before the second: smaller is better.
+/// Cost of a pose by the rule of choice, compared lexicographically.
 std::pair<double, double> badness(const Rigid3& pose, double sampson, const ChoiceInput& input,
                                   Choice choice) {
   if (choice == Choice::kTruth) {

@@ -14,7 +14,7 @@
 namespace mono_pose_tracker {
 namespace {
 
-// A step shorter than this share of the mean step is none: its direction is that of the reference's rounding.
+// Shortest step relative to the mean step; the direction of a shorter one is rounding of the reference.
 constexpr double kNoMotion = 1e-3;
 
 struct Match {
@@ -156,7 +156,7 @@ void measure_steps(const std::vector<PosePair>& pairs, TrajectoryError* error) {
   error->relative_direction_median_deg = median_of_middle_two(std::move(directions));
 }
 
-/// What the estimate's motion from one pair's camera to another's is wrong by; scale: reference / estimate.
+/// Error of the estimate's motion from one pair's camera to another's; scale: reference / estimate.
 struct MotionError {
   double translation, rotation_deg;  // translation in the reference's units
 };
@@ -170,7 +170,7 @@ MotionError motion_error(const PosePair& from, const PosePair& to, double scale)
           rotation_angle_between(reference.rotation, estimate.rotation) / kDegree};
 }
 
-/// The first pair at least so far along the path; pairs.size() when there is none.
+/// The first pair at this distance along the path; pairs.size() when there is none.
 std::size_t pair_at(const std::vector<PosePair>& pairs, double way) {
   // 1e-9: a whole path's length must not be missed by its rounding.
   const double reached = way - 1e-9 * pairs.back().way;
@@ -229,7 +229,8 @@ std::optional<double> scale_drift_percent(const std::vector<PosePair>& pairs) {
   return 100 * (at_last.scale / at_first.scale - 1);
 }
 
-/// From the first camera; down is what the cameras have down on average, as a hand or a car carries them.
+/// View from the first camera; down is the average down direction of the cameras, as carried by a hand or a
+/// car.
 Rigid3 reference_from_view(const std::vector<PosePair>& pairs) {
   Eigen::Vector3d down = Eigen::Vector3d::Zero();
   for (const PosePair& pair : pairs) down += pair.reference.rotation * Eigen::Vector3d::UnitY();

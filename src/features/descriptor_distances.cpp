@@ -21,7 +21,7 @@ constexpr int kGroup = kPacketSize * kSize;
 #ifdef MPT_HAS_DOT_PRODUCTS
 #define MPT_DOT_PRODUCTS __attribute__((target("avx512f,avx512vnni")))
 
-// Four bytes of a row, for all lanes.
+// Four bytes of a row, in all elements of the packet.
 MPT_DOT_PRODUCTS __m512i broadcast_four(const std::int8_t* bytes) {
   int four;
   std::memcpy(&four, bytes, sizeof four);

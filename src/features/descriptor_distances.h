@@ -7,14 +7,13 @@
 
 namespace mono_pose_tracker {
 
-// Of a descriptor to `count` others, `step` bytes apart, in one call: the dispatch to what the processor has
-// is paid once.
+// Distances of one descriptor to `count` others, `step` bytes apart, with a single dispatch on the processor.
 void distances2_to_rows(const std::uint8_t* a, const std::uint8_t* rows, std::size_t step, int count,
                         int* out);
 
-// Squared distances between the rows of two sets of descriptors (N x 128, CV_8U), some at a time: a block of
-// the second that stays in the first-level cache, against a few rows of the first. They are integers, the
-// same whichever instructions a processor has.
+// Squared distances between the rows of two sets of descriptors (N x 128, CV_8U), in blocks: a block of the
+// second set that fits the first-level cache, against a few rows of the first. They are integers and do not
+// depend on the processor's instructions.
 class DescriptorDistances {
  public:
   static constexpr int kBlock = 128;  // rows of the second

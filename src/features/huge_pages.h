@@ -10,10 +10,9 @@
 
 namespace mono_pose_tracker {
 
-/// Allocates for std::vector what is gone through as a whole. Each page that is touched first costs a fault,
-/// and of 4 KB there are hundreds in one plane of an image: what is large lies on pages of 2 MB where the
-/// system has them, and pages are asked for all at once (in a virtual machine a third of the time that they
-/// take one by one).
+/// Allocator for std::vectors that are read as a whole. The first access to a page costs a fault, and a plane
+/// of an image has hundreds of pages of 4 KB. Large blocks therefore use pages of 2 MB where the system has
+/// them, and the pages are requested at once (in a virtual machine that takes a third of the time).
 template <typename T>
 class HugePageAllocator {
  public:

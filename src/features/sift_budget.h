@@ -8,12 +8,12 @@
 
 namespace mono_pose_tracker {
 
-/// By falling response; a total order, so that no result depends on the order in which features were found.
+/// By decreasing response; a total order, so that results do not depend on the order of detection.
 bool is_stronger(const Feature& a, const Feature& b);
 
-/// Chooses which features to keep: the strongest, spread over the image. A cell of a grid asks more of each
-/// further feature: the k-th strongest in its cell counts with response / (1 + k / q)^2, q being the cell's
-/// even share of the budget. Thus texture gets more than its share, but never at the price of all the rest.
+/// Selects the features to keep: the strongest, distributed over the image. The k-th strongest feature of a
+/// grid cell counts with response / (1 + k / q)^2, where q is the cell's even share of the budget. Textured
+/// cells get more than their share, but not at the cost of all others.
 class FeatureBudget {
  public:
   /// Indices of the chosen features, ordered by falling response, of equal ones the first. budget 0: all.

@@ -12,7 +12,7 @@ namespace mono_pose_tracker {
 namespace {
 
 constexpr int kCells = 4;               // along each side
-constexpr int kDirections = 8;          // lanes of a Floats8
+constexpr int kDirections = 8;          // elements of a Floats8
 constexpr float kCellInSigmas = 3.0f;   // width of a cell (as in Lowe's program)
 constexpr float kWindowInCells = 2.0f;  // sigma of the weights: half the width of the descriptor
 constexpr float kLargestEntry = 0.2f;   // of a unit vector: what strong light-dependent gradients may have

@@ -18,7 +18,7 @@ struct Extremum {
 };
 
 /// Lowe (2004), sections 3.1 and 4: extrema among 26 neighbours, refined by a quadratic in x, y and scale,
-/// those of low contrast and on edges left out. The order depends on the images alone.
+/// excluding those of low contrast and on edges. The order depends on the images alone.
 class ExtremaFinder {
  public:
   explicit ExtremaFinder(const SiftOptions& options) : options_(options), parts_(options.num_threads) {}

@@ -6,8 +6,8 @@
 
 namespace mono_pose_tracker {
 
-/// cv::SIFT behind our interface. Its first octave is always -1; first_octave, min_features and num_threads
-/// are not heeded.
+/// cv::SIFT with the interface of SiftExtractor. Its first octave is always -1; first_octave, min_features
+/// and num_threads are ignored.
 std::unique_ptr<FeatureExtractor> make_opencv_sift(const SiftOptions& options);
 
 /// Whether this was built with an OpenCV that has it (4.4 or later).

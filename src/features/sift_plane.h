@@ -9,9 +9,9 @@ namespace mono_pose_tracker {
 
 constexpr int kPlaneBlock = 64;  // floats that the hot loops take at a time
 
-/// One channel of floats. Rows are padded to whole blocks and lie an odd number of blocks apart, lest those
-/// of an image as wide as a power of two all fall into the same few sets of the cache. What lies beyond the
-/// width is finite and means nothing.
+/// One channel of floats. Rows are padded to whole blocks and are an odd number of blocks apart; otherwise
+/// the rows of an image with a width of a power of two would share few sets of the cache. Padding is finite
+/// and meaningless.
 class Plane {
  public:
   void resize(int width, int height) {

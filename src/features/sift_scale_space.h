@@ -22,7 +22,7 @@ class ScaleSpace {
 
   const SiftScale& scale() const { return scale_; }
 
-  /// Rows [begin, end) of all images of an octave are there, after those before them.
+  /// Called when rows [begin, end) of all images of an octave have been made, in order.
   using RowsMade = std::function<void(int octave, int begin, int end)>;
 
   /// Octaves end where the shorter side would have fewer than kSmallestOctave px. rows_made is called a few
@@ -46,8 +46,8 @@ class ScaleSpace {
   bool make_levels(int octave, const RowsMade& rows_made);
 
   static constexpr int kSmallestOctave = 12;  // px; extrema keep 5 px off the border
-  // With what the kernels reach beyond them, rows of all levels fill a second-level cache. Threads wait for
-  // one another at each step and level, so that theirs are longer.
+  // Rows of all levels, with the reach of the kernels, fill a second-level cache. Threads wait for each other
+  // at each step and level, so with several threads the steps are longer.
   static constexpr int kRowsOfOneThread = 16;
   static constexpr int kRowsOfEachThread = 64;
 

@@ -2,9 +2,9 @@
 
 namespace mono_pose_tracker {
 
-/// The sums that symmetric kernels are made of: pair i of a kernel weighs a sample i before with one i +
-/// shift behind. Written for each width of vector that processors have; a wider one gives the same, but that
-/// a product and a sum are one rounding from kAvx2 on.
+/// Sums for symmetric kernels: pair i of a kernel weights a sample i before with one i + shift behind.
+/// Implemented for each vector width of the processors; results are equal except that from kAvx2 on product
+/// and sum are rounded once (fused).
 struct SiftSums {
   enum class Instructions { kAny, kAvx2, kAvx512 };
 

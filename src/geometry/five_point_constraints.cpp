@@ -18,7 +18,7 @@ struct Quadratic {
   Packet c[10];
 };
 
-/// Lane i holds entry entries[i] of the solution: x, y, z and 1 times the basis.
+/// Element i of the packet holds entry entries[i] of the solution: x, y, z and 1 times the basis.
 Linear linear(const Row10 (&basis)[4], const int (&entries)[4]) {
   Linear result;
   for (int k = 0; k < 4; ++k) {

@@ -8,13 +8,13 @@
 
 namespace mono_pose_tracker {
 
-/// Where a camera was, and when.
+/// Position of a camera centre at a time.
 struct TimedCenter {
   std::int64_t stamp_ns = 0;
   Eigen::Vector3d center;
 };
 
-/// What the velocity changes by at the second of three centers in a row, and the seconds before and after it.
+/// Change of velocity at the second of three consecutive centres, and the time before and after it [s].
 struct VelocityChange {
   VelocityChange(const TimedCenter& before, const TimedCenter& at, const TimedCenter& after);
 
@@ -23,54 +23,55 @@ struct VelocityChange {
   bool is_timed() const { return seconds_before > 0 && seconds_after > 0; }
 };
 
-/// How a camera moves: its acceleration is taken for white noise, of one density for each axis, in squared
-/// map units per second cubed (Bar-Shalom et al. 2001, 6.2); 0: nothing is known. Of hand-held cameras, cars
-/// and turntables whose truth is known, one change of velocity in a hundred is 3 to 13 sigmas of an axis
-/// long, and none longer than 14.
+/// Motion model of a camera: its acceleration is white noise of one density per axis, in squared map units
+/// per second cubed (Bar-Shalom et al. 2001, 6.2); 0: unknown. On recordings with ground truth (hand-held
+/// cameras, cars, turntables) the 99th percentile of the velocity changes is 3 to 13 sigmas of an axis, and
+/// the maximum is 14.
 class MotionPrior {
  public:
   MotionPrior() = default;
-  /// From the median of the changes of velocity, one for each three centers in a row; fewer than eight tell
-  /// nothing.
+  /// Estimated from the median velocity change over all triples of consecutive centres; unknown with fewer
+  /// than eight.
   explicit MotionPrior(const std::vector<TimedCenter>& in_time);
 
   explicit operator bool() const { return density_ > 0; }
-  /// Sigma of each axis of a change of velocity, in map units per second, from the mean over the seconds
-  /// before to the mean over the seconds after.
+  /// Standard deviation of each axis of a velocity change [map units/s], between the mean velocities over the
+  /// two intervals [s].
   double sigma_of_change(double seconds_before, double seconds_after) const {
     return std::sqrt(density_ * (seconds_before + seconds_after) / 3);
   }
   double sigma_of(const VelocityChange& change) const {
     return sigma_of_change(change.seconds_before, change.seconds_after);
   }
-  /// Whether the velocity changes by more than that of any known camera, and the center is farther than
-  /// `least` off the line between the other two: what hardly moves moves by noise.
+  /// Whether the velocity change exceeds that of any known camera. The centre must also be farther than
+  /// `least` from the line through its neighbours, because noise dominates the velocity of a camera at rest.
   bool is_beyond(const VelocityChange& change, double least) const;
 
  private:
   double density_ = 0;
 };
 
-/// Of a change of velocity, in sigmas: 99 % of normally distributed ones are smaller. Up to this width the
-/// loss is 0: usual motion tells nothing that images don't, and a camera on a circle must not be drawn to the
-/// chords. Then it is quadratic, and linear from twice the width on: weak enough to move nothing where images
-/// say where the camera was, and yet leading back from far away.
+/// Width of the motion loss in sigmas: the 99 % quantile of a normally distributed velocity change. The loss
+/// is 0 up to this width, so that ordinary motion has no influence (a camera on a circle is not drawn to the
+/// chords). It is quadratic up to twice the width and linear beyond. It is too weak to move cameras that the
+/// images determine, and it still pulls distant outliers back.
 constexpr double kMotionLossWidth = 3.37;
 
-/// Of a square of sigmas.
+/// Motion loss rho of a squared residual in sigmas.
 inline double motion_cost(double squared) {
   constexpr double w = kMotionLossWidth;
   const double beyond = std::sqrt(squared) - w;
   if (beyond <= 0) return 0;
   return beyond <= w ? beyond * beyond : 2 * w * beyond - w * w;
 }
-/// Its derivative.
+/// First derivative of the motion loss.
 inline double motion_loss_derivative(double squared) {
   constexpr double w = kMotionLossWidth;
   const double size = std::sqrt(squared);
   return size > w ? std::min(size - w, w) / size : 0;
 }
-/// The derivative of that, where it grows; beyond, 0 keeps what a step takes for the curvature above 0.
+/// Second derivative of the motion loss where it is positive, else 0: the curvature used by a step stays
+/// above 0.
 inline double motion_loss_second_derivative(double squared) {
   constexpr double w = kMotionLossWidth;
   const double size = std::sqrt(squared);

@@ -88,8 +88,8 @@ double crossing(const double b[kDegree + 1]) {
   return (i + b[i] / (b[i] - b[i + 1])) / kDegree;
 }
 
-/// Value and slope of sum c[i] z^i by Horner's rule in z^2 for even and odd powers side by side: half the
-/// latency of Horner's in z.
+/// Value and derivative of sum c[i] z^i by Horner's rule in z^2, for even and odd powers in parallel: half
+/// the latency of Horner's rule in z.
 inline void evaluate(const double c[kDegree + 1], double z, double* value, double* slope) {
   const double w = z * z;
   double even = c[10], odd = c[9], even_slope = c[10], odd_slope = c[9];

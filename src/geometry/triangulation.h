@@ -19,8 +19,8 @@ bool triangulate_two_views(const Rigid3& second_from_first, const Eigen::Vector3
 bool triangulate_multi_view(const std::vector<Rigid3>& cameras_from_map,
                             const std::vector<Eigen::Vector3d>& bearings, Eigen::Vector3d* x_in_map);
 
-/// Unit vector in the map's frame to where the unit bearings point together: to what is too far away to be
-/// placed.
+/// Common direction of the bearings as a unit vector in the map's frame, for points too far away to be
+/// triangulated.
 Eigen::Vector3d common_direction(const std::vector<Rigid3>& cameras_from_map,
                                  const std::vector<Eigen::Vector3d>& bearings);
 

@@ -37,7 +37,7 @@ std::string make_part(const std::string& path) {
   }
 }
 
-/// A device, a pipe or a link (/dev/stdout) is written through: to rename onto it would replace it.
+/// Devices, pipes and links (/dev/stdout) are written directly: renaming would replace them.
 bool is_replaceable(const std::string& path) {
   std::error_code ignored;
   const std::filesystem::file_status status = std::filesystem::symlink_status(path, ignored);

@@ -78,7 +78,7 @@ class Reader {
     } catch (const std::runtime_error& error) {
       const std::string extension = lower_case(std::filesystem::path(path).extension().string());
       if (extension != ".txt" && extension != ".ini") throw;
-      throw std::runtime_error(std::string(error.what()) + ", such as the ost.yaml beside ost.txt");
+      throw std::runtime_error(std::string(error.what()) + ", such as ost.yaml in the folder of ost.txt");
     }
   }
 
@@ -86,7 +86,7 @@ class Reader {
   YamlValue root_;
 };
 
-/// CameraModel speaks of its fields; the user of the file knows its keys.
+/// Translates errors of CameraModel, which names its fields, to the keys of the file.
 std::string in_terms_of_the_file(const std::string& problem, const std::string& matrix) {
   static const std::map<std::string, std::string> keys = {
       {"width", "image_width"}, {"height", "image_height"}, {"distortion", "distortion_coefficients"}};

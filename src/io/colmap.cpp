@@ -37,7 +37,7 @@ struct ColmapCamera {
   std::vector<double> parameters;
 };
 
-/// The simplest of COLMAP's models that holds the camera.
+/// The simplest of COLMAP's models that represents the camera.
 ColmapCamera colmap_camera(const CameraParameters& camera) {
   const std::vector<double>& d = camera.distortion;
   std::vector<double> parameters = {camera.fx, camera.fy, camera.cx + kPixelCentre, camera.cy + kPixelCentre};

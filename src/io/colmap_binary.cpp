@@ -22,7 +22,7 @@ void require_pinhole(const CameraParameters& camera) {
   const bool is_distorted = std::any_of(camera.distortion.begin(), camera.distortion.end(),
                                         [](double value) { return value != 0; });
   if (is_distorted || camera.distortion_model == "equidistant") {
-    throw std::invalid_argument("the binary COLMAP model is of a pinhole camera: expected no distortion");
+    throw std::invalid_argument("the binary COLMAP model has a pinhole camera: expected no distortion");
   }
 }
 

@@ -4,18 +4,17 @@
 
 namespace mono_pose_tracker {
 
-/// The stamps of a video's frames: frame / fps, until the container's own times differ from that by more than
-/// half a frame, as where a phone varies its frame rate; from then on those times.
+/// The stamps of a video's frames: frame / fps, until the container's times differ from that by more than
+/// half a frame (variable frame rate of a phone); the container's times from then on.
 class FrameStamps {
  public:
   explicit FrameStamps(double frames_per_second) : fps_(frames_per_second) {}
 
-  /// Of the next frame. container_ms: since the first one; not positive where the container has none. Each is
-  /// later than the one before.
+  /// Stamp of the next frame. container_ms: time since the first frame; not positive if the container has
+  /// none. Stamps increase strictly.
   std::int64_t next(double container_ms);
 
-  /// Frames whose time was not later than that of the frame before, so that one of the frame rate stands in
-  /// its place.
+  /// Number of frames whose container time did not increase; they got a stamp from the frame rate.
   int out_of_order() const { return out_of_order_; }
 
  private:

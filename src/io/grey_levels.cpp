@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kValues = 65536;
 
-/// How often each value occurs in the colours of an image; alpha is none.
+/// Histogram of the colours of an image, without alpha.
 std::vector<std::int64_t> histogram(const cv::Mat& image) {
   std::vector<std::int64_t> counts(kValues, 0);
   const int channels = image.channels(), colours = std::min(channels, 3);
@@ -27,7 +27,7 @@ std::vector<std::int64_t> histogram(const cv::Mat& image) {
   return counts;
 }
 
-/// The value below which this many of the counts lie.
+/// The value below which this number of pixels lies.
 int value_at(const std::vector<std::int64_t>& counts, std::int64_t below) {
   int value = 0;
   for (std::int64_t sum = counts[0]; sum <= below && value + 1 < kValues; sum += counts[++value]) {

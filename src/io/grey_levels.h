@@ -5,7 +5,7 @@
 
 namespace mono_pose_tracker {
 
-/// Which values of an image of 16 bits a channel become black and white of 8 bits.
+/// The 16-bit values that become black and white in 8 bits.
 struct GreyLevels {
   double black = 0, white = 65536;
 };
@@ -21,21 +21,21 @@ struct GreyLevelOptions {
   double margin = 0.5;  // of the range, on either side: the scene changes
 };
 
-/// Chooses the levels of the 16-bit images of a recording or topic. setting: "auto"; a number of significant
-/// bits, "8" to "16", of the lower ones; or "BLACK:WHITE", two values. auto: by the first images, the least
-/// of 8, 10, 12, 14 and 16 bits that holds their values; where they use a small part of these, by that part.
-/// Fixed from then on: grey must not change with the image's content.
+/// Chooses the grey levels of the 16-bit images of a recording or topic. setting: "auto"; a number of
+/// significant bits, "8" to "16", of the lower ones; or "BLACK:WHITE", two values. auto: from the first
+/// images, the smallest of 8, 10, 12, 14 and 16 bits that holds their values; if they use a small part of
+/// that range, that part. Constant afterwards: brightness must not depend on the image's content.
 class GreyLevelChoice {
  public:
   /// Throws std::invalid_argument on another setting, with a text that says what was expected.
   explicit GreyLevelChoice(const std::string& setting = "auto", const GreyLevelOptions& options = {});
 
-  /// Looks at an image (CV_16UC1 to 4; of any other depth nothing is done). True when that has settled the
-  /// levels.
+  /// Inspects an image (CV_16UC1 to 4; other depths are ignored). True when the levels have been settled by
+  /// it.
   bool look_at(const cv::Mat& image);
   bool is_settled() const { return is_settled_; }
   const GreyLevels& levels() const { return levels_; }
-  /// What was chosen and why, one line. Where no image has 16 bits: empty.
+  /// The chosen levels and the reason, one line. Empty if no image has 16 bits.
   std::string text() const;
 
  private:

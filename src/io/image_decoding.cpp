@@ -37,7 +37,7 @@ DecodedImage decode_jpeg(const std::vector<unsigned char>& bytes) {
   return {data.image, {}};
 }
 
-// What is wrong with the file; nothing when its bytes were read.
+// Error of reading the file; nothing if it was read.
 std::string read_bytes(const std::string& path, std::vector<unsigned char>* bytes) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error)) return "is a folder";

@@ -9,8 +9,8 @@
 
 namespace mono_pose_tracker {
 
-/// The largest image that is decoded [px]: a file of some kilobytes can promise more than there is memory
-/// for. More than the cameras of robots have; at 8 bytes a pixel it is 0.8 GB.
+/// Largest decoded image [px]: a small file can claim more than the available memory. It exceeds the cameras
+/// of robots; at 8 bytes a pixel it takes 0.8 GB.
 constexpr std::uint64_t kMaxImagePixels = 100'000'000;
 
 /// An image as the tracker takes it (CV_8UC1 or CV_8UC3, BGR), or the problem in one line.
@@ -24,15 +24,15 @@ struct DecodedImage {
 /// True for the file names that are taken for images (by their extension).
 bool has_image_extension(const std::string& path);
 
-/// Reads an image file of at most kMaxImagePixels. Its orientation tag is ignored: a calibration is of the
-/// pixels as they lie in the file. levels: of 16 bits.
+/// Reads an image file of at most kMaxImagePixels. The orientation tag is ignored, because a calibration
+/// refers to the pixels as stored. levels: for 16 bits.
 DecodedImage read_image(const std::string& path, const GreyLevels& levels = {});
 
 /// As read_image, with all bits and channels of the file.
 DecodedImage read_unchanged(const std::string& path);
 
-/// As read_image, from the file's bytes. The size is read from its head, and held against max_pixels, before
-/// anything is decoded; a format whose head is not known is refused.
+/// As read_image, from the bytes of the file. The size is read from the header and checked against max_pixels
+/// before decoding; formats with an unknown header are refused.
 DecodedImage decode_image(const std::vector<unsigned char>& bytes, std::uint64_t max_pixels = kMaxImagePixels,
                           const GreyLevels& levels = {});
 

@@ -44,12 +44,12 @@ fs::path common_folder(const std::vector<fs::path>& files) {
   return common;
 }
 
-/// Whether each of the texts is there once only.
+/// Whether all texts are different.
 bool are_unique(const std::vector<std::string>& texts) {
   return std::set<std::string>(texts.begin(), texts.end()).size() == texts.size();
 }
 
-/// A name that stays on its line in the text files that hold it.
+/// A name without control characters, which occupies one line of a text file.
 std::string without_control_characters(std::string name) {
   std::replace_if(
       name.begin(), name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '_');
@@ -111,13 +111,13 @@ class ImageFiles : public ImageSource {
   std::size_t position_ = 0;
 };
 
-/// Whether it is written as a number, whatever its value.
+/// Whether the text has the form of a number, whatever its value.
 bool is_number(const std::string& word) {
   static const std::regex number("[+-]?([0-9]+[.]?[0-9]*|[.][0-9]+)([eE][+-]?[0-9]+)?");
   return word.size() < 1000 && std::regex_match(word, number);
 }
 
-/// Where a list says the image is, as it is there; as EuRoC has it, in the folder data beside the list.
+/// Path of an image named in a list, or its path in the folder data next to the list (EuRoC).
 std::string resolved(const fs::path& folder, const std::string& name) {
   std::string slashed = name;
   std::replace(slashed.begin(), slashed.end(), '\\', '/');
@@ -221,8 +221,8 @@ std::vector<StampedFile> files_of_folder(const std::string& path) {
   return files;
 }
 
-/// A list of nothing but time stamps goes with the images beside it: KITTI's times.txt, EuRoC's. Each is
-/// named after its stamp, or they are as many.
+/// Images for a list of time stamps only (KITTI's times.txt, EuRoC's), in a folder next to it. They are named
+/// after the stamps, or are equal in number.
 void find_images_of_stamps(const std::string& path, const fs::path& folder, std::vector<StampedFile>* files) {
   for (const char* subfolder : {".", "data", "image_0", "image_2", "image_00/data", "images", "rgb"}) {
     const fs::path images = folder / subfolder;
@@ -244,7 +244,7 @@ void find_images_of_stamps(const std::string& path, const fs::path& folder, std:
     return;
   }
   throw std::runtime_error(path +
-                           ": holds time stamps only, and there are no images beside it: expected lines "
+                           ": holds time stamps only, and its folder has no images: expected lines "
                            "`timestamp path` or `path`");
 }
 

@@ -15,26 +15,25 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// The least bytes of a record: what a count is held against before memory is asked for.
+// Smallest size of a record in bytes, to check a count before allocating memory.
 constexpr std::size_t kTransformBytes = 7 * 8, kFeatureBytes = 5 * 4 + 3 + kMapFileDescriptorBytes;
 constexpr std::size_t kKeyframeBytes = 4 + 8 + 8 + kTransformBytes + 4;
 constexpr std::size_t kRemovedBytes = 4 + 8 + 4 + kTransformBytes;
 constexpr std::size_t kObservationBytes = 4 + 4, kLandmarkBytes = 4 + 3 * 8 + 4 + 4;
 constexpr std::size_t kCameraBytes = 2 * 4 + 4 * 8 + 4 + 4, kSessionBytes = 4 + 8 + 8;
 constexpr int kMaxImageSide = 1 << 16;  // px: no camera has more
-// Every image gets a grid over its pixels, however few features it has, of a byte for 144 px. So many pixels
-// for a byte of the file are twice what 100 megapixels with 100 features have.
+// Every image gets a grid over its pixels, of a byte for 144 px, independent of its number of features. This
+// limit of pixels per byte of the file is twice that of 100 megapixels with 100 features.
 constexpr std::size_t kMaxPixelsPerByte = 1 << 14;
-// A map knows of each two keyframes how many landmarks they share. So many pairs for a byte of the file are
-// four times what 3,000 keyframes of 20 features have that all see the same.
+// A map stores the number of shared landmarks of each pair of keyframes. This limit of pairs per byte of the
+// file is four times that of 3,000 keyframes of 20 features with the same landmarks.
 constexpr std::size_t kMaxPairsPerByte = 4;
 constexpr std::uint32_t kMostCoefficients = 14;  // of a distortion: OpenCV's longest model
-// Far from the ends of their types, where frame indices and ids may be counted on and shifted.
+// Limits with a margin, because frame indices and ids may be counted on and shifted.
 constexpr std::int64_t kMostFrames = std::int64_t{1} << 53;
 constexpr int kMostIds = 1 << 29;
 
-// What is read from here on has the checksum it was written with: these errors are of a file that was made
-// wrong.
+// Data with a valid checksum: these errors mean that the file was written wrongly.
 [[noreturn]] void contradiction(const std::string& what) {
   throw std::runtime_error("contradicts itself (" + what + ")");
 }
@@ -193,7 +192,7 @@ std::vector<Landmark> read_landmarks(ByteReader& in) {
     for (int i = 0; i < 3; ++i) landmark.x_in_map[i] = finite(in.f64());
     landmark.created_by = id_or_none(in);
     landmark.observations.resize(in.count(kObservationBytes));
-    if (landmark.observations.size() < 2) contradiction("a landmark that fewer than two keyframes see");
+    if (landmark.observations.size() < 2) contradiction("a landmark with fewer than two observations");
     for (Observation& o : landmark.observations) {
       o.keyframe = id(in);
       o.feature = id(in);
@@ -223,7 +222,7 @@ ByteReader open_section(const char* name, ByteReader& in) {
 }
 
 void close_section(const ByteReader& section) {
-  if (section.left() > 0) contradiction("a section is longer than what it holds");
+  if (section.left() > 0) contradiction("a section is longer than its content");
 }
 
 Map read_map(ByteReader& in, const Sessions& sessions, ScaleSource scale_source) {
@@ -275,7 +274,7 @@ SavedMaps read_version_1(ByteReader& in, std::uint32_t sections, const std::stri
 
 MapSession read_session(ByteReader& in, const std::vector<CameraParameters>& cameras) {
   const std::uint32_t camera = in.u32();
-  if (camera >= cameras.size()) contradiction("a session of a camera that is not there");
+  if (camera >= cameras.size()) contradiction("a session of an unknown camera");
   MapSession session{cameras[camera], frame_index(in), frame_index(in)};
   if (session.frames < 1) contradiction("a session without a frame");
   return session;

@@ -77,7 +77,7 @@ Eigen::Vector3d longest_direction(const Overview& overview) {
     spread += d * d.transpose();
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(spread);
-  // Spread alike in all directions (or nothing at all): along z, as from the first camera's side.
+  // Equal spread in all directions (or no spread): along z, as from the first camera's side.
   if (!(solver.eigenvalues()[1] > 1.05 * solver.eigenvalues()[0])) return Eigen::Vector3d::UnitZ();
   const Eigen::Vector2d longest = solver.eigenvectors().col(1);
   const Eigen::Vector3d direction(longest.x(), 0, longest.y());
@@ -98,10 +98,10 @@ struct View {
   }
 };
 
-// How far round the camera's way the picture reaches: what the camera saw from near, not a skyline beside
-// which the way would be a dot. Distances are those from each point to the nearest of some cameras. Half as
-// far again as the median, but where more than half of all points lie farther off than the way is long, the
-// nearer quarter tells (or the way's own length, if that is more).
+// Radius around the camera's path that the picture covers: the near scene, not a skyline, against which the
+// path would be a dot. Distances are from each point to the nearest of some cameras. The radius is 1.5 times
+// their median; if more than half of all points are farther away than the path is long, it is based on the
+// nearest quarter (or on the path's length, if larger).
 double reach_of(const Overview& overview) {
   constexpr std::size_t kMaxCameras = 100, kMaxPoints = 5000;
   const auto step = [](std::size_t size, std::size_t most) { return std::max<std::size_t>(1, size / most); };

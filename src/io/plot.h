@@ -14,7 +14,7 @@ struct PlotSeries {
   double radius_px = 2;                 // of the dots; 0: none
   int line_px = 0;                      // thickness of the line that joins them; 0: none
   bool is_square = false;               // squares in place of dots
-  // BGR, one for each point and the line that begins at it, in place of `color`; empty: all alike.
+  // BGR, one for each point and the line that starts at it, in place of `color`; empty: `color` for all.
   std::vector<cv::Scalar> colors = {};
 };
 

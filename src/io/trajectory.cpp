@@ -93,8 +93,8 @@ std::string parse_line(std::string line, StampedPose* pose, Layout* layout) {
   return parse_tum(texts[0], v, pose);
 }
 
-/// Poses of KITTI have no time: that of the times.txt beside them, where there is one of as many, or the
-/// index in seconds.
+/// Stamps for KITTI's poses: from a times.txt in the same folder with the same number of lines, or the index
+/// in seconds.
 void set_stamps(const std::string& path, std::vector<StampedPose>* poses) {
   std::vector<std::int64_t> stamps;
   const std::filesystem::path times = std::filesystem::path(path).parent_path() / "times.txt";

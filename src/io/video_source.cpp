@@ -87,10 +87,8 @@ class VideoFile : public ImageSource {
   SourceImage end() {
     std::string problem = is_trimmed_mp4(path_) ? "" : problem_of_end(index_, size());
     if (stamps_->out_of_order() > 0) {
-      problem +=
-          (problem.empty() ? "" : "; ") + std::to_string(stamps_->out_of_order()) +
-          " frames have no time in the container that is later than the one before: they are stamped by the "
-          "frame rate";
+      problem += (problem.empty() ? "" : "; ") + std::to_string(stamps_->out_of_order()) +
+                 " frames have a container time that does not increase: they are stamped by the frame rate";
     }
     SourceImage result;
     if (std::exchange(is_end_told_, true) || problem.empty()) return result;

@@ -76,7 +76,7 @@ class Builder : public YAML::EventHandler {
   };
 
   [[noreturn]] static void fail_by_second_document(const YAML::Mark& mark) {
-    fail(mark.line + 1, "belongs to a second document, of which nothing would be heeded");
+    fail(mark.line + 1, "belongs to a second document, which would be ignored");
   }
 
   YamlValue leaf(YamlValue::Kind kind, const std::string& text, const YAML::Mark& mark) {

@@ -17,12 +17,12 @@ struct Frame {
   ImageFeaturesPtr image;
   std::vector<Eigen::Vector3d> marker =
       {};                            // bearings of the corners of the marker that sets the scale, if seen
-  bool is_masked = false;            // features are left out by a mask
+  bool is_masked = false;            // features were excluded by a mask
   bool is_of_object = false;         // all those of what is behind it, which was found by its motion
   bool is_mask_given = false;        // by whoever wants the object, not found in the image
-  ImageFeaturesPtr whole = nullptr;  // with what was left out, being another body's; null: nothing was
+  ImageFeaturesPtr whole = nullptr;  // with the features excluded as another object's; null: none were
 
-  /// It goes on with these of its features alone, those of what was found by its motion.
+  /// Keeps only these features, those of the object found by its motion.
   void keep_object(ImageFeaturesPtr of_object) {
     image = std::move(of_object);
     is_masked = is_of_object = true;
@@ -30,7 +30,7 @@ struct Frame {
   }
 };
 
-/// Feature `feature` of the frame sees the landmark.
+/// Feature `feature` of the frame observes the landmark.
 struct FrameObservation {
   int feature = -1;
   LandmarkId landmark = kNoLandmark;

@@ -13,30 +13,30 @@
 
 namespace mono_pose_tracker {
 
-/// Where an image shows a landmark.
+/// Pixel of a landmark in an image.
 struct LandmarkPixel {
   LandmarkId landmark = kNoLandmark;
   Eigen::Vector2f pixel = Eigen::Vector2f::Zero();  // as in the image
   float sigma_px = 1;                               // expected localisation error
 };
 
-/// Of one image: the landmarks that it was registered by. Some may be gone from the map by now.
+/// The landmarks by which an image was registered. Some may have been removed from the map since.
 using LandmarkPixels = std::shared_ptr<const std::vector<LandmarkPixel>>;
 
-/// Of the images of a map, by frame index.
+/// For the images of a map, by frame index.
 using RegisteredLandmarks = std::map<std::int64_t, LandmarkPixels>;
 
-/// Where a posed frame stands: it rides on its reference keyframe.
+/// Pose of a registered frame, stored relative to its reference keyframe.
 struct FramePose {
   std::int64_t stamp_ns = 0;
   KeyframeId reference = -1;
   Rigid3 camera_from_reference;
-  bool is_final = false;               // posed once more in the finished map
-  bool is_stale = false;               // relative to a keyframe of a geometry that the map no longer has
+  bool is_final = false;               // registered again in the finished map
+  bool is_stale = false;               // relative to a keyframe of a discarded geometry
   LandmarkPixels landmarks = nullptr;  // of a recording's frame; null: not kept
 };
 
-/// The frames posed against one map, by index. One thread.
+/// The frames registered in one map, by index. One thread.
 class FramePoses {
  public:
   using Entry = std::pair<std::int64_t, FramePose>;
@@ -51,15 +51,16 @@ class FramePoses {
   void keep_newest(std::size_t most);
   const std::deque<Entry>& all() const { return poses_; }
 
-  /// The map was corrected.
+  /// Applies a correction of the map.
   void apply(const MapCorrection& correction);
-  /// Those of a map that has become part of this one; its ids are this map's already.
+  /// Merges the frames of a map that was joined with this one; their ids are already those of this map.
   void take(const FramePoses& other);
 
-  /// What the frames were registered by, where it was kept.
+  /// The landmarks by which the frames were registered, if kept.
   RegisteredLandmarks landmarks() const;
 
-  /// camera_from_map of a frame, now; false when it was never posed or its keyframe is of no known map.
+  /// The present camera_from_map of a frame; false when it was not registered or its keyframe is of no known
+  /// map.
   bool camera_from_map(const TrackingMap& map, std::int64_t index, Rigid3* camera_from_map) const;
 
  private:

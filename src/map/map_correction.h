@@ -9,8 +9,8 @@
 
 namespace mono_pose_tracker {
 
-/// What whoever holds ids and lengths of a map must do when it was corrected (loop closed, maps joined,
-/// rescaled). Poses that are given relative to a keyframe need nothing else: the keyframe has moved.
+/// What holders of a map's ids and lengths must do after a correction (loop closed, maps joined, rescaled).
+/// Poses stored relative to a keyframe need nothing else: the keyframe has moved.
 struct MapCorrection {
   std::uint64_t sequence = 0;             // grows with each, from 1, whatever the map
   std::uint32_t of_map = 0;               // whose ids and lengths change

@@ -7,16 +7,16 @@
 
 namespace mono_pose_tracker {
 
-/// Of the places that look most like an image: among so many is a right one, where there is one, in 95 of 100
-/// cases.
+/// Number of candidates from place recognition. In 95 % of the cases a correct one is among them, if there is
+/// one.
 constexpr int kBestPlaces = 5;
 
-/// Finds keyframes that look like an image. May be asked from any thread while the map grows: what it finds
-/// may be newer than a snapshot, or gone from the map meanwhile.
+/// Finds keyframes with a similar appearance. May be called from any thread while the map grows: the result
+/// may be newer than a snapshot, or removed from the map since.
 class PlaceFinder {
  public:
   virtual ~PlaceFinder() = default;
-  /// `count` at most, the most alike first.
+  /// At most `count` keyframes, the most similar first.
   virtual std::vector<KeyframeId> find(const FeatureSet& features, int count) const = 0;
 };
 

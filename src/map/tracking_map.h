@@ -15,29 +15,28 @@
 
 namespace mono_pose_tracker {
 
-/// The map as the mapper last left it: made once, never changed, shared by pointer, and what has not changed
-/// since the one before shared with it. Resection reads it without a lock while the mapper, the only one to
-/// change the map, works on.
+/// Immutable snapshot of the map after the mapper's last change, shared by pointer. Unchanged parts are
+/// shared with the snapshot before. Tracking reads it without a lock while the mapper, the only writer, works
+/// on.
 struct TrackingMap {
   std::uint32_t epoch = 0;
-  std::uint32_t map_id = 0;  // names the map, whatever its epoch
+  std::uint32_t map_id = 0;  // unique, independent of the epoch
   std::uint64_t revision = 0;
   KeyframeViews keyframes;
   LandmarkPositions landmarks;  // x_in_map
-  /// Of where keyframes are in the map, as x' = exp(w) x + v in their own frames (order v, w). None: nothing
-  /// is known.
+  /// Covariance of keyframe poses, as x' = exp(w) x + v in their own frames (order v, w). Missing: unknown.
   KeyframeCovariances covariances;
   std::map<KeyframeId, KeyframeLink> removed_keyframes;
   ScaleSource scale_source = ScaleSource::kMapUnits;
   std::shared_ptr<const PlaceFinder> places;  // null: none is kept
-  // What speaks against the newest keyframes (mapping/rigidity_watch.h, larger_body_watch.h, body_watch.h);
-  // empty: nothing.
+  // Evidence against the newest keyframes (mapping/rigidity_watch.h, larger_body_watch.h, body_watch.h);
+  // empty: none.
   std::string doubt;
   std::shared_ptr<const TurningObject>
-      turning_object;                        // that the map should be of, and is not; null: none is known
+      turning_object;                        // that the map should be of but is not; null: none known
   MapCorrections corrections;                // the latest, of this map and others
-  std::vector<std::uint32_t> inactive_maps;  // ids of those that are kept beside this one
-  StageTimes stages;                         // of the change that this map is the result of
+  std::vector<std::uint32_t> inactive_maps;  // ids
+  StageTimes stages;                         // of the last change
 
   /// Pose of a keyframe, also of one that was removed; false for one that never was.
   bool camera_from_map(KeyframeId id, Rigid3* camera_from_map) const {

@@ -7,10 +7,10 @@
 
 namespace mono_pose_tracker {
 
-/// What a feature is of: a body that turns before the camera, or what moves otherwise.
+/// Motion of a feature: it is on the object that turns before the camera, or it moves independently of it.
 enum class FeatureMotion : std::uint8_t { kUnknown, kTurns, kMovesOtherwise };
 
-/// Which features of an image are of a body that turns before the camera, one side a feature.
+/// The features of an image that are on an object turning before the camera; one entry per feature.
 struct TurningObject {
   ImageFeaturesPtr image;
   std::vector<FeatureMotion> sides;

@@ -34,7 +34,7 @@ bool is_finite(const BundleProblem& problem) {
                      [](const Eigen::Vector3d& x) { return x.allFinite(); });
 }
 
-// The problem with the observations that are heeded.
+// The problem with the usable observations only.
 BundleProblem usable_part(const BundleProblem& problem) {
   BundleProblem part{problem.cameras, problem.points, {}, {}};
   part.observations.reserve(problem.observations.size());

@@ -6,9 +6,10 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Of the camera farthest from the first, the coordinate of its movement that a change of scale about the
-// first would take most of. With the scale free, Ceres' steps along what a narrow view leaves nearly open
-// (depth against turns) go astray: heads seen through a long lens end reversed.
+// Fixes the scale: of the camera farthest from the first one, the translation coordinate that a change of
+// scale about the first camera changes most. With free scale, Ceres' steps diverge along the weakly
+// determined directions of a narrow view (depth against rotation): heads recorded with a long lens end with
+// reversed depth.
 void hold_scale(const BundleProblem& problem, BundleCameras* cameras) {
   const Eigen::Vector3d first = problem.cameras[0].camera_from_map.inverse().translation;
   Eigen::Vector3d farthest = Eigen::Vector3d::Zero();

@@ -10,13 +10,14 @@
 
 namespace mono_pose_tracker {
 
-// A pose block: a turn w of the camera in its place, and how far it moves, both from where it began and along
-// its own axes. It is its own tangent, so that all blocks have six parameters, of which Ceres has compiled
-// code, and no derivative is multiplied by another. A turn about the map's origin instead would move a camera
-// far from it by much more than it turns, and damping would keep it from turning at all.
+// Pose block: a rotation w of the camera about its centre and its translation, relative to the initial pose
+// and along the initial axes. The parameters are their own tangent space: all blocks have six parameters, for
+// which Ceres has compiled code, and no derivative is multiplied by another. With a rotation about the map's
+// origin, a distant camera would be translated much more than rotated, and damping would suppress its
+// rotation.
 using PoseBlock = std::array<double, 6>;
 
-// What all observations of a camera share at the parameters under evaluation.
+// Quantities shared by all observations of a camera at the evaluated parameters.
 struct CameraState {
   Eigen::Matrix3d start_rotation;  // camera_from_map, as it began
   Eigen::Vector3d start_translation;
@@ -24,8 +25,8 @@ struct CameraState {
   Eigen::Vector3d translation;
   Eigen::Vector3d moved;          // v, of translation = exp(w) start_translation + v
   Eigen::Matrix3d left_jacobian;  // of exp at w
-  // Of the block's parameters one that must stay, or -1: its derivatives are left out, and Ceres finds no
-  // reason to move it, while all blocks keep the same size.
+  // Index of the constant parameter of the block, or -1. Its derivatives are set to zero, so that Ceres does
+  // not move it, and all blocks keep the same size.
   int held = -1;
 
   void update(const double* block) {
@@ -43,9 +44,9 @@ struct CameraState {
   }
 };
 
-// The cameras of a problem as parameters, and what holds its gauge.
+// The cameras of a problem as parameter blocks, and the fixed gauge.
 struct BundleCameras {
-  // All observations of the problem are heeded.
+  // All observations of the problem are used.
   explicit BundleCameras(const BundleProblem& problem);
 
   std::vector<PoseBlock> blocks;
@@ -53,7 +54,7 @@ struct BundleCameras {
   std::vector<char> used;           // they see anything
   std::vector<int> free;            // of these, those that may move
 
-  // Where the blocks are now.
+  // Pose of a camera for the present blocks.
   Rigid3 pose(std::size_t camera) const;
 };
 

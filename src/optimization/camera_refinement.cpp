@@ -31,7 +31,7 @@ constexpr int kParameters = kCalibrationParameters;
 using Information = Eigen::Matrix<double, kParameters, kParameters>;
 using Active = std::array<bool, kParameters>;
 
-// The parameters that stand or fall together.
+// Groups of parameters that are refined together or not at all.
 constexpr Active kFocal = {true, false, false, false, false};
 constexpr Active kFocalDistortion = {true, false, false, true, true};
 constexpr Active kAll = {true, true, true, true, true};
@@ -57,7 +57,7 @@ Eigen::Matrix3d rotation_of(const PoseBlock& b) {
 
 Eigen::Vector3d translation_of(const PoseBlock& b) { return {b[4], b[5], b[6]}; }
 
-// A pixel's error in its sigmas, by pose, point and camera.
+// Reprojection error in sigmas, by pose, point and camera.
 class CalibratingCost : public ceres::SizedCostFunction<2, 7, 3, kParameters> {
  public:
   CalibratingCost(const CalibratingCamera& start, const Active& active, const Observed& observed)
@@ -138,7 +138,7 @@ Problem build(const CameraRefinementOptions& options, const CameraModel& camera,
                       keyframe.image->set.features[o.feature].pixel.cast<double>(),
                       static_cast<double>(keyframe.image->sigma_px[o.feature])});
     }
-    // Two views tell nothing of a camera that the point's depth could not take up.
+    // Two views do not constrain the camera: the point's depth absorbs any change.
     if (seen.size() < 3) continue;
     problem.points.push_back(landmark.x_in_map);
     problem.observations.insert(problem.observations.end(), seen.begin(), seen.end());
@@ -146,7 +146,7 @@ Problem build(const CameraRefinementOptions& options, const CameraModel& camera,
   return problem;
 }
 
-// Lengths of the residuals in sigmas; the view behind which a point lies counts for nothing.
+// Norms of the residuals in sigmas; views with the point behind them are ignored.
 std::vector<double> residual_lengths(const CameraModel& camera, const Problem& problem) {
   std::vector<double> lengths;
   lengths.reserve(problem.observations.size());
@@ -160,7 +160,7 @@ std::vector<double> residual_lengths(const CameraModel& camera, const Problem& p
   return lengths;
 }
 
-// The scale is left to the solver's damping: nothing here depends on it.
+// The scale is held by the solver's damping; no result here depends on it.
 bool solve(const CameraRefinementOptions& options, const CalibratingCamera& start, const Active& active,
            double width, Problem* problem) {
   // The problem would leak a loss that no residual uses.
@@ -233,7 +233,7 @@ Information marginal_information(const CalibratingCamera& camera, double width, 
   return system.shared_information() / system.variance();
 }
 
-// Variances of the parameters in use while the others stay; infinite where they are open.
+// Variances of the refined parameters with the others constant; infinite if unobservable.
 CalibrationStep sigmas(const Information& information, const Active& active) {
   std::vector<int> used;
   for (int i = 0; i < kParameters; ++i) {
@@ -272,18 +272,18 @@ void ask_distortion(const CameraParameters& camera, const CalibrationStep& step,
   if (covariance) result->distortion_sigma_px = std::sqrt(by_step.dot(*covariance * by_step));
 }
 
-// One standard deviation of what is taken as known may be this.
+// Largest standard deviation of parameters that count as observable.
 constexpr double kMaxCenterSigma = 0.003;      // of the image's width
 constexpr double kMaxDistortionSigma = 0.003;  // of the corner's radius
 
-// Of what stays as it was, sigma is 0.
+// Whether the parameters are observable; constant ones have sigma 0.
 bool is_known(const CameraParameters& p, const CalibrationStep& sigma) {
   const double r = corner_radius(p), r2 = r * r;
   return sigma[0] < kMaxFocalSigma && std::max(sigma[1], sigma[2]) < kMaxCenterSigma * p.width &&
          std::max(sigma[3] * r2, sigma[4] * r2 * r2) < kMaxDistortionSigma;
 }
 
-// The farthest that a pixel of the image's edge lies from where the other camera has it.
+// Largest distance of a pixel of the image's edge from its position in the other camera.
 double edge_shift_px(const CameraModel& a, const CameraModel& b) {
   constexpr int kSteps = 8;
   double farthest = 0;

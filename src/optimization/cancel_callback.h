@@ -6,7 +6,7 @@
 
 namespace mono_pose_tracker {
 
-// Ends a solve when the options' owner asks for it.
+// Ends a solve when the owner of the options requests it.
 class CancelCallback : public ceres::IterationCallback {
  public:
   explicit CancelCallback(const std::function<bool()>& cancel) : cancel_(cancel) {}

@@ -6,7 +6,7 @@
 
 namespace mono_pose_tracker {
 
-// Keyframes that see the landmarks but are not free, those that see most, sorted.
+// Keyframes that observe the landmarks but are not free: those with the most observations, sorted.
 std::vector<KeyframeId> fixed_keyframes(const Map& map, const std::vector<LandmarkId>& landmarks,
                                         const std::vector<KeyframeId>& free, int max_fixed);
 

@@ -13,7 +13,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Ceres calls it before it evaluates at new parameters.
+// Ceres calls this before each evaluation at new parameters.
 class CameraUpdate : public ceres::EvaluationCallback {
  public:
   CameraUpdate(const std::vector<PoseBlock>& blocks, std::vector<CameraState>* states)

@@ -8,8 +8,8 @@
 
 namespace mono_pose_tracker {
 
-// Solves for cameras and points at once, with Ceres' Schur complement. The cameras' blocks and the problem's
-// points are what it ends with; all its observations are heeded, of which there must be some.
+// Solves for cameras and points together, with Ceres' Schur complement. The result is written to the cameras'
+// blocks and the problem's points. All observations are used; there must be at least one.
 ceres::Solver::Summary solve_in_full(const BundleOptions& options, BundleCameras* cameras,
                                      BundleProblem* problem, CancelCallback* cancel);
 

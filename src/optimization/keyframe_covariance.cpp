@@ -17,12 +17,11 @@ namespace {
 using PoseCovariance = Eigen::Matrix<double, 6, 6>;
 using Gauge = Eigen::Matrix<double, Eigen::Dynamic, 7>;
 
-// Information on the gauge over that on a coordinate, each counted in what is known of it: what is held so is
-// uncertain by about a thousandth (variance) of what the coordinates are, and costs the decomposition three
-// of its sixteen digits.
+// Information on the gauge relative to that on a coordinate. The uncertainty (variance) added by the gauge is
+// about 0.1 % of that of the coordinates, and the decomposition loses three of its sixteen digits.
 constexpr double kGaugeWeight = 1e3;
 
-// Sigmas: beyond, a residual is more likely wrong than noise.
+// Sigmas: a larger residual is more likely an outlier than noise.
 constexpr double kLossWidth = 2;
 
 // Of a pose's (w, v) and of the point.
@@ -66,8 +65,8 @@ Gauge gauge_of(const Map& map, const std::vector<KeyframeId>& keyframes) {
   return gauge;
 }
 
-// The covariance for a noise of variance 1. Each coordinate is counted in what is known of it: a point near a
-// camera's lens tells so much of that camera that all else would be lost in the rounding beside it.
+// The covariance for noise of variance 1. Each coordinate is scaled by its information: a point near a
+// camera's lens has so much information on that camera that everything else would be lost to rounding.
 std::optional<Eigen::MatrixXd> inverse_held_by(const Gauge& gauge, const Eigen::MatrixXd& information) {
   if (!(information.diagonal().minCoeff() > 0)) return std::nullopt;
   const Eigen::VectorXd unit = information.diagonal().cwiseSqrt().cwiseInverse();

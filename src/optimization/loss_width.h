@@ -8,8 +8,8 @@
 
 namespace mono_pose_tracker {
 
-// `loss_width` times the spread of the residuals, of whose lengths in sigmas it is given; as it is without
-// any.
+// `loss_width` times the spread of the residuals, given by their norms in sigmas; unchanged without
+// residuals.
 inline double loss_width_by_spread(double loss_width, std::vector<double> lengths) {
   if (lengths.empty()) return loss_width;
   // Below a tenth of a pixel it is the features' own quantisation that speaks; above one, outliers.

@@ -19,14 +19,14 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Of a point by itself: one that was in its place before the cameras moved a little is there in two or three.
+// Iterations of a single point: two or three are enough after a small motion of its cameras.
 constexpr int kPointIterations = 5;
 
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
-// Of a keyframe: fewer do not hold its pose.
+// Fewest landmarks that determine the pose of a keyframe.
 constexpr int kLeastLandmarks = 50;
 
-// Of an image, to spread the landmarks that hold its pose: a few fall into each.
+// Grid of an image, to distribute the landmarks that constrain its pose: a few fall into each cell.
 constexpr int kCellsAcross = 8, kCellsDown = 6;
 
 // A bundle problem and where its blocks came from.
@@ -46,8 +46,8 @@ std::vector<LandmarkId> seen_by(const Map& map, const std::vector<KeyframeId>& k
   return {seen.begin(), seen.end()};
 }
 
-// A keyframe's landmarks in the order in which they hold its pose best: the image's cells take turns, and
-// each gives the landmark that most keyframes see.
+// The landmarks of a keyframe by decreasing value for its pose: the cells of the image take turns, and each
+// gives the landmark with the most observations.
 std::vector<LandmarkId> by_hold(const Map& map, const Keyframe& keyframe) {
   struct Entry {
     int rank = 0, cell = 0, observations = 0;
@@ -85,8 +85,8 @@ int count_observations(const Landmark& landmark, const std::set<KeyframeId>& key
                     [&](const Observation& o) { return keyframes.count(o.keyframe) > 0; }));
 }
 
-// The landmarks that hold the free keyframes best, at most so many of each; and the others. One that only a
-// single keyframe of the problem sees holds nothing, and would drift along its ray.
+// Splits the landmarks: those that constrain the free keyframes best, at most so many of each, and the
+// others. A landmark with one observation in the problem constrains nothing and would drift along its ray.
 std::pair<std::vector<LandmarkId>, std::vector<LandmarkId>> split_by_hold(
     const Map& map, const std::vector<LandmarkId>& landmarks, const std::vector<KeyframeId>& free,
     const std::vector<KeyframeId>& fixed, int max_of_keyframe) {
@@ -155,7 +155,7 @@ MapProblem build(const Map& map, const std::vector<KeyframeId>& free, const std:
   return problem;
 }
 
-// Keyframes of this run by their frames: each earlier run had a clock of its own.
+// Keyframes of this run by their frames; earlier runs have other clocks.
 struct KeyframesOfThisRun {
   explicit KeyframesOfThisRun(const Map& map) {
     for (const auto& [id, keyframe] : map.keyframes()) {
@@ -175,8 +175,8 @@ struct KeyframesOfThisRun {
   VelocityChange change(std::size_t first) const {
     return {centers[first], centers[first + 1], centers[first + 2]};
   }
-  // Where a recording was cut its stamps say nothing of how far the camera went: it has little left in view
-  // of what it saw, less than a quarter of what two keyframes in a row have in common.
+  // Time stamps are meaningless across a cut of the recording. A cut is assumed where consecutive keyframes
+  // share less than a quarter of the usual number of landmarks.
   bool is_in_one_go(std::size_t first) const {
     return 4 * std::min(shared_[first], shared_[first + 1]) >= usual_;
   }
@@ -189,7 +189,7 @@ struct KeyframesOfThisRun {
   double usual_ = 0;            // their median
 };
 
-// Of each three keyframes in a row, all of which are in the problem.
+// Motion terms of all triples of consecutive keyframes in the problem.
 void add_motions(const Map& map, MapProblem* problem) {
   const KeyframesOfThisRun of_run(map);
   const MotionPrior prior(of_run.centers);
@@ -237,7 +237,7 @@ void store(const MapProblem& problem, Map* map) {
   }
 }
 
-// The map stays as it is when the solve fails.
+// The map is unchanged when the solve fails.
 BundleReport solve(const BundleOptions& options, MapProblem* problem, Map* map) {
   const BundleReport report = adjust_bundle(with_spread(options, problem->bundle), &problem->bundle);
   if (report.usable) store(*problem, map);
@@ -255,12 +255,12 @@ BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<Ke
                               int max_fixed, int max_landmarks, Map* map) {
   std::vector<KeyframeId> free = free_keyframes;
   std::sort(free.begin(), free.end());
-  // The oldest stay where they are when the matrix of all would be too large.
+  // The oldest keyframes stay fixed when the matrix of all would be too large.
   const double max_work = options.max_iteration_work > 0 ? options.max_iteration_work / 2 : kUnlimited;
   while (camera_work(free.size()) > max_work) free.erase(free.begin());
   const std::vector<LandmarkId> landmarks = seen_by(*map, free);
   std::vector<KeyframeId> fixed = fixed_keyframes(*map, landmarks, free, max_fixed);
-  // One fixed camera leaves the scale free: then the window is a map of its own.
+  // One fixed camera leaves the scale free: the window is then adjusted like a whole map.
   if (fixed.size() == 1) {
     free.insert(std::lower_bound(free.begin(), free.end(), fixed[0]), fixed[0]);
     fixed.clear();
@@ -273,7 +273,7 @@ BundleReport adjust_keyframes(const BundleOptions& options, const std::vector<Ke
   MapProblem problem = build(*map, free, fixed, longest);
   const BundleReport report = solve(options, &problem, map);
   if (others.empty() || !report.usable) return report;
-  // The others follow, each by itself, under all that see them.
+  // Adjusts the other landmarks one by one, with the cameras fixed.
   MapProblem rest = build(*map, {}, observing_keyframes(*map, others), others);
   adjust_points(points_only(with_spread(options, rest.bundle)), &rest.bundle);
   store(rest, map);

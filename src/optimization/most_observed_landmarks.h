@@ -6,8 +6,8 @@
 
 namespace mono_pose_tracker {
 
-// Of each keyframe the landmarks that most keyframes see, two at least: they tie the most views together for
-// what they cost. Sorted.
+// For each keyframe, at least two of its landmarks with the most observations: they connect the most views at
+// the lowest cost. Sorted.
 std::vector<LandmarkId> most_observed_landmarks(const Map& map, const std::vector<KeyframeId>& keyframes,
                                                 int max_of_keyframe);
 

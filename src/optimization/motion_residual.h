@@ -15,8 +15,8 @@ inline Eigen::Vector3d center_of(const CameraState& camera) {
   return -camera.rotation.transpose() * camera.translation;
 }
 
-// A motion's residual, and its derivatives by each camera's turn where it is and movement (as CameraState has
-// them; d center = -R^T (v x turn) - R^T d v).
+// Residual of the motion prior, and its derivatives by each camera's rotation about its centre and
+// translation (as in CameraState; d center = -R^T (v x turn) - R^T d v).
 struct MotionResidual {
   Eigen::Vector3d residual;
   std::array<Eigen::Matrix<double, 3, 6>, 3> by_pose;

@@ -9,14 +9,14 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// The first steps are those of reweighted least squares, exact for a point that is merely out of place. Then
-// the loss's curvature along the residuals counts, at least this much of it: what is left is noise, of which
-// they would take two thirds a step only.
+// The first steps use reweighted least squares, which is exact for a displaced point. Later steps use the
+// curvature of the loss along the residuals, at least this ratio of it: the remaining errors are noise, for
+// which reweighted steps are too short by a third.
 constexpr int kReweightedSteps = 2;
 constexpr double kMinCurvatureRatio = 0.3;
 
-// A step ends the search that would lower the cost by less than this share of the loss width squared (two
-// sigmas squared, by default): it moves the point by a hundredth of its standard deviation.
+// Ends the search: a step would lower the cost by less than this share of the squared loss width (two sigmas
+// squared, by default). It would move the point by 1 % of its standard deviation.
 constexpr double kTolerance = 1e-5;
 
 struct Camera {
@@ -37,7 +37,7 @@ class PointSolver {
     tolerance_ = kTolerance * (loss_.is_robust() ? options.loss_width * options.loss_width : 4);
   }
 
-  // Moves a point to where its sights agree best. Returns how many steps it took.
+  // Moves a point to the minimum of its cost. Returns the number of steps.
   int solve(const std::vector<ViewingRay>& rays, Eigen::Vector3d* x, double* initial_cost,
             double* final_cost) const {
     double cost = cost_of(rays, *x);
@@ -101,7 +101,7 @@ class PointSolver {
   double tolerance_;
 };
 
-// Observations by point: those of point p are order[begin[p]] up to order[begin[p + 1]].
+// Observations sorted by point: those of point p are order[begin[p]] up to order[begin[p + 1]].
 struct ByPoint {
   std::vector<int> begin, order;
 

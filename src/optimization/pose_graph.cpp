@@ -16,7 +16,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Of a node: a turn by the left from where it began (rotation vector), translation, log scale.
+// Parameters of a node: rotation vector (left, from the initial rotation), translation, log scale.
 using Block = std::array<double, 7>;
 using Quaternion = std::array<double, 4>;  // w first, as Ceres has it
 
@@ -34,8 +34,8 @@ Sim3 from_block(const Block& b, const Sim3& start) {
   return {std::exp(b[6]), (turn * start.rotation).normalized(), Eigen::Vector3d(b[3], b[4], b[5])};
 }
 
-// Turn, shift and growth between where an edge puts its end and where the nodes do, in the frame of its
-// beginning.
+// Residual of an edge: rotation, translation and log scale between its measured and its present end, in the
+// frame of its start.
 struct EdgeError {
   Quaternion from_start, to_start, measured_inverse;
   Eigen::Vector3d shift;
@@ -109,7 +109,7 @@ void check(const PoseGraph& graph) {
   }
 }
 
-// Flags of the nodes that edges tie to one of the held.
+// Flags of the nodes that edges connect to one of the held nodes, directly or through others.
 std::vector<char> connected_to(std::vector<char> held, const PoseGraph& graph) {
   std::vector<std::vector<int>> neighbors(graph.nodes.size());
   for (const PoseGraphEdge& e : graph.edges) {

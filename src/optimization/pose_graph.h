@@ -8,19 +8,18 @@
 
 namespace mono_pose_tracker {
 
-/// Where a node (a keyframe, or a map among maps) stands.
+/// Pose of a node (a keyframe, or a map among maps).
 struct PoseGraphNode {
   Sim3 map_from_node;
   bool fixed = false;
 };
 
-/// A node seen from another: measured is from_from_to, that is, map_from_to = map_from_from * measured.
-/// Between keyframes whose common points say so, its scale is 1: drift of scale is what the others then
-/// share.
+/// A measured relative pose: measured is from_from_to, that is, map_from_to = map_from_from * measured. Its
+/// scale is 1 between keyframes with common points; the other edges then share the drift of scale.
 struct PoseGraphEdge {
   int from = -1, to = -1;
   Sim3 measured;
-  /// One over the standard deviations of turn (rad), shift (units of the node `from`) and log scale.
+  /// Inverse standard deviations of rotation (rad), translation (units of the node `from`) and log scale.
   double turn_weight = 1, shift_weight = 1, scale_weight = 1;
 };
 
@@ -47,9 +46,9 @@ struct PoseGraphReport {
 };
 
 /// Pose graph over similarities (Strasdat, Montiel and Davison, "Scale drift-aware large scale monocular
-/// SLAM", RSS 2010) with Ceres, sparse Cholesky, one thread: same bytes for the same graph. With no node
-/// fixed the first stays. A node that no edge ties to a fixed one, directly or through others, stays. Throws
-/// std::invalid_argument when an edge names a node that is not there, or has a weight that is not above 0.
+/// SLAM", RSS 2010) with Ceres, sparse Cholesky, one thread; the result is reproducible bit by bit. Without
+/// fixed nodes the first one is fixed. A node without a connection to a fixed one stays. Throws
+/// std::invalid_argument when an edge names an unknown node, or has a weight that is not positive.
 PoseGraphReport adjust_pose_graph(const PoseGraphOptions& options, PoseGraph* graph);
 
 }  // namespace mono_pose_tracker

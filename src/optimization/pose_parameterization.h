@@ -10,9 +10,9 @@
 
 namespace mono_pose_tracker {
 
-// The one place that knows how this Ceres moves a pose block [qx qy qz qw tx ty tz]: by a left rotation
-// vector w, q' = exp(w) q, and t' = t + v. The Jacobians of cost functions are written with respect to (w, v)
-// in their first six columns; the plus-Jacobian is [I; 0], so that Ceres passes them on unchanged.
+// How this version of Ceres updates a pose block [qx qy qz qw tx ty tz]: by a left rotation vector w, q' =
+// exp(w) q, and t' = t + v. Cost functions write their Jacobians with respect to (w, v) in the first six
+// columns; the plus-Jacobian is [I; 0], so that Ceres passes them on unchanged.
 inline void pose_plus(const double* x, const double* delta, double* x_plus_delta) {
   const Eigen::Map<const Eigen::Quaterniond> q(x);
   const Eigen::Quaterniond turn = exp_so3(Eigen::Map<const Eigen::Vector3d>(delta));

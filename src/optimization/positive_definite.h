@@ -5,8 +5,8 @@
 
 namespace mono_pose_tracker {
 
-/// For symmetric matrices of any size; nothing where one is not positive definite. Kept from the code that
-/// asks: Eigen's products of matrices of any size take seconds to compile wherever they are seen.
+/// Decompositions of symmetric matrices of any size; nothing if not positive definite. In a file of its own
+/// because Eigen's products of dynamic matrices take seconds to compile in each file that uses them.
 
 /// L of A = L L^T, lower triangular.
 std::optional<Eigen::MatrixXd> cholesky_factor(const Eigen::MatrixXd& a);

@@ -10,35 +10,38 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Of the loss's curvature along a residual, while what is left is noise; it falls below 0 at one loss width,
-// and a step needs it positive. Reweighted least squares (1) are up to three times too stiff.
+// Smallest curvature ratio of the loss along a residual, for noise. The true ratio is negative beyond one
+// loss width, and a step needs it positive. Reweighted least squares (ratio 1) are up to three times too
+// stiff.
 constexpr double kMinCurvatureRatio = 0.3;
 
-// Mean of log(1 + s / width^2), from which on residuals are more than noise: as if all were 1.1 widths. Noise
-// and one outlier in ten stay below.
+// Mean of log(1 + s / width^2) above which the residuals of a point are more than noise: all residuals at 1.1
+// widths. Noise with 10 % outliers stays below.
 constexpr double kOutOfPlace = 0.8;
 
-// Of a whole problem the same mean, from which on its cameras may be far off: as if all residuals were 1.3
-// widths. Where most features are sharper than their sigmas the tails are long, and noise comes to 0.85.
+// The same mean over the whole problem above which its cameras may be far from the solution: all residuals at
+// 1.3 widths. Where most features are more precise than their sigmas the distribution has long tails, and
+// noise reaches 0.85.
 constexpr double kFarOff = 1;
 
-// Of a point: near its minimum it takes one or two; those that need more are few.
+// Newton steps of a point: one or two are usual near the minimum.
 constexpr int kPointSteps = 20;
 
-// Of the loss width squared (two sigmas squared, by default): a step that lowers the cost by less moves a
-// point by a few thousandths of its standard deviation.
+// Share of the squared loss width (two sigmas squared, by default): a step with a smaller reduction of the
+// cost moves a point by a few thousandths of its standard deviation.
 constexpr double kPointTolerance = 1e-6;
 
-// Of the loss width squared: a point whose cost grows by more may have been led astray by its prediction.
+// Share of the squared loss width: if the cost of a point grows by more, its prediction may have been wrong.
 constexpr double kSuspiciousRise = 0.1;
 
-// Relative, and absolute for what sees nothing: enough to decompose what leaves a direction open.
+// Damping, relative, and absolute for cameras without observations: enough to decompose a matrix with
+// unconstrained directions.
 constexpr double kDamping = 1e-9, kNothing = 1e-300;
 
-// Of points that a thread takes at once: to hand them out takes a hundredth of the time that they take.
+// Number of points handed to a thread at once: handing them out takes 1 % of their time.
 constexpr int kRun = 32;
 
-// Of observations whose columns of the matrix are worth a thread.
+// Number of observations per thread above which filling the matrix in parallel pays.
 constexpr std::size_t kRaysPerPart = 1000;
 
 template <typename Matrix>
@@ -191,7 +194,7 @@ double ReducedBundle::evaluate(const double* parameters) {
   return cost;
 }
 
-// Of the point's observations, by poses and point.
+// Computes the derivatives of the point's observations by poses and point.
 void ReducedBundle::linearize_point(std::size_t point) {
   const int begin = begin_[point], end = begin_[point + 1];
   const double least = is_noise(accepted_costs_[point], end - begin) ? kMinCurvatureRatio : 1;
@@ -210,7 +213,7 @@ void ReducedBundle::linearize_point(std::size_t point) {
     const double s = p.residual.squaredNorm();
     const double curvature_ratio = std::sqrt(loss_.curvature_ratio(s, least)),
                  weight = std::sqrt(loss_.derivative(s));
-    // The derivative along the residual is scaled by `bend`, the residual by its inverse.
+    // The derivative along the residual is scaled by `curvature_ratio`, the residual by its inverse.
     Eigen::Matrix<double, 2, 3> scaled = weight * p.by_point;
     if (s > 0) scaled += ((curvature_ratio - 1) / s * p.residual) * (p.residual.transpose() * scaled);
     const Eigen::Vector2d residual = weight / curvature_ratio * p.residual;
@@ -239,7 +242,7 @@ void ReducedBundle::factorize_point(std::size_t point, const PointState& joint) 
   }
 }
 
-// Takes off what the point gives way (Schur complement); the lower triangle is kept.
+// Subtracts the Schur complement of the point; only the lower triangle is kept.
 void ReducedBundle::eliminate_point(std::size_t point, const Part& part, Eigen::MatrixXd* information,
                                     Eigen::VectorXd* gradient) const {
   for (int j = begin_[point]; j < begin_[point + 1]; ++j) {
@@ -253,7 +256,7 @@ void ReducedBundle::eliminate_point(std::size_t point, const Part& part, Eigen::
   }
 }
 
-// The part's columns, which no other part writes to; every sum is in the order of the points.
+// Fills the columns of one part, which no other part writes to; every sum is in the order of the points.
 void ReducedBundle::fill(const Part& part, Eigen::MatrixXd* information, Eigen::VectorXd* gradient) const {
   const auto with_each_point = [&](auto&& step) {
     for (std::size_t p = 0; p < accepted_.size(); ++p) {
@@ -283,7 +286,7 @@ double ReducedBundle::cost_of_motions() const {
   return cost;
 }
 
-// The lower triangle, as it is kept.
+// The lower triangle only.
 void ReducedBundle::add_motions(Eigen::MatrixXd* information, Eigen::VectorXd* gradient) const {
   for (const BundleMotion& m : motions_) {
     const MotionResidual motion(m, cameras_, true);
@@ -305,7 +308,8 @@ void ReducedBundle::add_motions(Eigen::MatrixXd* information, Eigen::VectorXd* g
   }
 }
 
-// From turns of the cameras where they are to their parameters; what is held gives way to nothing.
+// Converts from rotations about the camera centres to the cameras' parameters; constant parameters are
+// cleared.
 void ReducedBundle::to_parameters(Eigen::MatrixXd* information, Eigen::VectorXd* gradient) const {
   for (std::size_t i = 0; i < free_.size(); ++i) {
     const Eigen::Index at = 6 * static_cast<Eigen::Index>(i), below = information->rows() - at;

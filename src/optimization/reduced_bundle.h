@@ -12,16 +12,15 @@
 
 namespace mono_pose_tracker {
 
-// A bundle problem as a function of its free cameras alone: the points are wherever they fit these best
-// (variable projection; Golub and Pereyra 1973), each found by Newton steps of its own. So a point that
-// converges slowly, for its narrow parallax or since the loss holds it between two places, delays no other,
-// and the only parameters are those of the cameras. For problems whose residuals are mostly noise: while
-// cameras are far off, points that follow them side too soon with some of them.
+// Bundle problem as a function of its free cameras alone: the points are always at their optimum for these
+// cameras (variable projection; Golub and Pereyra 1973), found by separate Newton steps. A point that
+// converges slowly (narrow parallax, or two local minima of the loss) thus delays no other. For problems
+// whose residuals are mostly noise: while cameras are far from the solution, points would settle too early in
+// local minima.
 class ReducedBundle {
  public:
   // loss_width > 0; the parameters are the blocks of the free cameras, one after the other. All observations
-  // of the problem are heeded; a point with only one stays where it is. threads: the results are the same for
-  // any number.
+  // are used; a point with a single one stays. threads: the results are the same for any number.
   ReducedBundle(double loss_width, const BundleCameras& cameras, const BundleProblem& problem,
                 int threads = 1);
 
@@ -29,11 +28,11 @@ class ReducedBundle {
   double initial_cost() const { return initial_cost_; }
   bool is_near_noise() const;
 
-  // The cost at these parameters, the points having followed from where they were last accepted.
+  // The cost at these parameters, after the points have followed from their accepted positions.
   double evaluate(const double* parameters);
 
   // Accepts the points of the last evaluation. A small change d of the parameters then costs g . d + d . S d
-  // / 2, with S = L L^T and g = L r; factor: L; residual: r. False where S is not positive.
+  // / 2, with S = L L^T and g = L r; factor: L; residual: r. False if S is not positive definite.
   bool linearize(Eigen::MatrixXd* factor, Eigen::VectorXd* residual);
 
   // As accepted.
@@ -46,25 +45,25 @@ class ReducedBundle {
     Eigen::Vector3d bearing;
     Eigen::Matrix<double, 2, 3> weighted;  // pixel_from_bearing / sigma_px
   };
-  // A point under the present cameras.
+  // Cost and derivatives of a point for the present cameras.
   struct PointState {
     double cost = 0;
     Eigen::Matrix3d information;
     Eigen::Vector3d gradient;
   };
-  // Of an accepted point; it goes to where its gradient vanishes when its cameras have moved a little.
+  // Newton step of an accepted point, by which it follows a small motion of its cameras.
   struct Follower {
     Eigen::Matrix3d factor;    // of its information, lower triangle
     Eigen::Vector3d residual;  // factor^-1 gradient
   };
   using CameraByPoint = Eigen::Matrix<double, 6, 3>;
-  // Of an observation by a free camera: what its residual is, and changes by with the camera's pose (a turn
-  // where it is, a movement).
+  // Residual of an observation by a free camera, and its derivative by the camera's pose (rotation about its
+  // centre, translation).
   struct PoseTerm {
     Eigen::Matrix<double, 2, 6> by_pose;
     Eigen::Vector2d residual;
   };
-  // Of the free cameras, one in so many, whose columns of the matrix one thread fills.
+  // Every step-th free camera from `first` on: the columns of the matrix that one thread fills.
   struct Part {
     int first, step;
     bool has(int camera) const { return camera % step == first; }
@@ -89,7 +88,7 @@ class ReducedBundle {
   ThreadTeam team_;
   std::vector<CameraState> cameras_;
   const std::vector<int> free_;
-  std::vector<int> begin_;  // sights of point p: from begin_[p] up to begin_[p + 1]
+  std::vector<int> begin_;  // rays of point p: from begin_[p] up to begin_[p + 1]
   std::vector<ViewingRay> rays_;
   std::vector<BundleMotion> motions_;
   std::vector<int> free_of_;                   // by camera, or -1
@@ -103,8 +102,8 @@ class ReducedBundle {
   std::vector<double> accepted_costs_, accepted_parameters_;
   std::vector<Eigen::Matrix3d> left_jacobians_;  // of the free cameras
   std::vector<Follower> followers_;
-  // Of sights by free cameras, as linearize_point leaves them; before that nothing: megabytes, which the
-  // threads that fill them also get from the system.
+  // For the viewing rays of free cameras, filled by linearize_point. Not initialised: megabytes, which the
+  // threads that fill them also allocate.
   std::unique_ptr<CameraByPoint[]> by_point_;  // second derivatives, times factor^-T
   std::unique_ptr<PoseTerm[]> pose_terms_;
   std::vector<Eigen::Matrix<double, 6, 1>> moved_;  // the free cameras, since

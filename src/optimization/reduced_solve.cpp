@@ -10,16 +10,16 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// The work on the reduced matrix, which is taken for full, grows by the cube: with some 100 cameras it is as
-// much as that on their points.
+// Largest number of free cameras. The work on the reduced matrix, which is treated as dense, grows with the
+// cube; with some 100 cameras it equals the work on their points.
 constexpr std::size_t kMaxCameras = 120;
 
-// What is added to the cost, in initial costs: what a step promises must stay below it, which with the loss's
-// curvature may be a few times what there is.
+// Offset added to the cost, in initial costs: the predicted reduction of a step must stay below it, which
+// with the curvature of the loss may be a few times the cost.
 constexpr double kOffset = 2;
 
-// The reduced problem as Ceres takes it: residuals of which half the square is the cost and an offset, and
-// whose derivatives give its gradient and curvature. The last carries what the others don't.
+// The reduced problem in the form that Ceres takes: residuals with half their square equal to cost and
+// offset, and derivatives that give its gradient and curvature. The last residual carries the remainder.
 class ReducedCost : public ceres::CostFunction {
  public:
   explicit ReducedCost(ReducedBundle* bundle) : bundle_(*bundle), offset_(kOffset * bundle->initial_cost()) {
@@ -29,7 +29,7 @@ class ReducedCost : public ceres::CostFunction {
 
   double offset() const { return offset_; }
 
-  // Ceres asks for derivatives where it begins and where it has accepted a step, after the cost there.
+  // Ceres asks for derivatives at the start and after an accepted step, each time after the cost there.
   bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
     const int size = bundle_.parameters();
     if (!std::equal(at_.begin(), at_.end(), parameters[0], parameters[0] + size)) {

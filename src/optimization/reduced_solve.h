@@ -8,9 +8,9 @@
 
 namespace mono_pose_tracker {
 
-// Solves for the cameras, whom the points follow (ReducedBundle), with the loss. The cameras' blocks and the
-// problem's points are what it ends with; all its observations are heeded. False, with nothing done, where
-// the problem does not suit: too many free cameras, or more than noise left.
+// Solves for the cameras with the points eliminated (ReducedBundle), with the loss. The result is written to
+// the cameras' blocks and the problem's points; all observations are used. False, with nothing changed, if
+// the problem is unsuitable: too many free cameras, or residuals above noise.
 bool solve_reduced(const BundleOptions& options, BundleCameras* cameras, BundleProblem* problem,
                    CancelCallback* cancel, ceres::Solver::Summary* summary);
 

@@ -36,8 +36,8 @@ void ReducedSystem::add(int pose, const Eigen::Matrix<double, 2, 6>& by_pose,
 }
 
 void ReducedSystem::eliminate_point() {
-  // Along a ray that no other crosses nothing is known of a point, which is then no knowledge of the poses
-  // either. A little of the trace says so, where rounding alone would decide.
+  // A point is undetermined along a ray without crossing rays, and then has no information on the poses
+  // either. A small share of the trace ensures that, instead of rounding.
   constexpr double kOfTheTrace = 1e-14;
   point_point_.diagonal().array() += kOfTheTrace * point_point_.trace();
   const Eigen::LDLT<Eigen::Matrix3d> ldlt(point_point_);

@@ -6,31 +6,32 @@
 
 namespace mono_pose_tracker {
 
-/// The normal equations of a bundle problem with its points eliminated (Schur complement): what is known of
-/// poses, and of parameters that all observations share, once the points are whatever fits best. The noise is
-/// taken from the residuals as for an M-estimator with Cauchy's loss (Huber 1981, section 7.6).
+/// Normal equations of a bundle problem with its points eliminated (Schur complement): the information on
+/// poses and on parameters shared by all observations. The noise is estimated from the residuals as for an
+/// M-estimator with Cauchy's loss (Huber 1981, section 7.6).
 class ReducedSystem {
  public:
-  /// poses: those that are unknown; shared: parameters. loss_width in sigmas; 0: squared loss.
+  /// poses, shared: numbers of unknown poses and of shared parameters. loss_width in sigmas; 0: squared loss.
   ReducedSystem(int poses, int shared, double loss_width);
 
   int size() const { return 6 * poses_ + shared_; }
 
-  /// An observation of the present point. pose: -1 where it is held. Derivatives and residual in sigmas.
+  /// Adds an observation of the present point. pose: -1 if it is constant. Derivatives and residual in
+  /// sigmas.
   void add(int pose, const Eigen::Matrix<double, 2, 6>& by_pose, const Eigen::Matrix<double, 2, 3>& by_point,
            const Eigen::Matrix<double, 2, Eigen::Dynamic>& by_shared, const Eigen::Vector2d& residual);
 
-  /// All observations of the present point have been added.
+  /// Ends the present point: all its observations have been added.
   void eliminate_point();
 
-  /// Poses six rows each (rotation, then translation), then the shared parameters; in units of the variance.
+  /// Six rows per pose (rotation, then translation), then the shared parameters; for noise of variance 1.
   const Eigen::MatrixXd& information() const { return information_; }
 
-  /// Of the shared parameters, once the poses are whatever fits best too. The scale is free: a little of the
-  /// diagonal holds it, and no more than it.
+  /// Information on the shared parameters, with the poses eliminated. The scale is free; a small share of the
+  /// diagonal fixes it and nothing else.
   Eigen::MatrixXd shared_information() const;
 
-  /// Of a residual; nothing (0) where there is not more to fit than to be fitted.
+  /// Variance of a residual; 0 unless there are more residuals than unknowns.
   double variance() const;
 
  private:

@@ -8,16 +8,16 @@
 
 namespace mono_pose_tracker {
 
-// A residual of reprojection in sigmas, and its derivative by the point in the camera's frame.
+// Reprojection residual in sigmas, and its derivative by the point in the camera's frame.
 struct Reprojection {
   Eigen::Vector2d residual;
   Eigen::Matrix<double, 2, 3> by_point;
-  bool in_front = true;  // else the residual is the greatest there is, and the derivative 0
+  bool in_front = true;  // else the residual is at its limit, and the derivative 0
 
-  // weighted: pixel_from_bearing / sigma_px. To first order the residual is what a radian weighs times the
-  // tangent of the angle; where that exceeds the norm of `weighted` (some 55 degrees), and behind the camera,
-  // it stays what it is there. So a point that a step takes behind one camera costs its own residual, and the
-  // step is judged by all others.
+  // weighted: pixel_from_bearing / sigma_px. To first order the residual is `weighted` times the tangent of
+  // the angle. Beyond the norm of `weighted` (some 55 degrees) and behind the camera it is constant. A point
+  // that a step moves behind one camera thus costs its own residual only, and the step is judged by all the
+  // others.
   Reprojection(const Eigen::Vector3d& bearing, const Eigen::Matrix<double, 2, 3>& weighted,
                const Eigen::Vector3d& x_in_camera) {
     const double limit = weighted.squaredNorm();
@@ -33,8 +33,8 @@ struct Reprojection {
   }
 };
 
-// What a turn of the camera moves, from what a movement of the point (both in the camera's frame) does;
-// turned: the point, from what it is turned about.
+// Derivative by a rotation of the camera, from that by a translation of the point (both in the camera's
+// frame); turned: the point relative to the centre of rotation.
 inline Eigen::Matrix<double, 2, 3> by_turn(const Eigen::Matrix<double, 2, 3>& by_point,
                                            const Eigen::Vector3d& turned) {
   Eigen::Matrix<double, 2, 3> result;
@@ -44,7 +44,7 @@ inline Eigen::Matrix<double, 2, 3> by_turn(const Eigen::Matrix<double, 2, 3>& by
   return result;
 }
 
-// Of a square s of sigmas: the cost rho(s), Cauchy's or (width 0) s itself, and how it bends.
+// Loss rho of a squared residual s in sigmas, Cauchy's or (width 0) s itself, and its derivatives.
 class Loss {
  public:
   explicit Loss(double width) : width2_(width * width) {}
@@ -52,9 +52,9 @@ class Loss {
   bool is_robust() const { return width2_ > 0; }
   double cost(double s) const { return is_robust() ? width2_ * std::log1p(s / width2_) : s; }
   double derivative(double s) const { return is_robust() ? 1 / (1 + s / width2_) : 1; }
-  // Second derivative of rho(|r|^2) / 2 along r, over the one across r, which is the slope; a step needs it
-  // above 0. Reweighted least squares take it for 1: where the residual is noise of half the width squared,
-  // that is three times too stiff, and steps become a third of what they should be.
+  // Second derivative of rho(|r|^2) / 2 along r over that across r, which is the first derivative of rho. A
+  // step needs it positive. Reweighted least squares take 1: for noise of half the squared width that is
+  // three times too stiff, and steps are a third of the optimal ones.
   double curvature_ratio(double s, double least) const {
     const double u = is_robust() ? s / width2_ : 0;
     return std::max(least, (1 - u) / (1 + u));

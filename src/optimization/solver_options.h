@@ -7,11 +7,12 @@
 
 namespace mono_pose_tracker {
 
-// Beyond, damping adds less than 1e-8 to a diagonal: enough for a Cholesky decomposition of what leaves a
-// direction open, which Ceres would report on the terminal when it fails, and no hindrance to convergence.
+// Beyond this radius damping adds less than 1e-8 to a diagonal. That is enough for a Cholesky decomposition
+// with unconstrained directions, which Ceres would otherwise report on the terminal, and does not slow
+// convergence.
 constexpr double kMaxTrustRegionRadius = 1e8;
 
-// What all solves of a bundle problem have in common.
+// Solver options shared by all bundle problems.
 inline ceres::Solver::Options solver_options(const BundleOptions& options, CancelCallback* cancel) {
   ceres::Solver::Options solver;
   solver.max_num_iterations = options.max_iterations;

@@ -84,7 +84,7 @@ CameraModel camera_of_colmap(const py::object& where, std::optional<long> id) {
   if (lines.size() != 1) {
     throw std::runtime_error(path.string() + ": holds " + std::to_string(lines.size()) + " cameras" +
                              (id ? " of the id " + std::to_string(*id) : "") +
-                             ": expected one, or camera_id that names one");
+                             ": expected one, or camera_id to select one");
   }
   return CameraModel(camera_of_colmap_line(path.string(), lines.front()));
 }

@@ -304,7 +304,7 @@ void bind_status(py::module_& module) {
       .def_readonly("landmarks", &FrameReport::landmarks, "of the map")
       .def_readonly("reprojection_rms_px", &FrameReport::reprojection_rms_px)
       .def_readonly("epoch", &FrameReport::epoch, "counts maps")
-      .def_readonly("map_id", &FrameReport::map_id, "names the map of the pose; 0: none")
+      .def_readonly("map_id", &FrameReport::map_id, "id of the map of the pose; 0: none")
       .def("__repr__", [](const FrameReport& r) {
         return std::string("Status(") + to_string(r.state) + ", " + to_string(r.reason) + ", " +
                std::to_string(r.inliers) + " inliers)";
@@ -324,7 +324,7 @@ void bind_tracking(py::module_& module) {
           "is shared where rows are contiguous, and must not change during the call. mask: uint8 or bool (h, "
           "w), 0 = ignore. Releases the GIL.")
       .def("reset", &LiveTracker::reset, "Drops the map.")
-      .def("wait", &LiveTracker::wait, "Returns when the mapper has nothing left to do.")
+      .def("wait", &LiveTracker::wait, "Returns when the mapper has no work left.")
       .def_property_readonly(
           "points", [](const LiveTracker& t) { return positions_of(t.points()); }, "(n, 3) in the map")
       .def_property_readonly(
@@ -353,13 +353,13 @@ void bind_tracking(py::module_& module) {
           "reason", [](const Reconstruction& r) { return r.recorded.reason; }, "why there is no map")
       .def_property_readonly(
           "warnings", [](const Reconstruction& r) { return r.recorded.warnings; },
-          "what makes the result doubtful and what to do")
+          "reasons to doubt the result, and what to do")
       .def_property_readonly(
           "problems", [](const Reconstruction& r) { return r.recorded.problems; },
-          "images that were left out and masks that were missing, a line each")
+          "excluded images and missing masks, a line each")
       .def_property_readonly(
           "frames_total", [](const Reconstruction& r) { return r.recorded.frames_total; },
-          "images that could be read");
+          "number of readable images");
   module.def(
       "reconstruct", &reconstruct, py::arg("images"), py::arg("camera"), py::arg("masks") = py::none(),
       py::arg("options") = py::none(), py::arg("threads") = 0, py::arg("progress") = py::none(),

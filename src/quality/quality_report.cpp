@@ -94,7 +94,7 @@ void test_alternatives(const MapEvidence& evidence, QualityReport* report) {
     finding.text =
         in_map(evidence) +
         "The depth-reversed map explains the images about as well (bas-relief ambiguity of a narrow "
-        "view): turn farther, come nearer, or mask what moves otherwise (--masks).";
+        "view): turn farther, come nearer, or mask independently moving objects (--masks).";
     report->add(std::move(finding));
   }
   if (evidence.geometry_evidence < evidence.least_geometry_evidence) {
@@ -102,8 +102,8 @@ void test_alternatives(const MapEvidence& evidence, QualityReport* report) {
     finding.kind = FindingKind::kPlanarAmbiguity;
     finding.text =
         in_map(evidence) +
-        "The scene is nearly planar, and the other motion of the same homography explains the images "
-        "about as well: move round the scene, or show something that stands out from the plane.";
+        "The scene is nearly planar, and the second motion of the same homography explains the images "
+        "about as well: move round the scene, or record objects outside the plane.";
     report->add(std::move(finding));
   }
 }
@@ -126,7 +126,7 @@ void test_images(const MapEvidence& evidence, const QualityOptions& options, Qua
     finding.n = static_cast<int>(evidence.images);
     finding.text = formatted(
         "Only %d of %d images are registered in the first map, and no map is confirmed: "
-        "what interrupts a path may bend it as well. Record more overlap.",
+        "the cause of the interruption may have distorted the path as well. Record more overlap.",
         finding.k, finding.n);
     report->add(std::move(finding));
   }
@@ -182,7 +182,7 @@ QualityReport assess(const MapEvidence& evidence, const QualityOptions& options)
   test_images(evidence, options, &report);
   test_consistency(evidence, options, &report);
   test_alternatives(evidence, &report);
-  // Two views, and a path of another run, say nothing of this path.
+  // Two views, and a path of another run, have no information on this path.
   if (evidence.rests_on_two_views || evidence.is_loaded) return report;
   test_scale(evidence, options, &report);
   test_path(evidence, options, &report);

@@ -18,7 +18,7 @@ std::vector<const Keyframe*> keyframes_in_time(const Map& map) {
   return in_time;
 }
 
-// One observation of a landmark: when, from where, how exactly.
+// One observation of a landmark: time, viewing ray, precision.
 struct Ray {
   int place = 0;  // of its keyframe, in time
   Eigen::Vector3d direction;
@@ -38,7 +38,7 @@ std::vector<Ray> rays_of(const Map& map, const Landmark& landmark, const std::ma
   return rays;
 }
 
-// Squared relative depth error of the landmark as the first 2, 3, ... rays triangulate it; by the number of
+// Squared relative depth error of the landmark triangulated from its first 2, 3, ... rays; by the number of
 // rays.
 std::vector<double> depth_variances(const std::vector<Ray>& rays) {
   std::vector<double> variances(rays.size() + 1, std::numeric_limits<double>::infinity());
@@ -90,7 +90,7 @@ ScaleCut weakest_scale_cut(const Map& map, const ScaleCutOptions& options) {
   for (std::size_t k = 0; k < in_time.size(); ++k) {
     known += information[k];
     count += landmarks[k];
-    // Two keyframes on either side have a baseline of their own.
+    // Two keyframes on each side are needed for separate baselines.
     if (k < 2 || k + 2 > in_time.size() || length.back() <= 0) continue;
     ScaleCut cut;
     cut.frame_index = in_time[k]->frame_index;

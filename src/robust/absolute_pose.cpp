@@ -58,9 +58,10 @@ class PoseEstimator {
   double threshold_;
 };
 
-// Where most of what is seen is far, a pose that all of it agrees with may be wrong about where the camera
-// is: things that are near are outliers then, and sampling ends before it has met enough of them. Without a
-// threshold they still have their pull, and what is far does not resist. None where few are within reach.
+// With mostly distant points a pose may satisfy the majority and still be wrong about the camera's position:
+// near points are then outliers, and sampling ends before it has drawn enough of them. Without a threshold
+// the near points still pull on the pose, and distant points do not resist. Empty if too few points are
+// within reach.
 std::optional<CameraPose> drawn_to_outliers(const PointMatches& matches, double threshold,
                                             const CameraPose& pose) {
   std::vector<Eigen::Vector3d> bearings, points;
@@ -85,7 +86,7 @@ std::optional<CameraPose> drawn_to_outliers(const PointMatches& matches, double 
   return drawn;
 }
 
-// Takes the pose drawn to the outliers where it explains more of them than would agree by chance.
+// Takes the pose refined with the outliers if it explains more of them than accidental matches would.
 void explain_more(const PointMatches& matches, double threshold, CameraPose* pose, RansacScore* score,
                   std::vector<char>* inliers) {
   if (2 * score->num_inliers < matches.size()) return;  // there is nothing that most agree on

@@ -9,18 +9,18 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// How many wrong pairs chance brings near a line is told by those in two bands beside it, this far off in
-// thresholds: beyond what noise brings there, wide enough for a handful to be in them, and still a small
-// part of the image, over which wrong pairs are as dense.
+// Accidental matches near a line are estimated from two bands on both sides of it, at this distance in
+// thresholds. The bands lie beyond the noise, are wide enough for a handful of pairs, and are a small part of
+// the image, over which wrong pairs have constant density.
 constexpr double kNear = 2, kFar = 22;
 constexpr double kShareNearLine = 1 / (kFar - kNear);
-// Distances along the line: up to two thresholds, then each twice the one before.
+// Classes of distance along the line: up to two thresholds, then doubling.
 constexpr int kClasses = 12;
-// A class counts where chance alone would so rarely bring as many near the lines: the motion is the one of
-// many that is nearest to most.
+// Largest probability that accidental matches alone fill a class. It is small because the motion was selected
+// among many for its number of inliers.
 constexpr double kMostChance = 1e-3;
-// Where fewer of the pairs near the lines would be left than this share, they are too few to be classed: half
-// of 500 pairs wrong bring a handful there.
+// Smallest share of the pairs near their lines that must remain; with fewer the classification is unreliable.
+// With half of 500 pairs wrong, a handful of them lies near the lines.
 constexpr double kLeastShare = 0.8;
 
 struct Place {
@@ -44,7 +44,7 @@ Place place_of(const Eigen::Vector3d& x1, const Eigen::Vector3d& x2, const TwoVi
   return place;
 }
 
-// Probability of `count` or more where `expected` are expected (Poisson).
+// Poisson probability of `count` or more events where `expected` are expected.
 double chance_of(int count, double expected) {
   double term = std::exp(-expected), fewer = 0;
   for (int i = 0; i < count; ++i) {

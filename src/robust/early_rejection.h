@@ -4,11 +4,11 @@
 
 namespace mono_pose_tracker {
 
-/// Whether a model may be given up after the first `count` data of a random order. Costs are in [0, 1], and
-/// means over data: so_far of the first ones, bound of the model to be beaten over all. A model as good as
-/// the bound would look this bad on its first data with a probability below e^-log_odds, by Hoeffding's
-/// inequality (1963, theorem 1), which is exact where nearly all costs are 1. The default, one in 700, loses
-/// far fewer good samples than the confidence leaves to chance.
+/// Whether a model can be rejected after the first `count` data of a random order. Costs are in [0, 1] and
+/// means over data: so_far over the first ones, bound over all data for the model to be beaten. A model as
+/// good as the bound is rejected with a probability below e^-log_odds (Hoeffding 1963, theorem 1; exact where
+/// nearly all costs are 1). The default, 1 in 700, loses far fewer good samples than the RANSAC confidence
+/// allows.
 inline bool is_hopeless(double so_far, int count, double bound, double log_odds = 6.55) {
   const double excess = so_far - bound;
   // The divergence of the inequality is at most the excess squared over the variance.

@@ -15,7 +15,7 @@ struct NormalEquations {
 struct LevenbergMarquardtOptions {
   int max_iterations = 10;      // linearisations
   double least_damping = 1e-9;  // relative to the diagonal
-  double floor = 0;             // added to the diagonal: keeps directions that no datum tells solvable
+  double floor = 0;             // added to the diagonal: keeps unconstrained directions solvable
 };
 
 /// Minimises the cost of a few parameters (Marquardt 1963: the diagonal is scaled), which never grows. The

@@ -11,24 +11,24 @@ namespace mono_pose_tracker {
 
 using SimilarityEquations = NormalEquations<kSimilarityParameters>;
 
-// Where one map has a point against another's sight of it, relative to the distance: across the sight by the
-// angle, along it by the logarithm of the ratio. It counts by its covariance: that of a bearing, and what
-// either map does not know of the point's depth along its own sight, which the other, from aside, sees
-// across.
+// Error between an observation in one map and the position of the same point in another map, relative to the
+// distance: the angle across the viewing ray, and the logarithm of the depth ratio along it. It is weighted
+// by its covariance: the bearing noise, and the depth uncertainty of both maps along their own viewing rays.
 class ObservationError {
  public:
-  // x and other_center (the camera that saw it there) are the other map's, in this one; both depth_sigma are
-  // finite. sigma: of a bearing, rad.
+  // x and other_center (the observing camera) are those of the other map, transformed into this one; both
+  // depth_sigma are finite. sigma: of a bearing, rad.
   ObservationError(const ObservedPoint& observation, const Eigen::Vector3d& x,
                    const Eigen::Vector3d& other_center, double other_depth_sigma, double sigma);
 
-  // sigma^2 times the squared Mahalanobis distance: that of an angle as unlikely, rad^2; 1 behind the camera.
+  // sigma^2 times the squared Mahalanobis distance: the square of an equally unlikely angle, rad^2; 1 behind
+  // the camera.
   double squared() const { return squared_; }
 
-  // The squared error's half as normal equations. dx(x): derivative of a point of the other map, given in
-  // this one, by the step. The step turns what is not known of the other's depth with its point, so the
-  // gradient is that at the point freed of the depth error which is likeliest by this sight (total least
-  // squares); at the noisy point products of noise would not average out, and shrink the turn.
+  // Adds half the squared error to the normal equations. dx(x): derivative by the step of a point of the
+  // other map, given in this one. The step also rotates the other map's depth uncertainty. The gradient is
+  // therefore taken at the point corrected by its most likely depth error (total least squares). At the noisy
+  // point, products of noise would not average out and would bias the rotation towards zero.
   void add_to(SimilarityEquations* equations,
               const std::function<PointDerivative(const Eigen::Vector3d&)>& dx) const;
 

@@ -15,11 +15,12 @@ namespace {
 constexpr double kSegmentMetres = 0.15;
 // The spread of fewer says too little of itself.
 constexpr std::size_t kMinSegments = 10;
-// Six metres: older ones tell of a scale that may have drifted since.
+// Number of segments kept: six metres. The scale may have drifted since older ones.
 constexpr std::size_t kMaxSegments = 40;
-// Two directions of one motion; beyond, one of the two did something else.
+// Largest angle between the two directions of one motion; beyond it the segment is an outlier.
 const double kMinCosine = std::cos(20 * kDegree);
-// A camera that has hardly moved in the map while odometry went on was not carried along, whatever the unit.
+// A camera that hardly moves in the map while odometry advances is not carried by the robot, whatever the
+// unit.
 constexpr double kMinUnits = 1e-6;
 constexpr double kMaxSigma = 0.01, kMaxOff = 0.03;
 // Of the logarithm of lengths: followed wrongly, it does no more harm than a first estimate's own error.

@@ -5,7 +5,7 @@
 
 namespace mono_pose_tracker {
 
-/// Four numbers at a time, and vectors of three such: loops over data in this form become vector
+/// Packets of four numbers (SIMD), and vectors of three packets. Compilers turn loops over these into vector
 /// instructions.
 constexpr int kPacketSize = 4;
 using Packet = Eigen::Array<double, kPacketSize, 1>;

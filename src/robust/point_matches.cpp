@@ -18,12 +18,12 @@ namespace {
 
 constexpr int kBlock = VectorArray::kPadding;  // matches after which scoring may give up
 
-// A model as good as the bound is given up once in 20 times: scoring is most of the work where nearly all are
-// outliers, and one good sample in 20 costs a twentieth more samples where this spares half of their scoring
-// (Chum and Matas, Optimal randomized RANSAC, 2008).
+// Rejects a model as good as the bound once in 20 times: scoring dominates the time where nearly all matches
+// are outliers. This costs 5 % more samples and halves their scoring time (Chum and Matas, Optimal randomized
+// RANSAC, 2008).
 constexpr double kLogOdds = 3;
 
-// Keeps a point at the camera's centre from dividing zero by zero.
+// Avoids 0 / 0 for a point at the camera's centre.
 constexpr double kTinySquare = 1e-300;
 
 // sin^2 of the angle between bearings and the directions to points p in the camera's frame; 1 behind the
@@ -38,11 +38,11 @@ struct Block {
   const double *point[3], *bearing[3];
 };
 
-// Which of a block's lanes may hold a match within the threshold, a bit each. Of most models most are
-// outliers, which are told without division and without the cross product, whose length is sqrt(|p|^2 - (p .
-// b)^2). The margin is more than the order of the sums makes of it, for a point less than a thousand times as
-// far from the map's origin as from the camera, so that the result does not depend on the processor. m:
-// camera_from_map, row by row.
+// One bit per packet of the block: set if the packet may hold a match within the threshold. Most matches are
+// outliers of most models. They are rejected without division and without the cross product, whose norm is
+// sqrt(|p|^2 - (p . b)^2). The margin exceeds the rounding error of any order of the sums for points less
+// than 1000 times as far from the map's origin as from the camera, so the result does not depend on the
+// processor. m: camera_from_map, row by row.
 MPT_FUNCTION_CLONES unsigned packets_with_inliers(const Block& block, const double (&m)[12],
                                                   double squared_threshold) {
   constexpr double kRounding = 1e-12;

@@ -9,14 +9,14 @@
 
 namespace mono_pose_tracker {
 
-/// One camera position as the map has it, and as it was measured in the world (m).
+/// A camera position in the map, and as measured in the world (m).
 struct PositionPair {
   Eigen::Vector3d in_map = Eigen::Vector3d::Zero();
   Eigen::Vector3d in_world = Eigen::Vector3d::Zero();
 };
 
-/// A direction that is known in both frames: what tells the rotation about the path where positions near one
-/// line leave it open. Unit vectors.
+/// A direction known in both frames. It determines the rotation about the path where positions near one line
+/// do not. Unit vectors.
 struct DirectionPair {
   Eigen::Vector3d in_map = Eigen::Vector3d::UnitZ();
   Eigen::Vector3d in_world = Eigen::Vector3d::UnitZ();
@@ -32,15 +32,15 @@ struct PositionAlignmentOptions {
   /// Largest squared distance of an inlier in units of the noise's variance per axis: the 99 % quantile of
   /// chi-squared with three degrees of freedom.
   double max_squared_error = 11.345;
-  /// Fewer inliers than this fit anything.
+  /// Smallest number of inliers; fewer fit accidentally.
   int min_inliers = 4;
-  /// Share of the positions that must be inliers; the median of the errors says nothing below a half.
+  /// Smallest share of inliers; the median of the errors is meaningless below one half.
   double min_inlier_share = 0.5;
-  /// Relative standard deviation of the scale from which on the alignment fails.
+  /// Relative standard deviation of the scale above which the alignment fails.
   double max_scale_sigma = 0.1;
-  /// Standard deviation (deg) about the worst axis from which on the known directions are asked.
+  /// Standard deviation (deg) about the worst axis above which the known directions are used.
   double max_rotation_sigma_deg = 2;
-  /// Largest angle (deg) between a known direction and where the alignment has it; beyond, they contradict.
+  /// Largest angle (deg) between a known direction and the aligned one; beyond it they contradict.
   double max_direction_angle_deg = 10;
 };
 

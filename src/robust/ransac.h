@@ -26,7 +26,7 @@ struct ScoredModel {
 template <class Model>
 struct RansacReport {
   ScoredModel<Model> best;  // locally optimised; cost infinite when no sample gave a model
-  std::vector<ScoredModel<Model>> alternatives;  // other models as sampled, no two alike, best first
+  std::vector<ScoredModel<Model>> alternatives;  // other models as sampled, no two equivalent, best first
   int iterations = 0;
 };
 
@@ -41,19 +41,19 @@ inline double ransac_iterations_needed(double inlier_ratio, int sample_size, dou
                          : std::numeric_limits<double>::infinity();
 }
 
-/// The best models seen, at most `capacity`, no two alike.
+/// The best models so far, at most `capacity`, no two of them equivalent.
 template <class Model>
 class ModelPool {
  public:
   explicit ModelPool(int capacity) : capacity_(capacity) {}
 
-  /// A model whose cost is not below this would not be kept.
+  /// Only models with a lower cost than this are kept.
   double cost_bound() const {
     return static_cast<int>(models_.size()) < capacity_ ? std::numeric_limits<double>::infinity()
                                                         : (capacity_ == 0 ? 0 : models_.back().score.cost);
   }
 
-  /// Replaces those like it that are worse; dropped when a better one is like it.
+  /// Replaces worse equivalent models; drops the candidate if an equivalent one is better.
   template <class IsEquivalent>
   void insert(const ScoredModel<Model>& candidate, const IsEquivalent& is_equivalent) {
     if (!(candidate.score.cost < cost_bound())) {
@@ -84,14 +84,15 @@ class ModelPool {
   std::vector<ScoredModel<Model>> models_;
 };
 
-/// Locally optimised RANSAC (Chum, Matas and Kittler 2003) that knows no geometry. An Estimator has
-///   Model, kSampleSize, kMaxModels,
-///   int num_data() const,
-///   int solve(const std::array<int, kSampleSize>&, std::array<Model, kMaxModels>*): how many models it
-///   wrote, RansacScore score(const Model&, double cost_bound) const: may give up with any cost >=
-///   cost_bound, void optimize(Model*) const: a better model from its inliers, bool alike(const Model&, const
-///   Model&) const.
-/// Keeps up to num_alternatives further models as they were sampled. num_data >= kSampleSize.
+/// Locally optimised RANSAC (Chum, Matas and Kittler 2003), independent of the geometry. An Estimator has
+/// Model, kSampleSize, kMaxModels,
+/// int num_data() const,
+/// int solve(const std::array<int, kSampleSize>&, std::array<Model, kMaxModels>*): returns the number of
+/// models,
+/// RansacScore score(const Model&, double cost_bound) const: may stop with any cost >= cost_bound,
+/// void optimize(Model*) const: improves a model with its inliers,
+/// bool is_equivalent(const Model&, const Model&) const.
+/// Keeps up to num_alternatives further models as sampled. num_data >= kSampleSize.
 template <class Estimator, class Sampler>
 RansacReport<typename Estimator::Model> ransac(const RansacOptions& options, Estimator& estimator,
                                                Sampler& sampler, int num_alternatives = 0) {

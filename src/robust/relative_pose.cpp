@@ -24,7 +24,7 @@ using ScoredTwoViews = ScoredModel<TwoViewModel>;
 constexpr int kLocalIterations = 4;   // of a model just sampled: enough to reach the basin's floor roughly
 constexpr int kFinalIterations = 25;  // of the hypotheses returned: narrow views have long flat valleys
 constexpr int kInnerSamples = 10;     // more hardly lower the errors any further
-// A rival with fewer inliers than this share of the best one's explains another part of the scene, if
+// An alternative with fewer inliers than this share of the best one's explains another part of the scene, if
 // anything.
 constexpr double kAlternativeInlierShare = 0.5;
 constexpr double kTurnFactors[] = {-1.0, 0.4,
@@ -83,7 +83,7 @@ class LocalOptima {
         threshold_(options.ransac.threshold),
         pool_(options.max_hypotheses) {}
 
-  // Gives a model up as soon as it is on its way into an optimum known already.
+  // Stops as soon as a model converges to a known optimum.
   void add(TwoViewModel model) {
     if (is_known(model)) {
       return;
@@ -98,8 +98,8 @@ class LocalOptima {
     insert(model);
   }
 
-  // Searches round the best one for one that is better still. The others stay as diverse as they are: in the
-  // flat valleys of narrow views that search would lead many of them to one place.
+  // Searches around the best optimum for a better one. The others are not searched, to keep them diverse: in
+  // the flat valleys of narrow views the search would lead many of them to one optimum.
   void explore_best(std::uint64_t seed) {
     change_best([&](TwoViewModel* m) { explore_two_views(pairs_, threshold_, kInnerSamples, seed, m); });
   }
@@ -163,8 +163,8 @@ void validate(const std::vector<Eigen::Vector3d>& bearings1, const std::vector<E
   require_quality_of_each(options.quality, bearings1.size(), "RelativePoseOptions", "pairs");
 }
 
-// Motions that the matches may hardly tell from the best one: the twin of the dominant plane, and its turn
-// reversed or scaled.
+// Motions that are hard to distinguish from the best one: the second solution of the dominant plane, and
+// motions with reversed or scaled rotation.
 std::vector<TwoViewModel> ambiguous_motions(const BearingPairs& pairs, const TwoViewModel& best,
                                             const std::vector<char>& inliers, const PlaneFit& plane) {
   std::vector<TwoViewModel> motions;

@@ -17,8 +17,8 @@ inline void require_quality_of_each(const std::vector<float>& quality, std::size
                               " values for " + std::to_string(count) + " " + data);
 }
 
-// Samples the best data first where their quality is known. quality: of the data that `data`, whose source(i)
-// tells where the i-th comes from, was made of; empty: not known.
+// Samples the best data first if their quality is known. quality: of the vectors from which `data` was made;
+// source(i) is the index of datum i in them. Empty: not known.
 template <class Data, class Estimator>
 RansacReport<typename Estimator::Model> sample_consensus(const RansacOptions& options, const Data& data,
                                                          const std::vector<float>& quality,

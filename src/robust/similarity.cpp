@@ -20,8 +20,8 @@ namespace {
 constexpr int kLocalIterations = 5;   // of a model just sampled
 constexpr int kFinalIterations = 20;  // of the result; quadratic convergence ends it after a few
 
-// Height of a sampled triangle over its longest side: a flatter one tells the turn about that side only
-// through the noise of its points.
+// Smallest height of a sampled triangle over its longest side. In a flatter one the rotation about that side
+// is dominated by noise.
 constexpr double kMinHeight = 0.05;
 
 bool is_triangle(const Eigen::Matrix3d& corners) {
@@ -30,19 +30,19 @@ bool is_triangle(const Eigen::Matrix3d& corners) {
   return side.cross(other).norm() > kMinHeight * longest * longest;
 }
 
-// Sine of the angle between a sight and a point, squared; 1 behind the camera.
+// Squared sine of the angle between a viewing ray and a point; 1 behind the camera.
 double squared_angle(const ObservedPoint& observation, const Eigen::Vector3d& x) {
   const Eigen::Vector3d p = x - observation.center;
   if (!(p.dot(observation.bearing) > 0)) return 1;
   return observation.bearing.cross(p).squaredNorm() / p.squaredNorm();
 }
 
-// What takes an error of log depth to the angle that is as unlikely; 0 where nobody knows the depth.
+// Weight that converts an error of log depth to an equally unlikely angle; 0 if the depth is unknown.
 double depth_weight(const SimilarityMatch& match, double threshold) {
   return threshold / SimilarityOptions::kThresholdSigmas / match.depth_sigma();
 }
 
-// Of the point as the other map has it against the own.
+// Logarithm of the depth ratio between the other map's point and the own one.
 double log_depth_ratio(const ObservedPoint& observation, const Eigen::Vector3d& x) {
   return 0.5 * std::log((x - observation.center).squaredNorm() /
                         (observation.x - observation.center).squaredNorm());
@@ -87,8 +87,8 @@ struct ObservationEquations : NormalEquations<kSimilarityParameters> {
   double squares = 0;
   int residuals = 0;
 
-  // Residual u - bearing for the direction u from the camera to x, nearly the angle between them, and that of
-  // the depth; dx / dstep.
+  // Residuals: u - bearing for the direction u from the camera to x (nearly the angle between them), and the
+  // log depth ratio. dx: derivative of x by the step.
   void add(const ObservedPoint& observation, const Eigen::Vector3d& x, const PointDerivative& dx,
            double depth_weight) {
     const Eigen::Vector3d p = x - observation.center;
@@ -109,7 +109,7 @@ struct ObservationEquations : NormalEquations<kSimilarityParameters> {
   }
 };
 
-// Either side of a match counts that lies within the threshold: the truncated cost's gradient.
+// Gradient of the truncated cost: each side of a match counts if it is within the threshold.
 ObservationEquations linearize(const std::vector<SimilarityMatch>& matches, const Sim3& b_from_a,
                                double threshold) {
   const Sim3 a_from_b = b_from_a.inverse();
@@ -184,8 +184,8 @@ class SimilarityEstimator {
   double threshold_;
 };
 
-// As the angles tell it, were the points exact. The noise is what the inliers show; where they are too few to
-// show it, half the threshold.
+// Uncertainty from the angles, with the points assumed exact. The noise is estimated from the inliers; with
+// too few inliers half the threshold is used.
 Uncertainty by_angles(const std::vector<SimilarityMatch>& inliers, double threshold, const Sim3& b_from_a) {
   const ObservationEquations equations = linearize(inliers, b_from_a, threshold);
   const int redundancy = equations.residuals - kSimilarityParameters;

@@ -1,4 +1,4 @@
-// The part of similarity.h that goes by how well both maps know the depths of their points.
+// Refinement of a similarity with depth uncertainties (similarity.h).
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -16,10 +16,10 @@ namespace mono_pose_tracker {
 namespace {
 
 constexpr int kIterations = 20;  // quadratic convergence ends it after a few
-// A scatter of fewer gradients leaves some direction without any.
+// Fewer gradients than this leave their scatter singular.
 constexpr std::size_t kFewestPoints = kSimilarityParameters + 1;
 
-// Of a match, both ways.
+// The errors of a match in both directions.
 struct BothErrors {
   BothErrors(const SimilarityMatch& m, const Sim3& b_from_a, const Sim3& a_from_b, double sigma)
       : in_a(m.in_a, a_from_b * m.in_b.x, a_from_b * m.in_b.center, m.in_b.depth_sigma, sigma),
@@ -83,8 +83,8 @@ std::vector<MatchesOfPoint> by_point(const std::vector<SimilarityMatch>& matches
   return points;
 }
 
-// By how the gradients of whole points scatter (Huber 1967): the errors of a point, both ways and in all its
-// sights, share what its depths are off by. No less than were they independent.
+// Uncertainty from the scatter of the gradients per point (Huber 1967): all observations of a point, in both
+// directions, share its depth error. At least the uncertainty for independent errors.
 Uncertainty by_gradients(const std::vector<MatchesOfPoint>& points, double threshold, const Sim3& b_from_a) {
   SimilarityInformation information = SimilarityInformation::Zero(), scatter = SimilarityInformation::Zero();
   for (const MatchesOfPoint& observations : points) {
@@ -94,7 +94,7 @@ Uncertainty by_gradients(const std::vector<MatchesOfPoint>& points, double thres
   }
   const SimilarityInformation inverse = inverse_of(information);
   const double sigma = threshold / SimilarityOptions::kThresholdSigmas;
-  // A point tells three of the seven.
+  // A point constrains three of the seven parameters.
   const double told = 3.0 * static_cast<double>(points.size());
   return greater(uncertainty_of(sigma * sigma * inverse),
                  uncertainty_of(told / (told - kSimilarityParameters) * inverse * scatter * inverse));

@@ -13,7 +13,7 @@ using SimilarityInformation = Eigen::Matrix<double, kSimilarityParameters, kSimi
 
 void require_options(const SimilarityOptions& options);
 
-// The matches that are finite, with unit bearings.
+// The matches with finite values, with normalised bearings.
 struct UsableMatches {
   explicit UsableMatches(const std::vector<SimilarityMatch>& matches);
 
@@ -30,14 +30,14 @@ struct Uncertainty {
 Uncertainty uncertainty_of(const SimilarityInformation& covariance);
 Uncertainty greater(const Uncertainty& a, const Uncertainty& b);
 
-// What is singular comes out as large as doubles tell.
+// Singular directions get the largest uncertainty that a double can express.
 SimilarityInformation inverse_of(const SimilarityInformation& information);
 
-// As the points tell it by how far they lie from each other: what one map's noise of depth adds to the width
-// of a line must not pass for a width that tells the turn about it.
+// Uncertainty from the spread of the points: depth noise that widens a line of points must not be mistaken
+// for a spread that determines the rotation about the line.
 Uncertainty by_points(const std::vector<SimilarityMatch>& inliers, const Sim3& b_from_a);
 
-// Success is what is certain enough.
+// Success if rotation and scale are certain enough.
 void judge(const Uncertainty& uncertainty, const SimilarityOptions& options, SimilarityReport* report);
 
 }  // namespace mono_pose_tracker

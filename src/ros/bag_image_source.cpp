@@ -41,7 +41,7 @@ bool same_topic(const std::string& a, const std::string& b) {
          a.compare(start(a), std::string::npos, b, start(b), std::string::npos) == 0;
 }
 
-/// Of a path that is no bag of ROS 1: what it is and what to do; empty where that is not known.
+/// Describes a path that is no bag of ROS 1, with advice; empty if unknown.
 std::string other_kind(const std::string& path) {
   const std::string convert =
       ": expected a bag of ROS 1; `rosbags-convert` (pip install rosbags) makes one of it";
@@ -112,7 +112,7 @@ std::string choose_image_topic(const std::string& path, const Bags& bags, const 
   }
   throw std::runtime_error(path + ": " +
                            (wanted.empty() ? "has not one image topic" : "has no images on " + wanted) +
-                           ": expected one of its image topics, which are: " + listed(topics));
+                           ": expected one of its image topics: " + listed(topics));
 }
 
 /// The camera's own name space, by image_transport's rules: /camera/image_raw/compressed -> /camera.
@@ -154,9 +154,8 @@ cv::Mat all_bits_of(const rosbag::MessageInstance& message) {
   return compressed ? decode_unchanged(compressed->data).image : cv::Mat();
 }
 
-/// The camera of all CameraInfo messages, of which those before the camera was calibrated do not count.
-/// Throws when there is none, or more than one: poses by a calibration that no longer holds are wrong without
-/// a sign.
+/// The camera of all CameraInfo messages; uncalibrated ones are ignored. Throws when there is none, or more
+/// than one: an outdated calibration would silently give wrong poses.
 ConvertedCamera camera_of_all(rosbag::View& view, bool rectified) {
   std::optional<ConvertedCamera> camera;
   std::string problem;
@@ -253,7 +252,7 @@ ConvertedCamera BagImageSource::read_calibration(const std::string& camera_info_
   const std::string wanted =
       camera_info_topic.empty() ? camera_of(topic_) + "/camera_info" : camera_info_topic;
   const std::set<std::string> topics = topics_of(bag_->files, {"sensor_msgs/CameraInfo"});
-  // Some drivers call their images /axis/compressed, and have /axis/camera_info beside them.
+  // Some drivers publish images on /axis/compressed and the calibration on /axis/camera_info.
   const std::string default_topic = topic_.substr(0, topic_.rfind('/') + 1) + "camera_info";
   const bool is_there = std::any_of(topics.begin(), topics.end(),
                                     [&](const std::string& topic) { return same_topic(topic, wanted); });
@@ -270,8 +269,8 @@ ConvertedCamera BagImageSource::read_calibration(const std::string& camera_info_
       fail(topic + ": " + one_line(error.what()));
     }
   }
-  fail("has no CameraInfo on " + wanted + ": expected one of its CameraInfo topics, which are: " +
-       listed(topics) + "; or give --camera, a calibration file, or --hfov, a guess");
+  fail("has no CameraInfo on " + wanted + ": expected one of its CameraInfo topics: " + listed(topics) +
+       "; or give --camera, a calibration file, or --hfov, a guess");
   return {};
 }
 

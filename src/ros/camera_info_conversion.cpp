@@ -17,8 +17,8 @@ namespace {
 
 constexpr std::uint32_t kMostRows = 1u << 30;  // what a message may promise, as a whole number with a sign
 
-/// The linear part of the camera of the image as sent, by image_geometry's conventions for binning and region
-/// of interest. Distortion is kept from it: it knows fewer models than we do.
+/// The linear camera parameters of the image as sent, by image_geometry's conventions for binning and region
+/// of interest. Distortion is not passed to it, because it supports fewer models.
 image_geometry::PinholeCameraModel linear_model(sensor_msgs::CameraInfo info) {
   info.distortion_model = "plumb_bob";
   info.D.clear();
@@ -27,7 +27,8 @@ image_geometry::PinholeCameraModel linear_model(sensor_msgs::CameraInfo info) {
   return model;
 }
 
-/// What our cameras have no place for would be wrong without a sign. A note about what was left out.
+/// Rejects parameters that the camera model cannot represent, because poses would silently be wrong. Returns
+/// a note about ignored ones.
 std::string check_matrix(const sensor_msgs::CameraInfo& info, bool rectified) {
   const auto& K = info.K;
   const auto& P = info.P;
@@ -52,7 +53,7 @@ std::string region_text(const sensor_msgs::RegionOfInterest& roi) {
          std::to_string(roi.x_offset) + ", " + std::to_string(roi.y_offset);
 }
 
-/// A driver that crops often fills in the size and the matrix of what it has cropped.
+/// Drivers that crop often give the size and the matrix of the cropped image.
 void require_region_in_image(const sensor_msgs::CameraInfo& info) {
   const auto& roi = info.roi;
   const auto lies_in = [](std::uint64_t offset, std::uint64_t size, std::uint64_t whole) {
@@ -62,10 +63,11 @@ void require_region_in_image(const sensor_msgs::CameraInfo& info) {
       (lies_in(roi.x_offset, roi.width, info.width) && lies_in(roi.y_offset, roi.height, info.height))) {
     return;
   }
-  throw std::invalid_argument(
-      region_text(roi) + " does not lie in the image of " + size_text(info.width, info.height) +
-      " that camera_info is of: expected width, height, K and P of the whole image, or no "
-      "region (roi all zero) where they are of the cropped one");
+  throw std::invalid_argument(region_text(roi) + " does not lie in the image of " +
+                              size_text(info.width, info.height) +
+                              " of camera_info: expected width, height, K and P of the whole image, or no "
+                              "region (roi all zero) if they "
+                              "describe the cropped one");
 }
 
 /// Of the image as it is sent.
@@ -155,7 +157,7 @@ sensor_msgs::CameraInfo load_camera_info(const std::string& url) {
     throw std::runtime_error(
         "camera_info_url " + url +
         ": not a calibration as camera_calibration writes it: expected a file whose name ends in "
-        ".yaml, .yml or .ini (ost.txt is of the latter kind: rename it)");
+        ".yaml, .yml or .ini (ost.txt has the INI format: rename it)");
   }
   return info;
 }

@@ -15,7 +15,7 @@ struct ConvertedCamera {
   std::string error;  // one line that says what to do, when reason is not kOk
   CalibrationSource source = CalibrationSource::kGiven;
   std::string size_origin = "";  // how width and height came about: "width and height of camera_info, ..."
-  std::string note = "";         // what was left out of it, one line; empty: nothing
+  std::string note = "";         // about ignored fields, one line; empty: none
   bool has_distortion = false;   // D of the message is not zero, whether it is used or not
 };
 

@@ -17,7 +17,7 @@ namespace {
 
 using diagnostic_msgs::DiagnosticStatus;
 
-// A camera that is not there is looked for this often at first, and never less often than the second.
+// Intervals at which a missing camera is opened again: the first at the start, the second at most.
 constexpr std::chrono::milliseconds kFirstRetry{250}, kSlowestRetry{4000};
 
 /// As CameraInfoManager takes it: a path becomes file://PATH, an empty one stays
@@ -146,7 +146,7 @@ bool CameraNodelet::stream(Capture& capture) {
       return true;
     }
     publish(image, capture.age_seconds());
-    // On a machine that is too slow the video slows down: no image is left out.
+    // On a slow machine the video plays slower: no image is skipped.
     due = std::max(due + period, Clock::now() - period);
   }
   return true;

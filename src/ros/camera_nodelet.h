@@ -18,9 +18,9 @@
 
 namespace mono_pose_tracker {
 
-/// A V4L2 camera or a video file as ~image_raw and ~camera_info, for machines without a driver package. A
-/// camera that is not there, or goes, is told on /diagnostics and tried again. One thread captures; the
-/// nodelet's queue answers ~set_camera_info and runs the diagnostics.
+/// Publishes a V4L2 camera or a video file as ~image_raw and ~camera_info, for machines without a driver
+/// package. A missing or disconnected camera is reported on /diagnostics and opened again. One thread
+/// captures; the nodelet's queue answers ~set_camera_info and runs the diagnostics.
 class CameraNodelet : public nodelet::Nodelet {
  public:
   ~CameraNodelet() override;
@@ -28,7 +28,7 @@ class CameraNodelet : public nodelet::Nodelet {
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// What /diagnostics tells.
+  /// State reported on /diagnostics.
   struct Health {
     std::string problem = "not opened yet";  // empty: images come
     bool has_ended = false;                  // the video, which does not loop

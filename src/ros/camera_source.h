@@ -16,9 +16,9 @@ namespace mono_pose_tracker {
 /// Values of the setting `camera_info_source`, the default first.
 inline const std::vector<std::string> kCameraInfoSources = {"auto", "topic", "file"};
 
-/// The calibration to use. auto: that of the newest camera_info; while none has come, or it is not
-/// calibrated, that of a file when one was given. topic, file: that alone. Failing these a guess, where a
-/// field of view was given to guess from. May be called from any thread.
+/// The calibration to use. auto: that of the newest camera_info; before the first one, or if it is not
+/// calibrated, that of a given file. topic, file: that one only. Otherwise a guess, if a field of view was
+/// given. May be called from any thread.
 class CameraSource {
  public:
   /// hfov_deg: of the guess, see guess_camera; 0: none is made. source: one of kCameraInfoSources.

@@ -6,7 +6,7 @@
 
 namespace mono_pose_tracker {
 
-/// Hz: an image in eleven days. Of a slower one the time to the next would outgrow the clock's numbers.
+/// Lowest rate [Hz]: an image in eleven days. At lower rates the interval would overflow the clock.
 constexpr double kSlowestRate = 1e-6;
 
 /// What to capture, and how.
@@ -26,8 +26,8 @@ class Capture {
 
   explicit Capture(const CaptureSettings& settings) : settings_(settings) {}
 
-  /// Throws std::runtime_error, one line that says what is missing. What the device grants may differ from
-  /// what was asked of it.
+  /// Throws std::runtime_error, one line that says what is missing. The device may grant other settings than
+  /// requested.
   void open();
   void close() { capture_.release(); }
 
@@ -35,15 +35,15 @@ class Capture {
   /// of a video.
   Result read(cv::Mat* image);
 
-  /// How long ago the device took the image last read [s]; 0 for a video.
+  /// Age of the last image [s]; 0 for a video.
   double age_seconds() const;
 
-  /// At which images come [Hz]; 0 when the device doesn't say.
+  /// Frame rate [Hz]; 0 when the device does not report it.
   double rate() const { return rate_; }
   bool is_video() const { return !settings_.video.empty(); }
   const std::string& name() const { return is_video() ? settings_.video : settings_.device; }
 
-  /// What the device delivers in place of what was asked of it, one line; empty when nothing differs.
+  /// Settings that the device granted in place of the requested ones, one line; empty: none differ.
   std::string differences() const;
 
  private:

@@ -38,7 +38,7 @@ cv::Scalar color_of(State state) {
 
 int dot_radius(const cv::Mat& canvas) { return std::max(1, canvas.cols / 320); }
 
-/// The unmatched first, so that they hide nothing.
+/// Unmatched features first, so that they hide nothing.
 void draw_features(const std::vector<SeenFeature>& features, cv::Mat& canvas) {
   for (const Fate fate : {Fate::kUnmatched, Fate::kOutlier, Fate::kInlier}) {
     const int radius = fate == Fate::kUnmatched ? std::max(1, dot_radius(canvas) / 2) : dot_radius(canvas);
@@ -117,7 +117,7 @@ void draw_mask(const cv::Mat& mask, cv::Mat& canvas) {
   draw_outline(outline, canvas);
 }
 
-/// Round the features that are the object's for sure, where no mask says more.
+/// Outline around the certain features of the object, if there is no mask.
 void draw_hull(const std::vector<SeenFeature>& features, cv::Mat& canvas) {
   std::vector<cv::Point> inliers;
   for (const SeenFeature& feature : features) {
@@ -191,13 +191,13 @@ const char* what_to_do(Reason reason) {
       return "move the camera sideways";
     case Reason::kTooFewMatches:
     case Reason::kRelocalising:
-      return "move slowly; go back to what was seen";
+      return "move slowly; go back to the mapped scene";
     case Reason::kAwaitingConfirmation:
       return "go on moving";
     case Reason::kAmbiguousPose:
       return "move in another direction";
     case Reason::kTooFewInliers:
-      return "mask what moves by itself";
+      return "mask moving objects";
     case Reason::kPaused:
       return "call ~resume";
     default:

@@ -13,21 +13,21 @@
 
 namespace mono_pose_tracker {
 
-/// What a user can do about a reason, a few words in the imperative; empty where there is nothing to do.
+/// Advice for a reason, a few words in the imperative; empty: none.
 const char* what_to_do(Reason reason);
 
-/// The image with its features (green: inliers, with tails to where they were in the last images drawn; red:
-/// outliers; blue: unmatched), the motion since the reference image while there is no map (yellow), and in
-/// words what became of the image and what the tracker waits for. What is not the object is dimmed, and its
-/// outline drawn.
+/// Draws the features on the image (green: inliers, with tails of their previous positions; red: outliers;
+/// blue: unmatched), the motion since the reference image while there is no map (yellow), and a text with the
+/// result and what the tracker waits for. Pixels outside the object are dimmed, and its outline is drawn.
 class DebugImage {
  public:
-  /// Whether this image is to be drawn: each one, or, while there is no time for that (load_level), one a
-  /// second of their stamps: a picture that stands still would be taken for the tracker's.
+  /// Whether this image is to be drawn: every image, or at high load (load_level) one per second by their
+  /// stamps, because a frozen picture would look like a frozen tracker.
   bool is_due(const FrameReport& report) const;
 
-  /// image: CV_8UC1 or CV_8UC3 (BGR). object: the axes of one that is posed, drawn red, green, blue; it then
-  /// has an outline without a mask, too, round the inliers. Returns CV_8UC3 (BGR) of the same size.
+  /// image: CV_8UC1 or CV_8UC3 (BGR). object: the axes of a registered object, drawn red, green, blue. Such
+  /// an object also gets an outline around its inliers if there is no mask. Returns CV_8UC3 (BGR) of the same
+  /// size.
   cv::Mat draw(const cv::Mat& image, const FrameReport& report,
                const std::optional<ObjectAxes>& object = std::nullopt);
 

@@ -5,7 +5,8 @@ namespace {
 
 using diagnostic_msgs::DiagnosticStatus;
 
-/// What is wrong with the calibration or with the images as they come: later ones will hardly be better.
+/// Whether the user must act: the calibration or the input images are wrong, and later images will hardly be
+/// better.
 bool needs_help(std::uint8_t reason) {
   switch (reason) {
     case TrackerStatus::NO_CAMERA_INFO:
@@ -20,7 +21,7 @@ bool needs_help(std::uint8_t reason) {
   }
 }
 
-/// The state alone does not say so: that of an image which was refused is the one before it.
+/// The state is not enough: a refused image keeps the state of the previous one.
 bool has_pose(const TrackerStatus& status) {
   if (status.state != TrackerStatus::TRACKING) return false;
   switch (status.reason) {

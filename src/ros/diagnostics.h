@@ -8,7 +8,7 @@
 
 namespace mono_pose_tracker {
 
-/// What /diagnostics says about the tracker.
+/// Content of /diagnostics for the tracker.
 struct Health {
   TrackerStatus last;  // the newest status; received == 0: none yet
   double seconds_since_image = 0;
@@ -19,9 +19,9 @@ struct Health {
   std::uint32_t recent_frames = 0, recent_drops = 0;  // since /diagnostics last told
 };
 
-/// OK while it tracks. WARN while it works but gives no poses (it starts, is lost, is paused), drops a
-/// tenth of the images, or cannot write a file: that may pass by itself. ERROR when it can't work until
-/// somebody acts: no images, none that can be read, no usable calibration.
+/// OK while it tracks. WARN while it runs without poses (starting, lost, paused), drops 10 % of the images,
+/// or cannot write a file: this may pass by itself. ERROR if the user must act: no images, unreadable images,
+/// no usable calibration.
 void fill_diagnostics(const Health& health, diagnostic_updater::DiagnosticStatusWrapper& status);
 
 }  // namespace mono_pose_tracker

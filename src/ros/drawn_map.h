@@ -8,8 +8,8 @@
 
 namespace mono_pose_tracker {
 
-/// A map to be drawn. All of it is copied once, and not before it is asked for: that takes as long as the map
-/// is large, and often nobody looks. May be used from any thread.
+/// A copy of the map for drawing, made once and on first use: copying takes time proportional to the size of
+/// the map, and often nobody subscribes. May be used from any thread.
 class DrawnMap {
  public:
   /// map: null while there is none.

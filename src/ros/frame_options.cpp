@@ -36,12 +36,12 @@ std::vector<std::string> normalize_frames(FrameOptions* options) {
     problems.push_back("~odom_frame and ~object_mode: an object has no odometry, set one of them only");
   } else if (!o.odom_frame.empty() && o.invert_tf) {
     problems.push_back(
-        "~odom_frame and ~invert_tf: odom would get map below it and the robot's base beside it while map "
-        "can't be "
-        "the root, set one of them only");
+        "~odom_frame and ~invert_tf: map would be a child of odom and could not be the root of tf; set one "
+        "of "
+        "them only");
   }
   if (o.object_origin == "centre" && !o.object_mode) {
-    problems.push_back("~object_origin is centre, which needs ~object_mode");
+    problems.push_back("~object_origin is centre: this needs ~object_mode");
   }
   return problems;
 }

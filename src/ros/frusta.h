@@ -10,14 +10,12 @@
 
 namespace mono_pose_tracker {
 
-/// How deep cameras are to be drawn, in map units: a tenth of the median depth of what the newest keyframe
-/// has in its view, so that they read well at any scale, also when most of the map has been left behind. 0.1
-/// while there is nothing in view.
+/// Depth of the drawn frusta in map units: a tenth of the median depth of the landmarks visible in the newest
+/// keyframe, so that they have a useful size at any scale. 0.1 if there are none.
 double frustum_depth(const MapSnapshot& snapshot, const CameraParameters& camera);
 
-/// Keyframes that can be told from each other when they are drawn `depth` deep: the newest, and each older
-/// one that is half a depth away, or turned by 15 degrees, from all that are drawn; not more than can be
-/// looked through.
+/// Keyframes that are distinguishable when drawn `depth` deep: the newest, and each older one that differs
+/// from all drawn ones by half a depth or 15 degrees. Their number is limited.
 std::vector<KeyframePose> thinned_keyframes(const std::vector<KeyframePose>& keyframes, double depth);
 
 /// One marker of line segments: the frustum of each keyframe, `depth` map units deep.

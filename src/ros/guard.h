@@ -5,9 +5,9 @@
 
 namespace mono_pose_tracker {
 
-/// Runs a callback's action. What it throws, whatever it is, goes to tell(text) and no further: roscpp lets
-/// an exception out of its thread, which ends the process and with it every nodelet of the manager. tell may
-/// throw as well (there may be no memory left): then nobody is told.
+/// Runs the action of a callback and passes any exception to tell(text). Otherwise roscpp would let it leave
+/// its thread, which ends the process with all nodelets of the manager. tell may throw as well (out of
+/// memory); that exception is ignored.
 template <typename Action, typename Tell>
 void guarded(const Action& action, const Tell& tell) noexcept {
   const auto try_to_tell = [&tell](const char* what) {
@@ -21,7 +21,7 @@ void guarded(const Action& action, const Tell& tell) noexcept {
   } catch (const std::exception& e) {
     try_to_tell(e.what());
   } catch (...) {
-    try_to_tell("an exception of an unknown kind");
+    try_to_tell("unknown exception");
   }
 }
 

@@ -25,8 +25,8 @@ constexpr const char* kKnownEncodings =
 
 const char* const kYuy2 = "yuv422_yuy2";  // which sensor_msgs of Noetic does not know
 
-/// An encoding is any text that somebody sends, an exception's text may end its line: what goes into a status
-/// and a log is one line of plain letters, of a length that can be read.
+/// Makes an encoding printable: it is arbitrary text from outside, and exception texts may have line ends.
+/// Status and log need one line of plain letters of limited length.
 std::string short_ascii_line(std::string text) {
   constexpr std::size_t kMostLetters = 400;
   if (text.size() > kMostLetters) text.replace(kMostLetters, std::string::npos, "...");
@@ -72,8 +72,8 @@ std::uint64_t bytes_per_pixel(const std::string& encoding) {
          static_cast<std::uint64_t>(enc::bitDepth(encoding)) / 8;
 }
 
-/// Whether a message holds the pixels that it promises. The only place where its numbers are multiplied: in
-/// 64 bits, where no product of its 32-bit fields can wrap.
+/// Whether a message has as many bytes as its fields state. The only place where these are multiplied, in 64
+/// bits, where products of 32-bit fields cannot overflow.
 bool is_complete(const sensor_msgs::Image& image) {
   constexpr std::uint64_t kMost = std::numeric_limits<int>::max();  // of cv::Mat's sides
   const std::uint64_t width = image.width, height = image.height, step = image.step;

@@ -11,8 +11,8 @@
 
 namespace mono_pose_tracker {
 
-/// Where images wait for the processing thread: with room for one (the default) only the newest does. Carries
-/// commands too, so that whatever touches the tracker runs on that thread. All members may be called from any
+/// Queue of images for the processing thread. With room for one (the default) only the newest image is kept.
+/// It also carries commands, so that only that thread uses the tracker. All members may be called from any
 /// thread.
 template <typename Item>
 class ImageSlot {
@@ -21,7 +21,7 @@ class ImageSlot {
 
   explicit ImageSlot(std::size_t capacity = 1) : capacity_(capacity > 0 ? capacity : 1) {}
 
-  /// Returns the item that had to leave to make room, if any (the item itself once the slot is closed).
+  /// Returns the item that was displaced, if any (the item itself once the slot is closed).
   std::optional<Item> put(Item item) {
     std::optional<Item> displaced;
     {
@@ -48,7 +48,7 @@ class ImageSlot {
     return true;
   }
 
-  /// Waits for commands, which it runs, and for an item, which it returns; nothing once the slot is closed.
+  /// Waits for an item and returns it; meanwhile runs commands. Nothing once the slot is closed.
   std::optional<Item> take() {
     std::unique_lock<std::mutex> lock(mutex_);
     while (true) {
@@ -67,7 +67,7 @@ class ImageSlot {
     }
   }
 
-  /// Wakes the waiting thread for good. What still waits is dropped.
+  /// Closes the slot: wakes the waiting thread and drops everything queued.
   void close() {
     {
       const std::lock_guard<std::mutex> lock(mutex_);

@@ -8,9 +8,8 @@
 namespace mono_pose_tracker {
 namespace {
 
-// Images that may wait for their turn on the nodelet's queue: one that roscpp throws away gets no status. The
-// callback only moves a pointer, so that more than one waits only when the machine stalls: some seconds'
-// worth.
+// Queue size: images that may wait for their callback; one discarded by roscpp gets no status. The callback
+// only moves a pointer, so that several wait only when the machine stalls: enough for some seconds.
 constexpr int kQueueSize = 100;
 
 bool has_transport(const image_transport::ImageTransport& transports, const std::string& transport) {

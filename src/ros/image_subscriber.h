@@ -18,16 +18,16 @@ struct ImageTopic {
   std::uint64_t max_pixels = kMaxImagePixels;  // of compressed images that are decoded here
 };
 
-/// Subscribes to an image topic through image_transport. The transport "compressed" works where its plugin is
-/// not installed as well: then the <topic>/compressed images are decoded here.
+/// Subscribes to an image topic through image_transport. Without the plugin of the transport "compressed" the
+/// images of <topic>/compressed are decoded here.
 class ImageSubscriber {
  public:
   using Callback = std::function<void(const sensor_msgs::ImageConstPtr&)>;
-  /// Told of an image that does not come to the callback, or that the callback failed at, and why.
+  /// Called for an image that could not be delivered, or on which the callback failed, with the reason.
   using Refusal = std::function<void(const std_msgs::Header&, Reason, const std::string&)>;
 
-  /// No exception leaves either of them. Throws image_transport::TransportLoadException, naming the
-  /// transport, when it can't be had.
+  /// No exception leaves either callback. Throws image_transport::TransportLoadException, naming the
+  /// transport, when it is not available.
   void subscribe(const ros::NodeHandle& handle, const ros::NodeHandle& private_handle,
                  const ImageTopic& source, Callback callback, Refusal refuse);
 

@@ -12,9 +12,9 @@
 
 namespace mono_pose_tracker {
 
-/// What may change while the nodelet runs, as dynamic_reconfigure::Server wants its configuration: names and
-/// ranges are those of option_table, so that there is no second list to keep true (a .cfg file would be one,
-/// and could not hold names such as sift/max_features).
+/// The options that may change at run time, in the form that dynamic_reconfigure::Server expects. Names and
+/// ranges are taken from option_table; a .cfg file would be a second list and cannot hold names such as
+/// sift/max_features.
 class LiveOptions {
  public:
   TrackerOptions tracker;       // of which only the changeable options are offered
@@ -23,7 +23,7 @@ class LiveOptions {
   /// The changeable options with their ranges; they point into this object.
   std::vector<OptionEntry> entries();
 
-  /// "key: value, ..." of what differs; empty when nothing does.
+  /// "key: value, ..." of the changed options; empty: none changed.
   std::string changes_since(LiveOptions before) const;
 
   // The names that dynamic_reconfigure::Server calls.

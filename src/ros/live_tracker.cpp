@@ -83,10 +83,11 @@ FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
     if (tracker_) change = difference(camera_.parameters(), parameters);
     if (camera->source == CalibrationSource::kGuessed) {
       warn_("",
-            "there is no calibration: a camera is guessed that sees as wide as ~hfov says; the shape of the "
-            "map is as right as that is");
+            "no calibration: the camera is guessed from ~hfov; the shape of the map is only as accurate as "
+            "this "
+            "guess");
     } else if (cameras_.may_guess()) {
-      warn_("guess", "there is a calibration, which is used: ~hfov is not");
+      warn_("guess", "a calibration is used: ~hfov is ignored");
     }
     use_camera(parameters);
     load_waiting_maps();
@@ -120,7 +121,8 @@ void LiveTracker::remember(const FrameReport& report) {
   of_map_.load_level = report.load_level;
 }
 
-// The map stays what it was: whoever follows it must not take an image that can't be used for another map.
+// Report of a refused image. The map does not change: an unusable image must not look like another map to
+// subscribers.
 FrameReport LiveTracker::refuse(Reason reason, const std::string& text) const {
   FrameReport report = of_map_;
   report.state = state_;
@@ -131,7 +133,7 @@ FrameReport LiveTracker::refuse(Reason reason, const std::string& text) const {
   return report;
 }
 
-// What differs by less than it costs is the present one still: a map that is dropped costs more.
+// Small differences of the calibration are tolerated, because dropping the map costs more.
 bool LiveTracker::is_present_camera(const CameraParameters& parameters) const {
   return is_same_camera(camera_.parameters(), parameters, kToleratedCalibrationChangePx);
 }
@@ -183,7 +185,7 @@ void LiveTracker::load_waiting_maps() {
   go_on_as(State::kLost);
 }
 
-// By a command: nothing is known of the map until an image has been looked at in it.
+// By a command: nothing is known about the map until an image has been registered in it.
 void LiveTracker::go_on_as(State state) {
   epoch_ = epoch_base_ + tracker_->epoch();
   of_map_ = FrameReport();

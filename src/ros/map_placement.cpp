@@ -40,7 +40,7 @@ std::string MapPlacement::follow(const std_msgs::Header& image_header, const Fra
     odometry_scale_.interrupt();
     return "";
   }
-  // A pose in doubt is not for measuring with.
+  // Doubtful poses are not used for measuring.
   if (report.reason == Reason::kDoubtfulPose) return "";
   const std::optional<Rigid3> odom_from_camera = frames_.odom_from_camera(image_header);
   if (!odom_from_camera) {
@@ -51,7 +51,7 @@ std::string MapPlacement::follow(const std_msgs::Header& image_header, const Fra
   return rescale();
 }
 
-// A move is a correction of the map, which shows in the first report that knows of it.
+// A move is a correction of the map, which appears in the first report that includes it.
 void MapPlacement::follow_moves(const FrameReport& report) {
   const std::pair now(report.map_id, report.corrections);
   if (std::exchange(moved_at_, now) != now) moved_from_map_ = Rigid3();
@@ -69,7 +69,8 @@ void MapPlacement::follow_map(const FrameReport& report) {
 
 std::string MapPlacement::rescale() {
   const bool was_metric = present_->scale != ScaleSource::kMapUnits;
-  // Nothing changes a map then; only one in units of its own, which are of no use to a robot, gets metres.
+  // While only localising, the map is not rescaled, except from its own units to metres: its own units are
+  // useless to a robot.
   if (was_metric && tracker_.localizes_only()) return "";
   const std::optional<double> factor = odometry_scale_.correction(was_metric);
   if (!factor) return "";
@@ -98,7 +99,7 @@ std::string MapPlacement::place(const geometry_msgs::PoseWithCovarianceStamped& 
   const Eigen::Vector3d position(p.x, p.y, p.z);
   const Eigen::Quaterniond orientation(o.w, o.x, o.y, o.z);
   require_pose(position, orientation);
-  if (!present_) throw std::runtime_error("there is no present pose that it could replace");
+  if (!present_) throw std::runtime_error("there is no present pose to replace");
   const Rigid3 wanted =
       frames_.map_from_camera(present_->header, present_->scale, {orientation.normalized(), position});
   const Rigid3 new_from_map = wanted * present_->map_from_camera.inverse();

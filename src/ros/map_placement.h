@@ -15,21 +15,22 @@
 
 namespace mono_pose_tracker {
 
-/// What others say of where the map lies and how large it is: ~initialpose, and odometry (scale/odometry). Of
-/// the processing thread.
+/// Places and scales the map by external information: ~initialpose, and odometry (scale/odometry). For the
+/// processing thread.
 class MapPlacement {
  public:
   MapPlacement(bool scale_from_odometry, const OutputFrames& frames, LiveTracker& tracker)
       : scale_from_odometry_(scale_from_odometry), frames_(frames), tracker_(tracker) {}
 
-  /// After each image. report: in the map, not the world. Returns what was done, one line, or nothing.
+  /// To be called after each image. report: in the map, not the world. Returns what was done, one line, or
+  /// nothing.
   std::string follow(const std_msgs::Header& image_header, const FrameReport& report);
 
-  /// What was seen last is no longer where the camera is: the map is another, or no images were looked at.
+  /// Forgets the last pose, which is no longer valid: the map is another one, or images were skipped.
   void forget() { present_.reset(); }
 
-  /// Moves the map so that the present pose is the one given, of the base, or of the camera without one.
-  /// Returns what was done; throws std::runtime_error saying why it can't be.
+  /// Moves the map so that the present pose (of the base, or of the camera without one) becomes the given
+  /// one. Returns what was done; throws std::runtime_error with the reason if it cannot.
   std::string place(const geometry_msgs::PoseWithCovarianceStamped& pose);
 
  private:
@@ -38,7 +39,7 @@ class MapPlacement {
     Rigid3 map_from_camera;
     ScaleSource scale = ScaleSource::kMapUnits;
   };
-  /// Names the map and its unit: poses of two can't be compared. (Epoch, id, scale.)
+  /// Identifies the map and its unit; poses of different ones are unrelated. (Epoch, id, scale.)
   using MapState = std::tuple<std::uint32_t, std::uint32_t, ScaleSource>;
 
   std::string rescale();
@@ -51,7 +52,7 @@ class MapPlacement {
   std::optional<PresentPose> present_;  // none while the camera is lost, or not looked for
   OdometryScale odometry_scale_;
   MapState state_;
-  // By what ~initialpose has moved the map since the newest report that knows of all moves.
+  // The moves by ~initialpose that the newest report does not include yet.
   Rigid3 moved_from_map_;
   std::pair<std::uint32_t, std::uint32_t> moved_at_;  // map and corrections of the report before the moves
   bool is_rescaling_ = false;  // a correction is under way: its report has not come yet

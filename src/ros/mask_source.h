@@ -17,7 +17,7 @@ class MaskSource {
   /// The mask with this stamp; waits for it at most this long. Null when there is none.
   sensor_msgs::ImageConstPtr wait(const ros::Time& stamp, std::chrono::milliseconds timeout);
 
-  /// Nobody waits any more, now or later.
+  /// Ends all waiting, now and later.
   void cancel();
 
  private:

@@ -24,12 +24,11 @@ inline ros::Time to_ros_time(std::int64_t stamp_ns) {
   return ros::Time().fromNSec(static_cast<std::uint64_t>(stamp_ns));
 }
 
-/// The stamp so many ns later. Nothing where that is no ros::Time, whose seconds have 32 bits: the sums of
-/// roscpp throw there.
+/// The stamp plus so many ns. Nothing if ros::Time (seconds of 32 bits) cannot hold it; the sums of roscpp
+/// throw there.
 std::optional<ros::Time> later(const ros::Time& stamp, std::int64_t ns);
 
-// None of these changes a frame or a unit: what comes in is written as it is, and the message's header must
-// name the frame it is in.
+// None of these changes a frame or a unit: values are copied, and the message's header must name their frame.
 
 geometry_msgs::Point to_point(const Eigen::Vector3d& x);
 /// The pose of a in b: the header's frame is b.

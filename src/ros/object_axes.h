@@ -9,13 +9,13 @@
 
 namespace mono_pose_tracker {
 
-/// Where an image shows three axes that start in one point.
+/// Projection of three axes with a common origin.
 struct ObjectAxes {
   Eigen::Vector2d origin_px;
   std::array<Eigen::Vector2d, 3> tips_px;  // of x, y, z
 };
 
-/// camera_from_axes: where they are; length: of each. Nothing when one of the four points is not before the
+/// camera_from_axes: pose of the axes; length: of each. Nothing when one of the four points is behind the
 /// camera.
 std::optional<ObjectAxes> project_axes(const CameraModel& camera, const Rigid3& camera_from_axes,
                                        double length);

@@ -9,28 +9,28 @@
 
 namespace mono_pose_tracker {
 
-/// Where an object lies, in its map (map units).
+/// Extent of an object in its map (map units).
 struct ObjectBox {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   double extent = 0;  // of its longest side
 };
 
-/// The box that holds nine tenths of the points along each axis of the map: a few may be wherever they like.
-/// Its middle, unlike the points' median, hardly moves when one side of the object has more of them. Nothing
-/// without points.
+/// The box that holds 90 % of the points along each axis of the map, which makes it robust against outliers.
+/// Unlike the median, its centre hardly moves when one side of the object has more points. Nothing without
+/// points.
 std::optional<ObjectBox> box_of(const std::vector<ColoredPoint>& points);
 
-/// The centre of an object whose map grows: taken from the first points, then moved as seldom as may be, for
-/// each move is a jump to those who use it. Not locked.
+/// The centre of an object whose map grows: taken from the first points, then moved as rarely as possible,
+/// because users see each move as a jump. Not locked.
 class ObjectCentre {
  public:
-  /// Points of the newest revision of a map; nothing is moved.
+  /// Stores the points of the newest revision of a map; the centre does not move.
   void see(std::uint32_t epoch, const std::vector<ColoredPoint>& points);
-  /// Whether a frame of this map would be given without a centre.
+  /// Whether a frame of this map would be published without a centre.
   bool wants_points(std::uint32_t epoch) const;
 
-  /// What was seen of this map comes into force, where the centre is off by more than kMostOff of the extent
-  /// or is another map's. Returns by how much a centre of the same map has moved, in the map.
+  /// Applies the stored points of this map if the centre is wrong by more than kMostOff of the extent or
+  /// belongs to another map. Returns the displacement of the centre within the same map.
   std::optional<Eigen::Vector3d> follow(std::uint32_t epoch);
 
   const Eigen::Vector3d& in_map() const { return box_.centre; }

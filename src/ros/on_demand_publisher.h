@@ -12,9 +12,9 @@
 
 namespace mono_pose_tracker {
 
-/// A latched topic whose message is made for those who listen only: whoever subscribes gets it as it is then.
-/// roscpp's own latch would have to be kept up to date for nobody, or else give a late subscriber what was
-/// new when somebody listened last: it may be of a map that is gone.
+/// A latched topic whose message is made for subscribers only: a new subscriber gets the present one.
+/// roscpp's own latch would have to be updated without subscribers, or would send an outdated message,
+/// perhaps of a deleted map.
 template <typename Message>
 class OnDemandPublisher {
  public:
@@ -35,7 +35,7 @@ class OnDemandPublisher {
     latch_ = handle.advertise<Message>(topic, 1, kLatched);
     publisher_ = handle.advertise<Message>(topic, 1, welcome);
   }
-  /// Returns when a callback under way has.
+  /// Returns when a running callback has ended.
   ~OnDemandPublisher() {
     publisher_.shutdown();
     latch_.shutdown();
@@ -43,7 +43,7 @@ class OnDemandPublisher {
   OnDemandPublisher(const OnDemandPublisher&) = delete;
   OnDemandPublisher& operator=(const OnDemandPublisher&) = delete;
 
-  /// To all who listen; nothing is made when nobody does.
+  /// Publishes to all subscribers; nothing is made without one.
   void publish() const {
     if (publisher_.getNumSubscribers() == 0) return;
     if (const std::optional<Message> message = make_()) publisher_.publish(*message);

@@ -118,7 +118,7 @@ std::string OutputFrames::camera_frame(const std_msgs::Header& image_header) con
   return frame.empty() ? "camera" : frame;
 }
 
-/// By the wall clock: ROS time may stand still (a bag that is paused), and tf2's own waiting with it.
+/// Waits by the wall clock: ROS time may stop (paused bag), and tf2's own waiting with it.
 std::chrono::steady_clock::time_point OutputFrames::deadline_of(const ros::Time& stamp) const {
   const std::lock_guard<std::mutex> lock(tf_mutex_);
   if (stamp != waited_stamp_ || deadline_ == std::chrono::steady_clock::time_point()) {
@@ -130,7 +130,7 @@ std::chrono::steady_clock::time_point OutputFrames::deadline_of(const ros::Time&
   return deadline_;
 }
 
-/// Odometry is often published a little later than the image of its time is here.
+/// Odometry often arrives a little later than the image with its stamp.
 bool OutputFrames::wait_for_transform(const std::string& parent, const std::string& child,
                                       const ros::Time& stamp, std::string* why) const {
   const std::chrono::steady_clock::time_point deadline = deadline_of(stamp);
@@ -162,7 +162,8 @@ std::optional<Rigid3> OutputFrames::look_up(const std::string& parent, const std
   }
 }
 
-/// Where the base has its camera, and odom the base, is in metres.
+/// Whether the map's own units would be mixed with metres: the transforms from base to camera and from odom
+/// to base are in metres.
 bool OutputFrames::mixes_units(const std::string& camera, ScaleSource scale) const {
   if (scale != ScaleSource::kMapUnits) return false;
   return !options_.odom_frame.empty() || (!options_.base_frame.empty() && options_.base_frame != camera);
@@ -171,19 +172,19 @@ bool OutputFrames::mixes_units(const std::string& camera, ScaleSource scale) con
 void OutputFrames::tell_ways_to_metres() const {
   if (options_.scale_from_odometry) {
     warn_("map units",
-          "neither pose nor tf is published yet: the map is in units of its own until scale/odometry knows "
-          "how long they are, from the first two metres or so of the way in " +
+          "neither pose nor tf is published yet: the map's unit is unknown until scale/odometry has measured "
+          "it "
+          "over the first two metres or so of the path in " +
               options_.odom_frame);
     return;
   }
-  warn_(
-      "map units",
-      std::string("neither pose nor tf is published: ") +
-          (options_.base_frame.empty() ? "~odom_frame" : "~base_frame") +
-          " is in metres, the map in units of its own. Let it be in metres by scale/known_baseline, "
-          "scale/initial_median_depth, scale/marker_size (a marker that is in view once the map has begun, "
-          "or later), scale/odometry (of a robot that gives ~odom_frame) or a map that was saved in metres; "
-          "or leave ~base_frame and ~odom_frame empty");
+  warn_("map units",
+        std::string("neither pose nor tf is published: ") +
+            (options_.base_frame.empty() ? "~odom_frame" : "~base_frame") +
+            " is in metres, the map in units of its own. Let it be in metres by scale/known_baseline, "
+            "scale/initial_median_depth, scale/marker_size (a marker in view at the start of the map, "
+            "or later), scale/odometry (of a robot with ~odom_frame) or a map saved in metres; "
+            "or leave ~base_frame and ~odom_frame empty");
 }
 
 std::optional<OutputFrames::PublishedPose> OutputFrames::published_pose(const std_msgs::Header& image_header,
@@ -220,7 +221,7 @@ Rigid3 OutputFrames::map_from_camera(const std_msgs::Header& image_header, Scale
   Rigid3 world_from_camera = world_from_tracked;
   if (!options_.base_frame.empty() && options_.base_frame != camera) {
     const std::optional<Rigid3> base_from_camera = look_up(options_.base_frame, camera, image_header.stamp);
-    if (!base_from_camera) throw std::runtime_error("tf does not know where the base has its camera");
+    if (!base_from_camera) throw std::runtime_error("tf has no transform from the base to its camera");
     world_from_camera = world_from_tracked * *base_from_camera;
   }
   return world_from_map().inverse() * world_from_camera;

@@ -24,21 +24,21 @@
 
 namespace mono_pose_tracker {
 
-/// Turns the tracker's results, which are in the optical axes of the first camera, into the frames that the
-/// user wants. Two frames matter: the world (map, or the object), in which points and cameras are given; and
-/// the body (the camera, or the robot's base), whose pose is published.
+/// Transforms the tracker's results, which are in the optical axes of the first camera, into the frames
+/// selected by the user. Two frames matter: the world (map, or the object), in which points and cameras are
+/// given, and the tracked frame (the camera, or the robot's base), whose pose is published.
 ///
 /// May be called from any thread.
 class OutputFrames {
  public:
-  /// subject: what the text is about, which may be said again and again (LogThrottle).
+  /// subject: topic of a repeatable warning (LogThrottle).
   using Warn = std::function<void(const std::string& subject, const std::string& text)>;
 
-  /// options: normalised. warn: what a user should hear.
+  /// options: normalised. warn: shows a warning to the user.
   OutputFrames(const FrameOptions& options, Warn warn);
   ~OutputFrames();
 
-  /// Whoever waits for tf is woken, and nobody waits any more.
+  /// Wakes all threads that wait for tf; later calls do not wait.
   void cancel();
 
   const FrameOptions& options() const { return options_; }
@@ -47,48 +47,49 @@ class OutputFrames {
     return options_.object_mode ? options_.object_frame : options_.map_frame;
   }
 
-  /// Whether an object's centre in this map hangs on its points and none were seen.
+  /// Whether an object's centre in this map needs its points and has none yet.
   bool wants_points(std::uint32_t epoch) const;
-  /// Those of the map's newest revision, of an object.
+  /// Sets the points of the newest revision of an object's map.
   void see_points(std::uint32_t epoch, const std::vector<ColoredPoint>& points);
-  /// Called before a posed frame is given: the only time at which an object's origin moves within a map.
-  /// Returns new_world_from_world when it has.
+  /// To be called before a registered frame is published: only here does an object's origin move within a
+  /// map. Returns new_world_from_world when it has moved.
   std::optional<Rigid3> follow_object(std::uint32_t epoch);
-  /// How often the origin has moved in this map.
+  /// Number of moves of the origin in this map.
   std::uint32_t origin_moves(std::uint32_t epoch) const;
 
-  /// Where the tracker's map is in the world.
+  /// Pose of the tracker's map in the world.
   Rigid3 world_from_map() const;
-  /// The middle of the object, in the world, and how long it is. Nothing without one.
+  /// Centre of the object in the world, and its extent. Nothing without an object.
   std::optional<ObjectBox> object_in_world() const;
-  /// The same with poses and covariance in the world's frame.
+  /// The report with poses and covariance in the world's frame.
   FrameReport in_world(FrameReport report) const;
 
-  /// The body in the world; of an object, the object in the body's frame.
+  /// Pose of the tracked frame in the world; in object mode, of the object in the tracked frame.
   struct PublishedPose {
     std::string frame, child_frame;
     PoseEstimate frame_from_child;
-    /// With the map held: of what moves from one image to the next.
+    /// Covariance with the map assumed exact: of the change between consecutive images.
     Eigen::Matrix<double, 6, 6> own_covariance = Eigen::Matrix<double, 6, 6>::Zero();
   };
-  /// Of a report in the world's frame. Nothing when tf does not know where the base has its camera, or when
-  /// the map's units, which are no metres, would be mixed with a robot's metres.
+  /// For a report in the world's frame. Nothing when tf has no transform from base to camera, or when the
+  /// map's own units would be mixed with a robot's metres.
   std::optional<PublishedPose> published_pose(const std_msgs::Header& image_header,
                                               const FrameReport& report) const;
 
-  /// Where the camera would be in the map (not the world) if the body were there. Throws std::runtime_error
-  /// where nobody can say, the map is an object, or its units would be mixed with a robot's metres.
+  /// Pose of the camera in the map (not the world) for a given pose of the tracked frame. Throws
+  /// std::runtime_error if that is unknown, the map is an object, or its units would be mixed with a robot's
+  /// metres.
   Rigid3 map_from_camera(const std_msgs::Header& image_header, ScaleSource scale,
                          const Rigid3& world_from_tracked) const;
-  /// The camera as odometry has it, its place on the robot included; nothing when tf does not know.
+  /// Pose of the camera by odometry, including its mounting on the robot; nothing without tf.
   std::optional<Rigid3> odom_from_camera(const std_msgs::Header& image_header) const;
 
-  /// What tf shall get; nothing when it is not to have any, or must not: a frame would get a second parent.
+  /// The transform for tf; nothing if none is wanted, or if a frame would get a second parent.
   std::optional<geometry_msgs::TransformStamped> transform(const std_msgs::Header& image_header,
                                                            const PublishedPose& pose) const;
 
-  /// tf of what rviz follows: ~view_frame, where the camera is in the world; of an object also its middle,
-  /// with its axes (~view_frame with _object behind it). Nothing when none is wanted.
+  /// Transforms for rviz: ~view_frame, the pose of the camera in the world; in object mode also the object's
+  /// centre with its axes (~view_frame with the suffix _object). Nothing when none is wanted.
   std::vector<geometry_msgs::TransformStamped> view_transforms(const std_msgs::Header& image_header,
                                                                const Rigid3& world_from_camera) const;
 
@@ -108,12 +109,12 @@ class OutputFrames {
   const FrameOptions options_;
   const Warn warn_;
   tf2_ros::Buffer buffer_;  // locks for itself
-  // Those who wait for tf are woken when there is more of it.
+  // Waiting threads are woken when new tf arrives.
   mutable std::mutex tf_mutex_;  // guards what follows
   mutable std::condition_variable tf_changed_;
   std::uint64_t tf_changes_ = 0;
   bool cancelled_ = false;
-  // All look-ups of one image, known by its stamp, end by the same time.
+  // All look-ups of one image, identified by its stamp, share one deadline.
   mutable ros::Time waited_stamp_;
   mutable std::chrono::steady_clock::time_point deadline_;
 

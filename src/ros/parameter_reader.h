@@ -11,8 +11,8 @@
 
 namespace mono_pose_tracker {
 
-/// Reads the private parameters of a node over their defaults. What is wrong with them is collected, so that
-/// a user is told all of it at once.
+/// Reads the private parameters of a node over their defaults, and collects all errors to report them
+/// together.
 class ParameterReader {
  public:
   explicit ParameterReader(const ros::NodeHandle& private_handle) : handle_(private_handle) {}
@@ -33,11 +33,11 @@ class ParameterReader {
 
   void add_problem(const std::string& problem) { problems_.push_back(problem); }
 
-  /// Throws std::invalid_argument that names every value out of range or of another type, and what nobody
-  /// reads. To be called when all has been read.
+  /// Throws std::invalid_argument that names every value out of range or of another type, and every unknown
+  /// parameter. To be called after reading all parameters.
   void check(const std::string& owner) const;
 
-  /// A line for each private parameter that nobody reads, with the nearest known one. owner: "the tracker".
+  /// A line for each unknown private parameter, with the nearest known one. owner: "the tracker".
   std::vector<std::string> unknown(const std::string& owner) const;
 
   /// The values in force, "key: value, key: value, ...", in the order they were read.

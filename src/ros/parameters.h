@@ -11,8 +11,8 @@
 
 namespace mono_pose_tracker {
 
-/// The private parameters of the nodelet that are no options of the tracker; the tracker's own stand beside
-/// them.
+/// The private parameters of the nodelet that are no options of the tracker; the tracker's options are
+/// private parameters as well.
 struct NodeParameters {
   std::string image_transport = "raw";
   std::string camera_info_url;                               // calibration file; empty: none

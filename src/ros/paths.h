@@ -9,8 +9,7 @@ namespace mono_pose_tracker {
 /// Throws std::runtime_error when there is no such package.
 std::string expand_path(const std::string& path);
 
-/// What is wrong when these two parameters, paths as a user may write them, lead to one file, by whatever
-/// names; empty when they don't.
+/// An error text if these two path parameters, as given by the user, refer to one file; empty otherwise.
 std::string one_file_problem(const std::string& parameter, const std::string& path,
                              const std::string& other_parameter, const std::string& other_path);
 

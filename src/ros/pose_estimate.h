@@ -11,9 +11,9 @@ struct PoseEstimate {
   Matrix6d covariance = Matrix6d::Zero();
 };
 
-/// c_from_a, c_from_b being known exactly.
+/// c_from_a, with c_from_b exact.
 PoseEstimate operator*(const Rigid3& c_from_b, const PoseEstimate& b_from_a);
-/// b_from_z, a_from_z being known exactly.
+/// b_from_z, with a_from_z exact.
 PoseEstimate operator*(const PoseEstimate& b_from_a, const Rigid3& a_from_z);
 PoseEstimate inverse(const PoseEstimate& b_from_a);
 

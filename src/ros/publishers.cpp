@@ -17,11 +17,12 @@ namespace {
 
 constexpr bool kLatched = true;
 
-// (m/s)^2 and (rad/s)^2: no camera is a hundredth as fast.
+// (m/s)^2 and (rad/s)^2: variance of an unknown velocity; its square root is a hundred times the speed of any
+// camera.
 constexpr double kUnknownVariance = 1e6;
 
-// s between two poses, at most, for a velocity: in a longer time who carries the camera may have stopped and
-// turned round, and their mean says little of how it moves now.
+// Longest time between two poses for a velocity [s]. Over a longer time the camera may have stopped and
+// turned round, and the mean is not its present velocity.
 constexpr double kLongestStep = 1.0;
 
 /// From blue (old) to red (new), as rviz shows where the camera was.
@@ -122,13 +123,13 @@ void Publishers::publish_pose(const std_msgs::Header& image_header, const ros::T
   odometry.header = pose.header;
   odometry.child_frame_id = published.child_frame;
   odometry.pose = pose.pose;
-  // Both images see the same map: what is uncertain of that is no uncertainty of the way between them.
+  // Both images refer to the same map, whose uncertainty does not affect the motion between them.
   const StampedEstimate current{report.stamp_ns,
                                 {published.frame_from_child.b_from_a, published.own_covariance}};
   if (tells_velocity(report)) {
     odometry.twist = to_twist(*previous_, current);
   } else {
-    // No velocity is known yet: any one is as likely, for those who read covariances alone.
+    // The velocity is unknown: a large covariance, for subscribers that use only covariances.
     for (int i = 0; i < 6; ++i) odometry.twist.covariance[7 * i] = kUnknownVariance;
   }
   odometry_.publish(odometry);
@@ -136,15 +137,15 @@ void Publishers::publish_pose(const std_msgs::Header& image_header, const ros::T
   previous_epoch_ = report.epoch;
 }
 
-// A correction moves the map under the camera: what lies between is no velocity.
+// A correction moves the map, not the camera: no velocity is computed across it.
 bool Publishers::tells_velocity(const FrameReport& report) const {
   if (!previous_ || previous_epoch_ != report.epoch || !report.corrected.empty()) return false;
   const double seconds = seconds_between(previous_->stamp_ns, report.stamp_ns);
   return seconds > 0 && seconds <= kLongestStep;
 }
 
-// With ~odom_frame, map -> odom stays what it was in a map that may yet be joined with the present one: a
-// robot that plans in map does not see it turn into another one.
+// With ~odom_frame, map -> odom stays in a map that may still be joined with the present one: a robot that
+// plans in map must not see the map change.
 bool Publishers::keeps_odom_of_another_map(const FrameReport& report) const {
   if (frames_.options().odom_frame.empty() || report.map_id == odom_map_) return false;
   return std::find(report.inactive_maps.begin(), report.inactive_maps.end(), odom_map_) !=
@@ -185,8 +186,8 @@ void Publishers::withdraw(const std::vector<std::int64_t>& stamps_ns) {
 void Publishers::repeat_transform() {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!map_to_odom_) return;
-  // In the images' own time, which need not be the clock's, and goes on from the arrival of one; ahead, so
-  // that what is asked for now can be answered.
+  // In the time of the images, which may differ from the clock's, extrapolated from the arrival of an image;
+  // stamped ahead, so that present look-ups succeed.
   const ros::Time now = ros::Time::now();
   const bool clock_has_begun = map_to_odom_arrival_.isZero() && !now.isZero();
   if (now < map_to_odom_arrival_ || clock_has_begun) return;  // the clock has jumped
@@ -201,8 +202,8 @@ void Publishers::repeat_transform() {
   broadcaster_.sendTransform(transform);
 }
 
-// The cameras stand elsewhere; the body keeps its place beside its camera: the one that it had, or, where
-// none is known of a frame, the newest.
+// Moves the cameras of the path. A frame keeps the pose of its tracked frame relative to its camera; if none
+// is known, that of the newest frame is used.
 void Publishers::correct(const std::vector<RegisteredFrame>& frames, const std::optional<PathEntry>& newest) {
   std::map<std::int64_t, PathEntry> known;
   for (PathEntry& entry : poses_) known.emplace(entry.camera.stamp_ns, std::move(entry));
@@ -234,7 +235,7 @@ std::vector<KeyframePose> Publishers::trajectory() const {
   return poses;
 }
 
-// An object's are in a frame that turns: at the last stamp of which tf is known.
+// The frame of an object's map turns with it: use the last stamp with tf.
 std_msgs::Header Publishers::header_locked() const {
   std_msgs::Header header;
   header.frame_id = frames_.world();

@@ -27,28 +27,27 @@
 
 namespace mono_pose_tracker {
 
-/// Everything the nodelet says but ~status and /diagnostics. publish_frame is called by the processing
-/// thread, publish_map and publish_path by a timer; the mutex guards what they share. What grows with the map
-/// or the way is made only while someone listens.
+/// Publishes everything except ~status and /diagnostics. The processing thread calls publish_frame, a timer
+/// calls publish_map and publish_path; the mutex guards shared data. Messages whose size grows with the map
+/// or the path are made for subscribers only.
 class Publishers {
  public:
-  /// tell: what went wrong while a new subscriber was served; called by the handle's queue.
+  /// tell: reports an error while a new subscriber was served; called by the handle's queue.
   Publishers(const OutputFrames& frames, int path_max_length, ros::NodeHandle private_handle,
              const std::function<void(const std::string&)>& tell);
 
-  /// header: the image's; arrival: when it came, by ROS's clock; report: in the world's frame. A report
-  /// without a pose publishes nothing (but starts the path anew with a new map).
+  /// header: of the image; arrival: its time of arrival by ROS's clock; report: in the world's frame. A
+  /// report without a pose publishes nothing (but a new map starts a new path).
   void publish_frame(const std_msgs::Header& header, const ros::Time& arrival, const FrameReport& report);
 
-  /// Whether the last pose is in a map beside the one that a robot plans in (~odom_frame), and nobody knows
-  /// where that lies: it is not given out.
+  /// Whether the last pose was not published: it is in another map than the one in which a robot plans
+  /// (~odom_frame), and their relation is unknown.
   bool withholds_pose() const { return withholds_pose_; }
 
-  /// By command, between two frames: the poses so far are of a map that is no more.
+  /// Called by a command between two frames: the map of the previous poses has been deleted.
   void drop_map();
 
-  /// Before the frame from which on it holds: what was given so far lies elsewhere in the world. A
-  /// correction.
+  /// Called before the first frame in the new world frame: moves everything published so far. A correction.
   void move_world(const Rigid3& new_world_from_world);
 
   bool debug_image_wanted() const { return debug_image_.getNumSubscribers() > 0; }
@@ -57,25 +56,24 @@ class Publishers {
   /// 255 = the object; published only while someone listens.
   void publish_mask(const std_msgs::Header& header, const cv::Mat& mask, const cv::Size& image_size) const;
 
-  /// The map as it is from now on, placed in the world as the frame was whose stamp it gets. An object turns
-  /// with each frame: its points are sent again with each pose, lest they stay behind its tf; and not at all
-  /// (false: to be given again) before the first pose in this map, as no tf says where they are.
+  /// Sets the present map, placed in the world like the frame with its stamp. An object turns with each
+  /// frame: its points are published with each pose, so that they agree with its tf. Returns false (to be
+  /// called again) before the first pose in an object's map, because tf has no transform yet.
   bool publish_map(std::uint32_t epoch, const std::shared_ptr<const DrawnMap>& map,
                    const CameraParameters& camera);
 
-  /// map -> odom once more, as if the robot went on as it did, also while there is no pose: for those who
-  /// want to know where it is now. While a new map is tracked in beside the one that it is of, it stays as it
-  /// was: where one is in the other is not known until they are joined.
+  /// Publishes map -> odom again for the present time, also while there is no pose. While a new map is
+  /// tracked that is not joined with the map of this transform, the transform stays.
   void repeat_transform();
 
-  /// Path and camera positions, if there are new ones.
+  /// Publishes path and camera positions if they have changed.
   void publish_path();
 
-  /// The poses of the present map, as they were reported, by stamp (the last path_max_length ones).
+  /// The reported poses of the present map, by stamp (the last path_max_length ones).
   std::vector<KeyframePose> trajectory() const;
 
  private:
-  /// A frame's place on ~path, which is the body's, and on ~camera_positions.
+  /// A frame's entry on ~path (pose of the tracked frame) and on ~camera_positions.
   struct PathEntry {
     KeyframePose camera;
     std::optional<OutputFrames::PublishedPose> published;
@@ -87,11 +85,11 @@ class Publishers {
   void publish_pose(const std_msgs::Header& image_header, const ros::Time& arrival, const FrameReport& report,
                     const OutputFrames::PublishedPose& published);
   bool tells_velocity(const FrameReport& report) const;
-  /// For eyes: the frame that rviz follows, and the camera's frustum.
+  /// For visualisation: the frame that rviz follows, and the camera's frustum.
   void publish_view(const std_msgs::Header& image_header, const FrameReport& report);
-  /// Of what belongs to the whole map; the mutex is held.
+  /// Header of messages about the whole map; the mutex is held.
   std_msgs::Header header_locked() const;
-  /// A map, and where it is in the world at the header's stamp.
+  /// A map, and its pose in the world at the header's stamp.
   struct PlacedMap {
     std_msgs::Header header;
     Rigid3 world_from_map;
@@ -102,7 +100,7 @@ class Publishers {
   bool is_placed_locked() const;
   std::optional<PlacedMap> placed_map() const;
 
-  // The messages as they are now
+  // Make the present messages.
   std::optional<nav_msgs::Path> path() const;
   std::optional<sensor_msgs::PointCloud2> camera_positions() const;
   std::optional<sensor_msgs::PointCloud2> points() const;
@@ -114,7 +112,7 @@ class Publishers {
   ros::Publisher pose_, odometry_, camera_frustum_;
   image_transport::Publisher debug_image_, mask_;
 
-  // The frame before, if it was posed; the processing thread's own
+  // The previous frame, if it was registered; for the processing thread only
   std::optional<StampedEstimate> previous_;
   bool withholds_pose_ = false;
   std::uint32_t previous_epoch_ = 0;
@@ -135,7 +133,7 @@ class Publishers {
   double frustum_depth_ = 0;                      // map units
   bool camera_is_drawn_ = false;
 
-  // Last, and so gone first: their callbacks read all of the above.
+  // Last member, so that it is destroyed first: the callbacks read all of the above.
   OnDemandPublisher<nav_msgs::Path> path_;
   OnDemandPublisher<sensor_msgs::PointCloud2> points_, camera_positions_;
   OnDemandPublisher<visualization_msgs::MarkerArray> keyframes_;

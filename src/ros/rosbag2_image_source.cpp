@@ -63,7 +63,7 @@ StoredTopic choose_ros2_topic(const std::string& path, const MessageStorage& sto
   if (!chosen) {
     throw std::runtime_error(path + ": " +
                              (wanted.empty() ? "has not one image topic" : "has no images on " + wanted) +
-                             ": expected one of its image topics, which are: " + names_of_topics(topics));
+                             ": expected one of its image topics: " + names_of_topics(topics));
   }
   if (chosen->serialization != "cdr") {
     throw std::runtime_error(path + ": " + one_line(chosen->name) + " is serialised as '" +
@@ -208,10 +208,9 @@ ConvertedCamera Rosbag2ImageSource::read_calibration(const std::string& camera_i
     topic = topic_called(topics, topic_.substr(0, topic_.rfind('/') + 1) + "camera_info");
   }
   if (!topic) {
-    throw std::runtime_error(
-        path_ + ": has no CameraInfo on " + one_line(wanted) +
-        ": expected one of its CameraInfo topics, which are: " + names_of_topics(topics) +
-        "; or give --camera, a calibration file, or --hfov, a guess");
+    throw std::runtime_error(path_ + ": has no CameraInfo on " + one_line(wanted) +
+                             ": expected one of its CameraInfo topics: " + names_of_topics(topics) +
+                             "; or give --camera, a calibration file, or --hfov, a guess");
   }
   try {
     return camera_of_messages(*bag_->storage->open(topic->name),

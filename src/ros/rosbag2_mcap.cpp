@@ -159,7 +159,7 @@ class McapFile {
              std::to_string(options_.max_bytes));
     }
     std::string records = decompress(compression, data.data(), data.size(), size);
-    if (records.size() != size) throw std::runtime_error("a chunk is not of the size that it says");
+    if (records.size() != size) throw std::runtime_error("the size of a chunk is not the stated one");
     return records;
   }
 

@@ -74,7 +74,7 @@ std::string read_only_address(const std::string& path) {
   return address + "?mode=ro&immutable=1";
 }
 
-/// What a recorder that was killed had not yet put into the database is beside it.
+/// Throws if there is a write-ahead log, with messages that a killed recorder had not stored in the database.
 void require_closed(const std::string& path) {
   const std::string log = path + "-wal";
   std::error_code error;
@@ -91,7 +91,7 @@ Database open_database(const std::string& path, const StorageOptions& options) {
                                      SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
   Database database(made, sqlite3_close_v2);
   if (result != SQLITE_OK) refuse_database(path, made ? sqlite3_errmsg(made) : "no memory");
-  // The file may be anybody's: what it defines besides tables is not run.
+  // The file is untrusted: its triggers and views are not executed.
   sqlite3_db_config(made, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(made, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   sqlite3_limit(made, SQLITE_LIMIT_LENGTH,

@@ -8,8 +8,8 @@
 namespace mono_pose_tracker {
 
 struct StorageOptions {
-  /// Largest chunk or message (bytes) after decompression: a file of some kilobytes can claim more than there
-  /// is memory for. Raw images of kMaxImagePixels take less.
+  /// Largest chunk or message after decompression (bytes): a small file can claim more than the available
+  /// memory. Raw images of kMaxImagePixels take less.
   std::uint64_t max_bytes = std::uint64_t{1} << 30;
 };
 

@@ -54,8 +54,7 @@ void StatusBoard::publish_unprocessed(const std_msgs::Header& header, Reason rea
   const TrackerStatus processed = summary_.last;
   publish_locked(to_status(report), header, arrival);
   if (!is_excluded) return;
-  // One image left out says nothing about how tracking goes: the summary stays that of the last one
-  // processed.
+  // An excluded image has no information on tracking: the summary stays that of the last processed image.
   summary_.last = processed;
   summary_.last.frames_received = received_;
   summary_.last.frames_dropped = dropped_;

@@ -14,12 +14,12 @@
 
 namespace mono_pose_tracker {
 
-/// Counts images and publishes ~status, once for each. May be called from any thread.
+/// Counts images and publishes one ~status for each. May be called from any thread.
 class StatusBoard {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// rectification: stands in every status.
+  /// rectification: part of every status.
   explicit StatusBoard(ros::NodeHandle private_handle, Rectification rectification = {});
 
   /// To be called for each image as it arrives.
@@ -28,15 +28,15 @@ class StatusBoard {
   /// The answer to a processed image.
   void publish(const std_msgs::Header& header, const FrameReport& report, Clock::time_point arrival);
 
-  /// The answer to an image that was not processed: the state stays as it is.
+  /// Publishes the status of an image that was not processed; the state is unchanged.
   void publish_unprocessed(const std_msgs::Header& header, Reason reason, const std::string& text,
                            Clock::time_point arrival);
 
-  /// What the next images that are not processed shall say, when a command has changed it.
+  /// Sets the state reported for the next unprocessed images, after a command has changed it.
   void note(State state, std::uint32_t epoch);
 
   struct Summary {
-    TrackerStatus last;              // of an image that was not merely left out; counts of all
+    TrackerStatus last;              // of a processed image; counts of all
     Clock::time_point last_arrival;  // of an image; the construction before the first
     double frames_per_second = 0;    // of arrivals, smoothed over about ten
   };

@@ -5,8 +5,8 @@
 
 namespace mono_pose_tracker {
 
-/// Decides by its stamp whether an image may be tracked: stamps must grow. A small step back is one late
-/// image, a large one means that the recording started again.
+/// Decides by its stamp whether an image may be tracked: stamps must grow. A small step back is a late image,
+/// a large one a restart of the recording.
 class TimeGuard {
  public:
   enum class Verdict { kAccept, kStale, kJumpedBack };

@@ -195,11 +195,10 @@ void TrackerNodelet::take_initialpose(const geometry_msgs::PoseWithCovarianceSta
   const auto place = [this, pose, tell] {
     guarded(
         [&] {
-          // The image that was at work when ~pause came may have been posed since.
-          if (paused_) throw std::runtime_error("paused: there is no present pose that it could replace");
+          // An image in process when ~pause was called may have been registered since.
+          if (paused_) throw std::runtime_error("paused: there is no present pose to replace");
           if (publishers_->withholds_pose()) {
-            throw std::runtime_error(
-                "the camera is in a map beside the one that this is about, not joined with it yet");
+            throw std::runtime_error("the camera is in another map, which is not joined with this one yet");
           }
           NODELET_WARN("~initialpose: %s", placement_->place(*pose).c_str());
         },
@@ -228,22 +227,21 @@ void TrackerNodelet::take_image(const sensor_msgs::ImageConstPtr& image) {
   }
   const std::string step_back = format_seconds(1e-9 * static_cast<double>(step_back_ns));
   stale_in_a_row_ = verdict == TimeGuard::Verdict::kStale ? stale_in_a_row_ + 1 : 0;
-  // Now and then one comes late; a clock that stands still is a fault.
+  // A single late image is normal; a stopped clock is an error.
   constexpr int kFault = 10;
   if (stale_in_a_row_ >= kFault && input_throttle_.due("stamps")) {
     NODELET_WARN(
         "the stamps of %d images in a row are no newer than the one before (%.3f s): none is tracked; %s",
         stale_in_a_row_, header.stamp.toSec(),
         header.stamp.isZero()
-            ? "the driver, or what made the bag, fills in no header.stamp (track_sequence --bag "
-              "takes the time of recording in its place)"
-            : "look at the clock that the driver stamps them with");
+            ? "the driver or the recorder leaves header.stamp empty (track_sequence --bag uses the "
+              "time of recording instead)"
+            : "check the clock of the driver's stamps");
   }
   if (verdict == TimeGuard::Verdict::kStale) {
-    const std::string text =
-        header.stamp.isZero()
-            ? "the stamp is zero: the driver, or what made the bag, fills in no header.stamp"
-            : "the stamp is not newer than the last one (by " + step_back + ")";
+    const std::string text = header.stamp.isZero()
+                                 ? "the stamp is zero: the driver or the recorder leaves header.stamp empty"
+                                 : "the stamp is not newer than the last one (by " + step_back + ")";
     board_->publish_unprocessed(header, Reason::kStaleStamp, text, arrival);
     return;
   }
@@ -283,7 +281,7 @@ void TrackerNodelet::process(const Frame& frame) {
   if (restarts) {
     const bool kept = tracker_->restart();
     NODELET_WARN("%s: %s", frame.recording.why.c_str(),
-                 kept ? "the camera is looked for anew" : "the map is dropped, tracking starts anew");
+                 kept ? "relocalising in the present map" : "the map is dropped, tracking starts anew");
   }
   FrameReport report = tracker_->process(frame.image, frame.arrival);
   if (restarts && !report.map_from_camera) {
@@ -297,8 +295,7 @@ void TrackerNodelet::process(const Frame& frame) {
   publish(frame, report);
 }
 
-// An object's origin that has moved is a correction: poses before and after it are not told apart from those
-// of a map that was corrected.
+// A moved origin of an object is a correction: poses before and after it are treated as for a corrected map.
 void TrackerNodelet::follow_object(std::uint32_t epoch) {
   if (frames_->wants_points(epoch)) {
     frames_->see_points(epoch, tracker_->map_view()->map->all().points);
@@ -309,7 +306,7 @@ void TrackerNodelet::follow_object(std::uint32_t epoch) {
 
 void TrackerNodelet::publish(const Frame& frame, const FrameReport& report) {
   if (stopping_) return;  // it was cut short: no result
-  // Each by itself: what is wrong with one output must not silence the others.
+  // Each output separately: an error in one must not stop the others.
   const auto tell = [this](const std::string& text) { complain("processing", text); };
   const std_msgs::Header& header = frame.image->header;
   guarded(
@@ -365,7 +362,7 @@ void TrackerNodelet::say_state(const FrameReport& report) {
 }
 
 void TrackerNodelet::on_timer() {
-  // Each by itself: what is wrong with one must not silence the others.
+  // Each check separately: an error in one must not stop the others.
   const auto tell = [this](const std::string& text) { complain("timer", text); };
   guarded([this] { publish_map(); }, tell);
   guarded([this] { check_inputs(); }, tell);

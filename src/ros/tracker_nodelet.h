@@ -34,9 +34,9 @@
 
 namespace mono_pose_tracker {
 
-/// The tracker as a nodelet. Three threads meet here: the nodelet's queue takes images and calibrations in
-/// and runs the timer; the processing thread alone works the tracker; services run on a thread of their own
-/// and hand what concerns the tracker to the processing thread.
+/// The tracker as a nodelet, with three threads. The nodelet's queue receives images and calibrations and
+/// runs the timer. The processing thread alone uses the tracker. Services run on a thread of their own and
+/// pass commands to the processing thread.
 class TrackerNodelet : public nodelet::Nodelet {
  public:
   ~TrackerNodelet() override;
@@ -44,8 +44,8 @@ class TrackerNodelet : public nodelet::Nodelet {
  private:
   using Clock = StatusBoard::Clock;
 
-  /// Images whose stamps grow. Another one needs another map; every image says which is its own, so that none
-  /// is missed when the first is displaced.
+  /// A series of images with growing stamps. A new series needs a new map. Each image names its series, so
+  /// that none is missed when its first image is displaced.
   struct Recording {
     std::uint32_t number = 0;
     std::string why;  // it began
@@ -99,8 +99,8 @@ class TrackerNodelet : public nodelet::Nodelet {
   std::string path_to_replace(const std::string& name, const std::string& at_start);
   using Answer = std::function<std::string()>;  // what was done; throws what went wrong
   void advertise(const std::string& name, Answer answer);
-  /// Runs the command between two images and returns what it returned or throws what it threw. The command
-  /// may still run when this has given up waiting: it must own what it uses.
+  /// Runs the command between two images and returns its result or throws its exception. The command may
+  /// still run after a timeout here: it must own the data it uses.
   template <typename Result>
   Result on_processing_thread(std::function<Result()> command);
 

@@ -1,4 +1,4 @@
-// What TrackerNodelet lacks, and what it says of itself to whoever watches it.
+// Health checks of TrackerNodelet: missing inputs, output errors, diagnostics.
 
 #include <cstdio>
 
@@ -14,13 +14,13 @@ double seconds_since(StatusBoard::Clock::time_point then) {
   return std::chrono::duration<double>(StatusBoard::Clock::now() - then).count();
 }
 
-// The topic of a transport is not the images' own, under which it is asked for.
+// Advice if the topic is that of a transport instead of the images' own.
 std::string transport_hint(const std::string& topic) {
   const auto slash = topic.rfind('/');
   const std::string last = topic.substr(slash + 1);
   if (slash == std::string::npos || (last != "compressed" && last != "theora" && last != "compressedDepth"))
     return "";
-  return ": what is published under it is asked for by the images' own topic, image:=" +
+  return ": this is the topic of a transport; give the topic of the images, image:=" +
          topic.substr(0, slash) + " (in launch files image_topic:=), with image_transport:=" + last;
 }
 

@@ -11,7 +11,7 @@
 namespace mono_pose_tracker {
 namespace {
 
-// A service waits this long for its turn between two images; an image takes some tens of milliseconds.
+// Time for which a service waits for its turn between two images; an image takes some tens of milliseconds.
 constexpr std::chrono::seconds kServiceTimeout{10};
 
 std::string size_text(const std::vector<Map>& maps) {
@@ -127,8 +127,8 @@ void TrackerNodelet::load_map_at_start() {
   tracker_->load_maps(std::move(saved));
 }
 
-// Not on the nodelet's queue: a service that waits for the tracker must not hold images up. Nor on the
-// manager's pool of threads: a callback there keeps a nodelet alive that is unloaded meanwhile, but not its
+// Not on the nodelet's queue, because a service waiting for the tracker would delay images. Not on the
+// manager's thread pool either: a callback there keeps a nodelet alive while it is unloaded, but not its
 // other queue.
 ros::NodeHandle TrackerNodelet::service_handle() {
   ros::NodeHandle handle(getPrivateNodeHandle());

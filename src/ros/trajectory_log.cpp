@@ -83,15 +83,16 @@ std::string TrajectoryLog::problem() const {
   return text;
 }
 
-/// Whether the path still leads to the file that is open: what is written to one that is not there any more
-/// is lost without an error. A pipe stays what it is.
+/// Whether the path still refers to the open file: writes to a removed file are lost without an error. A pipe
+/// does not change.
 bool TrajectoryLog::is_in_place() const {
   struct stat open = {}, found = {};
   if (fstat(file_, &open) != 0 || !S_ISREG(open.st_mode)) return true;
   return stat(path_.c_str(), &found) == 0 && found.st_dev == open.st_dev && found.st_ino == open.st_ino;
 }
 
-/// False, with the reason, when it can't be. What is found in its place may be somebody's: it is added to.
+/// False, with the reason, if the file cannot be opened. An existing file may belong to somebody else: lines
+/// are appended.
 bool TrajectoryLog::renew() {
   const int file = open_without_waiting(path_, 0);
   if (file < 0) {
@@ -116,7 +117,7 @@ void TrajectoryLog::write_waiting() {
   }
 }
 
-/// False, with the reason, when it cannot be written whole: then it is as if nothing of it had been written.
+/// False, with the reason, if the line cannot be written completely; the file is then unchanged.
 bool TrajectoryLog::write_first() {
   std::string& line = waiting_.front();
   struct stat before = {};

@@ -12,11 +12,10 @@
 namespace mono_pose_tracker {
 
 /// A trajectory file (TUM lines: timestamp tx ty tz qx qy qz qw, map_from_camera) that is complete at any
-/// moment: each pose is handed to the system as it comes, so that nothing is lost when the process is killed.
-/// There are whole lines in it only. What cannot be written now (a full disk) waits and is written when it
-/// can be; of more than kMostWaiting poses the oldest are lost, and a comment in the file counts them. A file
-/// that is moved away or removed (log rotation) is begun anew. May be called from any thread; nothing here
-/// waits for a reader at the other end of a pipe.
+/// moment: each pose is handed to the system at once, so that nothing is lost when the process is killed. The
+/// file holds whole lines only. Lines that cannot be written (disk full) wait and are written later; beyond
+/// kMostWaiting the oldest are lost, and a comment in the file counts them. A file that is moved or removed
+/// (log rotation) is created again. May be called from any thread; never waits for the reader of a pipe.
 class TrajectoryLog {
  public:
   static constexpr std::size_t kMostWaiting = 100000;  // poses: an hour at 30 Hz, 12 MB
@@ -27,16 +26,16 @@ class TrajectoryLog {
   TrajectoryLog(const TrajectoryLog&) = delete;
   TrajectoryLog& operator=(const TrajectoryLog&) = delete;
 
-  /// Appends the pose of a posed frame; a comment says where another map begins.
+  /// Appends the pose of a registered frame; a comment marks the start of another map.
   void append(const FrameReport& report);
 
   /// Tries again to write what waits.
   void retry();
 
-  /// How often the file was gone and begun anew.
+  /// Number of times the file was created again after removal.
   std::size_t renewals() const;
 
-  /// Why lines wait and how many, naming the file; empty when all is written.
+  /// Error with the file name and the number of waiting lines; empty when all is written.
   std::string problem() const;
 
  private:

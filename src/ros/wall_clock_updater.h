@@ -9,9 +9,8 @@
 
 namespace mono_pose_tracker {
 
-/// /diagnostics at the updater's ~diagnostic_period by the wall clock. The updater's own update() waits for
-/// ROS time, which stands still while a bag is paused and is behind for the rest of a bag that has begun
-/// again.
+/// Publishes /diagnostics at the updater's ~diagnostic_period by the wall clock. The updater's own update()
+/// uses ROS time, which stops while a bag is paused and stays behind after a bag has restarted.
 class WallClockUpdater {
  public:
   using Fill = std::function<void(diagnostic_updater::DiagnosticStatusWrapper&)>;

@@ -23,7 +23,7 @@ Histogram histogram_of(const cv::Mat& gray) {
   return histogram;
 }
 
-// Of the pixels of the image's border; objects are cut by one side of it, rarely by two.
+// Share of the pixels of the image's border up to a level; objects touch one side of it, rarely two.
 double border_share_up_to(const cv::Mat& gray, int level) {
   double below = 0, all = 0;
   for (int y = 0; y < gray.rows; ++y) {
@@ -36,9 +36,9 @@ double border_share_up_to(const cv::Mat& gray, int level) {
   return below / all;
 }
 
-// The level next to a dark backdrop. An object with dark and bright parts makes three classes, of which
-// Otsu's cut may part the wrong two: the lower class is cut again for as long as it is two by itself and the
-// darker of them is most of the border.
+// Level above a dark backdrop. An object with dark and bright parts makes three classes, and Otsu's cut may
+// separate the wrong two: the lower class is split again as long as it has two classes and the darker one
+// covers most of the border.
 int level_above_dark(const cv::Mat& gray) {
   constexpr double kTwoClasses = 0.8;  // separation; one Gaussian has 0.64, an even spread 0.75
   constexpr double kMostOfBorder = 0.5;
@@ -59,7 +59,7 @@ int level_above_dark(const cv::Mat& gray) {
   return level;
 }
 
-// Noise would spread the classes; specks are no matter for the level.
+// Smoothed: noise would widen the classes, and specks do not affect the level.
 cv::Mat smoothed(const cv::Mat& gray) {
   cv::Mat smooth;
   cv::GaussianBlur(gray, smooth, {5, 5}, 0);

@@ -5,7 +5,7 @@
 
 namespace mono_pose_tracker {
 
-/// Where to cut a histogram of 256 levels in two (Otsu 1979): values up to the level are the lower class.
+/// Threshold that splits a histogram of 256 levels in two (Otsu 1979): the level belongs to the lower class.
 struct OtsuCut {
   int level = 0;
   double separation =
@@ -16,12 +16,12 @@ OtsuCut otsu_cut(const std::array<double, 256>& histogram);
 enum class Backdrop { kAuto, kDark, kBright };
 enum class Chroma { kGreen, kBlue };
 
-/// Raw foreground (CV_8UC1, 255) before a dark or a bright backdrop. image: CV_8UC1 or BGR. kAuto: whichever
-/// the image's border mostly is. level: grey level that parts the two; negative: found.
+/// Raw foreground (CV_8UC1, 255) in front of a dark or bright backdrop. image: CV_8UC1 or BGR. kAuto: decided
+/// by the image's border. level: grey level of the split; negative: found.
 cv::Mat threshold_foreground(const cv::Mat& image, Backdrop backdrop, double level);
 
-/// Raw foreground before a green or blue backdrop. image: BGR; a grey one has no colour: all is foreground.
-/// level: how much the backdrop's channel exceeds the others; negative: found.
+/// Raw foreground in front of a green or blue backdrop. image: BGR; in a grey image everything is foreground.
+/// level: excess of the backdrop's channel over the others; negative: found.
 cv::Mat chroma_foreground(const cv::Mat& image, Chroma chroma, double level);
 
 }  // namespace mono_pose_tracker

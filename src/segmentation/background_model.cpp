@@ -9,9 +9,9 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Grey levels: no sensor is better than its 8 bits, and a few images may miss a pixel's noise altogether.
+// Grey levels: lower limit of the noise. Sensors have 8 bits, and a few images may show no noise at all.
 constexpr float kMinSigma = 1.0f;
-// Grey levels: more is no noise but something that passed by while the background was learnt.
+// Grey levels: upper limit of the noise. Larger deviations are objects that passed during learning.
 constexpr float kMaxSigma = 12.0f;
 constexpr float kMadToSigma = 1.4826f;
 
@@ -41,7 +41,7 @@ void BackgroundModel::learn(const std::vector<cv::Mat>& images) {
       sigma[x] = std::clamp(kMadToSigma * median_of(&values), kMinSigma, kMaxSigma);
     }
   }
-  // A dozen values say little of one pixel's noise, but its neighbours have much the same.
+  // A dozen values do not determine one pixel's noise, but its neighbours have similar noise.
   cv::blur(sigma_, sigma_, {5, 5});
 }
 
@@ -50,7 +50,7 @@ void BackgroundModel::learn(const cv::Mat& image, double sigma) {
   sigma_ = cv::Mat(mean_.size(), mean_.type(), cv::Scalar::all(std::max<double>(sigma, kMinSigma)));
 }
 
-// Model over image brightness, the median over places that are likely background.
+// Ratio of the model's to the image's brightness, the median over likely background.
 float BackgroundModel::exposure_gain(const cv::Mat& image, const cv::Mat& outside) const {
   constexpr int kStep = 4;         // px: a sixteenth of the pixels tell as much
   constexpr float kTooDark = 10;   // grey levels: below, the ratio is noise
@@ -98,7 +98,7 @@ cv::Mat BackgroundModel::foreground(const cv::Mat& image, const cv::Mat& outside
   return foreground;
 }
 
-// Brightness seen over expected, of windows.
+// Ratio of actual to expected brightness, by windows.
 cv::Mat BackgroundModel::brightness_ratio(const cv::Mat& image, float gain) const {
   constexpr int kWindow = 5;  // px: texture and noise even out
   const int channels = image.channels();
@@ -121,8 +121,8 @@ cv::Mat BackgroundModel::brightness_ratio(const cv::Mat& image, float gain) cons
   return seen / cv::max(expected, 1.f);
 }
 
-// True when the pixel is the background, dimmed as the window there or next to it is: the windows astride a
-// shadow's edge tell neither side's share.
+// True when the pixel is background, dimmed like a window around it or next to it. Windows across a shadow's
+// edge have the dimming of neither side.
 bool BackgroundModel::is_dimmed(const std::uint8_t* pixel, float gain, const cv::Mat& ratio, int y,
                                 int x) const {
   constexpr int kShift = 3;  // px: half a window and a soft edge
@@ -147,7 +147,7 @@ bool BackgroundModel::is_dimmed(const std::uint8_t* pixel, float gain, const cv:
   return false;
 }
 
-// In a shadow the background keeps its texture and is dimmed by the same share all round.
+// In a shadow the background keeps its texture and is dimmed by a constant share.
 void BackgroundModel::remove_shadows(const cv::Mat& image, float gain, cv::Mat* foreground) const {
   constexpr int kWindow = 5;        // px
   constexpr float kMostFit = 0.8f;  // share of the window: an object looks dimmed here and there by chance
@@ -168,7 +168,7 @@ void BackgroundModel::remove_shadows(const cv::Mat& image, float gain, cv::Mat* 
 
 cv::Mat BackgroundModel::with_exposure_of_model(const cv::Mat& image, const cv::Mat& outside) const {
   const float gain = exposure_gain(image, outside);
-  // Below a percent it is noise: the image stays as it is.
+  // Below one percent it is noise: the image is unchanged.
   if (std::abs(gain - 1) < 0.01f) return image;
   cv::Mat compensated;
   image.convertTo(compensated, -1, gain);
@@ -184,7 +184,7 @@ void BackgroundModel::set(const cv::Mat& image, const cv::Mat& where) {
 void BackgroundModel::update(const cv::Mat& image, const cv::Mat& outside) {
   if (options_.update_rate <= 0) return;
   const int channels = image.channels();
-  // At the exposure that the model was learnt at: the object's pixels, which wait, stay comparable.
+  // At the exposure of the model, so that pixels behind the object stay comparable.
   const float gain = exposure_gain(image, outside);
   const auto rate = static_cast<float>(options_.update_rate);
   for (int y = 0; y < image.rows; ++y) {

@@ -13,34 +13,34 @@ struct BackgroundModelOptions {
   double update_rate = 0.02;
 };
 
-/// A still background, a Gaussian a pixel and channel. Images are CV_8UC1 or CV_8UC3, all of one size and
-/// type.
+/// Model of a static background, a Gaussian per pixel and channel. Images are CV_8UC1 or CV_8UC3, all of one
+/// size and type.
 class BackgroundModel {
  public:
   explicit BackgroundModel(const BackgroundModelOptions& options = {}) : options_(options) {}
 
-  /// From images of the background: median and median deviation of each pixel, so that what passes by in
-  /// fewer than half of them is not learnt.
+  /// Learnt from images of the background: median and median deviation of each pixel, so that objects present
+  /// in fewer than half of them are not learnt.
   void learn(const std::vector<cv::Mat>& images);
 
-  /// From one image of it; noise is not known and taken as sigma grey levels.
+  /// Learnt from one image; sigma (grey levels) is assumed for the noise.
   void learn(const cv::Mat& image, double sigma);
 
   bool empty() const { return mean_.empty(); }
   cv::Size size() const { return mean_.size(); }
   int channels() const { return mean_.channels(); }
 
-  /// 255 where the image is not the background (CV_8UC1): it differs, and not as a shadow on it does.
-  /// `outside` (empty, or not 0 where background is expected) is where the exposure is compared.
+  /// 255 where the image differs from the background and not as under a shadow (CV_8UC1). The exposure is
+  /// compared where `outside` is not 0 (background expected); empty: everywhere.
   cv::Mat foreground(const cv::Mat& image, const cv::Mat& outside) const;
 
-  /// The image as bright as the model, compared where `outside` says.
+  /// The image with its exposure adjusted to the model's, compared where `outside` is not 0.
   cv::Mat with_exposure_of_model(const cv::Mat& image, const cv::Mat& outside) const;
 
-  /// Takes the image for the background where `where` (CV_8UC1) is not 0.
+  /// Replaces the background by the image where `where` (CV_8UC1) is not 0.
   void set(const cv::Mat& image, const cv::Mat& where);
 
-  /// Draws the model to the image where `outside` (CV_8UC1) is not 0.
+  /// Adapts the model to the image where `outside` (CV_8UC1) is not 0.
   void update(const cv::Mat& image, const cv::Mat& outside);
 
  private:

@@ -13,7 +13,7 @@ cv::Mat disc(int radius) {
   return cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1});
 }
 
-// The largest components, with what they surround.
+// The largest components, with their holes filled.
 cv::Mat largest_filled(const cv::Mat& mask, int objects, double min_area_px) {
   std::vector<std::vector<cv::Point>> contours;
   cv::findContours(mask, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
@@ -40,7 +40,7 @@ void fill_holes(cv::Mat* mask) {
 
 cv::Mat clean_mask(const cv::Mat& raw, int opening_radius, int closing_radius, int objects,
                    double min_area_px) {
-  // What lies beyond the image continues what is at its border: objects are often cut by it.
+  // The border is replicated: objects often extend beyond the image.
   const int pad = std::max(opening_radius, closing_radius) + 1;
   cv::Mat mask;
   cv::copyMakeBorder(raw, mask, pad, pad, pad, pad, cv::BORDER_REPLICATE);

@@ -12,23 +12,25 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// px of the reduced image: of a texture that changes over a pixel, most pixels have changed when it has moved
-// so far.
+// px of the reduced image: after this displacement most pixels of a fine texture have changed.
 constexpr float kStillPath = 3;
 // Grey levels within a window of the reduced image: three times what counts as a change.
 constexpr int kTextureWindow = 5;
 constexpr double kMinTexture = 24;
-// An edge along its own direction of movement seems still: most of the texture round a still pixel must be.
+// An edge along its own direction of motion looks static: most of the texture around a static pixel must be
+// static too.
 constexpr int kAgreeWindow = 9;
 constexpr float kMinAgree = 0.7f;
-// px of the reduced image that a feature of the object speaks for; beyond is background.
+// px of the reduced image around a feature of the object; pixels beyond are background.
 constexpr float kObjectReach = 24;
-// px of the reduced image: background is learnt this far from the object's features, textured or not.
+// px of the reduced image: minimal distance from the object's features at which background is learnt,
+// textured or not.
 constexpr float kObjectClear = 10;
-// An object that comes near may hide most of the background, but not within a few images.
+// The camera has moved when more than this share of the known background vanishes within a few images; an
+// approaching object takes longer to hide as much.
 constexpr double kLostShare = 0.7;
 constexpr int kLostImages = 5;
-// A component of the foreground without this share of the object's features is something else.
+// Smallest share of the object's features in a component of the foreground that belongs to the object.
 constexpr double kComponentShare = 0.1;
 // Grey levels: noise of a webcam at half its size.
 constexpr double kSigma = 1.6;
@@ -133,7 +135,7 @@ void MotionMask::observe(const std::vector<cv::Point2f>& object, double moved_px
   if (path_ > 4 * kStillPath) background_points_.clear();
 }
 
-// 255 where texture has not changed for as long as the object has moved on.
+// 255 where the texture has not changed while the object moved by this distance.
 cv::Mat MotionMask::still_texture() const {
   const cv::Mat texture = texture_of(image_);
   const cv::Mat still = texture & (path_ - since_ >= std::min(kStillPath, path_));
@@ -143,7 +145,7 @@ cv::Mat MotionMask::still_texture() const {
   return still & (share_still >= kMinAgree * share_textured);
 }
 
-// Where the background is known and the object was not.
+// Known background without the object.
 cv::Mat MotionMask::known_outside() const { return outside_.empty() ? known_ : outside_ & known_; }
 
 cv::Mat MotionMask::nearer_to_object(const cv::Mat& still, const cv::Mat& to_object) const {
@@ -151,7 +153,7 @@ cv::Mat MotionMask::nearer_to_object(const cv::Mat& still, const cv::Mat& to_obj
   return (to_object < to_background) & (to_object < kObjectReach);
 }
 
-// The components that the object's features lie in.
+// The components with features of the object.
 cv::Mat MotionMask::with_object_points(const cv::Mat& cleaned) const {
   cv::Mat labels;
   const int count = cv::connectedComponents(cleaned, labels, 8, CV_32S);
@@ -197,11 +199,11 @@ void MotionMask::learn(const cv::Mat& still, const cv::Mat& near_object, const c
                        const cv::Mat& found) {
   outside_ = outside_of(found, kUpdateRadius);
   background_.update(image_, outside_ & known_);
-  // Plain surfaces never change: they are learnt only well away from the object.
+  // Textureless surfaces never change: they are learnt only well away from the object.
   const cv::Mat plain =
       ~near_object & outside_ & (to_object > kObjectClear) & (path_ - since_ >= std::min(kStillPath, path_));
   const cv::Mat fresh = (still | plain) & ~known_;
-  // Learnt in error, or moved since: still for twice as long is taken for background after all.
+  // Wrongly learnt, or moved since: pixels that are static for twice as long become background after all.
   const cv::Mat changed = still & known_ & found & (path_ - since_ >= 2 * kStillPath);
   const cv::Mat learnt = fresh | changed;
   background_.set(image_, learnt);

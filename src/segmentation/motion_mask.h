@@ -8,22 +8,21 @@
 
 namespace mono_pose_tracker {
 
-/// The outline of an object that moves before a background that stands still, with no mask known beforehand.
-/// Texture that did not change while the object moved on is background: it is learnt, and then whatever
-/// differs from it is the object. Pixels nothing is known of go with the nearest evidence: features of the
-/// object, or still texture. When most of the known background is gone at once, the camera itself has moved:
-/// what was known of it is forgotten; the object stays. Points are in px of the images; distances of the
-/// object's movement, too. One thread.
+/// The outline of an object that moves in front of a static background, without a mask. Texture that did not
+/// change while the object moved is learnt as background; everything that differs from it is then the object.
+/// Unknown pixels take the label of the nearest evidence: features of the object, or static texture. When
+/// most of the known background vanishes at once, the camera itself has moved: the background is forgotten,
+/// the object stays. Points and distances are in px of the images. One thread.
 class MotionMask {
  public:
   explicit MotionMask(const SegmentationOptions& options);
 
-  /// Each image in order, all CV_8UC1 or all BGR. Until started, only remembers how long each pixel is the
-  /// same.
+  /// Each image in order, all CV_8UC1 or all BGR. Before the start, only records how long each pixel has been
+  /// constant.
   void watch(const cv::Mat& image);
 
-  /// From now on there is an object: its features and the background's in the last image, how many images ago
-  /// it was elsewhere, and how far from here.
+  /// Starts with an object: features of the object and of the background in the last image, the number of
+  /// images since it was elsewhere, and the distance from there.
   void start(const std::vector<cv::Point2f>& object, const std::vector<cv::Point2f>& background,
              int images_ago, double moved_px);
   bool is_started() const { return started_; }
@@ -31,10 +30,10 @@ class MotionMask {
   /// The object in the last image: CV_8UC1 of its size, 255 = object.
   cv::Mat mask() const { return mask_; }
 
-  /// Features found to be the object's in the last image, and how far it has moved since the last call.
+  /// Features of the object in the last image, and the distance it has moved since the last call.
   void observe(const std::vector<cv::Point2f>& object, double moved_px);
 
-  /// The object in an image out of order, by what is known of the background.
+  /// The object in an image out of order, from the known background.
   cv::Mat mask_of(const cv::Mat& image) const;
 
   void reset();

@@ -13,15 +13,15 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Fewer of the body's points are no sample of its colours.
+// Fewest points of the object that make a sample of its colours.
 constexpr std::size_t kFewest = 20;
-// px of the reduced image: within the first of a feature is what made it a feature, on the body's side only
-// where nothing else is within the second.
+// px of the reduced image: the texture within kOfFeature of a feature belongs to the object if no other
+// feature is within kApart.
 constexpr float kOfFeature = 2, kApart = 4;
 // The colours settle in two rounds; further ones move the outline by a pixel.
 constexpr int kRounds = 2;
-// Of the body's points. Landmarks at its rim, where an outline may run, are some; the shares of single pieces
-// (a tag that hangs from it) are smaller.
+// Share of the object's points that the outline must hold. Some landmarks lie at its rim, where the outline
+// may run. Single pieces (a tag that hangs from it) hold smaller shares.
 constexpr double kMinHeld = 0.8, kMinOfPiece = 0.05;
 
 std::vector<cv::Point2f> reduced_points(const std::vector<cv::Point2f>& points, const cv::Size& full,
@@ -35,7 +35,7 @@ std::vector<cv::Point2f> reduced_points(const std::vector<cv::Point2f>& points, 
   return inside;
 }
 
-// What is sure, and what is likely, by the points alone.
+// Initial labels from the points alone: certain and probable pixels.
 cv::Mat1b beginning(const std::vector<cv::Point2f>& object, const std::vector<cv::Point2f>& other,
                     const cv::Size& size) {
   const cv::Mat1f from_object = distances_from(object, size), from_other = distances_from(other, size);
@@ -47,8 +47,8 @@ cv::Mat1b beginning(const std::vector<cv::Point2f>& object, const std::vector<cv
   return labels;
 }
 
-// Where images are burnt out, and drawn ones, whole areas have one and the same colour, on which OpenCV's cut
-// takes for ever: no camera is without this much noise.
+// Overexposed and drawn images have large areas of one colour, on which OpenCV's graph cut takes very long.
+// Adds as much noise as any camera has.
 cv::Mat with_noise(const cv::Mat& image) {
   constexpr double kSigma = 2;  // grey levels
   cv::Mat noise(image.size(), CV_16SC3), noisy;
@@ -59,7 +59,8 @@ cv::Mat with_noise(const cv::Mat& image) {
   return noisy;
 }
 
-// Its clusters of colours begin at random: from the same numbers each time, and those of others are left.
+// OpenCV initialises the colour clusters at random: with the same seed each time, and without changing the
+// caller's random numbers.
 bool cut(const cv::Mat& image, cv::Mat1b* labels) {
   cv::Mat background, foreground;
   const cv::RNG of_others = cv::theRNG();
@@ -81,7 +82,7 @@ bool has_both(const cv::Mat1b& labels) {
   return count > 0 && count < static_cast<int>(of_object.total());
 }
 
-// The pieces that hold points enough, with what they surround; empty where too many points are in none.
+// The pieces with enough points, holes filled; empty if too many points are in none.
 cv::Mat pieces_with_points(const cv::Mat1b& of_object, const std::vector<cv::Point2f>& object) {
   cv::Mat1i piece;
   std::vector<int> held(cv::connectedComponents(of_object, piece), 0);

@@ -6,10 +6,10 @@
 
 namespace mono_pose_tracker {
 
-/// The body's outline by where its points are and what it looks like: GrabCut (Rother, Kolmogorov and Blake,
-/// SIGGRAPH 2004; OpenCV's), begun with what lies near the body's points and nearer than to the others, on
-/// the image reduced to a width of 320 px. image: CV_8UC1 or CV_8UC3 (BGR). CV_8UC1 of its size, 255: of the
-/// body; empty where too few of its points are in the image, or the outline leaves many of them out.
+/// The outline of an object from its points and its appearance: GrabCut (Rother, Kolmogorov and Blake,
+/// SIGGRAPH 2004; OpenCV's) on the image reduced to a width of 320 px. It starts with the region near the
+/// object's points and farther from the others. image: CV_8UC1 or CV_8UC3 (BGR). Returns CV_8UC1 of its size,
+/// 255: object. Empty if too few of the points are in the image, or the outline excludes many of them.
 cv::Mat outline_object(const cv::Mat& image, const ObjectPoints& points);
 
 }  // namespace mono_pose_tracker

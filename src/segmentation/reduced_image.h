@@ -7,20 +7,20 @@
 
 namespace mono_pose_tracker {
 
-// px of the reduced image. Specks of noise are smaller than the opening; the closing bridges places where the
-// object looks like what is behind it.
+// px of the reduced image. Opening removes specks of noise; closing bridges places where the object resembles
+// the background.
 constexpr int kOpeningRadius = 1;
 constexpr int kClosingRadius = 4;
-// px of the reduced image that the object may have blurred into.
+// px of the reduced image by which motion blur may extend the object.
 constexpr int kUpdateRadius = 5;
 
-/// The image at the width that is worked at, 320 px or less.
+/// The image at the working width, at most 320 px.
 cv::Mat reduced(const cv::Mat& image);
 
 /// A mask of a reduced image at full size.
 cv::Mat enlarged(const cv::Mat& mask, const cv::Size& size);
 
-/// Where a mask is surely 0: what is not within radius px of it.
+/// Pixels farther than radius [px] from the mask.
 cv::Mat outside_of(const cv::Mat& mask, int radius);
 
 /// CV_8UC1; the image itself where it is that.

@@ -12,7 +12,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// As many images tell median and spread of a pixel well; more would only take memory.
+// Number of images to learn from: enough for median and spread of a pixel; more would only use memory.
 constexpr int kLearningImages = 15;
 
 std::string text(const cv::Size& size) {
@@ -44,7 +44,7 @@ Segmentation Segmenter::segment_again(const cv::Mat& image, const cv::Mat& given
 Segmentation Segmenter::find(const cv::Mat& image, const cv::Mat& given, bool learn) {
   if (options_.is_off()) return {};
   if (!background_image_.empty() && background_image_.size() != image.size()) {
-    // Stretched, it would be of another view.
+    // Scaling would make it another view.
     Segmentation refused;
     refused.reason = Reason::kImageSizeMismatch;
     refused.text = "segmentation/background_image is " + text(background_image_.size()) + ", the image " +
@@ -79,7 +79,7 @@ Segmentation Segmenter::find_unaided(const cv::Mat& image, bool learn) {
 }
 
 Segmentation Segmenter::by_background(const cv::Mat& small, bool learn) {
-  // Another camera or encoding: what was learnt says nothing about it, nor what is being learnt.
+  // Another camera or encoding: everything learnt so far is invalid.
   const auto is_of_another = [&](const auto& model) {
     return model.size() != small.size() || model.channels() != small.channels();
   };
@@ -97,7 +97,7 @@ Segmentation Segmenter::by_background(const cv::Mat& small, bool learn) {
   return result;
 }
 
-// True when there is a background now. Otherwise the result says why not, and its mask leaves nothing.
+// True if there is a background model. Otherwise the result has the reason, and its mask is empty.
 bool Segmenter::learn_background(const cv::Mat& small, bool learn, Segmentation* result) {
   if (!background_image_.empty()) {
     cv::Mat image;

@@ -22,19 +22,19 @@ struct Segmentation {
   bool is_by_motion() const { return method == kByMotion; }
 };
 
-/// Finds the object in each image by the methods that need no motion: a given mask, a background, a plain
-/// backdrop. Works on images of at most 320 px width; masks come at full size. One thread.
+/// Finds the object in each image with the methods that need no motion: a given mask, a background, a plain
+/// backdrop. Works on images reduced to 320 px width; masks have full size. One thread.
 class Segmenter {
  public:
-  /// background_image: CV_8UC3, what the method `background` holds images against; empty: learnt from the
-  /// first ones.
+  /// background_image: CV_8UC3, the reference of the method `background`; empty: learnt from the first
+  /// images.
   explicit Segmenter(const SegmentationOptions& options, const cv::Mat& background_image = {});
 
-  /// The next image of a sequence; the background model learns from it. given: empty, or not 0 = object;
-  /// where there is a method besides, the object is what both say.
+  /// Segments the next image of a sequence and updates the background model. given: empty, or a mask (not 0 =
+  /// object), which is intersected with that of the method, if any.
   Segmentation segment(const cv::Mat& image, const cv::Mat& given);
 
-  /// An image of the same sequence out of its order: nothing is learnt.
+  /// Segments an image out of order; nothing is learnt.
   Segmentation segment_again(const cv::Mat& image, const cv::Mat& given);
 
  private:

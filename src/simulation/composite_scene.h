@@ -8,13 +8,13 @@
 
 namespace mono_pose_tracker {
 
-/// Scenes of frames of their own at one moment, seen together: a head and the shoulders below it.
+/// Scenes with frames of their own at one moment, rendered together: a head and the shoulders below it.
 class CompositeScene : public Scene {
  public:
   struct Part {
     std::shared_ptr<const Scene> scene;
     Rigid3 part_from_map;
-    bool is_object;  // whether it may be of the body that is tracked; its scene says where
+    bool is_object;  // whether it may belong to the tracked object; its scene decides where
   };
 
   /// Parts have fewer than 1000 surfaces each.

@@ -7,9 +7,9 @@
 
 namespace mono_pose_tracker {
 
-/// A hand-held camera that walks along a corridor without end and looks askance at its right wall: what it
-/// has passed never comes again, and a map of it grows for as long as it is let. Ray-cast, some milliseconds
-/// a frame of 160x120. Const after construction: may be shared between threads.
+/// A hand-held camera that walks along an endless corridor and looks obliquely at its right wall: nothing is
+/// revisited, and a map grows without limit. Ray-cast, a few milliseconds per frame of 160x120. Const after
+/// construction: may be shared between threads.
 class EndlessCorridor {
  public:
   /// Of the options, lap_frames and threads mean nothing here. Throws std::invalid_argument naming what is

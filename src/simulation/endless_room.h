@@ -21,11 +21,11 @@ struct EndlessRoomOptions {
   int threads = 0;               // of rendering, 0: all; no result depends on it
 };
 
-/// A hand-held camera that goes round in the room of make_room_scene for as long as one likes, at the cost of
-/// some milliseconds a frame. The positions of one lap are rendered beforehand with a margin; a frame is one
-/// of these views turned by a wandering hand (about the camera's centre, which is exact for any scene), with
-/// fresh noise. The lap is run through at a wandering speed, so no two frames are alike. Const after
-/// construction: may be shared between threads.
+/// A hand-held camera that moves round the room of make_room_scene without end, at a few milliseconds per
+/// frame. The positions of one lap are rendered beforehand with a margin. A frame is one of these views,
+/// rotated by a random hand motion about the camera's centre (exact for any scene), with new noise. The speed
+/// along the lap varies, so that no two frames are equal. Const after construction: may be shared between
+/// threads.
 class EndlessRoom {
  public:
   struct Frame {

@@ -17,7 +17,7 @@ struct WalkBlock {
   Eigen::Vector2d low, high;
 };
 
-/// A way past walls whose points have descriptors of their own: what a long walk shows, without images. The
+/// A walk past walls whose points have their own descriptors: the input of a long walk, without images. The
 /// world's axes are those of a level camera that looks along z: x right, y down; metres.
 struct FeatureWalk {
   std::vector<Eigen::Vector3d> x_in_world;
@@ -33,26 +33,26 @@ FeatureWalk block_walk(std::uint64_t seed, double overlap = 15);
 /// A street, round the block to its left, the street again, round the block to its right, and its beginning
 /// once more: two loops, 2 x 110 m.
 FeatureWalk figure_eight_walk(std::uint64_t seed);
-/// Up a corridor of 60 m, looking at one wall, and back, looking at the other: a door every 3 m, all alike,
-/// and little of its own between two. Nothing is seen twice but its end.
+/// Up a corridor of 60 m, looking at one wall, and back, looking at the other: identical doors every 3 m, and
+/// little distinctive texture between them (perceptual aliasing). Only the end is visible twice.
 FeatureWalk corridor_walk(std::uint64_t seed);
-/// Along a wall, past a room and 28 m on another with the same furniture: nothing is seen twice.
+/// Along a wall, past a room, and 28 m on past another room with the same furniture: nothing is revisited.
 FeatureWalk repetitive_corridor_walk(std::uint64_t seed);
 /// Round a column in a hall, looking outwards, 1.2 times: a loop of 25 m for quick tests.
 FeatureWalk ring_walk(std::uint64_t seed);
 
-/// Straight on along a wall, looking at it from aside, so many frames of 0.5 m: nothing is seen twice.
+/// Straight along a wall, looking at it obliquely, so many frames of 0.5 m: nothing is revisited.
 FeatureWalk street_walk(std::uint64_t seed, int frames);
 /// To and fro before one wall, so many frames: everything is covisible.
 FeatureWalk wall_walk(std::uint64_t seed, int frames);
 
-/// The camera that the walks are laid out for: 640 x 480 px, 65 degrees wide, no distortion.
+/// The camera for which the walks are designed: 640 x 480 px, 65 degrees wide, no distortion.
 CameraModel walk_camera();
 
-/// What the camera sees at that place of the walk, each pixel off by `noise_px`.
+/// Features visible at this position of the walk, each with noise of `noise_px`.
 Frame walk_frame(const FeatureWalk& walk, const CameraModel& camera, int index, double noise_px,
                  Random& random);
-/// The same, and the point that each feature is of.
+/// The same, with the point of each feature.
 Frame walk_frame(const FeatureWalk& walk, const CameraModel& camera, int index, double noise_px,
                  Random& random, std::vector<int>* point_of);
 

@@ -7,7 +7,7 @@
 
 namespace mono_pose_tracker {
 
-/// What a map costs at a size.
+/// Cost of mapping at a size of the map.
 struct GrowthStep {
   int keyframes = 0, landmarks = 0;
   double keyframe_ms = 0;      // CPU time of mapping one, mean of the last 50
@@ -16,8 +16,8 @@ struct GrowthStep {
   double global_adjust_s = 0;  // CPU time of one adjustment of the whole map; 0: not asked
 };
 
-/// A walk mapped by its features alone, each frame a keyframe that is kept; at `sizes` (ascending) it is told
-/// what mapping costs there. `finish_up_to`: finish() is measured on copies of maps no larger.
+/// Maps a walk by its features alone, each frame a keyframe that is kept, and measures the cost of mapping at
+/// `sizes` (ascending). `finish_up_to`: finish() is measured on copies of maps up to this size.
 std::vector<GrowthStep> run_growth_study(const FeatureWalk& walk, const CameraModel& camera,
                                          TrackerOptions options, const std::vector<int>& sizes,
                                          int finish_up_to);

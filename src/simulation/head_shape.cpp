@@ -54,7 +54,7 @@ double ear(const Vector3d& p) {
 double head_distance(const Vector3d& x_in_head, bool with_neck) {
   const double outside = (x_in_head - head_bound_centre()).norm() - kHeadBoundRadius;
   if (outside > 0.05) return outside;
-  // Left and right are alike. Smooth over 3 mm at the middle, where a plain |x| would leave a crease.
+  // Symmetric. Smooth over 3 mm at the middle, where a plain |x| would leave a crease.
   const Vector3d p(std::sqrt(x_in_head.x() * x_in_head.x() + 9e-6), x_in_head.y(), x_in_head.z());
   double d = skull(p, with_neck);
   // Parts far enough not to reach the skull here by their blend (its width: 0.03 m and 0.008 m) count by a

@@ -7,8 +7,8 @@
 
 namespace mono_pose_tracker {
 
-/// Looks of a surface strewn with flat shapes of all sizes, the large below the small: the "dead leaves"
-/// model, whose statistics are those of natural images (Lee, Mumford, Huang 2001). No two places look alike.
+/// Style of a surface covered with flat shapes of all sizes, the large below the small: the "dead leaves"
+/// model with the statistics of natural images (Lee, Mumford, Huang 2001). The texture does not repeat.
 struct LeafStyle {
   Color base = Color(0.6f, 0.6f, 0.6f);
   std::vector<Color> palette;  // the shapes' colours; not empty

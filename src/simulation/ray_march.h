@@ -11,7 +11,7 @@ namespace mono_pose_tracker {
 /// A ray has hit when it is this near the surface (m): a ten thousandth of a pixel at arm's length.
 constexpr double kHitDistance = 1e-7;
 
-/// What holds a body that is given by a lower bound of the distance to its surface.
+/// Bounding ball of an object that is given by a lower bound of the distance to its surface.
 struct Ball {
   Eigen::Vector3d centre;
   double radius;  // m
@@ -70,7 +70,7 @@ double march(const Field& field_at, const Ray& ray, double start, double end) {
   return -1;
 }
 
-/// Scene::free_distance of a body within the ball.
+/// Scene::free_distance of an object within the ball.
 template <class Field>
 double march_cone(const Field& field_at, const Ball& ball, const Ray& axis, double slope) {
   const double end = (ball.centre - axis.origin).norm() + ball.radius;
@@ -95,7 +95,7 @@ Eigen::Vector3d field_normal(const Field& field_at, const Eigen::Vector3d& x) {
       .normalized();
 }
 
-/// Scene::intersect of a body within the ball, but for the surface's number.
+/// Scene::intersect of an object within the ball, except for the number of the surface.
 template <class Field>
 bool intersect_field(const Field& field_at, const Ball& ball, const Ray& ray, double start, Hit* hit) {
   const double distance = march(field_at, ray, start, end_of_ball(ball, ray));

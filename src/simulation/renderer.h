@@ -20,7 +20,7 @@ class Renderer {
 
   struct Picture {
     cv::Mat color;  // CV_32FC3, blue green red, [0, 1]
-    cv::Mat mask;   // CV_8UC1, 255 where the ray of the pixel's centre meets the body (Scene::is_object)
+    cv::Mat mask;   // CV_8UC1, 255 where the ray of the pixel's centre meets the object (Scene::is_object)
   };
 
   /// `background` (as color, of the image's size) shows where no ray meets the scene.

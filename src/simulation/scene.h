@@ -36,8 +36,8 @@ class Scene {
   /// The first surface the ray meets from `start` metres on; false when there is none. Exact to a micrometre.
   virtual bool intersect(const Ray& ray, double start, Hit* hit) const = 0;
 
-  /// A distance no ray of a cone meets anything before: the cone of rays from the axis' origin that are at
-  /// most `slope` (tangent of the angle) off it. Infinite when none meets anything.
+  /// A distance within which no ray of a cone meets a surface: the cone of rays from the axis' origin within
+  /// the angle with tangent `slope`. Infinite when none meets anything.
   virtual double free_distance(const Ray& /*axis*/, double /*slope*/) const { return 0; }
 
   /// Reflectance at a point of the surface that was hit, averaged over about `footprint` metres.
@@ -53,7 +53,7 @@ class Scene {
     return Color::Zero();
   }
 
-  /// Whether the surface is of the body that is tracked, and in its masks.
+  /// Whether the surface belongs to the tracked object and to its masks.
   virtual bool is_object(const Hit& /*hit*/) const { return true; }
 };
 

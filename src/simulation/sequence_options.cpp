@@ -34,9 +34,9 @@ void SequenceOptions::validate() const {
   require(rolling_shutter_s >= 0 && rolling_shutter_s * rate_hz <= 1, "rolling_shutter_s", rolling_shutter_s,
           "0 to 1 / rate_hz: one image after the other is taken");
   require(rolling_shutter_s == 0 || !hand_held, "rolling_shutter_s", rolling_shutter_s,
-          "0 with hand_held: what is behind is taken at once");
+          "0 with hand_held: the background has a global shutter");
   require(first_stamp_s >= 0 && first_stamp_s <= kMaxStampS, "first_stamp_s", first_stamp_s,
-          "0 to 4294967295: what a message can hold");
+          "0 to 4294967295: the range of a message's stamp");
   require(samples >= 1 && samples <= 8, "samples", samples, "1 to 8");
   require(threads >= 0, "threads", threads, "0 (all) or more");
 }

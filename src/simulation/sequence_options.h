@@ -9,12 +9,12 @@
 
 namespace mono_pose_tracker {
 
-/// kBlock: round a block of houses, 200 m, and 15 m of it again; kEight: round two blocks, 220 m, the street
-/// between them three times; kCorridor: 60 m past doors that are all alike, and back; kTurntable: a bust,
-/// once round on a turntable.
+/// kBlock: round a block of houses, 200 m, and 15 m of it again; kEight: round two blocks, 220 m, with the
+/// street between them three times; kCorridor: 60 m past identical doors, and back; kTurntable: a bust, one
+/// rotation on a turntable.
 enum class SceneKind { kHead, kTurntable, kRoom, kPlane, kBlock, kEight, kCorridor };
-/// Behind a head or turntable. kPlain: a dark cloth; kTextured: strong texture, still in the image; kWall: a
-/// bright wall with hardly any, still as well; kRoom: a furnished room, some metres away.
+/// Background of a head or turntable. kPlain: a dark cloth; kTextured: strong texture, static in the image;
+/// kWall: a bright wall with hardly any texture, also static; kRoom: a furnished room, some metres away.
 enum class BackgroundKind { kPlain, kTextured, kWall, kRoom };
 enum class ShouldersKind { kNone, kStill, kSway };
 /// Before the camera and fixed to it: exactly, or shaking by a pixel or two.

@@ -21,12 +21,11 @@ struct SimulatedFrame {
   std::int64_t stamp_ns = 0;
   Rigid3 map_from_camera;  // identity in the lead-in, where there is nothing to have a pose against
   cv::Mat image;           // CV_8UC3, blue green red
-  cv::Mat mask;  // CV_8UC1, 255 where the pixel's centre is on the body that turns, with nothing before it
+  cv::Mat mask;            // CV_8UC1, 255 where the pixel's centre is on the turning object, unoccluded
 };
 
-/// A sequence whose frames are rendered when asked for, in any order, each the same for one seed whatever was
-/// rendered before and however many threads render it. Const after construction: may be shared between
-/// threads.
+/// A sequence whose frames are rendered on request, in any order. The seed determines each frame, whatever
+/// the order and the number of threads. Const after construction: may be shared between threads.
 class SimulatedSequence {
  public:
   /// Throws std::invalid_argument as SequenceOptions::validate and CameraModel do.
@@ -37,9 +36,9 @@ class SimulatedSequence {
   /// Ground truth: map_from_camera of each frame after the lead-in.
   const std::vector<StampedPose>& path() const { return path_; }
   const CameraModel& camera() const { return camera_; }
-  /// What stands still in the map: the head at rest, the room. See scene_at for what a frame shows.
+  /// The static part of the map: the head at rest, the room. See scene_at for the content of a frame.
   const Scene& scene() const { return *scene_; }
-  /// What the index-th frame after the lead-in shows, but for the background.
+  /// Content of the index-th frame after the lead-in, without the background.
   std::shared_ptr<const Scene> scene_at(int index) const;
 
   SimulatedFrame render(int frame) const;

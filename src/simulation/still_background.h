@@ -8,8 +8,8 @@
 
 namespace mono_pose_tracker {
 
-/// What is behind a head and stands still in the image (CV_32FC3, blue green red, [0, 1]): a dark cloth,
-/// texture, or a bright wall. Of a room: the dark cloth.
+/// Background of a head that is static in the image (CV_32FC3, blue green red, [0, 1]): a dark cloth,
+/// texture, or a bright wall. For a room: the dark cloth.
 cv::Mat still_background(const CameraModel& camera, BackgroundKind kind, std::uint32_t seed, int threads);
 
 }  // namespace mono_pose_tracker

@@ -24,7 +24,7 @@ struct Waypoint {
 struct StreetPlan {
   std::vector<PlanBlock> blocks;         // with a wall on each side, which hide what is behind them
   std::vector<PlanWall> surroundings;    // the other side of the streets
-  std::vector<PlanWall> door_walls;      // with doors that are all alike
+  std::vector<PlanWall> door_walls;      // with identical doors
   double door_spacing = 3;               // m
   std::vector<Eigen::Vector2d> corners;  // of the way
   double corner_radius = 4;              // m

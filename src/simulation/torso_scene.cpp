@@ -21,7 +21,7 @@ const Ball kTorsoBall{{0, 0.40, 0.05}, 0.44};
 const Vector3d kNeckBase(0, 0.200, 0.050), kNeckTopInHead(0, 0.045, 0.028);
 const Ellipsoid kChest({0, 0.43, 0.060}, {0.185, 0.250, 0.115});
 
-/// Without the neck; left and right are alike.
+/// Without the neck; symmetric.
 double trunk(const Vector3d& x) {
   const Vector3d p(std::sqrt(x.x() * x.x() + 9e-6), x.y(), x.z());
   double d = ellipsoid(p, kChest);
@@ -83,7 +83,7 @@ Vector3d TorsoScene::skin_place(const Vector3d& x) const {
 Color TorsoScene::albedo(const Hit& hit, const Vector3d& x, float footprint) const {
   if (hit.surface == kSkin) return head_albedo(seed_, {}, skin_place(x).cast<float>(), footprint);
   const float edge = smooth_step(0.010f, 0.008f, static_cast<float>(beyond_collar(x)));
-  return cloth(seed_ + 40, x.cast<float>(), footprint) * (1.f - 0.45f * edge);  // the collar's seam
+  return cloth(seed_ + 40, x.cast<float>(), footprint) * (1.f - 0.45f * edge);  // the collar's edge
 }
 
 Color TorsoScene::irradiance(const Hit& hit, const Vector3d& x, const Lighting& lighting) const {

@@ -7,9 +7,9 @@
 
 namespace mono_pose_tracker {
 
-/// Shoulders in a shirt and the neck that bears the head, at one moment. The torso's frame is the head's when
-/// the head is at rest. The neck is no rigid body: it bends from the torso to where the head is, and its skin
-/// turns with the head the more, the nearer it is to it.
+/// Shoulders in a shirt and the neck, at one moment. The torso's frame is that of the head at rest. The neck
+/// is not rigid: it bends from the torso to the head, and its skin turns with the head in proportion to its
+/// nearness.
 class TorsoScene : public Scene {
  public:
   TorsoScene(std::uint32_t seed, const Rigid3& torso_from_head);

@@ -11,8 +11,8 @@ namespace mono_pose_tracker {
 // CPU time of this thread.
 double thread_seconds();
 
-// The camera that is followed through a walk, frame by frame: each is posed against the map so far (predicted
-// by the last motion) and becomes a keyframe.
+// Follows a walk frame by frame: each frame is registered in the present map (predicted by the last motion)
+// and becomes a keyframe.
 class WalkFollower {
  public:
   WalkFollower(const TrackerOptions& options, const CameraModel& camera);
@@ -22,7 +22,7 @@ class WalkFollower {
   double insert_seconds() const { return insert_seconds_; }  // of the last keyframe
 
   void begin(const InitialMap& initial);
-  // False when the frame was not posed.
+  // False when the frame was not registered.
   bool follow(const Frame& frame);
   void close_loops();
 

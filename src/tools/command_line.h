@@ -41,14 +41,14 @@ inline CLI::Validator number_between(double least, double most) {
       "in " + range.str(), "number in range");
 }
 
-/// For programs whose result is what they print: throws when it has not arrived, on a full disk say.
+/// For programs whose result is printed: throws when it could not be written, for example on a full disk.
 inline void require_printed() {
   errno = 0;
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
   throw std::runtime_error("standard output: cannot be written (" + system_error_text() + ")");
 }
 
-/// An option that is given nothing is most likely a variable of a script that is not set.
+/// Rejects an option with an empty value, most likely an unset variable of a script.
 inline void refuse_empty_texts(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options()) {
     for (const std::string& text : option->results()) {
@@ -57,8 +57,8 @@ inline void refuse_empty_texts(const CLI::App& app) {
   }
 }
 
-/// Parses and runs; run returns the exit status. What goes wrong is one line on standard error that names the
-/// program, and status 2.
+/// Parses and runs; run returns the exit status. An error prints one line on standard error that names the
+/// program; the status is then 2.
 template <typename Run>
 int run_command_line(const char* program, CLI::App& app, int argc, char** argv, const Run& run) {
   begin_process();
@@ -67,7 +67,7 @@ int run_command_line(const char* program, CLI::App& app, int argc, char** argv, 
     refuse_empty_texts(app);
     return run();
   } catch (const CLI::RequiredError& e) {
-    // What is missing may have been misspelt.
+    // A missing option may have been misspelt.
     const std::vector<std::string> unknown = app.remaining();
     std::fprintf(
         stderr, "%s: %s\n", program,

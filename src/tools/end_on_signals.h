@@ -4,7 +4,7 @@
 
 namespace mono_pose_tracker {
 
-/// Signals that asked for an end, and the last of them. Written by the handler.
+/// Number of termination signals, and the last of them. Written by the handler.
 inline volatile std::sig_atomic_t signals_caught = 0, last_signal = 0;
 
 /// The next SIGINT or SIGTERM is counted, the one after it ends the program at once.
@@ -18,7 +18,7 @@ inline void end_on_signals() {
   }
 }
 
-/// As a shell has it.
+/// Exit status as a shell reports it.
 inline int end_status(int otherwise) {
   return signals_caught > 0 ? 128 + static_cast<int>(last_signal) : otherwise;
 }

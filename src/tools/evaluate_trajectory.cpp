@@ -45,7 +45,7 @@ PoseDelta parse_delta(const std::string& text) {
   return delta;
 }
 
-/// A map of the estimate, and how far it is off or why that can't be said.
+/// A map of the estimate with its error, or the reason why there is none.
 struct EvaluatedMap {
   std::size_t frames = 0;
   std::optional<TrajectoryError> error;
@@ -70,7 +70,7 @@ std::vector<EvaluatedMap> evaluate(const std::vector<StampedPose>& reference,
   return results;
 }
 
-/// The one that most frames of the reference have a pose in.
+/// The map with poses of the most reference frames.
 const EvaluatedMap& main_map(const std::vector<EvaluatedMap>& maps) {
   const auto matched = [](const EvaluatedMap& map) { return map.error ? map.error->frames_matched : -1; };
   return *std::max_element(maps.begin(), maps.end(), [&](const EvaluatedMap& a, const EvaluatedMap& b) {
@@ -163,7 +163,7 @@ void print(const std::vector<EvaluatedMap>& maps, const Arguments& arguments) {
   print_table(*main_map(maps).error, arguments);
 }
 
-// Stamps of two clocks (those of a video begin at 0) may meet in part, and what is compared then is wrong.
+// Stamps of different clocks (those of a video begin at 0) may overlap in part; the comparison is then wrong.
 void tell_of_unmatched(const EvaluatedMap& map) {
   constexpr double kFew = 0.8;  // a reference often begins later, or ends before
   if (map.error->frames_matched >= kFew * static_cast<double>(map.frames)) return;
@@ -241,7 +241,7 @@ int main(int argc, char** argv) {
   app.add_option("--json", arguments.json, "write the figures to this file");
   app.add_option("--plot", arguments.plot, "draw both trajectories and the error over time (png, jpg)");
   app.add_option("--html", arguments.html,
-                 "write a page that shows both trajectories in 3-D, coloured by error; it needs no network");
+                 "write an offline HTML page with both trajectories in 3-D, coloured by error");
   return run_command_line("evaluate_trajectory", app, argc, argv, [&] {
     run(arguments);
     return 0;

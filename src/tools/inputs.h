@@ -15,15 +15,15 @@ inline std::string followed(const std::filesystem::path& path) {
   return (error ? path.lexically_normal() : whole).string();
 }
 
-/// The files and folders that a program reads, of which it must write over none.
+/// The files and folders that a program reads and must not overwrite.
 class Inputs {
  public:
-  /// Empty paths name nothing.
+  /// Empty paths are ignored.
   void add(const std::filesystem::path& path) {
     if (!path.empty()) paths_.insert(followed(path));
   }
 
-  /// Throws std::runtime_error when the path is, links followed, one of them.
+  /// Throws std::runtime_error when the path, with links resolved, is one of them.
   void refuse_to_overwrite(const std::filesystem::path& output) const {
     if (!output.empty() && paths_.count(followed(output)) > 0) {
       throw std::runtime_error(output.string() + ": would be written over, and is read");

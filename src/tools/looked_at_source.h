@@ -9,15 +9,15 @@
 
 namespace mono_pose_tracker {
 
-/// The source of a recording whose beginning may be looked at before the work: what was read for that is not
-/// read again by the first who reads images.
+/// Source of a recording whose first images may be inspected beforehand. These images are not read again: the
+/// first reader gets them.
 class LookedAtSource {
  public:
   using Open = std::function<std::unique_ptr<ImageSource>()>;
 
   explicit LookedAtSource(Open open) : state_(std::make_shared<State>(State{std::move(open), {}, {}})) {}
 
-  /// The first image that can be read. Where there is none: kEnd, and what is wrong with the first of all.
+  /// The first readable image. Without any: kEnd, with the error of the first image.
   SourceImage first() const {
     State& state = *state_;
     if (!state.source) state.source = state.open();

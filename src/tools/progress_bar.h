@@ -10,7 +10,8 @@
 
 namespace mono_pose_tracker {
 
-/// A bar on standard error while that is a terminal, nothing elsewhere. Threads may advance it at once.
+/// A progress bar on standard error if that is a terminal; nothing otherwise. May be advanced by several
+/// threads.
 class ProgressBar {
  public:
   /// total: steps to come; not positive: not known, they are counted. quiet: nothing on a terminal either.
@@ -24,7 +25,7 @@ class ProgressBar {
 
   bool is_shown() const { return is_shown_; }
 
-  /// One step more. Without words the bar is drawn when it has grown, with words each time.
+  /// Advances by one step. Without words the bar is redrawn when it has grown, with words each time.
   void advance(const std::string& words = "") {
     const long long done = ++done_;
     const long long percent = total_ > 0 ? std::min(100LL, 100 * done / total_) : done;

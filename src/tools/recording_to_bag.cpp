@@ -32,8 +32,7 @@ void declare(CLI::App& app, Arguments& a) {
                  "images.txt, that list")
       ->required();
   app.add_option("bag", a.bag, "bag to write")->required();
-  app.add_option("--camera", a.camera,
-                 "calibration, the YAML that camera_calibration writes [no CameraInfo]");
+  app.add_option("--camera", a.camera, "calibration, YAML of camera_calibration [no CameraInfo]");
   app.add_flag("--compressed", a.compressed, "JPEG images, on /camera/image_raw/compressed");
   app.add_option("--quality", a.jpeg_quality, "of --compressed [95]")->check(CLI::Range(1, 100));
   app.add_flag("--quiet", a.quiet, "print errors only");

@@ -89,7 +89,7 @@ ChoiceInput make_input(const Settings& settings, double depth_by_width, double n
   return input;
 }
 
-/// The points that a solver with this sample sees: those of larger samples are left out.
+/// The points used by a solver with this sample size; those of larger samples are excluded.
 ChoiceInput with_sample_of(const ChoiceInput& all, int sample_size) {
   ChoiceInput input = all;
   input.sample_size = sample_size;
@@ -207,7 +207,7 @@ void run(const Settings& settings) {
   write_file(settings.output / "errors.csv", [&](std::ostream& file) { write_errors(file, rows, trials); });
   write_file(settings.output / "histogram.csv",
              [&](std::ostream& file) { write_histogram(file, rows, trials); });
-  std::printf("wrote %s and histogram.csv beside it\n", (settings.output / "errors.csv").c_str());
+  std::printf("wrote %s and histogram.csv to the same folder\n", (settings.output / "errors.csv").c_str());
 }
 
 }  // namespace
@@ -234,7 +234,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(-180.0, 180.0))
       ->capture_default_str();
   app.add_option("--check-points", settings.check_points,
-                 "points beside the sample that have a say in the choice")
+                 "points in addition to the sample that count in the choice")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   app.add_option(

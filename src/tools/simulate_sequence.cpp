@@ -46,8 +46,8 @@ void declare_head(CLI::App& app, Arguments& a) {
   SequenceOptions& s = a.sequence;
   app.add_option(
          "--background", a.background,
-         "behind the head: plain (dark), textured, wall (bright, hardly any texture) or room, of which the "
-         "first three stand still [plain]")
+         "behind the head: plain (dark), textured, wall (bright, hardly any texture) or room; the first "
+         "three are static [plain]")
       ->check(CLI::IsMember({"plain", "textured", "wall", "room"}));
   app.add_option("--shoulders", a.shoulders,
                  "none, still or sway: below the head, not turning with it [none]")
@@ -56,9 +56,11 @@ void declare_head(CLI::App& app, Arguments& a) {
   app.add_flag("--blinks", s.face.blinks, "its eyes blink, and look elsewhere now and then");
   app.add_flag("--loose-hair", s.face.loose_hair, "its hair has fine strands, which sway by themselves");
   app.add_option("--shine", s.shine,
-                 "of head or bust: reflections that stay in place while it turns; 0.2 skin, 1 polished [0]");
-  app.add_flag("--hand-held", s.hand_held,
-               "the camera sways before head or turntable: what is behind moves otherwise than the head");
+                 "of head or bust: strength of reflections, which stay in place while it turns; 0.2 skin, 1 "
+                 "polished [0]");
+  app.add_flag(
+      "--hand-held", s.hand_held,
+      "the camera sways in front of head or turntable: the background moves independently of the head");
 }
 
 void declare(CLI::App& app, Arguments& a) {
@@ -73,8 +75,8 @@ void declare(CLI::App& app, Arguments& a) {
       ->check(CLI::IsMember({"camera", "object"}));
   app.add_option(
       "--path", a.path,
-      "camera path of one's own: TUM lines `timestamp tx ty tz qx qy qz qw`, map_from_camera, in metres; "
-      "the head's map is the head's own frame: origin between the ears, x to its left, y down, z back");
+      "custom camera path: TUM lines `timestamp tx ty tz qx qy qz qw`, map_from_camera, in metres; "
+      "for the head, map is the frame of the head: origin between the ears, x to its left, y down, z back");
   app.add_option("--frames", s.frames,
                  "number of images [120; block, eight, corridor: one every 0.25 m; or the whole path]")
       ->check(CLI::PositiveNumber);
@@ -91,16 +93,14 @@ void declare(CLI::App& app, Arguments& a) {
       ->check(CLI::IsMember({"plumb_bob", "rational_polynomial", "equidistant"}));
   app.add_option("--noise", s.noise_grey_levels, "pixel noise, standard deviation in grey levels of 255 [0]");
   app.add_option("--blur", s.blur_px, "Gaussian blur, standard deviation in px [0]");
-  app.add_option(
-      "--rolling-shutter", s.rolling_shutter_s,
-      "from the first row to the last, s, while the camera moves on; the truth is of the middle row "
-      "[0]");
+  app.add_option("--rolling-shutter", s.rolling_shutter_s,
+                 "readout time from the first row to the last, s; the truth is that of the middle row [0]");
   app.add_option("--exposure-drift", s.exposure_drift,
                  "greatest relative change of brightness, such as 0.2 [0]");
   app.add_flag("--occluder", s.occluder, "a hand passes before the object (and is 0 in the masks)");
   app.add_option(
          "--bonnet", a.bonnet,
-         "none, still or shakes: fixed to the camera, over the lower quarter of the image (and 0 in the "
+         "none, still or shakes: moves with the camera, over the lower quarter of the image (and 0 in the "
          "masks) [none]")
       ->check(CLI::IsMember({"none", "still", "shakes"}));
   app.add_option("--seed", s.seed, "of textures, path and noise [1]")->check(whole_number(0));
@@ -110,7 +110,7 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--threads", s.threads, "0: all [0]; the result is the same");
   app.add_option("--bag", a.bag, "bag to write [sequence.bag in the output folder]");
   app.add_flag("--bag-masks", a.bag_masks, "the masks into the bag too, on /camera/mask");
-  app.add_flag("--quiet", a.quiet, "say nothing");
+  app.add_flag("--quiet", a.quiet, "print nothing");
 }
 
 CameraParameters camera_of(const Arguments& a) {

@@ -73,7 +73,7 @@ class Progress {
   bool had_pose_ = false;
 };
 
-// Of images of 16 bits: by the first ones, the same each time that they are read.
+// For images of 16 bits: chosen from the first images, equal for each pass.
 GreyLevelChoice levels_of(const Arguments& a) {
   try {
     GreyLevelChoice levels(a.grey_levels);
@@ -167,7 +167,7 @@ void check_first_image(const Arguments& a, const LookedAtSource& source, const C
                                               calibration.size_origin));
 }
 
-// Before the work, not image by image.
+// Checked before the work, not image by image.
 void check_background_image(const SegmentationOptions& options, const CameraParameters& camera) {
   const cv::Mat image = read_background_image(options);
   if (image.empty() || (image.cols == camera.width && image.rows == camera.height)) return;
@@ -183,7 +183,7 @@ Outputs outputs_of(const Arguments& a) {
           a.write_frames, refines,    a.save_view_graph, a.report == "full"};
 }
 
-// What is to be written can be, and is nothing that is read: known before the work.
+// Checks before the work that all outputs can be written and that none is an input.
 void check_outputs(const Arguments& a, const TrackerOptions& options) {
   Inputs inputs;
   for (const std::string& path :
@@ -191,7 +191,7 @@ void check_outputs(const Arguments& a, const TrackerOptions& options) {
     inputs.add(path);
   }
   for (const std::string& bag : a.bags) inputs.add(bag);
-  // A map may be gone on in, and kept where it was.
+  // A map may be continued and saved to the same file.
   if (followed(a.map) != followed(a.save_map)) inputs.add(a.map);
   const std::vector<ImageFile> images = a.images.empty() ? std::vector<ImageFile>() : image_files(a.images);
   for (const ImageFile& image : images) inputs.add(image.path);
@@ -202,7 +202,7 @@ void check_outputs(const Arguments& a, const TrackerOptions& options) {
   require_writable(outputs);
 }
 
-// What is kept of an attempt while it goes on.
+// Observations kept while a run goes on.
 struct Observed {
   explicit Observed(bool keep_masks) : masks(keep_masks) {}
 
@@ -218,14 +218,12 @@ void note_live(int pass, const FrameReport& report, PosesByMap* live) {
 
 void tell_of_attempt(int attempt, bool quiet) {
   if (quiet) return;
-  std::fprintf(
-      stderr,
-      "the map is not confirmed, or is of another object than the one asked for: tracking from another seed "
-      "(%d)\n",
-      attempt + 1);
+  std::fprintf(stderr,
+               "the map is not confirmed, or is of the wrong object: tracking again from another seed (%d)\n",
+               attempt + 1);
 }
 
-// One way through the recording, and what it left.
+// One pass over the recording, and its result.
 struct Run {
   std::unique_ptr<Tracker> tracker;
   RecordingResult result;
@@ -242,7 +240,7 @@ std::unique_ptr<Tracker> make_tracker(const TrackerOptions& options, const Camer
   return made;
 }
 
-// Until the map has so many keyframes; nothing is written on the way.
+// Tracks until the map has so many keyframes; writes nothing.
 Run track_beginning(const Arguments& a, const TrackerOptions& options, const CameraParameters& camera,
                     int max_keyframes, Recording recording) {
   Run run{make_tracker(options, camera, nullptr), {}, MaskRecord(false), {}, {}};
@@ -285,7 +283,7 @@ Run track_all(const Arguments& a, const TrackerOptions& options, const CameraPar
           std::move(kept.live)};
 }
 
-// What speaks against the camera speaks against every map.
+// Evidence against the camera is evidence against every map.
 void leave_unconfirmed(const std::string& why, Run* run) {
   if (why.empty() || !run->result.tracked) return;
   Finding finding;
@@ -294,7 +292,7 @@ void leave_unconfirmed(const std::string& why, Run* run) {
   add_finding(std::move(finding), &run->result);
 }
 
-// Tracks with the camera that is given, and asks the map whether it is right.
+// Tracks with the given camera, and checks it with the map.
 Run track_with_given(const Arguments& a, const TrackerOptions& options, const Recording& recording,
                      const CameraRefinementOptions& refinement, const CameraParameters& camera) {
   Recording doubted = recording;
@@ -312,7 +310,7 @@ Run track_with_given(const Arguments& a, const TrackerOptions& options, const Re
   return run;
 }
 
-// Tracks with a camera that is refined on the way.
+// Tracks with a camera that is refined in between.
 Run track_and_refine(const Arguments& a, const TrackerOptions& options, const Recording& recording,
                      const CameraRefinementOptions& refinement, Calibration* calibration) {
   std::optional<Run> run;
@@ -353,7 +351,7 @@ Run track(const Arguments& a, const TrackerOptions& options, const Recording& re
                 : track_with_given(a, options, recording, refinement, calibration->camera);
   if (calibration->source == CalibrationSource::kGuessed) {
     leave_unconfirmed(
-        "the focal length is a guess that nothing has confirmed: path and map may be of a wrong shape; "
+        "the guessed focal length is not confirmed: path and map may be distorted; "
         "calibrate the camera, or record it with turns and views from more sides",
         &run);
   }
@@ -375,7 +373,7 @@ TrackerOptions options_of(const Arguments& a) {
   return options.on_threads(a.threads);
 }
 
-// Masks that were given, or made as asked for, are written as they are.
+// Given masks, and masks made by a chosen method, are written unchanged.
 bool are_to_be_outlined(const Arguments& a, const Recording& recording, const RecordingResult& result,
                         const SegmentationOptions& segmentation) {
   const bool are_written = a.undistorted || !a.write_masks.empty();
@@ -422,8 +420,8 @@ void write_files(const Arguments& a, const Recording& recording, const Calibrati
   }
 }
 
-// Also the report, whatever becomes of the other files. What interrupts the recording from now on leaves out
-// images that are not written yet. The seconds that all took.
+// Writes the report, also if other files fail. A later interruption only skips images that are not written
+// yet. Includes the total time.
 double write_all(const Arguments& a, const TrackerOptions& options, const Recording& recording,
                  const Calibration& calibration, const std::vector<StampedPose>& reference,
                  const AlignedResult& aligned, const Thumbnails& thumbnails,
@@ -459,11 +457,11 @@ Recording recording_of(const Arguments& a, const LookedAtSource& source,
   return recording;
 }
 
-// What is known once the recording was tracked, and the user may want to hear.
+// Warnings that are known after tracking.
 void tell_of_result(const TrackerOptions& options, RecordingResult* result) {
   if (options.scale.odometry) {
     result->warnings.push_back(
-        "scale/odometry is heeded by the nodelet alone, which has tf: it sets no scale here");
+        "scale/odometry is ignored here: only the nodelet uses it, with odometry from tf");
   }
   const std::string spaces = doubt_of_names(result->names);
   if (result->tracked && !spaces.empty()) result->warnings.push_back(spaces);
@@ -478,12 +476,11 @@ void print_input(const Arguments& a, const LookedAtSource& source, const Calibra
                  calibration.rectification->is_rectified ? "rectified" : "raw",
                  calibration.rectification->reason.c_str());
   if (!source.first().mask.empty())
-    std::fprintf(
-        stderr, "the images have an alpha channel: what is transparent (alpha 0) is ignored, as by a mask\n");
+    std::fprintf(stderr, "the images have an alpha channel: transparent pixels (alpha 0) are masked\n");
   if (!calibration.note.empty()) std::fprintf(stderr, "calibration: %s\n", calibration.note.c_str());
 }
 
-// What an earlier run has left stays: hours of dense reconstruction may hang on it.
+// Files of an earlier run are kept: hours of dense reconstruction may depend on them.
 void tell_of_earlier_files(const Arguments& a, const RecordingResult& result) {
   for (const fs::path& path : earlier_files(outputs_of(a), a.camera, result.maps.size())) {
     std::fprintf(stderr, "%s: of an earlier run, and does not go with these results\n", path.c_str());
@@ -555,7 +552,7 @@ int run(const Arguments& given) {
   const std::string unread = a.images.empty() ? std::string() : unread_images(a.images);
   end_on_signals();
   Run run = track(a, options, recording, maps, &calibration);
-  if (!unread.empty()) run.result.warnings.push_back(a.images + ": some images are left out" + unread);
+  if (!unread.empty()) run.result.warnings.push_back(a.images + ": some images are not read" + unread);
   if (!calibration.contradiction.empty()) run.result.warnings.push_back(calibration.contradiction);
   AlignedResult aligned;
   if (positions) aligned = align_to_positions(*positions, alignment_options(options), &run.result, &run.live);

@@ -40,32 +40,33 @@ inline void declare(CLI::App& app, Arguments& a) {
           ->excludes(images)
           ->excludes(video);
   app.add_option("--image-topic", a.image_topic, "of the bag [its only one]")->needs(bag);
-  app.add_option("--camera-info-topic", a.camera_info_topic, "of the bag [beside the images]")->needs(bag);
+  app.add_option("--camera-info-topic", a.camera_info_topic,
+                 "of the bag [camera_info in the namespace of the images]")
+      ->needs(bag);
   auto* camera = app.add_option("--camera", a.camera, "calibration, the YAML that camera_calibration writes");
   app.add_option(
       "--grey-levels", a.grey_levels,
-      "of images of 16 bits: how many of these are used (8 to 16), the values that are black and white "
-      "(7000:9000), or auto, by the first images [auto]");
+      "for images of 16 bits: number of bits used (8 to 16), the values of black and white (7000:9000), or "
+      "auto, by the first images [auto]");
   app.add_option(
          "--rectified", a.rectified,
-         "whether the images are rectified, so that P of the calibration holds and no distortion: true, "
+         "whether the images are rectified (then P of the calibration is used, without distortion): true, "
          "false, or auto, by the bag's topic (image_rect...) [auto]")
       ->check(CLI::IsMember(kRectifiedSettings));
-  app.add_option(
-         "--hfov", a.hfov,
-         "in place of a calibration: degrees that the images span from left to right, a guess that is "
-         "refined as --refine-camera does; with --map it stays a guess")
+  app.add_option("--hfov", a.hfov,
+                 "in place of a calibration: guessed horizontal field of view, degrees; refined as by "
+                 "--refine-camera, except with --map")
       ->excludes(camera)
       ->check(number_between(kMinHfovDeg, kMaxHfovDeg));
-  app.add_flag("--refine-camera", a.refine_camera,
-               "find focal length, principal point and distortion as far as the motion tells them: the "
-               "recording is tracked several times; writes camera_refined.yaml");
+  app.add_flag(
+      "--refine-camera", a.refine_camera,
+      "refine focal length, principal point and distortion as far as the motion determines them: the "
+      "recording is tracked several times; writes camera_refined.yaml");
   app.add_option("--output", a.output, "folder to write to (made when missing)")->required();
   app.add_option("--config", a.config, "tracker.yaml: options, see config/default.yaml");
   app.add_option("--masks", a.masks, "folder of masks with the images' base names, 0 = ignore");
-  app.add_option(
-      "--write-masks", a.write_masks,
-      "folder to write masks to: what was taken for the object, outlined where no masks are given");
+  app.add_option("--write-masks", a.write_masks,
+                 "folder to write the masks of the object to, with its outline where no masks are given");
   app.add_flag("--undistorted", a.undistorted,
                "undistorted images and masks, with the model for dense reconstruction (COLMAP), Gaussian "
                "splatting and "
@@ -77,26 +78,26 @@ inline void declare(CLI::App& app, Arguments& a) {
   app.add_option("--align", a.align,
                  "measured positions of the camera, TUM lines or lines `image-name latitude longitude "
                  "altitude`: all results in their frame and in metres; outliers are found");
-  auto* map = app.add_option("--map", a.map, "go on in a saved map, which may be another camera's")
+  auto* map = app.add_option("--map", a.map, "continue in a saved map, also of another camera")
                   ->excludes(app.get_option("--refine-camera"));
   auto* localize = app.add_flag("--localize-only", a.localize_only,
-                                "poses in the saved map only: it is not changed, and none is begun")
+                                "poses in the saved map only: it is not changed, and no new map is started")
                        ->needs(map);
-  app.add_option("--save-map", a.save_map, "file to write the map to, to go on in it another time")
+  app.add_option("--save-map", a.save_map, "file to write the map to, for a later run with --map")
       ->excludes(localize);
   app.add_option("--save-view-graph", a.save_view_graph,
                  "file to write the two-view geometries to, as JSON lines");
   app.add_option(
          "--report", a.report,
-         "summary, or full: view_graph.png as well, the image pairs by the share of their matches that "
-         "the map explains [summary]")
+         "summary, or full: also view_graph.png, the image pairs by the share of their matches explained by "
+         "the map [summary]")
       ->check(CLI::IsMember({"summary", "full"}));
   app.add_option("--seed", a.seed, "of all random choices [0]")->check(whole_number(0));
   app.add_option("--threads", a.threads,
-                 "the same results for any number, sooner [all cores]; sift/num_threads and "
-                 "bundle/num_threads are not heeded")
+                 "number of threads, without influence on the results [all cores]; sift/num_threads and "
+                 "bundle/num_threads are ignored")
       ->check(CLI::Range(1, 256));
-  app.add_option("--max-frames", a.max_frames, "stop after so many images")->check(whole_number(1));
+  app.add_option("--max-frames", a.max_frames, "number of images to process at most")->check(whole_number(1));
   app.add_flag("--quiet", a.quiet, "print errors and warnings only");
 }
 

@@ -10,8 +10,8 @@
 
 namespace mono_pose_tracker {
 
-/// The files that a program is about to write: none of them is one that it reads, and no two of its options
-/// write the same.
+/// The files that a program is about to write. None may be one of its inputs, and no two options may write
+/// the same file.
 class WrittenFiles {
  public:
   explicit WrittenFiles(Inputs inputs) : inputs_(std::move(inputs)) {}

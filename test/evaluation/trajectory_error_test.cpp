@@ -187,7 +187,7 @@ TEST(TrajectoryError, DriftIsAShareOfThePath) {
   const TrajectoryError error = evaluate_trajectory(reference, estimate, kTolerance);
   EXPECT_NEAR(error.drift_rotation_deg_per_length, 0.01, 1e-4);
   EXPECT_NEAR(error.rpe_rotation_rmse_deg, 0.01, 1e-6);
-  // A camera that believes itself turned by up to 1 degree sees its steps go astray by up to as much.
+  // A camera with an orientation error of up to 1 degree has direction errors of its steps of up to as much.
   EXPECT_GT(error.drift_translation_percent, 0.1);
   EXPECT_LT(error.drift_translation_percent, 100 * M_PI / 180);
 }

@@ -31,9 +31,9 @@ inline void require_quick(std::clock_t start) {
 
 }  // namespace mono_pose_tracker
 
-/// Before the body of a function of `bytes` and `size`, which takes any bytes that there are: it may throw
-/// nothing, and what it returns must hold what its header promises (see FUZZ_CHECK). libFuzzer makes the
-/// bytes up (scripts/fuzz); the ordinary tests replay those in corpus/NAME.
+/// Begins the definition of a function of `bytes` and `size`, which accepts any bytes. It must not throw, and
+/// its results must hold what the tested header promises (see FUZZ_CHECK). libFuzzer generates the bytes
+/// (scripts/fuzz); the ordinary tests replay those in corpus/NAME.
 #ifdef MONO_POSE_TRACKER_LIBFUZZER
 #define FUZZ_TARGET(name)                                                              \
   static void fuzz_##name(const std::uint8_t* bytes, std::size_t size);                \

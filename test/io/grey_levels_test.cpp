@@ -9,7 +9,7 @@
 namespace mono_pose_tracker {
 namespace {
 
-/// Values from one to the other, all alike often.
+/// Values from one to the other, all equally frequent.
 cv::Mat ramp(int first, int last, int type = CV_16UC1) {
   cv::Mat image(64, 64, type);
   for (int i = 0; i < 4096; ++i) {

@@ -117,7 +117,7 @@ TEST(ImageList, TheListsOfPublicDataSets) {
   expect_error([&] { open_images(folder.write("kitti/times.txt", times + "11\n")); },
                {"times.txt", "4 time stamps", "3 images", "image_0"});
   expect_error([&] { open_images(folder.write("lost/times.txt", times)); },
-               {"times.txt", "no images beside it"});
+               {"times.txt", "its folder has no images"});
 }
 
 TEST(ImageList, WholeNumbersTooLargeForSecondsAreOfASmallerUnit) {

@@ -47,7 +47,7 @@ TEST(AccidentalMatches, WrongPairsNearTheLinesOfAPlaneAreExcluded) {
   EXPECT_GT(counts.right_kept, 0.995 * counts.right);
 }
 
-// Where points lie at all depths, chance pairs are few among them; the right ones have their say.
+// Points at all depths: accidental matches are few among them, and the correct ones are kept.
 TEST(AccidentalMatches, WhatIsAtAllDepthsCounts) {
   for (const double outlier_ratio : {0.0, 0.3, 0.7}) {
     TwoViewSceneOptions options;

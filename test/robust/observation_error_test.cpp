@@ -68,8 +68,7 @@ TEST(ObservationError, CountsByTheCovarianceOfBothDepths) {
   }
 }
 
-// Of two sights that are nearly parallel, of a point that has no depth: no digits would be left of an
-// inverse.
+// Two nearly parallel observations of a point without depth: an explicit inverse would lose all digits.
 TEST(ObservationError, IsNeverBelowZero) {
   ObservedPoint observation;
   observation.x = {0, 0, 2};

@@ -142,8 +142,9 @@ TEST(Similarity, DepthCountsByHowWellItIsKnown) {
   EXPECT_LT((report.b_from_a * center - b_from_a * center).norm(), 0.02 * b_from_a.scale);
 }
 
-// A strip of a wall, seen from its left by one map and from its right by the other: what one does not know
-// along its own sight, the other sees across. Each point may be seen more than once, off by the same depth.
+// A strip of a wall, observed from its left by one map and from its right by the other: the depth uncertainty
+// along the viewing ray of one map is constrained by the other. A point may be observed more than once, with
+// one common depth error.
 TEST(Similarity, DepthThatIsNotKnownIsSeenFromTheSide) {
   constexpr double kDepthSigma = 0.015, kAside = 0.85, kDistance = 2.4, kBetween = 0.2;
   constexpr int kTrials = 40;

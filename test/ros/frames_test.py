@@ -27,7 +27,7 @@ from listening import Listener  # noqa: E402
 from transforms import BASE_FROM_CAMERA, matrix, of_pose, of_transform, stamped  # noqa: E402
 
 FRAMES = 30
-REGISTERED = 30  # images that every tracker has posed in the end
+REGISTERED = 30  # images that every tracker has registered in the end
 MODES = ("plain", "z_up", "base", "odom", "inverted", "object", "conflict", "units")
 
 # REP-103: x forward, y left, z up, of optical axes x right, y down, z forward.
@@ -131,7 +131,7 @@ class FramesTest(unittest.TestCase):
         self.assertLess(numpy.sqrt(((scale * a - b) ** 2).sum(1).mean()), 0.02 * path)
 
     def expect_poses(self, mode, frame, child, expected):
-        """~pose and ~odometry say the same; they are about the body."""
+        """~pose and ~odometry are equal: both are of the tracked frame."""
         output = self.outputs[mode]
         tracked = [s.header.stamp.to_nsec() for s in output.tracker.statuses if s.state == TrackerStatus.TRACKING]
         self.assertEqual(sorted(output.poses), tracked)

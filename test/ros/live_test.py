@@ -113,7 +113,7 @@ class LiveTest(unittest.TestCase):
         return listener.messages[0]
 
     def walk_until_settled(self):
-        """The last two images were posed in the map as it is: nothing of it is being culled."""
+        """The last two images were registered in the present map: no landmark is being culled."""
         settled = 0
         for _ in range(200):
             status = self.camera.walk(1)

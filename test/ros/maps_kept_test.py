@@ -154,7 +154,7 @@ class MapsKeptTest(unittest.TestCase):
         return sim3.errors(poses, self.truth)[0]
 
     def save_trajectory(self, tracker, name):
-        """What the tracker has posed so far."""
+        """The frames registered so far."""
         rospy.set_param(tracker.says.name + "/save_trajectory_path", self.in_folder(name))
         answer = tracker.says.call("save_trajectory")
         self.assertTrue(answer.success, answer.message)

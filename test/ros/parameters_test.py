@@ -67,7 +67,7 @@ class ParametersTest(unittest.TestCase):
         self.assertIn("~map_orientation is sideways, expected one of optical z_up", said)
         self.assertIn('~base_frame and ~map_frame are both "world"',
                       self.refusal("_map_frame:=/world", "_base_frame:=world"))
-        self.assertIn("~object_origin is centre, which needs ~object_mode", self.refusal("_object_origin:=centre"))
+        self.assertIn("~object_origin is centre: this needs ~object_mode", self.refusal("_object_origin:=centre"))
 
     def test_a_view_frame_that_is_the_objects_is_refused(self):
         said = self.refusal("_object_mode:=true", "_object_frame:=v_object", "_view_frame:=/v")

@@ -162,8 +162,8 @@ class ServicesTest(unittest.TestCase):
             self.assertFalse([m for m in transforms.messages[sent:] if is_odom(m)], service)
 
     def test_withdrawn_poses_leave_the_trajectory(self):
-        """Seen through a hole in the lower right corner, poses hang on little: the third in a row is one too many. How
-        much is to be seen for that hangs on the map, which no two runs have alike."""
+        """With few visible landmarks (a hole in the lower right corner) poses are doubtful, and the third in a row is
+        rejected. The hole's size depends on the map, which differs between runs."""
         _, tracker, camera = self.start("doubting", "_save_trajectory_path:=doubting.txt")
         images = self.recording.walk()
         feeding.track(camera, tracker, images, 15)

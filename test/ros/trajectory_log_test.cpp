@@ -48,7 +48,7 @@ std::vector<StampedPose> poses_in(const TemporaryFolder& folder) {
 TEST(TrajectoryLog, EachPoseIsInTheFileAtOnce) {
   TemporaryFolder folder;
   TrajectoryLog log(folder / "t.txt");
-  log.append(FrameReport());  // not posed
+  log.append(FrameReport());  // not registered
   for (int i = 1; i <= 3; ++i) {
     log.append(registered(i));
     EXPECT_EQ(poses_in(folder).size(), static_cast<std::size_t>(i));

@@ -75,7 +75,7 @@ TEST(OutlineObject, IsEmptyWhereTooLittleIsKnown) {
   for (int y = 0; y < 240; ++y) {
     for (int x = 0; x < 320; ++x) everywhere.object.emplace_back(x, y);
   }
-  EXPECT_TRUE(outline_object(kImage.bgr, everywhere).empty()) << "all of the image is the body";
+  EXPECT_TRUE(outline_object(kImage.bgr, everywhere).empty()) << "all of the image is the object";
 }
 
 // OpenCV's cut does not end on such areas, or takes seconds.

@@ -30,7 +30,7 @@ TEST(ObjectPoints, WhereNoneIsInTheImageAllIsFarther) {
 
 TEST(ObjectPoints, ReachIsHalfTheUsualDistanceFromTheMiddle) {
   EXPECT_FLOAT_EQ(reach_of({{7, 9}}), 0);
-  // One that strays does not lengthen it.
+  // A single outlier does not lengthen it.
   EXPECT_FLOAT_EQ(reach_of({{0, 0}, {-8, 0}, {8, 0}, {0, 8}, {0, -8}, {900, 0}}), 4);
 }
 

@@ -290,7 +290,7 @@ class LaunchFilesTest(unittest.TestCase):
 
     def test_a_calibration_takes_the_place_of_a_guess(self):
         said = self.run_to_its_end("bag.launch", "bag:=" + self.recording.bag, "rviz:=false", "hfov:=60")
-        self.assertIn("there is a calibration, which is used: ~hfov is not", said)
+        self.assertIn("a calibration is used: ~hfov is ignored", said)
 
     def test_a_transport_in_the_name_of_the_images_is_told(self):
         self.expect("tracker.launch", ["image_topic:=), with image_transport:=compressed"],
@@ -332,7 +332,7 @@ class LaunchFilesTest(unittest.TestCase):
         said = self.run_to_its_end("bag.launch", "bag:=" + recording.packed, f"hfov:={hfov:.3f}", "rviz:=false",
                                    "trajectory_file:=" + live, "queue_size:=1000")
         self.assertIn("48 images: ", said)
-        self.assertIn("a camera is guessed", said)
+        self.assertIn("the camera is guessed", said)
         subprocess.run([os.path.join(PROGRAMS, "track_sequence"), "--bag", recording.packed, "--hfov", f"{hfov:.3f}",
                         "--output", offline, "--quiet"], check=True)
         for estimate, least in ((live, 24), (offline + "/trajectory.txt", 48)):

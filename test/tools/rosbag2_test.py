@@ -188,7 +188,7 @@ class Rosbag2Test(RunsOfARoom):
                            (written("text.mcap", b"nothing of the kind"), "expected an .mcap file"),
                            (written("nothing.mcap", b""), "expected an .mcap file"),
                            (written("bomb.mcap", bomb), "image topics"),
-                           (self.path("none.db3"), "which are: none"),
+                           (self.path("none.db3"), "image topics: none"),
                            (self.path("views.db3"), "no tables"),
                            (self.path("empty"), "holds no recording"),
                            (self.path("outside"), "outside the folder"),

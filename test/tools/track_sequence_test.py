@@ -42,7 +42,7 @@ class TrackSequence(RunsOfARoom):
         return path
 
     def error_in_one_frame(self, *outputs):
-        """Of what several runs have posed in one map: percent of the path."""
+        """Error of the poses of several runs in one map, percent of the path."""
         joined = self.path("joined%d" % len(os.listdir(self.folder.name)))
         os.mkdir(joined)
         with open(os.path.join(joined, "trajectory.txt"), "wb") as f:
@@ -124,7 +124,7 @@ class TrackSequence(RunsOfARoom):
         output, said = self.track("--images", self.list, "--hfov", "%.3f" % hfov, "--map", saved)
         self.assertEqual(report(output)["calibration"], "GUESSED")
         self.assertFalse(report(output)["maps"][0]["confirmed"])
-        self.assertIn("the focal length is a guess", said)
+        self.assertIn("the guessed focal length is not confirmed", said)
         self.expect_refused(["--hfov"], "--images", self.list, "--hfov", "170")
         self.expect_refused(["--hfov", "--camera"], "--images", self.list, "--hfov", "60", "--camera", self.camera)
 

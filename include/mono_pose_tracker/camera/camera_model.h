@@ -39,8 +39,8 @@ class CameraModel {
   Eigen::Vector3d bearing(const Eigen::Vector2d& pixel) const;
 
   /// Pixel of a point in the camera's frame, distortion applied. False (pixel untouched) when the point is
-  /// behind the camera or beyond where the distortion polynomial can be trusted (it must grow with the
-  /// radius). An equidistant camera may see past 90 degrees: there z alone does not tell.
+  /// behind the camera or outside the trusted range of the distortion polynomial (where it grows with the
+  /// radius). An equidistant camera may cover more than 90 degrees, so z > 0 is not required there.
   bool project(const Eigen::Vector3d& x_in_camera, Eigen::Vector2d* pixel) const;
 
   /// As project, with d pixel / d x_in_camera.
@@ -62,8 +62,8 @@ class CameraModel {
   double max_radius_ = 0;  // of the undistorted normalised plane (equidistant: the angle in radians)
 };
 
-/// What thresholds given "at 640 px" are multiplied by: the image's longer side, px, over 640, at least 1.
-/// The longer one, so that a phone held upright is as strict as one that lies.
+/// Factor for thresholds given "at 640 px": the longer side of the image [px] over 640, at least 1. The
+/// longer side makes portrait and landscape images equal.
 inline double image_scale(int width, int height) { return std::max(1.0, std::max(width, height) / 640.0); }
 
 inline double image_scale(const CameraModel& camera) { return image_scale(camera.width(), camera.height()); }

@@ -10,11 +10,11 @@
 
 namespace mono_pose_tracker {
 
-/// How the estimate is laid over the reference: with a scale, as a single camera needs it, or without.
+/// Alignment of the estimate to the reference: with scale, as for a single camera, or without.
 enum class Alignment { kSim3, kSe3 };
 
-/// The step over which the relative pose error is taken: so many matched frames, or so much of the
-/// reference's path, in its units.
+/// Step of the relative pose error: a number of matched frames, or a length of the reference's path in its
+/// units.
 struct PoseDelta {
   enum class Unit { kFrames, kLength };
   double size = 1;
@@ -27,7 +27,7 @@ struct EvaluationOptions {
   PoseDelta delta;
 };
 
-/// A camera that both trajectories know, in the reference's map.
+/// A camera in both trajectories, in the reference's map.
 struct MatchedPosition {
   std::int64_t stamp_ns = 0;
   Eigen::Vector3d reference = Eigen::Vector3d::Zero();
@@ -35,7 +35,7 @@ struct MatchedPosition {
   double rotation_deg = 0;                             // between the orientations, after theirs
 };
 
-/// How far an estimated trajectory is from a reference. Lengths are in the reference's units.
+/// Errors of an estimated trajectory against a reference. Lengths are in the reference's units.
 struct TrajectoryError {
   int frames_reference = 0;
   int frames_matched = 0;
@@ -70,8 +70,8 @@ struct TrajectoryError {
   double drift_translation_percent = 0;
   double drift_rotation_deg_per_length = 0;
 
-  // How much the estimate's unit is larger over the last quarter of the path than over the first; nothing
-  // where one of them has too little motion to tell.
+  // Relative increase of the estimate's scale from the first to the last quarter of the path; nothing if
+  // either has too little motion.
   std::optional<double> scale_drift_percent;
 
   std::vector<MatchedPosition> positions;  // by stamp
@@ -79,17 +79,17 @@ struct TrajectoryError {
   Rigid3 reference_from_view;
 };
 
-/// Compares trajectories, each sorted by stamp. A frame of the estimate belongs to the reference frame
-/// nearest in time, if that is not too far away; of two that want the same one the nearer gets
-/// it. Throws std::runtime_error, one line, when fewer than three frames match or the positions of one
-/// trajectory all coincide.
+/// Compares trajectories, each sorted by stamp. A frame of the estimate is matched with the reference frame
+/// nearest in time within the tolerance; of two candidates the nearer one is taken. Throws
+/// std::runtime_error, one line, when fewer than three frames match or the positions of one trajectory all
+/// coincide.
 TrajectoryError evaluate_trajectory(const std::vector<StampedPose>& reference,
                                     const std::vector<StampedPose>& estimate,
                                     const EvaluationOptions& options);
 TrajectoryError evaluate_trajectory(const std::vector<StampedPose>& reference,
                                     const std::vector<StampedPose>& estimate, std::int64_t max_difference_ns);
 
-/// What one picture of several maps of a recording needs, each map having been aligned by itself.
+/// Input for one picture of several maps of a recording, each aligned by itself.
 TrajectoryError united(const std::vector<TrajectoryError>& errors);
 
 }  // namespace mono_pose_tracker

@@ -7,7 +7,7 @@
 
 namespace mono_pose_tracker {
 
-/// Features of one image by place, for searches round a predicted pixel.
+/// Features of one image sorted by position, for searches around a predicted pixel.
 class FeatureGrid {
  public:
   FeatureGrid() = default;
@@ -28,7 +28,7 @@ class FeatureGrid {
   }
 
  private:
-  // Whether is_it(feature index) is true of one within radius_px; asks until it is.
+  // Whether is_it(feature index) is true for a feature within radius_px; stops at the first one.
   template <typename IsIt>
   bool find_near(const Eigen::Vector2d& pixel, double radius_px, IsIt&& is_it) const {
     if (cells_x_ == 0) return false;

@@ -12,14 +12,13 @@ namespace mono_pose_tracker {
 /// Squared Euclidean distance of two descriptors of 128 bytes.
 int descriptor_distance2(const std::uint8_t* a, const std::uint8_t* b);
 
-/// The stored squared distance of a distance between descriptors of unit length: they are stored with length
-/// 512.
+/// The stored squared distance for a distance between unit descriptors, which are stored with norm 512.
 inline int stored_distance2(double unit_distance) {
   const double stored = 512 * unit_distance;
   return static_cast<int>(stored * stored);
 }
 
-/// The nearest of the candidates offered and the distance of the second nearest.
+/// The nearest candidate so far and the distance of the second nearest.
 struct NearestTwo {
   int index = -1;
   int best = std::numeric_limits<int>::max();
@@ -35,7 +34,7 @@ struct NearestTwo {
     }
   }
 
-  /// As if all that the other was offered had been offered here, after what was.
+  /// Merges the result of other candidates, as if they had been offered here afterwards.
   void take(const NearestTwo& later) {
     if (later.best < best) {
       second = std::min(best, later.second);

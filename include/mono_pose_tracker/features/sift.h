@@ -10,13 +10,13 @@
 
 namespace mono_pose_tracker {
 
-/// What limits the search: a frame live must be done before the next one comes, a recording waits.
+/// Time limit of the search: a live frame must be done before the next one arrives, a recording waits.
 enum class SearchPace { kLive, kRecording };
 
-/// px: a head of 200 has some 300 features from octave 0, which does not hold a map.
+/// px: an object of 200 px has some 300 features from octave 0, too few for a map.
 constexpr double kSmallObject = 256;
 
-/// Of the first octave.
+/// Resolution of the first octave.
 constexpr int kFinestOctave = -1, kCoarsestOctave = 2;
 
 /// Lowe, "Distinctive image features from scale-invariant keypoints" (2004).
@@ -35,15 +35,15 @@ struct SiftOptions {
   float contrast_threshold = 0.03f;
   float edge_threshold = 10.0f;  // ratio of principal curvatures
   int octave_layers = 3;
-  // px of the first octave: blur of its base. None: by that octave (choose_sift_scale). Lowe doubles the
-  // image and takes 1.6, which is 0.8 px of it; 1.2 without doubling finds nearly as fine features in a third
-  // of the time.
+  // Blur of the base of the first octave [px]. None: chosen by that octave (choose_sift_scale). Lowe doubles
+  // the image and uses 1.6, which is 0.8 px of it; 1.2 without doubling finds nearly as fine features in a
+  // third of the time.
   std::optional<float> sigma;
   // own: a small object (its mask's area below kSmallObject squared) is searched one octave finer.
   bool finer_for_small_objects = false;
   bool root_sift = true;   // Arandjelovic and Zisserman (2012): Hellinger distance
   int min_features = 800;  // own: the contrast threshold is lowered (to a quarter at most) below this many
-  // own: the result is the same for any number. 0: one, or live as the image's size asks for
+  // own: the result is the same for any number. 0: one thread, or live a number by the image's size
   // (choose_sift_threads).
   int num_threads = 0;
   CancelFlag cancelled = nullptr;  // own: once it is set, features are no more than what there is so far

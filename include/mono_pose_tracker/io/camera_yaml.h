@@ -9,15 +9,15 @@ namespace mono_pose_tracker {
 struct CalibrationFile {
   CameraParameters camera;
   bool has_distortion = false;  // a coefficient is not zero, whether it is used or not
-  std::string note;             // what was left out of it, one line; empty: nothing
+  std::string note;             // about ignored entries, one line; empty: none
 };
 
-/// Reads the YAML that ROS camera_calibration writes. The camera makes a CameraModel; rectified: that of the
-/// images which image_proc makes (projection_matrix, no distortion). Throws std::runtime_error, one line
-/// naming the file, the key, its value and what was expected.
+/// Reads the YAML that ROS camera_calibration writes. The result is valid for CameraModel; rectified: the
+/// camera of the images that image_proc makes (projection_matrix, no distortion). Throws std::runtime_error,
+/// one line naming the file, the key, its value and what was expected.
 CalibrationFile read_calibration_yaml(const std::string& path, bool rectified);
 
-/// The camera of images as they are taken.
+/// The camera of the raw images.
 inline CameraParameters read_camera_yaml(const std::string& path) {
   return read_calibration_yaml(path, false).camera;
 }

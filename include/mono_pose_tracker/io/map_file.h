@@ -10,7 +10,7 @@
 
 namespace mono_pose_tracker {
 
-/// A run that saw the maps: one camera's images, whose frame indices are first_frame, first_frame + 1, ...
+/// A run that used the maps: images of one camera, with the frame indices first_frame, first_frame + 1, ...
 struct MapSession {
   CameraParameters camera;
   std::int64_t first_frame = 0;
@@ -21,14 +21,13 @@ struct MapSession {
   }
 };
 
-/// All that is kept of one or more runs: maps that no run could join have frames and units of their own.
+/// Everything stored of one or more runs: maps that could not be joined have frames and units of their own.
 struct SavedMaps {
   std::string descriptor;            // kind of the features' descriptors: "root_sift", ...
   std::vector<MapSession> sessions;  // by first_frame; no two hold the same frame
   std::vector<Map> maps;             // oldest first; of each keyframe, a session holds the frame
 
-  /// Moves the frame indices of everything so that the last session ends before frame 0: what a further run
-  /// counts from 0 is new.
+  /// Shifts all frame indices so that the last session ends before frame 0; a further run counts from 0.
   void end_before_zero();
 };
 
@@ -64,13 +63,13 @@ struct SavedMaps {
 /// session and when there is no map.
 void write_map_file(const std::string& path, const SavedMaps& saved);
 
-/// descriptor: the kind that the reader can go on with; cameras may be any. Throws std::runtime_error, one
-/// line that names the file, what is wrong with it and what was expected: it is no map, of another version,
-/// damaged, cut short, of another kind, or contradicts itself. Whatever the file holds, no more memory is
-/// asked for than a small multiple of its size.
+/// descriptor: the kind of descriptors that the reader can use; any cameras are accepted. Throws
+/// std::runtime_error, one line that names the file, its defect and what was expected: no map, another
+/// version, damaged, truncated, of another kind, or inconsistent. Memory use is limited to a small multiple
+/// of the file's size.
 SavedMaps read_map_file(const std::string& path, const std::string& descriptor);
 
-/// The same of a file's content; the message does not name the file.
+/// Reads the content of a file; the message does not name the file.
 SavedMaps parse_maps(std::string_view bytes, const std::string& descriptor);
 
 }  // namespace mono_pose_tracker

@@ -37,14 +37,14 @@ std::string tum_line(const StampedPose& pose);
 /// cannot.
 void write_tum(const std::string& path, std::vector<StampedPose> poses);
 
-/// Poses by the map that they are in (FrameReport::map_id): those of two have nothing in common.
+/// Poses by map (FrameReport::map_id); poses of different maps are unrelated.
 using PosesByMap = std::map<std::uint32_t, std::vector<StampedPose>>;
 
 /// As write_tum, map by map, so that read_tum_maps tells them apart; sorted by stamp within each.
 void write_tum_maps(const std::string& path, PosesByMap maps);
 
-/// Writes TUM lines one by one, each handed to the system before append returns, so that a killed process
-/// keeps all of them.
+/// Writes TUM lines one by one. Each is handed to the system before append returns, so that no line is lost
+/// when the process is killed.
 class TrajectoryWriter {
  public:
   /// Replaces the file. Throws std::runtime_error naming the path when it cannot.

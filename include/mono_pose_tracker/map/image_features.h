@@ -11,8 +11,7 @@
 
 namespace mono_pose_tracker {
 
-/// All that is kept of an image: its features, undistorted to unit bearings (paper, step 1 on features, not
-/// pixels).
+/// Everything kept of an image: its features, undistorted to unit bearings.
 struct ImageFeatures {
   CameraModel camera;  // that took the image: the keyframes of a map may be of several
   FeatureSet set;
@@ -29,15 +28,14 @@ struct ImageFeatures {
 using ImageFeaturesPtr = std::shared_ptr<const ImageFeatures>;
 
 /// Adds bearings, grid, Jacobians and colours to the features of an image (CV_8UC1 or BGR CV_8UC3). Features
-/// whose pixels the camera model can't undistort are left out.
+/// outside the range of the camera model are excluded.
 ImageFeaturesPtr make_image_features(FeatureSet features, const cv::Mat& image, const CameraModel& camera);
 
-/// The same from what was stored of an image: features with descriptors and their colours. Bearings,
-/// Jacobians and grid are computed anew. Throws std::invalid_argument on a feature that the camera can't
-/// have.
+/// From stored features with descriptors and colours. Bearings, Jacobians and grid are recomputed. Throws
+/// std::invalid_argument on a feature outside the range of the camera model.
 ImageFeaturesPtr restore_image_features(FeatureSet features, std::vector<cv::Vec3b> color_rgb,
                                         const CameraModel& camera);
-/// The features with a flag that is not 0, in the same order.
+/// The features with a non-zero flag, in the same order.
 ImageFeaturesPtr select_features(const ImageFeatures& image, const std::vector<char>& flags, int width,
                                  int height);
 
@@ -50,7 +48,7 @@ inline Eigen::Vector2d reprojection_error(const ImageFeatures& image, int i,
   return image.pixel_from_bearing[i] * x_in_camera / along;
 }
 
-/// Its length in units of what the feature is expected to be off: what the thresholds in px are held against.
+/// The norm of the error in units of the feature's localisation error, which thresholds in px refer to.
 inline double weighted_error(const ImageFeatures& image, int i, const Eigen::Vector3d& x_in_camera) {
   return reprojection_error(image, i, x_in_camera).norm() / image.sigma_px[i];
 }

@@ -15,12 +15,12 @@ using KeyframeId = int;
 using LandmarkId = int;
 constexpr LandmarkId kNoLandmark = -1;
 
-/// Frames of earlier runs, whose map was loaded from a file, come before 0.
+/// Frames of earlier runs (of a map loaded from a file) have negative indices.
 constexpr bool is_of_earlier_run(std::int64_t frame_index) { return frame_index < 0; }
 
 class Map;
 
-/// What resection needs of a keyframe.
+/// The data of a keyframe that registration (absolute pose) needs.
 struct KeyframeView {
   KeyframeId id = -1;
   std::int64_t frame_index = 0;
@@ -37,8 +37,8 @@ using LandmarkPositions = SharedMap<Eigen::Vector3d, 128>;  // 3 kB: a window ch
 
 using KeyframeCovariances = SharedMap<Eigen::Matrix<double, 6, 6>>;
 
-/// What others read of a map, remade only where it has changed; a keyframe's part costs in proportion to what
-/// it sees. Belongs to the map, and is copied with it.
+/// Read-only views of a map, rebuilt only where the map has changed. Rebuilding the view of a keyframe takes
+/// time proportional to its number of landmarks. Owned by the map, and copied with it.
 class MapViews {
  public:
   void touch_keyframe(KeyframeId id) { stale_keyframes_.insert(id); }

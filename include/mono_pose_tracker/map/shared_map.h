@@ -15,8 +15,8 @@
 
 namespace mono_pose_tracker {
 
-/// Values by ids >= 0, read as a std::map of them is. Copies share what they hold: a copy costs a pointer for
-/// each chunk of kChunk ids, a change afterwards one chunk. Ids that are near each other should be in use
+/// Values by ids >= 0 with the read interface of a std::map. Copies share their chunks: a copy costs one
+/// pointer per chunk of kChunk ids, a change afterwards copies one chunk. Ids in use should be close
 /// together.
 template <typename Value, int kChunk = 1>
 class SharedMap {
@@ -68,7 +68,7 @@ class SharedMap {
     Iterator(const Chunks* chunks, std::size_t chunk, int slot)
         : chunks_(chunks), chunk_(chunk), slot_(slot) {}
 
-    // The first that is there, not before this place.
+    // The first entry at or after this position.
     static Iterator on_from(const Chunks* chunks, std::size_t chunk, int slot) {
       for (; chunk < chunks->size(); ++chunk, slot = 0) {
         for (; slot < kChunk; ++slot) {
@@ -109,8 +109,8 @@ class SharedMap {
   }
 
   using Changes = std::map<int, std::optional<Value>>;
-  /// Values set, or taken out where there is none, each chunk copied once. What was taken out is freed with
-  /// the last of its chunk.
+  /// Sets values, or removes those that are none; each chunk is copied once. Removed values are freed with
+  /// the last copy of their chunk.
   void change(Changes changes) {
     std::shared_ptr<Chunk> chunk;
     std::size_t at = 0;

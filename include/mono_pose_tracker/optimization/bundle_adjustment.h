@@ -25,8 +25,9 @@ struct BundleObservation {
   double sigma_px = 1;
 };
 
-/// Three cameras in a row in time. The change of velocity between them, over sigma, gives three residuals
-/// (loss: geometry/motion_prior.h): a weak tie, for cameras that see only what is too far away to place them.
+/// Motion prior on three consecutive cameras: the change of velocity over sigma gives three residuals (loss:
+/// geometry/motion_prior.h). A weak constraint for cameras that observe only distant points, which do not
+/// determine their position.
 struct BundleMotion {
   std::array<int, 3> cameras{-1, -1, -1};
   double seconds_before = 0, seconds_after = 0;  // from the first to the second, from that to the third
@@ -47,10 +48,10 @@ struct BundleOptions {
   double function_tolerance = 1e-6;
   int num_threads = 1;  // Ceres does not repeat its sums on more than one
   int own_threads = 1;  // of what is not Ceres's: the result is the same for any number
-  /// For adjust_keyframes: how many multiplications, as estimated, one iteration may take, since a solve can
-  /// only be cancelled between iterations; 0: any number.
+  /// For adjust_keyframes: largest estimated number of multiplications per iteration, since a solve can only
+  /// be cancelled between iterations; 0: unlimited.
   double max_iteration_work = 0;
-  /// Asked after every iteration, by the thread that solves; true ends the solve with the best so far.
+  /// Called by the solving thread after every iteration; true ends the solve with the best solution so far.
   std::function<bool()> cancel;
   bool is_cancelled() const { return cancel && cancel(); }
 
@@ -67,11 +68,11 @@ struct BundleReport {
   bool cancelled = false;
 };
 
-/// Bundle adjustment (paper, 3d, 4d; Triggs et al. 1999): Ceres, Schur complement, analytic derivatives;
-/// where all cameras are constant, adjust_points. The constant cameras hold the gauge, or else the first
-/// camera and one coordinate of the farthest. Observations that are not finite, or begin behind their camera,
-/// are ignored; one that gets behind it on the way costs as much as an error of 55 degrees. Nothing is
-/// written to the terminal.
+/// Bundle adjustment (Triggs et al. 1999): Ceres, Schur complement, analytic derivatives; adjust_points if
+/// all cameras are constant. The constant cameras fix the gauge, or else the first camera and one coordinate
+/// of the farthest. Observations that are not finite, or start behind their camera, are ignored. An
+/// observation that moves behind its camera costs as much as an error of 55 degrees. Writes nothing to the
+/// terminal.
 BundleReport adjust_bundle(const BundleOptions& options, BundleProblem* problem);
 
 }  // namespace mono_pose_tracker

@@ -10,12 +10,12 @@ namespace mono_pose_tracker {
 class Map;
 class ViewGraph;
 
-/// What speaks against a map, or is worth knowing of it.
+/// Findings about a map: evidence against it, or information on it.
 enum class FindingKind {
-  kInconsistentSegment,  // the view graph puts images elsewhere as well
+  kInconsistentSegment,  // images with another pose in the view graph
   kUncertainScale,       // test 2: lengths before and after a moment
   kUncertainPath,        // test 2: positions of the keyframes
-  kDepthReversal,        // alternative hypotheses that explain the images about as well
+  kDepthReversal,        // an alternative hypothesis explains the images about as well
   kPlanarAmbiguity,
   kNotRigid,     // more than one motion
   kOtherObject,  // another rigid object may be the one that is wanted
@@ -32,14 +32,14 @@ const char* to_string(FindingKind kind);
 
 struct Finding {
   FindingKind kind = FindingKind::kCalibration;
-  std::vector<std::int64_t> images;  // frame indices that it is about; empty: all
+  std::vector<std::int64_t> images;  // frame indices concerned; empty: all
   int k = 0, n = 0;                  // k of n matches, landmarks or images; 0 of 0: not counted
-  std::optional<double> p_value;     // of so much, were the map right; none: not a test
+  std::optional<double> p_value;     // under the hypothesis of a correct map; none: not a test
   bool is_disqualifying = true;      // the map is not confirmed
   std::string text;                  // what was found, how bad, what to do; one line
 };
 
-/// All that was found out about one map, and the one verdict. Made once, when a recording ends.
+/// All findings about one map, and the verdict. Made once, when a recording ends.
 class QualityReport {
  public:
   void add(Finding finding) { findings_.push_back(std::move(finding)); }
@@ -59,7 +59,7 @@ struct QualityOptions {
   double min_registered = 2.0 / 3;  // share of the images that the first map must hold to be confirmed
 };
 
-/// What is known of a finished map. Images are counted by frame index.
+/// Input of the tests: data of a finished map. Images are counted by frame index.
 struct MapEvidence {
   const Map* map = nullptr;
   const ViewGraph* graph = nullptr;  // null: no consistency test
@@ -75,10 +75,10 @@ struct MapEvidence {
 };
 
 /// The tests of one map: consistency with the view graph, uncertainty of its scale and path, alternative
-/// hypotheses, images that it lacks.
+/// hypotheses, missing images.
 QualityReport assess(const MapEvidence& evidence, const QualityOptions& options);
 
-/// Verified matches of the graph that the map explains, and all between its keyframes.
+/// Verified matches of the graph that agree with the map, and all between its keyframes.
 struct ExplainedMatches {
   int explained = 0, all = 0;
   double share() const { return all > 0 ? static_cast<double>(explained) / all : 1; }

@@ -13,9 +13,9 @@ struct RelativePoseOptions {
   int max_hypotheses = 4;               // distinct local optima kept, the best among them
   double distinct_rotation = 0.0175;    // rad (1 degree): hypotheses nearer in both are one
   double distinct_translation = 0.175;  // rad (10 degrees): of the translations' directions
-  // Pairs that may be near their epipolar lines by nothing but chance have no say in the last refinement of
-  // the best (accidental_matches.h). For wrong matches that lie anywhere: not those of a repeated texture, or
-  // of another body that moves.
+  // Excludes accidental matches (wrong pairs that happen to lie near their epipolar lines,
+  // accidental_matches.h) from the last refinement of the best hypothesis. Meant for wrong matches spread
+  // over the whole image, not for those of a repeated texture or of an independently moving object.
   bool without_accidental_matches = true;
   std::vector<float> quality;  // empty, or one value a pair, smaller is better (PROSAC order)
 };

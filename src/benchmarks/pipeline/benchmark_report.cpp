@@ -65,7 +65,7 @@ constexpr Row kRows[] = {
     {"  on the final map", "/position_rmse_percent_on_final_map", "%.4f"},
     {"  of that from offline", "/position_percent_from_offline", "%.4f"},
     {"poses far from offline", "/doubt/poses_off", "%.0f"},
-    {"  told as doubtful", "/doubt/poses_off_doubtful", "%.0f"},
+    {"  reported doubtful", "/doubt/poses_off_doubtful", "%.0f"},
     {"doubtful in all", "/doubt/poses_doubtful", "%.0f"},
 };
 
@@ -117,7 +117,7 @@ Json read_benchmark(const std::string& path) {
   if (!file) throw std::runtime_error(path + ": cannot be read");
   Json json = Json::parse(file, nullptr, false);
   if (!json.is_object() || json.value("program", "") != "pipeline_benchmark") {
-    throw std::runtime_error(path + ": expected what pipeline_benchmark --json wrote");
+    throw std::runtime_error(path + ": expected the output of pipeline_benchmark --json");
   }
   return json;
 }

@@ -15,8 +15,8 @@
 
 namespace mono_pose_tracker {
 
-/// What the nodelet does with images, without a roscore: a slot of one, a thread that tracks what it finds
-/// there, the mapper on a thread of its own.
+/// Processes images like the nodelet, without a roscore: a slot of one image, a tracking thread, and a
+/// mapping thread.
 class LivePipeline {
  public:
   using Clock = std::chrono::steady_clock;
@@ -33,14 +33,14 @@ class LivePipeline {
   LivePipeline& operator=(const LivePipeline&) = delete;
 
   /// Called by one thread, the camera's. Never waits for the tracker.
-  /// due_ns: when a camera would have sent it, at its own rate. Without that no time presses: nothing is left
-  /// out for lack of it, and the image is done when it has been mapped as well.
+  /// due_ns: when a camera would have sent the image, at its own rate. Without it there is no time limit: no
+  /// work is skipped, and the image is done when it has also been mapped.
   void put(const sensor_msgs::ImageConstPtr& image, std::optional<std::int64_t> due_ns = std::nullopt);
   /// Returns when every image has been tracked or dropped.
   void wait();
   Counts counts() const;
-  /// Every frame posed against the present map, on the map as the mapper leaves it when nothing more comes.
-  /// After wait().
+  /// All frames registered in the present map, with the map after the mapper has finished. To be called after
+  /// wait().
   std::vector<RegisteredFrame> trajectory_on_final_map();
 
  private:

@@ -15,12 +15,12 @@ struct PlaceStudyOptions {
   int images_per_folder = 40;        // as keyframes, and as many between them as queries
 };
 
-/// Of each folder some images become keyframes, all in one index, and images between them are looked for.
-/// Keyframes of the same folder within 2 s are barred. Brute force matches an image with every other keyframe
-/// of its folder: a keyframe is right when 5-point RANSAC finds 20 inliers and the rotation of the truth to 5
-/// degrees. Counted are the images that have a right keyframe; found those that have one among the best 5.
-/// Synthetic keyframes hold features of the folders' keyframes, mixed and disturbed. Times are CPU times of
-/// the thread. Throws std::runtime_error, one line, on a folder that cannot be read.
+/// Benchmark of place recognition. Some images of each folder become keyframes in one index, and images
+/// between them are queries. Keyframes of the same folder within 2 s are excluded. Brute force matches a
+/// query with every other keyframe of its folder: a keyframe is correct when 5-point RANSAC finds 20 inliers
+/// and the true rotation to 5 degrees. Queries with a correct keyframe are counted, and those with one among
+/// the best 5 are found. Synthetic keyframes hold mixed and disturbed features of the real ones. Times are
+/// CPU times of the thread. Throws std::runtime_error, one line, on a folder that cannot be read.
 Json run_place_study(const PlaceStudyOptions& study, const TrackerOptions& options);
 
 /// The result as a table for people.

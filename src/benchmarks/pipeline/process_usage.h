@@ -5,7 +5,7 @@ namespace mono_pose_tracker {
 /// Resident memory of this process in MB (2^20 bytes), as Linux counts it; 0 where /proc does not tell.
 double resident_mb();
 
-/// The most it has been since the process began or since restart_peak().
+/// Largest resident memory since the start of the process or since restart_peak().
 double peak_resident_mb();
 void restart_peak();
 

@@ -40,7 +40,7 @@ class MemoryWatch {
   double before_ = 0;
 };
 
-/// Nothing without a reference, or where too little is posed to be compared.
+/// Nothing without a reference, or with too few registered frames.
 std::optional<TrajectoryError> error_of(const std::vector<StampedPose>& reference,
                                         const std::vector<StampedPose>& estimate) {
   if (reference.empty()) return std::nullopt;

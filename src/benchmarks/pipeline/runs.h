@@ -10,7 +10,7 @@
 
 namespace mono_pose_tracker {
 
-/// What is measured; the reference may be empty.
+/// Input of a benchmark; the reference may be empty.
 struct RunInput {
   const DecodedSequence& sequence;
   const CameraParameters& camera;
@@ -18,13 +18,13 @@ struct RunInput {
   const std::vector<StampedPose>& reference;
 };
 
-/// Every frame, one after the other, the mapper inline, as track_sequence does it; then the last
-/// optimisation. `trajectory`: the final poses.
+/// Processes every frame in order, with the mapper inline, like track_sequence, and then finishes the map.
+/// `trajectory`: the final poses.
 Json run_offline(const RunInput& input, std::vector<StampedPose>* trajectory);
 
-/// Frames put in at `rate_hz` whether the tracker is ready or not, as a camera does it. `offline`: what
-/// run_offline found, with which the poses are compared, or empty: as they came, and all of the last map's as
-/// they ride on it at the end, without an offline end.
+/// Feeds frames at `rate_hz` like a camera, whether the tracker is ready or not. `offline`: the result of
+/// run_offline with which the poses are compared, or empty. Compared are the reported poses, and those of the
+/// last map relative to its final keyframes, without offline refinement.
 Json run_live(const RunInput& input, double rate_hz, const std::vector<StampedPose>& offline);
 
 /// The run whose median time of a frame is the median one, with `median_ms_of_runs` beside its figures.

@@ -22,14 +22,14 @@ struct DecodedFrame {
 /// `image`: CV_8UC1 or CV_8UC3 (BGR).
 DecodedFrame make_decoded_frame(std::int64_t stamp_ns, const std::string& name, const cv::Mat& image);
 
-/// Images held in memory, so that no disk and no decoder is measured.
+/// Images in memory, so that neither disk nor decoder is measured.
 struct DecodedSequence {
   std::vector<DecodedFrame> frames;
-  std::vector<std::string> problems;  // one line for each image that was left out
+  std::vector<std::string> problems;  // one line for each excluded image
 };
 
-/// A folder or a list of images. Throws std::runtime_error, one line, when there is none or the first is not
-/// of the camera's size; later ones of another size are left out.
+/// A folder or a list of images. Throws std::runtime_error, one line, when there is none or the first does
+/// not have the camera's size; later ones of another size are excluded.
 DecodedSequence decode_images(const std::string& path, int max_frames, const CameraParameters& camera);
 
 /// The sequence as a recording; it must outlive the source.

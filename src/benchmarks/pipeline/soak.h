@@ -8,7 +8,7 @@
 
 namespace mono_pose_tracker {
 
-/// A long live run in a simulated room, round and round, or along a corridor that never comes back.
+/// A long live run in a simulated room, or along an endless corridor.
 struct SoakOptions {
   bool corridor = false;
   EndlessRoomOptions room;  // or of the corridor; its rate is that of the simulated time

@@ -16,11 +16,11 @@ namespace mono_pose_tracker {
 
 struct AlignmentOptions {
   PositionAlignmentOptions positions;
-  /// A position is of a frame when their stamps differ by no more than this (ns): as evaluate_trajectory. In
-  /// between two successive frames the camera's position is interpolated.
+  /// Largest difference of stamps between a position and a frame (ns), as in evaluate_trajectory. Between two
+  /// successive frames the camera's position is interpolated.
   std::int64_t max_difference_ns = 10'000'000;
-  /// Orientations of TUM lines count where their median angle (deg) to the camera's, after one common
-  /// rotation, is no larger: they may be another body's, or left at the identity.
+  /// Orientations of TUM lines are used if their median angle (deg) to the camera's, after one common
+  /// rotation, is at most this. Otherwise they may belong to another object, or be the identity.
   double max_orientation_deg = 10;
   /// A camera whose positions come with an up direction is taken to be upright on average; its pitch may be
   /// as large as this (deg).
@@ -34,13 +34,13 @@ struct AlignedResult {
   std::map<std::uint32_t, Sim3> world_from_map;  // of the maps that were moved, by FinishedMap::id
 };
 
-/// Moves each map of the result, its poses and those of `live` into the frame of the given positions, in
-/// metres (ScaleSource::kKnownBaseline: distances between cameras are given). A map whose positions do not
-/// determine that stays as it is, and a warning of the result says why.
+/// Transforms each map of the result, its poses and those of `live` into the frame of the given positions, in
+/// metres (ScaleSource::kKnownBaseline). A map whose positions do not determine the transform stays, and the
+/// result gets a warning with the reason.
 AlignedResult align_to_positions(const GivenPositions& given, const AlignmentOptions& options,
                                  RecordingResult* result, PosesByMap* live);
 
-/// Moves the maps of a file to be as those of the result were moved that hold the same frames.
+/// Transforms the maps of a file like the result's maps with the same frames.
 void move_as_aligned(const RecordingResult& result, const AlignedResult& aligned, SavedMaps* saved);
 
 /// Rotates the frame of the given positions, whose axes may point anywhere, to optical axes as an overview

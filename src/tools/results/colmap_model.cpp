@@ -8,7 +8,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-/// What an image shows of the map, in pixels of the image as it was taken.
+/// Landmarks visible in an image, in pixels of the original image.
 std::vector<LandmarkPixel> landmarks_of(const Keyframe& keyframe) {
   std::vector<LandmarkPixel> seen;
   for (int f = 0; f < keyframe.image->size(); ++f) {
@@ -61,7 +61,7 @@ class ModelBuilder {
   }
 
  private:
-  /// Landmarks are culled and moved after an image was registered by them.
+  /// Landmarks are culled and moved after registration.
   std::vector<LandmarkPixel> still_in_map(const std::vector<LandmarkPixel>& registered) const {
     const Rigid3& camera_from_map = images_.back().camera_from_map;
     std::vector<LandmarkPixel> seen;
@@ -129,7 +129,7 @@ std::string doubt_of_names(const std::map<std::int64_t, std::string>& names) {
   if (first == names.end()) return "";
   return std::to_string(std::count_if(first, names.end(), has_space)) +
          " images have a space in their names (the first: " + first->second +
-         "), at which COLMAP ends a name as it reads a text model: for COLMAP, rename them";
+         "), and COLMAP reads a name of its text model only up to there: rename them for COLMAP";
 }
 
 }  // namespace mono_pose_tracker

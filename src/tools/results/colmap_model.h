@@ -17,8 +17,8 @@ namespace mono_pose_tracker {
 using PixelChange = std::function<Eigen::Vector2d(const Eigen::Vector2d&)>;
 
 struct ColmapModelOptions {
-  /// Of an image that is no keyframe: an observation whose landmark is projected farther from it is left out
-  /// [px]. What COLMAP's own mapper keeps (Mapper.filter_max_reproj_error).
+  /// Largest reprojection error of an observation in an image that is no keyframe [px]; observations beyond
+  /// it are excluded. Equal to that of COLMAP's mapper (Mapper.filter_max_reproj_error).
   double max_error_px = 4;
 };
 
@@ -27,9 +27,9 @@ struct ColmapModel {
   std::vector<ColmapPoint> points;
 };
 
-/// The map and the poses as COLMAP's model has them; pixels of observations as `changed` has them, in images
-/// of `camera`. An image that is no keyframe lists the landmarks that it was registered by, as far as the map
-/// still has them where the image shows them.
+/// The map and the poses as COLMAP's model; pixels of observations are mapped by `changed` into images of
+/// `camera`. An image that is no keyframe lists the landmarks by which it was registered, if they are still
+/// in the map and project near their pixels.
 ColmapModel colmap_model_of(const CameraParameters& camera, const FinishedMap& map,
                             const std::vector<RegisteredFrame>& trajectory,
                             const std::map<std::int64_t, std::string>& names, const PixelChange& changed,
@@ -41,7 +41,7 @@ void write_map_for_colmap(const std::string& folder, const CameraParameters& cam
                           const std::map<std::int64_t, std::string>& names, const PixelChange& changed,
                           const ColmapModelOptions& options = {});
 
-/// What COLMAP makes of the names when it reads the model; empty: what they are.
+/// The names after COLMAP has read the model, if it changes them; empty: unchanged.
 std::string doubt_of_names(const std::map<std::int64_t, std::string>& names);
 
 }  // namespace mono_pose_tracker

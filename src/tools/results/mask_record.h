@@ -12,7 +12,7 @@
 
 namespace mono_pose_tracker {
 
-/// The masks by the frames' indices, packed; and what they say of the recording.
+/// The masks by frame index, compressed, and findings about them.
 class MaskRecord {
  public:
   explicit MaskRecord(bool keep) : keep_(keep) {}

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Of the map that the folder is of: 2, 3, ...; 0 where it is of none.
+// Number of the map in the folder: 2, 3, ...; 0: none.
 int map_number(const fs::directory_entry& folder) {
   const std::string name = folder.path().filename().string();
   int number = 0;
@@ -52,7 +52,7 @@ std::vector<fs::path> colmap_files(const fs::path& folder) {
   return {folder / "cameras.txt", folder / "images.txt", folder / "points3D.txt"};
 }
 
-// The files in the output folder itself, whatever comes of the recording.
+// The files in the output folder itself, written in any case.
 std::vector<fs::path> result_files(const Outputs& outputs) {
   std::vector<fs::path> files;
   for (const char* name : {"trajectory.txt", "trajectory_live.txt", "points.ply", "overview.png",

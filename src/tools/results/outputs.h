@@ -9,7 +9,7 @@
 
 namespace mono_pose_tracker {
 
-/// Where track_sequence writes; empty: it does not.
+/// Output paths of track_sequence; empty: not written.
 struct Outputs {
   std::filesystem::path folder, map, masks;
   bool undistorted = false, frames = false, refined_camera = false;  // in the folder
@@ -17,26 +17,26 @@ struct Outputs {
   bool view_graph_picture = false;  // in the folder
 };
 
-/// The masks in the folder that belong to the images (none: frames of a video or bag): of what else is below
-/// it nothing is read.
+/// The masks in the folder that belong to the images (none: frames of a video or bag). Other files below it
+/// are not read.
 void add_masks(const std::filesystem::path& folder, const std::vector<ImageFile>& images, Inputs* inputs);
 
-/// Throws std::runtime_error naming the path when anything of the outputs is one of the inputs, or what
-/// another of the options writes. `images`: none: frames of a video or bag.
+/// Throws std::runtime_error naming the path when an output is one of the inputs, or is written by another
+/// option. `images`: none: frames of a video or bag.
 void refuse_to_overwrite(const Inputs& inputs, const std::vector<ImageFile>& images, const Outputs& outputs);
 
-/// Throws std::runtime_error naming the folder when pictures of the results would lie among the images: a
-/// folder is read more than once, and would have images in it that it had not before. `images`: a folder, a
-/// list (whose images are where it says) or empty.
+/// Throws std::runtime_error naming the folder when pictures of the results would be written among the
+/// images: the folder is read again, and would then hold them. `images`: a folder, a list (its images are
+/// checked) or empty.
 void refuse_among_images(const std::filesystem::path& images, const Outputs& outputs);
 
-/// Makes the folders. No trajectory of an earlier run is left, live or of any of its maps, which could be
-/// taken for this one's. Throws std::runtime_error naming the path and the reason when something could not be
-/// written.
+/// Makes the folders. Removes trajectories of an earlier run, live or of any of its maps, which could be
+/// mistaken for those of this run. Throws std::runtime_error naming the path and the reason when something
+/// cannot be written.
 void require_writable(const Outputs& outputs);
 
-/// What an earlier run has left in the folder and this one, which made so many maps, has not written anew;
-/// but not the calibration that it was made with.
+/// Files of an earlier run in the folder that this run, with so many maps, has not replaced; not the
+/// calibration used for it.
 std::vector<std::filesystem::path> earlier_files(const Outputs& outputs, const std::filesystem::path& camera,
                                                  std::size_t maps);
 

@@ -42,7 +42,7 @@ void for_each_image(const Recording& recording, const RecordingResult& result,
   }
 }
 
-// True camera positions in the map. None when the two trajectories have too little in common.
+// True camera positions in the map. Empty when the trajectories overlap too little.
 std::vector<Eigen::Vector3d> true_positions(const std::vector<StampedPose>& reference,
                                             const std::vector<StampedPose>& poses) {
   constexpr std::int64_t kMaxDifference = 10'000'000;  // ns: what evaluate_trajectory allows by default
@@ -168,8 +168,8 @@ void write_undistorted(const fs::path& folder, const CameraModel& camera, const 
   std::map<std::int64_t, RegisteredFrame> registered;
   for (const RegisteredFrame& frame : result.trajectory) registered[frame.index] = frame;
   std::vector<RegisteredFrame> written;
-  // Amid outlines of an object an image without one would bring in all that lies behind. Of masks that were
-  // given none means that nothing is to be ignored.
+  // Images without a mask are excluded among outlines of an object, because they would add its background.
+  // With given masks, no mask means that nothing is ignored.
   const bool are_of_object = !recording.masks && most_have(masks, result);
   std::string pairs, fused;
   for_each_image(recording, result, [&](std::int64_t index, const SourceImage& image) {

@@ -12,7 +12,7 @@
 
 namespace mono_pose_tracker {
 
-/// Of the camera that the results were made with.
+/// The calibration used for the results.
 struct Calibration {
   CameraParameters camera;
   CalibrationSource source = CalibrationSource::kGiven;
@@ -20,10 +20,10 @@ struct Calibration {
   std::optional<Rectification> rectification;  // of a guess: nothing
   std::string contradiction;  // what the images say against it, for a warning; empty: nothing
   std::string size_origin;    // ConvertedCamera
-  std::string note;           // what was left out of the calibration
+  std::string note;           // about ignored entries of the calibration
 };
 
-/// report.json: what became of the recording. `alignment`: to given positions; null: none were given.
+/// report.json: the result of the recording. `alignment`: to given positions; null: none were given.
 void write_report(const std::string& path, const RecordingResult& result, const Map& map,
                   const MaskRecord& masks, const Calibration& calibration, const Json& alignment,
                   std::uint64_t seed, double wall_seconds);

@@ -65,7 +65,7 @@ void draw_view_graph(const std::string& path, const ViewGraph& graph, const Map&
                             : color_of(static_cast<double>(edge->second.explained) / edge->second.matches));
   }
   PlotPanel panel;
-  panel.title = "view graph: verified matches that the map explains, none (red) to all (green)";
+  panel.title = "view graph: verified matches explained by the map, none (red) to all (green)";
   panel.x_label = "image";
   panel.y_label = "image";
   panel.x = panel.y = with_margin({0, last}, 0.02);

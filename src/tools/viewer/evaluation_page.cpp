@@ -18,7 +18,7 @@ Matches sorted_by_x(Matches matches) {
   return matches;
 }
 
-/// The match of a pose: its position is the same after the alignment. Null: it has none.
+/// The match of a pose; its position is equal after the alignment. Null: none.
 const MatchedPosition* match_of(const Matches& by_x, const Eigen::Vector3d& aligned) {
   const MatchedPosition* nearest = nullptr;
   double least = 1e-9 * (1 + aligned.norm());

@@ -8,7 +8,7 @@
 
 namespace mono_pose_tracker {
 
-/// An estimated trajectory and how far it is from the reference.
+/// An estimated trajectory and its error against the reference.
 struct EvaluatedPath {
   std::vector<StampedPose> poses;
   TrajectoryError error;

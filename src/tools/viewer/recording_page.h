@@ -20,8 +20,7 @@ struct ThumbnailOptions {
   int jpeg_quality = 70;  // 0 to 100
 };
 
-/// Small pictures of the images of a recording, by their indices, taken as these are read. May be used by any
-/// thread.
+/// Thumbnails of the images of a recording, by index, made while these are read. May be used by any thread.
 class Thumbnails {
  public:
   explicit Thumbnails(const ThumbnailOptions& options = {}) : options_(options) {}
@@ -36,11 +35,11 @@ class Thumbnails {
   std::map<std::int64_t, std::vector<std::uint8_t>> jpegs_;
 };
 
-/// The source, whose images leave their thumbnails behind when they are read.
+/// The source, with thumbnails made of the images as they are read.
 std::unique_ptr<ImageSource> with_thumbnails(std::unique_ptr<ImageSource> source,
                                              std::shared_ptr<Thumbnails> thumbnails);
 
-/// What the reports of a recording's frames say that RecordingResult does not keep, by frame index.
+/// Data from the frame reports that RecordingResult does not keep, by frame index.
 class FrameNotes {
  public:
   void add(std::int64_t index, const FrameReport& report);
