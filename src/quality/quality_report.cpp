@@ -194,6 +194,7 @@ ExplainedMatches explained_matches(const Map& map, const ViewGraph& graph) {
   for (const EdgeConsistency& edge : edge_consistency(map, graph, {})) {
     matches.all += edge.matches;
     matches.explained += edge.explained;
+    ++matches.edges;
   }
   return matches;
 }

@@ -9,9 +9,11 @@ namespace mono_pose_tracker {
 
 bool is_confirmed(const RecordingResult& result) { return result.tracked && result.maps.front().confirmed(); }
 
+// Explained matches of an edge, times the images: a map of few landmarks explains few, if all that it has.
 double score(const RecordingResult& result) {
   if (!result.tracked) return 0;
-  return static_cast<double>(result.trajectory.size()) * result.maps.front().explained.share();
+  const ExplainedMatches& matches = result.maps.front().explained;
+  return static_cast<double>(result.trajectory.size()) * matches.explained / std::max(1, matches.edges);
 }
 
 bool is_better(const RecordingResult& result, const RecordingResult& before) {

@@ -62,7 +62,7 @@ void adjust(Map* map) {
 }
 
 TEST(Retriangulation, SetsAMapRightThatAgreesWithItself) {
-  for (const double share : {0.9, 1, 1.1}) {
+  for (const double share : {0.9, 1.0, 1.1}) {
     Map map = make_map(share);
     retriangulate(nothing_is_left_out, 15, &map);
     adjust(&map);

@@ -81,6 +81,7 @@ QualityReport assess(const MapEvidence& evidence, const QualityOptions& options)
 /// Verified matches of the graph that agree with the map, and all between its keyframes.
 struct ExplainedMatches {
   int explained = 0, all = 0;
+  int edges = 0;  // that hold them
   double share() const { return all > 0 ? static_cast<double>(explained) / all : 1; }
 };
 ExplainedMatches explained_matches(const Map& map, const ViewGraph& graph);
