@@ -59,7 +59,7 @@ EXCEPTIONS = {
 }
 NAMES_TO_COME = ["Resector", "resector", "resector_", "resect", "ResectionReport", "BodyOutlines", "body_outlines",
                  "is_of_other_body", "is_of_smaller_body", "body_watch", "larger_body_watch",
-                 "rival_geometry", "tracker_strays"]
+                 "rival_geometry"]
 
 CPP_NO_CODE = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"', re.DOTALL)
 

@@ -76,20 +76,6 @@ int unexplained_by(const std::vector<EdgeConsistency>& edges) {
 
 }  // namespace
 
-// Kept unless the map then explains fewer of the graph's verified matches: the motion prior does not hold
-// where a recording was cut.
-void Mapper::settle_motion(double least, const GraphConsistencyOptions& consistency) {
-  if (moves_beyond_belief(map_, least)) {
-    Map as_it_was = map_;
-    BundleOptions bundle = final_bundle();
-    bundle.function_tolerance = kFinalTolerance;
-    count(adjust_map_as_it_moved(bundle, &map_));
-    restore_if_better(std::move(as_it_was), consistency);
-  }
-  renew_scale(0);
-  publish();
-}
-
 std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& consistency) {
   constexpr int kMaxRounds = 5;
   std::set<KeyframeId> removed;

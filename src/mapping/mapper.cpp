@@ -7,7 +7,6 @@
 
 #include "common/angles.h"
 #include "common/median.h"
-#include "depth_jump.h"
 #include "epipolar_matcher.h"
 #include "geometry/triangulation.h"
 #include "keyframe_landmarks.h"
@@ -144,11 +143,7 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
                         candidate.camera_from_reference * reference_from_map, candidate.frame.image);
   if (candidate.frame.whole) beside_.whole[id] = candidate.frame.whole;
   for (const FrameObservation& o : candidate.observations) map_.add_observation(o.landmark, id, o.feature);
-  if (!match(id)) {
-    remove_keyframe(id);
-    publish();
-    return;
-  }
+  match(id);
   adjust_window(id, waiting);
   correct_beginning();
   cull_young_landmarks(id);
@@ -161,22 +156,19 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   publish();
 }
 
-// Guided, in both directions. False when it does not belong to the map.
-bool Mapper::match(KeyframeId id) {
+// Guided, in both directions.
+void Mapper::match(KeyframeId id) {
   const StageTimer timer(stages_, "map_match");
-  correct_pose(id);
   separate_motions(id);
   leave_out_fixed(id);
   const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
   LookAlikes unknown;
   fuse(id, within_reach(id, &unknown));
   create_landmarks(id, near);
-  if (makes_depths_jump(map_, id, near)) return false;
   for (const KeyframeId n : near) {
     if (is_cancelled()) break;
     fuse(n, landmarks_of(*map_.keyframe(id)));
   }
-  return true;
 }
 
 // The farther the camera goes round, the plainer it is: asked several times while the map is young, and once
@@ -354,7 +346,6 @@ void Mapper::finish() {
   if (!link_views(options_, &view_graph(), &map_).empty()) adjust_tied(bundle);
   retriangulate({});
   complete(bundle);
-  if (options_.separates_motions && is_narrow(map_)) leave_out_off_body(bundle);
   drop_two_view_landmarks();
   renew_scale(0);
   publish();

@@ -75,10 +75,6 @@ class Mapper {
   /// everything is bundle-adjusted.
   void finish();
 
-  /// Where keyframes of the finished map are where no camera goes (by this much at the least), everything is
-  /// adjusted again, held to its motion; kept unless the map then explains fewer matches of the graph.
-  void settle_motion(double least, const GraphConsistencyOptions& consistency);
-
   /// The recording's, of all maps. Made at the first call, with the options of that time.
   ViewGraph& view_graph();
   /// Adds the edges of this map to the view graph: keyframes before in time, covisible ones, and those that
@@ -188,8 +184,7 @@ class Mapper {
   void post_correction(const KeyframeChanges& changes);
   void add_correction(MapCorrection correction);
   void forget_old_corrections();
-  bool match(KeyframeId id);
-  void correct_pose(KeyframeId id);
+  void match(KeyframeId id);
   void separate_motions(KeyframeId id);
   bool adjust_tied(const BundleOptions& bundle);
   BundleOptions final_bundle() const;
@@ -197,7 +192,6 @@ class Mapper {
   void retriangulate(const GraphConsistencyOptions& consistency);
   void drop_two_view_landmarks();
   void leave_out_fixed(KeyframeId id);
-  void leave_out_off_body(BundleOptions bundle);
   void watch_background(const InitialMap& initial);
   void watch_background(const KeyframeCandidate& candidate);
   void tell_doubt(TrackingMap* view) const;

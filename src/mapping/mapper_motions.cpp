@@ -4,12 +4,10 @@
 #include <algorithm>
 #include <iterator>
 
-#include "astray_pose.h"
 #include "fixed_in_image.h"
 #include "keyframe_landmarks.h"
 #include "mapping/in_view.h"
 #include "mapping/mapper.h"
-#include "mapping/off_body.h"
 #include "mapping/second_motion.h"
 #include "optimization/map_adjustment.h"
 
@@ -30,14 +28,6 @@ bool is_most_of(const Keyframe& keyframe, const std::vector<char>& features) {
 }
 
 }  // namespace
-
-// By the latest that it shares landmarks with. Where another body may move before the camera, its motion is
-// no other pose.
-void Mapper::correct_pose(KeyframeId id) {
-  if (options_.separates_motions || is_cancelled()) return;
-  const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
-  if (!near.empty()) correct_astray_pose(options_, id, *std::max_element(near.begin(), near.end()), &map_);
-}
 
 // What moves as one, but not with the body, in the keyframe and one before it is no part of the map, now or
 // later.
@@ -68,20 +58,6 @@ void Mapper::separate_motions(KeyframeId id) {
 void Mapper::leave_out_fixed(KeyframeId id) {
   for (const auto& [keyframe, features] : find_fixed_in_image(options_, map_, id, beside_.left_out))
     leave_out(keyframe, features);
-}
-
-// Each time the poses are surer, and tell more of what is none of the body.
-void Mapper::leave_out_off_body(BundleOptions bundle) {
-  constexpr int kMostTimes = 3;
-  constexpr double kTolerance = 1e-7;  // share of the cost: as the last adjustment of a recording
-  bundle.function_tolerance = kTolerance;
-  const auto is_known = [this](KeyframeId id, int feature) { return is_left_out(id, feature); };
-  for (int i = 0; i < kMostTimes && !is_cancelled(); ++i) {
-    const KeyframeFeatures off = features_off_body(map_, options_.matching, is_known, options_.threads);
-    if (off.empty()) return;
-    for (const auto& [id, features] : off) leave_out(id, features);
-    count(adjust_map(bundle, &map_));
-  }
 }
 
 void Mapper::watch_background(const KeyframeCandidate& candidate) {

@@ -36,15 +36,10 @@ bool is_finite(const BundleProblem& problem) {
 
 // The problem with the usable observations only.
 BundleProblem usable_part(const BundleProblem& problem) {
-  BundleProblem part{problem.cameras, problem.points, {}, {}};
+  BundleProblem part{problem.cameras, problem.points, {}};
   part.observations.reserve(problem.observations.size());
   for (const BundleObservation& o : problem.observations) {
     if (is_usable(o) && is_in_front(problem, o)) part.observations.push_back(o);
-  }
-  std::vector<char> used(problem.cameras.size(), 0);
-  for (const BundleObservation& o : part.observations) used[o.camera] = 1;
-  for (const BundleMotion& m : problem.motions) {
-    if (used[m.cameras[0]] && used[m.cameras[1]] && used[m.cameras[2]]) part.motions.push_back(m);
   }
   return part;
 }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <memory>
 
-#include "motion_residual.h"
 #include "reprojection.h"
 #include "solver_options.h"
 
@@ -61,40 +60,6 @@ class ReprojectionCost : public ceres::SizedCostFunction<2, 6, 3> {
   const CameraState& camera_;
 };
 
-class MotionLoss : public ceres::LossFunction {
- public:
-  void Evaluate(double squared, double rho[3]) const override {
-    rho[0] = motion_cost(squared);
-    rho[1] = motion_loss_derivative(squared);
-    rho[2] = motion_loss_second_derivative(squared);
-  }
-};
-
-class MotionCost : public ceres::SizedCostFunction<3, 6, 6, 6> {
- public:
-  MotionCost(const BundleMotion& motion, const std::vector<CameraState>& states)
-      : motion_(motion), states_(states) {}
-
-  bool Evaluate(const double* const*, double* residuals, double** jacobians) const override {
-    const MotionResidual motion(motion_, states_, jacobians != nullptr);
-    Eigen::Map<Eigen::Vector3d> r(residuals);
-    r = motion.residual;
-    for (int k = 0; jacobians && k < 3; ++k) {
-      if (!jacobians[k]) continue;
-      const CameraState& camera = states_[motion_.cameras[k]];
-      Eigen::Map<Eigen::Matrix<double, 3, 6, Eigen::RowMajor>> j(jacobians[k]);
-      j.leftCols<3>() = motion.by_pose[k].leftCols<3>() * camera.left_jacobian;
-      j.rightCols<3>() = motion.by_pose[k].rightCols<3>();
-      if (camera.held >= 0) j.col(camera.held).setZero();
-    }
-    return true;
-  }
-
- private:
-  const BundleMotion motion_;
-  const std::vector<CameraState>& states_;
-};
-
 ceres::Problem::Options problem_options(ceres::EvaluationCallback* update) {
   ceres::Problem::Options options;
 #if CERES_VERSION_MAJOR >= 2
@@ -120,12 +85,6 @@ ceres::Solver::Summary solve_in_full(const BundleOptions& options, BundleCameras
     full.AddResidualBlock(new ReprojectionCost(o, cameras->states[o.camera]), loss.get(),
                           cameras->blocks[o.camera].data(), problem->points[o.point].data());
     point_used[o.point] = 1;
-  }
-  MotionLoss motion_loss;
-  for (const BundleMotion& m : problem->motions) {
-    full.AddResidualBlock(new MotionCost(m, cameras->states), &motion_loss,
-                          cameras->blocks[m.cameras[0]].data(), cameras->blocks[m.cameras[1]].data(),
-                          cameras->blocks[m.cameras[2]].data());
   }
   // Given, so that Ceres does not look for it in a graph of all residuals.
   auto ordering = std::make_unique<ceres::ParameterBlockOrdering>();

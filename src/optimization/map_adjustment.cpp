@@ -9,9 +9,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "common/median.h"
 #include "fixed_keyframes.h"
-#include "geometry/motion_prior.h"
 #include "loss_width.h"
 #include "optimization/point_adjustment.h"
 
@@ -155,57 +153,6 @@ MapProblem build(const Map& map, const std::vector<KeyframeId>& free, const std:
   return problem;
 }
 
-// Keyframes of this run by their frames; earlier runs have other clocks.
-struct KeyframesOfThisRun {
-  explicit KeyframesOfThisRun(const Map& map) {
-    for (const auto& [id, keyframe] : map.keyframes()) {
-      if (!is_of_earlier_run(keyframe.frame_index)) ids.push_back(id);
-    }
-    std::sort(ids.begin(), ids.end(), [&](KeyframeId a, KeyframeId b) {
-      return std::make_pair(map.keyframe(a)->frame_index, a) <
-             std::make_pair(map.keyframe(b)->frame_index, b);
-    });
-    for (const KeyframeId id : ids) {
-      centers.push_back({map.keyframe(id)->stamp_ns, map.keyframe(id)->center_in_map()});
-    }
-    for (std::size_t i = 0; i + 1 < ids.size(); ++i) shared_.push_back(map.shared(ids[i], ids[i + 1]));
-    usual_ = median(shared_);
-  }
-  // At the second of three, from the first of them on.
-  VelocityChange change(std::size_t first) const {
-    return {centers[first], centers[first + 1], centers[first + 2]};
-  }
-  // Time stamps are meaningless across a cut of the recording. A cut is assumed where consecutive keyframes
-  // share less than a quarter of the usual number of landmarks.
-  bool is_in_one_go(std::size_t first) const {
-    return 4 * std::min(shared_[first], shared_[first + 1]) >= usual_;
-  }
-
-  std::vector<KeyframeId> ids;
-  std::vector<TimedCenter> centers;
-
- private:
-  std::vector<double> shared_;  // landmarks of each and the next
-  double usual_ = 0;            // their median
-};
-
-// Motion terms of all triples of consecutive keyframes in the problem.
-void add_motions(const Map& map, MapProblem* problem) {
-  const KeyframesOfThisRun of_run(map);
-  const MotionPrior prior(of_run.centers);
-  std::unordered_map<KeyframeId, int> camera_of;
-  for (const KeyframeId id : problem->keyframes) camera_of.emplace(id, static_cast<int>(camera_of.size()));
-  for (std::size_t i = 0; prior && i + 2 < of_run.ids.size(); ++i) {
-    const VelocityChange change = of_run.change(i);
-    if (!change.is_timed() || !of_run.is_in_one_go(i)) continue;
-    problem->bundle.motions.push_back(
-        {{camera_of.at(of_run.ids[i]), camera_of.at(of_run.ids[i + 1]), camera_of.at(of_run.ids[i + 2])},
-         change.seconds_before,
-         change.seconds_after,
-         prior.sigma_of(change)});
-  }
-}
-
 // Of the residuals.
 std::vector<double> lengths_in_sigmas(const BundleProblem& problem) {
   std::vector<double> lengths;
@@ -285,34 +232,11 @@ BundleOptions with_wide_loss(BundleOptions options) {
   return options;
 }
 
-namespace {
-
-MapProblem problem_of_all(const Map& map) {
-  std::vector<KeyframeId> all;
-  for (const auto& entry : map.keyframes()) all.push_back(entry.first);
-  return build(map, all, {}, seen_by(map, all));
-}
-
-}  // namespace
-
 BundleReport adjust_map(const BundleOptions& options, Map* map) {
-  MapProblem problem = problem_of_all(*map);
+  std::vector<KeyframeId> all;
+  for (const auto& entry : map->keyframes()) all.push_back(entry.first);
+  MapProblem problem = build(*map, all, {}, seen_by(*map, all));
   return solve(options, &problem, map);
-}
-
-BundleReport adjust_map_as_it_moved(const BundleOptions& options, Map* map) {
-  MapProblem problem = problem_of_all(*map);
-  add_motions(*map, &problem);
-  return solve(options, &problem, map);
-}
-
-bool moves_beyond_belief(const Map& map, double least) {
-  const KeyframesOfThisRun of_run(map);
-  const MotionPrior prior(of_run.centers);
-  for (std::size_t i = 0; i + 2 < of_run.ids.size(); ++i) {
-    if (of_run.is_in_one_go(i) && prior.is_beyond(of_run.change(i), least)) return true;
-  }
-  return false;
 }
 
 }  // namespace mono_pose_tracker

@@ -29,12 +29,4 @@ BundleOptions with_wide_loss(BundleOptions options);
 /// fixes the scale.
 BundleReport adjust_map(const BundleOptions& options, Map* map);
 
-/// The same with the motion prior (geometry/motion_prior.h): it pulls back cameras that observe only distant
-/// points from implausible positions.
-BundleReport adjust_map_as_it_moved(const BundleOptions& options, Map* map);
-
-/// Whether a keyframe lies outside any plausible path between its neighbours in time, by at least this
-/// distance.
-bool moves_beyond_belief(const Map& map, double least);
-
 }  // namespace mono_pose_tracker

@@ -74,7 +74,6 @@ ReducedBundle::ReducedBundle(double loss_width, const BundleCameras& cameras, co
       free_(cameras.free),
       begin_(problem.points.size() + 1, 0),
       rays_(problem.observations.size()),
-      motions_(problem.motions),
       free_of_(cameras_.size(), -1),
       candidate_(problem.points),
       candidate_costs_(problem.points.size()),
@@ -92,8 +91,7 @@ ReducedBundle::ReducedBundle(double loss_width, const BundleCameras& cameras, co
   }
   team_.for_runs(static_cast<int>(accepted_.size()), kRun,
                  [this](int p) { candidate_costs_[p] = state_of(p, accepted_[p]).cost; });
-  for (const double of_point : candidate_costs_) points_cost_ += of_point;
-  initial_cost_ = points_cost_ + cost_of_motions();
+  for (const double of_point : candidate_costs_) initial_cost_ += of_point;
 }
 
 bool ReducedBundle::is_noise(double cost, int num_rays) const {
@@ -101,7 +99,7 @@ bool ReducedBundle::is_noise(double cost, int num_rays) const {
 }
 
 bool ReducedBundle::is_near_noise() const {
-  return 2 * points_cost_ < kFarOff * squared_width_ * static_cast<double>(rays_.size());
+  return 2 * initial_cost_ < kFarOff * squared_width_ * static_cast<double>(rays_.size());
 }
 
 ReducedBundle::PointState ReducedBundle::state_of(std::size_t point, const Eigen::Vector3d& x) const {
@@ -187,7 +185,7 @@ double ReducedBundle::evaluate(const double* parameters) {
     for (int k = 0; k < 6; ++k) moved_[i][k] = parameters[6 * i + k] - accepted_parameters_[6 * i + k];
     moved_[i].head<3>() = (left_jacobians_[i] * moved_[i].head<3>()).eval();
   }
-  double cost = cost_of_motions();
+  double cost = 0;
   team_.for_runs(static_cast<int>(accepted_.size()), kRun,
                  [this](int p) { candidate_costs_[p] = settle(p); });
   for (const double of_point : candidate_costs_) cost += of_point;
@@ -278,36 +276,6 @@ void ReducedBundle::fill(const Part& part, Eigen::MatrixXd* information, Eigen::
   with_each_point([&](std::size_t p) { eliminate_point(p, part, information, gradient); });
 }
 
-double ReducedBundle::cost_of_motions() const {
-  double cost = 0;
-  for (const BundleMotion& m : motions_) {
-    cost += 0.5 * motion_cost(MotionResidual(m, cameras_, false).residual.squaredNorm());
-  }
-  return cost;
-}
-
-// The lower triangle only.
-void ReducedBundle::add_motions(Eigen::MatrixXd* information, Eigen::VectorXd* gradient) const {
-  for (const BundleMotion& m : motions_) {
-    const MotionResidual motion(m, cameras_, true);
-    const double squared = motion.residual.squaredNorm(), derivative = motion_loss_derivative(squared);
-    const Eigen::Matrix3d curvature =
-        derivative * Eigen::Matrix3d::Identity() +
-        2 * motion_loss_second_derivative(squared) * motion.residual * motion.residual.transpose();
-    for (int i = 0; i < 3; ++i) {
-      const int row = free_of_[m.cameras[i]];
-      if (row < 0) continue;
-      gradient->segment<6>(6 * row) += derivative * motion.by_pose[i].transpose() * motion.residual;
-      for (int j = 0; j < 3; ++j) {
-        const int column = free_of_[m.cameras[j]];
-        if (column < 0 || column > row) continue;
-        information->block<6, 6>(6 * row, 6 * column) +=
-            motion.by_pose[i].transpose() * curvature * motion.by_pose[j];
-      }
-    }
-  }
-}
-
 // Converts from rotations about the camera centres to the cameras' parameters; constant parameters are
 // cleared.
 void ReducedBundle::to_parameters(Eigen::MatrixXd* information, Eigen::VectorXd* gradient) const {
@@ -341,7 +309,6 @@ bool ReducedBundle::linearize(Eigen::MatrixXd* factor, Eigen::VectorXd* residual
   const std::size_t worth = std::min(free_.size(), 1 + rays_.size() / kRaysPerPart);
   const int parts = std::clamp(team_.threads(), 1, std::max(1, static_cast<int>(worth)));
   team_.for_each(parts, [&](int part) { fill({part, parts}, &information, &gradient); });
-  add_motions(&information, &gradient);
   to_parameters(&information, &gradient);
   std::optional<Eigen::MatrixXd> lower = cholesky_factor(information);
   if (!lower) return false;

@@ -7,7 +7,6 @@
 #include "bundle_cameras.h"
 #include "common/thread_team.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
-#include "motion_residual.h"
 #include "reprojection.h"
 
 namespace mono_pose_tracker {
@@ -79,8 +78,6 @@ class ReducedBundle {
   void fill(const Part& part, Eigen::MatrixXd* information, Eigen::VectorXd* gradient) const;
   void eliminate_point(std::size_t point, const Part& part, Eigen::MatrixXd* information,
                        Eigen::VectorXd* gradient) const;
-  double cost_of_motions() const;
-  void add_motions(Eigen::MatrixXd* information, Eigen::VectorXd* gradient) const;
   void to_parameters(Eigen::MatrixXd* information, Eigen::VectorXd* gradient) const;
 
   const Loss loss_;
@@ -90,9 +87,8 @@ class ReducedBundle {
   const std::vector<int> free_;
   std::vector<int> begin_;  // rays of point p: from begin_[p] up to begin_[p + 1]
   std::vector<ViewingRay> rays_;
-  std::vector<BundleMotion> motions_;
-  std::vector<int> free_of_;                   // by camera, or -1
-  double points_cost_ = 0, initial_cost_ = 0;  // of the points, and with the motions
+  std::vector<int> free_of_;  // by camera, or -1
+  double initial_cost_ = 0;
 
   std::vector<Eigen::Vector3d> candidate_;  // of the last evaluation
   std::vector<double> candidate_costs_, candidate_parameters_;

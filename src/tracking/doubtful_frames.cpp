@@ -18,23 +18,6 @@ std::vector<std::int64_t> doubtful_alone(const std::vector<RegisteredFrame>& tra
   return alone;
 }
 
-std::set<std::int64_t> runs_without_keyframe(const std::vector<RegisteredFrame>& trajectory,
-                                             const std::set<std::int64_t>& keyframes) {
-  const auto index = [&](std::size_t i) { return trajectory[i].index; };
-  std::set<std::int64_t> apart;
-  for (std::size_t begin = 0, end; begin < trajectory.size(); begin = end) {
-    end = begin + 1;
-    while (end < trajectory.size() && index(end) == index(end - 1) + 1) ++end;
-    const std::int64_t first = index(begin), last = index(end - 1), length = last - first + 1;
-    const auto keyframe = keyframes.lower_bound(first);
-    if (keyframe != keyframes.end() && *keyframe <= last) continue;
-    if (begin > 0 && first - index(begin - 1) <= length) continue;
-    if (end < trajectory.size() && index(end) - last <= length) continue;
-    for (std::size_t i = begin; i < end; ++i) apart.insert(index(i));
-  }
-  return apart;
-}
-
 bool may_lead_astray(std::size_t doubtful, std::size_t posed) {
   // By which a doubtful pose may be off. A guess: of those that were seen to be wrong, one to three.
   constexpr double kSteps = 3;

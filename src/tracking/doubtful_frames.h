@@ -14,12 +14,6 @@ namespace mono_pose_tracker {
 std::vector<std::int64_t> doubtful_alone(const std::vector<RegisteredFrame>& trajectory,
                                          const std::set<std::int64_t>& doubtful);
 
-// Frames in a row of which none is a keyframe, and from which the next frame with a pose is farther than they
-// are many: they were found by descriptors alone, each by itself, and nothing that they see near them is in
-// the map. keyframes: frames of these.
-std::set<std::int64_t> runs_without_keyframe(const std::vector<RegisteredFrame>& trajectory,
-                                             const std::set<std::int64_t>& keyframes);
-
 // Whether so many doubtful poses of so many may take the path off by more than a known one is
 // (mapping/path_precision.h).
 bool may_lead_astray(std::size_t doubtful, std::size_t posed);

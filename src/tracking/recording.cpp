@@ -160,31 +160,6 @@ class DoubtBeside {
   std::future<std::string> found_;  // last: it waits for its thread, which uses what stands before it
 };
 
-// Images whose poses were taken out: what is found without them stays, unless it lies astray.
-void pose_anew(const Recording& recording, const std::set<std::int64_t>& frames, Tracker* tracker,
-               RecordingResult* result) {
-  resect_again(recording, frames, unobserved, tracker, result);
-  tracker->leave_out_strays();
-}
-
-// Where the images hardly tell where the camera was, its motion does.
-void settle_motion(const Recording& recording, Tracker* tracker, RecordingResult* result) {
-  if (recording.interrupted()) return;
-  const std::set<std::int64_t> unsettled = tracker->settle_motion();
-  resect_again(recording, unsettled, unobserved, tracker, result);
-  tracker->smooth(unsettled);
-  tracker->leave_out_strays();
-}
-
-// Beyond a gap there may be nothing to tell a pose but what is far.
-void doubt_runs_apart(const Tracker& tracker, RecordingResult* result) {
-  std::set<std::int64_t> keyframes;
-  for (const auto& entry : tracker.map().keyframes()) keyframes.insert(entry.second.frame_index);
-  // In a loaded map there need be none near.
-  if (keyframes.empty() || is_of_earlier_run(*keyframes.begin())) return;
-  result->doubtful.merge(runs_without_keyframe(tracker.trajectory(), keyframes));
-}
-
 void note(const FrameReport& report, const RecordingReader& reader, Reasons* reasons,
           RecordingResult* result) {
   if (report.reason == Reason::kImageSizeMismatch) {
@@ -253,11 +228,6 @@ void register_again(const Recording& recording, const FrameObserver& observer, T
   std::set<std::int64_t> outdated = tracker->refine_with_graph();
   outdated.merge(tracker->adjust_frames());
   resect_again(recording, outdated, unobserved, tracker, result);
-  if (recording.interrupted()) return;
-  // Where the camera can hardly have been, between images where it certainly was.
-  pose_anew(recording, tracker->take_out_strays(), tracker, result);
-  settle_motion(recording, tracker, result);
-  doubt_runs_apart(*tracker, result);
 }
 
 // The maps of this recording, and what was found out about them.

@@ -19,9 +19,10 @@ constexpr double kNearChange = 0.01;
 constexpr double kUnsettledChange = 0.02;  // of the focal length; of the image's longer side at its edge
 // What a feature is located to, and a third of the one per cent that a refined focal length is good for.
 constexpr double kSettledShiftPx = 1, kSettledChange = 0.003;
-// A calibration that is right is confirmed to one or two per cent even by a map that has a few wrong points;
-// a stabiliser's crop, zoom, binning or another camera's file are off by more.
-constexpr double kDoubtfulChange = 0.05, kDoubtfulSigmas = 10;
+// On parts of recordings the images ask for focal lengths up to 6 % off a right calibration: rolling shutter
+// and distortion that is not modelled act on all features alike, so that the covariance misses them. A
+// stabiliser's crop, zoom, binning or another camera's file are off by more.
+constexpr double kDoubtfulChange = 0.1, kDoubtfulSigmas = 10;
 // What a part of the recording says against it counts where it could tell.
 constexpr double kTellingSigmas = 3, kLeastOfChange = 0.5;
 

@@ -85,15 +85,7 @@ StillBackground Tracker::background_of(const std::vector<SeenImage>& images) con
 
 std::set<std::int64_t> Tracker::adjust_frames() { return impl_->adjust_frames(); }
 
-std::set<std::int64_t> Tracker::take_out_strays() { return impl_->take_out_strays(); }
-
 std::set<std::int64_t> Tracker::refine_with_graph() { return impl_->refine_with_graph(); }
-
-void Tracker::leave_out_strays() { impl_->leave_out_strays(); }
-
-std::set<std::int64_t> Tracker::settle_motion() { return impl_->settle_motion(); }
-
-void Tracker::smooth(const std::set<std::int64_t>& frames) { impl_->smooth(frames); }
 
 std::vector<FinishedMap> Tracker::maps() { return impl_->maps(); }
 

@@ -207,15 +207,11 @@ void Tracker::Impl::assess_maps(std::int64_t images, std::vector<FinishedMap>* m
 FrameReport Tracker::Impl::resect_again(std::int64_t frame_index, std::int64_t stamp_ns,
                                         const PreparedImage& image, const cv::Mat& mask) {
   FrameReport report;
-  posed_again_.erase(frame_index);
   const std::optional<Frame> frame = make_frame_again(frame_index, stamp_ns, image, mask, &report);
   const TrackingMapPtr map = worker_.latest();
   if (frame && map) {
     const ResectionReport resection = register_again(*frame, *map);
-    if (resection.success) {
-      set_pose(*frame, *map, resection, Among::kAll, true);
-      posed_again_[frame_index] = resection.covariance + resection.map_covariance;
-    }
+    if (resection.success) set_pose(*frame, *map, resection, Among::kAll, true);
     describe(resection, &report);
   }
   finish_report(&report);

@@ -48,13 +48,12 @@ inline bool has_earlier_frames(const TrackingMap& map) {
   return is_of_earlier_run(map.keyframes.begin()->second.frame_index);
 }
 
-// The states of a Tracker, and the one way that an image goes through them. In twelve files:
+// The states of a Tracker, and the one way that an image goes through them. In ten files:
 // tracker_states.cpp and tracker_accept.cpp follow the camera, tracker_corrections.cpp the mapper's
 // corrections, tracker_body.cpp keeps to the body that turns, tracker_search.cpp is for when the camera is
-// lost, tracker_finish.cpp for the end of a recording, tracker_gaps.cpp for the images that have no pose
-// then, tracker_strays.cpp for those that have an impossible one, tracker_motion.cpp for those that see too
-// little to know it, tracker_background.cpp for what
-// stood still, tracker_saved_maps.cpp for maps of other runs.
+// lost, tracker_finish.cpp for the end of a recording, tracker_gaps.cpp and tracker_registration.cpp for the
+// images that have no pose then, tracker_background.cpp for what stood still, tracker_saved_maps.cpp for maps
+// of other runs.
 class Tracker::Impl {
  public:
   Impl(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,
@@ -92,11 +91,7 @@ class Tracker::Impl {
   std::vector<FinishedMap> maps();
   void assess_maps(std::int64_t images, std::vector<FinishedMap>* maps);
   std::set<std::int64_t> adjust_frames();
-  std::set<std::int64_t> take_out_strays();
   std::set<std::int64_t> refine_with_graph();
-  void leave_out_strays();
-  std::set<std::int64_t> settle_motion();
-  void smooth(const std::set<std::int64_t>& frames);
   ViewGraph& view_graph() { return worker_.mapper().view_graph(); }
   FinishedMap finished(const TrackingMap& view);
   bool is_consistent_whole(const FinishedMap& map) const;
@@ -152,9 +147,6 @@ class Tracker::Impl {
   bool accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
               FrameReport* report);
   void complete_map();
-  double least_stray(const TrackingMap& map) const;
-  std::set<std::int64_t> find_strays() const;
-  std::set<std::int64_t> take_out(const std::set<KeyframeId>& keyframes);
   void resume_largest();
   std::optional<Frame> make_frame_again(std::int64_t frame_index, std::int64_t stamp_ns,
                                         const PreparedImage& image, const cv::Mat& mask, FrameReport* report);
@@ -255,11 +247,10 @@ class Tracker::Impl {
   std::map<std::uint32_t, std::uint32_t> times_corrected_;  // by map
   std::map<std::int64_t, Frame> unposed_;                   // of a finished recording
   SeenImages seen_;                                         // of a recording, of the images that were posed
-  std::map<std::int64_t, Matrix6d> posed_again_;      // covariances of map_from_camera, in the finished map
-  KnownMatches known_matches_;                        // of the finished map's keyframes
-  bool grown_ = false;                                // the finished map has
-  std::pair<std::uint32_t, std::uint64_t> reported_;  // map and correction that the last report knew of
-  std::uint32_t present_map_ = 0;                     // id of the one that reference_ is of
+  KnownMatches known_matches_;                              // of the finished map's keyframes
+  bool grown_ = false;                                      // the finished map has
+  std::pair<std::uint32_t, std::uint64_t> reported_;        // map and correction that the last report knew of
+  std::uint32_t present_map_ = 0;                           // id of the one that reference_ is of
   std::uint32_t motion_map_ = 0;                // of what object_finder_ has told by its motion, once it has
   ScaleSource scale_ = ScaleSource::kMapUnits;  // of its lengths, as reference_ knows them
   double length_scale_ = 1;                     // by corrections since the last report

@@ -35,6 +35,23 @@ std::vector<KeyframeId> nearest_in_time(const TrackingMap& map, std::int64_t fra
   return nearest;
 }
 
+// The frames that stand on one of the keyframes: on what it was taken out for as well, and its own.
+std::set<std::int64_t> frames_on(const TrackingMap& map, const FramePoses& poses,
+                                 const std::set<KeyframeId>& keyframes) {
+  const auto stands_on_one = [&](KeyframeId id) {
+    return keyframes.count(living_ancestor(map.removed_keyframes, id)) > 0;
+  };
+  std::set<std::int64_t> frames;
+  for (const auto& [index, pose] : poses.all()) {
+    if (stands_on_one(pose.reference)) frames.insert(index);
+  }
+  for (const KeyframeId id : keyframes) frames.insert(map.keyframes.at(id).frame_index);
+  for (const auto& [id, link] : map.removed_keyframes) {
+    if (stands_on_one(id)) frames.insert(link.frame_index);
+  }
+  return frames;
+}
+
 }  // namespace
 
 // Those of them that the graph has, computed where they are not known yet.
@@ -138,6 +155,17 @@ ResectionReport Tracker::Impl::register_again(const Frame& frame, const Tracking
     return near;
   }
   return register_image(frame, map, std::nullopt);
+}
+
+std::set<std::int64_t> Tracker::Impl::refine_with_graph() {
+  if (options_.localize_only || !worker_.latest()) return {};
+  const TrackingMapPtr before = worker_.latest();
+  const std::set<KeyframeId> removed = worker_.mapper().refine_with_graph({});
+  std::set<std::int64_t> frames;
+  if (!removed.empty()) frames = frames_on(*before, frames_[before->map_id], removed);
+  follow_mapper();
+  for (const std::int64_t index : frames) frames_[worker_.latest()->map_id].erase(index);
+  return frames;
 }
 
 // Poses of the images between the keyframes, from the landmarks that they were registered by, as these are

@@ -251,7 +251,6 @@ void Tracker::Impl::begin_anew() {
   object_finder_.reset();
   is_segmented_ = false;
   frames_.clear();
-  posed_again_.clear();
   others_.clear();
   tentative_.reset();
   present_map_ = 0;

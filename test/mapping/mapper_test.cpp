@@ -163,35 +163,6 @@ TEST_F(MapperTest, KeyframesBringNewLandmarksAndLongerTracks) {
   }
 }
 
-// What is made of a step that is taken for a third as long is a third as large: it would stay so, and so
-// would all that follows.
-TEST_F(MapperTest, AKeyframeThatMakesAWorldOfAnotherSizeIsRefused) {
-  const InitialMap initial = scene_.initial_map(3);
-  Map third;
-  for (const InitialMap::View& view : initial.views) {
-    third.add_keyframe(view.frame.index, view.frame.stamp_ns, view.camera_from_map, view.frame.image);
-  }
-  for (const InitialMap::Point& point : initial.points) {
-    const LandmarkId l = third.add_landmark(point.x_in_map);
-    for (const auto& [view, feature] : point.observations) third.add_observation(l, view, feature);
-  }
-  Mapper mapper(options(), scene_.camera);
-  mapper.restore(third, 0);
-  const Frame frame = scene_.frame(2);
-  const KeyframeCandidate right = candidate(mapper.map(), frame, KnownScene::pose(2));
-  KeyframeCandidate wrong = right;
-  wrong.camera_from_reference.translation *= 0.3;
-  wrong.observations.resize(20);
-  mapper.insert(wrong);
-  mapper.map().check();
-  EXPECT_EQ(mapper.map().keyframes().size(), 2u);
-  EXPECT_EQ(mapper.tracking_map()->keyframes.size(), 2u);
-  EXPECT_LE(mapper.map().landmarks().size(), initial.points.size());
-  mapper.insert(right);
-  EXPECT_EQ(mapper.map().keyframes().size(), 3u);
-  EXPECT_GT(mapper.map().landmarks().size(), 2 * initial.points.size());
-}
-
 TEST_F(MapperTest, WrongObservationsGo) {
   Mapper mapper(options(), scene_.camera);
   mapper.initialize(scene_.initial_map(1), 0);

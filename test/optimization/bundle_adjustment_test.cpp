@@ -61,50 +61,6 @@ TEST(BundleAdjustment, OneOutlierInTenDoesLittleHarm) {
   }
 }
 
-// What it sees is some hundred times as far as the cameras are apart.
-TEST(BundleAdjustment, ACameraThatSeesFarThingsOnlyIsLedBackByItsMotion) {
-  constexpr int kFar = 4;
-  BundleProblem problem = scene(9, 80, 0.5, 13);
-  const BundleProblem truth = problem;
-  const Eigen::Vector3d center = truth.cameras[kFar].camera_from_map.inverse().translation;
-  std::vector<BundleObservation> seen;
-  Random random(14);
-  for (const BundleObservation& o : problem.observations) {
-    if (o.camera != kFar && o.point % 2 == 0) seen.push_back(o);
-  }
-  for (std::size_t j = 1; j < problem.points.size(); j += 2)
-    problem.points[j] = center + 60 * (problem.points[j] - center);
-  for (BundleObservation o : truth.observations) {
-    if (o.point % 2 == 0) continue;
-    const Eigen::Vector3d x = truth.cameras[o.camera].camera_from_map * problem.points[o.point];
-    Eigen::Vector2d pixel;
-    if (!bundle_camera().project(x, &pixel)) continue;
-    o.bearing = bundle_camera().bearing(pixel + 0.5 * Eigen::Vector2d(random.normal(), random.normal()));
-    bundle_camera().project(o.bearing, &pixel, &o.pixel_from_bearing);
-    seen.push_back(o);
-  }
-  problem.observations = seen;
-  for (const int i : {0, 8}) problem.cameras[i].constant = true;
-  BundleProblem with_motion = problem;
-  for (int i = 0; i + 2 < 9; ++i) with_motion.motions.push_back({{i, i + 1, i + 2}, 0.1, 0.1, 0.2});
-  const auto error = [&](BundleProblem* p) {
-    p->cameras[kFar].camera_from_map.translation.x() += 1;
-    EXPECT_TRUE(adjust_bundle(BundleOptions(), p).usable);
-    return (p->cameras[kFar].camera_from_map.inverse().translation - center).norm();
-  };
-  const double by_images = error(&problem), by_motion_too = error(&with_motion);
-  EXPECT_LT(by_motion_too, 0.1);
-  EXPECT_LT(3 * by_motion_too, by_images);
-  for (int i = 0; i < 9; ++i) {  // the others are where their images say
-    if (i == kFar) continue;
-    EXPECT_LT((with_motion.cameras[i].camera_from_map.inverse().translation -
-               truth.cameras[i].camera_from_map.inverse().translation)
-                  .norm(),
-              0.02)
-        << i;
-  }
-}
-
 TEST(BundleAdjustment, TwoRunsGiveTheSameBytes) {
   BundleProblem a = scene(5, 60, 0.5, 7);
   disturb(&a, 0.02, 8);

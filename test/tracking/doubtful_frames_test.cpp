@@ -35,15 +35,5 @@ TEST(DoubtfulFrames, OfAShortPathOneMayLeadAstray) {
   EXPECT_TRUE(may_lead_astray(300, 1000)) << "each leads to the next";
 }
 
-TEST(RunsWithoutKeyframe, AreApartByMoreThanTheyAreLong) {
-  std::vector<RegisteredFrame> trajectory;
-  for (const std::int64_t index : {0, 1, 2, 10, 11, 12, 20, 24, 25, 26, 28, 40}) {
-    trajectory.push_back({index, index, Rigid3()});
-  }
-  EXPECT_EQ(runs_without_keyframe(trajectory, {11, 28}), (std::set<std::int64_t>{0, 1, 2, 20, 40}));
-  EXPECT_TRUE(runs_without_keyframe(trajectory, {0, 12, 20, 28, 40}).empty()) << "24 to 26 are near 28";
-  EXPECT_TRUE(runs_without_keyframe({}, {}).empty());
-}
-
 }  // namespace
 }  // namespace mono_pose_tracker

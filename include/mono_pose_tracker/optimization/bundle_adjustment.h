@@ -25,20 +25,10 @@ struct BundleObservation {
   double sigma_px = 1;
 };
 
-/// Motion prior on three consecutive cameras: the change of velocity over sigma gives three residuals (loss:
-/// geometry/motion_prior.h). A weak constraint for cameras that observe only distant points, which do not
-/// determine their position.
-struct BundleMotion {
-  std::array<int, 3> cameras{-1, -1, -1};
-  double seconds_before = 0, seconds_after = 0;  // from the first to the second, from that to the third
-  double sigma = 1;                              // of the change, map units a second
-};
-
 struct BundleProblem {
   std::vector<BundleCamera> cameras;
   std::vector<Eigen::Vector3d> points;  // in the map's frame
   std::vector<BundleObservation> observations;
-  std::vector<BundleMotion> motions;
 };
 
 struct BundleOptions {

@@ -144,16 +144,6 @@ class Tracker {
   /// were registered by. Returns those that most of these no longer agree on: to be registered by their
   /// images again.
   std::set<std::int64_t> adjust_frames();
-  /// Frames of the finished map whose poses lie where the camera can hardly have been between the frames
-  /// before and after, to be posed again. The map is finished anew without the keyframes among them.
-  std::set<std::int64_t> take_out_strays();
-  /// What is still astray has no pose from then on.
-  void leave_out_strays();
-  /// The finished map is adjusted again where the camera can hardly have moved so: of images that see only
-  /// what is far. Frames that are no keyframes and still move so, to be posed again.
-  std::set<std::int64_t> settle_motion();
-  /// Those of them that were posed again go to where image and motion together lead.
-  void smooth(const std::set<std::int64_t>& frames);
   /// The finished map is refined against the view graph of its keyframes (mapping/view_graph.h). Frames that
   /// stood on keyframes that it contradicts: they have no pose any more, and may be registered again.
   std::set<std::int64_t> refine_with_graph();
