@@ -31,9 +31,9 @@ class TestSummary(unittest.TestCase):
         path.parent.mkdir(exist_ok=True)
         path.write_text(text)
 
-    def summarise(self, *programs):
+    def summarise(self, *programs, options=()):
         """Its lines and exit status."""
-        done = subprocess.run([sys.executable, SCRIPTS / "summarise_tests", self.folder.name, *programs],
+        done = subprocess.run([sys.executable, SCRIPTS / "summarise_tests", *options, self.folder.name, *programs],
                               stdout=subprocess.PIPE, text=True)
         return done.stdout.splitlines(), done.returncode
 
@@ -53,6 +53,13 @@ class TestSummary(unittest.TestCase):
         self.assertIn("failed: python_readme_test: left no result", lines)
         self.assertEqual(lines[-1], "1 passed, 1 failed")
         self.assertEqual(status, 1)
+
+    def test_programs_of_the_full_run_are_named(self):
+        self.write("gtest-a.xml", suite(case("a")))
+        lines, status = self.summarise("gtest_a", options=["--not-run=python_slow_test,rostest_b"])
+        self.assertEqual(lines[-2:], ["skipped: python_slow_test (--full runs it), rostest_b (--full runs it)",
+                                      "1 passed, 0 failed"])
+        self.assertEqual(status, 0)
 
     def test_skipped_python_tests_are_named(self):
         """rosunit by itself writes them down as passed."""
