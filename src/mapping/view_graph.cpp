@@ -7,6 +7,7 @@
 #include "geometry/essential.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
+#include "robust/ransac.h"
 
 namespace mono_pose_tracker {
 
@@ -129,6 +130,13 @@ bool ViewGraph::fit_motion(const Pair& pair, int motion, TwoViewGeometry* geomet
   pose.ransac.threshold = max_error_rad(pair);
   pose.ransac.seed += static_cast<std::uint64_t>(nodes_[pair.first].frame_index);
   pose.max_hypotheses = motion == 1 ? 2 : 1;
+  if (motion > 1) {
+    constexpr int kSampleSize = 5;
+    pose.ransac.max_iterations = std::min(
+        pose.ransac.max_iterations, static_cast<int>(std::ceil(ransac_iterations_needed(
+                                        options_.least_second_motion, kSampleSize, pose.ransac.confidence))));
+    pose.ransac.min_iterations = std::min(pose.ransac.min_iterations, pose.ransac.max_iterations);
+  }
   pose.quality = rest.quality;
   const RelativePoseReport report = estimate_relative_pose(rest.first, rest.second, pose);
   if (!report.success) return false;

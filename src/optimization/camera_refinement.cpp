@@ -337,6 +337,11 @@ CameraRefinement refine_camera(const CameraRefinementOptions& options, const Cam
   width = loss_width_by_spread(options.loss_width, residual_lengths(*best, at));
   const Information information = marginal_information(calibrating, width, at);
   ask_distortion(camera, at.step, information, &result);
+  if (std::abs(result.focal_asked) < options.least_focal_change &&
+      std::abs(result.distortion_asked_px) < options.least_distortion_px) {
+    result.focal_sigma = sigmas(information, kAll)[0];
+    return result;
+  }
   for (const Active& active : {kAll, kFocalDistortion, kFocal}) {
     const CalibrationStep sigma = sigmas(information, active);
     result.focal_sigma = sigma[0];

@@ -118,6 +118,16 @@ struct PlaneEstimator {
   std::vector<double> inverse_distance;
 };
 
+// Axes along the bisector of two directions and their normal. The rotation from one such frame to another is
+// the best for both directions equally (Markley 2002, Fast quaternion attitude estimation from two vector
+// measurements).
+Eigen::Matrix3d frame_of(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  const Eigen::Vector3d bisector = (a + b).normalized(), normal = a.cross(b).normalized();
+  Eigen::Matrix3d frame;
+  frame << bisector, normal.cross(bisector), normal;
+  return frame;
+}
+
 struct RotationEstimator {
   using Model = Eigen::Matrix3d;
   static constexpr int kSampleSize = 2;
@@ -137,8 +147,8 @@ struct RotationEstimator {
 
   int solve(const std::array<int, 2>& sample, std::array<Eigen::Matrix3d, 1>* models) const {
     const int i = sample[0], j = sample[1];
-    (*models)[0] = nearest_rotation(x2[i] * x1[i].transpose() + x2[j] * x1[j].transpose());
-    return 1;
+    (*models)[0] = frame_of(x2[i], x2[j]) * frame_of(x1[i], x1[j]).transpose();
+    return (*models)[0].determinant() > 0.5 ? 1 : 0;  // none of directions that are parallel
   }
 
   RansacScore score(const Eigen::Matrix3d& rotation, double cost_bound) const {

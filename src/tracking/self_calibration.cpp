@@ -22,6 +22,7 @@ constexpr double kSettledShiftPx = 1, kSettledChange = 0.003;
 // On parts of recordings the images ask for focal lengths up to 6 % off a right calibration: rolling shutter
 // and distortion that is not modelled act on all features alike, so that the covariance misses them. A
 // stabiliser's crop, zoom, binning or another camera's file are off by more.
+constexpr double kWrongGuess = 0.05;  // of a focal length that was guessed: corrected from here on
 constexpr double kDoubtfulChange = 0.1, kDoubtfulSigmas = 10;
 // What a part of the recording says against it counts where it could tell.
 constexpr double kTellingSigmas = 3, kLeastOfChange = 0.5;
@@ -72,9 +73,9 @@ bool is_asked_by_all_parts(CameraRefinementOptions options, const CameraParamete
 
 // By how much the images contradict the focal length, relative; 0 where they do not, or not clearly.
 double contradiction(const CameraRefinementOptions& options, const CameraParameters& camera, const Map& map,
-                     const CameraRefinement& r) {
+                     const CameraRefinement& r, double least_change) {
   const double change = change_asked(r);
-  const bool is_clear = std::abs(change) >= std::max(kDoubtfulChange, kDoubtfulSigmas * r.focal_sigma);
+  const bool is_clear = std::abs(change) >= std::max(least_change, kDoubtfulSigmas * r.focal_sigma);
   return is_clear && is_asked_by_all_parts(options, camera, map, focal_asked, change) ? change : 0;
 }
 
@@ -91,11 +92,16 @@ double corner_distortion_px(const CameraModel& camera) {
   return (corner - center).norm() - 2 * (half - center).norm();
 }
 
+double least_distortion_px(const DistortionDoubtOptions& limits, const CameraParameters& camera) {
+  return limits.min_share * 0.5 * std::hypot(camera.width, camera.height);
+}
+
 std::string doubt_of_distortion(const CameraRefinementOptions& options, const DistortionDoubtOptions& limits,
                                 const CameraParameters& camera, const Map& map, const CameraRefinement& r) {
   const double change = r.distortion_asked_px;
-  const double least = limits.min_share * 0.5 * std::hypot(camera.width, camera.height);
-  if (!(std::abs(change) >= std::max(least, limits.min_sigmas * r.distortion_sigma_px))) return "";
+  if (!(std::abs(change) >=
+        std::max(least_distortion_px(limits, camera), limits.min_sigmas * r.distortion_sigma_px)))
+    return "";
   if (!is_asked_by_all_parts(options, camera, map, distortion_asked, change)) return "";
   // Of what the calibration has, a third at most is left.
   constexpr double kLeftOfRectified = 1.0 / 3;
@@ -255,7 +261,7 @@ class Calibrator {
   // they contradict the one that was made.
   bool guess_anew(const CameraRefinement& r, const Map& map) {
     if (source_ != CalibrationSource::kGuessed) return false;
-    const double change = contradiction(options_, camera_, map, r);
+    const double change = contradiction(options_, camera_, map, r, kWrongGuess);
     if (change == 0 || is_cancelled()) return false;
     camera_ = with_focal(camera_, 1 + change);
     return true;
@@ -311,10 +317,14 @@ SelfCalibration calibrate_by_tracking(const CameraParameters& start, Calibration
 
 std::string doubt_of_calibration(const CameraRefinementOptions& options, const CameraParameters& camera,
                                  const Map& map, const DistortionDoubtOptions& distortion) {
-  const CameraRefinement r = refine_camera(options, camera, map);
+  // Of all parameters together the images may ask for more than of the focal length alone.
+  CameraRefinementOptions first = options;
+  first.least_focal_change = 0.5 * kDoubtfulChange;
+  first.least_distortion_px = least_distortion_px(distortion, camera);
+  const CameraRefinement r = refine_camera(first, camera, map);
   const std::string doubt = doubt_of_distortion(options, distortion, camera, map, r);
   if (!doubt.empty()) return doubt;
-  const double change = contradiction(options, camera, map, r);
+  const double change = contradiction(options, camera, map, r, kDoubtfulChange);
   if (change == 0) return "";
   return formatted(
       "the calibration is doubtful: the images fit a focal length of %.0f px better than the %.0f px "
