@@ -22,7 +22,7 @@ ViewGraph& Mapper::view_graph() {
   return *view_graph_;
 }
 
-void Mapper::connect() {
+void Mapper::connect(const KeyframePairs& overlapping) {
   ViewGraph& graph = view_graph();
   constexpr std::array<std::size_t, 6> kBefore = {1, 2, 3, 4, 6, 8};
   constexpr int kCovisible = 4, kPlaces = 3;
@@ -42,8 +42,7 @@ void Mapper::connect() {
       if (node.count(other)) pairs.emplace_back(node.at(id), node.at(other));
     }
   }
-  for (const auto& [first, second] : overlapping_pairs(map_))
-    pairs.emplace_back(node.at(first), node.at(second));
+  for (const auto& [first, second] : overlapping) pairs.emplace_back(node.at(first), node.at(second));
   graph.connect(pairs);
 }
 
@@ -81,7 +80,6 @@ std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& co
   std::set<KeyframeId> removed;
   int before = std::numeric_limits<int>::max();
   for (int round = 0; round < kMaxRounds && !is_cancelled(); ++round) {
-    connect();
     const std::vector<EdgeConsistency> edges = edge_consistency(map_, view_graph(), consistency);
     // Another round must explain an edge's worth of matches more.
     const int unexplained = unexplained_by(edges);
@@ -93,7 +91,9 @@ std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& co
     if (!alignment || !alignment->is_better(consistency)) {
       const std::set<KeyframeId> of_segment(segment->keyframes.begin(), segment->keyframes.end());
       remove_keyframes(of_segment);
-      removed.insert(of_segment.begin(), of_segment.end());
+      for (const KeyframeId id : of_segment) {
+        if (!map_.keyframe(id)) removed.insert(id);
+      }
       finish();
       continue;
     }

@@ -342,8 +342,9 @@ void Mapper::finish() {
   for (const auto& entry : map_.keyframes()) leave_out_fixed(entry.first);
   // All shared tracks stay, unlike in a map that goes on: those that do not hold are culled below. Dropped,
   // they cost a recording of many gaps a tenth of its images.
-  connect();
-  if (!link_views(options_, &view_graph(), &map_).empty()) adjust_tied(bundle);
+  const KeyframePairs overlapping = overlapping_pairs(options_.bundle, map_);
+  connect(overlapping);
+  if (!link_views(options_, overlapping, &view_graph(), &map_).empty()) adjust_tied(bundle);
   retriangulate({});
   complete(bundle);
   drop_two_view_landmarks();

@@ -21,6 +21,7 @@
 #include "mapping/map_joiner.h"
 #include "mapping/matches_in_time.h"
 #include "mapping/rigidity_watch.h"
+#include "mapping/view_linker.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
@@ -77,9 +78,9 @@ class Mapper {
 
   /// The recording's, of all maps. Made at the first call, with the options of that time.
   ViewGraph& view_graph();
-  /// Adds the edges of this map to the view graph: keyframes before in time, covisible ones, and those that
-  /// look like each other.
-  void connect();
+  /// Adds the edges of this map to the view graph: keyframes before in time, covisible ones, those that look
+  /// like each other, and pairs that overlap.
+  void connect(const KeyframePairs& overlapping = {});
   /// The global refinement against the view graph: segments that it puts elsewhere are moved there and the
   /// map is finished anew, until none is left or max_rounds. Keyframes that it contradicts without another
   /// place for them are removed; they are returned.

@@ -49,7 +49,8 @@ std::shared_ptr<const Mapper::TiedAdjustment> Mapper::tie_and_adjust(const Mappe
   Map tied = snapshot;
   std::vector<ViewTie> ties;
   ViewGraph graph(view_graph_options(options));
-  if (options.adjusts_all) ties = link_views(options, &graph, &tied, tied_at);
+  if (options.adjusts_all)
+    ties = link_views(options, overlapping_pairs(options.bundle, tied, tied_at), &graph, &tied);
   while (true) {
     auto solved = GlobalAdjustment::solve(options.bundle, snapshot, parts_were_apart || !ties.empty(), &tied);
     if (!solved) return nullptr;

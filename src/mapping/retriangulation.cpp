@@ -17,14 +17,33 @@ constexpr std::size_t kMinViews = 3;  // two contradict each other in no more th
 // px at 640 px (image_scale), from where the poses as they are have it: of a wrong match it is tens, while
 // poses that are off by a degree or two displace a right one by several.
 constexpr double kWithin = 10;
-// Where the poses have the point, from its first and last view; false when one of the views lies too far off.
+// The view of the track whose ray makes the largest angle with this one's.
+std::size_t widest_from(std::size_t view, const std::vector<const Keyframe*>& in_time,
+                        const FeatureTrack& track) {
+  const auto ray = [&](std::size_t i) {
+    const Keyframe& keyframe = *in_time[track[i].first];
+    return (keyframe.camera_from_map.rotation.conjugate() * keyframe.image->set.bearings[track[i].second])
+        .eval();
+  };
+  const Eigen::Vector3d of_view = ray(view);
+  std::size_t widest = view;
+  double least_cosine = 2;
+  for (std::size_t i = 0; i < track.size(); ++i) {
+    const double cosine = i == view ? 2 : of_view.dot(ray(i));
+    if (cosine < least_cosine) least_cosine = cosine, widest = i;
+  }
+  return widest;
+}
+
+// Where the poses have the point, from two views far apart; false when one of the views lies too far off.
 bool locate(const std::vector<const Keyframe*>& in_time, const FeatureTrack& track,
             Eigen::Vector3d* x_in_map) {
-  const Keyframe &first = *in_time[track.front().first], &last = *in_time[track.back().first];
+  const std::size_t one = widest_from(0, in_time, track), other = widest_from(one, in_time, track);
+  const Keyframe &first = *in_time[track[one].first], &last = *in_time[track[other].first];
   Eigen::Vector3d x_in_first;
   if (!triangulate_two_views(last.camera_from_map * first.camera_from_map.inverse(),
-                             first.image->set.bearings[track.front().second],
-                             last.image->set.bearings[track.back().second], &x_in_first)) {
+                             first.image->set.bearings[track[one].second],
+                             last.image->set.bearings[track[other].second], &x_in_first)) {
     return false;
   }
   *x_in_map = first.camera_from_map.inverse() * x_in_first;
@@ -66,9 +85,9 @@ std::set<KeyframeId> weak_keyframes(const std::vector<const Keyframe*>& in_time,
   return weak;
 }
 
-// The landmark that most features of the track observe.
-LandmarkId most_observed(const Map& map, const std::vector<const Keyframe*>& in_time,
-                         const FeatureTrack& track) {
+// The landmark most of whose observations are on the track: of no two tracks it is the same.
+LandmarkId landmark_of(const Map& map, const std::vector<const Keyframe*>& in_time,
+                       const FeatureTrack& track) {
   std::map<LandmarkId, int> votes;
   for (const auto& [k, feature] : track) {
     const LandmarkId id = map.keyframe(in_time[k]->id)->landmark_of_feature[feature];
@@ -76,7 +95,9 @@ LandmarkId most_observed(const Map& map, const std::vector<const Keyframe*>& in_
   }
   const auto most = std::max_element(votes.begin(), votes.end(),
                                      [](const auto& a, const auto& b) { return a.second < b.second; });
-  return most == votes.end() ? kNoLandmark : most->first;
+  if (most == votes.end()) return kNoLandmark;
+  const auto observations = static_cast<int>(map.landmark(most->first)->observations.size());
+  return 2 * most->second > observations ? most->first : kNoLandmark;
 }
 
 }  // namespace
@@ -125,7 +146,7 @@ void replace_landmarks(const FeatureTracks& tracks, int min_landmarks, Map* map)
     for (const Observation& o : observations) other.remove_observation(id, o.keyframe);
   }
   for (const LocatedTrack& t : located) {
-    LandmarkId l = most_observed(*map, in_time, t.track);
+    LandmarkId l = landmark_of(*map, in_time, t.track);
     if (l == kNoLandmark || !other.landmark(l)->observations.empty()) l = other.add_landmark(t.x_in_map);
     other.set_position(l, t.x_in_map);
     for (const auto& [k, feature] : t.track) {

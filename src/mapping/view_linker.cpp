@@ -101,9 +101,10 @@ std::vector<ViewTie> ties_of(const std::vector<LikelySight>& sights, const std::
   return ties;
 }
 
-std::vector<std::pair<KeyframeId, KeyframeId>> overlapping_pairs(const Map& map, KeyframeId newer_than) {
-  std::vector<std::pair<KeyframeId, KeyframeId>> pairs;
+KeyframePairs overlapping_pairs(const BundleOptions& options, const Map& map, KeyframeId newer_than) {
+  KeyframePairs pairs;
   for (const auto& [id, keyframe] : map.keyframes()) {
+    if (options.is_cancelled()) return {};
     const std::vector<SeenLandmark> landmarks = seen_landmarks(keyframe);
     std::vector<std::pair<double, KeyframeId>> overlapping;
     for (const auto& [other_id, other] : map.keyframes()) {
@@ -121,16 +122,12 @@ std::vector<std::pair<KeyframeId, KeyframeId>> overlapping_pairs(const Map& map,
   return pairs;
 }
 
-std::vector<ViewTie> link_views(const MapperOptions& options, ViewGraph* graph, Map* map,
-                                KeyframeId newer_than) {
-  const std::vector<std::pair<KeyframeId, KeyframeId>> pairs = overlapping_pairs(*map, newer_than);
-  std::vector<ViewGraph::Pair> edges;
-  for (const auto& [first, second] : pairs)
-    edges.emplace_back(node_of(*map->keyframe(first), graph), node_of(*map->keyframe(second), graph));
-  graph->connect(edges);
+std::vector<ViewTie> link_views(const MapperOptions& options, const KeyframePairs& pairs, ViewGraph* graph,
+                                Map* map) {
   std::vector<ViewTie> all;
   for (const auto& [first, second] : pairs) {
     if (options.bundle.is_cancelled()) break;
+    graph->connect({{node_of(*map->keyframe(first), graph), node_of(*map->keyframe(second), graph)}});
     const std::vector<ViewTie> ties =
         ties_between(options, *graph, *map, *map->keyframe(first), *map->keyframe(second));
     tie_views(ties, map);

@@ -23,17 +23,19 @@ struct ViewTie {
 std::vector<ViewTie> ties_of(const std::vector<LikelySight>& sights, const std::vector<char>& agrees,
                              const Keyframe& first, const Keyframe& second);
 
+using KeyframePairs = std::vector<std::pair<KeyframeId, KeyframeId>>;
+
 // Keyframes that would see much of the same by their poses, but share few landmarks: of each the four that
 // overlap most. The newer one of each pair is newer than `newer_than`.
-std::vector<std::pair<KeyframeId, KeyframeId>> overlapping_pairs(const Map& map, KeyframeId newer_than = -1);
+KeyframePairs overlapping_pairs(const BundleOptions& options, const Map& map, KeyframeId newer_than = -1);
 
 // Ties keyframes together that look at the same place but share few landmarks, because the map drifted
 // between their times: they become edges of the view graph, P3P RANSAC over the verified matches with
 // landmarks confirms, and what agrees becomes one landmark. The poses are left to a bundle adjustment that
 // follows. One keyframe of each pair is newer than `newer_than`. Ends early once it is cancelled
 // (options.bundle). Returns what was tied, in the order of doing it.
-std::vector<ViewTie> link_views(const MapperOptions& options, ViewGraph* graph, Map* map,
-                                KeyframeId newer_than = -1);
+std::vector<ViewTie> link_views(const MapperOptions& options, const KeyframePairs& pairs, ViewGraph* graph,
+                                Map* map);
 
 // Keyframes half of whose ties or more do not hold in a map that was adjusted: the landmark is further than
 // this from what one of the two shows.

@@ -227,6 +227,7 @@ void register_again(const Recording& recording, const FrameObserver& observer, T
   if (recording.interrupted()) return;
   std::set<std::int64_t> outdated = tracker->refine_with_graph();
   outdated.merge(tracker->adjust_frames());
+  result->doubtful.insert(outdated.begin(), outdated.end());  // until they are registered again
   resect_again(recording, outdated, unobserved, tracker, result);
 }
 

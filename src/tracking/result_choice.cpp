@@ -9,11 +9,14 @@ namespace mono_pose_tracker {
 
 bool is_confirmed(const RecordingResult& result) { return result.tracked && result.maps.front().confirmed(); }
 
-// Explained matches of an edge, times the images: a map of few landmarks explains few, if all that it has.
+// A map of few landmarks may explain all that it has: its edges count less the fewer matches they hold.
 double score(const RecordingResult& result) {
+  constexpr double kEnough = 100;  // matches of an edge, four times what one needs: more say no more
   if (!result.tracked) return 0;
   const ExplainedMatches& matches = result.maps.front().explained;
-  return static_cast<double>(result.trajectory.size()) * matches.explained / std::max(1, matches.edges);
+  const double per_edge =
+      matches.edges > 0 ? static_cast<double>(matches.explained) / matches.edges : kEnough;
+  return static_cast<double>(result.trajectory.size()) * matches.share() * std::min(1.0, per_edge / kEnough);
 }
 
 bool is_better(const RecordingResult& result, const RecordingResult& before) {

@@ -83,7 +83,10 @@ StillBackground Tracker::background_of(const std::vector<SeenImage>& images) con
   return impl_->background_of(images);
 }
 
-std::set<std::int64_t> Tracker::adjust_frames() { return impl_->adjust_frames(); }
+std::set<std::int64_t> Tracker::adjust_frames() {
+  const TrackingMapPtr map = view();
+  return map ? impl_->adjust_frames(*map) : std::set<std::int64_t>();
+}
 
 std::set<std::int64_t> Tracker::refine_with_graph() { return impl_->refine_with_graph(); }
 

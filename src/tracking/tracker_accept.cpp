@@ -64,7 +64,7 @@ LandmarkPixels Tracker::Impl::landmarks_of(const KeyframeView& keyframe) const {
   return landmarks;
 }
 
-// Kept for a recording, which is written in the end: 24 bytes for each landmark, some 2 kB an image.
+// Kept for a recording, which is written in the end: 16 bytes for each landmark, some 2 kB an image.
 LandmarkPixels Tracker::Impl::registered_by(const Frame& frame, const ResectionReport& resection) const {
   if (pace_ == SearchPace::kLive) return nullptr;
   auto landmarks = std::make_shared<std::vector<LandmarkPixel>>();

@@ -188,8 +188,9 @@ std::vector<FinishedMap> Tracker::Impl::maps() {
   Mapper& mapper = worker_.mapper();
   for (const std::uint32_t id : mapper.inactive_maps()) {
     mapper.resume(id, true, epoch_);
-    if (!options_.localize_only) mapper.finish();
+    if (!options_.localize_only && !frames_[id].empty()) mapper.finish();
     apply_corrections(*mapper.tracking_map());  // it may have another size now
+    adjust_frames(*mapper.tracking_map());
     maps.push_back(finished(*mapper.tracking_map()));
   }
   mapper.resume(present->map_id, true, epoch_);

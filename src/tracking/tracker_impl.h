@@ -90,7 +90,7 @@ class Tracker::Impl {
   void fill_gaps();
   std::vector<FinishedMap> maps();
   void assess_maps(std::int64_t images, std::vector<FinishedMap>* maps);
-  std::set<std::int64_t> adjust_frames();
+  std::set<std::int64_t> adjust_frames(const TrackingMap& map);
   std::set<std::int64_t> refine_with_graph();
   ViewGraph& view_graph() { return worker_.mapper().view_graph(); }
   FinishedMap finished(const TrackingMap& view);

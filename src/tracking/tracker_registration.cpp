@@ -170,23 +170,23 @@ std::set<std::int64_t> Tracker::Impl::refine_with_graph() {
 
 // Poses of the images between the keyframes, from the landmarks that they were registered by, as these are
 // now. The images that most of these landmarks no longer agree on.
-std::set<std::int64_t> Tracker::Impl::adjust_frames() {
+std::set<std::int64_t> Tracker::Impl::adjust_frames(const TrackingMap& map) {
   std::set<std::int64_t> outdated;
-  const TrackingMapPtr map = worker_.latest();
   // A map that is only localised in stays as it is.
-  if (!map || options_.localize_only) return outdated;
-  FramePoses& poses = frames_[map->map_id];
+  if (options_.localize_only) return outdated;
+  FramePoses& poses = frames_[map.map_id];
   std::set<std::int64_t> of_keyframes;
-  for (const auto& entry : map->keyframes) of_keyframes.insert(entry.second.frame_index);
-  for (const RegisteredFrame& frame : trajectory()) {
-    if (of_keyframes.count(frame.index)) continue;
+  for (const auto& entry : map.keyframes) of_keyframes.insert(entry.second.frame_index);
+  for (const auto& [index, pose] : poses.all()) {
+    if (pose.is_stale && !of_keyframes.count(index)) outdated.insert(index);
+  }
+  for (const RegisteredFrame& frame : trajectory_in(map, poses)) {
+    if (of_keyframes.count(frame.index) || outdated.count(frame.index)) continue;
     FramePose pose = *poses.find(frame.index);
-    const std::optional<Rigid3> adjusted =
-        pose.is_stale || !pose.landmarks
-            ? std::nullopt
-            : pose_by_landmarks(*map, *pose.landmarks, frame.map_from_camera.inverse());
+    std::optional<Rigid3> adjusted;
+    if (pose.landmarks) adjusted = pose_by_landmarks(map, *pose.landmarks, frame.map_from_camera.inverse());
     Rigid3 reference_from_map;
-    if (!adjusted || !map->camera_from_map(pose.reference, &reference_from_map)) {
+    if (!adjusted || !map.camera_from_map(pose.reference, &reference_from_map)) {
       outdated.insert(frame.index);
       continue;
     }

@@ -40,7 +40,7 @@ class ViewLinkerTest : public testing::Test {
   MapperOptions options() const { return TrackerOptions().mapper(scene_.camera.focal()); }
   std::vector<ViewTie> link_views_of(Map* map, KeyframeId newer_than = -1) {
     ViewGraph graph(view_graph_options(options()));
-    return link_views(options(), &graph, map, newer_than);
+    return link_views(options(), overlapping_pairs(BundleOptions(), *map, newer_than), &graph, map);
   }
   std::size_t link() { return link_views_of(&map_).size(); }
 
@@ -119,7 +119,9 @@ TEST_F(ViewLinkerTest, NothingIsTiedOnceItIsCancelled) {
   MapperOptions cancelled = options();
   cancelled.bundle.cancel = [] { return true; };
   ViewGraph graph(view_graph_options(cancelled));
-  EXPECT_TRUE(link_views(cancelled, &graph, &map_).empty());
+  EXPECT_TRUE(overlapping_pairs(cancelled.bundle, map_).empty());
+  EXPECT_TRUE(link_views(cancelled, overlapping_pairs(BundleOptions(), map_), &graph, &map_).empty());
+  EXPECT_TRUE(graph.edges().empty());
   EXPECT_FALSE(tied());
 }
 

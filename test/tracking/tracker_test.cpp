@@ -47,6 +47,8 @@ TEST(Tracker, PosesEveryImageOfARecording) {
   ASSERT_EQ(trajectory.size(), static_cast<std::size_t>(kFrames));
   for (int i = 0; i < kFrames; ++i) EXPECT_EQ(trajectory[i].index, i);
   expect_accurate(posed(trajectory), 0.4, 1);
+  EXPECT_TRUE(tracker.adjust_frames().empty()) << "all agree with the map";
+  expect_accurate(posed(tracker.trajectory()), 0.4, 1);
   const std::shared_ptr<const MapSnapshot> all = tracker.snapshot();
   EXPECT_EQ(all->points.size(), tracker.map().landmarks().size());
   const MapSnapshot newest = newest_view_of(tracker.view());
