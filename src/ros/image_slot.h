@@ -6,8 +6,11 @@
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
+
+#include "ros/guard.h"
 
 namespace mono_pose_tracker {
 
@@ -19,7 +22,10 @@ class ImageSlot {
  public:
   using Command = std::function<void()>;
 
-  explicit ImageSlot(std::size_t capacity = 1) : capacity_(capacity > 0 ? capacity : 1) {}
+  /// on_error: gets the text of an exception that a command throws; it ends neither the others nor the
+  /// thread.
+  explicit ImageSlot(std::size_t capacity = 1, std::function<void(const std::string&)> on_error = nullptr)
+      : capacity_(capacity > 0 ? capacity : 1), on_error_(std::move(on_error)) {}
 
   /// Returns the item that was displaced, if any (the item itself once the slot is closed).
   std::optional<Item> put(Item item) {
@@ -57,7 +63,11 @@ class ImageSlot {
       if (!commands_.empty()) {
         const std::vector<Command> commands = std::exchange(commands_, {});
         lock.unlock();
-        for (const Command& command : commands) command();
+        for (const Command& command : commands) {
+          guarded(command, [this](const std::string& text) {
+            if (on_error_) on_error_(text);
+          });
+        }
         lock.lock();
         continue;
       }
@@ -80,6 +90,7 @@ class ImageSlot {
 
  private:
   const std::size_t capacity_;
+  const std::function<void(const std::string&)> on_error_;
   std::mutex mutex_;  // guards all below
   std::condition_variable changed_;
   std::deque<Item> items_;

@@ -90,7 +90,8 @@ void TrackerNodelet::set_up() {
   publishers_ = std::make_unique<Publishers>(*frames_, p.path_max_length, getPrivateNodeHandle(),
                                              [this](const std::string& text) { complain("listener", text); });
   time_guard_ = std::make_unique<TimeGuard>(static_cast<std::int64_t>(1e9 * p.time_jump));
-  slot_ = std::make_unique<ImageSlot<Frame>>(static_cast<std::size_t>(p.queue_size));
+  slot_ = std::make_unique<ImageSlot<Frame>>(static_cast<std::size_t>(p.queue_size),
+                                             [this](const std::string& text) { complain("command", text); });
   tracker_ = std::make_unique<LiveTracker>(
       p.tracker, *cameras_, masks_, std::chrono::milliseconds(static_cast<int>(1e3 * p.mask_timeout)),
       [this] { return mask_subscriber_.getNumPublishers() > 0; },

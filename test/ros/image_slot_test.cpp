@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <future>
+#include <stdexcept>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -53,6 +55,18 @@ TEST(ImageSlot, CloseWakesTheTakerAndHandsItemsBack) {
   EXPECT_FALSE(taken.get());
   EXPECT_EQ(slot.put(5), 5);
   EXPECT_FALSE(slot.post([] {}));
+}
+
+TEST(ImageSlot, ACommandThatThrowsIsReportedAndEndsNothing) {
+  std::string error;
+  ImageSlot<int> slot(1, [&](const std::string& text) { error = text; });
+  bool has_run = false;
+  slot.post([] { throw std::runtime_error("no such file"); });
+  slot.post([&] { has_run = true; });
+  slot.put(7);
+  EXPECT_EQ(slot.take(), 7);
+  EXPECT_EQ(error, "no such file");
+  EXPECT_TRUE(has_run) << "what was posted after it";
 }
 
 TEST(ImageSlot, EveryItemIsTakenOrDisplaced) {
