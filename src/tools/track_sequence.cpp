@@ -558,7 +558,7 @@ int run(const Arguments& given) {
   if (positions) aligned = align_to_positions(*positions, alignment_options(options), &run.result, &run.live);
   tell_of_result(options, &run.result);
   end_on_signals();  // one that came while images were tracked has had its effect
-  recording.interrupted = [before = int{signals_caught}] { return signals_caught > before; };
+  recording.interrupted = [before = signals_caught.load()] { return signals_caught > before; };
   const double seconds =
       write_all(a, options, recording, calibration, reference, aligned, *thumbnails, start, &run);
   if (!run.result.tracked) {

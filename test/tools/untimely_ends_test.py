@@ -16,6 +16,13 @@ import reported_skips  # noqa: E402, F401
 from track_sequence_runs import FRAMES, RunsOfARoom, content, lines, report, rows, run_program  # noqa: E402
 
 
+def is_caught(pid, number):
+    """Whether the process has a handler for the signal."""
+    with open(f"/proc/{pid}/status") as status:
+        mask = next(int(line.split()[1], 16) for line in status if line.startswith("SigCgt"))
+    return bool(mask >> (number - 1) & 1)
+
+
 class UntimelyEnds(RunsOfARoom):
     def interrupt(self, images, output, *camera):
         """What it says when it is interrupted at its 50th image."""
@@ -39,6 +46,21 @@ class UntimelyEnds(RunsOfARoom):
         self.assertTrue(any("interrupted after" in warning for warning in figures["warnings"]), figures["warnings"])
         self.assertLess(figures["frames_total"], 50 + 200)
         self.assertGreater(len(rows(output, "trajectory.txt")), 40)
+
+    def test_a_second_signal_of_either_kind_ends_it_at_once(self):
+        program = os.path.join(os.environ["PROGRAMS"], "track_sequence")
+        for first, second in ((signal.SIGINT, signal.SIGTERM), (signal.SIGTERM, signal.SIGINT)):
+            process = subprocess.Popen([program, "--images", self.list_of(self.names + 30 * (self.names[::-1] + self.names)),
+                                        "--camera", self.camera, "--output", self.path("twice")],
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+            next(line for line in process.stderr if "image 50:" in line)
+            process.send_signal(first)
+            while is_caught(process.pid, second):  # until the first has been handled
+                self.assertIsNone(process.poll(), "it ended by the first")
+                time.sleep(0.001)
+            process.send_signal(second)
+            process.communicate(timeout=60)
+            self.assertEqual(process.returncode, -second)
 
     def test_an_interrupted_refinement_leaves_what_its_run_came_to(self):
         """Its camera is a guess still, and no poses of an earlier run lie beside its own."""
