@@ -34,6 +34,13 @@ inline std::vector<LandmarkId> landmarks_seen_by(const Map& map, const std::vect
   if (seen.empty()) return seen;
   const auto [first, last] = std::minmax_element(seen.begin(), seen.end());
   const LandmarkId offset = *first;
+  // A map from a file may have ids far apart.
+  constexpr std::size_t kSparse = 64;
+  if (static_cast<std::size_t>(*last - offset) > kSparse * seen.size()) {
+    std::sort(seen.begin(), seen.end());
+    seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
+    return seen;
+  }
   std::vector<char> is_seen(*last - offset + 1, 0);
   for (const LandmarkId l : seen) is_seen[l - offset] = 1;
   seen.clear();
