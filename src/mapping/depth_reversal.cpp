@@ -9,12 +9,12 @@
 #include <unordered_map>
 #include <vector>
 
+#include "alternative_map.h"
 #include "common/median.h"
 #include "common/parallel.h"
 #include "common/so3.h"
-#include "mapping/other_body.h"
+#include "mapping/independent_motion.h"
 #include "optimization/map_adjustment.h"
-#include "rival_map.h"
 
 namespace mono_pose_tracker {
 
@@ -45,29 +45,29 @@ Eigen::Matrix3d about(double angle, const Eigen::Vector3d& axis) {
 }
 
 // Which way it turns then.
-enum class Way { kReversed, kSame };
+enum class RotationSense { kReversed, kSame };
 
 // Turns about the line of sight stay; the tilt of it goes `stretch` times as far.
-Eigen::Matrix3d turned(const Eigen::Matrix3d& turn, Way way, double stretch) {
+Eigen::Matrix3d turned(const Eigen::Matrix3d& turn, RotationSense sense, double stretch) {
   const double tilt = std::acos(std::clamp(turn(2, 2), -1.0, 1.0));
   if (tilt < 1e-5) return turn;  // without a direction, but for rounding
   const double after = std::atan2(turn(1, 2), turn(0, 2)), before = std::atan2(turn(2, 1), -turn(2, 0));
   const double far = std::min(stretch * tilt, std::max(tilt, kMaxTilt));
   return about(after, Eigen::Vector3d::UnitZ()) *
-         about(way == Way::kReversed ? -far : far, Eigen::Vector3d::UnitY()) *
+         about(sense == RotationSense::kReversed ? -far : far, Eigen::Vector3d::UnitY()) *
          about(before, Eigen::Vector3d::UnitZ());
 }
 
-void mistake_depth(Way way, double stretch, Map* map) {
+void mistake_depth(RotationSense sense, double stretch, Map* map) {
   if (map->keyframes().empty()) return;
   const Rigid3 first_from_map = map->keyframes().begin()->second.camera_from_map;
   const Eigen::Vector3d middle = middle_in(*map, first_from_map);
-  const Eigen::Vector3d sight = middle.normalized();
-  const Eigen::Matrix3d align_first = rotation_between(sight, Eigen::Vector3d::UnitZ());
+  const Eigen::Vector3d view_axis = middle.normalized();
+  const Eigen::Matrix3d align_first = rotation_between(view_axis, Eigen::Vector3d::UnitZ());
   for (const LandmarkId l : map->landmark_ids()) {
     const Eigen::Vector3d off = first_from_map * map->landmark(l)->x_in_map - middle;
-    const double deep = (way == Way::kReversed ? -1 : 1) / stretch;
-    const Eigen::Vector3d other_off = off - (1 - deep) * sight.dot(off) * sight;
+    const double deep = (sense == RotationSense::kReversed ? -1 : 1) / stretch;
+    const Eigen::Vector3d other_off = off - (1 - deep) * view_axis.dot(off) * view_axis;
     map->set_position(l, first_from_map.inverse() * (middle + other_off));
   }
   std::vector<std::pair<KeyframeId, Rigid3>> poses;
@@ -76,7 +76,7 @@ void mistake_depth(Way way, double stretch, Map* map) {
     const Eigen::Vector3d middle_here = from_first * middle;
     const Eigen::Matrix3d align_here = rotation_between(middle_here.normalized(), Eigen::Vector3d::UnitZ());
     const Eigen::Matrix3d turn = align_here * from_first.rotation_matrix() * align_first.transpose();
-    const Eigen::Matrix3d rotation = align_here.transpose() * turned(turn, way, stretch) * align_first;
+    const Eigen::Matrix3d rotation = align_here.transpose() * turned(turn, sense, stretch) * align_first;
     poses.emplace_back(id, Rigid3(rotation, middle_here - rotation * middle) * first_from_map);
   }
   for (const auto& [id, pose] : poses) map->set_pose(id, pose);
@@ -84,9 +84,9 @@ void mistake_depth(Way way, double stretch, Map* map) {
 
 }  // namespace
 
-void reverse_depth(double stretch, Map* map) { mistake_depth(Way::kReversed, stretch, map); }
+void reverse_depth(double stretch, Map* map) { mistake_depth(RotationSense::kReversed, stretch, map); }
 
-void stretch_depth(double stretch, Map* map) { mistake_depth(Way::kSame, stretch, map); }
+void stretch_depth(double stretch, Map* map) { mistake_depth(RotationSense::kSame, stretch, map); }
 
 bool is_narrow(const std::vector<Eigen::Vector3d>& bearings) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -130,16 +130,16 @@ bool is_narrow(const Map& map) {
 namespace {
 
 // For one of so many that are adjusted at a time.
-BundleOptions trial_of(int rivals, const BundleOptions& bundle) {
+BundleOptions trial_of(int alternatives, const BundleOptions& bundle) {
   BundleOptions trial = bundle;
   trial.max_iterations = kTrialIterations;
-  trial.own_threads = (bundle.own_threads + rivals - 1) / rivals;
+  trial.own_threads = (bundle.own_threads + alternatives - 1) / alternatives;
   return trial;
 }
 
 // By what anyone sees of a head or a bust.
-bool turns_otherwise(double turn, double other) {
-  return turn >= OtherBody::kPlainly * other || other >= OtherBody::kPlainly * turn;
+bool rotates_differently(double turn, double other) {
+  return turn >= IndependentMotion::kPlainly * other || other >= IndependentMotion::kPlainly * turn;
 }
 
 // With each so many-th landmark, where keyframes have far more observations than it takes to compare; one
@@ -173,66 +173,67 @@ std::optional<Map> sample_of(const BundleOptions& bundle, const Map& map) {
 double cost_when_stretched(BundleOptions trial, const Map& map, double cost, double stretch) {
   // Of real heads and busts all find back in the first rounds; what does not may take longer to fit at all.
   constexpr int kRounds = 4;
-  const double own_turn = turn_before_cameras(map);
-  Map rival = map;
-  stretch_depth(stretch, &rival);
-  double rival_cost = 0;
+  const double own_rotation = rotation_before_cameras(map);
+  Map alternative = map;
+  stretch_depth(stretch, &alternative);
+  double alternative_cost = 0;
   for (int round = 0; round < kRounds; ++round) {
-    adjust_map(trial, &rival);
-    rival_cost = cost_of(rival);
-    if (rival_cost > kFarDearer * cost || !turns_otherwise(turn_before_cameras(rival), own_turn))
+    adjust_map(trial, &alternative);
+    alternative_cost = cost_of(alternative);
+    if (alternative_cost > kFarHigherCost * cost ||
+        !rotates_differently(rotation_before_cameras(alternative), own_rotation))
       return std::numeric_limits<double>::infinity();
     trial.max_iterations = kIterations;
   }
-  return rival_cost;
+  return alternative_cost;
 }
 
 double cheapest_when_stretched(const BundleOptions& bundle, const Map& map, double cost) {
   constexpr std::array<double, 4> kTurns = {0.4, 2.5, 6, 15};  // times as far
-  constexpr int kRivals = static_cast<int>(kTurns.size());
-  const BundleOptions trial = trial_of(kRivals, bundle);
-  std::array<double, kRivals> costs;
-  parallel_for(kRivals, bundle.own_threads,
+  constexpr int kNumAlternatives = static_cast<int>(kTurns.size());
+  const BundleOptions trial = trial_of(kNumAlternatives, bundle);
+  std::array<double, kNumAlternatives> costs;
+  parallel_for(kNumAlternatives, bundle.own_threads,
                [&](int i) { costs[i] = cost_when_stretched(trial, map, cost, kTurns[i]); });
   return *std::min_element(costs.begin(), costs.end());
 }
 
 // The best fitting of the reversed maps, as far as it takes to compare it with the map's own cost.
-Map cheapest_reversal(const BundleOptions& bundle, const Map& map, double cost, double* rival_cost) {
-  constexpr int kRivals = static_cast<int>(kStretches.size());
-  BundleOptions trial = trial_of(kRivals, bundle);
-  std::array<Map, kRivals> rivals;
-  std::array<double, kRivals> costs;
-  parallel_for(kRivals, bundle.own_threads, [&](int i) {
-    rivals[i] = map;
-    reverse_depth(kStretches[i], &rivals[i]);
-    adjust_map(trial, &rivals[i]);
-    costs[i] = cost_of(rivals[i]);
+Map cheapest_reversal(const BundleOptions& bundle, const Map& map, double cost, double* alternative_cost) {
+  constexpr int kNumAlternatives = static_cast<int>(kStretches.size());
+  BundleOptions trial = trial_of(kNumAlternatives, bundle);
+  std::array<Map, kNumAlternatives> alternatives;
+  std::array<double, kNumAlternatives> costs;
+  parallel_for(kNumAlternatives, bundle.own_threads, [&](int i) {
+    alternatives[i] = map;
+    reverse_depth(kStretches[i], &alternatives[i]);
+    adjust_map(trial, &alternatives[i]);
+    costs[i] = cost_of(alternatives[i]);
   });
   const auto cheapest = std::min_element(costs.begin(), costs.end());
-  Map best = std::move(rivals[cheapest - costs.begin()]);
-  *rival_cost = *cheapest;
-  if (*rival_cost > kFarDearer * cost) return best;
+  Map best = std::move(alternatives[cheapest - costs.begin()]);
+  *alternative_cost = *cheapest;
+  if (*alternative_cost > kFarHigherCost * cost) return best;
   trial.own_threads = bundle.own_threads;
   trial.max_iterations = kIterations;
   adjust_map(trial, &best);
-  *rival_cost = cost_of(best);
+  *alternative_cost = cost_of(best);
   return best;
 }
 
 }  // namespace
 
 bool correct_depth_reversal(const BundleOptions& bundle, double min_evidence, Map* map) {
-  double rival_cost = 0;
+  double alternative_cost = 0;
   if (const std::optional<Map> sample = sample_of(bundle, *map)) {
     const double cost = cost_of(*sample);
-    cheapest_reversal(bundle, *sample, cost, &rival_cost);
-    if (rival_cost * (1 + min_evidence) >= kSampled * cost) return false;
+    cheapest_reversal(bundle, *sample, cost, &alternative_cost);
+    if (alternative_cost * (1 + min_evidence) >= kSampled * cost) return false;
   }
   const double cost = cost_of(*map);
-  Map rival = cheapest_reversal(bundle, *map, cost, &rival_cost);
-  if (rival_cost * (1 + min_evidence) >= cost) return false;
-  *map = std::move(rival);
+  Map alternative = cheapest_reversal(bundle, *map, cost, &alternative_cost);
+  if (alternative_cost * (1 + min_evidence) >= cost) return false;
+  *map = std::move(alternative);
   return true;
 }
 
@@ -241,9 +242,9 @@ double depth_evidence(const BundleOptions& bundle, const Map& map) {
   const std::optional<Map> sample = sample_of(bundle, map);
   const Map& compared = sample ? *sample : map;
   const double cost = cost_of(compared);
-  double rival_cost = 0;
-  cheapest_reversal(bundle, compared, cost, &rival_cost);
-  return std::min(rival_cost, cheapest_when_stretched(bundle, compared, cost)) / cost - 1;
+  double alternative_cost = 0;
+  cheapest_reversal(bundle, compared, cost, &alternative_cost);
+  return std::min(alternative_cost, cheapest_when_stretched(bundle, compared, cost)) / cost - 1;
 }
 
 }  // namespace mono_pose_tracker

@@ -13,19 +13,19 @@ namespace mono_pose_tracker {
 namespace {
 
 // That many descriptors are rotated at once, one in each lane of a vector.
-constexpr int kLanes = 8;
-using Lanes = std::array<std::int32_t, kLanes>;
-using Rotated = std::array<Lanes, 128>;
+constexpr int kPacketSize = 8;
+using Packet = std::array<std::int32_t, kPacketSize>;
+using Rotated = std::array<Packet, 128>;
 
 // Unnormalised Walsh-Hadamard transform: each pair (x, y) at distance `half` becomes (x + y, x - y).
-inline void hadamard(Lanes* v) {
+inline void hadamard(Packet* v) {
   for (int half = 1; half < 128; half *= 2) {
     for (int start = 0; start < 128; start += 2 * half) {
       for (int i = start; i < start + half; ++i) {
-        for (int lane = 0; lane < kLanes; ++lane) {
-          const std::int32_t x = v[i][lane], y = v[i + half][lane];
-          v[i][lane] = x + y;
-          v[i + half][lane] = x - y;
+        for (int slot = 0; slot < kPacketSize; ++slot) {
+          const std::int32_t x = v[i][slot], y = v[i + half][slot];
+          v[i][slot] = x + y;
+          v[i + half][slot] = x - y;
         }
       }
     }
@@ -36,30 +36,30 @@ inline void hadamard(Lanes* v) {
 // (Andoni et al., NIPS 2015). Its values stay below 255 * 128^3 < 2^31. The clones are chosen when the
 // program is loaded; whole numbers give the same in each.
 MPT_FUNCTION_CLONES_FOR("avx2")
-void rotate(const std::array<const std::uint8_t*, kLanes>& descriptors, const DescriptorCoder::Signs& signs,
-            Rotated* out) {
-  Lanes* v = out->data();
+void rotate(const std::array<const std::uint8_t*, kPacketSize>& descriptors,
+            const DescriptorCoder::Signs& signs, Rotated* out) {
+  Packet* v = out->data();
   for (int i = 0; i < 128; ++i) {
-    for (int lane = 0; lane < kLanes; ++lane) v[i][lane] = descriptors[lane][i] - kDescriptorMean[i];
+    for (int slot = 0; slot < kPacketSize; ++slot) v[i][slot] = descriptors[slot][i] - kDescriptorMean[i];
   }
   for (const auto& round : signs) {
     for (int i = 0; i < 128; ++i) {
-      for (int lane = 0; lane < kLanes; ++lane) v[i][lane] *= round[i];
+      for (int slot = 0; slot < kPacketSize; ++slot) v[i][slot] *= round[i];
     }
     hadamard(v);
   }
 }
 
-DescriptorCode code_of(const Rotated& rotated, int lane, int num_uncertain) {
+DescriptorCode code_of(const Rotated& rotated, int slot, int num_uncertain) {
   DescriptorCode code;
   std::array<std::int32_t, DescriptorCode::kWordBits> margin;
   for (int i = 0; i < DescriptorCode::kWordBits; ++i) {
-    code.word |= static_cast<std::uint16_t>(rotated[i][lane] > 0) << i;
-    margin[i] = std::abs(rotated[i][lane]);
+    code.word |= static_cast<std::uint16_t>(rotated[i][slot] > 0) << i;
+    margin[i] = std::abs(rotated[i][slot]);
   }
   constexpr int kFirstOfSignature = 64;
   for (int i = 0; i < 64; ++i) {
-    code.signature |= static_cast<std::uint64_t>(rotated[kFirstOfSignature + i][lane] > 0) << i;
+    code.signature |= static_cast<std::uint64_t>(rotated[kFirstOfSignature + i][slot] > 0) << i;
   }
   for (int n = 0; n < num_uncertain; ++n) {
     int least = 0;
@@ -86,12 +86,13 @@ std::vector<DescriptorCode> DescriptorCoder::encode(const std::vector<const std:
   std::vector<DescriptorCode> codes;
   codes.reserve(descriptors.size());
   Rotated rotated;
-  for (std::size_t begin = 0; begin < descriptors.size(); begin += kLanes) {
-    const int count = static_cast<int>(std::min<std::size_t>(kLanes, descriptors.size() - begin));
-    std::array<const std::uint8_t*, kLanes> lanes;
-    for (int lane = 0; lane < kLanes; ++lane) lanes[lane] = descriptors[begin + std::min(lane, count - 1)];
-    rotate(lanes, signs_, &rotated);
-    for (int lane = 0; lane < count; ++lane) codes.push_back(code_of(rotated, lane, num_uncertain));
+  for (std::size_t begin = 0; begin < descriptors.size(); begin += kPacketSize) {
+    const int count = static_cast<int>(std::min<std::size_t>(kPacketSize, descriptors.size() - begin));
+    std::array<const std::uint8_t*, kPacketSize> packet;
+    for (int slot = 0; slot < kPacketSize; ++slot)
+      packet[slot] = descriptors[begin + std::min(slot, count - 1)];
+    rotate(packet, signs_, &rotated);
+    for (int slot = 0; slot < count; ++slot) codes.push_back(code_of(rotated, slot, num_uncertain));
   }
   return codes;
 }

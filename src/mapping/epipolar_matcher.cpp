@@ -14,7 +14,7 @@ namespace {
 
 // From the line to the middle of the strip beside it, in half widths: what lies three half widths off is no
 // match, whatever the poses have wrong that a map may have wrong.
-constexpr float kStripBeside = 4;
+constexpr float kDecoyStrip = 4;
 
 // What is looked at is wider than both by that, for rounding.
 constexpr double kMargin = 1.001;
@@ -70,23 +70,23 @@ std::vector<int> sorted_distances2(const std::vector<Match>& matches) {
 }
 
 // Each feature has its match on the line or the one beside it, whichever is more alike; on the line in doubt.
-void keep_winners(std::size_t features, std::vector<Match>* on_line, std::vector<Match>* beside) {
+void keep_winners(std::size_t features, std::vector<Match>* on_line, std::vector<Match>* decoy) {
   constexpr int kNone = std::numeric_limits<int>::max();
-  std::vector<int> best_on_line(features, kNone), best_beside(features, kNone);
+  std::vector<int> best_on_line(features, kNone), best_decoy(features, kNone);
   for (const Match& m : *on_line) best_on_line[m.first] = m.distance2;
-  for (const Match& m : *beside) best_beside[m.first] = m.distance2;
+  for (const Match& m : *decoy) best_decoy[m.first] = m.distance2;
   const auto keep = [](std::vector<Match>* matches, auto wins) {
     matches->erase(std::stable_partition(matches->begin(), matches->end(), wins), matches->end());
   };
-  keep(on_line, [&](const Match& m) { return m.distance2 <= best_beside[m.first]; });
-  keep(beside, [&](const Match& m) { return m.distance2 < best_on_line[m.first]; });
+  keep(on_line, [&](const Match& m) { return m.distance2 <= best_decoy[m.first]; });
+  keep(decoy, [&](const Match& m) { return m.distance2 < best_on_line[m.first]; });
 }
 
 // The largest distance up to which at most that share of the matches is there by chance, which wins beside
 // the line as often as on it; -1 where there is none.
-int largest_sure_distance2(const std::vector<Match>& on_line, const std::vector<Match>& beside,
+int largest_sure_distance2(const std::vector<Match>& on_line, const std::vector<Match>& decoy,
                            double max_chance_share) {
-  const std::vector<int> found = sorted_distances2(on_line), by_chance = sorted_distances2(beside);
+  const std::vector<int> found = sorted_distances2(on_line), by_chance = sorted_distances2(decoy);
   int sure = -1;
   std::size_t chance = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
@@ -98,9 +98,9 @@ int largest_sure_distance2(const std::vector<Match>& on_line, const std::vector<
 
 // On the lines and in the strips beside them.
 struct BothStrips {
-  StripMatches on_line, beside;
+  StripMatches on_line, decoy;
 
-  BothStrips(std::size_t first, std::size_t second) : on_line(first, second), beside(first, second) {}
+  BothStrips(std::size_t first, std::size_t second) : on_line(first, second), decoy(first, second) {}
 };
 
 // Of all features of two keyframes that have no landmark.
@@ -114,7 +114,7 @@ class Comparison {
         essential_(essential_matrix(second_from_first_)),
         free1_(features_without_landmark(first)),
         fan2_(*second.image, second_from_first_.translation, features_without_landmark(second),
-              -kMargin * options.max_error_rad, kMargin * (kStripBeside + 1) * options.max_error_rad) {
+              -kMargin * options.max_error_rad, kMargin * (kDecoyStrip + 1) * options.max_error_rad) {
     const double same_px = first.image->camera.focal() / second.image->camera.focal();
     for (const int f : free2()) scales2_.push_back(same_px * second.image->set.features[f].scale);
   }
@@ -129,7 +129,7 @@ class Comparison {
     });
     for (int part = 1; part < parts; ++part) {
       found[0].on_line.take(found[part].on_line);
-      found[0].beside.take(found[part].beside);
+      found[0].decoy.take(found[part].decoy);
     }
     return std::move(found[0]);
   }
@@ -155,12 +155,12 @@ class Comparison {
   void offer(std::size_t i, std::size_t j, float from_plane, BothStrips* found) const {
     const double limit = options_.max_error_rad;
     const bool is_on_line = std::abs(from_plane) <= limit;
-    if (!is_on_line && std::abs(from_plane - kStripBeside * limit) > limit) return;
+    if (!is_on_line && std::abs(from_plane - kDecoyStrip * limit) > limit) return;
     const double scale1 = first_.image->set.features[free1_[i]].scale, scale2 = scales2_[j];
     if (scale1 > options_.max_scale_ratio * scale2 || scale2 > options_.max_scale_ratio * scale1) return;
     const int d2 = descriptor_distance2(first_.image->set.descriptor(free1_[i]),
                                         second_.image->set.descriptor(free2()[j]));
-    (is_on_line ? found->on_line : found->beside).offer(i, j, d2);
+    (is_on_line ? found->on_line : found->decoy).offer(i, j, d2);
   }
 
   const Keyframe &first_, &second_;
@@ -179,7 +179,7 @@ std::vector<Match> match_along_epipolar_lines(const Keyframe& first, const Keyfr
   const Comparison comparison(first, second, options);
   const BothStrips found = comparison.all();
   if (is_set(options.cancelled)) return {};
-  std::vector<Match> matches = found.on_line.mutual(options), by_chance = found.beside.mutual(options);
+  std::vector<Match> matches = found.on_line.mutual(options), by_chance = found.decoy.mutual(options);
   keep_winners(comparison.of_first(), &matches, &by_chance);
   const int sure = largest_sure_distance2(matches, by_chance, options.max_chance_share);
   const auto unsure =

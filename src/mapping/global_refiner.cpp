@@ -8,12 +8,12 @@
 #include <utility>
 #include <vector>
 
+#include "cross_view_matcher.h"
 #include "keyframe_landmarks.h"
 #include "keyframe_places.h"
 #include "mapping/mapper.h"
 #include "mapping/retriangulation.h"
 #include "optimization/map_adjustment.h"
-#include "view_linker.h"
 
 namespace mono_pose_tracker {
 
@@ -57,11 +57,11 @@ void Mapper::restore_if_better(Map as_it_was, const GraphConsistencyOptions& con
 // were made by, right or wrong.
 void Mapper::retriangulate(const GraphConsistencyOptions& consistency) {
   Map as_it_was = map_;
-  const auto is_masked = [this](KeyframeId id, int feature) { return is_left_out(id, feature); };
+  const auto is_masked = [this](KeyframeId id, int feature) { return is_excluded(id, feature); };
   const FeatureTracks tracks =
       graph_tracks(map_, edge_consistency(map_, view_graph(), consistency), view_graph(), is_masked);
   replace_landmarks(tracks, options_.min_inliers, &map_);
-  adjust_tied(final_bundle());
+  adjust_after_merging(final_bundle());
   restore_if_better(std::move(as_it_was), consistency);
 }
 
@@ -98,7 +98,7 @@ std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& co
       continue;
     }
     const KeyframeChanges changes = apply_alignment(*segment, *alignment, view_graph(), &map_);
-    adjust_tied(final_bundle());
+    adjust_after_merging(final_bundle());
     cull_observations(map_.landmark_ids());
     post_correction(changes);
     finish();

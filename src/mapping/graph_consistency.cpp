@@ -6,8 +6,8 @@
 #include <map>
 #include <set>
 
-#include "facing.h"
 #include "keyframe_landmarks.h"
+#include "orientation_flip.h"
 #include "robust/similarity.h"
 
 namespace mono_pose_tracker {
@@ -103,8 +103,8 @@ PairedLandmarks paired_landmarks(const Map& map, const ViewGraph& graph, const I
       const LandmarkId in_id = in.landmark_of_feature[in_feature],
                        out_id = out.landmark_of_feature[out_feature];
       if (!in_segment.count(in_id) || !in_rest.count(out_id)) continue;
-      paired.matches.push_back({sighted(in, in_feature, map.landmark(in_id)->x_in_map),
-                                sighted(out, out_feature, map.landmark(out_id)->x_in_map)});
+      paired.matches.push_back({observed_point(in, in_feature, map.landmark(in_id)->x_in_map),
+                                observed_point(out, out_feature, map.landmark(out_id)->x_in_map)});
       paired.source.emplace_back(edge.pair, static_cast<int>(i));
     }
   }

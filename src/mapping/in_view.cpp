@@ -18,8 +18,8 @@ bool is_in_view(const CameraModel& camera, const Eigen::Vector3d& x_in_camera) {
 }
 
 // Of every so manyth landmark, so that the share is known to a hundredth or two.
-constexpr std::size_t kMostAsked = 1000;
-std::size_t step_of(std::size_t landmarks) { return 1 + landmarks / kMostAsked; }
+constexpr std::size_t kMaxSampled = 1000;
+std::size_t step_of(std::size_t landmarks) { return 1 + landmarks / kMaxSampled; }
 
 std::vector<Eigen::Vector3d> positions_of(const Map& map, std::size_t step) {
   std::vector<Eigen::Vector3d> x_in_map;

@@ -24,7 +24,8 @@ inline std::vector<LandmarkId> landmarks_of(const Keyframe& keyframe) {
 
 // Those that any of the keyframes sees, in the order of their ids. Each is seen by many, and ids near each
 // other by the same ones: marked, not sorted.
-inline std::vector<LandmarkId> landmarks_seen_by(const Map& map, const std::vector<KeyframeId>& keyframes) {
+inline std::vector<LandmarkId> landmarks_observed_by(const Map& map,
+                                                     const std::vector<KeyframeId>& keyframes) {
   std::vector<LandmarkId> seen;
   for (const KeyframeId id : keyframes) {
     for (const LandmarkId l : map.keyframe(id)->landmark_of_feature) {

@@ -18,11 +18,11 @@ AbsolutePoseReport pose_by_descriptors(const MapperOptions& options,
                                        const ImageFeatures& image) {
   const std::vector<LandmarkMatch> matches = match_by_descriptors(candidates, image, options.matching);
   if (static_cast<int>(matches.size()) < options.min_inliers) return {};
-  const LandmarkSight sight = sight_of(image, candidates, matches);
+  const LandmarkObservations visible = observations_by(image, candidates, matches);
   AbsolutePoseOptions pose_options;
   pose_options.ransac = options.ransac;
   for (const LandmarkMatch& m : matches) pose_options.quality.push_back(static_cast<float>(m.distance2));
-  AbsolutePoseReport pose = estimate_absolute_pose(sight.bearings, sight.points, pose_options);
+  AbsolutePoseReport pose = estimate_absolute_pose(visible.bearings, visible.points, pose_options);
   pose.success = pose.success && pose.num_inliers >= options.min_inliers;
   return pose;
 }

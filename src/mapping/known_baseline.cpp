@@ -14,7 +14,7 @@ namespace {
 constexpr double kMinSignificance = 5;
 
 // Landmarks after which it is asked whether they suffice: mostly the first hundred do.
-constexpr std::size_t kAskAfter = 100;
+constexpr std::size_t kTestAfter = 100;
 
 // Of the largest pivot of an information matrix: a smaller one is what sums have left of nothing.
 constexpr double kRounding = 1e-13;
@@ -76,8 +76,8 @@ bool is_baseline_known(const Map& map, const Keyframe& first, const Keyframe& se
   PoseInformation of_first(map, first), of_second(map, second);
   // Every landmark takes from the variance: what some of them tell well enough, all do.
   while (true) {
-    of_first.add(kAskAfter);
-    of_second.add(kAskAfter);
+    of_first.add(kTestAfter);
+    of_second.add(kTestAfter);
     const double variance = of_first.variance_along(way / length) + of_second.variance_along(way / length);
     if (std::isfinite(variance) && length * length >= kMinSignificance * kMinSignificance * variance)
       return true;

@@ -4,15 +4,16 @@
 
 namespace mono_pose_tracker {
 
-LandmarkSight sight_of(const ImageFeatures& image, const std::vector<LandmarkCandidate>& candidates,
-                       const std::vector<LandmarkMatch>& matches) {
-  LandmarkSight sight;
+LandmarkObservations observations_by(const ImageFeatures& image,
+                                     const std::vector<LandmarkCandidate>& candidates,
+                                     const std::vector<LandmarkMatch>& matches) {
+  LandmarkObservations visible;
   for (const LandmarkMatch& m : matches) {
-    sight.bearings.push_back(image.set.bearings[m.feature]);
-    sight.points.push_back(candidates[m.candidate].x_in_map);
-    sight.sigmas.push_back(image.sigma_px[m.feature] / image.camera.focal());
+    visible.bearings.push_back(image.set.bearings[m.feature]);
+    visible.points.push_back(candidates[m.candidate].x_in_map);
+    visible.sigmas.push_back(image.sigma_px[m.feature] / image.camera.focal());
   }
-  return sight;
+  return visible;
 }
 
 std::vector<LandmarkMatch> match_by_descriptors(const std::vector<LandmarkCandidate>& candidates,
@@ -32,9 +33,9 @@ GuidedPose refine_by_guided_matching(const std::vector<LandmarkCandidate>& candi
   pose.is_steady = true;
   for (int round = 0; round < 2; ++round) {
     pose.matches = match_by_projection(candidates, image, image.camera, pose.camera_from_map, options);
-    const LandmarkSight sight = sight_of(image, candidates, pose.matches);
+    const LandmarkObservations visible = observations_by(image, candidates, pose.matches);
     const MotionRefinementReport refined =
-        refine_absolute_pose(sight.bearings, sight.points, sight.sigmas, pose.camera_from_map, {});
+        refine_absolute_pose(visible.bearings, visible.points, visible.sigmas, pose.camera_from_map, {});
     pose.is_steady = pose.is_steady && refined.converged;
     if (!refined.converged) continue;
     pose.converged = true;

@@ -12,13 +12,14 @@ namespace mono_pose_tracker {
 
 /// What of the candidates an image sees: bearings in its camera, points in the map, a row each; sigmas: what
 /// each bearing is located to, rad.
-struct LandmarkSight {
+struct LandmarkObservations {
   std::vector<Eigen::Vector3d> bearings, points;
   std::vector<double> sigmas;
 };
 
-LandmarkSight sight_of(const ImageFeatures& image, const std::vector<LandmarkCandidate>& candidates,
-                       const std::vector<LandmarkMatch>& matches);
+LandmarkObservations observations_by(const ImageFeatures& image,
+                                     const std::vector<LandmarkCandidate>& candidates,
+                                     const std::vector<LandmarkMatch>& matches);
 
 /// Putative matches (paper, step 4a): by descriptors alone, in the order of the image's features.
 std::vector<LandmarkMatch> match_by_descriptors(const std::vector<LandmarkCandidate>& candidates,

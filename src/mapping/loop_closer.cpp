@@ -54,7 +54,7 @@ PoseGraphEdge make_edge(int from, int to, const Sim3& measured, double depth, do
 }
 
 // Pairs of keyframes, the older first, that hold the map together.
-std::set<std::pair<KeyframeId, KeyframeId>> tied_pairs(const TrackingMap& map) {
+std::set<std::pair<KeyframeId, KeyframeId>> strongly_covisible_pairs(const TrackingMap& map) {
   std::set<std::pair<KeyframeId, KeyframeId>> pairs;
   for (const auto& [id, keyframe] : map.keyframes) {
     int edges = 0;
@@ -75,15 +75,15 @@ Sim3 change_of(const Rigid3& camera_from_map, const Sim3& new_from_camera) {
 
 }  // namespace
 
-std::optional<KeyframeChanges> spread_loop(const TrackingMap& map, const LoopConstraint& loop,
-                                           const std::function<bool()>& cancelled) {
+std::optional<KeyframeChanges> distribute_loop_correction(const TrackingMap& map, const LoopConstraint& loop,
+                                                          const std::function<bool()>& cancelled) {
   PoseGraph graph;
   std::map<KeyframeId, int> node_of;
   for (const auto& [id, keyframe] : map.keyframes) {
     node_of[id] = static_cast<int>(graph.nodes.size());
     graph.nodes.push_back({Sim3(keyframe.camera_from_map.inverse()), graph.nodes.empty()});
   }
-  for (const auto& [a, b] : tied_pairs(map)) {
+  for (const auto& [a, b] : strongly_covisible_pairs(map)) {
     const KeyframeView &from = map.keyframes.at(a), &to = map.keyframes.at(b);
     graph.edges.push_back(make_edge(node_of.at(a), node_of.at(b),
                                     Sim3(from.camera_from_map * to.camera_from_map.inverse()),
@@ -109,10 +109,10 @@ KeyframeChanges extended_to_all(const Map& map, KeyframeChanges changes) {
     const KeyframeId id = entry.first;
     if (known.count(id)) continue;
     const auto covisible = map.covisible(id);
-    const auto beside = std::find_if(covisible.begin(), covisible.end(),
-                                     [&](const auto& other) { return known.count(other.first) > 0; });
-    if (beside != covisible.end()) {
-      changes[id] = known.at(beside->first);
+    const auto nearest = std::find_if(covisible.begin(), covisible.end(),
+                                      [&](const auto& other) { return known.count(other.first) > 0; });
+    if (nearest != covisible.end()) {
+      changes[id] = known.at(nearest->first);
     } else {
       const auto after = known.upper_bound(id);
       changes[id] = after == known.begin() ? after->second : std::prev(after)->second;
@@ -132,20 +132,20 @@ std::map<KeyframeId, double> scales_of(const Map& map, const KeyframeChanges& ch
 }
 
 std::optional<GlobalAdjustment> GlobalAdjustment::solve(const BundleOptions& options, const Map& snapshot,
-                                                        bool parts_were_apart, Map* tied) {
+                                                        bool parts_were_apart, Map* merged) {
   std::vector<BundleOptions> passes = {options};
   if (parts_were_apart) passes.insert(passes.begin(), with_wide_loss(options));
   for (const BundleOptions& bundle : passes) {
-    const BundleReport report = adjust_map(bundle, tied);
+    const BundleReport report = adjust_map(bundle, merged);
     if (!report.usable || report.cancelled) return std::nullopt;
   }
   GlobalAdjustment result;
   for (const auto& [id, landmark] : snapshot.landmarks()) {
-    const Landmark* adjusted = tied->landmark(id);
+    const Landmark* adjusted = merged->landmark(id);
     if (adjusted) result.landmarks_[id] = {landmark.x_in_map, adjusted->x_in_map};
   }
   for (const auto& [id, keyframe] : snapshot.keyframes()) {
-    const Keyframe& adjusted = *tied->keyframe(id);
+    const Keyframe& adjusted = *merged->keyframe(id);
     const Rigid3& now = adjusted.camera_from_map;
     std::vector<double> growth;
     for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
@@ -153,7 +153,7 @@ std::optional<GlobalAdjustment> GlobalAdjustment::solve(const BundleOptions& opt
       const LandmarkId first = keyframe.landmark_of_feature[f], then = adjusted.landmark_of_feature[f];
       if (first == kNoLandmark || then == kNoLandmark) continue;
       const double before = (keyframe.camera_from_map * snapshot.landmark(first)->x_in_map).norm();
-      if (before > 0) growth.push_back((now * tied->landmark(then)->x_in_map).norm() / before);
+      if (before > 0) growth.push_back((now * merged->landmark(then)->x_in_map).norm() / before);
     }
     Sim3 new_from_camera(now.inverse());
     if (!growth.empty()) new_from_camera.scale = median(std::move(growth));

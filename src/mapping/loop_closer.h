@@ -27,8 +27,8 @@ using KeyframeChanges = std::map<KeyframeId, Sim3>;
 /// Spreads what a loop has drifted by over the way between its ends: a pose graph over similarities, in which
 /// keyframes that share most landmarks keep to how they stand to each other. The oldest keyframe stays.
 /// Nothing when the solve fails or is cancelled.
-std::optional<KeyframeChanges> spread_loop(const TrackingMap& map, const LoopConstraint& loop,
-                                           const std::function<bool()>& cancelled);
+std::optional<KeyframeChanges> distribute_loop_correction(const TrackingMap& map, const LoopConstraint& loop,
+                                                          const std::function<bool()>& cancelled);
 
 /// The changes of some keyframes, and for all others of the map the change of the keyframe that they share
 /// most landmarks with, else of the one before them.
@@ -43,7 +43,7 @@ class GlobalAdjustment {
   /// Adjusts all of `tied`, in place; with a wide loss first where parts that were just tied are still apart.
   /// tied: the snapshot, or what it is once some of its landmarks are one, or are seen by further keyframes.
   static std::optional<GlobalAdjustment> solve(const BundleOptions& options, const Map& snapshot,
-                                               bool parts_were_apart, Map* tied);
+                                               bool parts_were_apart, Map* merged);
 
   /// Keyframes and landmarks that have not changed since are where the adjustment has them; the others go
   /// with the keyframe they belong to. Returns the changes of all keyframes.

@@ -5,7 +5,7 @@
 #include <unordered_set>
 
 #include "common/parallel.h"
-#include "mapping/alike_places.h"
+#include "mapping/aliased_places.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "sorted_unique.h"
 
@@ -25,24 +25,24 @@ constexpr double kMaxDisagreementPx = 10;
 constexpr int kMinCovisible = 15;
 
 // Keyframes of the map that are tied to this one.
-std::vector<KeyframeId> tied_to(const TrackingMap& map, KeyframeId keyframe) {
-  std::vector<KeyframeId> tied;
+std::vector<KeyframeId> connected_to(const TrackingMap& map, KeyframeId keyframe) {
+  std::vector<KeyframeId> connected;
   const auto found = map.keyframes.find(keyframe);
-  if (found == map.keyframes.end()) return tied;
+  if (found == map.keyframes.end()) return connected;
   const KeyframeView& view = found->second;
   for (std::size_t i = 0; i < view.covisible.size() && view.shared_landmarks[i] >= kMinCovisible; ++i) {
-    tied.push_back(view.covisible[i]);
+    connected.push_back(view.covisible[i]);
   }
-  return tied;
+  return connected;
 }
 
 /// The keyframe and what is tied to it, directly or by one between: drift to these is what bundle adjustment
 /// sees.
 std::unordered_set<KeyframeId> near_in_map(const TrackingMap& map, KeyframeId keyframe) {
   std::unordered_set<KeyframeId> near = {keyframe};
-  for (const KeyframeId id : tied_to(map, keyframe)) {
+  for (const KeyframeId id : connected_to(map, keyframe)) {
     near.insert(id);
-    const std::vector<KeyframeId> next = tied_to(map, id);
+    const std::vector<KeyframeId> next = connected_to(map, id);
     near.insert(next.begin(), next.end());
   }
   return near;
@@ -101,20 +101,20 @@ bool LoopFinder::agree(const TrackingMap& map, const LoopConstraint& first,
   return loop_disagreement_px(map, first, second) < limit && loop_disagreement_px(map, second, first) < limit;
 }
 
-std::optional<LoopConstraint> LoopFinder::best_without_rival(const TrackingMap& map,
-                                                             std::vector<LoopConstraint> loops) const {
+std::optional<LoopConstraint> LoopFinder::best_unambiguous(const TrackingMap& map,
+                                                           std::vector<LoopConstraint> loops) const {
   if (loops.empty()) return std::nullopt;
   std::stable_sort(loops.begin(), loops.end(), [](const LoopConstraint& a, const LoopConstraint& b) {
     return a.support.found > b.support.found;
   });
   for (std::size_t i = 1; i < loops.size(); ++i) {
-    if (loops[i].support.found <= kRivalShare * loops[0].support.found) continue;
+    if (loops[i].support.found <= kAliasedShare * loops[0].support.found) continue;
     // Keyframes that share landmarks are one place where they say the same of what they see: their
     // similarities may differ where depth says little of scale. Of two doors in a row they do not.
-    const bool is_rival = is_covisible(map, loops[0].from, loops[i].from)
-                              ? contradict(map, loops[0], loops[i])
-                              : !agree(map, loops[0], loops[i]);
-    if (is_rival) return std::nullopt;
+    const bool is_ambiguous = is_covisible(map, loops[0].from, loops[i].from)
+                                  ? contradict(map, loops[0], loops[i])
+                                  : !agree(map, loops[0], loops[i]);
+    if (is_ambiguous) return std::nullopt;
   }
   return std::move(loops[0]);
 }
@@ -131,7 +131,7 @@ std::optional<LoopConstraint> LoopFinder::find(const TrackingMap& map, const Pla
     if (loop) loops.push_back(std::move(*loop));
   }
   const bool any = !loops.empty();
-  std::optional<LoopConstraint> loop = best_without_rival(map, std::move(loops));
+  std::optional<LoopConstraint> loop = best_unambiguous(map, std::move(loops));
   if (!loop) {
     // Several places look like this one: what a neighbour found alone was one of them by chance.
     if (any) awaiting_.reset();

@@ -31,8 +31,8 @@ class LoopFinder {
  private:
   std::vector<KeyframeId> candidates(const TrackingMap& map, const PlaceIndex& index,
                                      KeyframeId keyframe) const;
-  std::optional<LoopConstraint> best_without_rival(const TrackingMap& map,
-                                                   std::vector<LoopConstraint> loops) const;
+  std::optional<LoopConstraint> best_unambiguous(const TrackingMap& map,
+                                                 std::vector<LoopConstraint> loops) const;
   bool agree(const TrackingMap& map, const LoopConstraint& first, const LoopConstraint& second) const;
 
   MapperOptions options_;

@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "common/median.h"
-#include "facing.h"
-#include "mapping/alike_places.h"
+#include "mapping/aliased_places.h"
 #include "mapping/projection_matcher.h"
 #include "mono_pose_tracker/features/feature_set.h"
 #include "mono_pose_tracker/features/matching.h"
+#include "orientation_flip.h"
 #include "robust/similarity.h"
 
 namespace mono_pose_tracker {
@@ -27,7 +27,7 @@ constexpr int kGuidedKeyframes = 12;  // of the old place, whose landmarks are l
 // Of the distance of the points: what a turn on the spot, which is no way at all, may leave.
 constexpr double kMaxDriftOfDepth = 0.1;
 // A landmark and where a keyframe sees it.
-struct Sight {
+struct LandmarkInKeyframe {
   LandmarkId landmark = kNoLandmark;
   const KeyframeView* keyframe = nullptr;
   int feature = -1;
@@ -47,10 +47,10 @@ std::unordered_set<LandmarkId> landmarks_of(const KeyframeView& keyframe) {
 }
 
 // Each landmark once, as the first of the keyframes has it; without those `left_out`.
-std::vector<Sight> sights(const TrackingMap& map, const std::vector<KeyframeId>& keyframes,
-                          const std::unordered_set<LandmarkId>& left_out) {
-  std::vector<Sight> result;
-  std::unordered_set<LandmarkId> known = left_out;
+std::vector<LandmarkInKeyframe> observations(const TrackingMap& map, const std::vector<KeyframeId>& keyframes,
+                                             const std::unordered_set<LandmarkId>& excluded) {
+  std::vector<LandmarkInKeyframe> result;
+  std::unordered_set<LandmarkId> known = excluded;
   for (const KeyframeId id : keyframes) {
     const KeyframeView& keyframe = map.keyframes.at(id);
     for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
@@ -62,13 +62,14 @@ std::vector<Sight> sights(const TrackingMap& map, const std::vector<KeyframeId>&
   return result;
 }
 
-cv::Mat descriptors_of(const std::vector<Sight>& sights) {
-  return stacked_descriptors(
-      sights, [](const Sight& sight) { return sight.keyframe->image->set.descriptor(sight.feature); });
+cv::Mat descriptors_of(const std::vector<LandmarkInKeyframe>& observations) {
+  return stacked_descriptors(observations, [](const LandmarkInKeyframe& observation) {
+    return observation.keyframe->image->set.descriptor(observation.feature);
+  });
 }
 
-ObservedPoint sighted(const TrackingMap& map, const Sight& sight) {
-  return sighted(*sight.keyframe, sight.feature, map.landmarks.at(sight.landmark));
+ObservedPoint observed_point(const TrackingMap& map, const LandmarkInKeyframe& observation) {
+  return observed_point(*observation.keyframe, observation.feature, map.landmarks.at(observation.landmark));
 }
 
 // Points of the new side (a) and the old (b) that are held to be one.
@@ -76,19 +77,19 @@ struct Pairs {
   std::vector<SimilarityMatch> points;
   std::vector<std::pair<LandmarkId, LandmarkId>> landmarks;  // new, old
 
-  void add(const TrackingMap& map, const Sight& in_new, const Sight& in_old) {
-    points.push_back({sighted(map, in_new), sighted(map, in_old)});
+  void add(const TrackingMap& map, const LandmarkInKeyframe& in_new, const LandmarkInKeyframe& in_old) {
+    points.push_back({observed_point(map, in_new), observed_point(map, in_old)});
     landmarks.emplace_back(in_new.landmark, in_old.landmark);
   }
 };
 
 // The same, where the points themselves say that the angles have turned a wall over.
-SimilarityReport turned_back(std::vector<SimilarityMatch> sights, const SimilarityOptions& options,
-                             const SimilarityReport& by_angles) {
+SimilarityReport resolve_flip(std::vector<SimilarityMatch> observations, const SimilarityOptions& options,
+                              const SimilarityReport& by_angles) {
   constexpr double kDepthSigma = 0.2;  // of a point that nothing is known of; alike for all
-  for (SimilarityMatch& m : sights) m.in_a.depth_sigma = m.in_b.depth_sigma = kDepthSigma;
-  SimilarityReport by_points = similarity_from_points(sights, options, by_angles);
-  return by_points.success && is_turned_over(by_points, by_angles) ? by_points : by_angles;
+  for (SimilarityMatch& m : observations) m.in_a.depth_sigma = m.in_b.depth_sigma = kDepthSigma;
+  SimilarityReport by_points = similarity_from_points(observations, options, by_angles);
+  return by_points.success && is_flipped(by_points, by_angles) ? by_points : by_angles;
 }
 
 // A similarity that `min_inliers` of the pairs agree on; the others are dropped.
@@ -98,7 +99,7 @@ bool fit(const MapperOptions& options, int seed, Pairs* pairs, Sim3* old_from_ne
   similarity.ransac = options.ransac;
   similarity.ransac.seed += static_cast<std::uint64_t>(seed);
   SimilarityReport report = estimate_similarity(pairs->points, similarity);
-  if (report.success) report = turned_back(pairs->points, similarity, report);
+  if (report.success) report = resolve_flip(pairs->points, similarity, report);
   if (!report.success || report.num_inliers < options.min_inliers) return false;
   Pairs inliers;
   for (std::size_t i = 0; i < pairs->points.size(); ++i) {
@@ -112,13 +113,14 @@ bool fit(const MapperOptions& options, int seed, Pairs* pairs, Sim3* old_from_ne
 }
 
 // Old landmarks as the new side would have them.
-std::vector<LandmarkCandidate> candidates_in_new(const TrackingMap& map, const std::vector<Sight>& old,
+std::vector<LandmarkCandidate> candidates_in_new(const TrackingMap& map,
+                                                 const std::vector<LandmarkInKeyframe>& old,
                                                  const Sim3& new_from_old) {
   std::vector<LandmarkCandidate> candidates;
-  for (const Sight& sight : old) {
-    LandmarkCandidate c =
-        make_candidate(sight.landmark, map.landmarks.at(sight.landmark), *sight.keyframe->image,
-                       sight.feature, sight.keyframe->camera_from_map.inverse().translation);
+  for (const LandmarkInKeyframe& observation : old) {
+    LandmarkCandidate c = make_candidate(observation.landmark, map.landmarks.at(observation.landmark),
+                                         *observation.keyframe->image, observation.feature,
+                                         observation.keyframe->camera_from_map.inverse().translation);
     c.x_in_map = new_from_old * c.x_in_map;
     c.seen_from = new_from_old.rotation * c.seen_from;
     c.scale_times_distance *= new_from_old.scale;
@@ -135,7 +137,8 @@ struct GuidedSearch {
 };
 
 GuidedSearch search(const MapperOptions& options, const CameraModel& camera, const TrackingMap& map,
-                    const KeyframeView& keyframe, const std::vector<Sight>& old, const Sim3& old_from_new) {
+                    const KeyframeView& keyframe, const std::vector<LandmarkInKeyframe>& old,
+                    const Sim3& old_from_new) {
   ProjectionMatchOptions guided;
   // The similarity is good to the error of an observation where its inliers are, elsewhere to a few of these.
   guided.radius_px = 3 * options.mapping.transferred_px(camera);
@@ -159,19 +162,20 @@ GuidedSearch search(const MapperOptions& options, const CameraModel& camera, con
 // Of the way between the two keyframes; nothing when it is more than drift can be.
 std::optional<double> drift_of(const TrackingMap& map, const KeyframeView& keyframe, KeyframeId place,
                                const Pairs& pairs, const Sim3& old_from_new) {
-  if (old_from_new.rotation.angularDistance(Eigen::Quaterniond::Identity()) > kMaxDriftTurn)
+  if (old_from_new.rotation.angularDistance(Eigen::Quaterniond::Identity()) > kMaxRotationDrift)
     return std::nullopt;
   const Eigen::Vector3d center = keyframe.camera_from_map.inverse().translation;
   std::vector<double> distances;
   for (const SimilarityMatch& match : pairs.points) distances.push_back((match.in_a.x - center).norm());
-  const double way = way_between(map, map.keyframes.at(place), keyframe);
+  const double way = path_length_between(map, map.keyframes.at(place), keyframe);
   const double moved = (old_from_new * center - center).norm();
   if (moved > kMaxDrift * way + kMaxDriftOfDepth * median(std::move(distances))) return std::nullopt;
   return way > 0 ? moved / way : 0;
 }
 
-Pairs match_landmarks(const MapperOptions& options, const TrackingMap& map, const std::vector<Sight>& in_new,
-                      const std::vector<Sight>& in_old) {
+Pairs match_landmarks(const MapperOptions& options, const TrackingMap& map,
+                      const std::vector<LandmarkInKeyframe>& in_new,
+                      const std::vector<LandmarkInKeyframe>& in_old) {
   Pairs pairs;
   for (const Match& m : match_descriptors(descriptors_of(in_new), descriptors_of(in_old), options.matching)) {
     pairs.add(map, in_new[m.first], in_old[m.second]);
@@ -187,12 +191,13 @@ std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const Tr
   const CameraModel& camera = keyframe.image->camera;
   // What both sides see as one landmark already says nothing about drift.
   const std::unordered_set<LandmarkId> own = landmarks_of(keyframe);
-  const std::vector<Sight> in_new = sights(map, {keyframe_id}, {});
-  Pairs pairs =
-      match_landmarks(options, map, in_new, sights(map, neighbourhood(map, place, kMatchedKeyframes), own));
+  const std::vector<LandmarkInKeyframe> in_new = observations(map, {keyframe_id}, {});
+  Pairs pairs = match_landmarks(options, map, in_new,
+                                observations(map, neighbourhood(map, place, kMatchedKeyframes), own));
   LoopConstraint loop;
   if (!fit(options, keyframe_id, &pairs, &loop.old_from_new)) return std::nullopt;
-  const std::vector<Sight> old = sights(map, neighbourhood(map, place, kGuidedKeyframes), own);
+  const std::vector<LandmarkInKeyframe> old =
+      observations(map, neighbourhood(map, place, kGuidedKeyframes), own);
   pairs = search(options, camera, map, keyframe, old, loop.old_from_new).pairs;
   if (!fit(options, keyframe_id, &pairs, &loop.old_from_new)) return std::nullopt;
   const std::optional<double> drift = drift_of(map, keyframe, place, pairs, loop.old_from_new);

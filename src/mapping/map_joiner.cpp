@@ -8,9 +8,9 @@
 #include <tuple>
 
 #include "common/median.h"
-#include "facing.h"
 #include "landmark_parallax.h"
 #include "mono_pose_tracker/camera/camera_model.h"
+#include "orientation_flip.h"
 #include "robust/similarity.h"
 
 namespace mono_pose_tracker {
@@ -63,7 +63,7 @@ Sim3 similarity(const Rigid3& camera_from_map, const Rigid3& camera_from_other, 
 }
 
 // Median distance in px between where b's points are seen and where a's similarity shows them.
-double disagreement(const Map& map, const Map& other, const MapTie& a, const MapTie& b) {
+double disagreement(const Map& map, const Map& other, const MapMatch& a, const MapMatch& b) {
   const Keyframe& keyframe = *map.keyframe(b.keyframe);
   const CameraModel& camera = keyframe.image->camera;
   const Sim3& s = a.other_from_map;
@@ -81,26 +81,27 @@ double disagreement(const Map& map, const Map& other, const MapTie& a, const Map
 
 // A landmark as the first keyframe that sees it has it, and as the last: the farther apart, the more they
 // tell of its depth. depth_sigma: as features of .6 px tell it, seen twice.
-std::array<ObservedPoint, 2> sights_of(const Map& map, LandmarkId id) {
+std::array<ObservedPoint, 2> observations_of(const Map& map, LandmarkId id) {
   const Landmark& landmark = *map.landmark(id);
   const double parallax = std::max(widest_parallax(map, landmark), kLeastParallax);
   const auto as_seen = [&](const Observation& seen) {
     const Keyframe& keyframe = *map.keyframe(seen.keyframe);
-    ObservedPoint sight = sighted(keyframe, seen.feature, landmark.x_in_map);
-    sight.depth_sigma = kKnownDepthSigma * known_depth_parallax(keyframe) / parallax;
-    return sight;
+    ObservedPoint observation = observed_point(keyframe, seen.feature, landmark.x_in_map);
+    observation.depth_sigma = kKnownDepthSigma * known_depth_parallax(keyframe) / parallax;
+    return observation;
   };
   return {as_seen(landmark.observations.front()), as_seen(landmark.observations.back())};
 }
 
-std::vector<SimilarityMatch> sights_of_both(const Map& map, const Map& other,
-                                            const std::vector<std::pair<LandmarkId, LandmarkId>>& same) {
-  std::vector<SimilarityMatch> sights;
+std::vector<SimilarityMatch> paired_observations(const Map& map, const Map& other,
+                                                 const std::vector<std::pair<LandmarkId, LandmarkId>>& same) {
+  std::vector<SimilarityMatch> point_pairs;
   for (const auto& [own, theirs] : same) {
-    const std::array<ObservedPoint, 2> in_map = sights_of(map, own), in_other = sights_of(other, theirs);
-    for (std::size_t k = 0; k < in_map.size(); ++k) sights.push_back({in_map[k], in_other[k]});
+    const std::array<ObservedPoint, 2> in_map = observations_of(map, own),
+                                       in_other = observations_of(other, theirs);
+    for (std::size_t k = 0; k < in_map.size(); ++k) point_pairs.push_back({in_map[k], in_other[k]});
   }
-  return sights;
+  return point_pairs;
 }
 
 // Of the landmarks that both have; none where they don't determine it.
@@ -108,10 +109,10 @@ std::optional<Sim3> similarity_of_points(const MapperOptions& options, const Map
                                          const std::vector<std::pair<LandmarkId, LandmarkId>>& same) {
   SimilarityOptions similarity;
   similarity.ransac = options.ransac;
-  const std::vector<SimilarityMatch> sights = sights_of_both(map, other, same);
-  SimilarityReport report = estimate_similarity(sights, similarity);
-  report = similarity_from_points(sights, similarity, report);
-  report = turned_to_depths(sights, similarity, report);
+  const std::vector<SimilarityMatch> point_pairs = paired_observations(map, other, same);
+  SimilarityReport report = estimate_similarity(point_pairs, similarity);
+  report = similarity_from_points(point_pairs, similarity, report);
+  report = resolve_flip_by_depths(point_pairs, similarity, report);
   // Each point has two sights.
   if (!report.success || report.num_inliers < 2 * options.min_inliers) return std::nullopt;
   return report.b_from_a;
@@ -159,44 +160,44 @@ std::vector<std::pair<int, int>> same_features(const ViewGraph& graph, int node,
 
 }  // namespace
 
-std::optional<MapTie> tie_keyframe(const MapperOptions& options, const Map& map, KeyframeId keyframe_id,
-                                   const Map& other, KeyframeId place) {
+std::optional<MapMatch> match_keyframe(const MapperOptions& options, const Map& map, KeyframeId keyframe_id,
+                                       const Map& other, KeyframeId place) {
   const Keyframe& keyframe = *map.keyframe(keyframe_id);
-  MapTie tie;
-  tie.keyframe = keyframe_id;
-  tie.location = locate(options, other, place, *keyframe.image);
+  MapMatch map_match;
+  map_match.keyframe = keyframe_id;
+  map_match.location = locate(options, other, place, *keyframe.image);
   double log_scale;
-  if (!tie.location.found ||
-      !scale_between(map, keyframe, other, tie.location, &log_scale, &tie.log_scale_sigma) ||
-      tie.log_scale_sigma > SimilarityOptions().max_scale_sigma) {
+  if (!map_match.location.found ||
+      !scale_between(map, keyframe, other, map_match.location, &log_scale, &map_match.log_scale_sigma) ||
+      map_match.log_scale_sigma > SimilarityOptions().max_scale_sigma) {
     return std::nullopt;
   }
-  tie.other_from_map =
-      similarity(keyframe.camera_from_map, tie.location.camera_from_map, std::exp(log_scale));
-  return tie;
+  map_match.other_from_map =
+      similarity(keyframe.camera_from_map, map_match.location.camera_from_map, std::exp(log_scale));
+  return map_match;
 }
 
-bool ties_agree(const Map& map, const Map& other, const MapTie& a, const MapTie& b) {
-  const auto limit = [&](const MapTie& tie) {
-    return kMaxDisagreement * image_scale(map.keyframe(tie.keyframe)->image->camera);
+bool map_matches_agree(const Map& map, const Map& other, const MapMatch& a, const MapMatch& b) {
+  const auto limit = [&](const MapMatch& map_match) {
+    return kMaxDisagreement * image_scale(map.keyframe(map_match.keyframe)->image->camera);
   };
   return disagreement(map, other, a, b) < limit(b) && disagreement(map, other, b, a) < limit(a);
 }
 
-std::optional<MapMeeting> meet(const MapperOptions& options, const Map& map, const Map& other, MapTie first,
-                               MapTie second) {
-  if (!ties_agree(map, other, first, second)) return std::nullopt;
-  MapMeeting meeting;
-  meeting.ties = {std::move(first), std::move(second)};
+std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& map, const Map& other,
+                                       MapMatch first, MapMatch second) {
+  if (!map_matches_agree(map, other, first, second)) return std::nullopt;
+  MapAlignment alignment;
+  alignment.map_matches = {std::move(first), std::move(second)};
   const std::optional<Sim3> other_from_map =
-      similarity_of_points(options, map, other, same_landmarks(map, meeting.ties));
+      similarity_of_points(options, map, other, same_landmarks(map, alignment.map_matches));
   if (!other_from_map) return std::nullopt;
-  meeting.other_from_map = *other_from_map;
-  return meeting;
+  alignment.other_from_map = *other_from_map;
+  return alignment;
 }
 
-std::optional<MapMeeting> meet(const MapperOptions& options, const Map& map, const Map& other,
-                               const PlaceFinder& places, ViewGraph* graph) {
+std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& map, const Map& other,
+                                       const PlaceFinder& places, ViewGraph* graph) {
   std::vector<std::pair<KeyframeId, KeyframeId>> keyframes = pairs_to_compare(map, other, places);
   const auto node_of = [&](const Keyframe& keyframe) {
     return graph->add(keyframe.frame_index, keyframe.image);
@@ -221,32 +222,32 @@ std::optional<MapMeeting> meet(const MapperOptions& options, const Map& map, con
   const std::optional<Sim3> other_from_map =
       similarity_of_points(options, map, other, {paired.begin(), paired.end()});
   if (!other_from_map) return std::nullopt;
-  MapMeeting meeting;
-  meeting.other_from_map = *other_from_map;
+  MapAlignment alignment;
+  alignment.other_from_map = *other_from_map;
   for (const auto& [id, matches] : found) {
     const Keyframe& keyframe = *map.keyframe(id);
     const double limit = kMaxDisagreement * image_scale(keyframe.image->camera);
-    MapTie tie;
-    tie.keyframe = id;
-    tie.other_from_map = *other_from_map;
+    MapMatch map_match;
+    map_match.keyframe = id;
+    map_match.other_from_map = *other_from_map;
     for (const auto& [feature, landmark] : matches) {
       const Eigen::Vector3d x_in_map = other_from_map->inverse() * other.landmark(landmark)->x_in_map;
       if (reprojection_error(*keyframe.image, feature, keyframe.camera_from_map * x_in_map).norm() < limit)
-        tie.location.matches.emplace_back(feature, landmark);
+        map_match.location.matches.emplace_back(feature, landmark);
     }
-    if (static_cast<int>(tie.location.matches.size()) >= options.min_inliers)
-      meeting.ties.push_back(std::move(tie));
+    if (static_cast<int>(map_match.location.matches.size()) >= options.min_inliers)
+      alignment.map_matches.push_back(std::move(map_match));
   }
-  if (meeting.ties.empty()) return std::nullopt;
-  return meeting;
+  if (alignment.map_matches.empty()) return std::nullopt;
+  return alignment;
 }
 
 std::vector<std::pair<LandmarkId, LandmarkId>> same_landmarks(const Map& map,
-                                                              const std::vector<MapTie>& ties) {
+                                                              const std::vector<MapMatch>& map_matches) {
   std::map<LandmarkId, LandmarkId> same;
-  for (const MapTie& tie : ties) {
-    for (const auto& [feature, landmark] : tie.location.matches) {
-      const LandmarkId own = map.keyframe(tie.keyframe)->landmark_of_feature[feature];
+  for (const MapMatch& map_match : map_matches) {
+    for (const auto& [feature, landmark] : map_match.location.matches) {
+      const LandmarkId own = map.keyframe(map_match.keyframe)->landmark_of_feature[feature];
       if (own != kNoLandmark) same.emplace(own, landmark);
     }
   }

@@ -16,7 +16,7 @@ namespace mono_pose_tracker {
 /// A keyframe of one map found in another, and the similarity that this makes between the two. Each map has a
 /// unit of its own: lengths in `location` are in the other's, and other_from_map.scale is the length in the
 /// other's units of what is 1 in the keyframe's own.
-struct MapTie {
+struct MapMatch {
   KeyframeId keyframe = -1;
   Location location;  // of the keyframe, in the other map
   Sim3 other_from_map;
@@ -25,34 +25,34 @@ struct MapTie {
 
 /// Nothing when the keyframe is not found at that place of the other map, or the depths of the points that
 /// both maps know don't agree on a scale.
-std::optional<MapTie> tie_keyframe(const MapperOptions& options, const Map& map, KeyframeId keyframe,
-                                   const Map& other, KeyframeId place);
+std::optional<MapMatch> match_keyframe(const MapperOptions& options, const Map& map, KeyframeId keyframe,
+                                       const Map& other, KeyframeId place);
 
 /// Whether two ties of different keyframes say the same: the pose that each gives the other's keyframe shows
 /// what was found there within a few pixels.
-bool ties_agree(const Map& map, const Map& other, const MapTie& a, const MapTie& b);
+bool map_matches_agree(const Map& map, const Map& other, const MapMatch& a, const MapMatch& b);
 
 /// Two maps where they meet: two keyframes of one, found in the other.
-struct MapMeeting {
-  std::vector<MapTie> ties;
+struct MapAlignment {
+  std::vector<MapMatch> map_matches;
   Sim3 other_from_map;
 };
 
-/// Nothing when the ties do not agree (ties_agree), or the points that they share do not determine a
+/// Nothing when the ties do not agree (map_matches_agree), or the points that they share do not determine a
 /// similarity by RANSAC over where both maps have them. It is that one which holds: of a small patch of a
 /// wall a single view has two poses that show it all but alike, and both keyframes may have taken the wrong
 /// one.
-std::optional<MapMeeting> meet(const MapperOptions& options, const Map& map, const Map& other, MapTie first,
-                               MapTie second);
+std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& map, const Map& other,
+                                       MapMatch first, MapMatch second);
 
 /// The same from the view graph: by the verified matches between keyframes of the two maps that are near in
 /// time, or that look like each other (`places` of the other map). Nothing when their landmarks do not
 /// determine a similarity.
-std::optional<MapMeeting> meet(const MapperOptions& options, const Map& map, const Map& other,
-                               const PlaceFinder& places, ViewGraph* graph);
+std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& map, const Map& other,
+                                       const PlaceFinder& places, ViewGraph* graph);
 
 /// Landmarks of `map` and of `other` (ids as they are there) that the ties say are one.
 std::vector<std::pair<LandmarkId, LandmarkId>> same_landmarks(const Map& map,
-                                                              const std::vector<MapTie>& ties);
+                                                              const std::vector<MapMatch>& map_matches);
 
 }  // namespace mono_pose_tracker

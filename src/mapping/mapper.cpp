@@ -7,6 +7,7 @@
 
 #include "common/angles.h"
 #include "common/median.h"
+#include "cross_view_matcher.h"
 #include "epipolar_matcher.h"
 #include "geometry/triangulation.h"
 #include "keyframe_landmarks.h"
@@ -14,11 +15,10 @@
 #include "known_baseline.h"
 #include "mapping/depth_reversal.h"
 #include "mapping/in_view.h"
+#include "mapping/planar_ambiguity.h"
 #include "mapping/projection_matcher.h"
-#include "mapping/rival_geometry.h"
 #include "optimization/map_adjustment.h"
-#include "unseen_landmarks.h"
-#include "view_linker.h"
+#include "unobserved_landmarks.h"
 
 namespace mono_pose_tracker {
 
@@ -26,7 +26,7 @@ namespace {
 
 // A long lens sees an object from so far that the first views may take it for its reverse; and a wall, from
 // near, for its twin. Whether the map was one.
-bool is_set_right(const MapperOptions& options, Map* map) {
+bool was_corrected(const MapperOptions& options, Map* map) {
   // Share of the cost, by which the other one must be cheaper: where it is as wrong as the map itself the two
   // differ by less, and the map would swing.
   constexpr double kMinEvidence = 0.1;
@@ -53,29 +53,29 @@ std::vector<KeyframeId> Mapper::neighbors(KeyframeId id, int count) const {
 }
 
 void Mapper::initialize(const InitialMap& initial, std::uint32_t epoch) {
-  kept_.clear();
+  inactive_.clear();
   view_graph_.reset();
   begin(initial, epoch);
 }
 
-void Mapper::begin_beside(const InitialMap& initial, std::uint32_t epoch) {
+void Mapper::begin_additional(const InitialMap& initial, std::uint32_t epoch) {
   keep_present();
-  cap_kept_maps();
+  cap_inactive_maps();
   begin(initial, epoch);
 }
 
 // What is known of the present map beside it is nothing of another's.
-void Mapper::forget_beside_map() {
-  const std::uint64_t ticket = beside_.ticket + 1;
-  beside_ = BesideMap(options_, camera_);
-  beside_.ticket = ticket;
+void Mapper::reset_map_state() {
+  const std::uint64_t ticket = map_state_.ticket + 1;
+  map_state_ = MapState(options_, camera_);
+  map_state_.ticket = ticket;
   covariances_ = KeyframeCovariances();
 }
 
 void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
   map_ = Map();
   places_ = std::make_shared<KeyframePlaces>();
-  forget_beside_map();
+  reset_map_state();
   unit_ = {};
   epoch_ = epoch;
   map_id_ = epoch + 1;
@@ -83,9 +83,9 @@ void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
   for (const InitialMap::View& view : initial.views) {
     ids.push_back(
         map_.add_keyframe(view.frame.index, view.frame.stamp_ns, view.camera_from_map, view.frame.image));
-    if (view.frame.whole) beside_.whole[ids.back()] = view.frame.whole;
+    if (view.frame.unmasked) map_state_.unmasked[ids.back()] = view.frame.unmasked;
   }
-  watch_background(initial);
+  watch_static_background(initial);
   std::vector<double> depths;
   for (const InitialMap::Point& point : initial.points) {
     const LandmarkId l = map_.add_landmark(point.x_in_map);
@@ -99,8 +99,8 @@ void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
     const StageTimer timer(stages_, "map_match");
     for (const KeyframeId id : ids) separate_motions(id);
     for (std::size_t v = 0; v < ids.size(); ++v) {
-      if (!initial.views[v].fixed.empty()) leave_out(ids[v], initial.views[v].fixed);
-      leave_out_fixed(ids[v]);
+      if (!initial.views[v].fixed.empty()) exclude(ids[v], initial.views[v].fixed);
+      exclude_static_overlay(ids[v]);
     }
     for (const KeyframeId id : ids) {
       const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
@@ -113,17 +113,17 @@ void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
 }
 
 void Mapper::restore(Map map, std::uint32_t epoch) {
-  kept_.clear();
+  inactive_.clear();
   view_graph_.reset();
   map_ = Map();
-  restore_beside(std::move(map), epoch);
+  restore_additional(std::move(map), epoch);
 }
 
-void Mapper::restore_beside(Map map, std::uint32_t epoch) {
+void Mapper::restore_additional(Map map, std::uint32_t epoch) {
   keep_present();
   map_ = std::move(map);
   places_ = std::make_shared<KeyframePlaces>();
-  forget_beside_map();
+  reset_map_state();
   unit_ = {};
   find_covariances();
   epoch_ = epoch;
@@ -141,7 +141,7 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   const KeyframeId id =
       map_.add_keyframe(candidate.frame.index, candidate.frame.stamp_ns,
                         candidate.camera_from_reference * reference_from_map, candidate.frame.image);
-  if (candidate.frame.whole) beside_.whole[id] = candidate.frame.whole;
+  if (candidate.frame.unmasked) map_state_.unmasked[id] = candidate.frame.unmasked;
   for (const FrameObservation& o : candidate.observations) map_.add_observation(o.landmark, id, o.feature);
   match(id);
   adjust_window(id, waiting);
@@ -150,9 +150,9 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   cull_keyframes(id);
   cap_keyframes(id);
   scale_by_marker(id, candidate.frame.marker);
-  watch_background(candidate);
-  if (waiting == 0) watch_body_of_map();
-  if (waiting == 0 && !is_cancelled()) join_where_met(map_.keyframes().rbegin()->first);
+  watch_static_background(candidate);
+  if (waiting == 0) watch_map_object();
+  if (waiting == 0 && !is_cancelled()) join_where_aligned(map_.keyframes().rbegin()->first);
   publish();
 }
 
@@ -160,9 +160,9 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
 void Mapper::match(KeyframeId id) {
   const StageTimer timer(stages_, "map_match");
   separate_motions(id);
-  leave_out_fixed(id);
+  exclude_static_overlay(id);
   const std::vector<KeyframeId> near = neighbors(id, options_.mapping.matching_keyframes);
-  LookAlikes unknown;
+  SimilarKeyframes unknown;
   fuse(id, within_reach(id, &unknown));
   create_landmarks(id, near);
   for (const KeyframeId n : near) {
@@ -175,14 +175,14 @@ void Mapper::match(KeyframeId id) {
 // at each size, which a map from which keyframes are taken may have more than once.
 void Mapper::correct_beginning() {
   const std::size_t keyframes = map_.keyframes().size();
-  if (keyframes <= beside_.asked_at || !is_due(keyframes) || is_cancelled()) return;
-  beside_.asked_at = keyframes;
-  if (is_set_right(options_, &map_)) tell_of_other_beginning();
-  renew_scale(kUnitChangeTold);
+  if (keyframes <= map_state_.asked_at || !is_due(keyframes) || is_cancelled()) return;
+  map_state_.asked_at = keyframes;
+  if (was_corrected(options_, &map_)) report_corrected_beginning();
+  renew_scale(kReportedUnitChange);
 }
 
-void Mapper::tell_of_other_beginning() {
-  forget_aside();  // what is solved aside is of the map as it was
+void Mapper::report_corrected_beginning() {
+  drop_background_job();  // what is solved aside is of the map as it was
   find_covariances();
   MapCorrection correction;
   correction.of_map = correction.into_map = map_id_;
@@ -192,7 +192,7 @@ void Mapper::tell_of_other_beginning() {
 
 // What may be in view of a keyframe; nothing: all. In a large map: what is seen by those that share landmarks
 // with it, directly or by one between, and at places that look like it.
-std::optional<std::vector<LandmarkId>> Mapper::within_reach(KeyframeId id, LookAlikes* known) const {
+std::optional<std::vector<LandmarkId>> Mapper::within_reach(KeyframeId id, SimilarKeyframes* known) const {
   // Up to here looking through all takes less than a tenth of the time that adjusting the window does.
   constexpr std::size_t kLarge = 400;
   constexpr int kAll = std::numeric_limits<int>::max();
@@ -210,7 +210,7 @@ std::optional<std::vector<LandmarkId>> Mapper::within_reach(KeyframeId id, LookA
   const auto [places, is_new] = known->emplace(id, std::vector<KeyframeId>());
   if (is_new) places->second = places_->find(map_.keyframe(id)->image->set, kBestPlaces);
   for (const KeyframeId place : places->second) add_with_neighbors(place);
-  return landmarks_seen_by(map_, {near.begin(), near.end()});
+  return landmarks_observed_by(map_, {near.begin(), near.end()});
 }
 
 // Longer tracks: landmarks that the target keyframe does not see yet, whoever saw them and however long ago,
@@ -223,12 +223,12 @@ void Mapper::fuse(KeyframeId target, const std::optional<std::vector<LandmarkId>
   ProjectionMatchOptions guided;
   guided.radius_px = options_.mapping.max_reprojection_px;
   const std::vector<LandmarkCandidate> candidates =
-      unseen_in_view(map_, keyframe, landmarks, guided.radius_px);
+      unobserved_in_view(map_, keyframe, landmarks, guided.radius_px);
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
   guided.cancelled = options_.ransac.cancelled;
   for (const LandmarkMatch& m :
        match_by_projection(candidates, *keyframe.image, camera, keyframe.camera_from_map, guided)) {
-    if (is_left_out(target, m.feature)) continue;
+    if (is_excluded(target, m.feature)) continue;
     const LandmarkId l = candidates[m.candidate].id;
     const LandmarkId held = keyframe.landmark_of_feature[m.feature];
     if (held == kNoLandmark) {
@@ -262,7 +262,7 @@ void Mapper::create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& 
     const Rigid3 second_from_first = second.camera_from_map * first.camera_from_map.inverse();
     const Rigid3 map_from_first = first.camera_from_map.inverse();
     for (const Match& m : match_along_epipolar_lines(first, second, guided)) {
-      if (is_left_out(newest, m.first) || is_left_out(n, m.second)) continue;
+      if (is_excluded(newest, m.first) || is_excluded(n, m.second)) continue;
       Eigen::Vector3d x_in_first;
       if (!triangulate_two_views(second_from_first, first.image->set.bearings[m.first],
                                  second.image->set.bearings[m.second], &x_in_first)) {
@@ -298,13 +298,13 @@ void Mapper::adjust_window(KeyframeId newest, int waiting) {
     count(adjust_keyframes(options_.window_bundle(), window, held_keyframes(size),
                            options_.mapping.window_landmarks, &map_));
   }
-  cull_observations(landmarks_seen_by(map_, window));
+  cull_observations(landmarks_observed_by(map_, window));
   if (waiting == 0) update_covariances(window);
 }
 
 // Twice: better poses find more, and wrong observations that the first run uncovers must not bend the second.
 void Mapper::complete(BundleOptions bundle) {
-  LookAlikes found;
+  SimilarKeyframes found;
   for (const double tolerance : {kRoughTolerance, kFinalTolerance}) {
     for (const auto& entry : map_.keyframes()) {
       const KeyframeId id = entry.first;
@@ -319,7 +319,7 @@ void Mapper::complete(BundleOptions bundle) {
 }
 
 // What was tied pulls by a wide loss, as nothing is culled yet. Whether both adjustments could be used.
-bool Mapper::adjust_tied(const BundleOptions& bundle) {
+bool Mapper::adjust_after_merging(const BundleOptions& bundle) {
   bool is_usable = true;
   for (const BundleOptions& pass : {with_wide_loss(bundle), bundle}) {
     const BundleReport report = adjust_map(pass, &map_);
@@ -339,12 +339,12 @@ void Mapper::finish() {
   if (map_.keyframes().empty()) return;
   const BundleOptions bundle = final_bundle();
   // What was known of it is forgotten where maps are joined or gone back to.
-  for (const auto& entry : map_.keyframes()) leave_out_fixed(entry.first);
+  for (const auto& entry : map_.keyframes()) exclude_static_overlay(entry.first);
   // All shared tracks stay, unlike in a map that goes on: those that do not hold are culled below. Dropped,
   // they cost a recording of many gaps a tenth of its images.
   const KeyframePairs overlapping = overlapping_pairs(options_.bundle, map_);
   connect(overlapping);
-  if (!link_views(options_, overlapping, &view_graph(), &map_).empty()) adjust_tied(bundle);
+  if (!match_across_views(options_, overlapping, &view_graph(), &map_).empty()) adjust_after_merging(bundle);
   retriangulate({});
   complete(bundle);
   drop_two_view_landmarks();
@@ -367,7 +367,7 @@ void Mapper::publish() {
   view->map_id = map_id_;
   view->corrections = corrections_;
   view->inactive_maps = inactive_maps();
-  tell_doubt(view.get());
+  report_doubt(view.get());
   places_->follow(map_);
   view->places = places_;
   view->scale_source = map_.scale_source();

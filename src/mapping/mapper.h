@@ -9,19 +9,19 @@
 #include <vector>
 
 #include "map/tracking_map.h"
-#include "mapping/aside.h"
-#include "mapping/background_watch.h"
-#include "mapping/body_watch.h"
+#include "mapping/background_job.h"
+#include "mapping/cross_view_matcher.h"
 #include "mapping/graph_consistency.h"
 #include "mapping/initial_map.h"
 #include "mapping/keyframe_candidate.h"
-#include "mapping/larger_body_watch.h"
+#include "mapping/larger_object_watch.h"
 #include "mapping/loop_closer.h"
 #include "mapping/loop_finder.h"
 #include "mapping/map_joiner.h"
 #include "mapping/matches_in_time.h"
+#include "mapping/object_watch.h"
 #include "mapping/rigidity_watch.h"
-#include "mapping/view_linker.h"
+#include "mapping/static_background_watch.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
@@ -36,21 +36,21 @@ class KeyframePlaces;
 class Mapper {
  public:
   Mapper(const MapperOptions& options, const CameraModel& camera)
-      : options_(options), camera_(camera), beside_(options, camera) {}
+      : options_(options), camera_(camera), map_state_(options, camera) {}
 
   /// Begins a map, in place of all that there are. Its scale: what ScaleOptions say, else the median depth of
   /// the first view's points is 1.
   void initialize(const InitialMap& initial, std::uint32_t epoch);
   /// Begins a map beside those that there are: they are kept, and joined with it when the two meet. Beside a
   /// capped map no more keyframes are kept than it may hold: the smallest map goes first.
-  void begin_beside(const InitialMap& initial, std::uint32_t epoch);
+  void begin_additional(const InitialMap& initial, std::uint32_t epoch);
   /// Goes back to a map that is kept. The present one is kept in its place, or dropped. False when there is
   /// none of this id, any more: the present one goes on, in the new epoch.
   bool resume(std::uint32_t map_id, bool keep_present, std::uint32_t epoch);
   /// Goes on in a map that was saved, in place of all that there are.
   void restore(Map map, std::uint32_t epoch);
   /// The same beside those that there are: they are kept.
-  void restore_beside(Map map, std::uint32_t epoch);
+  void restore_additional(Map map, std::uint32_t epoch);
   /// waiting: keyframes that wait behind this one. The bundle adjustment's window is divided among them, and
   /// with two or more it is left to the next; the map is consistent all the same.
   void insert(const KeyframeCandidate& candidate, int waiting = 0);
@@ -61,12 +61,12 @@ class Mapper {
   /// adjusted one after the other have drifted against each other. What comes of it is a correction.
   void adjust_now_and_then();
   /// What is to be done beside the mapper's own work now; null: nothing.
-  Aside take_aside();
+  BackgroundJob take_background_job();
   /// Those closed in any of the maps, in order.
   const std::vector<ClosedLoop>& loops() const { return loops_; }
   void set_options(const MapperOptions& options) {
     options_ = options;
-    beside_.loop_finder.set_options(options);
+    map_state_.loop_finder.set_options(options);
   }
   /// Moves the present map as a whole: a correction. scale_source: what its unit rests on from now on;
   /// nothing where that stays.
@@ -107,7 +107,7 @@ class Mapper {
   bool is_cancelled() const { return options_.bundle.is_cancelled(); }
 
   // Of a length: who measures with the map should know of it, and a smaller change is not worth telling.
-  static constexpr double kUnitChangeTold = 0.01;
+  static constexpr double kReportedUnitChange = 0.01;
   // Whatever the options let an adjustment between images take: where a recording ends no image waits.
   static constexpr int kFinalIterations = 50;
   static constexpr double kFinalTolerance = 1e-7;  // share of the cost: the adjustment that gives the result
@@ -120,29 +120,29 @@ class Mapper {
   };
 
   // What is known of the present map beside it. Another's is not known: it is begun anew.
-  struct BesideMap {
-    BesideMap(const MapperOptions& options, const CameraModel& camera) : loop_finder(options, camera) {}
+  struct MapState {
+    MapState(const MapperOptions& options, const CameraModel& camera) : loop_finder(options, camera) {}
 
     // Of images that something was left out of before they came here, all of it.
-    std::map<KeyframeId, ImageFeaturesPtr> whole;
-    std::map<KeyframeId, std::vector<char>> left_out;  // features of another motion, where there are some
+    std::map<KeyframeId, ImageFeaturesPtr> unmasked;
+    std::map<KeyframeId, std::vector<char>> excluded;  // features of another motion, where there are some
     RigidityWatch watch;
-    LargerBodyWatch larger_body_watch;
-    BodyWatch body_watch;
-    BackgroundWatch background_watch;
+    LargerObjectWatch larger_object_watch;
+    ObjectWatch object_watch;
+    StaticBackgroundWatch static_background_watch;
     LoopFinder loop_finder;
-    std::size_t asked_at = 0;  // keyframes that there were when the beginning was doubted last
-    KeyframeId sought = -1;    // the last keyframe that a loop was sought of
-    KeyframeId tried_at = -1;  // the newest keyframe when all was to be adjusted last
-    KeyframeId tied_at = -1;   // up to this one keyframes are tied to what they look at
-    bool closing = false;      // a loop is
-    bool adjusting = false;    // all is, with nothing to be closed
-    std::uint64_t ticket = 0;  // of what is done aside: that of an earlier map has another
-    Aside aside;               // that nobody has taken yet
+    std::size_t asked_at = 0;      // keyframes that there were when the beginning was doubted last
+    KeyframeId sought = -1;        // the last keyframe that a loop was sought of
+    KeyframeId tried_at = -1;      // the newest keyframe when all was to be adjusted last
+    KeyframeId merged_up_to = -1;  // up to this one keyframes are tied to what they look at
+    bool closing = false;          // a loop is
+    bool adjusting = false;        // all is, with nothing to be closed
+    std::uint64_t ticket = 0;      // of what is done aside: that of an earlier map has another
+    BackgroundJob background_job;  // that nobody has taken yet
   };
 
   // A map that is not tracked in at present.
-  struct KeptMap {
+  struct InactiveMap {
     Map map;
     std::shared_ptr<KeyframePlaces> places;
     KeyframeCovariances covariances;
@@ -150,7 +150,7 @@ class Mapper {
   };
 
   // Keyframes that look like one, by its id.
-  using LookAlikes = std::map<KeyframeId, std::vector<KeyframeId>>;
+  using SimilarKeyframes = std::map<KeyframeId, std::vector<KeyframeId>>;
 
   // Keyframes that are held while so many move, those that see most of the same: as a rule all that share
   // much with the window, and a limit to what its adjustment costs, however large the map grows.
@@ -158,27 +158,29 @@ class Mapper {
   std::vector<KeyframeId> neighbors(KeyframeId id, int count) const;
   void begin(const InitialMap& initial, std::uint32_t epoch);
   void keep_present();
-  void cap_kept_maps();
-  bool join_where_met(KeyframeId newest);
-  bool join(std::uint32_t kept_id, const MapMeeting& meeting);
+  void cap_inactive_maps();
+  bool join_where_aligned(KeyframeId newest);
+  bool join(std::uint32_t inactive_id, const MapAlignment& alignment);
   bool join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart);
-  bool join_anywhere(std::uint32_t kept_id);
-  void become_part_of(std::uint32_t kept_id, const MergedIds& added, double scale, ScaleSource own_source);
-  bool join_newer(std::uint32_t kept_id, const MapMeeting& meeting);
-  std::optional<MapMeeting> find_meeting(const KeptMap& other, KeyframeId keyframe) const;
-  void adjust_seam(const std::vector<KeyframeId>& seam);
+  bool join_anywhere(std::uint32_t inactive_id);
+  void become_part_of(std::uint32_t inactive_id, const MergedIds& added, double scale,
+                      ScaleSource own_source);
+  bool join_newer(std::uint32_t inactive_id, const MapAlignment& alignment);
+  std::optional<MapAlignment> find_alignment(const InactiveMap& other, KeyframeId keyframe) const;
+  void adjust_boundary(const std::vector<KeyframeId>& boundary);
   bool bring_up_to_date(KeyframeCandidate* candidate) const;
-  void forget_beside_map();
-  void forget_aside();
-  Aside told_of_its_end(Aside work) const;
+  void reset_map_state();
+  void drop_background_job();
+  BackgroundJob with_completion(BackgroundJob work) const;
   void close_loop(const LoopConstraint& loop, const std::optional<KeyframeChanges>& changes);
   bool fuse_loop(const LoopConstraint& loop);
   void fuse_sides(const std::vector<KeyframeId>& targets, const std::vector<KeyframeId>& others);
-  struct TiedAdjustment;  // of all of a snapshot, with what was tied before
-  static std::shared_ptr<const TiedAdjustment> tie_and_adjust(const MapperOptions& options,
-                                                              const Map& snapshot, KeyframeId tied_at,
-                                                              bool parts_were_apart);
-  void take_over(const TiedAdjustment& result, KeyframeId newest);
+  struct MergedAdjustment;  // of all of a snapshot, with what was tied before
+  static std::shared_ptr<const MergedAdjustment> merge_and_adjust(const MapperOptions& options,
+                                                                  const Map& snapshot,
+                                                                  KeyframeId merged_up_to,
+                                                                  bool parts_were_apart);
+  void take_over(const MergedAdjustment& result, KeyframeId newest);
   void adjust_globally(bool parts_were_apart);
   void complete(BundleOptions bundle);
   void count(const BundleReport& report) { failed_adjustments_ += report.failed; }
@@ -187,21 +189,21 @@ class Mapper {
   void forget_old_corrections();
   void match(KeyframeId id);
   void separate_motions(KeyframeId id);
-  bool adjust_tied(const BundleOptions& bundle);
+  bool adjust_after_merging(const BundleOptions& bundle);
   BundleOptions final_bundle() const;
   void restore_if_better(Map as_it_was, const GraphConsistencyOptions& consistency);
   void retriangulate(const GraphConsistencyOptions& consistency);
   void drop_two_view_landmarks();
-  void leave_out_fixed(KeyframeId id);
-  void watch_background(const InitialMap& initial);
-  void watch_background(const KeyframeCandidate& candidate);
-  void tell_doubt(TrackingMap* view) const;
-  void watch_body_of_map();
-  void watch_body(KeyframeId before_id, KeyframeId newest_id, const PairMotions& pair);
-  void leave_out(KeyframeId id, const std::vector<char>& features);
-  bool is_left_out(KeyframeId id, int feature) const;
+  void exclude_static_overlay(KeyframeId id);
+  void watch_static_background(const InitialMap& initial);
+  void watch_static_background(const KeyframeCandidate& candidate);
+  void report_doubt(TrackingMap* view) const;
+  void watch_map_object();
+  void watch_object(KeyframeId before_id, KeyframeId newest_id, const PairMotions& pair);
+  void exclude(KeyframeId id, const std::vector<char>& features);
+  bool is_excluded(KeyframeId id, int feature) const;
   void create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& neighbors);
-  std::optional<std::vector<LandmarkId>> within_reach(KeyframeId id, LookAlikes* known) const;
+  std::optional<std::vector<LandmarkId>> within_reach(KeyframeId id, SimilarKeyframes* known) const;
   void fuse(KeyframeId target, const std::optional<std::vector<LandmarkId>>& landmarks);
   void adjust_window(KeyframeId newest, int waiting);
   void update_covariances(const std::vector<KeyframeId>& window);
@@ -215,7 +217,7 @@ class Mapper {
   void rescale(double factor);
   void set_scale(const InitialMap& initial, const std::vector<KeyframeId>& ids);
   void correct_beginning();
-  void tell_of_other_beginning();
+  void report_corrected_beginning();
   void move_map(const Sim3& new_from_map);
   std::optional<double> metres_by_marker() const;
   std::optional<double> metres_by_baseline() const;
@@ -226,14 +228,14 @@ class Mapper {
   MapperOptions options_;
   CameraModel camera_;
   Map map_;
-  BesideMap beside_;
+  MapState map_state_;
   UnitSource unit_;
   // Of keyframes where the last adjustment left them, in the map (TrackingMap::covariances).
   KeyframeCovariances covariances_;
   std::uint32_t epoch_ = 0;
   std::uint64_t revision_ = 0;
-  std::uint32_t map_id_ = 0;               // the epoch that it began in, and 1
-  std::map<std::uint32_t, KeptMap> kept_;  // by id
+  std::uint32_t map_id_ = 0;                       // the epoch that it began in, and 1
+  std::map<std::uint32_t, InactiveMap> inactive_;  // by id
   MapCorrections corrections_;
   std::uint64_t last_correction_ = 0;  // its sequence
   std::shared_ptr<KeyframePlaces> places_;

@@ -106,8 +106,8 @@ void Mapper::remove_keyframe(KeyframeId id) {
   const std::vector<LandmarkId> seen = landmarks_of(*map_.keyframe(id));
   const std::vector<KeyframeId> nearest = neighbors(id, 1);
   map_.remove_keyframe(id, nearest.empty() ? std::prev(map_.keyframes().find(id))->first : nearest[0]);
-  beside_.left_out.erase(id);
-  beside_.whole.erase(id);
+  map_state_.excluded.erase(id);
+  map_state_.unmasked.erase(id);
   covariances_.erase(id);
   cull_observations(seen);
 }

@@ -71,30 +71,30 @@ void unite(KeyframeId old_id, KeyframeId new_id, Map* map) {
 // Two maps in the frame and scale of the older one.
 struct JoinedMaps {
   Map map;
-  MergedIds added;               // by how much the newer one's ids are greater in it
-  double scale = 1;              // of the newer one
-  std::vector<KeyframeId> seam;  // keyframes that hold the two together
+  MergedIds added;                   // by how much the newer one's ids are greater in it
+  double scale = 1;                  // of the newer one
+  std::vector<KeyframeId> boundary;  // keyframes that hold the two together
 };
 
-JoinedMaps join_maps(const Map& older, const Map& newer, const MapMeeting& meeting) {
+JoinedMaps join_maps(const Map& older, const Map& newer, const MapAlignment& alignment) {
   JoinedMaps joined;
   joined.map = older;
-  joined.scale = meeting.other_from_map.scale;
-  joined.added = joined.map.merge(newer, meeting.other_from_map);
-  for (const auto& [own, theirs] : same_landmarks(newer, meeting.ties)) {
+  joined.scale = alignment.other_from_map.scale;
+  joined.added = joined.map.merge(newer, alignment.other_from_map);
+  for (const auto& [own, theirs] : same_landmarks(newer, alignment.map_matches)) {
     joined.map.merge_landmarks(own + joined.added.landmarks, theirs);
   }
-  for (const MapTie& tie : meeting.ties) {
-    const KeyframeId keyframe = tie.keyframe + joined.added.keyframes;
-    joined.seam.push_back(keyframe);
-    for (const auto& [feature, landmark] : tie.location.matches) {
+  for (const MapMatch& map_match : alignment.map_matches) {
+    const KeyframeId keyframe = map_match.keyframe + joined.added.keyframes;
+    joined.boundary.push_back(keyframe);
+    for (const auto& [feature, landmark] : map_match.location.matches) {
       joined.map.add_observation(landmark, keyframe, feature);
     }
   }
   for (const auto& [old_id, new_id] : same_images(joined.map, joined.added.keyframes)) {
     unite(old_id, new_id, &joined.map);
-    std::replace(joined.seam.begin(), joined.seam.end(), new_id, old_id);
-    joined.seam.push_back(old_id);
+    std::replace(joined.boundary.begin(), joined.boundary.end(), new_id, old_id);
+    joined.boundary.push_back(old_id);
   }
   return joined;
 }
@@ -104,13 +104,13 @@ JoinedMaps join_maps(const Map& older, const Map& newer, const MapMeeting& meeti
 void Mapper::keep_present() {
   if (map_.keyframes().empty()) return;
   places_->follow(map_);  // it may be changed since it was published
-  kept_[map_id_] = {std::move(map_), std::move(places_), std::move(covariances_), std::move(unit_)};
+  inactive_[map_id_] = {std::move(map_), std::move(places_), std::move(covariances_), std::move(unit_)};
   map_ = Map();
 }
 
 // What is kept beside a capped map is capped as well: the smallest is missed least. The one that was just
 // left stays: the new one may not hold.
-void Mapper::cap_kept_maps() {
+void Mapper::cap_inactive_maps() {
   const auto most = static_cast<std::size_t>(options_.mapping.max_keyframes);
   if (most == 0) return;
   const auto size = [this](const auto& entry) {
@@ -118,35 +118,35 @@ void Mapper::cap_kept_maps() {
                                   : entry.second.map.keyframes().size();
   };
   std::size_t keyframes = 0;
-  for (const auto& entry : kept_) keyframes += entry.second.map.keyframes().size();
-  while (keyframes > most && kept_.size() > 1) {
-    const auto smallest = std::min_element(kept_.begin(), kept_.end(),
+  for (const auto& entry : inactive_) keyframes += entry.second.map.keyframes().size();
+  while (keyframes > most && inactive_.size() > 1) {
+    const auto smallest = std::min_element(inactive_.begin(), inactive_.end(),
                                            [&](const auto& a, const auto& b) { return size(a) < size(b); });
     keyframes -= size(*smallest);
-    kept_.erase(smallest);
+    inactive_.erase(smallest);
   }
 }
 
 bool Mapper::resume(std::uint32_t map_id, bool keep_this, std::uint32_t epoch) {
   if (map_id == map_id_ && !map_.keyframes().empty()) {
-    forget_aside();  // what is done aside is of another epoch
+    drop_background_job();  // what is done aside is of another epoch
     epoch_ = epoch;
     publish();
     return true;
   }
-  const auto kept = kept_.find(map_id);
-  if (kept == kept_.end()) {
-    forget_aside();
+  const auto kept = inactive_.find(map_id);
+  if (kept == inactive_.end()) {
+    drop_background_job();
     epoch_ = epoch;
     publish();
     return false;
   }
-  KeptMap resumed = std::move(kept->second);
-  kept_.erase(kept);
+  InactiveMap resumed = std::move(kept->second);
+  inactive_.erase(kept);
   if (keep_this) keep_present();
   map_ = std::move(resumed.map);
-  forget_beside_map();
-  beside_.tied_at = map_.keyframes().rbegin()->first;  // but for a few, since it was adjusted last
+  reset_map_state();
+  map_state_.merged_up_to = map_.keyframes().rbegin()->first;  // but for a few, since it was adjusted last
   places_ = std::move(resumed.places);
   covariances_ = std::move(resumed.covariances);
   unit_ = std::move(resumed.unit);
@@ -158,13 +158,13 @@ bool Mapper::resume(std::uint32_t map_id, bool keep_this, std::uint32_t epoch) {
 
 std::vector<std::uint32_t> Mapper::inactive_maps() const {
   std::vector<std::uint32_t> ids;
-  for (const auto& entry : kept_) ids.push_back(entry.first);
+  for (const auto& entry : inactive_) ids.push_back(entry.first);
   return ids;
 }
 
 std::vector<Map> Mapper::all_maps() const {
   std::map<std::uint32_t, const Map*> by_age;
-  for (const auto& entry : kept_) by_age[entry.first] = &entry.second.map;
+  for (const auto& entry : inactive_) by_age[entry.first] = &entry.second.map;
   if (!map_.keyframes().empty()) by_age[map_id_] = &map_;
   std::vector<Map> maps;
   maps.reserve(by_age.size());
@@ -200,36 +200,37 @@ void Mapper::forget_old_corrections() {
 }
 
 // The keyframe and another that shares view with it are found in the other map.
-std::optional<MapMeeting> Mapper::find_meeting(const KeptMap& other, KeyframeId keyframe) const {
+std::optional<MapAlignment> Mapper::find_alignment(const InactiveMap& other, KeyframeId keyframe) const {
   for (const KeyframeId place : other.places->find(map_.keyframe(keyframe)->image->set, kBestPlaces)) {
-    const std::optional<MapTie> first = tie_keyframe(options_, map_, keyframe, other.map, place);
+    const std::optional<MapMatch> first = match_keyframe(options_, map_, keyframe, other.map, place);
     if (!first) continue;
     for (const KeyframeId second : neighbors(keyframe, kSecondViews)) {
-      const std::optional<MapTie> tie = tie_keyframe(options_, map_, second, other.map, place);
-      if (!tie) continue;
-      if (std::optional<MapMeeting> meeting = meet(options_, map_, other.map, *first, *tie)) return meeting;
+      const std::optional<MapMatch> map_match = match_keyframe(options_, map_, second, other.map, place);
+      if (!map_match) continue;
+      if (std::optional<MapAlignment> alignment = align_maps(options_, map_, other.map, *first, *map_match))
+        return alignment;
     }
   }
   return std::nullopt;
 }
 
-bool Mapper::join_where_met(KeyframeId newest) {
+bool Mapper::join_where_aligned(KeyframeId newest) {
   for (const std::uint32_t id : inactive_maps()) {
-    const std::optional<MapMeeting> meeting = find_meeting(kept_.at(id), newest);
-    if (!meeting) continue;
-    if (id < map_id_ ? join(id, *meeting) : join_newer(id, *meeting)) return true;
+    const std::optional<MapAlignment> alignment = find_alignment(inactive_.at(id), newest);
+    if (!alignment) continue;
+    if (id < map_id_ ? join(id, *alignment) : join_newer(id, *alignment)) return true;
   }
   return false;
 }
 
 // The present map is the older: it was gone back to, or loaded. The newer one is looked at from its own side,
 // where the ties say that the two meet, so that the older one's frame stays.
-bool Mapper::join_newer(std::uint32_t kept_id, const MapMeeting& meeting) {
+bool Mapper::join_newer(std::uint32_t inactive_id, const MapAlignment& alignment) {
   constexpr std::size_t kTries = 4;
-  const Map& newer = kept_.at(kept_id).map;
+  const Map& newer = inactive_.at(inactive_id).map;
   std::map<KeyframeId, int> seen;
-  for (const MapTie& tie : meeting.ties) {
-    for (const auto& match : tie.location.matches) {
+  for (const MapMatch& map_match : alignment.map_matches) {
+    for (const auto& match : map_match.location.matches) {
       for (const Observation& o : newer.landmark(match.second)->observations) ++seen[o.keyframe];
     }
   }
@@ -239,61 +240,61 @@ bool Mapper::join_newer(std::uint32_t kept_id, const MapMeeting& meeting) {
   std::sort(most.begin(), most.end());
   if (most.size() > kTries) most.resize(kTries);
   const std::uint32_t older = map_id_;
-  const BesideMap beside = beside_;  // the older one has it back where the two stay apart
-  resume(kept_id, true, epoch_);
+  const MapState previous_state = map_state_;  // the older one has it back where the two stay apart
+  resume(inactive_id, true, epoch_);
   for (const auto& entry : most) {
-    const std::optional<MapMeeting> from_newer = find_meeting(kept_.at(older), entry.second);
+    const std::optional<MapAlignment> from_newer = find_alignment(inactive_.at(older), entry.second);
     if (from_newer && join(older, *from_newer)) return true;
   }
   resume(older, true, epoch_);
-  beside_ = beside;
+  map_state_ = previous_state;
   return false;
 }
 
 // The older map's frame and scale stay. False, and nothing is changed, when too little is left to hold the
 // two together once everything was adjusted: half of what was tied, as where a loop is closed.
-bool Mapper::join(std::uint32_t kept_id, const MapMeeting& meeting) {
-  JoinedMaps joined = join_maps(kept_.at(kept_id).map, map_, meeting);
-  const int tied = points_across(joined.map, joined.added.keyframes);
-  auto left_out = std::exchange(beside_.left_out, {});  // of ids that are no longer, if the join holds
-  auto whole = std::exchange(beside_.whole, {});
+bool Mapper::join(std::uint32_t inactive_id, const MapAlignment& alignment) {
+  JoinedMaps joined = join_maps(inactive_.at(inactive_id).map, map_, alignment);
+  const int shared = points_across(joined.map, joined.added.keyframes);
+  auto excluded = std::exchange(map_state_.excluded, {});  // of ids that are no longer, if the join holds
+  auto unmasked = std::exchange(map_state_.unmasked, {});
   Map apart = std::exchange(map_, std::move(joined.map));
-  adjust_seam(joined.seam);
+  adjust_boundary(joined.boundary);
   const bool is_all_shared = map_.keyframes().rbegin()->first < joined.added.keyframes;
   if (!is_all_shared &&
-      points_across(map_, joined.added.keyframes) < std::max(options_.min_inliers, tied / 2)) {
+      points_across(map_, joined.added.keyframes) < std::max(options_.min_inliers, shared / 2)) {
     map_ = std::move(apart);
-    beside_.left_out = std::move(left_out);
-    beside_.whole = std::move(whole);
+    map_state_.excluded = std::move(excluded);
+    map_state_.unmasked = std::move(unmasked);
     return false;
   }
-  become_part_of(kept_id, joined.added, joined.scale, apart.scale_source());
+  become_part_of(inactive_id, joined.added, joined.scale, apart.scale_source());
   return true;
 }
 
 // What is known of the map that was joined to the kept one goes by the joined map's ids and scale. Only where
 // the older one had no unit does it take the newer one's.
-void Mapper::become_part_of(std::uint32_t kept_id, const MergedIds& added, double scale,
+void Mapper::become_part_of(std::uint32_t inactive_id, const MergedIds& added, double scale,
                             ScaleSource own_source) {
   MapCorrection correction;
   correction.of_map = map_id_;
-  correction.into_map = kept_id;
+  correction.into_map = inactive_id;
   correction.added = added;
   correction.scale = scale;
   add_correction(std::move(correction));
-  map_id_ = kept_id;
+  map_id_ = inactive_id;
   scale_covariances([&](KeyframeId) { return scale; });
-  KeyframeCovariances covariances = kept_.at(kept_id).covariances;
+  KeyframeCovariances covariances = inactive_.at(inactive_id).covariances;
   KeyframeCovariances::Changes own;
   for (const auto& [id, covariance] : covariances_) {
     if (map_.keyframe(id + added.keyframes)) own[id + added.keyframes] = covariance;
   }
   covariances.change(std::move(own));
-  forget_beside_map();
+  reset_map_state();
   covariances_ = std::move(covariances);
-  places_ = kept_.at(kept_id).places;
-  const UnitSource own_unit = std::exchange(unit_, kept_.at(kept_id).unit);
-  kept_.erase(kept_id);
+  places_ = inactive_.at(inactive_id).places;
+  const UnitSource own_unit = std::exchange(unit_, inactive_.at(inactive_id).unit);
+  inactive_.erase(inactive_id);
   for (const auto& [id, corners] : own_unit.markers) unit_.markers.emplace(id + added.keyframes, corners);
   if (map_.scale_source() != ScaleSource::kMapUnits || own_source == ScaleSource::kMapUnits) return;
   if (own_unit.baseline) {
@@ -304,16 +305,16 @@ void Mapper::become_part_of(std::uint32_t kept_id, const MergedIds& added, doubl
 }
 
 // A wide loss lets what was tied pull before anything is culled.
-void Mapper::adjust_seam(const std::vector<KeyframeId>& seam) {
-  std::vector<KeyframeId> window = seam;
-  for (const KeyframeId id : seam) {
+void Mapper::adjust_boundary(const std::vector<KeyframeId>& boundary) {
+  std::vector<KeyframeId> window = boundary;
+  for (const KeyframeId id : boundary) {
     for (const KeyframeId n : neighbors(id, 2 * options_.mapping.window_keyframes)) window.push_back(n);
   }
   window = sorted_unique(std::move(window));
   const BundleOptions& bundle = options_.bundle;
   const int fixed = held_keyframes(options_.mapping.window_keyframes);
   count(adjust_keyframes(with_wide_loss(bundle), window, fixed, options_.mapping.window_landmarks, &map_));
-  for (const KeyframeId id : seam) {
+  for (const KeyframeId id : boundary) {
     fuse(id, std::nullopt);
     create_landmarks(id, neighbors(id, options_.mapping.matching_keyframes));
   }
@@ -329,7 +330,7 @@ void Mapper::transform(const Sim3& new_from_map, std::optional<ScaleSource> scal
 }
 
 void Mapper::move_map(const Sim3& new_from_map) {
-  forget_aside();  // what is solved aside is of the map as it was
+  drop_background_job();  // what is solved aside is of the map as it was
   map_.transform(new_from_map);
   scale_covariances([&](KeyframeId) { return new_from_map.scale; });
   MapCorrection correction;
@@ -369,10 +370,11 @@ bool Mapper::join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart) 
 }
 
 // By the view graph between the two.
-bool Mapper::join_anywhere(std::uint32_t kept_id) {
-  const KeptMap& kept = kept_.at(kept_id);
-  const std::optional<MapMeeting> meeting = meet(options_, map_, kept.map, *kept.places, &view_graph());
-  return meeting && join(kept_id, *meeting);
+bool Mapper::join_anywhere(std::uint32_t inactive_id) {
+  const InactiveMap& kept = inactive_.at(inactive_id);
+  const std::optional<MapAlignment> alignment =
+      align_maps(options_, map_, kept.map, *kept.places, &view_graph());
+  return alignment && join(inactive_id, *alignment);
 }
 
 }  // namespace mono_pose_tracker

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <iterator>
 
-#include "fixed_in_image.h"
 #include "keyframe_landmarks.h"
 #include "mapping/in_view.h"
 #include "mapping/mapper.h"
 #include "mapping/second_motion.h"
 #include "optimization/map_adjustment.h"
+#include "static_overlay.h"
 
 namespace mono_pose_tracker {
 
@@ -43,25 +43,26 @@ void Mapper::separate_motions(KeyframeId id) {
   }
   for (const KeyframeId partner : partners) {
     if (is_cancelled()) return;
-    const PosedImage before = posed_image(*map_.keyframe(partner)), newest = posed_image(*map_.keyframe(id));
+    const RegisteredImage before = registered_image(*map_.keyframe(partner)),
+                          newest = registered_image(*map_.keyframe(id));
     const PairMotions pair = compare_motions(before, newest, options_.matching, options_.ransac);
     // Each pair once; the first views of a map ask those after them as well.
-    if (options_.watches_rigidity && partner < id) watch_body(partner, id, pair);
+    if (options_.watches_rigidity && partner < id) watch_object(partner, id, pair);
     const SecondMotion other = second_motion_in(pair, *before.image, *newest.image);
     if (other.of_first.empty() || is_most_of(*map_.keyframe(partner), other.of_first)) continue;
-    leave_out(partner, other.of_first);
-    leave_out(id, other.of_second);
+    exclude(partner, other.of_first);
+    exclude(id, other.of_second);
   }
 }
 
 // What stays where it is in the image is no part of the map, however well it fits one keyframe and the next.
-void Mapper::leave_out_fixed(KeyframeId id) {
-  for (const auto& [keyframe, features] : find_fixed_in_image(options_, map_, id, beside_.left_out))
-    leave_out(keyframe, features);
+void Mapper::exclude_static_overlay(KeyframeId id) {
+  for (const auto& [keyframe, features] : find_static_overlay(options_, map_, id, map_state_.excluded))
+    exclude(keyframe, features);
 }
 
-void Mapper::watch_background(const KeyframeCandidate& candidate) {
-  BackgroundWatch& watch = beside_.background_watch;
+void Mapper::watch_static_background(const KeyframeCandidate& candidate) {
+  StaticBackgroundWatch& watch = map_state_.static_background_watch;
   if (candidate.frame.is_masked) watch.reset();
   if (!watch.watches() || is_cancelled()) return;
   const StageTimer timer(stages_, "map_background");
@@ -71,63 +72,67 @@ void Mapper::watch_background(const KeyframeCandidate& candidate) {
 }
 
 // Where a mask leaves out of the images what stands still there is nothing to be told.
-void Mapper::watch_background(const InitialMap& initial) {
+void Mapper::watch_static_background(const InitialMap& initial) {
   if (!options_.tells_background) return;
   std::vector<SeenImage> images;
   for (const InitialMap::View& view : initial.views) {
     if (view.frame.is_masked) return;
     images.push_back({view.frame.index, view.frame.image});
   }
-  beside_.background_watch.begin(images, options_.matching);
+  map_state_.static_background_watch.begin(images, options_.matching);
 }
 
 // What was left out of the images, being another body's, is asked as well: the wrong one may have been left
 // out.
-void Mapper::watch_body(KeyframeId before_id, KeyframeId newest_id, const PairMotions& pair) {
-  PosedImage before = posed_image(*map_.keyframe(before_id)), newest = posed_image(*map_.keyframe(newest_id));
-  const auto whole_before = beside_.whole.find(before_id), whole_newest = beside_.whole.find(newest_id);
-  if (whole_before == beside_.whole.end() || whole_newest == beside_.whole.end()) {
-    beside_.body_watch.note(before, newest, pair);
+void Mapper::watch_object(KeyframeId before_id, KeyframeId newest_id, const PairMotions& pair) {
+  RegisteredImage before = registered_image(*map_.keyframe(before_id)),
+                  newest = registered_image(*map_.keyframe(newest_id));
+  const auto unmasked_before = map_state_.unmasked.find(before_id),
+             unmasked_newest = map_state_.unmasked.find(newest_id);
+  if (unmasked_before == map_state_.unmasked.end() || unmasked_newest == map_state_.unmasked.end()) {
+    map_state_.object_watch.note(before, newest, pair);
     return;
   }
-  before.image = whole_before->second;
-  newest.image = whole_newest->second;
-  beside_.body_watch.note(before, newest,
-                          compare_motions(before, newest, options_.matching, options_.ransac));
+  before.image = unmasked_before->second;
+  newest.image = unmasked_newest->second;
+  map_state_.object_watch.note(before, newest,
+                               compare_motions(before, newest, options_.matching, options_.ransac));
 }
 
-void Mapper::leave_out(KeyframeId id, const std::vector<char>& features) {
-  std::vector<char>& left_out = beside_.left_out[id];
-  left_out.resize(features.size(), 0);
+void Mapper::exclude(KeyframeId id, const std::vector<char>& features) {
+  std::vector<char>& excluded = map_state_.excluded[id];
+  excluded.resize(features.size(), 0);
   for (std::size_t f = 0; f < features.size(); ++f) {
     if (!features[f]) continue;
-    left_out[f] = 1;
+    excluded[f] = 1;
     const LandmarkId l = map_.keyframe(id)->landmark_of_feature[f];
     if (l != kNoLandmark) map_.remove_landmark(l);
   }
 }
 
-bool Mapper::is_left_out(KeyframeId id, int feature) const {
-  const auto found = beside_.left_out.find(id);
-  return found != beside_.left_out.end() && found->second[feature] != 0;
+bool Mapper::is_excluded(KeyframeId id, int feature) const {
+  const auto found = map_state_.excluded.find(id);
+  return found != map_state_.excluded.end() && found->second[feature] != 0;
 }
 
 // Whether it is one rigid body, and, where what moves otherwise is not told from it all along, the largest.
-void Mapper::watch_body_of_map() {
+void Mapper::watch_map_object() {
   if (!options_.watches_rigidity) return;
-  beside_.watch.ask(map_, options_.matching);
-  if (!options_.separates_motions) beside_.larger_body_watch.ask(map_, options_.matching, options_.ransac);
+  map_state_.watch.ask(map_, options_.matching);
+  if (!options_.separates_motions)
+    map_state_.larger_object_watch.ask(map_, options_.matching, options_.ransac);
 }
 
-void Mapper::tell_doubt(TrackingMap* view) const {
-  if (beside_.background_watch.found()) {
-    view->turning_object = beside_.background_watch.found();
+void Mapper::report_doubt(TrackingMap* view) const {
+  if (map_state_.static_background_watch.found()) {
+    view->turning_object = map_state_.static_background_watch.found();
     view->doubt = "the map is of what moves and of the background that stands still";
-  } else if (beside_.body_watch.found()) {
-    view->turning_object = beside_.body_watch.found();
+  } else if (map_state_.object_watch.found()) {
+    view->turning_object = map_state_.object_watch.found();
     view->doubt = "the map is of a body that turns less than another";
   } else {
-    view->doubt = beside_.watch.doubt().empty() ? beside_.larger_body_watch.doubt() : beside_.watch.doubt();
+    view->doubt =
+        map_state_.watch.doubt().empty() ? map_state_.larger_object_watch.doubt() : map_state_.watch.doubt();
   }
 }
 

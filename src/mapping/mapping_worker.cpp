@@ -12,7 +12,7 @@ namespace {
 
 // Below tracking, which must be done before the next image comes: a map that grows a little later harms
 // nobody. What is done aside waits for both.
-constexpr int kNiceSteps = 5, kNiceStepsAside = 10;
+constexpr int kNiceSteps = 5, kNiceStepsBackground = 10;
 
 // Multiplications: about half a second, so that a tracker that ends need not wait long for it.
 constexpr double kMaxIterationWork = 1e9;
@@ -36,7 +36,7 @@ MappingWorker::MappingWorker(const MapperOptions& options, const CameraModel& ca
   if (!threaded_) return;
   try {
     thread_ = std::thread([this] { run(); });
-    aside_thread_ = std::thread([this] { run_aside(); });
+    background_thread_ = std::thread([this] { run_background(); });
   } catch (...) {  // the system gives no second thread
     stop();
     throw;
@@ -49,12 +49,12 @@ void MappingWorker::stop() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     stop_ = true;
-    cancel_ = cancel_aside_ = true;
+    cancel_ = cancel_background_ = true;
     jobs_.clear();
   }
   wake_.notify_all();
-  wake_aside_.notify_all();
-  for (std::thread* thread : {&thread_, &aside_thread_}) {
+  wake_background_.notify_all();
+  for (std::thread* thread : {&thread_, &background_thread_}) {
     if (thread->joinable()) thread->join();
   }
 }
@@ -117,12 +117,12 @@ void MappingWorker::reset(std::uint32_t epoch) {
 void MappingWorker::drop_jobs(std::uint32_t epoch) {
   // Whole maps and images hang on these: they are freed once nobody waits for the mutex.
   std::deque<Job> jobs;
-  std::optional<AsideJob> aside;
+  std::optional<PendingBackgroundJob> background_job;
   const std::lock_guard<std::mutex> lock(mutex_);
   jobs_.swap(jobs);
-  aside_.swap(aside);
+  background_job_.swap(background_job);
   if (busy_) cancel_ = true;
-  if (aside_busy_) cancel_aside_ = true;
+  if (background_busy_) cancel_background_ = true;
   error_ = nullptr;
   epoch_ = epoch;
 }
@@ -130,7 +130,7 @@ void MappingWorker::drop_jobs(std::uint32_t epoch) {
 void MappingWorker::wait() {
   if (!threaded_) return;
   std::unique_lock<std::mutex> lock(mutex_);
-  idle_.wait(lock, [this] { return jobs_.empty() && !busy_ && !aside_ && !aside_busy_; });
+  idle_.wait(lock, [this] { return jobs_.empty() && !busy_ && !background_job_ && !background_busy_; });
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
@@ -222,40 +222,40 @@ void MappingWorker::run_job(const Job& job) {
   job.work(mapper_);
   publish_mapper();
   if (job.done) job.done();
-  start_aside(job.epoch);
+  start_background_job(job.epoch);
 }
 
-void MappingWorker::start_aside(std::uint32_t epoch) {
-  Aside aside = mapper_.take_aside();
-  for (; aside && !threaded_; aside = mapper_.take_aside()) {
-    aside([] { return false; })(mapper_);
+void MappingWorker::start_background_job(std::uint32_t epoch) {
+  BackgroundJob background_job = mapper_.take_background_job();
+  for (; background_job && !threaded_; background_job = mapper_.take_background_job()) {
+    background_job([] { return false; })(mapper_);
     publish_mapper();
   }
-  if (!aside) return;
-  std::optional<AsideJob> job = AsideJob{std::move(aside), epoch};
+  if (!background_job) return;
+  std::optional<PendingBackgroundJob> job = PendingBackgroundJob{std::move(background_job), epoch};
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (epoch != epoch_) return;
-    if (aside_busy_) cancel_aside_ = true;  // what is under way is no longer wanted
-    aside_.swap(job);
+    if (background_busy_) cancel_background_ = true;  // what is under way is no longer wanted
+    background_job_.swap(job);
   }
-  wake_aside_.notify_one();
+  wake_background_.notify_one();
 }
 
-void MappingWorker::run_aside() {
-  lower_thread_priority(kNiceStepsAside);
+void MappingWorker::run_background() {
+  lower_thread_priority(kNiceStepsBackground);
   std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
-    wake_aside_.wait(lock, [this] { return stop_ || aside_; });
+    wake_background_.wait(lock, [this] { return stop_ || background_job_; });
     if (stop_) return;
-    AsideJob job = *std::exchange(aside_, std::nullopt);
-    aside_busy_ = true;
-    cancel_aside_ = false;
+    PendingBackgroundJob job = *std::exchange(background_job_, std::nullopt);
+    background_busy_ = true;
+    cancel_background_ = false;
     lock.unlock();
-    Job rest{job.work([this] { return cancel_aside_.load(); }), job.epoch};
-    job = AsideJob();  // the map that hangs on it is freed while nobody waits for the mutex
+    Job rest{job.work([this] { return cancel_background_.load(); }), job.epoch};
+    job = PendingBackgroundJob();  // the map that hangs on it is freed while nobody waits for the mutex
     lock.lock();
-    aside_busy_ = false;
+    background_busy_ = false;
     if (rest.work && rest.epoch == epoch_ && !stop_) jobs_.push_front(std::exchange(rest, Job()));
     wake_.notify_one();
     idle_.notify_all();

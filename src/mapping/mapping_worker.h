@@ -23,9 +23,9 @@ namespace mono_pose_tracker {
 /// insert or wait throws it, once; reset drops it. begin drops it as well, and throws what its own job
 /// throws.
 ///
-/// Threads: one thread calls; latest and unfinished_jobs may be called from any. mutex_ guards jobs_, aside_,
-/// busy_, aside_busy_, stop_, epoch_, new_options_, latest_ and error_; the mapper is touched by the worker
-/// only (inline: by the caller), and by the caller after wait().
+/// Threads: one thread calls; latest and unfinished_jobs may be called from any. mutex_ guards jobs_,
+/// background_job_, busy_, background_busy_, stop_, epoch_, new_options_, latest_ and error_; the mapper is
+/// touched by the worker only (inline: by the caller), and by the caller after wait().
 class MappingWorker {
  public:
   using Work = std::function<void(Mapper&)>;
@@ -77,8 +77,8 @@ class MappingWorker {
     std::function<void()> done = {};
     bool is_keyframe = false;
   };
-  struct AsideJob {
-    Aside work;
+  struct PendingBackgroundJob {
+    BackgroundJob work;
     std::uint32_t epoch = 0;
   };
 
@@ -86,10 +86,10 @@ class MappingWorker {
   void post(Job job);
   void stop();  // and wait for both threads
   void run();
-  void run_aside();
+  void run_background();
   void run_job(const Job& job);
   void insert_and_seek(const KeyframeCandidate& candidate, Mapper& mapper);
-  void start_aside(std::uint32_t epoch);
+  void start_background_job(std::uint32_t epoch);
   void wait_for_jobs();
   std::uint32_t current_epoch() const;
   int keyframes_waiting() const;
@@ -101,19 +101,19 @@ class MappingWorker {
   const bool threaded_;
   const std::function<void()> before_job_;
   mutable std::mutex mutex_;
-  std::condition_variable wake_, wake_aside_, idle_;
+  std::condition_variable wake_, wake_background_, idle_;
   std::deque<Job> jobs_;
-  std::optional<AsideJob> aside_;  // that waits
+  std::optional<PendingBackgroundJob> background_job_;  // that waits
   bool busy_ = false;
-  bool aside_busy_ = false;
+  bool background_busy_ = false;
   bool stop_ = false;
   std::atomic<bool> cancel_{false};  // the solve of the job under way: nobody waits for its result
-  std::atomic<bool> cancel_aside_{false};
+  std::atomic<bool> cancel_background_{false};
   std::uint32_t epoch_ = 0;
   std::optional<MapperOptions> new_options_;  // that the mapper does not have yet
   TrackingMapPtr latest_;
   std::exception_ptr error_;  // of a job that failed, until offer, insert or wait throws it
-  std::thread thread_, aside_thread_;
+  std::thread thread_, background_thread_;
 };
 
 }  // namespace mono_pose_tracker

@@ -10,7 +10,7 @@ constexpr int kColumns = 8, kRows = 6;
 constexpr double kMinFound = 0.2;  // of the expected
 // From the first share of what is in view on it may have been seen from anywhere; below it what is found is
 // no more than the second, of the expected.
-constexpr double kMinFoundFromNear = 0.15, kMostFromBeside = 2;
+constexpr double kMinFoundFromNear = 0.15, kMaxObliqueExcess = 2;
 constexpr int kFewFeatures = 150;    // an image that has fewer shows too little to lack what is not found
 constexpr double kMinSpread = 0.25;  // a quarter of where there is anything to see
 constexpr double kCorner = 0.125;
@@ -44,9 +44,9 @@ bool is_supported(const PoseSupport& support, int min_inliers) {
   const bool is_as_from_near =
       support.found >= kMinFoundFromNear * std::min<double>(support.in_map.in_view, most);
   return support.found >= kMinFound * std::min(expected, most) &&
-         (is_as_from_near || support.found <= kMostFromBeside * expected);
+         (is_as_from_near || support.found <= kMaxObliqueExcess * expected);
 }
 
-bool hangs_in_corner(const PoseSupport& support) { return support.spread < kCorner; }
+bool is_confined_to_corner(const PoseSupport& support) { return support.spread < kCorner; }
 
 }  // namespace mono_pose_tracker

@@ -33,6 +33,6 @@ bool is_supported(const PoseSupport& support, int min_inliers);
 
 /// Whether the inliers lie in less than an eighth of the cells with anything to see: what holds the pose may
 /// then be something in this corner that moves by itself.
-bool hangs_in_corner(const PoseSupport& support);
+bool is_confined_to_corner(const PoseSupport& support);
 
 }  // namespace mono_pose_tracker

@@ -50,7 +50,7 @@ class Visibility {
   }
 
   // Between the directions from which it is seen and was seen, rad.
-  double angle_beside(const LandmarkCandidate& c) const {
+  double viewing_angle(const LandmarkCandidate& c) const {
     const Eigen::Vector3d ray = center_ - c.x_in_map;
     return std::atan2(ray.cross(c.seen_from).norm(), ray.dot(c.seen_from));
   }
@@ -119,7 +119,7 @@ ExpectedFinds expected_finds(const std::vector<LandmarkCandidate>& candidates, c
     double scale;
     if (!visibility.of(c, &pixel, &scale) || scale < kSmallest || scale > kLargest) continue;
     ++finds.in_view;
-    finds.expected += known_again(visibility.angle_beside(c));
+    finds.expected += known_again(visibility.viewing_angle(c));
   }
   return finds;
 }

@@ -103,7 +103,7 @@ LandmarkId landmark_of(const Map& map, const std::vector<const Keyframe*>& in_ti
 }  // namespace
 
 FeatureTracks graph_tracks(const Map& map, const std::vector<EdgeConsistency>& edges, const ViewGraph& graph,
-                           const IsLeftOut& is_left_out) {
+                           const IsExcluded& is_excluded) {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
   std::map<KeyframeId, int> place;
   std::vector<int> features;
@@ -122,8 +122,8 @@ FeatureTracks graph_tracks(const Map& map, const std::vector<EdgeConsistency>& e
     const TwoViewGeometry& geometry = *graph.edge(edge->pair.first, edge->pair.second);
     for (std::size_t i = 0; i < geometry.matches.size(); ++i) {
       const Match& m = geometry.matches[i];
-      if (geometry.motion_of_match[i] != edge->motion || is_left_out(edge->first, m.first) ||
-          is_left_out(edge->second, m.second)) {
+      if (geometry.motion_of_match[i] != edge->motion || is_excluded(edge->first, m.first) ||
+          is_excluded(edge->second, m.second)) {
         continue;
       }
       tracks.join(place.at(edge->first), m.first, place.at(edge->second), m.second);

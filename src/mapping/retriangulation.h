@@ -10,13 +10,13 @@
 namespace mono_pose_tracker {
 
 /// Features that are not of the map's object.
-using IsLeftOut = std::function<bool(KeyframeId keyframe, int feature)>;
+using IsExcluded = std::function<bool(KeyframeId keyframe, int feature)>;
 
 /// Tracks of the view graph between keyframes of a map, which are numbered in time: connected components of
 /// the verified matches, of the edges with most matches first. Inconsistent edges and excluded features have
 /// no part.
 FeatureTracks graph_tracks(const Map& map, const std::vector<EdgeConsistency>& edges, const ViewGraph& graph,
-                           const IsLeftOut& is_left_out);
+                           const IsExcluded& is_excluded);
 
 /// Replaces the landmarks by points triangulated from tracks of three or more keyframes that the poses agree
 /// with to some px; a landmark keeps its id where its features are on a track. Landmarks of keyframes that

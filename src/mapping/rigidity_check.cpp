@@ -19,7 +19,7 @@ namespace {
 constexpr double kMedianChi2 = 5.35, kChi2 = 22.46;
 
 // What a keyframe sees of the map; units of bearings and sigmas: rad.
-struct KeyframeSight {
+struct KeyframeObservations {
   std::vector<Eigen::Vector3d> bearings, points;
   std::vector<double> sigmas;
   std::vector<double> px_per_rad;
@@ -53,19 +53,19 @@ struct Comparison {
   double px = 0;
 };
 
-KeyframeSight sight_of(const Map& map, const Keyframe& keyframe) {
-  KeyframeSight sight;
+KeyframeObservations observations_by(const Map& map, const Keyframe& keyframe) {
+  KeyframeObservations visible;
   for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
     const Landmark* landmark = map.landmark(keyframe.landmark_of_feature[f]);
     // Two views can't contradict each other along the epipolar line.
     if (!landmark || landmark->observations.size() < 3) continue;
     const double px_per_rad = keyframe.image->pixel_from_bearing[f].norm() / std::sqrt(2.0);
-    sight.bearings.push_back(keyframe.image->set.bearings[f]);
-    sight.points.push_back(landmark->x_in_map);
-    sight.px_per_rad.push_back(px_per_rad);
-    sight.sigmas.push_back(keyframe.image->sigma_px[f] / px_per_rad);
+    visible.bearings.push_back(keyframe.image->set.bearings[f]);
+    visible.points.push_back(landmark->x_in_map);
+    visible.px_per_rad.push_back(px_per_rad);
+    visible.sigmas.push_back(keyframe.image->sigma_px[f] / px_per_rad);
   }
-  return sight;
+  return visible;
 }
 
 // Flags of the first part: what a landmark's value is below the median of.
@@ -76,24 +76,25 @@ std::vector<char> below_median(const std::vector<double>& values) {
   return flags;
 }
 
-std::vector<char> first_part(const Split& split, const KeyframeSight& sight, const Rigid3& camera_from_map) {
+std::vector<char> first_part(const Split& split, const KeyframeObservations& visible,
+                             const Rigid3& camera_from_map) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& b : sight.bearings) middle += b / sight.size();
+  for (const Eigen::Vector3d& b : visible.bearings) middle += b / visible.size();
   std::vector<double> values;
-  for (int i = 0; i < sight.size(); ++i) {
-    values.push_back(split.value(sight.bearings[i], camera_from_map * sight.points[i], middle));
+  for (int i = 0; i < visible.size(); ++i) {
+    values.push_back(split.value(visible.bearings[i], camera_from_map * visible.points[i], middle));
   }
   return below_median(values);
 }
 
-bool pose_of(const KeyframeSight& sight, const std::vector<char>& flags, bool first, const Rigid3& start,
-             Part* part) {
-  KeyframeSight own;
-  for (int i = 0; i < sight.size(); ++i) {
+bool pose_of(const KeyframeObservations& visible, const std::vector<char>& flags, bool first,
+             const Rigid3& start, Part* part) {
+  KeyframeObservations own;
+  for (int i = 0; i < visible.size(); ++i) {
     if ((flags[i] != 0) != first) continue;
-    own.bearings.push_back(sight.bearings[i]);
-    own.points.push_back(sight.points[i]);
-    own.sigmas.push_back(sight.sigmas[i]);
+    own.bearings.push_back(visible.bearings[i]);
+    own.points.push_back(visible.points[i]);
+    own.sigmas.push_back(visible.sigmas[i]);
   }
   const MotionRefinementReport refined =
       refine_absolute_pose(own.bearings, own.points, own.sigmas, start, MotionRefinementOptions());
@@ -112,28 +113,29 @@ Eigen::Matrix<double, 6, 1> difference(const Rigid3& a, const Rigid3& b) {
   return d;
 }
 
-double median_px(const KeyframeSight& sight, const Rigid3& a, const Rigid3& b) {
+double median_px(const KeyframeObservations& visible, const Rigid3& a, const Rigid3& b) {
   std::vector<double> px;
-  for (int i = 0; i < sight.size(); ++i) {
-    const Eigen::Vector3d from_a = (a * sight.points[i]).normalized(),
-                          from_b = (b * sight.points[i]).normalized();
-    px.push_back(sight.px_per_rad[i] * (from_a - from_b).norm());
+  for (int i = 0; i < visible.size(); ++i) {
+    const Eigen::Vector3d from_a = (a * visible.points[i]).normalized(),
+                          from_b = (b * visible.points[i]).normalized();
+    px.push_back(visible.px_per_rad[i] * (from_a - from_b).norm());
   }
   return median(std::move(px));
 }
 
-Comparison compare(const KeyframeSight& sight, const std::vector<char>& flags, const Rigid3& camera_from_map,
-                   int min_landmarks) {
+Comparison compare(const KeyframeObservations& visible, const std::vector<char>& flags,
+                   const Rigid3& camera_from_map, int min_landmarks) {
   Comparison comparison;
   const auto first = std::count(flags.begin(), flags.end(), 1);
-  if (first < min_landmarks || sight.size() - first < min_landmarks) return comparison;
+  if (first < min_landmarks || visible.size() - first < min_landmarks) return comparison;
   Part a, b;
-  if (!pose_of(sight, flags, true, camera_from_map, &a) || !pose_of(sight, flags, false, camera_from_map, &b))
+  if (!pose_of(visible, flags, true, camera_from_map, &a) ||
+      !pose_of(visible, flags, false, camera_from_map, &b))
     return comparison;
   const Eigen::Matrix<double, 6, 1> d = difference(a.camera_from_map, b.camera_from_map);
   comparison.is_known = true;
   comparison.mahalanobis2 = d.dot((a.covariance + b.covariance).ldlt().solve(d));
-  comparison.px = median_px(sight, a.camera_from_map, b.camera_from_map);
+  comparison.px = median_px(visible, a.camera_from_map, b.camera_from_map);
   return comparison;
 }
 
@@ -147,15 +149,15 @@ struct Witness {
 Witness hear(const Map& map, const Keyframe& keyframe, int min_landmarks) {
   Witness witness;
   witness.frame_index = keyframe.frame_index;
-  const KeyframeSight sight = sight_of(map, keyframe);
-  if (sight.size() < 2 * min_landmarks) return witness;
+  const KeyframeObservations visible = observations_by(map, keyframe);
+  if (visible.size() < 2 * min_landmarks) return witness;
   for (std::size_t kind = 0; kind < kSplits.size(); ++kind) {
-    witness.splits[kind] = compare(sight, first_part(kSplits[kind], sight, keyframe.camera_from_map),
+    witness.splits[kind] = compare(visible, first_part(kSplits[kind], visible, keyframe.camera_from_map),
                                    keyframe.camera_from_map, min_landmarks);
   }
   std::vector<char> every_other;
-  for (int i = 0; i < sight.size(); ++i) every_other.push_back(i % 2);
-  witness.mixed = compare(sight, every_other, keyframe.camera_from_map, min_landmarks);
+  for (int i = 0; i < visible.size(); ++i) every_other.push_back(i % 2);
+  witness.mixed = compare(visible, every_other, keyframe.camera_from_map, min_landmarks);
   return witness;
 }
 

@@ -1,7 +1,7 @@
 #include "mapping/rigidity_watch.h"
 
 #include "common/formatted.h"
-#include "mapping/contradiction.h"
+#include "mapping/reprojection_inconsistency.h"
 #include "mapping/rigidity_check.h"
 
 namespace mono_pose_tracker {
@@ -11,7 +11,7 @@ namespace {
 constexpr std::int64_t kPeriod = 1000000000;  // ns
 
 std::string doubt_about(const Map& map, const MatchOptions& matching) {
-  const Contradiction contradiction = newest_contradiction(map, matching);
+  const ReprojectionInconsistency contradiction = newest_inconsistency(map, matching);
   if (contradiction.is_significant()) {
     return formatted("%d of %d points are seen elsewhere than the map has them", contradiction.contradicting,
                      contradiction.matches);

@@ -7,7 +7,7 @@
 #include "common/nearest_vote.h"
 #include "geometry/essential.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
-#include "turn_in_view.h"
+#include "rotation_in_view.h"
 
 namespace mono_pose_tracker {
 
@@ -21,9 +21,9 @@ constexpr int kMinMembers = 15;
 // Of the matches that contradict the body. Wrong matches and what moves by itself are among them as well.
 constexpr double kMinShare = 0.4;
 // What turns by more than 60 degrees between two images is not found again by SIFT (Lowe 2004, fig. 12: less
-// than half from 50 on), so it turns by no more than .6 of a radian as turn_in_view has it. Beyond lie
+// than half from 50 on), so it turns by no more than .6 of a radian as rotation_in_view has it. Beyond lie
 // things that look alike: one wheel of a car taken for the other.
-constexpr double kMostTurn = 0.6;
+constexpr double kMaxRotation = 0.6;
 // Nearest features of known motion that decide for those that obey both.
 constexpr std::size_t kVoters = 5;
 
@@ -51,25 +51,26 @@ std::vector<char> agree_with(const std::vector<Match>& matches, const FeatureSet
   return agree;
 }
 
-double turn_of_members(const std::vector<Eigen::Vector3d>& bearings1,
-                       const std::vector<Eigen::Vector3d>& bearings2, const std::vector<char>& is_member) {
+double rotation_of_members(const std::vector<Eigen::Vector3d>& bearings1,
+                           const std::vector<Eigen::Vector3d>& bearings2,
+                           const std::vector<char>& is_member) {
   std::vector<Eigen::Vector3d> of_members1, of_members2;
   for (std::size_t i = 0; i < is_member.size(); ++i) {
     if (!is_member[i]) continue;
     of_members1.push_back(bearings1[i]);
     of_members2.push_back(bearings2[i]);
   }
-  return turn_in_view(of_members1, of_members2);
+  return rotation_in_view(of_members1, of_members2);
 }
 
 // The motion of those that contradict the body; none when they don't agree on one, or on one that could not
 // be seen.
-RelativePoseReport fit_the_rest(const std::vector<Match>& matches, const std::vector<char>& of_body,
+RelativePoseReport fit_the_rest(const std::vector<Match>& matches, const std::vector<char>& of_object,
                                 const FeatureSet& first, const FeatureSet& second,
                                 const RansacOptions& ransac) {
   std::vector<Eigen::Vector3d> bearings1, bearings2;
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (of_body[i]) continue;
+    if (of_object[i]) continue;
     bearings1.push_back(first.bearings[matches[i].first]);
     bearings2.push_back(second.bearings[matches[i].second]);
   }
@@ -81,7 +82,7 @@ RelativePoseReport fit_the_rest(const std::vector<Match>& matches, const std::ve
   if (!report.success) return report;
   const int members = report.hypotheses[0].num_inliers;
   report.success = members >= kMinMembers && members >= kMinShare * static_cast<double>(bearings1.size()) &&
-                   turn_of_members(bearings1, bearings2, report.hypotheses[0].inliers) < kMostTurn;
+                   rotation_of_members(bearings1, bearings2, report.hypotheses[0].inliers) < kMaxRotation;
   return report;
 }
 
@@ -90,7 +91,7 @@ bool is_among_others(const std::vector<Match>& matches, const std::vector<Obeyed
                      const std::vector<Feature>& features, const Eigen::Vector2f& pixel) {
   DistantVotes known;
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (motions[i] != ObeyedMotion::kBody && motions[i] != ObeyedMotion::kOther) continue;
+    if (motions[i] != ObeyedMotion::kObject && motions[i] != ObeyedMotion::kOther) continue;
     known.emplace_back((features[matches[i].second].pixel - pixel).squaredNorm(),
                        motions[i] == ObeyedMotion::kOther);
   }
@@ -99,42 +100,42 @@ bool is_among_others(const std::vector<Match>& matches, const std::vector<Obeyed
 
 }  // namespace
 
-PairMotions compare_motions(const PosedImage& first, const PosedImage& second, const MatchOptions& matching,
-                            const RansacOptions& ransac, FarBehind far) {
+PairMotions compare_motions(const RegisteredImage& first, const RegisteredImage& second,
+                            const MatchOptions& matching, const RansacOptions& ransac, FarBehind far) {
   return motions_of(match_descriptors(first.image->set.descriptors, second.image->set.descriptors, matching),
                     first, second, ransac, far);
 }
 
-PairMotions motions_of(std::vector<Match> matches, const PosedImage& first, const PosedImage& second,
-                       const RansacOptions& ransac, FarBehind far) {
+PairMotions motions_of(std::vector<Match> matches, const RegisteredImage& first,
+                       const RegisteredImage& second, const RansacOptions& ransac, FarBehind far) {
   const FeatureSet &set1 = first.image->set, &set2 = second.image->set;
   PairMotions pair;
   pair.matches = std::move(matches);
   const double limit = kContradicts * ransac.threshold;
   const Rigid3 second_from_first = second.camera_from_map * first.camera_from_map.inverse();
-  std::vector<char> of_body = agree_with(pair.matches, set1, set2, second_from_first, limit);
-  std::vector<char> behind(of_body.size(), 0);
-  if (far == FarBehind::kIsNoise) behind = far_sights(pair.matches, first, second, ransac).behind;
-  for (std::size_t i = 0; i < behind.size(); ++i) of_body[i] |= behind[i];
-  for (const char obeys_body : of_body)
-    pair.obeyed.push_back(obeys_body ? ObeyedMotion::kBody : ObeyedMotion::kNeither);
-  const RelativePoseReport rest = fit_the_rest(pair.matches, of_body, set1, set2, ransac);
+  std::vector<char> of_object = agree_with(pair.matches, set1, set2, second_from_first, limit);
+  std::vector<char> behind(of_object.size(), 0);
+  if (far == FarBehind::kIsNoise) behind = far_matches(pair.matches, first, second, ransac).behind;
+  for (std::size_t i = 0; i < behind.size(); ++i) of_object[i] |= behind[i];
+  for (const char obeys_object : of_object)
+    pair.obeyed.push_back(obeys_object ? ObeyedMotion::kObject : ObeyedMotion::kNeither);
+  const RelativePoseReport rest = fit_the_rest(pair.matches, of_object, set1, set2, ransac);
   pair.has_other = rest.success;
   if (!rest.success) return pair;
   pair.other_second_from_first = rest.hypotheses[0].second_from_first;
   const std::vector<char> of_other =
       agree_with(pair.matches, set1, set2, pair.other_second_from_first, limit);
   for (std::size_t i = 0; i < pair.matches.size(); ++i) {
-    if (of_other[i] || behind[i]) pair.obeyed[i] = of_body[i] ? ObeyedMotion::kBoth : ObeyedMotion::kOther;
+    if (of_other[i] || behind[i]) pair.obeyed[i] = of_object[i] ? ObeyedMotion::kBoth : ObeyedMotion::kOther;
   }
   return pair;
 }
 
-FarSights far_sights(const std::vector<Match>& matches, const PosedImage& first, const PosedImage& second,
-                     const RansacOptions& ransac) {
+FarMatches far_matches(const std::vector<Match>& matches, const RegisteredImage& first,
+                       const RegisteredImage& second, const RansacOptions& ransac) {
   const Rigid3 second_from_first = second.camera_from_map * first.camera_from_map.inverse();
   const Eigen::Matrix3d rotation = second_from_first.rotation_matrix();
-  FarSights far;
+  FarMatches far;
   for (const Match& m : matches) {
     const Eigen::Vector3d &bearing1 = first.image->set.bearings[m.first],
                           &bearing2 = second.image->set.bearings[m.second];
@@ -145,8 +146,8 @@ FarSights far_sights(const std::vector<Match>& matches, const PosedImage& first,
   return far;
 }
 
-int count_off_epipolar_lines(const std::vector<Match>& matches, const PosedImage& first,
-                             const PosedImage& second, const RansacOptions& ransac) {
+int count_off_epipolar_lines(const std::vector<Match>& matches, const RegisteredImage& first,
+                             const RegisteredImage& second, const RansacOptions& ransac) {
   const double limit = kContradicts * ransac.threshold;
   const FeatureSet &set1 = first.image->set, &set2 = second.image->set;
   const Eigen::Matrix3d essential =

@@ -16,7 +16,7 @@
 #include "simulation/head_stage.h"
 #include "simulation/panel_scene.h"
 #include "simulation/sensor.h"
-#include "simulation/still_background.h"
+#include "simulation/static_background.h"
 #include "street_scene.h"
 
 namespace mono_pose_tracker {
@@ -128,7 +128,7 @@ void SimulatedSequence::make_path() {
 // What is behind the head.
 cv::Mat SimulatedSequence::background(double done) const {
   const auto texture_seed = static_cast<std::uint32_t>(derived_seed(options_.seed, 1));
-  cv::Mat still = still_background(camera_, options_.background, texture_seed, options_.threads);
+  cv::Mat still = static_background(camera_, options_.background, texture_seed, options_.threads);
   if (options_.background != BackgroundKind::kRoom) return still;
   return renderer_.render(stage_->room(), stage_->room_from_camera(done), room_lighting(), still).color;
 }

@@ -20,7 +20,7 @@ MapperOptions unhurried(MapperOptions options) {
 }  // namespace
 
 WalkFollower::WalkFollower(const TrackerOptions& options, const CameraModel& camera)
-    : resector_(options, camera), mapper_(unhurried(options.mapper(camera.focal())), camera) {}
+    : registrar_(options, camera), mapper_(unhurried(options.mapper(camera.focal())), camera) {}
 
 double thread_seconds() {
   timespec t;
@@ -41,7 +41,7 @@ bool WalkFollower::follow(const Frame& frame) {
   Rigid3 last;
   if (!map->camera_from_map(reference_, &last)) return false;
   const KeyframeId reference = map->keyframes.count(reference_) ? reference_ : map->keyframes.rbegin()->first;
-  const ResectionReport pose = resector_.resect(frame, *map, reference, motion_ * last);
+  const RegistrationReport pose = registrar_.register_frame(frame, *map, reference, motion_ * last);
   if (!pose.success) return false;
   KeyframeCandidate candidate{
       map->map_id,       frame,
@@ -65,7 +65,7 @@ bool WalkFollower::follow(const Frame& frame) {
 void WalkFollower::close_loops() {
   const std::size_t before = mapper_.tracking_map()->corrections.size();
   mapper_.seek_loop();
-  for (Aside aside = mapper_.take_aside(); aside; aside = mapper_.take_aside()) {
+  for (BackgroundJob aside = mapper_.take_background_job(); aside; aside = mapper_.take_background_job()) {
     aside([] { return false; })(mapper_);
   }
   const MapCorrections& corrections = mapper_.tracking_map()->corrections;

@@ -4,7 +4,7 @@
 #include "mapping/mapper.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 #include "simulation/feature_walk.h"
-#include "tracking/resector.h"
+#include "tracking/frame_registrar.h"
 
 namespace mono_pose_tracker {
 
@@ -27,7 +27,7 @@ class WalkFollower {
   void close_loops();
 
  private:
-  Resector resector_;
+  FrameRegistrar registrar_;
   Mapper mapper_;
   KeyframeId reference_ = -1;
   Rigid3 motion_;  // camera now from camera one frame ago

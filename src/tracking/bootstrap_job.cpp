@@ -9,7 +9,7 @@ void BootstrapJob::offer(const Frame& frame, std::uint32_t epoch, MappingWorker*
   post(frame, epoch, true, worker);
 }
 
-void BootstrapJob::offer_beside(const Frame& frame, std::uint32_t epoch, MappingWorker* worker) {
+void BootstrapJob::offer_additional(const Frame& frame, std::uint32_t epoch, MappingWorker* worker) {
   post(frame, epoch, false, worker);
 }
 

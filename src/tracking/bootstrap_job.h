@@ -21,7 +21,7 @@ class BootstrapJob {
   // Offers a frame for the map of this epoch. It is passed over while the worker is at work.
   void offer(const Frame& frame, std::uint32_t epoch, MappingWorker* worker);
   // The same for a map beside those that there are: it is not begun, the report holds it.
-  void offer_beside(const Frame& frame, std::uint32_t epoch, MappingWorker* worker);
+  void offer_additional(const Frame& frame, std::uint32_t epoch, MappingWorker* worker);
   // What became of the last frame offered in this epoch, once, when it is known. A map that is begun can be
   // had from the worker.
   std::optional<BootstrapReport> take(std::uint32_t epoch);

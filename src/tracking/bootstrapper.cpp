@@ -96,9 +96,9 @@ constexpr double kMinEvidence = 80, kMinEvidenceOut = 8;
 // Whether the runner-up costs enough more. An object, or what else fills a narrow view, hardly tells its
 // rivals apart however long one waits: its map is begun with what there is, and set right as it grows
 // (mapping/depth_reversal.h).
-bool has_evidence(const ViewSet& views, const ViewHypothesis& best, const ViewHypothesis& rival,
+bool has_evidence(const ViewSet& views, const ViewHypothesis& best, const ViewHypothesis& alternative,
                   const TrackerOptions& options) {
-  const double more = rival.cost - best.cost;
+  const double more = alternative.cost - best.cost;
   if (options.bootstrap.min_evidence == 0) return true;
   if (more < options.bootstrap.min_evidence * best.cost) return false;
   if (!views.has_horizon) return true;

@@ -30,7 +30,7 @@ struct BootstrapReport {
 
   /// When a background stands still before which an object moves: its features' pixels, and since which frame
   /// the object has moved by how much (median).
-  std::vector<cv::Point2f> still_background;
+  std::vector<cv::Point2f> static_background;
   std::int64_t reference_index = 0;
   double moved_px = 0;
 };
@@ -72,7 +72,7 @@ class Bootstrapper {
   std::vector<char> moved_between() const;
   void begin_separation(const TwoMotions& motions);
   void separate_newest();
-  void keep_object(const std::vector<int>& moved_of_reference, Candidate* candidate) const;
+  void keep_masked_features(const std::vector<int>& moved_of_reference, Candidate* candidate) const;
   void forget_motions();
   void report_motions(BootstrapReport* report) const;
   ViewSet collect(const std::vector<int>& used, const std::vector<char>& fixed,

@@ -21,7 +21,8 @@ constexpr double kStillCamera = 0.9;
 
 // Leaves the candidate's features of the object, which was seen where these of the reference's features are
 // matched.
-void Bootstrapper::keep_object(const std::vector<int>& moved_of_reference, Candidate* candidate) const {
+void Bootstrapper::keep_masked_features(const std::vector<int>& moved_of_reference,
+                                        Candidate* candidate) const {
   const bool is_reference = candidate == &candidates_.front();
   const ImageFeatures& image = *candidate->frame.image;
   std::vector<cv::Point2f> moved;
@@ -29,15 +30,16 @@ void Bootstrapper::keep_object(const std::vector<int>& moved_of_reference, Candi
     const int i = is_reference ? f : candidate->feature_of_reference[f];
     if (i >= 0) moved.emplace_back(image.set.features[i].pixel.x(), image.set.features[i].pixel.y());
   }
-  candidate->frame.keep_object(select_features(image,
-                                               features_of_object(image, moved, still_, options_.cancelled),
-                                               camera_.width(), camera_.height()));
+  candidate->frame.keep_masked_features(
+      select_features(image, features_of_object(image, moved, still_, options_.cancelled), camera_.width(),
+                      camera_.height()));
 }
 
 // From now on the background's features are left out.
 void Bootstrapper::begin_separation(const TwoMotions& motions) {
   still_ = motions.still;
-  for (std::size_t i = candidates_.size(); i-- > 0;) keep_object(motions.moved_of_first, &candidates_[i]);
+  for (std::size_t i = candidates_.size(); i-- > 0;)
+    keep_masked_features(motions.moved_of_first, &candidates_[i]);
   for (Candidate& candidate : candidates_) match_to_reference(&candidate);
 }
 
@@ -48,7 +50,7 @@ void Bootstrapper::separate_newest() {
   for (std::size_t f = 0; f < newest.feature_of_reference.size(); ++f) {
     if (newest.feature_of_reference[f] >= 0) matched.push_back(static_cast<int>(f));
   }
-  keep_object(matched, &newest);
+  keep_masked_features(matched, &newest);
   match_to_reference(&newest);
 }
 
@@ -85,13 +87,13 @@ bool Bootstrapper::separate_motions(std::vector<char>* fixed, BootstrapReport* r
   TwoMotions motions = find_two_motions(*candidates_.front().frame.image, *newest.frame.image,
                                         newest.feature_of_reference, moved_between(), camera_, options_);
   // Where the camera goes on, only the middle of the first view is left in the newest.
-  view_reached_round_ = view_reached_round_ || motions.fixed_to_camera;
+  view_reached_round_ = view_reached_round_ || motions.is_ego_vehicle;
   if (motions.found && view_reached_round_) {
     motions.found = false;
-    motions.fixed_to_camera = true;
+    motions.is_ego_vehicle = true;
   }
   camera_is_still_ = static_cast<double>(motions.still.size()) > kStillCamera * motions.matches;
-  if (motions.fixed_to_camera) {
+  if (motions.is_ego_vehicle) {
     fixed->assign(candidates_.front().frame.image->size(), 0);
     for (const int f : motions.still_of_first) (*fixed)[f] = 1;
   }
@@ -133,7 +135,7 @@ bool Bootstrapper::is_one_motion(const TwoMotions& motions, BootstrapReport* rep
 }
 
 void Bootstrapper::report_motions(BootstrapReport* report) const {
-  report->still_background = still_;
+  report->static_background = still_;
   report->reference_index = candidates_.front().frame.index;
   const Candidate& newest = candidates_.back();
   std::vector<double> moved;

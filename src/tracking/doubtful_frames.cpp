@@ -9,21 +9,21 @@ namespace mono_pose_tracker {
 
 std::vector<std::int64_t> doubtful_alone(const std::vector<RegisteredFrame>& trajectory,
                                          const std::set<std::int64_t>& doubtful) {
-  const std::set<std::int64_t> posed = frames_of(trajectory);
-  const auto is_sure = [&](std::int64_t frame) { return posed.count(frame) && !doubtful.count(frame); };
+  const std::set<std::int64_t> registered = frames_of(trajectory);
+  const auto is_sure = [&](std::int64_t frame) { return registered.count(frame) && !doubtful.count(frame); };
   std::vector<std::int64_t> alone;
   for (const std::int64_t frame : doubtful) {
-    if (posed.count(frame) && !(is_sure(frame - 1) && is_sure(frame + 1))) alone.push_back(frame);
+    if (registered.count(frame) && !(is_sure(frame - 1) && is_sure(frame + 1))) alone.push_back(frame);
   }
   return alone;
 }
 
-bool may_lead_astray(std::size_t doubtful, std::size_t posed) {
+bool may_distort_path(std::size_t doubtful, std::size_t registered) {
   // By which a doubtful pose may be off. A guess: of those that were seen to be wrong, one to three.
   constexpr double kSteps = 3;
   constexpr double kMostShare = 0.25;  // of all: doubtful ones in a row are led astray by one another
-  if (posed == 0) return false;
-  const auto n = static_cast<double>(posed), d = static_cast<double>(doubtful);
+  if (registered == 0) return false;
+  const auto n = static_cast<double>(registered), d = static_cast<double>(doubtful);
   // Of the path, which is of a step for each image: the root mean square over all.
   return d > kMostShare * n || kSteps / n * std::sqrt(d / n) > PathPrecision::kMostShare;
 }

@@ -16,6 +16,6 @@ std::vector<std::int64_t> doubtful_alone(const std::vector<RegisteredFrame>& tra
 
 // Whether so many doubtful poses of so many may take the path off by more than a known one is
 // (mapping/path_precision.h).
-bool may_lead_astray(std::size_t doubtful, std::size_t posed);
+bool may_distort_path(std::size_t doubtful, std::size_t registered);
 
 }  // namespace mono_pose_tracker

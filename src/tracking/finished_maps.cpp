@@ -15,15 +15,15 @@ bool is_loaded(const FinishedMap& map) {
   return !keyframes.empty() && is_of_earlier_run(keyframes.begin()->second.frame_index);
 }
 
-std::size_t frames_beside_first(const std::vector<FinishedMap>& maps) {
+std::size_t frames_outside_first(const std::vector<FinishedMap>& maps) {
   if (maps.empty()) return 0;
-  std::set<std::int64_t> beside;
-  for (auto map = maps.begin() + 1; map != maps.end(); ++map) beside.merge(frames_of(map->trajectory));
-  for (const std::int64_t frame : frames_of(maps.front().trajectory)) beside.erase(frame);
-  return beside.size();
+  std::set<std::int64_t> outside;
+  for (auto map = maps.begin() + 1; map != maps.end(); ++map) outside.merge(frames_of(map->trajectory));
+  for (const std::int64_t frame : frames_of(maps.front().trajectory)) outside.erase(frame);
+  return outside.size();
 }
 
-void leave_out_covered_maps(std::vector<FinishedMap>* maps) {
+void exclude_covered_maps(std::vector<FinishedMap>* maps) {
   if (maps->empty()) return;
   const std::set<std::int64_t> in_first = frames_of(maps->front().trajectory);
   const auto is_covered = [&](const FinishedMap& map) {

@@ -23,14 +23,14 @@ constexpr double kLeastParallaxShare = 0.1;
 
 }  // namespace
 
-Overlap overlap_with(const TrackingMap& map, KeyframeId id, const ResectionReport& resection,
+Overlap overlap_with(const TrackingMap& map, KeyframeId id, const RegistrationReport& registration,
                      const CameraModel& camera) {
   Overlap overlap;
   const KeyframeView& keyframe = map.keyframes.at(id);
   const Eigen::Vector3d there = keyframe.camera_from_map.inverse().translation;
-  const Eigen::Vector3d here = resection.camera_from_map.inverse().translation;
+  const Eigen::Vector3d here = registration.camera_from_map.inverse().translation;
   std::vector<double> angles;
-  for (const FrameObservation& o : resection.observations) {
+  for (const FrameObservation& o : registration.observations) {
     const auto landmark = map.landmarks.find(o.landmark);
     if (landmark == map.landmarks.end()) continue;
     angles.push_back(parallax_angle(landmark->second, there, here));
@@ -42,7 +42,8 @@ Overlap overlap_with(const TrackingMap& map, KeyframeId id, const ResectionRepor
     if (landmark == map.landmarks.end()) continue;
     ++landmarks;
     Eigen::Vector2d pixel;
-    in_view += camera.project(resection.camera_from_map * landmark->second, &pixel) && camera.in_image(pixel);
+    in_view +=
+        camera.project(registration.camera_from_map * landmark->second, &pixel) && camera.in_image(pixel);
   }
   if (landmarks > 0) overlap.in_view = static_cast<double>(in_view) / landmarks;
   return overlap;

@@ -3,7 +3,7 @@
 #include "map/tracking_map.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
-#include "tracking/resector.h"
+#include "tracking/frame_registrar.h"
 
 namespace mono_pose_tracker {
 
@@ -13,7 +13,7 @@ struct Overlap {
   double in_view = 1;       // share of the keyframe's landmarks that the frame could see
 };
 
-Overlap overlap_with(const TrackingMap& map, KeyframeId id, const ResectionReport& resection,
+Overlap overlap_with(const TrackingMap& map, KeyframeId id, const RegistrationReport& registration,
                      const CameraModel& camera);
 
 // When a posed frame is to become a keyframe.

@@ -11,9 +11,9 @@
 
 namespace mono_pose_tracker {
 
-std::vector<cv::Point2f> pixels_of(const Frame& frame, const ResectionReport& resection) {
+std::vector<cv::Point2f> pixels_of(const Frame& frame, const RegistrationReport& registration) {
   std::vector<cv::Point2f> pixels;
-  for (const FrameObservation& o : resection.observations) {
+  for (const FrameObservation& o : registration.observations) {
     const Eigen::Vector2f& pixel = frame.image->set.features[o.feature].pixel;
     pixels.emplace_back(pixel.x(), pixel.y());
   }
@@ -66,19 +66,19 @@ Segmentation ObjectFinder::find_again(std::int64_t frame_index, const cv::Mat& i
 }
 
 void ObjectFinder::start(const BootstrapReport& bootstrap, const Frame& frame,
-                         const ResectionReport& resection) {
+                         const RegistrationReport& registration) {
   masks_after_.clear();
-  motion_mask_.start(pixels_of(frame, resection), bootstrap.still_background,
+  motion_mask_.start(pixels_of(frame, registration), bootstrap.static_background,
                      static_cast<int>(frame.index - bootstrap.reference_index), bootstrap.moved_px);
-  visited_ = {resection.camera_from_map};
+  visited_ = {registration.camera_from_map};
 }
 
 // Median distance between where the landmarks are seen now and where they were at another pose; px. Far,
 // where not one of them was in view.
 double ObjectFinder::moved_since(const Rigid3& camera_from_map, const Frame& frame, const TrackingMap& map,
-                                 const ResectionReport& resection) const {
+                                 const RegistrationReport& registration) const {
   std::vector<double> moved;
-  for (const FrameObservation& o : resection.observations) {
+  for (const FrameObservation& o : registration.observations) {
     const auto landmark = map.landmarks.find(o.landmark);
     Eigen::Vector2d before;
     if (landmark == map.landmarks.end() || !camera_.project(camera_from_map * landmark->second, &before))
@@ -91,19 +91,20 @@ double ObjectFinder::moved_since(const Rigid3& camera_from_map, const Frame& fra
 // Tells the mask where the object was found, and how far it has gone. Noise of the poses is no movement: it
 // counts from two pixels on. Nor is what brings the object back to where it was, as a head does that nods:
 // its texture is there again as if it had never gone.
-void ObjectFinder::follow(const Frame& frame, const TrackingMap& map, const ResectionReport& resection) {
+void ObjectFinder::follow(const Frame& frame, const TrackingMap& map,
+                          const RegistrationReport& registration) {
   constexpr double kLeastMove = 2;          // px
   constexpr std::size_t kMostVisited = 50;  // as many poses back, the background has been learnt
   if (!motion_mask_.is_started() || !masks_now()) return;
   double moved = std::numeric_limits<double>::max();
   for (const Rigid3& visited : visited_) {
-    moved = std::min(moved, moved_since(visited, frame, map, resection));
+    moved = std::min(moved, moved_since(visited, frame, map, registration));
   }
   const bool is_known = moved < std::numeric_limits<double>::max();  // else this is the first place
   const bool is_new = is_known && moved >= kLeastMove;
-  if (is_new || !is_known) visited_.push_back(resection.camera_from_map);
+  if (is_new || !is_known) visited_.push_back(registration.camera_from_map);
   if (visited_.size() > kMostVisited) visited_.erase(visited_.begin());
-  motion_mask_.observe(pixels_of(frame, resection), is_new ? moved : 0);
+  motion_mask_.observe(pixels_of(frame, registration), is_new ? moved : 0);
 }
 
 // Where features may be; empty: anywhere.

@@ -10,12 +10,12 @@
 #include "segmentation/motion_mask.h"
 #include "segmentation/segmenter.h"
 #include "tracking/bootstrapper.h"
-#include "tracking/resector.h"
+#include "tracking/frame_registrar.h"
 
 namespace mono_pose_tracker {
 
 // Where the frame sees what it was posed by.
-std::vector<cv::Point2f> pixels_of(const Frame& frame, const ResectionReport& resection);
+std::vector<cv::Point2f> pixels_of(const Frame& frame, const RegistrationReport& registration);
 
 // Which pixels of each image are the object (paper, step 1): by a given mask, a background or a backdrop, or
 // by its motion before a still background once a bootstrap has told the two apart. One thread.
@@ -37,9 +37,9 @@ class ObjectFinder {
 
   // A map has begun: of an object before the still background that the bootstrap found. The frame is the one
   // that was found last.
-  void start(const BootstrapReport& bootstrap, const Frame& frame, const ResectionReport& resection);
+  void start(const BootstrapReport& bootstrap, const Frame& frame, const RegistrationReport& registration);
   // The last frame was posed: where the object was found, and how far it has gone.
-  void follow(const Frame& frame, const TrackingMap& map, const ResectionReport& resection);
+  void follow(const Frame& frame, const TrackingMap& map, const RegistrationReport& registration);
 
   bool knows_motion() const { return motion_mask_.is_started(); }
   // Whether what moves, once it has been told from what stands still, is given as the mask of what comes
@@ -57,7 +57,7 @@ class ObjectFinder {
 
  private:
   double moved_since(const Rigid3& camera_from_map, const Frame& frame, const TrackingMap& map,
-                     const ResectionReport& resection) const;
+                     const RegistrationReport& registration) const;
   bool looks_for_motion(const cv::Mat& given) const;
   bool masks_now() const { return masks_after_.empty() || masks_after_.rbegin()->second; }
   bool masks_at(std::int64_t frame_index) const;

@@ -66,8 +66,8 @@ std::vector<char> features_to_map(const ImageFeatures& image, const std::vector<
   return flags;
 }
 
-void leave_out_occluders(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map,
-                         KeyframeCandidate* candidate) {
+void exclude_occluders(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map,
+                       KeyframeCandidate* candidate) {
   std::unordered_set<LandmarkId> seen;
   for (const FrameObservation& o : candidate->observations) seen.insert(o.landmark);
   std::vector<ExpectedLandmark> expected;

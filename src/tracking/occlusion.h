@@ -26,7 +26,7 @@ std::vector<char> features_to_map(const ImageFeatures& image, const std::vector<
 
 // A mask may hold more than the object: a hand before it, say, of which nothing must come into the map. The
 // candidate keeps the features that may; its reference is a keyframe of the map.
-void leave_out_occluders(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map,
-                         KeyframeCandidate* candidate);
+void exclude_occluders(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map,
+                       KeyframeCandidate* candidate);
 
 }  // namespace mono_pose_tracker

@@ -12,7 +12,7 @@
 #include "finished_maps.h"
 #include "recording_findings.h"
 #include "recording_reader.h"
-#include "unposed_frames.h"
+#include "unregistered_frames.h"
 
 namespace mono_pose_tracker {
 
@@ -61,7 +61,7 @@ bool has_folders(const std::map<std::int64_t, std::string>& names) {
 }
 
 // Maps from a file in which no frame was found are none of this recording's.
-void leave_out_unseen_maps(RecordingResult* result) {
+void exclude_unseen_maps(RecordingResult* result) {
   std::vector<FinishedMap>& maps = result->maps;
   const bool any_loaded = std::any_of(maps.begin(), maps.end(), is_loaded);
   maps.erase(std::remove_if(maps.begin(), maps.end(), [](const auto& map) { return map.trajectory.empty(); }),
@@ -82,11 +82,11 @@ void read_again(const Recording& recording, const std::set<std::int64_t>& frames
 }
 
 // Each by itself. What was doubtful is so no longer where the finished map gives it a pose.
-void resect_again(const Recording& recording, const std::set<std::int64_t>& frames,
-                  const FrameObserver& observer, Tracker* tracker, RecordingResult* result) {
+void register_images(const Recording& recording, const std::set<std::int64_t>& frames,
+                     const FrameObserver& observer, Tracker* tracker, RecordingResult* result) {
   read_again(recording, frames, *tracker, *result, [&](const RecordingReader& reader) {
-    const FrameReport report =
-        tracker->resect_again(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
+    const FrameReport report = tracker->register_image_again(reader.index(), reader.image().stamp_ns,
+                                                             reader.prepared(), reader.mask());
     if (report.map_from_camera) result->doubtful.erase(reader.index());
     observer(2, reader.index(), report);
   });
@@ -103,16 +103,16 @@ std::size_t pose_together(const Recording& recording, const std::set<std::int64_
         tracker->keep_for_later(reader.index(), reader.image().stamp_ns, reader.prepared(), reader.mask());
   });
   tracker->fill_gaps();
-  std::size_t posed = 0;
+  std::size_t registered = 0;
   for (const RegisteredFrame& frame : tracker->trajectory()) {
     const auto report = held.find(frame.index);
     if (report == held.end()) continue;
-    ++posed;
+    ++registered;
     result->doubtful.erase(frame.index);
     report->second.map_from_camera = frame.map_from_camera;
     observer(2, frame.index, report->second);
   }
-  return posed;
+  return registered;
 }
 
 std::set<std::int64_t> without(const std::set<std::int64_t>& some, std::set<std::int64_t> frames) {
@@ -128,19 +128,21 @@ void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tr
   while (!recording.interrupted()) {
     const std::set<std::int64_t> before = frames_of(tracker->trajectory());
     const std::set<std::int64_t> rest = frames_without_pose(before, result->frames_total);
-    const std::set<std::int64_t> held = nearest_to_posed(without(tried, rest), before, recording.most_held);
-    const std::size_t posed = held.empty() ? 0 : pose_together(recording, held, observer, tracker, result);
+    const std::set<std::int64_t> held =
+        nearest_to_registered(without(tried, rest), before, recording.most_held);
+    const std::size_t registered =
+        held.empty() ? 0 : pose_together(recording, held, observer, tracker, result);
     if (held.size() == rest.size()) return;
     tried.insert(held.begin(), held.end());
-    if (2 * posed > held.size()) continue;
-    return resect_again(recording, without(held, rest), observer, tracker, result);
+    if (2 * registered > held.size()) continue;
+    return register_images(recording, without(held, rest), observer, tracker, result);
   }
 }
 
 // What doubt_of says of the map as it is now, found while others go on with it.
-class DoubtBeside {
+class ParallelDoubt {
  public:
-  DoubtBeside(const Recording& recording, const Map& map) {
+  ParallelDoubt(const Recording& recording, const Map& map) {
     if (recording.threads <= 1 || !recording.doubt_of) return;
     // Where there is no thread to be had: when it is asked for.
     found_ =
@@ -148,7 +150,7 @@ class DoubtBeside {
           return doubt_of(map, [this] { return is_given_up_.load(); });
         });
   }
-  ~DoubtBeside() { is_given_up_ = true; }
+  ~ParallelDoubt() { is_given_up_ = true; }
 
   std::optional<std::string> take() {
     if (!found_.valid()) return std::nullopt;
@@ -228,18 +230,18 @@ void register_again(const Recording& recording, const FrameObserver& observer, T
   std::set<std::int64_t> outdated = tracker->refine_with_graph();
   outdated.merge(tracker->adjust_frames());
   result->doubtful.insert(outdated.begin(), outdated.end());  // until they are registered again
-  resect_again(recording, outdated, unobserved, tracker, result);
+  register_images(recording, outdated, unobserved, tracker, result);
 }
 
 // The maps of this recording, and what was found out about them.
 void judge_maps(const Recording& recording, const Reasons& reasons, Tracker* tracker,
                 RecordingResult* result) {
-  DoubtBeside doubt(recording, tracker->map());
+  ParallelDoubt doubt(recording, tracker->map());
   result->maps = tracker->maps();
   result->loops = tracker->loops();
   result->failed_adjustments = tracker->failed_adjustments();
-  leave_out_unseen_maps(result);
-  leave_out_covered_maps(&result->maps);
+  exclude_unseen_maps(result);
+  exclude_covered_maps(&result->maps);
   if (result->maps.empty()) {
     result->tracked = false;
     result->reason =

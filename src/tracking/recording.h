@@ -18,7 +18,7 @@
 
 namespace mono_pose_tracker {
 
-class BodyMasks;
+class ObjectMasks;
 class FeatureMemory;
 
 /// A recording to be tracked: every image, in order, none dropped.
@@ -26,7 +26,7 @@ struct Recording {
   std::function<std::unique_ptr<ImageSource>()>
       open;  // from its beginning; called once more for images to be posed later
   const MaskFolder* masks = nullptr;
-  std::shared_ptr<const BodyMasks> body;    // masks that an earlier attempt has found; null: none
+  std::shared_ptr<const ObjectMasks> object_masks;  // masks that an earlier attempt has found; null: none
   std::shared_ptr<FeatureMemory> features;  // what earlier attempts have found in the images; null: none
   std::int64_t max_frames = -1;             // all
   std::int64_t first_tracked = 0;           // images before it are posed in the end

@@ -10,10 +10,10 @@
 #include <utility>
 #include <vector>
 
-#include "body_masks.h"
 #include "feature_memory.h"
 #include "mapping/matches_in_time.h"
-#include "mapping/still_background.h"
+#include "mapping/static_background.h"
+#include "object_masks.h"
 #include "recording_reader.h"
 #include "result_choice.h"
 #include "tracking/recording.h"
@@ -32,7 +32,7 @@ class Attempts {
     TrackedRecording made;
     made.attempt = count_++;
     made.tracker = make_tracker_();
-    if (recording.body) made.tracker->expect_object();
+    if (recording.object_masks) made.tracker->expect_object();
     made.result = track_recording(recording, observer_of_(made.attempt), made.tracker.get());
     return made;
   }
@@ -43,19 +43,19 @@ class Attempts {
   int count_ = 0;
 };
 
-bool is_of_other_body(const RecordingResult& result) {
-  return result.tracked && result.maps.front().is_of_other_body;
+bool is_of_other_object(const RecordingResult& result) {
+  return result.tracked && result.maps.front().is_of_other_object;
 }
 
-bool is_of_smaller_body(const RecordingResult& result) {
-  return result.tracked && result.maps.front().is_of_smaller_body;
+bool is_of_smaller_object(const RecordingResult& result) {
+  return result.tracked && result.maps.front().is_of_smaller_object;
 }
 
 // Images of a recording, at equal distances: of a minute at 30 Hz every ninth, within which a head turns by
 // no more than can be matched. Their features take some hundred megabytes at most.
 constexpr std::int64_t kSampled = 200;
 
-StillBackground background_of(const Recording& recording, std::int64_t frames_total, Tracker* tracker) {
+StaticBackground background_of(const Recording& recording, std::int64_t frames_total, Tracker* tracker) {
   const std::int64_t step = std::max<std::int64_t>(1, (frames_total + kSampled - 1) / kSampled);
   std::vector<SeenImage> images;
   read_again(
@@ -69,15 +69,15 @@ StillBackground background_of(const Recording& recording, std::int64_t frames_to
 
 // Where it is in doubt what was tracked, or nothing was: whether something moves before what stands still,
 // all over the recording. From then on it is tracked by masks of that.
-bool leave_out_background(const TrackedRecording& first, Recording* recording) {
+bool exclude_background(const TrackedRecording& first, Recording* recording) {
   if (is_confirmed(first.result)) return false;
   if (recording->masks || !first.tracker->may_have_background() || recording->interrupted()) return false;
-  const StillBackground background =
+  const StaticBackground background =
       background_of(*recording, first.result.frames_total, first.tracker.get());
   if (!background.exists) return false;
-  auto masks = std::make_shared<BodyMasks>(background.tracks, nullptr);
+  auto masks = std::make_shared<ObjectMasks>(background.tracks, nullptr);
   if (masks->are_empty()) return false;
-  recording->body = std::move(masks);
+  recording->object_masks = std::move(masks);
   return true;
 }
 
@@ -98,20 +98,23 @@ std::int64_t frame_at(double share, const RecordingResult& result) {
 }
 
 // By masks of all that moves otherwise than the result's map.
-Recording within_other_body(Recording recording, const RecordingResult& result) {
-  recording.body = std::make_shared<BodyMasks>(result.maps.front().other_body.tracks, recording.body);
+Recording within_other_object(Recording recording, const RecordingResult& result) {
+  recording.object_masks =
+      std::make_shared<ObjectMasks>(result.maps.front().independent_motion.tracks, recording.object_masks);
   return recording;
 }
 
-bool can_be_tracked(const Recording& masked) { return !masked.body->are_empty() && !masked.interrupted(); }
+bool can_be_tracked(const Recording& masked) {
+  return !masked.object_masks->are_empty() && !masked.interrupted();
+}
 
 // By its masks, and by those of all that moves otherwise than the map again, until the map is of what turns
 // most.
-TrackedRecording track_what_turns_most(Attempts* attempts, Recording* masked) {
-  constexpr int kMostBodies = 3;  // a head, the shoulders below it, the room behind
+TrackedRecording track_most_rotating_object(Attempts* attempts, Recording* masked) {
+  constexpr int kMostObjects = 3;  // a head, the shoulders below it, the room behind
   TrackedRecording found = attempts->next(*masked);
-  for (int bodies = 2; bodies < kMostBodies && is_of_other_body(found.result); ++bodies) {
-    Recording within = within_other_body(*masked, found.result);
+  for (int objects = 2; objects < kMostObjects && is_of_other_object(found.result); ++objects) {
+    Recording within = within_other_object(*masked, found.result);
     if (!can_be_tracked(within)) break;
     *masked = std::move(within);
     found = attempts->next(*masked);
@@ -128,28 +131,28 @@ bool is_seen_enough(const RecordingResult& result, const RecordingResult& first)
 
 // It plainly turns farther than the first. A first map that contradicts itself may be of one body here and of
 // the other there, and turn as far as the body in it.
-bool is_of_what_turns(const RecordingResult& result, const RecordingResult& first) {
+bool is_of_rotating_object(const RecordingResult& result, const RecordingResult& first) {
   if (!result.tracked || !is_seen_enough(result, first)) return false;
   const FinishedMap& before = first.maps.front();
   const bool may_be_of_both = before.quality.has(FindingKind::kNotRigid) && is_confirmed(result);
-  return turn_before_cameras(result.maps.front().map) >=
-         (may_be_of_both ? 1 : OtherBody::kPlainly) * turn_before_cameras(before.map);
+  return rotation_before_cameras(result.maps.front().map) >=
+         (may_be_of_both ? 1 : IndependentMotion::kPlainly) * rotation_before_cameras(before.map);
 }
 
 // Where the map is of a body that turns less than another: the recording again, by masks of all that moves
 // otherwise, from each beginning: where a head and shoulders move as one for a while, a map that is begun
 // there is of both. Whether a map of what turns is kept, and with it its masks.
-bool turn_to_other_body(Attempts* attempts, Recording* recording, TrackedRecording* kept) {
+bool switch_to_other_object(Attempts* attempts, Recording* recording, TrackedRecording* kept) {
   const RecordingResult& first = kept->result;
-  const Recording others = within_other_body(*recording, first);
+  const Recording others = within_other_object(*recording, first);
   std::optional<TrackedRecording> best;
   for (const double beginning : kBeginnings) {
     const bool is_done = best && is_confirmed(best->result) && is_most_of(best->result, first);
     if (is_done || !can_be_tracked(others)) break;
     Recording masked = others;
     masked.first_tracked = frame_at(beginning, first);
-    TrackedRecording found = track_what_turns_most(attempts, &masked);
-    if (!is_of_what_turns(found.result, first)) continue;
+    TrackedRecording found = track_most_rotating_object(attempts, &masked);
+    if (!is_of_rotating_object(found.result, first)) continue;
     if (best && !is_better(found.result, best->result)) continue;
     *recording = std::move(masked);
     best = std::move(found);
@@ -161,8 +164,8 @@ bool turn_to_other_body(Attempts* attempts, Recording* recording, TrackedRecordi
 
 // The other object may have been meant.
 void report_smaller_object(double share, RecordingResult* result) {
-  if (share <= OtherBody::kComparable) return;
-  result->maps.front().may_be_of_wrong_body = true;
+  if (share <= IndependentMotion::kComparable) return;
+  result->maps.front().may_be_of_wrong_object = true;
   Finding finding;
   finding.kind = FindingKind::kOtherObject;
   finding.text =
@@ -174,11 +177,12 @@ void report_smaller_object(double share, RecordingResult* result) {
 // Where the map is of less than what moves as one otherwise, and no masks say which is wanted: the recording
 // again, by masks of the other. It is kept, and its masks, where it is the larger indeed: then the share of
 // the smaller.
-std::optional<double> turn_to_larger_body(Attempts* attempts, Recording* recording, TrackedRecording* kept) {
-  constexpr double kPlainly = 1.2;  // times as much of it is seen, as OtherBody::is_larger asks
-  const double larger_share = kept->result.maps.front().other_body.share();
+std::optional<double> switch_to_larger_object(Attempts* attempts, Recording* recording,
+                                              TrackedRecording* kept) {
+  constexpr double kPlainly = 1.2;  // times as much of it is seen, as IndependentMotion::is_larger asks
+  const double larger_share = kept->result.maps.front().independent_motion.share();
   if (recording->masks) return std::nullopt;
-  Recording masked = within_other_body(*recording, kept->result);
+  Recording masked = within_other_object(*recording, kept->result);
   for (const double beginning : kBeginnings) {
     if (!can_be_tracked(masked)) return std::nullopt;
     masked.first_tracked = frame_at(beginning, kept->result);
@@ -221,12 +225,13 @@ TrackedRecording track_until_confirmed(const Recording& as_given, const TrackerM
   constexpr std::int64_t kLeast = 2;  // images, to make a map of
   if (!recording.try_again || kept.result.frames_total < kLeast) return kept;
   Recording again = recording;
-  const bool is_by_masks = leave_out_background(kept, &again) && try_other_seeds(&attempts, 0, again, &kept);
+  const bool is_by_masks = exclude_background(kept, &again) && try_other_seeds(&attempts, 0, again, &kept);
   if (!is_by_masks) again = recording;
   std::optional<double> smaller_share;
-  if (is_of_smaller_body(kept.result)) smaller_share = turn_to_larger_body(&attempts, &again, &kept);
+  if (is_of_smaller_object(kept.result)) smaller_share = switch_to_larger_object(&attempts, &again, &kept);
   bool is_of_another = smaller_share.has_value();
-  if (is_of_other_body(kept.result) && turn_to_other_body(&attempts, &again, &kept)) is_of_another = true;
+  if (is_of_other_object(kept.result) && switch_to_other_object(&attempts, &again, &kept))
+    is_of_another = true;
   if (!is_by_masks && !is_of_another && (!is_confirmed(kept.result) || fell_apart(kept.result)))
     try_other_seeds(&attempts, 1, again, &kept);
   // Whatever is tracked by these masks does not see it.

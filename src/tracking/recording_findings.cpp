@@ -36,17 +36,17 @@ void test_rigidity(std::size_t place, FinishedMap* map) {
 }
 
 void report_other_object(FinishedMap* map) {
-  const OtherBody& other = map->other_body;
+  const IndependentMotion& other = map->independent_motion;
   const auto percent = std::lround(100 * other.share());
   Finding finding;
   finding.kind = FindingKind::kOtherObject;
-  if (map->is_of_other_body) {
+  if (map->is_of_other_object) {
     finding.text = formatted(
         "Two rigid objects move, and the map is not clearly of the one that turns, as "
         "segmentation/body asks: %ld %% of the tracks move with the other. Mask the one "
         "that is wanted (--masks).",
         percent);
-  } else if (map->is_of_smaller_body) {
+  } else if (map->is_of_smaller_object) {
     finding.text = formatted(
         "Two rigid objects move, and the map is of the smaller: %ld %% of the tracks move "
         "with the other. Mask the one that is wanted (--masks).",
@@ -88,7 +88,7 @@ void report_uncertain_images(const std::set<std::int64_t>& doubtful, std::size_t
   finding.images = alone;
   finding.k = static_cast<int>(alone.size());
   finding.n = static_cast<int>(map->trajectory.size());
-  finding.is_disqualifying = may_lead_astray(alone.size(), map->trajectory.size());
+  finding.is_disqualifying = may_distort_path(alone.size(), map->trajectory.size());
   finding.text = name_of(place) +
                  formatted(
                      "The poses of %d of %d images are uncertain (%s): few landmarks, away from the "
@@ -99,11 +99,11 @@ void report_uncertain_images(const std::set<std::int64_t>& doubtful, std::size_t
 
 // A small map beside the first has too little to be checked.
 void report_small_map(std::size_t place, FinishedMap* map) {
-  if (place == 0 || is_loaded(*map) || map->trajectory.size() >= kLeastBesideFirst) return;
+  if (place == 0 || is_loaded(*map) || map->trajectory.size() >= kLeastOutsideFirst) return;
   Finding finding;
   finding.kind = FindingKind::kFewImages;
   finding.k = static_cast<int>(map->trajectory.size());
-  finding.n = static_cast<int>(kLeastBesideFirst);
+  finding.n = static_cast<int>(kLeastOutsideFirst);
   finding.text = name_of(place) + formatted(
                                       "It holds %d images only; a map beside the first needs %d to be "
                                       "confirmed.",
@@ -115,7 +115,7 @@ void report_several_maps(RecordingResult* result) {
   if (result->maps.size() < 2) return;
   Finding finding;
   finding.kind = FindingKind::kSeveralMaps;
-  finding.k = static_cast<int>(frames_beside_first(result->maps));
+  finding.k = static_cast<int>(frames_outside_first(result->maps));
   finding.n = static_cast<int>(result->frames_total);
   finding.is_disqualifying = false;
   finding.text = formatted(
@@ -177,8 +177,8 @@ void add_findings(RecordingResult* result) {
   std::set<std::string> known;
   for (std::size_t i = 0; i < maps.size(); ++i) {
     for (const Finding& finding : maps[i].quality.findings()) {
-      const bool is_told = i == 0 || finding.is_disqualifying;
-      if (is_told && known.insert(finding.text).second) result->warnings.push_back(finding.text);
+      const bool is_reported = i == 0 || finding.is_disqualifying;
+      if (is_reported && known.insert(finding.text).second) result->warnings.push_back(finding.text);
     }
   }
 }

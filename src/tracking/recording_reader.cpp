@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "body_masks.h"
+#include "object_masks.h"
 
 namespace mono_pose_tracker {
 
@@ -53,9 +53,9 @@ void RecordingReader::prepare(Item* item) const {
     item->is_mask_usable = !item->mask.empty() && cv::countNonZero(item->mask) > 0;
   }
   if (!source.mask.empty()) item->mask = item->mask.empty() ? source.mask : cv::Mat(item->mask & source.mask);
-  if (recording_.body && is_wanted_(item->index)) {
-    const cv::Mat body = recording_.body->mask(item->index, source.image.size());
-    item->mask = item->mask.empty() ? body : cv::Mat(item->mask & body);
+  if (recording_.object_masks && is_wanted_(item->index)) {
+    const cv::Mat found = recording_.object_masks->mask(item->index, source.image.size());
+    item->mask = item->mask.empty() ? found : cv::Mat(item->mask & found);
   }
   if (recording_.threads > 1 && is_wanted_(item->index)) {
     item->prepared = tracker_.prepare(source.image, item->mask, recording_.features.get(), item->index);

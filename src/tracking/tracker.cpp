@@ -79,7 +79,7 @@ bool Tracker::may_have_background() { return impl_->may_have_background(); }
 
 ImageFeaturesPtr Tracker::features_of(const PreparedImage& image) { return impl_->features_of(image); }
 
-StillBackground Tracker::background_of(const std::vector<SeenImage>& images) const {
+StaticBackground Tracker::background_of(const std::vector<SeenImage>& images) const {
   return impl_->background_of(images);
 }
 
@@ -96,9 +96,9 @@ void Tracker::assess_maps(std::int64_t images, std::vector<FinishedMap>* maps) {
   impl_->assess_maps(images, maps);
 }
 
-FrameReport Tracker::resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
-                                  const cv::Mat& mask) {
-  return impl_->resect_again(frame_index, stamp_ns, image, mask);
+FrameReport Tracker::register_image_again(std::int64_t frame_index, std::int64_t stamp_ns,
+                                          const PreparedImage& image, const cv::Mat& mask) {
+  return impl_->register_image_again(frame_index, stamp_ns, image, mask);
 }
 
 const Map& Tracker::map() const { return impl_->worker().mapper().map(); }

@@ -19,35 +19,35 @@ constexpr std::size_t kMostLiveFrames = 20000;
 }  // namespace
 
 // False when it is one doubtful pose too many.
-bool Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
+bool Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const RegistrationReport& registration,
                            FrameReport* report) {
   Rigid3 reference_from_map;
   const bool continuous = frames_lost_ == 0 && map.camera_from_map(reference_, &reference_from_map);
   std::optional<Rigid3> last;
   if (continuous) last = camera_from_reference_ * reference_from_map;
-  const bool doubtful = is_doubtful(frame, resection, last, report);
+  const bool doubtful = is_doubtful(frame, registration, last, report);
   if (doubtful && withdraw_doubtful(frame, map, report)) return false;
   if (continuous) {
-    motion_ = resection.camera_from_map * (camera_from_reference_ * reference_from_map).inverse();
+    motion_ = registration.camera_from_map * (camera_from_reference_ * reference_from_map).inverse();
   } else {
     motion_.reset();
   }
   end_loss();
   state_ = State::kTracking;
   if (!map.turning_object && static_cast<int>(map.keyframes.size()) > options_.young_map_keyframes)
-    bodies_left_ = 0;
+    objects_abandoned_ = 0;
 
-  const FramePose pose = set_pose(frame, map, resection, Among::kNear);
+  const FramePose pose = set_pose(frame, map, registration, Among::kNear);
   reference_ = pose.reference;
   camera_from_reference_ = pose.camera_from_reference;
   if (pace_ == SearchPace::kLive) frames_[map.map_id].keep_newest(kMostLiveFrames);
-  if (motion_map_ == map.map_id) object_finder_.follow(frame, map, resection);
-  if (body_ && frame.whole) body_->settle(pixels_of(frame, resection));
-  const Overlap overlap = overlap_with(map, reference_, resection, camera_);
+  if (motion_map_ == map.map_id) object_finder_.follow(frame, map, registration);
+  if (object_follower_ && frame.unmasked) object_follower_->settle(pixels_of(frame, registration));
+  const Overlap overlap = overlap_with(map, reference_, registration, camera_);
   report->median_parallax_deg = overlap.parallax_deg;
   if (doubtful || options_.localize_only) return true;  // nothing of it comes into the map
-  if (keyframe_policy_.is_due(map, overlap, resection.inliers, worker_.unfinished_jobs())) {
-    insert_keyframe(frame, map, pose, resection, report);
+  if (keyframe_policy_.is_due(map, overlap, registration.inliers, worker_.unfinished_jobs())) {
+    insert_keyframe(frame, map, pose, registration, report);
   }
   return true;
 }
@@ -65,11 +65,12 @@ LandmarkPixels Tracker::Impl::landmarks_of(const KeyframeView& keyframe) const {
 }
 
 // Kept for a recording, which is written in the end: 16 bytes for each landmark, some 2 kB an image.
-LandmarkPixels Tracker::Impl::registered_by(const Frame& frame, const ResectionReport& resection) const {
+LandmarkPixels Tracker::Impl::registered_by(const Frame& frame,
+                                            const RegistrationReport& registration) const {
   if (pace_ == SearchPace::kLive) return nullptr;
   auto landmarks = std::make_shared<std::vector<LandmarkPixel>>();
-  landmarks->reserve(resection.observations.size());
-  for (const FrameObservation& o : resection.observations)
+  landmarks->reserve(registration.observations.size());
+  for (const FrameObservation& o : registration.observations)
     landmarks->push_back(
         {o.landmark, frame.image->set.features[o.feature].pixel, frame.image->sigma_px[o.feature]});
   return landmarks;
@@ -77,28 +78,29 @@ LandmarkPixels Tracker::Impl::registered_by(const Frame& frame, const ResectionR
 
 // It rides on the best of the keyframes from now on.
 FramePose Tracker::Impl::set_pose(const Frame& frame, const TrackingMap& map,
-                                  const ResectionReport& resection, Among among, bool is_final) {
-  const KeyframeId reference = choose_reference(map, resection, among);
+                                  const RegistrationReport& registration, Among among, bool is_final) {
+  const KeyframeId reference = choose_reference(map, registration, among);
   const Rigid3 map_from_reference = map.keyframes.at(reference).camera_from_map.inverse();
-  FramePose pose{frame.stamp_ns, reference, resection.camera_from_map * map_from_reference, is_final};
-  pose.landmarks = registered_by(frame, resection);
+  FramePose pose{frame.stamp_ns, reference, registration.camera_from_map * map_from_reference, is_final};
+  pose.landmarks = registered_by(frame, registration);
   frames_[map.map_id].set(frame.index, pose);
   if (keeps_seen()) seen_.add(frame.index, frame.image);
   return pose;
 }
 
 KeyframeCandidate Tracker::Impl::candidate_of(const Frame& frame, const TrackingMap& map,
-                                              const FramePose& pose, const ResectionReport& resection) const {
+                                              const FramePose& pose,
+                                              const RegistrationReport& registration) const {
   KeyframeCandidate candidate{
-      map.map_id, frame, pose.reference, pose.camera_from_reference, resection.observations, corrections_};
-  if (frame.is_masked) leave_out_occluders(map, camera_, resection.camera_from_map, &candidate);
+      map.map_id, frame, pose.reference, pose.camera_from_reference, registration.observations, corrections_};
+  if (frame.is_masked) exclude_occluders(map, camera_, registration.camera_from_map, &candidate);
   return candidate;
 }
 
 void Tracker::Impl::insert_keyframe(const Frame& frame, const TrackingMap& map, const FramePose& pose,
-                                    const ResectionReport& resection, FrameReport* report) {
+                                    const RegistrationReport& registration, FrameReport* report) {
   const StageTimer timer(report->stages, "keyframe");
-  report->is_keyframe = worker_.insert(candidate_of(frame, map, pose, resection));
+  report->is_keyframe = worker_.insert(candidate_of(frame, map, pose, registration));
   if (!report->is_keyframe) return;
   // Inline, the keyframe is there already and has been adjusted: go on from it. Live, what has been done in
   // the meantime is the next image's: this one's pose is of the map as it was.
@@ -120,7 +122,7 @@ bool Tracker::Impl::withdraw_doubtful(const Frame& frame, const TrackingMap& map
   constexpr std::size_t kMostInARow = 2;
   doubted_.push_back(frame.index);
   // Some images between may have shown nothing to pose.
-  while (static_cast<int>(doubted_.size()) > pose_doubt_.in_a_row()) doubted_.pop_front();
+  while (static_cast<int>(doubted_.size()) > innovation_gate_.in_a_row()) doubted_.pop_front();
   if (doubted_.size() <= kMostInARow) return false;
   for (const std::int64_t index : doubted_) {
     if (const FramePose* pose = frames_[map.map_id].find(index))
@@ -128,7 +130,7 @@ bool Tracker::Impl::withdraw_doubtful(const Frame& frame, const TrackingMap& map
     frames_[map.map_id].erase(index);
     if (pace_ != SearchPace::kLive) withdrawn_.insert(index);
   }
-  pose_doubt_.interrupt();
+  innovation_gate_.interrupt();
   report->map_from_camera.reset();
   report->reason = Reason::kRelocalising;
   report->reason_text = "one doubtful pose after the other; the last: " + report->reason_text;
@@ -136,13 +138,13 @@ bool Tracker::Impl::withdraw_doubtful(const Frame& frame, const TrackingMap& map
 }
 
 // Told, not hidden: the pose is reported with what speaks against it.
-bool Tracker::Impl::is_doubtful(const Frame& frame, const ResectionReport& resection,
+bool Tracker::Impl::is_doubtful(const Frame& frame, const RegistrationReport& registration,
                                 const std::optional<Rigid3>& last, FrameReport* report) {
-  if (!last) pose_doubt_.interrupt();
+  if (!last) innovation_gate_.interrupt();
   std::optional<Rigid3> predicted = last;
   if (predicted && motion_) predicted = *motion_ * *last;
   const std::optional<std::string> doubt =
-      pose_doubt_.judge(frame.stamp_ns, resection, predicted, options_.resection.min_inliers);
+      innovation_gate_.judge(frame.stamp_ns, registration, predicted, options_.resection.min_inliers);
   if (!doubt) return false;
   report->reason = Reason::kDoubtfulPose;
   report->reason_text = *doubt;
@@ -150,10 +152,10 @@ bool Tracker::Impl::is_doubtful(const Frame& frame, const ResectionReport& resec
 }
 
 // The keyframe that shares most landmarks with the frame.
-KeyframeId Tracker::Impl::choose_reference(const TrackingMap& map, const ResectionReport& resection,
+KeyframeId Tracker::Impl::choose_reference(const TrackingMap& map, const RegistrationReport& registration,
                                            Among among) const {
   std::unordered_set<LandmarkId> seen;
-  for (const FrameObservation& o : resection.observations) seen.insert(o.landmark);
+  for (const FrameObservation& o : registration.observations) seen.insert(o.landmark);
   const auto current = map.keyframes.find(reference_);
   std::vector<KeyframeId> local;
   if (current != map.keyframes.end() && among == Among::kNear) {

@@ -30,9 +30,9 @@ bool Tracker::Impl::may_have_background() {
 bool Tracker::Impl::shows_background(const TrackingMap& view, const Map& map,
                                      const MatchesInTime& in_time) const {
   if (!looks_for_background() || is_segmented_ || has_earlier_frames(view)) return false;
-  const StillBackground background =
-      find_still_background(images_in_time(map), in_time, options_.matching, kPlainlyStill,
-                            options_.segmentation.wants_turning_object(), options_.threads);
+  const StaticBackground background =
+      find_static_background(images_in_time(map), in_time, options_.matching, kPlainlyStill,
+                             options_.segmentation.wants_turning_object(), options_.threads);
   return background.exists;
 }
 
@@ -44,10 +44,10 @@ ImageFeaturesPtr Tracker::Impl::features_of(const PreparedImage& image) {
   return frame ? frame->image : nullptr;
 }
 
-StillBackground Tracker::Impl::background_of(const std::vector<SeenImage>& images) const {
+StaticBackground Tracker::Impl::background_of(const std::vector<SeenImage>& images) const {
   const MatchesInTime in_time = match_in_time(images, options_.matching, options_.threads);
-  return find_still_background(images, in_time, options_.matching, kFaintlyStill,
-                               options_.segmentation.wants_turning_object(), options_.threads);
+  return find_static_background(images, in_time, options_.matching, kFaintlyStill,
+                                options_.segmentation.wants_turning_object(), options_.threads);
 }
 
 }  // namespace mono_pose_tracker

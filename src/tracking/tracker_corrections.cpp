@@ -25,7 +25,7 @@ void Tracker::Impl::apply_corrections(const TrackingMap& map) {
       const double scale = correction->length_scale(reference_);
       camera_from_reference_.translation *= scale;
       if (motion_) motion_->translation *= scale;
-      pose_doubt_.rescale(scale);
+      innovation_gate_.rescale(scale);
       length_scale_ *= scale;
       if (correction->other_geometry) motion_.reset();
       if (correction->other_geometry || correction->into_map != correction->of_map ||

@@ -9,7 +9,7 @@
 
 #include "finished_maps.h"
 #include "mapping/depth_reversal.h"
-#include "mapping/rival_geometry.h"
+#include "mapping/planar_ambiguity.h"
 #include "tracker_impl.h"
 
 namespace mono_pose_tracker {
@@ -20,7 +20,7 @@ bool Tracker::Impl::finish() {
     if (options_.localize_only) return false;
     const std::optional<BootstrapReport> known = bootstrap_job_.take(epoch_);
     if (!known || !known->is_begun) {
-      if (next_index_ - frames_left_out_ != 2) return false;
+      if (next_index_ - frames_excluded_ != 2) return false;
       const BootstrapReport two_views = bootstrap_job_.bootstrapper().unconfirmed();
       if (!two_views.map) return false;
       worker_.begin(epoch_, [&](Mapper& mapper) { mapper.initialize(*two_views.map, epoch_); });
@@ -62,17 +62,17 @@ void Tracker::Impl::resume_largest() {
 }
 
 // The best of the keyframes nearest in time.
-ResectionReport Tracker::Impl::resect_near_in_time(const Frame& frame, const TrackingMap& map,
-                                                   std::size_t keyframes) const {
+RegistrationReport Tracker::Impl::register_near_in_time(const Frame& frame, const TrackingMap& map,
+                                                        std::size_t keyframes) const {
   std::vector<std::pair<std::int64_t, KeyframeId>> by_time;
   for (const auto& [id, keyframe] : map.keyframes) {
     by_time.emplace_back(std::abs(keyframe.frame_index - frame.index), id);
   }
   const auto end = by_time.begin() + static_cast<std::ptrdiff_t>(std::min(by_time.size(), keyframes));
   std::partial_sort(by_time.begin(), end, by_time.end());
-  ResectionReport best;
+  RegistrationReport best;
   for (auto nearest = by_time.begin(); nearest != end; ++nearest) {
-    ResectionReport report = resector_.resect(frame, map, nearest->second, std::nullopt);
+    RegistrationReport report = registrar_.register_frame(frame, map, nearest->second, std::nullopt);
     if (is_better(report, best)) best = std::move(report);
   }
   return best;
@@ -93,14 +93,14 @@ FrameReport Tracker::Impl::keep_for_later(std::int64_t frame_index, std::int64_t
                                           const PreparedImage& image, const cv::Mat& mask) {
   FrameReport report;
   if (auto frame = make_frame_again(frame_index, stamp_ns, image, mask, &report)) {
-    unposed_[frame_index] = std::move(*frame);
+    unregistered_[frame_index] = std::move(*frame);
   }
   return report;
 }
 
 // The frames that were posed, with all the features that were found in them.
-std::vector<PosedImage> Tracker::Impl::seen_in(const FinishedMap& map) const {
-  std::vector<PosedImage> seen;
+std::vector<RegisteredImage> Tracker::Impl::seen_in(const FinishedMap& map) const {
+  std::vector<RegisteredImage> seen;
   for (const RegisteredFrame& frame : map.trajectory) {
     if (const ImageFeaturesPtr image = seen_.find(frame.index))
       seen.push_back({frame.index, frame.map_from_camera.inverse(), image});
@@ -117,29 +117,30 @@ bool Tracker::Impl::is_consistent_whole(const FinishedMap& map) const {
 }
 
 // The images between the keyframes are asked only where it may be the other body that is wanted.
-void Tracker::Impl::find_other_body_beside(bool camera_goes_through, FinishedMap* map) const {
+void Tracker::Impl::assess_independent_motion(bool camera_goes_through, FinishedMap* map) const {
   const RansacOptions ransac = options_.ransac(camera_.focal());
   if (!keeps_seen()) {
-    map->other_body = sample_other_body(map->map, options_.matching, ransac, camera_goes_through,
-                                        is_consistent_whole(*map), options_.threads);
-    map->may_be_of_wrong_body = map->other_body.is_comparable();
-    map->is_of_smaller_body = map->other_body.is_larger();
-    if (map->is_of_smaller_body) {
-      map->other_body =
-          find_other_body(map->map, {}, ImagesAsked::kKeyframes, options_.matching, ransac, options_.threads);
+    map->independent_motion =
+        sample_independent_motion(map->map, options_.matching, ransac, camera_goes_through,
+                                  is_consistent_whole(*map), options_.threads);
+    map->may_be_of_wrong_object = map->independent_motion.is_comparable();
+    map->is_of_smaller_object = map->independent_motion.is_larger();
+    if (map->is_of_smaller_object) {
+      map->independent_motion = find_independent_motion(map->map, {}, ComparedImages::kKeyframes,
+                                                        options_.matching, ransac, options_.threads);
     }
     return;
   }
-  const std::vector<PosedImage> seen = seen_in(*map);
-  OtherBody other =
-      find_other_body(map->map, seen, ImagesAsked::kKeyframes, options_.matching, ransac, options_.threads);
-  map->is_of_other_body = other.may_exist() && !other.turns_plainly_less();
-  if (other.exists()) map->beside = std::move(other.tracks);
-  map->other_body.matches = other.matches;
-  map->other_body.obeying = other.obeying;
-  if (!map->is_of_other_body) return;  // what else moves is to be left out
-  map->other_body =
-      find_other_body(map->map, seen, ImagesAsked::kAllSeen, options_.matching, ransac, options_.threads);
+  const std::vector<RegisteredImage> seen = seen_in(*map);
+  IndependentMotion other = find_independent_motion(map->map, seen, ComparedImages::kKeyframes,
+                                                    options_.matching, ransac, options_.threads);
+  map->is_of_other_object = other.may_exist() && !other.rotates_plainly_less();
+  if (other.exists()) map->object_tracks = std::move(other.tracks);
+  map->independent_motion.matches = other.matches;
+  map->independent_motion.obeying = other.obeying;
+  if (!map->is_of_other_object) return;  // what else moves is to be left out
+  map->independent_motion = find_independent_motion(map->map, seen, ComparedImages::kAllSeen,
+                                                    options_.matching, ransac, options_.threads);
 }
 
 // The mapper's present map, not assessed yet.
@@ -158,7 +159,7 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.shows_background =
       !camera_goes_through &&
       shows_background(view, map.map, known_matches_.of(map.map, options_.matching, options_.threads));
-  find_other_body_beside(camera_goes_through, &map);
+  assess_independent_motion(camera_goes_through, &map);
   return map;
 }
 
@@ -205,15 +206,15 @@ void Tracker::Impl::assess_maps(std::int64_t images, std::vector<FinishedMap>* m
   for (std::size_t i = 0; i < maps->size(); ++i) assess_map(i, images, &(*maps)[i]);
 }
 
-FrameReport Tracker::Impl::resect_again(std::int64_t frame_index, std::int64_t stamp_ns,
-                                        const PreparedImage& image, const cv::Mat& mask) {
+FrameReport Tracker::Impl::register_image_again(std::int64_t frame_index, std::int64_t stamp_ns,
+                                                const PreparedImage& image, const cv::Mat& mask) {
   FrameReport report;
   const std::optional<Frame> frame = make_frame_again(frame_index, stamp_ns, image, mask, &report);
   const TrackingMapPtr map = worker_.latest();
   if (frame && map) {
-    const ResectionReport resection = register_again(*frame, *map);
-    if (resection.success) set_pose(*frame, *map, resection, Among::kAll, true);
-    describe(resection, &report);
+    const RegistrationReport registration = register_again(*frame, *map);
+    if (registration.success) set_pose(*frame, *map, registration, Among::kAll, true);
+    describe(registration, &report);
   }
   finish_report(&report);
   return report;

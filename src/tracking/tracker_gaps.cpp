@@ -11,7 +11,8 @@
 namespace mono_pose_tracker {
 
 // Where the motion of the frames beside it leads; nothing where these have no pose.
-std::optional<Prediction> Tracker::Impl::predict_beside(const Frame& frame, std::int64_t neighbor) const {
+std::optional<Prediction> Tracker::Impl::predict_from_neighbor(const Frame& frame,
+                                                               std::int64_t neighbor) const {
   const TrackingMapPtr map = worker_.latest();
   const FramePoses& poses = frames_.at(map->map_id);
   Rigid3 near, before;
@@ -25,12 +26,12 @@ std::optional<Prediction> Tracker::Impl::predict_beside(const Frame& frame, std:
 // A keyframe is made of it where one is due.
 bool Tracker::Impl::register_in_gap(const Frame& frame, const std::optional<Prediction>& prediction) {
   const TrackingMapPtr map = worker_.latest();
-  const ResectionReport resection = register_image(frame, *map, prediction);
-  if (!resection.success) return false;
-  const FramePose pose = set_pose(frame, *map, resection, Among::kAll);
-  const Overlap overlap = overlap_with(*map, pose.reference, resection, camera_);
-  if (!options_.localize_only && keyframe_policy_.is_due(*map, overlap, resection.inliers, 0)) {
-    grown_ = worker_.insert(candidate_of(frame, *map, pose, resection)) || grown_;
+  const RegistrationReport registration = register_image(frame, *map, prediction);
+  if (!registration.success) return false;
+  const FramePose pose = set_pose(frame, *map, registration, Among::kAll);
+  const Overlap overlap = overlap_with(*map, pose.reference, registration, camera_);
+  if (!options_.localize_only && keyframe_policy_.is_due(*map, overlap, registration.inliers, 0)) {
+    grown_ = worker_.insert(candidate_of(frame, *map, pose, registration)) || grown_;
     apply_corrections(*worker_.latest());
   }
   return true;
@@ -39,20 +40,20 @@ bool Tracker::Impl::register_in_gap(const Frame& frame, const std::optional<Pred
 // Frames without a pose, from the frames beside them that have one: forwards, then backwards.
 bool Tracker::Impl::fill_gaps_once() {
   bool any = false;
-  const auto try_beside = [&](std::int64_t index, std::int64_t neighbor) {
-    const Frame& frame = unposed_.at(index);
+  const auto try_neighbor = [&](std::int64_t index, std::int64_t neighbor) {
+    const Frame& frame = unregistered_.at(index);
     if (!frames_[worker_.latest()->map_id].find(neighbor) ||
-        !register_in_gap(frame, predict_beside(frame, neighbor))) {
+        !register_in_gap(frame, predict_from_neighbor(frame, neighbor))) {
       return;
     }
-    unposed_.erase(index);
+    unregistered_.erase(index);
     any = true;
   };
   std::vector<std::int64_t> indices;
-  for (const auto& entry : unposed_) indices.push_back(entry.first);
-  for (const std::int64_t index : indices) try_beside(index, index - 1);
+  for (const auto& entry : unregistered_) indices.push_back(entry.first);
+  for (const std::int64_t index : indices) try_neighbor(index, index - 1);
   for (auto index = indices.rbegin(); index != indices.rend(); ++index) {
-    if (unposed_.count(*index)) try_beside(*index, *index + 1);
+    if (unregistered_.count(*index)) try_neighbor(*index, *index + 1);
   }
   return any;
 }
@@ -69,36 +70,36 @@ void Tracker::Impl::fill_its_gaps() {
 void Tracker::Impl::fill_gaps() {
   grown_ = false;
   fill_its_gaps();
-  if (!options_.localize_only) fill_gaps_beside();
-  unposed_.clear();
+  if (!options_.localize_only) fill_gaps_in_other_maps();
+  unregistered_.clear();
   if (grown_) complete_map();
 }
 
-bool Tracker::Impl::is_found(const ResectionReport& resection) const {
-  return resection.success && is_supported(resection.support, options_.resection.min_inliers);
+bool Tracker::Impl::is_found(const RegistrationReport& registration) const {
+  return registration.success && is_supported(registration.support, options_.resection.min_inliers);
 }
 
 void Tracker::Impl::pose_anywhere() {
-  for (auto entry = unposed_.begin(); entry != unposed_.end();) {
-    entry = register_in_gap(entry->second, std::nullopt) ? unposed_.erase(entry) : std::next(entry);
+  for (auto entry = unregistered_.begin(); entry != unregistered_.end();) {
+    entry = register_in_gap(entry->second, std::nullopt) ? unregistered_.erase(entry) : std::next(entry);
   }
 }
 
 // A frame that is posed in a smaller map has been tried in the largest, which would tie them, and is done
 // with.
-void Tracker::Impl::leave_out_posed() {
+void Tracker::Impl::exclude_registered() {
   for (const auto& poses : frames_) {
-    for (const auto& frame : poses.second.all()) unposed_.erase(frame.first);
+    for (const auto& frame : poses.second.all()) unregistered_.erase(frame.first);
   }
 }
 
 // What the largest map does not reach, those beside it may, or one that begins there.
-void Tracker::Impl::fill_gaps_beside() {
-  leave_out_posed();
-  if (unposed_.empty()) return;
+void Tracker::Impl::fill_gaps_in_other_maps() {
+  exclude_registered();
+  if (unregistered_.empty()) return;
   const std::uint32_t largest = worker_.latest()->map_id;
   begin_in_gaps();
-  leave_out_posed();
+  exclude_registered();
   std::vector<std::uint32_t> ids = all_maps();
   std::sort(ids.begin(), ids.end());
   for (const std::uint32_t id : ids) {
@@ -134,7 +135,7 @@ void Tracker::Impl::begin_in_gaps() {
   }
   show(largest);
   std::int64_t next = -1;
-  for (const auto& [index, frame] : unposed_) {
+  for (const auto& [index, frame] : unregistered_) {
     if (index != next) {
       end_loss();
       frames_lost_ = options_.young_map_patience - 1;
@@ -152,16 +153,16 @@ bool Tracker::Impl::track_in_gap(const Frame& frame) {
   report.seen.resize(frame.image->size());
   TrackingMapPtr map = worker_.latest();
   apply_corrections(*map);
-  ResectionReport resection;
+  RegistrationReport registration;
   if (frames_lost_ == 0) {
-    resection = follow(frame, *map);
+    registration = follow(frame, *map);
   } else if (tentative_) {
-    confirm(frame, &map, &resection);
+    confirm(frame, &map, &registration);
   }
-  if (resection.success && accept(frame, *map, resection, &report)) return true;
+  if (registration.success && accept(frame, *map, registration, &report)) return true;
   motion_.reset();
   frames_lost_ = std::max(frames_lost_ + 1, options_.young_map_patience);
-  if (!search(frame, &report)) bootstrap_beside(frame, &report);
+  if (!search(frame, &report)) bootstrap_additional(frame, &report);
   return frames_lost_ == 0;
 }
 

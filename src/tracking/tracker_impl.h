@@ -9,21 +9,21 @@
 #include <string>
 #include <vector>
 
-#include "body_follower.h"
 #include "bootstrap_job.h"
 #include "frame_maker.h"
+#include "innovation_gate.h"
 #include "keyframe_policy.h"
 #include "map/frame_poses.h"
 #include "mapping/mapping_worker.h"
 #include "mapping/matches_in_time.h"
-#include "mapping/still_background.h"
+#include "mapping/static_background.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "object_finder.h"
-#include "pose_doubt.h"
+#include "object_follower.h"
 #include "seen_images.h"
 #include "tracking/finished_map.h"
+#include "tracking/frame_registrar.h"
 #include "tracking/map_snapshot.h"
-#include "tracking/resector.h"
 
 namespace mono_pose_tracker {
 
@@ -50,7 +50,7 @@ inline bool has_earlier_frames(const TrackingMap& map) {
 
 // The states of a Tracker, and the one way that an image goes through them. In ten files:
 // tracker_states.cpp and tracker_accept.cpp follow the camera, tracker_corrections.cpp the mapper's
-// corrections, tracker_body.cpp keeps to the body that turns, tracker_search.cpp is for when the camera is
+// corrections, tracker_object.cpp keeps to the body that turns, tracker_search.cpp is for when the camera is
 // lost, tracker_finish.cpp for the end of a recording, tracker_gaps.cpp and tracker_registration.cpp for the
 // images that have no pose then, tracker_background.cpp for what stood still, tracker_saved_maps.cpp for maps
 // of other runs.
@@ -64,7 +64,7 @@ class Tracker::Impl {
         camera_(camera),
         object_finder_(options_.segmentation, camera),
         frame_maker_(options_.sift, options_.scale, options_.segmentation, camera),
-        resector_(options_, camera),
+        registrar_(options_, camera),
         keyframe_policy_(options_.mapping, options_.young_map_keyframes),
         bootstrap_job_(options_, camera),
         worker_(options_.mapper(camera.focal()), camera, mapping == Mapping::kThreaded,
@@ -96,8 +96,8 @@ class Tracker::Impl {
   FinishedMap finished(const TrackingMap& view);
   bool is_consistent_whole(const FinishedMap& map) const;
   void assess_map(std::size_t place, std::int64_t images, FinishedMap* map);
-  std::vector<PosedImage> seen_in(const FinishedMap& map) const;
-  void find_other_body_beside(bool camera_goes_through, FinishedMap* map) const;
+  std::vector<RegisteredImage> seen_in(const FinishedMap& map) const;
+  void assess_independent_motion(bool camera_goes_through, FinishedMap* map) const;
   bool may_have_background();
   bool goes_through(const Map& map) const;
   void choose_masks(const Frame& frame, const TrackingMap& map, const Rigid3& camera_from_map);
@@ -107,9 +107,9 @@ class Tracker::Impl {
   }
   void expect_object() { expects_object_ = true; }
   ImageFeaturesPtr features_of(const PreparedImage& image);
-  StillBackground background_of(const std::vector<SeenImage>& images) const;
-  FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
-                           const cv::Mat& mask);
+  StaticBackground background_of(const std::vector<SeenImage>& images) const;
+  FrameReport register_image_again(std::int64_t frame_index, std::int64_t stamp_ns,
+                                   const PreparedImage& image, const cv::Mat& mask);
 
   const FrameMaker& frame_maker() const { return frame_maker_; }
 
@@ -131,44 +131,44 @@ class Tracker::Impl {
                                   const Segmentation& segmentation, FrameReport* report);
   void bootstrap(const Frame& frame, FrameReport* report);
   void track(const Frame& frame, FrameReport* report);
-  void lose(const Frame& frame, const Frame& of_body, FrameReport* report);
-  ResectionReport follow(const Frame& frame, const TrackingMap& map) const;
+  void lose(const Frame& frame, const Frame& of_object, FrameReport* report);
+  RegistrationReport follow(const Frame& frame, const TrackingMap& map) const;
   bool search(const Frame& frame, FrameReport* report);
-  void end_loss() { frames_lost_ = 0, seeks_map_beside_ = false; }
-  bool confirm(const Frame& frame, TrackingMapPtr* map, ResectionReport* resection);
-  bool turn_to_other_body(const TrackingMap& map, const Frame& frame, FrameReport* report);
+  void end_loss() { frames_lost_ = 0, seeks_additional_map_ = false; }
+  bool confirm(const Frame& frame, TrackingMapPtr* map, RegistrationReport* registration);
+  bool switch_to_other_object(const TrackingMap& map, const Frame& frame, FrameReport* report);
   void drop_young_map(FrameReport* report);
-  void bootstrap_beside(const Frame& frame, FrameReport* report);
+  void bootstrap_additional(const Frame& frame, FrameReport* report);
   bool go_back_to(std::uint32_t map_id, bool keep_present);
   void apply_corrections(const TrackingMap& map);
   void follow_mapper();
   void forget_dropped_maps(const TrackingMap& map);
-  TrackingMapPtr view_beside(std::uint32_t map_id) const;
-  bool accept(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
+  TrackingMapPtr inactive_view(std::uint32_t map_id) const;
+  bool accept(const Frame& frame, const TrackingMap& map, const RegistrationReport& registration,
               FrameReport* report);
   void complete_map();
   void resume_largest();
   std::optional<Frame> make_frame_again(std::int64_t frame_index, std::int64_t stamp_ns,
                                         const PreparedImage& image, const cv::Mat& mask, FrameReport* report);
-  bool is_found(const ResectionReport& resection) const;
-  FramePose set_pose(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
+  bool is_found(const RegistrationReport& registration) const;
+  FramePose set_pose(const Frame& frame, const TrackingMap& map, const RegistrationReport& registration,
                      Among among, bool is_final = false);
-  std::optional<Prediction> predict_beside(const Frame& frame, std::int64_t neighbor) const;
+  std::optional<Prediction> predict_from_neighbor(const Frame& frame, std::int64_t neighbor) const;
   bool register_in_gap(const Frame& frame, const std::optional<Prediction>& prediction);
   LandmarkPixels landmarks_of(const KeyframeView& keyframe) const;
-  LandmarkPixels registered_by(const Frame& frame, const ResectionReport& resection) const;
+  LandmarkPixels registered_by(const Frame& frame, const RegistrationReport& registration) const;
   bool fill_gaps_once();
   void fill_its_gaps();
   void pose_anywhere();
-  void leave_out_posed();
-  void fill_gaps_beside();
+  void exclude_registered();
+  void fill_gaps_in_other_maps();
   std::vector<std::uint32_t> all_maps();
   void show(std::uint32_t map_id);
   void begin_in_gaps();
   bool track_in_gap(const Frame& frame);
   void drop_young_maps(const std::set<std::uint32_t>& known);
-  ResectionReport resect_near_in_time(const Frame& frame, const TrackingMap& map,
-                                      std::size_t keyframes) const;
+  RegistrationReport register_near_in_time(const Frame& frame, const TrackingMap& map,
+                                           std::size_t keyframes) const;
   // An edge of the view graph between an image and a keyframe of the map.
   struct RegistrationEdge {
     KeyframeId keyframe = -1;
@@ -181,26 +181,28 @@ class Tracker::Impl {
                                           const Rigid3& initial) const;
   bool agrees_with_graph(const std::vector<RegistrationEdge>& edges, const TrackingMap& map,
                          const Rigid3& camera_from_map);
-  ResectionReport register_image(const Frame& frame, const TrackingMap& map,
-                                 const std::optional<Prediction>& prediction);
-  ResectionReport register_again(const Frame& frame, const TrackingMap& map);
+  RegistrationReport register_image(const Frame& frame, const TrackingMap& map,
+                                    const std::optional<Prediction>& prediction);
+  RegistrationReport register_again(const Frame& frame, const TrackingMap& map);
   bool withdraw_doubtful(const Frame& frame, const TrackingMap& map, FrameReport* report);
   KeyframeCandidate candidate_of(const Frame& frame, const TrackingMap& map, const FramePose& pose,
-                                 const ResectionReport& resection) const;
+                                 const RegistrationReport& registration) const;
   void insert_keyframe(const Frame& frame, const TrackingMap& map, const FramePose& pose,
-                       const ResectionReport& resection, FrameReport* report);
-  bool is_doubtful(const Frame& frame, const ResectionReport& resection, const std::optional<Rigid3>& last,
-                   FrameReport* report);
-  KeyframeId choose_reference(const TrackingMap& map, const ResectionReport& resection, Among among) const;
+                       const RegistrationReport& registration, FrameReport* report);
+  bool is_doubtful(const Frame& frame, const RegistrationReport& registration,
+                   const std::optional<Rigid3>& last, FrameReport* report);
+  KeyframeId choose_reference(const TrackingMap& map, const RegistrationReport& registration,
+                              Among among) const;
   void start_map();
-  void begin_in(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
+  void begin_in(const Frame& frame, const TrackingMap& map, const RegistrationReport& registration,
                 const std::string& text, FrameReport* report);
-  void describe(const ResectionReport& resection, FrameReport* report) const;
+  void describe(const RegistrationReport& registration, FrameReport* report) const;
   Frame followed(const Frame& frame, FrameReport* report);
-  ResectionReport locate(const Frame& frame, TrackingMapPtr* map, Frame* of_body, FrameReport* report);
+  RegistrationReport locate(const Frame& frame, TrackingMapPtr* map, Frame* of_object, FrameReport* report);
   void finish_report(FrameReport* report);
   bool is_of_motion_now() const;
-  void start_motion(const BootstrapReport& bootstrap, const Frame& frame, const ResectionReport& resection);
+  void start_motion(const BootstrapReport& bootstrap, const Frame& frame,
+                    const RegistrationReport& registration);
   bool is_corrected_since(const TrackingMap& map) const;
   void report_corrections(const TrackingMap& map, FrameReport* report);
 
@@ -212,16 +214,16 @@ class Tracker::Impl {
   const CameraModel camera_;
   ObjectFinder object_finder_;
   FrameMaker frame_maker_;
-  Resector resector_;
+  FrameRegistrar registrar_;
   KeyframePolicy keyframe_policy_;
-  PoseDoubt pose_doubt_;
+  InnovationGate innovation_gate_;
   BootstrapJob bootstrap_job_;
   MappingWorker worker_;  // last: its thread uses what stands before it
 
   State state_ = State::kBootstrapping;
   std::uint32_t epoch_ = 0;
   std::int64_t next_index_ = 0;
-  std::int64_t frames_left_out_ = 0;  // of them: images that no frame could be made of
+  std::int64_t frames_excluded_ = 0;  // of them: images that no frame could be made of
   bool rests_on_two_views_ = false;
   bool is_segmented_ = false;            // an image has had a mask, given or found
   bool expects_object_ = false;          // masks are of one that was found by its motion
@@ -234,18 +236,18 @@ class Tracker::Impl {
   Rigid3 camera_from_reference_;
   std::optional<Rigid3> motion_;  // camera now from camera one frame ago
   int frames_lost_ = 0;
-  std::deque<std::int64_t> doubted_;  // frames in a row, as pose_doubt_ counts them, up to the last
+  std::deque<std::int64_t> doubted_;  // frames in a row, as innovation_gate_ counts them, up to the last
   std::set<std::int64_t> withdrawn_;  // frames of a recording whose poses were doubtful, one after the other
-  std::optional<BodyFollower>
-      body_;             // live: that the map is to be of; nothing: of whatever it was begun with
-  int bodies_left_ = 0;  // maps in a row that were dropped, since another body turned more
+  std::optional<ObjectFollower>
+      object_follower_;        // live: that the map is to be of; nothing: of whatever it was begun with
+  int objects_abandoned_ = 0;  // maps in a row that were dropped, since another body turned more
 
   std::map<std::uint32_t, FramePoses> frames_;      // by map
   std::map<std::uint32_t, TrackingMapPtr> others_;  // by map: those kept beside the present one
   std::optional<Tentative> tentative_;
   std::uint64_t corrections_ = 0;                           // sequence of the last one applied
   std::map<std::uint32_t, std::uint32_t> times_corrected_;  // by map
-  std::map<std::int64_t, Frame> unposed_;                   // of a finished recording
+  std::map<std::int64_t, Frame> unregistered_;              // of a finished recording
   SeenImages seen_;                                         // of a recording, of the images that were posed
   KnownMatches known_matches_;                              // of the finished map's keyframes
   bool grown_ = false;                                      // the finished map has
@@ -255,7 +257,7 @@ class Tracker::Impl {
   ScaleSource scale_ = ScaleSource::kMapUnits;  // of its lengths, as reference_ knows them
   double length_scale_ = 1;                     // by corrections since the last report
   std::uint32_t searches_ = 0;                  // for a map beside those there are: counts them
-  bool seeks_map_beside_ = false;               // the last of them goes on
+  bool seeks_additional_map_ = false;           // the last of them goes on
 };
 
 }  // namespace mono_pose_tracker

@@ -97,8 +97,8 @@ bool Tracker::Impl::agrees_with_graph(const std::vector<RegistrationEdge>& edges
 
 // From the prediction; where that finds nothing, or the graph contradicts it, by P3P in RANSAC over the
 // verified matches of all edges to landmarks. Guided matching round that pose follows.
-ResectionReport Tracker::Impl::register_image(const Frame& frame, const TrackingMap& map,
-                                              const std::optional<Prediction>& prediction) {
+RegistrationReport Tracker::Impl::register_image(const Frame& frame, const TrackingMap& map,
+                                                 const std::optional<Prediction>& prediction) {
   std::vector<KeyframeId> keyframes = nearest_in_time(map, frame.index, kBefore, kAfter);
   std::set<KeyframeId> known(keyframes.begin(), keyframes.end());
   for (const KeyframeId id :
@@ -107,11 +107,11 @@ ResectionReport Tracker::Impl::register_image(const Frame& frame, const Tracking
   }
   const std::vector<RegistrationEdge> edges = edges_to(frame, map, keyframes);
   if (prediction) {
-    const ResectionReport expected =
-        resector_.resect(frame, map, prediction->reference, prediction->camera_from_map);
+    const RegistrationReport expected =
+        registrar_.register_frame(frame, map, prediction->reference, prediction->camera_from_map);
     // The frame beside it speaks for what is found where that one leads, unless that has led astray before.
     const bool is_followed = expected.success && expected.is_where_predicted &&
-                             !hangs_in_corner(expected.support) && withdrawn_.count(frame.index) == 0;
+                             !is_confined_to_corner(expected.support) && withdrawn_.count(frame.index) == 0;
     if ((is_followed || is_found(expected)) && agrees_with_graph(edges, map, expected.camera_from_map))
       return expected;
   }
@@ -133,7 +133,7 @@ ResectionReport Tracker::Impl::register_image(const Frame& frame, const Tracking
     bearings.push_back(frame.image->set.bearings[feature]);
     points.push_back(map.landmarks.at(landmark));
   }
-  ResectionReport report;
+  RegistrationReport report;
   report.text = "too few verified matches to landmarks";
   AbsolutePoseOptions pose;
   pose.ransac = options_.ransac(camera_.focal());
@@ -142,14 +142,14 @@ ResectionReport Tracker::Impl::register_image(const Frame& frame, const Tracking
   if (!found.success || found.num_inliers < options_.resection.min_inliers) return report;
   const auto reference = std::max_element(support.begin(), support.end(),
                                           [](const auto& a, const auto& b) { return a.second < b.second; });
-  report = resector_.resect(frame, map, reference->first, found.camera_from_map);
+  report = registrar_.register_frame(frame, map, reference->first, found.camera_from_map);
   report.success = is_found(report) && agrees_with_graph(edges, map, report.camera_from_map);
   return report;
 }
 
 // From the keyframes before and after it, which hold most; where the graph contradicts that, from all edges.
-ResectionReport Tracker::Impl::register_again(const Frame& frame, const TrackingMap& map) {
-  const ResectionReport near = resect_near_in_time(frame, map, 2);
+RegistrationReport Tracker::Impl::register_again(const Frame& frame, const TrackingMap& map) {
+  const RegistrationReport near = register_near_in_time(frame, map, 2);
   if (is_found(near) && agrees_with_graph(edges_to(frame, map, nearest_in_time(map, frame.index, 1, 1)), map,
                                           near.camera_from_map)) {
     return near;

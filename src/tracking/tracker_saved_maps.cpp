@@ -43,7 +43,7 @@ void Tracker::Impl::load_maps(SavedMaps saved) {
     const TrackingMapPtr before = worker_.latest();
     others_[before->map_id] = before;
     ++epoch_;
-    worker_.begin(epoch_, [&](Mapper& mapper) { mapper.restore_beside(saved.maps[i], epoch_); });
+    worker_.begin(epoch_, [&](Mapper& mapper) { mapper.restore_additional(saved.maps[i], epoch_); });
     const TrackingMapPtr map = worker_.latest();
     if (map->keyframes.size() > largest->keyframes.size()) largest = map;
   }
@@ -60,7 +60,7 @@ void Tracker::Impl::restart() {
   if (!map) return reset();
   object_finder_.reset();
   keyframe_policy_.reset();
-  pose_doubt_.reset();
+  innovation_gate_.reset();
   frames_.clear();
   tentative_.reset();
   motion_.reset();

@@ -8,7 +8,7 @@
 namespace mono_pose_tracker {
 
 // Of one that is kept beside the present map; null: none is.
-TrackingMapPtr Tracker::Impl::view_beside(std::uint32_t map_id) const {
+TrackingMapPtr Tracker::Impl::inactive_view(std::uint32_t map_id) const {
   const auto other = others_.find(map_id);
   return other == others_.end() ? nullptr : other->second;
 }
@@ -21,14 +21,14 @@ bool Tracker::Impl::search(const Frame& frame, FrameReport* report) {
   const int budget = std::max(2, options_.resection.relocalization_keyframes / maps);
   const TrackingMapPtr present = worker_.latest();
   std::uint32_t map_id = present->map_id;
-  ResectionReport best = resector_.relocalize(frame, *present, budget);
+  RegistrationReport best = registrar_.relocalize(frame, *present, budget);
   // What looks like two places of one map may look like one of another as well.
-  const auto is_answer = [](const ResectionReport& found) {
+  const auto is_answer = [](const RegistrationReport& found) {
     return found.success || found.reason == Reason::kAmbiguousPose;
   };
   for (auto& [id, other] : others_) {
     if (is_answer(best)) break;
-    ResectionReport elsewhere = resector_.relocalize(frame, *other, budget);
+    RegistrationReport elsewhere = registrar_.relocalize(frame, *other, budget);
     if (is_answer(elsewhere)) best = std::move(elsewhere), map_id = id;
   }
   if (!best.success) {
@@ -52,23 +52,25 @@ bool Tracker::Impl::search(const Frame& frame, FrameReport* report) {
 
 // Whether this frame is found near where the one before was found by descriptors alone. present: becomes the
 // map that it was found in.
-bool Tracker::Impl::confirm(const Frame& frame, TrackingMapPtr* present, ResectionReport* resection) {
+bool Tracker::Impl::confirm(const Frame& frame, TrackingMapPtr* present, RegistrationReport* registration) {
   const Tentative tentative = *std::exchange(tentative_, std::nullopt);
   const TrackingMapPtr map =
-      (*present)->map_id == tentative.map_id ? *present : view_beside(tentative.map_id);
+      (*present)->map_id == tentative.map_id ? *present : inactive_view(tentative.map_id);
   Rigid3 reference_from_map;
   if (!map || !map->camera_from_map(tentative.reference, &reference_from_map)) return false;
   const KeyframeId reference = living_ancestor(map->removed_keyframes, tentative.reference);
-  *resection = resector_.resect(frame, *map, reference, tentative.camera_from_reference * reference_from_map);
-  if (!resection->success || !is_supported(resection->support, options_.resection.min_inliers)) {
-    if (resection->success) resection->text = "a second view does not agree with where the last was found";
-    resection->success = false;
+  *registration =
+      registrar_.register_frame(frame, *map, reference, tentative.camera_from_reference * reference_from_map);
+  if (!registration->success || !is_supported(registration->support, options_.resection.min_inliers)) {
+    if (registration->success)
+      registration->text = "a second view does not agree with where the last was found";
+    registration->success = false;
     return false;
   }
   if ((*present)->map_id != tentative.map_id) {
     if (!go_back_to(tentative.map_id, true)) {
-      resection->text = "the map that it was found in has become part of another";
-      resection->success = false;
+      registration->text = "the map that it was found in has become part of another";
+      registration->success = false;
       return false;
     }
     *present = worker_.latest();
@@ -88,7 +90,7 @@ bool Tracker::Impl::go_back_to(std::uint32_t map_id, bool keep_present) {
   worker_.begin(epoch_, [&](Mapper& mapper) { mapper.resume(map_id, keep_present, epoch_); });
   present_map_ = worker_.latest()->map_id;
   keyframe_policy_.reset();
-  pose_doubt_.reset();
+  innovation_gate_.reset();
   object_finder_.forget_places();
   if (present_map_ != map_id) return false;
   others_.erase(map_id);
@@ -112,13 +114,13 @@ void Tracker::Impl::drop_young_map(FrameReport* report) {
 }
 
 // Lost for long: a map is begun beside those that there are. It is joined with them when they meet.
-void Tracker::Impl::bootstrap_beside(const Frame& frame, FrameReport* report) {
+void Tracker::Impl::bootstrap_additional(const Frame& frame, FrameReport* report) {
   const StageTimer timer(report->stages, "bootstrap");
-  if (!std::exchange(seeks_map_beside_, true)) ++searches_;
+  if (!std::exchange(seeks_additional_map_, true)) ++searches_;
   const std::uint32_t key = ~searches_;  // no epoch of a map is ever so large
   std::optional<BootstrapReport> known = bootstrap_job_.take(key);
   if (!known || !known->map) {
-    bootstrap_job_.offer_beside(frame, key, &worker_);
+    bootstrap_job_.offer_additional(frame, key, &worker_);
     if (!known) known = bootstrap_job_.take(key);
   }
   if (!known) return;
@@ -128,15 +130,15 @@ void Tracker::Impl::bootstrap_beside(const Frame& frame, FrameReport* report) {
   apply_corrections(*before);
   others_[before->map_id] = before;
   ++epoch_;
-  worker_.begin(epoch_, [&](Mapper& mapper) { mapper.begin_beside(*known->map, epoch_); });
+  worker_.begin(epoch_, [&](Mapper& mapper) { mapper.begin_additional(*known->map, epoch_); });
   keyframe_policy_.reset();
-  pose_doubt_.reset();
+  innovation_gate_.reset();
   object_finder_.forget_places();
   start_map();
   const TrackingMapPtr map = worker_.latest();
-  const ResectionReport resection =
-      resector_.resect(frame, *map, reference_, map->keyframes.at(reference_).camera_from_map);
-  if (!resection.success) {
+  const RegistrationReport registration =
+      registrar_.register_frame(frame, *map, reference_, map->keyframes.at(reference_).camera_from_map);
+  if (!registration.success) {
     go_back_to(before->map_id, false);
     state_ = State::kLost;
     frames_lost_ = options_.young_map_patience;
@@ -144,8 +146,8 @@ void Tracker::Impl::bootstrap_beside(const Frame& frame, FrameReport* report) {
   }
   // Out of its turn, the frame's image is not the one that was watched last.
   const bool is_last = frame.index + 1 == next_index_;
-  if (is_last && !known->still_background.empty()) start_motion(*known, frame, resection);
-  begin_in(frame, *map, resection, known->text, report);
+  if (is_last && !known->static_background.empty()) start_motion(*known, frame, registration);
+  begin_in(frame, *map, registration, known->text, report);
 }
 
 }  // namespace mono_pose_tracker

@@ -40,15 +40,15 @@ FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const PreparedImage& i
     }
     frame = make_frame(index, stamp_ns, image, segmentation, &report);
   }
-  if (!frame) ++frames_left_out_;
+  if (!frame) ++frames_excluded_;
   if (frame) {
     if (state_ == State::kBootstrapping && options_.localize_only) {
       report.reason = Reason::kRelocalising;
       report.reason_text = "there is no map, and localize_only lets none be begun: load one";
     } else if (state_ == State::kBootstrapping) {
-      const Frame of_body = followed(*frame, &report);
+      const Frame of_object = followed(*frame, &report);
       const StageTimer timer(report.stages, "bootstrap");
-      bootstrap(of_body, &report);
+      bootstrap(of_object, &report);
     } else {
       track(*frame, &report);
     }
@@ -63,9 +63,9 @@ bool Tracker::Impl::is_of_motion_now() const {
 }
 
 void Tracker::Impl::start_motion(const BootstrapReport& bootstrap, const Frame& frame,
-                                 const ResectionReport& resection) {
+                                 const RegistrationReport& registration) {
   motion_map_ = present_map_;
-  object_finder_.start(bootstrap, frame, resection);
+  object_finder_.start(bootstrap, frame, registration);
 }
 
 void Tracker::Impl::finish_report(FrameReport* report) {
@@ -144,55 +144,57 @@ void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
   start_map();
   // Against the map just made: the pose gets its covariance and the whole map's points.
   const TrackingMapPtr map = worker_.latest();
-  const ResectionReport resection =
-      resector_.resect(frame, *map, reference_, map->keyframes.at(reference_).camera_from_map);
-  if (!resection.success) {
+  const RegistrationReport registration =
+      registrar_.register_frame(frame, *map, reference_, map->keyframes.at(reference_).camera_from_map);
+  if (!registration.success) {
     begin_anew();
-    report->reason = resection.reason;
-    report->reason_text = "the new map does not hold: " + resection.text;
+    report->reason = registration.reason;
+    report->reason_text = "the new map does not hold: " + registration.text;
     return;
   }
-  if (!bootstrap.still_background.empty()) start_motion(bootstrap, frame, resection);
-  begin_in(frame, *map, resection, bootstrap.text, report);
+  if (!bootstrap.static_background.empty()) start_motion(bootstrap, frame, registration);
+  begin_in(frame, *map, registration, bootstrap.text, report);
 }
 
 // The first frame that is posed in a new map.
-void Tracker::Impl::begin_in(const Frame& frame, const TrackingMap& map, const ResectionReport& resection,
-                             const std::string& text, FrameReport* report) {
-  describe(resection, report);
+void Tracker::Impl::begin_in(const Frame& frame, const TrackingMap& map,
+                             const RegistrationReport& registration, const std::string& text,
+                             FrameReport* report) {
+  describe(registration, report);
   report->reason_text = text;
   report->is_keyframe = map.keyframes.at(reference_).frame_index == frame.index;
   if (report->is_keyframe) return;
-  camera_from_reference_ = resection.camera_from_map * map.keyframes.at(reference_).camera_from_map.inverse();
+  camera_from_reference_ =
+      registration.camera_from_map * map.keyframes.at(reference_).camera_from_map.inverse();
   frames_[map.map_id].set(frame.index, {frame.stamp_ns, reference_, camera_from_reference_, false, false,
-                                        registered_by(frame, resection)});
+                                        registered_by(frame, registration)});
 }
 
-void Tracker::Impl::describe(const ResectionReport& resection, FrameReport* report) const {
-  report->reason = resection.reason;
-  report->reason_text = resection.text;
-  report->matches = resection.matches;
-  report->inliers = resection.inliers;
-  report->reprojection_rms_px = resection.rms_px;
+void Tracker::Impl::describe(const RegistrationReport& registration, FrameReport* report) const {
+  report->reason = registration.reason;
+  report->reason_text = registration.text;
+  report->matches = registration.matches;
+  report->inliers = registration.inliers;
+  report->reprojection_rms_px = registration.rms_px;
   report->motions.clear();
-  for (const int f : resection.matched) report->seen[f].fate = SeenFeature::Fate::kOutlier;
-  for (const FrameObservation& o : resection.observations) {
+  for (const int f : registration.matched) report->seen[f].fate = SeenFeature::Fate::kOutlier;
+  for (const FrameObservation& o : registration.observations) {
     report->seen[o.feature].fate = SeenFeature::Fate::kInlier;
     report->seen[o.feature].landmark = o.landmark;
   }
-  if (!resection.success) return;
-  report->map_from_camera = resection.camera_from_map.inverse();
-  report->covariance = resection.covariance + resection.map_covariance;
-  report->map_covariance = resection.map_covariance;
+  if (!registration.success) return;
+  report->map_from_camera = registration.camera_from_map.inverse();
+  report->covariance = registration.covariance + registration.map_covariance;
+  report->map_covariance = registration.map_covariance;
 }
 
 // Against what is near the last pose.
-ResectionReport Tracker::Impl::follow(const Frame& frame, const TrackingMap& map) const {
+RegistrationReport Tracker::Impl::follow(const Frame& frame, const TrackingMap& map) const {
   Rigid3 reference_from_map;
   if (!map.camera_from_map(reference_, &reference_from_map)) return {};
   const Rigid3 last = camera_from_reference_ * reference_from_map;
-  return resector_.resect(frame, map, living_ancestor(map.removed_keyframes, reference_),
-                          motion_ ? *motion_ * last : last);
+  return registrar_.register_frame(frame, map, living_ancestor(map.removed_keyframes, reference_),
+                                   motion_ ? *motion_ * last : last);
 }
 
 // In one view of the map: what the worker publishes meanwhile has other lengths, and is the next frame's.
@@ -200,18 +202,18 @@ void Tracker::Impl::track(const Frame& frame, FrameReport* report) {
   TrackingMapPtr map = worker_.latest();
   apply_corrections(*map);
   forget_dropped_maps(*map);
-  if (turn_to_other_body(*map, frame, report)) return;
-  Frame of_body = followed(frame, report);
-  const ResectionReport resection = locate(frame, &map, &of_body, report);
-  describe(resection, report);
-  if (resection.success && accept(of_body, *map, resection, report)) {
-    choose_masks(frame, *map, resection.camera_from_map);
+  if (switch_to_other_object(*map, frame, report)) return;
+  Frame of_object = followed(frame, report);
+  const RegistrationReport registration = locate(frame, &map, &of_object, report);
+  describe(registration, report);
+  if (registration.success && accept(of_object, *map, registration, report)) {
+    choose_masks(frame, *map, registration.camera_from_map);
     return;
   }
-  lose(frame, of_body, report);
+  lose(frame, of_object, report);
 }
 
-void Tracker::Impl::lose(const Frame& frame, const Frame& of_body, FrameReport* report) {
+void Tracker::Impl::lose(const Frame& frame, const Frame& of_object, FrameReport* report) {
   state_ = State::kLost;
   motion_.reset();
   ++frames_lost_;
@@ -227,8 +229,8 @@ void Tracker::Impl::lose(const Frame& frame, const Frame& of_body, FrameReport* 
   if (static_cast<int>(map->keyframes.size()) <= options_.young_map_keyframes && !has_earlier_frames(*map)) {
     drop_young_map(report);
   } else {
-    if (body_) show_features(of_body, report);
-    bootstrap_beside(of_body, report);
+    if (object_follower_) show_features(of_object, report);
+    bootstrap_additional(of_object, report);
   }
 }
 
@@ -239,8 +241,8 @@ void Tracker::Impl::wait() {
 
 void Tracker::Impl::reset() {
   begin_anew();
-  bodies_left_ = 0;
-  body_.reset();
+  objects_abandoned_ = 0;
+  object_follower_.reset();
 }
 
 // What is known of the body that the map is to be of stays.
@@ -260,7 +262,7 @@ void Tracker::Impl::begin_anew() {
   camera_from_reference_ = Rigid3();
   motion_.reset();
   keyframe_policy_.reset();
-  pose_doubt_.reset();
+  innovation_gate_.reset();
   end_loss();
   rests_on_two_views_ = false;
   sessions_.clear();
@@ -281,7 +283,7 @@ void Tracker::Impl::apply_options() {
                  .cancellable(&cancelled_);
   object_finder_.set_options(options_.segmentation);
   frame_maker_.set_options(options_.sift, options_.segmentation);
-  resector_ = Resector(options_, camera_);
+  registrar_ = FrameRegistrar(options_, camera_);
   keyframe_policy_.set_options(options_.mapping, options_.young_map_keyframes);
   bootstrap_job_.set_options(options_);
   worker_.set_options(options_.mapper(camera_.focal()));

@@ -152,8 +152,8 @@ TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& sec
   const std::vector<cv::Point2f> rigid =
       moved_as(first, second, second_of_first, pose.hypotheses[0].second_from_first, kFewStill * size,
                pose_options.ransac.threshold);
-  motions.fixed_to_camera = reaches_round(rigid, motions.still, camera);
-  motions.found = !motions.fixed_to_camera;
+  motions.is_ego_vehicle = reaches_round(rigid, motions.still, camera);
+  motions.found = !motions.is_ego_vehicle;
   return motions;
 }
 

@@ -12,8 +12,8 @@ namespace mono_pose_tracker {
 /// and those of one rigid object that moves before it. Or those of the view, and of what is fixed to the
 /// camera that moves through it (a bonnet, a handlebar, a finger before the lens).
 struct TwoMotions {
-  bool found = false;            // an object before a still background
-  bool fixed_to_camera = false;  // what stands still is, since what moves reaches round it
+  bool found = false;           // an object before a still background
+  bool is_ego_vehicle = false;  // what stands still is, since what moves reaches round it
   int matches = 0;
   std::vector<cv::Point2f> still;                   // pixels, the same in both images
   std::vector<int> still_of_first, moved_of_first;  // features of the first image

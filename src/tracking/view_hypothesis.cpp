@@ -53,7 +53,7 @@ void adjust(const ViewSet& views, int num_views, const TrackerOptions& options, 
   for (int v = 0; v < num_views; ++v) h->cameras_from_map[v] = problem.cameras[v].camera_from_map;
 }
 
-bool resect(const ViewSet& views, int v, const TrackerOptions& options, ViewHypothesis* h) {
+bool register_view(const ViewSet& views, int v, const TrackerOptions& options, ViewHypothesis* h) {
   std::vector<Eigen::Vector3d> bearings, points;
   for (std::size_t i = 0; i < views.tracks.size(); ++i) {
     const int f = views.tracks[i].feature_of_view[v];
@@ -120,7 +120,7 @@ ViewHypothesis grow_hypothesis(const ViewSet& views, const Rigid3& second_from_f
   triangulate_pair(views, inliers, &h);
   adjust(views, 2, options, &h);
   for (int v = 2; v < num_views; ++v) {
-    if (!resect(views, v, options, &h)) {
+    if (!register_view(views, v, options, &h)) {
       h.confirmed = 0;
       h.cost = std::numeric_limits<double>::infinity();
       return h;

@@ -112,7 +112,7 @@ TEST(EpipolarMatcher, AnyNumberOfThreadsFindsTheSame) {
 }
 
 // Every point has a twin with the same descriptor elsewhere: descriptors alone could not tell them apart.
-TEST(EpipolarMatcher, TheGeometryTellsTwinsApart) {
+TEST(EpipolarMatcher, TheGeometryTellsEqualDescriptorsApart) {
   KnownScene scene(300);
   for (int i = 0; i < 150; ++i) scene.scene.descriptors.row(i).copyTo(scene.scene.descriptors.row(150 + i));
   const Keyframe first = keyframe(scene, 0), second = keyframe(scene, 1);
@@ -125,7 +125,7 @@ TEST(EpipolarMatcher, TheGeometryTellsTwinsApart) {
 
 // Descriptors of which any two are about as far apart as two of one leaf's, .36, however little they have to
 // do with each other.
-void make_look_alike(KnownScene* scene) {
+void make_similar(KnownScene* scene) {
   cv::Mat& descriptors = scene->scene.descriptors;
   for (int i = 0; i < descriptors.rows; ++i) {
     for (int k = 0; k < descriptors.cols; ++k) {
@@ -149,7 +149,7 @@ Keyframe keyframe_of(KnownScene& scene, int view, Wanted wanted) {
 
 TEST(EpipolarMatcher, WhereNothingIsSeenByBothChanceIsNotTaken) {
   KnownScene scene(1600);
-  make_look_alike(&scene);
+  make_similar(&scene);
   const Keyframe first = keyframe_of(scene, 0, [](int point) { return point < 800; });
   const Keyframe second = keyframe_of(scene, 1, [](int point) { return point >= 800; });
   EpipolarMatchOptions mutual = options();
@@ -159,9 +159,9 @@ TEST(EpipolarMatcher, WhereNothingIsSeenByBothChanceIsNotTaken) {
   EXPECT_GT(match_along_epipolar_lines(first, second, mutual).size(), 50u);
 }
 
-TEST(EpipolarMatcher, OfLookAlikesMostAreRight) {
+TEST(EpipolarMatcher, OfSimilarFeaturesMostMatchesAreRight) {
   KnownScene scene(1600);
-  make_look_alike(&scene);
+  make_similar(&scene);
   const Keyframe first = keyframe(scene, 0);
   const Keyframe second = keyframe_of(scene, 1, [](int point) { return point % 2 == 0 || point > 1000; });
   EpipolarMatchOptions mutual = options();

@@ -200,7 +200,7 @@ TEST(LoopFinder, TheSecondKeyframeMustSayTheSame) {
   EXPECT_FALSE(hall.look(44, 1, drift(0.95, -2, {-0.4, 0, 0.3}))) << "another place";
 }
 
-TEST(LoopFinder, WhatIsTiedAlreadyIsNoLoop) {
+TEST(LoopFinder, CovisibleKeyframesAreNoLoop) {
   Hall hall;
   hall.walk();
   for (int degrees = 251; degrees < 256; ++degrees) EXPECT_FALSE(hall.look(degrees, 0, Sim3()));
@@ -279,7 +279,7 @@ TEST(LoopFinder, TheOtherWallOfAPassageIsNoLoop) {
   }
 }
 
-TEST(LoopFinder, AHeadingThatWentAstrayByTwentyDegreesIsStillFound) {
+TEST(LoopFinder, AHeadingThatDriftedByTwentyDegreesIsStillFound) {
   Hall hall;
   hall.walk();
   const Sim3 drifted = drift(1.1, 20, {0.4, 0.1, -0.3});
@@ -335,9 +335,10 @@ TEST(LoopFinder, IdenticalDoorsAreNoLoop) {
     EXPECT_EQ(corridor.walk(), 0) << between << " points of its own between two doors";
     // It was not for want of places that look the same.
     const KeyframeView& last = corridor.world.map.keyframes.rbegin()->second;
-    const auto alike = corridor.world.index.query(last.image->set, 1, [&](KeyframeId id) { return id < 30; });
-    ASSERT_FALSE(alike.empty());
-    EXPECT_GT(alike[0].score, 0.2);
+    const auto similar =
+        corridor.world.index.query(last.image->set, 1, [&](KeyframeId id) { return id < 30; });
+    ASSERT_FALSE(similar.empty());
+    EXPECT_GT(similar[0].score, 0.2);
   }
 }
 

@@ -23,34 +23,35 @@ class MapJoinerTest : public testing::Test {
 TEST_F(MapJoinerTest, PointsOfKnownDepthTellTheScale) {
   Map map = map_from({way_.begin() + 5, way_.end()});
   map.rescale(3);
-  const std::optional<MapTie> tie = tie_keyframe(options_, map, 1, other_, 6);
-  ASSERT_TRUE(tie);
-  EXPECT_NEAR(std::log(3 * tie->other_from_map.scale), 0, 0.05);
-  EXPECT_LT(tie->log_scale_sigma, 0.1);
+  const std::optional<MapMatch> map_match = match_keyframe(options_, map, 1, other_, 6);
+  ASSERT_TRUE(map_match);
+  EXPECT_NEAR(std::log(3 * map_match->other_from_map.scale), 0, 0.05);
+  EXPECT_LT(map_match->log_scale_sigma, 0.1);
 }
 
 // Two views from nearly the same place show all the same at whatever size the map is about them: of that
 // nothing is taken.
-TEST_F(MapJoinerTest, AllPointsThatTheTiesShareTellHowTheMapsLie) {
+TEST_F(MapJoinerTest, AllCommonLandmarksDetermineTheAlignment) {
   Map map = map_from({way_.begin() + 5, way_.end()});
   map.rescale(3);
-  std::vector<MapTie> ties;
+  std::vector<MapMatch> map_matches;
   for (const KeyframeId keyframe : {0, 1}) {
-    const std::optional<MapTie> tie = tie_keyframe(options_, map, keyframe, other_, 6);
-    ASSERT_TRUE(tie);
-    ties.push_back(*tie);
+    const std::optional<MapMatch> map_match = match_keyframe(options_, map, keyframe, other_, 6);
+    ASSERT_TRUE(map_match);
+    map_matches.push_back(*map_match);
   }
-  const Sim3 right = meet(options_, map, other_, ties[0], ties[1])->other_from_map;
+  const Sim3 right = align_maps(options_, map, other_, map_matches[0], map_matches[1])->other_from_map;
   EXPECT_NEAR(std::log(3 * right.scale), 0, 0.01);
   constexpr double kTooLarge = 1.1;
   const Eigen::Vector3d center = map.keyframe(0)->center_in_map();
-  for (MapTie& tie : ties)
-    tie.other_from_map =
-        tie.other_from_map * Sim3(kTooLarge, Eigen::Quaterniond::Identity(), (1 - kTooLarge) * center);
-  ASSERT_TRUE(ties_agree(map, other_, ties[0], ties[1]));
-  const std::optional<MapMeeting> meeting = meet(options_, map, other_, ties[0], ties[1]);
-  ASSERT_TRUE(meeting);
-  EXPECT_NEAR(std::log(3 * meeting->other_from_map.scale), 0, 0.01);
+  for (MapMatch& map_match : map_matches)
+    map_match.other_from_map =
+        map_match.other_from_map * Sim3(kTooLarge, Eigen::Quaterniond::Identity(), (1 - kTooLarge) * center);
+  ASSERT_TRUE(map_matches_agree(map, other_, map_matches[0], map_matches[1]));
+  const std::optional<MapAlignment> alignment =
+      align_maps(options_, map, other_, map_matches[0], map_matches[1]);
+  ASSERT_TRUE(alignment);
+  EXPECT_NEAR(std::log(3 * alignment->other_from_map.scale), 0, 0.01);
 }
 
 // Two cameras before a wall, one from its left, one from its right: what both see is a strip at the edge of
@@ -92,27 +93,28 @@ TEST_F(MapJoinerTest, AStripOfAWallIsNotTurnedOver) {
       return map;
     };
     const Map left = from_side(-1), right = from_side(1);
-    const std::optional<MapTie> first = tie_keyframe(options, right, 8, left, 8);
-    const std::optional<MapTie> second = tie_keyframe(options, right, 7, left, 8);
+    const std::optional<MapMatch> first = match_keyframe(options, right, 8, left, 8);
+    const std::optional<MapMatch> second = match_keyframe(options, right, 7, left, 8);
     if (!first || !second) continue;
-    const std::optional<MapMeeting> meeting = meet(options, right, left, *first, *second);
-    if (!meeting) continue;
+    const std::optional<MapAlignment> alignment = align_maps(options, right, left, *first, *second);
+    if (!alignment) continue;
     ++met;
-    EXPECT_LT(meeting->other_from_map.rotation.angularDistance(Eigen::Quaterniond::Identity()), 0.07) << seed;
+    EXPECT_LT(alignment->other_from_map.rotation.angularDistance(Eigen::Quaterniond::Identity()), 0.07)
+        << seed;
   }
   EXPECT_GE(met, 6);
 }
 
 TEST_F(MapJoinerTest, TooFewPointsThatBothHaveJoinNone) {
   const Map map = map_from({way_.begin() + 5, way_.end()});
-  std::vector<MapTie> ties;
+  std::vector<MapMatch> map_matches;
   for (const KeyframeId keyframe : {0, 1}) {
-    const std::optional<MapTie> tie = tie_keyframe(options_, map, keyframe, other_, 6);
-    ASSERT_TRUE(tie);
-    ties.push_back(*tie);
-    ties.back().location.matches.resize(options_.min_inliers / 2);
+    const std::optional<MapMatch> map_match = match_keyframe(options_, map, keyframe, other_, 6);
+    ASSERT_TRUE(map_match);
+    map_matches.push_back(*map_match);
+    map_matches.back().location.matches.resize(options_.min_inliers / 2);
   }
-  EXPECT_FALSE(meet(options_, map, other_, ties[0], ties[1]));
+  EXPECT_FALSE(align_maps(options_, map, other_, map_matches[0], map_matches[1]));
 }
 
 TEST_F(MapJoinerTest, PointsWithoutParallaxTellNoScale) {
@@ -121,7 +123,7 @@ TEST_F(MapJoinerTest, PointsWithoutParallaxTellNoScale) {
   for (int k = 0; k < 5; ++k) still.push_back(camera_at({0.002 * k - 0.1, 0, 0}));
   const Map map = map_from(still);
   ASSERT_TRUE(locate(options_, other_, 5, *map.keyframe(1)->image).found);
-  EXPECT_FALSE(tie_keyframe(options_, map, 1, other_, 5));
+  EXPECT_FALSE(match_keyframe(options_, map, 1, other_, 5));
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include "common/median.h"
 #include "mapping/mapper.h"
 #include "support/aligned_errors.h"
-#include "support/posed_candidate.h"
+#include "support/registered_candidate.h"
 #include "support/synthetic_views.h"
 #include "support/unhurried_options.h"
 
@@ -60,7 +60,7 @@ class MapperJoiningTest : public testing::Test {
   }
 
   KeyframeCandidate candidate_of(int i) {
-    return posed_candidate(options_, camera_, *mapper_.tracking_map(), frame(i));
+    return registered_candidate(options_, camera_, *mapper_.tracking_map(), frame(i));
   }
 
   void insert(int i, int waiting = 0) {
@@ -94,7 +94,7 @@ TEST_F(MapperJoiningTest, MapsAreJoinedWhereTheyMeet) {
   mapper_.initialize(initial_map(0, 2), 0);
   for (int i = 4; i <= 10; i += 2) insert(i);
   const TrackingMapPtr old = mapper_.tracking_map();
-  mapper_.begin_beside(initial_map(50, 48), 1);
+  mapper_.begin_additional(initial_map(50, 48), 1);
   EXPECT_EQ(mapper_.inactive_maps(), std::vector<std::uint32_t>{old->map_id});
   for (int i = 46; i >= 32; i -= 2) insert(i);
   EXPECT_EQ(mapper_.inactive_maps().size(), 1u) << "nothing is in view that the old map knows";
@@ -130,10 +130,10 @@ TEST_F(MapperJoiningTest, AMarkerThatOnlyTheNewerMapSawIsKept) {
   };
   mapper_.initialize(initial_map(0, 2), 0);
   for (int i = 4; i <= 10; i += 2) insert(i);
-  InitialMap beside = initial_map(50, 48);
-  beside.views[0].frame.marker = seen_marker(50);
-  beside.views[1].frame.marker = seen_marker(48);
-  mapper_.begin_beside(beside, 1);
+  InitialMap additional = initial_map(50, 48);
+  additional.views[0].frame.marker = seen_marker(50);
+  additional.views[1].frame.marker = seen_marker(48);
+  mapper_.begin_additional(additional, 1);
   ASSERT_EQ(mapper_.map().scale_source(), ScaleSource::kMarker);
   for (int i = 46; !mapper_.inactive_maps().empty() && i > 8; i -= 2) insert(i);
   ASSERT_TRUE(mapper_.inactive_maps().empty()) << "they were never joined";
@@ -152,7 +152,7 @@ TEST_F(MapperJoiningTest, KeyframesKeepTheirCovariances) {
   for (int i = 4; i <= 10; i += 2) insert(i);
   const TrackingMapPtr old = mapper_.tracking_map();
   ASSERT_EQ(old->covariances.size(), old->keyframes.size());
-  mapper_.begin_beside(initial_map(50, 48), 1);
+  mapper_.begin_additional(initial_map(50, 48), 1);
   mapper_.transform(Sim3(3, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), std::nullopt);
   TrackingMapPtr newer = mapper_.tracking_map();
   for (int i = 46; !mapper_.inactive_maps().empty() && i > 8; i -= 2) {
@@ -208,7 +208,7 @@ TEST_F(MapperJoiningTest, TheOlderMapsFrameStaysWhicheverIsTracked) {
   const std::uint32_t older = mapper_.tracking_map()->map_id;
   for (int i = 4; i <= 10; i += 2) insert(i);
   const Rigid3 before = mapper_.map().keyframes().begin()->second.camera_from_map;
-  mapper_.begin_beside(initial_map(50, 48), 1);
+  mapper_.begin_additional(initial_map(50, 48), 1);
   const std::uint32_t newer = mapper_.tracking_map()->map_id;
   for (int i = 46; i >= 36; i -= 2) insert(i);
   ASSERT_TRUE(mapper_.resume(older, true, 2));
@@ -234,7 +234,7 @@ TEST_F(MapperJoiningTest, AKeyframeThatHasJustGoneIsNoPlace) {
   mapper_.initialize(initial_map(0, 2), 0);
   const std::uint32_t older = mapper_.tracking_map()->map_id;
   for (int i = 4; i <= 10; i += 2) insert(i);
-  mapper_.begin_beside(initial_map(50, 48), 1);
+  mapper_.begin_additional(initial_map(50, 48), 1);
   for (int i = 46; i >= 36; i -= 2) insert(i);
   ASSERT_TRUE(mapper_.resume(older, true, 2));
   std::size_t gone = 0;
@@ -252,7 +252,7 @@ TEST_F(MapperJoiningTest, AKeyframeThatHasJustGoneIsNoPlace) {
 TEST_F(MapperJoiningTest, AnImageOfBothMapsIsOneKeyframeOfTheJoinedOne) {
   mapper_.initialize(initial_map(0, 2), 0);
   for (int i = 4; i <= 24; i += 2) insert(i);
-  mapper_.begin_beside(initial_map(50, 48), 1);
+  mapper_.begin_additional(initial_map(50, 48), 1);
   for (int i = 46; i >= 20; i -= 2) insert(i, 1);  // maps are not joined while others wait
   ASSERT_EQ(mapper_.inactive_maps().size(), 1u);
   insert(18);
@@ -267,10 +267,10 @@ TEST_F(MapperJoiningTest, AnImageOfBothMapsIsOneKeyframeOfTheJoinedOne) {
   EXPECT_LT(worst_distance_error(), 0.01);
 }
 
-TEST_F(MapperJoiningTest, ACandidatePosedBeforeTheJoinIsStillUnderstood) {
+TEST_F(MapperJoiningTest, ACandidateRegisteredBeforeTheJoinIsStillUnderstood) {
   mapper_.initialize(initial_map(0, 2), 0);
   for (int i = 4; i <= 10; i += 2) insert(i);
-  mapper_.begin_beside(initial_map(24, 22), 1);
+  mapper_.begin_additional(initial_map(24, 22), 1);
   // Posed in the new map, sent when it has become part of the old one.
   const KeyframeCandidate candidate = candidate_of(21);
   ASSERT_FALSE(HasFailure());
@@ -288,7 +288,7 @@ TEST_F(MapperJoiningTest, WhatCorrectedAnotherMapChangesNoCandidateOfThisOne) {
   mapper_.initialize(initial_map(0, 2), 0);
   for (int i = 4; i <= 8; i += 2) insert(i);
   const std::uint32_t first = mapper_.tracking_map()->map_id;
-  mapper_.begin_beside(initial_map(40, 42), 1);
+  mapper_.begin_additional(initial_map(40, 42), 1);
   mapper_.transform(Sim3(3, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), std::nullopt);
   ASSERT_TRUE(mapper_.resume(first, true, 2));
   KeyframeCandidate candidate = candidate_of(10);
@@ -299,7 +299,7 @@ TEST_F(MapperJoiningTest, WhatCorrectedAnotherMapChangesNoCandidateOfThisOne) {
   EXPECT_LT(worst_distance_error(), 0.02);
 }
 
-TEST_F(MapperJoiningTest, ACandidateOfAnotherMapIsLeftOut) {
+TEST_F(MapperJoiningTest, ACandidateOfAnotherMapIsExcluded) {
   mapper_.initialize(initial_map(0, 2), 0);
   KeyframeCandidate candidate;
   candidate.map_id = mapper_.tracking_map()->map_id + 1;
@@ -322,7 +322,7 @@ TEST_F(MapperJoiningTest, MapsOfDifferentPlacesStayApart) {
     scene_.x_in_map[i] = x + Eigen::Vector3d(8, 0.2, 0.3);
     here.descriptors.row(static_cast<int>(i)).copyTo(scene_.descriptors.row(static_cast<int>(i)));
   }
-  mapper_.begin_beside(initial_map(34, 36), 1);
+  mapper_.begin_additional(initial_map(34, 36), 1);
   for (int i = 38; i <= 48; i += 2) insert(i);
   EXPECT_EQ(mapper_.inactive_maps().size(), 1u);
   mapper_.join_rest();
@@ -336,7 +336,7 @@ TEST_F(MapperJoiningTest, AJoinThatDoesNotHoldLeavesTheMapAsItWas) {
   InitialMap newer = initial_map(51, 49);
   std::vector<char>& fixed = newer.views[0].fixed;
   for (int f = 0; f < newer.views[0].frame.image->size(); ++f) fixed.push_back(f % 3 == 0);
-  mapper_.begin_beside(newer, 1);
+  mapper_.begin_additional(newer, 1);
   for (int i = 47; i >= 21; i -= 2) insert(i, 1);  // maps are not joined while others wait
   const std::size_t landmarks = mapper_.map().landmarks().size();
   // No point is seen under so large an angle: none is left to hold the two together.
@@ -367,7 +367,7 @@ TEST_F(MapperJoiningTest, OfARowOfMapsOneIsLeft) {
   for (int i = 4; i <= 12; i += 2) insert(i);
   const std::uint32_t first = mapper_.tracking_map()->map_id;
   for (const int begin : {14, 30}) {
-    mapper_.begin_beside(initial_map(begin, begin + 2), 1 + begin);
+    mapper_.begin_additional(initial_map(begin, begin + 2), 1 + begin);
     for (int i = begin + 4; i <= begin + 14; i += 2) insert(i, 1);  // maps are not joined while others wait
   }
   ASSERT_EQ(mapper_.inactive_maps().size(), 2u);
@@ -392,7 +392,7 @@ TEST_F(MapperJoiningTest, HoweverManyCorrectionsAreKeptUntilAKeyframeComes) {
 TEST_F(MapperJoiningTest, AMapIsGoneBackTo) {
   mapper_.initialize(initial_map(0, 2), 0);
   const std::uint32_t first = mapper_.tracking_map()->map_id;
-  mapper_.begin_beside(initial_map(50, 48), 1);
+  mapper_.begin_additional(initial_map(50, 48), 1);
   const std::uint32_t second = mapper_.tracking_map()->map_id;
   EXPECT_FALSE(mapper_.resume(99, true, 2));
   EXPECT_EQ(mapper_.tracking_map()->map_id, second) << "the present one goes on";
@@ -405,20 +405,20 @@ TEST_F(MapperJoiningTest, AMapIsGoneBackTo) {
   EXPECT_TRUE(mapper_.inactive_maps().empty()) << "the first was dropped";
 }
 
-TEST_F(MapperJoiningTest, NoMoreIsKeptBesideACappedMapThanItMayHold) {
+TEST_F(MapperJoiningTest, InactiveMapsHoldNoMoreThanACappedMapMay) {
   MapperOptions capped = options_.mapper(camera_.focal());
   capped.mapping.max_keyframes = 5;
   mapper_.set_options(capped);
   mapper_.initialize(initial_map(0, 2), 0);
   insert(4);
   const std::uint32_t first = mapper_.tracking_map()->map_id;
-  mapper_.begin_beside(initial_map(50, 48), 1);
+  mapper_.begin_additional(initial_map(50, 48), 1);
   const std::uint32_t second = mapper_.tracking_map()->map_id;
-  mapper_.begin_beside(initial_map(30, 28), 2);
+  mapper_.begin_additional(initial_map(30, 28), 2);
   EXPECT_EQ(mapper_.inactive_maps(), (std::vector<std::uint32_t>{first, second})) << "five keyframes";
   const std::uint32_t third = mapper_.tracking_map()->map_id;
   insert(26);
-  mapper_.begin_beside(initial_map(14, 12), 3);
+  mapper_.begin_additional(initial_map(14, 12), 3);
   EXPECT_EQ(mapper_.inactive_maps(), std::vector<std::uint32_t>{third}) << "the one that was just left stays";
   EXPECT_EQ(mapper_.tracking_map()->inactive_maps, std::vector<std::uint32_t>{third});
 }

@@ -13,7 +13,7 @@
 #include "optimization/map_adjustment.h"
 #include "simulation/loop_study.h"
 #include "support/aligned_errors.h"
-#include "support/posed_candidate.h"
+#include "support/registered_candidate.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
@@ -65,7 +65,7 @@ class MapperLoopsTest : public testing::Test {
 
   bool insert(int index) {
     const Frame frame = walk_frame(walk_, camera_, index, kLoopNoise, random_);
-    if (!worker_->insert(posed_candidate(options_, camera_, *worker_->latest(), frame))) return false;
+    if (!worker_->insert(registered_candidate(options_, camera_, *worker_->latest(), frame))) return false;
     while (worker_->unfinished_jobs() > 0) std::this_thread::yield();
     return true;
   }

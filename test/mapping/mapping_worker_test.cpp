@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "common/angles.h"
-#include "support/posed_candidate.h"
+#include "support/registered_candidate.h"
 #include "support/synthetic_views.h"
 #include "support/unhurried_options.h"
 
@@ -49,7 +49,7 @@ class MappingWorkerTest : public testing::Test {
   // A new view posed against the newest keyframe of the map.
   KeyframeCandidate candidate(const TrackingMap& map, int index) {
     const Frame frame = synthetic_frame(scene_, camera_, pose(index), kWorkerNoise, index, random_);
-    return posed_candidate(TrackerOptions(), camera_, map, frame);
+    return registered_candidate(TrackerOptions(), camera_, map, frame);
   }
 
   Random random_{17};

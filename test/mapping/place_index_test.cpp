@@ -175,7 +175,7 @@ TEST(PlaceIndex, RareFeaturesDecide) {
 }
 
 // What is alike by chance, or stands elsewhere, is turned by any angle.
-TEST(PlaceIndex, WhatIsTurnedAlikeDecides) {
+TEST(PlaceIndex, ACommonRotationDecides) {
   Random random(12);
   std::vector<cv::Mat> points;
   for (int i = 0; i < 500; ++i) points.push_back(random_descriptor(random));

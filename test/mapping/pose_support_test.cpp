@@ -45,11 +45,11 @@ TEST(PoseSupport, OneOfFourThatAreToBeExpectedIsEnoughOneOfSevenIsNot) {
   EXPECT_FALSE(is_supported(one_in(9, near(7 * 86)), kMinInliers)) << "768 features could show 768 of them";
 }
 
-TEST(PoseSupport, WhereLittleIsToBeExpectedWhatIsFoundIsALookAlike) {
+TEST(PoseSupport, ManyFindsWhereFewAreExpectedAreAliased) {
   EXPECT_FALSE(is_supported(one_in(9, near(4)), kMinInliers)) << "from behind";
 }
 
-TEST(PoseSupport, FromFarBesideLittleIsFoundAndNoMoreThanCanBe) {
+TEST(PoseSupport, AtObliqueViewsLittleIsFoundAndNoMoreThanExpected) {
   EXPECT_TRUE(is_supported(one_in(9, {700, 100}), kMinInliers)) << "86 of 700, of which 100 can be known";
   EXPECT_FALSE(is_supported(one_in(9, {700, 20}), kMinInliers)) << "another side that looks like it";
   EXPECT_TRUE(is_supported(one_in(9, {300, 20}), kMinInliers)) << "what looks the same from far beside";
@@ -80,8 +80,8 @@ TEST(PoseSupport, APartOfTheImageIsNoneHoweverManyItHolds) {
 
 TEST(PoseSupport, HangsInACorner) {
   const ImageFeatures image = grid();
-  EXPECT_TRUE(hangs_in_corner(pose_support(image, kWidth, kHeight, {0, 1, 2, 3, 4, 5}, near(6))));
-  EXPECT_FALSE(hangs_in_corner(first_rows(4))) << "a sixth of the image";
+  EXPECT_TRUE(is_confined_to_corner(pose_support(image, kWidth, kHeight, {0, 1, 2, 3, 4, 5}, near(6))));
+  EXPECT_FALSE(is_confined_to_corner(first_rows(4))) << "a sixth of the image";
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ class ExpectedFindsTest : public testing::Test {
 
 TEST_F(ExpectedFindsTest, AllFromWhereTheyWereSeen) { EXPECT_NEAR(from(camera_round(0)), 1, 1e-6); }
 
-TEST_F(ExpectedFindsTest, TheFewerTheFartherBesideAndNoneFromBehind) {
+TEST_F(ExpectedFindsTest, FewerAtObliqueViewsAndNoneFromBehind) {
   EXPECT_NEAR(from(camera_round(15 * kDegree)), 0.5, 0.05);
   EXPECT_NEAR(from(camera_round(28 * kDegree)), 0.1, 0.02);
   EXPECT_LT(from(camera_round(45 * kDegree)), 0.005);

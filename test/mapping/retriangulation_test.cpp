@@ -43,12 +43,12 @@ double total_turn(const Map& map) {
       map.keyframe(kHeadViews - 1)->camera_from_map.rotation);
 }
 
-bool nothing_is_left_out(KeyframeId, int) { return false; }
+bool nothing_is_excluded(KeyframeId, int) { return false; }
 
 constexpr double kTruth = (kHeadViews - 1) * kTurn;
 
 // From the view graph of all pairs.
-void retriangulate(const IsLeftOut& is_left_out, int min_landmarks, Map* map) {
+void retriangulate(const IsExcluded& is_excluded, int min_landmarks, Map* map) {
   ViewGraph graph(view_graph_options(MapperOptions()));
   std::vector<ViewGraph::Pair> pairs;
   for (const auto& [id, keyframe] : map->keyframes()) {
@@ -56,7 +56,7 @@ void retriangulate(const IsLeftOut& is_left_out, int min_landmarks, Map* map) {
     for (int other = 0; other < node; ++other) pairs.emplace_back(other, node);
   }
   graph.connect(pairs);
-  replace_landmarks(graph_tracks(*map, edge_consistency(*map, graph, {}), graph, is_left_out), min_landmarks,
+  replace_landmarks(graph_tracks(*map, edge_consistency(*map, graph, {}), graph, is_excluded), min_landmarks,
                     map);
 }
 
@@ -68,7 +68,7 @@ void adjust(Map* map) {
 TEST(Retriangulation, SetsAMapRightThatAgreesWithItself) {
   for (const double share : {0.9, 1.0, 1.1}) {
     Map map = make_map(share);
-    retriangulate(nothing_is_left_out, 15, &map);
+    retriangulate(nothing_is_excluded, 15, &map);
     adjust(&map);
     EXPECT_NEAR(total_turn(map), kTruth, 0.5 * kDegree) << share;
     EXPECT_GT(map.landmarks().size(), 0.8 * kHeadPoints) << share;
@@ -78,7 +78,7 @@ TEST(Retriangulation, SetsAMapRightThatAgreesWithItself) {
 
 TEST(Retriangulation, OfARightMapMakesLandmarksOfAllViews) {
   Map map = make_map(1);
-  retriangulate(nothing_is_left_out, 15, &map);
+  retriangulate(nothing_is_excluded, 15, &map);
   double observations = 0;
   for (const auto& entry : map.landmarks())
     observations += static_cast<double>(entry.second.observations.size());
@@ -87,7 +87,7 @@ TEST(Retriangulation, OfARightMapMakesLandmarksOfAllViews) {
 
 TEST(Retriangulation, ATrackThatEndsWhereItBeganIsTriangulatedFromItsMiddle) {
   Map map = make_map(1, there_and_back);
-  retriangulate(nothing_is_left_out, 15, &map);
+  retriangulate(nothing_is_excluded, 15, &map);
   EXPECT_GT(map.landmarks().size(), 0.8 * kHeadPoints);
   double observations = 0;
   for (const auto& entry : map.landmarks())
@@ -98,7 +98,7 @@ TEST(Retriangulation, ATrackThatEndsWhereItBeganIsTriangulatedFromItsMiddle) {
 TEST(Retriangulation, KeepsIds) {
   Map map = make_map(1);
   const Map before = map;
-  retriangulate(nothing_is_left_out, 15, &map);
+  retriangulate(nothing_is_excluded, 15, &map);
   std::size_t kept = 0;
   for (const auto& [id, landmark] : map.landmarks()) {
     const Landmark* known = before.landmark(id);
@@ -117,7 +117,7 @@ TEST(Retriangulation, KeepsLandmarksOfKeyframesThatTracksWouldNotConstrain) {
   map.check();
 }
 
-TEST(Retriangulation, ExcludesWhatIsLeftOut) {
+TEST(Retriangulation, ExcludesMaskedFeatures) {
   Map map = make_map(1);
   for (const LandmarkId id : map.landmark_ids()) {
     const std::vector<Observation> observations = map.landmark(id)->observations;
@@ -135,7 +135,7 @@ TEST(Retriangulation, ExcludesWhatIsLeftOut) {
 
 TEST(Retriangulation, OfAnEmptyMapChangesNothing) {
   Map map;
-  retriangulate(nothing_is_left_out, 15, &map);
+  retriangulate(nothing_is_excluded, 15, &map);
   EXPECT_TRUE(map.landmarks().empty());
 }
 

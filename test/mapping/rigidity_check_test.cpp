@@ -18,7 +18,8 @@ bool is_above(const Eigen::Vector3d& x) { return x.y() < -0.2; }
 // Keyframes round a box of points. Those on one side of the middle may have a motion of their own: `own`
 // takes a point to where it is in keyframe k.
 template <typename Motion>
-Map make_map(const Motion& own, double noise_px = 0.5, bool (*is_beside)(const Eigen::Vector3d&) = is_right) {
+Map make_map(const Motion& own, double noise_px = 0.5,
+             bool (*is_in_part)(const Eigen::Vector3d&) = is_right) {
   Random random(11);
   const CameraModel camera = synthetic_camera();
   const SyntheticScene scene = box_scene(kBoxPoints, random);
@@ -29,7 +30,7 @@ Map make_map(const Motion& own, double noise_px = 0.5, bool (*is_beside)(const E
     const Rigid3 camera_from_map = camera_at({0.06 * k, 0, 0}, -0.5 * k * kDegree);
     SyntheticScene moved = scene;
     for (Eigen::Vector3d& x : moved.x_in_map) {
-      if (is_beside(x)) x = own(k, x);
+      if (is_in_part(x)) x = own(k, x);
     }
     add_view(moved, camera, camera_from_map, noise_px, k, ids, random, &map);
   }
@@ -43,7 +44,7 @@ Eigen::Vector3d sways(int k, const Eigen::Vector3d& x) {
   return x + Eigen::Vector3d(0, (k % 2 ? 0.03 : -0.03), 0);
 }
 
-TEST(RigidityCheck, OneRigidBodyAgrees) {
+TEST(RigidityCheck, OneRigidObjectAgrees) {
   for (const double noise : {0.2, 0.6, 1.2}) {
     const RigidityReport report = check_rigidity(make_map(stays, noise));
     EXPECT_TRUE(report.is_rigid) << noise << " " << report.parts << " " << report.mahalanobis2;

@@ -26,23 +26,23 @@ std::vector<Eigen::Vector3d> box_between(int points, const Eigen::Vector3d& low,
 class SecondMotionTest : public testing::Test {
  protected:
   SecondMotionTest()
-      : body_(box_between(150, {-0.5, -0.6, -0.5}, {0.5, 0.6, 0.5}, random_), random_),
+      : object_(box_between(150, {-0.5, -0.6, -0.5}, {0.5, 0.6, 0.5}, random_), random_),
         rest_(box_between(80, {-2, -1.5, 4.5}, {2, 1.5, 6}, random_), random_) {}
 
   // The first features are the body's; the keyframe's pose is relative to the body.
   Keyframe keyframe(double yaw, const Rigid3& camera_from_rest) {
-    const Rigid3 camera_from_body(Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY())),
-                                  Eigen::Vector3d(0, 0, 3));
-    const Frame body = synthetic_frame(body_, camera_, camera_from_body, kSecondNoise, 0, random_);
+    const Rigid3 camera_from_object(Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY())),
+                                    Eigen::Vector3d(0, 0, 3));
+    const Frame object = synthetic_frame(object_, camera_, camera_from_object, kSecondNoise, 0, random_);
     const Frame rest = synthetic_frame(rest_, camera_, camera_from_rest, kSecondNoise, 0, random_);
-    FeatureSet both = body.image->set;
+    FeatureSet both = object.image->set;
     both.bearings.clear();
     const FeatureSet& other = rest.image->set;
     both.features.insert(both.features.end(), other.features.begin(), other.features.end());
-    if (other.size() > 0) cv::vconcat(body.image->set.descriptors, other.descriptors, both.descriptors);
-    body_features_ = body.image->size();
+    if (other.size() > 0) cv::vconcat(object.image->set.descriptors, other.descriptors, both.descriptors);
+    object_features_ = object.image->size();
     Keyframe keyframe;
-    keyframe.camera_from_map = camera_from_body;
+    keyframe.camera_from_map = camera_from_object;
     keyframe.image = make_image_features(
         std::move(both), cv::Mat(camera_.height(), camera_.width(), CV_8UC1, cv::Scalar(128)), camera_);
     keyframe.landmark_of_feature.assign(keyframe.image->size(), kNoLandmark);
@@ -51,15 +51,15 @@ class SecondMotionTest : public testing::Test {
 
   SecondMotion find(const Keyframe& first, const Keyframe& second,
                     FarBehind far = FarBehind::kContradicts) const {
-    const PairMotions pair = compare_motions(posed_image(first), posed_image(second), MatchOptions(),
-                                             ransac_of_two_px(camera_), far);
+    const PairMotions pair = compare_motions(registered_image(first), registered_image(second),
+                                             MatchOptions(), ransac_of_two_px(camera_), far);
     return second_motion_in(pair, *first.image, *second.image);
   }
 
   Random random_{7};
   CameraModel camera_ = synthetic_camera();
-  SyntheticScene body_, rest_;
-  int body_features_ = 0;  // of the last keyframe
+  SyntheticScene object_, rest_;
+  int object_features_ = 0;  // of the last keyframe
 };
 
 TEST_F(SecondMotionTest, ABackgroundBehindACameraInTheHandIsTold) {
@@ -70,13 +70,13 @@ TEST_F(SecondMotionTest, ABackgroundBehindACameraInTheHandIsTold) {
   ASSERT_EQ(static_cast<int>(found.of_first.size()), first.image->size());
   int right = 0, wrong = 0;
   for (int f = 0; f < second.image->size(); ++f) {
-    (f >= body_features_ ? right : wrong) += found.of_second[f];
+    (f >= object_features_ ? right : wrong) += found.of_second[f];
   }
-  EXPECT_GT(right, 0.8 * (second.image->size() - body_features_));
-  EXPECT_LT(wrong, 0.08 * body_features_);  // those amid the background
+  EXPECT_GT(right, 0.8 * (second.image->size() - object_features_));
+  EXPECT_LT(wrong, 0.08 * object_features_);  // those amid the background
 }
 
-TEST_F(SecondMotionTest, ThereIsNoneWhereAllIsOneBody) {
+TEST_F(SecondMotionTest, ThereIsNoneWhereAllIsOneObject) {
   rest_ = SyntheticScene({}, random_);
   const Keyframe first = keyframe(0, Rigid3()), second = keyframe(5 * kDegree, Rigid3());
   EXPECT_TRUE(find(first, second).of_first.empty());

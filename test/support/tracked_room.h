@@ -28,7 +28,7 @@ inline std::vector<FrameReport> track_all(Tracker* tracker) {
   return reports;
 }
 
-inline std::vector<StampedPose> posed(const std::vector<FrameReport>& reports) {
+inline std::vector<StampedPose> registered_poses(const std::vector<FrameReport>& reports) {
   std::vector<StampedPose> poses;
   for (const FrameReport& report : reports) {
     if (report.map_from_camera) poses.push_back({report.stamp_ns, *report.map_from_camera});
@@ -36,7 +36,7 @@ inline std::vector<StampedPose> posed(const std::vector<FrameReport>& reports) {
   return poses;
 }
 
-inline std::vector<StampedPose> posed(const std::vector<RegisteredFrame>& frames) {
+inline std::vector<StampedPose> registered_poses(const std::vector<RegisteredFrame>& frames) {
   std::vector<StampedPose> poses;
   for (const RegisteredFrame& frame : frames) poses.push_back({frame.stamp_ns, frame.map_from_camera});
   return poses;

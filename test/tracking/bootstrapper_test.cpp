@@ -104,7 +104,7 @@ TEST_F(BootstrapperTest, SceneWithDepthGivesTheRightMap) {
   expect_right(*report.map);
 }
 
-TEST_F(BootstrapperTest, PlaneGivesTheRightMapNotItsTwin) {
+TEST_F(BootstrapperTest, PlaneGivesTheRightMapNotTheSecondSolution) {
   for (int trial = 0; trial < 5; ++trial) {
     bootstrapper_.reset();
     next_index_ = 0;

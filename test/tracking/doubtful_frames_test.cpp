@@ -8,7 +8,7 @@
 namespace mono_pose_tracker {
 namespace {
 
-std::vector<RegisteredFrame> posed(const std::vector<std::int64_t>& frames) {
+std::vector<RegisteredFrame> registered(const std::vector<std::int64_t>& frames) {
   std::vector<RegisteredFrame> trajectory;
   for (const std::int64_t frame : frames) {
     trajectory.emplace_back();
@@ -18,21 +18,21 @@ std::vector<RegisteredFrame> posed(const std::vector<std::int64_t>& frames) {
 }
 
 TEST(DoubtfulFrames, BetweenTwoThatAreBeyondDoubtOneIsNone) {
-  EXPECT_TRUE(doubtful_alone(posed({0, 1, 2}), {1}).empty());
-  EXPECT_EQ(doubtful_alone(posed({0, 1, 2}), {2}), std::vector<std::int64_t>{2});
-  EXPECT_EQ(doubtful_alone(posed({0, 1, 2, 3}), {1, 2}), (std::vector<std::int64_t>{1, 2}));
-  EXPECT_TRUE(doubtful_alone(posed({0, 2}), {1}).empty()) << "it has no pose";
+  EXPECT_TRUE(doubtful_alone(registered({0, 1, 2}), {1}).empty());
+  EXPECT_EQ(doubtful_alone(registered({0, 1, 2}), {2}), std::vector<std::int64_t>{2});
+  EXPECT_EQ(doubtful_alone(registered({0, 1, 2, 3}), {1, 2}), (std::vector<std::int64_t>{1, 2}));
+  EXPECT_TRUE(doubtful_alone(registered({0, 2}), {1}).empty()) << "it has no pose";
 }
 
 // One of six may be half of the way off; of a hundred, a few hardly matter.
-TEST(DoubtfulFrames, OfAShortPathOneMayLeadAstray) {
-  EXPECT_FALSE(may_lead_astray(0, 6));
-  EXPECT_TRUE(may_lead_astray(1, 40));
-  EXPECT_FALSE(may_lead_astray(1, 50));
-  EXPECT_FALSE(may_lead_astray(11, 100));
-  EXPECT_TRUE(may_lead_astray(12, 100));
-  EXPECT_FALSE(may_lead_astray(100, 1000));
-  EXPECT_TRUE(may_lead_astray(300, 1000)) << "each leads to the next";
+TEST(DoubtfulFrames, OnADoubtfulFrameAShortPathMayBeDistorted) {
+  EXPECT_FALSE(may_distort_path(0, 6));
+  EXPECT_TRUE(may_distort_path(1, 40));
+  EXPECT_FALSE(may_distort_path(1, 50));
+  EXPECT_FALSE(may_distort_path(11, 100));
+  EXPECT_TRUE(may_distort_path(12, 100));
+  EXPECT_FALSE(may_distort_path(100, 1000));
+  EXPECT_TRUE(may_distort_path(300, 1000)) << "each leads to the next";
 }
 
 }  // namespace

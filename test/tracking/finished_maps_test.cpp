@@ -22,8 +22,8 @@ TEST(FinishedMaps, AMapWhoseFramesAreAllInTheFirstTellsNothingMore) {
   maps.push_back(map_of({0, 1, 2, 3, 4, 5}, 0));
   maps.push_back(map_of({2, 3, 7}, 2));
   maps.push_back(map_of({4, 5}, 4));
-  EXPECT_EQ(frames_beside_first(maps), 1u) << "the seventh";
-  leave_out_covered_maps(&maps);
+  EXPECT_EQ(frames_outside_first(maps), 1u) << "the seventh";
+  exclude_covered_maps(&maps);
   ASSERT_EQ(maps.size(), 2u);
   EXPECT_EQ(maps[1].trajectory.size(), 3u);
 }
@@ -32,11 +32,11 @@ TEST(FinishedMaps, WhatWasLoadedStays) {
   std::vector<FinishedMap> maps;
   maps.push_back(map_of({0, 1, 2}, 0));
   maps.push_back(map_of({1}, -5));
-  leave_out_covered_maps(&maps);
+  exclude_covered_maps(&maps);
   EXPECT_EQ(maps.size(), 2u);
   std::vector<FinishedMap> none;
-  leave_out_covered_maps(&none);
-  EXPECT_EQ(frames_beside_first(none), 0u);
+  exclude_covered_maps(&none);
+  EXPECT_EQ(frames_outside_first(none), 0u);
 }
 
 }  // namespace

@@ -151,7 +151,7 @@ TEST(LoadGovernor, TimeToSpareIsForObjects) {
   EXPECT_EQ(at(kTimeToSpare).first_octave, 1) << "it was chosen";
 }
 
-TEST(LoadGovernor, EachLevelLeavesOutMore) {
+TEST(LoadGovernor, EachLevelExcludesMore) {
   TrackerOptions given;
   const auto at = [&](int level) { return options_for_images(given, {640, 480}, SearchPace::kLive, level); };
   EXPECT_EQ(at(kLittleDrawn).mapping.window_keyframes, given.mapping.window_keyframes);

@@ -24,7 +24,7 @@ TEST(FeaturesToMap, GrowsNearWhatWasFound) {
   EXPECT_EQ(features_to_map(image, landmarks, 1), (std::vector<char>{1, 0}));
 }
 
-TEST(FeaturesToMap, LeavesOutWhatIsFarFromAllLandmarks) {
+TEST(FeaturesToMap, ExcludesFeaturesFarFromAllLandmarks) {
   const ImageFeatures image = features_at({{100, 100}, {600, 400}});
   EXPECT_EQ(features_to_map(image, {{{100, 100}, true}}, 1), (std::vector<char>{1, 0}));
   EXPECT_EQ(features_to_map(image, {}, 1), (std::vector<char>{0, 0}));
@@ -44,7 +44,7 @@ std::vector<ExpectedLandmark> both(std::vector<ExpectedLandmark> a, const std::v
 
 // A hand before the object: a chance match or two among the many landmarks that it hides make no object of
 // it.
-TEST(FeaturesToMap, LeavesOutWhatHidesLandmarks) {
+TEST(FeaturesToMap, ExcludesFeaturesThatHideLandmarks) {
   const std::vector<ExpectedLandmark> object = landmarks_at(100, 200, 30, 20);
   const ImageFeatures hand = features_at({{310, 205}});
   for (const bool given : {false, true}) {
@@ -97,7 +97,7 @@ ImageFeaturesPtr image_at(const std::vector<Eigen::Vector2f>& pixels) {
 
 /// A plate 2 before the camera of the map's keyframe 7, with a landmark every 20 px from (200, 150) to
 /// (440, 330); a candidate that has gone sideways.
-class LeaveOutOccluders : public ::testing::Test {
+class ExcludeOccluders : public ::testing::Test {
  protected:
   void SetUp() override {
     KeyframeView reference;
@@ -136,7 +136,7 @@ class LeaveOutOccluders : public ::testing::Test {
 
   /// Which of the others are left, by their place in the list given to see.
   std::vector<int> others_left() {
-    leave_out_occluders(map_, plain_camera(), camera_from_map_, &candidate_);
+    exclude_occluders(map_, plain_camera(), camera_from_map_, &candidate_);
     const FeatureSet& set = candidate_.frame.image->set;
     std::vector<int> left;
     for (int i = 0; i < set.size(); ++i) {
@@ -152,25 +152,25 @@ class LeaveOutOccluders : public ::testing::Test {
   int first_other_ = 0;
 };
 
-TEST_F(LeaveOutOccluders, KeepsWhatIsNewOnTheObjectAndNothingOfAHandOrOfWhatIsBehindIt) {
+TEST_F(ExcludeOccluders, KeepsWhatIsNewOnTheObjectAndNothingOfAHandOrOfWhatIsBehindIt) {
   const cv::Rect2d hand(330, 140, 150, 210);
   see(hand, {{255, 205}, {275, 325}, {400, 200}, {420, 300}, {60, 60}, {600, 440}});
   EXPECT_EQ(others_left(), (std::vector<int>{0, 1}));
 }
 
-TEST_F(LeaveOutOccluders, AGivenMaskIsTrustedButForTheHandInIt) {
+TEST_F(ExcludeOccluders, AGivenMaskIsTrustedButForTheHandInIt) {
   candidate_.frame.is_mask_given = true;
   see(cv::Rect2d(330, 140, 150, 210), {{255, 205}, {400, 200}, {60, 60}});
   EXPECT_EQ(others_left(), (std::vector<int>{0, 2}));
 }
 
-TEST_F(LeaveOutOccluders, AHandBeforeMostOfTheObjectIsLeftOut) {
+TEST_F(ExcludeOccluders, AHandBeforeMostOfTheObjectIsExcluded) {
   candidate_.frame.is_mask_given = true;
   see(cv::Rect2d(265, 140, 220, 210), {{235, 205}, {400, 200}});  // three columns of thirteen are seen
   EXPECT_EQ(others_left(), std::vector<int>{0});
 }
 
-TEST_F(LeaveOutOccluders, KeepsEveryObservationWithItsFeature) {
+TEST_F(ExcludeOccluders, KeepsEveryObservationWithItsFeature) {
   see(cv::Rect2d(330, 140, 150, 210), {{255, 205}, {400, 200}, {275, 325}});
   // A chance match in the midst of the hand: the map's business, not this one's.
   const LandmarkId hidden = map_.keyframes.at(7).landmark_of_feature[61];  // behind it
@@ -190,7 +190,7 @@ TEST_F(LeaveOutOccluders, KeepsEveryObservationWithItsFeature) {
   }
 }
 
-TEST_F(LeaveOutOccluders, WhatCannotBeSeenIsNotExpected) {
+TEST_F(ExcludeOccluders, WhatCannotBeSeenIsNotExpected) {
   const std::vector<LandmarkId> all = map_.keyframes.at(7).landmark_of_feature;
   // Of most landmarks round one that is found, some have left the map, the others lie behind the camera.
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -199,14 +199,14 @@ TEST_F(LeaveOutOccluders, WhatCannotBeSeenIsNotExpected) {
     if (i % 2 == 1) map_.landmarks.set(all[i], {0, 0, -2});
   }
   const Eigen::Vector2d found = pixel_of(all[61]);
-  const Eigen::Vector2f beside = found.cast<float>() + Eigen::Vector2f(8, 5);
+  const Eigen::Vector2f nearby = found.cast<float>() + Eigen::Vector2f(8, 5);
   candidate_.observations = {{0, all[61]}};
-  candidate_.frame.image = image_at({found.cast<float>(), beside, {60, 60}});
+  candidate_.frame.image = image_at({found.cast<float>(), nearby, {60, 60}});
   first_other_ = 1;
   EXPECT_EQ(others_left(), std::vector<int>{0});
 }
 
-TEST_F(LeaveOutOccluders, WhereNothingIsHiddenOnlyWhatIsFarFromTheObjectIsLeftOut) {
+TEST_F(ExcludeOccluders, WithoutOcclusionOnlyFeaturesFarFromTheObjectAreExcluded) {
   see({}, {{230, 160}, {340, 250}, {460, 330}, {560, 330}});
   EXPECT_EQ(others_left(), (std::vector<int>{0, 1, 2}));
 }

@@ -35,7 +35,7 @@ RecordingResult track(const std::vector<cv::Mat>& images, const CameraModel& cam
 }
 
 // Of the map as it is in the result; on one thread it is left to the caller.
-TEST_F(RecordingTest, WhatTheCallerDoubtsIsAskedBesideTheOtherChecks) {
+TEST_F(RecordingTest, TheCallersDoubtIsAskedInParallelWithTheOtherChecks) {
   for (const int threads : {1, 2}) {
     Recording recording;
     recording.open = [] { return std::make_unique<RoomImages>(*room_); };
@@ -133,7 +133,7 @@ TEST_F(RecordingTest, BlackImagesAreNotMissed) {
 
 // A picture within the picture: from the fifth image on most of it shows another room, as a camera sees it
 // that goes the other way. The map that was begun goes on with what is left of the first.
-TEST_F(RecordingTest, AMapOfTheSmallerOfTwoBodiesIsMadeAnewOfTheLarger) {
+TEST_F(RecordingTest, AMapOfTheSmallerOfTwoObjectsIsRebuiltOfTheLarger) {
   constexpr int kFrames = 30, kAlone = 5, kStride = 3;
   const SimulatedRoom first = simulated_room(kFrames, 1), second = simulated_room(kStride * kFrames, 1, 2);
   const auto shown = [](std::int64_t i) { return kStride * (kFrames - 1 - i); };
@@ -156,7 +156,7 @@ TEST_F(RecordingTest, AMapOfTheSmallerOfTwoBodiesIsMadeAnewOfTheLarger) {
   const RecordingResult& result = tracked.result;
   ASSERT_TRUE(result.tracked);
   EXPECT_GT(tracked.attempt, 0);
-  EXPECT_FALSE(result.maps.front().is_of_smaller_body);
+  EXPECT_FALSE(result.maps.front().is_of_smaller_object);
   const RegisteredFrame &a = result.trajectory[result.trajectory.size() / 4], &b = result.trajectory.back();
   const auto truth = [&](const RegisteredFrame& frame) {
     return second.truth[shown(frame.index)].map_from_camera;
@@ -184,7 +184,7 @@ double worst_rotation(const std::vector<RegisteredFrame>& frames, const std::vec
 }
 
 // A wall from near may be taken for its twin, which gives each image between two keyframes another place.
-TEST(WallRecording, WhatWasPosedInTheTwinIsPosedAgain) {
+TEST(WallRecording, ImagesOfTheSecondPlanarSolutionAreRegisteredAgain) {
   SequenceOptions wall;
   wall.scene = SceneKind::kPlane;
   wall.camera = default_camera(SceneKind::kPlane, 640, 480);
@@ -284,7 +284,7 @@ TEST_F(RecordingTest, WhatFollowsACutHasAMapOfItsOwnHoweverShort) {
 }
 
 // The new map begins ten images after the loss; those ten are in view of it as well.
-TEST_F(RecordingTest, AMapBesideGetsTheImagesBeforeItsBeginning) {
+TEST_F(RecordingTest, ASecondMapGetsTheImagesBeforeItsBeginning) {
   const SimulatedRoom other = simulated_room(26, 1, 2);
   const std::vector<cv::Mat> images = one_after_the_other(*room_, other);
   const RecordingResult result = track(images, room_->camera);
@@ -294,7 +294,7 @@ TEST_F(RecordingTest, AMapBesideGetsTheImagesBeforeItsBeginning) {
 }
 
 // What was posed stays so.
-TEST_F(RecordingTest, InterruptedWhileImagesArePosedAgainItSaysSo) {
+TEST_F(RecordingTest, AnInterruptedSecondRegistrationIsReported) {
   std::vector<cv::Mat> images;
   for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image);
   images.push_back(cv::Mat::zeros(images[0].size(), images[0].type()));  // it has no pose, and is tried again
@@ -307,16 +307,16 @@ TEST_F(RecordingTest, InterruptedWhileImagesArePosedAgainItSaysSo) {
   };
   recording.interrupted = [&] { return is_over; };
   Tracker tracker(TrackerOptions(), room_->camera, Tracker::Mapping::kInline);
-  std::set<std::int64_t> posed;
+  std::set<std::int64_t> registered;
   const RecordingResult result = track_recording(
       recording,
       [&](int, std::int64_t index, const FrameReport& report) {
-        if (report.map_from_camera) posed.insert(index);
+        if (report.map_from_camera) registered.insert(index);
       },
       &tracker);
   ASSERT_TRUE(result.tracked);
   EXPECT_GE(opened, 2);
-  EXPECT_GE(result.trajectory.size(), posed.size());
+  EXPECT_GE(result.trajectory.size(), registered.size());
   ASSERT_FALSE(result.warnings.empty());
   EXPECT_EQ(result.warnings[0], "interrupted while images were posed again: some may have no pose");
 }

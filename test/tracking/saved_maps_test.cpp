@@ -12,6 +12,7 @@
 #include "support/simulated_room.h"
 #include "support/synthetic_head.h"
 #include "support/temporary_folder.h"
+#include "tracking/finished_map.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -92,14 +93,14 @@ TEST(SavedMaps, AnotherCameraGoesOnInTheMap) {
   const SimulatedSequence sequence(options);
   Tracker tracker(TrackerOptions(), sequence.camera(), Tracker::Mapping::kInline);
   tracker.load_maps(saved);
-  int posed = 0;
+  int registered = 0;
   for (int i = kFirstPart; i < kWalkFrames; ++i) {
     const SimulatedFrame frame = sequence.render(i);
     const FrameReport report = tracker.process(frame.stamp_ns, frame.image);
-    posed += report.map_from_camera.has_value();
+    registered += report.map_from_camera.has_value();
     add_pose(report, &poses);
   }
-  EXPECT_GE(posed, kWalkFrames - kFirstPart - 2) << "found within two images";
+  EXPECT_GE(registered, kWalkFrames - kFirstPart - 2) << "found within two images";
   // In the frame and the unit of the first camera's map: one alignment for both.
   const TrajectoryError error = evaluate_trajectory(walked_room().truth, poses, 0);
   EXPECT_LT(error.rotation_median_deg, 0.8);
@@ -149,15 +150,15 @@ TEST(SavedMaps, LocalizingOnlyNeverChangesTheMap) {
     SavedMaps saved = first_part(&poses);
     tracker.load_maps(saved);
     const cv::Mat blank(240, 320, CV_8UC3, cv::Scalar::all(90));
-    int posed = 0;
+    int registered = 0;
     for (int i = 0; i < kWalkFrames; ++i) {
       const FrameReport report =
           tracker.process(walked_room().frames[i].stamp_ns, walked_room().frames[i].image);
-      posed += report.map_from_camera.has_value();
+      registered += report.map_from_camera.has_value();
       EXPECT_FALSE(report.is_keyframe);
       if (i >= kFirstPart) add_pose(report, &poses);
     }
-    EXPECT_GE(posed, kWalkFrames - 2);
+    EXPECT_GE(registered, kWalkFrames - 2);
     const TrajectoryError error = evaluate_trajectory(walked_room().truth, poses, 0);
     EXPECT_LT(error.position_rmse_percent, 2);
     // Lost for long: no map is begun beside it.
@@ -186,7 +187,7 @@ SavedMaps narrow_map() {
   return {"root_sift", {{synthetic_camera().parameters(), 0, kKeyframes}}, {map}};
 }
 
-TEST(SavedMaps, WhereNoImageIsFoundNoneIsPosedAgain) {
+TEST(SavedMaps, WhereNoImageIsFoundNoneIsRegisteredAgain) {
   Tracker tracker(TrackerOptions(), synthetic_camera(), Tracker::Mapping::kInline);
   tracker.load_maps(narrow_map());
   ASSERT_TRUE(tracker.finish());
@@ -231,7 +232,7 @@ TEST(SavedMaps, AnotherRecordingMayBeginInTheMap) {
 
 // Lost for long in another place: that place gets a map of its own, beside the one that was loaded; both are
 // kept, and the camera is found again in either.
-TEST(SavedMaps, ANewMapIsBegunBesideTheLoadedOne) {
+TEST(SavedMaps, ANewMapIsBegunInAdditionToTheLoadedOne) {
   SequenceOptions elsewhere_options;
   elsewhere_options.scene = SceneKind::kPlane;
   elsewhere_options.frames = kWalkFrames;
@@ -269,7 +270,7 @@ TEST(SavedMaps, ANewMapIsBegunBesideTheLoadedOne) {
 }
 
 // What moves before a background that stands still is told from it there too, though no first map was begun.
-TEST(SavedMaps, AnObjectIsFoundByItsMotionBesideTheLoadedMap) {
+TEST(SavedMaps, AnObjectIsFoundByItsMotionInAdditionToTheLoadedMap) {
   SequenceOptions head_options;
   head_options.scene = SceneKind::kHead;
   head_options.background = BackgroundKind::kTextured;

@@ -42,12 +42,12 @@ TEST(Tracker, AViewThatNoSecondAgreesWithIsNotBelieved) {
   track_all(&tracker);
   const SimulatedFrame& last = room().frames.back();
   const cv::Mat blank(240, 320, CV_8UC3, cv::Scalar::all(90));
-  const std::size_t posed_before = tracker.trajectory().size();
+  const std::size_t registered_before = tracker.trajectory().size();
   tracker.process(last.stamp_ns + 1, blank);
   tracker.process(last.stamp_ns + 2, last.image);
   const FrameReport report = tracker.process(last.stamp_ns + 3, blank);
   EXPECT_EQ(report.state, State::kLost);
-  EXPECT_EQ(tracker.trajectory().size(), posed_before);
+  EXPECT_EQ(tracker.trajectory().size(), registered_before);
 }
 
 // Seen through a hole in the lower right corner, poses hang on little (through one elsewhere they go on as
@@ -58,7 +58,7 @@ TEST_P(DoubtfulPoses, OneAfterTheOtherIsLost) {
   Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
   track_all(&tracker);
   const SimulatedFrame& last = room().frames.back();
-  const std::size_t posed_before = tracker.trajectory().size();
+  const std::size_t registered_before = tracker.trajectory().size();
   cv::Mat covered(last.image.size(), last.image.type(), cv::Scalar::all(90));
   const cv::Rect hole(250, 190, 70, 50);
   last.image(hole).copyTo(covered(hole));
@@ -76,7 +76,7 @@ TEST_P(DoubtfulPoses, OneAfterTheOtherIsLost) {
   EXPECT_NE(third.reason_text.find("one doubtful pose after the other"), std::string::npos)
       << third.reason_text;
   expect_consistent(third);
-  EXPECT_EQ(tracker.trajectory().size(), posed_before) << "none of the three is kept";
+  EXPECT_EQ(tracker.trajectory().size(), registered_before) << "none of the three is kept";
   EXPECT_EQ(third.withdrawn_ns, (std::vector<std::int64_t>{last.stamp_ns + 1, last.stamp_ns + 2}))
       << "whoever keeps what was reported is told";
 }
@@ -85,7 +85,7 @@ INSTANTIATE_TEST_SUITE_P(Tracker, DoubtfulPoses, testing::Bool(),
                          [](const auto& info) { return info.param ? "WithOthersBetween" : "InARow"; });
 
 // Lost for long in another place: that place gets a map of its own, and the first is gone back to.
-TEST(Tracker, ANewMapIsBegunBesideTheOldOne) {
+TEST(Tracker, ANewMapIsBegunInAdditionToTheOldOne) {
   SequenceOptions elsewhere_options;
   elsewhere_options.scene = SceneKind::kPlane;
   elsewhere_options.frames = kFrames;
@@ -101,16 +101,16 @@ TEST(Tracker, ANewMapIsBegunBesideTheOldOne) {
     ASSERT_GT(first.keyframes, options.young_map_keyframes);
     std::int64_t stamp = room().frames.back().stamp_ns;
     FrameReport second;
-    int posed_elsewhere = 0;
+    int registered_elsewhere = 0;
     for (int i = 0; i < elsewhere.size(); ++i) {
       second = tracker.process(++stamp, elsewhere.render(i).image);
       tracker.wait();
-      posed_elsewhere += second.map_from_camera.has_value();
+      registered_elsewhere += second.map_from_camera.has_value();
     }
     EXPECT_EQ(second.state, State::kTracking) << second.reason_text;
     EXPECT_GT(second.epoch, first.epoch);
     EXPECT_NE(second.map_id, first.map_id);
-    EXPECT_GT(posed_elsewhere, 5);
+    EXPECT_GT(registered_elsewhere, 5);
     FrameReport back;
     std::size_t told = 0;
     for (int i = 0; i < 3; ++i) {
@@ -129,7 +129,7 @@ TEST(Tracker, ANewMapIsBegunBesideTheOldOne) {
     ASSERT_EQ(maps.size(), 2u) << "they have nothing in common";
     EXPECT_EQ(maps[0].id, first.map_id);
     EXPECT_EQ(maps[1].id, second.map_id);
-    EXPECT_GE(maps[1].trajectory.size(), static_cast<std::size_t>(posed_elsewhere));
+    EXPECT_GE(maps[1].trajectory.size(), static_cast<std::size_t>(registered_elsewhere));
     for (const FinishedMap& map : maps) map.map.check();
   }
 }

@@ -30,7 +30,7 @@ TEST(Tracker, PosesEveryImageOfARecording) {
     EXPECT_EQ(reports[i].worker_backlog, 0);
     expect_consistent(reports[i]);
   }
-  const std::vector<StampedPose> live = posed(reports);
+  const std::vector<StampedPose> live = registered_poses(reports);
   EXPECT_GE(live.size(), kFrames - 8u);
   expect_accurate(live, 0.8, 2);
 
@@ -41,14 +41,14 @@ TEST(Tracker, PosesEveryImageOfARecording) {
     const auto trajectory = tracker.trajectory();
     const bool known = std::any_of(trajectory.begin(), trajectory.end(),
                                    [&](const RegisteredFrame& frame) { return frame.index == i; });
-    if (!known) tracker.resect_again(i, room().frames[i].stamp_ns, room().frames[i].image);
+    if (!known) tracker.register_image_again(i, room().frames[i].stamp_ns, room().frames[i].image);
   }
   const std::vector<RegisteredFrame> trajectory = tracker.trajectory();
   ASSERT_EQ(trajectory.size(), static_cast<std::size_t>(kFrames));
   for (int i = 0; i < kFrames; ++i) EXPECT_EQ(trajectory[i].index, i);
-  expect_accurate(posed(trajectory), 0.4, 1);
+  expect_accurate(registered_poses(trajectory), 0.4, 1);
   EXPECT_TRUE(tracker.adjust_frames().empty()) << "all agree with the map";
-  expect_accurate(posed(tracker.trajectory()), 0.4, 1);
+  expect_accurate(registered_poses(tracker.trajectory()), 0.4, 1);
   const std::shared_ptr<const MapSnapshot> all = tracker.snapshot();
   EXPECT_EQ(all->points.size(), tracker.map().landmarks().size());
   const MapSnapshot newest = newest_view_of(tracker.view());
@@ -94,14 +94,14 @@ TEST(Tracker, WhatIsFixedToTheCameraIsNoPartOfTheMap) {
   EXPECT_LT(on_sticker, 0.02 * others);
   const std::vector<RegisteredFrame> trajectory = tracker.trajectory();
   EXPECT_GE(trajectory.size(), kFrames - 8u);
-  expect_accurate(posed(trajectory), 0.8, 2);
+  expect_accurate(registered_poses(trajectory), 0.8, 2);
 }
 
 TEST(Tracker, OneSeedGivesOneResult) {
   std::vector<std::vector<StampedPose>> runs;
   for (int run = 0; run < 2; ++run) {
     Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
-    runs.push_back(posed(track_all(&tracker)));
+    runs.push_back(registered_poses(track_all(&tracker)));
   }
   ASSERT_EQ(runs[0].size(), runs[1].size());
   for (std::size_t i = 0; i < runs[0].size(); ++i) {
@@ -115,7 +115,7 @@ TEST(Tracker, ThreadedMappingAnswersEveryImage) {
   const std::vector<FrameReport> reports = track_all(&tracker);
   ASSERT_EQ(reports.size(), static_cast<std::size_t>(kFrames));
   for (const FrameReport& report : reports) expect_consistent(report);
-  const std::vector<StampedPose> live = posed(reports);
+  const std::vector<StampedPose> live = registered_poses(reports);
   EXPECT_GE(live.size(), kFrames - 8u);
   expect_accurate(live, 0.8, 2);
 }
@@ -180,15 +180,15 @@ TEST(Tracker, MappingThatStandsStillNeverBlocksTracking) {
   // The map is there. From now on no job ends: were a call to wait for one, it would never return.
   gate.set(false);
   const std::uint64_t revision = tracker.revision();
-  int posed_frames = 0, keyframes = 0;
+  int registered_frames = 0, keyframes = 0;
   for (int i = 0; i < 8; ++i) {
     const FrameReport report = next();
-    posed_frames += report.map_from_camera.has_value();
+    registered_frames += report.map_from_camera.has_value();
     keyframes += report.is_keyframe;
     EXPECT_LE(report.worker_backlog, MappingWorker::kMostKeyframesWaiting + 1);
     expect_consistent(report);
   }
-  EXPECT_EQ(posed_frames, 8) << "against the map as it was";
+  EXPECT_EQ(registered_frames, 8) << "against the map as it was";
   EXPECT_GE(keyframes, 1);
   EXPECT_EQ(tracker.revision(), revision);
   gate.set(true);
@@ -255,7 +255,7 @@ TEST(Tracker, BootstrapThatStandsStillNeverBlocksTracking) {
 TEST(Tracker, ResetBeginsANewMap) {
   for (const auto mapping : {Tracker::Mapping::kInline, Tracker::Mapping::kThreaded}) {
     Tracker tracker(TrackerOptions(), room().camera, mapping);
-    ASSERT_FALSE(posed(track_all(&tracker)).empty());
+    ASSERT_FALSE(registered_poses(track_all(&tracker)).empty());
     tracker.reset();
     EXPECT_TRUE(tracker.trajectory().empty());
     EXPECT_TRUE(tracker.snapshot()->points.empty());
@@ -263,7 +263,7 @@ TEST(Tracker, ResetBeginsANewMap) {
     const std::vector<FrameReport> again = track_all(&tracker);
     EXPECT_EQ(again[0].reason, Reason::kFirstFrame);
     for (const FrameReport& report : again) EXPECT_EQ(report.epoch, 1u);
-    expect_accurate(posed(again), 0.8, 2);
+    expect_accurate(registered_poses(again), 0.8, 2);
   }
 }
 
@@ -385,7 +385,8 @@ TEST(Tracker, ACappedMapIsTrackedInAsWell) {
     EXPECT_LT((there->translation - back->translation).norm(), 0.02) << i << ", of a depth of 1";
   }
   EXPECT_GT(compared, kFrames - 8);
-  EXPECT_GE(tracker.trajectory().size(), posed(reports).size()) << "frames ride on keyframes that are gone";
+  EXPECT_GE(tracker.trajectory().size(), registered_poses(reports).size())
+      << "frames ride on keyframes that are gone";
 }
 
 }  // namespace

@@ -120,7 +120,7 @@ TEST_F(TwoMotionsTest, WhatIsHeldBeforeAMovingCameraIsNoBackground) {
   const Frame first = held_before(Rigid3()), second = held_before(camera_at({0.15, 0.05, 0}, 1 * kDegree));
   const TwoMotions seen = motions(first, second);
   EXPECT_FALSE(seen.found);
-  EXPECT_TRUE(seen.fixed_to_camera);
+  EXPECT_TRUE(seen.is_ego_vehicle);
   EXPECT_GT(seen.still_of_first.size(), 0.9 * kMoving);
   for (const int f : seen.still_of_first) EXPECT_GE(f, first.image->size() - kMoving);
   TrackerOptions turning;
@@ -191,7 +191,7 @@ TEST_F(BonnetTest, WhatTheViewHasReachedRoundOnceIsNoBackgroundLater) {
   EXPECT_GT(found, 3) << "alone they look like an object before a background";
   Bootstrapper bootstrapper(never_, camera_);
   for (int i = 0; i < 12; ++i) {
-    EXPECT_TRUE(bootstrapper.add(after(0.5 * i)).still_background.empty()) << i;
+    EXPECT_TRUE(bootstrapper.add(after(0.5 * i)).static_background.empty()) << i;
   }
 }
 
@@ -261,7 +261,7 @@ TEST_F(TwoMotionsTest, TheBootstrapMakesAMapOfTheObject) {
   BootstrapReport report;
   for (int i = 0; i < 20 && !report.map; ++i) report = bootstrapper.add(frame(i * kDegree));
   ASSERT_TRUE(report.map) << report.text;
-  EXPECT_GT(report.still_background.size(), 100u);
+  EXPECT_GT(report.static_background.size(), 100u);
   EXPECT_GT(report.moved_px, 3);
   const InitialMap::View& last = report.map->views.back();
   const Rigid3 found = last.camera_from_map * report.map->views.front().camera_from_map.inverse();
@@ -286,7 +286,7 @@ TEST_F(TwoMotionsTest, ACameraThatStandsStillBeforeItMovesGetsItsMapOfEverything
     report = bootstrapper.add(frame(0, camera_at({0.02 * std::max(0, i - 10), 0, 0}, 0)));
   }
   ASSERT_TRUE(report.map) << report.text;
-  EXPECT_TRUE(report.still_background.empty());
+  EXPECT_TRUE(report.static_background.empty());
   EXPECT_GT(report.map->points.size(), 250u);
 }
 

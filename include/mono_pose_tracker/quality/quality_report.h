@@ -70,7 +70,7 @@ struct MapEvidence {
   bool is_object = false;      // a narrow view: images that do not show the object are no loss
   std::size_t registered = 0;  // images
   std::int64_t images = 0;     // that have features
-  double depth_evidence = 0, geometry_evidence = 0;              // mapping/depth_reversal.h, rival_geometry.h
+  double depth_evidence = 0, geometry_evidence = 0;  // mapping/depth_reversal.h, planar_ambiguity.h
   double least_depth_evidence = 0, least_geometry_evidence = 0;  // that are needed
 };
 

@@ -41,7 +41,7 @@ struct Sim3;
 struct ClosedLoop;
 struct FinishedMap;
 struct SeenImage;
-struct StillBackground;
+struct StaticBackground;
 struct TrackingMap;
 class ViewGraph;
 
@@ -75,9 +75,9 @@ class Tracker {
   void pass_over();
 
   /// Does ahead that work on an image which need not wait for its turn. process, keep_for_later and
-  /// resect_again take what it returns in place of the image, with the same result. mask: the one that they
-  /// will be given. memory: of a recording whose images are looked at more than once; index: of this one in
-  /// it.
+  /// register_image_again take what it returns in place of the image, with the same result. mask: the one
+  /// that they will be given. memory: of a recording whose images are looked at more than once; index: of
+  /// this one in it.
   PreparedImage prepare(const cv::Mat& image, const cv::Mat& mask = cv::Mat(),
                         FeatureMemory* memory = nullptr, std::int64_t index = -1) const;
 
@@ -132,8 +132,8 @@ class Tracker {
   bool finish();
   /// Poses an image against the finished map, wherever it was in the recording; it joins the trajectory, in
   /// place of the pose that it had.
-  FrameReport resect_again(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
-                           const cv::Mat& mask = cv::Mat());
+  FrameReport register_image_again(std::int64_t frame_index, std::int64_t stamp_ns,
+                                   const PreparedImage& image, const cv::Mat& mask = cv::Mat());
   /// An image that got no pose, for fill_gaps; what the report says of its mask holds.
   FrameReport keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
                              const cv::Mat& mask = cv::Mat());
@@ -154,7 +154,7 @@ class Tracker {
   /// image is not of the camera's size.
   ImageFeaturesPtr features_of(const PreparedImage& image);
   /// What stands still in images of a recording while something moves.
-  StillBackground background_of(const std::vector<SeenImage>& images) const;
+  StaticBackground background_of(const std::vector<SeenImage>& images) const;
   /// All maps that could not be joined, finished; the largest, which is the present one, first.
   std::vector<FinishedMap> maps();
   /// Adds what was found out about each, in this order, to its QualityReport. images: of the recording, that

@@ -28,7 +28,7 @@ struct BootstrapOptions {
 };
 
 /// How a frame is posed (paper, steps 4a and 4b).
-struct ResectionOptions {
+struct RegistrationOptions {
   double search_radius = 0.04;       // of the longer side: round the pixels that the prediction gives
   double refine_radius_px = 3;       // at 640 px (image_scale): round the pixels that the resected pose gives
   int min_inliers = 15;              // P3P fits three; a chance pose rarely gathers ten more within 2 px
@@ -47,7 +47,7 @@ struct TrackerOptions {
   SiftOptions sift;
   MatchOptions matching;
   BootstrapOptions bootstrap;
-  ResectionOptions resection;
+  RegistrationOptions resection;
   MappingOptions mapping;
   SegmentationOptions segmentation;
   BundleOptions bundle;

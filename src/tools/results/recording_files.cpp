@@ -18,7 +18,7 @@
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/io/ply.h"
 #include "splat_dataset.h"
-#include "tracking/body_outlines.h"
+#include "tracking/object_outlines.h"
 
 namespace mono_pose_tracker {
 
@@ -118,8 +118,8 @@ void write_pages(const fs::path& output, const CameraParameters& camera, const F
 void outline_masks(const Recording& recording, const RecordingResult& result, const CameraModel& camera,
                    MaskRecord* masks) {
   const FinishedMap& first = result.maps.front();
-  if (first.is_of_other_body || first.is_of_smaller_body) return;  // its outline is of what is not wanted
-  const BodyOutlines outlines(result, camera);
+  if (first.is_of_other_object || first.is_of_smaller_object) return;  // its outline is of what is not wanted
+  const ObjectOutlines outlines(result, camera);
   if (!outlines.have_other() && !most_have(*masks, result)) return;
   struct Outlined {
     std::int64_t index;

@@ -1,0 +1,172 @@
+#include "cross_view_matcher.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "keyframe_landmarks.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr int kSampledLandmarks = 40;  // of a keyframe, to estimate how much of it another sees
+constexpr double kMinOverlap = 0.4;    // below, too few matches would be left to confirm
+constexpr int kMatchedViewsPerKeyframe =
+    4;  // the most overlapping ones; the rest follows through shared landmarks
+constexpr double kMinViewCosine = 0.7;  // 45 degrees between the views: SIFT's matches grow few beyond
+
+struct SeenLandmark {
+  LandmarkId id;
+  int feature;
+};
+
+std::vector<SeenLandmark> seen_landmarks(const Keyframe& keyframe) {
+  std::vector<SeenLandmark> seen;
+  for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
+    if (keyframe.landmark_of_feature[f] != kNoLandmark) {
+      seen.push_back({keyframe.landmark_of_feature[f], static_cast<int>(f)});
+    }
+  }
+  return seen;
+}
+
+// Share of a sample of the first keyframe's landmarks that the second has in view, from a similar side; 0
+// once it is plain that they are too few, as of most of a long walk.
+double overlap(const Map& map, const Keyframe& first, const std::vector<SeenLandmark>& landmarks,
+               const Keyframe& second) {
+  if (landmarks.empty()) return 0;
+  const CameraModel& camera = second.image->camera;
+  const Eigen::Vector3d center1 = first.center_in_map(), center2 = second.center_in_map();
+  const std::size_t step = std::max<std::size_t>(1, landmarks.size() / kSampledLandmarks);
+  const double sampled = static_cast<double>((landmarks.size() + step - 1) / step);
+  double in_view = sampled;
+  for (std::size_t i = 0; i < landmarks.size(); i += step) {
+    const Eigen::Vector3d& x_in_map = map.landmark(landmarks[i].id)->x_in_map;
+    Eigen::Vector2d pixel;
+    const bool is_seen =
+        (center1 - x_in_map).normalized().dot((center2 - x_in_map).normalized()) >= kMinViewCosine &&
+        camera.project(second.camera_from_map * x_in_map, &pixel) && camera.in_image(pixel);
+    if (!is_seen && --in_view / sampled < kMinOverlap) return 0;
+  }
+  return in_view / sampled;
+}
+
+bool is_observed_by(const Map& map, LandmarkId id, KeyframeId by, double max_error_px) {
+  const Landmark& landmark = *map.landmark(id);
+  return std::any_of(landmark.observations.begin(), landmark.observations.end(), [&](const Observation& o) {
+    return o.keyframe == by && error_px(*map.keyframe(by), o.feature, landmark.x_in_map) <= max_error_px;
+  });
+}
+
+int node_of(const Keyframe& keyframe, ViewGraph* graph) {
+  return graph->add(keyframe.frame_index, keyframe.image);
+}
+
+// Verified matches of the second's features with what the first has landmarks of.
+std::vector<CandidateObservation> verified_observations(const ViewGraph& graph, const Keyframe& first,
+                                                        const Keyframe& second) {
+  const int node = graph.node_of(first.image), other = graph.node_of(second.image);
+  const TwoViewGeometry* geometry = graph.edge(std::min(node, other), std::max(node, other));
+  std::vector<CandidateObservation> candidates;
+  for (std::size_t i = 0; geometry && i < geometry->matches.size(); ++i) {
+    if (geometry->motion_of_match[i] == 0) continue;
+    const Match& m = geometry->matches[i];
+    const LandmarkId landmark = first.landmark_of_feature[node < other ? m.first : m.second];
+    if (landmark != kNoLandmark)
+      candidates.push_back({node < other ? m.second : m.first, landmark, m.distance2});
+  }
+  return candidates;
+}
+
+// What the two see alike, if it is one place.
+std::vector<SharedTrack> shared_tracks_between(const MapperOptions& options, const ViewGraph& graph,
+                                               const Map& map, const Keyframe& first,
+                                               const Keyframe& second) {
+  const std::vector<CandidateObservation> candidates = verified_observations(graph, first, second);
+  AbsolutePoseOptions pose_options;
+  pose_options.ransac = options.ransac;
+  const AbsolutePoseReport pose = pose_by(map, second, candidates, pose_options);
+  if (!is_same_place(options, pose)) return {};
+  return shared_tracks_of(candidates, pose.inliers, first, second);
+}
+
+}  // namespace
+
+std::vector<SharedTrack> shared_tracks_of(const std::vector<CandidateObservation>& candidates,
+                                          const std::vector<char>& agrees, const Keyframe& first,
+                                          const Keyframe& second) {
+  std::vector<SharedTrack> tracks;
+  for (std::size_t i = 0; i < agrees.size(); ++i) {
+    const CandidateObservation& s = candidates[i];
+    if (agrees[i] && second.landmark_of_feature[s.feature] != s.landmark)
+      tracks.push_back({s.landmark, first.id, second.id, s.feature});
+  }
+  return tracks;
+}
+
+KeyframePairs overlapping_pairs(const BundleOptions& options, const Map& map, KeyframeId newer_than) {
+  KeyframePairs pairs;
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    if (options.is_cancelled()) return {};
+    const std::vector<SeenLandmark> landmarks = seen_landmarks(keyframe);
+    std::vector<std::pair<double, KeyframeId>> overlapping;
+    for (const auto& [other_id, other] : map.keyframes()) {
+      if (other_id <= std::max(id, newer_than)) continue;
+      const double share = overlap(map, keyframe, landmarks, other);
+      if (share < kMinOverlap) continue;
+      // A tenth of the landmarks in common holds two keyframes together well enough.
+      if (10 * map.shared(id, other_id) > static_cast<int>(landmarks.size())) continue;
+      overlapping.emplace_back(-share, other_id);
+    }
+    std::sort(overlapping.begin(), overlapping.end());
+    if (overlapping.size() > kMatchedViewsPerKeyframe) overlapping.resize(kMatchedViewsPerKeyframe);
+    for (const auto& entry : overlapping) pairs.emplace_back(id, entry.second);
+  }
+  return pairs;
+}
+
+std::vector<SharedTrack> match_across_views(const MapperOptions& options, const KeyframePairs& pairs,
+                                            ViewGraph* graph, Map* map) {
+  std::vector<SharedTrack> all;
+  for (const auto& [first, second] : pairs) {
+    if (options.bundle.is_cancelled()) break;
+    graph->connect({{node_of(*map->keyframe(first), graph), node_of(*map->keyframe(second), graph)}});
+    const std::vector<SharedTrack> tracks =
+        shared_tracks_between(options, *graph, *map, *map->keyframe(first), *map->keyframe(second));
+    merge_tracks(tracks, map);
+    all.insert(all.end(), tracks.begin(), tracks.end());
+  }
+  return all;
+}
+
+std::set<KeyframeId> with_inconsistent_tracks(const std::vector<SharedTrack>& tracks, const Map& map,
+                                              double max_error_px) {
+  std::map<KeyframeId, int> balance;  // of those that are off and those that hold
+  for (const SharedTrack& track : tracks) {
+    const LandmarkId l = map.keyframe(track.keyframe)->landmark_of_feature[track.feature];
+    const bool holds = l != kNoLandmark && is_observed_by(map, l, track.keyframe, max_error_px) &&
+                       is_observed_by(map, l, track.seen_by, max_error_px);
+    balance[track.keyframe] += holds ? -1 : 1;
+  }
+  std::set<KeyframeId> loose;
+  for (const auto& [id, more_are_off] : balance) {
+    if (more_are_off >= 0) loose.insert(id);
+  }
+  return loose;
+}
+
+void merge_tracks(const std::vector<SharedTrack>& tracks, Map* map) {
+  for (const SharedTrack& track : tracks) {
+    const Keyframe* keyframe = map->keyframe(track.keyframe);
+    if (!keyframe) continue;
+    const LandmarkId held = keyframe->landmark_of_feature[track.feature];
+    if (held == kNoLandmark) {
+      map->add_observation(track.landmark, track.keyframe, track.feature);
+    } else {
+      map->merge_landmarks(track.landmark, held);
+    }
+  }
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,253 @@
+#include "mapping/planar_ambiguity.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "alternative_map.h"
+#include "geometry/triangulation.h"
+#include "keyframe_landmarks.h"
+#include "mapping/depth_reversal.h"
+#include "mono_pose_tracker/robust/absolute_pose.h"
+#include "mono_pose_tracker/robust/relative_pose.h"
+#include "optimization/map_adjustment.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// Of two keyframes that are to tell the geometry: with fewer in common a rival fits by chance.
+constexpr int kMinShared = 60;
+constexpr int kMinInliers = 15;  // of a resection, as the tracker asks of a pose
+
+// Of a map the first in time are asked: the others were placed in what these began, and every rival costs
+// adjustments of them all.
+constexpr std::size_t kBeginning = 24;
+
+struct KeyframePair {
+  const Keyframe* first = nullptr;
+  const Keyframe* second = nullptr;
+};
+
+// The farthest apart in time of those that share enough.
+std::optional<KeyframePair> farthest_pair(const Map& map) {
+  const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
+  std::map<KeyframeId, std::size_t> place;
+  for (std::size_t i = 0; i < in_time.size(); ++i) place[in_time[i]->id] = i;
+  std::optional<KeyframePair> farthest;
+  std::size_t apart = 0;
+  for (std::size_t i = 0; i < in_time.size(); ++i) {
+    for (const auto& [other, shared] : map.covisible(in_time[i]->id)) {
+      if (shared < kMinShared) break;  // most first
+      const std::size_t j = place[other];
+      if (j <= i + apart) continue;
+      apart = j - i;
+      farthest = KeyframePair{in_time[i], in_time[j]};
+    }
+  }
+  return farthest;
+}
+
+Rigid3 relative_pose(const KeyframePair& pair) {
+  return pair.second->camera_from_map * pair.first->camera_from_map.inverse();
+}
+
+std::vector<RelativePoseHypothesis> geometries_of(const KeyframePair& pair, const RansacOptions& ransac) {
+  std::unordered_map<LandmarkId, int> in_second;
+  for (std::size_t f = 0; f < pair.second->landmark_of_feature.size(); ++f) {
+    const LandmarkId l = pair.second->landmark_of_feature[f];
+    if (l != kNoLandmark) in_second[l] = static_cast<int>(f);
+  }
+  std::vector<Eigen::Vector3d> bearings1, bearings2;
+  for (std::size_t f = 0; f < pair.first->landmark_of_feature.size(); ++f) {
+    const auto seen = in_second.find(pair.first->landmark_of_feature[f]);
+    if (seen == in_second.end()) continue;
+    bearings1.push_back(pair.first->image->set.bearings[f]);
+    bearings2.push_back(pair.second->image->set.bearings[seen->second]);
+  }
+  RelativePoseOptions options;
+  options.ransac = ransac;
+  options.without_accidental_matches = false;  // the map has chosen among them
+  return estimate_relative_pose(bearings1, bearings2, options).hypotheses;
+}
+
+// A map made anew from two of its keyframes in a geometry that is given.
+class Regrowth {
+ public:
+  Regrowth(const Map& map, const RansacOptions& ransac) : map_(map) { options_.ransac = ransac; }
+
+  // None when a keyframe finds no place in it.
+  std::optional<Map> grow(const KeyframePair& pair, const Rigid3& second_from_first) {
+    const double baseline = relative_pose(pair).translation.norm();
+    place(pair.first->id, pair.first->camera_from_map);
+    place(pair.second->id, Rigid3(second_from_first.rotation, baseline * second_from_first.translation) *
+                               pair.first->camera_from_map);
+    while (poses_.size() < map_.keyframes().size()) {
+      if (!register_next()) return std::nullopt;
+    }
+    Map grown = map_;
+    for (const auto& [id, camera_from_map] : poses_) grown.set_pose(id, camera_from_map);
+    for (const LandmarkId l : map_.landmark_ids()) {
+      const auto point = points_.find(l);
+      if (point != points_.end()) {
+        grown.set_position(l, point->second);
+      } else {
+        grown.remove_landmark(l);
+      }
+    }
+    return grown;
+  }
+
+ private:
+  void place(KeyframeId id, const Rigid3& camera_from_map) {
+    poses_[id] = camera_from_map;
+    for (const LandmarkId l : landmarks_of(*map_.keyframe(id))) {
+      if (points_.count(l) == 0) triangulate(l);
+    }
+  }
+
+  void triangulate(LandmarkId l) {
+    std::vector<Rigid3> cameras;
+    std::vector<Eigen::Vector3d> bearings;
+    for (const Observation& seen : map_.landmark(l)->observations) {
+      const auto pose = poses_.find(seen.keyframe);
+      if (pose == poses_.end()) continue;
+      cameras.push_back(pose->second);
+      bearings.push_back(map_.keyframe(seen.keyframe)->image->set.bearings[seen.feature]);
+    }
+    Eigen::Vector3d x_in_map;
+    if (cameras.size() > 1 && triangulate_multi_view(cameras, bearings, &x_in_map)) points_[l] = x_in_map;
+  }
+
+  int points_observed_by(const Keyframe& keyframe) const {
+    int count = 0;
+    for (const LandmarkId l : landmarks_of(keyframe)) count += static_cast<int>(points_.count(l));
+    return count;
+  }
+
+  // The one that sees most of the points.
+  bool register_next() {
+    const Keyframe* next = nullptr;
+    int most = kMinInliers - 1;
+    for (const auto& [id, keyframe] : map_.keyframes()) {
+      if (poses_.count(id) > 0) continue;
+      const int seen = points_observed_by(keyframe);
+      if (seen <= most) continue;
+      most = seen;
+      next = &keyframe;
+    }
+    if (next == nullptr) return false;
+    std::vector<Eigen::Vector3d> bearings, points;
+    for (std::size_t f = 0; f < next->landmark_of_feature.size(); ++f) {
+      const auto point = points_.find(next->landmark_of_feature[f]);
+      if (point == points_.end()) continue;
+      bearings.push_back(next->image->set.bearings[f]);
+      points.push_back(point->second);
+    }
+    const AbsolutePoseReport report = estimate_absolute_pose(bearings, points, options_);
+    if (!report.success || report.num_inliers < kMinInliers) return false;
+    place(next->id, report.camera_from_map);
+    return true;
+  }
+
+  const Map& map_;
+  AbsolutePoseOptions options_;
+  std::map<KeyframeId, Rigid3> poses_;
+  std::unordered_map<LandmarkId, Eigen::Vector3d> points_;
+};
+
+std::size_t count_observations(const Map& map) {
+  std::size_t count = 0;
+  for (const auto& entry : map.landmarks()) count += entry.second.observations.size();
+  return count;
+}
+
+// Of so many observations; those that are no more in the map cost what a wrong one does.
+double cost_of(const Map& map, std::size_t observations) {
+  return cost_of(map) + kOutlier * kOutlier * static_cast<double>(observations - count_observations(map));
+}
+
+bool is_same_geometry(const Rigid3& a, const Rigid3& b) {
+  const RelativePoseOptions distinct;  // as RANSAC tells its hypotheses apart
+  return is_same_geometry(a, b, distinct.distinct_rotation, distinct.distinct_translation);
+}
+
+// What a single keyframe is left with tells nothing.
+Map beginning_of(const Map& map) {
+  Map beginning = map;
+  const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
+  if (in_time.size() <= kBeginning) return beginning;
+  for (std::size_t i = kBeginning; i < in_time.size(); ++i) {
+    beginning.remove_keyframe(in_time[i]->id, in_time.front()->id);
+  }
+  for (const LandmarkId l : beginning.landmark_ids()) {
+    if (beginning.landmark(l)->observations.size() < 2) beginning.remove_landmark(l);
+  }
+  return beginning;
+}
+
+struct Alternative {
+  Map map;
+  double cost = 0;  // over that of the map itself, adjusted as far
+};
+
+// Adjusts the other geometry's map as far as it takes to compare it; false where it is far dearer than `most`
+// or becomes the map itself.
+bool adjust_alternative(BundleOptions bundle, const KeyframePair& pair, std::size_t observations, double most,
+                        Map* alternative) {
+  bundle.max_iterations = kTrialIterations;
+  adjust_map(bundle, alternative);
+  if (cost_of(*alternative, observations) > kFarHigherCost * most) return false;
+  bundle.max_iterations = kIterations;
+  adjust_map(bundle, alternative);
+  const KeyframePair now = {alternative->keyframe(pair.first->id), alternative->keyframe(pair.second->id)};
+  return !is_same_geometry(relative_pose(now), relative_pose(pair));
+}
+
+// The cheapest; none where no other geometry of the keyframes makes a map.
+std::optional<Alternative> best_alternative(const BundleOptions& bundle, const RansacOptions& ransac,
+                                            const Map& map) {
+  const std::optional<KeyframePair> pair = farthest_pair(map);
+  if (!pair) return std::nullopt;
+  const std::size_t observations = count_observations(map);
+  const double cost = cost_of(map, observations);
+  std::optional<Alternative> best;
+  for (const RelativePoseHypothesis& geometry : geometries_of(*pair, ransac)) {
+    if (is_same_geometry(geometry.second_from_first, relative_pose(*pair))) continue;
+    std::optional<Map> grown = Regrowth(map, ransac).grow(*pair, geometry.second_from_first);
+    if (!grown || !adjust_alternative(bundle, *pair, observations, cost, &*grown)) continue;
+    const double alternative_cost = cost_of(*grown, observations);
+    if (!best || alternative_cost < best->cost) best = Alternative{std::move(*grown), alternative_cost};
+  }
+  if (!best) return std::nullopt;
+  Map itself = map;
+  BundleOptions as_far = bundle;
+  as_far.max_iterations = kTrialIterations + kIterations;
+  adjust_map(as_far, &itself);
+  best->cost /= std::min(cost, cost_of(itself, observations));
+  return best;
+}
+
+}  // namespace
+
+bool correct_geometry(const BundleOptions& bundle, const RansacOptions& ransac, double min_evidence,
+                      Map* map) {
+  if (is_narrow(*map)) return false;
+  std::optional<Alternative> alternative = best_alternative(bundle, ransac, *map);
+  if (!alternative || alternative->cost * (1 + min_evidence) >= 1) return false;
+  *map = std::move(alternative->map);
+  return true;
+}
+
+double geometry_evidence(const BundleOptions& bundle, const RansacOptions& ransac, const Map& map) {
+  if (is_narrow(map)) return std::numeric_limits<double>::infinity();
+  const std::optional<Alternative> alternative = best_alternative(bundle, ransac, beginning_of(map));
+  return alternative ? alternative->cost - 1 : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace mono_pose_tracker

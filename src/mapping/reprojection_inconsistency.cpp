@@ -1,0 +1,60 @@
+#include "mapping/reprojection_inconsistency.h"
+
+#include <iterator>
+#include <vector>
+
+#include "common/count_deviations.h"
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/features/matching.h"
+#include "similar_feature.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// px at 640 px (image_scale): beyond what noise, a lens model and the drift of a young pose leave over.
+constexpr double kElsewhere = 6;
+// Fewer matches, or fewer that contradict, are chance: a repeated texture gives several wrong ones at once.
+constexpr int kMinMatches = 30, kMinContradicting = 8;
+
+}  // namespace
+
+ReprojectionInconsistency reprojection_inconsistency(const Map& map, const Keyframe& first,
+                                                     const Keyframe& second,
+                                                     const std::vector<Match>& matches) {
+  const CameraModel& camera = second.image->camera;
+  const double limit_px = kElsewhere * image_scale(camera);
+  ReprojectionInconsistency result;
+  result.frame_index = second.frame_index;
+  for (const Match& m : matches) {
+    const Landmark* landmark = map.landmark(first.landmark_of_feature[m.first]);
+    if (!landmark) continue;
+    const Eigen::Vector3d x_in_second = second.camera_from_map * landmark->x_in_map;
+    Eigen::Vector2d pixel;
+    // What should be out of view is not seen: this is another one like it.
+    if (!camera.project(x_in_second, &pixel) || !camera.in_image(pixel)) continue;
+    ++result.matches;
+    if (reprojection_error(*second.image, m.second, x_in_second).norm() <= limit_px) continue;
+    result.contradicting +=
+        !has_similar_feature_at(*second.image, first.image->set.descriptor(m.first), x_in_second, limit_px);
+  }
+  const bool is_chance = result.matches < kMinMatches || result.contradicting < kMinContradicting;
+  if (is_chance) result.contradicting = 0;
+  return result;
+}
+
+bool ReprojectionInconsistency::is_significant() const {
+  return share() >= kOfAWrongMap || (share() >= kMostOfARightMap &&
+                                     deviations_above(kOfARightMap, contradicting, matches) >= kDeviations);
+}
+
+ReprojectionInconsistency newest_inconsistency(const Map& map, const MatchOptions& matching) {
+  if (map.keyframes().size() < 2) return {};
+  const auto newest = std::prev(map.keyframes().end());
+  const Keyframe &first = std::prev(newest)->second, &second = newest->second;
+  return reprojection_inconsistency(
+      map, first, second,
+      match_descriptors(first.image->set.descriptors, second.image->set.descriptors, matching));
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,53 @@
+#include "rotation_in_view.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/median.h"
+#include "geometry/nearest_rotation.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+std::vector<double> left_over(const std::vector<Eigen::Vector3d>& bearings1,
+                              const std::vector<Eigen::Vector3d>& bearings2,
+                              const Eigen::Matrix3d& rotation) {
+  std::vector<double> lengths;
+  for (std::size_t i = 0; i < bearings1.size(); ++i) {
+    lengths.push_back((rotation * bearings1[i] - bearings2[i]).norm());
+  }
+  return lengths;
+}
+
+// By the rotation that explains most of the movement. A few wrong matches go farther than all others
+// together: what goes three times as far as the half of them has no say in it.
+std::vector<double> left_over_by_rotation(const std::vector<Eigen::Vector3d>& bearings1,
+                                          const std::vector<Eigen::Vector3d>& bearings2) {
+  constexpr int kRounds = 3;
+  constexpr double kFar = 3;
+  std::vector<double> lengths(bearings1.size(), 0);
+  for (int round = 0; round < kRounds; ++round) {
+    const double farthest = kFar * median(lengths);
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    for (std::size_t i = 0; i < bearings1.size(); ++i) {
+      if (lengths[i] <= farthest) sum += bearings2[i] * bearings1[i].transpose();
+    }
+    lengths = left_over(bearings1, bearings2, nearest_rotation(sum));
+  }
+  return lengths;
+}
+
+}  // namespace
+
+double rotation_in_view(const std::vector<Eigen::Vector3d>& bearings1,
+                        const std::vector<Eigen::Vector3d>& bearings2) {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& b : bearings1) middle += b;
+  middle.normalize();
+  std::vector<double> away;
+  for (const Eigen::Vector3d& b : bearings1) away.push_back((b - middle).norm());
+  return median(left_over_by_rotation(bearings1, bearings2)) / std::max(median(std::move(away)), 1e-6);
+}
+
+}  // namespace mono_pose_tracker

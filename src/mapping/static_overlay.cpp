@@ -1,0 +1,113 @@
+#include "static_overlay.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
+
+#include "common/median.h"
+#include "geometry/triangulation.h"
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/features/matching.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// px at 640 px (image_scale), median over the views: twice what an inlier may be off by. What stays within
+// 3 px because the camera hardly moves, keeps it in its middle, or drives straight at it, is off by its
+// noise.
+constexpr double kNoPointPx = 4;
+// Earlier keyframes that a feature must be in at its place, at least and as a share: a pattern that is
+// repeated (tiles, a carpet) brings like features to one place now and then. With two the rays would often
+// meet.
+constexpr std::size_t kMinEarlier = 3;
+constexpr double kMinEarlierShare = 0.5;
+constexpr int kMinFeatures = 12;  // in the newest keyframe: chance leaves one or two in their place
+constexpr std::size_t kEarlier = 12;
+
+// The ones just before, and farther and farther back: what is fixed is there in all, what is tracked is not.
+std::vector<const Keyframe*> earlier_keyframes(const Map& map, KeyframeId newest) {
+  std::vector<const Keyframe*> chosen;
+  std::size_t back = 0, next = 1;
+  for (auto k = std::make_reverse_iterator(map.keyframes().find(newest));
+       k != map.keyframes().rend() && chosen.size() < kEarlier; ++k) {
+    if (++back < next) continue;
+    chosen.push_back(&k->second);
+    next = back + 1 + back / 3;
+  }
+  return chosen;
+}
+
+int same_place(const MapperOptions& options, const Keyframe& newest, int feature, const Keyframe& earlier) {
+  const Feature& own = newest.image->set.features[feature];
+  NearestTwo nearest;
+  earlier.image->grid.visit_near(
+      own.pixel.cast<double>(), kSamePlacePx * image_scale(newest.image->camera), [&](int f) {
+        nearest.offer(
+            f, descriptor_distance2(newest.image->set.descriptor(feature), earlier.image->set.descriptor(f)));
+      });
+  return nearest.best <= stored_distance2(options.mapping.max_descriptor_distance) ? nearest.index : -1;
+}
+
+// A keyframe's feature.
+struct Sighting {
+  const Keyframe* keyframe;
+  int feature;
+};
+
+bool is_known(const FlaggedFeatures& known, const Sighting& sighting) {
+  const auto flags = known.find(sighting.keyframe->id);
+  return flags != known.end() && flags->second[sighting.feature];
+}
+
+// Whether the best point for them all is off in most of them; where their rays don't meet, one that is too
+// far away to be placed.
+bool is_no_point(const std::vector<Sighting>& seen) {
+  std::vector<Rigid3> cameras;
+  std::vector<Eigen::Vector3d> bearings;
+  for (const Sighting& s : seen) {
+    cameras.push_back(s.keyframe->camera_from_map);
+    bearings.push_back(s.keyframe->image->set.bearings[s.feature]);
+  }
+  Eigen::Vector3d x_in_map;
+  const bool is_near = triangulate_multi_view(cameras, bearings, &x_in_map);
+  const Eigen::Vector3d direction = common_direction(cameras, bearings);
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const Eigen::Vector3d x = is_near ? cameras[i] * x_in_map : cameras[i].rotation * direction;
+    errors.push_back(reprojection_error(*seen[i].keyframe->image, seen[i].feature, x).norm());
+  }
+  return median(std::move(errors)) > kNoPointPx * image_scale(seen[0].keyframe->image->camera);
+}
+
+}  // namespace
+
+FlaggedFeatures find_static_overlay(const MapperOptions& options, const Map& map, KeyframeId newest_id,
+                                    const FlaggedFeatures& known) {
+  const Keyframe& newest = *map.keyframe(newest_id);
+  const std::vector<const Keyframe*> earlier = earlier_keyframes(map, newest_id);
+  FlaggedFeatures fixed;
+  int found = 0;
+  for (int f = 0; f < newest.image->size(); ++f) {
+    std::vector<Sighting> seen = {{&newest, f}};
+    for (const Keyframe* keyframe : earlier) {
+      const int there = same_place(options, newest, f, *keyframe);
+      if (there >= 0) seen.push_back({keyframe, there});
+    }
+    const std::size_t again = seen.size() - 1;
+    const bool is_one =
+        std::any_of(seen.begin() + 1, seen.end(), [&](const Sighting& s) { return is_known(known, s); });
+    if (!is_one && (again < kMinEarlier || again < kMinEarlierShare * earlier.size() || !is_no_point(seen))) {
+      continue;
+    }
+    ++found;
+    for (const Sighting& s : seen) {
+      std::vector<char>& flags = fixed[s.keyframe->id];
+      flags.resize(s.keyframe->image->size(), 0);
+      flags[s.feature] = 1;
+    }
+  }
+  return found >= kMinFeatures ? fixed : FlaggedFeatures();
+}
+
+}  // namespace mono_pose_tracker

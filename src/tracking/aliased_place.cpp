@@ -1,0 +1,47 @@
+#include "aliased_place.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "mapping/aliased_places.h"
+#include "mono_pose_tracker/camera/camera_model.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+// px at 640 px (image_scale), median: some times what the points of one and the same place are off by.
+constexpr double kElsewherePx = 10;
+
+// By how far what was found from the one pose lies elsewhere seen from the other.
+double offset_px(const TrackingMap& map, const CameraModel& camera, const RegistrationReport& found,
+                 const Rigid3& camera_from_map) {
+  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> x_in_camera;
+  for (const FrameObservation& o : found.observations) {
+    const auto landmark = map.landmarks.find(o.landmark);
+    if (landmark == map.landmarks.end()) continue;
+    x_in_camera.emplace_back(found.camera_from_map * landmark->second, camera_from_map * landmark->second);
+  }
+  return disagreement_px(camera, x_in_camera);
+}
+
+bool may_be_drift(const TrackingMap& map, const FoundPlace& a, const FoundPlace& b) {
+  const Rigid3 a_in_map = a.report.camera_from_map.inverse(), b_in_map = b.report.camera_from_map.inverse();
+  if (a_in_map.rotation.angularDistance(b_in_map.rotation) > kMaxRotationDrift) return false;
+  return (a_in_map.translation - b_in_map.translation).norm() <=
+         kMaxDrift * path_length_between(map, map.keyframes.at(a.keyframe), map.keyframes.at(b.keyframe));
+}
+
+}  // namespace
+
+bool has_alias(const TrackingMap& map, const CameraModel& camera, const std::vector<FoundPlace>& places,
+               const FoundPlace& best) {
+  return std::any_of(places.begin(), places.end(), [&](const FoundPlace& other) {
+    return other.report.success && other.report.support.found > kAliasedShare * best.report.support.found &&
+           offset_px(map, camera, other.report, best.report.camera_from_map) >
+               kElsewherePx * image_scale(camera) &&
+           !may_be_drift(map, best, other);
+  });
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,83 @@
+#include "innovation_gate.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "common/angles.h"
+#include "common/formatted.h"
+
+namespace mono_pose_tracker {
+
+namespace {
+
+constexpr double kGate = 22.46;   // chi-square of six degrees of freedom, 99.9 %
+constexpr int kLeastLearnt = 15;  // innovations: fewer tell no variance
+// Of the newest innovation in the variance: half a second at 30 Hz.
+constexpr double kWeight = 1.0 / 15;
+// Motion changes by jerks: one innovation raises the variance as if it were three deviations at most, so that
+// a wrong pose does not excuse the next.
+constexpr double kClip = 9;
+// Of the usual share: a pose that is wrong finds half of what it should at the most, the rest being
+// elsewhere; a blurred image, whose pose may be off as well, no more.
+constexpr double kUnexplained = 0.6;
+
+double learn(double variance, double squared, int learnt) {
+  const double weight = std::max(kWeight, 1.0 / (learnt + 1));
+  const double clipped = learnt < kLeastLearnt ? squared : std::min(squared, kClip * variance);
+  return (1 - weight) * variance + weight * clipped;
+}
+
+}  // namespace
+
+std::optional<std::string> InnovationGate::judge(std::int64_t stamp_ns,
+                                                 const RegistrationReport& registration,
+                                                 const std::optional<Rigid3>& predicted, int min_inliers) {
+  std::optional<std::string> doubt = doubt_of(stamp_ns, registration, predicted, min_inliers);
+  in_a_row_ = doubt ? in_a_row_ + 1 : 0;
+  return doubt;
+}
+
+std::optional<std::string> InnovationGate::doubt_of(std::int64_t stamp_ns,
+                                                    const RegistrationReport& registration,
+                                                    const std::optional<Rigid3>& predicted, int min_inliers) {
+  const std::optional<std::int64_t> last = std::exchange(last_stamp_ns_, stamp_ns);
+  // Twice what a pose needs is believed wherever it lies: of a small thing with much to see on it.
+  if (registration.inliers < 2 * min_inliers && is_confined_to_corner(registration.support)) {
+    return formatted("%d inliers in %.0f %% of where there is anything to see", registration.inliers,
+                     100 * registration.support.spread);
+  }
+  if (!last || !predicted) return std::nullopt;
+  const double gap_ns = static_cast<double>(std::max<std::int64_t>(1, stamp_ns - *last));
+  // Over ten frames or so: one that is dropped here and there changes it little, another rate soon.
+  usual_gap_ns_ = usual_gap_ns_ == 0 ? gap_ns : 0.9 * usual_gap_ns_ + 0.1 * gap_ns;
+  // What acceleration does grows with the square of time.
+  const double growth = std::pow(std::max(1.0, gap_ns / usual_gap_ns_), 2);
+
+  const Rigid3 found_from_predicted = registration.camera_from_map * predicted->inverse();
+  const double whole_turn = Eigen::AngleAxisd(found_from_predicted.rotation).angle();
+  const double whole_shift = found_from_predicted.translation.norm();
+  const double turn = whole_turn / growth, shift = whole_shift / growth;  // of the usual gap
+  const double rotation_variance =
+      rotation_variance_ + registration.covariance.bottomRightCorner<3, 3>().trace() / 3;
+  const double translation_variance =
+      translation_variance_ + registration.covariance.topLeftCorner<3, 3>().trace() / 3;
+  const double distance2 = turn * turn / rotation_variance + shift * shift / translation_variance;
+  const double share =
+      static_cast<double>(registration.support.found) / std::max(1.0, registration.support.in_map.expected);
+  // What goes on from a doubtful pose is asked what is asked of a camera that was lost.
+  const bool goes_on_in_doubt = in_a_row_ > 0 && !is_supported(registration.support, min_inliers);
+  const bool is_outlier = learnt_ >= kLeastLearnt &&
+                          (goes_on_in_doubt || (distance2 > kGate && share < kUnexplained * usual_share_));
+  if (!is_outlier) usual_share_ += std::max(kWeight, 1.0 / (learnt_ + 1)) * (share - usual_share_);
+  rotation_variance_ = learn(rotation_variance_, turn * turn / 3, learnt_);
+  translation_variance_ = learn(translation_variance_, shift * shift / 3, learnt_);
+  ++learnt_;
+  if (!is_outlier) return std::nullopt;
+  return formatted(
+      "%.2f deg and %.3g units from where the motion led, %.1f times what is usual, and %.0f %% of the "
+      "points found that are to be expected",
+      whole_turn / kDegree, whole_shift, std::sqrt(distance2 / 6), 100 * share);
+}
+
+}  // namespace mono_pose_tracker

@@ -1,0 +1,72 @@
+// The body that turns, live: a map of another is dropped, and images are left only its features.
+
+#include <utility>
+
+#include "tracker_impl.h"
+
+namespace mono_pose_tracker {
+
+// With the features of the body that turns, where there is one to be followed and it is in view.
+Frame Tracker::Impl::followed(const Frame& frame, FrameReport* report) {
+  Frame of_object = frame;
+  if (!object_follower_) return of_object;
+  const StageTimer timer(report->stages, "segment");
+  if (object_follower_->follow(camera_, options_, &of_object)) show_features(of_object, report);
+  return of_object;
+}
+
+// Where the map is of a body that turns less than another, or of what stands still behind it as well, it is
+// dropped, and one of that body begun. False when the map goes on.
+bool Tracker::Impl::switch_to_other_object(const TrackingMap& map, const Frame& frame, FrameReport* report) {
+  constexpr int kMostLeft = 2;  // of a head, the shoulders below it and the room behind
+  if (pace_ != SearchPace::kLive || !map.turning_object || objects_abandoned_ >= kMostLeft) return false;
+  if (options_.localize_only || has_earlier_frames(map)) return false;
+  const int left = objects_abandoned_ + 1;
+  const bool begins_anew = others_.empty();
+  if (begins_anew) {
+    begin_anew();
+  } else if (!go_back_to(others_.rbegin()->first, false)) {
+    return false;
+  }
+  objects_abandoned_ = left;
+  object_follower_.emplace(*map.turning_object);
+  const Frame of_object = followed(frame, report);
+  if (begins_anew) {
+    const StageTimer timer(report->stages, "bootstrap");
+    bootstrap(of_object, report);
+  } else {
+    frames_lost_ = options_.young_map_patience - 1;
+    show_features(frame, report);
+    lose(frame, of_object, report);
+  }
+  report->reason_text = map.doubt + ", and is dropped: " + report->reason_text;
+  return true;
+}
+
+// By the features of the body that turns where it is followed. By all of the frame's where there is none,
+// where it was taken for something else or has been lost: then what the frame is posed by says where the body
+// is. map: becomes the one that it was found in, where that is another.
+RegistrationReport Tracker::Impl::locate(const Frame& frame, TrackingMapPtr* map, Frame* of_object,
+                                         FrameReport* report) {
+  const StageTimer timer(report->stages, "resect");
+  RegistrationReport registration;
+  if (frames_lost_ == 0 && of_object->unmasked) registration = follow(*of_object, **map);
+  if (registration.success) return registration;
+  if (frames_lost_ == 0) {
+    registration = follow(frame, **map);
+  } else if (tentative_) {
+    confirm(frame, map, &registration);
+  }
+  if (!object_follower_) return registration;
+  show_features(frame, report);
+  if (!registration.success) return registration;
+  const Frame settled = object_follower_->settle(camera_, frame, pixels_of(frame, registration));
+  const RegistrationReport again = registrar_.register_frame(
+      settled, **map, choose_reference(**map, registration, frames_lost_ == 0 ? Among::kNear : Among::kAll),
+      registration.camera_from_map);
+  *of_object = again.success ? settled : frame;
+  show_features(*of_object, report);
+  return again.success ? again : registration;
+}
+
+}  // namespace mono_pose_tracker
