@@ -9,24 +9,26 @@
 
 namespace mono_pose_tracker {
 
-/// Of the best place's points: a look-alike lacks what is particular to the right place. With more than that,
-/// the two cannot be told apart.
+/// Share of the best place's inliers. An aliased place lacks the details of the right one. A place with more
+/// inliers than this cannot be told apart from the best.
 constexpr double kAliasedShare = 0.75;
 
-/// Of the way between two keyframes: what tracking drifts by without being lost is a tenth at most where we
-/// have measured it; three times that. Look-alikes a stretch further on are off by the whole way.
+/// Share of the path length between two keyframes. Drift without a loss of tracking was a tenth at most in
+/// our measurements; the limit is three times that. An aliased place further on is off by the whole path
+/// length.
 constexpr double kMaxDrift = 0.3;
-/// rad: a heading that goes astray evenly along the way moves its end by half of that. What looks alike where
-/// the camera went the other way, as the two walls of a corridor, is turned by far more.
+/// Radians. A heading error that grows evenly along the path moves its end by half of that angle. Aliased
+/// places that the camera passed in the opposite direction, such as the two walls of a corridor, differ by
+/// far more.
 constexpr double kMaxRotationDrift = 2 * kMaxDrift;
 
-/// Length of the way from one keyframe to the other, along those between in time, in the map's unit: a map
-/// that was joined has its own in another order.
+/// Length of the path from one keyframe to the other, over the keyframes between them in time, in the map's
+/// unit. The order of time is not the order of ids in a merged map.
 double path_length_between(const TrackingMap& map, const KeyframeView& one, const KeyframeView& other);
 
-/// px, median: how far points are in the image from where they are expected. Each pair: where it is expected
-/// and where it is, in the camera's frame. A million for what lies behind the camera, and where nothing is
-/// expected in view.
+/// Median distance in the image between expected and observed points, px. Each pair holds the expected and
+/// the observed point, in the camera's frame. The distance of points behind the camera is a million, and so
+/// is the result where no expected point is in view.
 double disagreement_px(const CameraModel& camera,
                        const std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>>& x_in_camera);
 

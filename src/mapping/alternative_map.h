@@ -7,12 +7,12 @@
 
 namespace mono_pose_tracker {
 
-// A map is compared with one that it could have been mistaken for: both are adjusted, and what each costs
-// tells.
+// Compares a map with an alternative hypothesis that explains its images about as well: both are adjusted,
+// and their costs decide.
 
 constexpr double kOutlier = 2.5;  // sigmas, at which an observation's cost is capped
 constexpr int kTrialIterations = 8, kIterations = 25;
-// So much dearer after the first iterations, no further ones bring it near.
+// A cost higher by this factor after the first iterations is not brought near by further ones.
 constexpr double kFarHigherCost = 3;
 
 inline double cost_of(const Map& map) {

@@ -8,20 +8,21 @@
 
 namespace mono_pose_tracker {
 
-// A feature of an image, and the landmark that it looks like.
+// A feature of an image and a landmark with a similar descriptor.
 struct CandidateObservation {
   int feature;
   LandmarkId landmark;
   int distance2;
 };
 
-// Of the keyframe, by what it may see of the map (paper, step 4b). A flag a sight tells which agree.
+// Absolute pose of the keyframe from candidate observations of the map (paper, step 4b). The report has an
+// inlier flag for each candidate.
 AbsolutePoseReport pose_by(const Map& map, const Keyframe& keyframe,
                            const std::vector<CandidateObservation>& observations,
                            const AbsolutePoseOptions& options);
 
-// Whether what another keyframe sees is there as well: as many agree as a resected frame needs, and half of
-// all. A look-alike place gives neither.
+// Whether the keyframe shows the place of the candidates: at least as many inliers as a registered frame
+// needs, and half of all candidates. An aliased place has neither.
 bool is_same_place(const MapperOptions& options, const AbsolutePoseReport& pose);
 
 }  // namespace mono_pose_tracker

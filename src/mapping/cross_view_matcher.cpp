@@ -10,7 +10,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr int kSampledLandmarks = 40;  // of a keyframe, to estimate how much of it another sees
+constexpr int kSampledLandmarks = 40;  // of a keyframe, to estimate its overlap with another
 constexpr double kMinOverlap = 0.4;    // below, too few matches would be left to confirm
 constexpr int kMatchedViewsPerKeyframe =
     4;  // the most overlapping ones; the rest follows through shared landmarks
@@ -31,8 +31,8 @@ std::vector<SeenLandmark> seen_landmarks(const Keyframe& keyframe) {
   return seen;
 }
 
-// Share of a sample of the first keyframe's landmarks that the second has in view, from a similar side; 0
-// once it is plain that they are too few, as of most of a long walk.
+// Share of a sample of the first keyframe's landmarks that the second has in view from a similar side.
+// Returns 0 early once the share is certainly too small, as for most pairs of a long walk.
 double overlap(const Map& map, const Keyframe& first, const std::vector<SeenLandmark>& landmarks,
                const Keyframe& second) {
   if (landmarks.empty()) return 0;
@@ -63,7 +63,7 @@ int node_of(const Keyframe& keyframe, ViewGraph* graph) {
   return graph->add(keyframe.frame_index, keyframe.image);
 }
 
-// Verified matches of the second's features with what the first has landmarks of.
+// Verified matches between features of the second and landmarks of the first.
 std::vector<CandidateObservation> verified_observations(const ViewGraph& graph, const Keyframe& first,
                                                         const Keyframe& second) {
   const int node = graph.node_of(first.image), other = graph.node_of(second.image);
@@ -79,7 +79,7 @@ std::vector<CandidateObservation> verified_observations(const ViewGraph& graph, 
   return candidates;
 }
 
-// What the two see alike, if it is one place.
+// Shared tracks of two keyframes, if they show the same place.
 std::vector<SharedTrack> shared_tracks_between(const MapperOptions& options, const ViewGraph& graph,
                                                const Map& map, const Keyframe& first,
                                                const Keyframe& second) {
@@ -115,7 +115,7 @@ KeyframePairs overlapping_pairs(const BundleOptions& options, const Map& map, Ke
       if (other_id <= std::max(id, newer_than)) continue;
       const double share = overlap(map, keyframe, landmarks, other);
       if (share < kMinOverlap) continue;
-      // A tenth of the landmarks in common holds two keyframes together well enough.
+      // A tenth of the landmarks in common connects two keyframes well enough.
       if (10 * map.shared(id, other_id) > static_cast<int>(landmarks.size())) continue;
       overlapping.emplace_back(-share, other_id);
     }
@@ -142,7 +142,7 @@ std::vector<SharedTrack> match_across_views(const MapperOptions& options, const 
 
 std::set<KeyframeId> with_inconsistent_tracks(const std::vector<SharedTrack>& tracks, const Map& map,
                                               double max_error_px) {
-  std::map<KeyframeId, int> balance;  // of those that are off and those that hold
+  std::map<KeyframeId, int> balance;  // inconsistent minus consistent tracks
   for (const SharedTrack& track : tracks) {
     const LandmarkId l = map.keyframe(track.keyframe)->landmark_of_feature[track.feature];
     const bool holds = l != kNoLandmark && is_observed_by(map, l, track.keyframe, max_error_px) &&

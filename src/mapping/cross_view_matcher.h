@@ -10,7 +10,7 @@
 
 namespace mono_pose_tracker {
 
-// A landmark that one keyframe sees is what this feature of another shows.
+// A landmark that one keyframe observes, and the feature of another keyframe that shows the same point.
 struct SharedTrack {
   LandmarkId landmark;
   KeyframeId seen_by;
@@ -18,32 +18,33 @@ struct SharedTrack {
   int feature;
 };
 
-// Those of what the second may see that agrees, and is of landmarks that the first sees: but what the map has
-// it see already. None of nothing that agrees.
+// The shared tracks of two keyframes: inlier candidates of the second whose landmark the first observes.
+// Observations that the map already has are not among them. Empty where there are no inliers.
 std::vector<SharedTrack> shared_tracks_of(const std::vector<CandidateObservation>& candidates,
                                           const std::vector<char>& agrees, const Keyframe& first,
                                           const Keyframe& second);
 
 using KeyframePairs = std::vector<std::pair<KeyframeId, KeyframeId>>;
 
-// Keyframes that would see much of the same by their poses, but share few landmarks: of each the four that
-// overlap most. The newer one of each pair is newer than `newer_than`.
+// Keyframe pairs whose views overlap by their poses, but which share few landmarks. Each keyframe is paired
+// with the four that overlap most. The newer keyframe of each pair is newer than `newer_than`.
 KeyframePairs overlapping_pairs(const BundleOptions& options, const Map& map, KeyframeId newer_than = -1);
 
-// Ties keyframes together that look at the same place but share few landmarks, because the map drifted
-// between their times: they become edges of the view graph, P3P RANSAC over the verified matches with
-// landmarks confirms, and what agrees becomes one landmark. The poses are left to a bundle adjustment that
-// follows. One keyframe of each pair is newer than `newer_than`. Ends early once it is cancelled
-// (options.bundle). Returns what was tied, in the order of doing it.
+// Merges the tracks of keyframes that view the same place but share few landmarks, because the map drifted
+// between their times. The pairs become edges of the view graph, and P3P RANSAC over the verified matches
+// with landmarks confirms them. Inliers become observations of one landmark; the poses are left to a
+// following bundle adjustment. Returns early once options.bundle is cancelled. Returns the merged tracks in
+// the order of merging.
 std::vector<SharedTrack> match_across_views(const MapperOptions& options, const KeyframePairs& pairs,
                                             ViewGraph* graph, Map* map);
 
-// Keyframes half of whose ties or more do not hold in a map that was adjusted: the landmark is further than
-// this from what one of the two shows.
+// Keyframes with at least as many inconsistent as consistent shared tracks in an adjusted map. A track is
+// inconsistent where the reprojection error in one of its two keyframes exceeds max_error_px.
 std::set<KeyframeId> with_inconsistent_tracks(const std::vector<SharedTrack>& tracks, const Map& map,
                                               double max_error_px);
 
-// The same ties in a map that has grown since: those whose landmark and keyframe are still there.
+// Merges the same tracks in a map that has grown since. Tracks whose landmark or keyframe is gone are
+// ignored.
 void merge_tracks(const std::vector<SharedTrack>& tracks, Map* map);
 
 }  // namespace mono_pose_tracker

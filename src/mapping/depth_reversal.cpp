@@ -20,13 +20,13 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// A reversed map is flat or deep at will: what the right one's turns are of its own, bundle adjustment finds
-// from within a factor of two.
+// The stretch of a reversed map is arbitrary: bundle adjustment finds the right one from within a factor of
+// two.
 constexpr std::array<double, 3> kStretches = {1, 2.5, 6};
-constexpr double kMaxTilt = 1.4;  // rad: beyond, an object is not seen from the same side
+constexpr double kMaxTilt = 1.4;  // rad: beyond, another side of the object is visible
 constexpr double kNarrow = 0.15;  // rad
-// That costs are compared by, of a keyframe, twenty times as much as its pose takes; and of all, by which a
-// ratio of costs is off by some 3 %.
+// Observations of a keyframe that suffice to compare costs, twenty times as many as for its pose; and of the
+// whole map, for a ratio of costs accurate to 3 %.
 constexpr int kEnoughOfKeyframe = 60;
 constexpr std::size_t kEnoughOfAll = 2000;
 constexpr double kSampled = 1.1;  // three times that
@@ -44,13 +44,13 @@ Eigen::Matrix3d about(double angle, const Eigen::Vector3d& axis) {
   return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
 }
 
-// Which way it turns then.
+// Sense of the rotation after the transformation.
 enum class RotationSense { kReversed, kSame };
 
-// Turns about the line of sight stay; the tilt of it goes `stretch` times as far.
+// Keeps the rotation about the viewing axis and multiplies the tilt by `stretch`.
 Eigen::Matrix3d turned(const Eigen::Matrix3d& turn, RotationSense sense, double stretch) {
   const double tilt = std::acos(std::clamp(turn(2, 2), -1.0, 1.0));
-  if (tilt < 1e-5) return turn;  // without a direction, but for rounding
+  if (tilt < 1e-5) return turn;  // its direction would be rounding noise
   const double after = std::atan2(turn(1, 2), turn(0, 2)), before = std::atan2(turn(2, 1), -turn(2, 0));
   const double far = std::min(stretch * tilt, std::max(tilt, kMaxTilt));
   return about(after, Eigen::Vector3d::UnitZ()) *
@@ -111,8 +111,7 @@ std::ptrdiff_t observations_in(const Map& map) {
 
 }  // namespace
 
-// Where the middle of all is from each of the keyframes: few of them tell of a wide map, of which there may
-// be thousands.
+// Bearing of the centroid in each keyframe. A few of thousands suffice to detect a wide map.
 bool is_narrow(const Map& map) {
   const double most = kNarrow * kNarrow * static_cast<double>(observations_in(map));
   double sum = 0;
@@ -129,7 +128,7 @@ bool is_narrow(const Map& map) {
 
 namespace {
 
-// For one of so many that are adjusted at a time.
+// Bundle options for one of several maps that are adjusted in parallel.
 BundleOptions trial_of(int alternatives, const BundleOptions& bundle) {
   BundleOptions trial = bundle;
   trial.max_iterations = kTrialIterations;
@@ -137,13 +136,14 @@ BundleOptions trial_of(int alternatives, const BundleOptions& bundle) {
   return trial;
 }
 
-// By what anyone sees of a head or a bust.
+// Whether the rotations differ visibly, for a head or a bust.
 bool rotates_differently(double turn, double other) {
   return turn >= IndependentMotion::kPlainly * other || other >= IndependentMotion::kPlainly * turn;
 }
 
-// With each so many-th landmark, where keyframes have far more observations than it takes to compare; one
-// that has few keeps them all. Adjusted as its rivals will be. Nothing where there is nothing to leave out.
+// The map with every n-th landmark, where keyframes have far more observations than a comparison needs.
+// Keyframes with few observations keep all of them. The sample is adjusted as the alternatives are. Nothing
+// where no landmark would be dropped.
 std::optional<Map> sample_of(const BundleOptions& bundle, const Map& map) {
   std::unordered_map<KeyframeId, int> left;  // observations
   std::size_t all = 0;
@@ -169,9 +169,9 @@ std::optional<Map> sample_of(const BundleOptions& bundle, const Map& map) {
   return sample;
 }
 
-// Of the map stretched so: infinite where it turns into the map again, or nearly.
+// Cost of the stretched map; infinite where it converges to the map again, or nearly.
 double cost_when_stretched(BundleOptions trial, const Map& map, double cost, double stretch) {
-  // Of real heads and busts all find back in the first rounds; what does not may take longer to fit at all.
+  // All maps of real heads and busts converge back in the first rounds; slower convergence takes longer.
   constexpr int kRounds = 4;
   const double own_rotation = rotation_before_cameras(map);
   Map alternative = map;
@@ -198,7 +198,7 @@ double cheapest_when_stretched(const BundleOptions& bundle, const Map& map, doub
   return *std::min_element(costs.begin(), costs.end());
 }
 
-// The best fitting of the reversed maps, as far as it takes to compare it with the map's own cost.
+// The depth-reversed map with the lowest cost, adjusted as far as the comparison needs.
 Map cheapest_reversal(const BundleOptions& bundle, const Map& map, double cost, double* alternative_cost) {
   constexpr int kNumAlternatives = static_cast<int>(kStretches.size());
   BundleOptions trial = trial_of(kNumAlternatives, bundle);

@@ -8,36 +8,36 @@
 
 namespace mono_pose_tracker {
 
-/// The map as a long lens could mistake it for: seen from far away, an object looks the same with its depths
-/// reversed and its turns the other way round (Necker's cube), and the same again when it is flatter and
-/// turns farther. About the middle of the landmarks as the first keyframe sees it; turns are `stretch` times
-/// as far, depths as much flatter. Images agree up to perspective.
+/// Replaces the map by its depth reversal. Seen from far away, an object looks the same with reversed depths
+/// and opposite rotations (Necker reversal), and also when it is flatter and rotates farther (bas-relief
+/// ambiguity). Depths are relative to the centroid of the landmarks in the first keyframe. Rotations are
+/// multiplied by `stretch`, depths divided by it. The images agree up to perspective.
 void reverse_depth(double stretch, Map* map);
 
-/// The same without the reversal, as a relief looks like the statue: turns `stretch` times as far, depths as
-/// much flatter.
+/// The bas-relief transformation without the reversal: rotations are multiplied by `stretch`, depths divided
+/// by it.
 void stretch_depth(double stretch, Map* map);
 
-/// Whether unit bearings lie within 8.6 degrees (rms) of their middle.
+/// Whether unit bearings lie within 8.6 degrees (rms) of their mean.
 bool is_narrow(const std::vector<Eigen::Vector3d>& bearings);
 
-/// Whether the landmarks fill so little of the view that a map may have begun reversed: less than 8.6 degrees
-/// (rms) round their middle.
+/// Whether the landmarks fill so little of the view that the map may have begun depth-reversed: less than 8.6
+/// degrees (rms) about their mean bearing.
 bool is_narrow(const Map& map);
 
-/// Adjusts the reversed map, of several stretches, beside the map itself, and takes it when its observations
-/// fit better by min_evidence (share of the cost). True when it was taken: the poses have changed.
+/// Adjusts depth-reversed maps of several stretches and takes the best of them when its cost is lower by
+/// min_evidence (share of the cost). Returns true when the map was replaced: its poses have changed.
 bool correct_depth_reversal(const BundleOptions& bundle, double min_evidence, Map* map);
 
-/// By what share of its cost the map fits better than the best of its reversed ones, and than any that turns
-/// half as far again or less and stays so when it is adjusted; infinite where it is not narrow and can't be
-/// mistaken. What has turned far enough, and is one rigid body, is beyond doubt; a map that is wrong in depth
-/// is fitted no better than its reverse, or than one that is flatter and turns farther. A large map is
+/// Relative cost margin of the map over the best depth-reversed map, and over stretched maps that rotate half
+/// as far again or less and keep their rotation when adjusted. Infinite where the map is not narrow, as it is
+/// then unambiguous. A map of one rigid object that has rotated far enough has a large margin. A map with
+/// wrong depths fits no better than its reversal or than a flatter map with larger rotations. A large map is
 /// compared by a sample of its landmarks.
 double depth_evidence(const BundleOptions& bundle, const Map& map);
 
-/// Less than this leaves the depth in doubt: for a map that is right, a reverse that costs only a third more
-/// would take every fourth unit of its cost to be something other than noise.
+/// Below this margin the depths are ambiguous. In a right map, a reversal that costs only a third more would
+/// leave every fourth unit of its cost unexplained by noise.
 constexpr double kMinDepthEvidence = 1.0 / 3;
 
 }  // namespace mono_pose_tracker

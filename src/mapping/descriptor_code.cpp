@@ -12,7 +12,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// That many descriptors are rotated at once, one in each lane of a vector.
+// Number of descriptors that are rotated at once, one in each element of a SIMD packet.
 constexpr int kPacketSize = 8;
 using Packet = std::array<std::int32_t, kPacketSize>;
 using Rotated = std::array<Packet, 128>;
@@ -33,8 +33,8 @@ inline void hadamard(Packet* v) {
 }
 
 // A random rotation in a few thousand additions: three rounds of random signs and a Hadamard transform
-// (Andoni et al., NIPS 2015). Its values stay below 255 * 128^3 < 2^31. The clones are chosen when the
-// program is loaded; whole numbers give the same in each.
+// (Andoni et al., NIPS 2015). Its values stay below 255 * 128^3 < 2^31. The function clone is chosen at load
+// time; integer arithmetic gives the same result in each.
 MPT_FUNCTION_CLONES_FOR("avx2")
 void rotate(const std::array<const std::uint8_t*, kPacketSize>& descriptors,
             const DescriptorCoder::Signs& signs, Rotated* out) {
@@ -107,7 +107,7 @@ int find_near(const CodedFeature* features, int count, std::uint64_t signature, 
     const std::uint64_t differing = static_cast<std::uint64_t>(features[i].signature_high ^ high) << 32 |
                                     (features[i].signature_low ^ low);
     const int distance = __builtin_popcountll(differing);
-    near[found] = {features[i].owner, distance};  // without a branch: few stay, none can be foreseen
+    near[found] = {features[i].owner, distance};  // branch-free: few features pass, unpredictably
     found += distance <= max_distance;
   }
   return found;

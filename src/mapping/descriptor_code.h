@@ -6,24 +6,23 @@
 
 namespace mono_pose_tracker {
 
-/// What stands for a descriptor where thousands of images are searched: the signs of random projections.
+/// Binary code of a descriptor for the search among thousands of images: the signs of random projections.
 struct DescriptorCode {
   static constexpr int kWordBits = 16;
-  std::uint16_t word = 0;       // descriptors with the same word are compared at all
-  std::uint64_t signature = 0;  // the more of its bits agree, the nearer they are
+  std::uint16_t word = 0;       // only descriptors with the same word are compared
+  std::uint64_t signature = 0;  // its Hamming distance approximates the angle between descriptors
   std::array<std::uint8_t, kWordBits>
-      uncertain{};  // the first `num_uncertain` bits of the word nearest to turning
+      uncertain{};  // the first `num_uncertain`: bits of the word nearest to a change of sign
 };
 
 /// Codes of SIFT descriptors by random hyperplanes (Charikar, STOC 2002) through their mean. Nothing is
-/// trained, so the code of a descriptor never changes; whole numbers only, so it is the same on every
-/// machine.
+/// trained, so the code of a descriptor never changes. Integer arithmetic makes it the same on every machine.
 class DescriptorCoder {
  public:
   explicit DescriptorCoder(std::uint64_t seed);
 
-  /// Of 128 bytes each. `num_uncertain`, at most kWordBits: how many uncertain bits are wanted, the least
-  /// certain first.
+  /// Descriptors have 128 bytes each. `num_uncertain`, at most kWordBits: number of uncertain bits to return,
+  /// the least certain first.
   std::vector<DescriptorCode> encode(const std::vector<const std::uint8_t*>& descriptors,
                                      int num_uncertain) const;
 
@@ -33,7 +32,8 @@ class DescriptorCoder {
   Signs signs_;  // of the random rotation, +1 or -1
 };
 
-/// A feature in the list of its word; the signature in halves, so that it takes 12 bytes.
+/// A feature in the list of its word. The signature is stored in two halves, so that the struct takes 12
+/// bytes.
 struct CodedFeature {
   std::uint32_t owner, signature_low, signature_high;
 };
@@ -43,8 +43,8 @@ struct NearFeature {
   int distance;  // bits in which the signatures differ
 };
 
-/// Those of `count` features whose signatures differ in max_distance bits at most, in their order; `near` has
-/// room for all. Returns how many there are.
+/// Finds those of `count` features whose signatures differ in at most max_distance bits, in their order.
+/// `near` has room for all of them. Returns their number.
 int find_near(const CodedFeature* features, int count, std::uint64_t signature, int max_distance,
               NearFeature* near);
 

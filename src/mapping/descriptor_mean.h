@@ -4,10 +4,10 @@
 
 namespace mono_pose_tracker {
 
-// Mean of 36,000 root-SIFT descriptors of images that simulate_sequence rendered (--scene room --noise 2).
-// What descriptors have in common tells no two apart: it is subtracted before they are compared by sign. The
-// mean is much the same whatever is seen (more at the centre, more along the main direction), so it is not
-// learnt from the recording, and codes never change.
+// Mean of 36,000 root-SIFT descriptors of images that simulate_sequence rendered (--scene room --noise 2). It
+// is subtracted before descriptors are compared by sign, as common components do not discriminate. The mean
+// hardly depends on the scene (more at the centre, more along the main direction). It is not learnt from the
+// recording, so codes never change.
 constexpr std::array<int, 128> kDescriptorMean = {
     // clang-format off
     37, 27, 23, 26, 32, 32, 34, 36,

@@ -12,11 +12,11 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr std::size_t kMinFixed = 3;  // features of a pair: one or two are in their place by chance
-constexpr double kMinPairs = 0.5;     // share of all: masks by motion may have left it out of the others
-constexpr int kCells = 8;             // that an image has each way
+constexpr std::size_t kMinFixed = 3;  // features of a pair: one or two are fixed by chance
+constexpr double kMinPairs = 0.5;  // share of all pairs: motion masks may have excluded them from the others
+constexpr int kCells = 8;          // along each image axis
 
-// In its place, though the camera's motion says that it can't be.
+// Whether the feature kept its pixel although the camera's motion excludes that.
 bool is_fixed(const RegisteredImage& first, const RegisteredImage& second, const Match& m,
               ObeyedMotion motion) {
   if (motion == ObeyedMotion::kObject || motion == ObeyedMotion::kBoth) return false;
@@ -31,7 +31,7 @@ std::vector<char> fixed_in(const RegisteredImage& first, const RegisteredImage& 
   return fixed;
 }
 
-// Of an image: cells in which something is seen; those of them in which most of it is fixed.
+// Image cells with features, and those in which most features are fixed.
 struct Cells {
   int seen = 0, fixed = 0;
 };

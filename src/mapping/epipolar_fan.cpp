@@ -8,14 +8,14 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Of a whole turn: a bin of the 3000 features of a large image holds a few.
+// Bins of the full angle: each holds a few of the 3000 features of a large image.
 constexpr int kBins = 1024;
 
-// Bearings that are passed over at once.
+// Bearings that are tested at once.
 constexpr int kBlock = 16;
 
-// From the epipole, in greatest distances from a plane: what is farther off is near a plane only while that
-// has turned by less than the inverse of it, some 6 degrees.
+// Distance from the epipole, in units of the largest distance from a plane. A feature farther off is near
+// only those planes whose angle differs by less than the inverse, about 6 degrees.
 constexpr double kFar = 10;
 
 constexpr int kClose = -1;
@@ -34,7 +34,7 @@ EpipolarFan::EpipolarFan(const ImageFeatures& image, const Eigen::Vector3d& epip
   const double far = kFar * std::max(most, -least);
   from_normal_ = std::acos(most / far);
   to_normal_ = std::acos(least / far);
-  std::vector<int> bins;  // of the features; those that are close come before the first
+  std::vector<int> bins;  // of the features; those close to the epipole come first
   bins.reserve(features.size());
   for (const int f : features) {
     const double x = image.set.bearings[f].dot(u_), y = image.set.bearings[f].dot(v_);
@@ -46,7 +46,7 @@ EpipolarFan::EpipolarFan(const ImageFeatures& image, const Eigen::Vector3d& epip
   put_in_order(image, features, bins);
 }
 
-// By their bins, and as they are given in each.
+// Sorts the features by bin; the order within a bin is the given one.
 void EpipolarFan::put_in_order(const ImageFeatures& image, const std::vector<int>& features,
                                const std::vector<int>& bins) {
   bearings_ = Bearings::Zero(whole_blocks(static_cast<int>(features.size())), 3);
@@ -62,7 +62,7 @@ void EpipolarFan::put_in_order(const ImageFeatures& image, const std::vector<int
 
 int EpipolarFan::bin_of(double angle) {
   const double turns = angle / (2 * M_PI) + 0.5;
-  if (!std::isfinite(turns)) return 0;  // without a baseline there is no plane
+  if (!std::isfinite(turns)) return 0;  // no baseline, no epipolar plane
   return std::clamp(static_cast<int>(kBins * (turns - std::floor(turns))), 0, kBins - 1);
 }
 
@@ -79,8 +79,7 @@ void EpipolarFan::find_near(const Eigen::Vector3d& normal, std::vector<NearPlane
   }
 }
 
-// In the order of the features; both halves of the plane, each of which may lie across the seam. The rest are
-// empty.
+// Ranges in the sorted order for both half-planes, each of which may wrap around. Unused ranges are empty.
 std::array<EpipolarFan::Range, 4> EpipolarFan::ranges_near(double normal_angle) const {
   std::array<Range, 4> ranges{};
   const auto bins = [&](int first, int last) { return Range{first_in_bin_[first], first_in_bin_[last + 1]}; };

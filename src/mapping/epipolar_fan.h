@@ -8,28 +8,28 @@
 
 namespace mono_pose_tracker {
 
-// Features in the order in which a plane that turns round the epipole passes them, so that those near an
-// epipolar line are found without looking at all others.
+// Features sorted by the angle of their epipolar plane, so that the features near an epipolar line are found
+// without a search of all others.
 class EpipolarFan {
  public:
   struct NearPlane {
-    int index;       // in that order
+    int index;       // in the sorted order
     float distance;  // of the bearing from the plane, rad
   };
 
-  // epipole: of any length; what is looked for is from `least` (below 0) to `most` (above 0) from a plane,
-  // rad.
+  // epipole: need not have unit length. Queries ask for features at distances from `least` (below 0) to
+  // `most` (above 0) from a plane, rad.
   EpipolarFan(const ImageFeatures& image, const Eigen::Vector3d& epipole, const std::vector<int>& features,
               double least, double most);
 
-  // As features of the image.
+  // Indices into the features of the image, in sorted order.
   const std::vector<int>& features() const { return features_; }
 
-  // Those at these distances from the plane through the epipole with that normal, of length 1.
+  // Finds the features at these distances from the plane through the epipole with this unit normal.
   void find_near(const Eigen::Vector3d& normal, std::vector<NearPlane>* near) const;
 
  private:
-  // A column a coordinate; rows up to a whole number of blocks, the last ones 0.
+  // One column for each coordinate. Rows are padded with zeros to a multiple of the block size.
   using Bearings = Eigen::Array<float, Eigen::Dynamic, 3>;
 
   struct Range {
@@ -42,10 +42,10 @@ class EpipolarFan {
   std::array<Range, 4> ranges_near(double normal_angle) const;
   void find_in(int begin, int end, const Eigen::Vector3f& normal, std::vector<NearPlane>* near) const;
 
-  const Eigen::Vector3d u_, v_;  // across the epipole
+  const Eigen::Vector3d u_, v_;  // axes perpendicular to the epipole
   float middle_, half_;
-  double from_normal_, to_normal_;  // angles between which a bearing far from the epipole must be turned
-  int close_ = 0;                   // so many are close to the epipole: every plane may be near them
+  double from_normal_, to_normal_;  // range of plane angles for a bearing far from the epipole
+  int close_ = 0;                   // number of features close to the epipole, which may be near every plane
   std::vector<int> features_, first_in_bin_;
   Bearings bearings_;
 };

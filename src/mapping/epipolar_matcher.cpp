@@ -12,11 +12,11 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// From the line to the middle of the strip beside it, in half widths: what lies three half widths off is no
-// match, whatever the poses have wrong that a map may have wrong.
+// Distance from the epipolar line to the centre of the decoy strip, in half widths. Features three half
+// widths off are no matches, whatever the errors of the poses.
 constexpr float kDecoyStrip = 4;
 
-// What is looked at is wider than both by that, for rounding.
+// Relative margin of the searched range, for rounding.
 constexpr double kMargin = 1.001;
 
 std::vector<int> features_without_landmark(const Keyframe& keyframe) {
@@ -27,10 +27,10 @@ std::vector<int> features_without_landmark(const Keyframe& keyframe) {
   return free;
 }
 
-// A thread is started in the time that fewer take to be compared.
+// Fewer features are compared faster than a thread starts.
 constexpr int kLeastOfThread = 128;
 
-// Who is nearest to whom among the features of a strip along the epipolar lines.
+// Nearest neighbours between the features of a strip along the epipolar lines.
 struct StripMatches {
   std::vector<NearestTwo> of_first, of_second;
 
@@ -41,13 +41,13 @@ struct StripMatches {
     of_second[j].offer(static_cast<int>(i), distance2);
   }
 
-  // Of features of the first that come after those here.
+  // Appends the results of later features of the first image.
   void take(const StripMatches& later) {
     for (std::size_t i = 0; i < of_first.size(); ++i) of_first[i].take(later.of_first[i]);
     for (std::size_t j = 0; j < of_second.size(); ++j) of_second[j].take(later.of_second[j]);
   }
 
-  // Mutual and clearly the nearest; first and second count among those compared.
+  // Mutual nearest neighbours that pass the ratio test; indices are those of the compared features.
   std::vector<Match> mutual(const EpipolarMatchOptions& options) const {
     const double min_ratio2 = options.min_ratio * options.min_ratio;
     std::vector<Match> matches;
@@ -69,7 +69,8 @@ std::vector<int> sorted_distances2(const std::vector<Match>& matches) {
   return distances;
 }
 
-// Each feature has its match on the line or the one beside it, whichever is more alike; on the line in doubt.
+// Keeps for each feature its match on the line or in the decoy strip, whichever has the more similar
+// descriptor; of equals, the one on the line.
 void keep_winners(std::size_t features, std::vector<Match>* on_line, std::vector<Match>* decoy) {
   constexpr int kNone = std::numeric_limits<int>::max();
   std::vector<int> best_on_line(features, kNone), best_decoy(features, kNone);
@@ -82,8 +83,8 @@ void keep_winners(std::size_t features, std::vector<Match>* on_line, std::vector
   keep(decoy, [&](const Match& m) { return m.distance2 < best_on_line[m.first]; });
 }
 
-// The largest distance up to which at most that share of the matches is there by chance, which wins beside
-// the line as often as on it; -1 where there is none.
+// The largest descriptor distance up to which at most the given share of matches is accidental; -1 where
+// there is none. Accidental matches win in the decoy strip as often as on the line.
 int largest_sure_distance2(const std::vector<Match>& on_line, const std::vector<Match>& decoy,
                            double max_chance_share) {
   const std::vector<int> found = sorted_distances2(on_line), by_chance = sorted_distances2(decoy);
@@ -96,14 +97,14 @@ int largest_sure_distance2(const std::vector<Match>& on_line, const std::vector<
   return sure;
 }
 
-// On the lines and in the strips beside them.
+// Matches on the epipolar lines and in the decoy strips.
 struct BothStrips {
   StripMatches on_line, decoy;
 
   BothStrips(std::size_t first, std::size_t second) : on_line(first, second), decoy(first, second) {}
 };
 
-// Of all features of two keyframes that have no landmark.
+// Compares all features of two keyframes that have no landmark.
 class Comparison {
  public:
   Comparison(const Keyframe& first, const Keyframe& second, const EpipolarMatchOptions& options)
@@ -135,7 +136,7 @@ class Comparison {
   }
 
   std::size_t of_first() const { return free1_.size(); }
-  // As features of the keyframes.
+  // The match with the keyframes' feature indices.
   Match named(const Match& m) const { return {free1_[m.first], free2()[m.second], m.distance2, m.ratio}; }
 
  private:
@@ -146,7 +147,7 @@ class Comparison {
     for (std::size_t i = begin; i < end && !is_set(options_.cancelled); ++i) {
       const Eigen::Vector3d normal = essential_ * first_.image->set.bearings[free1_[i]];
       const double length = normal.norm();
-      if (!(length >= 1e-9)) continue;  // at the epipole every line passes
+      if (!(length >= 1e-9)) continue;  // every epipolar line passes the epipole
       fan2_.find_near(normal / length, &near);
       for (const auto& [j, from_plane] : near) offer(i, j, from_plane, found);
     }
@@ -167,9 +168,9 @@ class Comparison {
   const EpipolarMatchOptions& options_;
   const Rigid3 second_from_first_;
   const Eigen::Matrix3d essential_;
-  const std::vector<int> free1_;  // the features that are compared
-  const EpipolarFan fan2_;        // with these, on the lines, in the strips beside them and between
-  std::vector<double> scales2_;   // of its features, in px of the first image's camera
+  const std::vector<int> free1_;  // compared features of the first
+  const EpipolarFan fan2_;        // compared features of the second
+  std::vector<double> scales2_;   // of fan2_'s features, in px of the first image's camera
 };
 
 }  // namespace

@@ -8,19 +8,20 @@
 namespace mono_pose_tracker {
 
 struct EpipolarMatchOptions {
-  double max_error_rad = 0.004;    // from bearing to epipolar plane
+  double max_error_rad = 0.004;    // angle between bearing and epipolar plane
   int max_distance2 = 0;           // of the descriptors
-  double min_ratio = 1.25;         // second nearest over nearest, among those near the epipolar line
+  double min_ratio = 1.25;         // second nearest over nearest, among the features near the epipolar line
   double max_scale_ratio = 3;      // of the two features: 1.6 octaves
-  double max_chance_share = 0.2;   // of the matches; bundle adjustment and culling bear as many
+  double max_chance_share = 0.2;   // of accidental matches; bundle adjustment and culling tolerate this share
   int threads = 1;                 // the result is the same for any number
-  CancelFlag cancelled = nullptr;  // once it is set: no matches
+  CancelFlag cancelled = nullptr;  // once set, no matches are returned
 };
 
-// Guided matching (paper, step 4c) between features of two keyframes that see no landmark yet: only features
-// near the epipolar line are compared, and the nearest must be mutual. What looks less alike than chance does
-// is left out: a strip beside the line tells how many matches chance gives (target and decoy, as peptides are
-// told: Elias and Gygi, Nature Methods 2007). Where the relative pose is wrong that is all of them.
+// Guided matching (paper, step 4c) between features of two keyframes that have no landmark yet. Only features
+// near the epipolar line are compared, and matches must be mutual nearest neighbours. A decoy strip next to
+// the line estimates the number of accidental matches at each descriptor distance (target-decoy search, Elias
+// and Gygi, Nature Methods 2007). Matches above the distance at which accidental ones are too frequent are
+// excluded; with a wrong relative pose that is all of them.
 std::vector<Match> match_along_epipolar_lines(const Keyframe& first, const Keyframe& second,
                                               const EpipolarMatchOptions& options);
 

@@ -8,10 +8,10 @@
 
 namespace mono_pose_tracker {
 
-// Of one point: a feature of each of several images, which are counted in time.
+// The track of one point: (image, feature) pairs, images counted in time.
 using FeatureTrack = std::vector<std::pair<int, int>>;
 
-// How many features each of the images has.
+// Number of features in each of the images.
 template <typename Image>
 std::vector<int> feature_counts(const std::vector<Image>& images) {
   std::vector<int> features;
@@ -20,10 +20,10 @@ std::vector<int> feature_counts(const std::vector<Image>& images) {
   return features;
 }
 
-// Features joined to tracks (a forest of disjoint sets).
+// Joins matched features to tracks (disjoint-set forest).
 class FeatureTracks {
  public:
-  // features: how many each of the images has.
+  // features: number of features in each of the images.
   explicit FeatureTracks(const std::vector<int>& features) {
     for (std::size_t k = 0; k < features.size(); ++k) {
       first_.push_back(parent_.size());
@@ -34,7 +34,8 @@ class FeatureTracks {
     }
   }
 
-  // Not when an image would see the point twice: one of the matches is wrong, and the first is as good.
+  // Joins two tracks, unless an image would then observe the point twice: in that case one of the matches is
+  // wrong, and the earlier one is kept.
   void join(int image1, int feature1, int image2, int feature2) {
     const std::size_t a = root(first_[image1] + feature1), b = root(first_[image2] + feature2);
     if (a == b) return;
@@ -57,9 +58,9 @@ class FeatureTracks {
     return feature;
   }
 
-  std::vector<std::size_t> first_;  // of an image's features
+  std::vector<std::size_t> first_;  // index of each image's first feature
   std::vector<std::size_t> parent_;
-  std::vector<FeatureTrack> tracks_;  // by the feature that is their root
+  std::vector<FeatureTrack> tracks_;  // indexed by the root feature
 };
 
 }  // namespace mono_pose_tracker

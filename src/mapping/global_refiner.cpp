@@ -1,4 +1,4 @@
-// The part of the Mapper that holds the whole map against the view graph.
+// The part of the Mapper that compares the whole map with the view graph.
 
 #include <algorithm>
 #include <array>
@@ -46,15 +46,15 @@ void Mapper::connect(const KeyframePairs& overlapping) {
   graph.connect(pairs);
 }
 
-// Goes back to an earlier state of the map, of the same keyframes, that explains more of the graph's verified
-// matches.
+// Restores an earlier state of the map with the same keyframes, if it explains more verified matches of the
+// graph.
 void Mapper::restore_if_better(Map as_it_was, const GraphConsistencyOptions& consistency) {
   if (compare_explained(map_, as_it_was, view_graph()).p_value() < consistency.significance)
     map_ = std::move(as_it_was);
 }
 
-// Tracks of the view graph take the place of the map's own landmarks: these agree with the poses that they
-// were made by, right or wrong.
+// Replaces the map's landmarks by tracks of the view graph. The map's own landmarks agree with the poses from
+// which they were made, right or wrong.
 void Mapper::retriangulate(const GraphConsistencyOptions& consistency) {
   Map as_it_was = map_;
   const auto is_masked = [this](KeyframeId id, int feature) { return is_excluded(id, feature); };
@@ -81,7 +81,7 @@ std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& co
   int before = std::numeric_limits<int>::max();
   for (int round = 0; round < kMaxRounds && !is_cancelled(); ++round) {
     const std::vector<EdgeConsistency> edges = edge_consistency(map_, view_graph(), consistency);
-    // Another round must explain an edge's worth of matches more.
+    // Another round must explain at least an edge's number of additional matches.
     const int unexplained = unexplained_by(edges);
     if (unexplained > before - consistency.min_inliers) break;
     before = unexplained;

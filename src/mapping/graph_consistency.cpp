@@ -61,7 +61,7 @@ EdgeConsistency consistency_of(const Map& map, const ViewGraph& graph, const Vie
   return edge;
 }
 
-// The similarity's camera_from_rest of a keyframe that moves with the segment; in the rest's unit.
+// The moved pose of a keyframe of the segment, camera_from_rest; in the rest's unit.
 Rigid3 moved(const Rigid3& camera_from_map, const Sim3& rest_from_segment) {
   const Eigen::Quaterniond rotation =
       (camera_from_map.rotation * rest_from_segment.rotation.conjugate()).normalized();
@@ -69,7 +69,7 @@ Rigid3 moved(const Rigid3& camera_from_map, const Sim3& rest_from_segment) {
                               rotation * rest_from_segment.translation);
 }
 
-// Landmarks that enough of the keyframes observe for these to know them alone.
+// Landmarks that enough of the keyframes observe to determine them alone.
 std::set<LandmarkId> known_to(const Map& map, const std::set<KeyframeId>& keyframes, bool within) {
   std::set<LandmarkId> known;
   for (const auto& [id, landmark] : map.landmarks()) {

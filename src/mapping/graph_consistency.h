@@ -16,7 +16,7 @@ struct GraphConsistencyOptions {
 };
 
 /// How a map explains an edge of the view graph. Only matches with a landmark on either side count, and of
-/// these the motion that most of them obey: what moves otherwise than the map's object has no landmarks.
+/// these the motion that most of them obey: independently moving points have no landmarks.
 struct EdgeConsistency {
   ViewGraph::Pair pair;
   KeyframeId first = -1, second = -1;

@@ -7,9 +7,9 @@
 
 namespace mono_pose_tracker {
 
-/// Of two things that are seen at these pixels: whether the first holds more of the image's four sides (an
-/// eighth of it each) than the second. A background reaches the sides beside the object that is before it; a
-/// view reaches them beside what is fixed to the camera.
+/// Whether the first of two point sets reaches more of the image's four sides (an eighth of the image each)
+/// than the second. A background reaches the sides around the object in front of it; a view reaches them
+/// around ego-vehicle features.
 bool reaches_round(const std::vector<cv::Point2f>& first, const std::vector<cv::Point2f>& second,
                    const CameraModel& camera);
 

@@ -9,7 +9,7 @@ namespace mono_pose_tracker {
 namespace {
 
 constexpr double kLeastShare = 2.0 / 3;
-// Where up to a third of the map may lie elsewhere.
+// Limit where up to a third of the map may be misregistered.
 constexpr double kLeastIfSomeAreWrong = 0.5;
 
 bool is_in_view(const CameraModel& camera, const Eigen::Vector3d& x_in_camera) {
@@ -17,7 +17,7 @@ bool is_in_view(const CameraModel& camera, const Eigen::Vector3d& x_in_camera) {
   return camera.project(x_in_camera, &pixel) && camera.in_image(pixel);
 }
 
-// Of every so manyth landmark, so that the share is known to a hundredth or two.
+// Number of sampled landmarks, for a share accurate to one or two hundredths.
 constexpr std::size_t kMaxSampled = 1000;
 std::size_t step_of(std::size_t landmarks) { return 1 + landmarks / kMaxSampled; }
 
@@ -53,7 +53,7 @@ bool mostly_stays_in_view(const Map& map) {
 }
 
 bool has_left_behind(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map) {
-  constexpr double kLeastBehind = 0.05;  // of one that is wrong here and there
+  constexpr double kLeastBehind = 0.05;  // more than a few wrong landmarks
   const std::size_t step = step_of(map.landmarks.size());
   std::size_t at = 0;
   std::ptrdiff_t asked = 0, in_view = 0, behind = 0;

@@ -18,10 +18,10 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Neighbours show most matches, those farther apart the difference between slow motions.
+// Neighbours have most matches; distant keyframes separate slow motions.
 constexpr std::array<int, 3> kApart = {1, 2, 4};
 
-// Fewer matches turn by as much as their noise.
+// With fewer matches the rotation is as large as its noise.
 constexpr int kFewestToRotate = 25;
 
 void count_obeying(const PairMotions& pair, IndependentMotion* result) {
@@ -45,8 +45,8 @@ void compare(const RegisteredImage& first, const RegisteredImage& second, const 
     result->other_rotation_alone += other_rotation;
 }
 
-// The images in time, each once. A keyframe's own image comes second: what is not plainly of the map has been
-// left out of it.
+// All images in the order of time, each once. `seen` has priority over a keyframe's own image, as features
+// that are not plainly of the map were excluded from the latter.
 std::vector<RegisteredImage> in_time(const Map& map, const std::vector<RegisteredImage>& seen,
                                      ComparedImages asked, std::vector<int>* keyframes) {
   std::set<std::int64_t> of_keyframes;
@@ -66,8 +66,8 @@ std::vector<RegisteredImage> in_time(const Map& map, const std::vector<Registere
   return images;
 }
 
-// The keyframes, and where none was made for longer than usual - a camera that hardly moves needs none, while
-// the other body may turn - images between at the usual distance.
+// The keyframes, and images between them at the usual distance where no keyframe was made for long: a camera
+// that hardly moves needs none while the other object may rotate.
 std::vector<int> spread_in_time(const std::vector<RegisteredImage>& images,
                                 const std::vector<int>& keyframes) {
   std::vector<double> gaps;
@@ -77,7 +77,7 @@ std::vector<int> spread_in_time(const std::vector<RegisteredImage>& images,
   }
   const auto usual = static_cast<std::int64_t>(median(std::move(gaps)));
   std::vector<int> spread;
-  std::size_t next = 0;  // of the keyframes
+  std::size_t next = 0;  // index of the next keyframe
   for (int i = 0; i < static_cast<int>(images.size()); ++i) {
     const bool is_keyframe = next < keyframes.size() && keyframes[next] == i;
     if (is_keyframe) ++next;
@@ -87,7 +87,7 @@ std::vector<int> spread_in_time(const std::vector<RegisteredImage>& images,
   return spread;
 }
 
-// Two images, by their place in time.
+// Two images by their position in the order of time.
 using Pair = std::pair<int, int>;
 
 std::vector<PairMotions> compare_all(const std::vector<RegisteredImage>& images,
@@ -100,8 +100,9 @@ std::vector<PairMotions> compare_all(const std::vector<RegisteredImage>& images,
   return motions;
 }
 
-// Noise puts half of what is far behind the cameras. A map that hangs on a skyline and is wrong about what is
-// near has more of it there; errors of the poses, which all matches of a pair have in common, a few more.
+// Treats far matches behind the cameras as noise, unless there are too many. Noise puts half of the far
+// points there. A map constrained by a skyline that is wrong about near points has more of them, and pose
+// errors, common to all matches of a pair, add a few.
 void excuse_noise(const std::vector<RegisteredImage>& images, const std::vector<Pair>& pairs,
                   const RansacOptions& ransac, std::vector<PairMotions>* motions) {
   constexpr double kMostBehind = 0.6;
@@ -121,10 +122,10 @@ void excuse_noise(const std::vector<RegisteredImage>& images, const std::vector<
   }
 }
 
-// Which motion the features obey, said by pairs of images and summed over their tracks.
+// Votes of image pairs for the motion of each feature, summed over its track.
 class Votes {
  public:
-  // against: how much the other motion counts, where the map's counts 1.
+  // against: weight of a vote for the other motion; a vote for the map's has weight 1.
   Votes(const std::vector<RegisteredImage>& images, int against)
       : tracks_(feature_counts(images)), against_(against) {
     for (const RegisteredImage& image : images) of_feature_.emplace_back(image.image->size(), 0);
@@ -152,7 +153,7 @@ class Votes {
     }
   }
 
-  // Above 0: of the map's body; below: of another.
+  // Positive: a feature of the mapped object; negative: of the other one.
   int of(int image, int feature) const { return of_feature_[image][feature]; }
 
  private:
@@ -163,7 +164,7 @@ class Votes {
 
 void add_tracks(const std::vector<RegisteredImage>& images, int k, const PairMotions& pair,
                 const Votes& votes, IndependentMotion* result) {
-  // Large enough to hold some features each, small enough to tell a screen from the room about it.
+  // Cells hold some features each and separate a screen from the room around it.
   constexpr int kSquares = 8;  // along the longer side
   const RegisteredImage &first = images[k], &second = images[k + 1];
   const CameraModel& camera = first.image->camera;
@@ -184,7 +185,7 @@ double IndependentMotion::share() const {
 }
 
 double IndependentMotion::share_of_view() const {
-  std::map<std::tuple<std::int64_t, int, int>, int> votes;  // of each image's squares
+  std::map<std::tuple<std::int64_t, int, int>, int> votes;  // of each image's cells
   for (const MotionTrack& t : tracks) {
     votes[{t.from_index, static_cast<int>(t.from.x() / cell_px), static_cast<int>(t.from.y() / cell_px)}] +=
         t.is_other ? -1 : 1;
@@ -200,10 +201,10 @@ IndependentMotion find_independent_motion(const Map& map, const std::vector<Regi
   std::vector<int> keyframes;
   const std::vector<RegisteredImage> images = in_time(map, seen, asked, &keyframes);
   IndependentMotion result;
-  // From one image to the next the two may hardly move against each other: a feature of the other body obeys
-  // the map's poses in every second pair or so, one of the map's the other's alone by a wrong match, in one
-  // of fifty. The logarithms of these odds are as 1 to 4; half of that, as the pairs of a track are not
-  // independent.
+  // Consecutive images may show little relative motion. A feature of the other object then obeys the map's
+  // poses in every second pair or so; a feature of the mapped object obeys only the other motion, by a wrong
+  // match, in one pair of fifty. The logarithms of these odds have a ratio of 1 to 4; half of that is used,
+  // as the pairs of a track are not independent.
   const int against = asked == ComparedImages::kAllSeen ? 2 : 1;
   Votes votes(images, against);
   std::vector<Pair> in_a_row;
@@ -251,7 +252,7 @@ IndependentMotion sample_independent_motion(const Map& map, const MatchOptions& 
   }
   std::vector<PairMotions> motions = compare_all(images, pairs, matching, ransac, threads);
   if (camera_goes_through) exclude_ego_vehicle_features(images, pairs, ransac, &motions);
-  // All maps by the same measure: they are compared by it.
+  // The same measure for all maps, as they are compared by it.
   for (const PairMotions& pair : motions) count_obeying(pair, &result);
   if (is_connected) excuse_noise(images, pairs, ransac, &motions);
   for (std::size_t i = 0; i < pairs.size(); ++i) {

@@ -9,20 +9,20 @@
 
 namespace mono_pose_tracker {
 
-/// The first views and points of a map; the first view is the map's frame. Its lengths have a unit that means
-/// nothing (one image pair's distance, as a rule): the mapper gives the map its own, of which the median
-/// depth of the first view's points is 1, or metres.
+/// The first views and points of a map. The first view is the map's frame. The unit of length is arbitrary
+/// (the baseline of one image pair, as a rule). The mapper rescales it, so that the median depth of the first
+/// view's points is 1, or to metres.
 struct InitialMap {
   struct View {
     Frame frame;
     Rigid3 camera_from_map;     // in that unit
-    std::vector<char> fixed{};  // flags of features that are fixed to the camera; empty: none is known
+    std::vector<char> fixed{};  // flags of ego-vehicle features and static overlay; empty: none known
   };
   struct Point {
     Eigen::Vector3d x_in_map;                       // in that unit
     std::vector<std::pair<int, int>> observations;  // view, feature
   };
-  std::vector<View> views;  // by stamp; the newest is the frame that was added last
+  std::vector<View> views;  // by stamp; the newest is the frame added last
   std::vector<Point> points;
 };
 

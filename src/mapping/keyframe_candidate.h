@@ -9,15 +9,15 @@
 
 namespace mono_pose_tracker {
 
-/// A resected frame that shall become a keyframe of a map; its pose is given relative to a keyframe, which
-/// may move meanwhile.
+/// A registered frame that is to become a keyframe of a map. Its pose is relative to a keyframe, which may be
+/// corrected meanwhile.
 struct KeyframeCandidate {
   std::uint32_t map_id = 0;
   Frame frame;
   KeyframeId reference = -1;
   Rigid3 camera_from_reference;
   std::vector<FrameObservation> observations;
-  std::uint64_t corrections = 0;  // sequence of the last MapCorrection that its ids and lengths know of
+  std::uint64_t corrections = 0;  // sequence of the last MapCorrection applied to its ids and lengths
 };
 
 }  // namespace mono_pose_tracker

@@ -8,12 +8,12 @@
 
 namespace mono_pose_tracker {
 
-// How far the feature is from where the keyframe would see the point, px, weighed as bundle adjustment does.
+// Reprojection error of the point at the feature, px, weighted as in bundle adjustment.
 inline double error_px(const Keyframe& keyframe, int feature, const Eigen::Vector3d& x_in_map) {
   return weighted_error(*keyframe.image, feature, keyframe.camera_from_map * x_in_map);
 }
 
-// Those that the keyframe sees, by feature.
+// The landmarks that the keyframe observes, ordered by feature.
 inline std::vector<LandmarkId> landmarks_of(const Keyframe& keyframe) {
   std::vector<LandmarkId> ids;
   for (const LandmarkId l : keyframe.landmark_of_feature) {
@@ -22,8 +22,8 @@ inline std::vector<LandmarkId> landmarks_of(const Keyframe& keyframe) {
   return ids;
 }
 
-// Those that any of the keyframes sees, in the order of their ids. Each is seen by many, and ids near each
-// other by the same ones: marked, not sorted.
+// The landmarks that any of the keyframes observes, in the order of their ids. Ids of covisible landmarks are
+// close together, so they are marked in an array instead of sorted.
 inline std::vector<LandmarkId> landmarks_observed_by(const Map& map,
                                                      const std::vector<KeyframeId>& keyframes) {
   std::vector<LandmarkId> seen;
@@ -51,7 +51,7 @@ inline std::vector<LandmarkId> landmarks_observed_by(const Map& map,
   return seen;
 }
 
-// A joined map's ids are in another order.
+// The keyframes in the order of time. The ids of a merged map are in another order.
 inline std::vector<const Keyframe*> keyframes_in_time(const Map& map) {
   std::vector<const Keyframe*> in_time;
   for (const auto& entry : map.keyframes()) in_time.push_back(&entry.second);

@@ -11,7 +11,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr int kLocalKeyframes = 12;  // whose landmarks confirm the pose
+constexpr int kLocalKeyframes = 12;  // whose landmarks verify the pose
 
 AbsolutePoseReport pose_by_descriptors(const MapperOptions& options,
                                        const std::vector<LandmarkCandidate>& candidates,
@@ -27,7 +27,7 @@ AbsolutePoseReport pose_by_descriptors(const MapperOptions& options,
   return pose;
 }
 
-// Guided matching round the pose, and the pose refined on what it finds.
+// Guided matching around the pose, and refinement of the pose on the matches.
 bool refine(const MapperOptions& options, const std::vector<LandmarkCandidate>& candidates,
             const ImageFeatures& image, Location* location) {
   ProjectionMatchOptions guided;

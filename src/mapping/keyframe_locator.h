@@ -10,7 +10,7 @@
 
 namespace mono_pose_tracker {
 
-/// Where an image stands in a map it was not posed in.
+/// The pose of an image in a map in which it was not registered.
 struct Location {
   bool found = false;
   Rigid3 camera_from_map;
@@ -18,9 +18,9 @@ struct Location {
   PoseSupport support;
 };
 
-/// Looks for an image at one place of a map (a keyframe and those that share view with it): descriptors, P3P
-/// RANSAC, guided matching, refinement. Found means supported (pose_support.h); a second view should agree
-/// before anything is made of it.
+/// Registers an image at one place of a map (a keyframe and its covisible keyframes): descriptor matching,
+/// P3P RANSAC, guided matching, refinement. `found` means that the pose is supported (pose_support.h);
+/// callers should require a second consistent view.
 Location locate(const MapperOptions& options, const Map& map, KeyframeId place, const ImageFeatures& image);
 
 }  // namespace mono_pose_tracker

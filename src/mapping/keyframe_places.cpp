@@ -13,8 +13,8 @@ std::vector<KeyframeId> KeyframePlaces::find(const FeatureSet& features, int cou
   return ids;
 }
 
-// Keyframes get ids in the order in which they come. So it is seen from the newest ones, and from how many
-// there are, what is to be done; all are gone through only where one has gone.
+// Keyframe ids grow with time. The newest ids and the number of keyframes show what has changed; all
+// keyframes are visited only when one was removed.
 void KeyframePlaces::follow(const Map& map) {
   const auto& keyframes = map.keyframes();
   auto is_new = keyframes.rbegin();

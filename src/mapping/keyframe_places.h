@@ -8,14 +8,14 @@
 
 namespace mono_pose_tracker {
 
-// The place index of a map, kept up to date by the mapper and asked by whoever has a snapshot.
+// The place index of a map. The mapper keeps it up to date; any thread with a snapshot may query it.
 class KeyframePlaces : public PlaceFinder {
  public:
   std::vector<KeyframeId> find(const FeatureSet& features, int count) const override;
 
-  // Adds and removes what has come and gone since.
+  // Adds new keyframes to the index and drops removed ones.
   void follow(const Map& map);
-  // For the mapper's thread.
+  // Only for the mapper's thread.
   const PlaceIndex& index() const { return index_; }
 
  private:

@@ -10,17 +10,17 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Standard deviations: all depths that are measured by the baseline are off by a fifth as it is.
+// In standard deviations. The baseline, and with it all depths, is then uncertain by a fifth.
 constexpr double kMinSignificance = 5;
 
-// Landmarks after which it is asked whether they suffice: mostly the first hundred do.
+// Number of landmarks after which the result is tested: mostly the first hundred suffice.
 constexpr std::size_t kTestAfter = 100;
 
-// Of the largest pivot of an information matrix: a smaller one is what sums have left of nothing.
+// Relative to the largest pivot of an information matrix. A smaller pivot is rounding noise.
 constexpr double kRounding = 1e-13;
 
-// Of a keyframe's pose, as far as its landmarks have been added: x' = exp(w) x + v, order v, w; the landmarks
-// held fixed.
+// Information of a keyframe's pose from the landmarks added so far, which are fixed: x' = exp(w) x + v, order
+// v, w.
 class PoseInformation {
  public:
   PoseInformation(const Map& map, const Keyframe& keyframe) : map_(map), keyframe_(keyframe) {}
@@ -36,8 +36,8 @@ class PoseInformation {
     }
   }
 
-  // Variance of the keyframe's place along a direction of the map, of unit length; infinite where too few
-  // have been added to tell the pose.
+  // Variance of the keyframe's position along a unit direction of the map; infinite where the pose is not yet
+  // determined.
   double variance_along(const Eigen::Vector3d& direction_in_map) const {
     Eigen::Matrix<double, 6, 1> direction = Eigen::Matrix<double, 6, 1>::Zero();
     direction.head<3>() = keyframe_.camera_from_map.rotation * direction_in_map;
@@ -74,7 +74,7 @@ bool is_baseline_known(const Map& map, const Keyframe& first, const Keyframe& se
   const double length = way.norm();
   if (length <= 0) return false;
   PoseInformation of_first(map, first), of_second(map, second);
-  // Every landmark takes from the variance: what some of them tell well enough, all do.
+  // Each landmark reduces the variance: if some landmarks determine the baseline, all do.
   while (true) {
     of_first.add(kTestAfter);
     of_second.add(kTestAfter);

@@ -4,9 +4,9 @@
 
 namespace mono_pose_tracker {
 
-// Whether the landmarks that two keyframes see tell the way between the two well enough for depths to be
-// measured by it. Of a camera that only turns, the poses are as far apart as they are wrong: points
-// triangulated from there would stand at depths of no meaning, and hold the next poses to them.
+// Whether the common landmarks of two keyframes determine their baseline well enough for triangulation. When
+// the camera only rotates, the estimated baseline is pure error. Points triangulated from it would have
+// meaningless depths and would bias the next poses.
 bool is_baseline_known(const Map& map, const Keyframe& first, const Keyframe& second);
 
 }  // namespace mono_pose_tracker

@@ -9,7 +9,8 @@
 
 namespace mono_pose_tracker {
 
-// What the keyframes see of the map, each landmark once, as the first of them sees it.
+// Candidates for the landmarks that the keyframes observe: one for each landmark, with the descriptor from
+// the first keyframe that observes it.
 inline std::vector<LandmarkCandidate> candidates_of(const Map& map,
                                                     const std::vector<KeyframeId>& keyframes) {
   std::vector<LandmarkCandidate> candidates;

@@ -4,10 +4,10 @@
 
 namespace mono_pose_tracker {
 
-// Whether two of the rays that see the landmark differ by at least the angle (radians).
+// Whether two viewing rays of the landmark differ by at least the angle (radians).
 bool has_parallax(const Map& map, const Landmark& landmark, double min_angle);
 
-// The widest angle between two of these rays (radians).
+// The largest angle between two viewing rays of the landmark (radians).
 double widest_parallax(const Map& map, const Landmark& landmark);
 
 }  // namespace mono_pose_tracker

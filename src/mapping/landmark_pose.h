@@ -10,8 +10,8 @@
 
 namespace mono_pose_tracker {
 
-/// What of the candidates an image sees: bearings in its camera, points in the map, a row each; sigmas: what
-/// each bearing is located to, rad.
+/// Observations of landmarks in an image, one entry for each match: bearing in the camera, point in the map,
+/// standard deviation of the bearing (rad).
 struct LandmarkObservations {
   std::vector<Eigen::Vector3d> bearings, points;
   std::vector<double> sigmas;
@@ -21,26 +21,26 @@ LandmarkObservations observations_by(const ImageFeatures& image,
                                      const std::vector<LandmarkCandidate>& candidates,
                                      const std::vector<LandmarkMatch>& matches);
 
-/// Putative matches (paper, step 4a): by descriptors alone, in the order of the image's features.
+/// Putative matches (paper, step 4a) by descriptors alone, in the order of the image's features.
 std::vector<LandmarkMatch> match_by_descriptors(const std::vector<LandmarkCandidate>& candidates,
                                                 const ImageFeatures& image, const MatchOptions& options);
 
 struct GuidedPose {
-  bool converged = false;  // in one of the two rounds at least
+  bool converged = false;  // in at least one of the two rounds
   bool is_steady = false;  // in both
   Rigid3 camera_from_map;
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  // as refine_absolute_pose
-  std::vector<LandmarkMatch> matches;  // found about the pose, inliers or not
+  std::vector<LandmarkMatch> matches;  // guided matches, inliers or not
 };
 
-/// The pose refined on what guided matching finds round it, and once more round what that gives (paper, step
-/// 4c).
+/// Refines the pose on guided matches around it, then once more on guided matches around the refined pose
+/// (paper, step 4c).
 GuidedPose refine_by_guided_matching(const std::vector<LandmarkCandidate>& candidates,
                                      const ImageFeatures& image, const Rigid3& camera_from_map,
                                      const ProjectionMatchOptions& options);
 
-/// Those of the matches that the pose agrees with: within this of where it shows the landmark, in px at the
-/// scale of a feature of 1 px (what coarse ones are located to is more).
+/// Inlier matches of the pose: those with a reprojection error below threshold_px, in px for a feature of
+/// scale 1 px (coarser features have a larger limit).
 std::vector<LandmarkMatch> inliers_of(const ImageFeatures& image,
                                       const std::vector<LandmarkCandidate>& candidates,
                                       const std::vector<LandmarkMatch>& matches,

@@ -13,11 +13,11 @@ namespace mono_pose_tracker {
 namespace {
 
 constexpr std::int64_t kPeriod = 400000000;  // ns: matching two images takes a hundredth of a second
-// A thing that passes before the camera within a few seconds is no body that the map should be of.
+// An object that passes the camera within a few seconds is not to be mapped.
 constexpr std::size_t kPairs = 6;
 constexpr std::ptrdiff_t kLeastOthers = 3;  // pairs that show it: by chance one in a hundred does
-// As many points as the first map must have by default. It is a doubt that is told, no map is begun by it: no
-// need to follow bootstrap/min_landmarks.
+// As many points as the first map needs by default. This only raises a doubt and begins no map, so it does
+// not follow bootstrap/min_landmarks.
 constexpr std::int64_t kLeastMembers = 25;
 
 }  // namespace

@@ -10,24 +10,24 @@
 
 namespace mono_pose_tracker {
 
-/// Asks of a live map, at most once every 0.4 s, whether more moves as one otherwise than as it says: where
-/// it is of a room, say, seen past a larger thing that turns before the camera. The same that
-/// IndependentMotion::is_larger asks of a finished map.
+/// Checks a live map, at most once every 0.4 s, for an independent motion with more features than the mapped
+/// object: a larger object that rotates in front of a mapped room, for example. IndependentMotion::is_larger
+/// is the same check of a finished map.
 class LargerObjectWatch {
  public:
-  /// After the newest keyframe has come into the map: what it and the one before it show.
+  /// Called after a keyframe was inserted: compares it with the one before.
   void ask(const Map& map, const MatchOptions& matching, const RansacOptions& ransac);
-  /// Empty: nothing.
+  /// The evidence as text; empty: none.
   const std::string& doubt() const { return doubt_; }
   void reset() { *this = LargerObjectWatch(); }
 
  private:
   struct Seen {
-    std::int64_t of_map = 0, of_other = 0;  // matches that obey one of the two motions only
+    std::int64_t of_map = 0, of_other = 0;  // matches that obey only one of the two motions
   };
 
-  LastTime asked_;         // by the stamps of newest keyframes
-  std::deque<Seen> seen_;  // in the latest pairs
+  LastTime asked_;         // stamps of the newest keyframes
+  std::deque<Seen> seen_;  // the latest pairs
   std::string doubt_;
 };
 

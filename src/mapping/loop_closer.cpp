@@ -15,20 +15,19 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Edges of a keyframe to those that share most landmarks with it. More would make stretches stiff where the
-// camera was slow; the first of them ties it to the rest whatever it shares.
+// Edges from a keyframe to those with most common landmarks. More edges would make slow parts of the path too
+// stiff. The first edge is added for any number of common landmarks and keeps the graph connected.
 constexpr int kEdges = 4;
-// Landmarks of a further edge: what a pose asks for by default. With fewer it is stiffer than they know,
-// whatever resection/min_inliers is.
+// Minimum of common landmarks for a further edge: the default that a pose needs. Edges with fewer are stiffer
+// than their information, whatever resection/min_inliers is.
 constexpr int kMinShared = 15;
 
-// Standard deviations between two keyframes of one window, of the order in which windows drift: a tenth of a
-// degree, a hundredth of scale, as much of the way between the two, and of the depth what the turn makes of
-// it.
+// Standard deviations between two keyframes of one window, at the order of the drift between windows: a tenth
+// of a degree, a hundredth of scale, a hundredth of the path between them, and the depth times the rotation.
 constexpr double kTurnSigma = 0.1 * kDegree;
 constexpr double kScaleSigma = 0.01;
-// The loop was measured once, the way there is a chain of dozens of edges: what is left over at its seam must
-// be less than an observation's error, so that points can be fused there.
+// Weight of the loop edge against a chain of dozens of edges. The remaining error at the loop must be below
+// that of an observation, so that landmarks can be merged.
 constexpr double kLoopWeight = 10;
 
 double median_depth(const TrackingMap& map, const KeyframeView& keyframe) {
@@ -53,7 +52,7 @@ PoseGraphEdge make_edge(int from, int to, const Sim3& measured, double depth, do
   return edge;
 }
 
-// Pairs of keyframes, the older first, that hold the map together.
+// Pairs of strongly covisible keyframes, the older first.
 std::set<std::pair<KeyframeId, KeyframeId>> strongly_covisible_pairs(const TrackingMap& map) {
   std::set<std::pair<KeyframeId, KeyframeId>> pairs;
   for (const auto& [id, keyframe] : map.keyframes) {
@@ -149,7 +148,7 @@ std::optional<GlobalAdjustment> GlobalAdjustment::solve(const BundleOptions& opt
     const Rigid3& now = adjusted.camera_from_map;
     std::vector<double> growth;
     for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
-      // What the feature shows may be another landmark since, that stood elsewhere.
+      // The feature may observe another landmark since, at another position.
       const LandmarkId first = keyframe.landmark_of_feature[f], then = adjusted.landmark_of_feature[f];
       if (first == kNoLandmark || then == kNoLandmark) continue;
       const double before = (keyframe.camera_from_map * snapshot.landmark(first)->x_in_map).norm();

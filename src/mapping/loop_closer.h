@@ -14,39 +14,40 @@
 
 namespace mono_pose_tracker {
 
-/// A loop that was closed, and what it took out.
+/// A closed loop and the drift that it removed.
 struct ClosedLoop {
-  std::int64_t from_frame = -1, to_frame = -1;  // the old place's keyframe, the new one
-  double drift = 0;                             // how far the new one moved, of the way between the two
-  double scale_drift = 1;                       // by what lengths at the new one were multiplied
+  std::int64_t from_frame = -1, to_frame = -1;  // frame of the old place, of the new keyframe
+  double drift = 0;        // displacement of the new one, as a share of the path between the two
+  double scale_drift = 1;  // factor of lengths at the new one
 };
 
-/// Where each keyframe goes: new_from_map, that moves also what hangs on it.
+/// The correction of each keyframe, new_from_map; it also moves what is stored relative to the keyframe.
 using KeyframeChanges = std::map<KeyframeId, Sim3>;
 
-/// Spreads what a loop has drifted by over the way between its ends: a pose graph over similarities, in which
-/// keyframes that share most landmarks keep to how they stand to each other. The oldest keyframe stays.
-/// Nothing when the solve fails or is cancelled.
+/// Distributes the correction of a loop over the path between its ends. Solves a pose graph over
+/// similarities, in which keyframes with many common landmarks keep their relative poses. The oldest keyframe
+/// stays. Nothing when the solver fails or is cancelled.
 std::optional<KeyframeChanges> distribute_loop_correction(const TrackingMap& map, const LoopConstraint& loop,
                                                           const std::function<bool()>& cancelled);
 
-/// The changes of some keyframes, and for all others of the map the change of the keyframe that they share
-/// most landmarks with, else of the one before them.
+/// Extends the corrections of some keyframes to the whole map. Another keyframe gets the correction of the
+/// keyframe with which it shares most landmarks, else of the one before it.
 KeyframeChanges extended_to_all(const Map& map, KeyframeChanges changes);
 
-/// Factor by which lengths at each keyframe change; of removed ones, at the keyframe that they hang on.
+/// The scale change at each keyframe. A removed keyframe has the one of the keyframe to which it is relative.
 std::map<KeyframeId, double> scales_of(const Map& map, const KeyframeChanges& changes);
 
-/// What a global bundle adjustment changed in a snapshot, to be applied to the map that has grown since.
+/// The changes that a global bundle adjustment made to a snapshot, to be applied to the map that has grown
+/// since.
 class GlobalAdjustment {
  public:
-  /// Adjusts all of `tied`, in place; with a wide loss first where parts that were just tied are still apart.
-  /// tied: the snapshot, or what it is once some of its landmarks are one, or are seen by further keyframes.
+  /// Adjusts all of `merged`, in place. Uses a wide loss first where parts that were just merged are still
+  /// apart. merged: the snapshot, or the snapshot with merged landmarks and further observations.
   static std::optional<GlobalAdjustment> solve(const BundleOptions& options, const Map& snapshot,
                                                bool parts_were_apart, Map* merged);
 
-  /// Keyframes and landmarks that have not changed since are where the adjustment has them; the others go
-  /// with the keyframe they belong to. Returns the changes of all keyframes.
+  /// Sets keyframes and landmarks that have not changed since to their adjusted values. The others move with
+  /// the keyframe they belong to. Returns the corrections of all keyframes.
   KeyframeChanges apply(Map* map) const;
 
  private:

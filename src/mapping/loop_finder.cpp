@@ -13,18 +13,17 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr int kMaxWait = 3;  // keyframes in which a second must agree: later ones look at something else
+constexpr int kMaxWait = 3;  // keyframes within which a second must agree; later ones have another view
 
-// px at 640 px (image_scale): twice an inlier's error for each of the two similarities, which hold best where
-// their own points are, and the drift from one keyframe to the next.
+// px at 640 px (image_scale): twice an inlier's error for each of the two similarities, which are most
+// accurate near their own points, and the drift between the keyframes.
 constexpr double kMaxDisagreementPx = 10;
 
-// Landmarks that tie two keyframes: what a pose asks for by default. Less may be a few wrong fusions, that
-// must not keep a place from being found. Which keyframes drift together does not change with what a pose is
-// asked for (MapperOptions::min_inliers).
+// Common landmarks that connect two keyframes: the default that a pose needs. Fewer may be wrong merges,
+// which must not hide a loop. This does not follow MapperOptions::min_inliers.
 constexpr int kMinCovisible = 15;
 
-// Keyframes of the map that are tied to this one.
+// Keyframes of the map that are connected to this one.
 std::vector<KeyframeId> connected_to(const TrackingMap& map, KeyframeId keyframe) {
   std::vector<KeyframeId> connected;
   const auto found = map.keyframes.find(keyframe);
@@ -36,8 +35,8 @@ std::vector<KeyframeId> connected_to(const TrackingMap& map, KeyframeId keyframe
   return connected;
 }
 
-/// The keyframe and what is tied to it, directly or by one between: drift to these is what bundle adjustment
-/// sees.
+/// The keyframe and those connected to it directly or by one between: bundle adjustment corrects the drift
+/// among them.
 std::unordered_set<KeyframeId> near_in_map(const TrackingMap& map, KeyframeId keyframe) {
   std::unordered_set<KeyframeId> near = {keyframe};
   for (const KeyframeId id : connected_to(map, keyframe)) {
@@ -58,8 +57,8 @@ bool is_covisible(const TrackingMap& map, KeyframeId a, KeyframeId b) {
 
 double limit_px(const CameraModel& camera) { return kMaxDisagreementPx * image_scale(camera); }
 
-// Whether what both match is mostly matched to points that the old place sees elsewhere: things that look
-// alike, however near to each other they are.
+// Whether features that both loops match are mostly matched to points that the old place observes elsewhere:
+// similar structures, however close together.
 bool contradict(const TrackingMap& map, const LoopConstraint& first, const LoopConstraint& second) {
   const KeyframeView& place = map.keyframes.at(first.from);
   const auto pixel_of = [&](LandmarkId id, Eigen::Vector2d* pixel) {
@@ -109,8 +108,8 @@ std::optional<LoopConstraint> LoopFinder::best_unambiguous(const TrackingMap& ma
   });
   for (std::size_t i = 1; i < loops.size(); ++i) {
     if (loops[i].support.found <= kAliasedShare * loops[0].support.found) continue;
-    // Keyframes that share landmarks are one place where they say the same of what they see: their
-    // similarities may differ where depth says little of scale. Of two doors in a row they do not.
+    // Covisible keyframes are one place when their loops agree in the image: their similarities may differ
+    // where the depths constrain the scale weakly. Those of two doors in a row do not agree.
     const bool is_ambiguous = is_covisible(map, loops[0].from, loops[i].from)
                                   ? contradict(map, loops[0], loops[i])
                                   : !agree(map, loops[0], loops[i]);
@@ -133,7 +132,7 @@ std::optional<LoopConstraint> LoopFinder::find(const TrackingMap& map, const Pla
   const bool any = !loops.empty();
   std::optional<LoopConstraint> loop = best_unambiguous(map, std::move(loops));
   if (!loop) {
-    // Several places look like this one: what a neighbour found alone was one of them by chance.
+    // Several places are similar: the loop of a neighbour was one of them by chance.
     if (any) awaiting_.reset();
     return std::nullopt;
   }

@@ -11,21 +11,21 @@
 
 namespace mono_pose_tracker {
 
-/// Notices that the camera is back where it was: old places that look like a new keyframe (place index),
-/// compared with it (loop_verifier.h). Nothing is believed that two places say equally well, as identical
-/// doors do, nor what one keyframe says alone: one of the next must find the same place, and the same
-/// similarity. Corrects nothing itself. One thread.
+/// Detects loops: finds old places that look like a new keyframe (place index) and verifies them
+/// (loop_verifier.h). A loop is rejected where two places fit equally well, as identical doors do. It needs a
+/// second keyframe soon after that finds the same place with the same similarity. Does not correct the map.
+/// One thread.
 class LoopFinder {
  public:
   LoopFinder(const MapperOptions& options, const CameraModel& camera) : options_(options), camera_(camera) {}
 
-  /// Called with each new keyframe, in order, unless a loop found earlier is still being closed. The index
-  /// may hold keyframes that the map has no more. Of a loop returned, `matches` are those of both keyframes
-  /// that agree.
+  /// Called with each new keyframe, in order, unless an earlier loop is still being closed. The index may
+  /// hold keyframes that the map no longer has. The `matches` of a returned loop are those on which both
+  /// keyframes agree.
   std::optional<LoopConstraint> find(const TrackingMap& map, const PlaceIndex& index, KeyframeId keyframe);
-  /// What awaits a second keyframe goes on to do so.
+  /// A loop that awaits its second keyframe continues to do so.
   void set_options(const MapperOptions& options) { options_ = options; }
-  /// Forgets what awaits a second keyframe: the map was corrected or another one begun.
+  /// Drops the loop that awaits a second keyframe: the map was corrected or another one begun.
   void reset() { awaiting_.reset(); }
 
  private:
@@ -37,8 +37,8 @@ class LoopFinder {
 
   MapperOptions options_;
   CameraModel camera_;
-  std::optional<LoopConstraint> awaiting_;  // a second keyframe that says the same
-  int waited_ = 0;                          // keyframes since
+  std::optional<LoopConstraint> awaiting_;  // a loop that needs a second keyframe
+  int waited_ = 0;                          // keyframes since then
 };
 
 }  // namespace mono_pose_tracker

@@ -21,12 +21,12 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr int kMatchedKeyframes = 6;  // of the old place, whose descriptors are compared
-constexpr int kGuidedKeyframes = 12;  // of the old place, whose landmarks are looked for
+constexpr int kMatchedKeyframes = 6;  // of the old place, for descriptor matching
+constexpr int kGuidedKeyframes = 12;  // of the old place, for guided matching
 
-// Of the distance of the points: what a turn on the spot, which is no way at all, may leave.
+// Share of the points' distance: drift that a rotation on the spot, with a path length of zero, may leave.
 constexpr double kMaxDriftOfDepth = 0.1;
-// A landmark and where a keyframe sees it.
+// A landmark and its feature in a keyframe.
 struct LandmarkInKeyframe {
   LandmarkId landmark = kNoLandmark;
   const KeyframeView* keyframe = nullptr;
@@ -46,7 +46,8 @@ std::unordered_set<LandmarkId> landmarks_of(const KeyframeView& keyframe) {
   return {keyframe.landmark_of_feature.begin(), keyframe.landmark_of_feature.end()};
 }
 
-// Each landmark once, as the first of the keyframes has it; without those `left_out`.
+// Observations of the keyframes' landmarks, each once, from the first keyframe that has it; without those in
+// `excluded`.
 std::vector<LandmarkInKeyframe> observations(const TrackingMap& map, const std::vector<KeyframeId>& keyframes,
                                              const std::unordered_set<LandmarkId>& excluded) {
   std::vector<LandmarkInKeyframe> result;
@@ -72,7 +73,7 @@ ObservedPoint observed_point(const TrackingMap& map, const LandmarkInKeyframe& o
   return observed_point(*observation.keyframe, observation.feature, map.landmarks.at(observation.landmark));
 }
 
-// Points of the new side (a) and the old (b) that are held to be one.
+// Paired observations of the new side (a) and the old side (b).
 struct Pairs {
   std::vector<SimilarityMatch> points;
   std::vector<std::pair<LandmarkId, LandmarkId>> landmarks;  // new, old
@@ -83,16 +84,16 @@ struct Pairs {
   }
 };
 
-// The same, where the points themselves say that the angles have turned a wall over.
+// Resolves an orientation flip of the similarity by the points.
 SimilarityReport resolve_flip(std::vector<SimilarityMatch> observations, const SimilarityOptions& options,
                               const SimilarityReport& by_angles) {
-  constexpr double kDepthSigma = 0.2;  // of a point that nothing is known of; alike for all
+  constexpr double kDepthSigma = 0.2;  // prior of every point
   for (SimilarityMatch& m : observations) m.in_a.depth_sigma = m.in_b.depth_sigma = kDepthSigma;
   SimilarityReport by_points = similarity_from_points(observations, options, by_angles);
   return by_points.success && is_flipped(by_points, by_angles) ? by_points : by_angles;
 }
 
-// A similarity that `min_inliers` of the pairs agree on; the others are dropped.
+// Fits a similarity with at least `min_inliers` inliers, and drops the outliers.
 bool fit(const MapperOptions& options, int seed, Pairs* pairs, Sim3* old_from_new) {
   if (static_cast<int>(pairs->points.size()) < options.min_inliers) return false;
   SimilarityOptions similarity;
@@ -112,7 +113,7 @@ bool fit(const MapperOptions& options, int seed, Pairs* pairs, Sim3* old_from_ne
   return true;
 }
 
-// Old landmarks as the new side would have them.
+// Candidates for the old landmarks, in the frame of the new side.
 std::vector<LandmarkCandidate> candidates_in_new(const TrackingMap& map,
                                                  const std::vector<LandmarkInKeyframe>& old,
                                                  const Sim3& new_from_old) {
@@ -129,10 +130,10 @@ std::vector<LandmarkCandidate> candidates_in_new(const TrackingMap& map,
   return candidates;
 }
 
-// What the similarity brings into view is looked for round where it should be.
+// Searches for the landmarks that the similarity brings into view.
 struct GuidedSearch {
-  Pairs pairs;               // where the new side has a landmark as well
-  std::vector<int> inliers;  // features of the new image that see an old landmark
+  Pairs pairs;               // both sides have a landmark
+  std::vector<int> inliers;  // features of the new image with an old landmark
   ExpectedFinds in_map;
 };
 
@@ -140,7 +141,8 @@ GuidedSearch search(const MapperOptions& options, const CameraModel& camera, con
                     const KeyframeView& keyframe, const std::vector<LandmarkInKeyframe>& old,
                     const Sim3& old_from_new) {
   ProjectionMatchOptions guided;
-  // The similarity is good to the error of an observation where its inliers are, elsewhere to a few of these.
+  // The similarity is accurate to an observation's error where its inliers are, and to a few times that
+  // elsewhere.
   guided.radius_px = 3 * options.mapping.transferred_px(camera);
   guided.max_distance2 = stored_distance2(options.mapping.max_descriptor_distance);
   const std::vector<LandmarkCandidate> candidates = candidates_in_new(map, old, old_from_new.inverse());
@@ -159,7 +161,7 @@ GuidedSearch search(const MapperOptions& options, const CameraModel& camera, con
   return result;
 }
 
-// Of the way between the two keyframes; nothing when it is more than drift can be.
+// Drift as a share of the path between the two keyframes; nothing when it exceeds the limit.
 std::optional<double> drift_of(const TrackingMap& map, const KeyframeView& keyframe, KeyframeId place,
                                const Pairs& pairs, const Sim3& old_from_new) {
   if (old_from_new.rotation.angularDistance(Eigen::Quaterniond::Identity()) > kMaxRotationDrift)
@@ -189,7 +191,7 @@ std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const Tr
                                           KeyframeId keyframe_id, KeyframeId place) {
   const KeyframeView& keyframe = map.keyframes.at(keyframe_id);
   const CameraModel& camera = keyframe.image->camera;
-  // What both sides see as one landmark already says nothing about drift.
+  // Landmarks that both sides observe already contain no drift.
   const std::unordered_set<LandmarkId> own = landmarks_of(keyframe);
   const std::vector<LandmarkInKeyframe> in_new = observations(map, {keyframe_id}, {});
   Pairs pairs = match_landmarks(options, map, in_new,

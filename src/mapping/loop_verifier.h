@@ -11,26 +11,26 @@
 
 namespace mono_pose_tracker {
 
-/// A keyframe that shows a place the map has already, seen again after drift. What the keyframe sees stands
-/// twice in the map then: as the old place has it and as the new side has it.
+/// A loop: a keyframe that shows an old place of the map again after drift. The points that it observes are
+/// then duplicated in the map, at the old place and at the new side.
 struct LoopConstraint {
   KeyframeId from = -1, to = -1;  // the old place, the new keyframe
-  Sim3 old_from_new;              // takes a point of the map as the new side has it to where the old has it
+  Sim3 old_from_new;              // maps a point of the new side to the old side
   Sim3 from_from_to;              // camera of `to` seen from that of `from`: an edge of the pose graph
-  std::vector<std::pair<LandmarkId, LandmarkId>> matches;  // new, old: one and the same, to be fused
+  std::vector<std::pair<LandmarkId, LandmarkId>> matches;  // (new, old) landmarks to be merged
   PoseSupport support;                                     // of the old landmarks in the new image
-  double drift = 0;  // how far it moves the new keyframe, of the way between the two
+  double drift = 0;  // displacement of the new keyframe, as a share of the path between the two
 };
 
-/// Compares a keyframe with an old place (a keyframe and those that share most with it): descriptors, RANSAC
-/// for a similarity over points that both sides have, guided matching with all that the old place sees, the
-/// similarity anew. Nothing when too few points agree or too little of what should be in view is found
-/// (pose_support.h), or when the similarity moves the keyframe further than drift can be (kMaxDrift in
-/// loop_verifier.cpp). A place that looks the same passes; see LoopFinder for what is done about it.
+/// Compares a keyframe with an old place (a keyframe and those that share most landmarks with it): descriptor
+/// matching, RANSAC for a similarity over the common points, guided matching with all landmarks of the old
+/// place, the similarity again. Nothing when there are too few inliers, when too few of the expected
+/// landmarks are found (pose_support.h), or when the correction exceeds possible drift (kMaxDrift in
+/// aliased_places.h). An aliased place can pass; LoopFinder handles that.
 std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const TrackingMap& map,
                                           KeyframeId keyframe, KeyframeId place);
 
-/// Whether the other loop's points fit this one's similarity: median error in px, in the other's old place.
+/// Median error of the other loop's points under this loop's similarity, px in the other's old place.
 double loop_disagreement_px(const TrackingMap& map, const LoopConstraint& loop, const LoopConstraint& other);
 
 }  // namespace mono_pose_tracker

@@ -17,22 +17,22 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// px of parallax at 640 px (image_scale), with which features of .6 px know a depth to a fifth.
+// px of parallax at 640 px (image_scale) at which features with 0.6 px noise determine a depth to a fifth.
 constexpr double kKnownDepthPx = 4.2;
 constexpr double kKnownDepthSigma = 0.2;
-constexpr double kLeastParallax = 1e-6;  // rad: what is seen from one place alone has no depth
-// Points that both maps know, seen by one keyframe: fewer tell no scale.
+constexpr double kLeastParallax = 1e-6;  // rad: without parallax there is no depth
+// Common points in one keyframe: fewer do not determine the scale.
 constexpr int kMinPoints = 10;
-// px at 640 px (image_scale): drift between the two keyframes, in either map, adds to the error of the ties.
+// px at 640 px (image_scale): drift between the two keyframes in either map adds to the error of the matches.
 constexpr double kMaxDisagreement = 12;
 
-// rad: of kKnownDepthPx.
+// kKnownDepthPx in rad.
 double known_depth_parallax(const Keyframe& keyframe) {
   return kKnownDepthPx * image_scale(keyframe.image->camera) / keyframe.image->camera.focal();
 }
 
-// Ratio of depths, other over map, of the points whose depth both know: log of the median, and its standard
-// error. What is far away looks the same from anywhere: it has a depth in either map, and tells no scale.
+// Scale between the maps from the depths of points known in both: log of the median ratio (other over map),
+// and its standard error. Far points have no parallax in either map and are ignored.
 bool scale_between(const Map& map, const Keyframe& keyframe, const Map& other, const Location& location,
                    double* log_scale, double* sigma) {
   const double known = known_depth_parallax(keyframe);
@@ -62,7 +62,7 @@ Sim3 similarity(const Rigid3& camera_from_map, const Rigid3& camera_from_other, 
   return Sim3(camera_from_other.inverse()) * scaled_camera_from_map;
 }
 
-// Median distance in px between where b's points are seen and where a's similarity shows them.
+// Median reprojection error of b's points under a's similarity, px.
 double disagreement(const Map& map, const Map& other, const MapMatch& a, const MapMatch& b) {
   const Keyframe& keyframe = *map.keyframe(b.keyframe);
   const CameraModel& camera = keyframe.image->camera;
@@ -79,8 +79,8 @@ double disagreement(const Map& map, const Map& other, const MapMatch& a, const M
   return median(std::move(errors));
 }
 
-// A landmark as the first keyframe that sees it has it, and as the last: the farther apart, the more they
-// tell of its depth. depth_sigma: as features of .6 px tell it, seen twice.
+// The observations of a landmark by the first and the last keyframe, which constrain its depth most.
+// depth_sigma: of two observations with 0.6 px noise.
 std::array<ObservedPoint, 2> observations_of(const Map& map, LandmarkId id) {
   const Landmark& landmark = *map.landmark(id);
   const double parallax = std::max(widest_parallax(map, landmark), kLeastParallax);
@@ -104,7 +104,7 @@ std::vector<SimilarityMatch> paired_observations(const Map& map, const Map& othe
   return point_pairs;
 }
 
-// Of the landmarks that both have; none where they don't determine it.
+// The similarity of the common landmarks; none where they do not determine it.
 std::optional<Sim3> similarity_of_points(const MapperOptions& options, const Map& map, const Map& other,
                                          const std::vector<std::pair<LandmarkId, LandmarkId>>& same) {
   SimilarityOptions similarity;
@@ -113,12 +113,12 @@ std::optional<Sim3> similarity_of_points(const MapperOptions& options, const Map
   SimilarityReport report = estimate_similarity(point_pairs, similarity);
   report = similarity_from_points(point_pairs, similarity, report);
   report = resolve_flip_by_depths(point_pairs, similarity, report);
-  // Each point has two sights.
+  // Each point has two observations.
   if (!report.success || report.num_inliers < 2 * options.min_inliers) return std::nullopt;
   return report.b_from_a;
 }
 
-// Keyframes of the two maps that may show the same: the nearest in time, and those that look alike.
+// Keyframe pairs of the two maps that may show the same place: nearest in time, and similar ones.
 std::vector<std::pair<KeyframeId, KeyframeId>> pairs_to_compare(const Map& map, const Map& other,
                                                                 const PlaceFinder& places) {
   constexpr std::size_t kNearest = 12, kAsked = 40;
@@ -142,7 +142,7 @@ std::vector<std::pair<KeyframeId, KeyframeId>> pairs_to_compare(const Map& map, 
   return {pairs.begin(), pairs.end()};
 }
 
-// Features of two images that show the same: verified matches, or each with itself where the image is one.
+// Matching features of two images: verified matches, or each feature with itself where the image is the same.
 std::vector<std::pair<int, int>> same_features(const ViewGraph& graph, int node, int other) {
   std::vector<std::pair<int, int>> same;
   if (node == other) {
@@ -206,8 +206,7 @@ std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& 
   for (const auto& [own, theirs] : keyframes)
     edges.emplace_back(node_of(*map.keyframe(own)), node_of(*other.keyframe(theirs)));
   graph->connect(edges);
-  std::map<KeyframeId, std::map<int, LandmarkId>>
-      found;  // by keyframe: feature and landmark of the other map
+  std::map<KeyframeId, std::map<int, LandmarkId>> found;  // by keyframe: (feature, landmark of the other map)
   std::set<std::pair<LandmarkId, LandmarkId>> paired;
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
     const Keyframe &own = *map.keyframe(keyframes[i].first), &theirs = *other.keyframe(keyframes[i].second);

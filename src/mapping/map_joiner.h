@@ -13,9 +13,9 @@
 
 namespace mono_pose_tracker {
 
-/// A keyframe of one map found in another, and the similarity that this makes between the two. Each map has a
-/// unit of its own: lengths in `location` are in the other's, and other_from_map.scale is the length in the
-/// other's units of what is 1 in the keyframe's own.
+/// A keyframe of one map that was located in another map, and the resulting similarity between the two maps.
+/// Each map has its own unit: lengths in `location` are in the other map's unit, and other_from_map.scale
+/// converts the keyframe's unit to it.
 struct MapMatch {
   KeyframeId keyframe = -1;
   Location location;  // of the keyframe, in the other map
@@ -23,35 +23,35 @@ struct MapMatch {
   double log_scale_sigma = 0;  // standard error of log(other_from_map.scale), no unit
 };
 
-/// Nothing when the keyframe is not found at that place of the other map, or the depths of the points that
-/// both maps know don't agree on a scale.
+/// Nothing when the keyframe is not located at that place of the other map, or when the depths of the common
+/// points do not agree on a scale.
 std::optional<MapMatch> match_keyframe(const MapperOptions& options, const Map& map, KeyframeId keyframe,
                                        const Map& other, KeyframeId place);
 
-/// Whether two ties of different keyframes say the same: the pose that each gives the other's keyframe shows
-/// what was found there within a few pixels.
+/// Whether the matches of two keyframes agree: the pose from each match reprojects the points of the other
+/// within a few pixels.
 bool map_matches_agree(const Map& map, const Map& other, const MapMatch& a, const MapMatch& b);
 
-/// Two maps where they meet: two keyframes of one, found in the other.
+/// The alignment of two maps by keyframes of one that were located in the other.
 struct MapAlignment {
   std::vector<MapMatch> map_matches;
   Sim3 other_from_map;
 };
 
-/// Nothing when the ties do not agree (map_matches_agree), or the points that they share do not determine a
-/// similarity by RANSAC over where both maps have them. It is that one which holds: of a small patch of a
-/// wall a single view has two poses that show it all but alike, and both keyframes may have taken the wrong
+/// Nothing when the matches do not agree (map_matches_agree), or when their common points do not determine a
+/// similarity by RANSAC over the positions in both maps. The returned similarity is that of the points: a
+/// single view of a small planar patch has two nearly equivalent poses, and both keyframes may have the wrong
 /// one.
 std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& map, const Map& other,
                                        MapMatch first, MapMatch second);
 
 /// The same from the view graph: by the verified matches between keyframes of the two maps that are near in
-/// time, or that look like each other (`places` of the other map). Nothing when their landmarks do not
-/// determine a similarity.
+/// time or look similar (`places` of the other map). Nothing when their landmarks do not determine a
+/// similarity.
 std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& map, const Map& other,
                                        const PlaceFinder& places, ViewGraph* graph);
 
-/// Landmarks of `map` and of `other` (ids as they are there) that the ties say are one.
+/// Pairs of landmarks of `map` and `other` (with the ids of each) that are the same by the matches.
 std::vector<std::pair<LandmarkId, LandmarkId>> same_landmarks(const Map& map,
                                                               const std::vector<MapMatch>& map_matches);
 

@@ -24,22 +24,22 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// A long lens sees an object from so far that the first views may take it for its reverse; and a wall, from
-// near, for its twin. Whether the map was one.
+// Corrects a depth reversal (an object viewed from far away) or the second planar solution (a wall viewed
+// from near) of a young map. Returns whether the map was replaced.
 bool was_corrected(const MapperOptions& options, Map* map) {
-  // Share of the cost, by which the other one must be cheaper: where it is as wrong as the map itself the two
-  // differ by less, and the map would swing.
+  // Share by which the alternative's cost must be lower. Where both are equally wrong the costs differ by
+  // less, and the map would oscillate between them.
   constexpr double kMinEvidence = 0.1;
   if (is_narrow(*map)) return correct_depth_reversal(options.window_bundle(), kMinEvidence, map);
   return correct_geometry(options.window_bundle(), options.ransac, kMinEvidence, map);
 }
 
-// Of the two bundle adjustments that end a recording, shares of the cost: after the first more is found and
-// what is wrong is culled, so that it need not go to the end; the second gives the result.
+// Cost tolerances of the two final bundle adjustments. The first need not converge, as more matches are found
+// and wrong ones culled after it; the second gives the result.
 constexpr double kRoughTolerance = 1e-5;
 
-// When that is asked. A keyframe comes every two or three degrees of a turn: so each fifteen or so, up to
-// sixty, beyond which a reverse fits plainly worse. Each time costs several adjustments.
+// When the beginning is tested. A keyframe comes every two or three degrees of rotation: so every fifteen
+// degrees or so, up to sixty, where a reversal fits plainly worse. Each test takes several adjustments.
 bool is_due(std::size_t keyframes) { return keyframes % 6 == 0 && keyframes <= 24; }
 
 }  // namespace
@@ -64,7 +64,7 @@ void Mapper::begin_additional(const InitialMap& initial, std::uint32_t epoch) {
   begin(initial, epoch);
 }
 
-// What is known of the present map beside it is nothing of another's.
+// The state of one map does not apply to another.
 void Mapper::reset_map_state() {
   const std::uint64_t ticket = map_state_.ticket + 1;
   map_state_ = MapState(options_, camera_);
@@ -156,7 +156,7 @@ void Mapper::insert(const KeyframeCandidate& candidate_as_sent, int waiting) {
   publish();
 }
 
-// Guided, in both directions.
+// Guided matching in both directions.
 void Mapper::match(KeyframeId id) {
   const StageTimer timer(stages_, "map_match");
   separate_motions(id);
@@ -171,8 +171,8 @@ void Mapper::match(KeyframeId id) {
   }
 }
 
-// The farther the camera goes round, the plainer it is: asked several times while the map is young, and once
-// at each size, which a map from which keyframes are taken may have more than once.
+// Tested several times while the map is young, as the evidence grows with the rotation, and once at each
+// size. Culling may bring a map to the same size more than once.
 void Mapper::correct_beginning() {
   const std::size_t keyframes = map_.keyframes().size();
   if (keyframes <= map_state_.asked_at || !is_due(keyframes) || is_cancelled()) return;
@@ -182,7 +182,7 @@ void Mapper::correct_beginning() {
 }
 
 void Mapper::report_corrected_beginning() {
-  drop_background_job();  // what is solved aside is of the map as it was
+  drop_background_job();  // it works on the map before the change
   find_covariances();
   MapCorrection correction;
   correction.of_map = correction.into_map = map_id_;
@@ -190,10 +190,10 @@ void Mapper::report_corrected_beginning() {
   add_correction(std::move(correction));
 }
 
-// What may be in view of a keyframe; nothing: all. In a large map: what is seen by those that share landmarks
-// with it, directly or by one between, and at places that look like it.
+// Landmarks that may be in view of a keyframe; nothing: all. In a large map: landmarks of keyframes connected
+// to it directly or by one between, and of similar keyframes.
 std::optional<std::vector<LandmarkId>> Mapper::within_reach(KeyframeId id, SimilarKeyframes* known) const {
-  // Up to here looking through all takes less than a tenth of the time that adjusting the window does.
+  // Up to this size, testing all landmarks takes less than a tenth of the time of the window's adjustment.
   constexpr std::size_t kLarge = 400;
   constexpr int kAll = std::numeric_limits<int>::max();
   const std::size_t keyframes = map_.keyframes().size();
@@ -213,10 +213,9 @@ std::optional<std::vector<LandmarkId>> Mapper::within_reach(KeyframeId id, Simil
   return landmarks_observed_by(map_, {near.begin(), near.end()});
 }
 
-// Longer tracks: landmarks that the target keyframe does not see yet, whoever saw them and however long ago,
-// are projected into it; one that finds a feature there gains an observation, or,
-// where the feature sees another landmark already, the two become one if both agree with all that is seen of
-// them.
+// Extends tracks: projects landmarks that the target keyframe does not observe into it. A landmark that
+// matches a feature gains an observation. Where the feature already observes another landmark, the two are
+// merged if both agree with all of their observations.
 void Mapper::fuse(KeyframeId target, const std::optional<std::vector<LandmarkId>>& landmarks) {
   const Keyframe& keyframe = *map_.keyframe(target);
   const CameraModel& camera = keyframe.image->camera;
@@ -245,7 +244,7 @@ void Mapper::fuse(KeyframeId target, const std::optional<std::vector<LandmarkId>
   }
 }
 
-// New points by metric triangulation of features matched along epipolar lines.
+// Triangulates new landmarks from features matched along epipolar lines.
 void Mapper::create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& near) {
   EpipolarMatchOptions guided;
   guided.threads = options_.bundle.own_threads;
@@ -284,8 +283,8 @@ void Mapper::create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& 
 
 void Mapper::adjust_window(KeyframeId newest, int waiting) {
   const StageTimer timer(stages_, "map_adjust");
-  // A map that two windows hold is adjusted as a whole: its first points come from the least parallax, and
-  // what they have wrong must still be able to move.
+  // A map of up to two windows is adjusted completely: its first points come from the least parallax, and
+  // their errors must be corrected.
   const int size = options_.mapping.window_keyframes / (1 + waiting);
   std::vector<KeyframeId> window;
   if (waiting == 0 && static_cast<int>(map_.keyframes().size()) <= 2 * size) {
@@ -302,7 +301,7 @@ void Mapper::adjust_window(KeyframeId newest, int waiting) {
   if (waiting == 0) update_covariances(window);
 }
 
-// Twice: better poses find more, and wrong observations that the first run uncovers must not bend the second.
+// Two rounds: better poses give more matches, and outliers found by the first run must not bias the second.
 void Mapper::complete(BundleOptions bundle) {
   SimilarKeyframes found;
   for (const double tolerance : {kRoughTolerance, kFinalTolerance}) {
@@ -318,7 +317,8 @@ void Mapper::complete(BundleOptions bundle) {
   }
 }
 
-// What was tied pulls by a wide loss, as nothing is culled yet. Whether both adjustments could be used.
+// Adjusts with a wide loss first, so that merged tracks have an effect before anything is culled. Returns
+// whether both adjustments were usable.
 bool Mapper::adjust_after_merging(const BundleOptions& bundle) {
   bool is_usable = true;
   for (const BundleOptions& pass : {with_wide_loss(bundle), bundle}) {
@@ -338,10 +338,10 @@ BundleOptions Mapper::final_bundle() const {
 void Mapper::finish() {
   if (map_.keyframes().empty()) return;
   const BundleOptions bundle = final_bundle();
-  // What was known of it is forgotten where maps are joined or gone back to.
+  // Flags of static overlay are lost when maps are merged or switched.
   for (const auto& entry : map_.keyframes()) exclude_static_overlay(entry.first);
-  // All shared tracks stay, unlike in a map that goes on: those that do not hold are culled below. Dropped,
-  // they cost a recording of many gaps a tenth of its images.
+  // All shared tracks are kept, unlike in a growing map, and inconsistent ones are culled below. Dropping
+  // them cost a recording with many gaps a tenth of its images.
   const KeyframePairs overlapping = overlapping_pairs(options_.bundle, map_);
   connect(overlapping);
   if (!match_across_views(options_, overlapping, &view_graph(), &map_).empty()) adjust_after_merging(bundle);
@@ -352,8 +352,8 @@ void Mapper::finish() {
   publish();
 }
 
-// Two views cannot contradict each other along the epipolar line: what no third view observes is not in the
-// result, unless the map has hardly more views.
+// Two views cannot be inconsistent along the epipolar line: landmarks without a third view are dropped from
+// the result, unless the map has hardly more views.
 void Mapper::drop_two_view_landmarks() {
   if (map_.keyframes().size() <= 3) return;
   for (const LandmarkId l : map_.landmark_ids()) {

@@ -30,74 +30,78 @@ namespace mono_pose_tracker {
 
 class KeyframePlaces;
 
-/// Builds the map (paper, steps 4c and 4d): guided matching against the keyframes that share view,
-/// triangulation, longer tracks, windowed bundle adjustment, culling. The only one to change the map: what
-/// others read is the TrackingMap that every change ends with. Not shared between threads.
+/// Builds the map (paper, steps 4c and 4d): guided matching with covisible keyframes, triangulation, track
+/// extension, windowed bundle adjustment, culling. Only the mapper changes the map; other threads read the
+/// TrackingMap that every change publishes. Not shared between threads.
 class Mapper {
  public:
   Mapper(const MapperOptions& options, const CameraModel& camera)
       : options_(options), camera_(camera), map_state_(options, camera) {}
 
-  /// Begins a map, in place of all that there are. Its scale: what ScaleOptions say, else the median depth of
-  /// the first view's points is 1.
+  /// Begins a map and drops all others. Its scale follows ScaleOptions; otherwise the median depth of the
+  /// first view's points is 1.
   void initialize(const InitialMap& initial, std::uint32_t epoch);
-  /// Begins a map beside those that there are: they are kept, and joined with it when the two meet. Beside a
-  /// capped map no more keyframes are kept than it may hold: the smallest map goes first.
+  /// Begins a map in addition to the existing ones, which become inactive and are merged with it once they
+  /// can be aligned. With a keyframe cap, inactive maps hold no more keyframes than it allows: the smallest
+  /// map is dropped first.
   void begin_additional(const InitialMap& initial, std::uint32_t epoch);
-  /// Goes back to a map that is kept. The present one is kept in its place, or dropped. False when there is
-  /// none of this id, any more: the present one goes on, in the new epoch.
+  /// Switches to an inactive map. The present map becomes inactive, or is dropped. Returns false when there
+  /// is no map with this id any more: the present one continues in the new epoch.
   bool resume(std::uint32_t map_id, bool keep_present, std::uint32_t epoch);
-  /// Goes on in a map that was saved, in place of all that there are.
+  /// Continues in a saved map and drops all others.
   void restore(Map map, std::uint32_t epoch);
-  /// The same beside those that there are: they are kept.
+  /// The same, but the existing maps become inactive.
   void restore_additional(Map map, std::uint32_t epoch);
-  /// waiting: keyframes that wait behind this one. The bundle adjustment's window is divided among them, and
-  /// with two or more it is left to the next; the map is consistent all the same.
+  /// Inserts a keyframe. waiting: number of keyframes that wait behind this one. The window of the bundle
+  /// adjustment is divided among them; with two or more, the adjustment is left to the next. The map stays
+  /// consistent.
   void insert(const KeyframeCandidate& candidate, int waiting = 0);
-  /// Looks whether the newest keyframe shows an old place again, unless that was asked before. A loop is
-  /// closed aside: its drift is spread over the map (a correction), then all of it is adjusted (another).
+  /// Checks once whether the newest keyframe closes a loop. The loop is closed in the background: its
+  /// correction is distributed over the map, then the whole map is adjusted. Each is published as a
+  /// correction.
   void seek_loop();
-  /// Adjusts all of the map aside when it has grown by a tenth since that was done last: windows that were
-  /// adjusted one after the other have drifted against each other. What comes of it is a correction.
+  /// Adjusts the whole map in the background when it has grown by a tenth since the last time, as consecutive
+  /// windows drift against each other. The result is published as a correction.
   void adjust_now_and_then();
-  /// What is to be done beside the mapper's own work now; null: nothing.
+  /// The background job to be run now; null: none.
   BackgroundJob take_background_job();
-  /// Those closed in any of the maps, in order.
+  /// Loops closed in any of the maps, in order.
   const std::vector<ClosedLoop>& loops() const { return loops_; }
   void set_options(const MapperOptions& options) {
     options_ = options;
     map_state_.loop_finder.set_options(options);
   }
-  /// Moves the present map as a whole: a correction. scale_source: what its unit rests on from now on;
-  /// nothing where that stays.
+  /// Applies a similarity to the present map, published as a correction. scale_source: the new source of its
+  /// unit; nothing: unchanged.
   void transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source);
 
-  /// Last optimisation of a recording: tracks are completed between all keyframes that share view, and
-  /// everything is bundle-adjusted.
+  /// Final optimisation of a recording: completes the tracks between all covisible keyframes and runs a
+  /// global bundle adjustment.
   void finish();
 
-  /// The recording's, of all maps. Made at the first call, with the options of that time.
+  /// The view graph of the recording, for all maps. It is created at the first call, with the options of that
+  /// time.
   ViewGraph& view_graph();
-  /// Adds the edges of this map to the view graph: keyframes before in time, covisible ones, those that look
-  /// like each other, and pairs that overlap.
+  /// Adds the edges of this map to the view graph: to earlier keyframes, covisible ones, similar ones, and
+  /// overlapping pairs.
   void connect(const KeyframePairs& overlapping = {});
-  /// The global refinement against the view graph: segments that it puts elsewhere are moved there and the
-  /// map is finished anew, until none is left or max_rounds. Keyframes that it contradicts without another
-  /// place for them are removed; they are returned.
+  /// Global refinement against the view graph. Moves misregistered segments to where the graph places them
+  /// and finishes the map again, until there is none left or max_rounds is reached. Keyframes that contradict
+  /// the graph and have no other place are removed and returned.
   std::set<KeyframeId> refine_with_graph(const GraphConsistencyOptions& consistency);
 
-  /// Takes out keyframes whose poses are wrong, and what they alone saw; the first two, by which the
-  /// map has its frame, stay.
+  /// Removes keyframes with wrong poses, and landmarks that only they observe. The first two keyframes stay,
+  /// as they define the map's frame.
   void remove_keyframes(const std::set<KeyframeId>& ids);
 
-  /// For the end of a recording: joins each two maps that the view graph aligns.
+  /// Merges all pairs of maps that the view graph aligns, at the end of a recording.
   void join_rest();
-  /// Ids of the maps that are kept beside the present one.
+  /// Ids of the inactive maps.
   std::vector<std::uint32_t> inactive_maps() const;
-  /// Copies of all maps, the present one among them, the oldest first.
+  /// Copies of all maps including the present one, the oldest first.
   std::vector<Map> all_maps() const;
 
-  /// Bundle adjustments that failed, each of which left the map as it was.
+  /// Number of failed bundle adjustments; each left the map unchanged.
   int failed_adjustments() const { return failed_adjustments_; }
 
   const Map& map() const { return map_; }
@@ -106,42 +110,42 @@ class Mapper {
  private:
   bool is_cancelled() const { return options_.bundle.is_cancelled(); }
 
-  // Of a length: who measures with the map should know of it, and a smaller change is not worth telling.
+  // Relative change of a length. Smaller changes of the unit are not published.
   static constexpr double kReportedUnitChange = 0.01;
-  // Whatever the options let an adjustment between images take: where a recording ends no image waits.
+  // Iterations of a final adjustment, independent of the options: no image waits at the end of a recording.
   static constexpr int kFinalIterations = 50;
-  static constexpr double kFinalTolerance = 1e-7;  // share of the cost: the adjustment that gives the result
+  static constexpr double kFinalTolerance = 1e-7;  // share of the cost, of the final adjustment
 
-  // What gave a map its unit, to be asked again.
+  // The source of a map's unit, to be evaluated again.
   struct UnitSource {
-    // Bearings of the corners of the marker in keyframes that saw it while the map had no scale.
+    // Bearings of the marker's corners in keyframes that observed it before the map had a scale.
     std::map<KeyframeId, std::vector<Eigen::Vector3d>> markers;
-    std::optional<std::pair<KeyframeId, KeyframeId>> baseline;  // the two whose distance is known
+    std::optional<std::pair<KeyframeId, KeyframeId>> baseline;  // the two keyframes at a known distance
   };
 
-  // What is known of the present map beside it. Another's is not known: it is begun anew.
+  // State of the present map besides its content. It is reset when the present map changes.
   struct MapState {
     MapState(const MapperOptions& options, const CameraModel& camera) : loop_finder(options, camera) {}
 
-    // Of images that something was left out of before they came here, all of it.
+    // Unmasked features of keyframes that were inserted with masked ones.
     std::map<KeyframeId, ImageFeaturesPtr> unmasked;
-    std::map<KeyframeId, std::vector<char>> excluded;  // features of another motion, where there are some
+    std::map<KeyframeId, std::vector<char>> excluded;  // flags of features with another motion
     RigidityWatch watch;
     LargerObjectWatch larger_object_watch;
     ObjectWatch object_watch;
     StaticBackgroundWatch static_background_watch;
     LoopFinder loop_finder;
-    std::size_t asked_at = 0;      // keyframes that there were when the beginning was doubted last
-    KeyframeId sought = -1;        // the last keyframe that a loop was sought of
-    KeyframeId tried_at = -1;      // the newest keyframe when all was to be adjusted last
-    KeyframeId merged_up_to = -1;  // up to this one keyframes are tied to what they look at
-    bool closing = false;          // a loop is
-    bool adjusting = false;        // all is, with nothing to be closed
-    std::uint64_t ticket = 0;      // of what is done aside: that of an earlier map has another
-    BackgroundJob background_job;  // that nobody has taken yet
+    std::size_t asked_at = 0;      // number of keyframes at the last check of the beginning
+    KeyframeId sought = -1;        // the last keyframe checked for a loop
+    KeyframeId tried_at = -1;      // the newest keyframe at the last global adjustment
+    KeyframeId merged_up_to = -1;  // tracks of keyframes up to this one were matched across views
+    bool closing = false;          // a loop is being closed
+    bool adjusting = false;        // a global adjustment without a loop is running
+    std::uint64_t ticket = 0;      // of the background job; jobs of an earlier map have another one
+    BackgroundJob background_job;  // not taken yet
   };
 
-  // A map that is not tracked in at present.
+  // A map in which the camera is not tracked at present.
   struct InactiveMap {
     Map map;
     std::shared_ptr<KeyframePlaces> places;
@@ -149,11 +153,11 @@ class Mapper {
     UnitSource unit;
   };
 
-  // Keyframes that look like one, by its id.
+  // Similar keyframes of a keyframe, by its id.
   using SimilarKeyframes = std::map<KeyframeId, std::vector<KeyframeId>>;
 
-  // Keyframes that are held while so many move, those that see most of the same: as a rule all that share
-  // much with the window, and a limit to what its adjustment costs, however large the map grows.
+  // Number of fixed keyframes for a window of this size: those that share most landmarks with it. They
+  // include nearly all covisible keyframes and bound the cost of the adjustment in a large map.
   static int held_keyframes(int window) { return 3 * window; }
   std::vector<KeyframeId> neighbors(KeyframeId id, int count) const;
   void begin(const InitialMap& initial, std::uint32_t epoch);
@@ -175,7 +179,7 @@ class Mapper {
   void close_loop(const LoopConstraint& loop, const std::optional<KeyframeChanges>& changes);
   bool fuse_loop(const LoopConstraint& loop);
   void fuse_sides(const std::vector<KeyframeId>& targets, const std::vector<KeyframeId>& others);
-  struct MergedAdjustment;  // of all of a snapshot, with what was tied before
+  struct MergedAdjustment;  // global adjustment of a snapshot after merging tracks
   static std::shared_ptr<const MergedAdjustment> merge_and_adjust(const MapperOptions& options,
                                                                   const Map& snapshot,
                                                                   KeyframeId merged_up_to,
@@ -230,19 +234,19 @@ class Mapper {
   Map map_;
   MapState map_state_;
   UnitSource unit_;
-  // Of keyframes where the last adjustment left them, in the map (TrackingMap::covariances).
+  // Covariances of keyframes after their last adjustment, in the map (TrackingMap::covariances).
   KeyframeCovariances covariances_;
   std::uint32_t epoch_ = 0;
   std::uint64_t revision_ = 0;
-  std::uint32_t map_id_ = 0;                       // the epoch that it began in, and 1
+  std::uint32_t map_id_ = 0;                       // the epoch in which it began, plus 1
   std::map<std::uint32_t, InactiveMap> inactive_;  // by id
   MapCorrections corrections_;
   std::uint64_t last_correction_ = 0;  // its sequence
   std::shared_ptr<KeyframePlaces> places_;
   std::optional<ViewGraph> view_graph_;
   std::vector<ClosedLoop> loops_;
-  int failed_adjustments_ = 0;  // since it was made
-  StageTimes stages_;           // of the change under way
+  int failed_adjustments_ = 0;  // since construction
+  StageTimes stages_;           // of the current change
   TrackingMapPtr tracking_map_;
 };
 

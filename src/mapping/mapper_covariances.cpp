@@ -1,4 +1,4 @@
-// The part of the Mapper that knows how uncertain its keyframes are.
+// The part of the Mapper that estimates the uncertainty of keyframes.
 
 #include <algorithm>
 #include <functional>
@@ -11,10 +11,11 @@
 
 namespace mono_pose_tracker {
 
-// What the window's own views leave open, and what was known of the keyframe that holds each most: errors of
-// those that are held are common to all that hangs on them, and no number of points averages them away.
+// The uncertainty within the window plus that of the fixed keyframe that constrains each one most. Errors of
+// fixed keyframes are common to all keyframes relative to them, and no number of points averages them out.
 void Mapper::update_covariances(const std::vector<KeyframeId>& window) {
-  // They hold a pose about as well as all do: the noise of the others is seen in the frame's own residuals.
+  // This number of landmarks constrains a pose about as well as all do: their noise shows in the frame's own
+  // residuals.
   constexpr int kLandmarks = 200;
   const auto found = keyframe_covariances(window, held_keyframes(options_.mapping.window_keyframes),
                                           std::min(kLandmarks, options_.mapping.window_landmarks), map_);
@@ -34,7 +35,7 @@ void Mapper::update_covariances(const std::vector<KeyframeId>& window) {
   covariances_.change(std::move(changes));
 }
 
-// A map that was loaded, as if its keyframes had come one window after another.
+// Covariances of a loaded map, computed window after window in the order of its keyframes.
 void Mapper::find_covariances() {
   covariances_ = KeyframeCovariances();
   const auto size = static_cast<std::size_t>(options_.mapping.window_keyframes);
@@ -47,7 +48,8 @@ void Mapper::find_covariances() {
   }
 }
 
-// They are in the keyframes' own frames, so that nothing but their lengths changes when a map is transformed.
+// Covariances are in the keyframes' own frames, so that a transformation of the map changes only their
+// lengths.
 void Mapper::scale_covariances(const std::function<double(KeyframeId)>& scale_of) {
   KeyframeCovariances::Changes changes;
   for (const auto& [id, covariance] : covariances_) {

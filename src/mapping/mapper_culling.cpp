@@ -1,4 +1,4 @@
-// The part of the Mapper that takes out what is wrong, or needed no more.
+// The part of the Mapper that removes outliers and redundant keyframes.
 
 #include <algorithm>
 #include <cmath>
@@ -16,25 +16,25 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Of a capped map: a keyframe each half second for twelve minutes, which is as long as the tracker keeps
-// the poses of frames at 30 Hz. Every snapshot has them all.
+// Limit of a capped map: a keyframe each half second for twelve minutes, as long as the tracker keeps the
+// poses of frames at 30 Hz. Every snapshot has them all.
 constexpr std::size_t kMostRemovedKeyframes = 1500;
 
-// A capped map is asked for its least useful keyframes when it is full, which takes as long as it is large:
-// then room is made for a fiftieth of it.
+// The search for the least useful keyframes takes time in proportion to the map, so that a fiftieth of a full
+// capped map is removed at once.
 constexpr std::size_t kRoomMadeAtOnce = 50;
 
-// Keyframes that must see a landmark besides one for that one not to be needed for it (Mur-Artal et al.,
+// A keyframe is redundant for a landmark that this number of other keyframes observe (Mur-Artal et al.,
 // ORB-SLAM, 2015).
 constexpr int kOthers = 3;
-// Two views can't contradict each other along the epipolar line: a landmark that two keyframes saw and none
-// of so many that came since is more often a wrong match than not.
+// Two views cannot be inconsistent along the epipolar line. A landmark that two keyframes and none of this
+// number of later ones observe is more often a wrong match than not.
 constexpr KeyframeId kKeyframesToConfirm = 3;
-// By two the map has its frame; a third is needed to contradict them.
+// Two keyframes define the map's frame; a third is needed for inconsistencies.
 constexpr std::size_t kFewestKeyframes = 3;
 
-// Share of the keyframe's landmarks that it is not needed for: at least kOthers see them, on the same scale
-// or a finer one. 1 when it sees none.
+// Share of the keyframe's landmarks for which it is redundant: at least kOthers others observe them on the
+// same scale or a finer one. 1 when it observes none.
 double redundant_share(const Map& map, const Keyframe& keyframe) {
   constexpr float kSameScale = 1.26f;  // a layer of SIFT's three in an octave
   int all = 0, redundant = 0;
@@ -62,8 +62,8 @@ KeyframeId most_redundant(const std::map<KeyframeId, double>& shares) {
 
 }  // namespace
 
-// Observations too far from their landmark go; a landmark that is then seen once, or under too small an
-// angle, goes.
+// Removes observations with large reprojection errors, then landmarks with a single observation or too small
+// a parallax.
 void Mapper::cull_observations(const std::vector<LandmarkId>& landmarks) {
   for (const LandmarkId l : landmarks) {
     const Landmark* landmark = map_.landmark(l);
@@ -74,7 +74,7 @@ void Mapper::cull_observations(const std::vector<LandmarkId>& landmarks) {
         map_.remove_observation(l, o.keyframe);
       }
     }
-    // Half the angle that creation asks for: bundle adjustment may move a point a little farther away.
+    // Half the parallax that creation needs: bundle adjustment may move a point a little farther away.
     if (landmark->observations.size() < 2 ||
         !has_parallax(map_, *landmark, 0.5 * options_.mapping.min_parallax_deg * kDegree)) {
       map_.remove_landmark(l);
@@ -88,7 +88,7 @@ void Mapper::cull_young_landmarks(KeyframeId newest) {
   }
 }
 
-// A keyframe goes whose landmarks enough others see, too.
+// Removes keyframes whose landmarks enough others observe.
 void Mapper::cull_keyframes(KeyframeId newest) {
   for (const KeyframeId id : neighbors(newest, options_.mapping.window_keyframes)) {
     if (map_.keyframes().size() <= kFewestKeyframes || id == map_.keyframes().begin()->first) continue;
@@ -101,7 +101,8 @@ void Mapper::cull_keyframes(KeyframeId newest) {
   }
 }
 
-// Its place is remembered relative to the keyframe that shares most with it, else to the one before it.
+// The pose of a removed keyframe is stored relative to the keyframe with most common landmarks, else to the
+// one before it.
 void Mapper::remove_keyframe(KeyframeId id) {
   const std::vector<LandmarkId> seen = landmarks_of(*map_.keyframe(id));
   const std::vector<KeyframeId> nearest = neighbors(id, 1);
@@ -122,23 +123,23 @@ void Mapper::remove_keyframes(const std::set<KeyframeId>& ids) {
   for (const KeyframeId id : ids) {
     if (map_.keyframe(id) && !spared.count(id)) remove_keyframe(id);
   }
-  // A view that was in a wrong place tells no length.
+  // The baseline of a misregistered view gives no unit.
   if (unit_.baseline && !map_.keyframe(unit_.baseline->second) && ids.count(unit_.baseline->second) > 0)
     unit_.baseline.reset();
   for (const KeyframeId id : ids) unit_.markers.erase(id);
   publish();
 }
 
-// Above the limit the keyframe goes that is missed least. Never the first two, by which the map has its
-// frame, nor those that the camera is among.
+// Above the limit, removes the most redundant keyframes, but never the first two, which define the map's
+// frame, nor those near the camera.
 void Mapper::cap_keyframes(KeyframeId newest) {
   const auto most = static_cast<std::size_t>(options_.mapping.max_keyframes);
   if (most == 0) return;
-  // Frames of the last minutes ride on those.
+  // Frames of the last minutes are stored relative to these.
   map_.forget_removed_keyframes(kMostRemovedKeyframes);
   if (map_.keyframes().size() <= most) return;
   std::set<KeyframeId> spared = {newest};
-  // At most half of what may stay: a map that is smaller than two windows must lose some of its window.
+  // At most half of the cap: a map smaller than two windows must lose some of its window.
   const int window = std::min(options_.mapping.window_keyframes, static_cast<int>(most / 2));
   for (const KeyframeId id : neighbors(newest, window)) spared.insert(id);
   auto first = map_.keyframes().begin();

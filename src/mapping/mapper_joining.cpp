@@ -1,4 +1,5 @@
-// The part of the Mapper that keeps several maps, joins them where they meet, and moves one as a whole.
+// The part of the Mapper that keeps several maps, merges them where they can be aligned, and transforms the
+// present one.
 
 #include <algorithm>
 #include <cstddef>
@@ -20,10 +21,10 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Keyframes that are tried besides the one that was found, for a second that agrees.
+// Number of further keyframes tried for a second consistent match.
 constexpr int kSecondViews = 4;
 
-// Points that are seen from both sides of the seam, by keyframes from before and after `first_new`.
+// Number of landmarks observed from both sides of the boundary: by keyframes before and from `first_new`.
 int points_across(const Map& map, KeyframeId first_new) {
   int count = 0;
   for (const auto& entry : map.landmarks()) {
@@ -33,7 +34,7 @@ int points_across(const Map& map, KeyframeId first_new) {
   return count;
 }
 
-// Keyframes of one image that both maps had, the old map's and the new one's.
+// Keyframes with the same image in both maps: (old map's, new map's).
 std::vector<std::pair<KeyframeId, KeyframeId>> same_images(const Map& map, KeyframeId first_new) {
   std::map<std::int64_t, KeyframeId> old_of_frame;
   std::vector<std::pair<KeyframeId, KeyframeId>> pairs;
@@ -44,14 +45,14 @@ std::vector<std::pair<KeyframeId, KeyframeId>> same_images(const Map& map, Keyfr
     }
     const auto old = old_of_frame.find(keyframe.frame_index);
     if (old == old_of_frame.end()) continue;
-    // Other features: the object was seen otherwise.
+    // The features differ: the object was masked differently.
     if (map.keyframe(old->second)->image->size() == keyframe.image->size())
       pairs.emplace_back(old->second, id);
   }
   return pairs;
 }
 
-// What two keyframes of one image see is the same, feature by feature; one of them is enough.
+// Merges two keyframes of the same image feature by feature; one of them remains.
 void unite(KeyframeId old_id, KeyframeId new_id, Map* map) {
   const std::vector<LandmarkId> of_new = map->keyframe(new_id)->landmark_of_feature;
   for (std::size_t f = 0; f < of_new.size(); ++f) {
@@ -63,7 +64,7 @@ void unite(KeyframeId old_id, KeyframeId new_id, Map* map) {
       map->merge_landmarks(of_new[f], held);
     }
   }
-  // What rides on the new one stands from now on where the old one has that image.
+  // Frames relative to the new keyframe take the pose of the old one.
   map->set_pose(new_id, map->keyframe(old_id)->camera_from_map);
   map->remove_keyframe(new_id, old_id);
 }
@@ -71,9 +72,9 @@ void unite(KeyframeId old_id, KeyframeId new_id, Map* map) {
 // Two maps in the frame and scale of the older one.
 struct JoinedMaps {
   Map map;
-  MergedIds added;                   // by how much the newer one's ids are greater in it
+  MergedIds added;                   // offsets of the newer map's ids
   double scale = 1;                  // of the newer one
-  std::vector<KeyframeId> boundary;  // keyframes that hold the two together
+  std::vector<KeyframeId> boundary;  // keyframes that connect the two maps
 };
 
 JoinedMaps join_maps(const Map& older, const Map& newer, const MapAlignment& alignment) {
@@ -103,13 +104,13 @@ JoinedMaps join_maps(const Map& older, const Map& newer, const MapAlignment& ali
 
 void Mapper::keep_present() {
   if (map_.keyframes().empty()) return;
-  places_->follow(map_);  // it may be changed since it was published
+  places_->follow(map_);  // the map may have changed since it was published
   inactive_[map_id_] = {std::move(map_), std::move(places_), std::move(covariances_), std::move(unit_)};
   map_ = Map();
 }
 
-// What is kept beside a capped map is capped as well: the smallest is missed least. The one that was just
-// left stays: the new one may not hold.
+// Caps the inactive maps of a capped map: the smallest ones are dropped. The map that was just left stays, as
+// the new one may fail.
 void Mapper::cap_inactive_maps() {
   const auto most = static_cast<std::size_t>(options_.mapping.max_keyframes);
   if (most == 0) return;
@@ -129,7 +130,7 @@ void Mapper::cap_inactive_maps() {
 
 bool Mapper::resume(std::uint32_t map_id, bool keep_this, std::uint32_t epoch) {
   if (map_id == map_id_ && !map_.keyframes().empty()) {
-    drop_background_job();  // what is done aside is of another epoch
+    drop_background_job();  // it belongs to another epoch
     epoch_ = epoch;
     publish();
     return true;
@@ -146,7 +147,7 @@ bool Mapper::resume(std::uint32_t map_id, bool keep_this, std::uint32_t epoch) {
   if (keep_this) keep_present();
   map_ = std::move(resumed.map);
   reset_map_state();
-  map_state_.merged_up_to = map_.keyframes().rbegin()->first;  // but for a few, since it was adjusted last
+  map_state_.merged_up_to = map_.keyframes().rbegin()->first;  // up to the last adjustment, approximately
   places_ = std::move(resumed.places);
   covariances_ = std::move(resumed.covariances);
   unit_ = std::move(resumed.unit);
@@ -172,8 +173,8 @@ std::vector<Map> Mapper::all_maps() const {
   return maps;
 }
 
-// Ids and lengths in the candidate are of the time when its frame was posed. False where it was posed in a
-// geometry that the map no longer has: nothing of its pose holds.
+// Updates the ids and lengths of a candidate that was registered earlier. Returns false where it was
+// registered in a geometry that the map no longer has, which makes its pose invalid.
 bool Mapper::bring_up_to_date(KeyframeCandidate* candidate) const {
   for (const auto& correction : corrections_) {
     if (correction->sequence <= candidate->corrections || correction->of_map != candidate->map_id) continue;
@@ -191,15 +192,16 @@ void Mapper::add_correction(MapCorrection correction) {
   corrections_.push_back(std::make_shared<const MapCorrection>(std::move(correction)));
 }
 
-// Of a run without end. Without keyframes coming all are kept, however many: nobody may have seen them yet.
+// For endless runs. While no keyframes are inserted all corrections are kept: they may not have been read
+// yet.
 void Mapper::forget_old_corrections() {
-  // More than there are keyframes that wait, images that are late, and then some.
+  // More than the number of waiting keyframes and delayed images.
   constexpr std::ptrdiff_t kMost = 64;
   const auto known = static_cast<std::ptrdiff_t>(corrections_.size());
   if (known > kMost) corrections_.erase(corrections_.begin(), corrections_.end() - kMost);
 }
 
-// The keyframe and another that shares view with it are found in the other map.
+// Locates the keyframe and a covisible one in the other map.
 std::optional<MapAlignment> Mapper::find_alignment(const InactiveMap& other, KeyframeId keyframe) const {
   for (const KeyframeId place : other.places->find(map_.keyframe(keyframe)->image->set, kBestPlaces)) {
     const std::optional<MapMatch> first = match_keyframe(options_, map_, keyframe, other.map, place);
@@ -223,8 +225,8 @@ bool Mapper::join_where_aligned(KeyframeId newest) {
   return false;
 }
 
-// The present map is the older: it was gone back to, or loaded. The newer one is looked at from its own side,
-// where the ties say that the two meet, so that the older one's frame stays.
+// The present map is the older one (switched to, or loaded). The newer map is aligned from its own keyframes
+// at the matches, so that the older map's frame stays.
 bool Mapper::join_newer(std::uint32_t inactive_id, const MapAlignment& alignment) {
   constexpr std::size_t kTries = 4;
   const Map& newer = inactive_.at(inactive_id).map;
@@ -240,7 +242,7 @@ bool Mapper::join_newer(std::uint32_t inactive_id, const MapAlignment& alignment
   std::sort(most.begin(), most.end());
   if (most.size() > kTries) most.resize(kTries);
   const std::uint32_t older = map_id_;
-  const MapState previous_state = map_state_;  // the older one has it back where the two stay apart
+  const MapState previous_state = map_state_;  // restored where the merge fails
   resume(inactive_id, true, epoch_);
   for (const auto& entry : most) {
     const std::optional<MapAlignment> from_newer = find_alignment(inactive_.at(older), entry.second);
@@ -251,12 +253,12 @@ bool Mapper::join_newer(std::uint32_t inactive_id, const MapAlignment& alignment
   return false;
 }
 
-// The older map's frame and scale stay. False, and nothing is changed, when too little is left to hold the
-// two together once everything was adjusted: half of what was tied, as where a loop is closed.
+// Merges two maps in the frame and scale of the older one. Returns false and changes nothing when fewer than
+// half of the shared landmarks remain after the adjustment, as for a loop.
 bool Mapper::join(std::uint32_t inactive_id, const MapAlignment& alignment) {
   JoinedMaps joined = join_maps(inactive_.at(inactive_id).map, map_, alignment);
   const int shared = points_across(joined.map, joined.added.keyframes);
-  auto excluded = std::exchange(map_state_.excluded, {});  // of ids that are no longer, if the join holds
+  auto excluded = std::exchange(map_state_.excluded, {});  // their ids are invalid if the merge succeeds
   auto unmasked = std::exchange(map_state_.unmasked, {});
   Map apart = std::exchange(map_, std::move(joined.map));
   adjust_boundary(joined.boundary);
@@ -272,8 +274,8 @@ bool Mapper::join(std::uint32_t inactive_id, const MapAlignment& alignment) {
   return true;
 }
 
-// What is known of the map that was joined to the kept one goes by the joined map's ids and scale. Only where
-// the older one had no unit does it take the newer one's.
+// State of the merged map is converted to the ids and scale of the result. The unit is the older map's if it
+// has one, else the newer one's.
 void Mapper::become_part_of(std::uint32_t inactive_id, const MergedIds& added, double scale,
                             ScaleSource own_source) {
   MapCorrection correction;
@@ -304,7 +306,7 @@ void Mapper::become_part_of(std::uint32_t inactive_id, const MergedIds& added, d
   transform(Sim3(1 / scale, Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), own_source);
 }
 
-// A wide loss lets what was tied pull before anything is culled.
+// Adjusts with a wide loss, so that the merged tracks have an effect before anything is culled.
 void Mapper::adjust_boundary(const std::vector<KeyframeId>& boundary) {
   std::vector<KeyframeId> window = boundary;
   for (const KeyframeId id : boundary) {
@@ -330,7 +332,7 @@ void Mapper::transform(const Sim3& new_from_map, std::optional<ScaleSource> scal
 }
 
 void Mapper::move_map(const Sim3& new_from_map) {
-  drop_background_job();  // what is solved aside is of the map as it was
+  drop_background_job();  // it works on the map before the change
   map_.transform(new_from_map);
   scale_covariances([&](KeyframeId) { return new_from_map.scale; });
   MapCorrection correction;
@@ -339,9 +341,9 @@ void Mapper::move_map(const Sim3& new_from_map) {
   add_correction(std::move(correction));
 }
 
-// Two that were found not to meet are not asked again until a third is joined to one of them.
+// A failed pair is not tried again until a third map is merged with one of them.
 void Mapper::join_rest() {
-  std::set<std::pair<std::uint32_t, std::uint32_t>> apart;  // the newer and the older
+  std::set<std::pair<std::uint32_t, std::uint32_t>> apart;  // (newer, older)
   while (join_any(&apart)) {
   }
   publish();
@@ -369,7 +371,7 @@ bool Mapper::join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart) 
   return false;
 }
 
-// By the view graph between the two.
+// Merges by the view graph between the two.
 bool Mapper::join_anywhere(std::uint32_t inactive_id) {
   const InactiveMap& kept = inactive_.at(inactive_id);
   const std::optional<MapAlignment> alignment =

@@ -16,7 +16,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Landmarks that keyframes of both sides see.
+// Number of landmarks observed from both sides.
 int points_between(const Map& map, const std::vector<KeyframeId>& old_side,
                    const std::vector<KeyframeId>& new_side) {
   const std::set<KeyframeId> in_old(old_side.begin(), old_side.end()),
@@ -40,9 +40,9 @@ struct Mapper::MergedAdjustment {
   std::vector<SharedTrack> tracks;
 };
 
-// Live, keyframes that came after `merged_up_to` are tied to what they look at and share little with, as it
-// is when a recording ends: a map that comes back to a place would else bend until then. What does not hold
-// once all is adjusted was another place, and all is adjusted without it.
+// Live, matches keyframes newer than `merged_up_to` across views with few common landmarks, as at the end of
+// a recording: otherwise a map that returns to a place stays bent until then. Tracks that are inconsistent
+// after the adjustment are of another place, and the adjustment is repeated without them.
 std::shared_ptr<const Mapper::MergedAdjustment> Mapper::merge_and_adjust(const MapperOptions& options,
                                                                          const Map& snapshot,
                                                                          KeyframeId merged_up_to,
@@ -77,8 +77,8 @@ void Mapper::drop_background_job() {
   map_state_.loop_finder.reset();
 }
 
-// Whatever becomes of it, nothing else is kept waiting for it; what it throws, the mapper does. What it
-// leaves to be done is dropped where the map is another by then.
+// Wraps background work so that the mapper always learns of its end and throws its errors. Its result is
+// dropped when the map has changed by then.
 BackgroundJob Mapper::with_completion(BackgroundJob work) const {
   return [work = std::move(work), ticket = map_state_.ticket](
              const std::function<bool()>& cancelled) -> std::function<void(Mapper&)> {
@@ -102,13 +102,13 @@ BackgroundJob Mapper::take_background_job() { return std::exchange(map_state_.ba
 
 void Mapper::seek_loop() {
   const KeyframeId newest = tracking_map_->keyframes.rbegin()->first;
-  // The same keyframe asked twice would be its own second witness.
+  // Tested twice, a keyframe would confirm itself.
   if (map_state_.closing || std::exchange(map_state_.sought, newest) == newest) return;
   const StageTimer timer(stages_, "loop_search");
   const std::optional<LoopConstraint> loop =
       map_state_.loop_finder.find(*tracking_map_, places_->index(), newest);
   if (!loop) return;
-  if (std::exchange(map_state_.adjusting, false)) ++map_state_.ticket;  // it would be of what has drifted
+  if (std::exchange(map_state_.adjusting, false)) ++map_state_.ticket;  // it would be of the drifted map
   map_state_.closing = true;
   map_state_.background_job =
       with_completion([loop = *loop, map = tracking_map_,
@@ -136,8 +136,8 @@ void Mapper::close_loop(const LoopConstraint& loop, const std::optional<Keyframe
   adjust_globally(true);
 }
 
-// What stands twice becomes one. False when it does not hold once it was adjusted: then the two were not the
-// same place.
+// Merges the duplicated landmarks of a loop. Returns false when the loop is inconsistent after the
+// adjustment: the two were different places.
 bool Mapper::fuse_loop(const LoopConstraint& loop) {
   const auto side_of = [&](KeyframeId id) {
     std::vector<KeyframeId> side = neighbors(id, options_.mapping.window_keyframes - 1);
@@ -162,12 +162,13 @@ void Mapper::fuse_sides(const std::vector<KeyframeId>& targets, const std::vecto
   for (const KeyframeId target : targets) fuse(target, landmarks_observed_by(map_, others));
 }
 
-// A tenth: what that costs all in all is some ten times the last adjustment, whatever the map grows to.
+// At each tenth of growth: the total cost is then about ten times that of the last adjustment, for any map
+// size.
 void Mapper::adjust_now_and_then() {
   if (!options_.adjusts_all || map_state_.closing || map_state_.adjusting) return;
   const auto keyframes = static_cast<int>(map_.keyframes().size());
   const int window = options_.mapping.window_keyframes;
-  if (keyframes <= 2 * window) return;  // adjusted as a whole with every keyframe
+  if (keyframes <= 2 * window) return;  // adjusted completely with every keyframe
   const KeyframeId newest = map_.keyframes().rbegin()->first;
   if (newest - map_state_.tried_at < std::max(window, keyframes / 10)) return;
   map_state_.tried_at = newest;
@@ -188,7 +189,8 @@ void Mapper::adjust_globally(bool parts_were_apart) {
       });
 }
 
-// What was merged takes the place of what stayed: it has to be where the adjustment has it by then.
+// Applies a finished adjustment; then merges the tracks again in the present map, at their adjusted
+// positions.
 void Mapper::take_over(const MergedAdjustment& result, KeyframeId newest) {
   const KeyframeChanges all = result.adjustment.apply(&map_);
   std::vector<SharedTrack> tracks;
@@ -208,7 +210,7 @@ void Mapper::post_correction(const KeyframeChanges& changes) {
   correction.scale_of = scales_of(map_, changes);
   scale_covariances([&](KeyframeId id) { return correction.length_scale(id); });
   add_correction(std::move(correction));
-  // What awaits a second keyframe is of the map as it was.
+  // A loop that awaits a second keyframe refers to the map before the correction.
   map_state_.loop_finder.reset();
   publish();
 }

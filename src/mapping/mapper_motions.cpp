@@ -1,5 +1,5 @@
-// The part of the Mapper that leaves out what moves otherwise than the body, and watches what that may be;
-// and that sets right what contradicts itself.
+// The part of the Mapper that excludes independently moving features, watches other motions, and reports
+// inconsistencies.
 
 #include <algorithm>
 #include <iterator>
@@ -15,8 +15,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Whether the features see more than half of the keyframe's landmarks: then it is the pose that is in doubt,
-// not they.
+// Whether the features observe more than half of the keyframe's landmarks: then the pose is in doubt rather
+// than the features.
 bool is_most_of(const Keyframe& keyframe, const std::vector<char>& features) {
   int all = 0, flagged = 0;
   for (std::size_t f = 0; f < features.size(); ++f) {
@@ -29,10 +29,10 @@ bool is_most_of(const Keyframe& keyframe, const std::vector<char>& features) {
 
 }  // namespace
 
-// What moves as one, but not with the body, in the keyframe and one before it is no part of the map, now or
-// later.
+// Excludes features with a common motion other than the mapped object's, in the keyframe and one before it,
+// now and later.
 void Mapper::separate_motions(KeyframeId id) {
-  // Two neighbours: in one of them the two motions may happen to look alike.
+  // Two neighbours, as the two motions may coincide in one of them.
   constexpr int kPartners = 2;
   if (!options_.separates_motions) return;
   std::vector<KeyframeId> partners = neighbors(id, kPartners);
@@ -46,7 +46,7 @@ void Mapper::separate_motions(KeyframeId id) {
     const RegisteredImage before = registered_image(*map_.keyframe(partner)),
                           newest = registered_image(*map_.keyframe(id));
     const PairMotions pair = compare_motions(before, newest, options_.matching, options_.ransac);
-    // Each pair once; the first views of a map ask those after them as well.
+    // Each pair once; the first views of a map are compared with later ones as well.
     if (options_.watches_rigidity && partner < id) watch_object(partner, id, pair);
     const SecondMotion other = second_motion_in(pair, *before.image, *newest.image);
     if (other.of_first.empty() || is_most_of(*map_.keyframe(partner), other.of_first)) continue;
@@ -55,7 +55,7 @@ void Mapper::separate_motions(KeyframeId id) {
   }
 }
 
-// What stays where it is in the image is no part of the map, however well it fits one keyframe and the next.
+// Excludes static overlay, even where it fits consecutive keyframes.
 void Mapper::exclude_static_overlay(KeyframeId id) {
   for (const auto& [keyframe, features] : find_static_overlay(options_, map_, id, map_state_.excluded))
     exclude(keyframe, features);
@@ -67,11 +67,11 @@ void Mapper::watch_static_background(const KeyframeCandidate& candidate) {
   if (!watch.watches() || is_cancelled()) return;
   const StageTimer timer(stages_, "map_background");
   watch.note({candidate.frame.index, candidate.frame.image}, options_.matching, options_.separates_motions);
-  // What stands still while the camera goes through a place is fixed to the camera.
+  // Static features of a camera that moves through a place are ego-vehicle features.
   if (watch.found() && !options_.separates_motions && !stays_in_view(map_)) watch.reset();
 }
 
-// Where a mask leaves out of the images what stands still there is nothing to be told.
+// Where a mask excludes the static features there is nothing to separate.
 void Mapper::watch_static_background(const InitialMap& initial) {
   if (!options_.tells_background) return;
   std::vector<SeenImage> images;
@@ -82,8 +82,8 @@ void Mapper::watch_static_background(const InitialMap& initial) {
   map_state_.static_background_watch.begin(images, options_.matching);
 }
 
-// What was left out of the images, being another body's, is asked as well: the wrong one may have been left
-// out.
+// Evaluates the unmasked features, including those excluded as another object's: the wrong object may have
+// been excluded.
 void Mapper::watch_object(KeyframeId before_id, KeyframeId newest_id, const PairMotions& pair) {
   RegisteredImage before = registered_image(*map_.keyframe(before_id)),
                   newest = registered_image(*map_.keyframe(newest_id));
@@ -115,7 +115,7 @@ bool Mapper::is_excluded(KeyframeId id, int feature) const {
   return found != map_state_.excluded.end() && found->second[feature] != 0;
 }
 
-// Whether it is one rigid body, and, where what moves otherwise is not told from it all along, the largest.
+// Checks that the map is of one rigid object and, where motions are not separated, of the largest.
 void Mapper::watch_map_object() {
   if (!options_.watches_rigidity) return;
   map_state_.watch.ask(map_, options_.matching);
@@ -129,7 +129,7 @@ void Mapper::report_doubt(TrackingMap* view) const {
     view->doubt = "the map is of what moves and of the background that stands still";
   } else if (map_state_.object_watch.found()) {
     view->turning_object = map_state_.object_watch.found();
-    view->doubt = "the map is of a body that turns less than another";
+    view->doubt = "the map is of an object that rotates less than another one";
   } else {
     view->doubt =
         map_state_.watch.doubt().empty() ? map_state_.larger_object_watch.doubt() : map_state_.watch.doubt();

@@ -1,4 +1,4 @@
-// The part of the Mapper that gives a map its unit.
+// The part of the Mapper that determines the unit of a map.
 
 #include <algorithm>
 #include <cmath>
@@ -14,12 +14,13 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Corners are found to about 0.3 px: under this angle that is a depth of 1 to 2 % at 600 px of focal length.
+// Corners are accurate to about 0.3 px. At this parallax that is a depth error of 1 to 2 % at 600 px of focal
+// length.
 constexpr double kMarkerParallax = 2 * kDegree;
-// It is square: sides farther from their mean come from a corner that was found wrongly.
+// The marker is square: a larger deviation of its sides from their mean is due to a wrong corner.
 constexpr double kMaxSideDifference = 0.05;
 
-// The corners of a marker in the map, seen from these cameras; none when they can't tell.
+// The triangulated corners of a marker; none when the cameras do not determine them.
 std::vector<Eigen::Vector3d> marker_corners(const std::vector<Rigid3>& cameras_from_map,
                                             const std::vector<std::vector<Eigen::Vector3d>>& markers) {
   if (markers.size() < 2) return {};
@@ -51,7 +52,7 @@ bool is_square(const std::vector<Eigen::Vector3d>& corners) {
   return true;
 }
 
-// Of the first camera with any other.
+// The widest parallax between the first camera and any other.
 double widest_parallax(const std::vector<Rigid3>& cameras_from_map, const Eigen::Vector3d& x_in_map) {
   double widest = 0;
   const Eigen::Vector3d first = cameras_from_map.front().inverse().translation;
@@ -68,7 +69,7 @@ void Mapper::rescale(double factor) {
   scale_covariances([&](KeyframeId) { return factor; });
 }
 
-// By what is known of the views, after their poses have been adjusted.
+// Sets the scale from the first views after their adjustment.
 void Mapper::set_scale(const InitialMap& initial, const std::vector<KeyframeId>& ids) {
   const ScaleOptions& scale = options_.scale;
   if (scale.known_baseline > 0) {
@@ -86,7 +87,7 @@ void Mapper::set_scale(const InitialMap& initial, const std::vector<KeyframeId>&
   }
 }
 
-// In one unit of the map; a view that others made redundant stands where they have it.
+// Metres in a map unit, from the known baseline. A culled view has its stored pose.
 std::optional<double> Mapper::metres_by_baseline() const {
   if (!unit_.baseline) return std::nullopt;
   Rigid3 first, last;
@@ -95,9 +96,9 @@ std::optional<double> Mapper::metres_by_baseline() const {
   return options_.scale.known_baseline / (last.inverse().translation - first.inverse().translation).norm();
 }
 
-// What gave the map its unit is asked again once all is adjusted: where the map began, the views knew their
-// distance, or the marker's size, to some per cent only, and bundle adjustment holds neither. Of a length.
-// Whether it has changed, by a correction that is to be published.
+// Evaluates the source of the unit again after a global adjustment: at the beginning it was accurate to some
+// per cent, and bundle adjustment does not preserve it. least_change: relative. Returns whether the unit has
+// changed; the correction is still to be published.
 bool Mapper::renew_scale(double least_change) {
   std::optional<double> metres;
   if (map_.scale_source() == ScaleSource::kKnownBaseline) metres = metres_by_baseline();
@@ -107,14 +108,14 @@ bool Mapper::renew_scale(double least_change) {
   return true;
 }
 
-// In one unit of the map, by the keyframes that see the marker; nothing before they see it from far enough
-// apart.
+// Metres in a map unit, from the keyframes that observe the marker; nothing while their parallax is too
+// small.
 std::optional<double> Mapper::metres_by_marker() const {
   std::vector<Rigid3> cameras_from_map;
   std::vector<std::vector<Eigen::Vector3d>> markers;
   for (const auto& [id, corners] : unit_.markers) {
     const Keyframe* keyframe = map_.keyframe(id);
-    if (!keyframe) continue;  // culled since
+    if (!keyframe) continue;  // culled meanwhile
     cameras_from_map.push_back(keyframe->camera_from_map);
     markers.push_back(corners);
   }
@@ -126,7 +127,7 @@ std::optional<double> Mapper::metres_by_marker() const {
   return options_.scale.marker_size / mean_side(corners);
 }
 
-// A marker that did not tell when the map began.
+// Sets the scale by a marker that could not be used at the beginning.
 void Mapper::scale_by_marker(KeyframeId newest, const std::vector<Eigen::Vector3d>& marker) {
   if (options_.scale.marker_size <= 0 || map_.scale_source() != ScaleSource::kMapUnits || marker.empty()) {
     return;

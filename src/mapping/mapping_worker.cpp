@@ -10,15 +10,13 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Below tracking, which must be done before the next image comes: a map that grows a little later harms
-// nobody. What is done aside waits for both.
+// Priorities below tracking, which must finish before the next image. Background jobs have the lowest one.
 constexpr int kNiceSteps = 5, kNiceStepsBackground = 10;
 
-// Multiplications: about half a second, so that a tracker that ends need not wait long for it.
+// Multiplications of an iteration, about half a second, so that a tracker can stop soon.
 constexpr double kMaxIterationWork = 1e9;
 
-// Inline nobody waits for the mapper: nothing is left out for the sake of time or memory, and no result is
-// cut short by the clock, which would not repeat.
+// Inline mapping has no limits of time or memory, as results that depend on the clock are not repeatable.
 MapperOptions unhurried(MapperOptions options) {
   options.mapping.bundle_seconds = std::numeric_limits<double>::max();
   options.mapping.window_landmarks = std::numeric_limits<int>::max();
@@ -37,7 +35,7 @@ MappingWorker::MappingWorker(const MapperOptions& options, const CameraModel& ca
   try {
     thread_ = std::thread([this] { run(); });
     background_thread_ = std::thread([this] { run_background(); });
-  } catch (...) {  // the system gives no second thread
+  } catch (...) {  // no second thread available
     stop();
     throw;
   }
@@ -94,7 +92,7 @@ bool MappingWorker::insert(const KeyframeCandidate& candidate) {
   return true;
 }
 
-// Whoever tracks has the keyframe before a loop is sought.
+// The keyframe is published before the loop search.
 void MappingWorker::insert_and_seek(const KeyframeCandidate& candidate, Mapper& mapper) {
   mapper.insert(candidate, waiting());
   publish_mapper();
@@ -109,13 +107,13 @@ void MappingWorker::transform(const Sim3& new_from_map, std::optional<ScaleSourc
 
 void MappingWorker::reset(std::uint32_t epoch) {
   drop_jobs(epoch);
-  TrackingMapPtr latest;  // freed once nobody waits for the mutex
+  TrackingMapPtr latest;  // freed outside the mutex
   const std::lock_guard<std::mutex> lock(mutex_);
   latest_.swap(latest);
 }
 
 void MappingWorker::drop_jobs(std::uint32_t epoch) {
-  // Whole maps and images hang on these: they are freed once nobody waits for the mutex.
+  // Jobs hold whole maps and images: they are freed outside the mutex.
   std::deque<Job> jobs;
   std::optional<PendingBackgroundJob> background_job;
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -134,7 +132,7 @@ void MappingWorker::wait() {
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
-// What is done aside for a map that is left goes on to its end by itself.
+// A background job of an abandoned map ends by itself.
 void MappingWorker::wait_for_jobs() {
   if (!threaded_) return;
   std::unique_lock<std::mutex> lock(mutex_);
@@ -203,7 +201,7 @@ void MappingWorker::run() {
       error = std::current_exception();
     }
     const std::uint32_t epoch = job.epoch;
-    job = Job();  // what hangs on it is freed while nobody waits for the mutex
+    job = Job();  // its data is freed outside the mutex
     lock.lock();
     if (error && epoch == epoch_) error_ = error;
     busy_ = false;
@@ -236,7 +234,7 @@ void MappingWorker::start_background_job(std::uint32_t epoch) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (epoch != epoch_) return;
-    if (background_busy_) cancel_background_ = true;  // what is under way is no longer wanted
+    if (background_busy_) cancel_background_ = true;  // the running job is obsolete
     background_job_.swap(job);
   }
   wake_background_.notify_one();
@@ -253,7 +251,7 @@ void MappingWorker::run_background() {
     cancel_background_ = false;
     lock.unlock();
     Job rest{job.work([this] { return cancel_background_.load(); }), job.epoch};
-    job = PendingBackgroundJob();  // the map that hangs on it is freed while nobody waits for the mutex
+    job = PendingBackgroundJob();  // its map is freed outside the mutex
     lock.lock();
     background_busy_ = false;
     if (rest.work && rest.epoch == epoch_ && !stop_) jobs_.push_front(std::exchange(rest, Job()));

@@ -14,61 +14,62 @@
 
 namespace mono_pose_tracker {
 
-/// Runs a Mapper and whatever else is handed to it, one job after the other: inline (every call returns when
-/// its work is done: repeatable) or on a thread of its own, where no call but wait, begin and ask ever waits
-/// for work. What the mapper wants done aside (aside.h) has a second thread, so that keyframes go into the
-/// map meanwhile; inline it follows the job that asked for it.
+/// Runs a Mapper and other jobs one after the other. Inline, every call returns when its work is done
+/// (repeatable). Threaded, the jobs run on a thread of their own, and only wait, begin and ask wait for work.
+/// Background jobs of the mapper (background_job.h) have a second thread, so that keyframes are inserted
+/// meanwhile; inline they follow the job that created them.
 ///
-/// An exception that a job throws comes inline out of the call that ran it. On a thread, the next offer,
-/// insert or wait throws it, once; reset drops it. begin drops it as well, and throws what its own job
-/// throws.
+/// Exceptions: inline, an exception of a job comes out of the call that ran it. Threaded, the next offer,
+/// insert or wait throws it, once; reset drops it. begin drops it as well, and throws the exception of its
+/// own job.
 ///
 /// Threads: one thread calls; latest and unfinished_jobs may be called from any. mutex_ guards jobs_,
-/// background_job_, busy_, background_busy_, stop_, epoch_, new_options_, latest_ and error_; the mapper is
-/// touched by the worker only (inline: by the caller), and by the caller after wait().
+/// background_job_, busy_, background_busy_, stop_, epoch_, new_options_, latest_ and error_. Only the worker
+/// uses the mapper (inline: the caller), and the caller after wait().
 class MappingWorker {
  public:
   using Work = std::function<void(Mapper&)>;
 
-  /// before_job is called before every job, where the job runs: a test makes mapping slow with it.
+  /// before_job is called before every job on the thread of the job, so that a test can delay mapping.
   MappingWorker(const MapperOptions& options, const CameraModel& camera, bool threaded,
                 std::function<void()> before_job = {});
-  ~MappingWorker();  // drops what waits, ends the solve under way, joins
+  ~MappingWorker();  // drops waiting jobs, stops a running solver, joins
   MappingWorker(const MappingWorker&) = delete;
   MappingWorker& operator=(const MappingWorker&) = delete;
 
-  /// Takes work only when there is nothing else to do; otherwise false, and it is passed over. `done` is
-  /// called on the thread that did the work, once latest() has the map that it may have begun.
+  /// Takes work only when the worker is idle; otherwise returns false and ignores it. `done` is called on the
+  /// thread of the work, after latest() has the map that the work may have begun.
   bool offer(Work work, std::function<void()> done = {});
 
-  /// Drops what waits, as reset does, and has `work` give the mapper another map: one that it begins, goes
-  /// back to or restores, in this epoch. Returns when it is there, and until then latest() has the map
-  /// before; what is done aside may still be under way.
+  /// Drops waiting jobs, as reset does, and runs `work`, which gives the mapper another map in this epoch: a
+  /// new, an inactive or a restored one. Returns when that is done; until then latest() has the previous map.
+  /// A background job may still be running.
   void begin(std::uint32_t epoch, Work work);
-  /// Has the mapper looked at, after what waits; returns when that is done. What is done aside may still be
-  /// under way.
+  /// Calls `question` with the mapper after the waiting jobs, and returns when it is done. A background job
+  /// may still be running.
   void ask(const std::function<void(const Mapper&)>& question);
-  /// False, and nothing queued, when kMostKeyframesWaiting keyframes wait already.
+  /// Returns false and queues nothing when kMostKeyframesWaiting keyframes wait already.
   bool insert(const KeyframeCandidate& candidate);
-  /// Moves the present map as a whole (Mapper::transform), after what waits.
+  /// Applies a similarity to the present map (Mapper::transform), after the waiting jobs.
   void transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source);
-  /// Drops the map and what waits. A solve under way ends after its iteration; its result is dropped.
+  /// Drops the map and the waiting jobs. A running solver stops after its iteration, and its result is
+  /// dropped.
   void reset(std::uint32_t epoch);
-  /// Returns when nothing waits and nothing is under way, aside neither. Inline that is always so.
+  /// Returns when no job is waiting or running, background jobs included. Inline that is always so.
   void wait();
 
-  /// From the next job on.
+  /// Takes effect from the next job on.
   void set_options(const MapperOptions& options);
 
   TrackingMapPtr latest() const;  // null: no map
-  int unfinished_jobs() const;    // that wait, and the one under way; what is done aside does not count
+  int unfinished_jobs() const;    // waiting and running ones, without background jobs
 
-  /// Only while nothing waits: after wait(), or inline.
+  /// Only while no job is waiting or running: after wait(), or inline.
   Mapper& mapper() { return mapper_; }
-  /// After changes made through mapper().
+  /// Publishes changes made through mapper().
   void publish_mapper();
 
-  static constexpr int kMostKeyframesWaiting = 3;  // more are older than the view they were taken for
+  static constexpr int kMostKeyframesWaiting = 3;  // more would be outdated when inserted
 
  private:
   struct Job {
@@ -103,16 +104,16 @@ class MappingWorker {
   mutable std::mutex mutex_;
   std::condition_variable wake_, wake_background_, idle_;
   std::deque<Job> jobs_;
-  std::optional<PendingBackgroundJob> background_job_;  // that waits
+  std::optional<PendingBackgroundJob> background_job_;  // the waiting one
   bool busy_ = false;
   bool background_busy_ = false;
   bool stop_ = false;
-  std::atomic<bool> cancel_{false};  // the solve of the job under way: nobody waits for its result
+  std::atomic<bool> cancel_{false};  // stops the running job's solver: its result is not needed
   std::atomic<bool> cancel_background_{false};
   std::uint32_t epoch_ = 0;
-  std::optional<MapperOptions> new_options_;  // that the mapper does not have yet
+  std::optional<MapperOptions> new_options_;  // not yet given to the mapper
   TrackingMapPtr latest_;
-  std::exception_ptr error_;  // of a job that failed, until offer, insert or wait throws it
+  std::exception_ptr error_;  // of a failed job, until offer, insert or wait throws it
   std::thread thread_, background_thread_;
 };
 

@@ -6,7 +6,7 @@
 
 namespace mono_pose_tracker {
 
-// How far a feature went from one image to the other; px at 640 px (image_scale).
+// Displacement of a matched feature between the images, px at 640 px (image_scale).
 inline double shift_px(const ImageFeatures& first, const ImageFeatures& second, const Match& m) {
   return (second.set.features[m.second].pixel - first.set.features[m.first].pixel).norm() /
          image_scale(first.camera);

@@ -14,21 +14,22 @@ struct SeenImage {
   ImageFeaturesPtr image;
 };
 
-/// Of a map's keyframes.
+/// The images of the map's keyframes, in the order of time.
 std::vector<SeenImage> images_in_time(const Map& map);
 
-/// Of images in the order of time: the i-th with the one after it, or so many after it. What asks a finished
-/// map for contradictions matches its keyframes anew by descriptors alone, all by the same matches.
+/// Matches of each image with the next one (or the one `apart` later), images in the order of time. The
+/// consistency checks of a finished map match its keyframes again by descriptors alone, and all share these
+/// matches.
 using MatchesInTime = std::vector<std::vector<Match>>;
 
-/// On so many threads; the result is the same for any number.
+/// The result is the same for any number of threads.
 MatchesInTime match_in_time(const std::vector<SeenImage>& images, const MatchOptions& matching, int threads,
                             int apart = 1);
-/// Of a map's keyframes.
+/// The same of a map's keyframes.
 MatchesInTime match_in_time(const Map& map, const MatchOptions& matching, int threads);
 
-/// Those of a map that is asked again and again: two images are matched anew only where they did not
-/// follow each other before.
+/// Matches of a map that is checked repeatedly. Two images are matched only if they did not follow each other
+/// before.
 class KnownMatches {
  public:
   const MatchesInTime& of(const Map& map, const MatchOptions& matching, int threads);

@@ -8,17 +8,18 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Fewer features than the first map must have by default (bootstrap/min_landmarks) begin none, and tell a
-// turn badly: that is so for whoever has chosen another number, too.
+// Fewer features than a first map needs by default (bootstrap/min_landmarks) begin no map and determine a
+// rotation badly, whatever that option is.
 constexpr std::ptrdiff_t kLeastMembers = 25;
-// Matches that obey the map alone: where there are fewer it is the map that is astray, and nothing says where
-// the rest is.
+// Minimum of matches that obey only the map: with fewer, the map itself is misregistered, and the other
+// motion is unknown.
 constexpr std::ptrdiff_t kLeastOfMap = 5;
-// Pairs that show a second motion: one by chance in one pair in a hundred is in three never.
+// Pairs that show a second motion: accidental in one pair of a hundred, never in three.
 constexpr std::ptrdiff_t kLeastOthers = 3;
-// Asked at a time. A map that was right may have gone astray; what was seen long ago does not speak for it.
+// Number of latest pairs that are evaluated. A right map may become misregistered later, so older pairs do
+// not count.
 constexpr std::size_t kMostPairs = 12;
-// rad, a third of what it has turned: half a pixel of noise looks as much on a body of 60 px.
+// rad, a third of the rotation: noise of half a pixel has this effect on an object of 60 px.
 constexpr double kLeastRotation = 0.015;
 
 std::shared_ptr<const TurningObject> object_in(const RegisteredImage& image, const PairMotions& pair) {
@@ -50,8 +51,8 @@ void ObjectWatch::note(const RegisteredImage& before, const RegisteredImage& new
   if (seen_.size() > kMostPairs) seen_.pop_front();
   const auto turning = std::count(seen_.begin(), seen_.end(), Seen::kOtherRotates);
   const auto others = turning + std::count(seen_.begin(), seen_.end(), Seen::kOther);
-  // A body is in every fourth pair at least (IndependentMotion::exists); that it turns more must be plain in
-  // most.
+  // An object shows in at least every fourth pair (IndependentMotion::exists); that it rotates more must be
+  // plain in most of them.
   const bool exists = others >= kLeastOthers && 4 * others >= static_cast<std::ptrdiff_t>(seen_.size());
   if (!exists || 4 * turning < 3 * others) {
     found_.reset();

@@ -8,22 +8,22 @@
 
 namespace mono_pose_tracker {
 
-/// Whether a map that is being made is of a body that turns less before the camera than another: of the room
-/// behind a head, say. The same that IndependentMotion asks of a finished map, of the pairs of keyframes as
-/// they come.
+/// Watches whether a growing map is of an object that rotates less in front of the camera than another one,
+/// such as the room behind a head. The same check as IndependentMotion of a finished map, on pairs of new
+/// keyframes.
 class ObjectWatch {
  public:
-  /// What the newest keyframe and one before it show.
+  /// Evaluates the newest keyframe against one before it.
   void note(const RegisteredImage& before, const RegisteredImage& newest, const PairMotions& pair);
-  /// The other body in the newest keyframe that showed it, once it is certain; null: the map is of what turns
-  /// most.
+  /// The other object in the newest keyframe that shows it, once it is certain; null: the mapped object
+  /// rotates most.
   const std::shared_ptr<const TurningObject>& found() const { return found_; }
   void reset() { *this = ObjectWatch(); }
 
  private:
   enum class Seen { kOneMotion, kOther, kOtherRotates };
 
-  std::deque<Seen> seen_;  // in the latest pairs
+  std::deque<Seen> seen_;  // the latest pairs
   std::shared_ptr<const TurningObject> found_;
 };
 

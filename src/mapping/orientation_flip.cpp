@@ -11,10 +11,10 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Of a distance: what a map may be bent by between two of its views, however well each point is known.
+// Share of a distance by which a map may be bent between two of its views, however well each point is known.
 constexpr double kBend = 0.02;
 
-// Which fits the points to each other, whatever the sights say: the better known half of those that agree.
+// Aligns the points themselves, without the rays: the half of the inliers with the lowest depth uncertainty.
 bool fit_points(const std::vector<SimilarityMatch>& observations, const std::vector<char>& inliers,
                 Sim3* b_from_a) {
   std::vector<double> sigmas;
@@ -32,8 +32,8 @@ bool fit_points(const std::vector<SimilarityMatch>& observations, const std::vec
   return align_sim3(in_a, in_b, b_from_a);
 }
 
-// How far the depths are off then, over what they were thought to be: a landmark that many images show
-// sharply is known far better than by two.
+// Ratio of the actual to the expected depth errors: a landmark with many sharp observations is far better
+// known than from two.
 double share_of_depth_noise(const std::vector<SimilarityMatch>& observations, const Sim3& b_from_a) {
   std::vector<double> off;
   for (const SimilarityMatch& m : observations) {
@@ -55,7 +55,8 @@ std::vector<SimilarityMatch> with_depth_noise(std::vector<SimilarityMatch> obser
 using Refine = SimilarityReport (*)(const std::vector<SimilarityMatch>&, const SimilarityOptions&,
                                     const Sim3&);
 
-// From where it is and from where its points fit each other.
+// Refines from two initial values, the similarity and the alignment of its points, and returns the one with
+// the lower cost.
 SimilarityReport lower_cost_of(const std::vector<SimilarityMatch>& observations,
                                const SimilarityOptions& options, const SimilarityReport& report,
                                Refine refine) {

@@ -7,7 +7,7 @@
 
 namespace mono_pose_tracker {
 
-// The sight of a point that a keyframe has by one of its features.
+// The observation of a point by a feature of the keyframe.
 template <typename Keyframe>
 ObservedPoint observed_point(const Keyframe& keyframe, int feature, const Eigen::Vector3d& x_in_map) {
   const Rigid3 map_from_camera = keyframe.camera_from_map.inverse();
@@ -18,20 +18,21 @@ ObservedPoint observed_point(const Keyframe& keyframe, int feature, const Eigen:
   return observation;
 }
 
-// A similarity that RANSAC has found by the angles of sights may be the wrong one of two: they leave open
-// which of two ways a small patch of a wall faces. How its points lie to each other tells: it is sought from
-// where these fit as well, and the cheaper of the two kept, with depths that count as well as they are known.
-// depth_sigma of the sights: as far as it is known beforehand, up to a factor that is the same for all.
+// Resolves an orientation flip of a similarity that RANSAC found from viewing rays. Rays alone leave two
+// orientations of a small planar patch open. The similarity is refined from two initial values, the given one
+// and the alignment of the points; the solution with the lower cost is kept, with depths weighted by their
+// uncertainty. depth_sigma of the observations: prior uncertainty up to a common factor.
 SimilarityReport similarity_from_points(const std::vector<SimilarityMatch>& observations,
                                         const SimilarityOptions& options, const SimilarityReport& by_angles);
 
-// Beyond what two similarities of the same points differ by: a patch of a wall faces the other way. Of strips
-// of a wall two lay 10 to 33 degrees apart; less is what a bundle adjustment mends.
+// Whether two similarities of the same points differ by an orientation flip of a patch. The two solutions for
+// strips of a wall were 10 to 33 degrees apart; bundle adjustment corrects smaller differences.
 bool is_flipped(const SimilarityReport& one, const SimilarityReport& other);
 
-// Of two maps that see one patch of a wall each from its own side, what each does not know of depth the other
-// sees across: their angles agree most where the patch is turned over. What was found, or, where that is
-// turned over, what the covariances of both say; no success where these leave it open.
+// Resolves an orientation flip between two maps that view one planar patch from different sides. The depth
+// uncertainty of each map is lateral for the other, so the angular error may favour the flipped solution.
+// Returns the given similarity or, where it is flipped, the one that both maps' covariances favour. No
+// success where the covariances leave it open.
 SimilarityReport resolve_flip_by_depths(const std::vector<SimilarityMatch>& observations,
                                         const SimilarityOptions& options, const SimilarityReport& found);
 

@@ -13,7 +13,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr std::size_t kMostKeyframes = 300;  // they take three seconds
+constexpr std::size_t kMostKeyframes = 300;  // takes three seconds
 
 using Keyframes = std::vector<const Keyframe*>;
 
@@ -34,7 +34,7 @@ double extent_of(const Keyframes& keyframes) {
   return std::sqrt(squared / count);
 }
 
-// Of a position; infinite where nothing tells it.
+// Standard deviation of a position; infinite where it is not constrained.
 double sigma_of(const Map& map, const Keyframes& keyframes) {
   std::vector<KeyframeId> ids;
   for (const Keyframe* keyframe : keyframes) ids.push_back(keyframe->id);

@@ -10,12 +10,12 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// How a feature is turned, in 256 steps, beside its keyframe's number.
+// Orientation of a feature in 256 steps, stored with its keyframe's number.
 constexpr int kTurnBits = 8;
 constexpr std::uint32_t kTurnMask = (1 << kTurnBits) - 1;
 
-// The lists of that many features to come are fetched from memory while the present one votes, of each so
-// many lines: what follows, the processor fetches by itself.
+// The lists of this number of following features are prefetched while the present one votes, with this number
+// of cache lines each; the processor prefetches the rest.
 constexpr std::size_t kFeaturesAhead = 4;
 constexpr int kLinesAhead = 16;
 
@@ -43,10 +43,10 @@ void PlaceIndexOptions::validate() const {
   check_range("max_signature_distance", max_signature_distance, 0, 31);
 }
 
-/// What the features of an image have found so far. What two images have in common is turned by the same
-/// angle from one to the other, what is alike by chance by any (weak geometric consistency, Jegou, Douze and
-/// Schmid, ECCV 2008): votes count by the turn in eighths, and a keyframe's best two neighbours of these. A
-/// feature votes once for a keyframe and turn, however many of its features look like it.
+/// Votes of an image's features. Features common to two images are rotated by the same angle, accidental ones
+/// by any (weak geometric consistency, Jegou, Douze and Schmid, ECCV 2008): votes are counted by rotation in
+/// eighths, and the best two adjacent ones of a keyframe count. A feature votes once for a keyframe and
+/// rotation, however many similar features it has.
 class PlaceIndex::Votes {
  public:
   Votes(std::size_t num_slots, int num_keyframes, int max_distance)
@@ -56,7 +56,7 @@ class PlaceIndex::Votes {
     if (near_.size() < count) near_.resize(2 * count);
     return near_.data();
   }
-  /// Of a feature turned by `turn`.
+  /// Adds a match with rotation `turn`.
   void count(int found, std::uint32_t turn) {
     for (int i = 0; i < found; ++i) {
       const std::uint32_t between = (near_[i].owner - turn) & kTurnMask;
@@ -67,8 +67,8 @@ class PlaceIndex::Votes {
       weight = std::max(weight, weight_of(near_[i].distance));
     }
   }
-  /// What a feature finds in every keyframe tells least, in one alone most. A turn of a keyframe counts as
-  /// one.
+  /// Weights the votes of a feature: one that matches every keyframe is the least informative, one that
+  /// matches a single keyframe the most.
   void end_feature() {
     const float rarity = rarity_of(std::max<std::size_t>(1, voted_for_.size()));
     most_ += rarity;
@@ -78,9 +78,9 @@ class PlaceIndex::Votes {
     }
     voted_for_.clear();
   }
-  /// 1 where every feature was found. `share`: of the image's number of features, what the keyframe has. One
-  /// that has few can't be found by many, one that has many is found by chance: the geometric mean is fair to
-  /// both.
+  /// Score in [0, 1]; 1 where every feature was matched. `share`: the keyframe's number of features over the
+  /// image's. The geometric mean of both numbers normalises the score, as a keyframe with many features has
+  /// more accidental matches.
   double score(std::uint32_t slot, double share) const {
     const OfTurn* turns = &of_turn_[static_cast<std::size_t>(slot) * kTurns];
     float best = 0;
@@ -91,7 +91,7 @@ class PlaceIndex::Votes {
  private:
   static constexpr int kTurnsLog2 = 3, kTurns = 1 << kTurnsLog2;
 
-  // 1 for equal signatures, falling to nearly 0 at the greatest distance that counts.
+  // 1 for equal signatures, decreasing to nearly 0 at the largest distance that counts.
   float weight_of(int distance) const { return 1 - static_cast<float>(distance) / (max_distance_ + 1); }
   float rarity_of(std::size_t places) const {
     return std::log1p(static_cast<float>(num_keyframes_) / static_cast<float>(places));
@@ -169,7 +169,7 @@ void PlaceIndex::remove(KeyframeId id) {
         std::remove_if(list.begin(), list.end(),
                        [&](const CodedFeature& feature) { return feature.owner >> kTurnBits == number; }),
         list.end());
-    // In a capped map keyframes come and go for ever, and at last every word has had a feature.
+    // In a capped map keyframes come and go, and finally every word has had a feature.
     if (2 * list.size() < list.capacity()) list.shrink_to_fit();
   }
   slots_[number] = {};
@@ -191,7 +191,7 @@ std::size_t PlaceIndex::memory_bytes() const {
   return bytes;
 }
 
-// The lists of a word lie anywhere in memory, and waiting for them is most of a query's time.
+// Prefetches the lists of a feature's words: memory latency is most of a query's time.
 void PlaceIndex::fetch_lists(const DescriptorCode& code) const {
   for (int probe = 0; probe < options_.probes; ++probe) {
     const std::vector<CodedFeature>& list = features_of_word_[probed_word(code, probe)];

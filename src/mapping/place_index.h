@@ -30,14 +30,14 @@ struct PlaceMatch {
   double score = 0;
 };
 
-/// Finds the keyframes that look like an image, of thousands, by their descriptors alone: an inverted index
-/// over binary codes (words as a vocabulary has them, Sivic and Zisserman, ICCV 2003; signatures that sort
-/// out what only shares a word, and votes that count where they agree in how the image is turned, Jegou,
-/// Douze and Schmid, ECCV 2008). There is no vocabulary: nothing is trained, so a keyframe costs the same
-/// whenever it comes, and the answers depend on the set of keyframes alone: not on the order in which they
-/// came, nor on others that came and went. An index rebuilt from a loaded map gives equal answers.
+/// Finds the keyframes that look like an image, among thousands, by descriptors alone. An inverted index over
+/// binary codes: words as in a visual vocabulary (Sivic and Zisserman, ICCV 2003), signatures that reject
+/// features which only share a word, and votes for a common image rotation (Jegou, Douze and Schmid, ECCV
+/// 2008). Nothing is trained, so the cost of a keyframe is constant. The result depends only on the set of
+/// keyframes, not on their order or on removed ones; an index rebuilt from a loaded map gives equal results.
 ///
-/// One writer: add, remove and clear must not run beside another call. Queries may run beside each other.
+/// One writer: add, remove and clear must not run concurrently with another call. Queries may run
+/// concurrently.
 class PlaceIndex {
  public:
   /// Throws as PlaceIndexOptions::validate.

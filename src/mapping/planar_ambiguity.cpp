@@ -21,12 +21,12 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Of two keyframes that are to tell the geometry: with fewer in common a rival fits by chance.
+// Common landmarks of the two keyframes: with fewer, an alternative fits by chance.
 constexpr int kMinShared = 60;
-constexpr int kMinInliers = 15;  // of a resection, as the tracker asks of a pose
+constexpr int kMinInliers = 15;  // of an absolute pose, as in the tracker
 
-// Of a map the first in time are asked: the others were placed in what these began, and every rival costs
-// adjustments of them all.
+// Number of keyframes at the beginning that are compared: the others were registered relative to these, and
+// every alternative takes adjustments of them all.
 constexpr std::size_t kBeginning = 24;
 
 struct KeyframePair {
@@ -34,7 +34,7 @@ struct KeyframePair {
   const Keyframe* second = nullptr;
 };
 
-// The farthest apart in time of those that share enough.
+// The keyframes farthest apart in time with enough common landmarks.
 std::optional<KeyframePair> farthest_pair(const Map& map) {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
   std::map<KeyframeId, std::size_t> place;
@@ -76,12 +76,12 @@ std::vector<RelativePoseHypothesis> geometries_of(const KeyframePair& pair, cons
   return estimate_relative_pose(bearings1, bearings2, options).hypotheses;
 }
 
-// A map made anew from two of its keyframes in a geometry that is given.
+// Grows a map again from two of its keyframes with a given two-view geometry.
 class Regrowth {
  public:
   Regrowth(const Map& map, const RansacOptions& ransac) : map_(map) { options_.ransac = ransac; }
 
-  // None when a keyframe finds no place in it.
+  // Nothing when a keyframe cannot be registered in it.
   std::optional<Map> grow(const KeyframePair& pair, const Rigid3& second_from_first) {
     const double baseline = relative_pose(pair).translation.norm();
     place(pair.first->id, pair.first->camera_from_map);
@@ -130,7 +130,7 @@ class Regrowth {
     return count;
   }
 
-  // The one that sees most of the points.
+  // Registers the keyframe that observes most of the points.
   bool register_next() {
     const Keyframe* next = nullptr;
     int most = kMinInliers - 1;
@@ -167,7 +167,7 @@ std::size_t count_observations(const Map& map) {
   return count;
 }
 
-// Of so many observations; those that are no more in the map cost what a wrong one does.
+// Cost of this number of observations; those that are no longer in the map cost as much as an outlier.
 double cost_of(const Map& map, std::size_t observations) {
   return cost_of(map) + kOutlier * kOutlier * static_cast<double>(observations - count_observations(map));
 }
@@ -177,7 +177,7 @@ bool is_same_geometry(const Rigid3& a, const Rigid3& b) {
   return is_same_geometry(a, b, distinct.distinct_rotation, distinct.distinct_translation);
 }
 
-// What a single keyframe is left with tells nothing.
+// Landmarks left with a single keyframe are dropped.
 Map beginning_of(const Map& map) {
   Map beginning = map;
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
@@ -193,11 +193,11 @@ Map beginning_of(const Map& map) {
 
 struct Alternative {
   Map map;
-  double cost = 0;  // over that of the map itself, adjusted as far
+  double cost = 0;  // relative to the cost of the map itself, equally adjusted
 };
 
-// Adjusts the other geometry's map as far as it takes to compare it; false where it is far dearer than `most`
-// or becomes the map itself.
+// Adjusts the alternative map as far as a comparison needs. Returns false where its cost is far higher than
+// `most` or it converges to the map itself.
 bool adjust_alternative(BundleOptions bundle, const KeyframePair& pair, std::size_t observations, double most,
                         Map* alternative) {
   bundle.max_iterations = kTrialIterations;
@@ -209,7 +209,7 @@ bool adjust_alternative(BundleOptions bundle, const KeyframePair& pair, std::siz
   return !is_same_geometry(relative_pose(now), relative_pose(pair));
 }
 
-// The cheapest; none where no other geometry of the keyframes makes a map.
+// The alternative with the lowest cost; none where no other geometry of the keyframes gives a map.
 std::optional<Alternative> best_alternative(const BundleOptions& bundle, const RansacOptions& ransac,
                                             const Map& map) {
   const std::optional<KeyframePair> pair = farthest_pair(map);

@@ -8,11 +8,11 @@ namespace {
 
 constexpr int kColumns = 8, kRows = 6;
 constexpr double kMinFound = 0.2;  // of the expected
-// From the first share of what is in view on it may have been seen from anywhere; below it what is found is
-// no more than the second, of the expected.
+// From the first share of the landmarks in view on, any viewpoint is possible. Below it, no more than the
+// second number times the expectation may be found.
 constexpr double kMinFoundFromNear = 0.15, kMaxObliqueExcess = 2;
-constexpr int kFewFeatures = 150;    // an image that has fewer shows too little to lack what is not found
-constexpr double kMinSpread = 0.25;  // a quarter of where there is anything to see
+constexpr int kFewFeatures = 150;    // with fewer, missing landmarks are no evidence
+constexpr double kMinSpread = 0.25;  // a quarter of the cells with features
 constexpr double kCorner = 0.125;
 
 int cell_of(const ImageFeatures& image, int feature, int width, int height) {

@@ -8,31 +8,30 @@
 
 namespace mono_pose_tracker {
 
-/// What speaks for a pose that nothing predicted: landmarks that should be in view and were found, spread
-/// over where the image has features at all.
+/// Evidence for a pose that was not predicted: expected landmarks that were found, and their distribution
+/// over the image.
 struct PoseSupport {
   int found = 0;  // inliers
   ExpectedFinds in_map;
-  double spread = 0;  // share of the cells of the image with features in which there are inliers
+  double spread = 0;  // share of the cells with features that hold inliers
   int features = 0;   // of the image
 };
 
-/// inliers: features of the image that agree with the pose. The image is cut into 8 x 6 cells.
+/// inliers: features of the image that agree with the pose. The image is divided into 8 x 6 cells.
 PoseSupport pose_support(const ImageFeatures& image, int width, int height, const std::vector<int>& inliers,
                          const ExpectedFinds& in_map);
 
-/// Whether the pose may be believed once a second view agrees. Of what is to be expected SIFT finds two in
-/// three, one in four of a blurred image; look-alikes (one window of many, one door of a row) leave what
-/// surrounds them unfound: one in seven is usual, one in five rare. They also sit in one corner of it. Where
-/// a map shows more than the image has features, no more than these can be found; of an image with few, a
-/// wall seen through one window, thirty are asked for all the same. Where less is to be expected than a pose
-/// needs, as from behind, what is found is a look-alike; so it is where it is less than 15 % of what is in
-/// view, as from far beside, and yet more than twice what is to be expected from there: one side of a temple
-/// for another.
+/// Whether the pose has enough support to be accepted once a second view agrees. SIFT finds two of three
+/// expected landmarks, one of four in a blurred image. At an aliased place (one window of many, one door of a
+/// row) the surroundings are not found: one of seven is usual, one of five rare, and the finds lie in one
+/// corner. The expectation is limited to the number of features in the image, but is at least thirty. A pose
+/// is aliased where fewer landmarks are expected than a pose needs, as from behind. It is also aliased where
+/// the expectation is below 15 % of the landmarks in view, as at oblique views, and more than twice as many
+/// are found.
 bool is_supported(const PoseSupport& support, int min_inliers);
 
-/// Whether the inliers lie in less than an eighth of the cells with anything to see: what holds the pose may
-/// then be something in this corner that moves by itself.
+/// Whether the inliers lie in less than an eighth of the cells with features. The pose may then depend on a
+/// small independently moving object.
 bool is_confined_to_corner(const PoseSupport& support);
 
 }  // namespace mono_pose_tracker

@@ -30,8 +30,8 @@ cv::Mat descriptors_of(const std::vector<LandmarkCandidate>& candidates) {
 
 namespace {
 
-// Where the pose shows the candidate and at which scale; false when it is out of view, or seen from a side
-// from which SIFT would not know it again.
+// Projects a candidate: pixel and scale. False when it is out of view, or viewed from a side from which SIFT
+// would not match it.
 class Visibility {
  public:
   Visibility(const CameraModel& camera, const Rigid3& camera_from_map, double max_view_angle_deg)
@@ -49,7 +49,7 @@ class Visibility {
     return ray.dot(c.seen_from) >= min_cosine_ * distance;
   }
 
-  // Between the directions from which it is seen and was seen, rad.
+  // Angle between the present and the stored viewing direction, rad.
   double viewing_angle(const LandmarkCandidate& c) const {
     const Eigen::Vector3d ray = center_ - c.x_in_map;
     return std::atan2(ray.cross(c.seen_from).norm(), ray.dot(c.seen_from));
@@ -63,11 +63,11 @@ class Visibility {
   const double min_cosine_;
 };
 
-// How often a landmark is found again whose view has turned by the angle (rad), over how often one is whose
-// view has not. Where the steps between images are wide (every second or third image of a bronze head and of
-// a temple, a facade), 60 to 90 % of what was last seen from within 5 degrees is found, some 60 % of that
-// from 12, 40 % from 17, 20 % from 22, 10 % from 27, 2 to 4 % from 37. Where they are small what was last
-// seen from far beside is mostly what was lost meanwhile, and less of it is found.
+// Relative probability that SIFT matches a landmark after the viewing direction has changed by the angle
+// (rad). Measured with wide steps between images (every second or third image of a bronze head, a temple and
+// a facade): 60 to 90 % within 5 degrees, and 60 % of that at 12, 40 % at 17, 20 % at 22, 10 % at 27, 2 to 4
+// % at 37. With small steps it is lower, as landmarks last observed from an oblique view were mostly lost
+// since.
 double known_again(double angle) {
   constexpr double kSigma = 13 * kDegree;
   return std::exp(-0.5 * angle * angle / (kSigma * kSigma));
@@ -111,7 +111,7 @@ std::vector<LandmarkMatch> match_by_projection(const std::vector<LandmarkCandida
 ExpectedFinds expected_finds(const std::vector<LandmarkCandidate>& candidates, const CameraModel& camera,
                              const Rigid3& camera_from_map, const ProjectionMatchOptions& options) {
   const Visibility visibility(camera, camera_from_map, options.max_view_angle_deg);
-  // Below a pixel the feature is lost in the sampling; above the largest octave it is none.
+  // Below a pixel a feature is lost in the sampling; beyond the largest octave there is none.
   constexpr double kSmallest = 1, kLargest = 64;
   ExpectedFinds finds;
   for (const LandmarkCandidate& c : candidates) {

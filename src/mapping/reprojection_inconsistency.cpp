@@ -12,9 +12,10 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// px at 640 px (image_scale): beyond what noise, a lens model and the drift of a young pose leave over.
+// px at 640 px (image_scale): beyond noise, errors of the lens model and drift of a young pose.
 constexpr double kElsewhere = 6;
-// Fewer matches, or fewer that contradict, are chance: a repeated texture gives several wrong ones at once.
+// Fewer matches, or fewer inconsistent ones, are accidental: a repeated texture gives several wrong ones at
+// once.
 constexpr int kMinMatches = 30, kMinContradicting = 8;
 
 }  // namespace
@@ -31,7 +32,7 @@ ReprojectionInconsistency reprojection_inconsistency(const Map& map, const Keyfr
     if (!landmark) continue;
     const Eigen::Vector3d x_in_second = second.camera_from_map * landmark->x_in_map;
     Eigen::Vector2d pixel;
-    // What should be out of view is not seen: this is another one like it.
+    // A landmark that should be out of view was matched with a similar feature.
     if (!camera.project(x_in_second, &pixel) || !camera.in_image(pixel)) continue;
     ++result.matches;
     if (reprojection_error(*second.image, m.second, x_in_second).norm() <= limit_px) continue;

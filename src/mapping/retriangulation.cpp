@@ -13,9 +13,9 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr std::size_t kMinViews = 3;  // two contradict each other in no more than one direction
-// px at 640 px (image_scale), from where the poses as they are have it: of a wrong match it is tens, while
-// poses that are off by a degree or two displace a right one by several.
+constexpr std::size_t kMinViews = 3;  // two can be inconsistent in one direction only
+// px at 640 px (image_scale), reprojection error with the current poses. Wrong matches have tens of px; poses
+// that are off by a degree or two displace right ones by several.
 constexpr double kWithin = 10;
 // The view of the track whose ray makes the largest angle with this one's.
 std::size_t widest_from(std::size_t view, const std::vector<const Keyframe*>& in_time,
@@ -35,7 +35,7 @@ std::size_t widest_from(std::size_t view, const std::vector<const Keyframe*>& in
   return widest;
 }
 
-// Where the poses have the point, from two views far apart; false when one of the views lies too far off.
+// Triangulates the point from two views far apart; false when a view has too large an error.
 bool locate(const std::vector<const Keyframe*>& in_time, const FeatureTrack& track,
             Eigen::Vector3d* x_in_map) {
   const std::size_t one = widest_from(0, in_time, track), other = widest_from(one, in_time, track);
@@ -71,7 +71,7 @@ std::vector<LocatedTrack> locate_all(const std::vector<const Keyframe*>& in_time
   return located;
 }
 
-// Keyframes that fewer of the tracks constrain.
+// Keyframes that too few of the tracks constrain.
 std::set<KeyframeId> weak_keyframes(const std::vector<const Keyframe*>& in_time,
                                     const std::vector<LocatedTrack>& tracks, int min_landmarks) {
   std::vector<int> count(in_time.size(), 0);
@@ -137,7 +137,7 @@ void replace_landmarks(const FeatureTracks& tracks, int min_landmarks, Map* map)
   const std::vector<const Keyframe*> in_time = keyframes_in_time(*map);
   const std::vector<LocatedTrack> located = locate_all(in_time, tracks);
   const std::set<KeyframeId> weak = weak_keyframes(in_time, located, min_landmarks);
-  // Images between the keyframes know landmarks by their ids.
+  // Images between the keyframes refer to landmarks by their ids.
   for (const LandmarkId id : other.landmark_ids()) {
     const std::vector<Observation> observations = other.landmark(id)->observations;
     const bool is_of_weak = std::any_of(observations.begin(), observations.end(),

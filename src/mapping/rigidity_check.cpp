@@ -15,10 +15,10 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Chi-squared, 6 degrees of freedom: its median, and what it exceeds with p = 1e-3.
+// Chi-squared with 6 degrees of freedom: its median, and its value at p = 1e-3.
 constexpr double kMedianChi2 = 5.35, kChi2 = 22.46;
 
-// What a keyframe sees of the map; units of bearings and sigmas: rad.
+// Observations of a keyframe; bearings and sigmas in rad.
 struct KeyframeObservations {
   std::vector<Eigen::Vector3d> bearings, points;
   std::vector<double> sigmas;
@@ -29,7 +29,7 @@ struct KeyframeObservations {
 
 using VectorRef = const Eigen::Vector3d&;
 
-// In two parts, by what a landmark's value is below or above the median of; middle: of the bearings.
+// Splits landmarks into two parts at the median of a value; middle: centroid of the bearings.
 struct Split {
   const char* name;
   double (*value)(VectorRef bearing, VectorRef x_in_camera, VectorRef middle);
@@ -57,7 +57,7 @@ KeyframeObservations observations_by(const Map& map, const Keyframe& keyframe) {
   KeyframeObservations visible;
   for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
     const Landmark* landmark = map.landmark(keyframe.landmark_of_feature[f]);
-    // Two views can't contradict each other along the epipolar line.
+    // Two views cannot be inconsistent along the epipolar line.
     if (!landmark || landmark->observations.size() < 3) continue;
     const double px_per_rad = keyframe.image->pixel_from_bearing[f].norm() / std::sqrt(2.0);
     visible.bearings.push_back(keyframe.image->set.bearings[f]);
@@ -68,7 +68,7 @@ KeyframeObservations observations_by(const Map& map, const Keyframe& keyframe) {
   return visible;
 }
 
-// Flags of the first part: what a landmark's value is below the median of.
+// Flags of the first part: values below the median.
 std::vector<char> below_median(const std::vector<double>& values) {
   const double middle = median(values);
   std::vector<char> flags;
@@ -139,7 +139,7 @@ Comparison compare(const KeyframeObservations& visible, const std::vector<char>&
   return comparison;
 }
 
-// What the keyframe's parts say, and two parts of every other landmark.
+// Comparisons of a keyframe's parts, and of two parts of alternating landmarks.
 struct Witness {
   std::int64_t frame_index = 0;
   std::array<Comparison, kSplits.size()> splits;
@@ -161,7 +161,7 @@ Witness hear(const Map& map, const Keyframe& keyframe, int min_landmarks) {
   return witness;
 }
 
-// By how much the covariances are too small, in variance: at least 1.
+// Factor by which the covariances are too small, in variance: at least 1.
 double covariance_factor(const std::vector<Witness>& witnesses) {
   std::vector<double> mixed;
   for (const Witness& w : witnesses) {
@@ -170,7 +170,8 @@ double covariance_factor(const std::vector<Witness>& witnesses) {
   return std::max(1.0, median(std::move(mixed)) / kMedianChi2);
 }
 
-// What witnesses in a row say of one kind of parts: medians, known where at least half of them say anything.
+// Medians of consecutive keyframes for one kind of parts; known where at least half of them have a
+// comparison.
 Comparison usual_of(std::size_t kind, std::vector<Witness>::const_iterator begin,
                     std::vector<Witness>::const_iterator end) {
   std::vector<double> distances, px;
@@ -212,7 +213,7 @@ RigidityReport check_rigidity(const Map& map, const RigidityOptions& options) {
          ++begin) {
       const Comparison usual = usual_of(kind, begin, begin + static_cast<std::ptrdiff_t>(stretch));
       const double distance = usual.mahalanobis2 / factor;
-      // The lesser of the two, each in units of what is too much.
+      // The lesser of the two measures, each relative to its limit.
       const double excess = std::min(distance / kChi2, usual.px / least_px);
       if (!usual.is_known || excess <= worst) continue;
       worst = excess;

@@ -8,18 +8,18 @@
 
 namespace mono_pose_tracker {
 
-/// Asks of a live map, once a second at most, what is asked of a finished one: whether its newest keyframes
-/// contradict each other (contradiction.h) or parts of what they see do (rigidity_check.h).
+/// Checks the newest keyframes of a live map for reprojection inconsistency (reprojection_inconsistency.h)
+/// and rigidity (rigidity_check.h), at most once a second.
 class RigidityWatch {
  public:
-  /// After the newest keyframe has come into the map.
+  /// Called after a keyframe was inserted.
   void ask(const Map& map, const MatchOptions& matching);
-  /// What was found the last time; empty: nothing.
+  /// The finding of the last check as text; empty: none.
   const std::string& doubt() const { return doubt_; }
   void reset() { *this = RigidityWatch(); }
 
  private:
-  LastTime asked_;  // by the stamps of newest keyframes
+  LastTime asked_;  // stamps of the newest keyframes
   std::string doubt_;
 };
 

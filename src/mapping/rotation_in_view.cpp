@@ -20,8 +20,8 @@ std::vector<double> left_over(const std::vector<Eigen::Vector3d>& bearings1,
   return lengths;
 }
 
-// By the rotation that explains most of the movement. A few wrong matches go farther than all others
-// together: what goes three times as far as the half of them has no say in it.
+// Residual motion after the rotation that explains most of it. Matches that move three times as far as the
+// median are ignored, as a few wrong ones move farther than all others together.
 std::vector<double> left_over_by_rotation(const std::vector<Eigen::Vector3d>& bearings1,
                                           const std::vector<Eigen::Vector3d>& bearings2) {
   constexpr int kRounds = 3;

@@ -5,9 +5,10 @@
 
 namespace mono_pose_tracker {
 
-/// How far what is seen in these directions in two images (one pair a match) turns before the camera: the
-/// movement within it that no rotation of the camera explains, by its size in the image (medians). About a
-/// third of the angle (rad) for a ball, up to .6 of it for what is long and flat.
+/// Rotation of an object in front of the camera between two images, from matched bearings (one pair for each
+/// match): the motion within the object that no camera rotation explains, divided by its size in the image
+/// (medians). It is about a third of the rotation angle (rad) for a ball, and up to 0.6 of it for a long,
+/// flat object.
 double rotation_in_view(const std::vector<Eigen::Vector3d>& bearings1,
                         const std::vector<Eigen::Vector3d>& bearings2);
 

@@ -13,18 +13,19 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// A match contradicts a motion beyond twice RANSAC's threshold: up to there it may be noise of a pose.
+// A match contradicts a motion beyond twice RANSAC's threshold; below that it may be noise of a pose.
 constexpr double kContradicts = 2;
-// Fewer matches than this agree on a motion by chance: of n wrong ones each does with a probability of a few
-// per cent (the threshold over half the image's height), and five are fitted.
+// Fewer matches agree on a motion by accident: each of n wrong ones does with a probability of a few per cent
+// (threshold over half the image height), and five are fitted.
 constexpr int kMinMembers = 15;
-// Of the matches that contradict the body. Wrong matches and what moves by itself are among them as well.
+// Share of the matches that contradict the mapped object. Wrong matches and other moving points are among
+// these.
 constexpr double kMinShare = 0.4;
-// What turns by more than 60 degrees between two images is not found again by SIFT (Lowe 2004, fig. 12: less
-// than half from 50 on), so it turns by no more than .6 of a radian as rotation_in_view has it. Beyond lie
-// things that look alike: one wheel of a car taken for the other.
+// SIFT hardly matches objects that rotate by more than 60 degrees between two images (Lowe 2004, fig. 12:
+// less than half from 50 on), which is 0.6 rad in units of rotation_in_view. Beyond are matches of similar
+// objects, such as two wheels of a car.
 constexpr double kMaxRotation = 0.6;
-// Nearest features of known motion that decide for those that obey both.
+// Nearest features of known motion that vote on features that obey both.
 constexpr std::size_t kVoters = 5;
 
 bool is_on_line(const Eigen::Matrix3d& essential, const Eigen::Vector3d& bearing1,
@@ -32,8 +33,8 @@ bool is_on_line(const Eigen::Matrix3d& essential, const Eigen::Vector3d& bearing
   return std::abs(sampson_error(essential, bearing1, bearing2)) < limit;
 }
 
-// What is behind a camera contradicts as well, by however little: where a map hangs on a skyline, or followed
-// a hand, that its far points meet behind the cameras is what tells it.
+// Points behind a camera contradict as well, by however little: in a map that is constrained by a skyline, or
+// followed a hand, the far points that intersect behind the cameras are the evidence.
 bool obeys(const Rigid3& second_from_first, const Eigen::Matrix3d& essential, const Eigen::Vector3d& bearing1,
            const Eigen::Vector3d& bearing2, double limit) {
   return is_on_line(essential, bearing1, bearing2, limit) &&
@@ -63,8 +64,8 @@ double rotation_of_members(const std::vector<Eigen::Vector3d>& bearings1,
   return rotation_in_view(of_members1, of_members2);
 }
 
-// The motion of those that contradict the body; none when they don't agree on one, or on one that could not
-// be seen.
+// The motion of the matches that contradict the mapped object; none when they do not agree on one, or on one
+// that could not be matched.
 RelativePoseReport fit_the_rest(const std::vector<Match>& matches, const std::vector<char>& of_object,
                                 const FeatureSet& first, const FeatureSet& second,
                                 const RansacOptions& ransac) {
@@ -77,7 +78,7 @@ RelativePoseReport fit_the_rest(const std::vector<Match>& matches, const std::ve
   if (static_cast<int>(bearings1.size()) < kMinMembers) return {};
   RelativePoseOptions options;
   options.ransac = ransac;
-  options.without_accidental_matches = false;  // those of another body lie where that is
+  options.without_accidental_matches = false;  // another object's matches are localised
   RelativePoseReport report = estimate_relative_pose(bearings1, bearings2, options);
   if (!report.success) return report;
   const int members = report.hypotheses[0].num_inliers;
@@ -86,7 +87,7 @@ RelativePoseReport fit_the_rest(const std::vector<Match>& matches, const std::ve
   return report;
 }
 
-// Whether most of the nearest features of known motion are the second motion's.
+// Whether most of the nearest features of known motion have the second motion.
 bool is_among_others(const std::vector<Match>& matches, const std::vector<ObeyedMotion>& motions,
                      const std::vector<Feature>& features, const Eigen::Vector2f& pixel) {
   DistantVotes known;

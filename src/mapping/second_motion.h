@@ -8,19 +8,20 @@
 
 namespace mono_pose_tracker {
 
-/// What a match obeys: the motion of the body that the map is of, the second one, by chance or as it says
-/// nothing both, or neither.
+/// The motion that a match obeys: that of the mapped object, the second one, both (by chance or because the
+/// match is uninformative), or neither.
 enum class ObeyedMotion { kNeither, kObject, kOther, kBoth };
 
-/// The matches of two images, by descriptors alone. Without a second motion none obeys it.
+/// Matches of two images by descriptors alone, and their motions. Without a second motion no match obeys
+/// kOther.
 struct PairMotions {
   bool has_other = false;
   std::vector<Match> matches;
-  std::vector<ObeyedMotion> obeyed;  // one a match
+  std::vector<ObeyedMotion> obeyed;  // one for each match
   Rigid3 other_second_from_first;    // the second motion, where there is one; its translation has length 1
 };
 
-/// An image and where it was taken from, as a map says.
+/// An image with the pose that a map gives it.
 struct RegisteredImage {
   std::int64_t frame_index = 0;
   Rigid3 camera_from_map;
@@ -31,45 +32,44 @@ inline RegisteredImage registered_image(const Keyframe& k) {
   return {k.frame_index, k.camera_from_map, k.image};
 }
 
-/// What is so far that nothing but the turn shows in it, to within RANSAC's threshold, and of that what lies
-/// behind the cameras: noise puts half of it there.
+/// Matches whose parallax is below RANSAC's threshold after the rotation is removed, and those of them that
+/// triangulate behind the cameras. Noise puts half of the far matches there.
 struct FarMatches {
   int count = 0;
-  std::vector<char> behind;  // one flag a match
+  std::vector<char> behind;  // one flag for each match
 };
 FarMatches far_matches(const std::vector<Match>& matches, const RegisteredImage& first,
                        const RegisteredImage& second, const RansacOptions& ransac);
 
-/// Whether what is far and behind the cameras contradicts the poses, or says nothing: then it obeys both
-/// motions.
+/// Whether far matches behind the cameras contradict the poses, or are noise and obey both motions.
 enum class FarBehind { kContradicts, kIsNoise };
 
-/// The matches that contradict the images' poses must agree on one rigid motion of their own, which chance
-/// does not bring about: wrong matches agree on none. (A background that stands still behind a body that
-/// turns about an upright axis hardly contradicts it in two views: that is for find_two_motions.)
+/// Splits matches into motions. Matches that contradict the images' poses must agree on one rigid motion of
+/// their own; accidental matches do not. (A static background behind an object that rotates about a vertical
+/// axis hardly contradicts its motion in two views: see find_two_motions.)
 PairMotions compare_motions(const RegisteredImage& first, const RegisteredImage& second,
                             const MatchOptions& matching, const RansacOptions& ransac,
                             FarBehind far = FarBehind::kContradicts);
 
-/// The same of matches that are known.
+/// The same for given matches.
 PairMotions motions_of(std::vector<Match> matches, const RegisteredImage& first,
                        const RegisteredImage& second, const RansacOptions& ransac,
                        FarBehind far = FarBehind::kContradicts);
 
-/// How many matches lie off the lines on which the images' poses have them, by more than noise of a pose.
-/// Rays that meet behind the cameras are not counted: by noise half of those of what is far do.
+/// Number of matches off their epipolar lines by more than the noise of a pose. Rays that intersect behind
+/// the cameras are not counted: noise puts half of the far points there.
 int count_off_epipolar_lines(const std::vector<Match>& matches, const RegisteredImage& first,
                              const RegisteredImage& second, const RansacOptions& ransac);
 
-/// Which features of two images move as one with each other, but not with the body that the map is of: a
-/// background behind an object that turns before a camera in the hand, the shoulders below a head. One flag a
-/// feature; both empty when there is no such motion.
+/// Features of two images that share a rigid motion other than that of the mapped object: a background behind
+/// an object that rotates before a hand-held camera, the shoulders below a head. One flag for each feature;
+/// both empty when there is no such motion.
 struct SecondMotion {
   std::vector<char> of_first, of_second;
 };
 
-/// Of two images that were compared. What obeys both motions (it does by chance along an epipolar line) goes
-/// with the nearest features that obey one of them only.
+/// The second motion of two compared images. Matches that obey both motions (by chance along an epipolar
+/// line) are assigned to the motion of the nearest features that obey only one.
 SecondMotion second_motion_in(const PairMotions& pair, const ImageFeatures& first,
                               const ImageFeatures& second);
 

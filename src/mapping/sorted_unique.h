@@ -5,7 +5,7 @@
 
 namespace mono_pose_tracker {
 
-// The values in order, each once.
+// The values in ascending order without duplicates.
 template <typename T>
 std::vector<T> sorted_unique(std::vector<T> values) {
   std::sort(values.begin(), values.end());

@@ -18,20 +18,20 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Images that are compared: neighbours share most, those far apart tell best what has moved.
+// Distances between compared images: neighbours have most matches, distant ones show best what has moved.
 constexpr std::array<int, 5> kFartherApart = {2, 4, 8, 16, 32};
-// px at 640 px (image_scale). Up to the first a feature is in its place, noise, JPEG and a breathing tripod
-// allowed for; from the second on it has left it.
+// px at 640 px (image_scale). Up to the first limit a feature has kept its place, with noise, JPEG and a
+// vibrating tripod; from the second on it has moved.
 constexpr double kStillPx = 1, kMovedPx = 3;
-// Of a track, pairs of images that show it in its place: a wrong match or two bring a feature there by
-// chance. One match in five may be wrong.
+// Image pairs that show a track in its place: one or two may be wrong matches, as one match of five may be
+// wrong.
 constexpr int kMinStill = 3;
 constexpr int kStillPerMoved = 4;
-constexpr double kMinMovingFeatures = 25;  // fewer make no map
+constexpr double kMinMovingFeatures = 25;  // fewer cannot make a map
 
 using Images = std::vector<SeenImage>;
 
-// Whether so many neighbours share enough that hardly moved between them: of most recordings this is the end.
+// Whether enough neighbouring images have enough static matches; most recordings fail this test.
 bool may_be_still(const Images& images, const MatchesInTime& in_time, const LeastStill& least) {
   std::vector<double> still;
   for (std::size_t k = 0; k < in_time.size(); ++k) {
@@ -42,7 +42,7 @@ bool may_be_still(const Images& images, const MatchesInTime& in_time, const Leas
   return median(std::move(still)) >= least.features;
 }
 
-// How often a feature was seen to keep its place, and to leave it, by its whole track.
+// Counts for each track how often it kept its place and how often it left it.
 class Evidence {
  public:
   explicit Evidence(const Images& images) : images_(images), tracks_(feature_counts(images)) {
@@ -82,7 +82,7 @@ class Evidence {
       shifts.push_back(shift_px(*images_[first].image, *images_[second].image, m));
     const auto moved =
         std::count_if(shifts.begin(), shifts.end(), [](double shift) { return shift > kMovedPx; });
-    // Where nothing moves, what stands still tells nothing.
+    // Without motion, static features are no evidence.
     const bool tells = moved >= kMinMovingFeatures;
     for (std::size_t i = 0; i < matches.size(); ++i) {
       tracks_.join(first, matches[i].first, second, matches[i].second);
@@ -97,13 +97,13 @@ class Evidence {
   std::vector<std::vector<Count>> of_feature_;
 };
 
-// Shares of the images in which what stands still reaches round what moves, and the other way round.
+// Shares of the images in which static features reach around the moving ones, and vice versa.
 struct SharesRound {
   double still = 0, moving = 0;
 };
 
 SharesRound shares_round(const Images& images, const std::vector<MotionTrack>& tracks) {
-  std::map<std::int64_t, std::array<std::vector<cv::Point2f>, 2>> places;  // still and moving, by image
+  std::map<std::int64_t, std::array<std::vector<cv::Point2f>, 2>> places;  // static and moving, by image
   for (const MotionTrack& t : tracks) places[t.from_index][t.is_other].emplace_back(t.from.x(), t.from.y());
   if (places.empty()) return {};
   const CameraModel& camera = images.front().image->camera;
@@ -117,7 +117,7 @@ SharesRound shares_round(const Images& images, const std::vector<MotionTrack>& t
   return {shares.still / count, shares.moving / count};
 }
 
-// What is certain of the matches of neighbours.
+// Classifies the matches of neighbouring images that are certain.
 StaticBackground classify(const Images& images, const MatchesInTime& in_time, const Evidence& evidence,
                           const LeastStill& least, bool object_turns) {
   StaticBackground background;

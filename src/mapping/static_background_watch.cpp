@@ -7,12 +7,11 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Of fewer, what has hardly moved as yet is taken for what stands still, and the next map begins with the
-// wrong features. By the twelfth the object has moved as far as it needs to be told.
+// With fewer images, slow features are taken for static ones, and the next map begins with the wrong
+// features. By the twelfth image the object has moved far enough to be separated.
 constexpr std::size_t kFewest = 9, kMost = 12;
-// Features of the newest image: fewer begin no map by default (bootstrap/min_landmarks; where that is set
-// higher the next map only waits for a better image), and fewer that stand still do not say where the object
-// ends.
+// Features of the newest image: fewer moving ones begin no map by default (bootstrap/min_landmarks; with a
+// higher option the next map only waits for a better image), and fewer static ones do not delimit the object.
 constexpr std::ptrdiff_t kLeastMoving = 25, kLeastStill = 5;
 
 }  // namespace

@@ -8,17 +8,18 @@
 
 namespace mono_pose_tracker {
 
-/// Whether a young map is of what moves and of a background that stands still: what a finished map is asked,
-/// asked of the first keyframes as they come. What is seen to stand still later does not end a map.
+/// Watches whether a young map contains both a moving object and a static background: the check of a finished
+/// map, on the first keyframes as they come. A background found later does not end a map.
 class StaticBackgroundWatch {
  public:
   /// A map begins with these images.
   void begin(const std::vector<SeenImage>& views, const MatchOptions& matching);
-  /// Whether the next keyframe is asked.
+  /// Whether the next keyframe is checked.
   bool watches() const { return watches_; }
-  /// A whole image has become a keyframe.
+  /// An unmasked image has become a keyframe.
   void note(const SeenImage& newest, const MatchOptions& matching, bool object_turns);
-  /// What moves in the newest one, once it is certain; null: nothing stands still behind it.
+  /// The moving object in the newest keyframe, once it is certain; null: there is no static background behind
+  /// it.
   const std::shared_ptr<const TurningObject>& found() const { return found_; }
   void reset() { *this = StaticBackgroundWatch(); }
 
@@ -26,8 +27,8 @@ class StaticBackgroundWatch {
   void add(const SeenImage& image, const MatchOptions& matching);
 
   bool watches_ = false;
-  std::vector<SeenImage> images_;  // in time
-  MatchesInTime in_time_;          // of each with the next
+  std::vector<SeenImage> images_;  // in the order of time
+  MatchesInTime in_time_;          // matches of each image with the next
   std::shared_ptr<const TurningObject> found_;
 };
 

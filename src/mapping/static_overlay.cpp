@@ -13,19 +13,18 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// px at 640 px (image_scale), median over the views: twice what an inlier may be off by. What stays within
-// 3 px because the camera hardly moves, keeps it in its middle, or drives straight at it, is off by its
+// px at 640 px (image_scale), median over the views: twice an inlier's error. Landmarks that keep their pixel
+// within 3 px because the camera hardly moves, keeps them centred or drives straight at them have only their
 // noise.
 constexpr double kNoPointPx = 4;
-// Earlier keyframes that a feature must be in at its place, at least and as a share: a pattern that is
-// repeated (tiles, a carpet) brings like features to one place now and then. With two the rays would often
-// meet.
+// Earlier keyframes with a feature at the same pixel, minimum number and share: repeated patterns (tiles, a
+// carpet) have similar features at one pixel now and then. With two keyframes the rays would often intersect.
 constexpr std::size_t kMinEarlier = 3;
 constexpr double kMinEarlierShare = 0.5;
-constexpr int kMinFeatures = 12;  // in the newest keyframe: chance leaves one or two in their place
+constexpr int kMinFeatures = 12;  // in the newest keyframe: one or two are fixed by chance
 constexpr std::size_t kEarlier = 12;
 
-// The ones just before, and farther and farther back: what is fixed is there in all, what is tracked is not.
+// The preceding keyframes at growing distances: fixed features are in all of them, tracked ones are not.
 std::vector<const Keyframe*> earlier_keyframes(const Map& map, KeyframeId newest) {
   std::vector<const Keyframe*> chosen;
   std::size_t back = 0, next = 1;
@@ -49,7 +48,7 @@ int same_place(const MapperOptions& options, const Keyframe& newest, int feature
   return nearest.best <= stored_distance2(options.mapping.max_descriptor_distance) ? nearest.index : -1;
 }
 
-// A keyframe's feature.
+// A feature of a keyframe.
 struct Sighting {
   const Keyframe* keyframe;
   int feature;
@@ -60,8 +59,8 @@ bool is_known(const FlaggedFeatures& known, const Sighting& sighting) {
   return flags != known.end() && flags->second[sighting.feature];
 }
 
-// Whether the best point for them all is off in most of them; where their rays don't meet, one that is too
-// far away to be placed.
+// Whether no point explains the features: the best one, or a far one where the rays do not intersect, has
+// large errors in most keyframes.
 bool is_no_point(const std::vector<Sighting>& seen) {
   std::vector<Rigid3> cameras;
   std::vector<Eigen::Vector3d> bearings;

@@ -25,7 +25,7 @@ class UnobservedInView {
   std::vector<LandmarkCandidate> take() { return std::move(candidates_); }
 
  private:
-  // Asked first: most landmarks are not, and all else is spared.
+  // Tested first: it rejects most landmarks cheaply.
   bool is_near_a_feature(const Eigen::Vector3d& x_in_map) const {
     const ImageFeatures& image = *keyframe_.image;
     Eigen::Vector2d pixel;
@@ -60,7 +60,7 @@ class UnobservedInView {
   const Keyframe& keyframe_;
   const double radius_px_;
   const Eigen::Vector3d center_;
-  std::unordered_map<KeyframeId, Eigen::Vector3d> centers_;  // of the others, as far as they are asked for
+  std::unordered_map<KeyframeId, Eigen::Vector3d> centers_;  // of other keyframes, computed on demand
   std::vector<LandmarkCandidate> candidates_;
 };
 

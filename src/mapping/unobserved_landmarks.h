@@ -8,9 +8,9 @@
 
 namespace mono_pose_tracker {
 
-// Of these landmarks (none given: of all), those that would be in view of the keyframe within so many px of a
-// feature of it, and that it does not see yet; each as the observation had it that is nearest in direction.
-// In the order of what is given, or of their ids.
+// Landmarks in view of the keyframe that project within radius_px of one of its features and that it does not
+// observe yet. Each candidate has the descriptor of the observation nearest in viewing direction. `landmarks`
+// restricts the search (nothing: all). The order is that of `landmarks`, or of the ids.
 std::vector<LandmarkCandidate> unobserved_in_view(const Map& map, const Keyframe& keyframe,
                                                   const std::optional<std::vector<LandmarkId>>& landmarks,
                                                   double radius_px);

@@ -13,7 +13,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Bearings of the matches that have no motion yet, and which matches they are.
+// Bearings of the matches without a motion, and their indices.
 struct Unexplained {
   std::vector<Eigen::Vector3d> first, second;
   std::vector<float> quality;
@@ -94,7 +94,7 @@ const TwoViewGeometry* ViewGraph::edge(int first, int second) const {
 }
 
 double ViewGraph::max_error_rad(const Pair& pair) const {
-  constexpr double kLongerSide = 1000;  // px, that max_error_px is given at
+  constexpr double kLongerSide = 1000;  // px, image size of max_error_px
   const auto of_camera = [&](const CameraModel& camera) {
     return options_.max_error_px * std::max(1.0, longer_side(camera) / kLongerSide) / camera.focal();
   };
@@ -119,7 +119,7 @@ std::vector<char> ViewGraph::explained_by(const Pair& pair, const Rigid3& second
   return explained;
 }
 
-// The matches without a motion get this one where enough of them agree on it.
+// Assigns a motion to the matches without one where enough of them agree on it.
 bool ViewGraph::fit_motion(const Pair& pair, int motion, TwoViewGeometry* geometry) const {
   const FeatureSet &first = nodes_[pair.first].image->set, &second = nodes_[pair.second].image->set;
   const Unexplained rest = unexplained(*geometry, first, second);

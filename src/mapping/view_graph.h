@@ -16,14 +16,14 @@
 
 namespace mono_pose_tracker {
 
-/// What two images show of each other, without any map (COLMAP, scene/two_view_geometry.h).
+/// Type of a two-view geometry, estimated without a map (COLMAP, scene/two_view_geometry.h).
 enum class TwoViewType {
   kDegenerate,  // fewer verified matches than ViewGraphOptions::min_inliers
   kStatic,      // the features have not moved in the image: a camera at rest, or a static overlay
   kPanoramic,   // a rotation explains the matches: the direction of the translation is unknown
   kPlanar,      // a homography explains the matches: `alternative` is the other motion (two-fold ambiguity)
   kCalibrated,  // an essential matrix
-  kMultiple,    // more than one rigid motion: `motion_of_match` tells them apart
+  kMultiple,    // more than one rigid motion, separated by `motion_of_match`
 };
 const char* to_string(TwoViewType type);
 
@@ -72,14 +72,14 @@ class ViewGraph {
 
   /// The node of these features; new where they are not known yet.
   int add(std::int64_t frame_index, const ImageFeaturesPtr& image);
-  /// -1: not known.
+  /// -1: unknown image.
   int node_of(const ImageFeaturesPtr& image) const;
-  /// Computes those that are not there yet. Pairs of a node with itself are ignored.
+  /// Computes the missing edges. Pairs of a node with itself are ignored.
   void connect(const std::vector<Pair>& pairs);
 
   const std::vector<Node>& nodes() const { return nodes_; }
   const std::map<Pair, TwoViewGeometry>& edges() const { return edges_; }
-  /// Null: not computed. first < second.
+  /// Null where the edge was not computed. first < second.
   const TwoViewGeometry* edge(int first, int second) const;
   const ViewGraphOptions& options() const { return options_; }
 

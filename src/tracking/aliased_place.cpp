@@ -10,10 +10,11 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// px at 640 px (image_scale), median: some times what the points of one and the same place are off by.
+// px at 640 px (image_scale), median: several times the disagreement of poses at one and the same place.
 constexpr double kElsewherePx = 10;
 
-// By how far what was found from the one pose lies elsewhere seen from the other.
+// Median distance in the image between the landmarks of one registration under its own pose and under the
+// other.
 double offset_px(const TrackingMap& map, const CameraModel& camera, const RegistrationReport& found,
                  const Rigid3& camera_from_map) {
   std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> x_in_camera;

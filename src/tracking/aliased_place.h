@@ -6,15 +6,15 @@
 
 namespace mono_pose_tracker {
 
-// Where a frame was found, by a keyframe's own descriptors.
+// Registration of a frame by the descriptors of one keyframe.
 struct FoundPlace {
   KeyframeId keyframe;
   RegistrationReport report;
 };
 
-// Whether another of the places explains the frame nearly as well as the best does, and elsewhere: one door
-// of a row for another. Which of them it is, the frame cannot tell. What the map has twice because it drifted
-// is one place.
+// Whether the best place is ambiguous: another place explains the frame nearly as well with a different pose,
+// such as another door of a row. The frame cannot decide between them. Duplicated structure due to drift
+// counts as one place.
 bool has_alias(const TrackingMap& map, const CameraModel& camera, const std::vector<FoundPlace>& places,
                const FoundPlace& best);
 

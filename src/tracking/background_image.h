@@ -6,9 +6,9 @@
 
 namespace mono_pose_tracker {
 
-/// segmentation/background_image (CV_8UC3) where the method is `background` and one is named, else empty.
-/// Throws std::invalid_argument, one line with the option, the path and the reason, when it is no whole
-/// image.
+/// Reads segmentation/background_image (CV_8UC3) where the method is `background` and an image is named;
+/// otherwise returns an empty one. Throws std::invalid_argument, one line with the option, the path and the
+/// reason, when the image cannot be read completely.
 cv::Mat read_background_image(const SegmentationOptions& options);
 
 }  // namespace mono_pose_tracker

@@ -9,26 +9,26 @@
 
 namespace mono_pose_tracker {
 
-// Runs the Bootstrapper among the mapper's jobs, so that where those have a thread the images do not wait for
-// it; a map that it finds is begun there as well.
+// Runs the Bootstrapper among the mapper's jobs, so that images do not wait for it where those jobs have a
+// thread. A map that it finds is begun there as well.
 //
 // Threads: one thread calls, the one that calls the worker. mutex_ guards report_, report_epoch_ and
-// new_options_; the bootstrapper is touched by the worker only, and by the caller after the worker's wait().
+// new_options_; only the worker uses the bootstrapper, and the caller after the worker's wait().
 class BootstrapJob {
  public:
   BootstrapJob(const TrackerOptions& options, const CameraModel& camera) : bootstrapper_(options, camera) {}
 
-  // Offers a frame for the map of this epoch. It is passed over while the worker is at work.
+  // Offers a frame for the map of this epoch. It is ignored while the worker is busy.
   void offer(const Frame& frame, std::uint32_t epoch, MappingWorker* worker);
-  // The same for a map beside those that there are: it is not begun, the report holds it.
+  // The same for an additional map: it is not begun, the report holds it.
   void offer_additional(const Frame& frame, std::uint32_t epoch, MappingWorker* worker);
-  // What became of the last frame offered in this epoch, once, when it is known. A map that is begun can be
-  // had from the worker.
+  // The result of the last frame offered in this epoch, returned once, when it is known. The worker has the
+  // map that was begun.
   std::optional<BootstrapReport> take(std::uint32_t epoch);
-  // From the next frame on.
+  // Takes effect from the next frame on.
   void set_options(const TrackerOptions& options);
 
-  // Only while nothing waits: after the worker's wait(), or inline.
+  // Only while no job is waiting or running: after the worker's wait(), or inline.
   const Bootstrapper& bootstrapper() const { return bootstrapper_; }
 
  private:
@@ -36,11 +36,11 @@ class BootstrapJob {
   BootstrapReport run(const Frame& frame, std::uint32_t epoch);
 
   Bootstrapper bootstrapper_;
-  std::uint32_t bootstrapper_epoch_ = 0;  // of the frames that it holds
+  std::uint32_t bootstrapper_epoch_ = 0;  // of its frames
   std::mutex mutex_;
   std::optional<BootstrapReport> report_;
   std::uint32_t report_epoch_ = 0;
-  std::optional<TrackerOptions> new_options_;  // that the bootstrapper does not have yet
+  std::optional<TrackerOptions> new_options_;  // not yet given to the bootstrapper
 };
 
 }  // namespace mono_pose_tracker

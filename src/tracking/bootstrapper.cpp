@@ -15,7 +15,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Tracks seen by the first two views, and the pair's bearings.
+// Collects the tracks of the first two views, and the pair's bearings.
 void collect_pair(const ViewSet& views, std::vector<Eigen::Vector3d>* bearings1,
                   std::vector<Eigen::Vector3d>* bearings2) {
   for (const Track& track : views.tracks) {
@@ -30,10 +30,10 @@ RelativePoseReport relative_pose(const ViewSet& views, const TrackerOptions& opt
   collect_pair(views, &bearings1, &bearings2);
   RelativePoseOptions pose_options;
   pose_options.ransac = options.ransac(views.focal_px);
-  pose_options.without_accidental_matches = false;  // what is repeated is mistaken for what is beside it
+  pose_options.without_accidental_matches = false;  // repeated structure is matched with its neighbour
   RelativePoseReport pose = estimate_relative_pose(bearings1, bearings2, pose_options);
 
-  // What a translation would have to explain: the movement that the best rotation leaves over.
+  // The motion that the best rotation leaves, to be explained by a translation.
   std::vector<double> moved, left_over;
   for (std::size_t i = 0; i < bearings1.size(); ++i) {
     moved.push_back(std::acos(std::clamp(bearings1[i].dot(bearings2[i]), -1.0, 1.0)));
@@ -65,10 +65,10 @@ RelativePoseReport relative_pose(const ViewSet& views, const TrackerOptions& opt
   return pose;
 }
 
-// What two runs into one minimum differ by.
+// Differences between two runs that converge to one minimum.
 constexpr double kSameRotation = 0.5 * kDegree, kSameTranslation = 5 * kDegree;
 
-// Grown hypotheses, the cheapest first, each geometry once.
+// Grown hypotheses in the order of their cost, each geometry once.
 std::vector<ViewHypothesis> grow_all(const ViewSet& views, const RelativePoseReport& pose,
                                      const TrackerOptions& options) {
   std::vector<ViewHypothesis> grown;
@@ -86,15 +86,15 @@ std::vector<ViewHypothesis> grow_all(const ViewSet& views, const RelativePoseRep
   return distinct;
 }
 
-// What is no noise (a rolling shutter, the calibration, a few wrong matches) is shared by many observations
-// and fits either of two geometries by chance. In observations as they cost on average, and in such as are
-// out: the less of the two is asked, the one where there is little noise, the other where there is much. Of
-// maps begun with less, of a phone's recording and a head's before a room, four in ten were of the wrong one,
-// with more one in seventy.
+// Minimum evidence against the runner-up, in observations of average cost and in outliers; the smaller of the
+// two counts: the first with little noise, the second with much. Systematic errors (rolling shutter,
+// calibration, a few wrong matches) are shared by many observations and fit either geometry by chance. Of
+// maps begun with less evidence, of a phone's recording and a head's before a room, four in ten had the wrong
+// geometry, with more one in seventy.
 constexpr double kMinEvidence = 80, kMinEvidenceOut = 8;
 
-// Whether the runner-up costs enough more. An object, or what else fills a narrow view, hardly tells its
-// rivals apart however long one waits: its map is begun with what there is, and set right as it grows
+// Whether the cost of the runner-up is high enough. An object, like anything in a narrow view, hardly
+// separates its alternatives over time: its map is begun anyway and corrected as it grows
 // (mapping/depth_reversal.h).
 bool has_evidence(const ViewSet& views, const ViewHypothesis& best, const ViewHypothesis& alternative,
                   const TrackerOptions& options) {
@@ -115,7 +115,7 @@ bool has_evidence(const ViewSet& views, const ViewHypothesis& best, const ViewHy
   return more >= std::min(kMinEvidence * usual, kMinEvidenceOut * out);
 }
 
-// Whether the best of the hypotheses is good enough for a map; says why not.
+// Whether the best of the hypotheses is good enough for a map; the report has the reason if not.
 bool judge(const ViewSet& views, const std::vector<ViewHypothesis>& hypotheses, const TrackerOptions& options,
            BootstrapReport* report) {
   const BootstrapOptions& limits = options.bootstrap;
@@ -139,7 +139,7 @@ bool judge(const ViewSet& views, const std::vector<ViewHypothesis>& hypotheses, 
                              100 * best.confirmed, 100 * limits.min_confirmed);
   } else if (hypotheses.size() > 1 && !has_evidence(views, best, hypotheses[1], options)) {
     report->reason = Reason::kAmbiguousPose;
-    report->text = formatted("a rival geometry of the %d matches fits within %.1f %% of the best",
+    report->text = formatted("an alternative geometry of the %d matches fits within %.1f %% of the best",
                              report->matches, 100 * (hypotheses[1].cost / best.cost - 1));
   } else {
     report->reason = Reason::kOk;
@@ -181,8 +181,8 @@ int Bootstrapper::match_to_reference(Candidate* candidate) const {
   return candidate->matches;
 }
 
-// The oldest kept frame that the newest still shares enough matches with becomes the reference. False when
-// none does.
+// Makes the oldest frame with enough matches to the newest the new reference. Returns false when there is
+// none.
 bool Bootstrapper::replace_reference() {
   while (candidates_.size() > 1) {
     candidates_.pop_front();
@@ -197,10 +197,10 @@ bool Bootstrapper::replace_reference() {
   return false;
 }
 
-// Most of what the newest sees of the reference is held before the camera, and most of the view has gone on:
-// what is left of it are wrong matches.
+// Whether the view has moved on and the remaining matches with the reference are mostly ego-vehicle features
+// or wrong.
 bool Bootstrapper::has_left_reference() const {
-  constexpr std::ptrdiff_t kGone = 4;  // times as much goes on from the image before
+  constexpr std::ptrdiff_t kGone = 4;  // times as many matches with the previous image
   if (candidates_.size() < 3 || !still_.empty()) return false;
   const double far = 2 * options_.bootstrap.min_parallax_px;
   const Candidate &newest = candidates_.back(), &before = candidates_[candidates_.size() - 2];
@@ -220,12 +220,13 @@ bool Bootstrapper::has_left_reference() const {
   return going_on >= options_.bootstrap.min_matches && going_on > kGone * far_of_reference;
 }
 
-// A camera that stands still for long keeps no more frames than the third views need: every other one goes.
+// Thins the frames of a camera at rest to every other one: third views do not need more.
 void Bootstrapper::thin_out() {
   if (static_cast<int>(candidates_.size()) <= options_.bootstrap.max_frames) return;
   std::deque<Candidate> kept;
   if (camera_is_still_) {
-    // The older half tells no more than the newer; but an object that has come since is only in the newer.
+    // The older half has no more information than the newer, but an object that has appeared since is only in
+    // the newer.
     candidates_.erase(candidates_.begin(),
                       candidates_.begin() + static_cast<std::ptrdiff_t>(candidates_.size() / 2));
     for (Candidate& candidate : candidates_) match_to_reference(&candidate);
@@ -249,7 +250,7 @@ void Bootstrapper::forget_motions() {
   camera_is_still_ = false;
 }
 
-// Up to three views between the reference and the second: at the middle and the quarters.
+// Up to three views between the reference and the second one: at the middle and the quarters.
 std::vector<int> Bootstrapper::third_views(std::size_t second) const {
   std::vector<int> chosen;
   for (const double share : {0.5, 0.25, 0.75}) {
@@ -261,8 +262,8 @@ std::vector<int> Bootstrapper::third_views(std::size_t second) const {
   return chosen;
 }
 
-// Tracks of the reference's features that the second of the used views (the pair's other half) sees, too, and
-// that are not fixed to the camera.
+// Collects the tracks of the reference's features that the second used view (the pair's other half) observes
+// and that are not ego-vehicle features.
 ViewSet Bootstrapper::collect(const std::vector<int>& used, const std::vector<char>& fixed,
                               std::vector<Frame>* frames) const {
   ViewSet views;
@@ -302,11 +303,10 @@ BootstrapReport Bootstrapper::add(const Frame& frame) {
   if ((matches < options_.bootstrap.min_matches || has_left_reference()) && !replace_reference()) {
     report.reason = Reason::kTooFewMatches;
     report.matches = matches;
-    report.text =
-        matches < options_.bootstrap.min_matches
-            ? formatted("%d matches to the reference frame, %d needed: it is replaced", matches,
-                        options_.bootstrap.min_matches)
-            : "of the reference frame only what is fixed to the camera is still in view: it is replaced";
+    report.text = matches < options_.bootstrap.min_matches
+                      ? formatted("%d matches to the reference frame, %d needed: it is replaced", matches,
+                                  options_.bootstrap.min_matches)
+                      : "of the reference frame only ego-vehicle features are still in view: it is replaced";
     return report;
   }
 

@@ -25,19 +25,19 @@ struct BootstrapReport {
   int inliers = 0;
   double median_parallax_deg = 0;
   std::optional<InitialMap> map;
-  bool is_begun = false;            // the map was, and is the mapper's: the report holds it no more
+  bool is_begun = false;            // the mapper has begun the map; the report no longer holds it
   std::vector<SeenMotion> motions;  // from the reference to the frame added
 
-  /// When a background stands still before which an object moves: its features' pixels, and since which frame
-  /// the object has moved by how much (median).
+  /// Where a static background is behind a moving object: pixels of its features, and the frame since which
+  /// the object has moved by moved_px (median).
   std::vector<cv::Point2f> static_background;
   std::int64_t reference_index = 0;
   double moved_px = 0;
 };
 
 /// Makes the first map (paper, step 3): 5-point RANSAC between a reference frame and the newest one. A
-/// two-view geometry may have a rival that fits as well (a plane's twin; narrow views): all are kept until a
-/// third view decides.
+/// two-view geometry may have an alternative that fits as well (planar two-fold ambiguity, narrow views). All
+/// of them are kept until a third view decides.
 class Bootstrapper {
  public:
   Bootstrapper(const TrackerOptions& options, const CameraModel& camera)
@@ -46,19 +46,20 @@ class Bootstrapper {
   /// The reason is kOk when the report holds a map.
   BootstrapReport add(const Frame& frame);
 
-  /// The two-view result of the first and last frame, for want of a third. Without a map where there is none.
+  /// The two-view result of the first and the last frame, where there is no third. Without a map where there
+  /// is none.
   BootstrapReport unconfirmed() const;
 
   void set_options(const TrackerOptions& options) { options_ = options; }
   void reset();
 
-  /// From the reference frame to the newest, for drawings.
+  /// Matches from the reference frame to the newest, for drawings.
   std::vector<SeenMotion> motions() const;
 
  private:
   struct Candidate {
     Frame frame;
-    std::vector<int> feature_of_reference;  // matched feature of each of the reference's, -1 where none
+    std::vector<int> feature_of_reference;  // match of each of the reference's features, -1: none
     int matches = 0;
   };
 
@@ -81,10 +82,10 @@ class Bootstrapper {
   TrackerOptions options_;
   CameraModel camera_;
   std::deque<Candidate> candidates_;  // the reference first
-  int two_motions_seen_ = 0;          // frames in a row
-  bool view_reached_round_ = false;   // what stands still, in a frame: it is fixed to the camera
-  bool camera_is_still_ = false;      // and hardly anything moves before it
-  std::vector<cv::Point2f> still_;    // of the background, once two motions are certain: pixels
+  int two_motions_seen_ = 0;          // consecutive frames
+  bool view_reached_round_ = false;   // around the static features: they are ego-vehicle features
+  bool camera_is_still_ = false;      // and there is hardly any motion in front of it
+  std::vector<cv::Point2f> still_;    // pixels of the static background, once two motions are certain
 };
 
 }  // namespace mono_pose_tracker

@@ -1,5 +1,4 @@
-// The part of the Bootstrapper that tells an object from a background that stands still, and what is fixed to
-// the camera from both.
+// The part of the Bootstrapper that separates an object, a static background and ego-vehicle features.
 
 #include <algorithm>
 #include <cmath>
@@ -12,15 +11,14 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Frames in a row that must show an object before a still background: one may do so by chance.
+// Consecutive frames that must show an object in front of a static background: one may do so by chance.
 constexpr int kTwoMotionsFrames = 3;
-// Share of the matches that stand still when the camera does, and nothing of size moves.
+// Share of static matches when the camera is at rest and nothing large moves.
 constexpr double kStillCamera = 0.9;
 
 }  // namespace
 
-// Leaves the candidate's features of the object, which was seen where these of the reference's features are
-// matched.
+// Reduces the candidate to the object's features, located by matches of these features of the reference.
 void Bootstrapper::keep_masked_features(const std::vector<int>& moved_of_reference,
                                         Candidate* candidate) const {
   const bool is_reference = candidate == &candidates_.front();
@@ -35,7 +33,7 @@ void Bootstrapper::keep_masked_features(const std::vector<int>& moved_of_referen
                       camera_.height()));
 }
 
-// From now on the background's features are left out.
+// Excludes the background's features from now on.
 void Bootstrapper::begin_separation(const TwoMotions& motions) {
   still_ = motions.still;
   for (std::size_t i = candidates_.size(); i-- > 0;)
@@ -43,7 +41,7 @@ void Bootstrapper::begin_separation(const TwoMotions& motions) {
   for (Candidate& candidate : candidates_) match_to_reference(&candidate);
 }
 
-// The newest candidate's features of the object, which the reference knows by now.
+// Reduces the newest candidate to the object's features, by those of the reference.
 void Bootstrapper::separate_newest() {
   std::vector<int> matched;
   Candidate& newest = candidates_.back();
@@ -54,8 +52,8 @@ void Bootstrapper::separate_newest() {
   match_to_reference(&newest);
 }
 
-// Which of the reference's features at least two images between it and the newest show elsewhere (one may be
-// a wrong match).
+// Flags of the reference's features that moved in at least two images between it and the newest (one may be a
+// wrong match).
 std::vector<char> Bootstrapper::moved_between() const {
   const double far = options_.bootstrap.min_parallax_px;
   const std::vector<Feature>& from = candidates_.front().frame.image->set.features;
@@ -72,10 +70,9 @@ std::vector<char> Bootstrapper::moved_between() const {
   return flags;
 }
 
-// Looks for an object that moves before a still background, and leaves the background's features out once it
-// is certain that there is one. fixed: flags of the reference's features that are fixed to a camera that
-// moves, by the newest image; empty where none is known. False when no map can be made of this frame; the
-// report says why.
+// Detects an object that moves in front of a static background, and excludes the background's features once
+// it is certain. fixed: flags of the reference's ego-vehicle features by the newest image; empty: none known.
+// Returns false when this frame cannot begin a map; the report has the reason.
 bool Bootstrapper::separate_motions(std::vector<char>* fixed, BootstrapReport* report) {
   const SegmentationOptions& segmentation = options_.segmentation;
   Candidate& newest = candidates_.back();
@@ -86,7 +83,7 @@ bool Bootstrapper::separate_motions(std::vector<char>* fixed, BootstrapReport* r
   }
   TwoMotions motions = find_two_motions(*candidates_.front().frame.image, *newest.frame.image,
                                         newest.feature_of_reference, moved_between(), camera_, options_);
-  // Where the camera goes on, only the middle of the first view is left in the newest.
+  // When the camera moves on, only the centre of the first view is left in the newest.
   view_reached_round_ = view_reached_round_ || motions.is_ego_vehicle;
   if (motions.found && view_reached_round_) {
     motions.found = false;
@@ -100,7 +97,7 @@ bool Bootstrapper::separate_motions(std::vector<char>* fixed, BootstrapReport* r
   two_motions_seen_ = motions.found ? two_motions_seen_ + 1 : 0;
   report->matches = motions.matches;
   if (two_motions_seen_ >= kTwoMotionsFrames && !segmentation.is_off()) {
-    camera_is_still_ = false;  // an object that has come is in all of the candidates from now on
+    camera_is_still_ = false;  // a new object is in all later candidates
     begin_separation(motions);
     return true;
   }
@@ -108,7 +105,7 @@ bool Bootstrapper::separate_motions(std::vector<char>* fixed, BootstrapReport* r
   return is_one_motion(motions, report);
 }
 
-// As far as is known. Otherwise the report says what keeps a map from being made.
+// Whether there is one motion as far as is known. Otherwise the report has the reason against a map.
 bool Bootstrapper::is_one_motion(const TwoMotions& motions, BootstrapReport* report) const {
   const int still = static_cast<int>(motions.still.size());
   const int moved = static_cast<int>(motions.moved_of_first.size());
@@ -116,18 +113,17 @@ bool Bootstrapper::is_one_motion(const TwoMotions& motions, BootstrapReport* rep
     report->reason = Reason::kStillBackground;
     report->text = formatted(
         "of %d matches %d stand still, %d moved: an object before a background that segmentation/method "
-        "none does not leave out",
+        "none does not exclude",
         motions.matches, still, moved);
   } else if (motions.found) {
     report->reason = Reason::kAwaitingConfirmation;
-    report->text =
-        formatted("of %d matches %d stand still and %d moved as one: another image must confirm it",
-                  motions.matches, still, moved);
+    report->text = formatted("of %d matches %d are static and %d moved as one: another image must confirm it",
+                             motions.matches, still, moved);
   } else if (options_.segmentation.is_by_motion()) {
     report->reason = Reason::kAwaitingConfirmation;
-    report->text = formatted(
-        "no object is seen to move before a still background: of %d matches %d stand still, %d moved",
-        motions.matches, still, moved);
+    report->text =
+        formatted("no object moves before a static background: of %d matches %d are static, %d moved",
+                  motions.matches, still, moved);
   } else {
     return true;
   }

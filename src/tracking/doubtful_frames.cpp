@@ -19,12 +19,12 @@ std::vector<std::int64_t> doubtful_alone(const std::vector<RegisteredFrame>& tra
 }
 
 bool may_distort_path(std::size_t doubtful, std::size_t registered) {
-  // By which a doubtful pose may be off. A guess: of those that were seen to be wrong, one to three.
+  // Error of a doubtful pose, in steps between images. An estimate: measured wrong poses had one to three.
   constexpr double kSteps = 3;
-  constexpr double kMostShare = 0.25;  // of all: doubtful ones in a row are led astray by one another
+  constexpr double kMostShare = 0.25;  // of all frames: consecutive doubtful poses propagate their error
   if (registered == 0) return false;
   const auto n = static_cast<double>(registered), d = static_cast<double>(doubtful);
-  // Of the path, which is of a step for each image: the root mean square over all.
+  // Relative to the path, of one step for each image: root mean square over all images.
   return d > kMostShare * n || kSteps / n * std::sqrt(d / n) > PathPrecision::kMostShare;
 }
 

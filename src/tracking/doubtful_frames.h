@@ -9,12 +9,12 @@
 
 namespace mono_pose_tracker {
 
-// Frames of the trajectory whose poses are doubtful, but for those between two that are beyond doubt: such
-// can't be far off, or they were found astray.
+// Frames of the trajectory with doubtful poses, without those between two certain poses: their errors are
+// small, or they were detected as outliers.
 std::vector<std::int64_t> doubtful_alone(const std::vector<RegisteredFrame>& trajectory,
                                          const std::set<std::int64_t>& doubtful);
 
-// Whether so many doubtful poses of so many may take the path off by more than a known one is
+// Whether this number of doubtful poses may distort the path by more than the uncertainty of a known path
 // (mapping/path_precision.h).
 bool may_distort_path(std::size_t doubtful, std::size_t registered);
 

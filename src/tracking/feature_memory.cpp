@@ -12,8 +12,8 @@ namespace {
 constexpr std::size_t kMostBytes = std::size_t{256} << 20;
 constexpr std::size_t kKeptOfImage = 2;
 
-// All but the number of threads, and who may end it. Each member has a name here: one that is added does not
-// compile until somebody has thought of it.
+// Whether two options give the same features, for any number of threads. Each member is named here, so that a
+// new one does not compile until it is considered.
 bool finds_the_same(const SiftOptions& a, const SiftOptions& b) {
   const auto what_counts = [](const SiftOptions& options) {
     const auto& [implementation, first_octave, reduction, max_features, contrast_threshold, edge_threshold,
@@ -48,7 +48,7 @@ ImageFeaturesPtr FeatureMemory::find(std::int64_t index, const SiftOptions& sift
 
 void FeatureMemory::keep(std::int64_t index, const SiftOptions& sift, const cv::Mat& clearance,
                          const ImageFeaturesPtr& features) {
-  if (is_set(sift.cancelled)) return;  // it may be a part of them
+  if (is_set(sift.cancelled)) return;  // the features may be incomplete
   const std::lock_guard<std::mutex> lock(mutex_);
   std::vector<Known>& of_image = of_image_[index];
   if (of_image.size() == kKeptOfImage) {

@@ -12,13 +12,14 @@
 
 namespace mono_pose_tracker {
 
-// The features of a recording's images, for whoever looks at an image again in the same way: a further
-// attempt by the same masks, an image that is posed once more. Of one camera. Any thread.
+// Cache of the features of a recording's images, for a further run with the same masks or for an image that
+// is registered again. For one camera. Any thread.
 class FeatureMemory {
  public:
-  // By these options, where the clearance lets features be. Null: not known.
+  // Features with these options and clearance; null: not in the cache.
   ImageFeaturesPtr find(std::int64_t index, const SiftOptions& sift, const cv::Mat& clearance) const;
-  // Of each image the last two that differ, as of the whole and of what moves in it, while there is room.
+  // Stores the last two different results of each image (with and without a mask, for example), while there
+  // is room.
   void keep(std::int64_t index, const SiftOptions& sift, const cv::Mat& clearance,
             const ImageFeaturesPtr& features);
 

@@ -14,26 +14,27 @@
 
 namespace mono_pose_tracker {
 
-/// One of the maps that a recording ended in.
+/// One of the maps of a finished recording.
 struct FinishedMap {
   std::uint32_t id = 0;
   std::vector<RegisteredFrame> trajectory;
-  RegisteredLandmarks registered;  // what the images of the trajectory were posed by
+  RegisteredLandmarks registered;  // landmarks by which the images of the trajectory were registered
   Map map;
   std::shared_ptr<const MapSnapshot> snapshot;
-  /// What was found out about it, and the verdict.
+  /// The findings about the map and the verdict.
   QualityReport quality;
-  ExplainedMatches explained;            // verified matches of the view graph that it explains
+  ExplainedMatches explained;            // verified matches of the view graph that the map explains
   IndependentMotion independent_motion;  // another rigid motion in its images
-  /// segmentation/body asks for the object that turns, and this is another, or may be.
+  /// segmentation/body asks for the object that rotates, and this map is, or may be, of another one.
   bool is_of_other_object = false;
-  /// The largest object is asked for, and another is larger.
+  /// The largest object is wanted, and another one is larger.
   bool is_of_smaller_object = false;
-  /// Another object may as well be what is wanted.
+  /// Another object could also be the wanted one.
   bool may_be_of_wrong_object = false;
-  /// Where segmentation/body asks for the object that turns: tracks of it and of what moves otherwise.
+  /// Tracks of the mapped object and of independent motions, where segmentation/body asks for the object that
+  /// rotates.
   std::vector<MotionTrack> object_tracks;
-  /// Its images show a static background that no mask has told from what moves.
+  /// The images show a static background that no mask has separated from the moving object.
   bool shows_background = false;
   double depth_evidence = 0;     // against the depth-reversed map (mapping/depth_reversal.h)
   double geometry_evidence = 0;  // against the planar alternative (mapping/planar_ambiguity.h)

@@ -34,7 +34,7 @@ bool FrameMaker::has_camera_size(const cv::Mat& image, FrameReport* report) cons
 
 ImageFeaturesPtr FrameMaker::features_of(const PreparedImage& prepared, const cv::Mat& gray,
                                          const cv::Mat& clearance, StageTimes* stages) {
-  const bool is_prepared = prepared.by && prepared.by == preparer_;  // with the options in force
+  const bool is_prepared = prepared.by && prepared.by == preparer_;  // with the current options
   const bool is_guess_right = is_prepared && is_same_mask(prepared.clearance, clearance);
   if (is_prepared) {
     preparer_->learn(is_guess_right);

@@ -15,27 +15,26 @@
 
 namespace mono_pose_tracker {
 
-// The features that the drawing of a frame shows.
+// Adds the features of a frame to the report, for drawings.
 void show_features(const Frame& frame, FrameReport* report);
 
-// Makes an image into what tracking works with (paper, step 2): features of the object, their bearings and
-// colours. One thread.
+// Makes a Frame of an image (paper, step 2): features of the object with bearings and colours. One thread.
 class FrameMaker {
  public:
   FrameMaker(const SiftOptions& sift, const ScaleOptions& scale, const SegmentationOptions& segmentation,
              const CameraModel& camera);
 
-  // Works ahead. From any thread, but not while options are set.
+  // Prepares an image ahead of make(). From any thread, but not while options are set.
   PreparedImage prepare(const cv::Mat& image, const cv::Mat& mask, FeatureMemory* memory,
                         std::int64_t index) const {
     return preparer_->prepare(image, mask, memory, index);
   }
 
-  // False, the reason in the report, when the image is not of the camera's size.
+  // Returns false, with the reason in the report, when the image does not have the camera's size.
   bool has_camera_size(const cv::Mat& image, FrameReport* report) const;
 
-  // clearance: where features may be (empty: anywhere). Nothing, the reason in the report, when the object is
-  // not known yet.
+  // clearance: where features are allowed (empty: everywhere). Nothing, with the reason in the report, when
+  // the object is not known yet.
   std::optional<Frame> make(std::int64_t index, std::int64_t stamp_ns, const PreparedImage& prepared,
                             const Segmentation& segmentation, const cv::Mat& clearance, bool looks_for_marker,
                             FrameReport* report);

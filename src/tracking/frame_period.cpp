@@ -8,8 +8,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr double kPauseS = 2;          // no image for so long: a pause, not a slow camera
-constexpr std::size_t kLeastGaps = 8;  // fewer may all be a burst
+constexpr double kPauseS = 2;          // a longer gap is a pause, not a slow camera
+constexpr std::size_t kLeastGaps = 8;  // fewer may be a single burst
 
 bool is_gap(double seconds) { return seconds > 0 && seconds < kPauseS; }
 

@@ -6,19 +6,19 @@
 
 namespace mono_pose_tracker {
 
-/// The time between two images of a live camera, from all that come, those that are dropped among them. May
-/// be used from any thread; knows no clock: times are told.
+/// Estimates the period of a live camera from all images, including dropped ones. May be used from any
+/// thread. It has no clock; times are passed in.
 class FramePeriod {
  public:
-  /// stamp_s: the image's own stamp [s]; arrival_s: when it came [s, of a clock that only grows].
+  /// stamp_s: the image's own stamp [s]; arrival_s: its arrival [s, monotonic clock].
   void note(double stamp_s, double arrival_s);
 
-  /// Milliseconds; 0 while not yet known. The lower quartile of the intervals of stamps, which says what the
-  /// camera does though a busy machine loses images before they are told of; more where they come more slowly
-  /// than their stamps say (a recording played at half its rate). Pauses do not count.
+  /// Milliseconds; 0 while not yet known. The lower quartile of the stamp intervals, which is the camera's
+  /// period even if a busy machine drops images. Larger where images arrive more slowly than their stamps (a
+  /// recording played at half its rate). Pauses do not count.
   double milliseconds() const;
 
-  /// Whether one has come after the one that came then.
+  /// Whether an image has arrived after this time.
   bool has_come_after(double arrival_s) const;
 
  private:

@@ -16,8 +16,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Second nearest over nearest distance, of a point that is looked for where the motion leads: within a few
-// per cent of the image a look-alike is rarer than in the whole of it, which the paper's 1.25 is for.
+// Minimum ratio of second nearest to nearest distance for a predicted point: within a few per cent of the
+// image, similar features are rarer than in the whole image, for which the paper has 1.25.
 constexpr double kRatioWhereExpected = 1.1;
 
 std::string shortfall(int found, int needed, const char* what) {
@@ -29,7 +29,8 @@ std::string unsupported(const PoseSupport& support) {
                    support.found, support.in_map.expected, 100 * support.spread);
 }
 
-// Where to look for a frame: what looks like it most. What the index knows may be gone from the snapshot.
+// The keyframes most similar to the frame. Keyframes of the index that are gone from the snapshot are
+// skipped.
 std::vector<KeyframeId> places_of(const Frame& frame, const TrackingMap& map, int budget) {
   std::vector<KeyframeId> places;
   if (!map.places) return places;
@@ -46,14 +47,14 @@ Matrix6d covariance_of_map_from_camera(const Matrix6d& of_camera_from_map, const
   return rotation * of_camera_from_map * rotation.transpose();
 }
 
-// The frame hangs on the keyframe's points: what is uncertain of where that is in the map, all of them share,
-// so that it stands beside what the frame's own matches leave open.
+// Adds the uncertainty of the reference keyframe in the map. All its points share it, so it is independent of
+// the frame's own matches.
 void add_uncertainty_of_map(const TrackingMap& map, KeyframeId reference, RegistrationReport* report) {
   const auto keyframe = map.keyframes.find(reference);
   const auto known = map.covariances.find(reference);
   if (!report->success || keyframe == map.keyframes.end() || known == map.covariances.end()) return;
-  // Errors of one point in views near each other go together (the same texture, seen alike), as if each told
-  // an eighth of what independent ones would: so on simulated rooms and heads, where the truth is known
+  // Errors of one point in near views are correlated (the same texture), as if each had an eighth of an
+  // independent one's information. Measured with ground truth on simulated rooms and heads
   // (test/tracking/pose_covariance_test.cpp).
   constexpr double kErrorCorrelation = 8;
   const Matrix6d carried = adjoint(report->camera_from_map * keyframe->second.camera_from_map.inverse());
@@ -225,7 +226,8 @@ std::vector<FrameObservation> FrameRegistrar::observations_at(const Frame& frame
   return observations;
 }
 
-// The keyframe's own landmarks tell whether this is the place; its neighbours' would cost ten times that.
+// Uses only the keyframe's own landmarks to recognise the place; its neighbours' would take ten times as
+// long.
 RegistrationReport FrameRegistrar::look_at_place(const Frame& frame, const TrackingMap& map,
                                                  KeyframeId id) const {
   RegistrationReport report = by_descriptors(frame, candidates_of(map, {id}));

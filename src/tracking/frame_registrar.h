@@ -19,39 +19,41 @@ struct RegistrationReport {
   bool success = false;
   Reason reason = Reason::kTooFewMatches;
   std::string text;
-  bool is_where_predicted = false;  // the prediction led to it
+  bool is_where_predicted = false;  // found from the prediction
   Rigid3 camera_from_map;
-  Matrix6d covariance = Matrix6d::Zero();  // of map_from_camera, as FrameReport::covariance; the map is held
-  Matrix6d map_covariance = Matrix6d::Zero();  // what the map's own uncertainty adds; images near share it
+  Matrix6d covariance = Matrix6d::Zero();  // of map_from_camera, as FrameReport::covariance; for a fixed map
+  Matrix6d map_covariance =
+      Matrix6d::Zero();  // additional covariance from the map's uncertainty; shared by near images
   int matches = 0;
   int inliers = 0;
   PoseSupport support;
   double rms_px = 0;
-  std::vector<int> matched;                    // features that were matched, inliers or not
+  std::vector<int> matched;                    // matched features, inliers or not
   std::vector<FrameObservation> observations;  // the inliers
 };
 
-/// A success beats a failure, then more inliers fewer; of equals, a.
+/// Whether a is better than b: a success is better than a failure, then more inliers are better. Of equals,
+/// a.
 bool is_better(const RegistrationReport& a, const RegistrationReport& b);
 
-/// Poses a frame against the map (paper, steps 4a and 4b): putative matches to landmarks, P3P RANSAC, guided
-/// matching round the pose found, robust motion-only refinement. Keeps no state between frames.
+/// Registers a frame in the map (paper, steps 4a and 4b): putative matches with landmarks, P3P RANSAC, guided
+/// matching around the pose, robust motion-only refinement. Keeps no state between frames.
 class FrameRegistrar {
  public:
   FrameRegistrar(const TrackerOptions& options, const CameraModel& camera)
       : options_(options), camera_(camera) {}
 
-  /// Against the landmarks of the reference keyframe and those that share view with it. The prediction only
-  /// guides the matching; where there is none or it fails, descriptors alone decide.
+  /// Registers against the landmarks of the reference keyframe and its covisible keyframes. The prediction
+  /// only guides the matching; where there is none or it fails, descriptors alone decide.
   RegistrationReport register_frame(const Frame& frame, const TrackingMap& map, KeyframeId reference,
                                     const std::optional<Rigid3>& predicted_camera_from_map) const;
 
-  /// Against keyframes anywhere in the map, by descriptors alone: the `budget` that look like it most. A
-  /// success is supported (pose_support.h) and has no rival; a second view should agree before anything is
-  /// made of it.
+  /// Registers against keyframes anywhere in the map, by descriptors alone: the `budget` most similar ones. A
+  /// success is supported (pose_support.h) and not ambiguous; callers should require a second consistent
+  /// view.
   RegistrationReport relocalize(const Frame& frame, const TrackingMap& map, int budget) const;
 
-  /// Which of these landmarks the frame shows where the pose has them.
+  /// Observations of the local landmarks at the given pose.
   std::vector<FrameObservation> observations_at(const Frame& frame, const TrackingMap& map,
                                                 KeyframeId reference, const Rigid3& camera_from_map) const;
 

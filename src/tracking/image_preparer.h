@@ -14,20 +14,20 @@ namespace mono_pose_tracker {
 
 class FeatureMemory;
 
-// True where two masks say the same of every pixel.
+// Whether two masks agree at every pixel.
 bool is_same_mask(const cv::Mat& a, const cv::Mat& b);
 
 cv::Mat to_gray(const cv::Mat& image);
 
-// Does ahead what a frame's features need (paper, step 2), on as many threads as call it. Where the object
-// is, it can only guess: where a given mask says. While that proves right, all is done ahead, otherwise what
-// no mask changes.
+// Prepares the features of frames ahead (paper, step 2), on as many threads as call it. The object's mask is
+// guessed to be the given one. While that guess is right, everything is prepared ahead, otherwise only what
+// is independent of the mask.
 class ImagePreparer : public std::enable_shared_from_this<ImagePreparer> {
  public:
   ImagePreparer(const SiftOptions& sift, const SegmentationOptions& segmentation, const CameraModel& camera);
 
-  // mask: what will be given with the image. An image of another size than the camera's is left as it is.
-  // memory: may know what is found in it, or gets to know it; may be null.
+  // mask: the mask that will be given with the image. An image of another size than the camera's is not
+  // prepared. memory: cache of features, read and written; may be null.
   PreparedImage prepare(const cv::Mat& image, const cv::Mat& mask, FeatureMemory* memory,
                         std::int64_t index) const;
 
@@ -35,7 +35,7 @@ class ImagePreparer : public std::enable_shared_from_this<ImagePreparer> {
   void learn(bool was_right) const { guesses_ = was_right; }
 
  private:
-  // Extractors that nobody uses; it outlives the preparer as long as one is out.
+  // Idle extractors. The pool outlives the preparer while an extractor is borrowed.
   struct Pool {
     std::mutex mutex;
     std::vector<std::unique_ptr<FeatureExtractor>> idle;

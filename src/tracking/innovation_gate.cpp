@@ -12,14 +12,14 @@ namespace mono_pose_tracker {
 namespace {
 
 constexpr double kGate = 22.46;   // chi-square of six degrees of freedom, 99.9 %
-constexpr int kLeastLearnt = 15;  // innovations: fewer tell no variance
-// Of the newest innovation in the variance: half a second at 30 Hz.
+constexpr int kLeastLearnt = 15;  // innovations: fewer do not determine a variance
+// Weight of the newest innovation in the variance: half a second at 30 Hz.
 constexpr double kWeight = 1.0 / 15;
-// Motion changes by jerks: one innovation raises the variance as if it were three deviations at most, so that
-// a wrong pose does not excuse the next.
+// Motion has jerks: an innovation is clipped at three standard deviations when the variance is updated, so
+// that a wrong pose does not admit the next.
 constexpr double kClip = 9;
-// Of the usual share: a pose that is wrong finds half of what it should at the most, the rest being
-// elsewhere; a blurred image, whose pose may be off as well, no more.
+// Relative to the usual share: a wrong pose finds at most half of the expected points, and so does a blurred
+// image, whose pose may be off as well.
 constexpr double kUnexplained = 0.6;
 
 double learn(double variance, double squared, int learnt) {
@@ -42,22 +42,22 @@ std::optional<std::string> InnovationGate::doubt_of(std::int64_t stamp_ns,
                                                     const RegistrationReport& registration,
                                                     const std::optional<Rigid3>& predicted, int min_inliers) {
   const std::optional<std::int64_t> last = std::exchange(last_stamp_ns_, stamp_ns);
-  // Twice what a pose needs is believed wherever it lies: of a small thing with much to see on it.
+  // Twice the minimum of inliers is accepted wherever they are: a small object may have many features.
   if (registration.inliers < 2 * min_inliers && is_confined_to_corner(registration.support)) {
     return formatted("%d inliers in %.0f %% of where there is anything to see", registration.inliers,
                      100 * registration.support.spread);
   }
   if (!last || !predicted) return std::nullopt;
   const double gap_ns = static_cast<double>(std::max<std::int64_t>(1, stamp_ns - *last));
-  // Over ten frames or so: one that is dropped here and there changes it little, another rate soon.
+  // Averaged over about ten frames: a dropped frame changes it little, another rate soon.
   usual_gap_ns_ = usual_gap_ns_ == 0 ? gap_ns : 0.9 * usual_gap_ns_ + 0.1 * gap_ns;
-  // What acceleration does grows with the square of time.
+  // The effect of acceleration grows with the square of time.
   const double growth = std::pow(std::max(1.0, gap_ns / usual_gap_ns_), 2);
 
   const Rigid3 found_from_predicted = registration.camera_from_map * predicted->inverse();
   const double whole_turn = Eigen::AngleAxisd(found_from_predicted.rotation).angle();
   const double whole_shift = found_from_predicted.translation.norm();
-  const double turn = whole_turn / growth, shift = whole_shift / growth;  // of the usual gap
+  const double turn = whole_turn / growth, shift = whole_shift / growth;  // per usual gap
   const double rotation_variance =
       rotation_variance_ + registration.covariance.bottomRightCorner<3, 3>().trace() / 3;
   const double translation_variance =
@@ -65,7 +65,7 @@ std::optional<std::string> InnovationGate::doubt_of(std::int64_t stamp_ns,
   const double distance2 = turn * turn / rotation_variance + shift * shift / translation_variance;
   const double share =
       static_cast<double>(registration.support.found) / std::max(1.0, registration.support.in_map.expected);
-  // What goes on from a doubtful pose is asked what is asked of a camera that was lost.
+  // A pose after a doubtful one needs the support of a relocalisation.
   const bool goes_on_in_doubt = in_a_row_ > 0 && !is_supported(registration.support, min_inliers);
   const bool is_outlier = learnt_ >= kLeastLearnt &&
                           (goes_on_in_doubt || (distance2 > kGate && share < kUnexplained * usual_share_));

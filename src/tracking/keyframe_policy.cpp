@@ -13,12 +13,13 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Of what makes a keyframe due: half of it gone, the view is about to leave what the map knows, and to wait
-// for the mapper would lose it.
+// Share of the limit in view below which a keyframe is urgent: the view is about to leave the map, and
+// waiting for the mapper would lose it.
 constexpr double kUrgentShare = 0.5;
-// A young map's points were made from little parallax: it wants more views early.
+// A young map's points have little parallax: it needs more views early.
 constexpr double kYoungParallaxDivisor = 3;
-// Of the parallax that makes a keyframe due: below, a new view of what is found no more would add nothing.
+// Minimum share of the parallax that makes a keyframe due: with less, a new view of lost landmarks adds
+// nothing.
 constexpr double kLeastParallaxShare = 0.1;
 
 }  // namespace
@@ -55,15 +56,14 @@ bool KeyframePolicy::is_due(const TrackingMap& map, const Overlap& overlap, int 
   if (newest != newest_keyframe_) most_inliers_ = 0;
   newest_keyframe_ = newest;
   most_inliers_ = std::max(most_inliers_, inliers);
-  // While one is under way the next may wait. Behind more than one, it would tell the map little by the time
-  // it gets there.
+  // While one mapping job is running the next may wait. Behind more than one, a keyframe would be outdated.
   const bool urgent = overlap.in_view < kUrgentShare * options_.keyframe_overlap ||
                       inliers < kUrgentShare * options_.keyframe_found * most_inliers_;
   if (unfinished_jobs > 1 && !urgent) return false;
   const bool young = static_cast<int>(map.keyframes.size()) <= young_map_keyframes_;
   const double parallax = options_.keyframe_parallax_deg / (young ? kYoungParallaxDivisor : 1);
   if (overlap.parallax_deg > parallax || overlap.in_view < options_.keyframe_overlap) return true;
-  // Landmarks are found no more though they are in view: another side, another scale or light.
+  // Landmarks in view are no longer found: another side, scale or light.
   return inliers < options_.keyframe_found * most_inliers_ &&
          overlap.parallax_deg > kLeastParallaxShare * parallax;
 }

@@ -7,37 +7,38 @@
 
 namespace mono_pose_tracker {
 
-// How a posed frame relates to a keyframe.
+// The overlap of a registered frame with a keyframe.
 struct Overlap {
-  double parallax_deg = 0;  // median, of the landmarks that the frame sees
-  double in_view = 1;       // share of the keyframe's landmarks that the frame could see
+  double parallax_deg = 0;  // median over the landmarks that the frame observes
+  double in_view = 1;       // share of the keyframe's landmarks in view of the frame
 };
 
 Overlap overlap_with(const TrackingMap& map, KeyframeId id, const RegistrationReport& registration,
                      const CameraModel& camera);
 
-// When a posed frame is to become a keyframe.
+// Decides when a registered frame becomes a keyframe.
 class KeyframePolicy {
  public:
-  // A map with no more keyframes than young_map_keyframes is young.
+  // A map with at most young_map_keyframes keyframes is young.
   KeyframePolicy(const MappingOptions& options, int young_map_keyframes)
       : options_(options), young_map_keyframes_(young_map_keyframes) {}
 
-  // Asked once for each posed frame: with how many inliers, and how many of the mapper's jobs are not done.
+  // Called once for each registered frame, with its number of inliers and the number of unfinished mapping
+  // jobs.
   bool is_due(const TrackingMap& map, const Overlap& overlap, int inliers, int unfinished_jobs);
 
   void set_options(const MappingOptions& options, int young_map_keyframes) {
     options_ = options;
     young_map_keyframes_ = young_map_keyframes;
   }
-  // Another map.
+  // Called when the map changes.
   void reset() { newest_keyframe_ = -1, most_inliers_ = 0; }
 
  private:
   MappingOptions options_;
   int young_map_keyframes_;
-  KeyframeId newest_keyframe_ = -1;  // when the last frame came
-  int most_inliers_ = 0;             // of the frames since that keyframe
+  KeyframeId newest_keyframe_ = -1;  // at the last frame
+  int most_inliers_ = 0;             // over the frames since that keyframe
 };
 
 }  // namespace mono_pose_tracker

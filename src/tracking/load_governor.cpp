@@ -7,23 +7,23 @@ namespace mono_pose_tracker {
 namespace {
 
 constexpr double kMeanWeight = 0.1;  // of the newest latency
-// Of the period: above, images begin to be dropped as soon as one takes a little longer.
+// Share of the period: above it, images are dropped as soon as one takes a little longer.
 constexpr double kTooLate = 0.9;
-// Of the period: what is not asked for is not to take the time that other programs may need.
+// Share of the period: optional work must leave time to other programs.
 constexpr double kNoLongerSpare = 0.5;
-// Of the period, at each level: below, the next level up would still be in time. Drawing and mapping, on a
-// thread of its own, take a little time from tracking; twice the features or a finer octave take nearly twice
-// the time. An octave finer than usual has four times the pixels and up to twice the features that describe
-// them: eight times.
+// Share of the period at each level below which the next level up would still be in time. Drawing and
+// mapping, on a thread of its own, take little time from tracking. Twice the features or a finer octave take
+// nearly twice the time. An octave finer than usual has four times the pixels and up to twice the features:
+// eight times.
 double share_to_spare(int level) {
   constexpr double kShares[] = {0.125, 0.75, 0.75, 0.5, 0.5};
   return level == kTimeToSpare ? 0 : kShares[level];
 }
 
-constexpr int kHeldUp = 5;       // images after a change that may have waited for one from before it
-constexpr int kSettling = 15;    // images after a change before its effect on the mean is seen
+constexpr int kHeldUp = 5;       // images after a change that may have waited for an earlier one
+constexpr int kSettling = 15;    // images after a change until it shows in the mean
 constexpr int kLeastCalm = 90;   // images; three seconds at 30 Hz
-constexpr int kMostCalm = 1440;  // four doublings: a level that does not hold is tried once in 48 s
+constexpr int kMostCalm = 1440;  // four doublings: a failing level is tried once in 48 s
 
 }  // namespace
 
@@ -46,7 +46,7 @@ int LoadGovernor::observe(double period_ms, double latency_ms, bool overtaken) {
   return level_;
 }
 
-// What did not hold is tried again later and later.
+// A level that failed is tried again after growing intervals.
 void LoadGovernor::do_less() {
   const bool did_not_hold = went_back_up_ && since_change_ < 2 * kLeastCalm;
   calm_needed_ = did_not_hold ? std::min(2 * calm_needed_, kMostCalm) : calm_needed_;

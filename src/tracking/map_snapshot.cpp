@@ -10,7 +10,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// The keyframe, and those of its points that are not known yet.
+// Adds a keyframe and those of its points that are not yet added.
 void add_view(const TrackingMap& map, const KeyframeView& keyframe, std::unordered_set<LandmarkId>* known,
               MapSnapshot* snapshot) {
   snapshot->keyframes.push_back({keyframe.stamp_ns, keyframe.camera_from_map.inverse()});
@@ -48,7 +48,7 @@ namespace {
 
 using FrameIterator = std::vector<RegisteredFrame>::iterator;
 
-// By time, from the poses before and after.
+// Interpolates a pose in time between two poses.
 Rigid3 between(const RegisteredFrame& before, const RegisteredFrame& after, std::int64_t stamp_ns) {
   const Rigid3 &a = before.map_from_camera, &b = after.map_from_camera;
   const auto since = static_cast<double>(stamp_ns - before.stamp_ns),
@@ -57,8 +57,8 @@ Rigid3 between(const RegisteredFrame& before, const RegisteredFrame& after, std:
   return {a.rotation.slerp(s, b.rotation), (1 - s) * a.translation + s * b.translation};
 }
 
-// Frames whose own poses hold no more are put between the others; before the first and after the last of
-// these nothing is known of them.
+// Interpolates frames with invalid poses between the others; before the first and after the last valid one
+// they have no pose.
 std::vector<RegisteredFrame> put_between(std::vector<RegisteredFrame> frames,
                                          const std::set<std::int64_t>& stale) {
   const auto holds = [&](const RegisteredFrame& frame) { return stale.count(frame.index) == 0; };
@@ -83,7 +83,7 @@ std::vector<RegisteredFrame> trajectory_in(const TrackingMap& map, const FramePo
   std::vector<RegisteredFrame> frames;
   std::set<std::int64_t> stale;
   for (const auto& [index, pose] : poses.all()) {
-    // Where a removed keyframe stood was found earlier than a final pose.
+    // A final pose is newer than the stored pose of a removed keyframe.
     const auto own = pose.is_final ? keyframe_of_frame.end() : keyframe_of_frame.find(index);
     Rigid3 camera_from_map;
     if ((own == keyframe_of_frame.end() || !map.camera_from_map(own->second, &camera_from_map)) &&

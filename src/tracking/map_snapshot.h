@@ -9,14 +9,16 @@
 
 namespace mono_pose_tracker {
 
-/// What is published and written of a map; empty where there is none.
+/// The content of a map for publishing and writing; null where there is no map.
 std::shared_ptr<const MapSnapshot> snapshot_of(const TrackingMapPtr& map);
 
-/// The same of the newest keyframe alone, with the points that it sees: that takes no longer in a large map.
+/// The same for the newest keyframe alone, with the points that it observes. Its cost does not grow with the
+/// map.
 MapSnapshot newest_view_of(const TrackingMapPtr& map);
 
-/// Every frame posed against the map, by index: a keyframe where it is itself, others on their reference;
-/// what was posed while the map was of another geometry between those whose poses hold.
+/// Every frame registered in the map, by index. A keyframe has its own pose, another frame the one relative
+/// to its reference. A frame registered before the map's geometry changed is interpolated between frames with
+/// valid poses.
 std::vector<RegisteredFrame> trajectory_in(const TrackingMap& map, const FramePoses& poses);
 
 }  // namespace mono_pose_tracker

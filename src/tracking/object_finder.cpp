@@ -26,7 +26,7 @@ ObjectFinder::ObjectFinder(const SegmentationOptions& options, const CameraModel
       segmenter_(options, read_background_image(options)),
       motion_mask_(options) {}
 
-// Given no mask, an object may be found by its motion.
+// Whether an object may be found by its motion: no mask is given.
 bool ObjectFinder::looks_for_motion(const cv::Mat& given) const {
   return options_.is_by_motion() || (options_.is_automatic() && given.empty());
 }
@@ -34,7 +34,7 @@ bool ObjectFinder::looks_for_motion(const cv::Mat& given) const {
 Segmentation ObjectFinder::find(const cv::Mat& image, const cv::Mat& given, bool may_begin, bool masks) {
   Segmentation segmentation = segmenter_.segment(image, given);
   if (!looks_for_motion(given)) return segmentation;
-  // While a map without two motions is followed, none are looked for.
+  // While a map without two motions is tracked, none are searched.
   if (!may_begin && !motion_mask_.is_started()) return segmentation;
   motion_mask_.watch(image);
   if (motion_mask_.is_started() && masks && masks_now()) {
@@ -73,8 +73,8 @@ void ObjectFinder::start(const BootstrapReport& bootstrap, const Frame& frame,
   visited_ = {registration.camera_from_map};
 }
 
-// Median distance between where the landmarks are seen now and where they were at another pose; px. Far,
-// where not one of them was in view.
+// Median distance between the landmarks' present pixels and those at another pose; px. Very large where none
+// of them was in view.
 double ObjectFinder::moved_since(const Rigid3& camera_from_map, const Frame& frame, const TrackingMap& map,
                                  const RegistrationReport& registration) const {
   std::vector<double> moved;
@@ -88,30 +88,30 @@ double ObjectFinder::moved_since(const Rigid3& camera_from_map, const Frame& fra
   return moved.empty() ? std::numeric_limits<double>::max() : median(std::move(moved));
 }
 
-// Tells the mask where the object was found, and how far it has gone. Noise of the poses is no movement: it
-// counts from two pixels on. Nor is what brings the object back to where it was, as a head does that nods:
-// its texture is there again as if it had never gone.
+// Updates the mask with the object's pixels and its displacement. Motion counts from two pixels on, as less
+// is pose noise. A motion that returns the object to an earlier place, such as a nodding head, does not
+// count: its texture is there again.
 void ObjectFinder::follow(const Frame& frame, const TrackingMap& map,
                           const RegistrationReport& registration) {
   constexpr double kLeastMove = 2;          // px
-  constexpr std::size_t kMostVisited = 50;  // as many poses back, the background has been learnt
+  constexpr std::size_t kMostVisited = 50;  // after this number of poses the background is learnt
   if (!motion_mask_.is_started() || !masks_now()) return;
   double moved = std::numeric_limits<double>::max();
   for (const Rigid3& visited : visited_) {
     moved = std::min(moved, moved_since(visited, frame, map, registration));
   }
-  const bool is_known = moved < std::numeric_limits<double>::max();  // else this is the first place
+  const bool is_known = moved < std::numeric_limits<double>::max();  // otherwise this is the first place
   const bool is_new = is_known && moved >= kLeastMove;
   if (is_new || !is_known) visited_.push_back(registration.camera_from_map);
   if (visited_.size() > kMostVisited) visited_.erase(visited_.begin());
   motion_mask_.observe(pixels_of(frame, registration), is_new ? moved : 0);
 }
 
-// Where features may be; empty: anywhere.
+// Where features are allowed; empty: everywhere.
 cv::Mat ObjectFinder::clearance(const cv::Mat& mask, const SegmentationOptions& options,
                                 const CameraModel& camera) {
   if (mask.empty()) return mask;
-  // What a mask is off by grows with the image: masks are made at a fixed size, or drawn by hand.
+  // Mask errors grow with the image: masks are made at a fixed size, or drawn by hand.
   const double size = image_scale(camera);
   return clearance_of(mask, size * options.margin_px, options.margin_scales, kMaskScaleSteps);
 }

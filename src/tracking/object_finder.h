@@ -14,39 +14,38 @@
 
 namespace mono_pose_tracker {
 
-// Where the frame sees what it was posed by.
+// Pixels of the features by which the frame was registered.
 std::vector<cv::Point2f> pixels_of(const Frame& frame, const RegistrationReport& registration);
 
-// Which pixels of each image are the object (paper, step 1): by a given mask, a background or a backdrop, or
-// by its motion before a still background once a bootstrap has told the two apart. One thread.
+// Segments the object in each image (paper, step 1): by a given mask, a background or a backdrop, or by its
+// motion in front of a static background once a bootstrap has separated the two. One thread.
 class ObjectFinder {
  public:
-  // Throws std::invalid_argument when the background image can't be read.
+  // Throws std::invalid_argument when the background image cannot be read.
   ObjectFinder(const SegmentationOptions& options, const CameraModel& camera);
 
-  // The next image. given: empty, or not 0 = object. may_begin: a map may be begun by it. masks: the object
-  // that was found by its motion is the one that is tracked or looked for.
+  // Segments the next image. given: a mask (not 0: object), or empty. may_begin: this image may begin a map.
+  // masks: the object found by its motion is the one that is tracked or searched.
   Segmentation find(const cv::Mat& image, const cv::Mat& given, bool may_begin, bool masks);
-  // An image out of its order: nothing is learnt.
+  // Segments an image out of order, without learning from it.
   Segmentation find_again(std::int64_t frame_index, const cv::Mat& image, const cv::Mat& given, bool masks);
 
-  // Where features may be, given the object's mask; empty: anywhere.
+  // Where features are allowed, given the object's mask; empty: everywhere.
   cv::Mat clearance(const cv::Mat& mask) const { return clearance(mask, options_, camera_); }
   static cv::Mat clearance(const cv::Mat& mask, const SegmentationOptions& options,
                            const CameraModel& camera);
 
-  // A map has begun: of an object before the still background that the bootstrap found. The frame is the one
-  // that was found last.
+  // A map of an object in front of the static background has begun. The frame is the last segmented one.
   void start(const BootstrapReport& bootstrap, const Frame& frame, const RegistrationReport& registration);
-  // The last frame was posed: where the object was found, and how far it has gone.
+  // The last frame was registered: updates where the object was and how far it has moved.
   void follow(const Frame& frame, const TrackingMap& map, const RegistrationReport& registration);
 
   bool knows_motion() const { return motion_mask_.is_started(); }
-  // Whether what moves, once it has been told from what stands still, is given as the mask of what comes
-  // after the frame. While it is not, nothing is learnt of it.
+  // Whether the object found by motion is given as the mask of images after this frame. While it is not,
+  // nothing is learnt about it.
   void mask_by_motion(std::int64_t frame_index, bool on);
 
-  // Poses from here on are of another map, or in other lengths.
+  // Later poses are of another map or have another unit.
   void forget_places() { visited_.clear(); }
 
   void set_options(const SegmentationOptions& options) { options_ = options; }
@@ -66,9 +65,9 @@ class ObjectFinder {
   CameraModel camera_;
   Segmenter segmenter_;
   MotionMask motion_mask_;
-  // Frames after which masks by motion are given, or no longer are.
+  // Frames after which masks by motion begin or end.
   std::map<std::int64_t, bool> masks_after_;
-  std::vector<Rigid3> visited_;  // camera_from_map, where the object was seen anew
+  std::vector<Rigid3> visited_;  // camera_from_map of new views of the object
 };
 
 }  // namespace mono_pose_tracker

@@ -50,7 +50,7 @@ void ObjectFollower::divide(ImageFeaturesPtr image, const std::vector<cv::Point2
   last_.sides.clear();
   for (int f = 0; f < image->size(); ++f) {
     const Eigen::Vector2f& pixel = image->set.features[f].pixel;
-    // What the body was posed by is not of something else, whatever it was taken for.
+    // Features that registered the object belong to it, whatever they were assigned to before.
     const bool registered =
         std::find(turning.begin(), turning.end(), cv::Point2f(pixel.x(), pixel.y())) != turning.end();
     const bool turns =

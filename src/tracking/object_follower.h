@@ -10,33 +10,33 @@
 
 namespace mono_pose_tracker {
 
-// Follows a body that was told from what else moves, from image to image. Live, where no second look at the
-// recording can tell.
+// Follows an object that was separated from other motions from image to image. Used live, where the recording
+// cannot be evaluated a second time.
 class ObjectFollower {
  public:
   explicit ObjectFollower(TurningObject start) : last_(std::move(start)) {}
 
-  // Leaves the frame the body's features: those nearer to where it is found by descriptors than to what moves
-  // otherwise. False, and all features, where too few of it are found.
+  // Reduces the frame to the object's features: those nearer to matched features of the object than to ones
+  // that move independently. Returns false and keeps all features where too few of the object's are found.
   bool follow(const CameraModel& camera, const TrackerOptions& options, Frame* frame);
 
-  // The frame that was followed last was posed by features at these pixels: the body is where they are.
+  // The last followed frame was registered by features at these pixels: they belong to the object.
   void settle(const std::vector<cv::Point2f>& inliers);
-  // The same of a frame that was posed by all of its features; those of the body are left to it.
+  // The same for a frame that was registered by all of its features. Returns the frame reduced to the
+  // object's features.
   Frame settle(const CameraModel& camera, const Frame& frame, const std::vector<cv::Point2f>& inliers);
 
  private:
-  // As few say nothing of where a body is.
+  // Fewer features do not locate an object.
   static constexpr std::size_t kFewest = 8;
 
   std::vector<cv::Point2f> known_pixels(const ImageFeatures& image, FeatureMotion side) const;
-  // Every feature of the image is one or the other's: what it was in the image before, or whichever is
-  // nearer.
+  // Assigns every feature of the image to the object or to other motions: as in the previous image, else by
+  // the nearest feature.
   void divide(ImageFeaturesPtr image, const std::vector<cv::Point2f>& turning);
 
   TurningObject last_;
-  std::vector<FeatureMotion>
-      known_;  // of the features of the image that was asked for last: by the one before
+  std::vector<FeatureMotion> known_;  // of the features of the last image, by the one before
 };
 
 }  // namespace mono_pose_tracker

@@ -9,9 +9,10 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// A single wrong match amid the other body's features is outvoted by the nearest, itself among them.
+// Nearest tracks that vote, including the track itself: they outvote a single wrong match among the other
+// object's features.
 constexpr std::size_t kVoters = 5;
-// Fewer features than this tell nothing of where a body is.
+// Fewer features do not locate an object.
 constexpr int kFewest = 8;
 
 std::vector<MotionTrack> outvoted(const std::vector<MotionTrack>& tracks) {

@@ -11,23 +11,24 @@
 
 namespace mono_pose_tracker {
 
-// Masks of what moves otherwise than the body that a finished map is of, for every image of the recording:
-// what lies nearer to its features than to the map's. Between keyframes features go straight on.
+// Masks of the independent motion next to the mapped object, for every image of a recording: pixels nearer to
+// its features than to those of the mapped object. Features move linearly between keyframes.
 class ObjectMasks {
  public:
-  // within: masks that these are a part of; null: none.
+  // within: masks of which these are a part; null: none.
   ObjectMasks(const std::vector<MotionTrack>& tracks, std::shared_ptr<const ObjectMasks> within);
 
   bool are_empty() const { return spans_.empty(); }
-  // Whether features were seen before and after the image, or in it.
+  // Whether features were observed before and after the image, or in it.
   bool show(std::int64_t index) const;
-  // The map's body, and the other. index: of the image in the recording. Not when they are empty.
+  // Pixels of the mapped object and of the other one. index: of the image in the recording. Not for empty
+  // masks.
   ObjectPoints at(std::int64_t index) const;
-  // CV_8UC1, 255: of the other body.
+  // CV_8UC1, 255: the other object.
   cv::Mat mask(std::int64_t index, const cv::Size& size) const;
 
  private:
-  std::map<std::int64_t, std::vector<MotionTrack>> spans_;  // by the image that each begins with
+  std::map<std::int64_t, std::vector<MotionTrack>> spans_;  // by the first image of each span
   std::shared_ptr<const ObjectMasks> within_;
 };
 

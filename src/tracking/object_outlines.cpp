@@ -14,10 +14,10 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// One may have been taken through a blur; of more, landmarks at the rim have turned out of sight.
+// A single keyframe may be blurred; in more of them, landmarks at the rim are no longer visible.
 constexpr std::size_t kNearest = 2;
 
-// What the nearest keyframes see.
+// Landmarks of the nearest keyframes.
 std::set<LandmarkId> landmarks_near(const Map& map, const Eigen::Vector3d& center_in_map) {
   std::vector<std::pair<double, const Keyframe*>> near;
   for (const auto& entry : map.keyframes()) {
@@ -43,7 +43,7 @@ ObjectOutlines::ObjectOutlines(const RecordingResult& result, const CameraModel&
   for (const RegisteredFrame& frame : result.trajectory) {
     camera_from_map_[frame.index] = frame.map_from_camera.inverse();
   }
-  // Frames of a loaded map were seen in another recording.
+  // Frames of a loaded map are of another recording.
   std::vector<MotionTrack> here;
   const std::vector<MotionTrack>& object_tracks = result.maps.front().object_tracks;
   std::copy_if(object_tracks.begin(), object_tracks.end(), std::back_inserter(here),

@@ -10,18 +10,18 @@
 
 namespace mono_pose_tracker {
 
-/// Outlines of what the first map of a finished recording is of, in its images: by the landmarks of the two
-/// keyframes that are nearest to where an image was taken from, and by what was seen to move otherwise.
+/// Outlines of the object of a finished recording's first map in its images, from the landmarks of the two
+/// keyframes nearest to the image's viewpoint and from the independent motion.
 class ObjectOutlines {
  public:
-  /// The result must stay.
+  /// The result must outlive this object.
   ObjectOutlines(const RecordingResult& result, const CameraModel& camera);
 
-  /// Whether something was seen to move otherwise than the map says, beside half of the images at least.
+  /// Whether an independent motion was found next to the object in at least half of the images.
   bool have_other() const { return others_ != nullptr; }
-  /// mask: what is known of where the body is, CV_8UC1, 0: not of it; may be empty. What of it lies within
-  /// the outline; the outline alone where that is less than half of it; the mask itself where the frame has
-  /// no pose or shows too little of the body.
+  /// mask: the known mask of the object, CV_8UC1, 0: background; may be empty. Returns the part of the mask
+  /// within the outline. Returns the outline alone where that part is less than half of it. Returns the mask
+  /// itself where the frame has no pose or shows too little of the object.
   cv::Mat outlined(std::int64_t frame_index, const cv::Mat& image, const cv::Mat& mask) const;
 
  private:

@@ -11,14 +11,14 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// px at 640 px (image_scale): about two descriptors wide, so that a few landmarks are expected within.
+// px at 640 px (image_scale): about two descriptors wide, so that it contains a few landmarks.
 constexpr double kNear = 40;
-// A feature is found again in two images of three; of those behind a hand next to none.
+// A feature is found again in two of three images; behind a hand hardly any is.
 constexpr double kMinFound = 0.25;
-// Of as many as are usual, fewer after a large step: as that is of two thirds.
+// Relative to the usual share, lower after a large step, as the limit above is relative to two thirds.
 constexpr double kMinOfUsual = 0.375;
 
-// Landmarks near a place, and how many of these were found.
+// Landmarks near a place, and the number of found ones.
 struct Seen {
   int expected = 0, found = 0;
 };
@@ -33,8 +33,8 @@ Seen seen_near(const Eigen::Vector2d& pixel, const std::vector<ExpectedLandmark>
   return seen;
 }
 
-// Share of the landmarks that is found where the object is seen, however much of it is hidden: beside one
-// that was found itself, in the median.
+// Share of found landmarks where the object is visible, however much of it is occluded: median over the
+// neighbourhoods of found landmarks.
 double usual_share(const std::vector<ExpectedLandmark>& landmarks, double near_px) {
   std::vector<double> shares;
   for (const ExpectedLandmark& l : landmarks) {
@@ -45,8 +45,8 @@ double usual_share(const std::vector<ExpectedLandmark>& landmarks, double near_p
   return shares.empty() ? 0 : median(std::move(shares));
 }
 
-// One less than would be too few: by chance that happens in one place of fourteen where nearly three are
-// usual, in one of thirty where more than five are.
+// Whether at least one landmark fewer than the limit is found. By chance that happens at one place in
+// fourteen where nearly three are usual, in one of thirty where more than five are.
 bool is_hidden(const Seen& seen, double usual) {
   return seen.found + 1 <= kMinOfUsual * usual * seen.expected;
 }

@@ -10,22 +10,21 @@
 
 namespace mono_pose_tracker {
 
-// Where a landmark should be seen, and whether it was.
+// The expected pixel of a landmark, and whether it was found there.
 struct ExpectedLandmark {
   Eigen::Vector2d pixel;
   bool found = false;
 };
 
-// Which features a map of the object may grow by, one flag each. Where landmarks should be seen and hardly
-// any is, something else is before the object. By a mask that was found in the image: those near landmarks
-// that were found, as what is far from all of them may be anything that the mask took in with it. By one that
-// was given: all but where fewer landmarks are found than is usual, even after a large step. scale: the
-// image_scale.
+// Features with which the map of an object may grow, one flag each. Where hardly any expected landmark is
+// found, something occludes the object. With a mask found in the image: features near found landmarks, as
+// others may be of anything else in the mask. With a given mask: all features except where fewer landmarks
+// are found than is usual, even after a large step. scale: the image_scale.
 std::vector<char> features_to_map(const ImageFeatures& image, const std::vector<ExpectedLandmark>& landmarks,
                                   double scale, bool is_mask_given = false);
 
-// A mask may hold more than the object: a hand before it, say, of which nothing must come into the map. The
-// candidate keeps the features that may; its reference is a keyframe of the map.
+// Excludes occluders from a candidate: a mask may hold more than the object, such as a hand in front of it,
+// which must not be mapped. The candidate's reference is a keyframe of the map.
 void exclude_occluders(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map,
                        KeyframeCandidate* candidate);
 

@@ -4,7 +4,7 @@
 
 namespace mono_pose_tracker {
 
-// TrackerOptions::for_images, less what a LoadLevel (load_governor.h) leaves out for lack of time.
+// TrackerOptions::for_images, without the work that a LoadLevel (load_governor.h) skips.
 TrackerOptions options_for_images(const TrackerOptions& given, const cv::Size& image, SearchPace pace,
                                   int load_level);
 

@@ -24,7 +24,8 @@ namespace {
 constexpr double kUnbounded = 1e12;
 constexpr bool kChangeable = true;
 
-// Letters: enough for every key of a file of one's own; not for a file of another kind.
+// Length limit of the message, in characters: enough for every key of an options file, not for a file of
+// another kind.
 constexpr std::size_t kMaxProblems = 4000;
 
 bool parse(const std::string& text, bool* value) {
@@ -41,7 +42,7 @@ bool parse(const std::string& text, T* value) {
   return parse_decimal(text, value);
 }
 
-// What YAML as ROS reads it takes for octal: 64 where somebody means 100.
+// Whether ROS's YAML would read the number as octal: 64 for 100.
 bool has_leading_zero(const std::string& text) {
   return text.size() > 1 && text[0] == '0' && text[1] >= '0' && text[1] <= '9';
 }
@@ -65,7 +66,7 @@ bool parse(const std::string& text, std::optional<T>* value) {
   return true;
 }
 
-// With as few digits (six at least) as read back as the same value: 0.999999999 is not 1.
+// The shortest text (at least six digits) that reads back as the same value: 0.999999999 is not 1.
 template <typename T>
 std::string number_text(T value) {
   constexpr int kFewest = 6;
@@ -79,13 +80,13 @@ std::string number_text(T value) {
   return text;
 }
 
-// Whether keys of the table begin with it: one whose values are all commented out says nothing.
+// Whether keys of the table have this prefix: a group with all values commented out is valid.
 bool is_group(const std::vector<OptionEntry>& table, const std::string& key) {
   return std::any_of(table.begin(), table.end(),
                      [&](const OptionEntry& entry) { return entry.key.rfind(key + "/", 0) == 0; });
 }
 
-// The values by their full keys, with what cannot be the value of an option.
+// Collects the values by their full keys, and those that cannot be the value of an option.
 void collect_leaves(const YamlValue& map, const std::string& prefix,
                     std::map<std::string, std::string>* leaves, std::string* problems) {
   for (const auto& [name, value] : map.entries) {
@@ -268,7 +269,7 @@ bool is_allowed(const T& value, const OptionEntry& entry) {
   } else if constexpr (std::is_same_v<T, bool> || std::is_same_v<T, std::uint64_t>) {
     return true;
   } else {
-    // The bounds as the option's own type holds them.
+    // The bounds in the option's own type.
     return value >= static_cast<T>(entry.min) &&
            (entry.max >= static_cast<double>(std::numeric_limits<T>::max()) ||
             value <= static_cast<T>(entry.max));

@@ -18,7 +18,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Tells when the stamps do not grow: two poses of one time are one too many for whoever reads the trajectory.
+// Reports stamps that do not increase: a trajectory must not have two poses at one time.
 class StampCheck {
  public:
   void add(const SourceImage& image) {
@@ -43,10 +43,10 @@ void add_stages(const FrameReport& report, RecordingResult* result) {
   for (const auto& [stage, ms] : report.stages) result->stage_ms[stage].push_back(ms);
 }
 
-// Why frames have no pose: how many, and the last one's text.
+// Reasons of frames without a pose: number of frames, and the text of the last one.
 using Reasons = std::map<Reason, std::pair<int, std::string>>;
 
-// The last text of the reason that most frames had.
+// The last text of the most frequent reason.
 std::string usual_reason(const Reasons& reasons, std::int64_t frames_total) {
   const auto usual = std::max_element(reasons.begin(), reasons.end(), [](const auto& a, const auto& b) {
     return a.second.first < b.second.first;
@@ -60,7 +60,7 @@ bool has_folders(const std::map<std::int64_t, std::string>& names) {
                      [](const auto& name) { return name.second.find('/') != std::string::npos; });
 }
 
-// Maps from a file in which no frame was found are none of this recording's.
+// Drops loaded maps in which no frame was registered.
 void exclude_unseen_maps(RecordingResult* result) {
   std::vector<FinishedMap>& maps = result->maps;
   const bool any_loaded = std::any_of(maps.begin(), maps.end(), is_loaded);
@@ -72,7 +72,7 @@ void exclude_unseen_maps(RecordingResult* result) {
   }
 }
 
-// These images once more, in order.
+// Reads these images once more, in order.
 void read_again(const Recording& recording, const std::set<std::int64_t>& frames, const Tracker& tracker,
                 const RecordingResult& result, const std::function<void(const RecordingReader&)>& use) {
   if (frames.empty()) return;
@@ -81,7 +81,7 @@ void read_again(const Recording& recording, const std::set<std::int64_t>& frames
       use);
 }
 
-// Each by itself. What was doubtful is so no longer where the finished map gives it a pose.
+// Registers each image by itself. A frame is no longer doubtful when the finished map gives it a pose.
 void register_images(const Recording& recording, const std::set<std::int64_t>& frames,
                      const FrameObserver& observer, Tracker* tracker, RecordingResult* result) {
   read_again(recording, frames, *tracker, *result, [&](const RecordingReader& reader) {
@@ -94,7 +94,8 @@ void register_images(const Recording& recording, const std::set<std::int64_t>& f
 
 void unobserved(int, std::int64_t, const FrameReport&) {}
 
-// Posed from those beside them and from each other, all held at once. How many were.
+// Registers images from their neighbours and from each other, all held at once. Returns the number of
+// registered ones.
 std::size_t pose_together(const Recording& recording, const std::set<std::int64_t>& wanted,
                           const FrameObserver& observer, Tracker* tracker, RecordingResult* result) {
   std::map<std::int64_t, FrameReport> held;
@@ -120,8 +121,8 @@ std::set<std::int64_t> without(const std::set<std::int64_t>& some, std::set<std:
   return frames;
 }
 
-// Of many, those nearest to a posed one first: the map grows from there. On to others while that brings most
-// of them a pose; what is left but for the last of them is tried image by image.
+// Registers the remaining images: first those nearest to a registered one, from which the map grows, then
+// others while most of them get a pose. The rest, without the last group, is tried one by one.
 void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tracker* tracker,
                    RecordingResult* result) {
   std::set<std::int64_t> tried;
@@ -139,12 +140,12 @@ void pose_the_rest(const Recording& recording, const FrameObserver& observer, Tr
   }
 }
 
-// What doubt_of says of the map as it is now, found while others go on with it.
+// Runs doubt_of on the present map in parallel with further work.
 class ParallelDoubt {
  public:
   ParallelDoubt(const Recording& recording, const Map& map) {
     if (recording.threads <= 1 || !recording.doubt_of) return;
-    // Where there is no thread to be had: when it is asked for.
+    // Without a thread it runs when its result is needed.
     found_ =
         std::async(std::launch::async | std::launch::deferred, [this, map, doubt_of = recording.doubt_of] {
           return doubt_of(map, [this] { return is_given_up_.load(); });
@@ -159,7 +160,7 @@ class ParallelDoubt {
 
  private:
   std::atomic<bool> is_given_up_{false};
-  std::future<std::string> found_;  // last: it waits for its thread, which uses what stands before it
+  std::future<std::string> found_;  // last: it waits for its thread, which uses the members above
 };
 
 void note(const FrameReport& report, const RecordingReader& reader, Reasons* reasons,
@@ -191,7 +192,7 @@ void warn_of_masks(const Recording& recording, const RecordingReader& reader, Re
   }
 }
 
-// Every image in order, as a camera would show them.
+// Tracks all images in order, as from a live camera.
 Reasons track_all(const Recording& recording, const FrameObserver& observer, Tracker* tracker,
                   RecordingResult* result) {
   Reasons reasons;
@@ -221,11 +222,11 @@ Reasons track_all(const Recording& recording, const FrameObserver& observer, Tra
   return reasons;
 }
 
-// Against the finished map: images without a pose, and those whose pose no longer holds.
+// Registers images in the finished map: those without a pose, and those whose pose is no longer valid.
 void register_again(const Recording& recording, const FrameObserver& observer, Tracker* tracker,
                     RecordingResult* result) {
   pose_the_rest(recording, observer, tracker, result);
-  // What follows takes poses out, to find them anew.
+  // The following step removes poses to estimate them anew.
   if (recording.interrupted()) return;
   std::set<std::int64_t> outdated = tracker->refine_with_graph();
   outdated.merge(tracker->adjust_frames());
@@ -233,7 +234,7 @@ void register_again(const Recording& recording, const FrameObserver& observer, T
   register_images(recording, outdated, unobserved, tracker, result);
 }
 
-// The maps of this recording, and what was found out about them.
+// The maps of this recording and the findings about them.
 void judge_maps(const Recording& recording, const Reasons& reasons, Tracker* tracker,
                 RecordingResult* result) {
   ParallelDoubt doubt(recording, tracker->map());
@@ -248,11 +249,11 @@ void judge_maps(const Recording& recording, const Reasons& reasons, Tracker* tra
         "no image was found in the loaded map; the last: " + usual_reason(reasons, result->frames_total);
     return;
   }
-  // What follows an interruption was not tried as all is.
+  // After an interruption not everything was tried.
   tracker->assess_maps(recording.interrupted() ? 0 : result->frames_with_features, &result->maps);
   result->trajectory = tracker->trajectory();
   add_findings(result);
-  // Otherwise it may be tracked anew.
+  // Otherwise the recording may be tracked again.
   if (is_confirmed(*result)) result->doubt = doubt.take();
 }
 
@@ -270,7 +271,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   const bool was_interrupted = recording.interrupted();
   register_again(recording, observer, tracker, &result);
   if (!was_interrupted && recording.interrupted()) {
-    result.warnings.push_back("interrupted while images were posed again: some may have no pose");
+    result.warnings.push_back("interrupted while images were registered again: some may have no pose");
   }
   judge_maps(recording, reasons, tracker, &result);
   return result;

@@ -1,4 +1,4 @@
-// A recording that is tracked more than once.
+// Tracks a recording more than once, from other seeds or with other masks.
 
 #include <algorithm>
 #include <array>
@@ -22,7 +22,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Counts them.
+// Counts the runs.
 class Attempts {
  public:
   Attempts(const TrackerMaker& make_tracker, const ObserverOfAttempt& observer_of)
@@ -51,8 +51,8 @@ bool is_of_smaller_object(const RecordingResult& result) {
   return result.tracked && result.maps.front().is_of_smaller_object;
 }
 
-// Images of a recording, at equal distances: of a minute at 30 Hz every ninth, within which a head turns by
-// no more than can be matched. Their features take some hundred megabytes at most.
+// Number of sampled images at equal distances: every ninth in a minute at 30 Hz, between which a head rotates
+// little enough for matching. Their features take some hundred megabytes at most.
 constexpr std::int64_t kSampled = 200;
 
 StaticBackground background_of(const Recording& recording, std::int64_t frames_total, Tracker* tracker) {
@@ -67,8 +67,9 @@ StaticBackground background_of(const Recording& recording, std::int64_t frames_t
   return tracker->background_of(images);
 }
 
-// Where it is in doubt what was tracked, or nothing was: whether something moves before what stands still,
-// all over the recording. From then on it is tracked by masks of that.
+// Where the tracked object is in doubt, or nothing was tracked: tests the whole recording for motion in front
+// of a static background. If there is any, the recording is tracked with masks of the moving object from then
+// on.
 bool exclude_background(const TrackedRecording& first, Recording* recording) {
   if (is_confirmed(first.result)) return false;
   if (recording->masks || !first.tracker->may_have_background() || recording->interrupted()) return false;
@@ -81,7 +82,7 @@ bool exclude_background(const TrackedRecording& first, Recording* recording) {
   return true;
 }
 
-// What its features see of it, in all images.
+// Number of landmark observations in all images of the first map.
 double observations_of(const RecordingResult& result) {
   std::size_t count = 0;
   for (const auto& entry : result.maps.front().map.landmarks()) {
@@ -90,14 +91,14 @@ double observations_of(const RecordingResult& result) {
   return static_cast<double>(count);
 }
 
-// Shares of the recording, as far from one another as can be.
+// Seeds as shares of the recording, as far apart as possible.
 constexpr std::array<double, 4> kBeginnings = {0, 0.5, 0.25, 0.75};
 
 std::int64_t frame_at(double share, const RecordingResult& result) {
   return static_cast<std::int64_t>(share * static_cast<double>(result.frames_total));
 }
 
-// By masks of all that moves otherwise than the result's map.
+// The recording with masks of the motion independent of the result's map.
 Recording within_other_object(Recording recording, const RecordingResult& result) {
   recording.object_masks =
       std::make_shared<ObjectMasks>(result.maps.front().independent_motion.tracks, recording.object_masks);
@@ -108,8 +109,8 @@ bool can_be_tracked(const Recording& masked) {
   return !masked.object_masks->are_empty() && !masked.interrupted();
 }
 
-// By its masks, and by those of all that moves otherwise than the map again, until the map is of what turns
-// most.
+// Tracks the recording with its masks, and again with masks of the independent motion until the map is of the
+// object that rotates most.
 TrackedRecording track_most_rotating_object(Attempts* attempts, Recording* masked) {
   constexpr int kMostObjects = 3;  // a head, the shoulders below it, the room behind
   TrackedRecording found = attempts->next(*masked);
@@ -122,15 +123,15 @@ TrackedRecording track_most_rotating_object(Attempts* attempts, Recording* maske
   return found;
 }
 
-// Of three bodies it may be two at once, so most of the images must show it; half, where nothing speaks
-// against it.
+// With three objects the map may be of two at once, so most of the images must show it; half of them where
+// there is no contradiction.
 bool is_seen_enough(const RecordingResult& result, const RecordingResult& first) {
   if (is_most_of(result, first)) return true;
   return is_right_of_its_object(result) && 2 * result.trajectory.size() >= first.trajectory.size();
 }
 
-// It plainly turns farther than the first. A first map that contradicts itself may be of one body here and of
-// the other there, and turn as far as the body in it.
+// Whether the object plainly rotates farther than the first. A first map that contradicts itself may be of
+// different objects in different parts, and rotate as far as the wanted one there.
 bool is_of_rotating_object(const RecordingResult& result, const RecordingResult& first) {
   if (!result.tracked || !is_seen_enough(result, first)) return false;
   const FinishedMap& before = first.maps.front();
@@ -139,9 +140,9 @@ bool is_of_rotating_object(const RecordingResult& result, const RecordingResult&
          (may_be_of_both ? 1 : IndependentMotion::kPlainly) * rotation_before_cameras(before.map);
 }
 
-// Where the map is of a body that turns less than another: the recording again, by masks of all that moves
-// otherwise, from each beginning: where a head and shoulders move as one for a while, a map that is begun
-// there is of both. Whether a map of what turns is kept, and with it its masks.
+// Where the map is of an object that rotates less than another one: tracks the recording again with masks of
+// the independent motion, from each seed. A head and shoulders that move together for a while give a map of
+// both when it begins there. Returns whether a map of the rotating object is kept, and its masks with it.
 bool switch_to_other_object(Attempts* attempts, Recording* recording, TrackedRecording* kept) {
   const RecordingResult& first = kept->result;
   const Recording others = within_other_object(*recording, first);
@@ -162,7 +163,7 @@ bool switch_to_other_object(Attempts* attempts, Recording* recording, TrackedRec
   return true;
 }
 
-// The other object may have been meant.
+// The other object could be the wanted one.
 void report_smaller_object(double share, RecordingResult* result) {
   if (share <= IndependentMotion::kComparable) return;
   result->maps.front().may_be_of_wrong_object = true;
@@ -174,12 +175,12 @@ void report_smaller_object(double share, RecordingResult* result) {
   add_finding(std::move(finding), result);
 }
 
-// Where the map is of less than what moves as one otherwise, and no masks say which is wanted: the recording
-// again, by masks of the other. It is kept, and its masks, where it is the larger indeed: then the share of
-// the smaller.
+// Where the map is of an object smaller than the independent motion, and no masks choose one: tracks the
+// recording again with masks of the other object. If that is larger indeed, the result and its masks are
+// kept, and the share of the smaller object is returned.
 std::optional<double> switch_to_larger_object(Attempts* attempts, Recording* recording,
                                               TrackedRecording* kept) {
-  constexpr double kPlainly = 1.2;  // times as much of it is seen, as IndependentMotion::is_larger asks
+  constexpr double kPlainly = 1.2;  // minimum ratio of sizes, as in IndependentMotion::is_larger
   const double larger_share = kept->result.maps.front().independent_motion.share();
   if (recording->masks) return std::nullopt;
   Recording masked = within_other_object(*recording, kept->result);
@@ -198,7 +199,8 @@ std::optional<double> switch_to_larger_object(Attempts* attempts, Recording* rec
   return std::nullopt;
 }
 
-// From these seeds, from the first_index-th on, until a result is confirmed. Whether one of them is kept.
+// Tracks from these seeds, starting with first_index, until a result is confirmed. Returns whether one of the
+// results is kept.
 bool try_other_seeds(Attempts* attempts, std::size_t first_index, Recording recording,
                      TrackedRecording* kept) {
   bool is_kept = false;
@@ -222,7 +224,7 @@ TrackedRecording track_until_confirmed(const Recording& as_given, const TrackerM
   Recording recording = as_given;
   recording.features = std::make_shared<FeatureMemory>();
   TrackedRecording kept = attempts.next(recording);
-  constexpr std::int64_t kLeast = 2;  // images, to make a map of
+  constexpr std::int64_t kLeast = 2;  // images, for a map
   if (!recording.try_again || kept.result.frames_total < kLeast) return kept;
   Recording again = recording;
   const bool is_by_masks = exclude_background(kept, &again) && try_other_seeds(&attempts, 0, again, &kept);
@@ -234,7 +236,7 @@ TrackedRecording track_until_confirmed(const Recording& as_given, const TrackerM
     is_of_another = true;
   if (!is_by_masks && !is_of_another && (!is_confirmed(kept.result) || fell_apart(kept.result)))
     try_other_seeds(&attempts, 1, again, &kept);
-  // Whatever is tracked by these masks does not see it.
+  // Results with these masks do not contain it.
   if (smaller_share) report_smaller_object(*smaller_share, &kept.result);
   return kept;
 }

@@ -15,7 +15,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr std::size_t kMostNumbers = 10;  // of images in a line
+constexpr std::size_t kMostNumbers = 10;  // of images listed in a message
 
 std::string name_of(std::size_t map) { return map == 0 ? "" : "map_" + std::to_string(map + 1) + ": "; }
 
@@ -97,7 +97,7 @@ void report_uncertain_images(const std::set<std::int64_t>& doubtful, std::size_t
   map->quality.add(std::move(finding));
 }
 
-// A small map beside the first has too little to be checked.
+// A small map other than the first has too few images to be checked.
 void report_small_map(std::size_t place, FinishedMap* map) {
   if (place == 0 || is_loaded(*map) || map->trajectory.size() >= kLeastOutsideFirst) return;
   Finding finding;
@@ -125,9 +125,9 @@ void report_several_maps(RecordingResult* result) {
   result->maps.front().quality.add(std::move(finding));
 }
 
-// What is not registered is easily overlooked in a trajectory.
+// Missing images are easily overlooked in a trajectory.
 void report_unregistered(RecordingResult* result) {
-  constexpr double kMostShare = 0.1;  // fewer are the few blurred ones that every recording has
+  constexpr double kMostShare = 0.1;  // fewer are usual: every recording has some blurred images
   std::set<std::int64_t> registered;
   for (const FinishedMap& map : result->maps) registered.merge(frames_of(map.trajectory));
   std::int64_t run = 0, longest = 0, last = -1;
@@ -150,7 +150,7 @@ void report_unregistered(RecordingResult* result) {
   result->maps.front().quality.add(std::move(finding));
 }
 
-// What interrupts the first map may bend the others as well.
+// The cause of a gap in the first map may distort the other maps as well.
 void spread_few_images(RecordingResult* result) {
   for (const Finding& finding : std::vector<Finding>(result->maps.front().quality.findings())) {
     if (finding.kind != FindingKind::kFewImages) continue;

@@ -26,7 +26,7 @@ bool RecordingReader::next() {
   return item_.source.kind == SourceImage::Kind::kImage;
 }
 
-// One thread at a time. The end is an item, too, for the problems before it.
+// Called by one thread at a time. The end is an item as well, for the problems before it.
 bool RecordingReader::read(Item* item) {
   if (has_ended_) return false;
   while ((recording_.max_frames < 0 || read_ < recording_.max_frames) && !recording_.interrupted()) {
@@ -67,7 +67,7 @@ void RecordingReader::prepare(Item* item) const {
 void read_again(const Recording& recording, std::int64_t frames_total, const Tracker& tracker,
                 const RecordingReader::IsWanted& is_wanted,
                 const std::function<void(const RecordingReader&)>& use) {
-  // A folder may have grown meanwhile: what the first pass did not see is left alone.
+  // A folder may have grown meanwhile: images that the first pass did not read are ignored.
   std::int64_t last = frames_total - 1;
   while (last >= 0 && !is_wanted(last)) --last;
   if (last < 0) return;

@@ -12,17 +12,17 @@
 
 namespace mono_pose_tracker {
 
-// The images of a recording, read and prepared ahead on threads - 1 threads.
+// Reads and prepares the images of a recording ahead, on threads - 1 threads.
 class RecordingReader {
  public:
-  using IsWanted = std::function<bool(std::int64_t)>;  // by index: the others need not be prepared
+  using IsWanted = std::function<bool(std::int64_t)>;  // by index; other images are not prepared
 
-  // problems: gets a line for each image or mask that cannot be read; null: nobody is told. readable: how
-  // many images could be read before; where these are all, those not wanted have no pixels and no names.
+  // problems: receives a line for each unreadable image or mask; may be null. readable: known number of
+  // readable images. Where all are readable, unwanted images are skipped and have no pixels and no names.
   RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
                   std::vector<std::string>* problems, std::int64_t readable = -1);
 
-  // False at the end.
+  // Returns false at the end.
   bool next();
 
   std::int64_t index() const { return item_.index; }
@@ -34,11 +34,11 @@ class RecordingReader {
  private:
   // The next image with its mask, or the end.
   struct Item {
-    std::int64_t index = -1;  // counts the images that could be read
+    std::int64_t index = -1;  // counts the readable images
     SourceImage source;
     cv::Mat mask;
     bool is_mask_usable = false;
-    std::vector<std::string> problems;  // since the item before
+    std::vector<std::string> problems;  // since the previous item
     PreparedImage prepared;
   };
 
@@ -50,15 +50,15 @@ class RecordingReader {
   const IsWanted is_wanted_;
   std::vector<std::string>* problems_;
   std::unique_ptr<ImageSource> source_;
-  const bool skips_;  // what is not wanted
+  const bool skips_;  // unwanted images
   std::int64_t read_ = 0;
   std::int64_t usable_masks_ = 0;
   bool has_ended_ = false;
   Item item_;
-  Prefetcher<Item> items_;  // last: its threads use what stands before it
+  Prefetcher<Item> items_;  // last: its threads use the members above
 };
 
-// The images that are wanted once more, in order.
+// Reads the wanted images once more, in order.
 void read_again(const Recording& recording, std::int64_t frames_total, const Tracker& tracker,
                 const RecordingReader::IsWanted& is_wanted,
                 const std::function<void(const RecordingReader&)>& use);

@@ -9,9 +9,9 @@ namespace mono_pose_tracker {
 
 bool is_confirmed(const RecordingResult& result) { return result.tracked && result.maps.front().confirmed(); }
 
-// A map of few landmarks may explain all that it has: its edges count less the fewer matches they hold.
+// A map of few landmarks may explain all of its matches: edges with few matches have less weight.
 double score(const RecordingResult& result) {
-  constexpr double kEnough = 100;  // matches of an edge, four times what one needs: more say no more
+  constexpr double kEnough = 100;  // matches of an edge for full weight: four times the minimum
   if (!result.tracked) return 0;
   const ExplainedMatches& matches = result.maps.front().explained;
   const double per_edge =
@@ -20,7 +20,7 @@ double score(const RecordingResult& result) {
 }
 
 bool is_better(const RecordingResult& result, const RecordingResult& before) {
-  constexpr double kMargin = 1.01;  // of the score: below, the earlier result stays
+  constexpr double kMargin = 1.01;  // minimum ratio of scores for the later result
   if (!result.tracked || !before.tracked) return result.tracked && !before.tracked;
   if (is_confirmed(result) != is_confirmed(before)) {
     return is_confirmed(result) ? is_most_of(result, before) : !is_most_of(before, result);

@@ -4,21 +4,21 @@
 
 namespace mono_pose_tracker {
 
-// Images that the first map registers, times the share of the view graph's verified matches that it explains:
-// the one score by which results are compared.
+// The number of images registered in the first map, times the share of the view graph's verified matches that
+// it explains: the only score by which results are compared.
 double score(const RecordingResult& result);
 
-// Whether the result takes the place of the one before: a confirmed one of an unconfirmed one that has not
-// far more images, else the higher score by a margin.
+// Whether the result replaces the previous one. A confirmed result replaces an unconfirmed one that does not
+// have far more images; otherwise the score must be higher by a margin.
 bool is_better(const RecordingResult& result, const RecordingResult& before);
 
-// Nothing disqualifies it but that another object may be the one that is wanted.
+// Nothing disqualifies the result, except that another object may be the wanted one.
 bool is_right_of_its_object(const RecordingResult& result);
 
-// An object's map that is in several parts.
+// Whether an object's map is in several parts.
 bool fell_apart(const RecordingResult& result);
 
-// It holds three quarters as many images at least.
+// Whether the result has at least three quarters as many images.
 bool is_most_of(const RecordingResult& result, const RecordingResult& before);
 
 }  // namespace mono_pose_tracker

@@ -10,8 +10,8 @@
 
 namespace mono_pose_tracker {
 
-// What was seen in the images of a recording, by their indices: of a long one of every second, every fourth
-// image, all along it. A few hundred megabytes at most. One thread.
+// Features of a recording's images, by index. A long recording is thinned to every second or fourth image
+// over its whole length. A few hundred megabytes at most. One thread.
 class SeenImages {
  public:
   static constexpr std::size_t kMost = 400;
@@ -26,14 +26,14 @@ class SeenImages {
     }
   }
 
-  ImageFeaturesPtr find(std::int64_t index) const {  // null: it is not kept
+  ImageFeaturesPtr find(std::int64_t index) const {  // null: not stored
     const auto found = images_.find(index);
     return found == images_.end() ? nullptr : found->second;
   }
 
  private:
   std::map<std::int64_t, ImageFeaturesPtr> images_;
-  std::int64_t step_ = 1;  // of the indices
+  std::int64_t step_ = 1;  // between stored indices
 };
 
 }  // namespace mono_pose_tracker

@@ -9,22 +9,24 @@
 namespace mono_pose_tracker {
 namespace {
 
-// Enough for a focal length to show, where it does, and few enough to be tracked in some seconds.
+// Enough keyframes to determine the focal length, where that is possible, and few enough to be tracked in
+// seconds.
 constexpr int kEarlyKeyframes = 25;
-// From 30 % off one is there in two or three.
+// From 30 % off, two or three runs converge.
 constexpr int kMaxEarlyRuns = 5, kMaxRuns = 4;
-// The early ones need to be near only.
+// The early runs need to be near only.
 constexpr double kNearChange = 0.01;
-// Few views leave steps to and fro of one per cent about the right camera; what still goes farther is none.
+// With few views the estimate oscillates by one per cent about the right camera; larger changes are not
+// converged.
 constexpr double kUnsettledChange = 0.02;  // of the focal length; of the image's longer side at its edge
-// What a feature is located to, and a third of the one per cent that a refined focal length is good for.
+// Localisation error of a feature, and a third of the one per cent accuracy of a refined focal length.
 constexpr double kSettledShiftPx = 1, kSettledChange = 0.003;
-// On parts of recordings the images ask for focal lengths up to 6 % off a right calibration: rolling shutter
-// and distortion that is not modelled act on all features alike, so that the covariance misses them. A
+// On parts of recordings the images suggest focal lengths up to 6 % off a right calibration: rolling shutter
+// and unmodelled distortion affect all features in common, which the covariance does not contain. A
 // stabiliser's crop, zoom, binning or another camera's file are off by more.
 constexpr double kWrongGuess = 0.05;  // of a focal length that was guessed: corrected from here on
 constexpr double kDoubtfulChange = 0.1, kDoubtfulSigmas = 10;
-// What a part of the recording says against it counts where it could tell.
+// A part of the recording contradicts the calibration only where it can determine it.
 constexpr double kTellingSigmas = 3, kLeastOfChange = 0.5;
 
 CameraParameters with_focal(CameraParameters camera, double factor) {
@@ -33,7 +35,7 @@ CameraParameters with_focal(CameraParameters camera, double factor) {
   return camera;
 }
 
-// Half way from one to the other.
+// The camera half way between two.
 CameraParameters between(const CameraParameters& a, CameraParameters b) {
   for (double CameraParameters::*value :
        {&CameraParameters::fx, &CameraParameters::fy, &CameraParameters::cx, &CameraParameters::cy}) {
@@ -45,10 +47,11 @@ CameraParameters between(const CameraParameters& a, CameraParameters b) {
   return b;
 }
 
-// That it is off is seen before it is known well enough to be refined.
+// The suggested relative change of the focal length. An error shows before it is known well enough for a
+// refinement.
 double change_asked(const CameraRefinement& r) { return r.focal_observable ? r.focal_change : r.focal_asked; }
 
-// What the images ask for, and one standard deviation.
+// The parameter suggested by the images, and its standard deviation.
 struct Asked {
   double change = 0, sigma = 0;
 };
@@ -57,8 +60,8 @@ Asked focal_asked(const CameraRefinement& r) { return {change_asked(r), r.focal_
 
 Asked distortion_asked(const CameraRefinement& r) { return {r.distortion_asked_px, r.distortion_sigma_px}; }
 
-// A wrong camera asks for the same in every part of the recording; what moves by itself, such as a face that
-// talks, for something else in each.
+// Whether all parts of the recording suggest the same change: a wrong camera does, a non-rigid object such as
+// a talking face does not.
 bool is_asked_by_all_parts(CameraRefinementOptions options, const CameraParameters& camera, const Map& map,
                            const std::function<Asked(const CameraRefinement&)>& asked_by, double change) {
   for (const double begin : {0.0, 0.25, 0.5}) {
@@ -71,7 +74,7 @@ bool is_asked_by_all_parts(CameraRefinementOptions options, const CameraParamete
   return true;
 }
 
-// By how much the images contradict the focal length, relative; 0 where they do not, or not clearly.
+// Relative contradiction between images and focal length; 0 where there is none, or none that is significant.
 double contradiction(const CameraRefinementOptions& options, const CameraParameters& camera, const Map& map,
                      const CameraRefinement& r, double least_change) {
   const double change = change_asked(r);
@@ -79,8 +82,8 @@ double contradiction(const CameraRefinementOptions& options, const CameraParamet
   return is_clear && is_asked_by_all_parts(options, camera, map, focal_asked, change) ? change : 0;
 }
 
-// How far the camera's distortion moves the corners of the image, beyond what it moves the points half way to
-// them [px]; 0 of a pinhole.
+// Displacement of the image corners by distortion, beyond that of the points half way to them [px]; 0 for a
+// pinhole camera.
 double corner_distortion_px(const CameraModel& camera) {
   const CameraParameters& p = camera.parameters();
   const double radius = 0.5 * std::hypot(p.width / p.fx, p.height / p.fy);
@@ -103,7 +106,7 @@ std::string doubt_of_distortion(const CameraRefinementOptions& options, const Di
         std::max(least_distortion_px(limits, camera), limits.min_sigmas * r.distortion_sigma_px)))
     return "";
   if (!is_asked_by_all_parts(options, camera, map, distortion_asked, change)) return "";
-  // Of what the calibration has, a third at most is left.
+  // Of the calibration's distortion, at most a third is left in rectified images.
   constexpr double kLeftOfRectified = 1.0 / 3;
   const double given = corner_distortion_px(CameraModel(camera));
   const bool looks_rectified = std::abs(given + change) < kLeftOfRectified * std::abs(given);
@@ -139,8 +142,7 @@ class Calibrator {
   }
 
  private:
-  // The map that there is holds to the camera that it was tracked with, which may be a trial that no map has
-  // asked for.
+  // The last map belongs to the camera with which it was tracked, which may be a trial.
   void leave_unsettled(SelfCalibration* result) const {
     const CalibrationSource of_trial = tracked_with_ == start_ ? source_ : CalibrationSource::kGuessed;
     result->source = was_refined_ ? CalibrationSource::kRefined : of_trial;
@@ -158,8 +160,8 @@ class Calibrator {
     return track_(camera_, max_keyframes);
   }
 
-  // Another run would read no image, and the map that there is would be lost to it. What comes later than all
-  // questions interrupts nothing here.
+  // Stops before another run, which would read no image and lose the last map. A cancellation after all runs
+  // has no effect here.
   bool is_cancelled() {
     is_interrupted_ = is_interrupted_ || (options_.cancel && options_.cancel());
     return is_interrupted_;
@@ -172,11 +174,12 @@ class Calibrator {
     return true;
   }
 
-  // Near to the camera, by the beginning of the recording. False where no focal length gives a map.
+  // Approaches the camera with the beginning of the recording. Returns false where no focal length gives a
+  // map.
   bool approach() {
     Approach best = approach_from(1);
-    // With a focal length that is too long the map may be of another geometry, with depths and turns the
-    // other way round, which asks for a longer one still: what runs away is begun anew from the other side.
+    // With too long a focal length the map may be depth-reversed, which suggests an even longer one: a
+    // diverging focal length is started again from the other side.
     for (const double factor : {0.7, 1.4}) {
       if (!best.has_map || best.is_settled || is_cancelled()) break;
       const Approach other = approach_from(factor);
@@ -190,10 +193,10 @@ class Calibrator {
     return best.has_map;
   }
 
-  // Where the early runs lead to.
+  // Result of the early runs.
   struct Approach {
     bool has_map = false, is_settled = false, is_refined = false;
-    double last_change = 0;  // relative, of the focal length: what the last map asks for
+    double last_change = 0;  // relative change of the focal length suggested by the last map
     CameraParameters camera;
   };
 
@@ -207,7 +210,7 @@ class Calibrator {
       const CameraRefinement r = refine_camera(options_, camera_, *map);
       const double before = std::exchange(result.last_change, change_asked(r));
       result.has_map = true;
-      // What cannot be told from the first map on is left to all of the recording.
+      // Parameters that the first map cannot determine are left to the whole recording.
       result.is_settled = std::abs(result.last_change) < kNearChange || !(r.focal_observable || is_refined_);
       const bool runs_away =
           before * result.last_change > 0 && std::abs(result.last_change) >= std::abs(before);
@@ -218,7 +221,7 @@ class Calibrator {
     return result;
   }
 
-  // To where it stays, by all of the recording.
+  // Iterates on the whole recording until the camera converges.
   SelfCalibration finish(bool is_found) {
     SelfCalibration result;
     double last_change = 0;
@@ -232,7 +235,8 @@ class Calibrator {
       result.last = refine_camera(options_, camera_, *map);
       if (is_cancelled()) return result;
       if (!result.last.focal_observable && is_refined_) {
-        // The beginning seemed to tell, all of it does not. (One run more, if this was the last.)
+        // The beginning suggested a change that the whole recording does not. (One more run, if this was the
+        // last.)
         camera_ = start_;
         is_refined_ = false;
         i = std::min(i, kMaxRuns - 2);
@@ -245,8 +249,8 @@ class Calibrator {
       }
       is_refined_ = true;
       if (is_settled(result.last) || i + 1 == kMaxRuns) break;
-      // What a camera that is a little too long made of the map asks for one that is a little too short, and
-      // that for the first again, where few views tell.
+      // With few views the estimate oscillates: a slightly long camera gives a map that suggests a slightly
+      // short one, and vice versa.
       const bool turns_back = result.last.focal_change * last_change < 0;
       camera_ = turns_back ? between(camera_, result.last.camera) : result.last.camera;
       last_change = result.last.focal_change;
@@ -257,8 +261,8 @@ class Calibrator {
     return result;
   }
 
-  // What the images ask for may be too uncertain to be called refined, and is still the better guess where
-  // they contradict the one that was made.
+  // An estimate may be too uncertain for a refinement, and still be better than a guess that the images
+  // contradict.
   bool guess_anew(const CameraRefinement& r, const Map& map) {
     if (source_ != CalibrationSource::kGuessed) return false;
     const double change = contradiction(options_, camera_, map, r, kWrongGuess);
@@ -302,9 +306,9 @@ class Calibrator {
   CameraParameters camera_, tracked_with_;
   const CameraRefinementOptions& options_;
   const TrackWithCamera& track_;
-  bool is_refined_ = false;      // by an adjustment of what was tracked before
-  bool was_refined_ = false;     // as the last run began
-  bool is_interrupted_ = false;  // by whoever cancels
+  bool is_refined_ = false;      // by an adjustment of the previous map
+  bool was_refined_ = false;     // at the beginning of the last run
+  bool is_interrupted_ = false;  // by a cancellation
   int runs_ = 0;
 };
 

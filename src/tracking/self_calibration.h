@@ -11,39 +11,40 @@
 
 namespace mono_pose_tracker {
 
-/// Tracks the recording with this camera; the map (null: none could be made) is kept until the next call.
-/// max_keyframes: that many are enough, the rest of the recording may be left; 0: all of it.
+/// Tracks the recording with this camera. The returned map (null: none) is valid until the next call.
+/// max_keyframes: number of keyframes that suffice, the rest of the recording may be skipped; 0: all of it.
 using TrackWithCamera = std::function<const Map*(const CameraParameters&, int max_keyframes)>;
 
 struct SelfCalibration {
-  CameraParameters camera;  // with which the recording was tracked last
+  CameraParameters camera;  // of the last run
   CalibrationSource source = CalibrationSource::kGiven;
-  CameraRefinement last;              // what the last map says of it
-  std::vector<std::string> warnings;  // what was not observable, and what follows
-  /// False: the last run asks for one that is 2 % off, or was interrupted; nothing is to be built on it.
+  CameraRefinement last;              // refinement by the last map
+  std::vector<std::string> warnings;  // unobservable parameters and the consequences
+  /// False: the last run estimates a camera that differs by 2 %, or was interrupted. The map must not be used
+  /// then.
   bool is_near = true;
   int runs = 0;
 };
 
-/// Tracks and refines in turn until the camera changes no more: what a map has lost to a wrong camera (points
-/// culled, whole parts), no adjustment of that map gives back. First with the beginning of the recording,
-/// which is soon done and where a map holds together even with a focal length that is off by a third; where
-/// there is no map at all, with other focal lengths. The last call of `track` is with the camera that is
-/// returned, and of all of the recording.
+/// Alternates tracking and camera refinement until the camera converges: points or parts that a map has lost
+/// to a wrong camera are not recovered by adjusting that map. The first runs use the beginning of the
+/// recording, which is fast and where a map stays connected even with a focal length that is off by a third.
+/// Where there is no map at all, other focal lengths are tried. The last call of `track` is with the returned
+/// camera and the whole recording.
 SelfCalibration calibrate_by_tracking(const CameraParameters& start, CalibrationSource source,
                                       const CameraRefinementOptions& options, const TrackWithCamera& track);
 
-/// When the distortion of a calibration counts as wrong.
+/// When the distortion of a calibration is reported as wrong.
 struct DistortionDoubtOptions {
-  /// The least that the images move its corners by, as a share of the corners' distance from the centre.
-  /// On parts of recordings right calibrations are off by up to 2.7 %; distortion that is undistorted twice,
-  /// or not at all, is 10 % and more.
+  /// Minimum displacement of the image corners by the refinement, as a share of their distance from the
+  /// centre. On parts of recordings right calibrations are off by up to 2.7 %; distortion that is corrected
+  /// twice, or not at all, by 10 % or more.
   double min_share = 0.05;
-  double min_sigmas = 10;  // as of a focal length that is doubtful
+  double min_sigmas = 10;  // as for a doubtful focal length
 };
 
-/// A line for the user where a map says that the calibration it was made with is wrong; else nothing. The
-/// distortion is named where it is the suspect: of images that are rectified already, and undistorted again.
+/// A message for the user where a map contradicts the calibration with which it was made; else empty. Names
+/// the distortion where it is the likely cause: rectified images that are undistorted again.
 std::string doubt_of_calibration(const CameraRefinementOptions& options, const CameraParameters& camera,
                                  const Map& map, const DistortionDoubtOptions& distortion = {});
 

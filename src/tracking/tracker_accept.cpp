@@ -1,4 +1,4 @@
-// What becomes of a frame that a pose was found for: doubted, kept, made a keyframe.
+// Handling of a registered frame: gating, storing, making it a keyframe.
 
 #include <algorithm>
 #include <iterator>
@@ -12,13 +12,13 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Whose poses are known live when the map is corrected: eleven minutes at 30 Hz, as much as ~path holds by
-// default.
+// Number of live frames whose poses are corrected with the map: eleven minutes at 30 Hz, as long as the
+// default ~path.
 constexpr std::size_t kMostLiveFrames = 20000;
 
 }  // namespace
 
-// False when it is one doubtful pose too many.
+// Returns false after too many consecutive doubtful poses.
 bool Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const RegistrationReport& registration,
                            FrameReport* report) {
   Rigid3 reference_from_map;
@@ -45,14 +45,14 @@ bool Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Reg
   if (object_follower_ && frame.unmasked) object_follower_->settle(pixels_of(frame, registration));
   const Overlap overlap = overlap_with(map, reference_, registration, camera_);
   report->median_parallax_deg = overlap.parallax_deg;
-  if (doubtful || options_.localize_only) return true;  // nothing of it comes into the map
+  if (doubtful || options_.localize_only) return true;  // the map does not use it
   if (keyframe_policy_.is_due(map, overlap, registration.inliers, worker_.unfinished_jobs())) {
     insert_keyframe(frame, map, pose, registration, report);
   }
   return true;
 }
 
-// Should the keyframe be removed, its image stays registered.
+// If the keyframe is removed, its image stays registered.
 LandmarkPixels Tracker::Impl::landmarks_of(const KeyframeView& keyframe) const {
   if (pace_ == SearchPace::kLive) return nullptr;
   auto landmarks = std::make_shared<std::vector<LandmarkPixel>>();
@@ -64,7 +64,7 @@ LandmarkPixels Tracker::Impl::landmarks_of(const KeyframeView& keyframe) const {
   return landmarks;
 }
 
-// Kept for a recording, which is written in the end: 16 bytes for each landmark, some 2 kB an image.
+// Stored for recordings, which are written in the end: 16 bytes for each landmark, some 2 kB an image.
 LandmarkPixels Tracker::Impl::registered_by(const Frame& frame,
                                             const RegistrationReport& registration) const {
   if (pace_ == SearchPace::kLive) return nullptr;
@@ -76,7 +76,7 @@ LandmarkPixels Tracker::Impl::registered_by(const Frame& frame,
   return landmarks;
 }
 
-// It rides on the best of the keyframes from now on.
+// Stores the pose relative to the best of the keyframes.
 FramePose Tracker::Impl::set_pose(const Frame& frame, const TrackingMap& map,
                                   const RegistrationReport& registration, Among among, bool is_final) {
   const KeyframeId reference = choose_reference(map, registration, among);
@@ -102,8 +102,8 @@ void Tracker::Impl::insert_keyframe(const Frame& frame, const TrackingMap& map, 
   const StageTimer timer(report->stages, "keyframe");
   report->is_keyframe = worker_.insert(candidate_of(frame, map, pose, registration));
   if (!report->is_keyframe) return;
-  // Inline, the keyframe is there already and has been adjusted: go on from it. Live, what has been done in
-  // the meantime is the next image's: this one's pose is of the map as it was.
+  // Inline, the keyframe is inserted and adjusted already: tracking continues from it. Live, later map
+  // changes apply to the next image: this pose is of the map as it was.
   if (pace_ == SearchPace::kLive) return;
   const TrackingMapPtr now = worker_.latest();
   apply_corrections(*now);
@@ -116,12 +116,12 @@ void Tracker::Impl::insert_keyframe(const Frame& frame, const TrackingMap& map, 
   }
 }
 
-// One doubtful pose may be right, and so may the next. Of a run of them each has led to the one after it, and
-// nothing has confirmed any: the camera is elsewhere, and none of them is kept.
+// A single doubtful pose may be right, and so may the next. In a longer sequence each one predicted the next
+// and none was confirmed: the camera is elsewhere, and all of them are withdrawn.
 bool Tracker::Impl::withdraw_doubtful(const Frame& frame, const TrackingMap& map, FrameReport* report) {
   constexpr std::size_t kMostInARow = 2;
   doubted_.push_back(frame.index);
-  // Some images between may have shown nothing to pose.
+  // Some images in between may have had no features.
   while (static_cast<int>(doubted_.size()) > innovation_gate_.in_a_row()) doubted_.pop_front();
   if (doubted_.size() <= kMostInARow) return false;
   for (const std::int64_t index : doubted_) {
@@ -137,7 +137,7 @@ bool Tracker::Impl::withdraw_doubtful(const Frame& frame, const TrackingMap& map
   return true;
 }
 
-// Told, not hidden: the pose is reported with what speaks against it.
+// A doubtful pose is reported with the reason for doubt.
 bool Tracker::Impl::is_doubtful(const Frame& frame, const RegistrationReport& registration,
                                 const std::optional<Rigid3>& last, FrameReport* report) {
   if (!last) innovation_gate_.interrupt();
@@ -151,7 +151,7 @@ bool Tracker::Impl::is_doubtful(const Frame& frame, const RegistrationReport& re
   return true;
 }
 
-// The keyframe that shares most landmarks with the frame.
+// The keyframe with most landmarks in common with the frame.
 KeyframeId Tracker::Impl::choose_reference(const TrackingMap& map, const RegistrationReport& registration,
                                            Among among) const {
   std::unordered_set<LandmarkId> seen;

@@ -1,19 +1,19 @@
-// The end of a recording: what stood still while something moved.
+// The end of a recording: static background behind a moving object.
 
 #include "mapping/in_view.h"
 #include "tracker_impl.h"
 
 namespace mono_pose_tracker {
 
-// No object is asked for, and the map is of a place that the camera goes through: what stands still in the
-// image is fixed to the camera.
+// Whether no object is wanted and the map is of a place that the camera moves through: static features are
+// then ego-vehicle features.
 bool Tracker::Impl::goes_through(const Map& map) const {
   return !options_.segmentation.wants_turning_object() && !stays_in_view(map);
 }
 
-// Where what was taken for an object before a still background is the view, the mapper tells what is fixed to
-// the camera from it, as words are that a drone writes into its images. An object that has come so near that
-// it reaches beyond the image hides its background.
+// Where the supposed object in front of a static background is the view itself, the mapper separates
+// ego-vehicle features and overlaid text from it. An object so near that it extends beyond the image hides
+// its background.
 void Tracker::Impl::choose_masks(const Frame& frame, const TrackingMap& map, const Rigid3& camera_from_map) {
   if (!options_.segmentation.is_automatic() || options_.segmentation.wants_turning_object()) return;
   if (!object_finder_.knows_motion() || motion_map_ != map.map_id) return;
@@ -25,8 +25,8 @@ bool Tracker::Impl::may_have_background() {
   return looks_for_background() && !(has_map && goes_through(worker_.mapper().map()));
 }
 
-// Asked of a map that stays in view. Where masks told an object from what is behind it, the keyframes have
-// none of that.
+// Tested for a map that stays in view. Where masks separated an object, the keyframes have no background
+// features.
 bool Tracker::Impl::shows_background(const TrackingMap& view, const Map& map,
                                      const MatchesInTime& in_time) const {
   if (!looks_for_background() || is_segmented_ || has_earlier_frames(view)) return false;

@@ -1,4 +1,4 @@
-// What becomes of what the tracker knows when the mapper corrects, joins or drops maps.
+// Updates the tracker's state when the mapper corrects, merges or drops maps.
 
 #include <cmath>
 #include <cstdint>
@@ -8,10 +8,11 @@
 
 namespace mono_pose_tracker {
 
-// Where an object was is known to 2 px, at a hundred or more of them from its middle.
+// Relative change of lengths that matters: an object's place is accurate to 2 px at a hundred px or more from
+// its centroid.
 constexpr double kOtherLengths = 0.01;
 
-// The map was corrected: what is known by its ids and in its lengths follows.
+// Applies corrections of the map to everything stored by its ids or in its unit.
 void Tracker::Impl::apply_corrections(const TrackingMap& map) {
   for (const auto& correction : map.corrections) {
     if (correction->sequence <= corrections_) continue;
@@ -43,15 +44,15 @@ void Tracker::Impl::apply_corrections(const TrackingMap& map) {
   }
 }
 
-// What the mapper has done to the present map without images coming: shown, and followed.
+// Publishes and follows map changes between images.
 void Tracker::Impl::follow_mapper() {
   worker_.publish_mapper();
   apply_corrections(*worker_.latest());
 }
 
-// The mapper keeps no more of what lies beside a capped map than that map may hold.
+// Forgets maps that the mapper has dropped from a capped atlas.
 void Tracker::Impl::forget_dropped_maps(const TrackingMap& map) {
-  if (map.epoch != epoch_) return;  // of a time when others were kept
+  if (map.epoch != epoch_) return;  // of an earlier set of maps
   const std::set<std::uint32_t> kept(map.inactive_maps.begin(), map.inactive_maps.end());
   for (auto other = others_.begin(); other != others_.end();) {
     const std::uint32_t id = other->first;

@@ -1,4 +1,4 @@
-// The end of a recording: maps are joined and finished, images without a pose get one.
+// The end of a recording: merges and finishes maps, and registers images without a pose.
 
 #include <algorithm>
 #include <cstddef>
@@ -36,7 +36,7 @@ bool Tracker::Impl::finish() {
   return true;
 }
 
-// Maps are joined where they meet; the largest is completed and adjusted.
+// Merges maps that can be aligned; completes and adjusts the largest.
 void Tracker::Impl::complete_map() {
   if (!others_.empty()) {
     worker_.mapper().join_rest();
@@ -47,7 +47,7 @@ void Tracker::Impl::complete_map() {
   follow_mapper();
 }
 
-// The map in which most frames are posed becomes the present one; of equals, the oldest.
+// The map with most registered frames becomes the present one; of equals, the oldest.
 void Tracker::Impl::resume_largest() {
   Mapper& mapper = worker_.mapper();
   std::vector<std::uint32_t> ids = mapper.inactive_maps();
@@ -61,7 +61,7 @@ void Tracker::Impl::resume_largest() {
   for (const std::uint32_t id : mapper.inactive_maps()) others_[id] = nullptr;
 }
 
-// The best of the keyframes nearest in time.
+// Registers against the keyframes nearest in time, and returns the best result.
 RegistrationReport Tracker::Impl::register_near_in_time(const Frame& frame, const TrackingMap& map,
                                                         std::size_t keyframes) const {
   std::vector<std::pair<std::int64_t, KeyframeId>> by_time;
@@ -98,7 +98,7 @@ FrameReport Tracker::Impl::keep_for_later(std::int64_t frame_index, std::int64_t
   return report;
 }
 
-// The frames that were posed, with all the features that were found in them.
+// The registered frames, with all features that were found in them.
 std::vector<RegisteredImage> Tracker::Impl::seen_in(const FinishedMap& map) const {
   std::vector<RegisteredImage> seen;
   for (const RegisteredFrame& frame : map.trajectory) {
@@ -108,15 +108,15 @@ std::vector<RegisteredImage> Tracker::Impl::seen_in(const FinishedMap& map) cons
   return seen;
 }
 
-// It registers four fifths of the images and explains nearly all verified matches: only then what lies behind
-// the cameras by noise may be excused.
+// Whether the map registers four fifths of the images and explains nearly all verified matches: only then may
+// far points behind the cameras be treated as noise.
 bool Tracker::Impl::is_consistent_whole(const FinishedMap& map) const {
   constexpr double kMostImages = 0.8, kMostMatches = 0.99;
   return !is_loaded(map) && map.explained.share() >= kMostMatches &&
          static_cast<double>(map.trajectory.size()) >= kMostImages * static_cast<double>(next_index_);
 }
 
-// The images between the keyframes are asked only where it may be the other body that is wanted.
+// Images between the keyframes are compared only where the other object may be the wanted one.
 void Tracker::Impl::assess_independent_motion(bool camera_goes_through, FinishedMap* map) const {
   const RansacOptions ransac = options_.ransac(camera_.focal());
   if (!keeps_seen()) {
@@ -138,12 +138,12 @@ void Tracker::Impl::assess_independent_motion(bool camera_goes_through, Finished
   if (other.exists()) map->object_tracks = std::move(other.tracks);
   map->independent_motion.matches = other.matches;
   map->independent_motion.obeying = other.obeying;
-  if (!map->is_of_other_object) return;  // what else moves is to be left out
+  if (!map->is_of_other_object) return;  // independently moving features are excluded
   map->independent_motion = find_independent_motion(map->map, seen, ComparedImages::kAllSeen,
                                                     options_.matching, ransac, options_.threads);
 }
 
-// The mapper's present map, not assessed yet.
+// The mapper's present map, not yet assessed.
 FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   FinishedMap map;
   map.id = view.map_id;
@@ -163,7 +163,7 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   return map;
 }
 
-// All that speaks against it, and the verdict. images: of the recording, that have features.
+// Runs all checks of the map and sets the verdict. images: number of images of the recording with features.
 void Tracker::Impl::assess_map(std::size_t place, std::int64_t images, FinishedMap* map) {
   MapEvidence evidence;
   evidence.map = &map->map;
@@ -190,7 +190,7 @@ std::vector<FinishedMap> Tracker::Impl::maps() {
   for (const std::uint32_t id : mapper.inactive_maps()) {
     mapper.resume(id, true, epoch_);
     if (!options_.localize_only && !frames_[id].empty()) mapper.finish();
-    apply_corrections(*mapper.tracking_map());  // it may have another size now
+    apply_corrections(*mapper.tracking_map());  // its scale may have changed
     adjust_frames(*mapper.tracking_map());
     maps.push_back(finished(*mapper.tracking_map()));
   }

@@ -1,5 +1,5 @@
-// Images of a finished recording that have no pose yet: from those beside them, by descriptors, in a map
-// beside.
+// Registers images of a finished recording that have no pose yet: from their neighbours, by descriptors, in
+// other maps.
 
 #include <algorithm>
 #include <iterator>
@@ -10,7 +10,7 @@
 
 namespace mono_pose_tracker {
 
-// Where the motion of the frames beside it leads; nothing where these have no pose.
+// Predicts a pose from the motion of the neighbouring frames; nothing where these have no pose.
 std::optional<Prediction> Tracker::Impl::predict_from_neighbor(const Frame& frame,
                                                                std::int64_t neighbor) const {
   const TrackingMapPtr map = worker_.latest();
@@ -23,7 +23,7 @@ std::optional<Prediction> Tracker::Impl::predict_from_neighbor(const Frame& fram
   return prediction;
 }
 
-// A keyframe is made of it where one is due.
+// Registers the frame, and makes it a keyframe where one is due.
 bool Tracker::Impl::register_in_gap(const Frame& frame, const std::optional<Prediction>& prediction) {
   const TrackingMapPtr map = worker_.latest();
   const RegistrationReport registration = register_image(frame, *map, prediction);
@@ -37,7 +37,7 @@ bool Tracker::Impl::register_in_gap(const Frame& frame, const std::optional<Pred
   return true;
 }
 
-// Frames without a pose, from the frames beside them that have one: forwards, then backwards.
+// Registers frames from their registered neighbours: forwards, then backwards.
 bool Tracker::Impl::fill_gaps_once() {
   bool any = false;
   const auto try_neighbor = [&](std::int64_t index, std::int64_t neighbor) {
@@ -58,7 +58,7 @@ bool Tracker::Impl::fill_gaps_once() {
   return any;
 }
 
-// The present map's.
+// Fills the gaps of the present map.
 void Tracker::Impl::fill_its_gaps() {
   while (fill_gaps_once()) {
   }
@@ -85,15 +85,15 @@ void Tracker::Impl::pose_anywhere() {
   }
 }
 
-// A frame that is posed in a smaller map has been tried in the largest, which would tie them, and is done
-// with.
+// Drops frames that are registered in a smaller map: registration in the largest, which would connect the
+// two, was tried before.
 void Tracker::Impl::exclude_registered() {
   for (const auto& poses : frames_) {
     for (const auto& frame : poses.second.all()) unregistered_.erase(frame.first);
   }
 }
 
-// What the largest map does not reach, those beside it may, or one that begins there.
+// Frames out of reach of the largest map may be in the other maps, or begin a map.
 void Tracker::Impl::fill_gaps_in_other_maps() {
   exclude_registered();
   if (unregistered_.empty()) return;
@@ -109,22 +109,22 @@ void Tracker::Impl::fill_gaps_in_other_maps() {
   resume_largest();
 }
 
-// Those kept and the present one.
+// Ids of the inactive maps and the present one.
 std::vector<std::uint32_t> Tracker::Impl::all_maps() {
   std::vector<std::uint32_t> ids = worker_.mapper().inactive_maps();
   ids.push_back(worker_.latest()->map_id);
   return ids;
 }
 
-// The map becomes the present one.
+// Makes the map the present one.
 void Tracker::Impl::show(std::uint32_t map_id) {
   worker_.mapper().resume(map_id, true, epoch_);
   worker_.publish_mapper();
   present_map_ = worker_.latest()->map_id;
 }
 
-// The frames once more, in their order, each run of them as a camera that has been lost for long: while a
-// recording goes on a new map waits for young_map_patience images, which may be all that there are.
+// Tracks the remaining frames once more in order, each sequence as a camera that has been lost for long.
+// During the recording a new map waits for young_map_patience images, which may be more than there are.
 void Tracker::Impl::begin_in_gaps() {
   const std::uint32_t largest = worker_.latest()->map_id;
   std::set<std::uint32_t> known = {largest};
@@ -147,7 +147,7 @@ void Tracker::Impl::begin_in_gaps() {
   drop_young_maps(known);
 }
 
-// Whether it has got a pose.
+// Returns whether the frame was registered.
 bool Tracker::Impl::track_in_gap(const Frame& frame) {
   FrameReport report;
   report.seen.resize(frame.image->size());
@@ -166,7 +166,7 @@ bool Tracker::Impl::track_in_gap(const Frame& frame) {
   return frames_lost_ == 0;
 }
 
-// Of those that no one knew before: too little to be worth a frame and a unit of its own.
+// Drops new young maps: they are too small to be worth a frame and unit of their own.
 void Tracker::Impl::drop_young_maps(const std::set<std::uint32_t>& known) {
   for (const std::uint32_t id : all_maps()) {
     if (known.count(id)) continue;

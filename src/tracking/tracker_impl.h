@@ -27,33 +27,33 @@
 
 namespace mono_pose_tracker {
 
-// Where an image is expected, and the keyframe whose landmarks are to be looked for.
+// The predicted pose of an image, and the keyframe with the landmarks to search.
 struct Prediction {
   KeyframeId reference = -1;
   Rigid3 camera_from_map;
 };
 
-// A pose found by descriptors alone, until a second view agrees.
+// A pose from descriptors alone that awaits a second consistent view.
 struct Tentative {
   std::uint32_t map_id = 0;
   std::int64_t index = 0;
   std::int64_t stamp_ns = 0;
   KeyframeId reference = -1;
   Rigid3 camera_from_reference;
-  LandmarkPixels landmarks = nullptr;  // that it was found by
+  LandmarkPixels landmarks = nullptr;  // by which it was found
 };
 
-// It was loaded: what earlier runs have seen is never dropped for being young.
+// Whether the map was loaded: keyframes of earlier runs are never dropped as part of a young map.
 inline bool has_earlier_frames(const TrackingMap& map) {
   return is_of_earlier_run(map.keyframes.begin()->second.frame_index);
 }
 
-// The states of a Tracker, and the one way that an image goes through them. In ten files:
-// tracker_states.cpp and tracker_accept.cpp follow the camera, tracker_corrections.cpp the mapper's
-// corrections, tracker_object.cpp keeps to the body that turns, tracker_search.cpp is for when the camera is
-// lost, tracker_finish.cpp for the end of a recording, tracker_gaps.cpp and tracker_registration.cpp for the
-// images that have no pose then, tracker_background.cpp for what stood still, tracker_saved_maps.cpp for maps
-// of other runs.
+// The states of a Tracker and the path of an image through them, in ten files: tracker_states.cpp and
+// tracker_accept.cpp track the camera, tracker_corrections.cpp applies the mapper's corrections,
+// tracker_object.cpp follows the object that rotates, tracker_search.cpp relocalises a lost camera,
+// tracker_finish.cpp ends a recording, tracker_gaps.cpp and tracker_registration.cpp register the images that
+// have no pose then, tracker_background.cpp handles the static background, tracker_saved_maps.cpp maps of
+// other runs.
 class Tracker::Impl {
  public:
   Impl(const TrackerOptions& options, const CameraModel& camera, Mapping mapping,
@@ -118,12 +118,12 @@ class Tracker::Impl {
   bool rests_on_two_views() const { return rests_on_two_views_; }
 
  private:
-  // Keyframes on which a pose may ride: about that of the frame that was tracked last, or all.
+  // Candidate reference keyframes of a pose: those near the last tracked frame, or all.
   enum class Among { kNear, kAll };
 
   void apply_options();
   void begin_anew();
-  // The body that turns is asked for, and what the images show is needed in the end to find it.
+  // The object that rotates is wanted: the features of the images are stored to find it in the end.
   bool keeps_seen() const {
     return pace_ == SearchPace::kRecording && options_.segmentation.wants_turning_object();
   }
@@ -210,7 +210,7 @@ class Tracker::Impl {
   TrackerOptions given_options_;
   const SearchPace pace_;
   int load_level_ = 0;
-  TrackerOptions options_;  // what is given means this for the camera's images
+  TrackerOptions options_;  // given_options_ adapted to the camera's images
   const CameraModel camera_;
   ObjectFinder object_finder_;
   FrameMaker frame_maker_;
@@ -218,46 +218,45 @@ class Tracker::Impl {
   KeyframePolicy keyframe_policy_;
   InnovationGate innovation_gate_;
   BootstrapJob bootstrap_job_;
-  MappingWorker worker_;  // last: its thread uses what stands before it
+  MappingWorker worker_;  // last: its thread uses the members above
 
   State state_ = State::kBootstrapping;
   std::uint32_t epoch_ = 0;
   std::int64_t next_index_ = 0;
-  std::int64_t frames_excluded_ = 0;  // of them: images that no frame could be made of
+  std::int64_t frames_excluded_ = 0;  // of these: images of which no frame could be made
   bool rests_on_two_views_ = false;
   bool is_segmented_ = false;            // an image has had a mask, given or found
-  bool expects_object_ = false;          // masks are of one that was found by its motion
-  std::vector<MapSession> sessions_;     // of the maps that come from a file; empty: none does
-  BootstrapReport bootstrap_;            // the last known
-  std::uint64_t reported_revision_ = 0;  // of the map whose mapping times were reported last
+  bool expects_object_ = false;          // masks are of an object found by its motion
+  std::vector<MapSession> sessions_;     // of maps from a file; empty: none
+  BootstrapReport bootstrap_;            // the last known report
+  std::uint64_t reported_revision_ = 0;  // of the map with the last reported mapping times
 
-  // The last posed frame and its movement since the one before.
+  // The last registered frame and its motion since the one before.
   KeyframeId reference_ = -1;
   Rigid3 camera_from_reference_;
   std::optional<Rigid3> motion_;  // camera now from camera one frame ago
   int frames_lost_ = 0;
-  std::deque<std::int64_t> doubted_;  // frames in a row, as innovation_gate_ counts them, up to the last
-  std::set<std::int64_t> withdrawn_;  // frames of a recording whose poses were doubtful, one after the other
-  std::optional<ObjectFollower>
-      object_follower_;        // live: that the map is to be of; nothing: of whatever it was begun with
-  int objects_abandoned_ = 0;  // maps in a row that were dropped, since another body turned more
+  std::deque<std::int64_t> doubted_;  // consecutive doubtful frames, as innovation_gate_ counts them
+  std::set<std::int64_t> withdrawn_;  // frames of a recording with consecutive doubtful poses
+  std::optional<ObjectFollower> object_follower_;  // live: the object to be mapped; nothing: no choice
+  int objects_abandoned_ = 0;  // consecutive maps dropped because another object rotated more
 
   std::map<std::uint32_t, FramePoses> frames_;      // by map
-  std::map<std::uint32_t, TrackingMapPtr> others_;  // by map: those kept beside the present one
+  std::map<std::uint32_t, TrackingMapPtr> others_;  // inactive maps, by id
   std::optional<Tentative> tentative_;
   std::uint64_t corrections_ = 0;                           // sequence of the last one applied
   std::map<std::uint32_t, std::uint32_t> times_corrected_;  // by map
   std::map<std::int64_t, Frame> unregistered_;              // of a finished recording
-  SeenImages seen_;                                         // of a recording, of the images that were posed
+  SeenImages seen_;                                         // of registered images of a recording
   KnownMatches known_matches_;                              // of the finished map's keyframes
-  bool grown_ = false;                                      // the finished map has
-  std::pair<std::uint32_t, std::uint64_t> reported_;        // map and correction that the last report knew of
-  std::uint32_t present_map_ = 0;                           // id of the one that reference_ is of
-  std::uint32_t motion_map_ = 0;                // of what object_finder_ has told by its motion, once it has
-  ScaleSource scale_ = ScaleSource::kMapUnits;  // of its lengths, as reference_ knows them
-  double length_scale_ = 1;                     // by corrections since the last report
-  std::uint32_t searches_ = 0;                  // for a map beside those there are: counts them
-  bool seeks_additional_map_ = false;           // the last of them goes on
+  bool grown_ = false;                                      // whether the finished map has grown
+  std::pair<std::uint32_t, std::uint64_t> reported_;        // map and correction of the last report
+  std::uint32_t present_map_ = 0;                           // id of the map of reference_
+  std::uint32_t motion_map_ = 0;                // map of the object found by object_finder_; 0: none
+  ScaleSource scale_ = ScaleSource::kMapUnits;  // unit of the lengths relative to reference_
+  double length_scale_ = 1;                     // product of the corrections since the last report
+  std::uint32_t searches_ = 0;                  // number of searches for an additional map
+  bool seeks_additional_map_ = false;           // the last search is still running
 };
 
 }  // namespace mono_pose_tracker

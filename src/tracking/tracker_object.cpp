@@ -1,4 +1,4 @@
-// The body that turns, live: a map of another is dropped, and images are left only its features.
+// Live tracking of the object that rotates: drops maps of other objects, and reduces images to its features.
 
 #include <utility>
 
@@ -6,7 +6,7 @@
 
 namespace mono_pose_tracker {
 
-// With the features of the body that turns, where there is one to be followed and it is in view.
+// Reduces the frame to the features of the followed object, where there is one in view.
 Frame Tracker::Impl::followed(const Frame& frame, FrameReport* report) {
   Frame of_object = frame;
   if (!object_follower_) return of_object;
@@ -15,10 +15,10 @@ Frame Tracker::Impl::followed(const Frame& frame, FrameReport* report) {
   return of_object;
 }
 
-// Where the map is of a body that turns less than another, or of what stands still behind it as well, it is
-// dropped, and one of that body begun. False when the map goes on.
+// Drops a map of an object that rotates less than another one, or of its static background as well, and
+// begins a map of the other one. Returns false when the map continues.
 bool Tracker::Impl::switch_to_other_object(const TrackingMap& map, const Frame& frame, FrameReport* report) {
-  constexpr int kMostLeft = 2;  // of a head, the shoulders below it and the room behind
+  constexpr int kMostLeft = 2;  // for a head, the shoulders below it and the room behind
   if (pace_ != SearchPace::kLive || !map.turning_object || objects_abandoned_ >= kMostLeft) return false;
   if (options_.localize_only || has_earlier_frames(map)) return false;
   const int left = objects_abandoned_ + 1;
@@ -43,9 +43,9 @@ bool Tracker::Impl::switch_to_other_object(const TrackingMap& map, const Frame& 
   return true;
 }
 
-// By the features of the body that turns where it is followed. By all of the frame's where there is none,
-// where it was taken for something else or has been lost: then what the frame is posed by says where the body
-// is. map: becomes the one that it was found in, where that is another.
+// Registers by the features of the followed object. Where there is none, where it was confused with something
+// else or lost, registers by all features of the frame, and locates the object by the inliers. map: becomes
+// the map in which the frame was found, if that is another one.
 RegistrationReport Tracker::Impl::locate(const Frame& frame, TrackingMapPtr* map, Frame* of_object,
                                          FrameReport* report) {
   const StageTimer timer(report->stages, "resect");

@@ -15,20 +15,21 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// m: no camera sees less, and the estimators' own least steps are some orders below.
+// m: shorter than any camera's working distance; the estimators' smallest steps are orders of magnitude
+// below.
 constexpr double kLeastLength = 1e-6;
 
-// Radians: below is what doubles leave of a bearing.
+// Radians: the precision of a bearing in doubles.
 constexpr double kLeastThreshold = 1e-12;
 
-// The map's first two keyframes, and as many round the camera as hold its pose.
+// The map's first two keyframes, and as many near the camera as constrain its pose.
 constexpr int kFewestKeyframes = 10;
 
 }  // namespace
 
 RansacOptions TrackerOptions::ransac(double focal_px) const {
   RansacOptions ransac;
-  // Whatever a calibration says of the focal length: the estimators take errors up to half a radian.
+  // For any focal length of a calibration: the estimators accept errors up to half a radian.
   ransac.threshold = std::clamp(inlier_threshold_px / focal_px, kLeastThreshold, 0.5);
   ransac.confidence = confidence;
   ransac.max_iterations = max_iterations;
@@ -55,9 +56,9 @@ MapperOptions TrackerOptions::mapper(double focal_px) const {
 TrackerOptions TrackerOptions::on_threads(int count) const {
   TrackerOptions options = *this;
   options.threads = count;
-  // Its pieces of work are short: threads without a processor would keep the others waiting.
+  // Its tasks are short: threads without a processor would delay the others.
   options.bundle.own_threads = std::clamp(count, 1, processors());
-  // Images go ahead side by side; within one, and in Ceres, a thread more would only wait, or change last
+  // Images are prepared in parallel; more threads within one, or in Ceres, would only wait, or change last
   // digits.
   options.sift.num_threads = options.bundle.num_threads = 1;
   return options;
@@ -82,7 +83,7 @@ TrackerOptions options_for_images(const TrackerOptions& given, const cv::Size& i
     options.mapping.matching_keyframes = std::max(given.mapping.matching_keyframes / 2, 1);
   }
   if (load_level >= kFewerFeatures) {
-    options.sift.max_features = (given.sift.max_features + 1) / 2;  // 0, which means all, stays
+    options.sift.max_features = (given.sift.max_features + 1) / 2;  // 0 (all) stays
     options.sift.min_features = given.sift.min_features / 2;
   }
   const bool is_chosen = given.sift.first_octave.has_value();
@@ -94,7 +95,7 @@ TrackerOptions options_for_images(const TrackerOptions& given, const cv::Size& i
   }
   const bool has_time = pace == SearchPace::kRecording || load_level <= kTimeToSpare;
   const bool may_be_finer = !is_chosen && !given.sift.sigma && has_time;
-  // What turns before the camera is not outlined live: the whole image is searched.
+  // Live, rotating objects are not outlined: the whole image is searched.
   const bool is_finer =
       may_be_finer && pace == SearchPace::kLive && given.segmentation.wants_turning_object();
   if (is_finer) scale = finer(scale);
@@ -103,7 +104,7 @@ TrackerOptions options_for_images(const TrackerOptions& given, const cv::Size& i
   options.sift.sigma = scale.sigma;
   options.sift.num_threads = choose_sift_threads(given.sift, scale, image, pace, processors());
   options.sift.finer_for_small_objects = may_be_finer && !is_finer;
-  // Whoever chose the octave chose the thresholds with it; OpenCV's search has none to choose.
+  // An explicit octave comes with its thresholds; OpenCV's implementation has no choice of octave.
   if (is_chosen || given.sift.implementation != "own") return options;
   const double pixel = feature_pixel_size(scale);
   options.inlier_threshold_px *= pixel;

@@ -1,4 +1,4 @@
-// The end of a recording: an image gets its pose from all that the view graph knows of it.
+// The end of a recording: registers an image by all its edges of the view graph.
 
 #include <algorithm>
 #include <cstdlib>
@@ -15,7 +15,7 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Keyframes nearest in time, before and after; and those that look like the image.
+// Keyframes nearest in time, before and after, and similar ones.
 constexpr std::size_t kBefore = 3, kAfter = 3;
 constexpr int kPlaces = 4;
 
@@ -35,7 +35,8 @@ std::vector<KeyframeId> nearest_in_time(const TrackingMap& map, std::int64_t fra
   return nearest;
 }
 
-// The frames that stand on one of the keyframes: on what it was taken out for as well, and its own.
+// Frames whose poses are relative to one of the keyframes, including those of removed keyframes stored
+// relative to it, and its own frame.
 std::set<std::int64_t> frames_on(const TrackingMap& map, const FramePoses& poses,
                                  const std::set<KeyframeId>& keyframes) {
   const auto stands_on_one = [&](KeyframeId id) {
@@ -54,7 +55,7 @@ std::set<std::int64_t> frames_on(const TrackingMap& map, const FramePoses& poses
 
 }  // namespace
 
-// Those of them that the graph has, computed where they are not known yet.
+// The edges to these keyframes that the graph has; missing ones are computed.
 std::vector<Tracker::Impl::RegistrationEdge> Tracker::Impl::edges_to(
     const Frame& frame, const TrackingMap& map, const std::vector<KeyframeId>& keyframes) {
   ViewGraph& graph = view_graph();
@@ -73,7 +74,7 @@ std::vector<Tracker::Impl::RegistrationEdge> Tracker::Impl::edges_to(
 }
 
 // Whether the pose explains most of the verified matches with landmarks of these keyframes; true where there
-// are too few to tell.
+// are too few.
 bool Tracker::Impl::agrees_with_graph(const std::vector<RegistrationEdge>& edges, const TrackingMap& map,
                                       const Rigid3& camera_from_map) {
   int matches = 0, explained = 0;
@@ -95,8 +96,8 @@ bool Tracker::Impl::agrees_with_graph(const std::vector<RegistrationEdge>& edges
   return matches < view_graph().options().min_inliers || 2 * explained > matches;
 }
 
-// From the prediction; where that finds nothing, or the graph contradicts it, by P3P in RANSAC over the
-// verified matches of all edges to landmarks. Guided matching round that pose follows.
+// Registers from the prediction. Where that fails, or the graph contradicts it, by P3P in RANSAC over the
+// verified matches of all edges to landmarks, followed by guided matching.
 RegistrationReport Tracker::Impl::register_image(const Frame& frame, const TrackingMap& map,
                                                  const std::optional<Prediction>& prediction) {
   std::vector<KeyframeId> keyframes = nearest_in_time(map, frame.index, kBefore, kAfter);
@@ -109,7 +110,8 @@ RegistrationReport Tracker::Impl::register_image(const Frame& frame, const Track
   if (prediction) {
     const RegistrationReport expected =
         registrar_.register_frame(frame, map, prediction->reference, prediction->camera_from_map);
-    // The frame beside it speaks for what is found where that one leads, unless that has led astray before.
+    // The neighbouring frame supports a pose found from its prediction, unless such a prediction was wrong
+    // before.
     const bool is_followed = expected.success && expected.is_where_predicted &&
                              !is_confined_to_corner(expected.support) && withdrawn_.count(frame.index) == 0;
     if ((is_followed || is_found(expected)) && agrees_with_graph(edges, map, expected.camera_from_map))
@@ -147,7 +149,8 @@ RegistrationReport Tracker::Impl::register_image(const Frame& frame, const Track
   return report;
 }
 
-// From the keyframes before and after it, which hold most; where the graph contradicts that, from all edges.
+// Registers from the keyframes before and after, which constrain most; where the graph contradicts that, from
+// all edges.
 RegistrationReport Tracker::Impl::register_again(const Frame& frame, const TrackingMap& map) {
   const RegistrationReport near = register_near_in_time(frame, map, 2);
   if (is_found(near) && agrees_with_graph(edges_to(frame, map, nearest_in_time(map, frame.index, 1, 1)), map,
@@ -168,11 +171,11 @@ std::set<std::int64_t> Tracker::Impl::refine_with_graph() {
   return frames;
 }
 
-// Poses of the images between the keyframes, from the landmarks that they were registered by, as these are
-// now. The images that most of these landmarks no longer agree on.
+// Adjusts the poses of the images between keyframes, from the present positions of the landmarks by which
+// they were registered. Returns the images with which most of these landmarks are no longer consistent.
 std::set<std::int64_t> Tracker::Impl::adjust_frames(const TrackingMap& map) {
   std::set<std::int64_t> outdated;
-  // A map that is only localised in stays as it is.
+  // A map used for localisation only is not changed.
   if (options_.localize_only) return outdated;
   FramePoses& poses = frames_[map.map_id];
   std::set<std::int64_t> of_keyframes;
@@ -197,7 +200,7 @@ std::set<std::int64_t> Tracker::Impl::adjust_frames(const TrackingMap& map) {
   return outdated;
 }
 
-// None where fewer than a pose needs, or than half of the landmarks, agree on it.
+// None where the inliers are fewer than a pose needs, or than half of the landmarks.
 std::optional<Rigid3> Tracker::Impl::pose_by_landmarks(const TrackingMap& map,
                                                        const std::vector<LandmarkPixel>& landmarks,
                                                        const Rigid3& initial) const {

@@ -1,4 +1,4 @@
-// Maps that outlive a run: given away to be saved, and gone on with.
+// Saving maps of a run, and continuing in loaded ones.
 
 #include <algorithm>
 #include <stdexcept>
@@ -22,7 +22,7 @@ std::optional<SavedMaps> Tracker::Impl::copy_maps() {
   if (!worker_.latest()) return std::nullopt;
   SavedMaps saved{descriptor_kind(options_), sessions_, {}};
   worker_.ask([&](const Mapper& mapper) { saved.maps = mapper.all_maps(); });
-  // The frames of earlier runs come before 0. A run that has added nothing leaves no trace.
+  // Frames of earlier runs have negative indices. A run without frames in the maps is not recorded.
   if (std::any_of(saved.maps.begin(), saved.maps.end(), has_frame_from_zero_on)) {
     saved.sessions.push_back({camera_.parameters(), 0, next_index_});
   }
@@ -35,7 +35,7 @@ void Tracker::Impl::load_maps(SavedMaps saved) {
     throw std::invalid_argument("the map's descriptors are of another kind (" + saved.descriptor +
                                 "), expected " + descriptor_kind(options_));
   }
-  saved.end_before_zero();  // what is tracked from now on is counted from next_index_
+  saved.end_before_zero();  // new frames are counted from next_index_
   reset();
   worker_.begin(epoch_, [&](Mapper& mapper) { mapper.restore(saved.maps.front(), epoch_); });
   TrackingMapPtr largest = worker_.latest();

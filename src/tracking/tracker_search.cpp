@@ -1,4 +1,4 @@
-// A camera that is lost: found again in the maps that there are, or a new one is begun beside them.
+// A lost camera: relocalises in the maps, or begins an additional one.
 
 #include <algorithm>
 #include <utility>
@@ -7,14 +7,14 @@
 
 namespace mono_pose_tracker {
 
-// Of one that is kept beside the present map; null: none is.
+// The view of an inactive map; null: there is none.
 TrackingMapPtr Tracker::Impl::inactive_view(std::uint32_t map_id) const {
   const auto other = others_.find(map_id);
   return other == others_.end() ? nullptr : other->second;
 }
 
-// Looks for a lost frame all over the present map and those beside it, a few keyframes of each at a time.
-// What is found is held back until a second view agrees.
+// Searches a lost frame in the present map and the inactive ones, a few keyframes of each at a time. A result
+// is held back until a second view agrees.
 bool Tracker::Impl::search(const Frame& frame, FrameReport* report) {
   const StageTimer timer(report->stages, "relocalize");
   const int maps = 1 + static_cast<int>(others_.size());
@@ -22,7 +22,7 @@ bool Tracker::Impl::search(const Frame& frame, FrameReport* report) {
   const TrackingMapPtr present = worker_.latest();
   std::uint32_t map_id = present->map_id;
   RegistrationReport best = registrar_.relocalize(frame, *present, budget);
-  // What looks like two places of one map may look like one of another as well.
+  // A frame that is ambiguous in one map may be ambiguous in another as well.
   const auto is_answer = [](const RegistrationReport& found) {
     return found.success || found.reason == Reason::kAmbiguousPose;
   };
@@ -50,8 +50,8 @@ bool Tracker::Impl::search(const Frame& frame, FrameReport* report) {
   return true;
 }
 
-// Whether this frame is found near where the one before was found by descriptors alone. present: becomes the
-// map that it was found in.
+// Whether this frame confirms the tentative pose of the one before. present: becomes the map in which it was
+// found.
 bool Tracker::Impl::confirm(const Frame& frame, TrackingMapPtr* present, RegistrationReport* registration) {
   const Tentative tentative = *std::exchange(tentative_, std::nullopt);
   const TrackingMapPtr map =
@@ -75,14 +75,14 @@ bool Tracker::Impl::confirm(const Frame& frame, TrackingMapPtr* present, Registr
     }
     *present = worker_.latest();
   }
-  reference_ = reference;  // no longer where it was lost
+  reference_ = reference;  // no longer the place of the loss
   frames_[tentative.map_id].set(
       tentative.index, {tentative.stamp_ns, tentative.reference, tentative.camera_from_reference, false,
                         false, tentative.landmarks});
   return true;
 }
 
-// False when it is no more: it was joined with another meanwhile. Then the present one goes on.
+// Returns false when the map no longer exists, as it was merged with another. The present one then continues.
 bool Tracker::Impl::go_back_to(std::uint32_t map_id, bool keep_present) {
   const TrackingMapPtr present = worker_.latest();
   apply_corrections(*present);
@@ -103,7 +103,7 @@ bool Tracker::Impl::go_back_to(std::uint32_t map_id, bool keep_present) {
   return true;
 }
 
-// Too little to come back to.
+// Drops a map that is too young to be kept.
 void Tracker::Impl::drop_young_map(FrameReport* report) {
   report->reason_text += "; the young map is dropped, a new one begun";
   if (others_.empty()) {
@@ -113,11 +113,11 @@ void Tracker::Impl::drop_young_map(FrameReport* report) {
   }
 }
 
-// Lost for long: a map is begun beside those that there are. It is joined with them when they meet.
+// Begins an additional map after a long loss. It is merged with the others once they can be aligned.
 void Tracker::Impl::bootstrap_additional(const Frame& frame, FrameReport* report) {
   const StageTimer timer(report->stages, "bootstrap");
   if (!std::exchange(seeks_additional_map_, true)) ++searches_;
-  const std::uint32_t key = ~searches_;  // no epoch of a map is ever so large
+  const std::uint32_t key = ~searches_;  // larger than any epoch of a map
   std::optional<BootstrapReport> known = bootstrap_job_.take(key);
   if (!known || !known->map) {
     bootstrap_job_.offer_additional(frame, key, &worker_);
@@ -144,7 +144,7 @@ void Tracker::Impl::bootstrap_additional(const Frame& frame, FrameReport* report
     frames_lost_ = options_.young_map_patience;
     return;
   }
-  // Out of its turn, the frame's image is not the one that was watched last.
+  // For a frame out of order, the motion mask has seen another image last.
   const bool is_last = frame.index + 1 == next_index_;
   if (is_last && !known->static_background.empty()) start_motion(*known, frame, registration);
   begin_in(frame, *map, registration, known->text, report);

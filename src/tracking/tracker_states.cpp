@@ -1,4 +1,4 @@
-// The camera followed, image by image: a map begun, tracked in, lost.
+// Tracks the camera image by image: begins a map, tracks in it, loses it.
 
 #include <algorithm>
 #include <utility>
@@ -13,7 +13,7 @@ namespace mono_pose_tracker {
 std::optional<Frame> Tracker::Impl::make_frame(std::int64_t index, std::int64_t stamp_ns,
                                                const PreparedImage& image, const Segmentation& segmentation,
                                                FrameReport* report) {
-  // Looking for it takes time, and a map that has a scale keeps it.
+  // The search takes time, and a map with a scale keeps it.
   const bool looks_for_marker =
       state_ == State::kBootstrapping || (scale_ == ScaleSource::kMapUnits && !options_.localize_only);
   is_segmented_ |= !segmentation.mask.empty();
@@ -57,7 +57,7 @@ FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const PreparedImage& i
   return report;
 }
 
-// Whether what is tracked, or looked for in it alone, is the map of what was told by its motion.
+// Whether the tracked or searched map is that of the object found by motion.
 bool Tracker::Impl::is_of_motion_now() const {
   return motion_map_ == present_map_ && (state_ == State::kTracking || others_.empty());
 }
@@ -77,7 +77,7 @@ void Tracker::Impl::finish_report(FrameReport* report) {
   if (const TrackingMapPtr map = worker_.latest()) {
     report->keyframes = static_cast<int>(map->keyframes.size());
     report->landmarks = static_cast<int>(map->landmarks.size());
-    // What the frame was posed in: a correction that has come since is the next frame's.
+    // The map in which the frame was registered; later corrections belong to the next frame.
     report->map_id = present_map_;
     for (const auto& entry : others_) report->inactive_maps.push_back(entry.first);
     const auto corrected = times_corrected_.find(present_map_);
@@ -95,14 +95,14 @@ void Tracker::Impl::finish_report(FrameReport* report) {
   }
 }
 
-// The lengths that the frame was posed in are no longer those of the map.
+// Whether the unit has changed since the frame was registered.
 bool Tracker::Impl::is_corrected_since(const TrackingMap& map) const {
   return std::any_of(map.corrections.begin(), map.corrections.end(), [this](const auto& correction) {
     return correction->of_map == present_map_ && correction->sequence > corrections_;
   });
 }
 
-// Where the frames of the map stand, once they are not where they were reported.
+// Reports the poses of the map's frames after they were corrected.
 void Tracker::Impl::report_corrections(const TrackingMap& map, FrameReport* report) {
   const std::pair<std::uint32_t, std::uint64_t> now(present_map_, corrections_);
   if (now == reported_ || map.map_id != present_map_ || is_corrected_since(map)) return;
@@ -110,7 +110,7 @@ void Tracker::Impl::report_corrections(const TrackingMap& map, FrameReport* repo
   reported_ = now;
 }
 
-// Goes on from the map that the worker has begun.
+// Continues in the map that the worker has begun.
 void Tracker::Impl::start_map() {
   const TrackingMapPtr map = worker_.latest();
   for (const auto& [id, keyframe] : map->keyframes) {
@@ -126,7 +126,7 @@ void Tracker::Impl::start_map() {
 }
 
 void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
-  // On a thread, this is what became of an earlier frame, and the frames since then are passed over.
+  // Threaded, this is the result of an earlier frame, and the frames since then were ignored.
   std::optional<BootstrapReport> known = bootstrap_job_.take(epoch_);
   if (!known || !known->is_begun) {
     bootstrap_job_.offer(frame, epoch_, &worker_);
@@ -142,7 +142,7 @@ void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
   if (!bootstrap_.is_begun) return;
   const BootstrapReport bootstrap = std::exchange(bootstrap_, BootstrapReport());
   start_map();
-  // Against the map just made: the pose gets its covariance and the whole map's points.
+  // Registers the frame in the new map, for its covariance and all points of the map.
   const TrackingMapPtr map = worker_.latest();
   const RegistrationReport registration =
       registrar_.register_frame(frame, *map, reference_, map->keyframes.at(reference_).camera_from_map);
@@ -156,7 +156,7 @@ void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
   begin_in(frame, *map, registration, bootstrap.text, report);
 }
 
-// The first frame that is posed in a new map.
+// Handles the first frame that is registered in a new map.
 void Tracker::Impl::begin_in(const Frame& frame, const TrackingMap& map,
                              const RegistrationReport& registration, const std::string& text,
                              FrameReport* report) {
@@ -188,7 +188,7 @@ void Tracker::Impl::describe(const RegistrationReport& registration, FrameReport
   report->map_covariance = registration.map_covariance;
 }
 
-// Against what is near the last pose.
+// Registers against the landmarks near the last pose.
 RegistrationReport Tracker::Impl::follow(const Frame& frame, const TrackingMap& map) const {
   Rigid3 reference_from_map;
   if (!map.camera_from_map(reference_, &reference_from_map)) return {};
@@ -197,7 +197,7 @@ RegistrationReport Tracker::Impl::follow(const Frame& frame, const TrackingMap& 
                                    motion_ ? *motion_ * last : last);
 }
 
-// In one view of the map: what the worker publishes meanwhile has other lengths, and is the next frame's.
+// Uses one view of the map: later changes by the worker have another unit and belong to the next frame.
 void Tracker::Impl::track(const Frame& frame, FrameReport* report) {
   TrackingMapPtr map = worker_.latest();
   apply_corrections(*map);
@@ -219,8 +219,8 @@ void Tracker::Impl::lose(const Frame& frame, const Frame& of_object, FrameReport
   ++frames_lost_;
   const bool found = search(frame, report);
   if (frames_lost_ > 1 || found) {
-    // No longer the image that lost it: what counts is that none of the keyframes it was compared with fits,
-    // or that too many do.
+    // This is not the image of the loss: the reason is that none of the compared keyframes fits, or that too
+    // many do.
     if (report->reason != Reason::kAmbiguousPose) report->reason = Reason::kRelocalising;
     report->reason_text = "lost for " + std::to_string(frames_lost_) + " images: " + report->reason_text;
   }
@@ -245,7 +245,7 @@ void Tracker::Impl::reset() {
   object_follower_.reset();
 }
 
-// What is known of the body that the map is to be of stays.
+// The choice of the object to be mapped is kept.
 void Tracker::Impl::begin_anew() {
   ++epoch_;
   worker_.reset(epoch_);
@@ -273,7 +273,7 @@ void Tracker::Impl::set_options(const TrackerOptions& options) {
   apply_options();
 }
 
-// Twice as many as usual of the image's strongest, and down to the faintest for them.
+// Time to spare: twice the usual number of strongest features, and a lower detection threshold for them.
 void Tracker::Impl::set_load_level(int level) {
   if (std::exchange(load_level_, level) != level) apply_options();
 }

@@ -14,27 +14,28 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Lengths are in px at 640 px (image_scale). Still features are found again within 0.3, of noisy images
+// Lengths are in px at 640 px (image_scale). Static features are found again within 0.3 px, in noisy images
 // within 0.5.
 constexpr double kStill = 0.5;
-// Up to here a feature is no object's: with a camera that moves, this ring has three times the disc's share.
+// Up to this distance a feature is not the object's: with a moving camera, this ring has three times the
+// share of the disc.
 constexpr double kNearlyStill = 1.0;
 constexpr double kMinStillOfNearly = 0.7;
-// The mean of many still features is known to hundredths; a hand-held camera shakes by tenths at least.
+// The mean of many static features is accurate to hundredths; a hand-held camera shakes by tenths at least.
 constexpr double kMaxMeanShift = 0.15;
-constexpr int kMinStill = 40;            // features; chance leaves fewer in their place
+constexpr int kMinStill = 40;            // features; fewer are static by chance
 constexpr double kMinStillShare = 0.15;  // of all matches: fewer do not disturb a map of the rest
-constexpr double kMinRigid = 0.5;        // share of the moved matches; wrong matches have moved, too
-// A plain wall and a pair of shoulders have few features, and breathe by a pixel. Where so few are in their
-// place, what moved must have moved several times that, and have left a gap behind: seen by a camera that
-// moves, shifts from nothing to the median are all there.
+constexpr double kMinRigid = 0.5;        // share of the moving matches, which include wrong ones
+// A plain wall and a pair of shoulders have few features, and move by a pixel. With so few static features,
+// the others must have moved several times that distance and left a gap: for a moving camera, all shifts up
+// to the median occur.
 constexpr double kFewStill = 1.0;
 constexpr double kNearlyFewStill = 2;
 constexpr int kMinFewStill = 12;  // features
 constexpr double kMinFewStillShare = 0.08;
 constexpr double kMinFewOfNearly = 0.6;
 constexpr double kMinFewMoved = 6;  // median
-// Mean of a dozen shifts of up to a pixel.
+// For the mean of a dozen shifts of up to a pixel.
 constexpr double kMaxFewMeanShift = 0.5;
 
 double distance2(const cv::Point2f& a, const Eigen::Vector2f& b) {
@@ -52,10 +53,10 @@ double nearest2(const std::vector<cv::Point2f>& places, const Eigen::Vector2f& p
 
 namespace {
 
-// How far a share of the matches went.
+// Shifts of a share of the matches.
 struct Shifts {
-  std::vector<double> x, y;  // of those nearer than `still`
-  int nearly = 0;            // those nearer than `nearly_still`
+  std::vector<double> x, y;  // of matches nearer than `still`
+  int nearly = 0;            // number of matches nearer than `nearly_still`
 };
 
 Shifts shifts_of(const std::vector<Eigen::Vector2f>& shifts, double still, double nearly_still) {
@@ -70,7 +71,7 @@ Shifts shifts_of(const std::vector<Eigen::Vector2f>& shifts, double still, doubl
   return s;
 }
 
-// Many features that stand as still as noise lets them.
+// Many features that are static within the noise.
 bool are_many_still(const std::vector<Eigen::Vector2f>& shifts, double size) {
   const Shifts s = shifts_of(shifts, kStill * size, kNearlyStill * size);
   const auto still = static_cast<double>(s.x.size());
@@ -79,7 +80,7 @@ bool are_many_still(const std::vector<Eigen::Vector2f>& shifts, double size) {
          std::hypot(median(s.x), median(s.y)) <= kMaxMeanShift * size;
 }
 
-// A few that stand nearly still while the others are far away.
+// A few nearly static features while the others are far away.
 bool are_few_still(const std::vector<Eigen::Vector2f>& shifts, double moved_px, double size) {
   const Shifts s = shifts_of(shifts, kFewStill * size, kNearlyFewStill * size);
   const auto still = static_cast<double>(s.x.size());
@@ -89,7 +90,7 @@ bool are_few_still(const std::vector<Eigen::Vector2f>& shifts, double moved_px, 
          std::hypot(median(s.x), median(s.y)) <= kMaxFewMeanShift * size;
 }
 
-// Where those are now that went as the motion says, by however little.
+// Present pixels of the features that obey the motion, however small.
 std::vector<cv::Point2f> moved_as(const ImageFeatures& first, const ImageFeatures& second,
                                   const std::vector<int>& second_of_first, const Rigid3& second_from_first,
                                   double least_px, double threshold) {
@@ -123,7 +124,7 @@ TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& sec
     const Eigen::Vector2f to = second.set.features[s].pixel;
     const Eigen::Vector2f shift = to - first.set.features[f].pixel;
     const double length = shift.norm();
-    // What came back to its place has not stood there.
+    // A feature that returned to its place was not static.
     const bool came_back = !has_moved.empty() && has_moved[f] && length < kNearlyFewStill * size;
     if (!came_back) shifts.push_back(shift);
     if (length < kFewStill * size) {
@@ -144,7 +145,7 @@ TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& sec
   }
   RelativePoseOptions pose_options;
   pose_options.ransac = options.ransac(camera.focal());
-  pose_options.without_accidental_matches = false;  // those of another body lie where that is
+  pose_options.without_accidental_matches = false;  // another object's matches are localised
   const RelativePoseReport pose = estimate_relative_pose(bearings1, bearings2, pose_options);
   motions.found = pose.success && pose.hypotheses[0].num_inliers >= options.bootstrap.min_landmarks &&
                   pose.hypotheses[0].num_inliers >= kMinRigid * static_cast<double>(moved.size());

@@ -12,12 +12,12 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// So far away, in units of the first two views' distance, that where it is seen from makes no difference: .1
-// px at a focal length of 1000 px.
+// Distance in baselines of the first two views beyond which the viewpoint has no effect: 0.1 px at a focal
+// length of 1000 px.
 constexpr double kFar = 1e4;
 
-// Rays that noise alone keeps from meeting in front of the cameras are of a point too far away to be placed.
-// It tells of the turn all the same, and must not cost as much as a wrong match.
+// A far point for rays that do not intersect in front of the cameras because of noise. It constrains the
+// rotation and must not cost as much as a wrong match.
 Eigen::Vector3d far_point(const std::vector<Rigid3>& cameras_from_map,
                           const std::vector<Eigen::Vector3d>& bearings) {
   return kFar * common_direction(cameras_from_map, bearings);
@@ -71,8 +71,7 @@ bool register_view(const ViewSet& views, int v, const TrackerOptions& options, V
   return true;
 }
 
-// Every track gets its best point under the cameras, so that hypotheses are compared on the same
-// observations.
+// Triangulates the best point of every track, so that hypotheses are compared on the same observations.
 void score(const ViewSet& views, double threshold_px, ViewHypothesis* h) {
   const double cap = threshold_px * threshold_px;
   h->cost = 0;

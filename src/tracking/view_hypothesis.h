@@ -9,19 +9,19 @@
 
 namespace mono_pose_tracker {
 
-// Features of one scene point: feature_of_view[v] in view v, -1 where it was not matched. Views 0 and 1
-// always see it.
+// Features of one scene point: feature_of_view[v] in view v, -1 where there is no match. Views 0 and 1 always
+// have one.
 struct Track {
   std::vector<int> feature_of_view;
 };
 
-// One geometry that some views of the same scene may have. The first view is the map's frame.
+// One possible geometry of some views of the same scene. The first view is the map's frame.
 struct ViewHypothesis {
-  std::vector<Rigid3> cameras_from_map;  // one a view
-  std::vector<Eigen::Vector3d> points;   // one a track
-  std::vector<char> is_point;            // the track has a point that its views agree on
+  std::vector<Rigid3> cameras_from_map;  // one for each view
+  std::vector<Eigen::Vector3d> points;   // one for each track
+  std::vector<char> is_point;            // whether the track has a point on which its views agree
   double cost = 0;       // sum of squared reprojection errors, each capped at the threshold's square
-  double confirmed = 0;  // the least share of two-view points, over the further views, that one confirms
+  double confirmed = 0;  // share of two-view points that a further view confirms; the minimum over these
   int num_points = 0;
 };
 
@@ -29,11 +29,11 @@ struct ViewSet {
   std::vector<ImageFeaturesPtr> images;
   std::vector<Track> tracks;
   double focal_px = 1;      // one pixel is 1 / focal_px radians
-  bool has_horizon = true;  // points may be too far away to be placed; an object's are not
+  bool has_horizon = true;  // points may be too far to triangulate; an object's are not
 };
 
-// Two views' relative pose (unit translation) made into points, resected in each further view and
-// bundle-adjusted.
+// Grows a hypothesis: triangulates points from the relative pose of two views (unit translation), registers
+// each further view and runs a bundle adjustment.
 ViewHypothesis grow_hypothesis(const ViewSet& views, const Rigid3& second_from_first,
                                const std::vector<char>& inliers, const TrackerOptions& options);
 

@@ -13,11 +13,11 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr int kViewsOfVisit = 3;  // of each visit
+constexpr int kViewsOfVisit = 3;  // views of each visit
 
 class CrossViewMatcherTest : public testing::Test {
  protected:
-  // Keyframes of one visit to the place, and landmarks of its own, all off by the drift.
+  // Keyframes of one visit to the place with landmarks of their own, all displaced by the drift.
   void visit(int first_index, const Eigen::Vector3d& drift) {
     std::vector<KeyframeId> ids;
     for (int v = 0; v < kViewsOfVisit; ++v) {
@@ -157,7 +157,7 @@ TEST_F(CrossViewMatcherTest, InconsistentSharedTracksAreReported) {
   EXPECT_TRUE(with_inconsistent_tracks(tracks, map_, kMaxErrorPx).empty());
 }
 
-// What a map that came back to a place has bent by need not wait for the end of a recording.
+// A map that returned to a place is corrected before the end of the recording.
 TEST_F(CrossViewMatcherTest, AMapperMatchesThemInTheBackgroundWhenItAdjustsAll) {
   visit(0, Eigen::Vector3d::Zero());
   visit(100, {0.02, 0.01, -0.02});
@@ -170,7 +170,7 @@ TEST_F(CrossViewMatcherTest, AMapperMatchesThemInTheBackgroundWhenItAdjustsAll) 
   const BackgroundJob aside = mapper.take_background_job();
   ASSERT_TRUE(aside);
   const auto rest = aside([] { return false; });
-  // Meanwhile the map grows, and its window is adjusted: no landmark there is where it was.
+  // Meanwhile the map grows and its window is adjusted, which moves all landmarks there.
   const Frame frame = scene_.frame(100 + kViewsOfVisit, KnownScene::pose(kViewsOfVisit));
   mapper.insert(registered_candidate(TrackerOptions(), scene_.camera, *mapper.tracking_map(), frame));
   const int seen_before = landmarks_observed_by(mapper.map(), kViewsOfVisit);
@@ -183,7 +183,7 @@ TEST_F(CrossViewMatcherTest, AMapperMatchesThemInTheBackgroundWhenItAdjustsAll) 
   for (const auto& [id, scale] : scale_of) {
     EXPECT_NEAR(scale / scale_of.begin()->second, 1, 0.003) << id << ": a visit is as long as the other";
   }
-  // Both visits were along the same way.
+  // Both visits had the same path.
   const auto way = [&](KeyframeId id) -> Eigen::Vector3d {
     return mapper.map().keyframe(id + kViewsOfVisit)->center_in_map() -
            mapper.map().keyframe(id)->center_in_map();

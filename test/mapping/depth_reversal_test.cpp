@@ -15,9 +15,9 @@ namespace mono_pose_tracker {
 namespace {
 
 constexpr int kTurns = 8;
-constexpr double kStep = 4 * kDegree;  // the object turns, from one keyframe to the next
+constexpr double kStep = 4 * kDegree;  // rotation of the object between keyframes
 
-// A head of half a unit that turns 6 units away.
+// A head of half a unit that rotates 6 units away.
 Map head_map(double noise_px, int points = 150) {
   Random random(3);
   const CameraModel camera = synthetic_camera();
@@ -33,7 +33,7 @@ Map head_map(double noise_px, int points = 150) {
   return map;
 }
 
-// The same in which every landmark is seen by so many keyframes in a row only.
+// The same with short tracks: every landmark is observed by a few consecutive keyframes only.
 Map map_of_short_tracks(double noise_px) {
   constexpr std::size_t kViews = 3;
   Map map = head_map(noise_px);
@@ -83,7 +83,7 @@ TEST(DepthReversal, AReversedMapTurnsTheOtherWayAndLooksNearlyTheSame) {
 }
 
 TEST(DepthReversal, AReversedMapIsSetRight) {
-  for (const double stretch : {1.0, 0.4, 0.2}) {  // less than one: too deep, and turns too little
+  for (const double stretch : {1.0, 0.4, 0.2}) {  // less than one: too deep, with too little rotation
     Map map = head_map(0.3);
     const Eigen::Vector3d truth = turned(map);
     reverse_depth(stretch, &map);
@@ -102,7 +102,8 @@ TEST(DepthReversal, AStretchedMapTurnsFartherTheSameWay) {
   EXPECT_NEAR(turned(map).norm(), 2 * before.norm(), 3 * kDegree);
 }
 
-// The object turns by 28 degrees: plain. A reversed map is no better than the right one beside it.
+// The object rotates by 28 degrees, which gives plain evidence. A reversed map has no more evidence than the
+// right one.
 TEST(DepthReversal, EvidenceTellsARightMapFromAWrongOne) {
   const Map map = head_map(0.3);
   EXPECT_GT(depth_evidence(BundleOptions(), map), kMinDepthEvidence);
@@ -111,7 +112,7 @@ TEST(DepthReversal, EvidenceTellsARightMapFromAWrongOne) {
   EXPECT_LT(depth_evidence(BundleOptions(), reversed), 0);
 }
 
-// So large that it is compared by a sample; one view, of the end of the turn, has seen little.
+// A map so large that it is compared by a sample; a view at the end of the rotation has few observations.
 TEST(DepthReversal, ALargeMapIsComparedAsASmallOne) {
   Map map = head_map(0.3, 900);
   const Eigen::Vector3d truth = turned(map);
@@ -127,7 +128,7 @@ TEST(DepthReversal, ALargeMapIsComparedAsASmallOne) {
   EXPECT_LT((turned(map) - truth).norm(), 3 * kDegree);
 }
 
-// Deep, and hardly turning: a map in which each point is seen from a few sides only may settle there.
+// Deep with little rotation: a map whose points are observed from a few sides only may converge to that.
 TEST(DepthReversal, EvidenceTellsAMapThatHardlyTurns) {
   Map map = map_of_short_tracks(0.1);
   const double truth = turned(map).norm();

@@ -14,10 +14,10 @@ namespace {
 
 constexpr int kViews = 8;
 
-// A camera that in a hand goes past a wall of points, with what keeps its place in its images.
+// A hand-held camera that moves past a wall of points, with fixed features in its images.
 class EgoVehicleFeatures : public testing::Test {
  protected:
-  // fixed: seen by the first views_with views, each from where its frame is.
+  // fixed: points observed by the first views_with views, each relative to its own frame.
   Map map_with(const SyntheticScene& fixed, int views_with = kViews) {
     const SyntheticScene wall = box_scene(300, random_);
     Map map;
@@ -38,7 +38,7 @@ class EgoVehicleFeatures : public testing::Test {
     return map;
   }
 
-  // Two lines of words at the upper and the lower edge, in the middle.
+  // Two lines of text at the upper and the lower edge, centred.
   SyntheticScene words(int features) {
     std::vector<Eigen::Vector3d> x;
     for (int i = 0; i < features; ++i)

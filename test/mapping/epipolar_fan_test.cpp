@@ -17,7 +17,7 @@ Eigen::Vector3d random_direction(Random& random) {
   return Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized();
 }
 
-// Within `spread` of a direction, most of them; one in ten anywhere.
+// Features within `spread` of a direction; one in ten is anywhere.
 ImageFeatures image_of(int features, const Eigen::Vector3d& towards, double spread, Random& random) {
   ImageFeatures image;
   for (int i = 0; i < features; ++i) {
@@ -29,7 +29,7 @@ ImageFeatures image_of(int features, const Eigen::Vector3d& towards, double spre
   return image;
 }
 
-// Those that are on the limit may be found or not.
+// Features at the limit may be found or not.
 void expect_what_comparing_all_finds(const ImageFeatures& image, const std::vector<int>& features,
                                      const Eigen::Vector3d& epipole, Random& random) {
   const EpipolarFan fan(image, epipole, features, kLeast, kMost);
@@ -66,7 +66,7 @@ TEST(EpipolarFan, FindsWhatComparingAllFinds) {
       for (int f = 0; f < size; ++f) {
         if (f % 3 != 1) features.push_back(f);
       }
-      // Beside the view, in it, and behind it; of any length.
+      // Epipoles outside the view, in it and behind it, with any length.
       for (const Eigen::Vector3d& epipole :
            {Eigen::Vector3d(0.2 * towards.unitOrthogonal()), Eigen::Vector3d(3 * towards),
             Eigen::Vector3d(-towards + 0.1 * towards.unitOrthogonal())}) {
@@ -76,7 +76,7 @@ TEST(EpipolarFan, FindsWhatComparingAllFinds) {
   }
 }
 
-// The camera goes straight ahead, and many features lie where the angle round the epipole jumps by a turn.
+// The camera moves straight ahead, and many features are where the angle around the epipole wraps.
 TEST(EpipolarFan, NoneIsMissedWhereTheAngleJumps) {
   Random random(2);
   const Eigen::Vector3d epipole = Eigen::Vector3d::UnitZ();

@@ -42,7 +42,7 @@ TEST(EpipolarMatcher, FindsWhatBothSee) {
   EXPECT_GT(matches.size(), 0.9 * count_seen_by_both(scene));
 }
 
-// What is nearest and second to each among those near its line, by comparing all with all.
+// Nearest and second nearest features near the epipolar lines, by exhaustive comparison.
 std::vector<Match> by_comparing_all(const Keyframe& first, const Keyframe& second,
                                     const EpipolarMatchOptions& options) {
   const Eigen::Matrix3d essential =
@@ -79,7 +79,7 @@ TEST(EpipolarMatcher, NoneThatIsNearItsLineIsPassedOver) {
     const std::vector<Match> found = match_along_epipolar_lines(first, second, all_kept);
     const std::vector<Match> expected = by_comparing_all(first, second, all_kept);
     ASSERT_GT(expected.size(), 500U);
-    // One may be likelier beside its line, or lie just within the limit.
+    // A match may be nearer in the decoy strip, or just within the limit.
     std::size_t same = 0;
     for (const Match& m : found) {
       same += std::any_of(expected.begin(), expected.end(),
@@ -90,13 +90,13 @@ TEST(EpipolarMatcher, NoneThatIsNearItsLineIsPassedOver) {
   }
 }
 
-// Equals on both sides of where the features are shared out, too.
+// Equal descriptors on both sides of a boundary between threads are included.
 TEST(EpipolarMatcher, AnyNumberOfThreadsFindsTheSame) {
   KnownScene scene(1200);
   for (int i = 0; i < 600; ++i) scene.scene.descriptors.row(i).copyTo(scene.scene.descriptors.row(600 + i));
   const Keyframe first = keyframe(scene, 0), second = keyframe(scene, 1);
   EpipolarMatchOptions shared = options();
-  shared.max_error_rad *= 20;  // so that twins meet
+  shared.max_error_rad *= 20;  // so that both copies are near the line
   const std::vector<Match> expected = match_along_epipolar_lines(first, second, shared);
   EXPECT_GT(expected.size(), 50u);
   for (const int threads : {2, 3, 5}) {
@@ -111,7 +111,7 @@ TEST(EpipolarMatcher, AnyNumberOfThreadsFindsTheSame) {
   }
 }
 
-// Every point has a twin with the same descriptor elsewhere: descriptors alone could not tell them apart.
+// Every point has a copy with the same descriptor elsewhere: descriptors alone cannot separate them.
 TEST(EpipolarMatcher, TheGeometryTellsEqualDescriptorsApart) {
   KnownScene scene(300);
   for (int i = 0; i < 150; ++i) scene.scene.descriptors.row(i).copyTo(scene.scene.descriptors.row(150 + i));
@@ -120,11 +120,10 @@ TEST(EpipolarMatcher, TheGeometryTellsEqualDescriptorsApart) {
   int wrong = 0;
   for (const Match& m : matches) wrong += scene.point_of[0][m.first] != scene.point_of[1][m.second];
   EXPECT_GT(matches.size(), 0.8 * count_seen_by_both(scene));
-  EXPECT_LT(wrong, 0.05 * matches.size()) << "a twin that is alone near the line, its own point out of view";
+  EXPECT_LT(wrong, 0.05 * matches.size()) << "a copy that is alone near the line, its own point out of view";
 }
 
-// Descriptors of which any two are about as far apart as two of one leaf's, .36, however little they have to
-// do with each other.
+// Similar descriptors: any two differ by about 0.36, as those of two views of one leaf, related or not.
 void make_similar(KnownScene* scene) {
   cv::Mat& descriptors = scene->scene.descriptors;
   for (int i = 0; i < descriptors.rows; ++i) {
@@ -134,7 +133,7 @@ void make_similar(KnownScene* scene) {
   }
 }
 
-/// The keyframe with the features of these points only.
+/// The keyframe reduced to the features of these points.
 template <typename Wanted>
 Keyframe keyframe_of(KnownScene& scene, int view, Wanted wanted) {
   Keyframe result = keyframe(scene, view);
@@ -153,7 +152,7 @@ TEST(EpipolarMatcher, WhereNothingIsSeenByBothChanceIsNotTaken) {
   const Keyframe first = keyframe_of(scene, 0, [](int point) { return point < 800; });
   const Keyframe second = keyframe_of(scene, 1, [](int point) { return point >= 800; });
   EpipolarMatchOptions mutual = options();
-  mutual.min_ratio = 1;  // it would leave out most of these, which are as far from one as from another
+  mutual.min_ratio = 1;  // it would exclude most of these, which are equally far from each other
   EXPECT_LT(match_along_epipolar_lines(first, second, mutual).size(), 10u);
   mutual.max_chance_share = 1e9;
   EXPECT_GT(match_along_epipolar_lines(first, second, mutual).size(), 50u);
@@ -195,7 +194,7 @@ TEST(EpipolarMatcher, OtherScalesAndOtherPosesGiveNothing) {
   coarse.image = std::make_shared<ImageFeatures>(features);
   EXPECT_TRUE(match_along_epipolar_lines(first, coarse, options()).empty());
 
-  Keyframe elsewhere = second;  // as if it had moved downwards: the lines run across
+  Keyframe elsewhere = second;  // displaced downwards: the epipolar lines are perpendicular
   elsewhere.camera_from_map = camera_at({0, 0.5, 0}, 0.035);
   EXPECT_LT(match_along_epipolar_lines(first, elsewhere, options()).size(),
             0.2 * match_along_epipolar_lines(first, second, options()).size());

@@ -15,8 +15,8 @@ namespace {
 
 constexpr int kKeyframes = 16, kPoints = 200;
 
-// A camera moves along a box of points. Keyframes of a segment are displaced, together with landmarks of
-// their own: the box once more, as seen from where they would be then.
+// A camera moves along a box of points. Keyframes of a segment are displaced, together with their own copies
+// of the landmarks.
 struct DisplacedSegment {
   int begin = 0, end = 0;
   Eigen::Vector3d rotation{0.3, 0.2, 0.2};  // rad, about an axis: not along the epipolar lines of the walk
@@ -73,7 +73,7 @@ TEST(ViewGraph, EdgesOfAWalkAreCalibratedAndHaveTheTrueRotation) {
   const ViewGraph graph = graph_of(map);
   ASSERT_FALSE(graph.edges().empty());
   for (const auto& [pair, geometry] : graph.edges()) {
-    // Neighbours have too little parallax to tell a translation.
+    // Neighbours have too little parallax for a translation.
     if (pair.second - pair.first == 4) {
       EXPECT_EQ(geometry.type, TwoViewType::kCalibrated);
     }
@@ -137,7 +137,7 @@ TEST(GraphConsistency, TheSecondHalfIsMovedWhereTheFirstHasIt) {
   apply_alignment(*segment, *alignment, graph, &map);
   map.check();
   EXPECT_FALSE(segment_of(map, graph));
-  // As the true walk, but for the noise of the landmarks.
+  // The true path up to the noise of the landmarks.
   for (int k = 1; k < kKeyframes; ++k) {
     const Rigid3 step = map.keyframe(k)->camera_from_map * map.keyframe(0)->camera_from_map.inverse();
     const Rigid3 truth = camera_at({0.06 * k, 0, 0}, -0.5 * k * kDegree) * camera_at({0, 0, 0}, 0).inverse();

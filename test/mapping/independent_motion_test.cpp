@@ -33,7 +33,7 @@ TEST_F(IndependentMotionTest, TheRoomBehindAMapOfTheHeadTurnsLess) {
   EXPECT_TRUE(motion.is_comparable());
 }
 
-// As when the head turns away and what is left of it is outnumbered: half of the turns are those of the map.
+// The head turns away and its features become the minority: half of the rotation is the map's.
 TEST_F(IndependentMotionTest, OfAMapOfTheHeadHereAndOfTheRoomThereTheOtherTurnsAlone) {
   Map map = map_with(true, 150, 200);
   EXPECT_EQ(find(map).other_rotation_alone, 0);
@@ -95,8 +95,8 @@ TEST_F(IndependentMotionTest, ASampleTellsItAsWell) {
   EXPECT_FALSE(sample_independent_motion(Map(), MatchOptions(), ransac(), false, false, 1).exists());
 }
 
-// A camera that goes sideways before a railing and a skyline. far_side: 1, or -1 where the map has it go the
-// other way before what is far, by more than noise.
+// A camera that moves sideways in front of a railing and a skyline. far_side: 1, or -1 where the map has the
+// opposite motion for far points, by more than noise.
 class Skyline : public testing::Test {
  protected:
   Map map_with(double nearest, double far_side) {
@@ -166,7 +166,7 @@ TEST_F(IndependentMotionTest, ImagesBetweenTheKeyframesAreInTheTracks) {
   for (const MotionTrack& track : motion.tracks) EXPECT_EQ(track.to_index, track.from_index + 1);
 }
 
-// A camera that hardly moves makes no keyframes while the head before it turns.
+// A camera that hardly moves makes no keyframes while the head in front of it rotates.
 TEST_F(IndependentMotionTest, WhereThereAreNoKeyframesTheImagesBetweenAreCompared) {
   const Map map = map_with(false, 100, 300);
   Map sparse;
@@ -182,7 +182,7 @@ TEST_F(IndependentMotionTest, WhereThereAreNoKeyframesTheImagesBetweenAreCompare
   EXPECT_EQ(motion.other_pairs, find(map).other_pairs);
 }
 
-// A map of the room keeps of its keyframes what lies near its points: the head is left out of them.
+// The keyframes of a room's map keep features near its points: the head is excluded.
 TEST_F(IndependentMotionTest, FeaturesTheMapExcludedAreSeen) {
   const Map map = map_with(false, 100, 300);
   Map without_head;

@@ -7,7 +7,7 @@
 namespace mono_pose_tracker {
 namespace {
 
-// Two keyframes `way` apart, x to the right, that see the same points at a depth of 3 to 6.
+// Two keyframes `way` apart, x to the right, that observe the same points at depths of 3 to 6.
 Map two_keyframes(double way, int points) {
   Random random(31);
   const CameraModel camera = synthetic_camera();
@@ -26,8 +26,8 @@ bool is_known(const Map& map) {
   return is_baseline_known(map, map.keyframes().begin()->second, map.keyframes().rbegin()->second);
 }
 
-// A pixel is 0.0017 rad: of points 4.5 away it is 7.5 mm, and a hundred of them tell a place ten times as
-// well, but for what a turn of the camera could do in its stead.
+// A pixel is 0.0017 rad, or 7.5 mm at a distance of 4.5. A hundred points determine a position ten times as
+// well, except for the correlation with a rotation of the camera.
 TEST(KnownBaseline, AWayThatIsFarMoreThanThePosesAreOffIsKnown) {
   EXPECT_TRUE(is_known(two_keyframes(0.3, 200)));
   EXPECT_TRUE(is_known(two_keyframes(0.1, 200)));
@@ -43,7 +43,8 @@ TEST(KnownBaseline, FewerPointsTellLess) {
   EXPECT_FALSE(is_known(two_keyframes(0.05, 5)));
 }
 
-// Points on one line leave a turn about it open, and with it a way across: it is known with others only.
+// Points on one line leave a rotation about it free, and with it a lateral displacement: further points are
+// needed.
 TEST(KnownBaseline, PointsThatDoNotTellThePoseTellNoWay) {
   Random random(5);
   const CameraModel camera = synthetic_camera();

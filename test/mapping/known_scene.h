@@ -11,14 +11,14 @@
 
 namespace mono_pose_tracker {
 
-/// Views of a scene of which it is known what each feature sees.
+/// Views of a scene with known correspondences between features and points.
 class KnownScene {
  public:
   static constexpr double kNoise = 0.3;  // px
 
   explicit KnownScene(int points) : scene(box_scene(points, random)) {}
 
-  /// The camera goes to the right and turns to the left.
+  /// The camera moves to the right and rotates to the left.
   static Rigid3 pose(int view) { return camera_at({0.15 * view, 0.02 * view, 0}, 0.035 * view); }
 
   Frame frame(int view) { return frame(view, pose(view)); }
@@ -32,7 +32,7 @@ class KnownScene {
     return found == points.end() ? -1 : static_cast<int>(found - points.begin());
   }
 
-  /// The first two views, with every `step`-th point that both see.
+  /// The first two views, with every `step`-th of their common points.
   InitialMap initial_map(int step) {
     InitialMap map;
     for (int v = 0; v < 2; ++v) map.views.push_back({frame(v), pose(v)});
@@ -43,7 +43,7 @@ class KnownScene {
     return map;
   }
 
-  /// The point that all observations of a landmark are of; -1 when they differ.
+  /// The point of all observations of a landmark; -1 when they differ.
   int point_of_landmark(const Map& map, const Landmark& landmark) const {
     int point = -1;
     for (const Observation& o : landmark.observations) {

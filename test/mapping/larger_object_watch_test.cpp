@@ -9,7 +9,7 @@ namespace {
 
 class LargerObjectWatchTest : public testing::Test, protected TwoObjects {
  protected:
-  // The map's first keyframes, a second apart, as they come.
+  // Passes the map's keyframes one after the other.
   void show(const Map& whole, double seconds_apart = 1.5) {
     Map map;
     for (const auto& [id, keyframe] : whole.keyframes()) {
@@ -40,7 +40,7 @@ TEST_F(LargerObjectWatchTest, OneObjectIsNoDoubt) {
 }
 
 TEST_F(LargerObjectWatchTest, ItAsksNowAndThen) {
-  show(map_with(false, 250, 60), 0.1);  // of eight keyframes two are asked
+  show(map_with(false, 250, 60), 0.1);  // two of eight keyframes are checked
   EXPECT_TRUE(watch_.doubt().empty()) << watch_.doubt();
 }
 

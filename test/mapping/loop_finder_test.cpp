@@ -20,8 +20,8 @@ MapperOptions mapper_options(const CameraModel& camera) {
   return options;
 }
 
-/// A map of true points, made keyframe by keyframe. Each stretch of the way has landmarks of its own (the
-/// camera did not know that it was back) and its own drift.
+/// A map of true points, made keyframe by keyframe. Each part of the path has its own landmarks (the camera
+/// has not recognised the place) and its own drift.
 class DriftingMap {
  public:
   explicit DriftingMap(const SyntheticScene& scene) : scene_(scene) {}
@@ -80,8 +80,8 @@ class DriftingMap {
   const SyntheticScene& scene_;
 };
 
-/// A round hall: the camera goes round in a circle of 5 m and looks at a wall 4 m away, which is seen once
-/// each way.
+/// A round hall: the camera moves on a circle of 5 m and looks at a wall 4 m away, which is observed once on
+/// each lap.
 std::vector<Eigen::Vector3d> hall_points(int points, Random& random) {
   std::vector<Eigen::Vector3d> result;
   for (int i = 0; i < points; ++i) {
@@ -111,7 +111,7 @@ struct Hall {
   LoopFinder finder{mapper_options(world.camera), world.camera};
   Sim3 drifted = drift(1.1, 2, {0.4, 0.1, -0.3});
 
-  // The first 250 degrees; whether a loop was found on the way.
+  // Walks the first 250 degrees; returns whether a loop was found.
   bool walk() {
     bool found = false;
     for (int degrees = 0; degrees <= 250; degrees += 10) {
@@ -144,7 +144,7 @@ TEST(LoopFinder, FindsARealRevisitWhenASecondKeyframeAgrees) {
   EXPECT_NEAR(loop->old_from_new.scale * hall.drifted.scale, 1, 0.01);
   const Eigen::Vector3d center(5 * std::sin(54 * kDegree), 0, 5 * std::cos(54 * kDegree));
   EXPECT_LT((loop->old_from_new * (hall.drifted * center) - center).norm(), 0.05);
-  // As an edge of the pose graph: the new camera seen from the old one.
+  // The edge of the pose graph: pose of the new camera in the old one.
   const Rigid3 old_camera = hall.world.map.keyframes.at(loop->from).camera_from_map;
   EXPECT_LT((loop->from_from_to.translation - old_camera * center).norm(), 0.05);
   EXPECT_LT(
@@ -152,7 +152,7 @@ TEST(LoopFinder, FindsARealRevisitWhenASecondKeyframeAgrees) {
       0.5 * kDegree);
 }
 
-// A map that was joined has the keyframes of the other one between its own by their ids, not in time.
+// A merged map has the other map's keyframes between its own by id, not in time.
 TEST(LoopFinder, TheWayRoundIsAlongWhatLiesBetweenInTime) {
   const auto drift_found = [](bool with_another_map) {
     Hall hall;
@@ -209,7 +209,7 @@ TEST(LoopFinder, CovisibleKeyframesAreNoLoop) {
 TEST(LoopFinder, APosterSeenElsewhereIsNoPlace) {
   Random random(2);
   std::vector<Eigen::Vector3d> points = hall_points(2500, random);
-  // A poster of 40 points hangs at 50 degrees, and another copy at 303, where the camera has not been.
+  // A poster of 40 points at 50 degrees, and a copy at 303, where the camera has not been.
   const int first = static_cast<int>(points.size());
   for (const double degrees : {50.0, 303.0}) {
     Random same(3);
@@ -225,7 +225,7 @@ TEST(LoopFinder, APosterSeenElsewhereIsNoPlace) {
   for (int degrees = 0; degrees <= 250; degrees += 10) {
     finder.find(world.map, world.index, world.add(hall_camera(degrees), 0, Sim3(), random));
   }
-  // As if drift were what the poster says it is, so that nothing but what is missing round it tells.
+  // Drift that moves the copy onto the poster, so that only missing surroundings tell them apart.
   Sim3 drifted;
   drifted.rotation = Eigen::AngleAxisd((50 - 303) * kDegree, Eigen::Vector3d::UnitY());
   for (int degrees = 296; degrees <= 306; degrees += 5) {
@@ -238,7 +238,7 @@ TEST(LoopFinder, APosterSeenElsewhereIsNoPlace) {
   }
 }
 
-// Two rooms with the same furniture, the second entered after 13 m: drift is never that great.
+// Two rooms with the same furniture, the second entered after 13 m, which exceeds any drift.
 TEST(LoopFinder, ASecondRoomLikeTheFirstIsNoLoop) {
   Random random(5);
   SyntheticScene scene(hall_points(2500, random), random);
@@ -256,8 +256,8 @@ TEST(LoopFinder, ASecondRoomLikeTheFirstIsNoLoop) {
   }
 }
 
-// A passage whose walls are alike, as one sees them: on the way back the other one looks as the first did. At
-// half its length the camera is where it was, but for its heading.
+// A passage with two similar walls: on the way back the other one looks as the first did. At half its length
+// the camera is at the same position with another heading.
 TEST(LoopFinder, TheOtherWallOfAPassageIsNoLoop) {
   constexpr double kLength = 20;
   Random random(6);
@@ -287,8 +287,8 @@ TEST(LoopFinder, AHeadingThatDriftedByTwentyDegreesIsStillFound) {
   EXPECT_TRUE(hall.look(54, 1, drifted));
 }
 
-/// A corridor wall so far away (m) with a door of 60 points every 3 m, all alike, and points of its own
-/// between.
+/// A corridor wall at this distance (m), with a door of 60 points every 3 m, all doors the same, and distinct
+/// points in between.
 SyntheticScene corridor(int doors, int between, Random& random, double distance = 4) {
   constexpr int kOfDoor = 60;
   std::vector<Eigen::Vector3d> points, door;
@@ -333,7 +333,7 @@ TEST(LoopFinder, IdenticalDoorsAreNoLoop) {
   for (const int between : {0, 20}) {
     Corridor corridor(between);
     EXPECT_EQ(corridor.walk(), 0) << between << " points of its own between two doors";
-    // It was not for want of places that look the same.
+    // There were similar places.
     const KeyframeView& last = corridor.world.map.keyframes.rbegin()->second;
     const auto similar =
         corridor.world.index.query(last.image->set, 1, [&](KeyframeId id) { return id < 30; });
@@ -342,14 +342,13 @@ TEST(LoopFinder, IdenticalDoorsAreNoLoop) {
   }
 }
 
-// Back in the corridor after 150 m, with more drift than there is between two doors: any of them may be this
-// one.
+// Return to the corridor after 150 m, with more drift than the distance between two doors: any of them fits.
 TEST(LoopFinder, AmongIdenticalDoorsThePointsBetweenThemDecide) {
   const Sim3 drifted = drift(1.02, 1, {2.0, 0, 0.5});
   for (const int between : {0, 60}) {
     Corridor corridor(between);
     corridor.walk();
-    // Out by another way, where there is nothing to see.
+    // Out by another path without features.
     corridor.world.add(camera_at({28, 0, -50}, M_PI), 1, Sim3(), corridor.random);
     std::optional<LoopConstraint> loop;
     for (double x = 20; x < 24; x += 0.75) {
@@ -363,8 +362,8 @@ TEST(LoopFinder, AmongIdenticalDoorsThePointsBetweenThemDecide) {
   }
 }
 
-// Each keyframe sees several doors, so that places of which each says another door are covisible. (Beyond 26
-// m no second place is verified, and nothing else tells the doors apart.)
+// Each keyframe observes several doors, so that places which suggest different doors are covisible. (Beyond
+// 26 m no second place is verified, and nothing else separates the doors.)
 TEST(LoopFinder, DoorsThatAreSeenTogetherAreNotOnePlace) {
   Corridor corridor(0, 9);
   corridor.walk();

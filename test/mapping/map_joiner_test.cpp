@@ -29,8 +29,7 @@ TEST_F(MapJoinerTest, PointsOfKnownDepthTellTheScale) {
   EXPECT_LT(map_match->log_scale_sigma, 0.1);
 }
 
-// Two views from nearly the same place show all the same at whatever size the map is about them: of that
-// nothing is taken.
+// Two views from nearly the same place fit a map of any scale: their scale is not used.
 TEST_F(MapJoinerTest, AllCommonLandmarksDetermineTheAlignment) {
   Map map = map_from({way_.begin() + 5, way_.end()});
   map.rescale(3);
@@ -54,8 +53,8 @@ TEST_F(MapJoinerTest, AllCommonLandmarksDetermineTheAlignment) {
   EXPECT_NEAR(std::log(3 * alignment->other_from_map.scale), 0, 0.01);
 }
 
-// Two cameras before a wall, one from its left, one from its right: what both see is a strip at the edge of
-// their images.
+// Two cameras in front of a wall, one from its left, one from its right: the common part is a strip at the
+// edge of their images.
 TEST_F(MapJoinerTest, AStripOfAWallIsNotTurnedOver) {
   constexpr double kDistance = 2.4, kHalfStrip = 0.3, kHalfHeight = 0.25, kStep = 0.1;
   const CameraModel camera(with_focal(1.6));
@@ -70,7 +69,7 @@ TEST_F(MapJoinerTest, AStripOfAWallIsNotTurnedOver) {
       wall.emplace_back(random.uniform(-4, 4), random.uniform(-kHalfHeight, kHalfHeight),
                         kDistance + random.uniform(0, 0.02));
     const SyntheticScene scene(wall, random);
-    // Towards the middle of the wall.
+    // Looks at the centre of the wall.
     const auto from_side = [&](double side) {
       Map map;
       std::vector<LandmarkId> landmark_of(wall.size(), kNoLandmark);
@@ -118,7 +117,7 @@ TEST_F(MapJoinerTest, TooFewPointsThatBothHaveJoinNone) {
 }
 
 TEST_F(MapJoinerTest, PointsWithoutParallaxTellNoScale) {
-  // As far apart as the camera shakes: .2 px of parallax.
+  // A baseline from camera shake: 0.2 px of parallax.
   std::vector<Rigid3> still;
   for (int k = 0; k < 5; ++k) still.push_back(camera_at({0.002 * k - 0.1, 0, 0}));
   const Map map = map_from(still);

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kNoise = 0.3;  // px
 
-// A wall of things along which the camera goes; frame i stands at x = 0.2 i.
+// A textured wall along which the camera moves; frame i is at x = 0.2 i.
 class MapperJoiningTest : public testing::Test {
  protected:
   static SyntheticScene wall(Random& random) {
@@ -29,7 +29,7 @@ class MapperJoiningTest : public testing::Test {
     return SyntheticScene(points, random);
   }
 
-  // An image is the same whoever looks at it.
+  // A frame is the same for every caller.
   Frame frame(int i, std::vector<int>* point_of = nullptr) {
     auto [image, is_new] = images_.try_emplace(i);
     auto& [frame, points] = image->second;
@@ -39,7 +39,7 @@ class MapperJoiningTest : public testing::Test {
   }
   static Rigid3 pose(int i) { return camera_at({0.2 * i, 0, 0}); }
 
-  // Two views and the points that both see, in a frame of their own: the first view's, half as large.
+  // Two views and their common points, in the frame of the first view and half as large.
   InitialMap initial_map(int first, int second) {
     InitialMap map;
     std::vector<std::vector<int>> point_of(2);
@@ -69,7 +69,7 @@ class MapperJoiningTest : public testing::Test {
     mapper_.insert(candidate, waiting);
   }
 
-  // How far the distances between all keyframes are off, over the longest, once their unit is the truth's.
+  // Largest error of the distances between all keyframes, relative to the longest, after the unit is aligned.
   double worst_distance_error() {
     std::vector<Eigen::Vector3d> found, truth;
     for (const auto& [id, keyframe] : mapper_.map().keyframes()) {
@@ -111,13 +111,13 @@ TEST_F(MapperJoiningTest, MapsAreJoinedWhereTheyMeet) {
   const Rigid3 before = old->keyframes.begin()->second.camera_from_map;
   const Rigid3 after = joined->keyframes.begin()->second.camera_from_map;
   EXPECT_LT((before.inverse().translation - after.inverse().translation).norm(), 0.01);
-  insert(last - 2);  // on with it, over the seam
+  insert(last - 2);  // continues across the boundary
   mapper_.finish();
   mapper_.map().check();
   EXPECT_LT(worst_distance_error(), 0.01);
 }
 
-// The older map never saw the marker, the newer one did: metres are not lost where the two are joined.
+// Only the newer map observed the marker: the merged map keeps metres.
 TEST_F(MapperJoiningTest, AMarkerThatOnlyTheNewerMapSawIsKept) {
   MapperOptions metres = options_.mapper(camera_.focal());
   metres.scale.marker_size = 0.5;
@@ -146,7 +146,7 @@ TEST_F(MapperJoiningTest, AMarkerThatOnlyTheNewerMapSawIsKept) {
   EXPECT_NEAR((centers(50) - centers(48)).norm(), 0.4, 0.02) << "of the marker's own views";
 }
 
-// Each part keeps what was known of its keyframes, in the unit of the whole.
+// Each part keeps the covariances of its keyframes, in the unit of the merged map.
 TEST_F(MapperJoiningTest, KeyframesKeepTheirCovariances) {
   mapper_.initialize(initial_map(0, 2), 0);
   for (int i = 4; i <= 10; i += 2) insert(i);
@@ -176,7 +176,7 @@ TEST_F(MapperJoiningTest, KeyframesKeepTheirCovariances) {
     const KeyframeId id_now = id + correction.added.keyframes;
     if (joined->keyframes.count(id_now) == 0) continue;
     const Eigen::Matrix<double, 6, 6> now = joined->covariances.at(id_now);
-    // They were found once more before the maps met.
+    // Covariances were computed once more before the merge.
     const double ratio = now.topLeftCorner<3, 3>().trace() / covariance.topLeftCorner<3, 3>().trace();
     EXPECT_NEAR(std::sqrt(ratio), correction.scale, 0.4 * correction.scale) << id;
     ++compared;
@@ -184,7 +184,7 @@ TEST_F(MapperJoiningTest, KeyframesKeepTheirCovariances) {
   EXPECT_GT(compared, 2);
 }
 
-// A map of a file says nothing of how uncertain its keyframes are.
+// A loaded map has no covariances.
 TEST_F(MapperJoiningTest, ARestoredMapFindsItsCovariances) {
   mapper_.initialize(initial_map(0, 2), 0);
   for (int i = 4; i <= 40; i += 2) insert(i);
@@ -202,7 +202,7 @@ TEST_F(MapperJoiningTest, ARestoredMapFindsItsCovariances) {
   EXPECT_LT(median(ratios), 3);
 }
 
-// The older map is tracked in, as after it was found again or loaded, when it meets the newer one.
+// The older map is the present one, after a relocalisation or a load, when it is merged with the newer one.
 TEST_F(MapperJoiningTest, TheOlderMapsFrameStaysWhicheverIsTracked) {
   mapper_.initialize(initial_map(0, 2), 0);
   const std::uint32_t older = mapper_.tracking_map()->map_id;
@@ -228,8 +228,8 @@ TEST_F(MapperJoiningTest, TheOlderMapsFrameStaysWhicheverIsTracked) {
   EXPECT_LT(worst_distance_error(), 0.01);
 }
 
-// So near each other keyframes become redundant with the next: the one with which the two maps meet takes one
-// out, which is no place any more where the newer map may find itself.
+// Keyframes this close become redundant with the next one: the keyframe that aligns the maps removes another,
+// which can then no longer be a place for the newer map.
 TEST_F(MapperJoiningTest, AKeyframeThatHasJustGoneIsNoPlace) {
   mapper_.initialize(initial_map(0, 2), 0);
   const std::uint32_t older = mapper_.tracking_map()->map_id;
@@ -248,7 +248,7 @@ TEST_F(MapperJoiningTest, AKeyframeThatHasJustGoneIsNoPlace) {
   mapper_.map().check();
 }
 
-// Gaps are filled from both sides, so that two maps may come to have the same images.
+// Gaps are filled from both sides, so that two maps may have the same images.
 TEST_F(MapperJoiningTest, AnImageOfBothMapsIsOneKeyframeOfTheJoinedOne) {
   mapper_.initialize(initial_map(0, 2), 0);
   for (int i = 4; i <= 24; i += 2) insert(i);
@@ -271,7 +271,7 @@ TEST_F(MapperJoiningTest, ACandidateRegisteredBeforeTheJoinIsStillUnderstood) {
   mapper_.initialize(initial_map(0, 2), 0);
   for (int i = 4; i <= 10; i += 2) insert(i);
   mapper_.begin_additional(initial_map(24, 22), 1);
-  // Posed in the new map, sent when it has become part of the old one.
+  // Registered in the new map, inserted when that has become part of the old one.
   const KeyframeCandidate candidate = candidate_of(21);
   ASSERT_FALSE(HasFailure());
   int last = 22;
@@ -283,7 +283,7 @@ TEST_F(MapperJoiningTest, ACandidateRegisteredBeforeTheJoinIsStillUnderstood) {
   EXPECT_LT(worst_distance_error(), 0.02);
 }
 
-// Where ids are those of another map's corrections, they are none of this one's.
+// Corrections of another map do not apply to the ids of this one.
 TEST_F(MapperJoiningTest, WhatCorrectedAnotherMapChangesNoCandidateOfThisOne) {
   mapper_.initialize(initial_map(0, 2), 0);
   for (int i = 4; i <= 8; i += 2) insert(i);
@@ -293,7 +293,7 @@ TEST_F(MapperJoiningTest, WhatCorrectedAnotherMapChangesNoCandidateOfThisOne) {
   ASSERT_TRUE(mapper_.resume(first, true, 2));
   KeyframeCandidate candidate = candidate_of(10);
   ASSERT_FALSE(HasFailure());
-  candidate.corrections = 0;  // it was posed before the other map was rescaled
+  candidate.corrections = 0;  // it was registered before the other map was rescaled
   mapper_.insert(candidate);
   EXPECT_EQ(mapper_.tracking_map()->keyframes.rbegin()->second.frame_index, 10);
   EXPECT_LT(worst_distance_error(), 0.02);
@@ -309,13 +309,13 @@ TEST_F(MapperJoiningTest, ACandidateOfAnotherMapIsExcluded) {
   EXPECT_EQ(mapper_.map().keyframes().size(), 2u);
 }
 
-// The same wall twice: what looks alike is not the same place when what surrounds it differs.
+// The same wall twice with different surroundings: similar structures are not the same place.
 TEST_F(MapperJoiningTest, MapsOfDifferentPlacesStayApart) {
   mapper_.initialize(initial_map(0, 2), 0);
   for (int i = 4; i <= 10; i += 2) insert(i);
   const SyntheticScene here = scene_;
   scene_ = wall(random_);
-  // One window of the old place, half a metre wide, hangs in the new one.
+  // One window of the old place, half a metre wide, is also in the new one.
   for (std::size_t i = 0; i < here.x_in_map.size(); ++i) {
     const Eigen::Vector3d& x = here.x_in_map[i];
     if (std::abs(x.x() - 1) > 0.4 || std::abs(x.y()) > 0.4) continue;
@@ -329,7 +329,7 @@ TEST_F(MapperJoiningTest, MapsOfDifferentPlacesStayApart) {
   EXPECT_EQ(mapper_.inactive_maps().size(), 1u);
 }
 
-// What was found to move otherwise is no part of the map after it either.
+// Independently moving features stay excluded afterwards.
 TEST_F(MapperJoiningTest, AJoinThatDoesNotHoldLeavesTheMapAsItWas) {
   mapper_.initialize(initial_map(0, 2), 0);
   for (int i = 4; i <= 24; i += 2) insert(i);
@@ -339,7 +339,7 @@ TEST_F(MapperJoiningTest, AJoinThatDoesNotHoldLeavesTheMapAsItWas) {
   mapper_.begin_additional(newer, 1);
   for (int i = 47; i >= 21; i -= 2) insert(i, 1);  // maps are not joined while others wait
   const std::size_t landmarks = mapper_.map().landmarks().size();
-  // No point is seen under so large an angle: none is left to hold the two together.
+  // No point has this much parallax: the two maps share none after culling.
   const MapperOptions usual = options_.mapper(camera_.focal());
   MapperOptions strict = usual;
   strict.mapping.min_parallax_deg = 180;
@@ -361,7 +361,7 @@ TEST_F(MapperJoiningTest, AJoinThatDoesNotHoldLeavesTheMapAsItWas) {
   EXPECT_TRUE(mapper_.inactive_maps().empty()) << "they do meet";
 }
 
-// The newest meets the second only, and that one the first.
+// The newest map can be merged with the second only, and that one with the first.
 TEST_F(MapperJoiningTest, OfARowOfMapsOneIsLeft) {
   mapper_.initialize(initial_map(0, 2), 0);
   for (int i = 4; i <= 12; i += 2) insert(i);
@@ -378,7 +378,7 @@ TEST_F(MapperJoiningTest, OfARowOfMapsOneIsLeft) {
   EXPECT_LT(worst_distance_error(), 0.02);
 }
 
-// Nobody may have seen them: at the end of a recording of many parts they are joined all at once.
+// The corrections may not have been read: at the end of a recording many maps are merged at once.
 TEST_F(MapperJoiningTest, HoweverManyCorrectionsAreKeptUntilAKeyframeComes) {
   mapper_.initialize(initial_map(0, 2), 0);
   for (int i = 0; i < 100; ++i) {

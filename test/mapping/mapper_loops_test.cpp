@@ -1,4 +1,4 @@
-// Loops closed beside the mapper's own work.
+// Loop closing in the background.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kLoopNoise = 0.5;  // px
 
-// A ring walked round with a worker that closes loops.
+// A ring-shaped path with a worker that closes loops.
 class MapperLoopsTest : public testing::Test {
  protected:
   ~MapperLoopsTest() override { let_go(); }
@@ -31,9 +31,9 @@ class MapperLoopsTest : public testing::Test {
     return options;
   }
 
-  // Loops alone, or as it is live: all that was drifted is adjusted now and then as well.
+  // With loop closing alone, or as live, with a global adjustment now and then.
   void begin(bool threaded, bool adjusts_all = false) {
-    // Without a limit of time: where a machine is busy the map would drift more than loops are looked for.
+    // Without a time limit: on a busy machine the map would drift more than loops are searched for.
     options_.mapping.bundle_seconds = 1e6;
     MapperOptions options = with_cancel(options_.mapper(camera_.focal()), [this] { return ask(); });
     options.adjusts_all = adjusts_all;
@@ -43,7 +43,7 @@ class MapperLoopsTest : public testing::Test {
     worker_->begin(0, [&](Mapper& mapper) { mapper.initialize(initial, 0); });
   }
 
-  // Asked by solves after each iteration: those beside the mapper's thread stand still while held, or fail.
+  // Called by solvers after each iteration: those of background jobs are held while `held`, or throw.
   bool ask() {
     if (std::this_thread::get_id() == mapping_thread_) return false;
     if (fails_) throw std::runtime_error("no memory, say");
@@ -56,8 +56,8 @@ class MapperLoopsTest : public testing::Test {
   void let_go() {
     if (!std::exchange(open_, true)) gate_.set_value();
   }
-  // Whether a solve stands still. Where the ring closes it may be on its way: it has time to come there, or
-  // on a slow machine the rest of the way would be over before.
+  // Whether a solver is held. Near the end of the ring it may still be starting: waits for it, as on a slow
+  // machine the rest of the path would be over before.
   bool is_held(int index, const std::future<void>& arrived) const {
     const std::chrono::milliseconds time(index < 4 * frames() / 5 ? 0 : 100);
     return arrived.wait_for(time) == std::future_status::ready;
@@ -70,7 +70,7 @@ class MapperLoopsTest : public testing::Test {
     return true;
   }
 
-  // rmse of all keyframes' positions after a similarity, m.
+  // RMSE of all keyframes' positions after a similarity, m.
   double position_rmse() const {
     const TrackingMapPtr map = worker_->latest();
     std::vector<Eigen::Vector3d> found, truth;
@@ -109,13 +109,13 @@ TEST_F(MapperLoopsTest, ALoopPostsACorrectionForEveryKeyframe) {
     for (const auto& entry : map->removed_keyframes) EXPECT_EQ(correction->scale_of.count(entry.first), 1u);
   }
   worker_->mapper().map().check();
-  // What is tied is not found again.
+  // A closed loop is not found again.
   while (i < frames()) insert(i++);
   EXPECT_EQ(worker_->latest()->corrections.size(), 2u);
   EXPECT_LT(position_rmse(), 0.03);
 }
 
-// Where drift in scale is taken out, what is uncertain in length changes with the lengths.
+// A correction of the scale also changes the covariances of lengths.
 TEST_F(MapperLoopsTest, CovariancesChangeWithTheLengthsOfTheirKeyframes) {
   begin(false);
   TrackingMapPtr before = worker_->latest();
@@ -130,7 +130,7 @@ TEST_F(MapperLoopsTest, CovariancesChangeWithTheLengthsOfTheirKeyframes) {
   for (const auto& [id, covariance] : before->covariances) {
     const auto now = after->covariances.find(id);
     if (now == after->covariances.end()) continue;
-    // Those of the newest window were found anew before the loop was.
+    // Covariances of the newest window were computed before the loop was closed.
     const Matrix6d now_covariance = now->second;
     if (now_covariance.bottomRightCorner<3, 3>() != covariance.bottomRightCorner<3, 3>()) continue;
     const double scale = after->corrections[0]->length_scale(id) * after->corrections[1]->length_scale(id);
@@ -150,7 +150,7 @@ TEST_F(MapperLoopsTest, WhileALoopIsClosedKeyframesGoIntoTheMap) {
   std::future<void> arrived = at_gate_.get_future();
   int i = 2;
   for (; i < frames() - 5 && !is_held(i, arrived); ++i) ASSERT_TRUE(insert(i));
-  // The last may have asked for it just now.
+  // The last keyframe may have just requested it.
   ASSERT_EQ(arrived.wait_for(std::chrono::seconds(60)), std::future_status::ready) << "no loop was found";
   EXPECT_TRUE(worker_->latest()->corrections.empty());
   for (const int end = i + 4; i < end; ++i) {
@@ -166,7 +166,7 @@ TEST_F(MapperLoopsTest, WhileALoopIsClosedKeyframesGoIntoTheMap) {
   EXPECT_LT(position_rmse(), 0.06) << "not closed, it is 0.11 m";
 }
 
-// m: how far keyframes are, in the mean, from where an adjustment of all has them.
+// Mean distance between keyframes and their globally adjusted positions, m.
 double unadjusted(const Map& map) {
   Map adjusted = map;
   adjust_map(BundleOptions(), &adjusted);
@@ -182,7 +182,7 @@ TEST_F(MapperLoopsTest, WhatHasDriftedIsAdjustedNowAndThen) {
   for (const bool adjusts_all : {false, true}) {
     random_ = Random(5);
     begin(true, adjusts_all);
-    // Three quarters of the way: no loop is there to be closed.
+    // Three quarters of the path, without any loop.
     for (int i = 2; i < 3 * frames() / 4; ++i) {
       ASSERT_TRUE(insert(i));
       worker_->wait();
@@ -264,7 +264,7 @@ TEST_F(MapperLoopsTest, WhatWasSolvedForAMapThatIsLeftIsDropped) {
   EXPECT_EQ(worker_->latest(), nullptr);
 }
 
-// Where keyframes would be put is of the map's frame before.
+// The result refers to the map's frame before the transformation.
 TEST_F(MapperLoopsTest, WhatIsSolvedForAMapThatIsMovedIsDroppedAndSoughtAnew) {
   begin(true);
   hold_ = true;

@@ -14,8 +14,8 @@ class MapperTest : public testing::Test {
  protected:
   MapperOptions options() const { return unhurried_options().mapper(scene_.camera.focal()); }
 
-  // Of a view whose pose is known, posed against the map's newest keyframe, with what it sees of the
-  // landmarks.
+  // Candidate of a view with a known pose, relative to the map's newest keyframe, with its observations of
+  // the landmarks.
   KeyframeCandidate candidate(const Map& map, const Frame& frame, const Rigid3& true_pose) const {
     const Keyframe& newest = map.keyframes().rbegin()->second;
     const Rigid3 true_newest = KnownScene::pose(static_cast<int>(newest.frame_index));
@@ -36,7 +36,7 @@ class MapperTest : public testing::Test {
     mapper->insert(candidate(mapper->map(), frame, KnownScene::pose(view)));
   }
 
-  // Map units in a unit of the scene: by the first two keyframes.
+  // Map units per unit of the scene, from the first two keyframes.
   static double unit(const Map& map) {
     const auto center = [&](KeyframeId id) {
       Rigid3 camera_from_map;
@@ -79,7 +79,7 @@ TEST_F(MapperTest, AKnownBaselineSetsTheScale) {
   mapper.initialize(initial, 0);
   EXPECT_NEAR(baseline_of(mapper.map()), 0.4, 1e-9);
   EXPECT_EQ(mapper.map().scale_source(), ScaleSource::kKnownBaseline);
-  // What is uncertain is told in metres as well.
+  // The uncertainty is reported in metres as well.
   Mapper in_units(options(), scene_.camera);
   in_units.initialize(initial, 0);
   const double unit_m =
@@ -92,7 +92,7 @@ TEST_F(MapperTest, AKnownBaselineSetsTheScale) {
   EXPECT_NEAR(variance(mapper) / variance(in_units), unit_m * unit_m, 1e-6 * unit_m * unit_m);
 }
 
-// The first two views know it to some per cent; those that come after them know it better.
+// The first two views determine the unit to some per cent; later views are more accurate.
 TEST_F(MapperTest, AKnownBaselineIsKeptWhateverIsLearntLater) {
   MapperOptions metres = options();
   metres.scale.known_baseline = 0.4;
@@ -105,7 +105,7 @@ TEST_F(MapperTest, AKnownBaselineIsKeptWhateverIsLearntLater) {
   EXPECT_EQ(mapper.map().scale_source(), ScaleSource::kKnownBaseline);
 }
 
-// A square of a side of 1 before the first camera, its corners found to 0.3 px.
+// A square of side 1 in front of the first camera, its corners with 0.3 px noise.
 std::vector<Eigen::Vector3d> seen_marker(const KnownScene& scene, int view, Random* random) {
   std::vector<Eigen::Vector3d> bearings;
   for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
@@ -117,7 +117,8 @@ std::vector<Eigen::Vector3d> seen_marker(const KnownScene& scene, int view, Rand
   return bearings;
 }
 
-// The first two views see it from 1.2 degrees apart, which leaves its depth open by some per cent.
+// The first two views observe it with 1.2 degrees of parallax, which leaves its depth uncertain by some per
+// cent.
 TEST_F(MapperTest, AMarkerSetsTheScaleAsSoonAsItIsSeenFromFarEnoughApart) {
   MapperOptions metres = options();
   metres.scale.marker_size = 1;
@@ -141,7 +142,7 @@ TEST_F(MapperTest, AMarkerSetsTheScaleAsSoonAsItIsSeenFromFarEnoughApart) {
   }
 }
 
-// Only every third point is known at first: the rest is found along epipolar lines, and tracks grow.
+// Only every third point is known at first: the others are matched along epipolar lines, and tracks grow.
 TEST_F(MapperTest, KeyframesBringNewLandmarksAndLongerTracks) {
   Mapper mapper(options(), scene_.camera);
   const InitialMap initial = scene_.initial_map(3);
@@ -157,7 +158,8 @@ TEST_F(MapperTest, KeyframesBringNewLandmarksAndLongerTracks) {
   EXPECT_GT(static_cast<double>(observations) / map.landmarks().size(), 0.6 * map.keyframes().size());
   for (const auto& [id, keyframe] : map.keyframes()) {
     const Rigid3 truth = KnownScene::pose(static_cast<int>(keyframe.frame_index));
-    // A turn of 5 mrad and a step aside of 0.02 look much the same at the points' distance of 4.
+    // A rotation of 5 mrad and a lateral displacement of 0.02 are nearly equivalent at the points' distance
+    // of 4.
     EXPECT_LT(keyframe.camera_from_map.rotation.angularDistance(truth.rotation), 5e-3) << id;
     EXPECT_LT((keyframe.center_in_map() / unit(map) - truth.inverse().translation).norm(), 0.02) << id;
   }
@@ -186,7 +188,7 @@ TEST_F(MapperTest, AKeyframeOfWhichNothingIsNewGoesAndItsPlaceIsKept) {
   Mapper mapper(options(), scene_.camera);
   mapper.initialize(scene_.initial_map(1), 0);
   for (int view = 2; view < 5; ++view) insert(&mapper, view);
-  for (int i = 0; i < 5; ++i) {  // it stands still
+  for (int i = 0; i < 5; ++i) {  // at rest
     const Frame frame = scene_.frame(100 + i, KnownScene::pose(4));
     KeyframeCandidate candidate = this->candidate(mapper.map(), frame, KnownScene::pose(4));
     const Keyframe& newest = mapper.map().keyframes().rbegin()->second;
@@ -213,7 +215,7 @@ TEST_F(MapperTest, ACappedMapKeepsItsFrameItsNewestAndItsAccuracy) {
   constexpr int kViews = 18, kMost = 10;
   MapperOptions capped = options();
   capped.mapping.max_keyframes = kMost;
-  capped.mapping.redundant_overlap = 1.01;  // nothing goes but for the limit
+  capped.mapping.redundant_overlap = 1.01;  // keyframes are removed only by the limit
   Mapper mapper(capped, scene_.camera);
   mapper.initialize(scene_.initial_map(1), 0);
   for (int view = 2; view < kViews; ++view) {
@@ -241,12 +243,12 @@ TEST_F(MapperTest, ACappedMapKeepsItsFrameItsNewestAndItsAccuracy) {
   for (const KeyframeId place : places) EXPECT_TRUE(map.keyframe(place)) << place << " is gone";
 }
 
-// Four views of one place and then one of another: what the others see as well is not missed.
+// Four views of one place, then one of another: views whose points the others observe are redundant.
 TEST_F(MapperTest, TheKeyframeThatIsMissedLeastGoesFirst) {
   MapperOptions capped = options();
   capped.mapping.max_keyframes = 10;
   capped.mapping.redundant_overlap = 1.01;
-  capped.mapping.window_keyframes = 2;  // so that few are spared for being near the newest
+  capped.mapping.window_keyframes = 2;  // so that few are protected as neighbours of the newest
   Mapper mapper(capped, scene_.camera);
   mapper.initialize(scene_.initial_map(1), 0);
   for (int view = 2; view < 10; ++view) insert(&mapper, view);

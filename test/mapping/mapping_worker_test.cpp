@@ -21,7 +21,7 @@ class MappingWorkerTest : public testing::Test {
  protected:
   Rigid3 pose(int frame) const { return camera_at({0.15 * frame, 0.02 * frame, 0}, 2 * kDegree * frame); }
 
-  // Two views and the points that both see.
+  // Two views and their common points.
   InitialMap initial_map() {
     InitialMap map;
     std::vector<std::vector<int>> point_of(2);
@@ -46,7 +46,7 @@ class MappingWorkerTest : public testing::Test {
     worker->begin(epoch, [&](Mapper& mapper) { mapper.initialize(initial, epoch); });
   }
 
-  // A new view posed against the newest keyframe of the map.
+  // A new view registered against the newest keyframe of the map.
   KeyframeCandidate candidate(const TrackingMap& map, int index) {
     const Frame frame = synthetic_frame(scene_, camera_, pose(index), kWorkerNoise, index, random_);
     return registered_candidate(TrackerOptions(), camera_, map, frame);
@@ -72,14 +72,14 @@ TEST_P(OnAThreadOrInline, KeyframesComeToTheMap) {
     worker.wait();
     EXPECT_EQ(worker.unfinished_jobs(), 0);
     const TrackingMapPtr map = worker.latest();
-    // A keyframe that three others make redundant goes, but its place is kept.
+    // A keyframe that is redundant with three others is removed, but its pose is stored.
     EXPECT_EQ(map->keyframes.size() + map->removed_keyframes.size(), static_cast<std::size_t>(i + 1));
     EXPECT_EQ(map->keyframes.rbegin()->second.frame_index, i);
   }
   EXPECT_EQ(two->keyframes.size(), 2u) << "a map handed out never changes";
   EXPECT_GT(worker.latest()->revision, two->revision);
   worker.mapper().map().check();
-  // Turns between keyframes do not depend on the map's scale.
+  // Rotations between keyframes do not depend on the map's scale.
   for (const auto& [id, keyframe] : worker.latest()->keyframes) {
     const Eigen::Quaterniond turn =
         keyframe.camera_from_map.rotation *
@@ -125,7 +125,7 @@ TEST_F(MappingWorkerTest, NoMoreKeyframesWaitThanMay) {
   MappingWorker worker(TrackerOptions().mapper(camera_.focal()), camera_, true);
   begin(initial_map(), 0, &worker);
   const KeyframeCandidate next = candidate(*worker.latest(), 2);
-  // Were insert to block, none would ever be refused. Mapping takes longer than queueing: a few calls do.
+  // If insert blocked, none would be refused. Mapping takes longer than queueing, so a few calls suffice.
   int accepted = 0, refused = 0;
   for (int i = 0; i < 200 && refused == 0; ++i) {
     worker.insert(next) ? ++accepted : ++refused;
@@ -160,7 +160,7 @@ TEST_F(MappingWorkerTest, BehindInTimeItSolvesLessAndTheMapStaysConsistent) {
     } else if (waiting >= 2) {
       EXPECT_EQ(moved, 0) << "left to the next bundle adjustment";
     }
-    // The next one in time makes up for it.
+    // The next keyframe in time compensates for it.
     behind.insert(candidate(*behind.tracking_map(), 7));
     behind.map().check();
   }
@@ -175,7 +175,7 @@ TEST_F(MappingWorkerTest, JobsThatWaitDoNotKeepItAlive) {
   }
 }
 
-// A solve that asks whether it is cancelled tells when it is under way, and goes on when `until` holds.
+// A solver whose cancellation test signals that it is running, and that continues when `until` holds.
 struct SolveUnderWay {
   std::promise<void> begun;
   std::atomic<int> asked{0};
@@ -216,7 +216,7 @@ TEST_F(MappingWorkerTest, DestructionEndsTheSolveUnderWay) {
   {
     MappingWorker worker(solve.options().mapper(camera_.focal()), camera_, true);
     begin(initial_map(), 0, &worker);
-    // The destructor drops what waits.
+    // The destructor drops waiting jobs.
     solve.until = [&] { return one_waits && worker.unfinished_jobs() == 1; };
     const KeyframeCandidate next = candidate(*worker.latest(), 2);
     ASSERT_TRUE(worker.insert(next));
@@ -239,7 +239,7 @@ TEST_F(MappingWorkerTest, TwoHundredResetsUnderLoad) {
     for (int i = 0; i < MappingWorker::kMostKeyframesWaiting; ++i) worker.insert(next);
     worker.reset(epoch + 1);
     ASSERT_LE(worker.unfinished_jobs(), 1) << "only what is under way is left";
-    if (epoch % 20 == 1) worker.wait();  // what was under way has come
+    if (epoch % 20 == 1) worker.wait();  // the running job has finished
     ASSERT_EQ(worker.latest(), nullptr);
   }
 }

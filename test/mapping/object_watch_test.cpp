@@ -9,7 +9,8 @@ namespace {
 
 class ObjectWatchTest : public testing::Test, protected TwoObjects {
  protected:
-  // Each keyframe with the one before it, as they come; how many had come when it was certain, 0: never.
+  // Passes each keyframe with the one before it. Returns the number of keyframes at which it was certain; 0:
+  // never.
   int watch(const Map& map) {
     for (int k = 1; k < kKeyframes; ++k) {
       const RegisteredImage before = registered_image(*map.keyframe(k - 1)),

@@ -34,14 +34,14 @@ Map map_along(const std::vector<Eigen::Vector3d>& centers, const SyntheticScene&
   return map;
 }
 
-// In the map's unit.
+// Root mean square error in the map's unit.
 double root_mean_square_error(const Map& map, const std::vector<Eigen::Vector3d>& centers) {
   std::vector<Eigen::Vector3d> found;
   for (const auto& entry : map.keyframes()) found.push_back(entry.second.center_in_map());
   return aligned_rmse(centers, found);
 }
 
-// Over maps of which each is off by chance.
+// Over many maps with random errors.
 TEST(PathPrecision, SaysByHowMuchThePathIsOff) {
   constexpr int kMaps = 20;
   double said = 0, is = 0;
@@ -70,7 +70,7 @@ TEST(PathPrecision, IsTheSameInAnyUnit) {
   EXPECT_NEAR(after.share(), before.share(), 1e-3 * before.share());
 }
 
-// A step of a tenth before a skyline 4000 away is a thousandth of a pixel.
+// A step of a tenth at a distance of 4000 is a thousandth of a pixel.
 TEST(PathPrecision, NobodyKnowsAPathBeforeASkyline) {
   Random random(8);
   const SyntheticScene scene(skyline_points(200, 0, random), random);
@@ -96,7 +96,7 @@ TEST(PathPrecision, APointAtALensDoesNotHideTheRest) {
   }
 }
 
-// A camera that stands still goes to and fro by noise, the farther the longer it stands.
+// A camera at rest moves back and forth by noise: the longer it rests, the longer the path.
 TEST(PathPrecision, NoiseIsNoWay) {
   Random random(11);
   const SyntheticScene scene = box_scene(20, random);

@@ -13,7 +13,7 @@
 namespace mono_pose_tracker {
 namespace {
 
-// As SIFT makes them: values that fall off quickly, length 512.
+// Like SIFT descriptors: values that fall off quickly, length 512.
 cv::Mat random_descriptor(Random& random) {
   cv::Mat row(1, 128, CV_8U);
   double values[128], sum2 = 0;
@@ -26,7 +26,8 @@ cv::Mat random_descriptor(Random& random) {
   return row;
 }
 
-// The same patch from elsewhere: a distance of about 0.35 of the descriptor's length, as SIFT's matches have.
+// The same patch in another view: at a distance of about 0.35 of the descriptor's length, as for matches of
+// SIFT.
 cv::Mat seen_again(const cv::Mat& descriptor, Random& random) {
   cv::Mat row = descriptor.clone();
   for (int k = 0; k < 128; ++k) {
@@ -48,7 +49,8 @@ FeatureSet feature_set(const std::vector<cv::Mat>& descriptors) {
   return set;
 }
 
-// A long street: keyframe k sees the points from 20 k to 20 k + 99, so neighbours see much the same.
+// A long street: keyframe k observes the points from 20 k to 20 k + 99, so neighbours have most points in
+// common.
 struct Street {
   static constexpr int kStep = 20, kSeen = 100;
   std::vector<cv::Mat> points;
@@ -86,10 +88,10 @@ TEST(DescriptorCoder, SignaturesOfOnePatchAgreeAndOfOthersDoNot) {
   }
   EXPECT_GT(near, 450);
   EXPECT_LT(near_by_chance, 10);
-  EXPECT_GT(same_word, 50);  // by chance it is one in 65,536
+  EXPECT_GT(same_word, 50);  // one in 65,536 by accident
 }
 
-// They are made some at a time.
+// Several descriptors are encoded at once.
 TEST(DescriptorCoder, ACodeDoesNotDependOnItsCompany) {
   Random random(3);
   const DescriptorCoder coder(0);
@@ -121,7 +123,7 @@ TEST(DescriptorCoder, UncertainBitsAreThoseThatTurn) {
     for (int bit = 0; bit < DescriptorCode::kWordBits; ++bit) turned += differing >> bit & 1;
     for (int n = 0; n < 4; ++n) foreseen += differing >> code.uncertain[n] & 1;
   }
-  // Four of sixteen, but more than half of what turns.
+  // Four bits of sixteen, but more than half of those that change.
   EXPECT_GT(2 * foreseen, turned);
 }
 
@@ -152,7 +154,7 @@ TEST(PlaceIndex, TheSameImageScoresOne) {
   EXPECT_DOUBLE_EQ(found[0].score, 1);
 }
 
-// Chairs are in every room: an image with sixty of them and forty books shows the room with the books, though
+// Every room has chairs: an image with sixty of them and forty books is of the room with the books, though
 // others have more chairs.
 TEST(PlaceIndex, RareFeaturesDecide) {
   Random random(5);
@@ -174,7 +176,7 @@ TEST(PlaceIndex, RareFeaturesDecide) {
   EXPECT_EQ(found[0].id, 60);
 }
 
-// What is alike by chance, or stands elsewhere, is turned by any angle.
+// Accidental matches, and structures at another place, have any rotation.
 TEST(PlaceIndex, ACommonRotationDecides) {
   Random random(12);
   std::vector<cv::Mat> points;
@@ -248,7 +250,7 @@ TEST(PlaceIndex, ARemovedKeyframeIsNotFound) {
   EXPECT_TRUE(index.query(street.view(10, random), 20).empty());
 }
 
-// As in a capped map on a way without end: ten stay, and every word has had a feature at last.
+// As in a capped map on an endless path: ten keyframes stay, and finally every word has had a feature.
 TEST(PlaceIndex, WhatComesAndGoesLeavesNoMemoryBehind) {
   Random random(9);
   const Street street(400, random);

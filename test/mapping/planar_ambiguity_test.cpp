@@ -15,8 +15,8 @@ namespace mono_pose_tracker {
 namespace {
 
 constexpr int kViews = 7;
-constexpr double kDepth = 4;          // of the wall, seen straight on
-constexpr double kMinEvidence = 0.1;  // as the mapper asks
+constexpr double kDepth = 4;          // of the wall, fronto-parallel
+constexpr double kMinEvidence = 0.1;  // as in the mapper
 
 RansacOptions ransac() {
   RansacOptions options;
@@ -34,7 +34,7 @@ SyntheticScene wall(Random& random) {
   return SyntheticScene(x_in_map, random);
 }
 
-// Straight on, nearer and upwards, without a turn.
+// Fronto-parallel, approaching and moving upwards without rotation.
 Rigid3 pose(int k) { return camera_at(k * Eigen::Vector3d(0.02, -0.1, 0.15)); }
 
 Map map_of(const SyntheticScene& scene, Random& random) {
@@ -45,7 +45,7 @@ Map map_of(const SyntheticScene& scene, Random& random) {
   return map;
 }
 
-// The other pose of the k-th camera from which the wall looks the same.
+// The second planar solution for the pose of the k-th camera.
 Rigid3 second_pose(int k) {
   const Rigid3 truth = pose(k);
   cv::Matx33d homography = cv::Matx33d::eye();
@@ -75,7 +75,7 @@ Rigid3 second_pose(int k) {
   return second;
 }
 
-// Landmarks where the poses have them, and all adjusted.
+// Triangulates the landmarks from the poses and adjusts the map.
 void settle(Map* map) {
   for (const LandmarkId l : map->landmark_ids()) {
     std::vector<Rigid3> cameras;
@@ -100,7 +100,7 @@ Map second_solution_of(Map map) {
   return map;
 }
 
-// Of the last camera to the first one, whatever the unit.
+// Rotation error of the last camera relative to the first.
 double turn_off(const Map& map) {
   return rotation_angle_between(map.keyframe(kViews - 1)->camera_from_map.rotation,
                                 pose(kViews - 1).rotation);
@@ -115,7 +115,7 @@ double direction_off(const Map& map) {
 TEST(PlanarAmbiguity, AMapOfTheSecondPlanarSolutionIsCorrected) {
   Random random(5);
   Map map = second_solution_of(map_of(wall(random), random));
-  ASSERT_GT(turn_off(map), 5 * kDegree);  // adjusting it does not lead out of it
+  ASSERT_GT(turn_off(map), 5 * kDegree);  // an adjustment does not correct it
   ASSERT_GT(direction_off(map), 20 * kDegree);
   EXPECT_LT(geometry_evidence(BundleOptions(), ransac(), map), 0);
   ASSERT_TRUE(correct_geometry(BundleOptions(), ransac(), kMinEvidence, &map));

@@ -22,7 +22,7 @@ ImageFeatures grid() {
   return image;
 }
 
-// From near: all that is in view is to be expected.
+// From near, all landmarks in view are expected.
 ExpectedFinds near(double expected) { return {static_cast<int>(expected), expected}; }
 
 // Every n-th feature is an inlier.
@@ -33,7 +33,7 @@ PoseSupport one_in(int n, const ExpectedFinds& in_map) {
   return pose_support(image, kWidth, kHeight, inliers, in_map);
 }
 
-// The inliers are the first of the rows.
+// The inliers are in the first rows.
 PoseSupport first_rows(int rows) {
   std::vector<int> inliers(static_cast<std::size_t>(rows) * kWidth / 20);
   std::iota(inliers.begin(), inliers.end(), 0);
@@ -55,7 +55,7 @@ TEST(PoseSupport, AtObliqueViewsLittleIsFoundAndNoMoreThanExpected) {
   EXPECT_TRUE(is_supported(one_in(9, {300, 20}), kMinInliers)) << "what looks the same from far beside";
 }
 
-// A map made of many views of an object has three times as many landmarks in view as one image has features.
+// A map from many views of an object has three times as many landmarks in view as one image has features.
 TEST(PoseSupport, NoMoreLandmarksThanTheImageHasFeaturesCanBeFound) {
   EXPECT_TRUE(is_supported(one_in(4, near(3 * 768)), kMinInliers));
   EXPECT_FALSE(is_supported(one_in(10, near(3 * 768)), kMinInliers));

@@ -8,7 +8,7 @@
 namespace mono_pose_tracker {
 namespace {
 
-// A camera 4 before the middle of some points, gone round them by the angle.
+// A camera 4 units from the points' centroid, rotated around them by the angle.
 Rigid3 camera_round(double angle) {
   Rigid3 camera_from_map;
   camera_from_map.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()));
@@ -31,7 +31,7 @@ class ExpectedFindsTest : public testing::Test {
     }
   }
 
-  // Share of all that were seen.
+  // Share of the observed landmarks.
   double from(const Rigid3& camera_from_map) const {
     return expected_finds(candidates_, camera_, camera_from_map, {}).expected / kPoints;
   }

@@ -15,15 +15,15 @@ namespace mono_pose_tracker {
 namespace {
 
 constexpr int kHeadViews = 10, kHeadPoints = 400;
-constexpr double kTurn = 3 * kDegree;  // the head turns, from one keyframe to the next
+constexpr double kTurn = 3 * kDegree;  // rotation of the head between keyframes
 constexpr double kHeadNoise = 0.1;     // px
 
 double turn_of(int k) { return k * kTurn; }
-// There and back: the first view and the last are from the same side.
+// Back and forth: the first and the last view are from the same side.
 double there_and_back(int k) { return std::min(k, kHeadViews - 1 - k) * 2 * kTurn; }
 
-// The poses say that it turns `share` times as far as it does. Each landmark is seen by two keyframes only:
-// the map has nothing that would speak against its poses.
+// The poses rotate `share` times as far as the head. Each landmark has two observations only, so that the map
+// is consistent with its poses.
 Map make_map(double share, double (*turn)(int) = turn_of) {
   Random random(3);
   const SyntheticScene scene = synthetic_head(kHeadPoints, random);
@@ -47,7 +47,7 @@ bool nothing_is_excluded(KeyframeId, int) { return false; }
 
 constexpr double kTruth = (kHeadViews - 1) * kTurn;
 
-// From the view graph of all pairs.
+// Retriangulates from the view graph of all pairs.
 void retriangulate(const IsExcluded& is_excluded, int min_landmarks, Map* map) {
   ViewGraph graph(view_graph_options(MapperOptions()));
   std::vector<ViewGraph::Pair> pairs;

@@ -15,8 +15,8 @@ constexpr int kRound = 12, kBoxPoints = 200;
 bool is_right(const Eigen::Vector3d& x) { return x.x() > 0.2; }
 bool is_above(const Eigen::Vector3d& x) { return x.y() < -0.2; }
 
-// Keyframes round a box of points. Those on one side of the middle may have a motion of their own: `own`
-// takes a point to where it is in keyframe k.
+// Keyframes around a box of points. Those on one side of the centre may have a motion of their own: `own`
+// gives a point's position in keyframe k.
 template <typename Motion>
 Map make_map(const Motion& own, double noise_px = 0.5,
              bool (*is_in_part)(const Eigen::Vector3d&) = is_right) {
@@ -39,7 +39,7 @@ Map make_map(const Motion& own, double noise_px = 0.5,
 
 Eigen::Vector3d stays(int, const Eigen::Vector3d& x) { return x; }
 
-// Sways by 0.03 of a distance of 4.5: 4 px.
+// Sways by 0.03 at a distance of 4.5: 4 px.
 Eigen::Vector3d sways(int k, const Eigen::Vector3d& x) {
   return x + Eigen::Vector3d(0, (k % 2 ? 0.03 : -0.03), 0);
 }
@@ -69,7 +69,7 @@ TEST(RigidityCheck, AHeadAboveShouldersContradicts) {
   EXPECT_EQ(report.parts, "upper and lower");
 }
 
-// What is off by less than a pixel or so is a calibration's.
+// An error of less than a pixel or so may be due to the calibration.
 TEST(RigidityCheck, AHalfThatIsOffByAFractionOfAPixelDoesNot) {
   const auto little = [](int k, const Eigen::Vector3d& x) -> Eigen::Vector3d {
     return x + Eigen::Vector3d(0, (k % 2 ? 0.002 : -0.002), 0);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kPairPoints = 200;
 
-// Two keyframes, the second with the left of the scene moved by `moved`.
+// Two keyframes; in the second the left part of the scene is displaced by `moved`.
 Map make_pair_map(double moved, double seconds) {
   Random random(5);
   const CameraModel camera = synthetic_camera();

@@ -12,7 +12,7 @@ struct Bearings {
   std::vector<Eigen::Vector3d> first, second;
 };
 
-// What a head of half a unit shows from 6 units away, before and after it has turned.
+// Bearings of a head of half a unit from 6 units away, before and after its rotation.
 Bearings of_head(double turned_rad) {
   Random random(5);
   Bearings bearings;
@@ -35,7 +35,7 @@ TEST(RotationInView, ACameraThatTurnsIsNone) {
   EXPECT_LT(rotation_in_view(bearings.first, bearings.second), 1e-9);
 }
 
-// Each ten times as far away as the body is wide: what stands still seemed to turn.
+// Each is ten times as far away as the object is wide: static points seemed to rotate.
 TEST(RotationInView, AFewWrongMatchesDoNotTurnIt) {
   Bearings bearings = of_head(0);
   for (std::size_t i = 0; i < bearings.second.size(); i += 10) {

@@ -22,14 +22,14 @@ std::vector<Eigen::Vector3d> box_between(int points, const Eigen::Vector3d& low,
   return x;
 }
 
-// A body 3 units away that turns, before a table behind it that moves as a camera in the hand makes it.
+// A rotating object 3 units away, in front of a table that moves with a hand-held camera.
 class SecondMotionTest : public testing::Test {
  protected:
   SecondMotionTest()
       : object_(box_between(150, {-0.5, -0.6, -0.5}, {0.5, 0.6, 0.5}, random_), random_),
         rest_(box_between(80, {-2, -1.5, 4.5}, {2, 1.5, 6}, random_), random_) {}
 
-  // The first features are the body's; the keyframe's pose is relative to the body.
+  // The first features are the object's; the keyframe's pose is relative to the object.
   Keyframe keyframe(double yaw, const Rigid3& camera_from_rest) {
     const Rigid3 camera_from_object(Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY())),
                                     Eigen::Vector3d(0, 0, 3));
@@ -73,7 +73,7 @@ TEST_F(SecondMotionTest, ABackgroundBehindACameraInTheHandIsTold) {
     (f >= object_features_ ? right : wrong) += found.of_second[f];
   }
   EXPECT_GT(right, 0.8 * (second.image->size() - object_features_));
-  EXPECT_LT(wrong, 0.08 * object_features_);  // those amid the background
+  EXPECT_LT(wrong, 0.08 * object_features_);  // those among the background features
 }
 
 TEST_F(SecondMotionTest, ThereIsNoneWhereAllIsOneObject) {
@@ -82,7 +82,7 @@ TEST_F(SecondMotionTest, ThereIsNoneWhereAllIsOneObject) {
   EXPECT_TRUE(find(first, second).of_first.empty());
 }
 
-// One wheel of a car taken for the other agrees with a turn about its middle that no descriptor outlives.
+// A match of two wheels of a car agrees with a rotation that is too large for descriptors to match.
 TEST_F(SecondMotionTest, WhatCouldNotBeSeenAgainIsNone) {
   const Eigen::Vector3d middle(0, 0, 5.25);
   const auto turned = [&](double angle) {
@@ -102,7 +102,7 @@ TEST_F(SecondMotionTest, ThingsThatMoveEachItsOwnWayAreNone) {
   EXPECT_TRUE(find(first, keyframe(5 * kDegree, Rigid3())).of_first.empty());
 }
 
-// A skyline behind the body, which stands still beside it while the camera goes round by one degree.
+// A skyline behind the object, which is static next to it while the camera rotates by one degree.
 TEST_F(SecondMotionTest, WhatNoisePutsBehindTheCamerasMayBePassedOver) {
   rest_ = SyntheticScene(box_between(200, {-200, -150, 450}, {200, 150, 600}, random_), random_);
   const Rigid3 apart(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, 3));

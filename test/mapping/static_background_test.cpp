@@ -16,13 +16,13 @@ using Path = Rigid3 (*)(int);
 
 Rigid3 stands_still(int) { return Rigid3(); }
 
-// To and fro: at the end it is where it began.
+// Back and forth: it ends where it began.
 Rigid3 nods(int k) {
   return {Eigen::Quaterniond(Eigen::AngleAxisd(15 * std::sin(0.6 * k) * kDegree, Eigen::Vector3d::UnitX())),
           Eigen::Vector3d(0, 0, 3)};
 }
 
-// By less than shows between neighbours.
+// By less than neighbouring images can show.
 Rigid3 turns_slowly(int k) {
   return {Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * k * kDegree, Eigen::Vector3d::UnitY())),
           Eigen::Vector3d(0.004 * k, 0, 3)};
@@ -64,7 +64,7 @@ class StaticBackgroundTest : public testing::Test {
     return find_static_background(images, in_time, MatchOptions(), least, object_turns, threads);
   }
 
-  // How many tracks are said to be of what moves, of the head's and of the rest.
+  // Share of tracks assigned to the moving object, of the head's and of the rest.
   std::pair<double, double> share_of_moving(const std::vector<SeenImage>& images,
                                             const std::vector<MotionTrack>& tracks) const {
     double head = 0, head_moves = 0, wall = 0, wall_moves = 0;
@@ -114,7 +114,7 @@ TEST_F(StaticBackgroundTest, WhatComesBackToItsPlaceHasNotStoodThere) {
   EXPECT_GT(share_of_moving(images, background.tracks).first, 0.9);
 }
 
-// Neighbours show it in its place, and the wall as well.
+// In neighbouring images both it and the wall keep their place.
 TEST_F(StaticBackgroundTest, WhatMovesSlowlyHasNotStoodStill) {
   const std::vector<SeenImage> images = see_head(turns_slowly, 100);
   const StaticBackground background = find(images);

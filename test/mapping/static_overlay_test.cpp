@@ -17,7 +17,7 @@ class StaticOverlay : public testing::Test {
  protected:
   StaticOverlay() : bonnet_(pixels_as_points(), random_) {}
 
-  // Points of a plane 1 before the camera, wherever it goes.
+  // Points of a plane at depth 1 in front of the camera, for any pose.
   std::vector<Eigen::Vector3d> pixels_as_points() {
     std::vector<Eigen::Vector3d> points;
     for (int i = 0; i < kFixed; ++i) {
@@ -26,7 +26,7 @@ class StaticOverlay : public testing::Test {
     return points;
   }
 
-  // A keyframe's first features are the scene's, the last the bonnet's, which shakes by a pixel.
+  // A keyframe's first features are the scene's, the last ones the bonnet's, which shakes by a pixel.
   void add_keyframe(const Rigid3& camera_from_map) {
     const std::int64_t index = static_cast<std::int64_t>(map_.keyframes().size());
     const Frame scene = synthetic_frame(scene_, camera_, camera_from_map, 0.3, index, random_);
@@ -41,14 +41,14 @@ class StaticOverlay : public testing::Test {
     map_.add_keyframe(index, index, camera_from_map, make_image_features(std::move(both), image, camera_));
   }
 
-  // Flags of the last of so many keyframes.
+  // Flags of the last of these keyframes.
   std::vector<char> last_of(int keyframes, const std::function<Rigid3(int)>& pose) {
     for (int i = 0; i < keyframes; ++i) add_keyframe(pose(i));
     FlaggedFeatures found = find_static_overlay(MapperOptions(), map_, keyframes - 1, {});
     return found[keyframes - 1];
   }
 
-  // It looks where it goes.
+  // A camera that looks in its direction of motion.
   static Rigid3 walk(int i) { return camera_at({0.15 * i, 0.02 * i, 0.05 * i}, -2 * i * kDegree); }
 
   Random random_{11};
@@ -73,7 +73,7 @@ TEST_F(StaticOverlay, ASceneAloneHasNone) {
   EXPECT_TRUE(last_of(8, walk).empty());
 }
 
-// The camera goes round it and keeps it in the middle.
+// The camera moves around it and keeps it centred.
 TEST_F(StaticOverlay, WhatIsKeptInTheMiddleIsAPoint) {
   has_bonnet_ = false;
   std::vector<Eigen::Vector3d> axis;

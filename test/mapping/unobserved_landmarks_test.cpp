@@ -14,7 +14,7 @@ constexpr double kRadiusPx = 6;
 
 Map box_map() { return map_of(round_about(), synthetic_camera(), synthetic_camera()); }
 
-// The landmarks that the keyframe sees, of which it forgets every other one.
+// Removes every other observation of the keyframe; returns its landmarks.
 std::set<LandmarkId> forget_half(KeyframeId id, Map* map) {
   std::set<LandmarkId> seen, forgotten;
   for (const LandmarkId l : map->keyframe(id)->landmark_of_feature) {
@@ -62,12 +62,12 @@ TEST(UnobservedInView, WhereTheKeyframeHasNoFeatureThereIsNone) {
   Map map = box_map();
   forget_half(5, &map);
   const Keyframe& keyframe = *map.keyframe(5);
-  // Between the features: a candidate that nothing can be compared with.
+  // Between the features: there is nothing to compare the candidate with.
   const Eigen::Vector2d pixel = keyframe.image->set.features[0].pixel.cast<double>();
-  Eigen::Vector2d beside = pixel;
-  while (keyframe.image->grid.has_near(beside, kRadiusPx)) beside.x() += 1;
-  ASSERT_TRUE(keyframe.image->camera.in_image(beside));
-  const Eigen::Vector3d bearing = keyframe.image->camera.bearing(beside);
+  Eigen::Vector2d nearby = pixel;
+  while (keyframe.image->grid.has_near(nearby, kRadiusPx)) nearby.x() += 1;
+  ASSERT_TRUE(keyframe.image->camera.in_image(nearby));
+  const Eigen::Vector3d bearing = keyframe.image->camera.bearing(nearby);
   const LandmarkId l = map.add_landmark(keyframe.camera_from_map.inverse() * (5 * bearing));
   const LandmarkId there =
       map.add_landmark(keyframe.camera_from_map.inverse() * (5 * keyframe.image->set.bearings[0]));

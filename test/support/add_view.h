@@ -8,8 +8,8 @@
 
 namespace mono_pose_tracker {
 
-/// The k-th keyframe, a tenth of a second after the one before, which sees each point as the landmark of that
-/// number.
+/// Adds the k-th keyframe, a tenth of a second after the previous one. It observes each point as the landmark
+/// of that number.
 inline void add_view(const SyntheticScene& scene, const CameraModel& camera, const Rigid3& camera_from_map,
                      double noise_px, int k, const std::vector<LandmarkId>& landmarks, Random& random,
                      Map* map) {

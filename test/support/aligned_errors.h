@@ -11,8 +11,7 @@
 
 namespace mono_pose_tracker {
 
-/// How far each of `found` is from its truth, in the truth's unit, once the similarity that fits best has
-/// been undone.
+/// Distance of each of `found` from its truth, in the truth's unit, after alignment by the best similarity.
 inline std::vector<double> aligned_errors(const std::vector<Eigen::Vector3d>& found,
                                           const std::vector<Eigen::Vector3d>& truth) {
   Sim3 truth_from_found;
@@ -23,7 +22,7 @@ inline std::vector<double> aligned_errors(const std::vector<Eigen::Vector3d>& fo
   return errors;
 }
 
-/// Their root mean square.
+/// Root mean square of the distances.
 inline double aligned_rmse(const std::vector<Eigen::Vector3d>& found,
                            const std::vector<Eigen::Vector3d>& truth) {
   double sum = 0;

@@ -18,7 +18,7 @@ inline CameraModel bundle_camera() {
   return CameraModel(p);
 }
 
-// Cameras on an arc round a cloud of points, every point seen by all, with noise in px.
+// Cameras on an arc around a cloud of points. Every camera observes all points, with noise in px.
 inline BundleProblem scene(int cameras, int points, double noise_px, std::uint64_t seed) {
   Random random(seed);
   const CameraModel model = bundle_camera();
@@ -45,7 +45,7 @@ inline BundleProblem scene(int cameras, int points, double noise_px, std::uint64
   return problem;
 }
 
-// All but the first camera, and all points, by this much in radians and in lengths.
+// Disturbs all cameras but the first, and all points, by this amount in radians and lengths.
 inline void disturb(BundleProblem* problem, double amount, std::uint64_t seed) {
   Random random(seed);
   const auto noise = [&]() -> Eigen::Vector3d {

@@ -16,8 +16,8 @@ inline CameraParameters with_focal(double factor) {
   return p;
 }
 
-// A map of a box of points: the views are made with the true cameras, one for each, all else is as one with
-// another camera has it.
+// A map of a box of points. The images are rendered with the true cameras, one for each view, and the map is
+// adjusted with the believed camera.
 inline Map map_of(const std::vector<Rigid3>& poses, const std::vector<CameraModel>& truth,
                   const CameraModel& believed, int points = 300) {
   constexpr double kNoise = 0.3;  // px
@@ -54,7 +54,8 @@ inline Map map_of(const std::vector<Rigid3>& poses, const CameraModel& truth, co
   return map_of(poses, std::vector<CameraModel>(poses.size(), truth), believed, points);
 }
 
-// To the right, turning to the left: points are seen from several sides and all over the image.
+// Poses that move to the right and rotate to the left, so that points are viewed from several sides and all
+// over the image.
 inline std::vector<Rigid3> round_about() {
   std::vector<Rigid3> poses;
   for (int k = 0; k < 12; ++k) {

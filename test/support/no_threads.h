@@ -6,7 +6,8 @@
 
 namespace mono_pose_tracker {
 
-/// While it lives no thread is to be had: none fits where stacks are as large as the address space.
+/// No thread can be started while this object exists: the default stack size is as large as the address
+/// space.
 class NoThreads {
  public:
   NoThreads() {

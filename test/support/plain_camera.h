@@ -4,7 +4,7 @@
 
 namespace mono_pose_tracker {
 
-/// Without distortion, in round numbers: where it sees a point is known by heart.
+/// A camera without distortion in round numbers, for projections by hand.
 inline CameraModel plain_camera() {
   CameraParameters p;
   p.width = 640;

@@ -31,7 +31,7 @@ class RoomImages : public ImageSource {
   std::size_t next_ = 0;
 };
 
-// Images as they are given, one each tenth of a second; an empty one cannot be read.
+// The given images, one each tenth of a second; an empty one is unreadable.
 class GivenImages : public ImageSource {
  public:
   explicit GivenImages(const std::vector<cv::Mat>& images) : images_(images) {}

@@ -9,7 +9,7 @@
 
 namespace mono_pose_tracker {
 
-/// The frame, posed against the newest keyframe of a map of which every correction is known.
+/// The frame registered against the newest keyframe of a map. All corrections of the map are applied.
 inline KeyframeCandidate registered_candidate(const TrackerOptions& options, const CameraModel& camera,
                                               const TrackingMap& map, const Frame& frame) {
   const KeyframeView& newest = map.keyframes.rbegin()->second;

@@ -17,7 +17,7 @@ inline SequenceOptions small_options(SceneKind scene, int width = 200, int heigh
   return options;
 }
 
-/// The point of the body that a pixel sees; false where it sees none.
+/// The point of the object at a pixel; false where there is none.
 inline bool point_seen(const SimulatedSequence& sequence, int frame, const Eigen::Vector2d& pixel,
                        Eigen::Vector3d* x_in_map) {
   const Rigid3& map_from_camera = sequence.path()[frame].map_from_camera;
@@ -29,7 +29,7 @@ inline bool point_seen(const SimulatedSequence& sequence, int frame, const Eigen
   return true;
 }
 
-/// Whether the surface about a pixel is smooth: near edges of depth the blurred image mixes what moves
+/// Whether the surface around a pixel is smooth: near depth edges the blurred image mixes surfaces that move
 /// differently.
 inline bool smooth_surface(const SimulatedSequence& sequence, int frame, const Eigen::Vector2d& pixel) {
   const Eigen::Vector3d camera = sequence.path()[frame].map_from_camera.translation;
@@ -58,9 +58,8 @@ inline cv::Mat smooth_grey(const cv::Mat& image) {
   return result;
 }
 
-/// How far (px) what frame b shows lies, over the whole image, from where ground truth and the scene's shape
-/// say that what frame a shows must be: the one shift that explains the grey level differences best (Lucas
-/// and Kanade).
+/// Displacement (px) of frame b from the image that ground truth, scene and frame a predict: the shift over
+/// the whole image that best explains the grey level differences (Lucas and Kanade).
 inline Eigen::Vector2d misplacement(const SimulatedSequence& sequence, int a, int b) {
   const cv::Mat image_a = smooth_grey(sequence.render(a).image),
                 image_b = smooth_grey(sequence.render(b).image);
@@ -85,7 +84,7 @@ inline Eigen::Vector2d misplacement(const SimulatedSequence& sequence, int a, in
       ++compared;
     }
   }
-  // Of nothing, or of what has no texture, a shift of zero would be the answer.
+  // Without pixels or texture the shift would be zero.
   EXPECT_GT(compared, 500);
   EXPECT_GT(normal.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), 500);
   return normal.ldlt().solve(right);

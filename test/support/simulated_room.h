@@ -7,14 +7,14 @@
 
 namespace mono_pose_tracker {
 
-/// Images of 320x240 of a hand-held camera in a textured room, in metres.
+/// Images (320x240) of a hand-held camera in a textured room, in metres.
 struct SimulatedRoom {
   CameraModel camera;
   std::vector<SimulatedFrame> frames;
   std::vector<StampedPose> truth;
 };
 
-/// Another seed is another room.
+/// Another seed gives another room.
 inline SimulatedRoom simulated_room(int frames, double noise_grey_levels, std::uint64_t seed = 1) {
   SequenceOptions options;
   options.scene = SceneKind::kRoom;

@@ -11,7 +11,7 @@
 
 namespace mono_pose_tracker {
 
-/// Points of a skyline at 3000 to 5000, the first of them, and of things 2 to 5 units away before it.
+/// Points of a skyline at 3000 to 5000 units first, then points 2 to 5 units away.
 inline std::vector<Eigen::Vector3d> skyline_points(int far, int near, Random& random) {
   std::vector<Eigen::Vector3d> x;
   for (int i = 0; i < far + near; ++i) {
@@ -21,7 +21,7 @@ inline std::vector<Eigen::Vector3d> skyline_points(int far, int near, Random& ra
   return x;
 }
 
-/// A camera that goes past such things, by a step of 0.05 and half a degree a view.
+/// A camera that moves past such points, by 0.05 units and half a degree between views.
 struct SkylineWalk {
   static constexpr int kViews = 10, kFarPoints = 80, kNearPoints = 120;
   static constexpr double kStep = 0.05;

@@ -7,7 +7,7 @@
 
 namespace mono_pose_tracker {
 
-/// The front of a head of half a unit about the origin, the face along -z; a view of it from 6 units is
+/// The front of a head of half a unit around the origin, with the face along -z. A view from 6 units is
 /// narrow.
 inline SyntheticScene synthetic_head(int points, Random& random) {
   std::vector<Eigen::Vector3d> x_in_map;
@@ -18,7 +18,7 @@ inline SyntheticScene synthetic_head(int points, Random& random) {
   return SyntheticScene(x_in_map, random);
 }
 
-/// From 6 units before it: turned about an axis that leans a little.
+/// A view from 6 units, rotated about a slightly tilted axis.
 inline Rigid3 before_turned_head(double angle_rad) {
   const Eigen::Vector3d axis = Eigen::Vector3d(0.2, 1, 0).normalized();
   return {Eigen::Quaterniond(Eigen::AngleAxisd(angle_rad, axis)), Eigen::Vector3d(0, 0, 6)};

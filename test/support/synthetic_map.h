@@ -8,7 +8,7 @@
 
 namespace mono_pose_tracker {
 
-/// A camera of its own for each session.
+/// A different camera for each session.
 inline CameraParameters synthetic_camera_of(int session) {
   CameraParameters camera = synthetic_camera().parameters();
   camera.distortion = {-0.1, 0.02, 0, 0, 0};
@@ -17,7 +17,7 @@ inline CameraParameters synthetic_camera_of(int session) {
   return camera;
 }
 
-/// Three keyframes that see the same points, one more that was removed, and a landmark that is gone.
+/// A map with three keyframes that observe the same points, a removed keyframe and a removed landmark.
 inline Map synthetic_map(int session = 0) {
   Random random(3);
   const SyntheticScene scene = box_scene(20, random);
@@ -46,7 +46,7 @@ inline Map synthetic_map(int session = 0) {
   return map;
 }
 
-/// Two maps, each of a session and camera of its own: frames 0 to 19 and 20 to 39.
+/// Two maps, each with its own session and camera: frames 0 to 19 and 20 to 39.
 inline SavedMaps synthetic_saved_maps() {
   SavedMaps saved;
   saved.descriptor = "root_sift";

@@ -22,15 +22,15 @@ inline CameraModel synthetic_camera() {
   return CameraModel(parameters);
 }
 
-/// What noise of half a pixel does not exceed.
+/// A threshold above noise of half a pixel.
 inline RansacOptions ransac_of_two_px(const CameraModel& camera) {
   RansacOptions ransac;
   ransac.threshold = 2 / camera.focal();
   return ransac;
 }
 
-/// Points each with a descriptor of its own. Two random descriptors are about as far apart as unrelated
-/// patches are (unit length is stored as 512).
+/// Points with one descriptor each. Two random descriptors are about as far apart as those of unrelated
+/// patches (unit length is stored as 512).
 struct SyntheticScene {
   std::vector<Eigen::Vector3d> x_in_map;
   cv::Mat descriptors;  // N x 128, CV_8U
@@ -44,7 +44,7 @@ struct SyntheticScene {
   }
 };
 
-/// Points before a camera at the origin: x, y within 1.6 and 1.2, depths from 3 to 6.
+/// Points in front of a camera at the origin: x, y within 1.6 and 1.2, depths from 3 to 6.
 inline SyntheticScene box_scene(int points, Random& random) {
   std::vector<Eigen::Vector3d> x_in_map;
   for (int i = 0; i < points; ++i) {
@@ -53,7 +53,7 @@ inline SyntheticScene box_scene(int points, Random& random) {
   return SyntheticScene(x_in_map, random);
 }
 
-/// Points of a plane that leans away to the right.
+/// Points of a plane that recedes to the right.
 inline SyntheticScene plane_scene(int points, Random& random) {
   std::vector<Eigen::Vector3d> x_in_map;
   for (int i = 0; i < points; ++i) {
@@ -63,7 +63,7 @@ inline SyntheticScene plane_scene(int points, Random& random) {
   return SyntheticScene(x_in_map, random);
 }
 
-/// What the camera sees of the scene, each point's pixel off by noise; features[k] is of point point_of[k].
+/// The features of the scene in the camera's image, with pixel noise; features[k] is of point point_of[k].
 inline Frame synthetic_frame(const SyntheticScene& scene, const CameraModel& camera,
                              const Rigid3& camera_from_map, double noise_px, std::int64_t index,
                              Random& random, std::vector<int>* point_of = nullptr) {

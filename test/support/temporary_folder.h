@@ -10,7 +10,7 @@
 
 namespace mono_pose_tracker {
 
-/// A new folder that is gone with this object.
+/// A new folder that is removed with this object.
 class TemporaryFolder {
  public:
   TemporaryFolder() {

@@ -12,13 +12,13 @@ namespace mono_pose_tracker {
 
 inline constexpr int kFrames = 25;
 
-/// Rendered once.
+/// The room, rendered once.
 inline const SimulatedRoom& room() {
   static const SimulatedRoom room = simulated_room(kFrames, 1);
   return room;
 }
 
-/// As a camera would that is slow enough for the mapper.
+/// Tracks all frames and waits for the mapper after each one.
 inline std::vector<FrameReport> track_all(Tracker* tracker) {
   std::vector<FrameReport> reports;
   for (const SimulatedFrame& frame : room().frames) {

@@ -21,8 +21,8 @@ inline SyntheticScene box(int points, const Eigen::Vector3d& middle, const Eigen
   return SyntheticScene(x, random);
 }
 
-/// A head that turns by 6 degrees from keyframe to keyframe, before a room behind a camera in the hand, which
-/// sways. Of the map are the poses only: its landmarks are not asked, but for their middle.
+/// A head that rotates by 6 degrees between keyframes, in front of a room, viewed by a swaying hand-held
+/// camera. The map has only poses; of its landmarks only the centroid is used.
 class TwoObjects {
  public:
   static constexpr int kKeyframes = 8;
@@ -62,7 +62,7 @@ class TwoObjects {
 
   const CameraModel& camera() const { return camera_; }
   RansacOptions ransac() const { return ransac_of_two_px(camera_); }
-  /// Features of the head in a keyframe: the first ones.
+  /// Number of features of the head in a keyframe; they come first.
   int head_features(int k) const { return head_features_[k]; }
 
  private:

@@ -4,8 +4,8 @@
 
 namespace mono_pose_tracker {
 
-/// The defaults without a limit of time, as recordings are mapped: with it, a bundle adjustment on a busy
-/// machine ends before it has done anything, and the result is another one.
+/// The default options without time limits, as for recordings. With a limit, a bundle adjustment on a busy
+/// machine ends early and the result changes.
 inline TrackerOptions unhurried_options() {
   TrackerOptions options;
   options.mapping.bundle_seconds = 1e9;

@@ -38,7 +38,7 @@ TEST(BackgroundImage, IsRefusedByNameWhenItCannotBeRead) {
                                       {"segmentation/background_image = /nowhere/background.png"});
 }
 
-// libjpeg fills in what is missing.
+// libjpeg fills in missing data.
 TEST(BackgroundImage, IsRefusedWhenItIsCut) {
   const TemporaryFolder folder;
   cv::Mat noise(240, 320, CV_8UC3);

@@ -17,7 +17,7 @@ double angle_deg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::acos(std::clamp(a.normalized().dot(b.normalized()), -1.0, 1.0)) / kDegree;
 }
 
-// The camera moves sideways round the scene's middle, 4 units away, a step a frame.
+// The camera moves sideways around the scene's centre, 4 units away, one step for each frame.
 Rigid3 on_the_way(int frame) {
   const double angle = 1.5 * kDegree * frame;
   return camera_at({4 * std::sin(angle), 0.02 * frame, 4 - 4 * std::cos(angle)}, angle);
@@ -29,7 +29,7 @@ class BootstrapperTest : public testing::Test {
     return synthetic_frame(scene, camera_, camera_from_map, kNoise, next_index_++, random_);
   }
 
-  // Adds frames along the way until there is a map.
+  // Adds frames along the path until there is a map.
   BootstrapReport run(const SyntheticScene& scene, int max_frames) {
     BootstrapReport report;
     for (int i = 0; i < max_frames && !report.map; ++i)
@@ -37,7 +37,7 @@ class BootstrapperTest : public testing::Test {
     return report;
   }
 
-  // Poses of the map's views against the truth, which is known up to scale.
+  // Compares the poses of the map's views with the truth, up to scale.
   void expect_right(const InitialMap& map) {
     ASSERT_GE(map.views.size(), 3u);
     EXPECT_GE(map.points.size(), 25u);
@@ -114,7 +114,7 @@ TEST_F(BootstrapperTest, PlaneGivesTheRightMapNotTheSecondSolution) {
   }
 }
 
-// A walk on a roof: the town far away, noise deciding whether its rays meet, and a railing near by.
+// A walk on a roof: a far town, whose rays intersect or not by noise, and a near railing.
 TEST_F(BootstrapperTest, WhatIsFarAwayTellsTheTurnAndTheNearTheWay) {
   const auto turning = [](int frame) { return camera_at({0.06 * frame, 0, 0}, -2 * kDegree * frame); };
   int maps = 0;
@@ -149,7 +149,7 @@ TEST_F(BootstrapperTest, NoMapBeforeAThirdView) {
   const BootstrapReport report = bootstrapper_.add(frame(scene, on_the_way(6)));
   EXPECT_FALSE(report.map);
   EXPECT_EQ(report.reason, Reason::kAwaitingConfirmation) << report.text;
-  // Unless there will be no third.
+  // Without a third view the pair is used.
   const BootstrapReport pair = bootstrapper_.unconfirmed();
   ASSERT_TRUE(pair.map) << pair.text;
   ASSERT_EQ(pair.map->views.size(), 2u);

@@ -24,7 +24,7 @@ TEST(DoubtfulFrames, BetweenTwoThatAreBeyondDoubtOneIsNone) {
   EXPECT_TRUE(doubtful_alone(registered({0, 2}), {1}).empty()) << "it has no pose";
 }
 
-// One of six may be half of the way off; of a hundred, a few hardly matter.
+// One of six may distort half of the path; a few of a hundred hardly matter.
 TEST(DoubtfulFrames, OnADoubtfulFrameAShortPathMayBeDistorted) {
   EXPECT_FALSE(may_distort_path(0, 6));
   EXPECT_TRUE(may_distort_path(1, 40));

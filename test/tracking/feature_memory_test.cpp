@@ -18,7 +18,7 @@ TEST(FeatureMemory, KnowsAnImageByWhatItsFeaturesHangOn) {
   EXPECT_EQ(memory.find(2, sift, mask_of(255)), nullptr);
   EXPECT_EQ(memory.find(3, sift, mask_of(8)), nullptr);
   EXPECT_EQ(memory.find(3, sift, cv::Mat()), nullptr);
-  sift.num_threads = 4;  // finds the same
+  sift.num_threads = 4;  // gives the same features
   EXPECT_EQ(memory.find(3, sift, mask_of(255)), features);
   sift.max_features *= 2;
   EXPECT_EQ(memory.find(3, sift, mask_of(255)), nullptr);
@@ -38,7 +38,7 @@ TEST(FeatureMemory, KeepsTheLastTwoOfAnImage) {
   EXPECT_EQ(memory.find(0, sift, mask_of(2)), second);
 }
 
-// Half of them, by an extractor that was told to end.
+// Half of the features, by an extractor that was cancelled.
 TEST(FeatureMemory, WhatWasBrokenOffIsNotKept) {
   FeatureMemory memory;
   std::atomic<bool> cancelled{true};

@@ -19,14 +19,15 @@ TEST(FramePeriod, IsNotShortenedByImagesThatComeInBursts) {
   EXPECT_NEAR(period.milliseconds(), 1e3 / 30, 0.1 * 1e3 / 30);
 }
 
-// A recording played at half of its rate leaves twice the time.
+// A recording played at half its rate has twice the period.
 TEST(FramePeriod, IsLongerWhereImagesComeMoreSlowlyThanTheirStamps) {
   FramePeriod period;
   for (int i = 0; i < 40; ++i) period.note(i / 30.0, i / 15.0);
   EXPECT_NEAR(period.milliseconds(), 1e3 / 15, 1e-6);
 }
 
-// Images sent one by one, each when the one before is done, come as fast as they are processed: no load.
+// Images sent one by one, each when the one before is done, arrive as fast as they are processed: that is no
+// load.
 TEST(FramePeriod, IsNotShorterThanTheStampsSay) {
   FramePeriod period;
   for (int i = 0; i < 40; ++i) period.note(i / 30.0, i / 100.0);
@@ -38,7 +39,7 @@ TEST(FramePeriod, PausesDoNotCount) {
   double pause_s = 0;
   for (int i = 0; i < 60; ++i) {
     if (i % 10 == 9) pause_s += 30;
-    period.note(i / 30.0, i / 30.0 + pause_s);  // a recording held up
+    period.note(i / 30.0, i / 30.0 + pause_s);  // a delayed recording
   }
   EXPECT_NEAR(period.milliseconds(), 1e3 / 30, 1e-6);
   for (int i = 60; i < 120; ++i) {

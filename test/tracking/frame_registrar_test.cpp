@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kRegistrarNoise = 0.5;  // px, of a SIFT feature
 
-// A map of one keyframe at the origin that has every point of the scene for a landmark.
+// A map with one keyframe at the origin in which every point of the scene is a landmark.
 TrackingMap map_of(const SyntheticScene& scene, const CameraModel& camera, Random& random) {
   std::vector<int> point_of;
   const Frame frame = synthetic_frame(scene, camera, Rigid3(), 0, 0, random, &point_of);
@@ -33,7 +33,7 @@ class FrameRegistrarTest : public testing::Test {
   void expect_right(const RegistrationReport& report, const Rigid3& camera_from_map) {
     ASSERT_TRUE(report.success) << report.text;
     EXPECT_EQ(report.reason, Reason::kOk);
-    // 0.5 px of 600 are 0.05 degrees for one feature; some hundred of them do better.
+    // 0.5 px of 600 are 0.05 degrees for one feature; about a hundred are more accurate.
     EXPECT_LT(rotation_angle_between(report.camera_from_map.rotation, camera_from_map.rotation),
               0.05 * kDegree);
     const Eigen::Vector3d offset =
@@ -57,7 +57,7 @@ TEST_F(FrameRegistrarTest, DescriptorsAloneGiveThePose) {
   expect_right(registrar_.register_frame(frame, map_, 0, std::nullopt), truth_);
 }
 
-// As if all features were so much coarser; with them grows what they are expected to be off.
+// Scales all features, and their expected error with them.
 ImageFeaturesPtr coarser(const ImageFeatures& image, float factor, const CameraModel& camera) {
   std::vector<Feature> features = image.set.features;
   for (Feature& feature : features) feature.scale *= factor;
@@ -102,7 +102,7 @@ TEST_F(FrameRegistrarTest, ObservationsNameTheLandmarksSeen) {
 }
 
 TEST_F(FrameRegistrarTest, OutliersAreExcluded) {
-  // A third of the landmarks have moved since.
+  // A third of the landmarks have moved.
   for (const auto& [id, x_in_map] : LandmarkPositions(map_.landmarks)) {
     const Eigen::Vector3d shift(random_.normal(), random_.normal(), random_.normal());
     if (id % 3 == 0) map_.landmarks.set(id, x_in_map + 0.5 * shift);
@@ -117,7 +117,7 @@ TEST_F(FrameRegistrarTest, OutliersAreExcluded) {
 }
 
 TEST_F(FrameRegistrarTest, CovarianceTellsTheSpreadOfTheErrors) {
-  // Squared errors in units of a right covariance have the mean 6, the number of unknowns.
+  // Squared errors normalised by a right covariance have mean 6, the number of unknowns.
   double sum = 0;
   constexpr int kTrials = 60;
   for (int trial = 0; trial < kTrials; ++trial) {
@@ -158,7 +158,7 @@ TEST_F(FrameRegistrarTest, MatchesWithoutAPoseAreTooFewInliers) {
   EXPECT_EQ(report.reason, Reason::kTooFewInliers) << report.text;
 }
 
-// Knows which places look like an image: the newest first.
+// A place finder that returns the newest keyframes first.
 class NewestFirst : public PlaceFinder {
  public:
   explicit NewestFirst(const TrackingMap& map) {
@@ -173,7 +173,7 @@ class NewestFirst : public PlaceFinder {
 };
 
 TEST_F(FrameRegistrarTest, RelocalisationLooksWhereTheIndexSays) {
-  // Twelve newer keyframes of other places before the one that will do.
+  // Twelve newer keyframes of other places before the right one.
   const KeyframeView good = map_.keyframes.at(0);
   for (int id = 1; id <= 12; ++id) {
     KeyframeView elsewhere = good;
@@ -188,10 +188,10 @@ TEST_F(FrameRegistrarTest, RelocalisationLooksWhereTheIndexSays) {
   expect_right(registrar_.relocalize(frame, map_, 13), truth_);
 }
 
-constexpr int kOtherPlace = 10000;  // its ids come from here on
+constexpr int kOtherPlace = 10000;  // first id of its landmarks
 
-// Another door of a row, so far beside the first in the map that neither is seen from the other; `steps` of
-// the way lie between.
+// Adds another door of a row, so far from the first in the map that neither is in the view of the other, with
+// `steps` keyframes between them.
 void add_same_place_at_offset(double offset, int steps, TrackingMap* map) {
   const KeyframeView first = map->keyframes.at(0);
   for (const auto& [id, x_in_map] : LandmarkPositions(map->landmarks)) {
@@ -201,7 +201,7 @@ void add_same_place_at_offset(double offset, int steps, TrackingMap* map) {
     KeyframeView keyframe = first;
     keyframe.id = keyframe.frame_index = step;
     const bool is_last = step == steps;
-    // Out and back again, as long as it takes.
+    // Back and forth, for any length of path.
     const double along = is_last ? offset : (step % 2 == 0 ? 0 : 1);
     keyframe.camera_from_map = camera_at({along, 0, 0}, 0);
     for (LandmarkId& l : keyframe.landmark_of_feature) l = is_last ? l + kOtherPlace : kNoLandmark;
@@ -218,7 +218,7 @@ TEST_F(FrameRegistrarTest, OfTwoPlacesThatFitEquallyNeitherIsTaken) {
   EXPECT_EQ(report.reason, Reason::kAmbiguousPose) << report.text;
 }
 
-// However far the camera has gone between them: a heading does not drift by a right angle.
+// For any path length between them: a heading does not drift by a right angle.
 TEST_F(FrameRegistrarTest, TwoSimilarWallsOfARoomAreAmbiguous) {
   add_same_place_at_offset(0, 20, &map_);
   const Eigen::AngleAxisd quarter(90 * kDegree, Eigen::Vector3d::UnitY());
@@ -232,7 +232,7 @@ TEST_F(FrameRegistrarTest, TwoSimilarWallsOfARoomAreAmbiguous) {
   EXPECT_EQ(registrar_.relocalize(frame, map_, 30).reason, Reason::kAmbiguousPose);
 }
 
-// A long way round, at the end of which the map has drifted by a tenth of it.
+// A long loop, at the end of which the map has drifted by a tenth of its length.
 TEST_F(FrameRegistrarTest, ADriftedCopyIsNotAmbiguous) {
   add_same_place_at_offset(2, 20, &map_);
   const Frame frame = synthetic_frame(scene_, camera_, truth_, kRegistrarNoise, 20, random_);
@@ -240,7 +240,7 @@ TEST_F(FrameRegistrarTest, ADriftedCopyIsNotAmbiguous) {
 }
 
 TEST_F(FrameRegistrarTest, WhatLeavesMostOfTheViewUnexplainedIsNoRelocalisation) {
-  // The frame shows a copy of a ninth of the scene: one look-alike window, with nothing round it as it was.
+  // The frame shows a copy of a ninth of the scene: one similar window with other surroundings.
   std::vector<Eigen::Vector3d> points;
   cv::Mat descriptors;
   for (std::size_t i = 0; i < scene_.x_in_map.size(); ++i) {

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::int64_t kGapNs = 33000000;
 
-// A camera that goes on at a steady speed, shaken by a hand: of each frame how it was predicted and found.
+// A hand-held camera with steady motion: predicted and estimated poses of each frame.
 class InnovationGateTest : public testing::Test {
  protected:
   static RegistrationReport seen_at(const Rigid3& camera_from_map) {
@@ -38,7 +38,7 @@ class InnovationGateTest : public testing::Test {
     return off * pose;
   }
 
-  // How many of so many frames are doubted.
+  // Number of doubtful frames among this number of further ones.
   int go_on(int frames) {
     int doubted = 0;
     for (int i = 0; i < frames; ++i) {

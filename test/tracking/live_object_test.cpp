@@ -8,7 +8,7 @@
 namespace mono_pose_tracker {
 namespace {
 
-// A head that turns before a furnished room, the camera in a hand: most features are the room's.
+// A head that rotates in front of a furnished room, with a hand-held camera: most features are the room's.
 SequenceOptions hand_held_head() {
   SequenceOptions options;
   options.background = BackgroundKind::kRoom;
@@ -29,7 +29,7 @@ struct ObservedObjects {
   }
 };
 
-// Rendered once.
+// The recording, rendered once.
 const ObservedObjects& recording() {
   static const ObservedObjects recording;
   return recording;
@@ -37,10 +37,10 @@ const ObservedObjects& recording() {
 
 struct Outcome {
   std::vector<FrameReport> reports;
-  double rotation_deg = 180;  // of the last map, against the head
+  double rotation_deg = 180;  // of the last map, compared with the head
 };
 
-// Live, but as a camera would that is slow enough for the mapper.
+// Live, but waits for the mapper after each image.
 Outcome track_live(const std::string& wanted) {
   TrackerOptions options = unhurried_options();
   options.segmentation.body = wanted;
@@ -64,7 +64,7 @@ TEST(LiveObject, AMapOfTheRoomIsDroppedForTheHeadThatTurns) {
   const Outcome outcome = track_live("turning");
   int dropped = 0;
   for (const FrameReport& report : outcome.reports) {
-    dropped += report.reason_text.find("turns less than another, and is dropped") != std::string::npos;
+    dropped += report.reason_text.find("rotates less than another one, and is dropped") != std::string::npos;
     EXPECT_EQ(static_cast<int>(report.seen.size()), report.features);
   }
   EXPECT_GE(dropped, 1);

@@ -14,14 +14,14 @@ namespace {
 
 constexpr double kPeriodMs = 1e3 / 30;
 
-// A camera and a processor for which an image takes so long at each level: the newest image waits, the others
-// are dropped. All that come are told of.
+// A camera and a processor with a given time for an image at each level: the newest image waits, the others
+// are dropped. All arrivals are noted.
 struct Live {
   FramePeriod period;
   LoadGovernor governor;
   double time_ms = 0;            // when the processor is free
   long next = 1;                 // image
-  int dropped = 0, changes = 0;  // of what is left out
+  int dropped = 0, changes = 0;  // of dropped images and level changes
 
   void run(int images, const std::function<double(int level)>& takes_ms) {
     const long end = next + images;
@@ -52,7 +52,7 @@ TEST(LoadGovernor, LeavesNothingOutWhereThereIsTime) {
   live.run(900, [](int) { return 0.8 * kPeriodMs; });
   EXPECT_EQ(live.governor.level(), kFullWork);
   EXPECT_EQ(live.dropped, 0);
-  // One slow image now and then is no load.
+  // A slow image now and then is no load.
   int count = 0;
   live.run(900, [&](int) { return ++count % 30 ? 0.5 * kPeriodMs : 1.5 * kPeriodMs; });
   EXPECT_EQ(live.changes, 0);
@@ -85,8 +85,8 @@ TEST(LoadGovernor, GoesBackUpWhenTheLoadIsGone) {
   EXPECT_EQ(live.governor.level(), kFullWork);
 }
 
-// Above half of the period, as a camera's usual images may take: no debug image drawn and less mapped spare
-// little of that.
+// Above half of the period, as usual images of a camera may take: without the debug image and with less
+// mapping there is little more time.
 TEST(LoadGovernor, GoesBackUpToWhatJustFits) {
   Live live;
   live.run(100, [](int) { return 1.5 * kPeriodMs; });
@@ -105,7 +105,7 @@ TEST(LoadGovernor, DoesNotSwingBetweenTwoLevels) {
   EXPECT_LE(live.dropped, 36);  // 1 %
 }
 
-// Each image is sent when the one before is answered, as a test or a player does that waits.
+// Each image is sent when the one before is answered, as by a test or a player that waits.
 TEST(LoadGovernor, LeavesNothingOutForWhoWaitsForAnswers) {
   FramePeriod period;
   LoadGovernor governor;

@@ -7,7 +7,7 @@
 namespace mono_pose_tracker {
 namespace {
 
-// A head, and beside it a room, which it is told from in the first image.
+// A head next to a room, separated from it in the first image.
 class ObjectFollowerTest : public testing::Test, protected TwoObjects {
  protected:
   ObjectFollowerTest() : map_(map_with(true, 120, 200, {7, 0, 10})), follower_(start()) {}
@@ -29,7 +29,7 @@ class ObjectFollowerTest : public testing::Test, protected TwoObjects {
 
   int room_features(int k) const { return frame(k).image->size() - head_features(k); }
 
-  // Of the head in keyframe k, and of the room.
+  // Number of remaining features of the head in keyframe k, and of the room.
   std::pair<int, int> kept(const Frame& of_object, int k) const {
     std::pair<int, int> kept;
     const std::vector<Feature>& all = frame(k).image->set.features;
@@ -62,7 +62,7 @@ TEST_F(ObjectFollowerTest, WhatIsOutOfViewIsNotFollowed) {
   Frame frame;
   frame.image = elsewhere.keyframe(1)->image;
   const ImageFeaturesPtr all = frame.image;
-  // The room has other descriptors than here.
+  // The room with other descriptors.
   const cv::Mat other = 255 - frame.image->set.descriptors;
   auto changed = std::make_shared<ImageFeatures>(*frame.image);
   changed->set.descriptors = other;
@@ -73,7 +73,7 @@ TEST_F(ObjectFollowerTest, WhatIsOutOfViewIsNotFollowed) {
 }
 
 TEST_F(ObjectFollowerTest, TheRegisteredFeaturesAreTheObject) {
-  // Everything is taken for the room but ten features of the head.
+  // All but ten features of the head are assigned to the room.
   TurningObject wrong = start();
   std::fill(wrong.sides.begin() + 10, wrong.sides.end(), FeatureMotion::kMovesOtherwise);
   ObjectFollower follower(wrong);

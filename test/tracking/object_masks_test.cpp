@@ -11,8 +11,8 @@ namespace {
 
 const cv::Size kSize(320, 240);
 
-// Features on a grid of 10 px: the other body's in a disc of 45 px that goes 40 px to the right between the
-// images 4 and 8, the map's round it.
+// Features on a grid of 10 px: the other object's in a disc of 45 px that moves 40 px to the right between
+// the images 4 and 8, the mapped object's around it.
 std::vector<MotionTrack> disc_before_wall() {
   std::vector<MotionTrack> tracks;
   for (int y = 5; y < kSize.height; y += 10) {

@@ -30,7 +30,7 @@ TEST(FeaturesToMap, ExcludesFeaturesFarFromAllLandmarks) {
   EXPECT_EQ(features_to_map(image, {}, 1), (std::vector<char>{0, 0}));
 }
 
-// Landmarks at one place, of which so many are found.
+// Landmarks at one place, with this number of found ones.
 std::vector<ExpectedLandmark> landmarks_at(double x, double y, int count, int found) {
   std::vector<ExpectedLandmark> landmarks;
   for (int i = 0; i < count; ++i) landmarks.push_back({{x + i, y}, i < found});
@@ -42,8 +42,8 @@ std::vector<ExpectedLandmark> both(std::vector<ExpectedLandmark> a, const std::v
   return a;
 }
 
-// A hand before the object: a chance match or two among the many landmarks that it hides make no object of
-// it.
+// A hand in front of the object: an accidental match or two among the many landmarks that it occludes do not
+// make it the object.
 TEST(FeaturesToMap, ExcludesFeaturesThatHideLandmarks) {
   const std::vector<ExpectedLandmark> object = landmarks_at(100, 200, 30, 20);
   const ImageFeatures hand = features_at({{310, 205}});
@@ -63,7 +63,7 @@ TEST(FeaturesToMap, AfterALargeStepFewAreFoundOnTheObjectItself) {
   EXPECT_EQ(features_to_map(image, landmarks, 1, false), std::vector<char>{0}) << "it may be a hand";
 }
 
-// None of some hidden landmarks is found again: that tells, none of one or two does not.
+// None of several occluded landmarks is found: that is evidence, unlike with one or two.
 TEST(FeaturesToMap, WhatAGivenMaskHoldsIsOfTheObjectUnlessItHidesLandmarks) {
   const ImageFeatures image = features_at({{600, 400}, {310, 205}});
   const std::vector<ExpectedLandmark> object = landmarks_at(100, 200, 30, 20);
@@ -81,7 +81,7 @@ TEST(FeaturesToMap, ItsReachGrowsWithTheImage) {
       << "the same angle at twice the width";
 }
 
-/// Features at these pixels; each descriptor's first byte is its feature's number.
+/// An image with features at these pixels; each descriptor's first byte is its feature's number.
 ImageFeaturesPtr image_at(const std::vector<Eigen::Vector2f>& pixels) {
   FeatureSet set;
   set.descriptors = cv::Mat::zeros(static_cast<int>(pixels.size()), 128, CV_8U);
@@ -95,8 +95,8 @@ ImageFeaturesPtr image_at(const std::vector<Eigen::Vector2f>& pixels) {
   return make_image_features(set, cv::Mat::zeros(480, 640, CV_8UC1), plain_camera());
 }
 
-/// A plate 2 before the camera of the map's keyframe 7, with a landmark every 20 px from (200, 150) to
-/// (440, 330); a candidate that has gone sideways.
+/// A plate 2 units from the camera of the map's keyframe 7, with a landmark every 20 px from (200, 150) to
+/// (440, 330), and a candidate that has moved sideways.
 class ExcludeOccluders : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -119,7 +119,7 @@ class ExcludeOccluders : public ::testing::Test {
     return pixel;
   }
 
-  /// The landmarks are found but where the hand is; then come features of what else is in the image.
+  /// Sets the candidate's features: the landmarks except where the hand is, then the others.
   void see(const cv::Rect2d& hand, const std::vector<Eigen::Vector2f>& others) {
     std::vector<Eigen::Vector2f> pixels;
     for (const LandmarkId id : map_.keyframes.at(7).landmark_of_feature) {
@@ -134,7 +134,7 @@ class ExcludeOccluders : public ::testing::Test {
     candidate_.frame.image = image_at(pixels);
   }
 
-  /// Which of the others are left, by their place in the list given to see.
+  /// The others that are left, by their index in the list given to see.
   std::vector<int> others_left() {
     exclude_occluders(map_, plain_camera(), camera_from_map_, &candidate_);
     const FeatureSet& set = candidate_.frame.image->set;
@@ -166,13 +166,13 @@ TEST_F(ExcludeOccluders, AGivenMaskIsTrustedButForTheHandInIt) {
 
 TEST_F(ExcludeOccluders, AHandBeforeMostOfTheObjectIsExcluded) {
   candidate_.frame.is_mask_given = true;
-  see(cv::Rect2d(265, 140, 220, 210), {{235, 205}, {400, 200}});  // three columns of thirteen are seen
+  see(cv::Rect2d(265, 140, 220, 210), {{235, 205}, {400, 200}});  // three columns of thirteen are visible
   EXPECT_EQ(others_left(), std::vector<int>{0});
 }
 
 TEST_F(ExcludeOccluders, KeepsEveryObservationWithItsFeature) {
   see(cv::Rect2d(330, 140, 150, 210), {{255, 205}, {400, 200}, {275, 325}});
-  // A chance match in the midst of the hand: the map's business, not this one's.
+  // An accidental match within the hand is left to the map.
   const LandmarkId hidden = map_.keyframes.at(7).landmark_of_feature[61];  // behind it
   ASSERT_TRUE(cv::Rect2d(360, 200, 90, 90).contains({pixel_of(hidden).x(), pixel_of(hidden).y()}));
   candidate_.observations.push_back({first_other_ + 1, hidden});
@@ -192,7 +192,7 @@ TEST_F(ExcludeOccluders, KeepsEveryObservationWithItsFeature) {
 
 TEST_F(ExcludeOccluders, WhatCannotBeSeenIsNotExpected) {
   const std::vector<LandmarkId> all = map_.keyframes.at(7).landmark_of_feature;
-  // Of most landmarks round one that is found, some have left the map, the others lie behind the camera.
+  // Around a found landmark, some landmarks have left the map and the others are behind the camera.
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (i == 61) continue;
     if (i % 2 == 0) map_.landmarks.erase(all[i]);

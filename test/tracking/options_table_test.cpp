@@ -50,7 +50,7 @@ TEST(OptionsTable, TheManualHoldsTheDefaults) {
   for (const OptionEntry& entry : option_table(&read)) {
     std::visit([](auto* value) { *value = {}; }, entry.value);
   }
-  read.sift.first_octave = 1;  // nothing means auto, which is the default
+  read.sift.first_octave = 1;  // no value means auto, the default
   read.sift.sigma = 3.0f;
   read_options_yaml(manual, &read);
   const std::vector<OptionEntry> expected = option_table(&defaults), found = option_table(&read);
@@ -59,7 +59,7 @@ TEST(OptionsTable, TheManualHoldsTheDefaults) {
   }
 }
 
-// The presets name known keys only, and each of them changes something.
+// The presets have known keys only, and each key changes something.
 TEST(OptionsTable, PresetsAreValidAndDifferFromTheDefaults) {
   for (const char* name : {"fast.yaml", "accurate.yaml"}) {
     const std::filesystem::path path = std::filesystem::path(__FILE__).parent_path() / "../../config" / name;
@@ -167,7 +167,7 @@ TEST(OptionsTable, WhatIsLikeNoKeyIsNotTakenForOne) {
   EXPECT_EQ(problem.find("did you mean"), std::string::npos) << problem;
 }
 
-// To ROS's YAML 0100 is 64, and -1 is no seed.
+// ROS's YAML reads 0100 as 64, and -1 is no seed.
 TEST(OptionsTable, NumbersThatMeanSomethingElseAreRefused) {
   EXPECT_NE(problem_of("max_iterations: 0100\n").find("max_iterations = 0100, expected a whole number"),
             std::string::npos);
@@ -186,7 +186,7 @@ TEST(OptionsTable, AKeyGivenTwiceIsRefused) {
       std::string::npos);
 }
 
-// Every number in the documented range must work, the ends of each range as well.
+// Every number in the documented range must work, including its ends.
 TEST(OptionsTable, TheEstimatorsTakeBothEndsOfEveryRange) {
   TrackerOptions options;
   const std::size_t number = option_table(&options).size();

@@ -1,4 +1,4 @@
-// Whether the covariance that is reported with a pose is what the pose is off by.
+// Whether the reported covariance of a pose matches its error.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ namespace mono_pose_tracker {
 namespace {
 
 struct Consistency {
-  std::vector<double> squared_errors;  // normalised, of poses as they were reported
+  std::vector<double> squared_errors;  // normalised, of the reported poses
   double mean = 0;
   double share_below = 0;  // 16.8: 99 % of a chi-square with six degrees of freedom
 };
@@ -27,8 +27,8 @@ struct Pair {
   Matrix6d covariance;  // of found
 };
 
-// One similarity for all: turned as the orientations say, which know it better by far than the positions of a
-// path that is short beside the scene; then scaled and moved.
+// One similarity for all poses: the rotation from the orientations, which are far more accurate for this than
+// the positions of a short path; then scale and translation.
 Sim3 align(const std::vector<Pair>& pairs) {
   Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();  // mean of quaternions: its first eigenvector
   Eigen::Vector3d mean_truth = Eigen::Vector3d::Zero(), mean_found = Eigen::Vector3d::Zero();
@@ -105,9 +105,8 @@ TEST(PoseCovariance, IsCarriedWithTheFrame) {
   EXPECT_LT((moved_in_a - moved_in_b).norm(), 1e-12);
 }
 
-// 6 would be what poses are off by on average if their covariance were exact. One run of some fifty poses,
-// whose errors go together, says so no better than to a factor of a few; with the map taken for perfect it
-// would be 750.
+// The normalised squared error would be 6 on average for an exact covariance. One run of some fifty poses
+// with correlated errors is accurate to a factor of a few; for a perfect map it would be 750.
 TEST(PoseCovariance, IsWhatPosesAreOffBy) {
   const Consistency found = track(SceneKind::kRoom, 1, 60, 320, 240);
   EXPECT_LT(found.mean, 18);
@@ -115,7 +114,7 @@ TEST(PoseCovariance, IsWhatPosesAreOffBy) {
   EXPECT_GT(found.share_below, 0.7);
 }
 
-// Not for each run of the tests: how consistent the covariance of ~pose is.
+// Not for each run of the tests: measures the consistency of the covariance of ~pose.
 TEST(PoseCovariance, DISABLED_Measured) {
   const auto number = [](const char* name, int other) {
     return std::getenv(name) ? std::atoi(std::getenv(name)) : other;

@@ -10,7 +10,7 @@
 namespace mono_pose_tracker {
 namespace {
 
-// Images of which it is known how many there are; counts those read.
+// A known number of images; counts those read.
 class CountedImages : public GivenImages {
  public:
   CountedImages(const std::vector<cv::Mat>& images, int* read)
@@ -28,7 +28,7 @@ class CountedImages : public GivenImages {
   int& read_;
 };
 
-// All numbers of a result, to be compared bit by bit.
+// All numbers of a result, for a bitwise comparison.
 std::vector<double> numbers_of(const RecordingResult& result, const std::vector<FrameReport>& reports,
                                const Map& map) {
   std::vector<double> numbers;
@@ -83,8 +83,7 @@ TEST_F(RecordingReaderTest, AnyNumberOfThreadsGivesTheSameBits) {
   }
 }
 
-// What is asked for again is read again, and nothing else; all of it where it is not known which images can
-// be read.
+// Only wanted images are read again; all of them where it is unknown which are readable.
 TEST_F(RecordingReaderTest, ImagesThatAreNotWantedAgainAreNotReadAgain) {
   std::vector<cv::Mat> images;
   for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image);
@@ -111,7 +110,7 @@ TEST_F(RecordingReaderTest, ImagesThatAreNotWantedAgainAreNotReadAgain) {
   }
 }
 
-// What was done ahead rests on a guess of the mask, and on the options of that time.
+// Work done ahead depends on a guess of the mask and on the options of that time.
 TEST_F(RecordingReaderTest, WhatWasDoneAheadChangesNothingWhateverTheMask) {
   cv::Mat mask = cv::Mat::zeros(room_->frames[0].image.size(), CV_8UC1);
   mask.colRange(0, mask.cols * 2 / 3).setTo(255);

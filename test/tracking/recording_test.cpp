@@ -34,7 +34,7 @@ RecordingResult track(const std::vector<cv::Mat>& images, const CameraModel& cam
       recording, [](int, std::int64_t, const FrameReport&) {}, &tracker);
 }
 
-// Of the map as it is in the result; on one thread it is left to the caller.
+// About the final map; with one thread the caller checks it itself.
 TEST_F(RecordingTest, TheCallersDoubtIsAskedInParallelWithTheOtherChecks) {
   for (const int threads : {1, 2}) {
     Recording recording;
@@ -53,7 +53,7 @@ TEST_F(RecordingTest, TheCallersDoubtIsAskedInParallelWithTheOtherChecks) {
   }
 }
 
-// Each attempt asks for its options.
+// Options for each run.
 TrackedRecording track_until_confirmed(const SimulatedRoom& room,
                                        const std::function<TrackerOptions()>& options) {
   Recording recording;
@@ -63,7 +63,7 @@ TrackedRecording track_until_confirmed(const SimulatedRoom& room,
       [](int) { return [](int, std::int64_t, const FrameReport&) {}; });
 }
 
-// A room fills the view, and stands: the first result is confirmed.
+// A room fills the view and is static: the first result is confirmed.
 TEST_F(RecordingTest, AConfirmedRecordingIsTrackedOnce) {
   int attempts = 0;
   const TrackedRecording tracked = track_until_confirmed(*room_, [&] {
@@ -76,7 +76,7 @@ TEST_F(RecordingTest, AConfirmedRecordingIsTrackedOnce) {
   EXPECT_TRUE(tracked.result.warnings.empty());
 }
 
-// The first attempt's options are spoilt; the second's result is to be the answer.
+// The first run has bad options; the second one's result is to be returned.
 TrackedRecording track_with_spoilt_first(const SimulatedRoom& room,
                                          const std::function<void(TrackerOptions*)>& spoil) {
   int attempts = 0;
@@ -90,7 +90,7 @@ TrackedRecording track_with_spoilt_first(const SimulatedRoom& room,
   return tracked;
 }
 
-// From the first beginning none can be made, whatever the images show.
+// The first seed gives no map, whatever the images show.
 TEST_F(RecordingTest, WithoutAMapItIsTriedFromElsewhere) {
   const TrackedRecording tracked =
       track_with_spoilt_first(*room_, [](TrackerOptions* o) { o->bootstrap.min_matches = 1000000; });
@@ -98,7 +98,7 @@ TEST_F(RecordingTest, WithoutAMapItIsTriedFromElsewhere) {
   EXPECT_EQ(tracked.result.trajectory.size(), 15u);
 }
 
-// Nothing speaks against it, and no other beginning finds more.
+// There is no finding against it, and no other seed gives more.
 TEST_F(RecordingTest, AMapOfFewOfTheImagesIsTriedFromElsewhereAndNotConfirmed) {
   std::vector<cv::Mat> images;
   for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image);
@@ -131,8 +131,8 @@ TEST_F(RecordingTest, BlackImagesAreNotMissed) {
   EXPECT_TRUE(result.maps.front().confirmed());
 }
 
-// A picture within the picture: from the fifth image on most of it shows another room, as a camera sees it
-// that goes the other way. The map that was begun goes on with what is left of the first.
+// A picture in the picture: from the fifth image on most of it shows another room, as from a camera that
+// moves in the opposite direction. The map continues with the rest of the first room.
 TEST_F(RecordingTest, AMapOfTheSmallerOfTwoObjectsIsRebuiltOfTheLarger) {
   constexpr int kFrames = 30, kAlone = 5, kStride = 3;
   const SimulatedRoom first = simulated_room(kFrames, 1), second = simulated_room(kStride * kFrames, 1, 2);
@@ -164,12 +164,12 @@ TEST_F(RecordingTest, AMapOfTheSmallerOfTwoObjectsIsRebuiltOfTheLarger) {
   EXPECT_LT(rotation_angle_between((a.map_from_camera.inverse() * b.map_from_camera).rotation,
                                    (truth(a).inverse() * truth(b)).rotation),
             1.5 * kDegree);
-  // The other may have been meant.
+  // The other could be the wanted one.
   EXPECT_FALSE(result.maps.front().confirmed());
   EXPECT_FALSE(result.warnings.empty());
 }
 
-// The greatest error of rotation, rad, once the paths are aligned at their first frames.
+// The largest error of rotation, rad, after the paths are aligned at their first frames.
 double worst_rotation(const std::vector<RegisteredFrame>& frames, const std::vector<StampedPose>& truth,
                       int step) {
   const RegisteredFrame& first = frames.front();
@@ -183,7 +183,7 @@ double worst_rotation(const std::vector<RegisteredFrame>& frames, const std::vec
   return worst;
 }
 
-// A wall from near may be taken for its twin, which gives each image between two keyframes another place.
+// A near wall may give the second planar solution, in which images between keyframes have other poses.
 TEST(WallRecording, ImagesOfTheSecondPlanarSolutionAreRegisteredAgain) {
   SequenceOptions wall;
   wall.scene = SceneKind::kPlane;
@@ -202,7 +202,7 @@ TEST(WallRecording, ImagesOfTheSecondPlanarSolutionAreRegisteredAgain) {
     as_they_come.process(static_cast<std::int64_t>(i) * 100'000'000, images[i]);
   }
   EXPECT_EQ(as_they_come.trajectory().size(), images.size());
-  // A straight line from keyframe to keyframe, where the hand wavers.
+  // Interpolation between keyframes, where the hand shakes.
   EXPECT_LT(worst_rotation(as_they_come.trajectory(), sequence.path(), kStep), 0.6 * kDegree);
 
   const RecordingResult result = track(images, sequence.camera());
@@ -210,7 +210,7 @@ TEST(WallRecording, ImagesOfTheSecondPlanarSolutionAreRegisteredAgain) {
   EXPECT_LT(worst_rotation(result.trajectory, sequence.path(), kStep), 0.05 * kDegree);
 }
 
-// Images before the first that is tracked get their poses in the end.
+// Images before the first tracked one are registered in the end.
 TEST_F(RecordingTest, AMapMayBeginLaterThanTheRecording) {
   Recording recording;
   recording.open = [] { return std::make_unique<RoomImages>(*room_); };
@@ -229,9 +229,9 @@ TEST_F(RecordingTest, AMapMayBeginLaterThanTheRecording) {
   EXPECT_EQ(result.trajectory.size(), 15u);
 }
 
-// A picture that moves with nothing hides all but a fifth of the images before the map's beginning: too
-// little to find a place by, enough beside a frame whose place is known. Of two that are held at a time those
-// nearest to the beginning come first.
+// A picture with an unrelated motion occludes all but a fifth of the images before the map's beginning: too
+// little for a place, enough next to a registered frame. Of two images held at a time those nearest to the
+// beginning come first.
 TEST_F(RecordingTest, WhatIsFollowedBackwardsMayHangOnAPartOfTheImage) {
   std::vector<cv::Mat> images;
   for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image.clone());
@@ -263,7 +263,7 @@ std::vector<cv::Mat> one_after_the_other(const SimulatedRoom& first, const Simul
   return images;
 }
 
-// Another room after a cut: it ends before a camera has been lost for long enough to begin a new map.
+// Another room after a cut: the recording ends before the camera is lost long enough for a new map.
 TEST_F(RecordingTest, WhatFollowsACutHasAMapOfItsOwnHoweverShort) {
   const SimulatedRoom other = simulated_room(7, 1, 2);
   const std::vector<cv::Mat> images = one_after_the_other(*room_, other);
@@ -283,7 +283,7 @@ TEST_F(RecordingTest, WhatFollowsACutHasAMapOfItsOwnHoweverShort) {
       << result.warnings[0];
 }
 
-// The new map begins ten images after the loss; those ten are in view of it as well.
+// The new map begins ten images after the loss; those ten have the same view.
 TEST_F(RecordingTest, ASecondMapGetsTheImagesBeforeItsBeginning) {
   const SimulatedRoom other = simulated_room(26, 1, 2);
   const std::vector<cv::Mat> images = one_after_the_other(*room_, other);
@@ -293,7 +293,7 @@ TEST_F(RecordingTest, ASecondMapGetsTheImagesBeforeItsBeginning) {
   EXPECT_EQ(result.maps[0].trajectory.size() + result.maps[1].trajectory.size(), images.size());
 }
 
-// What was posed stays so.
+// Registered images keep their poses.
 TEST_F(RecordingTest, AnInterruptedSecondRegistrationIsReported) {
   std::vector<cv::Mat> images;
   for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image);
@@ -318,7 +318,7 @@ TEST_F(RecordingTest, AnInterruptedSecondRegistrationIsReported) {
   EXPECT_GE(opened, 2);
   EXPECT_GE(result.trajectory.size(), registered.size());
   ASSERT_FALSE(result.warnings.empty());
-  EXPECT_EQ(result.warnings[0], "interrupted while images were posed again: some may have no pose");
+  EXPECT_EQ(result.warnings[0], "interrupted while images were registered again: some may have no pose");
 }
 
 TEST_F(RecordingTest, ImagesWithoutAPoseAreTold) {

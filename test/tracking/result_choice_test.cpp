@@ -8,7 +8,8 @@
 namespace mono_pose_tracker {
 namespace {
 
-// Not confirmed. edges: of the view graph, each with so many matches, of which so many are explained.
+// An unconfirmed result. edges: of the view graph, each with this number of matches, of which so many are
+// explained.
 RecordingResult result_of(std::size_t images, int edges, int matches, int explained) {
   RecordingResult result;
   result.tracked = true;

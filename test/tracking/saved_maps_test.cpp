@@ -1,4 +1,4 @@
-// Maps that outlive a run.
+// Saved and loaded maps.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace mono_pose_tracker {
 namespace {
 
 constexpr int kWalkFrames = 25;
-constexpr int kFirstPart = 14;  // images that the map is made of
+constexpr int kFirstPart = 14;  // number of images of the map
 
 SequenceOptions room_options(int width, int height) {
   SequenceOptions options;
@@ -38,7 +38,7 @@ void add_pose(const FrameReport& report, std::vector<StampedPose>* poses) {
   if (report.map_from_camera) poses->push_back({report.stamp_ns, *report.map_from_camera});
 }
 
-// Made of the first part of the room; its poses go to `poses`.
+// The map of the first part of the room; its poses go to `poses`.
 const SavedMaps& first_part(std::vector<StampedPose>* poses = nullptr) {
   static std::vector<StampedPose> known;
   static const SavedMaps saved = [] {
@@ -82,7 +82,7 @@ TEST(SavedMaps, TheRunsThatSawAMapAreTold) {
   EXPECT_GT(keyframes_of_second, 0);
 }
 
-// The same place by a camera with other intrinsics and another size.
+// The same place with a camera of other intrinsics and size.
 TEST(SavedMaps, AnotherCameraGoesOnInTheMap) {
   std::vector<StampedPose> poses;
   const SavedMaps& saved = first_part(&poses);
@@ -101,7 +101,7 @@ TEST(SavedMaps, AnotherCameraGoesOnInTheMap) {
     add_pose(report, &poses);
   }
   EXPECT_GE(registered, kWalkFrames - kFirstPart - 2) << "found within two images";
-  // In the frame and the unit of the first camera's map: one alignment for both.
+  // In the frame and unit of the first camera's map: one alignment for both.
   const TrajectoryError error = evaluate_trajectory(walked_room().truth, poses, 0);
   EXPECT_LT(error.rotation_median_deg, 0.8);
   EXPECT_LT(error.position_rmse_percent, 2);
@@ -111,7 +111,7 @@ TEST(SavedMaps, AnotherCameraGoesOnInTheMap) {
   EXPECT_EQ(grown.sessions[0].camera, walked_room().camera.parameters());
   EXPECT_EQ(grown.sessions[1].camera, sequence.camera().parameters());
   EXPECT_GT(grown.maps[0].keyframes().size(), saved.maps[0].keyframes().size());
-  // Points that both have seen: the maps are one.
+  // Points observed by both: the maps are one.
   int shared = 0;
   for (const auto& [id, landmark] : grown.maps[0].landmarks()) {
     const auto session = [&](const Observation& o) {
@@ -137,7 +137,7 @@ TEST(SavedMaps, AMapOfVersion1IsGoneOnIn) {
     add_pose(tracker.process(frame.stamp_ns, frame.image), &poses);
   }
   EXPECT_GE(poses.size(), 5u) << "found within five images";
-  // The map has sixty features an image, of a pixel that spans half a degree.
+  // The map has sixty features per image, with pixels of half a degree.
   EXPECT_LT(evaluate_trajectory(sequence.path(), poses, 0).rotation_median_deg, 1.5);
 }
 
@@ -161,7 +161,7 @@ TEST(SavedMaps, LocalizingOnlyNeverChangesTheMap) {
     EXPECT_GE(registered, kWalkFrames - 2);
     const TrajectoryError error = evaluate_trajectory(walked_room().truth, poses, 0);
     EXPECT_LT(error.position_rmse_percent, 2);
-    // Lost for long: no map is begun beside it.
+    // Lost for long: no additional map is begun.
     for (int i = 0; i < 2 * options.young_map_patience; ++i) tracker.process(1'000'000'000'000 + i, blank);
     ASSERT_TRUE(tracker.finish());
     tracker.keep_for_later(0, walked_room().frames[0].stamp_ns, walked_room().frames[0].image);
@@ -173,7 +173,7 @@ TEST(SavedMaps, LocalizingOnlyNeverChangesTheMap) {
   }
 }
 
-// A head that turns, seen from afar, by 3 degrees from one keyframe to the next.
+// A head viewed from afar that rotates by 3 degrees between keyframes.
 SavedMaps narrow_map() {
   constexpr int kKeyframes = 6, kPoints = 100;
   Random random(3);
@@ -230,8 +230,8 @@ TEST(SavedMaps, AnotherRecordingMayBeginInTheMap) {
   }
 }
 
-// Lost for long in another place: that place gets a map of its own, beside the one that was loaded; both are
-// kept, and the camera is found again in either.
+// Lost for long in another place: that place gets an additional map, both are kept, and the camera
+// relocalises in either.
 TEST(SavedMaps, ANewMapIsBegunInAdditionToTheLoadedOne) {
   SequenceOptions elsewhere_options;
   elsewhere_options.scene = SceneKind::kPlane;
@@ -269,7 +269,7 @@ TEST(SavedMaps, ANewMapIsBegunInAdditionToTheLoadedOne) {
   }
 }
 
-// What moves before a background that stands still is told from it there too, though no first map was begun.
+// A moving object is separated from a static background there too, though no first map was begun.
 TEST(SavedMaps, AnObjectIsFoundByItsMotionInAdditionToTheLoadedMap) {
   SequenceOptions head_options;
   head_options.scene = SceneKind::kHead;

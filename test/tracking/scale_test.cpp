@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kScaleFrames = 25;
 
-// Rendered once.
+// The room, rendered once.
 const SimulatedRoom& scale_room() {
   static const SimulatedRoom room = simulated_room(kScaleFrames, SequenceOptions().noise_grey_levels);
   return room;
@@ -25,7 +25,7 @@ const SimulatedRoom& scale_room() {
 
 struct Result {
   std::vector<StampedPose> poses;
-  std::vector<KeyframePose> first_views;  // the keyframes that began the map
+  std::vector<KeyframePose> first_views;  // the first keyframes of the map
   ScaleSource scale = ScaleSource::kMapUnits;
   double true_scale = 0;  // metres in a unit of the map
 };
@@ -62,7 +62,7 @@ TEST(Scale, NothingKnownIsMapUnits) {
   EXPECT_EQ(result.scale, ScaleSource::kMapUnits);
 }
 
-// The short path fixes its scale to some per cent only: what is asked for is that it is metres.
+// The short path determines its scale to some per cent only: the test is for metres.
 TEST(Scale, AKnownBaselineSetsMetres) {
   const Result plain = track(TrackerOptions(), plain_images());
   TrackerOptions options;
@@ -102,7 +102,7 @@ TEST(Scale, OneLengthAtMost) {
 
 #ifdef MONO_POSE_TRACKER_WITH_ARUCO
 
-// The images with a marker that hangs in the room, 1.5 m before the first camera.
+// The images with a marker in the room, 1.5 m in front of the first camera.
 std::vector<cv::Mat> images_with_marker(double side) {
   cv::Mat marker;
   cv::aruco::drawMarker(cv::aruco::getPredefinedDictionary(cv::aruco::DICT_4X4_50), 3, 480, marker);
@@ -124,7 +124,7 @@ std::vector<cv::Mat> images_with_marker(double side) {
       quad.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
     }
     images[i] = images[i].clone();
-    // Drawn at four times the size and made smaller, as a sensor's pixels take the mean of what they see.
+    // Drawn at four times the size and reduced, as a sensor's pixels average.
     cv::Mat large;
     cv::resize(images[i], large, {}, 4, 4, cv::INTER_NEAREST);
     for (cv::Point2f& p : quad) p = {4 * p.x + 1.5f, 4 * p.y + 1.5f};
@@ -151,7 +151,7 @@ TEST(Scale, AMarkerThatIsSeenLaterSetsMetres) {
   TrackerOptions options;
   options.scale.marker_size = 0.4;
   options.scale.marker_id = 3;
-  options.mapping.keyframe_parallax_deg = 1;  // keyframes enough in the rest of a short path
+  options.mapping.keyframe_parallax_deg = 1;  // enough keyframes in the rest of a short path
   std::vector<cv::Mat> images = plain_images(), later = images_with_marker(0.4);
   std::copy(later.begin() + kHungUpAfter, later.end(), images.begin() + kHungUpAfter);
   Tracker tracker(options, scale_room().camera, Tracker::Mapping::kInline);

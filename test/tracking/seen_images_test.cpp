@@ -29,7 +29,7 @@ TEST(SeenImages, OfALongOneTheyAreFromAllAlongIt) {
   }
   EXPECT_LE(kept, static_cast<int>(SeenImages::kMost));
   seen.add(1, image);
-  EXPECT_EQ(seen.find(1), nullptr) << "posed again";
+  EXPECT_EQ(seen.find(1), nullptr) << "registered again";
 }
 
 }  // namespace

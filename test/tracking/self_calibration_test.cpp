@@ -16,8 +16,8 @@
 namespace mono_pose_tracker {
 namespace {
 
-// The whole way that track_sequence goes, on images: tracked with a focal length that is off, refined,
-// tracked again.
+// The complete procedure of track_sequence on images: tracked with a wrong focal length, refined, tracked
+// again.
 class SelfCalibrationTest : public testing::Test {
  protected:
   static const SimulatedRoom& room() {
@@ -79,7 +79,7 @@ CameraParameters with_distortion(const std::vector<double>& distortion) {
   return camera;
 }
 
-// Images that are rectified already, with the calibration of the raw ones, and the other way round.
+// Rectified images with the calibration of the raw ones, and vice versa.
 TEST(SelfCalibration, ADistortionThatTheImagesDoNotHaveIsTheSuspect) {
   const CameraParameters raw = with_distortion({-0.3, 0.1, 0, 0, 0}),
                          rectified = with_distortion({0, 0, 0, 0, 0});
@@ -113,7 +113,7 @@ TEST(SelfCalibration, WithoutAnyMapTheGivenValueStays) {
 
 constexpr int kFewPoints = 30;
 
-// Few points tell of the focal length to a half per cent, which is not enough to call it found.
+// Few points determine the focal length to half a per cent, which is not enough for a refinement.
 TEST(SelfCalibration, AGuessThatTheImagesContradictIsGuessedAnewAGivenFocalLengthStays) {
   const CameraModel truth = synthetic_camera();
   CameraParameters last;
@@ -138,7 +138,7 @@ TEST(SelfCalibration, AGuessThatTheImagesContradictIsGuessedAnewAGivenFocalLengt
   EXPECT_EQ(last, start);
 }
 
-// Observable, unsettled, up to one run; from then on nothing can be told.
+// Observable and not converged up to one run; unobservable from then on.
 TEST(SelfCalibration, TheLastRunIsWithTheCameraThatIsReturned) {
   for (const int silent_from : {5, 6, 7, 8, 9}) {
     CameraParameters last;
@@ -160,8 +160,8 @@ TEST(SelfCalibration, TheLastRunIsWithTheCameraThatIsReturned) {
   }
 }
 
-// A recording of which every camera whose focal length is `wrong_from` times the true one or longer makes a
-// map that is wrong in such a way that it asks for a longer one still.
+// A recording for which every camera with a focal length of at least `wrong_from` times the true one gives a
+// wrong map that suggests an even longer one.
 class RunawayRecording {
  public:
   explicit RunawayRecording(double wrong_from) : wrong_from_(wrong_from) {}
@@ -223,12 +223,12 @@ TEST(SelfCalibration, InterruptedWithATrialFocalLengthItIsAGuess) {
   expect_told_as_interrupted(found);
 }
 
-// The end is asked for while a map is asked what it says of the camera, as late as can be before another run.
+// The interruption comes during the camera refinement of a map, as late as possible before another run.
 TEST(SelfCalibration, InterruptedBeforeARunItBeginsNone) {
   const CameraModel truth = synthetic_camera();
   std::vector<int> asked_before_run;
   Map map;
-  int asked = 0, interrupted_at = 0;  // 0: not at all
+  int asked = 0, interrupted_at = 0;  // 0: never
   CameraParameters last;
   CameraRefinementOptions options;
   options.cancel = [&] { return ++asked >= interrupted_at && interrupted_at > 0; };

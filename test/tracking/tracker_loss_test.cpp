@@ -1,4 +1,4 @@
-// Images that are not found in the map, and what comes after them.
+// Images that cannot be registered in the map, and those after them.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -26,7 +26,7 @@ TEST(Tracker, ImageFromElsewhereIsLostAndTrackingGoesOn) {
   EXPECT_EQ(searching.reason, Reason::kRelocalising);
   EXPECT_NE(searching.reason_text.find("lost for 2 images"), std::string::npos) << searching.reason_text;
   const FrameReport held_back = tracker.process(last.stamp_ns + 3, last.image);
-  EXPECT_EQ(held_back.state, State::kLost) << "one view alone may be a look-alike";
+  EXPECT_EQ(held_back.state, State::kLost) << "a single view may be of an aliased place";
   EXPECT_EQ(held_back.reason, Reason::kRelocalising);
   EXPECT_FALSE(held_back.map_from_camera);
   const FrameReport found = tracker.process(last.stamp_ns + 4, last.image);
@@ -50,8 +50,8 @@ TEST(Tracker, AViewThatNoSecondAgreesWithIsNotBelieved) {
   EXPECT_EQ(tracker.trajectory().size(), registered_before);
 }
 
-// Seen through a hole in the lower right corner, poses hang on little (through one elsewhere they go on as
-// they moved).
+// Through a hole in the lower right corner few features constrain the poses (through one elsewhere the motion
+// continues).
 class DoubtfulPoses : public testing::TestWithParam<bool> {};
 
 TEST_P(DoubtfulPoses, OneAfterTheOtherIsLost) {
@@ -66,7 +66,7 @@ TEST_P(DoubtfulPoses, OneAfterTheOtherIsLost) {
     const FrameReport report = tracker.process(last.stamp_ns + i, covered);
     ASSERT_EQ(report.reason, Reason::kDoubtfulPose) << report.inliers << " inliers: " << report.reason_text;
     expect_consistent(report);
-    // What cannot be posed at all comes between, and is one image more.
+    // An image that cannot be registered comes in between; it counts as one image.
     const cv::Mat of_another_size(120, 160, CV_8UC3, cv::Scalar::all(90));
     if (!GetParam()) continue;
     EXPECT_FALSE(tracker.process(last.stamp_ns + i, of_another_size).map_from_camera.has_value());
@@ -84,7 +84,8 @@ TEST_P(DoubtfulPoses, OneAfterTheOtherIsLost) {
 INSTANTIATE_TEST_SUITE_P(Tracker, DoubtfulPoses, testing::Bool(),
                          [](const auto& info) { return info.param ? "WithOthersBetween" : "InARow"; });
 
-// Lost for long in another place: that place gets a map of its own, and the first is gone back to.
+// Lost for long in another place: that place gets a map of its own, and the tracker switches back to the
+// first.
 TEST(Tracker, ANewMapIsBegunInAdditionToTheOldOne) {
   SequenceOptions elsewhere_options;
   elsewhere_options.scene = SceneKind::kPlane;

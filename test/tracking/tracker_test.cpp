@@ -70,7 +70,7 @@ TEST(Tracker, TheFirstPoseSaysWhatTheMapWasBegunWith) {
   EXPECT_NE(first->reason_text.find("points from"), std::string::npos) << first->reason_text;
 }
 
-// A sticker on the lens, as it were.
+// A sticker on the lens.
 TEST(Tracker, WhatIsFixedToTheCameraIsNoPartOfTheMap) {
   const cv::Rect place(90, 160, 140, 60);
   cv::Mat sticker;
@@ -120,7 +120,7 @@ TEST(Tracker, ThreadedMappingAnswersEveryImage) {
   expect_accurate(live, 0.8, 2);
 }
 
-// Matches without a geometry: a million samples of five, a minute of work on the mapper's thread.
+// Matches without a common geometry: a million samples of five, a minute of work on the mapper's thread.
 TEST(Tracker, EndsSoonWhateverItsOptionsAre) {
   TrackerOptions options;
   options.max_iterations = 1000000;
@@ -149,7 +149,7 @@ TEST(Tracker, EndsSoonWhateverItsOptionsAre) {
   EXPECT_LT(seconds.count(), 10) << "on a machine with nothing else to do it takes well below one";
 }
 
-// Holds the mapper's thread up before a job, until it is let go.
+// Blocks the mapper's thread before a job, until released.
 class Gate {
  public:
   void pass() {
@@ -177,7 +177,7 @@ TEST(Tracker, MappingThatStandsStillNeverBlocksTracking) {
     return tracker.process(frame.stamp_ns, frame.image);
   };
   while (index < kFrames - 8 && !next().map_from_camera) tracker.wait();
-  // The map is there. From now on no job ends: were a call to wait for one, it would never return.
+  // The map exists. From now on no job ends: a call that waits for one would never return.
   gate.set(false);
   const std::uint64_t revision = tracker.revision();
   int registered_frames = 0, keyframes = 0;
@@ -197,8 +197,8 @@ TEST(Tracker, MappingThatStandsStillNeverBlocksTracking) {
   tracker.map().check();
 }
 
-// The map's lengths change at any moment of a frame's way through the tracker: it is posed, stored and told
-// in one map or the other.
+// The map's unit changes at any time while a frame is processed: it is registered, stored and reported in one
+// map or the other.
 TEST(Tracker, AFrameKeepsItsPlaceWhileTheMapIsRescaled) {
   std::atomic<int> delay_us{0};
   Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kThreaded,
@@ -267,7 +267,7 @@ TEST(Tracker, ResetBeginsANewMap) {
   }
 }
 
-// What a drawing shows of an image adds up to what the report says of it.
+// The drawn features add up to the numbers of the report.
 TEST(Tracker, EveryFeatureIsSeenWithItsFate) {
   Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
   for (const FrameReport& report : track_all(&tracker)) {
@@ -291,14 +291,14 @@ TEST(Tracker, EveryFeatureIsSeenWithItsFate) {
 
 TEST(Tracker, GoesOnInASavedMap) {
   for (const auto mapping : {Tracker::Mapping::kInline, Tracker::Mapping::kThreaded}) {
-    // Saved after two thirds of the recording; another tracker goes on with the last third.
+    // Saved after two thirds of the recording; another tracker continues with the last third.
     const std::size_t part = 2 * kFrames / 3;
     Tracker first(TrackerOptions(), room().camera, mapping);
     EXPECT_FALSE(first.copy_maps()) << "there is none yet";
     std::vector<StampedPose> poses;
     for (std::size_t i = 0; i < part; ++i) {
       const FrameReport report = first.process(room().frames[i].stamp_ns, room().frames[i].image);
-      first.wait();  // a camera that is too fast may have no map yet
+      first.wait();  // a fast camera may have no map yet
       if (report.map_from_camera) poses.push_back({report.stamp_ns, *report.map_from_camera});
     }
     const TemporaryFolder folder;
@@ -354,7 +354,7 @@ TEST(Tracker, NoImagesNoMap) {
   EXPECT_EQ(tracker.revision(), 0u);
 }
 
-// The keyframes of a walk to and fro are many more than the map may keep.
+// A walk back and forth has many more keyframes than the map may keep.
 TEST(Tracker, ACappedMapIsTrackedInAsWell) {
   TrackerOptions options;
   options.mapping.max_keyframes = 10;
@@ -374,7 +374,7 @@ TEST(Tracker, ACappedMapIsTrackedInAsWell) {
   EXPECT_GT(keyframes, 15) << "or there is nothing to be taken out";
   EXPECT_LE(most, 10);
   tracker.map().check();
-  // Each image is found where it was found on the way back.
+  // Each image has the same pose on the way back.
   int compared = 0;
   for (int i = 0; i < kFrames; ++i) {
     const auto &there = reports[i].map_from_camera, &back = reports[2 * kFrames - 1 - i].map_from_camera;

@@ -13,10 +13,10 @@
 namespace mono_pose_tracker {
 namespace {
 
-constexpr double kStillNoise = 0.15;  // px, of a feature that stands still
+constexpr double kStillNoise = 0.15;  // px, of a static feature
 constexpr int kStill = 300, kMoving = 150;
 
-// Points in a box of half a unit, 3 units away, that turn by `yaw` about its middle.
+// Points in a box of half a unit, 3 units away, rotated by `yaw` about its centre.
 std::vector<Eigen::Vector3d> object_points(Random& random) {
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i < kMoving; ++i) {
@@ -41,7 +41,7 @@ class TwoMotionsTest : public testing::Test {
     return points;
   }
 
-  // The first features are the wall's, the last the object's.
+  // The first features are the wall's, the last ones the object's.
   Frame frame(double yaw, const Rigid3& camera_from_wall = Rigid3()) {
     return frame_of(camera_from_wall, camera_from_wall * camera_from_object(yaw));
   }
@@ -60,7 +60,7 @@ class TwoMotionsTest : public testing::Test {
     return {index, index * 100000000, make_image_features(std::move(both), image, camera_)};
   }
 
-  // What is held before the camera that moves along the wall.
+  // A frame with features held in front of the camera, which moves along the wall.
   Frame held_before(const Rigid3& camera_from_wall) {
     return frame_of(camera_from_wall, camera_from_object(0));
   }
@@ -90,7 +90,7 @@ TEST_F(TwoMotionsTest, AnObjectThatTurnsBeforeAStillWallIsFound) {
   for (const int f : found.moved_of_first) EXPECT_GE(f, wall_features_);
 }
 
-// A plain wall has few features, and shoulders breathe.
+// A plain wall has few features, and shoulders move slightly.
 TEST_F(TwoMotionsTest, AFewFeaturesThatStandNearlyStillAreEnough) {
   std::vector<Eigen::Vector3d> few;
   for (int i = 0; i < 20; ++i) few.push_back(wall_.x_in_map[i]);
@@ -128,7 +128,7 @@ TEST_F(TwoMotionsTest, WhatIsHeldBeforeAMovingCameraIsNoBackground) {
   EXPECT_TRUE(motions(first, second, turning).found) << "the wall may be a printed roll that is drawn past";
 }
 
-// The camera goes on until the first reference is out of view and another takes its place.
+// The camera moves on until the first reference is out of view and is replaced.
 TEST_F(TwoMotionsTest, AMapIsBegunWithoutWhatIsHeldBeforeTheCamera) {
   TrackerOptions options;
   options.bootstrap.min_parallax_deg = 1e3;  // never: the reference is replaced
@@ -148,7 +148,7 @@ TEST_F(TwoMotionsTest, AMapIsBegunWithoutWhatIsHeldBeforeTheCamera) {
   FAIL() << "no map";
 }
 
-// A bonnet below a street that is driven along, a metre from image to image.
+// A bonnet below a street with a motion of a metre between images.
 class BonnetTest : public TwoMotionsTest {
  protected:
   BonnetTest() {
@@ -166,7 +166,7 @@ class BonnetTest : public TwoMotionsTest {
     never_.bootstrap.min_parallax_deg = 1e3;  // a map
   }
 
-  // Of the street what is from 4 to 12 metres ahead: SIFT knows nothing again that is three times as large.
+  // The street from 4 to 12 metres ahead: SIFT does not match features that are three times as large.
   Frame after(double metres, const Rigid3& camera_from_bonnet = Rigid3()) {
     wall_.x_in_map.clear();
     wall_.descriptors = cv::Mat();
@@ -183,7 +183,7 @@ class BonnetTest : public TwoMotionsTest {
   TrackerOptions never_;
 };
 
-// After some metres matches with the first view are left in the middle of the image only.
+// After some metres, matches with the first view are left only in the centre of the image.
 TEST_F(BonnetTest, WhatTheViewHasReachedRoundOnceIsNoBackgroundLater) {
   const Frame first = after(0);
   int found = 0;
@@ -195,7 +195,7 @@ TEST_F(BonnetTest, WhatTheViewHasReachedRoundOnceIsNoBackgroundLater) {
   }
 }
 
-// It is matched with the first view for ever.
+// The bonnet always matches the first view.
 TEST_F(BonnetTest, TheReferenceIsReplacedWhenTheViewHasGoneOn) {
   Bootstrapper bootstrapper(never_, camera_);
   for (int i = 0; i < 25; ++i) bootstrapper.add(after(i));
@@ -205,8 +205,7 @@ TEST_F(BonnetTest, TheReferenceIsReplacedWhenTheViewHasGoneOn) {
   EXPECT_GE(moved, never_.bootstrap.min_matches);
 }
 
-// Masks that come with some of the images only: what an earlier image said of the reference is not of this
-// map.
+// Masks with some of the images only: flags from an earlier image do not apply to this map.
 TEST_F(TwoMotionsTest, WhatIsFixedIsToldByTheNewestImageAlone) {
   Bootstrapper bootstrapper(TrackerOptions(), camera_);
   for (int i = 0; i < 12; ++i) {
@@ -255,7 +254,7 @@ TEST_F(TwoMotionsTest, TheFeaturesOfTheObjectAreTheOnesNearIt) {
   EXPECT_GT(right, 0.8 * first.image->size());
 }
 
-// The map is the object's alone.
+// The map has the object's points only.
 TEST_F(TwoMotionsTest, TheBootstrapMakesAMapOfTheObject) {
   Bootstrapper bootstrapper(TrackerOptions(), camera_);
   BootstrapReport report;

@@ -15,8 +15,7 @@ TEST(UnregisteredFrames, AllAreTakenWhereTheyAreFew) {
   EXPECT_EQ(nearest_to_registered({0, 9}, {}, 2), (std::set<std::int64_t>{0, 9}));
 }
 
-// A map that was begun in the middle grows backwards as well, and a gap in it is not forgotten for what lies
-// before it.
+// A map that begins in the middle grows backwards as well, and images before it do not delay a gap in it.
 TEST(UnregisteredFrames, ThoseNearestToAPoseOnEitherSideAreTakenFirst) {
   const std::set<std::int64_t> registered = {10, 11, 12, 16, 17};
   EXPECT_EQ(nearest_to_registered(frames_without_pose(registered, 20), registered, 4),

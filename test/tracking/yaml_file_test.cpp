@@ -12,11 +12,11 @@ namespace {
 
 using Kind = YamlValue::Kind;
 
-// Nothing of it would be heeded.
+// Its content would be ignored.
 TEST(Yaml, ASecondDocumentIsRefused) {
   expect_error([] { parse_yaml("a: 1\n---\nb: 2\n", "x"); }, {"line 3", "second document"});
   expect_error([] { parse_yaml("a: 1\n---\n[2]\n", "x"); }, {"second document"});
-  // Of documents that begin here there is no end.
+  // Documents that begin here have no end.
   expect_error([] { parse_yaml("{a: 1}, b\n", "x"); }, {"line 1", "second document"});
   for (const char* one : {"a: 1\n", "---\na: 1\n...\n", "a: 1\n---\n", "a: 1\n...\n# end\n"}) {
     EXPECT_EQ(parse_yaml(one, "x").find("a")->text, "1") << one;
@@ -58,7 +58,7 @@ std::string alias_bomb() {
   return text;
 }
 
-// What is quoted of a file may hold ends of lines.
+// Text quoted from a file may contain line ends.
 TEST(Yaml, AProblemIsToldInOneLine) {
   TemporaryFolder folder;
   TrackerOptions options;
@@ -79,7 +79,7 @@ TEST(Yaml, AProblemIsToldInOneLine) {
   }
 }
 
-// What each of the two readers of YAML files must refuse in one line that names the file.
+// Files that both readers of YAML files must refuse with one line that names the file.
 TEST(Yaml, FilesThatAreMoreThanTheySeemAreRefused) {
   TemporaryFolder folder;
   TrackerOptions options;
