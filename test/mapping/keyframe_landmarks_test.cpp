@@ -25,7 +25,7 @@ Map map_with_ids(LandmarkId first, LandmarkId second) {
 
 TEST(KeyframeLandmarks, AreInTheOrderOfTheirIdsHoweverFarApart) {
   for (const LandmarkId second : {LandmarkId{8}, LandmarkId{2000000000}}) {
-    EXPECT_EQ(landmarks_seen_by(map_with_ids(3, second), {0, 1}), (std::vector<LandmarkId>{3, second}));
+    EXPECT_EQ(landmarks_observed_by(map_with_ids(3, second), {0, 1}), (std::vector<LandmarkId>{3, second}));
   }
 }
 
