@@ -17,6 +17,7 @@ constexpr std::size_t kMinViews = 3;  // two can be inconsistent in one directio
 // px at 640 px (image_scale), reprojection error with the current poses. Wrong matches have tens of px; poses
 // that are off by a degree or two displace right ones by several.
 constexpr double kWithin = 10;
+
 // The view of the track whose ray makes the largest angle with this one's.
 std::size_t widest_from(std::size_t view, const std::vector<const Keyframe*>& in_time,
                         const FeatureTrack& track) {
@@ -85,7 +86,7 @@ std::set<KeyframeId> weak_keyframes(const std::vector<const Keyframe*>& in_time,
   return weak;
 }
 
-// The landmark most of whose observations are on the track: of no two tracks it is the same.
+// The landmark with more than half of its observations on the track. Two tracks cannot have the same one.
 LandmarkId landmark_of(const Map& map, const std::vector<const Keyframe*>& in_time,
                        const FeatureTrack& track) {
   std::map<LandmarkId, int> votes;

@@ -22,7 +22,7 @@ struct CameraRefinementOptions {
   int max_landmarks = 200;  // of each keyframe: those that most keyframes see
   /// The part of these keyframes, by time, between these shares of them.
   double begin = 0, end = 1;
-  /// Where the images ask for less than both, nothing is refined: only what they ask for is found.
+  /// If the estimated changes are smaller than both, no refinement follows: only these changes are reported.
   double least_focal_change = 0;   // relative
   double least_distortion_px = 0;  // as CameraRefinement::distortion_asked_px
 };

@@ -212,20 +212,6 @@ RegistrationReport FrameRegistrar::register_frame(const Frame& frame, const Trac
   return report;
 }
 
-std::vector<FrameObservation> FrameRegistrar::observations_at(const Frame& frame, const TrackingMap& map,
-                                                              KeyframeId reference,
-                                                              const Rigid3& camera_from_map) const {
-  const std::vector<LandmarkCandidate> candidates = local_candidates(map, reference);
-  const std::vector<LandmarkMatch> matches =
-      match_by_projection(candidates, *frame.image, camera_, camera_from_map, near_a_pose());
-  std::vector<FrameObservation> observations;
-  for (const LandmarkMatch& m :
-       inliers_of(*frame.image, candidates, matches, camera_from_map, options_.inlier_threshold_px)) {
-    observations.push_back({m.feature, candidates[m.candidate].id});
-  }
-  return observations;
-}
-
 // Uses only the keyframe's own landmarks to recognise the place; its neighbours' would take ten times as
 // long.
 RegistrationReport FrameRegistrar::look_at_place(const Frame& frame, const TrackingMap& map,

@@ -53,10 +53,6 @@ class FrameRegistrar {
   /// view.
   RegistrationReport relocalize(const Frame& frame, const TrackingMap& map, int budget) const;
 
-  /// Observations of the local landmarks at the given pose.
-  std::vector<FrameObservation> observations_at(const Frame& frame, const TrackingMap& map,
-                                                KeyframeId reference, const Rigid3& camera_from_map) const;
-
  private:
   std::vector<LandmarkCandidate> local_candidates(const TrackingMap& map, KeyframeId reference) const;
   std::vector<LandmarkCandidate> candidates_of(const TrackingMap& map,

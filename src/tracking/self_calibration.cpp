@@ -24,8 +24,8 @@ constexpr double kSettledShiftPx = 1, kSettledChange = 0.003;
 // On parts of recordings the images suggest focal lengths up to 6 % off a right calibration: rolling shutter
 // and unmodelled distortion affect all features in common, which the covariance does not contain. A
 // stabiliser's crop, zoom, binning or another camera's file are off by more.
-constexpr double kWrongGuess = 0.05;  // of a focal length that was guessed: corrected from here on
 constexpr double kDoubtfulChange = 0.1, kDoubtfulSigmas = 10;
+constexpr double kWrongGuess = 0.05;  // least change of a guessed focal length that is corrected
 // A part of the recording contradicts the calibration only where it can determine it.
 constexpr double kTellingSigmas = 3, kLeastOfChange = 0.5;
 

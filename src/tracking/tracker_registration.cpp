@@ -1,4 +1,5 @@
-// The end of a recording: registers an image by all its edges of the view graph.
+// The end of a recording: refinement with the view graph, registration of an image by all its edges, and the
+// adjustment of images between the keyframes.
 
 #include <algorithm>
 #include <cstdlib>
