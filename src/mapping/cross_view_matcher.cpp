@@ -66,7 +66,8 @@ int node_of(const Keyframe& keyframe, ViewGraph* graph) {
 // Verified matches between features of the second and landmarks of the first.
 std::vector<CandidateObservation> verified_observations(const ViewGraph& graph, const Keyframe& first,
                                                         const Keyframe& second) {
-  const int node = graph.node_of(first.image), other = graph.node_of(second.image);
+  const int node = graph.node_of(first.frame_index, first.image),
+            other = graph.node_of(second.frame_index, second.image);
   const TwoViewGeometry* geometry = graph.edge(std::min(node, other), std::max(node, other));
   std::vector<CandidateObservation> candidates;
   for (std::size_t i = 0; geometry && i < geometry->matches.size(); ++i) {

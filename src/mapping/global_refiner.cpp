@@ -67,10 +67,10 @@ void Mapper::retriangulate(const GraphConsistencyOptions& consistency) {
 
 namespace {
 
-int unexplained_by(const std::vector<EdgeConsistency>& edges) {
-  int unexplained = 0;
-  for (const EdgeConsistency& edge : edges) unexplained += edge.matches - edge.explained;
-  return unexplained;
+int unsupported_in(const std::vector<EdgeConsistency>& edges) {
+  int unsupported = 0;
+  for (const EdgeConsistency& edge : edges) unsupported += edge.matches - edge.supported;
+  return unsupported;
 }
 
 }  // namespace
@@ -81,17 +81,19 @@ std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& co
   int before = std::numeric_limits<int>::max();
   for (int round = 0; round < kMaxRounds && !is_cancelled(); ++round) {
     const std::vector<EdgeConsistency> edges = edge_consistency(map_, view_graph(), consistency);
-    // Another round must explain at least an edge's number of additional matches.
-    const int unexplained = unexplained_by(edges);
-    if (unexplained > before - consistency.min_inliers) break;
-    before = unexplained;
+    // Another round must support at least an edge's number of additional matches.
+    const int unsupported = unsupported_in(edges);
+    if (unsupported > before - consistency.min_inliers) break;
+    before = unsupported;
     const std::optional<InconsistentSegment> segment = most_inconsistent_segment(map_, edges);
-    if (!segment) break;
-    const std::optional<SegmentAlignment> alignment = align_segment(map_, view_graph(), *segment);
+    const std::optional<SegmentAlignment> alignment =
+        segment ? align_segment(map_, view_graph(), *segment) : std::nullopt;
     if (!alignment || !alignment->is_better(consistency)) {
-      const std::set<KeyframeId> of_segment(segment->keyframes.begin(), segment->keyframes.end());
-      remove_keyframes(of_segment);
-      for (const KeyframeId id : of_segment) {
+      std::set<KeyframeId> wrong = contradicted_keyframes(edges, consistency);
+      if (segment) wrong = {segment->keyframes.begin(), segment->keyframes.end()};
+      if (wrong.empty()) break;
+      remove_keyframes(wrong);
+      for (const KeyframeId id : wrong) {
         if (!map_.keyframe(id)) removed.insert(id);
       }
       finish();

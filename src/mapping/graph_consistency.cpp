@@ -18,7 +18,7 @@ namespace {
 std::vector<KeyframeId> keyframe_of_nodes(const Map& map, const ViewGraph& graph) {
   std::vector<KeyframeId> keyframes(graph.nodes().size(), -1);
   for (const auto& [id, keyframe] : map.keyframes()) {
-    const int node = graph.node_of(keyframe.image);
+    const int node = graph.node_of(keyframe.frame_index, keyframe.image);
     if (node >= 0) keyframes[node] = id;
   }
   return keyframes;
@@ -39,15 +39,36 @@ bool pairs_landmarks(const Keyframe& first, const Keyframe& second, const Match&
          second.landmark_of_feature[m.second] != kNoLandmark;
 }
 
+bool is_seen_at(const Map& map, LandmarkId id, const Keyframe& keyframe, int feature, double limit_rad) {
+  const Eigen::Vector3d x_in_camera = keyframe.camera_from_map * map.landmark(id)->x_in_map;
+  return (x_in_camera.normalized() - keyframe.image->set.bearings[feature]).norm() < limit_rad;
+}
+
+// Whether the landmarks that the two features observe are elsewhere in the other image: the poses may explain
+// a match, but not at this depth.
+bool contradicts_landmarks(const Map& map, const Keyframe& first, const Keyframe& second, const Match& m,
+                           double limit_rad) {
+  const LandmarkId of_first = first.landmark_of_feature[m.first],
+                   of_second = second.landmark_of_feature[m.second];
+  if (of_first == of_second) return false;
+  return !(of_first != kNoLandmark && is_seen_at(map, of_first, second, m.second, limit_rad)) &&
+         !(of_second != kNoLandmark && is_seen_at(map, of_second, first, m.first, limit_rad));
+}
+
 EdgeConsistency consistency_of(const Map& map, const ViewGraph& graph, const ViewGraph::Pair& pair,
-                               const TwoViewGeometry& geometry, KeyframeId first_id, KeyframeId second_id) {
+                               const TwoViewGeometry& geometry, KeyframeId first_id, KeyframeId second_id,
+                               const GraphConsistencyOptions& options) {
   const Keyframe &first = *map.keyframe(first_id), &second = *map.keyframe(second_id);
   const std::vector<char> explained = graph.explained_by(pair, second_from_first(first, second));
-  std::array<int, 3> matches{}, agreeing{};  // by motion
+  const double limit_rad = options.max_landmark_error * graph.max_error_rad(pair);
+  std::array<int, 3> matches{}, agreeing{}, supported{};  // by motion
   for (std::size_t i = 0; i < geometry.matches.size(); ++i) {
-    if (!is_of_map(first, second, geometry.matches[i])) continue;
-    ++matches[geometry.motion_of_match[i]];
-    agreeing[geometry.motion_of_match[i]] += explained[i] != 0;
+    const Match& m = geometry.matches[i];
+    if (!is_of_map(first, second, m)) continue;
+    const int motion = geometry.motion_of_match[i];
+    ++matches[motion];
+    agreeing[motion] += explained[i] != 0;
+    supported[motion] += explained[i] != 0 && !contradicts_landmarks(map, first, second, m, limit_rad);
   }
   const int motion = matches[2] > matches[1] ? 2 : 1;
   EdgeConsistency edge;
@@ -57,6 +78,7 @@ EdgeConsistency consistency_of(const Map& map, const ViewGraph& graph, const Vie
   edge.motion = motion;
   edge.matches = matches[motion];
   edge.explained = agreeing[motion];
+  edge.supported = supported[motion];
   edge.p_value = binomial_tail(edge.matches - edge.explained, edge.matches, 0.5);
   return edge;
 }
@@ -144,7 +166,7 @@ std::vector<EdgeConsistency> edge_consistency(const Map& map, const ViewGraph& g
   for (const auto& [pair, geometry] : graph.edges()) {
     const KeyframeId first = keyframes[pair.first], second = keyframes[pair.second];
     if (first < 0 || second < 0 || geometry.type == TwoViewType::kDegenerate) continue;
-    const EdgeConsistency edge = consistency_of(map, graph, pair, geometry, first, second);
+    const EdgeConsistency edge = consistency_of(map, graph, pair, geometry, first, second, options);
     if (edge.matches < options.min_inliers) continue;
     edges.push_back(edge);
     p_values.push_back(edge.p_value);
@@ -152,6 +174,28 @@ std::vector<EdgeConsistency> edge_consistency(const Map& map, const ViewGraph& g
   const double limit = significant_p_value(p_values, options.significance);
   for (EdgeConsistency& edge : edges) edge.is_inconsistent = edge.p_value <= limit;
   return edges;
+}
+
+std::set<KeyframeId> contradicted_keyframes(const std::vector<EdgeConsistency>& edges,
+                                            const GraphConsistencyOptions& options) {
+  std::set<KeyframeId> contradicted;
+  while (true) {
+    std::map<KeyframeId, std::pair<int, int>> supported_of;  // supported, all
+    for (const EdgeConsistency& edge : edges) {
+      if (contradicted.count(edge.first) || contradicted.count(edge.second)) continue;
+      for (const KeyframeId id : {edge.first, edge.second}) {
+        supported_of[id].first += edge.supported;
+        supported_of[id].second += edge.matches;
+      }
+    }
+    const auto share = [](const auto& entry) {
+      return static_cast<double>(entry.second.first) / entry.second.second;
+    };
+    const auto worst = std::min_element(supported_of.begin(), supported_of.end(),
+                                        [&](const auto& a, const auto& b) { return share(a) < share(b); });
+    if (worst == supported_of.end() || share(*worst) >= options.min_supported) return contradicted;
+    contradicted.insert(worst->first);
+  }
 }
 
 std::optional<InconsistentSegment> most_inconsistent_segment(const Map& map,

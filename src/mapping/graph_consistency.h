@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -11,8 +12,12 @@
 namespace mono_pose_tracker {
 
 struct GraphConsistencyOptions {
-  double significance = 1e-3;  // of every test here: false alarms a recording; in (0, 1)
-  int min_inliers = 25;        // matches of the map's object that an edge needs to count
+  double significance = 1e-3;     // of every test here: false alarms a recording; in (0, 1)
+  int min_inliers = 25;           // matches of the map's object that an edge needs to count
+  double max_landmark_error = 3;  // of a landmark in another image that a match pairs with it, in errors of a
+                                  // verified match
+  double min_supported = 0.8;     // share of the matches of a keyframe that poses and landmarks must explain;
+                                  // in (0, 1). Right poses have 0.9 or more
 };
 
 /// How a map explains an edge of the view graph. Only matches with a landmark on either side count, and of
@@ -23,6 +28,7 @@ struct EdgeConsistency {
   int motion = 1;      // that most matches of the map's object obey
   int matches = 0;     // verified matches of the map's object
   int explained = 0;   // of these, by the keyframes' poses
+  int supported = 0;   // of these, by the positions of landmarks as well
   double p_value = 1;  // of so few, if each were explained with probability 1/2 (exact binomial tail)
   bool is_inconsistent = false;  // after Benjamini and Hochberg (1995) over all edges
 };
@@ -30,6 +36,11 @@ struct EdgeConsistency {
 /// Edges between keyframes of the map, in the order of the graph.
 std::vector<EdgeConsistency> edge_consistency(const Map& map, const ViewGraph& graph,
                                               const GraphConsistencyOptions& options);
+
+/// Keyframes whose pose the graph contradicts: worst first, those of whose matches with the remaining ones
+/// less than min_supported are supported.
+std::set<KeyframeId> contradicted_keyframes(const std::vector<EdgeConsistency>& edges,
+                                            const GraphConsistencyOptions& options);
 
 /// Keyframes in a row in time that the graph puts elsewhere than the map has them: over the cut between them
 /// and the others, inconsistent edges hold more verified matches than the map explains.

@@ -33,6 +33,15 @@ Unexplained unexplained(const TwoViewGeometry& geometry, const FeatureSet& first
   return rest;
 }
 
+bool are_equal(const ImageFeatures& a, const ImageFeatures& b) {
+  if (&a == &b) return true;
+  const auto same_place = [](const Feature& f, const Feature& g) { return f.pixel == g.pixel; };
+  return std::equal(a.set.features.begin(), a.set.features.end(), b.set.features.begin(),
+                    b.set.features.end(), same_place) &&
+         std::equal(a.set.descriptors.begin<std::uint8_t>(), a.set.descriptors.end<std::uint8_t>(),
+                    b.set.descriptors.begin<std::uint8_t>(), b.set.descriptors.end<std::uint8_t>());
+}
+
 }  // namespace
 
 const char* to_string(TwoViewType type) {
@@ -66,14 +75,20 @@ int TwoViewGeometry::inliers(int motion) const {
 }
 
 int ViewGraph::add(std::int64_t frame_index, const ImageFeaturesPtr& image) {
-  const auto [known, is_new] = node_of_.emplace(image.get(), static_cast<int>(nodes_.size()));
-  if (is_new) nodes_.push_back({frame_index, image});
-  return known->second;
+  const int known = node_of(frame_index, image);
+  if (known >= 0) return known;
+  const auto node = static_cast<int>(nodes_.size());
+  nodes_.push_back({frame_index, image});
+  nodes_of_frame_[frame_index].push_back(node);
+  return node;
 }
 
-int ViewGraph::node_of(const ImageFeaturesPtr& image) const {
-  const auto known = node_of_.find(image.get());
-  return known == node_of_.end() ? -1 : known->second;
+int ViewGraph::node_of(std::int64_t frame_index, const ImageFeaturesPtr& image) const {
+  const auto of_frame = nodes_of_frame_.find(frame_index);
+  if (of_frame == nodes_of_frame_.end()) return -1;
+  const auto same = std::find_if(of_frame->second.begin(), of_frame->second.end(),
+                                 [&](int node) { return are_equal(*nodes_[node].image, *image); });
+  return same == of_frame->second.end() ? -1 : *same;
 }
 
 void ViewGraph::connect(const std::vector<Pair>& pairs) {

@@ -70,10 +70,11 @@ class ViewGraph {
 
   explicit ViewGraph(const ViewGraphOptions& options) : options_(options) {}
 
-  /// The node of these features; new where they are not known yet.
+  /// The node of these features of the frame; new where they are not known yet. Equal features are the same
+  /// node, also if they were extracted again.
   int add(std::int64_t frame_index, const ImageFeaturesPtr& image);
   /// -1: unknown image.
-  int node_of(const ImageFeaturesPtr& image) const;
+  int node_of(std::int64_t frame_index, const ImageFeaturesPtr& image) const;
   /// Computes the missing edges. Pairs of a node with itself are ignored.
   void connect(const std::vector<Pair>& pairs);
 
@@ -94,7 +95,7 @@ class ViewGraph {
 
   ViewGraphOptions options_;
   std::vector<Node> nodes_;
-  std::unordered_map<const ImageFeatures*, int> node_of_;
+  std::unordered_map<std::int64_t, std::vector<int>> nodes_of_frame_;  // by mask: one, rarely more
   std::map<Pair, TwoViewGeometry> edges_;
 };
 

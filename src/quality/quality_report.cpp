@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "common/formatted.h"
 
@@ -22,12 +23,32 @@ std::string image_text(std::int64_t frame_index) {
 
 std::string in_map(const MapEvidence& evidence) { return evidence.name.empty() ? "" : evidence.name + ": "; }
 
+// Test 1, poses: keyframes whose matches the poses and landmarks do not support.
+void test_keyframes(const MapEvidence& evidence, const std::set<KeyframeId>& contradicted,
+                    QualityReport* report) {
+  if (contradicted.empty()) return;
+  Finding finding;
+  finding.kind = FindingKind::kContradictedImages;
+  for (const KeyframeId id : contradicted) finding.images.push_back(evidence.map->keyframe(id)->frame_index);
+  std::sort(finding.images.begin(), finding.images.end());
+  finding.k = static_cast<int>(contradicted.size());
+  finding.n = static_cast<int>(evidence.map->keyframes().size());
+  finding.text =
+      in_map(evidence) +
+      formatted(
+          "%d of %d keyframes (the first: %s) are elsewhere than their verified matches with other "
+          "images say: few near points, or repeated structure. Record more overlap there.",
+          finding.k, finding.n, image_text(finding.images.front()).c_str());
+  report->add(std::move(finding));
+}
+
 // Test 1: a cut over which the view graph contradicts the map at least as much as it agrees with it.
 void test_consistency(const MapEvidence& evidence, const QualityOptions& options, QualityReport* report) {
   if (!evidence.graph) return;
   GraphConsistencyOptions consistency;
   consistency.significance = options.significance;
   const std::vector<EdgeConsistency> edges = edge_consistency(*evidence.map, *evidence.graph, consistency);
+  test_keyframes(evidence, contradicted_keyframes(edges, consistency), report);
   const std::optional<InconsistentSegment> segment = most_inconsistent_segment(*evidence.map, edges);
   if (!segment) return;
   Finding finding;
@@ -138,6 +159,8 @@ const char* to_string(FindingKind kind) {
   switch (kind) {
     case FindingKind::kInconsistentSegment:
       return "inconsistent_segment";
+    case FindingKind::kContradictedImages:
+      return "contradicted_images";
     case FindingKind::kUncertainScale:
       return "uncertain_scale";
     case FindingKind::kUncertainPath:

@@ -57,7 +57,7 @@ void RecordingReader::prepare(Item* item) const {
     const cv::Mat found = recording_.object_masks->mask(item->index, source.image.size());
     item->mask = item->mask.empty() ? found : cv::Mat(item->mask & found);
   }
-  if (recording_.threads > 1 && is_wanted_(item->index)) {
+  if (is_wanted_(item->index)) {
     item->prepared = tracker_.prepare(source.image, item->mask, recording_.features.get(), item->index);
   } else {
     item->prepared.image = source.image;

@@ -93,6 +93,19 @@ TEST(ViewGraph, AnEdgeIsComputedOnce) {
   EXPECT_EQ(graph.edge(0, 0), nullptr);
 }
 
+TEST(ViewGraph, FeaturesThatAreExtractedAgainAreTheSameNode) {
+  const Map map = map_with({});
+  ViewGraph graph = graph_of(map);
+  const std::size_t nodes = graph.nodes().size();
+  const Keyframe& keyframe = *map.keyframe(3);
+  const auto again = std::make_shared<const ImageFeatures>(*keyframe.image);
+  EXPECT_EQ(graph.add(3, again), graph.node_of(3, keyframe.image));
+  EXPECT_EQ(graph.nodes().size(), nodes);
+  // Other features of the frame, such as within another mask, and another frame.
+  EXPECT_EQ(graph.node_of(3, map.keyframe(4)->image), -1);
+  EXPECT_EQ(graph.node_of(99, again), -1);
+}
+
 TEST(ViewGraph, ACameraThatTurnsOnTheSpotIsPanoramic) {
   Random random(3);
   const SyntheticScene scene = box_scene(kPoints, random);
@@ -116,6 +129,23 @@ TEST(GraphConsistency, ARightMapHasNoInconsistentEdge) {
     EXPECT_GT(edge.explained, 0.9 * edge.matches);
   }
   EXPECT_FALSE(segment_of(map, graph));
+}
+
+TEST(GraphConsistency, AKeyframeDisplacedAlongTheEpipolarLinesIsContradicted) {
+  Map map = map_with({});
+  const ViewGraph graph = graph_of(map);
+  EXPECT_TRUE(contradicted_keyframes(edge_consistency(map, graph, {}), {}).empty());
+  constexpr KeyframeId kDisplaced = 7;
+  const Keyframe keyframe = *map.keyframe(kDisplaced);
+  for (const LandmarkId id : keyframe.landmark_of_feature) {
+    if (id != kNoLandmark) map.remove_observation(id, kDisplaced);
+  }
+  // Along the walk: the poses explain all matches with the neighbours still.
+  map.set_pose(kDisplaced,
+               keyframe.camera_from_map * Rigid3(Eigen::Quaterniond::Identity(), Eigen::Vector3d(-1, 0, 0)));
+  const std::vector<EdgeConsistency> edges = edge_consistency(map, graph, {});
+  EXPECT_FALSE(most_inconsistent_segment(map, edges));
+  EXPECT_EQ(contradicted_keyframes(edges, {}), (std::set<KeyframeId>{kDisplaced}));
 }
 
 TEST(GraphConsistency, ADisplacedSegmentIsFoundFromEndToEnd) {
