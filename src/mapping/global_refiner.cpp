@@ -75,37 +75,56 @@ int unsupported_in(const std::vector<EdgeConsistency>& edges) {
 
 }  // namespace
 
+// Completes the map once no segment or keyframe is contradicted, as that takes the most time, and goes on
+// where the complete map is.
 std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& consistency) {
   constexpr int kMaxRounds = 5;
   std::set<KeyframeId> removed;
   int before = std::numeric_limits<int>::max();
+  bool is_complete = false;
   for (int round = 0; round < kMaxRounds && !is_cancelled(); ++round) {
     const std::vector<EdgeConsistency> edges = edge_consistency(map_, view_graph(), consistency);
     // Another round must support at least an edge's number of additional matches.
     const int unsupported = unsupported_in(edges);
-    if (unsupported > before - consistency.min_inliers) break;
+    const bool is_better = unsupported <= before - consistency.min_inliers;
     before = unsupported;
-    const std::optional<InconsistentSegment> segment = most_inconsistent_segment(map_, edges);
-    const std::optional<SegmentAlignment> alignment =
-        segment ? align_segment(map_, view_graph(), *segment) : std::nullopt;
-    if (!alignment || !alignment->is_better(consistency)) {
-      std::set<KeyframeId> wrong = contradicted_keyframes(edges, consistency);
-      if (segment) wrong = {segment->keyframes.begin(), segment->keyframes.end()};
-      if (wrong.empty()) break;
-      remove_keyframes(wrong);
-      for (const KeyframeId id : wrong) {
-        if (!map_.keyframe(id)) removed.insert(id);
-      }
-      finish();
+    if (is_better && correct_worst(edges, consistency, &removed)) {
+      adjust_to_graph();
+      is_complete = false;
       continue;
     }
+    if (is_complete) break;
+    complete();
+    is_complete = true;
+    before = std::numeric_limits<int>::max();
+  }
+  if (!is_complete) complete();
+  return removed;
+}
+
+// Moves the most inconsistent segment to where the graph places it, or removes it; where there is none,
+// removes contradicted keyframes. Returns whether there were any.
+bool Mapper::correct_worst(const std::vector<EdgeConsistency>& edges,
+                           const GraphConsistencyOptions& consistency, std::set<KeyframeId>* removed) {
+  const std::optional<InconsistentSegment> segment = most_inconsistent_segment(map_, edges);
+  const std::optional<SegmentAlignment> alignment =
+      segment ? align_segment(map_, view_graph(), *segment) : std::nullopt;
+  if (alignment && alignment->is_better(consistency)) {
     const KeyframeChanges changes = apply_alignment(*segment, *alignment, view_graph(), &map_);
     adjust_after_merging(final_bundle());
     cull_observations(map_.landmark_ids());
     post_correction(changes);
-    finish();
+    return true;
   }
-  return removed;
+  const std::set<KeyframeId> wrong =
+      segment ? std::set<KeyframeId>(segment->keyframes.begin(), segment->keyframes.end())
+              : contradicted_keyframes(edges, consistency);
+  if (wrong.empty()) return false;
+  remove_keyframes(wrong);
+  for (const KeyframeId id : wrong) {
+    if (!map_.keyframe(id)) removed->insert(id);
+  }
+  return true;
 }
 
 }  // namespace mono_pose_tracker

@@ -302,7 +302,9 @@ void Mapper::adjust_window(KeyframeId newest, int waiting) {
 }
 
 // Two rounds: better poses give more matches, and outliers found by the first run must not bias the second.
-void Mapper::complete(BundleOptions bundle) {
+void Mapper::complete() {
+  if (map_.keyframes().empty()) return;
+  BundleOptions bundle = final_bundle();
   SimilarKeyframes found;
   for (const double tolerance : {kRoughTolerance, kFinalTolerance}) {
     for (const auto& entry : map_.keyframes()) {
@@ -315,6 +317,9 @@ void Mapper::complete(BundleOptions bundle) {
     count(adjust_map(bundle, &map_));
     cull_observations(map_.landmark_ids());
   }
+  drop_two_view_landmarks();
+  renew_scale(0);
+  publish();
 }
 
 // Adjusts with a wide loss first, so that merged tracks have an effect before anything is culled. Returns
@@ -335,21 +340,23 @@ BundleOptions Mapper::final_bundle() const {
   return bundle;
 }
 
-void Mapper::finish() {
+void Mapper::adjust_to_graph() {
   if (map_.keyframes().empty()) return;
-  const BundleOptions bundle = final_bundle();
   // Flags of static overlay are lost when maps are merged or switched.
   for (const auto& entry : map_.keyframes()) exclude_static_overlay(entry.first);
   // All shared tracks are kept, unlike in a growing map, and inconsistent ones are culled below. Dropping
   // them cost a recording with many gaps a tenth of its images.
   const KeyframePairs overlapping = overlapping_pairs(options_.bundle, map_);
   connect(overlapping);
-  if (!match_across_views(options_, overlapping, &view_graph(), &map_).empty()) adjust_after_merging(bundle);
+  if (!match_across_views(options_, overlapping, &view_graph(), &map_).empty())
+    adjust_after_merging(final_bundle());
   retriangulate({});
-  complete(bundle);
-  drop_two_view_landmarks();
-  renew_scale(0);
   publish();
+}
+
+void Mapper::finish() {
+  adjust_to_graph();
+  complete();
 }
 
 // Two views cannot be inconsistent along the epipolar line: landmarks without a third view are dropped from

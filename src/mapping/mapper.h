@@ -75,9 +75,11 @@ class Mapper {
   /// unit; nothing: unchanged.
   void transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source);
 
-  /// Final optimisation of a recording: completes the tracks between all covisible keyframes and runs a
-  /// global bundle adjustment.
+  /// Final optimisation of a recording: adjusts the map to the view graph and completes it.
   void finish();
+  /// Connects the view graph, merges tracks by its matches, replaces the landmarks by its tracks and runs a
+  /// global bundle adjustment.
+  void adjust_to_graph();
 
   /// The view graph of the recording, for all maps. It is created at the first call, with the options of that
   /// time.
@@ -86,8 +88,9 @@ class Mapper {
   /// overlapping pairs.
   void connect(const KeyframePairs& overlapping = {});
   /// Global refinement against the view graph. Moves misregistered segments to where the graph places them
-  /// and finishes the map again, until there is none left or max_rounds is reached. Keyframes that contradict
-  /// the graph and have no other place are removed and returned.
+  /// and adjusts the map to the graph again, until there is none left or max_rounds is reached. Keyframes
+  /// that contradict the graph and have no other place are removed and returned. Completes the map at the
+  /// end.
   std::set<KeyframeId> refine_with_graph(const GraphConsistencyOptions& consistency);
 
   /// Removes keyframes with wrong poses, and landmarks that only they observe. The first two keyframes stay,
@@ -186,7 +189,10 @@ class Mapper {
                                                                   bool parts_were_apart);
   void take_over(const MergedAdjustment& result, KeyframeId newest);
   void adjust_globally(bool parts_were_apart);
-  void complete(BundleOptions bundle);
+  bool correct_worst(const std::vector<EdgeConsistency>& edges, const GraphConsistencyOptions& consistency,
+                     std::set<KeyframeId>* removed);
+  /// Completes the tracks between covisible keyframes, with global bundle adjustments.
+  void complete();
   void count(const BundleReport& report) { failed_adjustments_ += report.failed; }
   void post_correction(const KeyframeChanges& changes);
   void add_correction(MapCorrection correction);

@@ -143,6 +143,7 @@ bool ViewGraph::fit_motion(const Pair& pair, int motion, TwoViewGeometry* geomet
   RelativePoseOptions pose;
   pose.ransac = options_.ransac;
   pose.ransac.threshold = max_error_rad(pair);
+  pose.ransac.min_iterations = std::min(pose.ransac.min_iterations, options_.min_iterations);
   pose.ransac.seed += static_cast<std::uint64_t>(nodes_[pair.first].frame_index);
   pose.max_hypotheses = motion == 1 ? 2 : 1;
   if (motion > 1) {

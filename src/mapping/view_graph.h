@@ -48,6 +48,7 @@ struct ViewGraphOptions {
   double explained_by_simpler = 0.9;  // share of the inliers that a rotation, a plane or no motion must
                                       // explain for the edge to be of that type; in (0, 1]
   double least_second_motion = 0.4;   // share of the other matches that must agree on a second motion
+  int min_iterations = 15;            // of RANSAC; 90 % inliers need 11 for a confidence of 0.9999
   int threads = 1;                    // the result is the same for any number
 };
 ViewGraphOptions view_graph_options(const MapperOptions& options);

@@ -25,6 +25,7 @@ constexpr double kSettledShiftPx = 1, kSettledChange = 0.003;
 // and unmodelled distortion affect all features in common, which the covariance does not contain. A
 // stabiliser's crop, zoom, binning or another camera's file are off by more.
 constexpr double kDoubtfulChange = 0.1, kDoubtfulSigmas = 10;
+constexpr int kLandmarksOfDoubt = 60;  // of each keyframe: enough to show such a change
 constexpr double kWrongGuess = 0.05;  // least change of a guessed focal length that is corrected
 // A part of the recording contradicts the calibration only where it can determine it.
 constexpr double kTellingSigmas = 3, kLeastOfChange = 0.5;
@@ -324,6 +325,7 @@ std::string doubt_of_calibration(const CameraRefinementOptions& options, const C
   // Of all parameters together the images may ask for more than of the focal length alone.
   CameraRefinementOptions first = options;
   first.least_focal_change = 0.5 * kDoubtfulChange;
+  first.max_landmarks = std::min(first.max_landmarks, kLandmarksOfDoubt);
   first.least_distortion_px = least_distortion_px(distortion, camera);
   const CameraRefinement r = refine_camera(first, camera, map);
   const std::string doubt = doubt_of_distortion(options, distortion, camera, map, r);
