@@ -14,7 +14,8 @@ CameraParameters guess_camera(int width_px, int height_px, double hfov_deg) {
     text << "hfov is " << hfov_deg << ", expected " << kMinHfovDeg << " to " << kMaxHfovDeg << " degrees";
     throw std::invalid_argument(text.str());
   }
-  if (width_px <= 0 || height_px <= 0) throw std::invalid_argument("an empty image has no field of view");
+  if (width_px <= 0 || height_px <= 0)
+    throw std::invalid_argument("the image size is zero: expected a positive width and height");
   CameraParameters camera;
   camera.width = width_px;
   camera.height = height_px;

@@ -78,7 +78,8 @@ void check_length(const CameraParameters& p, std::initializer_list<std::size_t> 
 DistortionModel checked_model(const CameraParameters& p) {
   const bool has_none = all_zero(p.distortion);
   if (p.distortion_model.empty()) {
-    if (!has_none) refuse("distortion_model", "empty", "a name, as the distortion coefficients are not zero");
+    if (!has_none)
+      refuse("distortion_model", "empty", "a model name, because the distortion coefficients are not zero");
     return DistortionModel::kNone;
   }
   if (p.distortion_model == "plumb_bob") {

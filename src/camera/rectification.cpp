@@ -36,7 +36,7 @@ bool is_raw_by_name(const std::string& topic) {
 Rectification decide_rectification(const std::string& setting, const std::string& image_topic) {
   if (setting == "true") return {true, "rectified is set to true"};
   if (setting == "false") return {false, "rectified is set to false"};
-  if (image_topic.empty()) return {false, "rectified is auto, and image files count as raw"};
+  if (image_topic.empty()) return {false, "rectified is auto, and image files are assumed to be raw"};
   if (is_rectified_by_name(image_topic)) {
     return {true, "rectified is auto, and the name of " + image_topic + " begins with image_rect"};
   }
@@ -48,13 +48,13 @@ std::string rectification_contradiction(const std::string& setting, const std::s
   if (!has_distortion || image_topic.empty()) return "";
   if (setting == "true" && is_raw_by_name(image_topic)) {
     return "rectified is set to true, but " + image_topic +
-           " is the name of raw images, and the calibration has distortion: the map is bent if they are raw. "
-           "Set rectified to auto";
+           " is a topic name of raw images, and the calibration has distortion: the map is distorted if the "
+           "images are raw. Set rectified to auto";
   }
   if (setting == "false" && is_rectified_by_name(image_topic)) {
     return "rectified is set to false, but " + image_topic +
-           " is the name of rectified images, and the calibration has distortion: the map is bent if they "
-           "are undistorted twice. Set rectified to auto";
+           " is a topic name of rectified images, and the calibration has distortion: the map is distorted "
+           "if they are undistorted twice. Set rectified to auto";
   }
   return "";
 }

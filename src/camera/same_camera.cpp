@@ -31,7 +31,7 @@ std::string difference(const CameraParameters& a, const CameraParameters& b) {
   if (a.cx != b.cx || a.cy != b.cy) {
     return formatted("cx %.9g, cy %.9g, then cx %.9g, cy %.9g", a.cx, a.cy, b.cx, b.cy);
   }
-  return "other distortion";
+  return "different distortion";
 }
 
 }  // namespace mono_pose_tracker

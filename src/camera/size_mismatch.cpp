@@ -7,15 +7,14 @@ namespace {
 
 std::string likely_cause(int width, int height, int camera_width, int camera_height) {
   if (width == camera_height && height == camera_width) {
-    return "; width and height are swapped: the calibration was made with images rotated by a viewer, "
-           "and "
-           "images are taken as they lie in the file, whatever their orientation tag says";
+    return "; width and height are swapped: images are read as stored, and their orientation tag is ignored. "
+           "Calibrate with images in the stored orientation";
   }
   if (width == 2 * camera_width && height == camera_height) {
-    return "; the image is twice as wide: of a stereo pair side by side, crop the images of one camera";
+    return "; the image is twice as wide: if it is a stereo pair side by side, crop the images of one camera";
   }
   if (width == camera_width && height == 2 * camera_height) {
-    return "; the image is twice as high: of a stereo pair one above the other, crop the images of one "
+    return "; the image is twice as high: if it is a stereo pair one above the other, crop the images of one "
            "camera";
   }
   const bool is_scaled = static_cast<long>(width) * camera_height == static_cast<long>(height) * camera_width;

@@ -92,7 +92,7 @@ bool has_opencv_sift() { return true; }
 namespace mono_pose_tracker {
 
 std::unique_ptr<FeatureExtractor> make_opencv_sift(const SiftOptions&) {
-  throw std::invalid_argument("built with an OpenCV that has no SIFT");
+  throw std::invalid_argument("this build uses an OpenCV version without SIFT: OpenCV 4.4 or newer has it");
 }
 
 bool has_opencv_sift() { return false; }

@@ -25,9 +25,8 @@ void SiftOptions::validate() const {
     throw std::invalid_argument("implementation is '" + implementation + "', expected own or opencv");
   }
   if (implementation == "opencv" && !has_opencv_sift()) {
-    throw std::invalid_argument(
-        "implementation is 'opencv', expected own: the OpenCV that this was built with (" CV_VERSION
-        ") has no SIFT, 4.4 has");
+    throw std::invalid_argument("implementation is 'opencv', expected own: this build uses OpenCV " CV_VERSION
+                                ", which has no SIFT; OpenCV 4.4 or newer has it");
   }
   if (first_octave) check_range("first_octave", *first_octave, kFinestOctave, kCoarsestOctave);
   check_range("reduction", reduction, 1, 1000);

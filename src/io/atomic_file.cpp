@@ -60,14 +60,14 @@ void PartFile::put_in_place() {
 void make_folder(const std::string& path) {
   std::error_code error;
   std::filesystem::create_directories(path, error);
-  if (error) throw std::runtime_error(path + ": cannot be made (" + error.message() + ")");
+  if (error) throw std::runtime_error(path + ": cannot be created (" + error.message() + ")");
 }
 
 void require_regular_file(const std::string& path) {
   std::error_code ignored;
   const std::filesystem::file_status status = std::filesystem::status(path, ignored);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-    throw cannot_be_written(path, "it is no regular file");
+    throw cannot_be_written(path, "it is not a regular file");
   }
 }
 

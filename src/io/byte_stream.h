@@ -77,7 +77,7 @@ class ByteReader {
 
  private:
   [[noreturn]] static void cut_short() {
-    throw std::runtime_error("is cut short, expected the whole of what was written");
+    throw std::runtime_error("is truncated, expected the complete data");
   }
 
   std::uint64_t take(int size) {

@@ -43,7 +43,8 @@ class Reader {
   std::vector<double> matrix(const std::string& key) const {
     const YamlValue* data = at(key).find("data");
     if (!data || data->kind != YamlValue::Kind::kList) {
-      fail(key + (data ? ": data is no list" : ": has no data") + ": expected rows, cols and a list of data");
+      fail(key + (data ? ": data is not a list" : ": has no data") +
+           ": expected rows, cols and a list of data");
     }
     std::vector<double> values;
     for (const YamlValue& item : data->items) values.push_back(converted<double>(key, item, "numbers"));
@@ -66,7 +67,8 @@ class Reader {
     const bool is_text = value.kind == YamlValue::Kind::kText;
     T result{};
     if (!is_text || !parse(value.text, &result)) {
-      fail(key + " is " + (is_text ? "'" + value.text + "'" : "no single value") + ": expected " + expected);
+      fail(key + " is " + (is_text ? "'" + value.text + "'" : "not a single value") + ": expected " +
+           expected);
     }
     return result;
   }

@@ -62,11 +62,11 @@ std::string name_in(const std::string& line) {
 /// Problem of the line, or empty.
 std::string parse_geodetic(const std::string& line, std::string* name, GeodeticPoint* point) {
   const std::vector<std::string> words = words_of(line);
-  if (words.size() < 4) return "has not a name and three numbers";
+  if (words.size() < 4) return "does not have a name and three numbers";
   double* const values[] = {&point->latitude_deg, &point->longitude_deg, &point->altitude};
   for (int i = 0; i < 3; ++i) {
     const std::string& word = words[words.size() - 3 + i];
-    if (!parse_decimal(word, values[i])) return "has '" + one_line(word) + "' where a number should be";
+    if (!parse_decimal(word, values[i])) return "has '" + one_line(word) + "', which is not a number";
   }
   if (std::abs(point->latitude_deg) > 90) return "has a latitude beyond 90 degrees";
   if (std::abs(point->longitude_deg) > 360) return "has a longitude beyond 360 degrees";

@@ -52,7 +52,7 @@ GreyLevelChoice::GreyLevelChoice(const std::string& setting, const GreyLevelOpti
         "': expected auto, a number of bits from 8 to 16, or BLACK:WHITE, such as 7000:9000");
   }
   if (!are_levels) levels_ = {0, std::pow(2.0, bits)};
-  reason_ = "as it is set";
+  reason_ = "as configured";
   is_settled_ = true;
 }
 
@@ -88,8 +88,8 @@ void GreyLevelChoice::settle_by_range() {
 
 std::string GreyLevelChoice::text() const {
   if (reason_.empty()) return "";
-  return formatted("images of 16 bits: %.0f becomes black and %.0f white (%s)", levels_.black, levels_.white,
-                   reason_.c_str());
+  return formatted("16-bit images: %.0f is mapped to black and %.0f to white (%s)", levels_.black,
+                   levels_.white, reason_.c_str());
 }
 
 }  // namespace mono_pose_tracker

@@ -42,7 +42,7 @@ std::string read_bytes(const std::string& path, std::vector<unsigned char>* byte
   std::error_code error;
   if (std::filesystem::is_directory(path, error)) return "is a folder";
   if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
-    return "is no regular file";  // a device could be read for ever
+    return "is not a regular file";  // a device could be read for ever
   }
   const std::uintmax_t size = std::filesystem::file_size(path, error);
   if (!error && size > kMaxFileBytes) {
@@ -93,7 +93,7 @@ DecodedImage to_8_bit(const cv::Mat& image, const GreyLevels& levels) {
     const double factor = 256 / (levels.white - levels.black);
     image.convertTo(result, CV_8U, factor, -levels.black * factor);
   } else if (image.depth() != CV_8U) {
-    return {{}, "holds " + cv::typeToString(image.type()) + " pixels: expected 8 or 16 bits a channel"};
+    return {{}, "holds " + cv::typeToString(image.type()) + " pixels: expected 8 or 16 bits per channel"};
   }
   if (result.channels() == 4) {
     cv::cvtColor(result, result, cv::COLOR_BGRA2BGR);
@@ -115,7 +115,7 @@ DecodedImage decode_unchanged(const std::vector<unsigned char>& bytes, std::uint
   } catch (const std::exception&) {
     // What the decoder can't make sense of, or finds no memory for, is no image either.
   }
-  if (decoded.image.empty()) return {{}, "is no image that can be decoded"};
+  if (decoded.image.empty()) return {{}, "cannot be decoded as an image"};
   return decoded;
 }
 
@@ -126,7 +126,7 @@ DecodedImage decode_image(const std::vector<unsigned char>& bytes, std::uint64_t
   try {
     return to_8_bit(decoded.image, levels);
   } catch (const std::exception&) {
-    return {{}, "needs more memory than there is"};
+    return {{}, "needs more memory than is available"};
   }
 }
 

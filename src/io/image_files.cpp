@@ -160,7 +160,7 @@ struct ListReader {
     const std::size_t rest = end == std::string::npos ? end : line.find_first_not_of(" \t,", end);
     if (!is_stamp && is_number(first)) {
       throw std::runtime_error("the time stamp " + first +
-                               " is none: expected seconds, at most 4611686018, or whole nanoseconds");
+                               " is invalid: expected seconds, at most 4611686018, or whole nanoseconds");
     }
     has_stamps_only |= is_stamp && rest == std::string::npos;
     if (!is_stamp) file.stamp_ns = static_cast<std::int64_t>(files.size()) * kSecond;
@@ -234,8 +234,8 @@ void find_images_of_stamps(const std::string& path, const fs::path& folder, std:
                                        [&](const StampedFile& f) { return by_stem.count(f.name) > 0; });
     if (!are_named && names.size() != files->size()) {
       throw std::runtime_error(path + ": holds " + std::to_string(files->size()) +
-                               " time stamps, and there are " + std::to_string(names.size()) + " images in " +
-                               images.lexically_normal().string() + ": expected as many");
+                               " time stamps, but there are " + std::to_string(names.size()) + " images in " +
+                               images.lexically_normal().string() + ": expected one time stamp per image");
     }
     for (std::size_t i = 0; i < files->size(); ++i) {
       StampedFile& file = (*files)[i];
@@ -252,7 +252,7 @@ std::vector<StampedFile> files_of_list(const std::string& path) {
   const char* const expected = "a text file with lines `timestamp path` or `path`";
   const std::string content = read_text_file(path, expected, kMaxListBytes);
   if (content.find('\0') != std::string::npos) {
-    throw std::runtime_error(path + ": is no text: expected a folder of images or " + expected);
+    throw std::runtime_error(path + ": is not a text file: expected a folder of images or " + expected);
   }
   ListReader reader;
   reader.folder = fs::path(path).parent_path();
@@ -273,12 +273,11 @@ std::vector<StampedFile> files_of_list(const std::string& path) {
     }
   }
   std::vector<StampedFile>& files = reader.files;
-  if (files.empty()) throw std::runtime_error(path + ": names no image: expected " + expected);
+  if (files.empty()) throw std::runtime_error(path + ": lists no image: expected " + expected);
   if (reader.has_stamps_only) {
     const auto has_path = [](const StampedFile& file) { return !file.path.empty(); };
     if (std::any_of(files.begin(), files.end(), has_path)) {
-      throw std::runtime_error(path + ": has lines with a time stamp alone among others: expected " +
-                               expected);
+      throw std::runtime_error(path + ": has some lines with a time stamp but no path: expected " + expected);
     }
     find_images_of_stamps(path, reader.folder, &files);
   }
@@ -323,8 +322,8 @@ std::string unread_images(const std::string& path) {
   }
   if (!unread.empty()) text += " (convert them to png or jpg)";
   if (in_folders > 0) {
-    text += "; " + std::to_string(in_folders) + " images lie in its folders (" + folders +
-            "), which are not searched: give one of them, or a list of the images";
+    text += "; " + std::to_string(in_folders) + " images are in its subfolders (" + folders +
+            "), which are not searched: give one of the subfolders, or a list of the images";
   }
   return text;
 }

@@ -208,9 +208,9 @@ ImageHeader read_image_header(const std::vector<unsigned char>& content) {
   if (content.empty()) return {0, 0, "is empty"};
   const Bytes bytes(content);
   const std::optional<Size> size = is_dicom(bytes) ? std::nullopt : size_in_head(bytes);
-  if (!size) return {0, 0, "is no image that can be decoded (PNG, JPEG, TIFF, BMP, PNM, WebP, JPEG 2000)"};
+  if (!size) return {0, 0, "cannot be decoded as an image (PNG, JPEG, TIFF, BMP, PNM, WebP, JPEG 2000)"};
   if (size->width == 0 || size->height == 0) {
-    return {0, 0, "is no image that can be decoded: its head states no size"};
+    return {0, 0, "cannot be decoded as an image: its header has no image size"};
   }
   return {size->width, size->height, {}};
 }

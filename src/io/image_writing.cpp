@@ -44,7 +44,7 @@ bool write_image_as_named(const std::string& path, const cv::Mat& image) {
 
 void write_image(const std::string& path, const cv::Mat& image) {
   if (!write_image_as_named(path, image) && !write_as(".png", path, image)) {
-    throw std::runtime_error(path + ": cannot be written (no image)");
+    throw std::runtime_error(path + ": cannot be written (the image cannot be encoded)");
   }
 }
 

@@ -35,7 +35,7 @@ constexpr int kMostIds = 1 << 29;
 
 // Data with a valid checksum: these errors mean that the file was written wrongly.
 [[noreturn]] void contradiction(const std::string& what) {
-  throw std::runtime_error("contradicts itself (" + what + ")");
+  throw std::runtime_error("is inconsistent (" + what + ")");
 }
 
 double finite(double value) {
@@ -45,26 +45,26 @@ double finite(double value) {
 
 std::int64_t frame_index(ByteReader& in) {
   const std::int64_t value = in.i64();
-  if (value < -kMostFrames || value > kMostFrames) contradiction("a frame's number is none");
+  if (value < -kMostFrames || value > kMostFrames) contradiction("a frame index is out of range");
   return value;
 }
 
 std::int64_t stamp(ByteReader& in) {
   const std::int64_t value = in.i64();
-  if (!is_stamp(value)) contradiction("a time stamp is none");
+  if (!is_stamp(value)) contradiction("a time stamp is out of range");
   return value;
 }
 
 int id(ByteReader& in) {
   const int value = in.i32();
-  if (value < 0 || value > kMostIds) contradiction("an id is none");
+  if (value < 0 || value > kMostIds) contradiction("an id is out of range");
   return value;
 }
 
 // Of the keyframe that made a landmark; -1 where it is not known.
 int id_or_none(ByteReader& in) {
   const int value = in.i32();
-  if (value < -1 || value > kMostIds) contradiction("an id is none");
+  if (value < -1 || value > kMostIds) contradiction("an id is out of range");
   return value;
 }
 
@@ -72,7 +72,7 @@ Rigid3 read_transform(ByteReader& in) {
   Rigid3 b_from_a;
   for (int i = 0; i < 4; ++i) b_from_a.rotation.coeffs()[i] = finite(in.f64());
   for (int i = 0; i < 3; ++i) b_from_a.translation[i] = finite(in.f64());
-  if (std::abs(b_from_a.rotation.norm() - 1) > 1e-6) contradiction("a rotation is none");
+  if (std::abs(b_from_a.rotation.norm() - 1) > 1e-6) contradiction("a rotation is not a unit quaternion");
   return b_from_a;
 }
 
@@ -83,7 +83,7 @@ CameraParameters read_camera(ByteReader& in) {
   for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value = in.f64();
   camera.distortion_model = in.text();
   const std::uint32_t coefficients = in.count(8);
-  if (coefficients > kMostCoefficients) contradiction("a distortion of no model");
+  if (coefficients > kMostCoefficients) contradiction("too many distortion coefficients");
   camera.distortion.resize(coefficients);
   for (double& value : camera.distortion) value = in.f64();
   return camera;
@@ -95,12 +95,13 @@ CameraModel model_of(const CameraParameters& camera) {
     if (std::max(camera.width, camera.height) <= kMaxImageSide) return model;
   } catch (const std::invalid_argument&) {  // its text may hold what the file does
   }
-  contradiction("a camera that can't be");
+  contradiction("the camera parameters are invalid");
 }
 
 ScaleSource read_scale_source(ByteReader& in) {
   const std::uint32_t source = in.u32();
-  if (source > static_cast<std::uint32_t>(ScaleSource::kOdometry)) contradiction("a scale of no known kind");
+  if (source > static_cast<std::uint32_t>(ScaleSource::kOdometry))
+    contradiction("the source of the scale is unknown");
   return static_cast<ScaleSource>(source);
 }
 
@@ -126,7 +127,7 @@ struct Sessions {
     for (std::size_t i = 0; i < list.size(); ++i) {
       if (list[i].holds(frame_index)) return cameras[i];
     }
-    contradiction("a frame of no session");
+    contradiction("a frame belongs to no session");
   }
 };
 
@@ -146,14 +147,15 @@ Keyframe read_keyframe(ByteReader& in, const Sessions& sessions) {
     for (float* value : {&f.pixel.x(), &f.pixel.y(), &f.scale, &f.angle, &f.response}) {
       *value = static_cast<float>(finite(in.f32()));
     }
-    if (f.scale <= 0) contradiction("a feature has no scale");
+    if (f.scale <= 0) contradiction("the scale of a feature is not positive");
     for (int c = 0; c < 3; ++c) colors[i][c] = in.u8();
     std::memcpy(set.descriptors.ptr(static_cast<int>(i)), in.raw(kMapFileDescriptorBytes).data(),
                 kMapFileDescriptorBytes);
   }
   const CameraModel& camera = sessions.camera_of(keyframe.frame_index);
   const auto pixels = static_cast<std::size_t>(camera.width()) * static_cast<std::size_t>(camera.height());
-  if (pixels / kMaxPixelsPerByte > kKeyframeBytes + n * kFeatureBytes) contradiction("an image of nothing");
+  if (pixels / kMaxPixelsPerByte > kKeyframeBytes + n * kFeatureBytes)
+    contradiction("an image is too large for its number of features");
   try {
     keyframe.image = restore_image_features(std::move(set), std::move(colors), camera);
   } catch (const std::invalid_argument& e) {
@@ -164,7 +166,7 @@ Keyframe read_keyframe(ByteReader& in, const Sessions& sessions) {
 
 std::vector<Keyframe> read_keyframes(ByteReader& in, const Sessions& sessions) {
   const std::uint32_t n = in.count(kKeyframeBytes);
-  if (n == 0) contradiction("no keyframe");
+  if (n == 0) contradiction("it has no keyframe");
   std::vector<Keyframe> keyframes;
   keyframes.reserve(n);
   for (std::uint32_t i = 0; i < n; ++i) {
@@ -192,7 +194,7 @@ std::vector<Landmark> read_landmarks(ByteReader& in) {
     for (int i = 0; i < 3; ++i) landmark.x_in_map[i] = finite(in.f64());
     landmark.created_by = id_or_none(in);
     landmark.observations.resize(in.count(kObservationBytes));
-    if (landmark.observations.size() < 2) contradiction("a landmark with fewer than two observations");
+    if (landmark.observations.size() < 2) contradiction("a landmark has fewer than two observations");
     for (Observation& o : landmark.observations) {
       o.keyframe = id(in);
       o.feature = id(in);
@@ -208,7 +210,7 @@ void check_pairs(std::size_t keyframes, const std::vector<Landmark>& landmarks, 
     pairs += landmark.observations.size() * landmark.observations.size();
     pairs = std::min(pairs, keyframes * keyframes);
   }
-  if (pairs / kMaxPairsPerByte > bytes) contradiction("more keyframes than features");
+  if (pairs / kMaxPairsPerByte > bytes) contradiction("too many pairs of keyframes for the file size");
 }
 
 ByteReader open_section(const char* name, ByteReader& in) {
@@ -216,7 +218,7 @@ ByteReader open_section(const char* name, ByteReader& in) {
   const std::uint32_t crc = in.u32();
   const std::string_view payload = in.raw(ByteReader(head.substr(4)).u64());
   if (map_file_crc(head, payload) != crc || head.substr(0, 4) != name) {
-    throw std::runtime_error(std::string("is damaged (the checksum of section ") + name + " does not hold)");
+    throw std::runtime_error(std::string("is damaged (wrong checksum of section ") + name + ")");
   }
   return ByteReader(payload);
 }
@@ -258,7 +260,8 @@ MapSession session_of(const Map& map, const CameraParameters& camera) {
 }
 
 SavedMaps read_version_1(ByteReader& in, std::uint32_t sections, const std::string& descriptor) {
-  if (sections != 1 + kMapFileSectionsOfMap) throw std::runtime_error("is damaged (its number of sections)");
+  if (sections != 1 + kMapFileSectionsOfMap)
+    throw std::runtime_error("is damaged (wrong number of sections)");
   SavedMaps saved;
   ByteReader section = open_section("ORIG", in);
   const CameraParameters camera = read_camera(section);
@@ -274,9 +277,9 @@ SavedMaps read_version_1(ByteReader& in, std::uint32_t sections, const std::stri
 
 MapSession read_session(ByteReader& in, const std::vector<CameraParameters>& cameras) {
   const std::uint32_t camera = in.u32();
-  if (camera >= cameras.size()) contradiction("a session of an unknown camera");
+  if (camera >= cameras.size()) contradiction("a session refers to an unknown camera");
   MapSession session{cameras[camera], frame_index(in), frame_index(in)};
-  if (session.frames < 1) contradiction("a session without a frame");
+  if (session.frames < 1) contradiction("a session has no frames");
   return session;
 }
 
@@ -290,7 +293,7 @@ Sessions read_head(ByteReader& in, const std::string& descriptor, std::vector<Sc
     const MapSession session = read_session(in, cameras);
     if (!sessions.list.empty()) {
       const MapSession& before = sessions.list.back();
-      if (session.first_frame < before.first_frame + before.frames) contradiction("sessions that overlap");
+      if (session.first_frame < before.first_frame + before.frames) contradiction("sessions overlap");
     }
     sessions.list.push_back(session);
     sessions.cameras.push_back(model_of(session.camera));
@@ -305,7 +308,7 @@ SavedMaps read_version_2(ByteReader& in, std::uint32_t sections, const std::stri
   const Sessions sessions = read_head(section, descriptor, &scales);
   close_section(section);
   if (scales.empty() || sections != 1 + kMapFileSectionsOfMap * scales.size()) {
-    throw std::runtime_error("is damaged (its number of sections)");
+    throw std::runtime_error("is damaged (wrong number of sections)");
   }
   SavedMaps saved{descriptor, sessions.list, {}};
   for (const ScaleSource scale : scales) saved.maps.push_back(read_map(in, sessions, scale));
@@ -322,7 +325,7 @@ void SavedMaps::end_before_zero() {
 }
 
 SavedMaps parse_maps(std::string_view bytes, const std::string& descriptor) {
-  if (bytes.substr(0, kMapFileMagic.size()) != kMapFileMagic) throw std::runtime_error("is no map file");
+  if (bytes.substr(0, kMapFileMagic.size()) != kMapFileMagic) throw std::runtime_error("is not a map file");
   ByteReader in(bytes.substr(kMapFileMagic.size()));
   const std::uint32_t version = in.u32();
   if (version != 1 && version != 2) {
@@ -331,14 +334,14 @@ SavedMaps parse_maps(std::string_view bytes, const std::string& descriptor) {
   const std::uint32_t sections = in.u32();
   SavedMaps saved =
       version == 1 ? read_version_1(in, sections, descriptor) : read_version_2(in, sections, descriptor);
-  if (in.left() > 0) throw std::runtime_error("is damaged (something follows its end)");
+  if (in.left() > 0) throw std::runtime_error("is damaged (data after the last section)");
   return saved;
 }
 
 SavedMaps read_map_file(const std::string& path, const std::string& descriptor) {
   // A device could be read for ever.
   if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path)) {
-    throw std::runtime_error(path + ": is no regular file, expected a map file");
+    throw std::runtime_error(path + ": is not a regular file, expected a map file");
   }
   const std::string bytes = read_text_file(path, "a map file", std::numeric_limits<std::size_t>::max());
   try {

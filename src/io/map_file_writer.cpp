@@ -117,7 +117,7 @@ void check_sessions(const SavedMaps& saved) {
   const auto check = [&](std::int64_t frame_index) {
     if (std::none_of(saved.sessions.begin(), saved.sessions.end(),
                      [&](const MapSession& session) { return session.holds(frame_index); })) {
-      throw std::invalid_argument("frame " + std::to_string(frame_index) + " of a map is of no session");
+      throw std::invalid_argument("frame " + std::to_string(frame_index) + " of a map belongs to no session");
     }
   };
   for (const Map& map : saved.maps) {
@@ -129,7 +129,7 @@ void check_sessions(const SavedMaps& saved) {
 }  // namespace
 
 void write_map_file(const std::string& path, const SavedMaps& saved) {
-  if (saved.maps.empty()) throw std::invalid_argument("there is no map to be written");
+  if (saved.maps.empty()) throw std::invalid_argument("there is no map to write");
   check_sessions(saved);
   require_regular_file(path);
   write_file_atomically(path, [&](std::ostream& stream) {

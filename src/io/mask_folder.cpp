@@ -53,7 +53,7 @@ MaskFolder::MaskFolder(const std::string& folder) : folder_(folder) {
   }
   if (error) fail();
   if (path_by_name_.empty()) {
-    throw std::runtime_error(folder + ": holds no image: expected masks named like the images");
+    throw std::runtime_error(folder + ": holds no image: expected masks with the base names of the images");
   }
 }
 
@@ -65,7 +65,7 @@ cv::Mat MaskFolder::mask_of(const std::string& mask_name, const cv::Size& size, 
   if (found == path_by_name_.end()) {
     *problem = folder_ + ": has no mask for " + mask_name;
     if (path_by_name_.count(second_of_count(name.string())) > 0)
-      *problem += ": frames are counted from 0 here; masks counted from 1 are one frame off";
+      *problem += ": frame numbers start at 0; masks that are numbered from 1 are off by one frame";
     return {};
   }
   const DecodedImage decoded = read_unchanged(found->second);

@@ -164,7 +164,7 @@ PlotPanel make_panel(const Overview& overview, const View& view) {
 cv::Mat draw_overview(const Overview& overview) {
   using Eigen::Vector3d;
   const View above = {"from above", "x, to the right", "z, forward", Vector3d::UnitX(), Vector3d::UnitZ()};
-  const View side = {"from the side", "along what is longest", "-y, up", longest_direction(overview),
+  const View side = {"from the side", "along the longest direction", "-y, up", longest_direction(overview),
                      -Vector3d::UnitY()};
   const int size = 800, header = overview.title.empty() ? 0 : 44;
   cv::Mat picture(size + header, 2 * size, CV_8UC3, cv::Scalar::all(255));

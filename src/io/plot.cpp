@@ -203,7 +203,8 @@ void draw_panel(const PlotPanel& panel, const cv::Rect& area, cv::Mat* picture) 
 
 void write_picture(const std::string& path, const cv::Mat& picture) {
   if (!write_image_as_named(path, picture))
-    throw std::runtime_error(path + ": no picture can be written: expected a name in .png or .jpg");
+    throw std::runtime_error(
+        path + ": cannot be written as an image: expected a file name that ends in .png or .jpg");
 }
 
 }  // namespace mono_pose_tracker

@@ -40,14 +40,14 @@ std::string set_pose(const Eigen::Quaterniond& rotation, const Eigen::Vector3d& 
 
 std::string parse_tum(const std::string& stamp, const std::vector<double>& v, StampedPose* pose) {
   if (!parse_stamp_of_any_unit(stamp, false, &pose->stamp_ns))
-    return "'" + stamp + "' is no time stamp in seconds, or whole nanoseconds";
+    return "'" + stamp + "' is not a time stamp in seconds or whole nanoseconds";
   return set_pose({v[6], v[3], v[4], v[5]}, {v[0], v[1], v[2]}, pose);
 }
 
 /// EuRoC's data.csv: timestamp [ns], position, quaternion with w first, and more that is not asked for.
 std::string parse_euroc(const std::string& stamp, const std::vector<double>& v, StampedPose* pose) {
   if (!parse_stamp_of_any_unit(stamp, true, &pose->stamp_ns))
-    return "'" + stamp + "' is no time stamp in nanoseconds";
+    return "'" + stamp + "' is not a time stamp in nanoseconds";
   return set_pose({v[3], v[4], v[5], v[6]}, {v[0], v[1], v[2]}, pose);
 }
 
@@ -57,7 +57,7 @@ std::string parse_kitti(const std::vector<double>& v, StampedPose* pose) {
   rotation << v[0], v[1], v[2], v[4], v[5], v[6], v[8], v[9], v[10];
   if ((rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).norm() > 0.01 ||
       rotation.determinant() < 0)
-    return "has a matrix that is no rotation";
+    return "has a matrix that is not a rotation";
   return set_pose(Eigen::Quaterniond(rotation), {v[3], v[7], v[11]}, pose);
 }
 
@@ -87,9 +87,9 @@ std::string parse_line(std::string line, StampedPose* pose, Layout* layout) {
     v.insert(v.begin(), first);
     return parse_kitti(v, pose);
   }
-  if (v.size() < 7) return "has not 8 numbers";
+  if (v.size() < 7) return "does not have 8 numbers";
   if (*layout == Layout::kEuroc) return parse_euroc(texts[0], v, pose);
-  if (texts.size() > 8) return "goes on with '" + texts[8] + "'";
+  if (texts.size() > 8) return "has more than 8 values: '" + texts[8] + "'";
   return parse_tum(texts[0], v, pose);
 }
 
@@ -212,7 +212,7 @@ void TrajectoryWriter::append(const StampedPose& pose, std::uint32_t map_id) {
   stream_ << tum_line(pose) << '\n';
   stream_.flush();
   if (!stream_) {
-    throw std::runtime_error(path_ + ": cannot be written further (" + system_error_text() + ")");
+    throw std::runtime_error(path_ + ": writing failed (" + system_error_text() + ")");
   }
 }
 

@@ -26,19 +26,20 @@ class VideoFile : public ImageSource {
     if (path.find("://") != std::string::npos || std::filesystem::is_character_file(path, ignored)) {
       throw std::runtime_error(
           path +
-          ": is a stream or device, and a recording is read more than once: expected a "
-          "video file (ffmpeg -i INPUT -c copy FILE makes one); live: camera.launch device:=" +
+          ": is a stream or device, but a recording is read more than once: expected a video file (ffmpeg -i "
+          "INPUT -c copy FILE records one). For live tracking use camera.launch device:=" +
           path);
     }
     if (!std::filesystem::is_regular_file(path, ignored)) {
-      throw std::runtime_error(path + ": is no file: expected a video");
+      throw std::runtime_error(path + ": does not exist or is not a regular file: expected a video");
     }
     if (!open_quietly(path))
       throw std::runtime_error(path + ": cannot be opened as a video: expected a format that OpenCV reads");
     frames_per_second_ = capture_.get(cv::CAP_PROP_FPS);
     // Below one frame in a quarter of an hour it is no rate, and stamps would overflow one day.
     if (!(frames_per_second_ > 0.001) || !std::isfinite(frames_per_second_)) {
-      throw std::runtime_error(path + ": states no frame rate: expected a video that does");
+      throw std::runtime_error(path +
+                               ": has no frame rate: expected a video with a frame rate in its header");
     }
     stamps_.emplace(frames_per_second_);
   }
@@ -88,7 +89,8 @@ class VideoFile : public ImageSource {
     std::string problem = is_trimmed_mp4(path_) ? "" : problem_of_end(index_, size());
     if (stamps_->out_of_order() > 0) {
       problem += (problem.empty() ? "" : "; ") + std::to_string(stamps_->out_of_order()) +
-                 " frames have a container time that does not increase: they are stamped by the frame rate";
+                 " frames have container time stamps that do not increase: their stamps are computed from "
+                 "the frame rate";
     }
     SourceImage result;
     if (std::exchange(is_end_told_, true) || problem.empty()) return result;
@@ -136,7 +138,7 @@ std::string problem_of_end(std::int64_t frames, std::int64_t announced) {
       frames + 2 <= announced && static_cast<double>(frames) < kClearly * static_cast<double>(announced);
   if (!is_early) return "";
   return "ends after " + std::to_string(frames) + " of the " + std::to_string(announced) +
-         " frames that it announces: it may be damaged";
+         " frames stated in its header: it may be damaged";
 }
 
 std::unique_ptr<ImageSource> open_video(const std::string& path) { return std::make_unique<VideoFile>(path); }

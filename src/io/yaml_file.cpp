@@ -50,7 +50,7 @@ class Builder : public YAML::EventHandler {
   }
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto found = anchored_.find(anchor);
-    if (found == anchored_.end()) fail(mark.line + 1, "holds an alias of what it stands in itself");
+    if (found == anchored_.end()) fail(mark.line + 1, "has an alias of a value that contains this alias");
     count(count_values(found->second), mark);
     add(found->second, YAML::NullAnchor);
   }
@@ -76,7 +76,7 @@ class Builder : public YAML::EventHandler {
   };
 
   [[noreturn]] static void fail_by_second_document(const YAML::Mark& mark) {
-    fail(mark.line + 1, "belongs to a second document, which would be ignored");
+    fail(mark.line + 1, "starts a second document, which would be ignored");
   }
 
   YamlValue leaf(YamlValue::Kind kind, const std::string& text, const YAML::Mark& mark) {
@@ -91,7 +91,7 @@ class Builder : public YAML::EventHandler {
 
   void open(YamlValue::Kind kind, const YAML::Mark& mark, YAML::anchor_t anchor) {
     if (open_.size() >= kMaxDepth) {
-      fail(mark.line + 1, "is nested more than " + std::to_string(kMaxDepth) + " deep");
+      fail(mark.line + 1, "is nested more than " + std::to_string(kMaxDepth) + " levels deep");
     }
     Open opened;
     opened.value = leaf(kind, "", mark);
@@ -123,7 +123,7 @@ class Builder : public YAML::EventHandler {
   }
 
   static void take_key(const YamlValue& value, Open* map) {
-    if (value.kind != YamlValue::Kind::kText) fail(value.line, "has a key that is no text");
+    if (value.kind != YamlValue::Kind::kText) fail(value.line, "has a key that is not a text");
     if (!map->keys.insert(value.text).second) {
       fail(value.line, "has the key " + value.text + " a second time");
     }
@@ -134,7 +134,8 @@ class Builder : public YAML::EventHandler {
   void count(std::size_t values, const YAML::Mark& mark) {
     values_ += values;
     if (values_ > kMaxValues) {
-      fail(mark.line + 1, "has more than " + std::to_string(kMaxValues) + " values, aliases written out");
+      fail(mark.line + 1,
+           "has more than " + std::to_string(kMaxValues) + " values when aliases are expanded");
     }
   }
 
@@ -162,7 +163,7 @@ YamlValue parse_yaml(const std::string& content, const std::string& expected) {
     while (parser.HandleNextDocument(builder)) {
     }
   } catch (const YAML::Exception& error) {
-    fail(error.mark.line + 1, "is no YAML (" + one_line(error.msg) + "): expected " + expected);
+    fail(error.mark.line + 1, "is not valid YAML (" + one_line(error.msg) + "): expected " + expected);
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(one_line(error.what()) + ": expected " + expected);
   }

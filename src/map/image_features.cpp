@@ -76,7 +76,7 @@ ImageFeaturesPtr restore_image_features(FeatureSet features, std::vector<cv::Vec
     Eigen::Matrix<double, 2, 3> jacobian;
     if (!feature.pixel.allFinite() || !camera.in_image(feature.pixel.cast<double>()) ||
         !undistort(feature.pixel, camera, &bearing, &jacobian)) {
-      throw std::invalid_argument("a feature lies where the camera has no pixel");
+      throw std::invalid_argument("a feature lies outside the image");
     }
     result->set.bearings.push_back(bearing);
     result->pixel_from_bearing.push_back(jacobian);

@@ -32,14 +32,15 @@ void check_links(const std::map<KeyframeId, Keyframe>& keyframes,
   std::set<KeyframeId> ends;
   for (const auto& entry : removed) {
     if (keyframes.count(entry.first)) {
-      throw std::invalid_argument("keyframe " + std::to_string(entry.first) + " is both there and removed");
+      throw std::invalid_argument("keyframe " + std::to_string(entry.first) + " is both present and removed");
     }
     std::set<KeyframeId> walked;
     KeyframeId id = entry.first;
     while (!keyframes.count(id) && !ends.count(id)) {
       const auto link = removed.find(id);
       if (link == removed.end() || !walked.insert(id).second) {
-        throw std::invalid_argument("removed keyframe " + std::to_string(entry.first) + " leads nowhere");
+        throw std::invalid_argument("removed keyframe " + std::to_string(entry.first) +
+                                    " is not linked to a present keyframe");
       }
       id = link->second.parent;
     }
@@ -58,7 +59,7 @@ Map Map::restore(std::vector<Keyframe> keyframes, std::vector<Landmark> landmark
     map.next_keyframe_ = std::max(map.next_keyframe_, keyframe.id + 1);
     const KeyframeId id = keyframe.id;
     if (!map.keyframes_.emplace(id, std::move(keyframe)).second) {
-      throw std::invalid_argument("keyframe " + std::to_string(id) + " is there twice");
+      throw std::invalid_argument("keyframe " + std::to_string(id) + " occurs twice");
     }
   }
   map.removed_ = std::move(removed);
@@ -71,13 +72,13 @@ Map Map::restore(std::vector<Keyframe> keyframes, std::vector<Landmark> landmark
     first->second = std::min(first->second, id);
     const std::vector<Observation> observations = std::exchange(landmark.observations, {});
     if (!map.landmarks_.emplace(id, std::move(landmark)).second) {
-      throw std::invalid_argument("landmark " + std::to_string(id) + " is there twice");
+      throw std::invalid_argument("landmark " + std::to_string(id) + " occurs twice");
     }
     for (const Observation& o : observations) {
       const Keyframe* keyframe = map.keyframe(o.keyframe);
       const bool exists = keyframe && o.feature >= 0 && o.feature < keyframe->image->size();
       if (!exists || !map.add_observation(id, o.keyframe, o.feature)) {
-        throw std::invalid_argument("landmark " + std::to_string(id) + " has an observation that can't be");
+        throw std::invalid_argument("landmark " + std::to_string(id) + " has an invalid observation");
       }
     }
   }
@@ -361,7 +362,8 @@ void Map::check_covisibility() const {
   for (const auto& entry : keyframes_) {
     const auto kept = shared_.find(entry.first);
     if (counted[entry.first] != (kept == shared_.end() ? std::map<KeyframeId, int>() : kept->second)) {
-      throw std::logic_error("keyframe " + std::to_string(entry.first) + " counts what it shares wrongly");
+      throw std::logic_error("keyframe " + std::to_string(entry.first) +
+                             " has wrong counts of shared landmarks");
     }
   }
 }
@@ -371,7 +373,7 @@ void Map::check() const {
   for (const auto& [id, k] : keyframes_) {
     if (static_cast<int>(k.landmark_of_feature.size()) != k.image->size()) {
       throw std::logic_error("keyframe " + std::to_string(id) +
-                             " has another number of features than its image");
+                             " and its image differ in their number of features");
     }
     for (std::size_t f = 0; f < k.landmark_of_feature.size(); ++f) {
       const LandmarkId l = k.landmark_of_feature[f];
@@ -382,7 +384,8 @@ void Map::check() const {
                                                return o.keyframe == id && o.feature == static_cast<int>(f);
                                              });
       if (!known)
-        throw std::logic_error("keyframe " + std::to_string(id) + " sees a landmark that does not know it");
+        throw std::logic_error("keyframe " + std::to_string(id) +
+                               " observes a landmark that does not list this observation");
     }
   }
   for (const auto& [id, l] : landmarks_) {
@@ -394,7 +397,7 @@ void Map::check() const {
       const Keyframe* k = keyframe(o.keyframe);
       if (!k || k->landmark_of_feature[o.feature] != id) {
         throw std::logic_error("landmark " + std::to_string(id) +
-                               " is seen by a keyframe that does not know it");
+                               " lists an observation that its keyframe does not have");
       }
     }
   }

@@ -44,7 +44,7 @@ void LargerObjectWatch::ask(const Map& map, const MatchOptions& matching, const 
   const double share =
       static_cast<double>(all.of_other) / std::max<double>(1, static_cast<double>(all.of_map + all.of_other));
   doubt_ = others >= kLeastOthers && share > IndependentMotion::kLarger
-               ? formatted("%ld %% of the points move as one, but otherwise than the map",
+               ? formatted("%ld %% of the points move as one rigid object, but not with the map",
                            std::lround(100 * share))
                : "";
 }

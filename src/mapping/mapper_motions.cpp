@@ -126,10 +126,10 @@ void Mapper::watch_map_object() {
 void Mapper::report_doubt(TrackingMap* view) const {
   if (map_state_.static_background_watch.found()) {
     view->turning_object = map_state_.static_background_watch.found();
-    view->doubt = "the map is of what moves and of the background that stands still";
+    view->doubt = "the map contains both a moving object and the static background";
   } else if (map_state_.object_watch.found()) {
     view->turning_object = map_state_.object_watch.found();
-    view->doubt = "the map is of an object that rotates less than another one";
+    view->doubt = "the map is of an object that rotates less than another object in view";
   } else {
     view->doubt =
         map_state_.watch.doubt().empty() ? map_state_.larger_object_watch.doubt() : map_state_.watch.doubt();

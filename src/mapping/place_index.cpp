@@ -137,7 +137,7 @@ std::vector<DescriptorCode> PlaceIndex::codes_of(const FeatureSet& features, con
 }
 
 void PlaceIndex::add(KeyframeId id, const FeatureSet& features) {
-  if (contains(id)) throw std::invalid_argument("keyframe " + std::to_string(id) + " is indexed already");
+  if (contains(id)) throw std::invalid_argument("keyframe " + std::to_string(id) + " is already indexed");
   std::uint32_t number = static_cast<std::uint32_t>(slots_.size());
   if (free_slots_.empty()) {
     slots_.emplace_back();

@@ -39,7 +39,7 @@ constexpr std::array<Split, 4> kSplits = {
     {{"left and right", [](VectorRef bearing, VectorRef, VectorRef) { return bearing.x(); }},
      {"upper and lower", [](VectorRef bearing, VectorRef, VectorRef) { return bearing.y(); }},
      {"near and far", [](VectorRef, VectorRef x_in_camera, VectorRef) { return x_in_camera.norm(); }},
-     {"middle and rim",
+     {"centre and border",
       [](VectorRef bearing, VectorRef, VectorRef middle) { return (bearing - middle).norm(); }}}};
 
 struct Part {

@@ -13,14 +13,14 @@ constexpr std::int64_t kPeriod = 1000000000;  // ns
 std::string doubt_about(const Map& map, const MatchOptions& matching) {
   const ReprojectionInconsistency contradiction = newest_inconsistency(map, matching);
   if (contradiction.is_significant()) {
-    return formatted("%d of %d points are seen elsewhere than the map has them", contradiction.contradicting,
-                     contradiction.matches);
+    return formatted("%d of %d points are observed away from their position in the map",
+                     contradiction.contradicting, contradiction.matches);
   }
   RigidityOptions options;
   options.newest = options.stretch;
   const RigidityReport rigidity = check_rigidity(map, options);
   if (rigidity.is_rigid) return "";
-  return formatted("the poses that the %s landmarks give are %.1f px apart", rigidity.parts.c_str(),
+  return formatted("the poses from the %s landmarks differ by %.1f px", rigidity.parts.c_str(),
                    rigidity.disagreement_px);
 }
 

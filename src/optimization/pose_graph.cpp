@@ -92,14 +92,16 @@ bool is_sound(const Sim3& s) {
 void check(const PoseGraph& graph) {
   const int size = static_cast<int>(graph.nodes.size());
   for (const PoseGraphNode& node : graph.nodes) {
-    if (!is_sound(node.map_from_node)) throw std::invalid_argument("pose graph: a node is no similarity");
+    if (!is_sound(node.map_from_node))
+      throw std::invalid_argument("pose graph: a node is not a valid similarity transform");
   }
   for (const PoseGraphEdge& e : graph.edges) {
     if (e.from < 0 || e.from >= size || e.to < 0 || e.to >= size || e.from == e.to) {
       throw std::invalid_argument("pose graph: an edge from node " + std::to_string(e.from) + " to " +
                                   std::to_string(e.to) + " of " + std::to_string(size));
     }
-    if (!is_sound(e.measured)) throw std::invalid_argument("pose graph: an edge is no similarity");
+    if (!is_sound(e.measured))
+      throw std::invalid_argument("pose graph: an edge is not a valid similarity transform");
     for (const double weight : {e.turn_weight, e.shift_weight, e.scale_weight}) {
       if (!(weight > 0) || !std::isfinite(weight)) {
         throw std::invalid_argument("pose graph: an edge's weight is " + std::to_string(weight) +

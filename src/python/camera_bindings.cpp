@@ -51,10 +51,9 @@ CameraParameters camera_of_colmap_line(const std::string& path, const std::strin
   std::vector<double> values;
   for (double value = 0; words >> value;) values.push_back(value);
   if (found == colmap_layouts().end() || values.size() != found->second.count) {
-    throw std::runtime_error(
-        path + ": camera '" + line.substr(0, 200) +
-        "': expected `id model width height parameters` of one of SIMPLE_PINHOLE, PINHOLE, "
-        "SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV, OPENCV_FISHEYE");
+    throw std::runtime_error(path + ": camera '" + line.substr(0, 200) +
+                             "': expected `id model width height parameters` with a model of SIMPLE_PINHOLE, "
+                             "PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV, OPENCV_FISHEYE");
   }
   const ColmapCameraLayout& layout = found->second;
   camera.fx = values[layout.pinhole[0]];
@@ -150,29 +149,31 @@ void bind_camera(py::module_& module) {
           }),
           py::arg("width"), py::arg("height"), py::arg("fx"), py::arg("fy"), py::arg("cx"), py::arg("cy"),
           py::arg("distortion_model") = "plumb_bob", py::arg("distortion") = std::vector<double>(),
-          "All in pixels. distortion: k1 k2 p1 p2 k3 of plumb_bob, k1 ... k6 of rational_polynomial (k1 k2 "
-          "p1 "
-          "p2 k3 k4 k5 k6), or the four of equidistant.")
+          "Sizes, focal lengths and principal point in pixels. distortion: k1 k2 p1 p2 k3 of plumb_bob, k1 "
+          "... k6 of rational_polynomial (k1 k2 p1 p2 k3 k4 k5 k6), or the four coefficients of equidistant.")
       .def_static(
           "from_yaml",
           [](const py::object& path, bool rectified) {
             return CameraModel(read_calibration_yaml(path_of(path), rectified).camera);
           },
           py::arg("path"), py::arg("rectified") = false,
-          "The YAML that ROS camera_calibration writes. rectified: the camera of the rectified images.")
+          "Reads the YAML file that ROS camera_calibration writes. rectified: return the camera of the "
+          "rectified images.")
       .def_static(
           "from_hfov",
           [](int width, int height, double hfov_deg) {
             return CameraModel(guess_camera(width, height, hfov_deg));
           },
           py::arg("width"), py::arg("height"), py::arg("hfov_deg"),
-          "A guess: the angle (degrees) from the left to the right edge, no distortion.")
+          "A camera without distortion, guessed from its horizontal field of view (degrees).")
       .def_static("from_colmap", &camera_of_colmap, py::arg("path"), py::arg("camera_id") = py::none(),
-                  "A cameras.txt of COLMAP, or the folder that holds it. camera_id: where it holds several.")
-      .def("project", &project, py::arg("points"),
-           "Points (n, 3) in the camera's frame to pixels (n, 2); NaN where they are not in view.")
+                  "Reads COLMAP's cameras.txt, or the one in a given folder. camera_id: needed if the file "
+                  "has several cameras.")
+      .def(
+          "project", &project, py::arg("points"),
+          "Projects points (n, 3) in the camera frame to pixels (n, 2); NaN for points that are not in view.")
       .def("bearings", &bearings, py::arg("pixels"),
-           "Pixels (n, 2) to unit bearings (n, 3), distortion removed.")
+           "Converts pixels (n, 2) to unit bearings (n, 3), with the distortion removed.")
       .def_property_readonly("matrix", &camera_matrix, "The camera matrix (3, 3).")
       .def_property_readonly("width", &CameraModel::width, "px")
       .def_property_readonly("height", &CameraModel::height, "px")
@@ -181,7 +182,7 @@ void bind_camera(py::module_& module) {
           "plumb_bob, rational_polynomial or equidistant")
       .def_property_readonly(
           "distortion", [](const CameraModel& c) { return c.parameters().distortion; },
-          "the coefficients, as the constructor takes them")
+          "the coefficients, in the order of the constructor")
       .def("__repr__", &described);
 }
 

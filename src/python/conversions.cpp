@@ -59,7 +59,7 @@ ArrayKeeper& array_keeper() {
 
 py::array bytes_array(const py::handle& object, const char* name, bool may_be_bool, const char* expected) {
   if (!py::isinstance<py::array>(object)) {
-    refuse_argument(name, "is no numpy array", expected);
+    refuse_argument(name, "is not a numpy array", expected);
   }
   const auto array = py::reinterpret_borrow<py::array>(object);
   const char kind = array.dtype().kind();
@@ -173,7 +173,7 @@ TrackerOptions options_of(const py::object& options) {
     return result;
   }
   if (!py::isinstance<py::dict>(options)) {
-    refuse_argument("options", "is no dict", "a dict of \"group/key\" to values, a path or None");
+    refuse_argument("options", "is not a dict", "a dict of \"group/key\" to values, a path or None");
   }
   std::vector<OptionEntry> table = option_table(&result);
   set_from_dict(options.cast<py::dict>(), "", table);

@@ -28,7 +28,7 @@ std::vector<StampedPose> poses_of_arrays(const DoubleArray& stamps, const Double
     if (!rotation.allFinite() || !translation.allFinite() || !(std::abs(seconds(i)) <= 9e9) ||
         (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).norm() > 1e-3) {
       throw std::invalid_argument(name + ": pose " + std::to_string(i) +
-                                  " is no rigid motion with a stamp in seconds");
+                                  " is not a rigid transform, or its stamp is not in seconds");
     }
     poses.push_back({std::llround(seconds(i) * 1e9), Rigid3(rotation, translation)});
   }
@@ -79,12 +79,12 @@ py::dict evaluate(const py::object& reference, const py::object& estimate, const
 }  // namespace
 
 void bind_evaluation(py::module_& module) {
-  module.def(
-      "evaluate", &evaluate, py::arg("reference"), py::arg("estimate"), py::arg("align") = "sim3",
-      py::arg("max_difference") = 0.01,
-      "The error of an estimated trajectory as evaluate_trajectory has it: a dict of the keys of its JSON. "
-      "reference, estimate: a file, a pair (stamps (n,), map_from_camera (n, 4, 4)) or a Result, sorted by "
-      "stamp. max_difference: s, between the stamps of one frame.");
+  module.def("evaluate", &evaluate, py::arg("reference"), py::arg("estimate"), py::arg("align") = "sim3",
+             py::arg("max_difference") = 0.01,
+             "Computes the errors of an estimated trajectory. Returns a dict with the keys of the JSON file "
+             "of evaluate_trajectory. reference, estimate: a file, a pair (stamps (n,), map_from_camera (n, "
+             "4, 4)) or a Result, sorted by stamp. max_difference: largest difference (s) between the stamps "
+             "of matched poses.");
 }
 
 }  // namespace mono_pose_tracker

@@ -72,7 +72,7 @@ Rows bearings_of(const DoubleArray& array, const CameraModel* camera, const char
   Rows rows = rows_of(array, name);
   if (camera && array.shape(1) != 2) {
     throw std::invalid_argument(std::string(name) +
-                                ": expected pixels of the shape (n, 2), as there is a camera");
+                                ": expected pixels of the shape (n, 2), because a camera is given");
   }
   for (Eigen::Vector3d& row : rows) {
     row = camera ? camera->bearing(row.head<2>()) : row.normalized().eval();
@@ -128,7 +128,7 @@ py::array_t<bool> flags_of(const std::vector<char>& flags) {
 void require_same_length(const Rows& a, const Rows& b, const char* names) {
   if (a.size() != b.size()) {
     throw std::invalid_argument(std::string(names) + " have " + std::to_string(a.size()) + " and " +
-                                std::to_string(b.size()) + " rows: expected as many");
+                                std::to_string(b.size()) + " rows: expected the same number");
   }
 }
 
@@ -177,22 +177,20 @@ PoseEstimate absolute_pose(const DoubleArray& x, const DoubleArray& points, cons
 
 void bind_solvers(py::module_& module) {
   module.def("five_point", &solve_five_point, py::arg("x1"), py::arg("x2"),
-             "Essential matrices (k, 3, 3), k <= 10, with x2^T E x1 = 0. x1, x2: five matches, (5, 2) of the "
-             "normalised image plane or (5, 3) bearings.");
-  module.def(
-      "seven_point", &solve_seven_point, py::arg("x1"), py::arg("x2"),
-      "Fundamental matrices (k, 3, 3), k <= 3, with x2^T F x1 = 0. x1, x2: seven matches, (7, 2) or (7, "
-      "3).");
+             "Returns essential matrices (k, 3, 3), k <= 10, with x2^T E x1 = 0. x1, x2: five matches, as "
+             "(5, 2) normalised image coordinates or (5, 3) bearings.");
+  module.def("seven_point", &solve_seven_point, py::arg("x1"), py::arg("x2"),
+             "Returns fundamental matrices (k, 3, 3), k <= 3, with x2^T F x1 = 0. x1, x2: seven matches, (7, "
+             "2) or (7, 3).");
   module.def("p3p", &solve_p3p, py::arg("x"), py::arg("points"),
-             "Poses camera_from_map (k, 4, 4), k <= 4. x: (3, 2) of the normalised image plane or (3, 3) "
-             "bearings; points: (3, 3).");
-  py::class_<PoseEstimate>(module, "PoseEstimate", "What an estimator found.")
+             "Returns poses camera_from_map (k, 4, 4), k <= 4. x: (3, 2) normalised image coordinates or (3, "
+             "3) bearings; points: (3, 3).");
+  py::class_<PoseEstimate>(module, "PoseEstimate", "The result of a pose estimator.")
       .def_readonly("success", &PoseEstimate::success)
       .def_property_readonly(
           "pose", [](const PoseEstimate& e) { return matrix_of(e.pose); },
-          "(4, 4): second_from_first with a translation of length 1, or camera_from_map in the points' unit; "
-          "the "
-          "identity without success")
+          "(4, 4): second_from_first with a translation of length 1, or camera_from_map in the unit of the "
+          "points; the identity if success is False")
       .def_property_readonly(
           "inliers", [](const PoseEstimate& e) { return flags_of(e.inliers); }, "(n,) of bool")
       .def_readonly("num_inliers", &PoseEstimate::num_inliers)
@@ -201,20 +199,19 @@ void bind_solvers(py::module_& module) {
   const char* const ransac_text =
       " ransac: a dict of threshold (rad) or threshold_px (1 px by default, 0.003 rad without a camera), "
       "confidence, min_iterations, max_iterations, seed.";
-  module.def(
-      "estimate_relative_pose", &relative_pose, py::arg("x1"), py::arg("x2"),
-      py::arg("camera1") = static_cast<CameraModel*>(nullptr),
-      py::arg("camera2") = static_cast<CameraModel*>(nullptr), py::arg("ransac") = py::none(),
-      (std::string("second_from_first from matches by RANSAC and the 5-point solver. x1, x2: pixels (n, 2) "
-                   "of camera1 and camera2 (default: camera1); without cameras (n, 2) of the normalised "
-                   "image plane or (n, 3) bearings.") +
-       ransac_text)
-          .c_str());
+  module.def("estimate_relative_pose", &relative_pose, py::arg("x1"), py::arg("x2"),
+             py::arg("camera1") = static_cast<CameraModel*>(nullptr),
+             py::arg("camera2") = static_cast<CameraModel*>(nullptr), py::arg("ransac") = py::none(),
+             (std::string("Estimates second_from_first from matches by RANSAC and the 5-point solver. x1, "
+                          "x2: pixels (n, 2) of camera1 and camera2 (default: camera1); without cameras, (n, "
+                          "2) normalised image coordinates or (n, 3) bearings.") +
+              ransac_text)
+                 .c_str());
   module.def(
       "estimate_absolute_pose", &absolute_pose, py::arg("x"), py::arg("points"),
       py::arg("camera") = static_cast<CameraModel*>(nullptr), py::arg("ransac") = py::none(),
-      (std::string("camera_from_map from matches by RANSAC and the P3P solver. x: pixels (n, 2) of the "
-                   "camera, or as of estimate_relative_pose; points: (n, 3) in the map.") +
+      (std::string("Estimates camera_from_map from matches by RANSAC and the P3P solver. x: pixels (n, 2) of "
+                   "the camera; without a camera as in estimate_relative_pose; points: (n, 3) in the map.") +
        ransac_text)
           .c_str());
 }

@@ -207,7 +207,7 @@ std::unique_ptr<Reconstruction> reconstruct(const py::object& images, const Came
   recording.threads = threads == 0 ? std::min(256, processors()) : threads;
   if (is_path(images)) {
     if (!masks.is_none() && !is_path(masks)) {
-      throw std::invalid_argument("masks: expected a folder, as images is one");
+      throw std::invalid_argument("masks: expected a folder, because images is a folder");
     }
     recording.open = [path = path_of(images)] { return open_images(path); };
   } else {
@@ -282,7 +282,7 @@ class LiveTracker {
 };
 
 void bind_status(py::module_& module) {
-  py::class_<FrameReport>(module, "Status", "What became of one image.")
+  py::class_<FrameReport>(module, "Status", "The result of tracking one image.")
       .def_property_readonly(
           "state", [](const FrameReport& r) { return to_string(r.state); },
           "TRACKING, LOST, BOOTSTRAPPING, ...")
@@ -295,7 +295,7 @@ void bind_status(py::module_& module) {
             if (!r.map_from_camera) return py::none();
             return matrix_of(*r.map_from_camera);
           },
-          "map_from_camera (4, 4) in map units; None while there is none")
+          "map_from_camera (4, 4) in map units; None if the image has no pose")
       .def_readonly("is_keyframe", &FrameReport::is_keyframe)
       .def_readonly("features", &FrameReport::features)
       .def_readonly("matches", &FrameReport::matches)
@@ -304,7 +304,7 @@ void bind_status(py::module_& module) {
       .def_readonly("landmarks", &FrameReport::landmarks, "of the map")
       .def_readonly("reprojection_rms_px", &FrameReport::reprojection_rms_px)
       .def_readonly("epoch", &FrameReport::epoch, "counts maps")
-      .def_readonly("map_id", &FrameReport::map_id, "id of the map of the pose; 0: none")
+      .def_readonly("map_id", &FrameReport::map_id, "id of the map that the pose is in; 0: no pose")
       .def("__repr__", [](const FrameReport& r) {
         return std::string("Status(") + to_string(r.state) + ", " + to_string(r.reason) + ", " +
                std::to_string(r.inliers) + " inliers)";
@@ -317,30 +317,30 @@ void bind_tracking(py::module_& module) {
   bind_status(module);
   py::class_<LiveTracker>(module, "Tracker", "Tracks a live camera against the map that it builds.")
       .def(py::init<const CameraModel&, const py::object&>(), py::arg("camera"),
-           py::arg("options") = py::none(), "options: as of reconstruct.")
-      .def(
-          "track", &LiveTracker::track, py::arg("stamp"), py::arg("image"), py::arg("mask") = py::none(),
-          "The next image. stamp: seconds, growing. image: uint8 (h, w) or (h, w, 3), blue first; its memory "
-          "is shared where rows are contiguous, and must not change during the call. mask: uint8 or bool (h, "
-          "w), 0 = ignore. Releases the GIL.")
+           py::arg("options") = py::none(), "options: as in reconstruct.")
+      .def("track", &LiveTracker::track, py::arg("stamp"), py::arg("image"), py::arg("mask") = py::none(),
+           "Tracks the next image. stamp: seconds, increasing. image: uint8 (h, w) or (h, w, 3), blue first; "
+           "its memory is shared if its rows are contiguous, and must not change during the call. mask: "
+           "uint8 or bool (h, w), 0 = ignore. Releases the GIL.")
       .def("reset", &LiveTracker::reset, "Drops the map.")
-      .def("wait", &LiveTracker::wait, "Returns when the mapper has no work left.")
+      .def("wait", &LiveTracker::wait, "Waits until the mapper has no work left.")
       .def_property_readonly(
           "points", [](const LiveTracker& t) { return positions_of(t.points()); }, "(n, 3) in the map")
       .def_property_readonly(
           "colours", [](const LiveTracker& t) { return colours_of(t.points()); }, "(n, 3), red first")
       .def_property_readonly(
           "poses", [](const LiveTracker& t) { return poses_of(t.trajectory()); },
-          "map_from_camera (n, 4, 4) of every tracked image, as they are now")
+          "map_from_camera (n, 4, 4) of every tracked image, with all corrections so far")
       .def_property_readonly(
           "stamps", [](const LiveTracker& t) { return seconds_of(t.trajectory()); }, "(n,) s, of poses");
-  py::class_<Reconstruction>(module, "Result", "What reconstruct gives: the largest map and its images.")
+  py::class_<Reconstruction>(module, "Result", "The result of reconstruct: the largest map and its images.")
       .def_property_readonly(
           "poses", [](const Reconstruction& r) { return poses_of(r.recorded.trajectory); },
           "map_from_camera (n, 4, 4) in map units, of the registered images in order")
       .def_property_readonly(
           "stamps", [](const Reconstruction& r) { return seconds_of(r.recorded.trajectory); }, "(n,) s")
-      .def_property_readonly("indices", &Reconstruction::indices, "of the registered images among all")
+      .def_property_readonly("indices", &Reconstruction::indices,
+                             "indices of the registered images among all images")
       .def_property_readonly("names", &Reconstruction::names, "of the registered images")
       .def_property_readonly(
           "points", [](const Reconstruction& r) { return positions_of(r.points); }, "(m, 3) in map units")
@@ -356,18 +356,18 @@ void bind_tracking(py::module_& module) {
           "reasons to doubt the result, and what to do")
       .def_property_readonly(
           "problems", [](const Reconstruction& r) { return r.recorded.problems; },
-          "excluded images and missing masks, a line each")
+          "excluded images and missing masks, one line each")
       .def_property_readonly(
           "frames_total", [](const Reconstruction& r) { return r.recorded.frames_total; },
           "number of readable images");
   module.def(
       "reconstruct", &reconstruct, py::arg("images"), py::arg("camera"), py::arg("masks") = py::none(),
       py::arg("options") = py::none(), py::arg("threads") = 0, py::arg("progress") = py::none(),
-      "Tracks all images and gives the finished map. images: a folder, a list file, or a sequence of "
-      "paths or arrays, uint8 (h, w) or (h, w, 3), blue first. masks: a folder, or a sequence of arrays "
-      "(h, w) or None; 0 = ignore. options: a dict of \"group/key\" to values as in tracker.yaml, or its "
-      "path. threads: 0 for all cores; the result is the same for any number. progress(done, total): "
-      "called after each image; False ends the work. Releases the GIL.");
+      "Tracks all images and returns the finished map. images: a folder, a list file, or a sequence of paths "
+      "or arrays, uint8 (h, w) or (h, w, 3), blue first. masks: a folder, or a sequence of arrays (h, w) or "
+      "None; 0 = ignore. options: a dict of \"group/key\" to values as in tracker.yaml, or the path of such "
+      "a file. threads: 0 for all cores; the result is the same for any number. progress(done, total): "
+      "called after each image; return False to stop. Releases the GIL.");
 }
 
 }  // namespace mono_pose_tracker

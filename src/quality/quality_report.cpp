@@ -33,12 +33,11 @@ void test_keyframes(const MapEvidence& evidence, const std::set<KeyframeId>& con
   std::sort(finding.images.begin(), finding.images.end());
   finding.k = static_cast<int>(contradicted.size());
   finding.n = static_cast<int>(evidence.map->keyframes().size());
-  finding.text =
-      in_map(evidence) +
-      formatted(
-          "%d of %d keyframes (the first: %s) are elsewhere than their verified matches with other "
-          "images say: few near points, or repeated structure. Record more overlap there.",
-          finding.k, finding.n, image_text(finding.images.front()).c_str());
+  finding.text = in_map(evidence) +
+                 formatted(
+                     "The poses of %d of %d keyframes (the first: %s) disagree with their verified matches "
+                     "with other images: few near points, or repeated structure. Record more overlap there.",
+                     finding.k, finding.n, image_text(finding.images.front()).c_str());
   report->add(std::move(finding));
 }
 
@@ -58,13 +57,13 @@ void test_consistency(const MapEvidence& evidence, const QualityOptions& options
   finding.k = segment->contradicting;
   finding.n = segment->contradicting + segment->explained;
   finding.p_value = binomial_tail(finding.k, finding.n, 0.5);
-  finding.text = in_map(evidence) +
-                 formatted(
-                     "%s to %s: %d of %d verified matches with the other images contradict their place "
-                     "in the map. Repeated structure, or a part of the map is wrong; record more "
-                     "overlap there, or mask moving objects (--masks).",
-                     image_text(finding.images.front()).c_str(), image_text(finding.images.back()).c_str(),
-                     finding.k, finding.n);
+  finding.text =
+      in_map(evidence) +
+      formatted(
+          "%s to %s: %d of %d verified matches with the other images contradict the map. Repeated structure, "
+          "or a part of the map is wrong; record more overlap there, or mask moving objects (--masks).",
+          image_text(finding.images.front()).c_str(), image_text(finding.images.back()).c_str(), finding.k,
+          finding.n);
   report->add(std::move(finding));
 }
 
@@ -76,15 +75,14 @@ void test_scale(const MapEvidence& evidence, const QualityOptions& options, Qual
   finding.kind = FindingKind::kUncertainScale;
   finding.images = {cut.frame_index};
   finding.k = cut.landmarks;
-  finding.text =
-      in_map(evidence) +
-      formatted(
-          "The size of the path from %s on is connected to the path before by %d landmarks only: %s. "
-          "Record more overlap there.",
-          image_text(cut.frame_index).c_str(), cut.landmarks,
-          std::isfinite(cut.log_scale_sigma)
-              ? formatted("it is known to %.0f %% (standard deviation)", 100 * cut.log_scale_sigma).c_str()
-              : "it is unknown");
+  finding.text = in_map(evidence) +
+                 formatted(
+                     "The scale of the path from %s on depends on only %d landmarks shared with the path "
+                     "before: %s. Record more overlap there.",
+                     image_text(cut.frame_index).c_str(), cut.landmarks,
+                     std::isfinite(cut.log_scale_sigma)
+                         ? formatted("its standard deviation is %.0f %%", 100 * cut.log_scale_sigma).c_str()
+                         : "it is unknown");
   report->add(std::move(finding));
 }
 

@@ -105,7 +105,8 @@ void validate(const std::vector<Eigen::Vector3d>& bearings, const std::vector<Ei
   options.ransac.validate();
   if (bearings.size() != points.size()) {
     throw std::invalid_argument("estimate_absolute_pose: " + std::to_string(bearings.size()) +
-                                " bearings match " + std::to_string(points.size()) + " points");
+                                " bearings and " + std::to_string(points.size()) +
+                                " points, expected equal numbers");
   }
   require_quality_of_each(options.quality, points.size(), "AbsolutePoseOptions", "matches");
 }

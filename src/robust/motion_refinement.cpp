@@ -152,7 +152,7 @@ void validate(const Matches& matches, const MotionRefinementOptions& options) {
       (!matches.sigmas.empty() && matches.sigmas.size() != matches.points.size())) {
     throw std::invalid_argument("refine_absolute_pose: " + std::to_string(matches.bearings.size()) +
                                 " bearings, " + std::to_string(matches.points.size()) + " points and " +
-                                std::to_string(matches.sigmas.size()) + " sigmas");
+                                std::to_string(matches.sigmas.size()) + " sigmas, expected equal numbers");
   }
   for (const double sigma : matches.sigmas) {
     if (!(sigma > 0)) {

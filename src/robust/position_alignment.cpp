@@ -200,10 +200,10 @@ PositionAlignment align_positions(const std::vector<PositionPair>& pairs,
   const double least = std::max<double>(options.min_inliers, options.min_inlier_share * pairs.size());
   if (result.num_inliers < least) {
     return failed(result, "only " + std::to_string(result.num_inliers) + " of " + count +
-                              " positions fit one similarity of the path");
+                              " positions fit one similarity transform of the path");
   }
   if (!(result.scale_sigma <= options.max_scale_sigma)) {
-    return failed(result, "the positions leave the scale open: the path is too short for their noise");
+    return failed(result, "the positions do not determine the scale: the path is too short for their noise");
   }
   if (result.rotation_sigma_deg > options.max_rotation_sigma_deg && !directions.empty()) {
     result.used_directions =

@@ -158,7 +158,8 @@ void validate(const std::vector<Eigen::Vector3d>& bearings1, const std::vector<E
   }
   if (bearings1.size() != bearings2.size()) {
     throw std::invalid_argument("estimate_relative_pose: " + std::to_string(bearings1.size()) +
-                                " bearings match " + std::to_string(bearings2.size()));
+                                " bearings in the first image, expected the number of the second image, " +
+                                std::to_string(bearings2.size()));
   }
   require_quality_of_each(options.quality, bearings1.size(), "RelativePoseOptions", "pairs");
 }

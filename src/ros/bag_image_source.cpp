@@ -44,7 +44,7 @@ bool same_topic(const std::string& a, const std::string& b) {
 /// Describes a path that is no bag of ROS 1, with advice; empty if unknown.
 std::string other_kind(const std::string& path) {
   const std::string convert =
-      ": expected a bag of ROS 1; `rosbags-convert` (pip install rosbags) makes one of it";
+      ": expected a bag of ROS 1; `rosbags-convert` (pip install rosbags) converts it";
   std::error_code ignored;
   if (std::filesystem::exists(std::filesystem::path(path) / "metadata.yaml", ignored)) {
     return "is a recording of ROS 2" + convert;
@@ -54,7 +54,7 @@ std::string other_kind(const std::string& path) {
   if (head.compare(0, 5, "\x89MCAP") == 0) return "is an MCAP file" + convert;
   if (head.compare(0, 15, "SQLite format 3") == 0) return "is a recording of ROS 2 (SQLite)" + convert;
   if (head.compare(4, 4, "ftyp") == 0 || head.compare(0, 4, "\x1a\x45\xdf\xa3") == 0) {
-    return "is a video: expected it as --video";
+    return "is a video: give it with --video";
   }
   return "";
 }
@@ -64,11 +64,12 @@ void open(const std::string& path, rosbag::Bag* bag) {
   std::error_code ignored;
   const std::string other = other_kind(path);
   if (!other.empty()) fail(other);
-  if (!std::filesystem::is_regular_file(path, ignored)) fail("is no file: expected a bag");
+  if (!std::filesystem::is_regular_file(path, ignored))
+    fail("does not exist or is not a regular file: expected a bag");
   try {
     bag->open(path, rosbag::bagmode::Read);
   } catch (const rosbag::BagUnindexedException&) {
-    fail("has no index (the recording was cut): expected a closed bag; `rosbag reindex` mends it");
+    fail("has no index (the recording was interrupted): expected a closed bag; `rosbag reindex` repairs it");
   } catch (const std::exception& error) {
     fail("cannot be read as a bag (" + one_line(error.what()) + "): expected a bag of format 2.0");
   }
@@ -111,7 +112,7 @@ std::string choose_image_topic(const std::string& path, const Bags& bags, const 
     }
   }
   throw std::runtime_error(path + ": " +
-                           (wanted.empty() ? "has not one image topic" : "has no images on " + wanted) +
+                           (wanted.empty() ? "has no image topic" : "has no images on " + wanted) +
                            ": expected one of its image topics: " + listed(topics));
 }
 
@@ -130,7 +131,7 @@ std::int64_t stamp_of(const rosbag::MessageInstance& message, const std_msgs::He
 /// Fills in image or problem, and the stamp.
 void read_raw(const rosbag::MessageInstance& message, const GreyLevels& levels, SourceImage* result) {
   const sensor_msgs::ImageConstPtr image = message.instantiate<sensor_msgs::Image>();
-  if (!image) throw std::runtime_error("is of another version of sensor_msgs/Image");
+  if (!image) throw std::runtime_error("has another version of sensor_msgs/Image");
   result->stamp_ns = static_cast<std::int64_t>(image->header.stamp.toNSec());
   const ConvertedImage converted = convert_image(image, levels);
   result->image = converted.image.clone();  // it may share the message's memory
@@ -139,7 +140,7 @@ void read_raw(const rosbag::MessageInstance& message, const GreyLevels& levels, 
 
 void read_compressed(const rosbag::MessageInstance& message, const GreyLevels& levels, SourceImage* result) {
   const sensor_msgs::CompressedImageConstPtr image = message.instantiate<sensor_msgs::CompressedImage>();
-  if (!image) throw std::runtime_error("is of another version of sensor_msgs/CompressedImage");
+  if (!image) throw std::runtime_error("has another version of sensor_msgs/CompressedImage");
   result->stamp_ns = static_cast<std::int64_t>(image->header.stamp.toNSec());
   const DecodedImage decoded = decode_image(image->data, kMaxImagePixels, levels);
   result->image = decoded.image;
@@ -161,7 +162,7 @@ ConvertedCamera camera_of_all(rosbag::View& view, bool rectified) {
   std::string problem;
   for (const rosbag::MessageInstance& message : view) {
     const sensor_msgs::CameraInfoConstPtr info = message.instantiate<sensor_msgs::CameraInfo>();
-    if (!info) throw std::runtime_error("is of another version of sensor_msgs/CameraInfo");
+    if (!info) throw std::runtime_error("has another version of sensor_msgs/CameraInfo");
     const ConvertedCamera converted = convert_camera_info(*info, rectified);
     if (converted.reason != Reason::kOk) {
       problem = converted.error;
@@ -171,7 +172,7 @@ ConvertedCamera camera_of_all(rosbag::View& view, bool rectified) {
       throw std::runtime_error(
           "the calibration changes at " + format_stamp(stamp_of(message, info->header)) + " (" +
           difference(camera->parameters, converted.parameters) +
-          "): expected one for the whole bag, or a calibration file to use for all of it");
+          "): expected one calibration in the whole bag, or a calibration file (--camera)");
     }
     if (!camera) camera = converted;
   }
@@ -270,7 +271,7 @@ ConvertedCamera BagImageSource::read_calibration(const std::string& camera_info_
     }
   }
   fail("has no CameraInfo on " + wanted + ": expected one of its CameraInfo topics: " + listed(topics) +
-       "; or give --camera, a calibration file, or --hfov, a guess");
+       "; or give --camera (a calibration file) or --hfov (a guess)");
   return {};
 }
 

@@ -31,7 +31,7 @@ void require_message_stamp(const std::string& of_what, std::int64_t stamp_ns) {
   constexpr std::int64_t kEnd = (std::int64_t{1} << 32) * 1'000'000'000;
   if (stamp_ns >= 0 && stamp_ns < kEnd) return;
   throw std::runtime_error(of_what + ": the time stamp " + format_stamp(stamp_ns) +
-                           " s cannot stand in a bag: expected 0 to 4294967295");
+                           " s cannot be stored in a bag: expected 0 to 4294967295");
 }
 
 void BagWriter::EndBag::operator()(rosbag::Bag* bag) const {

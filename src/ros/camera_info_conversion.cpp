@@ -63,11 +63,10 @@ void require_region_in_image(const sensor_msgs::CameraInfo& info) {
       (lies_in(roi.x_offset, roi.width, info.width) && lies_in(roi.y_offset, roi.height, info.height))) {
     return;
   }
-  throw std::invalid_argument(region_text(roi) + " does not lie in the image of " +
+  throw std::invalid_argument(region_text(roi) + " exceeds the image size " +
                               size_text(info.width, info.height) +
                               " of camera_info: expected width, height, K and P of the whole image, or no "
-                              "region (roi all zero) if they "
-                              "describe the cropped one");
+                              "region (roi all zero) if they describe the cropped image");
 }
 
 /// Of the image as it is sent.
@@ -116,7 +115,7 @@ ConvertedCamera convert_camera_info(const sensor_msgs::CameraInfo& info, bool re
     camera.has_distortion = std::any_of(info.D.begin(), info.D.end(), [](double d) { return d != 0; });
     return camera;
   } catch (const std::exception& e) {  // of the model's, or of image_geometry's own checks
-    return {{}, Reason::kUncalibrated, std::string("the camera's calibration can't be used: ") + e.what()};
+    return {{}, Reason::kUncalibrated, std::string("the camera's calibration is invalid: ") + e.what()};
   }
 }
 
@@ -138,7 +137,7 @@ std::string calibration_file(const std::string& url) {
   std::error_code ignored;
   const std::filesystem::file_status status = std::filesystem::status(path, ignored);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-    throw std::runtime_error("camera_info_url " + url + ": " + path + " is no file");
+    throw std::runtime_error("camera_info_url " + url + ": " + path + " is not a regular file");
   }
   return path;
 }
@@ -149,15 +148,14 @@ sensor_msgs::CameraInfo load_camera_info(const std::string& url) {
     throw std::runtime_error("camera_info_url " + url + ": no such file: " + path);
   }
   if (path.size() > 4 && path.compare(path.size() - 4, 4, ".ini") != 0) {
-    read_yaml_file(path, "a calibration as camera_calibration writes it");  // its parser knows no limits
+    read_yaml_file(path, "a calibration file written by camera_calibration");  // its parser knows no limits
   }
   sensor_msgs::CameraInfo info;
   std::string name;
   if (!camera_calibration_parsers::readCalibration(path, name, info)) {
-    throw std::runtime_error(
-        "camera_info_url " + url +
-        ": not a calibration as camera_calibration writes it: expected a file whose name ends in "
-        ".yaml, .yml or .ini (ost.txt has the INI format: rename it)");
+    throw std::runtime_error("camera_info_url " + url +
+                             ": not a calibration file written by camera_calibration: expected a file whose "
+                             "name ends in .yaml, .yml or .ini (ost.txt has the INI format: rename it)");
   }
   return info;
 }

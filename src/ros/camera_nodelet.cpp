@@ -117,7 +117,7 @@ void CameraNodelet::capture_images() {
           done = stream(capture);
           if (done) return;
           retry = kFirstRetry;
-          set_problem(capture.name() + " gives no more images; was it unplugged?");
+          set_problem(capture.name() + " delivers no more images; was it unplugged?");
         },
         [this](const std::string& text) { set_problem(text); });
     if (done) return;
@@ -194,7 +194,7 @@ void CameraNodelet::count_image(const cv::Size& size) {
   }
   if (is_back) {
     const std::string& name = settings_.video.empty() ? settings_.device : settings_.video;
-    NODELET_INFO("%s gives images of %s", name.c_str(), size_text(size).c_str());
+    NODELET_INFO("%s delivers images of %s", name.c_str(), size_text(size).c_str());
   }
 }
 
@@ -206,7 +206,7 @@ void CameraNodelet::set_problem(const std::string& problem) {
     health_.problem = problem;
     ++health_.failures;
   }
-  if (is_new) NODELET_ERROR("%s (it is tried again)", problem.c_str());
+  if (is_new) NODELET_ERROR("%s (retrying)", problem.c_str());
 }
 
 /// False when the nodelet is to stop.
@@ -224,10 +224,10 @@ void CameraNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status
     status.summary(DiagnosticStatus::ERROR, health_.problem);
   } else if (!calibrated) {
     status.summary(DiagnosticStatus::WARN,
-                   "images come, but the camera is not calibrated: rosrun camera_calibration "
+                   "images arrive, but the camera is not calibrated: use rosrun camera_calibration "
                    "cameracalibrator.py, or set ~camera_info_url");
   } else {
-    status.summary(DiagnosticStatus::OK, "images come");
+    status.summary(DiagnosticStatus::OK, "images arrive");
   }
   status.add("source", settings_.video.empty() ? settings_.device : settings_.video);
   status.add("size", size_text(health_.size));

@@ -44,23 +44,23 @@ void Capture::open_video() {
   const std::string& path = settings_.video;
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) throw std::runtime_error("no such video: " + path);
-  if (!std::filesystem::is_regular_file(path, ignored)) throw std::runtime_error(path + " is no file");
+  if (!std::filesystem::is_regular_file(path, ignored))
+    throw std::runtime_error(path + " is not a regular file");
   if (!open_as_recorded(path, &capture_)) throw std::runtime_error(path + " cannot be read as a video");
   const double own = capture_.get(cv::CAP_PROP_FPS);
   rate_ = settings_.rate > 0 ? settings_.rate : own;
   if (!(rate_ >= kSlowestRate) || !std::isfinite(rate_)) {
     close();
-    throw std::runtime_error(path + " states no frame rate: set ~rate");
+    throw std::runtime_error(path + " has no frame rate: set ~rate");
   }
 }
 
 void Capture::open_stream() {
   const std::string& url = settings_.device;
   if (!capture_.open(url, cv::CAP_FFMPEG) && !capture_.open(url, cv::CAP_GSTREAMER)) {
-    throw std::runtime_error(
-        url +
-        " cannot be opened by OpenCV: it does not answer, or is of a kind that this OpenCV "
-        "does not read; the package video_stream_opencv publishes such streams");
+    throw std::runtime_error(url +
+                             " cannot be opened by OpenCV: it does not respond, or this OpenCV does not "
+                             "support this kind of stream; the package video_stream_opencv can publish it");
   }
   rate_ = settings_.rate > 0 ? settings_.rate : capture_.get(cv::CAP_PROP_FPS);
 }
@@ -76,7 +76,7 @@ void Capture::open_device() {
     throw std::runtime_error("no permission to use " + path + ": add your user to the group video");
   }
   if (!capture_.open(path, cv::CAP_V4L2)) {
-    throw std::runtime_error(path + " cannot be opened: it is no camera, or another program uses it");
+    throw std::runtime_error(path + " cannot be opened: it is not a camera, or another program uses it");
   }
   // The format first: sizes and rates are those of a format.
   if (!settings_.pixel_format.empty()) capture_.set(cv::CAP_PROP_FOURCC, fourcc(settings_.pixel_format));
@@ -112,7 +112,7 @@ std::string Capture::differences() const {
   if (is_video()) return "";
   std::string text;
   const auto add = [&](const std::string& what, const std::string& asked, const std::string& granted) {
-    if (asked != granted) text += (text.empty() ? "" : ", ") + what + " " + granted + " in place of " + asked;
+    if (asked != granted) text += (text.empty() ? "" : ", ") + what + " " + granted + " instead of " + asked;
   };
   const auto number = [&](int property) { return std::to_string(std::lround(capture_.get(property))); };
   if (settings_.width > 0) add("width", std::to_string(settings_.width), number(cv::CAP_PROP_FRAME_WIDTH));

@@ -52,7 +52,7 @@ class CdrReader {
  private:
   static constexpr std::size_t kHeaderSize = 4;
 
-  [[noreturn]] static void cut_short() { throw std::runtime_error("is cut short"); }
+  [[noreturn]] static void cut_short() { throw std::runtime_error("is truncated"); }
 
   std::string_view take(std::size_t size) {
     if (size > bytes_.size() - at_) cut_short();

@@ -82,7 +82,7 @@ std::vector<Line> describe(const FrameReport& report) {
   lines.push_back(counts_line(report));
   if (is_busy(report)) {
     lines.push_back(
-        {{"too much to do: drawn once a second (load level " + std::to_string(report.load_level) + ")",
+        {{"overloaded: drawn once a second (load level " + std::to_string(report.load_level) + ")",
           kYellow}});
   }
   if (report.map_from_camera) {
@@ -178,9 +178,9 @@ const char* what_to_do(Reason reason) {
     case Reason::kUncalibrated:
       return "calibrate the camera, or set ~camera_info_url";
     case Reason::kImageSizeMismatch:
-      return "calibrate at the size you use";
+      return "calibrate at this image size";
     case Reason::kCalibrationChanged:
-      return "one calibration file: ~camera_info_source file";
+      return "use a calibration file: ~camera_info_source file";
     case Reason::kUnsupportedEncoding:
       return "convert the images";
     case Reason::kTooFewFeatures:
@@ -193,7 +193,7 @@ const char* what_to_do(Reason reason) {
     case Reason::kRelocalising:
       return "move slowly; go back to the mapped scene";
     case Reason::kAwaitingConfirmation:
-      return "go on moving";
+      return "keep moving";
     case Reason::kAmbiguousPose:
       return "move in another direction";
     case Reason::kTooFewInliers:

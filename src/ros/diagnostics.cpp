@@ -48,7 +48,7 @@ void fill_summary(const Health& health, diagnostic_updater::DiagnosticStatusWrap
   } else if (!has_pose(last)) {
     status.summary(DiagnosticStatus::WARN, words);
   } else if (10 * health.recent_drops > health.recent_frames) {  // a tenth: seen as jerks
-    status.summary(DiagnosticStatus::WARN, words + ", but more than a tenth of the images is dropped");
+    status.summary(DiagnosticStatus::WARN, words + ", but more than 10 % of the images are dropped");
   } else if (!health.output_problem.empty()) {
     status.summary(DiagnosticStatus::WARN, words + ", but " + health.output_problem);
   } else {

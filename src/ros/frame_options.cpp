@@ -29,16 +29,15 @@ std::vector<std::string> normalize_frames(FrameOptions* options) {
   take("odom_frame", &o.odom_frame, true);
   take("view_frame", &o.view_frame, true);
   std::string middle = o.view_frame.empty() ? "" : o.view_frame + kMiddleSuffix;
-  take("view_frame with _object behind it", &middle, o.object_mode);
+  take("view_frame with the suffix _object", &middle, o.object_mode);
   if (o.map_frame.empty()) problems.push_back("~map_frame is empty");
   if (o.object_frame.empty()) problems.push_back("~object_frame is empty");
   if (!o.odom_frame.empty() && o.object_mode) {
-    problems.push_back("~odom_frame and ~object_mode: an object has no odometry, set one of them only");
+    problems.push_back("~odom_frame and ~object_mode: an object has no odometry, set only one of them");
   } else if (!o.odom_frame.empty() && o.invert_tf) {
     problems.push_back(
-        "~odom_frame and ~invert_tf: map would be a child of odom and could not be the root of tf; set one "
-        "of "
-        "them only");
+        "~odom_frame and ~invert_tf: map would be a child of odom and could not be the root of tf; set only "
+        "one of them");
   }
   if (o.object_origin == "centre" && !o.object_mode) {
     problems.push_back("~object_origin is centre: this needs ~object_mode");

@@ -136,13 +136,13 @@ ConvertedImage convert(const sensor_msgs::ImageConstPtr& message,
                   "encoding \"" + message->encoding + "\" is not supported (known: " + kKnownEncodings + ")");
   }
   if (!is_complete(*message)) {
-    return refuse(Reason::kUnreadableImage, "the image contradicts itself: " + describe(*message));
+    return refuse(Reason::kUnreadableImage, "the image message is inconsistent: " + describe(*message));
   }
   // OpenCV takes the pixels by twos, and does not look whether the last has another one.
   if ((message->encoding == kYuy2 || message->encoding == enc::YUV422) && message->width % 2 != 0) {
     return refuse(
         Reason::kUnreadableImage,
-        "two pixels share their colour in this encoding, and the width is odd: " + describe(*message));
+        "the width is odd, but two pixels share their colour in this encoding: " + describe(*message));
   }
   try {
     if (message->encoding == kYuy2) return {finish(yuy2_to_bgr(*message)), Reason::kOk, "", message};

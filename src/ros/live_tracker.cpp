@@ -41,7 +41,7 @@ FrameReport LiveTracker::process(const sensor_msgs::ImageConstPtr& message, Cloc
   } catch (const std::exception& e) {
     report = refuse(Reason::kInternalError, e.what());
   } catch (...) {
-    report = refuse(Reason::kInternalError, "an exception of an unknown kind");
+    report = refuse(Reason::kInternalError, "unknown exception");
   }
   report.stamp_ns = static_cast<std::int64_t>(message->header.stamp.toNSec());
   state_ = report.state;
@@ -100,8 +100,8 @@ FrameReport LiveTracker::track(const sensor_msgs::ImageConstPtr& message) {
   if (!change.empty() && !report.map_from_camera) {
     report.reason = Reason::kCalibrationChanged;
     report.reason_text = "the calibration has changed (" + change +
-                         "): tracking starts anew. If the camera has not changed, give a calibration file: "
-                         "~camera_info_url, and ~camera_info_source: file";
+                         "): tracking restarts. If the camera has not changed, give a calibration file with "
+                         "~camera_info_url, and set ~camera_info_source to file";
   }
   report.epoch += epoch_base_;
   calibration_ = report.calibration = camera->source;
@@ -144,7 +144,7 @@ void LiveTracker::use_camera(const CameraParameters& parameters) {
   if (tracker_) {
     // Nor is a map gone that was loaded with a calibration in which no image was found in it.
     if (options_.localize_only || !has_tracked_) waiting_maps_ = tracker_->copy_maps();
-    warn_("changed calibration", waiting_maps_ ? "the calibration has changed: the camera is looked for anew"
+    warn_("changed calibration", waiting_maps_ ? "the calibration has changed: relocalising in the same map"
                                                : "the calibration has changed: the map is dropped");
     ++epoch_;
     of_map_ = FrameReport();

@@ -15,13 +15,13 @@ constexpr double kFarthestPlace = 1e8;
 void require_pose(const Eigen::Vector3d& position, const Eigen::Quaterniond& orientation) {
   // Quaternions that were typed in have few digits: a tenth off the length of 1 is still meant as one.
   if (!position.allFinite() || !(std::abs(orientation.norm() - 1) < 0.1)) {
-    throw std::runtime_error("it is no pose: expected finite numbers and a quaternion of length 1");
+    throw std::runtime_error("it is not a valid pose: expected finite numbers and a unit quaternion");
   }
   const double distance = position.stableNorm();
   if (distance <= kFarthestPlace) return;
   char text[128];
   std::snprintf(text, sizeof text,
-                "it is %.3g from the origin, expected %.0e at most: poses would be too coarse", distance,
+                "it is %.3g from the origin, expected at most %.0e: poses would lose precision", distance,
                 kFarthestPlace);
   throw std::runtime_error(text);
 }
@@ -82,10 +82,10 @@ std::string MapPlacement::rescale() {
   tracker_.transform_map(Sim3(*factor, Eigen::Quaterniond::Identity(), (1 - *factor) * stays),
                          ScaleSource::kOdometry);
   char text[160];
-  std::snprintf(text, sizeof text,
-                "scale/odometry: one map unit is %.4f m (+- %.1f %%, from %d pieces of the way): the map is "
-                "in metres now",
-                found.metres_per_unit, 100 * found.sigma, found.segments);
+  std::snprintf(
+      text, sizeof text,
+      "scale/odometry: one map unit is %.4f m (+- %.1f %%, from %d path segments): the map is now in metres",
+      found.metres_per_unit, 100 * found.sigma, found.segments);
   return text;
 }
 

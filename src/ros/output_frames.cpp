@@ -151,7 +151,7 @@ std::optional<Rigid3> OutputFrames::look_up(const std::string& parent, const std
                                             const ros::Time& stamp) const {
   std::string why;
   if (!wait_for_transform(parent, child, stamp, &why)) {
-    warn_("no tf to " + child, "tf does not know the transform from " + parent + " to " + child + ": " + why);
+    warn_("no tf to " + child, "tf has no transform from " + parent + " to " + child + ": " + why);
     return std::nullopt;
   }
   try {
@@ -173,18 +173,16 @@ void OutputFrames::tell_ways_to_metres() const {
   if (options_.scale_from_odometry) {
     warn_("map units",
           "neither pose nor tf is published yet: the map's unit is unknown until scale/odometry has measured "
-          "it "
-          "over the first two metres or so of the path in " +
+          "it over about the first two metres of the path in " +
               options_.odom_frame);
     return;
   }
-  warn_("map units",
-        std::string("neither pose nor tf is published: ") +
-            (options_.base_frame.empty() ? "~odom_frame" : "~base_frame") +
-            " is in metres, the map in units of its own. Let it be in metres by scale/known_baseline, "
-            "scale/initial_median_depth, scale/marker_size (a marker in view at the start of the map, "
-            "or later), scale/odometry (of a robot with ~odom_frame) or a map saved in metres; "
-            "or leave ~base_frame and ~odom_frame empty");
+  warn_("map units", std::string("neither pose nor tf is published: ") +
+                         (options_.base_frame.empty() ? "~odom_frame" : "~base_frame") +
+                         " is in metres, but the scale of the map is unknown. Set the scale by "
+                         "scale/known_baseline, scale/initial_median_depth, scale/marker_size (a marker in "
+                         "view at the start of the map, or later), scale/odometry (of a robot with "
+                         "~odom_frame) or a map saved in metres; or leave ~base_frame and ~odom_frame empty");
 }
 
 std::optional<OutputFrames::PublishedPose> OutputFrames::published_pose(const std_msgs::Header& image_header,
@@ -213,10 +211,11 @@ std::optional<OutputFrames::PublishedPose> OutputFrames::published_pose(const st
 
 Rigid3 OutputFrames::map_from_camera(const std_msgs::Header& image_header, ScaleSource scale,
                                      const Rigid3& world_from_tracked) const {
-  if (options_.object_mode) throw std::runtime_error("the map is an object: it has no frame to be placed in");
+  if (options_.object_mode)
+    throw std::runtime_error("the map is of an object (~object_mode): it has no world frame to be placed in");
   const std::string camera = camera_frame(image_header);
   if (mixes_units(camera, scale)) {
-    throw std::runtime_error("the map is in units of its own yet: it can't be placed in metres");
+    throw std::runtime_error("the scale of the map is not yet known: it can't be placed in metres");
   }
   Rigid3 world_from_camera = world_from_tracked;
   if (!options_.base_frame.empty() && options_.base_frame != camera) {
@@ -295,14 +294,14 @@ std::string OutputFrames::conflict(const std::string& parent, const std::string&
   std::string other;
   if (buffer_._getParent(child, ros::Time(0), other) && other != parent) {
     return refused + child + " has the parent " + other +
-           " already, and a frame has one parent only (REP-105); set ~base_frame or ~odom_frame to the root "
-           "of its "
-           "tree, or ~invert_tf, or ~publish_tf to false";
+           " already, and a frame can have only one parent (REP-105); set ~base_frame or ~odom_frame to the "
+           "root of its tree, or ~invert_tf, or ~publish_tf to false";
   }
   // 100: deeper than any robot is; tf itself may hold a loop made by others.
   std::string above = parent;
   for (int i = 0; i < 100 && buffer_._getParent(above, ros::Time(0), other); ++i) {
-    if (other == child) return refused + parent + " is below " + child + " already, it would close a loop";
+    if (other == child)
+      return refused + parent + " is below " + child + " already: the tree would have a loop";
     above = other;
   }
   return "";

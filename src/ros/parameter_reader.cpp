@@ -77,7 +77,7 @@ std::vector<std::string> ParameterReader::unknown(const std::string& owner) cons
     const std::string key = name.substr(prefix.size());
     if (is_known(key)) continue;
     const std::string meant = suggestion_for(table, key);
-    lines.push_back("~" + key + " is no parameter of " + owner +
+    lines.push_back("~" + key + " is not a parameter of " + owner +
                     (meant.empty() ? "" : "; did you mean ~" + meant + "?"));
   }
   return lines;

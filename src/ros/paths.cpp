@@ -17,7 +17,7 @@ std::string expand_prefix(const std::string& path) {
     const std::size_t slash = path.find('/', 10);
     const std::string package = path.substr(10, slash == std::string::npos ? slash : slash - 10);
     const std::string folder = ros::package::getPath(package);
-    if (folder.empty()) throw std::runtime_error(path + ": no package \"" + package + "\" is found");
+    if (folder.empty()) throw std::runtime_error(path + ": package \"" + package + "\" is not found");
     return slash == std::string::npos ? folder : folder + path.substr(slash);
   }
   // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody here changes the environment
@@ -39,7 +39,7 @@ std::string one_file_problem(const std::string& parameter, const std::string& pa
   const std::string a = expand_path(path), b = expand_path(other_path);
   std::error_code none_there;
   if (a != b && !std::filesystem::equivalent(a, b, none_there)) return "";
-  return "~" + parameter + " and ~" + other_parameter + " are one file, " + b + ": they must differ";
+  return "~" + parameter + " and ~" + other_parameter + " are the same file, " + b + ": they must differ";
 }
 
 }  // namespace mono_pose_tracker

@@ -37,7 +37,7 @@ std::string decompress_zstd(const char* data, std::size_t size, std::uint64_t ma
     if (ZSTD_isError(left)) refuse_compressed(ZSTD_getErrorName(left));
     result.resize(before + out.pos);
     require_bounded(result.size(), max_bytes);
-    if (left != 0 && out.pos == 0 && in.pos == read) refuse_compressed("it is cut short");
+    if (left != 0 && out.pos == 0 && in.pos == read) refuse_compressed("it is truncated");
   }
   return result;
 }
@@ -57,7 +57,7 @@ std::string decompress_lz4(const char* data, std::size_t size, std::uint64_t max
     if (LZ4F_isError(left)) refuse_compressed(LZ4F_getErrorName(left));
     result.resize(before + written);
     require_bounded(result.size(), max_bytes);
-    if (left != 0 && written == 0 && read == 0) refuse_compressed("it is cut short");
+    if (left != 0 && written == 0 && read == 0) refuse_compressed("it is truncated");
     data += read;
     size -= read;
   }

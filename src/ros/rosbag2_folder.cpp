@@ -29,9 +29,9 @@ bool is_compressed_as_a_whole(const fs::path& path) {
 
 std::unique_ptr<MessageStorage> open_storage_file(const fs::path& path, const StorageOptions& options) {
   std::error_code ignored;
-  if (!fs::is_regular_file(path, ignored)) refuse_bag(path, "is no file");
+  if (!fs::is_regular_file(path, ignored)) refuse_bag(path, "does not exist or is not a regular file");
   if (is_compressed_as_a_whole(path)) {
-    refuse_bag(path, "is compressed as a whole (decompress it by `zstd -d`)");
+    refuse_bag(path, "is compressed as a whole (decompress it with `zstd -d`)");
   }
   switch (storage_kind(path.string())) {
     case StorageKind::kSqlite:

@@ -62,7 +62,7 @@ StoredTopic choose_ros2_topic(const std::string& path, const MessageStorage& sto
   if (!chosen && !wanted.empty()) chosen = topic_called(topics, wanted + kCompressedTopic);
   if (!chosen) {
     throw std::runtime_error(path + ": " +
-                             (wanted.empty() ? "has not one image topic" : "has no images on " + wanted) +
+                             (wanted.empty() ? "has no image topic" : "has no images on " + wanted) +
                              ": expected one of its image topics: " + names_of_topics(topics));
   }
   if (chosen->serialization != "cdr") {
@@ -96,7 +96,7 @@ ConvertedCamera camera_of_messages(MessageCursor& messages, bool rectified) {
     if (camera && !is_same_camera(camera->parameters, converted.parameters, kToleratedCalibrationChangePx)) {
       throw std::runtime_error(
           "the calibration changes at " + format_stamp(stamp_ns == 0 ? message.time_ns : stamp_ns) +
-          ": expected one for the whole recording, or a calibration file to use for all of it");
+          ": expected one calibration in the whole recording, or a calibration file (--camera)");
     }
     if (!camera) camera = converted;
   }
@@ -210,7 +210,7 @@ ConvertedCamera Rosbag2ImageSource::read_calibration(const std::string& camera_i
   if (!topic) {
     throw std::runtime_error(path_ + ": has no CameraInfo on " + one_line(wanted) +
                              ": expected one of its CameraInfo topics: " + names_of_topics(topics) +
-                             "; or give --camera, a calibration file, or --hfov, a guess");
+                             "; or give --camera (a calibration file) or --hfov (a guess)");
   }
   try {
     return camera_of_messages(*bag_->storage->open(topic->name),

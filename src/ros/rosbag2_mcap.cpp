@@ -43,7 +43,7 @@ class McapFields {
   }
   std::string text() { return std::string(take(number(4))); }
   std::string_view take(std::uint64_t size) {
-    if (size > bytes_.size()) throw std::runtime_error("a record is cut short");
+    if (size > bytes_.size()) throw std::runtime_error("a record is truncated");
     const std::string_view result = bytes_.substr(0, size);
     bytes_.remove_prefix(size);
     return result;
@@ -102,7 +102,8 @@ class McapFile {
     char magic[kMcapMagicSize] = {};
     stream_.seekg(0);
     stream_.read(magic, kMcapMagicSize);
-    if (!stream_ || std::memcmp(magic, kMcapMagic, kMcapMagicSize) != 0) refuse("it does not begin as one");
+    if (!stream_ || std::memcmp(magic, kMcapMagic, kMcapMagicSize) != 0)
+      refuse("it does not begin with the MCAP signature");
     at_ = kMcapMagicSize;
   }
 
@@ -159,7 +160,7 @@ class McapFile {
              std::to_string(options_.max_bytes));
     }
     std::string records = decompress(compression, data.data(), data.size(), size);
-    if (records.size() != size) throw std::runtime_error("the size of a chunk is not the stated one");
+    if (records.size() != size) throw std::runtime_error("the size of a chunk differs from its header");
     return records;
   }
 

@@ -75,7 +75,7 @@ void TrackerNodelet::set_up() {
   NODELET_INFO("parameters: %s", p.effective.c_str());
   read_background_image(p.tracker.segmentation);  // refused now, not image by image
   const Rectification rectification = decide_rectification(p.rectified, getNodeHandle().resolveName("image"));
-  NODELET_INFO("the images count as %s: %s", rectification.is_rectified ? "rectified" : "raw",
+  NODELET_INFO("the images are treated as %s: %s", rectification.is_rectified ? "rectified" : "raw",
                rectification.reason.c_str());
   cameras_ = std::make_unique<CameraSource>(rectification.is_rectified, p.hfov, p.camera_info_source);
   if (!p.camera_info_url.empty()) cameras_->set_file(load_camera_info(p.camera_info_url));
@@ -133,7 +133,7 @@ void TrackerNodelet::offer_live_options() {
     guarded([&] { change_options(options); },
             [&](const std::string& text) {
               options = live_options_;
-              NODELET_ERROR("the options stay as they are: %s", text.c_str());
+              NODELET_ERROR("the options are unchanged: %s", text.c_str());
             });
   });
 }
@@ -199,7 +199,7 @@ void TrackerNodelet::take_initialpose(const geometry_msgs::PoseWithCovarianceSta
           // An image in process when ~pause was called may have been registered since.
           if (paused_) throw std::runtime_error("paused: there is no present pose to replace");
           if (publishers_->withholds_pose()) {
-            throw std::runtime_error("the camera is in another map, which is not joined with this one yet");
+            throw std::runtime_error("the camera is in another map, which is not yet merged with this one");
           }
           NODELET_WARN("~initialpose: %s", placement_->place(*pose).c_str());
         },
@@ -213,7 +213,8 @@ void TrackerNodelet::take_image(const sensor_msgs::ImageConstPtr& image) {
   const std_msgs::Header& header = image->header;
   board_->count_received();
   if (paused_) {
-    board_->publish_unprocessed(header, Reason::kPaused, "paused by ~pause; ~resume goes on", arrival);
+    board_->publish_unprocessed(header, Reason::kPaused, "paused by ~pause; call ~resume to continue",
+                                arrival);
     return;
   }
   const bool clock_back = clock_went_back();
@@ -232,7 +233,8 @@ void TrackerNodelet::take_image(const sensor_msgs::ImageConstPtr& image) {
   constexpr int kFault = 10;
   if (stale_in_a_row_ >= kFault && input_throttle_.due("stamps")) {
     NODELET_WARN(
-        "the stamps of %d images in a row are no newer than the one before (%.3f s): none is tracked; %s",
+        "the stamps of %d images in a row are no newer than the one before (%.3f s): they are not tracked; "
+        "%s",
         stale_in_a_row_, header.stamp.toSec(),
         header.stamp.isZero()
             ? "the driver or the recorder leaves header.stamp empty (track_sequence --bag uses the "
@@ -254,7 +256,7 @@ void TrackerNodelet::take_image(const sensor_msgs::ImageConstPtr& image) {
   const std::optional<Frame> displaced = slot_->put(Frame{image, arrival, ros::Time::now(), recording_});
   if (displaced) {
     board_->publish_unprocessed(displaced->image->header, Reason::kDropped,
-                                "a newer image came while this one waited", displaced->arrival);
+                                "a newer image arrived while this one was waiting", displaced->arrival);
   }
 }
 
@@ -282,7 +284,7 @@ void TrackerNodelet::process(const Frame& frame) {
   if (restarts) {
     const bool kept = tracker_->restart();
     NODELET_WARN("%s: %s", frame.recording.why.c_str(),
-                 kept ? "relocalising in the present map" : "the map is dropped, tracking starts anew");
+                 kept ? "relocalising in the present map" : "the map is dropped, tracking restarts");
   }
   FrameReport report = tracker_->process(frame.image, frame.arrival);
   if (restarts && !report.map_from_camera) {

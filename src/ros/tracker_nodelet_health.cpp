@@ -20,8 +20,8 @@ std::string transport_hint(const std::string& topic) {
   const std::string last = topic.substr(slash + 1);
   if (slash == std::string::npos || (last != "compressed" && last != "theora" && last != "compressedDepth"))
     return "";
-  return ": this is the topic of a transport; give the topic of the images, image:=" +
-         topic.substr(0, slash) + " (in launch files image_topic:=), with image_transport:=" + last;
+  return ": this is the topic of an image transport; give the base topic, image:=" + topic.substr(0, slash) +
+         " (in launch files image_topic:=), with image_transport:=" + last;
 }
 
 }  // namespace
@@ -56,8 +56,8 @@ void TrackerNodelet::check_inputs() {
     input_problem_ =
         "no camera_info on " + camera_info_subscriber_.getTopic() + " for the images on " +
         image_subscriber_.topic() +
-        ": publish it beside them, or give a calibration file by ~camera_info_url. To calibrate: rosrun "
-        "camera_calibration cameracalibrator.py --size 8x6 --square 0.025 image:=" +
+        ": publish it in the same namespace, or give a calibration file by ~camera_info_url. To calibrate: "
+        "rosrun camera_calibration cameracalibrator.py --size 8x6 --square 0.025 image:=" +
         image_subscriber_.topic();
     if (seconds_since(started_) < parameters_.input_timeout) return;
   }
@@ -65,7 +65,7 @@ void TrackerNodelet::check_inputs() {
   if (has_no_clock && seconds_since(started_) > parameters_.input_timeout && input_throttle_.due("clock")) {
     NODELET_WARN(
         "use_sim_time is true, but there is no time on /clock: a bag must be played with --clock, and with a "
-        "camera use_sim_time must be false (rosparam set use_sim_time false, then start anew)");
+        "camera use_sim_time must be false (rosparam set use_sim_time false, then restart)");
   }
   if (!input_problem_.empty() && input_throttle_.due("input")) NODELET_WARN("%s", input_problem_.c_str());
 }
@@ -75,11 +75,11 @@ void TrackerNodelet::check_outputs() {
   trajectory_->retry();
   if (trajectory_->renewals() > told_renewals_) {
     told_renewals_ = trajectory_->renewals();
-    NODELET_WARN("%s was moved away or removed: later poses are in a new one",
+    NODELET_WARN("%s was moved or removed: later poses are written to a new file",
                  expand_path(parameters_.trajectory_file).c_str());
   }
   const std::string problem = trajectory_->problem();
-  if (problem.empty() && !output_problem_.empty()) NODELET_INFO("the trajectory file is written again");
+  if (problem.empty() && !output_problem_.empty()) NODELET_INFO("the trajectory file can be written again");
   if (!problem.empty() && input_throttle_.due("output")) NODELET_ERROR("%s", problem.c_str());
   output_problem_ = problem;
 }

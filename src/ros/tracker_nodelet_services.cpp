@@ -27,11 +27,11 @@ template <typename Result>
 Result TrackerNodelet::on_processing_thread(std::function<Result()> command) {
   auto task = std::make_shared<std::packaged_task<Result()>>(std::move(command));
   std::future<Result> result = task->get_future();
-  const char* const shuts_down = "the tracker shuts down";
+  const char* const shuts_down = "the tracker is shutting down";
   if (!slot_->post([task] { (*task)(); })) throw std::runtime_error(shuts_down);
   task.reset();
   if (result.wait_for(kServiceTimeout) != std::future_status::ready) {
-    throw std::runtime_error("the tracker is busy, and has not come to this in time: call again");
+    throw std::runtime_error("the tracker is busy and did not process the call in time: call again");
   }
   try {
     return result.get();
@@ -44,7 +44,7 @@ std::string TrackerNodelet::path_parameter(const std::string& name, const std::s
   std::string path = at_start;
   const ros::NodeHandle& handle = getPrivateNodeHandle();
   if (handle.hasParam(name) && !handle.getParam(name, path)) {
-    throw std::runtime_error("~" + name + " is no text: expected a path");
+    throw std::runtime_error("~" + name + " is not a text: expected a path");
   }
   if (path.empty()) throw std::runtime_error("~" + name + " is empty: expected a path");
   return expand_path(path);
@@ -70,18 +70,18 @@ void TrackerNodelet::advertise_services() {
       tracker_->reset();
       drop_map();
     });
-    NODELET_WARN("reset by ~reset: the map is dropped, tracking starts anew");
+    NODELET_WARN("reset by ~reset: the map is dropped, tracking restarts");
     return std::string("the map is dropped");
   });
   advertise("pause", [this] {
     paused_ = true;
     slot_->post([this] { placement_->forget(); });
-    return std::string("paused: images are answered, not tracked");
+    return std::string("paused: images are not tracked; call ~resume to continue");
   });
   advertise("resume", [this] {
     slot_->post([this] { placement_->forget(); });  // what an image gave that was at work as ~pause came
     paused_ = false;
-    return std::string("tracking goes on");
+    return std::string("tracking continues");
   });
   advertise("save_trajectory", [this] {
     const std::string path = path_to_replace("save_trajectory_path", parameters_.save_trajectory_path);
@@ -114,7 +114,8 @@ void TrackerNodelet::advertise_map_services() {
       return is_loaded;
     });
     const std::string what = size + " from " + path;
-    const std::string then = loaded ? "lost until an image is found in it" : "loaded when camera_info comes";
+    const std::string then =
+        loaded ? "the camera is lost until an image is relocalised in it" : "loaded when camera_info arrives";
     NODELET_WARN("%s: %s", what.c_str(), then.c_str());
     return what + "; " + then;
   });
@@ -123,7 +124,7 @@ void TrackerNodelet::advertise_map_services() {
 void TrackerNodelet::load_map_at_start() {
   const std::string path = path_parameter("map_path", parameters_.map_path);
   SavedMaps saved = read_map_file(path, descriptor_kind(parameters_.tracker));
-  NODELET_INFO("%s from %s: loaded when camera_info comes", size_text(saved.maps).c_str(), path.c_str());
+  NODELET_INFO("%s from %s: loaded when camera_info arrives", size_text(saved.maps).c_str(), path.c_str());
   tracker_->load_maps(std::move(saved));
 }
 

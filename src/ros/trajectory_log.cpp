@@ -77,8 +77,8 @@ std::size_t TrajectoryLog::renewals() const {
 std::string TrajectoryLog::problem() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (waiting_.empty()) return "";
-  std::string text =
-      path_ + ": cannot be written (" + reason_ + "); " + std::to_string(waiting_.size()) + " poses wait";
+  std::string text = path_ + ": cannot be written (" + reason_ + "); " + std::to_string(waiting_.size()) +
+                     " poses are waiting";
   if (lost_ > 0) text += ", " + std::to_string(lost_) + " are lost";
   return text;
 }
@@ -128,7 +128,7 @@ bool TrajectoryLog::write_first() {
     if (count > 0) {
       written += static_cast<std::size_t>(count);
     } else if (count == 0 || errno != EINTR) {
-      reason_ = count == 0 ? "nothing is taken" : system_error_text();
+      reason_ = count == 0 ? "no bytes were accepted" : system_error_text();
       // A pipe gives nothing back: it gets the rest of the line.
       if (written > 0 && !(known && ftruncate(file_, before.st_size) == 0)) line.erase(0, written);
       return false;

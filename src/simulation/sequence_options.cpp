@@ -23,7 +23,7 @@ void SequenceOptions::validate() const {
   require(frames >= 0 && frames <= kMaxFrames, "frames", frames, "0 (all) to 1000000");
   require(lead_in >= 0 && lead_in <= kMaxFrames, "lead_in", lead_in, "0 to 1000000");
   require_image_size();
-  require(lead_in == 0 || has_head(scene), "lead_in", lead_in, "0: only a head can be away");
+  require(lead_in == 0 || has_head(scene), "lead_in", lead_in, "0: only scenes with a head have a lead-in");
   require(shine >= 0 && shine <= 1, "shine", shine, "0 to 1");
   require_what_has_it();
   require(noise_grey_levels >= 0, "noise_grey_levels", noise_grey_levels, "0 or more");
@@ -32,7 +32,7 @@ void SequenceOptions::validate() const {
           "0 or more and less than 1");
   require(rate_hz >= kMinRateHz && rate_hz <= kMaxRateHz, "rate_hz", rate_hz, "0.001 to 1000000");
   require(rolling_shutter_s >= 0 && rolling_shutter_s * rate_hz <= 1, "rolling_shutter_s", rolling_shutter_s,
-          "0 to 1 / rate_hz: one image after the other is taken");
+          "0 to 1 / rate_hz: the next image begins after it");
   require(rolling_shutter_s == 0 || !hand_held, "rolling_shutter_s", rolling_shutter_s,
           "0 with hand_held: the background has a global shutter");
   require(first_stamp_s >= 0 && first_stamp_s <= kMaxStampS, "first_stamp_s", first_stamp_s,
@@ -54,10 +54,10 @@ void SequenceOptions::require_what_has_it() const {
   const bool living = shoulders != ShouldersKind::kNone || face.speaks || face.blinks || face.loose_hair;
   require(!living || scene == SceneKind::kHead, "shoulders, speaks, blinks, loose_hair", living,
           "0: only the head has them");
-  require(shine == 0 || has_head(scene), "shine", shine, "0: only a head shines");
+  require(shine == 0 || has_head(scene), "shine", shine, "0: only scenes with a head have reflections");
   require(background == BackgroundKind::kPlain || has_head(scene), "background", static_cast<int>(background),
-          "0 (plain): a background is behind a head");
-  require(!hand_held || has_head(scene), "hand_held", hand_held, "0: it is, or drives");
+          "0 (plain): only scenes with a head have a background");
+  require(!hand_held || has_head(scene), "hand_held", hand_held, "0: only for scenes with a head");
   const bool still = background == BackgroundKind::kTextured || background == BackgroundKind::kWall;
   require(!hand_held || !still, "hand_held", hand_held, "0, or a background that is plain or a room");
   require(!hand_held || lead_in == 0, "hand_held", hand_held, "0 with a lead-in");

@@ -26,7 +26,7 @@ inline void check_bags(const std::vector<std::string>& paths) {
   }
   const auto ros2 = std::find_if(paths.begin(), paths.end(), is_rosbag2);
   if (ros2 != paths.end() && paths.size() > 1) {
-    throw std::runtime_error(*ros2 + ": is a recording of ROS 2: expected no other --bag");
+    throw std::runtime_error(*ros2 + ": is a recording of ROS 2: expected a single --bag");
   }
 }
 

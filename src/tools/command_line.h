@@ -71,7 +71,7 @@ int run_command_line(const char* program, CLI::App& app, int argc, char** argv, 
     const std::vector<std::string> unknown = app.remaining();
     std::fprintf(
         stderr, "%s: %s\n", program,
-        one_line(unknown.empty() ? e.what() : unknown.front() + " is no option; " + e.what()).c_str());
+        one_line(unknown.empty() ? e.what() : unknown.front() + " is not an option; " + e.what()).c_str());
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e);
     std::fprintf(stderr, "%s: %s\n", program, one_line(e.what()).c_str());

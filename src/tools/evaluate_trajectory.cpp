@@ -151,7 +151,7 @@ Json to_json(const std::vector<EvaluatedMap>& maps, const Arguments& arguments) 
 
 void print(const std::vector<EvaluatedMap>& maps, const Arguments& arguments) {
   for (std::size_t i = 0; i < maps.size() && maps.size() > 1; ++i) {
-    std::printf("map %zu of %zu, aligned by itself: %zu poses\n", i + 1, maps.size(), maps[i].frames);
+    std::printf("map %zu of %zu, aligned separately: %zu poses\n", i + 1, maps.size(), maps[i].frames);
     if (maps[i].error) {
       print_table(*maps[i].error, arguments);
     } else {
@@ -167,10 +167,10 @@ void print(const std::vector<EvaluatedMap>& maps, const Arguments& arguments) {
 void tell_of_unmatched(const EvaluatedMap& map) {
   constexpr double kFew = 0.8;  // a reference often begins later, or ends before
   if (map.error->frames_matched >= kFew * static_cast<double>(map.frames)) return;
-  std::fprintf(
-      stderr,
-      "only %d of %zu estimated poses have a reference pose near in time: are both stamps of one clock?\n",
-      map.error->frames_matched, map.frames);
+  std::fprintf(stderr,
+               "only %d of %zu estimated poses have a reference pose near in time: do both files use the "
+               "same clock?\n",
+               map.error->frames_matched, map.frames);
 }
 
 void run(const Arguments& arguments) {
@@ -222,13 +222,13 @@ void run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   Arguments arguments;
   CLI::App app(
-      "Compares an estimated trajectory with a reference, both TUM files, after an alignment. Maps that the "
-      "estimate "
-      "holds one after the other (the comment `# a new map begins`) are aligned and judged one by one.");
-  app.add_option("--reference", arguments.reference, "the true poses (TUM file)")->required();
-  app.add_option("--estimate", arguments.estimate, "the poses to judge (TUM file)")->required();
+      "Compares an estimated trajectory with a reference, both TUM files, after an alignment. If the "
+      "estimate has several maps (separated by the comment `# a new map begins`), each map is aligned and "
+      "evaluated separately.");
+  app.add_option("--reference", arguments.reference, "reference poses (TUM file)")->required();
+  app.add_option("--estimate", arguments.estimate, "estimated poses to evaluate (TUM file)")->required();
   app.add_option("--max-difference", arguments.max_difference,
-                 "largest difference in s between stamps of one frame")
+                 "largest difference between the stamps of matched poses, s")
       ->capture_default_str()
       ->check(number_between(0, 1e6));
   app.add_option("--align", arguments.align,

@@ -26,7 +26,7 @@ class Inputs {
   /// Throws std::runtime_error when the path, with links resolved, is one of them.
   void refuse_to_overwrite(const std::filesystem::path& output) const {
     if (!output.empty() && paths_.count(followed(output)) > 0) {
-      throw std::runtime_error(output.string() + ": would be written over, and is read");
+      throw std::runtime_error(output.string() + ": would be written over, but is an input");
     }
   }
 

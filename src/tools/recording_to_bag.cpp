@@ -28,13 +28,13 @@ struct Arguments {
 
 void declare(CLI::App& app, Arguments& a) {
   app.add_option("recording", a.recording,
-                 "video file, folder of images, or list of `timestamp path` lines; of a folder with an "
-                 "images.txt, that list")
+                 "video file, folder of images, or list of `timestamp path` lines; an images.txt in the "
+                 "folder is used as the list")
       ->required();
   app.add_option("bag", a.bag, "bag to write")->required();
   app.add_option("--camera", a.camera, "calibration, YAML of camera_calibration [no CameraInfo]");
-  app.add_flag("--compressed", a.compressed, "JPEG images, on /camera/image_raw/compressed");
-  app.add_option("--quality", a.jpeg_quality, "of --compressed [95]")->check(CLI::Range(1, 100));
+  app.add_flag("--compressed", a.compressed, "write JPEG images, on /camera/image_raw/compressed");
+  app.add_option("--quality", a.jpeg_quality, "JPEG quality of --compressed [95]")->check(CLI::Range(1, 100));
   app.add_flag("--quiet", a.quiet, "print errors only");
 }
 

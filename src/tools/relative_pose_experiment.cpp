@@ -219,37 +219,35 @@ int main(int argc, char** argv) {
   using namespace mono_pose_tracker;
   Settings settings;
   CLI::App app(
-      "The synthetic study of the 5-point against the 7-point method: points in a box at distance 4 whose "
-      "front "
-      "subtends 45 degrees, turned about the box's centre round the y axis; errors of the pose from minimal "
-      "samples "
-      "against pixel noise. Writes errors.csv and histogram.csv; scripts/plot_experiment draws them");
+      "Compares the 5-point and the 7-point method on synthetic data: points in a box at distance 4, whose "
+      "front subtends 45 degrees. The box rotates about the y axis through its centre. Reports the pose "
+      "error of minimal samples over pixel noise. Writes errors.csv and histogram.csv; "
+      "scripts/plot_experiment draws them");
   std::map<std::string, Choice> choices = {
       {"cheirality", Choice::kCheirality}, {"sampson", Choice::kSampson}, {"truth", Choice::kTruth}};
-  app.add_option("--output", settings.output, "folder to write to, made if missing")->required();
-  app.add_option("--trials", settings.trials, "trials a scene and noise level")
+  app.add_option("--output", settings.output, "output folder, created if missing")->required();
+  app.add_option("--trials", settings.trials, "trials per scene and noise level")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
-  app.add_option("--alpha", settings.alpha_deg, "turn of the box in degrees")
+  app.add_option("--alpha", settings.alpha_deg, "rotation of the box, degrees")
       ->check(CLI::Range(-180.0, 180.0))
       ->capture_default_str();
   app.add_option("--check-points", settings.check_points,
-                 "points in addition to the sample that count in the choice")
+                 "check points in addition to the sample, to choose among the solutions")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
-  app.add_option(
-         "--choice", settings.choice,
-         "among the solutions: cheirality (most of the sample in front of both cameras, then least "
-         "Sampson error over sample and check points), sampson (least Sampson error, then the pose with most "
-         "points in front), truth (the nearest to the truth)")
+  app.add_option("--choice", settings.choice,
+                 "choice among the solutions: cheirality (most sample points in front of both cameras, then "
+                 "lowest Sampson error over sample and check points), sampson (lowest Sampson error, then "
+                 "the pose with most points in front), truth (the solution nearest to the true pose)")
       ->transform(CLI::CheckedTransformer(choices, CLI::ignore_case))
       ->default_str("cheirality");
-  app.add_flag("--peers", settings.peers, "OpenCV's and OpenGV's solvers as further rows");
+  app.add_flag("--peers", settings.peers, "also evaluate the solvers of OpenCV and OpenGV");
   settings.threads = processors();
-  app.add_option("--threads", settings.threads, "threads; results do not depend on it")
+  app.add_option("--threads", settings.threads, "number of threads; the results do not depend on it")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
-  app.add_option("--seed", settings.seed, "of the random numbers")
+  app.add_option("--seed", settings.seed, "seed of the random numbers")
       ->capture_default_str()
       ->check(whole_number(0));
   return run_command_line("relative_pose_experiment", app, argc, argv, [&] {

@@ -44,20 +44,19 @@ std::string image_name(int index) {
 
 void declare_head(CLI::App& app, Arguments& a) {
   SequenceOptions& s = a.sequence;
-  app.add_option(
-         "--background", a.background,
-         "behind the head: plain (dark), textured, wall (bright, hardly any texture) or room; the first "
-         "three are static [plain]")
+  app.add_option("--background", a.background,
+                 "background behind the head: plain (dark), textured, wall (bright, hardly any texture) or "
+                 "room; the first three are static [plain]")
       ->check(CLI::IsMember({"plain", "textured", "wall", "room"}));
   app.add_option("--shoulders", a.shoulders,
-                 "none, still or sway: below the head, not turning with it [none]")
+                 "shoulders below the head that do not turn with it: none, still or sway [none]")
       ->check(CLI::IsMember({"none", "still", "sway"}));
-  app.add_flag("--speaks", s.face.speaks, "the head's mouth opens and shuts, the skin about it goes along");
-  app.add_flag("--blinks", s.face.blinks, "its eyes blink, and look elsewhere now and then");
-  app.add_flag("--loose-hair", s.face.loose_hair, "its hair has fine strands, which sway by themselves");
+  app.add_flag("--speaks", s.face.speaks, "the head's mouth opens and closes, and the skin around it moves");
+  app.add_flag("--blinks", s.face.blinks, "the head's eyes blink and sometimes change their direction");
+  app.add_flag("--loose-hair", s.face.loose_hair, "the head's hair has fine strands that sway independently");
   app.add_option("--shine", s.shine,
-                 "of head or bust: strength of reflections, which stay in place while it turns; 0.2 skin, 1 "
-                 "polished [0]");
+                 "strength of the reflections on head or bust, which stay in place while it turns; 0.2 skin, "
+                 "1 polished [0]");
   app.add_flag(
       "--hand-held", s.hand_held,
       "the camera sways in front of head or turntable: the background moves independently of the head");
@@ -65,13 +64,13 @@ void declare_head(CLI::App& app, Arguments& a) {
 
 void declare(CLI::App& app, Arguments& a) {
   SequenceOptions& s = a.sequence;
-  app.add_option("--output", a.output, "folder to write to (made when missing)")->required();
+  app.add_option("--output", a.output, "output folder (created if missing)")->required();
   app.add_option("--scene", a.scene,
-                 "head, turntable (a bust on it), room, plane, block, eight or corridor [head]")
+                 "scene: head, turntable (with a bust), room, plane, block, eight or corridor [head]")
       ->check(CLI::IsMember({"head", "turntable", "room", "plane", "block", "eight", "corridor"}));
   declare_head(app, a);
   app.add_option("--lights", a.lights,
-                 "of the head: standing still with the camera, or with the object [camera]")
+                 "lights of the head scene: fixed to the camera or to the object [camera]")
       ->check(CLI::IsMember({"camera", "object"}));
   app.add_option(
       "--path", a.path,
@@ -80,36 +79,38 @@ void declare(CLI::App& app, Arguments& a) {
   app.add_option("--frames", s.frames,
                  "number of images [120; block, eight, corridor: one every 0.25 m; or the whole path]")
       ->check(CLI::PositiveNumber);
-  app.add_option("--lead-in", s.lead_in, "images of the background alone, before the head comes [0]")
+  app.add_option("--lead-in", s.lead_in,
+                 "number of images of the background alone before the head appears [0]")
       ->check(CLI::NonNegativeNumber);
   app.add_option("--width", a.width, "px [640]");
   app.add_option("--height", a.height, "px [480]");
   auto* focal = app.add_option("--focal", a.focal_px,
                                "focal length, px [head and turntable 1.2 times the width, else 0.82]");
-  app.add_option("--hfov", a.hfov_deg, "horizontal field of view, degrees, in place of --focal")
+  app.add_option("--hfov", a.hfov_deg, "horizontal field of view, degrees, instead of --focal")
       ->excludes(focal);
   app.add_option("--distortion", a.distortion, "coefficients: k1,k2,p1,p2,k3 of plumb_bob")->delimiter(',');
   app.add_option("--distortion-model", a.distortion_model, "plumb_bob, rational_polynomial or equidistant")
       ->check(CLI::IsMember({"plumb_bob", "rational_polynomial", "equidistant"}));
   app.add_option("--noise", s.noise_grey_levels, "pixel noise, standard deviation in grey levels of 255 [0]");
   app.add_option("--blur", s.blur_px, "Gaussian blur, standard deviation in px [0]");
-  app.add_option("--rolling-shutter", s.rolling_shutter_s,
-                 "readout time from the first row to the last, s; the truth is that of the middle row [0]");
+  app.add_option(
+      "--rolling-shutter", s.rolling_shutter_s,
+      "readout time from the first row to the last, s; the ground truth is the pose of the middle row [0]");
   app.add_option("--exposure-drift", s.exposure_drift,
                  "greatest relative change of brightness, such as 0.2 [0]");
-  app.add_flag("--occluder", s.occluder, "a hand passes before the object (and is 0 in the masks)");
-  app.add_option(
-         "--bonnet", a.bonnet,
-         "none, still or shakes: moves with the camera, over the lower quarter of the image (and 0 in the "
-         "masks) [none]")
+  app.add_flag("--occluder", s.occluder, "a hand passes in front of the object (0 in the masks)");
+  app.add_option("--bonnet", a.bonnet,
+                 "vehicle bonnet in the lower quarter of the image, which moves with the camera (0 in the "
+                 "masks): none, still or shakes [none]")
       ->check(CLI::IsMember({"none", "still", "shakes"}));
-  app.add_option("--seed", s.seed, "of textures, path and noise [1]")->check(whole_number(0));
+  app.add_option("--seed", s.seed, "seed of textures, path and noise [1]")->check(whole_number(0));
   app.add_option("--rate", s.rate_hz, "frames a second [30]");
   app.add_option("--first-stamp", s.first_stamp_s, "time stamp of the first image, s [1]");
   app.add_option("--samples", s.samples, "samples per pixel side [2]");
-  app.add_option("--threads", s.threads, "0: all [0]; the result is the same");
+  app.add_option("--threads", s.threads,
+                 "number of threads, 0: all cores [0]; the result does not depend on it");
   app.add_option("--bag", a.bag, "bag to write [sequence.bag in the output folder]");
-  app.add_flag("--bag-masks", a.bag_masks, "the masks into the bag too, on /camera/mask");
+  app.add_flag("--bag-masks", a.bag_masks, "also write the masks to the bag, on /camera/mask");
   app.add_flag("--quiet", a.quiet, "print nothing");
 }
 
@@ -148,7 +149,7 @@ void complete(Arguments& a) {
   s.camera = camera_of(a);
   if (a.path.empty()) return;
   s.path = read_tum(a.path);
-  if (s.path.empty()) throw std::invalid_argument(a.path + ": no pose in it, expected TUM lines");
+  if (s.path.empty()) throw std::invalid_argument(a.path + ": contains no pose, expected TUM lines");
 }
 
 std::string bag_of(const Arguments& a) {

@@ -112,10 +112,9 @@ std::string doubt_of_aspect(const LookedAtSource& source, const CameraParameters
   if (std::abs(of_video - 1) <= kSquarePixels || std::abs(of_video / of_camera - 1) <= kSquarePixels)
     return "";
   return formatted(
-      "the video's pixels are shown %.3f times as wide as high, and those of the calibration are %.3f times "
-      "(fy / fx): "
-      "the map is stretched if it is not of this video. Calibrate with frames of the video as they are "
-      "stored",
+      "the video has a pixel aspect ratio (width / height) of %.3f, but the calibration has %.3f (fy / fx): "
+      "the map is stretched if the calibration is not of this video. Calibrate with frames of the video as "
+      "they are stored",
       of_video, of_camera);
 }
 
@@ -126,8 +125,8 @@ Calibration calibration_of(const Arguments& a, const LookedAtSource& source) {
     calibration.camera = guess_camera(size.width, size.height, *a.hfov);
     calibration.camera.fy *= source.pixel_aspect();  // hfov is of the width
     if (const double aspect = source.pixel_aspect(); std::abs(aspect - 1) > kSquarePixels)
-      calibration.note =
-          formatted("the video's pixels are shown %.3f times as wide as high: fy is guessed so", aspect);
+      calibration.note = formatted(
+          "the video has a pixel aspect ratio (width / height) of %.3f, which is used to guess fy", aspect);
     calibration.source = CalibrationSource::kGuessed;
     return calibration;
   }
@@ -149,7 +148,7 @@ Calibration calibration_of(const Arguments& a, const LookedAtSource& source) {
     calibration.size_origin = of_bag.size_origin;
   } else {
     throw std::runtime_error(
-        "no calibration: give --camera, the YAML that camera_calibration writes, or --hfov, a guess");
+        "no calibration: give --camera (the YAML file that camera_calibration writes) or --hfov (a guess)");
   }
   calibration.contradiction = rectification_contradiction(a.rectified, topic, has_distortion);
   if (calibration.contradiction.empty())
@@ -351,8 +350,8 @@ Run track(const Arguments& a, const TrackerOptions& options, const Recording& re
                 : track_with_given(a, options, recording, refinement, calibration->camera);
   if (calibration->source == CalibrationSource::kGuessed) {
     leave_unconfirmed(
-        "the guessed focal length is not confirmed: path and map may be distorted; "
-        "calibrate the camera, or record it with turns and views from more sides",
+        "the guessed focal length is not confirmed: path and map may be distorted; calibrate the camera, or "
+        "record rotations and views from more sides",
         &run);
   }
   return run;
@@ -472,7 +471,7 @@ void tell_of_result(const TrackerOptions& options, RecordingResult* result) {
 void print_input(const Arguments& a, const LookedAtSource& source, const Calibration& calibration) {
   if (a.quiet) return;
   if (calibration.rectification)
-    std::fprintf(stderr, "the images count as %s: %s\n",
+    std::fprintf(stderr, "the images are treated as %s: %s\n",
                  calibration.rectification->is_rectified ? "rectified" : "raw",
                  calibration.rectification->reason.c_str());
   if (!source.first().mask.empty())
@@ -483,14 +482,14 @@ void print_input(const Arguments& a, const LookedAtSource& source, const Calibra
 // Files of an earlier run are kept: hours of dense reconstruction may depend on them.
 void tell_of_earlier_files(const Arguments& a, const RecordingResult& result) {
   for (const fs::path& path : earlier_files(outputs_of(a), a.camera, result.maps.size())) {
-    std::fprintf(stderr, "%s: of an earlier run, and does not go with these results\n", path.c_str());
+    std::fprintf(stderr, "%s: of an earlier run, does not belong to these results\n", path.c_str());
   }
 }
 
 void tell_of_files(const Arguments& a, const Run& run, double seconds) {
   const RecordingResult& result = run.result;
   const Map& map = run.tracker->map();
-  std::printf("%zu of %ld images registered (%ld as they came), %zu keyframes, %zu points, %.1f s%s: %s\n",
+  std::printf("%zu of %ld images registered (%ld live), %zu keyframes, %zu points, %.1f s%s: %s\n",
               result.trajectory.size(), static_cast<long>(result.frames_total),
               static_cast<long>(result.frames_posed_live), map.keyframes().size(), map.landmarks().size(),
               seconds, result.rests_on_two_views ? " (two views only: unconfirmed)" : "", a.output.c_str());
@@ -536,7 +535,7 @@ int run(const Arguments& given) {
   Recording recording = recording_of(a, source, thumbnails);
   Calibration calibration = calibration_of(a, source);
   if (a.hfov && !a.bags.empty() && !a.quiet)
-    std::fprintf(stderr, "--hfov takes the place of any camera_info in the bag\n");
+    std::fprintf(stderr, "--hfov is used instead of any camera_info in the bag\n");
   std::optional<SavedMaps> loaded;
   if (!a.map.empty()) loaded = read_map_file(a.map, descriptor_kind(options));
   const SavedMaps* const maps = loaded ? &*loaded : nullptr;
@@ -572,7 +571,8 @@ int run(const Arguments& given) {
     tell_of_files(a, run, seconds);
     tell_of_earlier_files(a, run.result);
     if (!a.write_masks.empty() && run.masks.frames() == 0)
-      std::fprintf(stderr, "%s: no image had a mask, given or found\n", a.write_masks.c_str());
+      std::fprintf(stderr, "%s: no image had a mask, neither from --masks nor from segmentation\n",
+                   a.write_masks.c_str());
   }
   return end_status(0);
 }
@@ -582,7 +582,7 @@ int run(const Arguments& given) {
 // Options are declared before anything is caught: that fails for lack of memory only.
 // NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char** argv) {
-  CLI::App app("Tracks every frame of a recording: poses, points, a COLMAP model, a picture.",
+  CLI::App app("Tracks every image of a recording and writes poses, points, a COLMAP model and an overview.",
                "track_sequence");
   Arguments arguments;
   declare(app, arguments);

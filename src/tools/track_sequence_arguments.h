@@ -39,11 +39,12 @@ inline void declare(CLI::App& app, Arguments& a) {
                      "recording of ROS 2: its folder, .db3 or .mcap file")
           ->excludes(images)
           ->excludes(video);
-  app.add_option("--image-topic", a.image_topic, "of the bag [its only one]")->needs(bag);
+  app.add_option("--image-topic", a.image_topic, "image topic of the bag [its only one]")->needs(bag);
   app.add_option("--camera-info-topic", a.camera_info_topic,
-                 "of the bag [camera_info in the namespace of the images]")
+                 "CameraInfo topic of the bag [camera_info in the namespace of the images]")
       ->needs(bag);
-  auto* camera = app.add_option("--camera", a.camera, "calibration, the YAML that camera_calibration writes");
+  auto* camera =
+      app.add_option("--camera", a.camera, "calibration, the YAML file that camera_calibration writes");
   app.add_option(
       "--grey-levels", a.grey_levels,
       "for images of 16 bits: number of bits used (8 to 16), the values of black and white (7000:9000), or "
@@ -54,7 +55,7 @@ inline void declare(CLI::App& app, Arguments& a) {
          "false, or auto, by the bag's topic (image_rect...) [auto]")
       ->check(CLI::IsMember(kRectifiedSettings));
   app.add_option("--hfov", a.hfov,
-                 "in place of a calibration: guessed horizontal field of view, degrees; refined as by "
+                 "instead of a calibration: guessed horizontal field of view, degrees; refined as by "
                  "--refine-camera, except with --map")
       ->excludes(camera)
       ->check(number_between(kMinHfovDeg, kMaxHfovDeg));
@@ -62,22 +63,24 @@ inline void declare(CLI::App& app, Arguments& a) {
       "--refine-camera", a.refine_camera,
       "refine focal length, principal point and distortion as far as the motion determines them: the "
       "recording is tracked several times; writes camera_refined.yaml");
-  app.add_option("--output", a.output, "folder to write to (made when missing)")->required();
+  app.add_option("--output", a.output, "output folder (created if missing)")->required();
   app.add_option("--config", a.config, "tracker.yaml: options, see config/default.yaml");
-  app.add_option("--masks", a.masks, "folder of masks with the images' base names, 0 = ignore");
+  app.add_option("--masks", a.masks, "folder of masks with the base names of the images, 0 = ignore");
   app.add_option("--write-masks", a.write_masks,
                  "folder to write the masks of the object to, with its outline where no masks are given");
-  app.add_flag("--undistorted", a.undistorted,
-               "undistorted images and masks, with the model for dense reconstruction (COLMAP), Gaussian "
-               "splatting and "
-               "NeRF (sparse/0, transforms.json), in the folder undistorted of the output");
+  app.add_flag(
+      "--undistorted", a.undistorted,
+      "write undistorted images and masks, with the model for dense reconstruction (COLMAP), Gaussian "
+      "splatting and NeRF (sparse/0, transforms.json), to the subfolder undistorted of the output");
   app.add_flag("--write-frames", a.write_frames,
-               "the images of a video or bag, in the folder frames of the output, named as in colmap")
+               "write the images of a video or bag to the subfolder frames of the output, with the names of "
+               "the COLMAP model")
       ->excludes(images);
   app.add_option("--reference", a.reference, "true trajectory (TUM lines), drawn into overview.png");
-  app.add_option("--align", a.align,
-                 "measured positions of the camera, TUM lines or lines `image-name latitude longitude "
-                 "altitude`: all results in their frame and in metres; outliers are found");
+  app.add_option(
+      "--align", a.align,
+      "measured positions of the camera, TUM lines or lines `image-name latitude longitude altitude`: "
+      "transform all results to the frame of the positions, in metres; outliers are detected");
   auto* map = app.add_option("--map", a.map, "continue in a saved map, also of another camera")
                   ->excludes(app.get_option("--refine-camera"));
   auto* localize = app.add_flag("--localize-only", a.localize_only,
@@ -87,17 +90,16 @@ inline void declare(CLI::App& app, Arguments& a) {
       ->excludes(localize);
   app.add_option("--save-view-graph", a.save_view_graph,
                  "file to write the two-view geometries to, as JSON lines");
-  app.add_option(
-         "--report", a.report,
-         "summary, or full: also view_graph.png, the image pairs by the share of their matches explained by "
-         "the map [summary]")
+  app.add_option("--report", a.report,
+                 "summary, or full: also write view_graph.png, the image pairs by the share of their matches "
+                 "explained by the map [summary]")
       ->check(CLI::IsMember({"summary", "full"}));
-  app.add_option("--seed", a.seed, "of all random choices [0]")->check(whole_number(0));
+  app.add_option("--seed", a.seed, "seed of all random choices [0]")->check(whole_number(0));
   app.add_option("--threads", a.threads,
-                 "number of threads, without influence on the results [all cores]; sift/num_threads and "
+                 "number of threads, which does not change the results [all cores]; sift/num_threads and "
                  "bundle/num_threads are ignored")
       ->check(CLI::Range(1, 256));
-  app.add_option("--max-frames", a.max_frames, "number of images to process at most")->check(whole_number(1));
+  app.add_option("--max-frames", a.max_frames, "largest number of images to process")->check(whole_number(1));
   app.add_flag("--quiet", a.quiet, "print errors and warnings only");
 }
 

@@ -306,7 +306,7 @@ BootstrapReport Bootstrapper::add(const Frame& frame) {
     report.text = matches < options_.bootstrap.min_matches
                       ? formatted("%d matches to the reference frame, %d needed: it is replaced", matches,
                                   options_.bootstrap.min_matches)
-                      : "of the reference frame only ego-vehicle features are still in view: it is replaced";
+                      : "only ego-vehicle features of the reference frame are still in view: it is replaced";
     return report;
   }
 

@@ -112,8 +112,8 @@ bool Bootstrapper::is_one_motion(const TwoMotions& motions, BootstrapReport* rep
   if (!still_.empty()) {
     report->reason = Reason::kStillBackground;
     report->text = formatted(
-        "of %d matches %d stand still, %d moved: an object before a background that segmentation/method "
-        "none does not exclude",
+        "of %d matches %d are static, %d moved: an object in front of a static background, which "
+        "segmentation/method none does not exclude",
         motions.matches, still, moved);
   } else if (motions.found) {
     report->reason = Reason::kAwaitingConfirmation;
@@ -122,7 +122,7 @@ bool Bootstrapper::is_one_motion(const TwoMotions& motions, BootstrapReport* rep
   } else if (options_.segmentation.is_by_motion()) {
     report->reason = Reason::kAwaitingConfirmation;
     report->text =
-        formatted("no object moves before a static background: of %d matches %d are static, %d moved",
+        formatted("no object moves in front of a static background: of %d matches %d are static, %d moved",
                   motions.matches, still, moved);
   } else {
     return true;

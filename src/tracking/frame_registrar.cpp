@@ -25,7 +25,7 @@ std::string shortfall(int found, int needed, const char* what) {
 }
 
 std::string unsupported(const PoseSupport& support) {
-  return formatted("%d points found where %.0f are to be expected, over %.0f %% of what is to be seen",
+  return formatted("%d points found where %.0f are expected, over %.0f %% of the area with visible landmarks",
                    support.found, support.in_map.expected, 100 * support.spread);
 }
 
@@ -238,12 +238,12 @@ RegistrationReport FrameRegistrar::relocalize(const Frame& frame, const Tracking
     if (!best || is_better(place.report, best->report)) best = &place;
   }
   RegistrationReport report;
-  report.text = "no keyframe looks like the image";
+  report.text = "no keyframe is similar to the image";
   if (best) report = best->report;
   if (report.success && has_alias(map, camera_, places, *best)) {
     report.success = false;
     report.reason = Reason::kAmbiguousPose;
-    report.text = "two places of the map fit the image";
+    report.text = "two poses in the map fit the image equally well";
   }
   return report;
 }

@@ -44,7 +44,7 @@ std::optional<std::string> InnovationGate::doubt_of(std::int64_t stamp_ns,
   const std::optional<std::int64_t> last = std::exchange(last_stamp_ns_, stamp_ns);
   // Twice the minimum of inliers is accepted wherever they are: a small object may have many features.
   if (registration.inliers < 2 * min_inliers && is_confined_to_corner(registration.support)) {
-    return formatted("%d inliers in %.0f %% of where there is anything to see", registration.inliers,
+    return formatted("%d inliers in %.0f %% of the area with visible landmarks", registration.inliers,
                      100 * registration.support.spread);
   }
   if (!last || !predicted) return std::nullopt;
@@ -75,8 +75,8 @@ std::optional<std::string> InnovationGate::doubt_of(std::int64_t stamp_ns,
   ++learnt_;
   if (!is_outlier) return std::nullopt;
   return formatted(
-      "%.2f deg and %.3g units from where the motion led, %.1f times what is usual, and %.0f %% of the "
-      "points found that are to be expected",
+      "%.2f deg and %.3g units from the predicted motion, %.1f times the usual deviation, and %.0f %% of the "
+      "expected points found",
       whole_turn / kDegree, whole_shift, std::sqrt(distance2 / 6), 100 * share);
 }
 

@@ -68,7 +68,7 @@ void exclude_unseen_maps(RecordingResult* result) {
              maps.end());
   if (any_loaded && !maps.empty() && std::none_of(maps.begin(), maps.end(), is_loaded)) {
     result->warnings.push_back(
-        "no image was found in the loaded map: what there is has a frame and a unit of its own");
+        "no image was relocalised in the loaded map: the results have their own frame and unit");
   }
 }
 
@@ -183,12 +183,12 @@ void warn_of_masks(const Recording& recording, const RecordingReader& reader, Re
   if (!recording.masks) return;
   if (result->frames_total > 0 && reader.usable_masks() == 0) {
     result->warnings.push_back(
-        "not one image has a mask that leaves anything of it: check --masks and its names");
+        "no image has a mask with unmasked pixels: check the masks of --masks and their names");
   }
   if (recording.masks->is_flat() && has_folders(result->names)) {
     result->warnings.push_back(
-        "images of several folders have the same names, and --masks holds no such folders: "
-        "each mask is used for all images of its name");
+        "images of several folders have the same names, but --masks has no such subfolders: each mask is "
+        "used for all images with its name");
   }
 }
 
@@ -217,7 +217,7 @@ Reasons track_all(const Recording& recording, const FrameObserver& observer, Tra
   warn_of_masks(recording, reader, result);
   if (recording.interrupted()) {
     result->warnings.push_back("interrupted after " + std::to_string(result->frames_total) +
-                               " images: what follows is not in the result");
+                               " images: later images are not in the result");
   }
   return reasons;
 }
@@ -245,8 +245,8 @@ void judge_maps(const Recording& recording, const Reasons& reasons, Tracker* tra
   exclude_covered_maps(&result->maps);
   if (result->maps.empty()) {
     result->tracked = false;
-    result->reason =
-        "no image was found in the loaded map; the last: " + usual_reason(reasons, result->frames_total);
+    result->reason = "no image was relocalised in the loaded map; the last: " +
+                     usual_reason(reasons, result->frames_total);
     return;
   }
   // After an interruption not everything was tried.

@@ -42,9 +42,9 @@ void report_other_object(FinishedMap* map) {
   finding.kind = FindingKind::kOtherObject;
   if (map->is_of_other_object) {
     finding.text = formatted(
-        "Two rigid objects move, and the map is not clearly of the one that turns, as "
-        "segmentation/body asks: %ld %% of the tracks move with the other. Mask the one "
-        "that is wanted (--masks).",
+        "Two rigid objects move, and it is not clear whether the map is of the turning one "
+        "(segmentation/body): %ld %% of the tracks move with the other. Mask the one that is wanted "
+        "(--masks).",
         percent);
   } else if (map->is_of_smaller_object) {
     finding.text = formatted(
@@ -53,9 +53,9 @@ void report_other_object(FinishedMap* map) {
         percent);
   } else if (other.is_comparable()) {
     finding.text = formatted(
-        "A second rigid motion holds %ld %% of the tracks, in %ld %% of the view: another "
-        "object, or the map is wrong about what is near. Mask the object that is wanted "
-        "(--masks), or use segmentation/body: turning (config/object.yaml).",
+        "A second rigid motion explains %ld %% of the tracks, in %ld %% of the view: another object, or the "
+        "near part of the map is wrong. Mask the object that is wanted (--masks), or use segmentation/body: "
+        "turning (config/object.yaml).",
         percent, std::lround(100 * other.share_of_view()));
   } else {
     return;
@@ -68,7 +68,8 @@ void report_background(FinishedMap* map) {
   Finding finding;
   finding.kind = FindingKind::kStaticBackground;
   finding.text =
-      "An object moves before a static background, and the map may be of both. Mask the object (--masks).";
+      "An object moves in front of a static background, and the map may contain both. Mask the object "
+      "(--masks).";
   map->quality.add(std::move(finding));
 }
 
@@ -91,8 +92,8 @@ void report_uncertain_images(const std::set<std::int64_t>& doubtful, std::size_t
   finding.is_disqualifying = may_distort_path(alone.size(), map->trajectory.size());
   finding.text = name_of(place) +
                  formatted(
-                     "The poses of %d of %d images are uncertain (%s): few landmarks, away from the "
-                     "predicted motion, or beyond a gap. Exclude these images where a wrong pose matters.",
+                     "The poses of %d of %d images are uncertain (%s): few landmarks, far from the predicted "
+                     "motion, or after a gap. Exclude these images where a wrong pose matters.",
                      finding.k, finding.n, some_of(alone).c_str());
   map->quality.add(std::move(finding));
 }
@@ -104,10 +105,9 @@ void report_small_map(std::size_t place, FinishedMap* map) {
   finding.kind = FindingKind::kFewImages;
   finding.k = static_cast<int>(map->trajectory.size());
   finding.n = static_cast<int>(kLeastOutsideFirst);
-  finding.text = name_of(place) + formatted(
-                                      "It holds %d images only; a map beside the first needs %d to be "
-                                      "confirmed.",
-                                      finding.k, finding.n);
+  finding.text = name_of(place) +
+                 formatted("The map has only %d images; a map other than the first needs %d to be confirmed.",
+                           finding.k, finding.n);
   map->quality.add(std::move(finding));
 }
 
@@ -144,8 +144,8 @@ void report_unregistered(RecordingResult* result) {
   finding.n = static_cast<int>(result->frames_total);
   if (finding.k <= kMostShare * finding.n) return;
   finding.text = formatted(
-      "%d of %d images have no pose, most in a row from %ld to %ld: dark, blurred, or too "
-      "little overlap with the others.",
+      "%d of %d images have no pose, the longest gap is from %ld to %ld: dark, blurred, or too little "
+      "overlap with the others.",
       finding.k, finding.n, static_cast<long>(last - longest + 1), static_cast<long>(last));
   result->maps.front().quality.add(std::move(finding));
 }

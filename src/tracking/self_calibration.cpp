@@ -112,12 +112,12 @@ std::string doubt_of_distortion(const CameraRefinementOptions& options, const Di
   const double given = corner_distortion_px(CameraModel(camera));
   const bool looks_rectified = std::abs(given + change) < kLeftOfRectified * std::abs(given);
   return formatted(
-             "the calibration does not fit the images, and its distortion is the suspect: at the corners of "
-             "the image it is off by %.0f px. ",
+             "the calibration does not fit the images, probably because of its distortion: it is off by %.0f "
+             "px at the corners of the image. ",
              std::abs(change)) +
          (looks_rectified ? "The images look rectified already: set rectified to true (--rectified true, "
-                            "rectified:=true); otherwise calibrate the camera anew"
-                          : "Calibrate the camera anew for this size of image, or try --refine-camera");
+                            "rectified:=true); otherwise calibrate the camera again"
+                          : "Calibrate the camera again for this image size, or try --refine-camera");
 }
 
 class Calibrator {
@@ -150,8 +150,7 @@ class Calibrator {
     result->camera = tracked_with_;
     result->is_near = false;
     result->warnings = {
-        "the refinement of the camera was interrupted: its focal length is not settled; let it come to its "
-        "end"};
+        "the refinement of the camera was interrupted: its focal length has not converged; let it finish"};
   }
 
   const Map* track(int max_keyframes) {
@@ -279,27 +278,24 @@ class Calibrator {
   static std::string not_settled(const CameraRefinement& r, bool is_near) {
     return formatted(
         "%s: one more run would change the focal length by %+.1f %%, and move the image's edge by %.1f px",
-        is_near ? "the camera settled nearly" : "the camera did not settle", 100 * r.focal_change,
-        r.max_shift_px);
+        is_near ? "the camera parameters have nearly converged" : "the camera parameters have not converged",
+        100 * r.focal_change, r.max_shift_px);
   }
 
   std::string not_observable(const CameraRefinement& r) const {
-    const std::string left =
-        camera_.fx == start_.fx
-            ? "it stays as it was given"
-            : formatted(
-                  "the guess of %.0f px contradicts the images, and %.0f px, which they fit better, is "
-                  "one too",
-                  start_.fx, camera_.fx);
-    const std::string known =
-        std::isfinite(r.focal_sigma)
-            ? formatted(
-                  " (one standard deviation is %.2f %%, less than %.2f %% is wanted, of a camera that "
-                  "can be)",
-                  100 * r.focal_sigma, 100 * kMaxFocalSigma)
-            : "";
+    const std::string left = camera_.fx == start_.fx ? "the given value is kept"
+                                                     : formatted(
+                                                           "the guess of %.0f px contradicts the images; "
+                                                           "%.0f px fits them better, but is also a guess",
+                                                           start_.fx, camera_.fx);
+    const std::string known = std::isfinite(r.focal_sigma)
+                                  ? formatted(
+                                        " (its standard deviation is %.2f %%; less than %.2f %% is required, "
+                                        "with valid camera parameters)",
+                                        100 * r.focal_sigma, 100 * kMaxFocalSigma)
+                                  : "";
     return "the focal length is not observable in this motion" + known + ": " + left +
-           "; views from more sides, and turned, would tell";
+           "; record rotations and views from more sides";
   }
 
   const CameraParameters start_;
@@ -333,9 +329,9 @@ std::string doubt_of_calibration(const CameraRefinementOptions& options, const C
   const double change = contradiction(options, camera, map, r, kDoubtfulChange);
   if (change == 0) return "";
   return formatted(
-      "the calibration is doubtful: the images fit a focal length of %.0f px better than the %.0f px "
-      "that were given (%+.0f %%); calibrate anew for this size of image, or try --refine-camera; where it "
-      "is right the map is wrong, as when more than one thing moves: give masks (--masks)",
+      "the calibration is doubtful: the images fit a focal length of %.0f px better than the %.0f px that "
+      "were given (%+.0f %%); calibrate again for this image size, or try --refine-camera. If the "
+      "calibration is right, the map is wrong, for example because of moving objects: mask them (--masks)",
       camera.fx * (1 + change), camera.fx, 100 * change);
 }
 

@@ -39,7 +39,7 @@ bool Tracker::Impl::switch_to_other_object(const TrackingMap& map, const Frame& 
     show_features(frame, report);
     lose(frame, of_object, report);
   }
-  report->reason_text = map.doubt + ", and is dropped: " + report->reason_text;
+  report->reason_text = map.doubt + "; this map is dropped: " + report->reason_text;
   return true;
 }
 

@@ -127,7 +127,7 @@ void TrackerOptions::validate() const {
                                     {"initial_median_depth", scale.initial_median_depth},
                                     {"marker_size", scale.marker_size}}) {
     if (length > 0 && length < kLeastLength) {
-      problems += std::string("; scale/") + key + " is below 1e-06, expected 0 or metres";
+      problems += std::string("; scale/") + key + " is below 1e-06, expected 0 or a length in metres";
     }
   }
   if (mapping.max_keyframes > 0 && mapping.max_keyframes < kFewestKeyframes) {

@@ -30,7 +30,7 @@ std::optional<SavedMaps> Tracker::Impl::copy_maps() {
 }
 
 void Tracker::Impl::load_maps(SavedMaps saved) {
-  if (saved.maps.empty()) throw std::invalid_argument("there is no map to be loaded");
+  if (saved.maps.empty()) throw std::invalid_argument("there is no map to load");
   if (saved.descriptor != descriptor_kind(options_)) {
     throw std::invalid_argument("the map's descriptors are of another kind (" + saved.descriptor +
                                 "), expected " + descriptor_kind(options_));

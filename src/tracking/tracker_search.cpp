@@ -46,7 +46,8 @@ bool Tracker::Impl::search(const Frame& frame, FrameReport* report) {
                 registered_by(frame, best)};
   report->inliers = best.inliers;
   report->matches = best.matches;
-  report->reason_text = "found by " + std::to_string(best.inliers) + " points, a second view has to agree";
+  report->reason_text =
+      "found by " + std::to_string(best.inliers) + " points, a second image must confirm the pose";
   return true;
 }
 
@@ -63,13 +64,13 @@ bool Tracker::Impl::confirm(const Frame& frame, TrackingMapPtr* present, Registr
       registrar_.register_frame(frame, *map, reference, tentative.camera_from_reference * reference_from_map);
   if (!registration->success || !is_supported(registration->support, options_.resection.min_inliers)) {
     if (registration->success)
-      registration->text = "a second view does not agree with where the last was found";
+      registration->text = "the second image does not confirm the pose of the last one";
     registration->success = false;
     return false;
   }
   if ((*present)->map_id != tentative.map_id) {
     if (!go_back_to(tentative.map_id, true)) {
-      registration->text = "the map that it was found in has become part of another";
+      registration->text = "the map of this pose has been merged into another map";
       registration->success = false;
       return false;
     }
@@ -105,7 +106,7 @@ bool Tracker::Impl::go_back_to(std::uint32_t map_id, bool keep_present) {
 
 // Drops a map that is too young to be kept.
 void Tracker::Impl::drop_young_map(FrameReport* report) {
-  report->reason_text += "; the young map is dropped, a new one begun";
+  report->reason_text += "; the young map is dropped, and a new one is started";
   if (others_.empty()) {
     begin_anew();
   } else {

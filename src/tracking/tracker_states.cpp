@@ -44,7 +44,7 @@ FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const PreparedImage& i
   if (frame) {
     if (state_ == State::kBootstrapping && options_.localize_only) {
       report.reason = Reason::kRelocalising;
-      report.reason_text = "there is no map, and localize_only lets none be begun: load one";
+      report.reason_text = "there is no map, and localize_only does not start one: load a map";
     } else if (state_ == State::kBootstrapping) {
       const Frame of_object = followed(*frame, &report);
       const StageTimer timer(report.stages, "bootstrap");
@@ -149,7 +149,7 @@ void Tracker::Impl::bootstrap(const Frame& frame, FrameReport* report) {
   if (!registration.success) {
     begin_anew();
     report->reason = registration.reason;
-    report->reason_text = "the new map does not hold: " + registration.text;
+    report->reason_text = "the new map is not confirmed: " + registration.text;
     return;
   }
   if (!bootstrap.static_background.empty()) start_motion(bootstrap, frame, registration);

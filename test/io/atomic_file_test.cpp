@@ -96,7 +96,7 @@ TEST(AtomicFile, WhatMustBeAFileIsNoPipe) {
   std::filesystem::create_symlink("pipe", folder / "link");
   for (const std::string& path :
        {folder / "pipe", folder / "link", std::string("/dev/null"), folder.path()}) {
-    expect_error([&] { require_regular_file(path); }, {path, "no regular file"});
+    expect_error([&] { require_regular_file(path); }, {path, "not a regular file"});
   }
   std::filesystem::create_symlink(folder.write("file", ""), folder / "link to file");
   for (const char* name : {"file", "link to file", "nothing yet"}) {

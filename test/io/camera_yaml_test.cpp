@@ -107,7 +107,7 @@ TEST(CameraYaml, ErrorsNameFileKeyAndValue) {
       },
       {"ost.txt", "ost.yaml"});
   expect("", {"holds no keys"});
-  expect("a: [1", {"line", "no YAML"});
+  expect("a: [1", {"line", "not valid YAML"});
   expect(replaced("image_width: 752\n", ""), {"image_width"});
   expect(replaced("image_width: 752", "image_width: wide"), {"image_width", "'wide'"});
   expect(replaced("image_height: 480", "image_height: 0"), {"image_height", "0"});

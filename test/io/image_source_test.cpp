@@ -161,7 +161,7 @@ TEST(ImageFolder, ImagesThatAreNotReadAreCountedAndNamed) {
   expect_error([&] { open_images(folder / "photos"); },
                {"photos", "no image", "2 .heic", "1 .dng", "convert"});
   expect_error([&] { open_images(folder / "DCIM"); },
-               {"DCIM", "no image", "2 images lie in its folders", "100", "101"});
+               {"DCIM", "no image", "2 images are in its subfolders", "100", "101"});
   std::filesystem::copy_file(folder / "one.jpg", folder / "photos/b.jpg");
   EXPECT_EQ(stamps_of(folder / "photos").size(), 1u);
   EXPECT_NE(unread_images(folder / "photos").find("2 .heic"), std::string::npos);
@@ -300,10 +300,10 @@ TEST(Images, NothingToReadIsAnError) {
   expect_error([&] { open_image_folder(folder / "none"); }, {"none", "expected"});
   expect_error([&] { open_image_list(folder / "none"); }, {"none", "expected"});
   expect_error([&] { open_images(folder.write("list.txt", "# nothing\n\n")); },
-               {"list.txt", "names no image"});
+               {"list.txt", "lists no image"});
   cv::imwrite(folder / "image.png", grey(1));
-  expect_error([&] { open_images(folder / "image.png"); }, {"image.png", "is no text"});
-  expect_error([&] { open_video(folder / "none.avi"); }, {"none.avi", "is no file"});
+  expect_error([&] { open_images(folder / "image.png"); }, {"image.png", "is not a text file"});
+  expect_error([&] { open_video(folder / "none.avi"); }, {"none.avi", "is not a regular file"});
   expect_error([&] { open_video(folder.write("text.avi", "no video")); }, {"text.avi", "cannot be opened"});
 }
 
@@ -430,7 +430,7 @@ TEST(Video, OneThatIsCutTellsWhatIsMissing) {
   EXPECT_GT(read, 0);
   EXPECT_EQ(image.kind, Kind::kSkipped);
   EXPECT_EQ(image.problem, path + ": ends after " + std::to_string(read) +
-                               " of the 40 frames that it announces: it may be damaged");
+                               " of the 40 frames stated in its header: it may be damaged");
   EXPECT_EQ(source->next().kind, Kind::kEnd);
   EXPECT_EQ(source->next().kind, Kind::kEnd);
 }
@@ -508,9 +508,10 @@ TEST(MaskFolder, MasksCountedFromOneAreTold) {
   const MaskFolder masks(folder.path());
   std::string problem;
   EXPECT_TRUE(masks.mask_of("000000", {6, 4}, &problem).empty());
-  EXPECT_NE(problem.find("masks counted from 1 are one frame off"), std::string::npos) << problem;
+  EXPECT_NE(problem.find("masks that are numbered from 1 are off by one frame"), std::string::npos)
+      << problem;
   EXPECT_TRUE(masks.mask_of("000003", {6, 4}, &problem).empty());
-  EXPECT_EQ(problem.find("counted"), std::string::npos) << problem;
+  EXPECT_EQ(problem.find("numbered"), std::string::npos) << problem;
 }
 
 // The blocks of a JPEG ring about an outline: what was 0 is a little more there.

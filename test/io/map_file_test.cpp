@@ -119,7 +119,8 @@ TEST(MapFile, FramesOfNoSessionAreNotWritten) {
   SavedMaps saved = synthetic_saved_maps();
   saved.sessions.pop_back();
   TemporaryFolder folder;
-  expect_error<std::invalid_argument>([&] { write_map_file(folder / "a.map", saved); }, {"of no session"});
+  expect_error<std::invalid_argument>([&] { write_map_file(folder / "a.map", saved); },
+                                      {"belongs to no session"});
   saved.maps.clear();
   expect_error<std::invalid_argument>([&] { write_map_file(folder / "a.map", saved); }, {"no map"});
 }
@@ -165,7 +166,7 @@ TEST(MapFile, EveryTruncationIsRefused) {
   }
   TemporaryFolder folder;
   const std::string path = folder.write("a.map", file_content().substr(0, file_content().size() - 1));
-  expect_error([&] { read_map_file(path, "root_sift"); }, {path, "cut short"});
+  expect_error([&] { read_map_file(path, "root_sift"); }, {path, "truncated"});
 }
 
 TEST(MapFile, EveryFlippedBitIsRefused) {
@@ -194,10 +195,10 @@ TEST(MapFile, WhatIsNoMapIsNamed) {
     expect_error([&] { read_map_file(path, "root_sift"); }, parts);
   };
   const std::string text = folder.write("a.txt", "no map at all, but some text that is long enough");
-  refused(text, {text, "is no map file"});
+  refused(text, {text, "is not a map file"});
   refused(folder / "none.map", {folder / "none.map", "No such file"});
-  refused(folder.path(), {folder.path(), "no regular file"});
-  refused("/dev/zero", {"/dev/zero", "no regular file"});
+  refused(folder.path(), {folder.path(), "not a regular file"});
+  refused("/dev/zero", {"/dev/zero", "not a regular file"});
   std::string content = file_content();
   for (const char version : {0, 3}) {
     content[kVersionAt] = version;
@@ -214,7 +215,7 @@ TEST(MapFile, FrameNumbersAtTheEndOfTheirTypeAreRefused) {
     for (Map& map : saved.maps) map.shift_frame_indices(shift);
     for (MapSession& session : saved.sessions) session.first_frame += shift;
     write_map_file(folder / "a.map", saved);
-    expect_error([&] { read_map_file(folder / "a.map", "root_sift"); }, {"a.map", "a frame's number"});
+    expect_error([&] { read_map_file(folder / "a.map", "root_sift"); }, {"a.map", "a frame index"});
   }
 }
 
@@ -240,20 +241,20 @@ TEST(MapFile, SessionsThatCantBeAreRefused) {
   TemporaryFolder folder;
   const auto refused = [&](const SavedMaps& saved, const std::string& why) {
     write_map_file(folder / "a.map", saved);
-    expect_error([&] { read_map_file(folder / "a.map", "root_sift"); }, {"contradicts itself", why});
+    expect_error([&] { read_map_file(folder / "a.map", "root_sift"); }, {"is inconsistent", why});
   };
   SavedMaps saved = synthetic_saved_maps();
   saved.sessions[1].first_frame -= 1;
   refused(saved, "overlap");
   saved = synthetic_saved_maps();
   saved.sessions[0].camera.width = 1 << 20;
-  refused(saved, "a camera that can't be");
+  refused(saved, "the camera parameters are invalid");
   saved = synthetic_saved_maps();
   saved.sessions[1].camera.distortion = {1};
-  refused(saved, "a camera that can't be");
+  refused(saved, "the camera parameters are invalid");
   saved = synthetic_saved_maps();
   saved.sessions[1].camera.width = 100;
-  refused(saved, "where the camera has no pixel");
+  refused(saved, "outside the image");
 }
 
 // A distortion of a model has no more; each of the file's many cameras would ask for memory.
@@ -262,7 +263,7 @@ TEST(MapFile, CoefficientsOfNoModelAreRefused) {
   SavedMaps saved = synthetic_saved_maps();
   saved.sessions[1].camera.distortion.assign(1000, 0);
   write_map_file(folder / "a.map", saved);
-  expect_error([&] { read_map_file(folder / "a.map", "root_sift"); }, {"a distortion of no model"});
+  expect_error([&] { read_map_file(folder / "a.map", "root_sift"); }, {"too many distortion coefficients"});
   // A camera without a model may have had any number of zeros.
   saved.sessions[1].camera.distortion_model.clear();
   write_map_file(folder / "a.map", saved);
@@ -286,11 +287,12 @@ TEST(MapFile, KeyframesThatSeeHardlyAnythingAreRefused) {
                         map.add_keyframe(last.frame_index, last.stamp_ns, last.camera_from_map, image), 0);
   }
   write_map_file(folder / "a.map", saved);
-  expect_error([&] { read_map_file(folder / "a.map", "root_sift"); }, {"more keyframes than features"});
+  expect_error([&] { read_map_file(folder / "a.map", "root_sift"); }, {"too many pairs of keyframes"});
 }
 
 TEST(MapFile, IsNotWrittenIntoAPipe) {
-  expect_error([] { write_map_file("/dev/null", synthetic_saved_maps()); }, {"/dev/null", "no regular file"});
+  expect_error([] { write_map_file("/dev/null", synthetic_saved_maps()); },
+               {"/dev/null", "not a regular file"});
 }
 
 TEST(MapFile, DescriptorsOfAnotherKindAreRefused) {

@@ -62,7 +62,7 @@ TEST(Trajectory, ReadsTheLayoutsOfPublicDataSets) {
   folder.write("times.txt", "0.000000e+00\n1.037875e-01\n");
   EXPECT_EQ(read_tum(folder / "07.txt")[1].stamp_ns, 103787500);
   expect_error([&] { read_tum(folder.write("bad.txt", "1 2 3 4 5 6 7 8 9 10 11 12\n")); },
-               {"bad.txt", "line 1", "no rotation"});
+               {"bad.txt", "line 1", "not a rotation"});
 }
 
 // A map in metres made by a microscope has lengths that nine decimals would not hold.

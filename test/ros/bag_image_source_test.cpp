@@ -230,7 +230,7 @@ TEST(BagImageSource, ACalibrationThatChangesIsRefused) {
   expect_error([&] { read([](int i, auto* info) { info->width = i < 4 ? 6 : 3; }); },
                {"changes at 14.000000000", "6x4, then 3x4"});
   expect_error([&] { read([](int i, auto* info) { info->D[4] = 500 * (i == 1); }); },
-               {"changes at 11.000000000", "other distortion"});
+               {"changes at 11.000000000", "different distortion"});
 }
 
 // Sizes that wrap in 32 bits, and a compressed image that promises more than there is memory for.
@@ -248,7 +248,7 @@ TEST(BagImageSource, SkipsImagesWhoseSizesAreLies) {
     compressed.data[17] = compressed.data[21] = 1;  // 65542 x 65540
     bag.write("/packed/compressed", seconds(1), compressed);
   });
-  for (const auto& [topic, part] : {std::pair("/raw", "contradicts itself"), {"/packed", "65542 x 65540"}}) {
+  for (const auto& [topic, part] : {std::pair("/raw", "is inconsistent"), {"/packed", "65542 x 65540"}}) {
     const SourceImage image = BagImageSource(path, topic).next();
     EXPECT_EQ(image.kind, Kind::kSkipped);
     EXPECT_NE(image.problem.find(part), std::string::npos) << image.problem;
@@ -269,11 +269,11 @@ TEST(BagImageSource, ErrorsNameTheFileAndTheTopicsThereAre) {
     expect_error([&] { open(path, topic); }, {"a.bag", std::string("no images on ") + topic,
                                               "/left/image_raw, /right/image_raw/compressed"});
   }
-  expect_error([&] { open(path, ""); }, {"a.bag", "not one image topic", "/left/image_raw"});
+  expect_error([&] { open(path, ""); }, {"a.bag", "no image topic", "/left/image_raw"});
   const std::string empty = make_bag(folder / "empty.bag", [](rosbag::Bag&) {});
   expect_error([&] { open(empty, "/none"); }, {"empty.bag", "none"});
-  expect_error([&] { open(folder / "missing.bag", "/none"); }, {"missing.bag", "is no file"});
-  expect_error([&] { open(folder.path(), "/none"); }, {folder.path(), "is no file"});
+  expect_error([&] { open(folder / "missing.bag", "/none"); }, {"missing.bag", "is not a regular file"});
+  expect_error([&] { open(folder.path(), "/none"); }, {folder.path(), "is not a regular file"});
   expect_error([&] { open(folder.write("text.bag", "this is no bag"), "/none"); },
                {"text.bag", "expected a bag"});
   expect_error([&] { open(folder.write("nothing.bag", ""), "/none"); }, {"nothing.bag", "expected a bag"});
@@ -296,7 +296,7 @@ TEST(BagImageSource, SplitBagsAreOneRecording) {
   for (int i = 0; i < 9; ++i) EXPECT_EQ(source.next().stamp_ns, (1 + i) * 1000000000ll);
   EXPECT_EQ(source.next().kind, Kind::kEnd);
   paths.push_back(folder / "none.bag");
-  expect_error([&] { BagImageSource(paths, ""); }, {"none.bag", "is no file"});
+  expect_error([&] { BagImageSource(paths, ""); }, {"none.bag", "is not a regular file"});
 }
 
 TEST(BagImageSource, ARecordingOfAnotherKindIsNamedWithWhatToDo) {

@@ -68,7 +68,7 @@ TEST(CameraInfoConversion, ARegionOfInterestBeyondItsImageIsAContradiction) {
   info.roi.height = 480;
   const ConvertedCamera camera = convert_camera_info(info, false);
   EXPECT_EQ(camera.reason, Reason::kUncalibrated);
-  EXPECT_NE(camera.error.find("640x480 at 100, 50 does not lie in the image of 640x480"), std::string::npos)
+  EXPECT_NE(camera.error.find("640x480 at 100, 50 exceeds the image size 640x480"), std::string::npos)
       << camera.error;
   info.roi.x_offset = info.roi.y_offset = 0;
   EXPECT_EQ(convert_camera_info(info, false).reason, Reason::kOk) << "all of the image";

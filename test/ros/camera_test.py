@@ -113,7 +113,7 @@ class CameraTest(unittest.TestCase):
         told = infos.wait_for(lambda m: m.K[0] == 50.0)
         self.assertIsNotNone(told)
         self.assertEqual(told.D[0], -0.1)
-        self.diagnosis("calibrated", lambda s: s.level == DiagnosticStatus.OK and "images come" in s.message)
+        self.diagnosis("calibrated", lambda s: s.level == DiagnosticStatus.OK and "images arrive" in s.message)
         # It is there again after a restart.
         self.stop(node)
         again = Listener("again/camera_info", CameraInfo)
@@ -148,7 +148,7 @@ class CameraTest(unittest.TestCase):
         """Nobody writes into it: to open it would wait for ever."""
         os.mkfifo(self.folder.name + "/pipe")
         self.start("piped", video=self.folder.name + "/pipe")
-        self.diagnosis("piped", lambda s: s.level == DiagnosticStatus.ERROR and "pipe is no file" in s.message)
+        self.diagnosis("piped", lambda s: s.level == DiagnosticStatus.ERROR and "pipe is not a regular file" in s.message)
 
     def test_a_pipe_in_place_of_a_calibration_is_refused(self):
         """By both nodes, at once: to open it would wait for ever, and past Ctrl-C."""
@@ -161,7 +161,7 @@ class CameraTest(unittest.TestCase):
                                         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=TIMEOUT)
                 rospy.delete_param("/calibrated_by_pipe")
                 self.assertEqual(result.returncode, 1)
-                self.assertIn(self.calibration + " is no file", result.stdout)
+                self.assertIn(self.calibration + " is not a regular file", result.stdout)
 
     def test_with_the_tracker_in_one_manager(self):
         folder = self.folder.name

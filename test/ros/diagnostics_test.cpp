@@ -54,9 +54,9 @@ TEST(Diagnostics, ImagesThatCannotBeReadAreAnError) {
   Health health = tracking();
   health.last.reason = TrackerStatus::UNREADABLE_IMAGE;
   health.last.reason_name = "UNREADABLE_IMAGE";
-  health.last.reason_text = "the image contradicts itself";
+  health.last.reason_text = "the image message is inconsistent";
   EXPECT_EQ(told(health).level, DiagnosticStatus::ERROR);
-  EXPECT_EQ(told(health).message, "TRACKING: UNREADABLE_IMAGE, the image contradicts itself");
+  EXPECT_EQ(told(health).message, "TRACKING: UNREADABLE_IMAGE, the image message is inconsistent");
 }
 
 // That it starts, is lost or is paused may pass by itself.

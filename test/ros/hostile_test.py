@@ -120,7 +120,7 @@ class HostileTest(unittest.TestCase):
         self.addCleanup(os.remove, pipe)
         answer = self.raw.call("save_trajectory")
         self.assertFalse(answer.success)
-        self.assertIn("no regular file", answer.message)
+        self.assertIn("not a regular file", answer.message)
         self.assertTrue(self.raw.call("reset").success, "no later service waits")
         self.expect_alive()
 

@@ -100,7 +100,7 @@ class MapFileTest(unittest.TestCase):
     def damage(self):
         with open(self.path, "rb") as file:
             content = file.read()
-        for damaged, word in ((content[:len(content) // 2], "cut short"), (b"", "no map file"),
+        for damaged, word in ((content[:len(content) // 2], "truncated"), (b"", "not a map file"),
                               (content[:8] + b"\x09" + content[9:], "version 9"),
                               (content[:-1000] + bytes([content[-1000] ^ 1]) + content[-999:], "damaged")):
             with open(self.path, "wb") as file:

@@ -230,7 +230,7 @@ class MapsKeptTest(unittest.TestCase):
         tracker = self.start("third", map_path=self.in_folder("live.map"))
         answer = tracker.says.call("load_map")
         self.assertTrue(answer.success, answer.message)
-        self.assertIn("when camera_info comes", answer.message)
+        self.assertIn("when camera_info arrives", answer.message)
         self.find(tracker, range(HERE + 40, HERE + 48))
         tracker.end()
 

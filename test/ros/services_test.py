@@ -88,7 +88,7 @@ class ServicesTest(unittest.TestCase):
         for service, parameter in (("save_trajectory", "save_trajectory_path"), ("save_map", "map_path")):
             refused = tracker.call(service)
             self.assertFalse(refused.success, refused.message)
-            self.assertIn("~%s and ~trajectory_file are one file" % parameter, refused.message)
+            self.assertIn("~%s and ~trajectory_file are the same file" % parameter, refused.message)
         registered = [s.header.stamp.to_nsec() for s in feeding.track(camera, tracker, images, 5)]
         self.assertTrue(tracker.wait_until(lambda: registered[-2] in feeding.read_tum(self.folder.name + "/both.txt")))
 
@@ -176,9 +176,9 @@ class ServicesTest(unittest.TestCase):
                 if answer.reason != TrackerStatus.DOUBTFUL_POSE:
                     break
                 doubtful.append(answer.header.stamp.to_nsec())
-            if "one doubtful pose after the other" in answer.reason_text:
+            if "several doubtful poses in a row" in answer.reason_text:
                 break
-        self.assertIn("one doubtful pose after the other", answer.reason_text)
+        self.assertIn("several doubtful poses in a row", answer.reason_text)
         self.assertEqual(len(doubtful), 2)
         saved = tracker.call("save_trajectory")
         self.assertTrue(saved.success, saved.message)
@@ -236,7 +236,7 @@ class ServicesTest(unittest.TestCase):
                 caller.join()
             stream.stop()
             for success, message in answers.all:
-                self.assertTrue(success or message == "the tracker shuts down", message)
+                self.assertTrue(success or message == "the tracker is shutting down", message)
 
     @staticmethod
     def call_until_gone(name, answers):

@@ -193,7 +193,7 @@ class ModuleTest(RunsOfARoom):
     def test_wrong_images(self):
         grey = self.arrays[0][..., 0]
         for images, text in (([grey.astype(float)], r"images\[0\] has the type float64: expected uint8"),
-                             ([grey[None]], r"images\[0\] has the shape"), ([3], "no numpy array")):
+                             ([grey[None]], r"images\[0\] has the shape"), ([3], "not a numpy array")):
             with self.assertRaisesRegex(ValueError, text):
                 pymonopose.reconstruct(images, self.model)
         with self.assertRaisesRegex(RuntimeError, "missing"):

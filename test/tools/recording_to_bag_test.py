@@ -181,7 +181,7 @@ class RecordingToBag(unittest.TestCase):
         os.mkfifo(self.path("pipe"))
         result = self.run_program(self.path("images"), self.path("pipe"))
         self.assertEqual(result.returncode, 2, result.stderr)
-        self.assertIn("is no regular file", result.stderr)
+        self.assertIn("is not a regular file", result.stderr)
         self.assertTrue(stat.S_ISFIFO(os.stat(self.path("pipe")).st_mode))
         self.write("old.bag", "")
         os.symlink(self.path("old.bag"), self.path("link.bag"))

@@ -79,7 +79,7 @@ class Refusals(RunsOfARoom):
         self.expect_refused([self.path("listed", "images.txt")], *camera, "--images", self.path("listed"))
         misspelt = run_program("track_sequence", *camera, "--images", self.list, "--outpt", self.path("refused"))
         self.assertEqual(misspelt.returncode, 2)
-        self.assertIn("--outpt is no option; --output is required", misspelt.stderr)
+        self.assertIn("--outpt is not an option; --output is required", misspelt.stderr)
         for option, values in (("--max-frames", ("0", "-1", "010", "x")), ("--seed", ("-1", "0100", "0x1", "1.5"))):
             for value in values:
                 self.expect_refused([option, "expected a whole number"], *camera, "--images", self.list,
@@ -97,9 +97,9 @@ class Refusals(RunsOfARoom):
                                 ("is neither a folder", [*camera, "--images", endless]),
                                 ("more than 268435456 bytes", [*images, *camera, "--reference", endless]),
                                 ("is a stream or device", [*camera, "--video", endless]),
-                                ("is no file", ["--bag", endless]),
+                                ("is not a regular file", ["--bag", endless]),
                                 ("Not a directory", [*images, *camera, "--masks", endless]),
-                                ("is no regular file", [*images, *camera, "--map", endless])):
+                                ("is not a regular file", [*images, *camera, "--map", endless])):
             before = resource.getrusage(resource.RUSAGE_CHILDREN)
             self.expect_refused([endless, part], *arguments)
             after = resource.getrusage(resource.RUSAGE_CHILDREN)

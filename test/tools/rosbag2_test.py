@@ -124,7 +124,7 @@ class Rosbag2Test(RunsOfARoom):
         messages[at] = (*messages[at][:2], messages[at][2][:100])
         ros2_bag.write_db3(self.path("drive.db3"), TOPICS, messages)
         output, told = self.track("--bag", self.path("drive.db3"))
-        self.assertIn("image 000012 of /camera/image_raw: is cut short", told)
+        self.assertIn("image 000012 of /camera/image_raw: is truncated", told)
         self.assertEqual(report(output)["frames_total"], len(self.names) - 1)
 
     def test_grey_levels_of_16_bits(self):
@@ -194,9 +194,9 @@ class Rosbag2Test(RunsOfARoom):
                            (self.path("outside"), "outside the folder"),
                            (self.path("open.db3"), "was not closed"),
                            (written("whole.db3.zstd", b"x"), "compressed as a whole"),
-                           (self.path("missing.db3"), "is no file")):
+                           (self.path("missing.db3"), "is not a regular file")):
             self.expect_refused([os.path.basename(path).split(".")[0], part], "--bag", path, "--camera", self.camera)
-        self.expect_refused(["sound.mcap", "no other --bag"], "--bag", self.path("sound.mcap"), "--bag", self.path("none.db3"))
+        self.expect_refused(["sound.mcap", "a single --bag"], "--bag", self.path("sound.mcap"), "--bag", self.path("none.db3"))
         self.expect_refused(["/camera/image_raw", "/nowhere"], "--bag", self.path("sound.mcap"), "--image-topic", "/nowhere")
 
 

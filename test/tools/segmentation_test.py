@@ -100,7 +100,7 @@ class Segmentation(unittest.TestCase):
     def test_without_segmentation_it_says_that_the_background_stands_still(self):
         status, report, _ = self.track("none", self.head, "method: none")
         self.assertEqual(status, 1)
-        self.assertIn("stand still", report["reason"])
+        self.assertIn("are static", report["reason"])
 
 
 if __name__ == "__main__":

@@ -81,7 +81,7 @@ class TrackSequence(RunsOfARoom):
     def test_a_map_that_cant_be_gone_on_in_is_refused(self):
         images = ["--images", self.list, "--camera", self.camera]
         self.expect_refused(["none.map", "No such file"], *images, "--map", "none.map")
-        self.expect_refused([self.camera, "no map file"], *images, "--map", self.camera)
+        self.expect_refused([self.camera, "not a map file"], *images, "--map", self.camera)
         saved = self.path("a.map")
         self.track("--images", self.half(0), "--camera", self.camera, "--save-map", saved)
         config = self.path("sift.yaml")
@@ -101,7 +101,7 @@ class TrackSequence(RunsOfARoom):
         self.assertEqual(result.returncode, 0, result.stderr)
         images = ["--images", os.path.join(plane, "images"), "--camera", os.path.join(plane, "camera.yaml")]
         output, said = self.track(*images, "--map", saved, "--localize-only", status=1)
-        self.assertIn("no image was found", said)
+        self.assertIn("no image was relocalised", said)
         self.assertEqual(rows(output, "trajectory.txt"), [])
         self.assertFalse(report(output)["tracked"])
 
@@ -368,8 +368,8 @@ class TrackSequence(RunsOfARoom):
                 for path in masks_black:
                     cv2.imwrite(path, numpy.zeros((240, 320), numpy.uint8))
             output, said = self.track("--images", self.list, "--camera", self.camera, "--masks", masks, status=status)
-            self.assertIn("warning: not one image has a mask", said)
-            self.assertIn("not one image has a mask", report(output)["warnings"][0])
+            self.assertIn("warning: no image has a mask", said)
+            self.assertIn("no image has a mask", report(output)["warnings"][0])
 
     def test_images_of_two_folders_keep_their_names(self):
         for i, name in enumerate(self.names):

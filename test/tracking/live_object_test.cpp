@@ -64,7 +64,8 @@ TEST(LiveObject, AMapOfTheRoomIsDroppedForTheHeadThatTurns) {
   const Outcome outcome = track_live("turning");
   int dropped = 0;
   for (const FrameReport& report : outcome.reports) {
-    dropped += report.reason_text.find("rotates less than another one, and is dropped") != std::string::npos;
+    dropped += report.reason_text.find("rotates less than another object in view; this map is dropped") !=
+               std::string::npos;
     EXPECT_EQ(static_cast<int>(report.seen.size()), report.features);
   }
   EXPECT_GE(dropped, 1);

@@ -330,7 +330,7 @@ TEST_F(RecordingTest, ImagesWithoutAPoseAreTold) {
   const RecordingResult result = track(images, room_->camera);
   EXPECT_EQ(result.trajectory.size(), 16u);
   ASSERT_EQ(result.warnings.size(), 1u);
-  EXPECT_NE(result.warnings[0].find("2 of 18 images have no pose, most in a row from 16 to 17"),
+  EXPECT_NE(result.warnings[0].find("2 of 18 images have no pose, the longest gap is from 16 to 17"),
             std::string::npos)
       << result.warnings[0];
 }

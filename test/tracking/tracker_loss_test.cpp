@@ -73,7 +73,7 @@ TEST_P(DoubtfulPoses, OneAfterTheOtherIsLost) {
   }
   const FrameReport third = tracker.process(last.stamp_ns + 3, covered);
   EXPECT_EQ(third.state, State::kLost);
-  EXPECT_NE(third.reason_text.find("one doubtful pose after the other"), std::string::npos)
+  EXPECT_NE(third.reason_text.find("several doubtful poses in a row"), std::string::npos)
       << third.reason_text;
   expect_consistent(third);
   EXPECT_EQ(tracker.trajectory().size(), registered_before) << "none of the three is kept";

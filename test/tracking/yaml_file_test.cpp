@@ -90,8 +90,8 @@ TEST(Yaml, FilesThatAreMoreThanTheySeemAreRefused) {
     expect_error([&] { read_options_yaml(path, &options); }, {path, "expected"});
     expect_error([&] { read_options_yaml(path, &options); }, parts);
   };
-  expect("a: &a\n  b: *a\n", {"line 2", "alias of what it stands in"});
-  expect("a: &a [*a]\n", {"line 1", "alias of what it stands in"});
+  expect("a: &a\n  b: *a\n", {"line 2", "alias of a value that contains"});
+  expect("a: &a [*a]\n", {"line 1", "alias of a value that contains"});
   expect(alias_bomb(), {"line", "more than 20000 values"});
   expect(std::string(100000, '['), {"line 1"});
   expect("a: " + std::string(30, '[') + std::string(30, ']'), {"line 1", "nested"});
@@ -100,8 +100,8 @@ TEST(Yaml, FilesThatAreMoreThanTheySeemAreRefused) {
   expect(deep, {"nested"});
   expect("a: [" + std::string(300 * 1024, ' ') + "]", {"more than 262144 bytes"});
   expect("a: 1\nb: {c: 1, d: 2, c: 3}\n", {"line 2", "the key c a second time"});
-  expect("a: 1\n? [1]\n: 2\n", {"line 2", "a key that is no text"});
-  expect("a: [1, 2", {"line", "no YAML"});
+  expect("a: 1\n? [1]\n: 2\n", {"line 2", "a key that is not a text"});
+  expect("a: [1, 2", {"line", "not valid YAML"});
   for (const std::string& path : {std::string("/dev/zero"), folder.path()}) {
     expect_error([&] { read_camera_yaml(path); }, {path, "cannot be read"});
     expect_error([&] { read_options_yaml(path, &options); }, {path, "cannot be read"});

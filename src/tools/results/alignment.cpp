@@ -183,10 +183,10 @@ void warn_of_alignment(const PositionAlignment& alignment, const AlignmentOption
     return;
   }
   if (alignment.rotation_sigma_deg > options.positions.max_rotation_sigma_deg && !alignment.used_directions) {
-    warnings->push_back(formatted(
-        "--align: the positions lie near one line; the rotation of %s about it is known to %.0f deg only: "
-        "give positions of a path with turns, or orientations of the camera",
-        name.c_str(), std::min(alignment.rotation_sigma_deg, 180.0)));
+    warnings->push_back(
+        formatted("--align: the positions lie near one line; the rotation of %s about it is accurate to %.0f "
+                  "deg only: give positions of a path with turns, or orientations of the camera",
+                  name.c_str(), std::min(alignment.rotation_sigma_deg, 180.0)));
   }
   double largest = 0;
   for (const RegisteredFrame& frame : map.trajectory) {

@@ -129,7 +129,7 @@ std::string doubt_of_names(const std::map<std::int64_t, std::string>& names) {
   if (first == names.end()) return "";
   return std::to_string(std::count_if(first, names.end(), has_space)) +
          " images have a space in their names (the first: " + first->second +
-         "), and COLMAP reads a name of its text model only up to there: rename them for COLMAP";
+         "), but COLMAP's text model does not support spaces in names: rename the images for COLMAP";
 }
 
 }  // namespace mono_pose_tracker

@@ -141,8 +141,8 @@ void refuse_among_images(const fs::path& images, const Outputs& outputs) {
   for (const fs::path& folder : map_folders(outputs.folder)) {
     if (followed(folder) != read) continue;
     throw std::runtime_error(folder.string() +
-                             ": the images lie in it, and pictures of the results would be taken for some of "
-                             "them: expected another folder as --output");
+                             ": this folder contains the input images, and images of the results would be "
+                             "mistaken for input: expected another folder as --output");
   }
 }
 
