@@ -1,6 +1,7 @@
 #include "mono_pose_tracker/map/map.h"
 
 #include <algorithm>
+#include <limits>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -48,6 +49,12 @@ void check_links(const std::map<KeyframeId, Keyframe>& keyframes,
   }
 }
 
+// The next id must exist.
+void check_id(int id) {
+  if (id < 0 || id == std::numeric_limits<int>::max())
+    throw std::invalid_argument("the id " + std::to_string(id) + " is out of range");
+}
+
 }  // namespace
 
 Map Map::restore(std::vector<Keyframe> keyframes, std::vector<Landmark> landmarks,
@@ -55,6 +62,7 @@ Map Map::restore(std::vector<Keyframe> keyframes, std::vector<Landmark> landmark
   Map map;
   map.scale_source_ = scale_source;
   for (Keyframe& keyframe : keyframes) {
+    check_id(keyframe.id);
     keyframe.landmark_of_feature.assign(keyframe.image->size(), kNoLandmark);
     map.next_keyframe_ = std::max(map.next_keyframe_, keyframe.id + 1);
     const KeyframeId id = keyframe.id;
@@ -63,10 +71,14 @@ Map Map::restore(std::vector<Keyframe> keyframes, std::vector<Landmark> landmark
     }
   }
   map.removed_ = std::move(removed);
-  for (const auto& entry : map.removed_) map.next_keyframe_ = std::max(map.next_keyframe_, entry.first + 1);
+  for (const auto& entry : map.removed_) {
+    check_id(entry.first);
+    map.next_keyframe_ = std::max(map.next_keyframe_, entry.first + 1);
+  }
   check_links(map.keyframes_, map.removed_);
   for (Landmark& landmark : landmarks) {
     const LandmarkId id = landmark.id;
+    check_id(id);
     map.next_landmark_ = std::max(map.next_landmark_, id + 1);
     const auto first = map.first_landmark_.emplace(landmark.created_by, id).first;
     first->second = std::min(first->second, id);
@@ -314,6 +326,10 @@ void Map::apply(const std::map<KeyframeId, Sim3>& new_from_map) {
 }
 
 MergedIds Map::merge(Map other, const Sim3& map_from_other) {
+  if (other.next_keyframe_ > std::numeric_limits<KeyframeId>::max() - next_keyframe_ ||
+      other.next_landmark_ > std::numeric_limits<LandmarkId>::max() - next_landmark_) {
+    throw std::length_error("the maps have too many ids to be merged");
+  }
   other.transform(map_from_other);
   const MergedIds added{next_keyframe_, next_landmark_};
   for (const auto& [id, landmark] : other.first_landmark_) {

@@ -8,9 +8,9 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <deque>
 #include <exception>
 #include <filesystem>
+#include <memory>
 #include <opencv2/core/utility.hpp>
 #include <optional>
 #include <stdexcept>
@@ -258,13 +258,13 @@ Run track_beginning(const Arguments& a, const TrackerOptions& options, const Cam
 Run track_all(const Arguments& a, const TrackerOptions& options, const CameraParameters& camera,
               const Recording& recording, const SavedMaps* loaded = nullptr) {
   TrajectoryWriter live((fs::path(a.output) / "trajectory_live.txt").string());
-  std::deque<Observed> observed;  // by attempt
+  std::vector<std::weak_ptr<Observed>> observed;  // by attempt; of the attempt that is kept in the end
   const auto observer_of = [&](int attempt) -> FrameObserver {
     if (attempt > 0) tell_of_attempt(attempt, a.quiet);
-    observed.emplace_back(a.undistorted || !a.write_masks.empty());
+    const auto into = std::make_shared<Observed>(a.undistorted || !a.write_masks.empty());
+    observed.push_back(into);
     auto progress = std::make_shared<Progress>(recording.open()->size(), a.quiet);
-    return [&, attempt, progress, into = &observed.back()](int pass, std::int64_t index,
-                                                           const FrameReport& report) {
+    return [&, attempt, progress, into](int pass, std::int64_t index, const FrameReport& report) {
       if (pass == 1) progress->show(report);
       note_live(pass, report, &into->live);
       if (attempt == 0 && pass == 1 && report.map_from_camera)
@@ -277,9 +277,9 @@ Run track_all(const Arguments& a, const TrackerOptions& options, const CameraPar
   };
   TrackedRecording tracked = track_until_confirmed(
       recording, [&] { return make_tracker(options, camera, loaded); }, observer_of);
-  Observed& kept = observed[tracked.attempt];
-  return {std::move(tracked.tracker), std::move(tracked.result), std::move(kept.masks), std::move(kept.notes),
-          std::move(kept.live)};
+  const std::shared_ptr<Observed> kept = observed[tracked.attempt].lock();
+  return {std::move(tracked.tracker), std::move(tracked.result), std::move(kept->masks),
+          std::move(kept->notes), std::move(kept->live)};
 }
 
 // Evidence against the camera is evidence against every map.

@@ -78,7 +78,8 @@ bool is_confirmed(const RecordingResult& result);
 void add_finding(Finding finding, RecordingResult* result);
 
 struct TrackedRecording {
-  int attempt = 0;  // of the result
+  int attempt = 0;         // of the result
+  FrameObserver observer;  // of the attempt: what it owns is freed with a result that is not kept
   std::unique_ptr<Tracker> tracker;
   RecordingResult result;
 };

@@ -33,7 +33,8 @@ class Attempts {
     made.attempt = count_++;
     made.tracker = make_tracker_();
     if (recording.object_masks) made.tracker->expect_object();
-    made.result = track_recording(recording, observer_of_(made.attempt), made.tracker.get());
+    made.observer = observer_of_(made.attempt);
+    made.result = track_recording(recording, made.observer, made.tracker.get());
     return made;
   }
 

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "common/random.h"
 
@@ -194,6 +197,28 @@ TEST(Map, TakesInAnotherMap) {
 }
 
 // The invariants hold whatever is done to a map, in whatever order.
+// As after many joins, or of a map file that was made by hand.
+TEST(Map, IsNotMergedWhereIdsWouldOverflow) {
+  const auto map_with = [](LandmarkId id) {
+    std::vector<Keyframe> keyframes(2);
+    std::vector<Landmark> landmarks(1);
+    landmarks[0].id = id;
+    for (int i = 0; i < 2; ++i) {
+      keyframes[i].id = i;
+      keyframes[i].frame_index = i;
+      keyframes[i].image = image_of(1);
+      landmarks[0].observations.push_back({i, 0});
+    }
+    return Map::restore(std::move(keyframes), std::move(landmarks), {}, ScaleSource::kMapUnits);
+  };
+  constexpr LandmarkId kLargest = std::numeric_limits<LandmarkId>::max();
+  Map map = map_with(kLargest / 2);
+  EXPECT_THROW(map.merge(map_with(kLargest / 2 + 1), Sim3()), std::length_error);
+  EXPECT_EQ(map.keyframes().size(), 2u);
+  map.check();
+  EXPECT_THROW(map_with(kLargest), std::invalid_argument);
+}
+
 TEST(Map, InvariantsHoldUnderRandomOperations) {
   Random random(1);
   Map map;

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <set>
+#include <vector>
 
 #include "common/angles.h"
 #include "simulation/simulated_sequence.h"
@@ -96,6 +98,29 @@ TEST_F(RecordingTest, WithoutAMapItIsTriedFromElsewhere) {
       track_with_spoilt_first(*room_, [](TrackerOptions* o) { o->bootstrap.min_matches = 1000000; });
   ASSERT_TRUE(tracked.result.tracked);
   EXPECT_EQ(tracked.result.trajectory.size(), 15u);
+}
+
+TEST_F(RecordingTest, WhatObservesAnAttemptIsFreedWithItsResult) {
+  Recording recording;
+  recording.open = [&] { return std::make_unique<RoomImages>(*room_); };
+  std::vector<std::weak_ptr<int>> owned;
+  const TrackedRecording tracked = track_until_confirmed(
+      recording,
+      [&] {
+        TrackerOptions options;
+        if (owned.empty()) options.bootstrap.min_matches = 1000000;
+        return std::make_unique<Tracker>(options, room_->camera, Tracker::Mapping::kInline);
+      },
+      [&](int) {
+        const auto data = std::make_shared<int>(0);
+        owned.push_back(data);
+        return [data](int, std::int64_t, const FrameReport&) { ++*data; };
+      });
+  ASSERT_EQ(owned.size(), 2u);
+  ASSERT_EQ(tracked.attempt, 1);
+  EXPECT_TRUE(owned[0].expired());
+  ASSERT_FALSE(owned[1].expired());
+  EXPECT_GE(*owned[1].lock(), 15);
 }
 
 // There is no finding against it, and no other seed gives more.

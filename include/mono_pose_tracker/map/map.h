@@ -137,7 +137,8 @@ class Map {
   /// the removed keyframes stored relative to it. Keyframes without a similarity stay.
   void apply(const std::map<KeyframeId, Sim3>& new_from_map);
   /// Merges another map, whose ids and frame indices grow by the returned offsets. No frame may be in both.
-  /// Duplicate landmarks stay until they are merged.
+  /// Duplicate landmarks stay until they are merged. Throws std::length_error, and leaves the map as it is,
+  /// where there are not enough ids.
   MergedIds merge(Map other, const Sim3& map_from_other);
   ScaleSource scale_source() const { return scale_source_; }
   void set_scale_source(ScaleSource source) { scale_source_ = source; }
