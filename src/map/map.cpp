@@ -49,9 +49,11 @@ void check_links(const std::map<KeyframeId, Keyframe>& keyframes,
   }
 }
 
-// The next id must exist.
+// Half of the numbers: the rest is for keyframes and landmarks to come.
+constexpr int kMostIds = std::numeric_limits<int>::max() / 2;
+
 void check_id(int id) {
-  if (id < 0 || id == std::numeric_limits<int>::max())
+  if (id < 0 || id >= kMostIds)
     throw std::invalid_argument("the id " + std::to_string(id) + " is out of range");
 }
 
@@ -79,6 +81,10 @@ Map Map::restore(std::vector<Keyframe> keyframes, std::vector<Landmark> landmark
   for (Landmark& landmark : landmarks) {
     const LandmarkId id = landmark.id;
     check_id(id);
+    if (landmark.created_by >= 0) {
+      check_id(landmark.created_by);
+      map.next_keyframe_ = std::max(map.next_keyframe_, landmark.created_by + 1);
+    }
     map.next_landmark_ = std::max(map.next_landmark_, id + 1);
     const auto first = map.first_landmark_.emplace(landmark.created_by, id).first;
     first->second = std::min(first->second, id);
@@ -325,11 +331,13 @@ void Map::apply(const std::map<KeyframeId, Sim3>& new_from_map) {
   }
 }
 
+bool Map::has_ids_for(const Map& other) const {
+  return other.next_keyframe_ <= kMostIds - next_keyframe_ &&
+         other.next_landmark_ <= kMostIds - next_landmark_;
+}
+
 MergedIds Map::merge(Map other, const Sim3& map_from_other) {
-  if (other.next_keyframe_ > std::numeric_limits<KeyframeId>::max() - next_keyframe_ ||
-      other.next_landmark_ > std::numeric_limits<LandmarkId>::max() - next_landmark_) {
-    throw std::length_error("the maps have too many ids to be merged");
-  }
+  if (!has_ids_for(other)) throw std::length_error("the maps have too many ids to be merged");
   other.transform(map_from_other);
   const MergedIds added{next_keyframe_, next_landmark_};
   for (const auto& [id, landmark] : other.first_landmark_) {

@@ -75,8 +75,8 @@ int unsupported_in(const std::vector<EdgeConsistency>& edges) {
 
 }  // namespace
 
-// Completes the map once no segment or keyframe is contradicted, as that takes the most time, and goes on
-// where the complete map is.
+// Completes the map once no segment is contradicted, as that takes the most time. Keyframes are compared with
+// the landmarks of a complete map.
 std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& consistency) {
   constexpr int kMaxRounds = 5;
   std::set<KeyframeId> removed;
@@ -88,7 +88,9 @@ std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& co
     const int unsupported = unsupported_in(edges);
     const bool is_better = unsupported <= before - consistency.min_inliers;
     before = unsupported;
-    if (is_better && correct_worst(edges, consistency, &removed)) {
+    if (is_better &&
+        (correct_segment(edges, consistency, &removed) ||
+         (is_complete && remove_contradicted(contradicted_keyframes(edges, consistency), &removed)))) {
       adjust_to_graph();
       is_complete = false;
       continue;
@@ -96,35 +98,39 @@ std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& co
     if (is_complete) break;
     complete();
     is_complete = true;
+    if (!is_better) break;
     before = std::numeric_limits<int>::max();
   }
   if (!is_complete) complete();
   return removed;
 }
 
-// Moves the most inconsistent segment to where the graph places it, or removes it; where there is none,
-// removes contradicted keyframes. Returns whether there were any.
-bool Mapper::correct_worst(const std::vector<EdgeConsistency>& edges,
-                           const GraphConsistencyOptions& consistency, std::set<KeyframeId>* removed) {
+// Moves the most inconsistent segment to where the graph places it, or removes it. Returns whether there was
+// one.
+bool Mapper::correct_segment(const std::vector<EdgeConsistency>& edges,
+                             const GraphConsistencyOptions& consistency, std::set<KeyframeId>* removed) {
   const std::optional<InconsistentSegment> segment = most_inconsistent_segment(map_, edges);
-  const std::optional<SegmentAlignment> alignment =
-      segment ? align_segment(map_, view_graph(), *segment) : std::nullopt;
-  if (alignment && alignment->is_better(consistency)) {
-    const KeyframeChanges changes = apply_alignment(*segment, *alignment, view_graph(), &map_);
-    adjust_after_merging(final_bundle());
-    cull_observations(map_.landmark_ids());
-    post_correction(changes);
-    return true;
-  }
-  const std::set<KeyframeId> wrong =
-      segment ? std::set<KeyframeId>(segment->keyframes.begin(), segment->keyframes.end())
-              : contradicted_keyframes(edges, consistency);
-  if (wrong.empty()) return false;
-  remove_keyframes(wrong);
-  for (const KeyframeId id : wrong) {
+  if (!segment) return false;
+  const std::optional<SegmentAlignment> alignment = align_segment(map_, view_graph(), *segment);
+  if (!alignment || !alignment->is_better(consistency))
+    return remove_contradicted({segment->keyframes.begin(), segment->keyframes.end()}, removed);
+  const KeyframeChanges changes = apply_alignment(*segment, *alignment, view_graph(), &map_);
+  adjust_after_merging(final_bundle());
+  cull_observations(map_.landmark_ids());
+  post_correction(changes);
+  return true;
+}
+
+// Returns whether any was removed. Where more than half of the map is contradicted something else is wrong,
+// such as the calibration.
+bool Mapper::remove_contradicted(const std::set<KeyframeId>& ids, std::set<KeyframeId>* removed) {
+  const std::size_t before = map_.keyframes().size();
+  if (ids.empty() || 2 * ids.size() > before + 1) return false;
+  remove_keyframes(ids);
+  for (const KeyframeId id : ids) {
     if (!map_.keyframe(id)) removed->insert(id);
   }
-  return true;
+  return map_.keyframes().size() < before;
 }
 
 }  // namespace mono_pose_tracker

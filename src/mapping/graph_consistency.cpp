@@ -178,24 +178,35 @@ std::vector<EdgeConsistency> edge_consistency(const Map& map, const ViewGraph& g
 
 std::set<KeyframeId> contradicted_keyframes(const std::vector<EdgeConsistency>& edges,
                                             const GraphConsistencyOptions& options) {
-  std::set<KeyframeId> contradicted;
-  while (true) {
-    std::map<KeyframeId, std::pair<int, int>> supported_of;  // supported, all
-    for (const EdgeConsistency& edge : edges) {
-      if (contradicted.count(edge.first) || contradicted.count(edge.second)) continue;
-      for (const KeyframeId id : {edge.first, edge.second}) {
-        supported_of[id].first += edge.supported;
-        supported_of[id].second += edge.matches;
-      }
+  struct Matches {
+    int supported = 0, all = 0;
+    std::vector<const EdgeConsistency*> edges;
+    double share() const { return all > 0 ? static_cast<double>(supported) / all : 1; }
+  };
+  std::map<KeyframeId, Matches> of_keyframe;
+  for (const EdgeConsistency& edge : edges) {
+    for (const KeyframeId id : {edge.first, edge.second}) {
+      of_keyframe[id].supported += edge.supported;
+      of_keyframe[id].all += edge.matches;
+      of_keyframe[id].edges.push_back(&edge);
     }
-    const auto share = [](const auto& entry) {
-      return static_cast<double>(entry.second.first) / entry.second.second;
-    };
-    const auto worst = std::min_element(supported_of.begin(), supported_of.end(),
-                                        [&](const auto& a, const auto& b) { return share(a) < share(b); });
-    if (worst == supported_of.end() || share(*worst) >= options.min_supported) return contradicted;
-    contradicted.insert(worst->first);
   }
+  std::set<KeyframeId> contradicted;
+  while (!of_keyframe.empty()) {
+    const auto worst =
+        std::min_element(of_keyframe.begin(), of_keyframe.end(),
+                         [](const auto& a, const auto& b) { return a.second.share() < b.second.share(); });
+    if (worst->second.share() >= options.min_supported) break;
+    for (const EdgeConsistency* edge : worst->second.edges) {
+      const auto other = of_keyframe.find(edge->first == worst->first ? edge->second : edge->first);
+      if (other == of_keyframe.end()) continue;
+      other->second.supported -= edge->supported;
+      other->second.all -= edge->matches;
+    }
+    contradicted.insert(worst->first);
+    of_keyframe.erase(worst);
+  }
+  return contradicted;
 }
 
 std::optional<InconsistentSegment> most_inconsistent_segment(const Map& map,

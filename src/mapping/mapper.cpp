@@ -304,6 +304,7 @@ void Mapper::adjust_window(KeyframeId newest, int waiting) {
 // Two rounds: better poses give more matches, and outliers found by the first run must not bias the second.
 void Mapper::complete() {
   if (map_.keyframes().empty()) return;
+  exclude_static_overlay();
   BundleOptions bundle = final_bundle();
   SimilarKeyframes found;
   for (const double tolerance : {kRoughTolerance, kFinalTolerance}) {
@@ -342,9 +343,8 @@ BundleOptions Mapper::final_bundle() const {
 
 void Mapper::adjust_to_graph() {
   if (map_.keyframes().empty()) return;
-  // Flags of static overlay are lost when maps are merged or switched.
-  for (const auto& entry : map_.keyframes()) exclude_static_overlay(entry.first);
-  // All shared tracks are kept, unlike in a growing map, and inconsistent ones are culled below. Dropping
+  exclude_static_overlay();
+  // All shared tracks are kept, unlike in a growing map, until complete() culls inconsistent ones. Dropping
   // them cost a recording with many gaps a tenth of its images.
   const KeyframePairs overlapping = overlapping_pairs(options_.bundle, map_);
   connect(overlapping);

@@ -80,6 +80,8 @@ class Mapper {
   /// Connects the view graph, merges tracks by its matches, replaces the landmarks by its tracks and runs a
   /// global bundle adjustment.
   void adjust_to_graph();
+  /// Completes the tracks between covisible keyframes, with global bundle adjustments.
+  void complete();
 
   /// The view graph of the recording, for all maps. It is created at the first call, with the options of that
   /// time.
@@ -189,10 +191,9 @@ class Mapper {
                                                                   bool parts_were_apart);
   void take_over(const MergedAdjustment& result, KeyframeId newest);
   void adjust_globally(bool parts_were_apart);
-  bool correct_worst(const std::vector<EdgeConsistency>& edges, const GraphConsistencyOptions& consistency,
-                     std::set<KeyframeId>* removed);
-  /// Completes the tracks between covisible keyframes, with global bundle adjustments.
-  void complete();
+  bool correct_segment(const std::vector<EdgeConsistency>& edges, const GraphConsistencyOptions& consistency,
+                       std::set<KeyframeId>* removed);
+  bool remove_contradicted(const std::set<KeyframeId>& ids, std::set<KeyframeId>* removed);
   void count(const BundleReport& report) { failed_adjustments_ += report.failed; }
   void post_correction(const KeyframeChanges& changes);
   void add_correction(MapCorrection correction);
@@ -204,6 +205,7 @@ class Mapper {
   void restore_if_better(Map as_it_was, const GraphConsistencyOptions& consistency);
   void retriangulate(const GraphConsistencyOptions& consistency);
   void drop_two_view_landmarks();
+  void exclude_static_overlay();
   void exclude_static_overlay(KeyframeId id);
   void watch_static_background(const InitialMap& initial);
   void watch_static_background(const KeyframeCandidate& candidate);

@@ -126,7 +126,9 @@ void Mapper::remove_keyframes(const std::set<KeyframeId>& ids) {
   // The baseline of a misregistered view gives no unit.
   if (unit_.baseline && !map_.keyframe(unit_.baseline->second) && ids.count(unit_.baseline->second) > 0)
     unit_.baseline.reset();
-  for (const KeyframeId id : ids) unit_.markers.erase(id);
+  for (const KeyframeId id : ids) {
+    if (!map_.keyframe(id)) unit_.markers.erase(id);
+  }
   publish();
 }
 

@@ -256,6 +256,7 @@ bool Mapper::join_newer(std::uint32_t inactive_id, const MapAlignment& alignment
 // Merges two maps in the frame and scale of the older one. Returns false and changes nothing when fewer than
 // half of the shared landmarks remain after the adjustment, as for a loop.
 bool Mapper::join(std::uint32_t inactive_id, const MapAlignment& alignment) {
+  if (!inactive_.at(inactive_id).map.has_ids_for(map_)) return false;
   JoinedMaps joined = join_maps(inactive_.at(inactive_id).map, map_, alignment);
   const int shared = points_across(joined.map, joined.added.keyframes);
   auto excluded = std::exchange(map_state_.excluded, {});  // their ids are invalid if the merge succeeds

@@ -61,6 +61,11 @@ void Mapper::exclude_static_overlay(KeyframeId id) {
     exclude(keyframe, features);
 }
 
+// Flags of static overlay are lost when maps are merged or switched.
+void Mapper::exclude_static_overlay() {
+  for (const auto& entry : map_.keyframes()) exclude_static_overlay(entry.first);
+}
+
 void Mapper::watch_static_background(const KeyframeCandidate& candidate) {
   StaticBackgroundWatch& watch = map_state_.static_background_watch;
   if (candidate.frame.is_masked) watch.reset();

@@ -47,7 +47,8 @@ void test_consistency(const MapEvidence& evidence, const QualityOptions& options
   GraphConsistencyOptions consistency;
   consistency.significance = options.significance;
   const std::vector<EdgeConsistency> edges = edge_consistency(*evidence.map, *evidence.graph, consistency);
-  test_keyframes(evidence, contradicted_keyframes(edges, consistency), report);
+  // The images of a loaded map are not of this run.
+  if (!evidence.is_loaded) test_keyframes(evidence, contradicted_keyframes(edges, consistency), report);
   const std::optional<InconsistentSegment> segment = most_inconsistent_segment(*evidence.map, edges);
   if (!segment) return;
   Finding finding;

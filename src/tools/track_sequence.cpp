@@ -259,12 +259,14 @@ Run track_all(const Arguments& a, const TrackerOptions& options, const CameraPar
               const Recording& recording, const SavedMaps* loaded = nullptr) {
   TrajectoryWriter live((fs::path(a.output) / "trajectory_live.txt").string());
   std::vector<std::weak_ptr<Observed>> observed;  // by attempt; of the attempt that is kept in the end
+  std::optional<Progress> progress;               // of the present attempt
   const auto observer_of = [&](int attempt) -> FrameObserver {
+    progress.reset();  // ends its line
     if (attempt > 0) tell_of_attempt(attempt, a.quiet);
     const auto into = std::make_shared<Observed>(a.undistorted || !a.write_masks.empty());
     observed.push_back(into);
-    auto progress = std::make_shared<Progress>(recording.open()->size(), a.quiet);
-    return [&, attempt, progress, into](int pass, std::int64_t index, const FrameReport& report) {
+    progress.emplace(recording.open()->size(), a.quiet);
+    return [&, attempt, into](int pass, std::int64_t index, const FrameReport& report) {
       if (pass == 1) progress->show(report);
       note_live(pass, report, &into->live);
       if (attempt == 0 && pass == 1 && report.map_from_camera)

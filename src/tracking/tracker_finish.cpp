@@ -47,6 +47,12 @@ void Tracker::Impl::merge_maps() {
   follow_mapper();
 }
 
+void Tracker::Impl::complete() {
+  if (options_.localize_only || !worker_.latest()) return;
+  worker_.mapper().complete();
+  follow_mapper();
+}
+
 // The map with most registered frames becomes the present one; of equals, the oldest.
 void Tracker::Impl::resume_largest() {
   Mapper& mapper = worker_.mapper();

@@ -212,8 +212,10 @@ TEST(Map, IsNotMergedWhereIdsWouldOverflow) {
     return Map::restore(std::move(keyframes), std::move(landmarks), {}, ScaleSource::kMapUnits);
   };
   constexpr LandmarkId kLargest = std::numeric_limits<LandmarkId>::max();
-  Map map = map_with(kLargest / 2);
-  EXPECT_THROW(map.merge(map_with(kLargest / 2 + 1), Sim3()), std::length_error);
+  Map map = map_with(kLargest / 4);
+  const Map other = map_with(kLargest / 4 + 1);
+  EXPECT_FALSE(map.has_ids_for(other));
+  EXPECT_THROW(map.merge(other, Sim3()), std::length_error);
   EXPECT_EQ(map.keyframes().size(), 2u);
   map.check();
   EXPECT_THROW(map_with(kLargest), std::invalid_argument);

@@ -136,9 +136,11 @@ class Map {
   /// Transforms each keyframe by its own similarity, together with the landmarks that it observed first and
   /// the removed keyframes stored relative to it. Keyframes without a similarity stay.
   void apply(const std::map<KeyframeId, Sim3>& new_from_map);
+  /// Whether there are enough ids to merge the other map.
+  bool has_ids_for(const Map& other) const;
   /// Merges another map, whose ids and frame indices grow by the returned offsets. No frame may be in both.
-  /// Duplicate landmarks stay until they are merged. Throws std::length_error, and leaves the map as it is,
-  /// where there are not enough ids.
+  /// Duplicate landmarks stay until they are merged. Throws std::length_error without
+  /// has_ids_for.
   MergedIds merge(Map other, const Sim3& map_from_other);
   ScaleSource scale_source() const { return scale_source_; }
   void set_scale_source(ScaleSource source) { scale_source_ = source; }

@@ -147,6 +147,8 @@ class Tracker {
   /// the frames relative to keyframes that the graph contradicts: they no longer have a pose and may be
   /// registered again.
   std::set<std::int64_t> refine_with_graph();
+  /// Completes the map without refinement against the view graph.
+  void complete();
   /// Whether an object is separated from its background by the images alone (segmentation/method: auto), and
   /// the finished map, if there is one, may be of an object: its landmarks stay in view.
   bool may_have_background();
