@@ -75,13 +75,10 @@ class Mapper {
   /// unit; nothing: unchanged.
   void transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source);
 
-  /// Final optimisation of a recording: adjusts the map to the view graph and completes it.
+  /// Final optimisation of a recording: connects the view graph, merges tracks by its matches, replaces the
+  /// landmarks by its tracks, completes these between covisible keyframes, and runs global bundle
+  /// adjustments.
   void finish();
-  /// Connects the view graph, merges tracks by its matches, replaces the landmarks by its tracks and runs a
-  /// global bundle adjustment.
-  void adjust_to_graph();
-  /// Completes the tracks between covisible keyframes, with global bundle adjustments.
-  void complete();
 
   /// The view graph of the recording, for all maps. It is created at the first call, with the options of that
   /// time.
@@ -90,7 +87,7 @@ class Mapper {
   /// overlapping pairs.
   void connect(const KeyframePairs& overlapping = {});
   /// Global refinement against the view graph. Moves misregistered segments to where the graph places them
-  /// and adjusts the map to the graph again, until there is none left or max_rounds is reached. Keyframes
+  /// and finishes the map again, until there is none left or max_rounds is reached. Keyframes
   /// that contradict the graph and have no other place are removed and returned. Completes the map at the
   /// end.
   std::set<KeyframeId> refine_with_graph(const GraphConsistencyOptions& consistency);
@@ -191,6 +188,7 @@ class Mapper {
                                                                   bool parts_were_apart);
   void take_over(const MergedAdjustment& result, KeyframeId newest);
   void adjust_globally(bool parts_were_apart);
+  void complete();
   bool correct_segment(const std::vector<EdgeConsistency>& edges, const GraphConsistencyOptions& consistency,
                        std::set<KeyframeId>* removed);
   bool remove_contradicted(const std::set<KeyframeId>& ids, std::set<KeyframeId>* removed);

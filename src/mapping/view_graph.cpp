@@ -145,18 +145,20 @@ bool ViewGraph::fit_motion(const Pair& pair, int motion, TwoViewGeometry* geomet
   pose.ransac.threshold = max_error_rad(pair);
   pose.ransac.seed += static_cast<std::uint64_t>(nodes_[pair.first].frame_index);
   pose.max_hypotheses = motion == 1 ? 2 : 1;
-  constexpr int kSampleSize = 5;
-  const double samples = ransac_iterations_needed(options_.least_share, kSampleSize, pose.ransac.confidence);
-  pose.ransac.max_iterations = std::min(pose.ransac.max_iterations, static_cast<int>(std::ceil(samples)));
-  pose.ransac.min_iterations =
-      std::min({pose.ransac.min_iterations, options_.min_iterations, pose.ransac.max_iterations});
+  if (motion > 1) {
+    constexpr int kSampleSize = 5;
+    pose.ransac.max_iterations = std::min(
+        pose.ransac.max_iterations, static_cast<int>(std::ceil(ransac_iterations_needed(
+                                        options_.least_second_motion, kSampleSize, pose.ransac.confidence))));
+    pose.ransac.min_iterations = std::min(pose.ransac.min_iterations, pose.ransac.max_iterations);
+  }
   pose.quality = rest.quality;
   const RelativePoseReport report = estimate_relative_pose(rest.first, rest.second, pose);
   if (!report.success) return false;
   const RelativePoseHypothesis& best = report.hypotheses.front();
-  const int least = motion == 1
-                        ? options_.min_inliers
-                        : std::max(options_.min_inliers, static_cast<int>(options_.least_share * count));
+  const int least =
+      motion == 1 ? options_.min_inliers
+                  : std::max(options_.min_inliers, static_cast<int>(options_.least_second_motion * count));
   if (best.num_inliers < least) return false;
   for (std::size_t i = 0; i < rest.match.size(); ++i) {
     if (best.inliers[i]) geometry->motion_of_match[rest.match[i]] = static_cast<std::uint8_t>(motion);

@@ -47,10 +47,8 @@ struct ViewGraphOptions {
   int min_inliers = 25;     // verified matches of an edge: 5 are fitted, and accidental ones agree by chance
   double explained_by_simpler = 0.9;  // share of the inliers that a rotation, a plane or no motion must
                                       // explain for the edge to be of that type; in (0, 1]
-  double least_share = 0.4;  // of the matches left, that agree on a motion: RANSAC draws samples for it, and
-                             // the second motion must have it; in (0, 1). Wrong pairs have less
-  int min_iterations = 15;  // of RANSAC; 90 % inliers need 11 for a confidence of 0.9999
-  int threads = 1;          // the result is the same for any number
+  double least_second_motion = 0.4;   // share of the other matches that must agree on a second motion
+  int threads = 1;                    // the result is the same for any number
 };
 ViewGraphOptions view_graph_options(const MapperOptions& options);
 

@@ -226,8 +226,8 @@ Reasons track_all(const Recording& recording, const FrameObserver& observer, Tra
 void register_again(const Recording& recording, const FrameObserver& observer, Tracker* tracker,
                     RecordingResult* result) {
   pose_the_rest(recording, observer, tracker, result);
-  // Refinement removes poses to estimate them anew.
-  if (recording.interrupted()) return tracker->complete();
+  // The following step removes poses to estimate them anew.
+  if (recording.interrupted()) return;
   std::set<std::int64_t> outdated = tracker->refine_with_graph();
   outdated.merge(tracker->adjust_frames());
   result->doubtful.insert(outdated.begin(), outdated.end());  // until they are registered again

@@ -90,8 +90,6 @@ std::set<std::int64_t> Tracker::adjust_frames() {
 
 std::set<std::int64_t> Tracker::refine_with_graph() { return impl_->refine_with_graph(); }
 
-void Tracker::complete() { impl_->complete(); }
-
 std::vector<FinishedMap> Tracker::maps() { return impl_->maps(); }
 
 void Tracker::assess_maps(std::int64_t images, std::vector<FinishedMap>* maps) {

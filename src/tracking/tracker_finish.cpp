@@ -36,20 +36,14 @@ bool Tracker::Impl::finish() {
   return true;
 }
 
-// Merges maps that can be aligned, and adjusts the largest to the view graph.
+// Merges maps that can be aligned; completes and adjusts the largest.
 void Tracker::Impl::merge_maps() {
   if (!others_.empty()) {
     worker_.mapper().join_rest();
     follow_mapper();
     resume_largest();
   }
-  worker_.mapper().adjust_to_graph();
-  follow_mapper();
-}
-
-void Tracker::Impl::complete() {
-  if (options_.localize_only || !worker_.latest()) return;
-  worker_.mapper().complete();
+  worker_.mapper().finish();
   follow_mapper();
 }
 

@@ -92,7 +92,6 @@ class Tracker::Impl {
   void assess_maps(std::int64_t images, std::vector<FinishedMap>* maps);
   std::set<std::int64_t> adjust_frames(const TrackingMap& map);
   std::set<std::int64_t> refine_with_graph();
-  void complete();
   ViewGraph& view_graph() { return worker_.mapper().view_graph(); }
   FinishedMap finished(const TrackingMap& view);
   bool is_consistent_whole(const FinishedMap& map) const;

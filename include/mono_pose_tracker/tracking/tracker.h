@@ -124,10 +124,9 @@ class Tracker {
   /// relative to its reference keyframe.
   std::vector<RegisteredFrame> trajectory() const;
 
-  /// Ends a recording: waits for the mapper, merges maps, adjusts everything. refine_with_graph completes the
-  /// map, after the remaining images are registered. For a recording of two images, which no third can
-  /// confirm, the two-view result becomes the map. Returns false when there is no map; the last report has
-  /// the reason.
+  /// Ends a recording: waits for the mapper, merges maps, completes tracks, adjusts everything. For a
+  /// recording of two images, which no third can confirm, the two-view result becomes the map. Returns false
+  /// when there is no map; the last report has the reason.
   bool finish();
   /// Registers an image in the finished map, wherever it was in the recording. The new pose replaces the
   /// previous one in the trajectory.
@@ -137,18 +136,16 @@ class Tracker {
   FrameReport keep_for_later(std::int64_t frame_index, std::int64_t stamp_ns, const PreparedImage& image,
                              const cv::Mat& mask = cv::Mat());
   /// Registers the stored images in the finished map: from both sides of each gap, making keyframes on the
-  /// way, and by descriptors alone beyond. The map is adjusted again when it has grown.
+  /// way, and by descriptors alone beyond. The map is finished again when it has grown.
   void fill_gaps();
   /// Adjusts the poses of the frames between keyframes to the finished map, by the landmarks by which they
   /// were registered. Returns the frames with which most of these are no longer consistent: they are to be
   /// registered by their images again.
   std::set<std::int64_t> adjust_frames();
-  /// Refines the map against the view graph of its keyframes (mapping/view_graph.h) and completes it. Returns
-  /// the frames relative to keyframes that the graph contradicts: they no longer have a pose and may be
+  /// Refines the finished map against the view graph of its keyframes (mapping/view_graph.h). Returns the
+  /// frames relative to keyframes that the graph contradicts: they no longer have a pose and may be
   /// registered again.
   std::set<std::int64_t> refine_with_graph();
-  /// Completes the map without refinement against the view graph.
-  void complete();
   /// Whether an object is separated from its background by the images alone (segmentation/method: auto), and
   /// the finished map, if there is one, may be of an object: its landmarks stay in view.
   bool may_have_background();
