@@ -24,7 +24,7 @@ Map map_with_ids(LandmarkId first, LandmarkId second) {
 }
 
 TEST(KeyframeLandmarks, AreInTheOrderOfTheirIdsHoweverFarApart) {
-  for (const LandmarkId second : {LandmarkId{8}, LandmarkId{2000000000}}) {
+  for (const LandmarkId second : {LandmarkId{8}, LandmarkId{1000000000}}) {
     EXPECT_EQ(landmarks_observed_by(map_with_ids(3, second), {0, 1}), (std::vector<LandmarkId>{3, second}));
   }
 }
