@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""All texts that the programs and nodelets print, in one file to read: messages.txt beside this test. `check_messages.py --write`
+"""All texts that the programs and nodelets print, in one file to read: messages.txt next to this test. `check_messages.py --write`
 writes it again after a change. {} stands for a value, %d and the like as in printf."""
 import pathlib
 import re

@@ -17,7 +17,7 @@ struct GraphConsistencyOptions {
   double max_landmark_error = 3;  // of a landmark in another image that a match pairs with it, in errors of a
                                   // verified match
   double min_supported = 0.8;     // share of the matches of a keyframe that poses and landmarks must explain;
-                                  // in (0, 1). Right poses have 0.9 or more
+                                  // in (0, 1). Right ones usually have 0.9 or more
 };
 
 /// How a map explains an edge of the view graph. Only matches with a landmark on either side count, and of
@@ -28,7 +28,7 @@ struct EdgeConsistency {
   int motion = 1;      // that most matches of the map's object obey
   int matches = 0;     // verified matches of the map's object
   int explained = 0;   // of these, by the keyframes' poses
-  int supported = 0;   // of these, by the positions of landmarks as well
+  int supported = 0;   // of these, also by the positions of the landmarks
   double p_value = 1;  // of so few, if each were explained with probability 1/2 (exact binomial tail)
   bool is_inconsistent = false;  // after Benjamini and Hochberg (1995) over all edges
 };
@@ -37,8 +37,8 @@ struct EdgeConsistency {
 std::vector<EdgeConsistency> edge_consistency(const Map& map, const ViewGraph& graph,
                                               const GraphConsistencyOptions& options);
 
-/// Keyframes whose pose the graph contradicts: worst first, those of whose matches with the remaining ones
-/// less than min_supported are supported.
+/// Keyframes whose pose the graph contradicts: those with a share of supported matches below min_supported.
+/// The worst is taken first, and its edges no longer count for the others.
 std::set<KeyframeId> contradicted_keyframes(const std::vector<EdgeConsistency>& edges,
                                             const GraphConsistencyOptions& options);
 

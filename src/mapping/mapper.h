@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "map/tracking_map.h"
-#include "mapping/background_job.h"
 #include "mapping/cross_view_matcher.h"
 #include "mapping/graph_consistency.h"
 #include "mapping/initial_map.h"
@@ -29,6 +28,12 @@
 namespace mono_pose_tracker {
 
 class KeyframePlaces;
+class Mapper;
+
+/// Work on a snapshot of the map that runs in the background, as its duration grows with the map. It returns
+/// a short job for the mapper, and returns early once `cancelled` is true. It does not throw: the returned
+/// job throws its errors, so that the mapper knows that the work has ended.
+using BackgroundJob = std::function<std::function<void(Mapper&)>(const std::function<bool()>& cancelled)>;
 
 /// Builds the map (paper, steps 4c and 4d): guided matching with covisible keyframes, triangulation, track
 /// extension, windowed bundle adjustment, culling. Only the mapper changes the map; other threads read the
@@ -86,10 +91,9 @@ class Mapper {
   /// Adds the edges of this map to the view graph: to earlier keyframes, covisible ones, similar ones, and
   /// overlapping pairs.
   void connect(const KeyframePairs& overlapping = {});
-  /// Global refinement against the view graph. Moves misregistered segments to where the graph places them
-  /// and finishes the map again, until there is none left or max_rounds is reached. Keyframes
-  /// that contradict the graph and have no other place are removed and returned. Completes the map at the
-  /// end.
+  /// Global refinement of a finished map against the view graph, in at most five rounds. Each moves the most
+  /// inconsistent segment to where the graph places it, or else removes contradicted keyframes, and finishes
+  /// the map again. Returns the removed keyframes.
   std::set<KeyframeId> refine_with_graph(const GraphConsistencyOptions& consistency);
 
   /// Removes keyframes with wrong poses, and landmarks that only they observe. The first two keyframes stay,

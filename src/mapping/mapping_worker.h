@@ -16,7 +16,7 @@ namespace mono_pose_tracker {
 
 /// Runs a Mapper and other jobs one after the other. Inline, every call returns when its work is done
 /// (repeatable). Threaded, the jobs run on a thread of their own, and only wait, begin and ask wait for work.
-/// Background jobs of the mapper (background_job.h) have a second thread, so that keyframes are inserted
+/// Background jobs of the mapper have a second thread, so that keyframes are inserted
 /// meanwhile; inline they follow the job that created them.
 ///
 /// Exceptions: inline, an exception of a job comes out of the call that ran it. Threaded, the next offer,

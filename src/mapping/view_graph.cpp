@@ -35,11 +35,13 @@ Unexplained unexplained(const TwoViewGeometry& geometry, const FeatureSet& first
 
 bool are_equal(const ImageFeatures& a, const ImageFeatures& b) {
   if (&a == &b) return true;
-  const auto same_place = [](const Feature& f, const Feature& g) { return f.pixel == g.pixel; };
-  return std::equal(a.set.features.begin(), a.set.features.end(), b.set.features.begin(),
-                    b.set.features.end(), same_place) &&
-         std::equal(a.set.descriptors.begin<std::uint8_t>(), a.set.descriptors.end<std::uint8_t>(),
-                    b.set.descriptors.begin<std::uint8_t>(), b.set.descriptors.end<std::uint8_t>());
+  if (a.size() != b.size()) return false;
+  for (int f = 0; f < a.size(); ++f) {
+    if (a.set.features[f].pixel != b.set.features[f].pixel) return false;
+    if (!std::equal(a.set.descriptor(f), a.set.descriptor(f) + a.set.descriptors.cols, b.set.descriptor(f)))
+      return false;
+  }
+  return true;
 }
 
 }  // namespace

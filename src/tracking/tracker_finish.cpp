@@ -29,7 +29,7 @@ bool Tracker::Impl::finish() {
     start_map();
   }
   if (!options_.localize_only) {
-    merge_maps();
+    merge_and_finish();
   } else if (!others_.empty()) {
     resume_largest();
   }
@@ -37,7 +37,7 @@ bool Tracker::Impl::finish() {
 }
 
 // Merges maps that can be aligned; completes and adjusts the largest.
-void Tracker::Impl::merge_maps() {
+void Tracker::Impl::merge_and_finish() {
   if (!others_.empty()) {
     worker_.mapper().join_rest();
     follow_mapper();

@@ -11,7 +11,7 @@ namespace {
 
 using diagnostic_msgs::DiagnosticStatus;
 
-diagnostic_updater::DiagnosticStatusWrapper told(const Health& health) {
+diagnostic_updater::DiagnosticStatusWrapper status_of(const Health& health) {
   diagnostic_updater::DiagnosticStatusWrapper status;
   fill_diagnostics(health, status);
   return status;
@@ -28,14 +28,14 @@ Health tracking() {
 
 // It tracks, but what it was asked to write is not there.
 TEST(Diagnostics, AFileThatCannotBeWrittenIsAWarning) {
-  EXPECT_EQ(told(tracking()).level, DiagnosticStatus::OK);
+  EXPECT_EQ(status_of(tracking()).level, DiagnosticStatus::OK);
   Health health = tracking();
   health.output_problem = "t.txt: cannot be written (No space left on device); 3 poses wait";
-  EXPECT_EQ(told(health).level, DiagnosticStatus::WARN);
-  EXPECT_NE(told(health).message.find(health.output_problem), std::string::npos);
+  EXPECT_EQ(status_of(health).level, DiagnosticStatus::WARN);
+  EXPECT_NE(status_of(health).message.find(health.output_problem), std::string::npos);
   health.input_problem = "no image";
-  EXPECT_EQ(told(health).level, DiagnosticStatus::ERROR) << "what keeps it from working comes first";
-  EXPECT_EQ(told(health).message, "no image");
+  EXPECT_EQ(status_of(health).level, DiagnosticStatus::ERROR) << "what keeps it from working comes first";
+  EXPECT_EQ(status_of(health).message, "no image");
 }
 
 // An image that is refused leaves the state as it was.
@@ -46,7 +46,7 @@ TEST(Diagnostics, TrackingIsFineOnlyWhereTheImageHasAPose) {
     health.last.reason = static_cast<std::uint8_t>(number);
     const bool has_pose =
         reason == Reason::kOk || reason == Reason::kDoubtfulPose || reason == Reason::kNotRigid;
-    EXPECT_EQ(told(health).level == DiagnosticStatus::OK, has_pose) << to_string(reason);
+    EXPECT_EQ(status_of(health).level == DiagnosticStatus::OK, has_pose) << to_string(reason);
   }
 }
 
@@ -55,8 +55,8 @@ TEST(Diagnostics, ImagesThatCannotBeReadAreAnError) {
   health.last.reason = TrackerStatus::UNREADABLE_IMAGE;
   health.last.reason_name = "UNREADABLE_IMAGE";
   health.last.reason_text = "the image message is inconsistent";
-  EXPECT_EQ(told(health).level, DiagnosticStatus::ERROR);
-  EXPECT_EQ(told(health).message, "TRACKING: UNREADABLE_IMAGE, the image message is inconsistent");
+  EXPECT_EQ(status_of(health).level, DiagnosticStatus::ERROR);
+  EXPECT_EQ(status_of(health).message, "TRACKING: UNREADABLE_IMAGE, the image message is inconsistent");
 }
 
 // That it starts, is lost or is paused may pass by itself.
@@ -65,7 +65,7 @@ TEST(Diagnostics, StatesWithoutAPoseAreAWarning) {
     Health health = tracking();
     health.last.state = state;
     health.last.reason = reason;
-    return told(health).level;
+    return status_of(health).level;
   };
   EXPECT_EQ(level_of(TrackerStatus::BOOTSTRAPPING, TrackerStatus::FIRST_FRAME), DiagnosticStatus::WARN);
   EXPECT_EQ(level_of(TrackerStatus::LOST, TrackerStatus::RELOCALISING), DiagnosticStatus::WARN);

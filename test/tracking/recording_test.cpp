@@ -100,7 +100,7 @@ TEST_F(RecordingTest, WithoutAMapItIsTriedFromElsewhere) {
   EXPECT_EQ(tracked.result.trajectory.size(), 15u);
 }
 
-TEST_F(RecordingTest, WhatObservesAnAttemptIsFreedWithItsResult) {
+TEST_F(RecordingTest, TheObserverOfAResultThatIsNotKeptIsFreed) {
   Recording recording;
   recording.open = [&] { return std::make_unique<RoomImages>(*room_); };
   std::vector<std::weak_ptr<int>> owned;
