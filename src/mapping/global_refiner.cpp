@@ -85,41 +85,39 @@ std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& co
     const int unsupported = unsupported_in(edges);
     if (unsupported > before - consistency.min_inliers) break;
     before = unsupported;
-    if (!correct_segment(edges, consistency, &removed) &&
-        !remove_contradicted(contradicted_keyframes(edges, consistency), &removed)) {
-      break;
-    }
+    if (!correct_segments(inconsistent_segments(map_, edges, consistency), consistency, &removed)) break;
     finish();
   }
   return removed;
 }
 
-// Moves the most inconsistent segment to where the graph places it, or removes it. Returns whether there was
-// one.
-bool Mapper::correct_segment(const std::vector<EdgeConsistency>& edges,
-                             const GraphConsistencyOptions& consistency, std::set<KeyframeId>* removed) {
-  const std::optional<InconsistentSegment> segment = most_inconsistent_segment(map_, edges);
-  if (!segment) return false;
-  const std::optional<SegmentAlignment> alignment = align_segment(map_, view_graph(), *segment);
-  if (!alignment || !alignment->is_better(consistency))
-    return remove_contradicted({segment->keyframes.begin(), segment->keyframes.end()}, removed);
-  const KeyframeChanges changes = apply_alignment(*segment, *alignment, view_graph(), &map_);
-  adjust_after_merging(final_bundle());
-  cull_observations(map_.landmark_ids());
-  post_correction(changes);
-  return true;
-}
-
-// Returns whether any was removed. Where more than half of the map is contradicted something else is wrong,
-// such as the calibration.
-bool Mapper::remove_contradicted(const std::set<KeyframeId>& ids, std::set<KeyframeId>* removed) {
+// Moves segments to where the others' landmarks place them as one. Other segments that these landmarks do not
+// confirm are removed, unless these are more than half of the map: then something else is wrong, such as the
+// calibration. Returns whether the map was changed.
+bool Mapper::correct_segments(const std::vector<InconsistentSegment>& segments,
+                              const GraphConsistencyOptions& consistency, std::set<KeyframeId>* removed) {
+  bool has_moved = false;
+  std::set<KeyframeId> wrong;
+  for (const InconsistentSegment& segment : segments) {
+    const SegmentPlacement place = other_place(map_, view_graph(), segment, consistency);
+    if (place.confirms_map(consistency)) continue;
+    if (place.is_better(consistency) && place.rest_from_segment) {
+      post_correction(move_segment(segment, place, &map_));
+      has_moved = true;
+    } else {
+      wrong.insert(segment.keyframes.begin(), segment.keyframes.end());
+    }
+  }
   const std::size_t before = map_.keyframes().size();
-  if (ids.empty() || 2 * ids.size() > before + 1) return false;
-  remove_keyframes(ids);
-  for (const KeyframeId id : ids) {
+  if (2 * wrong.size() <= before + 1) remove_keyframes(wrong);
+  for (const KeyframeId id : wrong) {
     if (!map_.keyframe(id)) removed->insert(id);
   }
-  return map_.keyframes().size() < before;
+  if (has_moved) {
+    adjust_after_merging(final_bundle());
+    cull_observations(map_.landmark_ids());
+  }
+  return has_moved || map_.keyframes().size() < before;
 }
 
 }  // namespace mono_pose_tracker

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <tuple>
 
 #include "keyframe_landmarks.h"
+#include "mono_pose_tracker/robust/absolute_pose.h"
 #include "orientation_flip.h"
 #include "robust/similarity.h"
 
@@ -31,11 +33,6 @@ Rigid3 second_from_first(const Keyframe& first, const Keyframe& second) {
 // A match of the map's object: at least one of its features observes a landmark.
 bool is_of_map(const Keyframe& first, const Keyframe& second, const Match& m) {
   return first.landmark_of_feature[m.first] != kNoLandmark ||
-         second.landmark_of_feature[m.second] != kNoLandmark;
-}
-
-bool pairs_landmarks(const Keyframe& first, const Keyframe& second, const Match& m) {
-  return first.landmark_of_feature[m.first] != kNoLandmark &&
          second.landmark_of_feature[m.second] != kNoLandmark;
 }
 
@@ -79,7 +76,6 @@ EdgeConsistency consistency_of(const Map& map, const ViewGraph& graph, const Vie
   edge.matches = matches[motion];
   edge.explained = agreeing[motion];
   edge.supported = supported[motion];
-  edge.p_value = binomial_tail(edge.matches - edge.explained, edge.matches, 0.5);
   return edge;
 }
 
@@ -103,34 +99,176 @@ std::set<LandmarkId> known_to(const Map& map, const std::set<KeyframeId>& keyfra
   return known;
 }
 
-struct PairedLandmarks {
-  std::vector<SimilarityMatch> matches;
-  std::vector<std::pair<ViewGraph::Pair, int>> source;  // edge and match
+// A match over the cut to a landmark that the other keyframes alone determine.
+struct MatchToRest {
+  KeyframeId keyframe = -1;  // of the segment
+  int feature = -1;
+  LandmarkId landmark = kNoLandmark;
+  LandmarkId of_feature = kNoLandmark;  // that the segment alone determines
+  KeyframeId of_rest = -1;              // keyframe and feature that observe the landmark
+  int feature_of_rest = -1;
+
+  bool operator<(const MatchToRest& o) const {
+    return std::tie(keyframe, feature, landmark) < std::tie(o.keyframe, o.feature, o.landmark);
+  }
 };
 
-PairedLandmarks paired_landmarks(const Map& map, const ViewGraph& graph, const InconsistentSegment& segment) {
+std::set<MatchToRest> matches_to_rest(const Map& map, const ViewGraph& graph,
+                                      const InconsistentSegment& segment) {
   const std::set<KeyframeId> inside(segment.keyframes.begin(), segment.keyframes.end());
   const std::set<LandmarkId> in_segment = known_to(map, inside, true), in_rest = known_to(map, inside, false);
-  PairedLandmarks paired;
+  std::set<MatchToRest> matches;
   for (const EdgeConsistency& edge : segment.cut) {
-    const Keyframe &first = *map.keyframe(edge.first), &second = *map.keyframe(edge.second);
     const bool first_is_inside = inside.count(edge.first) > 0;
+    const Keyframe &in = *map.keyframe(first_is_inside ? edge.first : edge.second),
+                   &out = *map.keyframe(first_is_inside ? edge.second : edge.first);
     const TwoViewGeometry& geometry = *graph.edge(edge.pair.first, edge.pair.second);
     for (std::size_t i = 0; i < geometry.matches.size(); ++i) {
       const Match& m = geometry.matches[i];
-      if (geometry.motion_of_match[i] == 0 || !pairs_landmarks(first, second, m)) continue;
-      const Keyframe &in = first_is_inside ? first : second, &out = first_is_inside ? second : first;
-      const int in_feature = first_is_inside ? m.first : m.second,
-                out_feature = first_is_inside ? m.second : m.first;
-      const LandmarkId in_id = in.landmark_of_feature[in_feature],
-                       out_id = out.landmark_of_feature[out_feature];
-      if (!in_segment.count(in_id) || !in_rest.count(out_id)) continue;
-      paired.matches.push_back({observed_point(in, in_feature, map.landmark(in_id)->x_in_map),
-                                observed_point(out, out_feature, map.landmark(out_id)->x_in_map)});
-      paired.source.emplace_back(edge.pair, static_cast<int>(i));
+      MatchToRest match;
+      match.keyframe = in.id;
+      match.of_rest = out.id;
+      match.feature = first_is_inside ? m.first : m.second;
+      match.feature_of_rest = first_is_inside ? m.second : m.first;
+      match.landmark = out.landmark_of_feature[match.feature_of_rest];
+      if (geometry.motion_of_match[i] == 0 || !in_rest.count(match.landmark)) continue;
+      const LandmarkId of_feature = in.landmark_of_feature[match.feature];
+      if (in_segment.count(of_feature)) match.of_feature = of_feature;
+      matches.insert(match);
     }
   }
-  return paired;
+  return matches;
+}
+
+bool is_explained(const Map& map, const MatchToRest& match, const Rigid3& camera_from_map, double limit_rad) {
+  const Eigen::Vector3d x_in_camera = camera_from_map * map.landmark(match.landmark)->x_in_map,
+                        bearing = map.keyframe(match.keyframe)->image->set.bearings[match.feature];
+  return (x_in_camera.normalized() - bearing).norm() < limit_rad;
+}
+
+// Poses of the segment's keyframes at another place; none for those that matches do not determine.
+using Poses = std::map<KeyframeId, Rigid3>;
+
+Poses move_as_one(const Map& map, const InconsistentSegment& segment, const std::set<MatchToRest>& matches,
+                  const RansacOptions& ransac, int min_inliers, SegmentPlacement* place) {
+  std::vector<SimilarityMatch> paired;
+  std::vector<std::pair<LandmarkId, LandmarkId>> landmarks;
+  for (const MatchToRest& m : matches) {
+    if (m.of_feature == kNoLandmark) continue;
+    paired.push_back(
+        {observed_point(*map.keyframe(m.keyframe), m.feature, map.landmark(m.of_feature)->x_in_map),
+         observed_point(*map.keyframe(m.of_rest), m.feature_of_rest, map.landmark(m.landmark)->x_in_map)});
+    landmarks.emplace_back(m.of_feature, m.landmark);
+  }
+  SimilarityOptions options;
+  options.ransac = ransac;
+  const SimilarityReport report = estimate_similarity(paired, options);
+  if (!report.success || report.num_inliers < min_inliers) return {};
+  place->rest_from_segment = report.b_from_a;
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    if (report.inliers[i]) place->merged.push_back(landmarks[i]);
+  }
+  Poses poses;
+  for (const KeyframeId id : segment.keyframes)
+    poses[id] = moved(map.keyframe(id)->camera_from_map, report.b_from_a);
+  return poses;
+}
+
+Poses register_one_by_one(const Map& map, const std::set<MatchToRest>& matches, const RansacOptions& ransac,
+                          int min_inliers) {
+  struct Observed {
+    std::vector<Eigen::Vector3d> bearings, points;
+  };
+  std::map<KeyframeId, Observed> of_keyframe;
+  for (const MatchToRest& m : matches) {
+    of_keyframe[m.keyframe].bearings.push_back(map.keyframe(m.keyframe)->image->set.bearings[m.feature]);
+    of_keyframe[m.keyframe].points.push_back(map.landmark(m.landmark)->x_in_map);
+  }
+  AbsolutePoseOptions options;
+  options.ransac = ransac;
+  Poses poses;
+  for (const auto& [id, observed] : of_keyframe) {
+    const AbsolutePoseReport report = estimate_absolute_pose(observed.bearings, observed.points, options);
+    if (report.success && report.num_inliers >= min_inliers) poses[id] = report.camera_from_map;
+  }
+  return poses;
+}
+
+void compare(const Map& map, const std::set<MatchToRest>& matches, const Poses& poses, double limit_rad,
+             SegmentPlacement* place) {
+  for (const MatchToRest& m : matches) {
+    const bool by_map = is_explained(map, m, map.keyframe(m.keyframe)->camera_from_map, limit_rad);
+    ++place->matches;
+    place->by_map += by_map;
+    const auto pose = poses.find(m.keyframe);
+    if (pose == poses.end()) continue;
+    const bool by_this = is_explained(map, m, pose->second, limit_rad);
+    place->only_map += by_map && !by_this;
+    place->only_this += !by_map && by_this;
+  }
+  place->p_value = binomial_tail(place->only_this, place->only_map + place->only_this, 0.5);
+}
+
+// Landmarks that both sides observe become two.
+void split_landmarks(const std::set<KeyframeId>& inside, Map* map) {
+  for (const LandmarkId id : map->landmark_ids()) {
+    const Landmark landmark = *map->landmark(id);
+    std::vector<Observation> within;
+    for (const Observation& o : landmark.observations) {
+      if (inside.count(o.keyframe)) within.push_back(o);
+    }
+    if (within.empty() || within.size() == landmark.observations.size()) continue;
+    for (const Observation& o : within) map->remove_observation(id, o.keyframe);
+    if (within.size() >= 2) {
+      const LandmarkId split = map->add_landmark(landmark.x_in_map);
+      for (const Observation& o : within) map->add_observation(split, o.keyframe, o.feature);
+    }
+    if (landmark.observations.size() - within.size() < 2) map->remove_landmark(id);
+  }
+}
+
+// The segment of these keyframes with the most matches over its cut, above the allowed share, that are not
+// supported; empty where there is none.
+InconsistentSegment most_inconsistent(const std::vector<const Keyframe*>& in_time,
+                                      const std::vector<EdgeConsistency>& edges,
+                                      const GraphConsistencyOptions& options) {
+  const auto count = static_cast<int>(in_time.size());
+  std::map<KeyframeId, int> place;
+  for (int k = 0; k < count; ++k) place[in_time[k]->id] = k;
+  std::vector<std::vector<std::pair<int, double>>> neighbors(count);  // and surplus of the edge
+  for (const EdgeConsistency& edge : edges) {
+    const auto a = place.find(edge.first), b = place.find(edge.second);
+    if (a == place.end() || b == place.end()) continue;
+    const double surplus = options.min_supported * edge.matches - edge.supported;
+    neighbors[a->second].emplace_back(b->second, surplus);
+    neighbors[b->second].emplace_back(a->second, surplus);
+  }
+  double best = 0;
+  int best_begin = 0, best_end = 0;  // the segment is [begin, end)
+  for (int begin = 0; begin < count; ++begin) {
+    double surplus = 0;
+    for (int last = begin; last < std::min(count, begin + (count + 1) / 2); ++last) {
+      for (const auto& [other, of_edge] : neighbors[last]) {
+        surplus += other >= begin && other < last ? -of_edge : of_edge;
+      }
+      if (surplus > best) best = surplus, best_begin = begin, best_end = last + 1;
+    }
+  }
+  InconsistentSegment segment;
+  for (int k = best_begin; k < best_end; ++k) segment.keyframes.push_back(in_time[k]->id);
+  const std::set<KeyframeId> inside(segment.keyframes.begin(), segment.keyframes.end());
+  for (const EdgeConsistency& edge : edges) {
+    if (!place.count(edge.first) || !place.count(edge.second) ||
+        inside.count(edge.first) == inside.count(edge.second)) {
+      continue;
+    }
+    segment.cut.push_back(edge);
+    segment.matches += edge.matches;
+    segment.supported += edge.supported;
+  }
+  segment.p_value =
+      binomial_tail(segment.matches - segment.supported, segment.matches, 1 - options.min_supported);
+  return segment;
 }
 
 }  // namespace
@@ -147,182 +285,65 @@ double binomial_tail(int k, int n, double probability) {
   return std::min(1.0, sum);
 }
 
-double significant_p_value(std::vector<double> p_values, double false_discovery_rate) {
-  std::sort(p_values.begin(), p_values.end());
-  double significant = 0;
-  for (std::size_t i = 0; i < p_values.size(); ++i) {
-    const double allowed =
-        false_discovery_rate * static_cast<double>(i + 1) / static_cast<double>(p_values.size());
-    if (p_values[i] <= allowed) significant = p_values[i];
-  }
-  return significant;
-}
-
 std::vector<EdgeConsistency> edge_consistency(const Map& map, const ViewGraph& graph,
                                               const GraphConsistencyOptions& options) {
   const std::vector<KeyframeId> keyframes = keyframe_of_nodes(map, graph);
   std::vector<EdgeConsistency> edges;
-  std::vector<double> p_values;
   for (const auto& [pair, geometry] : graph.edges()) {
     const KeyframeId first = keyframes[pair.first], second = keyframes[pair.second];
     if (first < 0 || second < 0 || geometry.type == TwoViewType::kDegenerate) continue;
     const EdgeConsistency edge = consistency_of(map, graph, pair, geometry, first, second, options);
-    if (edge.matches < options.min_inliers) continue;
-    edges.push_back(edge);
-    p_values.push_back(edge.p_value);
+    if (edge.matches >= options.min_inliers) edges.push_back(edge);
   }
-  const double limit = significant_p_value(p_values, options.significance);
-  for (EdgeConsistency& edge : edges) edge.is_inconsistent = edge.p_value <= limit;
   return edges;
 }
 
-std::set<KeyframeId> contradicted_keyframes(const std::vector<EdgeConsistency>& edges,
-                                            const GraphConsistencyOptions& options) {
-  struct Matches {
-    int supported = 0, all = 0;
-    std::vector<const EdgeConsistency*> edges;
-    double share() const { return all > 0 ? static_cast<double>(supported) / all : 1; }
-  };
-  std::map<KeyframeId, Matches> of_keyframe;
-  for (const EdgeConsistency& edge : edges) {
-    for (const KeyframeId id : {edge.first, edge.second}) {
-      of_keyframe[id].supported += edge.supported;
-      of_keyframe[id].all += edge.matches;
-      of_keyframe[id].edges.push_back(&edge);
-    }
+std::vector<InconsistentSegment> inconsistent_segments(const Map& map,
+                                                       const std::vector<EdgeConsistency>& edges,
+                                                       const GraphConsistencyOptions& options) {
+  std::vector<const Keyframe*> remaining = keyframes_in_time(map);
+  const std::size_t keyframes = remaining.size();
+  const double limit = options.significance / (0.5 * static_cast<double>(keyframes * (keyframes + 1)));
+  std::vector<InconsistentSegment> segments;
+  for (std::size_t found = 0; 2 * found < keyframes;) {
+    InconsistentSegment segment = most_inconsistent(remaining, edges, options);
+    if (segment.keyframes.empty() || segment.p_value > limit) break;
+    const std::set<KeyframeId> inside(segment.keyframes.begin(), segment.keyframes.end());
+    remaining.erase(std::remove_if(remaining.begin(), remaining.end(),
+                                   [&](const Keyframe* keyframe) { return inside.count(keyframe->id) > 0; }),
+                    remaining.end());
+    found += inside.size();
+    segments.push_back(std::move(segment));
   }
-  std::set<KeyframeId> contradicted;
-  while (!of_keyframe.empty()) {
-    const auto worst =
-        std::min_element(of_keyframe.begin(), of_keyframe.end(),
-                         [](const auto& a, const auto& b) { return a.second.share() < b.second.share(); });
-    if (worst->second.share() >= options.min_supported) break;
-    for (const EdgeConsistency* edge : worst->second.edges) {
-      const auto other = of_keyframe.find(edge->first == worst->first ? edge->second : edge->first);
-      if (other == of_keyframe.end()) continue;
-      other->second.supported -= edge->supported;
-      other->second.all -= edge->matches;
-    }
-    contradicted.insert(worst->first);
-    of_keyframe.erase(worst);
-  }
-  return contradicted;
+  return segments;
 }
 
-std::optional<InconsistentSegment> most_inconsistent_segment(const Map& map,
-                                                             const std::vector<EdgeConsistency>& edges) {
-  const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
-  const auto count = static_cast<int>(in_time.size());
-  std::map<KeyframeId, int> place;
-  for (int k = 0; k < count; ++k) place[in_time[k]->id] = k;
-  // Surplus of contradicting matches over explained ones, by edge.
-  std::vector<std::vector<std::pair<int, int>>> neighbors(count);
-  const auto contradicting = [](const EdgeConsistency& edge) {
-    return edge.is_inconsistent ? edge.matches - edge.explained : 0;
-  };
-  bool any = false;
-  for (const EdgeConsistency& edge : edges) {
-    const int a = place.at(edge.first), b = place.at(edge.second),
-              surplus = contradicting(edge) - edge.explained;
-    neighbors[a].emplace_back(b, surplus);
-    neighbors[b].emplace_back(a, surplus);
-    any = any || edge.is_inconsistent;
-  }
-  if (!any) return std::nullopt;
-  int best = 0, best_begin = 0, best_end = 0;  // the segment is [begin, end)
-  for (int begin = 0; begin < count; ++begin) {
-    int surplus = 0;
-    for (int last = begin; last < std::min(count, begin + (count + 1) / 2); ++last) {
-      for (const auto& [other, weight] : neighbors[last]) {
-        surplus += other >= begin && other < last ? -weight : weight;
-      }
-      if (surplus > best) best = surplus, best_begin = begin, best_end = last + 1;
-    }
-  }
-  if (best <= 0) return std::nullopt;
-  InconsistentSegment segment;
-  for (int k = best_begin; k < best_end; ++k) segment.keyframes.push_back(in_time[k]->id);
-  for (const EdgeConsistency& edge : edges) {
-    const auto is_inside = [&](KeyframeId id) {
-      return place.at(id) >= best_begin && place.at(id) < best_end;
-    };
-    if (is_inside(edge.first) == is_inside(edge.second)) continue;
-    segment.cut.push_back(edge);
-    segment.contradicting += contradicting(edge);
-    segment.explained += edge.explained;
-  }
-  return segment;
-}
-
-std::optional<SegmentAlignment> align_segment(const Map& map, const ViewGraph& graph,
-                                              const InconsistentSegment& segment) {
-  const PairedLandmarks paired = paired_landmarks(map, graph, segment);
-  SimilarityOptions options;
-  options.ransac = graph.options().ransac;
+SegmentPlacement other_place(const Map& map, const ViewGraph& graph, const InconsistentSegment& segment,
+                             const GraphConsistencyOptions& options) {
+  const std::set<MatchToRest> matches = matches_to_rest(map, graph, segment);
+  RansacOptions ransac = graph.options().ransac;
   for (const EdgeConsistency& edge : segment.cut)
-    options.ransac.threshold = std::max(options.ransac.threshold, graph.max_error_rad(edge.pair));
-  const SimilarityReport report = estimate_similarity(paired.matches, options);
-  if (!report.success || report.num_inliers < graph.options().min_inliers) return std::nullopt;
-  SegmentAlignment alignment;
-  alignment.rest_from_segment = report.b_from_a;
-  for (std::size_t i = 0; i < paired.source.size(); ++i) {
-    if (report.inliers[i]) alignment.inliers.push_back(paired.source[i]);
-  }
-  const std::set<KeyframeId> inside(segment.keyframes.begin(), segment.keyframes.end());
-  for (const EdgeConsistency& edge : segment.cut) {
-    const Keyframe &first = *map.keyframe(edge.first), &second = *map.keyframe(edge.second);
-    const auto pose = [&](const Keyframe& keyframe) {
-      return inside.count(keyframe.id) ? moved(keyframe.camera_from_map, alignment.rest_from_segment)
-                                       : keyframe.camera_from_map;
-    };
-    const TwoViewGeometry& geometry = *graph.edge(edge.pair.first, edge.pair.second);
-    const std::vector<char> by_map = graph.explained_by(edge.pair, second_from_first(first, second)),
-                            by_this = graph.explained_by(edge.pair, pose(second) * pose(first).inverse());
-    for (std::size_t i = 0; i < geometry.matches.size(); ++i) {
-      if (geometry.motion_of_match[i] == 0 || !is_of_map(first, second, geometry.matches[i])) continue;
-      alignment.only_map += by_map[i] && !by_this[i];
-      alignment.only_this += !by_map[i] && by_this[i];
-    }
-  }
-  alignment.p_value = binomial_tail(alignment.only_this, alignment.only_map + alignment.only_this, 0.5);
-  return alignment;
+    ransac.threshold = std::max(ransac.threshold, graph.max_error_rad(edge.pair));
+  const double limit_rad = options.max_landmark_error * ransac.threshold;
+  SegmentPlacement as_one, one_by_one;
+  compare(map, matches, move_as_one(map, segment, matches, ransac, options.min_inliers, &as_one), limit_rad,
+          &as_one);
+  compare(map, matches, register_one_by_one(map, matches, ransac, options.min_inliers), limit_rad,
+          &one_by_one);
+  const bool is_one = as_one.only_this - as_one.only_map >= one_by_one.only_this - one_by_one.only_map;
+  return is_one ? as_one : one_by_one;
 }
 
-std::map<KeyframeId, Sim3> apply_alignment(const InconsistentSegment& segment,
-                                           const SegmentAlignment& alignment, const ViewGraph& graph,
-                                           Map* map) {
+std::map<KeyframeId, Sim3> move_segment(const InconsistentSegment& segment, const SegmentPlacement& place,
+                                        Map* map) {
   const std::set<KeyframeId> inside(segment.keyframes.begin(), segment.keyframes.end());
-  for (const LandmarkId id : map->landmark_ids()) {
-    const Landmark landmark = *map->landmark(id);
-    std::vector<Observation> within;
-    for (const Observation& o : landmark.observations) {
-      if (inside.count(o.keyframe)) within.push_back(o);
-    }
-    if (within.empty() || within.size() == landmark.observations.size()) continue;
-    for (const Observation& o : within) map->remove_observation(id, o.keyframe);
-    if (within.size() >= 2) {
-      const LandmarkId split = map->add_landmark(landmark.x_in_map);
-      for (const Observation& o : within) map->add_observation(split, o.keyframe, o.feature);
-    }
-    if (landmark.observations.size() - within.size() < 2) map->remove_landmark(id);
-  }
+  split_landmarks(inside, map);
   std::map<KeyframeId, Sim3> changes;
-  for (const auto& entry : map->keyframes()) {
-    changes[entry.first] = inside.count(entry.first) ? alignment.rest_from_segment : Sim3();
-  }
+  for (const auto& entry : map->keyframes())
+    changes[entry.first] = inside.count(entry.first) ? *place.rest_from_segment : Sim3();
   map->apply(changes);
-  for (const auto& [pair, match] : alignment.inliers) {
-    const TwoViewGeometry& geometry = *graph.edge(pair.first, pair.second);
-    KeyframeId first = -1, second = -1;
-    for (const EdgeConsistency& edge : segment.cut) {
-      if (edge.pair == pair) first = edge.first, second = edge.second;
-    }
-    const Match& m = geometry.matches[match];
-    const LandmarkId of_first = map->keyframe(first)->landmark_of_feature[m.first],
-                     of_second = map->keyframe(second)->landmark_of_feature[m.second];
-    if (of_first == kNoLandmark || of_second == kNoLandmark || of_first == of_second) continue;
-    const bool first_is_inside = inside.count(first) > 0;
-    map->merge_landmarks(first_is_inside ? of_first : of_second, first_is_inside ? of_second : of_first);
+  for (const auto& [of_segment, of_rest] : place.merged) {
+    if (map->landmark(of_segment) && map->landmark(of_rest)) map->merge_landmarks(of_segment, of_rest);
   }
   return changes;
 }

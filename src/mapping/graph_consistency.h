@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <set>
 #include <utility>
@@ -16,7 +17,7 @@ struct GraphConsistencyOptions {
   int min_inliers = 25;           // matches of the map's object that an edge needs to count
   double max_landmark_error = 3;  // of a landmark in another image that a match pairs with it, in errors of a
                                   // verified match
-  double min_supported = 0.8;     // share of the matches of a keyframe that poses and landmarks must explain;
+  double min_supported = 0.8;     // share of the matches over a cut that poses and landmarks must explain;
                                   // in (0, 1). Right ones usually have 0.9 or more
 };
 
@@ -25,55 +26,56 @@ struct GraphConsistencyOptions {
 struct EdgeConsistency {
   ViewGraph::Pair pair;
   KeyframeId first = -1, second = -1;
-  int motion = 1;      // that most matches of the map's object obey
-  int matches = 0;     // verified matches of the map's object
-  int explained = 0;   // of these, by the keyframes' poses
-  int supported = 0;   // of these, also by the positions of the landmarks
-  double p_value = 1;  // of so few, if each were explained with probability 1/2 (exact binomial tail)
-  bool is_inconsistent = false;  // after Benjamini and Hochberg (1995) over all edges
+  int motion = 1;     // that most matches of the map's object obey
+  int matches = 0;    // verified matches of the map's object
+  int explained = 0;  // of these, by the keyframes' poses
+  int supported = 0;  // of these, also by the positions of the landmarks
 };
 
 /// Edges between keyframes of the map, in the order of the graph.
 std::vector<EdgeConsistency> edge_consistency(const Map& map, const ViewGraph& graph,
                                               const GraphConsistencyOptions& options);
 
-/// Keyframes whose pose the graph contradicts: those with a share of supported matches below min_supported.
-/// The worst is taken first, and its edges no longer count for the others.
-std::set<KeyframeId> contradicted_keyframes(const std::vector<EdgeConsistency>& edges,
-                                            const GraphConsistencyOptions& options);
-
-/// Keyframes in a row in time that the graph puts elsewhere than the map has them: over the cut between them
-/// and the others, inconsistent edges hold more verified matches than the map explains.
+/// Keyframes in a row in time that the graph puts elsewhere than the map has them: too few matches over the
+/// cut between them and the others are supported.
 struct InconsistentSegment {
   std::vector<KeyframeId> keyframes;  // in time; at most half of the map's
-  int contradicting = 0;              // matches of inconsistent edges over the cut, not explained
-  int explained = 0;                  // matches over the cut that the map explains
+  int matches = 0, supported = 0;     // over the cut
+  double p_value = 1;                 // of so few, if each were supported with probability min_supported
   std::vector<EdgeConsistency> cut;   // the edges over it
 };
 
-/// The segment whose cut has the largest surplus of contradicting matches; none where no cut has any.
-std::optional<InconsistentSegment> most_inconsistent_segment(const Map& map,
-                                                             const std::vector<EdgeConsistency>& edges);
+/// Disjoint segments, the most inconsistent first: its edges no longer count for the next ones. The p-values
+/// are exact binomial tails, significant after Bonferroni over all segments.
+std::vector<InconsistentSegment> inconsistent_segments(const Map& map,
+                                                       const std::vector<EdgeConsistency>& edges,
+                                                       const GraphConsistencyOptions& options);
 
-/// Another place of a segment, from landmarks that verified matches over its cut pair.
-struct SegmentAlignment {
-  Sim3 rest_from_segment;
-  std::vector<std::pair<ViewGraph::Pair, int>> inliers;  // edge and match that agree with it
-  int only_map = 0, only_this = 0;  // matches over the cut that one of the two places alone explains
-  double p_value = 1;               // of so many for this one, were both as good (McNemar's exact test)
+/// Another place of a segment: moved as one by the similarity of landmarks that matches over its cut pair, or
+/// each keyframe registered anew by the landmarks of the others (P3P). Compared with the map by the matches
+/// over the cut to landmarks that the other keyframes alone determine.
+struct SegmentPlacement {
+  std::optional<Sim3> rest_from_segment;                  // none: registered one by one
+  std::vector<std::pair<LandmarkId, LandmarkId>> merged;  // landmarks of segment and rest: then the same
+  int matches = 0, by_map = 0;                            // compared; of these, explained by the map
+  int only_map = 0, only_this = 0;                        // explained by one of the two places alone
+  double p_value = 1;  // of so many for this one, were both as good (McNemar's exact test)
 
   bool is_better(const GraphConsistencyOptions& options) const { return p_value < options.significance; }
+  /// The other keyframes' landmarks confirm the map's place: what contradicts it is repeated structure.
+  bool confirms_map(const GraphConsistencyOptions& options) const {
+    return !is_better(options) && 2 * by_map > matches;
+  }
 };
 
-/// None where the pairs do not determine a similarity.
-std::optional<SegmentAlignment> align_segment(const Map& map, const ViewGraph& graph,
-                                              const InconsistentSegment& segment);
+/// The other place that explains most.
+SegmentPlacement other_place(const Map& map, const ViewGraph& graph, const InconsistentSegment& segment,
+                             const GraphConsistencyOptions& options);
 
-/// Moves the segment's keyframes; landmarks that both sides observe are split, and those that the alignment's
-/// inliers pair become one. Returns how each keyframe of the map moved.
-std::map<KeyframeId, Sim3> apply_alignment(const InconsistentSegment& segment,
-                                           const SegmentAlignment& alignment, const ViewGraph& graph,
-                                           Map* map);
+/// Moves the segment as one. Landmarks that both sides observe are split, and the paired ones merged. Returns
+/// how each keyframe of the map moved.
+std::map<KeyframeId, Sim3> move_segment(const InconsistentSegment& segment, const SegmentPlacement& place,
+                                        Map* map);
 
 /// Two maps of the same keyframes compared by one score: verified matches of the graph that they explain,
 /// whether or not the maps ever used them.
@@ -86,9 +88,5 @@ ExplainedDifference compare_explained(const Map& before, const Map& after, const
 
 /// P(X >= k) of a binomial distribution of n trials; exact.
 double binomial_tail(int k, int n, double probability);
-
-/// The largest p-value that is significant at the false discovery rate (Benjamini and Hochberg 1995); 0:
-/// none.
-double significant_p_value(std::vector<double> p_values, double false_discovery_rate);
 
 }  // namespace mono_pose_tracker

@@ -193,9 +193,8 @@ class Mapper {
   void take_over(const MergedAdjustment& result, KeyframeId newest);
   void adjust_globally(bool parts_were_apart);
   void complete();
-  bool correct_segment(const std::vector<EdgeConsistency>& edges, const GraphConsistencyOptions& consistency,
-                       std::set<KeyframeId>* removed);
-  bool remove_contradicted(const std::set<KeyframeId>& ids, std::set<KeyframeId>* removed);
+  bool correct_segments(const std::vector<InconsistentSegment>& segments,
+                        const GraphConsistencyOptions& consistency, std::set<KeyframeId>* removed);
   void count(const BundleReport& report) { failed_adjustments_ += report.failed; }
   void post_correction(const KeyframeChanges& changes);
   void add_correction(MapCorrection correction);

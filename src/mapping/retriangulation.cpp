@@ -114,7 +114,7 @@ FeatureTracks graph_tracks(const Map& map, const std::vector<EdgeConsistency>& e
   }
   std::vector<const EdgeConsistency*> strongest_first;
   for (const EdgeConsistency& edge : edges) {
-    if (!edge.is_inconsistent) strongest_first.push_back(&edge);
+    if (2 * edge.explained >= edge.matches) strongest_first.push_back(&edge);
   }
   std::stable_sort(strongest_first.begin(), strongest_first.end(),
                    [](const auto* a, const auto* b) { return a->matches > b->matches; });

@@ -23,49 +23,31 @@ std::string image_text(std::int64_t frame_index) {
 
 std::string in_map(const MapEvidence& evidence) { return evidence.name.empty() ? "" : evidence.name + ": "; }
 
-// Test 1, poses: keyframes whose matches the poses and landmarks do not support.
-void test_keyframes(const MapEvidence& evidence, const std::set<KeyframeId>& contradicted,
-                    QualityReport* report) {
-  if (contradicted.empty()) return;
-  Finding finding;
-  finding.kind = FindingKind::kContradictedImages;
-  for (const KeyframeId id : contradicted) finding.images.push_back(evidence.map->keyframe(id)->frame_index);
-  std::sort(finding.images.begin(), finding.images.end());
-  finding.k = static_cast<int>(contradicted.size());
-  finding.n = static_cast<int>(evidence.map->keyframes().size());
-  finding.text = in_map(evidence) +
-                 formatted(
-                     "The poses of %d of %d keyframes (the first: %s) disagree with their verified matches "
-                     "with other images: few near points, or repeated structure. Record more overlap there.",
-                     finding.k, finding.n, image_text(finding.images.front()).c_str());
-  report->add(std::move(finding));
-}
-
-// Test 1: a cut over which the view graph contradicts the map at least as much as it agrees with it.
+// Test 1: segments of images whose matches with the other images the map does not support.
 void test_consistency(const MapEvidence& evidence, const QualityOptions& options, QualityReport* report) {
   if (!evidence.graph) return;
   GraphConsistencyOptions consistency;
   consistency.significance = options.significance;
   const std::vector<EdgeConsistency> edges = edge_consistency(*evidence.map, *evidence.graph, consistency);
-  // The images of a loaded map are not of this run.
-  if (!evidence.is_loaded) test_keyframes(evidence, contradicted_keyframes(edges, consistency), report);
-  const std::optional<InconsistentSegment> segment = most_inconsistent_segment(*evidence.map, edges);
-  if (!segment) return;
-  Finding finding;
-  finding.kind = FindingKind::kInconsistentSegment;
-  for (const KeyframeId id : segment->keyframes)
-    finding.images.push_back(evidence.map->keyframe(id)->frame_index);
-  finding.k = segment->contradicting;
-  finding.n = segment->contradicting + segment->explained;
-  finding.p_value = binomial_tail(finding.k, finding.n, 0.5);
-  finding.text =
-      in_map(evidence) +
-      formatted(
-          "%s to %s: %d of %d verified matches with the other images contradict the map. Repeated structure, "
-          "or a part of the map is wrong; record more overlap there, or mask moving objects (--masks).",
-          image_text(finding.images.front()).c_str(), image_text(finding.images.back()).c_str(), finding.k,
-          finding.n);
-  report->add(std::move(finding));
+  for (const InconsistentSegment& segment : inconsistent_segments(*evidence.map, edges, consistency)) {
+    const SegmentPlacement place = other_place(*evidence.map, *evidence.graph, segment, consistency);
+    if (place.confirms_map(consistency)) continue;
+    Finding finding;
+    finding.kind = FindingKind::kInconsistentSegment;
+    for (const KeyframeId id : segment.keyframes)
+      finding.images.push_back(evidence.map->keyframe(id)->frame_index);
+    finding.k = segment.matches - segment.supported;
+    finding.n = segment.matches;
+    finding.p_value = segment.p_value;
+    const std::string first = image_text(finding.images.front()), last = image_text(finding.images.back());
+    finding.text =
+        in_map(evidence) + (first == last ? first : first + " to " + last) +
+        formatted(
+            ": %d of %d verified matches with the other images contradict the map. Few near points, repeated "
+            "structure or moving objects: record more overlap there, or mask the objects (--masks).",
+            finding.k, finding.n);
+    report->add(std::move(finding));
+  }
 }
 
 // Test 2, lengths.
@@ -158,8 +140,6 @@ const char* to_string(FindingKind kind) {
   switch (kind) {
     case FindingKind::kInconsistentSegment:
       return "inconsistent_segment";
-    case FindingKind::kContradictedImages:
-      return "contradicted_images";
     case FindingKind::kUncertainScale:
       return "uncertain_scale";
     case FindingKind::kUncertainPath:

@@ -12,8 +12,7 @@ class ViewGraph;
 
 /// Findings about a map: evidence against it, or information on it.
 enum class FindingKind {
-  kInconsistentSegment,  // images with another pose in the view graph
-  kContradictedImages,   // keyframes elsewhere than the view graph's matches say
+  kInconsistentSegment,  // images elsewhere than the view graph's matches say
   kUncertainScale,       // test 2: lengths before and after a moment
   kUncertainPath,        // test 2: positions of the keyframes
   kDepthReversal,        // an alternative hypothesis explains the images about as well
