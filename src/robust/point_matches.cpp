@@ -10,6 +10,7 @@
 #include "levenberg_marquardt.h"
 #include "mono_pose_tracker/common/rigid3.h"
 #include "robust/early_rejection.h"
+#include "robust/noise_threshold.h"
 #include "shuffled_indices.h"
 
 namespace mono_pose_tracker {
@@ -206,6 +207,13 @@ RansacScore score_camera_pose(const PointMatches& matches, const CameraPose& pos
 
 void refine_camera_pose(const PointMatches& matches, double threshold, int max_iterations, CameraPose* pose) {
   levenberg_marquardt(CameraPoseProblem{matches, threshold}, {max_iterations, 1e-9, 0}, pose);
+}
+
+void polish_camera_pose(const PointMatches& matches, double threshold, int max_iterations, CameraPose* pose) {
+  const RansacScore score =
+      score_camera_pose(matches, *pose, threshold, std::numeric_limits<double>::infinity());
+  const double wide = noise_threshold(score, matches.size(), threshold, 2, 6);
+  refine_camera_pose(matches, wide, max_iterations, pose);
 }
 
 }  // namespace mono_pose_tracker

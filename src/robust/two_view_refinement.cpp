@@ -11,6 +11,7 @@
 #include "common/random.h"
 #include "common/so3.h"
 #include "levenberg_marquardt.h"
+#include "robust/noise_threshold.h"
 
 namespace mono_pose_tracker {
 
@@ -125,20 +126,6 @@ struct TwoViewProblem {
   }
 };
 
-// Standard deviation of normal errors whose mean square is `mean_square` where those beyond `limit` are cut
-// off; at most limit / 1.5, beyond which the cut says more of it than the errors.
-double sigma_before_cut(double mean_square, double limit) {
-  double sigma = std::sqrt(mean_square);
-  for (int i = 0; i < 20; ++i) {
-    const double c = limit / std::max(sigma, 1e-3 * limit);
-    // Variance of a standard normal variable cut off at +-c.
-    const double share = std::erf(c * std::sqrt(0.5));
-    const double kept = 1 - c * std::sqrt(2 / M_PI) * std::exp(-0.5 * c * c) / share;
-    sigma = std::min(std::sqrt(mean_square / kept), limit / 1.5);
-  }
-  return sigma;
-}
-
 // `count` of the pairs with a flag, at random.
 BearingPairs some_of(const BearingPairs& pairs, const std::vector<char>& flags, int count, Random* random) {
   std::vector<int> flagged;
@@ -194,12 +181,7 @@ void explore_two_views(const BearingPairs& pairs, double threshold, int samples,
 void polish_two_views(const BearingPairs& pairs, double threshold, int max_iterations, TwoViewModel* model) {
   const RansacScore score =
       score_two_views(pairs, *model, threshold, std::numeric_limits<double>::infinity());
-  if (score.num_inliers == 0) {
-    return;
-  }
-  const double outliers_cost = (pairs.size() - score.num_inliers) * threshold * threshold;
-  const double mean_square = std::max(0.0, score.cost - outliers_cost) / score.num_inliers;
-  const double wide = std::max(threshold, 3 * sigma_before_cut(mean_square, threshold));
+  const double wide = noise_threshold(score, pairs.size(), threshold, 1, 5);
   refine_two_views(pairs, wide, max_iterations, model);
 }
 

@@ -21,9 +21,7 @@ double refine_two_views(const BearingPairs& pairs, double threshold, int max_ite
 void explore_two_views(const BearingPairs& pairs, double threshold, int samples, std::uint64_t seed,
                        TwoViewModel* model);
 
-/// refine_two_views with a threshold of three standard deviations of the errors, if that is larger. A
-/// threshold of two cuts off 5 % of the correct pairs, the most informative ones, and costs a sixth of the
-/// precision.
+/// refine_two_views with the threshold that the errors' noise suggests.
 void polish_two_views(const BearingPairs& pairs, double threshold, int max_iterations, TwoViewModel* model);
 
 }  // namespace mono_pose_tracker
