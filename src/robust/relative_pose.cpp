@@ -166,15 +166,15 @@ void validate(const std::vector<Eigen::Vector3d>& bearings1, const std::vector<E
 
 // Motions that are hard to distinguish from the best one: the second solution of the dominant plane, and
 // motions with reversed or scaled rotation.
-std::vector<TwoViewModel> ambiguous_motions(const BearingPairs& pairs, const TwoViewModel& best,
-                                            const std::vector<char>& inliers, const PlaneFit& plane) {
+std::vector<TwoViewModel> ambiguous_motions(const BearingPairs& inliers, const TwoViewModel& best,
+                                            const PlaneFit& plane) {
   std::vector<TwoViewModel> motions;
   TwoViewModel motion;
   if (plane.success && second_planar_solution(best, plane.normal, &motion)) {
     motions.push_back(motion);
   }
   for (const double factor : kTurnFactors) {
-    if (turn_scaled(pairs, inliers, best, factor, &motion)) {
+    if (turn_scaled(inliers, best, factor, &motion)) {
       motions.push_back(motion);
     }
   }
@@ -227,14 +227,15 @@ RelativePoseReport estimate_relative_pose(const std::vector<Eigen::Vector3d>& be
   }
   optima.explore_best(options.ransac.seed);
   const TwoViewModel best = optima.models().front().model;
-  std::vector<char> inliers;
-  score_two_views(pairs, best, threshold, std::numeric_limits<double>::infinity(), &inliers);
-  const PlaneFit plane = fit_plane(pairs, inliers, best, threshold, options.ransac.seed);
-  const RotationFit rotation = fit_rotation(pairs, inliers, threshold, options.ransac.seed);
+  std::vector<char> flags;
+  score_two_views(pairs, best, threshold, std::numeric_limits<double>::infinity(), &flags);
+  const BearingPairs inliers = pairs.with(flags);
+  const PlaneFit plane = fit_plane(inliers, best, threshold, options.ransac.seed);
+  const RotationFit rotation = fit_rotation(inliers, threshold, options.ransac.seed);
   report.plane_inliers = plane.num_inliers;
   report.rotation_only_inliers = rotation.num_inliers;
   report.rotation_only = Eigen::Quaterniond(rotation.rotation).normalized();
-  for (const TwoViewModel& motion : ambiguous_motions(pairs, best, inliers, plane)) {
+  for (const TwoViewModel& motion : ambiguous_motions(inliers, best, plane)) {
     optima.add(motion);
   }
   optima.polish_best(plane);

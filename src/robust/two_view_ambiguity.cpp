@@ -2,10 +2,11 @@
 
 #include <Eigen/Dense>
 #include <array>
+#include <limits>
 
+#include "common/function_clones.h"
 #include "common/so3.h"
 #include "geometry/nearest_rotation.h"
-#include "robust/early_rejection.h"
 #include "robust/sampler.h"
 
 namespace mono_pose_tracker {
@@ -24,31 +25,38 @@ RansacOptions fit_options(double threshold, std::uint64_t seed) {
   return options;
 }
 
-// Half the squared angle between a mapped first bearing and the second: the noise of both views adds up in
-// it, which makes it comparable with a Sampson error.
-double transfer_error(const Eigen::Vector3d& mapped, const Eigen::Vector3d& bearing2) {
-  return mapped.dot(bearing2) > 0 ? 0.5 * mapped.cross(bearing2).squaredNorm() / mapped.squaredNorm() : 1.0;
+// Half the squared angles between the second bearings of a block and the mapped first ones, whose map is
+// given row by row: the noise of both views adds up in them, which makes them comparable with Sampson errors.
+// One is added where the map is to the other side.
+MPT_FUNCTION_CLONES_FOR("avx2")
+void transfer_errors(const PairBlock& block, const double (&h)[9], double (&__restrict squared)[kPairBlock]) {
+  const auto& [x1, x2] = block;
+  for (int i = 0; i < kPairBlock; ++i) {
+    const double x = h[0] * x1[0][i] + h[1] * x1[1][i] + h[2] * x1[2][i];
+    const double y = h[3] * x1[0][i] + h[4] * x1[1][i] + h[5] * x1[2][i];
+    const double z = h[6] * x1[0][i] + h[7] * x1[1][i] + h[8] * x1[2][i];
+    const double u = x2[0][i], v = x2[1][i], w = x2[2][i];
+    const double nx = y * w - z * v, ny = z * u - x * w, nz = x * v - y * u;
+    const double cosine = x * u + y * v + z * w;
+    squared[i] = 0.5 * (nx * nx + ny * ny + nz * nz) / (x * x + y * y + z * z) + (cosine > 0 ? 0 : 1);
+  }
 }
 
-// MSAC over the matches of a map from first to second bearings.
-template <class Map>
-RansacScore score_map(const std::vector<Eigen::Vector3d>& x1, const std::vector<Eigen::Vector3d>& x2,
-                      double threshold, double cost_bound, const Map& map) {
-  constexpr std::size_t kBlock = 32;
-  const double squared_threshold = threshold * threshold;
-  const double mean_bound = cost_bound / (squared_threshold * x1.size());
-  RansacScore score;
-  score.cost = 0;
-  for (std::size_t i = 0; i < x1.size(); ++i) {
-    const double squared = transfer_error(map(x1[i]), x2[i]);
-    score.cost += std::min(squared, squared_threshold);
-    score.num_inliers += squared < squared_threshold;
-    const int scored = static_cast<int>(i) + 1;
-    if (scored % kBlock == 0 && is_hopeless(score.cost / (squared_threshold * scored), scored, mean_bound)) {
-      return RansacScore();
-    }
-  }
-  return score;
+// MSAC over the pairs of a map from first to second bearings.
+RansacScore score_map(const BearingPairs& pairs, const Eigen::Matrix3d& map, double threshold,
+                      double cost_bound, std::vector<char>* inliers = nullptr) {
+  double rows[9];
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rows) << map;
+  const auto squared_of = [&](int begin, double(&squared)[kPairBlock]) {
+    transfer_errors(PairBlock(pairs, begin), rows, squared);
+  };
+  return score_pairs(pairs.size(), threshold, cost_bound, squared_of, inliers);
+}
+
+std::vector<char> mapped_pairs(const BearingPairs& pairs, const Eigen::Matrix3d& map, double threshold) {
+  std::vector<char> inliers;
+  score_map(pairs, map, threshold, std::numeric_limits<double>::infinity(), &inliers);
+  return inliers;
 }
 
 // With the motion known, n . x1 is the inverse distance of the point along x1, in units of the baseline.
@@ -57,52 +65,50 @@ struct PlaneEstimator {
   static constexpr int kSampleSize = 3;
   static constexpr int kMaxModels = 1;
 
-  PlaneEstimator(const BearingPairs& pairs, const std::vector<char>& members, const TwoViewModel& model,
-                 double threshold)
-      : motion(model), threshold(threshold) {
+  PlaneEstimator(const BearingPairs& pairs, const TwoViewModel& motion, double threshold)
+      : pairs(pairs), motion(motion), threshold(threshold) {
     for (int i = 0; i < pairs.size(); ++i) {
-      if (!members[i]) {
-        continue;
-      }
-      x1.push_back(pairs.first()[i]);
-      x2.push_back(pairs.second()[i]);
-      const Eigen::Vector3d across = x2.back().cross(motion.translation);
-      const Eigen::Vector3d shift = x2.back().cross(motion.rotation * x1.back());
+      const Eigen::Vector3d across = pairs.second()[i].cross(motion.translation);
+      const Eigen::Vector3d shift = pairs.second()[i].cross(motion.rotation * pairs.first()[i]);
       inverse_distance.push_back(-across.dot(shift) / std::max(across.squaredNorm(), 1e-12));
     }
   }
 
-  int num_data() const { return static_cast<int>(x1.size()); }
+  int num_data() const { return pairs.size(); }
 
   int solve(const std::array<int, 3>& sample, std::array<Eigen::Vector3d, 1>* models) const {
     Eigen::Matrix3d a;
     Eigen::Vector3d b;
     for (int k = 0; k < 3; ++k) {
-      a.row(k) = x1[sample[k]];
+      a.row(k) = pairs.first()[sample[k]];
       b[k] = inverse_distance[sample[k]];
     }
     (*models)[0] = a.inverse() * b;
     return (*models)[0].allFinite() ? 1 : 0;
   }
 
+  Eigen::Matrix3d homography(const Eigen::Vector3d& normal) const {
+    return motion.rotation + motion.translation * normal.transpose();
+  }
+
   RansacScore score(const Eigen::Vector3d& normal, double cost_bound) const {
-    return score_map(x1, x2, threshold, cost_bound, [&](const Eigen::Vector3d& x) {
-      return (motion.rotation * x + motion.translation * normal.dot(x)).eval();
-    });
+    return score_map(pairs, homography(normal), threshold, cost_bound);
   }
 
   // Linear least squares of the inverse distances, weighted with how well the pair fixes each (its angle to
   // t).
   void optimize(Eigen::Vector3d* normal) const {
+    const Eigen::Matrix3d map = homography(*normal);
+    const std::vector<char> inliers = mapped_pairs(pairs, map, threshold);
     Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
-    for (std::size_t i = 0; i < x1.size(); ++i) {
-      const Eigen::Vector3d mapped = motion.rotation * x1[i] + motion.translation * normal->dot(x1[i]);
-      if (transfer_error(mapped, x2[i]) < threshold * threshold) {
-        const double weight = x2[i].cross(motion.translation).squaredNorm() / mapped.squaredNorm();
-        a += weight * x1[i] * x1[i].transpose();
-        b += weight * inverse_distance[i] * x1[i];
-      }
+    for (int i = 0; i < pairs.size(); ++i) {
+      if (!inliers[i]) continue;
+      const Eigen::Vector3d x1 = pairs.first()[i];
+      const double weight =
+          pairs.second()[i].cross(motion.translation).squaredNorm() / (map * x1).squaredNorm();
+      a += weight * x1 * x1.transpose();
+      b += weight * inverse_distance[i] * x1;
     }
     const Eigen::Vector3d refined = a.ldlt().solve(b);
     if (refined.allFinite()) {
@@ -112,9 +118,9 @@ struct PlaneEstimator {
 
   bool is_equivalent(const Eigen::Vector3d&, const Eigen::Vector3d&) const { return false; }
 
-  TwoViewModel motion;
+  const BearingPairs& pairs;
+  const TwoViewModel& motion;
   double threshold;
-  std::vector<Eigen::Vector3d> x1, x2;
   std::vector<double> inverse_distance;
 };
 
@@ -133,50 +139,39 @@ struct RotationEstimator {
   static constexpr int kSampleSize = 2;
   static constexpr int kMaxModels = 1;
 
-  RotationEstimator(const BearingPairs& pairs, const std::vector<char>& members, double threshold)
-      : threshold(threshold) {
-    for (int i = 0; i < pairs.size(); ++i) {
-      if (members[i]) {
-        x1.push_back(pairs.first()[i]);
-        x2.push_back(pairs.second()[i]);
-      }
-    }
-  }
-
-  int num_data() const { return static_cast<int>(x1.size()); }
+  int num_data() const { return pairs.size(); }
 
   int solve(const std::array<int, 2>& sample, std::array<Eigen::Matrix3d, 1>* models) const {
+    const VectorArray &x1 = pairs.first(), &x2 = pairs.second();
     const int i = sample[0], j = sample[1];
     (*models)[0] = frame_of(x2[i], x2[j]) * frame_of(x1[i], x1[j]).transpose();
     return (*models)[0].determinant() > 0.5 ? 1 : 0;  // none of directions that are parallel
   }
 
   RansacScore score(const Eigen::Matrix3d& rotation, double cost_bound) const {
-    return score_map(x1, x2, threshold, cost_bound,
-                     [&](const Eigen::Vector3d& x) { return (rotation * x).eval(); });
+    return score_map(pairs, rotation, threshold, cost_bound);
   }
 
   void optimize(Eigen::Matrix3d* rotation) const {
+    const std::vector<char> inliers = mapped_pairs(pairs, *rotation, threshold);
     Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-    for (std::size_t i = 0; i < x1.size(); ++i) {
-      if (transfer_error(*rotation * x1[i], x2[i]) < threshold * threshold) {
-        sum += x2[i] * x1[i].transpose();
-      }
+    for (int i = 0; i < pairs.size(); ++i) {
+      if (inliers[i]) sum += pairs.second()[i] * pairs.first()[i].transpose();
     }
     *rotation = nearest_rotation(sum);
   }
 
   bool is_equivalent(const Eigen::Matrix3d&, const Eigen::Matrix3d&) const { return false; }
 
+  const BearingPairs& pairs;
   double threshold;
-  std::vector<Eigen::Vector3d> x1, x2;
 };
 
 }  // namespace
 
-PlaneFit fit_plane(const BearingPairs& pairs, const std::vector<char>& members, const TwoViewModel& model,
-                   double threshold, std::uint64_t seed) {
-  PlaneEstimator estimator(pairs, members, model, threshold);
+PlaneFit fit_plane(const BearingPairs& pairs, const TwoViewModel& model, double threshold,
+                   std::uint64_t seed) {
+  PlaneEstimator estimator(pairs, model, threshold);
   PlaneFit fit;
   if (estimator.num_data() < PlaneEstimator::kSampleSize) {
     return fit;
@@ -214,14 +209,11 @@ bool second_planar_solution(const TwoViewModel& model, const Eigen::Vector3d& no
   return second->rotation.allFinite();
 }
 
-bool turn_scaled(const BearingPairs& pairs, const std::vector<char>& members, const TwoViewModel& model,
-                 double factor, TwoViewModel* scaled) {
+bool turn_scaled(const BearingPairs& pairs, const TwoViewModel& model, double factor, TwoViewModel* scaled) {
   Eigen::Vector3d middle1 = Eigen::Vector3d::Zero(), middle2 = Eigen::Vector3d::Zero();
   for (int i = 0; i < pairs.size(); ++i) {
-    if (members[i]) {
-      middle1 += pairs.first()[i];
-      middle2 += pairs.second()[i];
-    }
+    middle1 += pairs.first()[i];
+    middle2 += pairs.second()[i];
   }
   middle1.normalize();
   middle2.normalize();
@@ -248,9 +240,8 @@ bool turn_scaled(const BearingPairs& pairs, const std::vector<char>& members, co
   return translation.norm() > 1e-9 && scaled->rotation.allFinite();
 }
 
-RotationFit fit_rotation(const BearingPairs& pairs, const std::vector<char>& members, double threshold,
-                         std::uint64_t seed) {
-  RotationEstimator estimator(pairs, members, threshold);
+RotationFit fit_rotation(const BearingPairs& pairs, double threshold, std::uint64_t seed) {
+  RotationEstimator estimator{pairs, threshold};
   RotationFit fit;
   if (estimator.num_data() < RotationEstimator::kSampleSize) {
     return fit;

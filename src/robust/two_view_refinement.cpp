@@ -5,9 +5,11 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <numeric>
 #include <utility>
 #include <vector>
 
+#include "common/function_clones.h"
 #include "common/random.h"
 #include "common/so3.h"
 #include "levenberg_marquardt.h"
@@ -17,14 +19,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
-using PacketFlags = Eigen::Array<bool, kPacketSize, 1>;
-
-// Which of four pairs may be in front of both cameras, as in bearing_pairs.cpp. along1 and along2 are t . R
-// x1 and t . x2, cosine is R x1 . x2.
-PacketFlags distances_positive(const Packet& along1, const Packet& along2, const Packet& cosine,
-                               double tolerance) {
-  const Packet slack = -tolerance * (1 - along2 * along2).max(0.0).sqrt();
-  return (along2 * cosine - along1 > slack) && (along2 - along1 * cosine > slack);
+double tolerance_of(PairsThatCount which, double threshold) {
+  return which == PairsThatCount::kAll ? kAnyDistance : threshold;
 }
 
 Eigen::Matrix<double, 3, 2> tangent_basis(const Eigen::Vector3d& direction) {
@@ -38,73 +34,82 @@ Eigen::Matrix<double, 3, 2> tangent_basis(const Eigen::Vector3d& direction) {
 double truncated_cost(const BearingPairs& pairs, const TwoViewModel& model, double threshold,
                       PairsThatCount which) {
   const double squared_threshold = threshold * threshold;
-  const Eigen::Vector3d& t = model.translation;
-  Packet cost = Packet::Zero();
-  for (int i = 0; i < pairs.size(); i += kPacketSize) {
-    const PacketVector x2 = pairs.second().packet(i);
-    const PacketVector r = model.rotation * pairs.first().packet(i);
-    const Packet constraint = dot(r, cross(x2, t));
-    const Packet along1 = dot(t, r), along2 = dot(t, x2);
-    const Packet squared = constraint * constraint / ((2 + kTinySine) - along1 * along1 - along2 * along2);
-    const Packet truncated = squared.min(squared_threshold);
-    cost +=
-        which == PairsThatCount::kAll
-            ? truncated
-            : distances_positive(along1, along2, dot(r, x2), threshold).select(truncated, squared_threshold);
+  const MotionRows motion(model);
+  double sums[kPairBlock] = {}, squared[kPairBlock];
+  for (int begin = 0; begin < pairs.size(); begin += kPairBlock) {
+    squared_errors(PairBlock(pairs, begin), motion, tolerance_of(which, threshold), squared_threshold,
+                   squared);
+    for (int i = 0; i < kPairBlock; ++i) sums[i] += std::min(squared[i], squared_threshold);
   }
-  return cost.sum();  // the padding's errors are zero
+  return std::accumulate(std::begin(sums), std::end(sums), 0.0);  // the padding's errors are zero
 }
 
 using Equations = NormalEquations<5>;
 
-// Parameters: R' = exp(w) R, t' = (t + basis d) normalised; order w, d. The padding adds rows of zeros.
+// The lower triangle of the information row by row, each row followed by its gradient.
+constexpr int kSums = 20;
+
+// Adds the equations of a block to sums, one of each pair's place in its block. Parameters: R' = exp(w) R, t'
+// = (t + basis d) normalised; order w, d. basis: one vector after the other.
+MPT_FUNCTION_CLONES_FOR("avx2")
+void add_equations(const PairBlock& block, const MotionRows& motion, const double (&basis)[6],
+                   double tolerance, double squared_threshold, double (&__restrict sums)[kSums][kPairBlock]) {
+  const auto& t = motion.t;
+  for (int i = 0; i < kPairBlock; ++i) {
+    const PairUnderMotion p = under_motion(block, motion, tolerance, i);
+    const double weight = p.squared(squared_threshold) < squared_threshold ? p.inverse : 0;
+    const double constraint = p.constraint;
+    // How the error's denominator changes it.
+    const double shape1 = constraint * p.inverse * p.along1, shape2 = constraint * p.inverse * p.along2;
+    const double mx = p.nx + shape1 * t[0], my = p.ny + shape1 * t[1], mz = p.nz + shape1 * t[2];
+    const double tx = p.y * p.w - p.z * p.v + shape1 * p.x + shape2 * p.u;
+    const double ty = p.z * p.u - p.x * p.w + shape1 * p.y + shape2 * p.v;
+    const double tz = p.x * p.v - p.y * p.u + shape1 * p.z + shape2 * p.w;
+    const double a = p.y * mz - p.z * my, b = p.z * mx - p.x * mz, c = p.x * my - p.y * mx;
+    const double d = basis[0] * tx + basis[1] * ty + basis[2] * tz;
+    const double e = basis[3] * tx + basis[4] * ty + basis[5] * tz;
+    const double wa = weight * a, wb = weight * b, wc = weight * c, wd = weight * d, we = weight * e;
+    sums[0][i] += wa * a;
+    sums[1][i] += wa * constraint;
+    sums[2][i] += wb * a;
+    sums[3][i] += wb * b;
+    sums[4][i] += wb * constraint;
+    sums[5][i] += wc * a;
+    sums[6][i] += wc * b;
+    sums[7][i] += wc * c;
+    sums[8][i] += wc * constraint;
+    sums[9][i] += wd * a;
+    sums[10][i] += wd * b;
+    sums[11][i] += wd * c;
+    sums[12][i] += wd * d;
+    sums[13][i] += wd * constraint;
+    sums[14][i] += we * a;
+    sums[15][i] += we * b;
+    sums[16][i] += we * c;
+    sums[17][i] += we * d;
+    sums[18][i] += we * e;
+    sums[19][i] += we * constraint;
+  }
+}
+
 Equations linearize(const BearingPairs& pairs, const TwoViewModel& model, double threshold,
                     PairsThatCount which) {
-  const Eigen::Matrix<double, 3, 2> basis = tangent_basis(model.translation);
-  const double squared_threshold = threshold * threshold;
-  const Eigen::Vector3d& t = model.translation;
-  const Eigen::Vector3d basis0 = basis.col(0), basis1 = basis.col(1);
-  Packet sums[20];  // the lower triangle of the information row by row, each row followed by its gradient
-  std::fill(std::begin(sums), std::end(sums), Packet::Zero());
-  for (int i = 0; i < pairs.size(); i += kPacketSize) {
-    const PacketVector x2 = pairs.second().packet(i);
-    const PacketVector r = model.rotation * pairs.first().packet(i);
-    const PacketVector x2_cross_t = cross(x2, t);
-    const Packet constraint = dot(r, x2_cross_t);
-    const Packet along1 = dot(t, r);
-    const Packet along2 = dot(t, x2);
-    const Packet inverse = 1 / ((2 + kTinySine) - along1 * along1 - along2 * along2);
-    PacketFlags counts = constraint * constraint * inverse < squared_threshold;
-    if (which == PairsThatCount::kInFront) {
-      counts = counts && distances_positive(along1, along2, dot(r, x2), threshold);
-    }
-    const Packet weight = counts.select(inverse, Packet::Zero());
-    const Packet shape = constraint * inverse;  // how the error's denominator changes it
-    const Packet shape1 = shape * along1, shape2 = shape * along2;
-    PacketVector by_rotation = x2_cross_t;
-    by_rotation += PacketVector{shape1 * t.x(), shape1 * t.y(), shape1 * t.z()};
-    by_rotation = cross(r, by_rotation);
-    PacketVector by_translation = cross(r, x2);
-    by_translation += shape1 * r;
-    by_translation += shape2 * x2;
-    const Packet row[5] = {by_rotation.x, by_rotation.y, by_rotation.z, dot(basis0, by_translation),
-                           dot(basis1, by_translation)};
-    int k = 0;
-    for (int a = 0; a < 5; ++a) {
-      const Packet weighted = weight * row[a];
-      for (int b = 0; b <= a; ++b) {
-        sums[k++] += weighted * row[b];
-      }
-      sums[k++] += weighted * constraint;
-    }
+  const MotionRows motion(model);
+  double basis[6], sums[kSums][kPairBlock] = {};
+  Eigen::Map<Eigen::Matrix<double, 3, 2>>(basis) << tangent_basis(model.translation);
+  for (int begin = 0; begin < pairs.size(); begin += kPairBlock) {
+    add_equations(PairBlock(pairs, begin), motion, basis, tolerance_of(which, threshold),
+                  threshold * threshold, sums);
   }
   Equations equations;
-  int k = 0;
+  const auto* sum = sums;
+  const auto next = [&sum] {
+    const auto& of_lanes = *sum++;
+    return std::accumulate(std::begin(of_lanes), std::end(of_lanes), 0.0);
+  };
   for (int a = 0; a < 5; ++a) {
-    for (int b = 0; b <= a; ++b) {
-      equations.information(a, b) = equations.information(b, a) = sums[k++].sum();
-    }
-    equations.gradient[a] = sums[k++].sum();
+    for (int b = 0; b <= a; ++b) equations.information(a, b) = equations.information(b, a) = next();
+    equations.gradient[a] = next();
   }
   return equations;
 }

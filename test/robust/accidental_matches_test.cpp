@@ -25,7 +25,7 @@ Counts counts_of(const TwoViewSceneOptions& options, int scenes) {
     const TwoViewModel truth = model_of(scene.second_from_first);
     std::vector<char> near;
     score_two_views(pairs, truth, kThreshold, kNoBound, &near);
-    const PlaneFit plane = fit_plane(pairs, near, truth, kThreshold, 0);
+    const PlaneFit plane = fit_plane(pairs.with(near), truth, kThreshold, 0);
     const std::vector<char> flags = more_than_chance(pairs, truth, plane.normal, kThreshold);
     for (int i = 0; i < pairs.size(); ++i) {
       if (!near[i]) continue;

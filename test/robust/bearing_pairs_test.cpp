@@ -32,6 +32,32 @@ TEST(BearingPairs, ShufflesAndExcludesNonFinitePairs) {
   EXPECT_LT(in_place, 20);
 }
 
+// Under the reversed rotation of half the scenes many pairs are behind a camera, and some at the tolerance.
+TEST(SquaredErrors, AgreeWithThePlainFormulas) {
+  constexpr double kTolerance = 2 * kPixel;
+  int in_front = 0, behind = 0;
+  for (int seed = 0; seed < 20; ++seed) {
+    const TwoViewScene scene = make_two_view_scene(TwoViewSceneOptions(), seed);
+    const BearingPairs pairs(scene.bearings1, scene.bearings2, 0);
+    TwoViewModel model = model_of(scene.second_from_first);
+    if (seed % 2 == 1) model.rotation.transposeInPlace();
+    const Eigen::Matrix3d essential = essential_matrix(Rigid3(model.rotation, model.translation));
+    for (int begin = 0; begin < pairs.size(); begin += kPairBlock) {
+      double squared[kPairBlock];
+      squared_errors(PairBlock(pairs, begin), MotionRows(model), kTolerance, 1, squared);
+      for (int i = begin; i < std::min(begin + kPairBlock, pairs.size()); ++i) {
+        const Eigen::Vector3d x1 = pairs.first()[i], x2 = pairs.second()[i];
+        const double error = sampson_error(essential, x1, x2);
+        const bool front = may_be_in_front(model, x1, x2, kTolerance);
+        EXPECT_NEAR(squared[i - begin], error * error + (front ? 0 : 1), 0.01 * error * error + 1e-15);
+        ++(front ? in_front : behind);
+      }
+    }
+  }
+  EXPECT_GT(in_front, 1000);
+  EXPECT_GT(behind, 1000);
+}
+
 TEST(ScoreTwoViews, AgreesWithThePlainFormula) {
   TwoViewSceneOptions options;
   options.num_points = 203;  // no multiple of four

@@ -51,15 +51,14 @@ TEST(TurnScaled, ByOneIsTheSameAndReversingTwiceToo) {
   options.noise = 0;
   const TwoViewScene scene = make_two_view_scene(options, 2);
   const BearingPairs pairs(scene.bearings1, scene.bearings2, 0);
-  const std::vector<char> all(pairs.size(), 1);
   const TwoViewModel truth = model_of(scene.second_from_first);
   TwoViewModel same, reversed, back;
-  ASSERT_TRUE(turn_scaled(pairs, all, truth, 1, &same));
+  ASSERT_TRUE(turn_scaled(pairs, truth, 1, &same));
   EXPECT_NEAR(rotation_error(same, truth), 0, 1e-7);
   EXPECT_NEAR(translation_error(same, truth), 0, 0.05);  // the middle ray of each view is not one point's
-  ASSERT_TRUE(turn_scaled(pairs, all, truth, -1, &reversed));
+  ASSERT_TRUE(turn_scaled(pairs, truth, -1, &reversed));
   EXPECT_GT(rotation_error(reversed, truth), 15 * kDegree);  // turned 10 degrees one way, then the other
-  ASSERT_TRUE(turn_scaled(pairs, all, reversed, -1, &back));
+  ASSERT_TRUE(turn_scaled(pairs, reversed, -1, &back));
   EXPECT_NEAR(rotation_error(back, truth), 0, 1e-7);
 }
 
@@ -76,7 +75,7 @@ TEST(FitPlane, CountsThePointsOnThePlane) {
   }
   const BearingPairs pairs(scene.bearings1, scene.bearings2, 0);
   const TwoViewModel truth = model_of(scene.second_from_first);
-  const PlaneFit fit = fit_plane(pairs, std::vector<char>(pairs.size(), 1), truth, 2 * kPixel, 0);
+  const PlaneFit fit = fit_plane(pairs, truth, 2 * kPixel, 0);
   ASSERT_TRUE(fit.success);
   EXPECT_GE(fit.num_inliers, 295);
   EXPECT_LE(fit.num_inliers, 330);
@@ -89,7 +88,7 @@ TEST(FitPlane, NeedsThreePoints) {
   const BearingPairs pairs(scene.bearings1, scene.bearings2, 0);
   std::vector<char> two(pairs.size(), 0);
   two[0] = two[1] = 1;
-  EXPECT_FALSE(fit_plane(pairs, two, model_of(scene.second_from_first), kPixel, 0).success);
+  EXPECT_FALSE(fit_plane(pairs.with(two), model_of(scene.second_from_first), kPixel, 0).success);
 }
 
 // An object that fills 11 degrees of the view and turns by 8: depth reversed fits nearly as well.
