@@ -40,7 +40,9 @@ Place place_of(const Eigen::Vector3d& x1, const Eigen::Vector3d& x2, const TwoVi
   const double of_plane = normal.dot(x1);
   const double along = std::abs(inverse_distance - of_plane) * across2.norm() /
                        (turned + of_plane * model.translation).norm() / threshold;
-  place.along = along < 2 ? 0 : std::min(kClasses - 1, static_cast<int>(std::log2(along)));
+  // The last class also takes what is infinite or not a number: the plane's point is in the second camera.
+  constexpr double kFarthest = 1 << (kClasses - 1);
+  place.along = along < 2 ? 0 : static_cast<int>(std::log2(std::min(kFarthest, along)));
   return place;
 }
 

@@ -57,6 +57,23 @@ TEST(AccidentalMatches, WhatIsAtAllDepthsCounts) {
   }
 }
 
+// The second camera is on the plane: the first pair's distance to where the plane maps it is infinite.
+TEST(AccidentalMatches, AnInfiniteDistanceIsAFarOne) {
+  const TwoViewModel forward{Eigen::Matrix3d::Identity(), Eigen::Vector3d::UnitZ()};
+  std::vector<Eigen::Vector3d> first = {Eigen::Vector3d::UnitZ()};
+  std::vector<Eigen::Vector3d> second = {Eigen::Vector3d(0.1 * kThreshold, 0, 1).normalized()};
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::AngleAxisd around(0.06 * i, Eigen::Vector3d::UnitZ());
+    const Eigen::AngleAxisd off_line(i % 20 == 0 ? 15 * kThreshold : 0, Eigen::Vector3d::UnitZ());
+    const Eigen::Vector3d point = around * Eigen::Vector3d(1, 0, 1);
+    first.push_back(point.normalized());
+    second.push_back(off_line * (point + Eigen::Vector3d::UnitZ()).normalized());
+  }
+  const BearingPairs pairs(first, second, 0);
+  const std::vector<char> flags = more_than_chance(pairs, forward, -Eigen::Vector3d::UnitZ(), kThreshold);
+  for (int i = 0; i < pairs.size(); ++i) EXPECT_EQ(flags[i], pairs.source(i) == 0 ? 0 : 1);
+}
+
 TEST(AccidentalMatches, AHandfulIsNotSortedOut) {
   TwoViewSceneOptions options;
   options.num_points = 8;
