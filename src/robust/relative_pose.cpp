@@ -117,6 +117,7 @@ class LocalOptima {
   }
 
   const std::vector<ScoredTwoViews>& models() { return pool_.models(); }
+  const ScoredTwoViews& best() { return pool_.models().front(); }
 
  private:
   template <class Change>
@@ -164,17 +165,30 @@ void validate(const std::vector<Eigen::Vector3d>& bearings1, const std::vector<E
   require_quality_of_each(options.quality, bearings1.size(), "RelativePoseOptions", "pairs");
 }
 
+// A motion, its inliers and the plane of most of them.
+struct Support {
+  TwoViewModel motion;
+  BearingPairs inliers;
+  PlaneFit plane;
+};
+
+Support support_of(const TwoViewModel& motion, const BearingPairs& pairs, const RansacOptions& ransac) {
+  std::vector<char> flags;
+  score_two_views(pairs, motion, ransac.threshold, std::numeric_limits<double>::infinity(), &flags);
+  const BearingPairs inliers = pairs.with(flags);
+  return {motion, inliers, fit_plane(inliers, motion, ransac.threshold, ransac.seed)};
+}
+
 // Motions that are hard to distinguish from the best one: the second solution of the dominant plane, and
 // motions with reversed or scaled rotation.
-std::vector<TwoViewModel> ambiguous_motions(const BearingPairs& inliers, const TwoViewModel& best,
-                                            const PlaneFit& plane) {
+std::vector<TwoViewModel> ambiguous_motions(const Support& best) {
   std::vector<TwoViewModel> motions;
   TwoViewModel motion;
-  if (plane.success && second_planar_solution(best, plane.normal, &motion)) {
+  if (second_planar_solution(best.motion, best.plane.normal, &motion)) {
     motions.push_back(motion);
   }
   for (const double factor : kTurnFactors) {
-    if (turn_scaled(inliers, best, factor, &motion)) {
+    if (turn_scaled(best.inliers, best.motion, factor, &motion)) {
       motions.push_back(motion);
     }
   }
@@ -226,21 +240,19 @@ RelativePoseReport estimate_relative_pose(const std::vector<Eigen::Vector3d>& be
     optima.add(alternative.model);
   }
   optima.explore_best(options.ransac.seed);
-  const TwoViewModel best = optima.models().front().model;
-  std::vector<char> flags;
-  score_two_views(pairs, best, threshold, std::numeric_limits<double>::infinity(), &flags);
-  const BearingPairs inliers = pairs.with(flags);
-  const PlaneFit plane = fit_plane(inliers, best, threshold, options.ransac.seed);
-  const RotationFit rotation = fit_rotation(inliers, threshold, options.ransac.seed);
-  report.plane_inliers = plane.num_inliers;
-  report.rotation_only_inliers = rotation.num_inliers;
-  report.rotation_only = Eigen::Quaterniond(rotation.rotation).normalized();
-  for (const TwoViewModel& motion : ambiguous_motions(inliers, best, plane)) {
+  Support best = support_of(optima.best().model, pairs, options.ransac);
+  const double cost = optima.best().score.cost;
+  for (const TwoViewModel& motion : ambiguous_motions(best)) {
     optima.add(motion);
   }
-  optima.polish_best(plane);
+  if (optima.best().score.cost < cost) best = support_of(optima.best().model, pairs, options.ransac);
+  const RotationFit rotation = fit_rotation(best.inliers, threshold, options.ransac.seed);
+  report.plane_inliers = best.plane.num_inliers;
+  report.rotation_only_inliers = rotation.num_inliers;
+  report.rotation_only = Eigen::Quaterniond(rotation.rotation).normalized();
+  optima.polish_best(best.plane);
   for (const ScoredTwoViews& optimum : optima.models()) {
-    if (optimum.score.num_inliers >= kAlternativeInlierShare * optima.models().front().score.num_inliers) {
+    if (optimum.score.num_inliers >= kAlternativeInlierShare * optima.best().score.num_inliers) {
       report.hypotheses.push_back(to_hypothesis(pairs, optimum, threshold, bearings1.size()));
     }
   }

@@ -178,8 +178,7 @@ PlaneFit fit_plane(const BearingPairs& pairs, const TwoViewModel& model, double 
   }
   UniformSampler sampler(estimator.num_data(), PlaneEstimator::kSampleSize);
   const auto report = ransac(fit_options(threshold, seed), estimator, sampler);
-  fit.success = std::isfinite(report.best.score.cost);
-  if (fit.success) {
+  if (std::isfinite(report.best.score.cost)) {
     fit.normal = report.best.model;
     fit.num_inliers = report.best.score.num_inliers;
   }

@@ -6,10 +6,10 @@
 
 namespace mono_pose_tracker {
 
-/// A plane seen in the first view: n . X = 1 for its points X in units of the baseline.
+/// A plane seen in the first view: n . X = 1 for its points X in units of the baseline; at infinity where
+/// none was found.
 struct PlaneFit {
-  bool success = false;
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   int num_inliers = 0;
 };
 

@@ -124,6 +124,28 @@ TEST(RelativePose, HypothesesAreDistinctAndSorted) {
   }
 }
 
+// After few samples the best motion often is the plane's other one, until ambiguous motions are weighed.
+TEST(RelativePose, CountsThePlaneOfTheBestMotion) {
+  int right = 0, missed = 0;
+  for (int seed = 0; seed < 100; ++seed) {
+    TwoViewSceneOptions scene_options;
+    scene_options.depth_over_width = 0.01;
+    scene_options.outlier_ratio = 0.3;
+    const TwoViewScene scene = make_two_view_scene(scene_options, seed);
+    RelativePoseOptions options = relative_options(seed);
+    options.ransac.min_iterations = 1;
+    options.ransac.max_iterations = 5;
+    const auto report = estimate_relative_pose(scene.bearings1, scene.bearings2, options);
+    if (!report.success) continue;
+    const RelativePoseHypothesis& best = report.hypotheses[0];
+    if (rotation_error(best.second_from_first, scene.second_from_first) > 0.5 * kDegree) continue;
+    ++right;
+    missed += report.plane_inliers < 0.7 * best.num_inliers;
+  }
+  EXPECT_GT(right, 60);
+  EXPECT_LE(missed, 4);
+}
+
 TEST(RelativePose, SaysWhenThereIsOnlyARotation) {
   TwoViewSceneOptions scene_options;
   scene_options.outlier_ratio = 0.2;

@@ -76,7 +76,6 @@ TEST(FitPlane, CountsThePointsOnThePlane) {
   const BearingPairs pairs(scene.bearings1, scene.bearings2, 0);
   const TwoViewModel truth = model_of(scene.second_from_first);
   const PlaneFit fit = fit_plane(pairs, truth, 2 * kPixel, 0);
-  ASSERT_TRUE(fit.success);
   EXPECT_GE(fit.num_inliers, 295);
   EXPECT_LE(fit.num_inliers, 330);
   const Eigen::Vector3d expected = Eigen::Vector3d(-0.3, 0.2, 1).normalized();
@@ -88,7 +87,9 @@ TEST(FitPlane, NeedsThreePoints) {
   const BearingPairs pairs(scene.bearings1, scene.bearings2, 0);
   std::vector<char> two(pairs.size(), 0);
   two[0] = two[1] = 1;
-  EXPECT_FALSE(fit_plane(pairs.with(two), model_of(scene.second_from_first), kPixel, 0).success);
+  const PlaneFit fit = fit_plane(pairs.with(two), model_of(scene.second_from_first), kPixel, 0);
+  EXPECT_EQ(fit.num_inliers, 0);
+  EXPECT_EQ(fit.normal, Eigen::Vector3d::Zero());
 }
 
 // An object that fills 11 degrees of the view and turns by 8: depth reversed fits nearly as well.
