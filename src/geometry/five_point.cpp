@@ -24,7 +24,9 @@ const Eigen::Vector4d kMirrors[4] = {{0.2887, -0.6471, 0.4563, 0.5384},
 constexpr double kLeastPivot = 1e-4;
 // In radians: a solution that the polish moves further came from a polynomial whose rounding may hide others.
 constexpr double kLargestMove = 1e-6;
-// In radians: residuals of a motion that need no polish, a ten thousandth of a pixel in any camera.
+// Polished solutions nearer than this are one: at a double root rounding leaves them as far apart.
+constexpr double kSame = 1e-7;
+// In radians: the polish of a solution less far off moves no point from before a camera to behind it.
 constexpr double kExact = 1e-9;
 // In radians: added to the tolerance while a solution is rough.
 constexpr double kRoughTolerance = 1e-4;
@@ -74,7 +76,7 @@ class EssentialSink {
   int count() const { return count_; }
 
  private:
-  /// Unless it is there already (up to sign): the polished ones agree to 1e-12 where they are one.
+  /// Unless it is there already (up to sign).
   void add(const Motion& motion) {
     Eigen::Matrix3d essential;
     for (int k = 0; k < 3; ++k) {
@@ -83,7 +85,7 @@ class EssentialSink {
     essential *= pairs_.turn;
     for (int i = 0; i < count_; ++i) {
       const double cosine = (*essentials_)[i].cwiseProduct(essential).sum();
-      if (((*essentials_)[i] - std::copysign(1.0, cosine) * essential).squaredNorm() < 1e-16) return;
+      if (((*essentials_)[i] - std::copysign(1.0, cosine) * essential).squaredNorm() < kSame * kSame) return;
     }
     if (count_ < 10) (*essentials_)[count_++] = essential;
   }
@@ -106,11 +108,9 @@ class MotionSink {
     Fronts fronts = fronts_of(*motion, pairs_, is_exact ? tolerance_ : tolerance_ + kRoughTolerance);
     if (!fronts.any()) return error;
     orthonormalize(&motion->rotation);
-    if (!is_exact) {
-      error = polish(pairs_, motion);
-      if (!std::isfinite(error)) return error;
-      fronts = fronts_of(*motion, pairs_, tolerance_);
-    }
+    error = polish(pairs_, motion);
+    if (!std::isfinite(error)) return error;
+    if (!is_exact) fronts = fronts_of(*motion, pairs_, tolerance_);
     add(*motion, fronts);
     return error;
   }
@@ -138,9 +138,9 @@ class MotionSink {
   bool is_known(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& t) const {
     for (int i = 0; i < count_; ++i) {
       const Motion& known = (*motions_)[i];
-      if (known.translation.cross(t).squaredNorm() > 1e-16) continue;
-      if ((known.rotation - rotation).squaredNorm() < 1e-16) return true;
-      if ((known.rotation - half_turn_about(t) * rotation).squaredNorm() < 1e-16) return true;
+      if (known.translation.cross(t).squaredNorm() > kSame * kSame) continue;
+      if ((known.rotation - rotation).squaredNorm() < kSame * kSame) return true;
+      if ((known.rotation - half_turn_about(t) * rotation).squaredNorm() < kSame * kSame) return true;
     }
     return false;
   }

@@ -11,6 +11,8 @@ namespace {
 
 // Sine below which the parallax is all rounding.
 constexpr double kLeastParallax = 1e-9;
+// Length of the five residuals that needs no polish: at a double root the motion is within 1e-7 of it.
+constexpr double kRounding = 1e-14;
 
 /// The rotation that takes the frame of two bearings to that of two others.
 Eigen::Matrix3d frame_of(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
@@ -80,27 +82,30 @@ Fronts fronts_of(const Motion& motion, const AlignedPairs& pairs, double toleran
 double polish(const AlignedPairs& pairs, Motion* motion) {
   Eigen::Matrix3d& rotation = motion->rotation;
   Eigen::Vector3d& t = motion->translation;
-  double first_step2 = 0;
-  for (int iteration = 0; iteration < 10; ++iteration) {
-    const Eigen::Vector3d u = t.unitOrthogonal(), v = t.cross(u);
-    Eigen::Matrix<double, 5, 5> jacobian;
+  double first_step = 0;
+  for (int iteration = 0; iteration < 20; ++iteration) {
+    std::array<Eigen::Vector3d, 5> turned1, normals;
     Eigen::Matrix<double, 5, 1> residual;
     for (int i = 0; i < 5; ++i) {
-      const Eigen::Vector3d turned1 = rotation * pairs.x1[i];
-      const Eigen::Vector3d normal = turned1.cross(pairs.x2[i]);
-      residual[i] = normal.dot(t);
-      jacobian.row(i) << turned1.cross(pairs.x2[i].cross(t)).transpose(), normal.dot(u), normal.dot(v);
+      turned1[i] = rotation * pairs.x1[i];
+      normals[i] = turned1[i].cross(pairs.x2[i]);
+      residual[i] = normals[i].dot(t);
+    }
+    if (residual.squaredNorm() < kRounding * kRounding) return first_step;
+    const Eigen::Vector3d u = t.unitOrthogonal(), v = t.cross(u);
+    Eigen::Matrix<double, 5, 5> jacobian;
+    for (int i = 0; i < 5; ++i) {
+      jacobian.row(i) << turned1[i].cross(pairs.x2[i].cross(t)).transpose(), normals[i].dot(u),
+          normals[i].dot(v);
     }
     const Eigen::Matrix<double, 5, 1> step = jacobian.partialPivLu().solve(-residual);
-    const double step2 = step.squaredNorm();
-    if (iteration == 0) first_step2 = step2;
+    const double length = step.norm();
+    if (iteration == 0) first_step = length;
     // A step of a tenth of a radian is none of a polish.
-    if (!(step2 < 0.01)) break;
+    if (!(length < 0.1)) break;
     const Eigen::Quaterniond turn(1, step[0] / 2, step[1] / 2, step[2] / 2);
     rotation = turn.normalized().toRotationMatrix() * rotation;
     t = (t + step[3] * u + step[4] * v).normalized();
-    // Newton's method squares the error: the next step would be below rounding.
-    if (step2 < 1e-18) return std::sqrt(first_step2);
   }
   return std::numeric_limits<double>::infinity();
 }

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "geometry/essential.h"
+#include "geometry/five_point_motion.h"
 #include "simulation/two_view_problem.h"
 
 namespace mono_pose_tracker {
@@ -167,6 +168,35 @@ TEST(FivePoint, ReturnsNoSolutionTwice) {
     for (int i = 0; i < count; ++i) {
       for (int j = 0; j < i; ++j) EXPECT_GT(distance_up_to_sign(found[i], found[j]), 1e-8);
     }
+  }
+}
+
+// Near double roots the polynomial's roots are off by its rounding's square root.
+TEST(FivePoint, ReturnsNoMotionTwice) {
+  Random random(5);
+  for (int trial = 0; trial < 20000; ++trial) {
+    const Problem problem = near_rotation_problem<5>(random, 0.01);
+    std::array<Motion, 40> found;
+    const int count = five_point(problem.bearings1, problem.bearings2, 1e-6, &found);
+    for (int i = 0; i < count; ++i) {
+      for (int j = 0; j < i; ++j) {
+        EXPECT_GT((found[i].rotation - found[j].rotation).norm() +
+                      (found[i].translation - found[j].translation).norm(),
+                  1e-7);
+      }
+    }
+  }
+}
+
+// The parallax is 1e-8: rounding leaves steps as long.
+TEST(FivePoint, PolishesWhereRoundingLeavesLongSteps) {
+  Random random(8);
+  for (int trial = 0; trial < 100; ++trial) {
+    const Problem problem = near_rotation_problem<5>(random, 1e-8);
+    const AlignedPairs pairs = align(problem.bearings1, problem.bearings2);
+    const Rigid3& truth = problem.second_from_first;
+    Motion motion{truth.rotation_matrix() * pairs.turn.transpose(), truth.translation.normalized()};
+    EXPECT_LT(polish(pairs, &motion), 0.01);
   }
 }
 
