@@ -149,9 +149,10 @@ bool ViewGraph::fit_motion(const Pair& pair, int motion, TwoViewGeometry* geomet
   pose.max_hypotheses = motion == 1 ? 2 : 1;
   if (motion > 1) {
     constexpr int kSampleSize = 5;
-    pose.ransac.max_iterations = std::min(
-        pose.ransac.max_iterations, static_cast<int>(std::ceil(ransac_iterations_needed(
-                                        options_.least_second_motion, kSampleSize, pose.ransac.confidence))));
+    const auto members = static_cast<int>(options_.least_second_motion * count);
+    pose.ransac.max_iterations = static_cast<int>(std::min<double>(
+        pose.ransac.max_iterations,
+        std::ceil(ransac_iterations_needed(members, count, kSampleSize, pose.ransac.confidence))));
     pose.ransac.min_iterations = std::min(pose.ransac.min_iterations, pose.ransac.max_iterations);
   }
   pose.quality = rest.quality;

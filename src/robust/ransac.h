@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
 
 #include "common/random.h"
 #include "mono_pose_tracker/robust/ransac_options.h"
+#include "robust/sampler.h"
 
 namespace mono_pose_tracker {
 
@@ -29,17 +29,6 @@ struct RansacReport {
   std::vector<ScoredModel<Model>> alternatives;  // other models as sampled, no two equivalent, best first
   int iterations = 0;
 };
-
-/// Samples after which one without outliers was drawn with the given probability, when a share inlier_ratio
-/// of the data are inliers; infinite when there are none.
-inline double ransac_iterations_needed(double inlier_ratio, int sample_size, double confidence) {
-  const double good_sample = std::pow(inlier_ratio, sample_size);
-  if (good_sample >= confidence) {
-    return 1;
-  }
-  return good_sample > 0 ? std::log(1 - confidence) / std::log1p(-good_sample)
-                         : std::numeric_limits<double>::infinity();
-}
 
 /// The best models so far, at most `capacity`, no two of them equivalent.
 template <class Model>
@@ -128,9 +117,8 @@ RansacReport<typename Estimator::Model> ransac(const RansacOptions& options, Est
       const ScoredModel<Model>& better = optimized.score.cost < sampled.score.cost ? optimized : sampled;
       if (better.score.cost < report.best.score.cost) {
         report.best = better;
-        needed =
-            ransac_iterations_needed(static_cast<double>(better.score.num_inliers) / estimator.num_data(),
-                                     Estimator::kSampleSize, options.confidence);
+        needed = ransac_iterations_needed(better.score.num_inliers, estimator.num_data(),
+                                          Estimator::kSampleSize, options.confidence);
       }
     }
   }

@@ -30,6 +30,13 @@ void require_enough(std::size_t num_data, int sample_size) {
 
 }  // namespace
 
+double ransac_iterations_needed(int num_inliers, int num_data, int sample_size, double confidence) {
+  if (num_inliers < sample_size) return std::numeric_limits<double>::infinity();
+  double good_sample = 1;
+  for (int i = 0; i < sample_size; ++i) good_sample *= static_cast<double>(num_inliers - i) / (num_data - i);
+  return good_sample < confidence ? std::log1p(-confidence) / std::log1p(-good_sample) : 1;
+}
+
 UniformSampler::UniformSampler(int num_data, int sample_size)
     : num_data_(num_data), sample_size_(sample_size) {
   require_enough(num_data < 0 ? 0 : num_data, sample_size);

@@ -6,6 +6,11 @@
 
 namespace mono_pose_tracker {
 
+/// Samples of distinct data after which one without outliers was drawn with the given probability (the chance
+/// of each is hypergeometric); infinite when there are fewer inliers than a sample has. num_data >=
+/// sample_size.
+double ransac_iterations_needed(int num_inliers, int num_data, int sample_size, double confidence);
+
 /// Samples of distinct data, every set equally likely.
 class UniformSampler {
  public:

@@ -75,10 +75,16 @@ RansacReport<double> run(MockEstimator& estimator, const RansacOptions& options,
   return ransac(options, estimator, sampler, num_alternatives);
 }
 
-TEST(RansacIterationsNeeded, IsTheTextbookFormula) {
-  EXPECT_NEAR(ransac_iterations_needed(0.5, 5, 0.99), std::log(0.01) / std::log(1 - 1.0 / 32), 1e-9);
-  EXPECT_EQ(ransac_iterations_needed(1.0, 5, 0.99), 1);
-  EXPECT_TRUE(std::isinf(ransac_iterations_needed(0.0, 5, 0.99)));
+TEST(RansacIterationsNeeded, IsTheTextbookFormulaForManyData) {
+  EXPECT_NEAR(ransac_iterations_needed(500000, 1000000, 5, 0.99), std::log(0.01) / std::log(1 - 1.0 / 32),
+              0.1);
+  EXPECT_EQ(ransac_iterations_needed(10, 10, 5, 0.99), 1);
+  EXPECT_TRUE(std::isinf(ransac_iterations_needed(4, 10, 5, 0.99)));
+}
+
+// One set of five in 252 has the five inliers among ten.
+TEST(RansacIterationsNeeded, IsExactForFewData) {
+  EXPECT_NEAR(ransac_iterations_needed(5, 10, 5, 0.99), std::log(0.01) / std::log(1 - 1.0 / 252), 1e-9);
 }
 
 TEST(Ransac, EndsWithTheBestSoFarWhenItIsCancelled) {
@@ -102,7 +108,8 @@ TEST(Ransac, StopsWhenConfident) {
   const auto report = run(estimator, options);
   EXPECT_EQ(report.best.model, 0.0);
   EXPECT_EQ(report.best.score.num_inliers, 50);
-  // log(0.01) / log(1 - 0.25) = 16.008 samples are needed; the model is surely found among them by this seed.
+  // log(0.01) / log(1 - 50 * 49 / (100 * 99)) = 16.2 samples are needed; this seed finds the model among
+  // them.
   EXPECT_EQ(report.iterations, 17);
   EXPECT_EQ(static_cast<int>(estimator.samples.size()), report.iterations);
 }
