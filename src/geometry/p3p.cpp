@@ -20,8 +20,9 @@ constexpr double kLeastSine2OfBearings = 1e-15;
 // square root of the rounding, 1e-8.
 constexpr double kSame = 1e-7;
 // Step of Newton's method, against the triangle's height, that leaves nothing to be done: the laws are
-// quadratic, so that it leaves a residual of its square.
-constexpr double kLastStep = 1e-6;
+// quadratic, so that it leaves a residual of its square. A step whose square is below rounding is the last
+// one anyway.
+constexpr double kLastStep = 1e-6, kRoundingStep = 1e-8;
 // Residual of the cosine laws, against the squares of the distances, that rounding leaves, and that a
 // solution may have where its Jacobian nearly vanishes.
 constexpr double kRounding = 1e-15;
@@ -154,13 +155,12 @@ struct Linearized {
 /// Newton's method with the best length of each step, for where the Jacobian nearly vanishes: near a double
 /// solution a step of Newton's goes half of the way, and at one anywhere. False when no solution is near.
 [[gnu::cold]] bool descend(const Triangle& t, double s[3]) {
-  double error = 0, unit = 0;
-  for (int iteration = 0; iteration < 25; ++iteration) {
+  double error2 = 0, unit = 0;
+  for (int iteration = 0; iteration < 8; ++iteration) {
     const Linearized at = linearized(t, s);
-    const double error2 = at.r12 * at.r12 + at.r13 * at.r13 + at.r23 * at.r23;
+    error2 = at.r12 * at.r12 + at.r13 * at.r13 + at.r23 * at.r23;
     unit = 1 + s[0] * s[0] + s[1] * s[1] + s[2] * s[2];
-    error = std::sqrt(error2);
-    if (error <= kRounding * unit) return true;
+    if (error2 <= kRounding * unit * kRounding * unit) return true;
     // A share l of the step leaves (1 - l) r + l^2 q, with the quadratic forms q of the whole step.
     const double* d = at.step;
     const double q12 = 0.5 * (d[0] * d[0] + d[1] * d[1]) - t.c12 * d[0] * d[1];
@@ -172,7 +172,7 @@ struct Linearized {
     const double share = ratio > 0.25 ? 0.5 / ratio : 2 / (1 + std::sqrt(1 - 4 * ratio));
     for (int i = 0; i < 3; ++i) s[i] -= share * d[i];
   }
-  return error <= kLargestResidual * unit;
+  return error2 <= kLargestResidual * unit * kLargestResidual * unit;
 }
 
 /// Scales the distances and polishes them by Newton's method on the three cosine laws. False when it fails.
@@ -181,18 +181,24 @@ bool polish(const Triangle& t, double s[3], bool* is_exact) {
       2 * (s[0] * (s[0] - t.c12 * s[1]) + s[1] * (s[1] - t.c23 * s[2]) + s[2] * (s[2] - t.c13 * s[0]));
   const double scale = std::sqrt((1 + t.a + t.b) / sum);
   for (int i = 0; i < 3; ++i) s[i] *= scale;
-  const double start[3] = {s[0], s[1], s[2]};
+  double start[3] = {s[0], s[1], s[2]};
+  const double last_step2 = std::max(kLastStep * kLastStep * t.height2, kRoundingStep * kRoundingStep);
   bool converged = false;
   for (int iteration = 0; iteration < 3 && !converged; ++iteration) {
     const Linearized at = linearized(t, s);
     for (int i = 0; i < 3; ++i) s[i] -= at.step[i];
     const double* d = at.step;
-    converged = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= kLastStep * kLastStep * t.height2;
+    converged = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= last_step2;
   }
   *is_exact = converged && t.height2 > kFlat * kFlat;
+  // Near a double solution Newton's method may have left for another one; of a flat triangle the start may be
+  // too far from any.
   if (!converged) {
-    std::copy(start, start + 3, s);
-    if (!descend(t, s)) return false;
+    if (descend(t, start)) {
+      std::copy(start, start + 3, s);
+    } else if (!descend(t, s)) {
+      return false;
+    }
   }
   return s[0] > 0 && s[1] > 0 && s[2] > 0;
 }
