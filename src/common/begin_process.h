@@ -16,8 +16,9 @@ namespace mono_pose_tracker {
 /// would take its place, and get what is printed: /dev/null is opened there instead, in the wrong direction
 /// (stdin for writing, the others for reading), so that using a closed stream still fails. A file that grows
 /// beyond its limit (ulimit -f) is reported as an error, as a full disk is, instead of ending the process.
-/// Freed memory, but for blocks of more than 32 MB, is kept for what is asked for next: given back and asked
-/// for again, image by image, each page of it costs a fault.
+/// Freed memory is kept for what is asked for next, as each page that is given back and asked for again costs
+/// a fault. Blocks of 4 MB and more, such as planes of a scale space, are given back: small blocks that are
+/// kept for long would settle in them, and the heap would grow to several times what is in use.
 inline void begin_process() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (fcntl(descriptor, F_GETFD) >= 0 || errno != EBADF) continue;
@@ -26,7 +27,8 @@ inline void begin_process() {
   }
   std::signal(SIGXFSZ, SIG_IGN);
 #ifdef __GLIBC__
-  if (mallopt(M_MMAP_THRESHOLD, 32 << 20)) mallopt(M_TRIM_THRESHOLD, 1 << 30);  // refused on 32 bits
+  mallopt(M_MMAP_THRESHOLD, 4 << 20);
+  mallopt(M_TRIM_THRESHOLD, 64 << 20);
 #endif
 }
 
