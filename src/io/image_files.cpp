@@ -103,6 +103,11 @@ class ImageFiles : public ImageSource {
     return true;
   }
 
+  bool rewind() override {
+    position_ = 0;
+    return true;
+  }
+
   int size() const override { return static_cast<int>(files_.size()); }
 
  private:

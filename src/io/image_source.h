@@ -31,9 +31,12 @@ class ImageSource {
  public:
   virtual ~ImageSource() = default;
   virtual SourceImage next() = 0;
-  /// Passes over an image that can be read, with less work than reading it where there is a way. False at the
-  /// end.
+  /// Passes over an image, whether it can be read or not, with less work than reading it where there is a
+  /// way. False at the end.
   virtual bool skip() { return next().kind != SourceImage::Kind::kEnd; }
+  /// Goes back to the first image; images that have been read before are skipped without reading what lies
+  /// between. False where that is not possible, and the recording has to be opened again.
+  virtual bool rewind() { return false; }
   /// How many images there are, or -1 when that is not known.
   virtual int size() const { return -1; }
   /// How wide a pixel is shown, over how high: not 1 of an anamorphic video.

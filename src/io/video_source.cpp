@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <iomanip>
 #include <opencv2/core/utils/logger.hpp>
@@ -8,8 +9,10 @@
 #include <sstream>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include "common/opencv_version.h"
+#include "common/pixel_hash.h"
 #include "frame_stamps.h"
 #include "io/image_decoding.h"
 #include "io/image_source.h"
@@ -45,14 +48,14 @@ class VideoFile : public ImageSource {
   }
 
   SourceImage next() override {
-    cv::Mat frame;
-    if (!capture_.read(frame) || frame.empty()) return end();
+    const cv::Mat frame = frame_of_index();
+    if (frame.empty()) return end();
     SourceImage result;
     std::ostringstream name;
-    name << std::setw(6) << std::setfill('0') << index_++;
+    name << std::setw(6) << std::setfill('0') << index_;
     result.mask_name = name.str();
     result.name = result.mask_name + ".png";
-    result.stamp_ns = stamps_->next(capture_.get(cv::CAP_PROP_POS_MSEC));
+    result.stamp_ns = known_[static_cast<std::size_t>(index_++)].stamp_ns;
     // A copy: the capture reuses its buffer for the next frame.
     DecodedImage decoded = to_8_bit(frame.clone());
     result.image = decoded.image;
@@ -64,9 +67,13 @@ class VideoFile : public ImageSource {
   }
 
   bool skip() override {
-    if (!capture_.grab()) return false;
-    stamps_->next(capture_.get(cv::CAP_PROP_POS_MSEC));
+    if (!is_known() && frame_of_index().empty()) return false;
     ++index_;
+    return true;
+  }
+
+  bool rewind() override {
+    index_ = 0;
     return true;
   }
 
@@ -84,6 +91,82 @@ class VideoFile : public ImageSource {
   }
 
  private:
+  /// A frame that was decoded before. Its content identifies it after a seek, as its time does not: OpenCV
+  /// computes that from the frame rate.
+  struct KnownFrame {
+    std::int64_t stamp_ns = 0;
+    std::size_t hash = 0;  // of the pixels
+  };
+
+  bool is_known() const { return index_ < static_cast<std::int64_t>(known_.size()); }
+
+  /// The frame with index_, always with the same pixels; empty at the end. Shares the capture's memory.
+  cv::Mat frame_of_index() {
+    if (!is_known()) {
+      if (is_whole_) return {};
+      if (has_sought_) open_again();  // times and pixels after a seek are not certain
+      const cv::Mat frame = go_to_index() ? decode() : cv::Mat();
+      is_whole_ = frame.empty();
+      if (!is_whole_)
+        known_.push_back({stamps_->next(capture_.get(cv::CAP_PROP_POS_MSEC)), pixel_hash(frame)});
+      return frame;
+    }
+    const cv::Mat frame = go_to_index() ? decode() : cv::Mat();
+    if (!frame.empty() && pixel_hash(frame) == known_[static_cast<std::size_t>(index_)].hash) return frame;
+    is_seekable_ = false;
+    open_again();
+    return go_to_index() ? decode() : cv::Mat();
+  }
+
+  cv::Mat decode() {
+    cv::Mat frame;
+    if (!capture_.read(frame)) return {};
+    ++position_;
+    return frame;
+  }
+
+  bool go_to_index() {
+    if (index_ < position_ || (is_known() && index_ - position_ > kKeyFrameDistance)) seek();
+    for (; position_ < index_; ++position_) {
+      if (!capture_.grab()) return false;
+    }
+    return true;
+  }
+
+  /// Places the capture at index_ or shortly before it, by a key frame. OpenCV seeks to a time, in units of
+  /// the mean frame rate, and not exactly in all containers: the frame that is found is looked up among the
+  /// known ones.
+  void seek() {
+    const std::int64_t most = 8 * kKeyFrameDistance;
+    for (std::int64_t before = 1; is_seekable_ && before < std::min(index_, most); before *= 4) {
+      const std::int64_t stamp_ns = known_[static_cast<std::size_t>(index_ - before)].stamp_ns;
+      const double number = std::round(1e-9 * static_cast<double>(stamp_ns) * frames_per_second_);
+      if (!capture_.set(cv::CAP_PROP_POS_FRAMES, number)) break;
+      const cv::Mat frame = decode();
+      const std::int64_t found = frame.empty() ? -1 : last_before_index(pixel_hash(frame));
+      if (found < 0) continue;
+      position_ = found + 1;
+      has_sought_ = true;
+      return;
+    }
+    open_again();
+  }
+
+  /// The last known frame before index_ with these pixels, within reach of a seek; -1: none.
+  std::int64_t last_before_index(std::size_t hash) const {
+    const std::int64_t first = std::max<std::int64_t>(0, index_ - 16 * kKeyFrameDistance);
+    for (std::int64_t i = index_ - 1; i >= first; --i) {
+      if (known_[static_cast<std::size_t>(i)].hash == hash) return i;
+    }
+    return -1;
+  }
+
+  void open_again() {
+    position_ = 0;
+    has_sought_ = false;
+    if (!open_quietly(path_)) throw std::runtime_error(path_ + ": can no longer be opened");
+  }
+
   /// Once before the end, what is missing.
   SourceImage end() {
     std::string problem = is_trimmed_mp4(path_) ? "" : problem_of_end(index_, size());
@@ -108,11 +191,20 @@ class VideoFile : public ImageSource {
     return opened;
   }
 
+  // Frames: key frames are at most so far apart by the default of x264. Up to there decoding takes no longer
+  // than seeking, which decodes from a key frame.
+  static constexpr std::int64_t kKeyFrameDistance = 250;
+
   std::string path_;
   cv::VideoCapture capture_;
   double frames_per_second_ = 0;
   std::optional<FrameStamps> stamps_;
-  std::int64_t index_ = 0;
+  std::vector<KnownFrame> known_;  // by index
+  bool is_whole_ = false;          // the last known frame is the last of the video
+  std::int64_t index_ = 0;         // of the next frame to be given out
+  std::int64_t position_ = 0;      // of the next frame that the capture decodes
+  bool is_seekable_ = true;
+  bool has_sought_ = false;  // since it was opened
   bool is_end_told_ = false;
 };
 

@@ -248,6 +248,12 @@ bool BagImageSource::skip() {
   return true;
 }
 
+bool BagImageSource::rewind() {
+  bag_->position = bag_->images.begin();
+  index_ = 0;
+  return true;
+}
+
 ConvertedCamera BagImageSource::read_calibration(const std::string& camera_info_topic,
                                                  const std::string& rectified) const {
   const std::string wanted =

@@ -27,6 +27,7 @@ class BagImageSource : public ImageSource {
 
   SourceImage next() override;
   bool skip() override;
+  bool rewind() override;
   int size() const override;
 
   /// Looks at the first images that can be read, for their levels where they have 16 bits.

@@ -58,17 +58,22 @@ class SplitCursor : public MessageCursor {
   }
 
   bool next(StoredMessage* message) override {
-    while (at_ < cursors_.size()) {
-      if (!cursors_[at_]->next(message)) {
-        cursors_[at_++].reset();
-        continue;
-      }
-      if (are_compressed_) {
-        message->data = decompress("zstd", message->data.data(), message->data.size(), options_.max_bytes);
-      }
-      return true;
+    while (at_ < cursors_.size() && !cursors_[at_]->next(message)) ++at_;
+    if (at_ == cursors_.size()) return false;
+    if (are_compressed_) {
+      message->data = decompress("zstd", message->data.data(), message->data.size(), options_.max_bytes);
     }
-    return false;
+    return true;
+  }
+
+  bool skip() override {
+    while (at_ < cursors_.size() && !cursors_[at_]->skip()) ++at_;
+    return at_ < cursors_.size();
+  }
+
+  void rewind() override {
+    for (const auto& cursor : cursors_) cursor->rewind();
+    at_ = 0;
   }
 
   int size() const override { return size_; }

@@ -173,13 +173,18 @@ SourceImage Rosbag2ImageSource::next() {
 }
 
 bool Rosbag2ImageSource::skip() {
-  StoredMessage message;
   ++index_;
   try {
-    return bag_->images->next(&message);
+    return bag_->images->skip();
   } catch (const std::exception&) {  // it was told when it was read
     return true;
   }
+}
+
+bool Rosbag2ImageSource::rewind() {
+  bag_->images->rewind();
+  index_ = 0;
+  return true;
 }
 
 void Rosbag2ImageSource::look_at_first(GreyLevelChoice* levels) const {

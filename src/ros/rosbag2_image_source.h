@@ -31,6 +31,7 @@ class Rosbag2ImageSource : public ImageSource {
 
   SourceImage next() override;
   bool skip() override;
+  bool rewind() override;
   int size() const override;
 
   /// Looks at the first images that can be read, for their levels where they have 16 bits.

@@ -116,10 +116,10 @@ class McapFile {
   std::optional<std::uint8_t> next() {
     at_ += left_;
     left_ = 0;
-    if (at_ + 9 > size_) return std::nullopt;
+    if (at_ + kHeadSize > size_) return std::nullopt;
     stream_.clear();
     stream_.seekg(static_cast<std::streamoff>(at_));
-    char head[9];
+    char head[kHeadSize];
     stream_.read(head, sizeof head);
     if (!stream_) return std::nullopt;
     if (std::memcmp(head, kMcapMagic, kMcapMagicSize) == 0) return std::nullopt;  // the end's
@@ -129,6 +129,13 @@ class McapFile {
     at_ += sizeof head;
     if (left_ > size_ - at_) return std::nullopt;
     return kind;
+  }
+
+  std::uint64_t end_of_record() const { return at_ + left_; }
+  /// The record that begins there is the next.
+  void go_to(std::uint64_t begin_of_record) {
+    at_ = begin_of_record;
+    left_ = 0;
   }
 
   /// The content of the record, or its first bytes.
@@ -165,6 +172,8 @@ class McapFile {
   }
 
  private:
+  static constexpr std::uint64_t kHeadSize = 9;  // kind and size of a record
+
   const std::string path_;
   const StorageOptions options_;
   std::ifstream stream_;
@@ -177,19 +186,56 @@ class McapCursor : public MessageCursor {
  public:
   McapCursor(const std::string& path, const StorageOptions& options, McapSchemas schemas, std::string topic,
              int size)
-      : file_(path, options), schemas_(std::move(schemas)), topic_(std::move(topic)), size_(size) {}
+      : file_(path, options),
+        schemas_(std::move(schemas)),
+        topic_(std::move(topic)),
+        size_(size),
+        unread_(file_.end_of_record()) {}
 
   bool next(StoredMessage* message) override {
-    while (at_ == held_.size()) {
-      if (!read_more()) return false;
-    }
-    *message = std::move(held_[at_++]);
+    if (!go_to_next()) return false;
+    const std::size_t at = at_++;
+    if (held_part_ != part_) read_part(part_);
+    *message = std::move(held_[at]);
     return true;
+  }
+
+  bool skip() override {
+    if (!go_to_next()) return false;
+    ++at_;
+    return true;
+  }
+
+  void rewind() override {
+    part_ = at_ = 0;
+    held_part_ = kNone;
   }
 
   int size() const override { return size_; }
 
  private:
+  static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+
+  /// A chunk, or a record outside chunks, that holds messages of the topic. A damaged one counts as a
+  /// message.
+  struct Part {
+    std::uint64_t begin = 0;
+    std::size_t messages = 0;
+  };
+
+  /// Whether there is a next message: that with number at_ of part_.
+  bool go_to_next() {
+    while (part_ == parts_.size() || at_ == parts_[part_].messages) {
+      if (part_ == parts_.size()) {
+        if (!find_part()) return false;
+      } else {
+        ++part_;
+        at_ = 0;
+      }
+    }
+    return true;
+  }
+
   bool is_wanted(std::uint64_t channel) const {
     const auto found = schemas_.channels.find(channel);
     return found != schemas_.channels.end() && found->second.topic == topic_;
@@ -211,12 +257,31 @@ class McapCursor : public MessageCursor {
     if (kind == kMcapMessage) keep(record);
   }
 
-  /// A chunk or a record outside chunks; false at the end.
-  bool read_more() {
+  /// Reads on until a part is found that was not known; false at the end.
+  bool find_part() {
+    for (const std::size_t before = parts_.size(); parts_.size() == before;) {
+      file_.go_to(unread_);
+      if (!file_.next()) return false;
+      const std::uint64_t begin = std::exchange(unread_, file_.end_of_record());
+      parts_.push_back({begin, 1});
+      try {
+        read_part(before);
+      } catch (const std::runtime_error&) {
+        ++at_;
+        throw;
+      }
+      parts_.back().messages = held_.size();
+      if (held_.empty()) parts_.pop_back();
+    }
+    return true;
+  }
+
+  void read_part(std::size_t part) {
     held_.clear();
-    at_ = 0;
+    held_part_ = kNone;
+    file_.go_to(parts_[part].begin);
     const std::optional<std::uint8_t> kind = file_.next();
-    if (!kind) return false;
+    if (!kind) throw std::runtime_error("the file has changed");
     try {
       if (*kind == kMcapChunk) {
         const std::string records = file_.chunk_records();
@@ -233,15 +298,18 @@ class McapCursor : public MessageCursor {
       held_.clear();
       throw std::runtime_error(std::string("a part of the file is damaged: ") + error.what());
     }
-    return true;
+    held_part_ = part;
   }
 
   McapFile file_;
   McapSchemas schemas_;
   const std::string topic_;
   const int size_;
-  std::vector<StoredMessage> held_;
-  std::size_t at_ = 0;
+  std::uint64_t unread_;     // where what has not been read begins
+  std::vector<Part> parts_;  // those that have been read, in order
+  std::size_t part_ = 0, at_ = 0;
+  std::vector<StoredMessage> held_;  // of one part; those given out are empty
+  std::size_t held_part_ = kNone;
 };
 
 class McapStorage : public MessageStorage {

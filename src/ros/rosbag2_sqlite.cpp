@@ -35,9 +35,10 @@ class Statement {
   void bind(int index, const std::string& text) {
     sqlite3_bind_text(statement_, index, text.c_str(), -1, SQLITE_TRANSIENT);
   }
+  void rewind() { sqlite3_reset(statement_); }
   /// Again from the start, with another number for its parameter.
   void begin(std::int64_t number) {
-    sqlite3_reset(statement_);
+    rewind();
     sqlite3_bind_int64(statement_, 1, number);
   }
   bool step() {
@@ -114,10 +115,7 @@ class SqliteCursor : public MessageCursor {
   }
 
   bool next(StoredMessage* message) override {
-    if (has_ended_) return false;
-    has_ended_ = true;  // where the step throws: nothing sound follows
-    if (!order_.step()) return false;
-    has_ended_ = false;
+    if (!skip()) return false;
     row_.begin(order_.number(0));
     message->time_ns = 0;
     message->data.clear();
@@ -125,6 +123,19 @@ class SqliteCursor : public MessageCursor {
     message->time_ns = row_.number(0);
     message->data = row_.bytes(1);
     return true;
+  }
+
+  bool skip() override {
+    if (has_ended_) return false;
+    has_ended_ = true;  // where the step throws: nothing sound follows
+    if (!order_.step()) return false;
+    has_ended_ = false;
+    return true;
+  }
+
+  void rewind() override {
+    order_.rewind();
+    has_ended_ = false;
   }
 
   int size() const override { return size_; }

@@ -30,6 +30,10 @@ class MessageCursor {
   /// False at the end. Throws std::runtime_error, one line, for a damaged part of the file, once for each:
   /// what follows may be sound.
   virtual bool next(StoredMessage* message) = 0;
+  /// Passes over a message, or over a damaged part: as next, but it reads only what has not been read before.
+  virtual bool skip() = 0;
+  /// Goes back to the first message. Does not throw.
+  virtual void rewind() = 0;
   /// How many there are in all, or -1 when that is not known.
   virtual int size() const = 0;
 };

@@ -10,7 +10,8 @@
 namespace mono_pose_tracker {
 
 /// Source of a recording whose first images may be inspected beforehand. These images are not read again: the
-/// first reader gets them.
+/// first reader gets them. The source is opened once, and used by one reader after the other where it can be
+/// rewound: it knows where the images are that it has read. One thread at a time.
 class LookedAtSource {
  public:
   using Open = std::function<std::unique_ptr<ImageSource>()>;
@@ -47,6 +48,11 @@ class LookedAtSource {
   class Reader : public ImageSource {
    public:
     explicit Reader(std::shared_ptr<State> state) : state_(std::move(state)) {}
+    ~Reader() override {
+      if (source_ && !state_->source && source_->rewind()) state_->source = std::move(source_);
+    }
+    Reader(const Reader&) = delete;
+    Reader& operator=(const Reader&) = delete;
 
     SourceImage next() override {
       begin();
@@ -56,11 +62,7 @@ class LookedAtSource {
 
     bool skip() override {
       begin();
-      while (at_ < read_.size()) {
-        const SourceImage::Kind kind = next().kind;
-        if (kind != SourceImage::Kind::kSkipped) return kind == SourceImage::Kind::kImage;
-      }
-      return source_->skip();
+      return at_ < read_.size() ? next().kind != SourceImage::Kind::kEnd : source_->skip();
     }
 
     // Who only asks for that leaves what was read to others.

@@ -77,8 +77,7 @@ void read_again(const Recording& recording, const std::set<std::int64_t>& frames
                 const RecordingResult& result, const std::function<void(const RecordingReader&)>& use) {
   if (frames.empty()) return;
   read_again(
-      recording, result.frames_total, tracker, [&](std::int64_t index) { return frames.count(index) > 0; },
-      use);
+      recording, result, tracker, [&](std::int64_t index) { return frames.count(index) > 0; }, use);
 }
 
 // Registers each image by itself. A frame is no longer doubtful when the finished map gives it a pose.
@@ -213,6 +212,7 @@ Reasons track_all(const Recording& recording, const FrameObserver& observer, Tra
     note(report, reader, &reasons, result);
     observer(1, reader.index(), report);
   }
+  result->unreadable = reader.unreadable();
   stamps.tell(&result->warnings);
   warn_of_masks(recording, reader, result);
   if (recording.interrupted()) {

@@ -49,6 +49,7 @@ struct RecordingResult {
   std::string reason;
   std::int64_t frames_total = 0;          // images that could be read
   std::int64_t frames_with_features = 0;  // of these: neither black nor of another size
+  std::set<std::int64_t> unreadable;      // images skipped, counted with those that could be read
   std::vector<std::string> problems;      // one line for each image skipped or mask missing
   std::vector<std::string> warnings;      // why the result is doubtful and what to do
   std::optional<std::string> doubt;       // result of doubt_of, where it was called and the map is confirmed

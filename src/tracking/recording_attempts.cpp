@@ -56,11 +56,11 @@ bool is_of_smaller_object(const RecordingResult& result) {
 // little enough for matching. Their features take some hundred megabytes at most.
 constexpr std::int64_t kSampled = 200;
 
-StaticBackground background_of(const Recording& recording, std::int64_t frames_total, Tracker* tracker) {
-  const std::int64_t step = std::max<std::int64_t>(1, (frames_total + kSampled - 1) / kSampled);
+StaticBackground background_of(const Recording& recording, const RecordingResult& result, Tracker* tracker) {
+  const std::int64_t step = std::max<std::int64_t>(1, (result.frames_total + kSampled - 1) / kSampled);
   std::vector<SeenImage> images;
   read_again(
-      recording, frames_total, *tracker, [&](std::int64_t index) { return index % step == 0; },
+      recording, result, *tracker, [&](std::int64_t index) { return index % step == 0; },
       [&](const RecordingReader& reader) {
         const ImageFeaturesPtr features = tracker->features_of(reader.prepared());
         if (features) images.push_back({reader.index(), features});
@@ -74,8 +74,7 @@ StaticBackground background_of(const Recording& recording, std::int64_t frames_t
 bool exclude_background(const TrackedRecording& first, Recording* recording) {
   if (is_confirmed(first.result)) return false;
   if (recording->masks || !first.tracker->may_have_background() || recording->interrupted()) return false;
-  const StaticBackground background =
-      background_of(*recording, first.result.frames_total, first.tracker.get());
+  const StaticBackground background = background_of(*recording, first.result, first.tracker.get());
   if (!background.exists) return false;
   auto masks = std::make_shared<ObjectMasks>(background.tracks, nullptr);
   if (masks->are_empty()) return false;

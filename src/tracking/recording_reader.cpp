@@ -8,13 +8,14 @@
 namespace mono_pose_tracker {
 
 RecordingReader::RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
-                                 std::vector<std::string>* problems, std::int64_t readable)
+                                 std::vector<std::string>* problems, const std::set<std::int64_t>* unreadable)
     : recording_(recording),
       tracker_(tracker),
       is_wanted_(std::move(is_wanted)),
       problems_(problems),
       source_(recording.open()),
-      skips_(readable >= 0 && source_->size() == readable),
+      reads_again_(unreadable != nullptr),
+      unreadable_(unreadable ? *unreadable : std::set<std::int64_t>()),
       items_([this](Item* item) { return read(item); }, [this](Item* item) { prepare(item); },
              std::max(recording.threads - 1, 0)) {}
 
@@ -30,13 +31,23 @@ bool RecordingReader::next() {
 bool RecordingReader::read(Item* item) {
   if (has_ended_) return false;
   while ((recording_.max_frames < 0 || read_ < recording_.max_frames) && !recording_.interrupted()) {
-    if (skips_ && !is_wanted_(read_)) {
-      if (source_->skip()) item->source.kind = SourceImage::Kind::kImage;
+    const std::int64_t place = place_++;
+    const bool is_unreadable = unreadable_.count(place) > 0;
+    if (is_unreadable || (reads_again_ && !is_wanted_(read_))) {
+      item->source = SourceImage();
+      const bool is_there = source_->skip();
+      if (is_there && is_unreadable) continue;
+      if (is_there) item->source.kind = SourceImage::Kind::kImage;
       break;
     }
     item->source = source_->next();
     if (item->source.kind != SourceImage::Kind::kSkipped) break;
     item->problems.push_back(item->source.problem);
+    if (reads_again_) {
+      ++read_;  // it could be read before
+    } else {
+      unreadable_.insert(place);
+    }
   }
   has_ended_ = item->source.kind != SourceImage::Kind::kImage;
   if (!has_ended_) item->index = read_++;
@@ -64,14 +75,14 @@ void RecordingReader::prepare(Item* item) const {
   }
 }
 
-void read_again(const Recording& recording, std::int64_t frames_total, const Tracker& tracker,
+void read_again(const Recording& recording, const RecordingResult& result, const Tracker& tracker,
                 const RecordingReader::IsWanted& is_wanted,
                 const std::function<void(const RecordingReader&)>& use) {
   // A folder may have grown meanwhile: images that the first pass did not read are ignored.
-  std::int64_t last = frames_total - 1;
+  std::int64_t last = result.frames_total - 1;
   while (last >= 0 && !is_wanted(last)) --last;
   if (last < 0) return;
-  RecordingReader reader(recording, tracker, is_wanted, nullptr, frames_total);
+  RecordingReader reader(recording, tracker, is_wanted, result.unreadable);
   while (reader.index() < last && reader.next()) {
     if (is_wanted(reader.index())) use(reader);
   }

@@ -4,7 +4,9 @@
 #include <functional>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/prefetcher.h"
@@ -17,10 +19,15 @@ class RecordingReader {
  public:
   using IsWanted = std::function<bool(std::int64_t)>;  // by index; other images are not prepared
 
-  // problems: receives a line for each unreadable image or mask; may be null. readable: known number of
-  // readable images. Where all are readable, unwanted images are skipped and have no pixels and no names.
+  // problems: receives a line for each unreadable image or mask; may be null.
   RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
-                  std::vector<std::string>* problems, std::int64_t readable = -1);
+                  std::vector<std::string>* problems)
+      : RecordingReader(recording, tracker, std::move(is_wanted), problems, nullptr) {}
+  // Reads once more: unwanted images are skipped and have no pixels and no names. unreadable: those of the
+  // first time (RecordingResult).
+  RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
+                  const std::set<std::int64_t>& unreadable)
+      : RecordingReader(recording, tracker, std::move(is_wanted), nullptr, &unreadable) {}
 
   // Returns false at the end.
   bool next();
@@ -30,8 +37,13 @@ class RecordingReader {
   const PreparedImage& prepared() const { return item_.prepared; }
   const cv::Mat& mask() const { return item_.mask; }
   std::int64_t usable_masks() const { return usable_masks_; }
+  // Images that could not be read so far, counted with those that could. After the end.
+  const std::set<std::int64_t>& unreadable() const { return unreadable_; }
 
  private:
+  RecordingReader(const Recording& recording, const Tracker& tracker, IsWanted is_wanted,
+                  std::vector<std::string>* problems, const std::set<std::int64_t>* unreadable);
+
   // The next image with its mask, or the end.
   struct Item {
     std::int64_t index = -1;  // counts the readable images
@@ -50,7 +62,9 @@ class RecordingReader {
   const IsWanted is_wanted_;
   std::vector<std::string>* problems_;
   std::unique_ptr<ImageSource> source_;
-  const bool skips_;  // unwanted images
+  const bool reads_again_;
+  std::set<std::int64_t> unreadable_;
+  std::int64_t place_ = 0;  // of the next image in the source
   std::int64_t read_ = 0;
   std::int64_t usable_masks_ = 0;
   bool has_ended_ = false;
@@ -58,8 +72,8 @@ class RecordingReader {
   Prefetcher<Item> items_;  // last: its threads use the members above
 };
 
-// Reads the wanted images once more, in order.
-void read_again(const Recording& recording, std::int64_t frames_total, const Tracker& tracker,
+// Reads the wanted images of a result once more, in order.
+void read_again(const Recording& recording, const RecordingResult& result, const Tracker& tracker,
                 const RecordingReader::IsWanted& is_wanted,
                 const std::function<void(const RecordingReader&)>& use);
 

@@ -1,12 +1,12 @@
 // Recordings of ROS 2: the first byte chooses an MCAP file, a database, or a message in CDR.
 #include <stdexcept>
 
-#include "ros/rosbag2_messages.h"
-#include "ros/rosbag2_storage.h"
 #include "fuzz_input.h"
 #include "fuzz_target.h"
 #include "ros/camera_info_conversion.h"
 #include "ros/image_conversion.h"
+#include "ros/rosbag2_messages.h"
+#include "ros/rosbag2_storage.h"
 
 using namespace mono_pose_tracker;
 
@@ -18,18 +18,25 @@ StorageOptions small_storage() {
   return options;
 }
 
+// Every so many-th message; the others are skipped. Returns the number of all, with damaged parts.
+int count(MessageCursor* cursor, int every) {
+  StoredMessage message;
+  for (int i = 0;; ++i) {
+    try {
+      if (!(i % every == 0 ? cursor->next(&message) : cursor->skip())) return i;
+      FUZZ_CHECK(message.data.size() <= small_storage().max_bytes);
+    } catch (const std::runtime_error& damaged) {
+      FUZZ_CHECK(is_one_line(damaged.what()));
+    }
+  }
+}
+
 void read_all(const MessageStorage& storage) {
   for (const StoredTopic& topic : storage.topics()) {
     const std::unique_ptr<MessageCursor> cursor = storage.open(topic.name);
-    StoredMessage message;
-    for (bool goes_on = true; goes_on;) {
-      try {
-        goes_on = cursor->next(&message);
-        FUZZ_CHECK(message.data.size() <= small_storage().max_bytes);
-      } catch (const std::runtime_error& damaged) {
-        FUZZ_CHECK(is_one_line(damaged.what()));
-      }
-    }
+    const int messages = count(cursor.get(), 1);
+    cursor->rewind();
+    FUZZ_CHECK(count(cursor.get(), 2) == messages);
   }
 }
 

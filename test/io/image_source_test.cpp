@@ -409,6 +409,52 @@ TEST(Video, FramesStampedByTheirRate) {
   EXPECT_EQ(source->next().kind, Kind::kEnd);
 }
 
+// Frames of noise in two halves: those of the second half are five times as long, so that no frame rate gives
+// their times.
+bool write_long_video(const std::string& path, const char* format, int frames) {
+  cv::VideoWriter writer(path, cv::VideoWriter::fourcc(format[0], format[1], format[2], format[3]), 25,
+                         {64, 48});
+  cv::RNG random(3);
+  cv::Mat frame(48, 64, CV_8UC3);
+  for (int i = 0; writer.isOpened() && i < frames; ++i) {
+    random.fill(frame, cv::RNG::UNIFORM, 0, 255);
+    cv::blur(frame, frame, {9, 9});
+    writer.write(frame);
+  }
+  return writer.isOpened();
+}
+
+TEST(Video, FramesAfterASeekAreThoseOfSequentialReading) {
+  TemporaryFolder folder;
+  constexpr int kFrames = 1500;
+  int written = 0;
+  for (const auto& [name, format] : {std::pair("a.mp4", "mp4v"), std::pair("b.avi", "MJPG"),
+                                     std::pair("c.mkv", "X264"), std::pair("d.avi", "XVID")}) {
+    const std::string path = folder / name;
+    if (!write_long_video(path, format, kFrames)) continue;
+    ++written;
+    const auto source = open_video(path);
+    std::vector<SourceImage> frames;
+    for (SourceImage image = source->next(); image.kind == Kind::kImage; image = source->next())
+      frames.push_back(image);
+    ASSERT_EQ(frames.size(), static_cast<std::size_t>(kFrames)) << name;
+    ASSERT_TRUE(source->rewind());
+    std::size_t at = 0;
+    for (const std::size_t wanted : {0, 1, 7, 400, 401, 1000, 1001, 1499}) {
+      for (; at < wanted; ++at) ASSERT_TRUE(source->skip());
+      const SourceImage image = source->next();
+      ++at;
+      EXPECT_EQ(image.name, frames[wanted].name) << name;
+      EXPECT_EQ(image.stamp_ns, frames[wanted].stamp_ns) << name << wanted;
+      ASSERT_EQ(image.image.size(), frames[wanted].image.size()) << name << wanted;
+      EXPECT_EQ(cv::norm(image.image, frames[wanted].image, cv::NORM_INF), 0) << name << wanted;
+    }
+    EXPECT_FALSE(source->skip()) << name;
+    EXPECT_EQ(source->next().kind, Kind::kEnd) << name;
+  }
+  EXPECT_GT(written, 0);
+}
+
 TEST(Video, OneThatIsCutTellsWhatIsMissing) {
   TemporaryFolder folder;
   const std::string path = folder / "cut.avi";

@@ -46,9 +46,11 @@ class GivenImages : public ImageSource {
     return image;
   }
 
+ protected:
+  std::size_t next_ = 0;
+
  private:
   const std::vector<cv::Mat>& images_;
-  std::size_t next_ = 0;
 };
 
 }  // namespace mono_pose_tracker
