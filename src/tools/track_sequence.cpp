@@ -454,6 +454,8 @@ Recording recording_of(const Arguments& a, const LookedAtSource& source,
   recording.max_frames = a.max_frames;
   recording.threads = a.threads;
   recording.try_again = a.map.empty();
+  recording.feature_memory.memory_bytes = a.feature_memory_mb << 20;
+  recording.feature_memory.folder = a.output;
   recording.interrupted = [] { return signals_caught > 0; };
   return recording;
 }

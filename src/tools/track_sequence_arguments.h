@@ -26,6 +26,7 @@ struct Arguments {
   std::optional<std::uint64_t> seed;
   std::int64_t max_frames = -1;
   int threads = processors();
+  std::size_t feature_memory_mb = 64;
   bool quiet = false;
 };
 
@@ -99,6 +100,10 @@ inline void declare(CLI::App& app, Arguments& a) {
                  "number of threads, which does not change the results [all cores]; sift/num_threads and "
                  "bundle/num_threads are ignored")
       ->check(CLI::Range(1, 256));
+  app.add_option("--feature-memory", a.feature_memory_mb,
+                 "MB of memory for features of images that may be processed again; more are stored in a "
+                 "temporary file in the output folder [64]")
+      ->check(CLI::Range(0, 1 << 20));
   app.add_option("--max-frames", a.max_frames, "largest number of images to process")->check(whole_number(1));
   app.add_flag("--quiet", a.quiet, "print errors and warnings only");
 }

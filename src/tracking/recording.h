@@ -14,12 +14,12 @@
 #include "io/mask_folder.h"
 #include "mapping/loop_closer.h"
 #include "mono_pose_tracker/tracking/tracker.h"
+#include "tracking/feature_memory.h"
 #include "tracking/finished_map.h"
 
 namespace mono_pose_tracker {
 
 class ObjectMasks;
-class FeatureMemory;
 
 /// A recording to be tracked: all images, in order.
 struct Recording {
@@ -28,6 +28,7 @@ struct Recording {
   const MaskFolder* masks = nullptr;
   std::shared_ptr<const ObjectMasks> object_masks;  // masks found by an earlier run; null: none
   std::shared_ptr<FeatureMemory> features;          // features found by earlier runs; null: none
+  FeatureMemoryOptions feature_memory;              // of track_until_confirmed
   std::int64_t max_frames = -1;                     // all
   std::int64_t first_tracked = 0;                   // images before it are registered in the end
   std::size_t most_held = 1000;  // images to be registered later, held at once: half a gigabyte of features

@@ -222,7 +222,7 @@ TrackedRecording track_until_confirmed(const Recording& as_given, const TrackerM
                                        const ObserverOfAttempt& observer_of) {
   Attempts attempts(make_tracker, observer_of);
   Recording recording = as_given;
-  recording.features = std::make_shared<FeatureMemory>();
+  recording.features = std::make_shared<FeatureMemory>(recording.feature_memory);
   TrackedRecording kept = attempts.next(recording);
   constexpr std::int64_t kLeast = 2;  // images, for a map
   if (!recording.try_again || kept.result.frames_total < kLeast) return kept;
