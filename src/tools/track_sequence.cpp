@@ -28,7 +28,6 @@
 #include "mono_pose_tracker/io/map_file.h"
 #include "mono_pose_tracker/io/trajectory.h"
 #include "mono_pose_tracker/tracking/options_table.h"
-#include "progress_bar.h"
 #include "results/alignment.h"
 #include "results/colmap_model.h"
 #include "results/mask_record.h"
@@ -36,6 +35,7 @@
 #include "results/recording_files.h"
 #include "results/report.h"
 #include "results/view_graph_files.h"
+#include "run_progress.h"
 #include "track_sequence_arguments.h"
 #include "tracking/background_image.h"
 #include "tracking/recording.h"
@@ -46,32 +46,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace mono_pose_tracker;
-
-// Progress: a bar on a terminal, plain lines elsewhere.
-class Progress {
- public:
-  Progress(int total, bool quiet) : bar_(total, quiet), quiet_(quiet) {}
-
-  void show(const FrameReport& report) {
-    ++count_;
-    const bool has_pose = report.map_from_camera.has_value();
-    const std::string size =
-        std::to_string(report.keyframes) + " keyframes, " + std::to_string(report.landmarks) + " points";
-    if (bar_.is_shown()) {
-      bar_.advance(to_string(report.state) + (", " + size));
-    } else if (!quiet_ && (has_pose != had_pose_ || count_ % 50 == 0)) {
-      std::fprintf(stderr, "image %d: %s%s%s, %s\n", count_, to_string(report.state),
-                   report.reason_text.empty() ? "" : ", ", report.reason_text.c_str(), size.c_str());
-    }
-    had_pose_ = has_pose;
-  }
-
- private:
-  ProgressBar bar_;
-  const bool quiet_;
-  int count_ = 0;
-  bool had_pose_ = false;
-};
 
 // For images of 16 bits: chosen from the first images, equal for each pass.
 GreyLevelChoice levels_of(const Arguments& a) {
@@ -215,8 +189,9 @@ void note_live(int pass, const FrameReport& report, PosesByMap* live) {
     (*live)[report.map_id].push_back({report.stamp_ns, *report.map_from_camera});
 }
 
-void tell_of_attempt(int attempt, bool quiet) {
+void tell_of_attempt(int attempt, bool quiet, RunProgress* progress) {
   if (quiet) return;
+  progress->end_line();
   std::fprintf(stderr,
                "the map is not confirmed, or is of the wrong object: tracking again from another seed (%d)\n",
                attempt + 1);
@@ -240,14 +215,13 @@ std::unique_ptr<Tracker> make_tracker(const TrackerOptions& options, const Camer
 }
 
 // Tracks until the map has so many keyframes; writes nothing.
-Run track_beginning(const Arguments& a, const TrackerOptions& options, const CameraParameters& camera,
-                    int max_keyframes, Recording recording) {
+Run track_beginning(const TrackerOptions& options, const CameraParameters& camera, int max_keyframes,
+                    Recording recording, RunProgress* progress) {
   Run run{make_tracker(options, camera, nullptr), {}, MaskRecord(false), {}, {}};
   std::atomic<bool> has_enough{false};
   recording.interrupted = [&] { return signals_caught > 0 || has_enough; };
-  Progress progress(recording.open()->size(), a.quiet);
   const FrameObserver observer = [&](int pass, std::int64_t, const FrameReport& report) {
-    if (pass == 1) progress.show(report);
+    if (pass == 1) progress->show(report);
     note_live(pass, report, &run.live);
     if (report.keyframes >= max_keyframes) has_enough = true;
   };
@@ -256,16 +230,13 @@ Run track_beginning(const Arguments& a, const TrackerOptions& options, const Cam
 }
 
 Run track_all(const Arguments& a, const TrackerOptions& options, const CameraParameters& camera,
-              const Recording& recording, const SavedMaps* loaded = nullptr) {
+              const Recording& recording, RunProgress* progress, const SavedMaps* loaded = nullptr) {
   TrajectoryWriter live((fs::path(a.output) / "trajectory_live.txt").string());
   std::vector<std::weak_ptr<Observed>> observed;  // by attempt; of the attempt that is kept in the end
-  std::optional<Progress> progress;               // of the present attempt
   const auto observer_of = [&](int attempt) -> FrameObserver {
-    progress.reset();  // ends its line
-    if (attempt > 0) tell_of_attempt(attempt, a.quiet);
+    if (attempt > 0) tell_of_attempt(attempt, a.quiet, progress);
     const auto into = std::make_shared<Observed>(a.undistorted || !a.write_masks.empty());
     observed.push_back(into);
-    progress.emplace(recording.open()->size(), a.quiet);
     return [&, attempt, into](int pass, std::int64_t index, const FrameReport& report) {
       if (pass == 1) progress->show(report);
       note_live(pass, report, &into->live);
@@ -295,14 +266,15 @@ void leave_unconfirmed(const std::string& why, Run* run) {
 
 // Tracks with the given camera, and checks it with the map.
 Run track_with_given(const Arguments& a, const TrackerOptions& options, const Recording& recording,
-                     const CameraRefinementOptions& refinement, const CameraParameters& camera) {
+                     const CameraRefinementOptions& refinement, const CameraParameters& camera,
+                     RunProgress* progress) {
   Recording doubted = recording;
   doubted.doubt_of = [&](const Map& map, const std::function<bool()>& cancelled) {
     CameraRefinementOptions cancellable = refinement;
     cancellable.cancel = [&] { return signals_caught > 0 || cancelled(); };
     return doubt_of_calibration(cancellable, camera, map);
   };
-  Run run = track_all(a, options, camera, doubted);
+  Run run = track_all(a, options, camera, doubted, progress);
   if (run.result.tracked) {
     leave_unconfirmed(
         run.result.doubt ? *run.result.doubt : doubt_of_calibration(refinement, camera, run.tracker->map()),
@@ -313,14 +285,15 @@ Run track_with_given(const Arguments& a, const TrackerOptions& options, const Re
 
 // Tracks with a camera that is refined in between.
 Run track_and_refine(const Arguments& a, const TrackerOptions& options, const Recording& recording,
-                     const CameraRefinementOptions& refinement, Calibration* calibration) {
+                     const CameraRefinementOptions& refinement, Calibration* calibration,
+                     RunProgress* progress) {
   std::optional<Run> run;
   const SelfCalibration refined = calibrate_by_tracking(
       calibration->camera, calibration->source, refinement,
       [&](const CameraParameters& camera, int max_keyframes) -> const Map* {
         run.reset();  // before the next: two maps need not be held
-        run.emplace(max_keyframes > 0 ? track_beginning(a, options, camera, max_keyframes, recording)
-                                      : track_all(a, options, camera, recording));
+        run.emplace(max_keyframes > 0 ? track_beginning(options, camera, max_keyframes, recording, progress)
+                                      : track_all(a, options, camera, recording, progress));
         return run->result.tracked ? &run->tracker->map() : nullptr;
       });
   for (const std::string& warning : refined.warnings) {
@@ -340,16 +313,16 @@ Run track_and_refine(const Arguments& a, const TrackerOptions& options, const Re
 }
 
 Run track(const Arguments& a, const TrackerOptions& options, const Recording& recording,
-          const SavedMaps* loaded, Calibration* calibration) {
+          const SavedMaps* loaded, Calibration* calibration, RunProgress* progress) {
   CameraRefinementOptions refinement;
   refinement.loss_width = options.bundle.loss_width;
   refinement.num_threads = options.bundle.num_threads;
   refinement.cancel = [] { return signals_caught > 0; };
   // A map that is there already is of other cameras, too, and holds to the one that is given.
-  Run run = loaded ? track_all(a, options, calibration->camera, recording, loaded)
+  Run run = loaded ? track_all(a, options, calibration->camera, recording, progress, loaded)
             : a.refine_camera || a.hfov
-                ? track_and_refine(a, options, recording, refinement, calibration)
-                : track_with_given(a, options, recording, refinement, calibration->camera);
+                ? track_and_refine(a, options, recording, refinement, calibration, progress)
+                : track_with_given(a, options, recording, refinement, calibration->camera, progress);
   if (calibration->source == CalibrationSource::kGuessed) {
     leave_unconfirmed(
         "the guessed focal length is not confirmed: path and map may be distorted; calibrate the camera, or "
@@ -460,6 +433,11 @@ Recording recording_of(const Arguments& a, const LookedAtSource& source,
   return recording;
 }
 
+int images_to_track(const Arguments& a, const LookedAtSource& source) {
+  const int size = source.open()->size();
+  return size > 0 && a.max_frames >= 0 && a.max_frames < size ? static_cast<int>(a.max_frames) : size;
+}
+
 // Warnings that are known after tracking.
 void tell_of_result(const TrackerOptions& options, RecordingResult* result) {
   if (options.scale.odometry) {
@@ -554,7 +532,10 @@ int run(const Arguments& given) {
   if (!a.quiet && !levels.text().empty()) std::fprintf(stderr, "%s\n", levels.text().c_str());
   const std::string unread = a.images.empty() ? std::string() : unread_images(a.images);
   end_on_signals();
-  Run run = track(a, options, recording, maps, &calibration);
+  RunProgress progress(images_to_track(a, source), a.quiet);
+  recording.begin_stage = [&](RecordingStage stage) { progress.begin(stage); };
+  Run run = track(a, options, recording, maps, &calibration, &progress);
+  progress.end_line();
   if (!unread.empty()) run.result.warnings.push_back(a.images + ": some images are not read" + unread);
   if (!calibration.contradiction.empty()) run.result.warnings.push_back(calibration.contradiction);
   AlignedResult aligned;
@@ -562,8 +543,10 @@ int run(const Arguments& given) {
   tell_of_result(options, &run.result);
   end_on_signals();  // one that came while images were tracked has had its effect
   recording.interrupted = [before = signals_caught.load()] { return signals_caught > before; };
+  progress.begin(RecordingStage::kWriting);
   const double seconds =
       write_all(a, options, recording, calibration, reference, aligned, *thumbnails, start, &run);
+  progress.end_line();
   if (!run.result.tracked) {
     std::fprintf(stderr, "%s: %s\n",
                  a.localize_only ? "no image could be registered" : "no map could be made",

@@ -225,12 +225,15 @@ Reasons track_all(const Recording& recording, const FrameObserver& observer, Tra
 // Registers images in the finished map: those without a pose, and those whose pose is no longer valid.
 void register_again(const Recording& recording, const FrameObserver& observer, Tracker* tracker,
                     RecordingResult* result) {
+  recording.begin_stage(RecordingStage::kRegistering);
   pose_the_rest(recording, observer, tracker, result);
   // The following step removes poses to estimate them anew.
   if (recording.interrupted()) return;
+  recording.begin_stage(RecordingStage::kRefining);
   std::set<std::int64_t> outdated = tracker->refine_with_graph();
   outdated.merge(tracker->adjust_frames());
   result->doubtful.insert(outdated.begin(), outdated.end());  // until they are registered again
+  recording.begin_stage(RecordingStage::kRegistering);
   register_images(recording, outdated, unobserved, tracker, result);
 }
 
@@ -261,7 +264,9 @@ void judge_maps(const Recording& recording, const Reasons& reasons, Tracker* tra
 
 RecordingResult track_recording(const Recording& recording, const FrameObserver& observer, Tracker* tracker) {
   RecordingResult result;
+  recording.begin_stage(RecordingStage::kTracking);
   const Reasons reasons = track_all(recording, observer, tracker, &result);
+  recording.begin_stage(RecordingStage::kRefining);
   result.tracked = tracker->finish();
   result.rests_on_two_views = tracker->rests_on_two_views();
   if (!result.tracked) {
@@ -273,6 +278,7 @@ RecordingResult track_recording(const Recording& recording, const FrameObserver&
   if (!was_interrupted && recording.interrupted()) {
     result.warnings.push_back("interrupted while images were registered again: some may have no pose");
   }
+  recording.begin_stage(RecordingStage::kRefining);
   judge_maps(recording, reasons, tracker, &result);
   return result;
 }

@@ -16,6 +16,7 @@
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "tracking/feature_memory.h"
 #include "tracking/finished_map.h"
+#include "tracking/recording_stage.h"
 
 namespace mono_pose_tracker {
 
@@ -42,6 +43,8 @@ struct Recording {
   std::function<std::string(const Map&, const std::function<bool()>& cancelled)> doubt_of;
   /// Returns true to stop reading images. Called on any thread.
   std::function<bool()> interrupted = [] { return false; };
+  /// Called as each stage begins.
+  std::function<void(RecordingStage)> begin_stage = [](RecordingStage) {};
 };
 
 struct RecordingResult {

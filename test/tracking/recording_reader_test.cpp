@@ -70,10 +70,15 @@ TEST_F(RecordingReaderTest, AnyNumberOfThreadsGivesTheSameBits) {
     recording.threads = threads;
     Tracker tracker(TrackerOptions().on_threads(threads), room_->camera, Tracker::Mapping::kInline);
     std::vector<FrameReport> reports;
+    std::vector<RecordingStage> stages;
+    recording.begin_stage = [&](RecordingStage stage) { stages.push_back(stage); };
     const RecordingResult result = track_recording(
         recording, [&](int, std::int64_t, const FrameReport& report) { reports.push_back(report); },
         &tracker);
     ASSERT_TRUE(result.tracked);
+    EXPECT_EQ(stages, (std::vector<RecordingStage>{RecordingStage::kTracking, RecordingStage::kRefining,
+                                                   RecordingStage::kRegistering, RecordingStage::kRefining,
+                                                   RecordingStage::kRegistering, RecordingStage::kRefining}));
     EXPECT_EQ(result.unreadable, std::set<std::int64_t>{3});
     EXPECT_EQ(result.frames_total, 15);
     EXPECT_EQ(result.problems, std::vector<std::string>{"image 3 is broken"});
