@@ -1,5 +1,7 @@
 #include "ros/diagnostics.h"
 
+#include "common/formatted.h"
+
 namespace mono_pose_tracker {
 namespace {
 
@@ -34,6 +36,25 @@ bool has_pose(const TrackerStatus& status) {
   }
 }
 
+// Leaves time to act before 80 %, where a machine begins to swap or to end processes.
+constexpr double kMuchMemory = 0.7;
+
+bool may_exhaust_memory(const Health& health) {
+  return !health.is_map_limited && health.memory && health.memory->used_share() >= kMuchMemory;
+}
+
+double megabytes(double bytes) { return bytes / (1 << 20); }
+
+std::string memory_warning(const Health& health) {
+  const std::string each = health.bytes_per_keyframe ? formatted(", about %.2f MB for each keyframe",
+                                                                 megabytes(*health.bytes_per_keyframe))
+                                                     : "";
+  return formatted(
+      "%.0f %% of the machine's memory is used and the map grows without limit%s: set "
+      "mapping/max_keyframes",
+      100 * health.memory->used_share(), each.c_str());
+}
+
 void fill_summary(const Health& health, diagnostic_updater::DiagnosticStatusWrapper& status) {
   const TrackerStatus& last = health.last;
   const std::string words =
@@ -51,6 +72,8 @@ void fill_summary(const Health& health, diagnostic_updater::DiagnosticStatusWrap
     status.summary(DiagnosticStatus::WARN, words + ", but more than 10 % of the images are dropped");
   } else if (!health.output_problem.empty()) {
     status.summary(DiagnosticStatus::WARN, words + ", but " + health.output_problem);
+  } else if (may_exhaust_memory(health)) {
+    status.summary(DiagnosticStatus::WARN, words + ", but " + memory_warning(health));
   } else {
     status.summary(DiagnosticStatus::OK, words);
   }
@@ -82,6 +105,12 @@ void fill_diagnostics(const Health& health, diagnostic_updater::DiagnosticStatus
   status.add("landmarks", last.landmarks);
   status.add("worker backlog", last.worker_backlog);
   status.add("load level", static_cast<int>(last.load_level));
+  if (health.memory) {
+    status.addf("memory (MB)", "%.0f", megabytes(static_cast<double>(health.memory->resident)));
+    status.addf("memory of the machine in use (%)", "%.0f", 100 * health.memory->used_share());
+  }
+  if (health.bytes_per_keyframe)
+    status.addf("memory per keyframe (MB)", "%.2f", megabytes(*health.bytes_per_keyframe));
 }
 
 }  // namespace mono_pose_tracker

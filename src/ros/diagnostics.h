@@ -4,7 +4,10 @@
 #include <mono_pose_tracker/TrackerStatus.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
+
+#include "ros/memory_use.h"
 
 namespace mono_pose_tracker {
 
@@ -17,11 +20,14 @@ struct Health {
   std::string output_problem;  // a file that cannot be written; empty: none
   std::string calibration;     // size, focal length and where it is from; empty: none
   std::uint32_t recent_frames = 0, recent_drops = 0;  // since /diagnostics last told
+  std::optional<MemoryUse> memory;                    // nothing: not known
+  std::optional<double> bytes_per_keyframe;           // nothing: not known yet
+  bool is_map_limited = false;                        // by mapping/max_keyframes
 };
 
 /// OK while it tracks. WARN while it runs without poses (starting, lost, paused), drops 10 % of the images,
-/// or cannot write a file: this may pass by itself. ERROR if the user must act: no images, unreadable images,
-/// no usable calibration.
+/// or cannot write a file: this may pass by itself; also while 70 % of the machine's memory is used and the
+/// map has no limit. ERROR if the user must act: no images, unreadable images, no usable calibration.
 void fill_diagnostics(const Health& health, diagnostic_updater::DiagnosticStatusWrapper& status);
 
 }  // namespace mono_pose_tracker

@@ -24,6 +24,7 @@
 #include "ros/log_throttle.h"
 #include "ros/map_placement.h"
 #include "ros/mask_source.h"
+#include "ros/memory_use.h"
 #include "ros/output_frames.h"
 #include "ros/parameters.h"
 #include "ros/publishers.h"
@@ -141,6 +142,7 @@ class TrackerNodelet : public nodelet::Nodelet {
   std::size_t told_renewals_ = 0;  // of the trajectory file
   int stale_in_a_row_ = 0;         // images, up to the last
   TrackerStatus diagnosed_;        // as /diagnostics last told it
+  KeyframeMemory keyframe_memory_;
   std::optional<MapVersion> published_map_;
 
   // Of the processing thread

@@ -96,6 +96,15 @@ void TrackerNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& statu
   health.recent_frames = summary.last.frames_received - diagnosed_.frames_received;
   health.recent_drops = summary.last.frames_dropped - diagnosed_.frames_dropped;
   diagnosed_ = summary.last;
+  health.memory = memory_use();
+  if (health.memory) {
+    health.bytes_per_keyframe = keyframe_memory_.bytes_per_keyframe(
+        health.memory->resident, summary.last.map_id, summary.last.keyframes);
+  }
+  {
+    const boost::recursive_mutex::scoped_lock lock(live_mutex_);
+    health.is_map_limited = live_options_.tracker.mapping.max_keyframes > 0;
+  }
   fill_diagnostics(health, status);
 }
 

@@ -38,6 +38,30 @@ TEST(Diagnostics, AFileThatCannotBeWrittenIsAWarning) {
   EXPECT_EQ(status_of(health).message, "no image");
 }
 
+TEST(Diagnostics, AMapWithoutLimitIsAWarningBeforeTheMemoryIsFull) {
+  Health health = tracking();
+  health.memory = MemoryUse{400 << 20, 1000 << 20, 310 << 20};
+  health.bytes_per_keyframe = 0.5 * (1 << 20);
+  EXPECT_EQ(status_of(health).level, DiagnosticStatus::OK) << "69 %";
+  health.memory->available = 280 << 20;
+  const auto status = status_of(health);
+  EXPECT_EQ(status.level, DiagnosticStatus::WARN);
+  EXPECT_NE(status.message.find("72 % of the machine's memory is used"), std::string::npos) << status.message;
+  EXPECT_NE(status.message.find("about 0.50 MB for each keyframe"), std::string::npos) << status.message;
+  EXPECT_NE(status.message.find("mapping/max_keyframes"), std::string::npos) << status.message;
+  const auto value_of = [&](const std::string& key) {
+    for (const auto& value : status.values) {
+      if (value.key == key) return value.value;
+    }
+    return std::string("none");
+  };
+  EXPECT_EQ(value_of("memory per keyframe (MB)"), "0.50");
+  EXPECT_EQ(value_of("memory (MB)"), "400");
+  EXPECT_EQ(value_of("memory of the machine in use (%)"), "72");
+  health.is_map_limited = true;
+  EXPECT_EQ(status_of(health).level, DiagnosticStatus::OK);
+}
+
 // An image that is refused leaves the state as it was.
 TEST(Diagnostics, TrackingIsFineOnlyWhereTheImageHasAPose) {
   for (int number = 0; number <= static_cast<int>(Reason::kCalibrationChanged); ++number) {
