@@ -3,7 +3,10 @@
 import json
 import math
 import os
+import pty
+import re
 import shutil
+import subprocess
 import sys
 
 import cv2
@@ -451,6 +454,27 @@ class TrackSequence(RunsOfARoom):
         self.assertIn("160x120", said.splitlines()[1])
         self.expect_trajectory(["%d.000000000" % i for i in range(FRAMES) if i not in (0, 9)],
                                os.path.join(output, "trajectory.txt"))
+
+    def test_one_bar_for_all_stages_on_a_terminal(self):
+        terminal, standard_error = pty.openpty()
+        program = os.path.join(os.environ["PROGRAMS"], "track_sequence")
+        with subprocess.Popen([program, "--images", self.list, "--camera", self.camera, "--output", self.path("out")],
+                              stdout=subprocess.DEVNULL, stderr=standard_error) as process:
+            os.close(standard_error)
+            said = b""
+            try:
+                while part := os.read(terminal, 4096):
+                    said += part
+            except OSError:  # Linux's end of a terminal that nobody has open any more
+                pass
+        os.close(terminal)
+        self.assertEqual(process.returncode, 0, said)
+        drawn = [line for line in re.split(r"[\r\n]+", said.decode()) if line.startswith("[")]
+        self.assertTrue(all(len(line.replace("\x1b[K", "")) < 80 for line in drawn), drawn)
+        percent = [int(re.match(r"\[[# ]{20}\] +(\d+) %", line)[1]) for line in drawn]
+        self.assertEqual(percent, sorted(percent))
+        for stage in ("tracking image 20", "refining the map", "registering images again", "writing the results"):
+            self.assertTrue(any(stage in line and "min left" in line for line in drawn), (stage, drawn))
 
     def test_help(self):
         result = run_program("track_sequence", "--help")
