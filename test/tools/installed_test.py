@@ -1,10 +1,12 @@
 #!/usr/bin/python3
-"""What `cmake --install` puts into a prefix, used from there without ROS: the README's C++ program. PROGRAMS names the folder of the
-programs, in the build folder."""
+"""What `cmake --install` puts into a prefix, used from there without ROS: the README's C++ program and pymonopose. PROGRAMS names the
+folder of the programs, in the build folder."""
+import glob
 import os
 import re
 import subprocess
 import sys
+import unittest
 
 import cv2
 import numpy
@@ -12,9 +14,11 @@ import rosunit
 
 ROOT = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 sys.path.insert(0, os.path.join(ROOT, "test", "support"))
+import reported_skips  # noqa: E402, F401
 from track_sequence_runs import SLOWNESS, RunsOfARoom, rows  # noqa: E402
 
 BUILD = os.path.realpath(os.path.join(os.environ["PROGRAMS"], "..", "..", ".."))
+HAS_MODULE = glob.glob(os.path.join(BUILD, "devel", "lib", "python3", "dist-packages", "pymonopose*.so"))
 # Neither the paths of a ROS nor those of the build.
 PLAIN = {"PATH": "/usr/bin:/bin", "HOME": os.environ.get("HOME", "/"), "LANG": "C.UTF-8"}
 ROS = r"librosc|libroslib|librosbag|librosconsole|libcv_bridge|libnodelet|libtf2|/include/(?:ros|sensor_msgs|std_msgs)/"
@@ -88,6 +92,32 @@ class InstalledTest(RunsOfARoom):
         self.expect_no_ros(program)
         done = run(program, "--reference", self.truth, "--estimate", os.path.join(self.tracked, "trajectory.txt"))
         self.assertEqual(done.returncode, 0, done.stderr)
+
+    @unittest.skipUnless(HAS_MODULE, "needs pymonopose (pybind11-dev)")
+    def test_the_python_module(self):
+        folder = os.path.join(self.prefix, "lib", "python3", "dist-packages")
+        code = f"""
+import numpy, pymonopose
+print(pymonopose.__file__)
+points = numpy.random.default_rng(1).uniform(-1, 1, (5, 3)) + [0, 0, 5]
+moved = points + [0.5, 0.1, 0]
+x1, x2 = (numpy.c_[p[:, :2] / p[:, 2:], numpy.ones(5)] for p in (points, moved))
+found = pymonopose.five_point(x1, x2)
+print(min(numpy.abs(numpy.einsum("ni,ij,nj->n", x2, e, x1)).max() for e in found))
+result = pymonopose.reconstruct({self.images!r}, pymonopose.Camera.from_yaml({self.camera!r}))
+print(result.verdict, len(result.poses))
+numpy.savetxt({self.path("positions.txt")!r}, result.poses[:, :3, 3], fmt="%.17g")
+"""
+        done = run("/usr/bin/python3", "-c", code, PYTHONPATH=folder)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        file, residual, verdict = done.stdout.splitlines()
+        self.assertEqual(os.path.dirname(file), folder)
+        self.assertLess(float(residual), 1e-10)
+        self.assertEqual(verdict, f"confirmed {len(self.names)}")
+        tracked = numpy.array([[float(word) for word in row[1:4]] for row in rows(self.tracked, "trajectory.txt")])
+        numpy.testing.assert_allclose(numpy.loadtxt(self.path("positions.txt")), tracked, atol=1e-9)
+        self.assertIn(self.prefix + "/lib/libmono_pose_tracker.so", os.path.normpath(re.search(r"(\S+/libmono_pose_tracker\.so) \(", self.expect_no_ros(file)).group(1)))
+        self.assertTrue(os.path.isfile(os.path.join(folder, "pymonopose.pyi")))
 
     def test_every_public_header_is_installed(self):
         def headers(folder):
