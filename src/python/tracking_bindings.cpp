@@ -14,7 +14,7 @@
 #include "io/image_source.h"
 #include "io/mask_folder.h"
 #include "mono_pose_tracker/tracking/tracker.h"
-#include "tracking/recording.h"
+#include "tracking/calibrated_recording.h"
 
 namespace mono_pose_tracker {
 
@@ -143,6 +143,8 @@ DoubleArray poses_of(const std::vector<RegisteredFrame>& frames) {
 struct Reconstruction {
   RecordingResult recorded;
   std::vector<ColoredPoint> points;
+  CameraParameters camera;
+  CalibrationSource calibration = CalibrationSource::kGiven;
 
   std::vector<std::int64_t> indices() const {
     std::vector<std::int64_t> result;
@@ -197,9 +199,49 @@ class ProgressCall {
   std::unique_ptr<py::error_already_set> error_;
 };
 
+TrackerMaker maker_of(const TrackerOptions& options, const CameraParameters& camera) {
+  return [options, camera] {
+    return std::make_unique<Tracker>(options, CameraModel(camera), Tracker::Mapping::kInline);
+  };
+}
+
+TrackedRecording track_with_given(const Recording& recording, const TrackerOptions& options,
+                                  const CameraRefinementOptions& refinement, const CameraModel& camera,
+                                  const ObserverOfAttempt& observer_of) {
+  const CameraParameters& given = camera.parameters();
+  TrackedRecording tracked = track_until_confirmed(with_calibration_test(recording, refinement, given),
+                                                   maker_of(options, given), observer_of);
+  add_calibration_test(refinement, given, *tracked.tracker, &tracked.result);
+  return tracked;
+}
+
+// Sets the camera of the reconstruction.
+TrackedRecording track_and_refine(const Recording& recording, const TrackerOptions& options,
+                                  const CameraRefinementOptions& refinement, const CameraModel& camera,
+                                  const ObserverOfAttempt& observer_of, Reconstruction* reconstruction) {
+  TrackedRecording tracked;
+  const SelfCalibration refined = calibrate_by_tracking(
+      camera.parameters(), CalibrationSource::kGiven, refinement,
+      [&](const CameraParameters& present, int max_keyframes) -> const Map* {
+        tracked = TrackedRecording();  // before the next: two maps need not be held
+        const TrackerMaker make_tracker = maker_of(options, present);
+        if (max_keyframes > 0) {
+          tracked.tracker = make_tracker();
+          tracked.result = track_beginning(recording, max_keyframes, observer_of(0), tracked.tracker.get());
+        } else {
+          tracked = track_until_confirmed(recording, make_tracker, observer_of);
+        }
+        return tracked.result.tracked ? &tracked.tracker->map() : nullptr;
+      });
+  add_calibration_findings(refined, refinement, *tracked.tracker, &tracked.result);
+  reconstruction->camera = refined.camera;
+  reconstruction->calibration = refined.source;
+  return tracked;
+}
+
 std::unique_ptr<Reconstruction> reconstruct(const py::object& images, const CameraModel& camera,
                                             const py::object& masks, const py::object& options, int threads,
-                                            const py::object& progress) {
+                                            const py::object& progress, bool refine_camera) {
   if (threads < 0 || threads > 256) {
     throw std::invalid_argument("threads = " + std::to_string(threads) + ": expected 0 (all cores) to 256");
   }
@@ -220,6 +262,7 @@ std::unique_ptr<Reconstruction> reconstruct(const py::object& images, const Came
   ProgressCall call(progress, recording.open()->size());
   recording.interrupted = [&call] { return call.has_ended(); };
   auto result = std::make_unique<Reconstruction>();
+  result->camera = camera.parameters();
   {
     const py::gil_scoped_release unlocked;
     const auto observer_of = [&](int) -> FrameObserver {
@@ -227,10 +270,12 @@ std::unique_ptr<Reconstruction> reconstruct(const py::object& images, const Came
         if (pass == 1) call.advance(index + 1);
       };
     };
-    TrackedRecording tracked = track_until_confirmed(
-        recording,
-        [&] { return std::make_unique<Tracker>(tracker_options, camera, Tracker::Mapping::kInline); },
-        observer_of);
+    CameraRefinementOptions refinement = refinement_options(tracker_options);
+    refinement.cancel = recording.interrupted;
+    TrackedRecording tracked =
+        refine_camera
+            ? track_and_refine(recording, tracker_options, refinement, camera, observer_of, result.get())
+            : track_with_given(recording, tracker_options, refinement, camera, observer_of);
     result->recorded = std::move(tracked.result);
     if (!result->recorded.maps.empty()) result->points = result->recorded.maps.front().snapshot->points;
     recording.open = nullptr;
@@ -346,6 +391,12 @@ void bind_tracking(py::module_& module) {
           "points", [](const Reconstruction& r) { return positions_of(r.points); }, "(m, 3) in map units")
       .def_property_readonly(
           "colours", [](const Reconstruction& r) { return colours_of(r.points); }, "(m, 3), red first")
+      .def_property_readonly(
+          "camera", [](const Reconstruction& r) { return CameraModel(r.camera); },
+          "the camera of the map: the refined one, or the given one")
+      .def_property_readonly(
+          "calibration", [](const Reconstruction& r) { return to_string(r.calibration); },
+          "REFINED where the camera was refined, else GIVEN")
       .def_property_readonly("findings", &Reconstruction::findings,
                              "dicts of kind, images, k, n, p_value, disqualifying, text")
       .def_property_readonly("verdict", &Reconstruction::verdict, "confirmed, not confirmed or no map")
@@ -363,11 +414,14 @@ void bind_tracking(py::module_& module) {
   module.def(
       "reconstruct", &reconstruct, py::arg("images"), py::arg("camera"), py::arg("masks") = py::none(),
       py::arg("options") = py::none(), py::arg("threads") = 0, py::arg("progress") = py::none(),
+      py::arg("refine_camera") = false,
       "Tracks all images and returns the finished map. images: a folder, a list file, or a sequence of paths "
       "or arrays, uint8 (h, w) or (h, w, 3), blue first. masks: a folder, or a sequence of arrays (h, w) or "
       "None; 0 = ignore. options: a dict of \"group/key\" to values as in tracker.yaml, or the path of such "
       "a file. threads: 0 for all cores; the result is the same for any number. progress(done, total): "
-      "called after each image; return False to stop. Releases the GIL.");
+      "called after each image; return False to stop. refine_camera: estimate focal length, principal point "
+      "and distortion from the images, which are tracked several times; result.camera has them. Releases the "
+      "GIL.");
 }
 
 }  // namespace mono_pose_tracker

@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -38,6 +37,7 @@
 #include "run_progress.h"
 #include "track_sequence_arguments.h"
 #include "tracking/background_image.h"
+#include "tracking/calibrated_recording.h"
 #include "tracking/recording.h"
 #include "tracking/self_calibration.h"
 #include "viewer/recording_page.h"
@@ -215,17 +215,14 @@ std::unique_ptr<Tracker> make_tracker(const TrackerOptions& options, const Camer
 }
 
 // Tracks until the map has so many keyframes; writes nothing.
-Run track_beginning(const TrackerOptions& options, const CameraParameters& camera, int max_keyframes,
-                    Recording recording, RunProgress* progress) {
+Run track_for_refinement(const TrackerOptions& options, const CameraParameters& camera, int max_keyframes,
+                         const Recording& recording, RunProgress* progress) {
   Run run{make_tracker(options, camera, nullptr), {}, MaskRecord(false), {}, {}};
-  std::atomic<bool> has_enough{false};
-  recording.interrupted = [&] { return signals_caught > 0 || has_enough; };
   const FrameObserver observer = [&](int pass, std::int64_t, const FrameReport& report) {
     if (pass == 1) progress->show(report);
     note_live(pass, report, &run.live);
-    if (report.keyframes >= max_keyframes) has_enough = true;
   };
-  run.result = track_recording(recording, observer, run.tracker.get());
+  run.result = track_beginning(recording, max_keyframes, observer, run.tracker.get());
   return run;
 }
 
@@ -255,31 +252,12 @@ Run track_all(const Arguments& a, const TrackerOptions& options, const CameraPar
           std::move(kept->notes), std::move(kept->live)};
 }
 
-// Evidence against the camera is evidence against every map.
-void leave_unconfirmed(const std::string& why, Run* run) {
-  if (why.empty() || !run->result.tracked) return;
-  Finding finding;
-  finding.kind = FindingKind::kCalibration;
-  finding.text = why;
-  add_finding(std::move(finding), &run->result);
-}
-
 // Tracks with the given camera, and checks it with the map.
 Run track_with_given(const Arguments& a, const TrackerOptions& options, const Recording& recording,
                      const CameraRefinementOptions& refinement, const CameraParameters& camera,
                      RunProgress* progress) {
-  Recording doubted = recording;
-  doubted.doubt_of = [&](const Map& map, const std::function<bool()>& cancelled) {
-    CameraRefinementOptions cancellable = refinement;
-    cancellable.cancel = [&] { return signals_caught > 0 || cancelled(); };
-    return doubt_of_calibration(cancellable, camera, map);
-  };
-  Run run = track_all(a, options, camera, doubted, progress);
-  if (run.result.tracked) {
-    leave_unconfirmed(
-        run.result.doubt ? *run.result.doubt : doubt_of_calibration(refinement, camera, run.tracker->map()),
-        &run);
-  }
+  Run run = track_all(a, options, camera, with_calibration_test(recording, refinement, camera), progress);
+  add_calibration_test(refinement, camera, *run.tracker, &run.result);
   return run;
 }
 
@@ -292,31 +270,21 @@ Run track_and_refine(const Arguments& a, const TrackerOptions& options, const Re
       calibration->camera, calibration->source, refinement,
       [&](const CameraParameters& camera, int max_keyframes) -> const Map* {
         run.reset();  // before the next: two maps need not be held
-        run.emplace(max_keyframes > 0 ? track_beginning(options, camera, max_keyframes, recording, progress)
-                                      : track_all(a, options, camera, recording, progress));
+        run.emplace(max_keyframes > 0
+                        ? track_for_refinement(options, camera, max_keyframes, recording, progress)
+                        : track_all(a, options, camera, recording, progress));
         return run->result.tracked ? &run->tracker->map() : nullptr;
       });
-  for (const std::string& warning : refined.warnings) {
-    Finding finding;
-    finding.kind = FindingKind::kCalibration;
-    finding.is_disqualifying = !refined.is_near;
-    finding.text = warning;
-    add_finding(std::move(finding), &run->result);
-  }
+  add_calibration_findings(refined, refinement, *run->tracker, &run->result);
   calibration->camera = refined.camera;
   calibration->source = refined.source;
   calibration->refined = refined;
-  if (refined.source != CalibrationSource::kRefined && run->result.tracked) {
-    leave_unconfirmed(doubt_of_calibration(refinement, refined.camera, run->tracker->map()), &*run);
-  }
   return std::move(*run);
 }
 
 Run track(const Arguments& a, const TrackerOptions& options, const Recording& recording,
           const SavedMaps* loaded, Calibration* calibration, RunProgress* progress) {
-  CameraRefinementOptions refinement;
-  refinement.loss_width = options.bundle.loss_width;
-  refinement.num_threads = options.bundle.num_threads;
+  CameraRefinementOptions refinement = refinement_options(options);
   refinement.cancel = [] { return signals_caught > 0; };
   // A map that is there already is of other cameras, too, and holds to the one that is given.
   Run run = loaded ? track_all(a, options, calibration->camera, recording, progress, loaded)
@@ -324,10 +292,10 @@ Run track(const Arguments& a, const TrackerOptions& options, const Recording& re
                 ? track_and_refine(a, options, recording, refinement, calibration, progress)
                 : track_with_given(a, options, recording, refinement, calibration->camera, progress);
   if (calibration->source == CalibrationSource::kGuessed) {
-    leave_unconfirmed(
+    add_calibration_doubt(
         "the guessed focal length is not confirmed: path and map may be distorted; calibrate the camera, or "
         "record rotations and views from more sides",
-        &run);
+        &run.result);
   }
   return run;
 }

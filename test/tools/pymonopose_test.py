@@ -11,6 +11,7 @@ import unittest
 import cv2
 import numpy
 import rosunit
+import yaml
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 import reported_skips  # noqa: E402, F401
@@ -189,6 +190,36 @@ class ModuleTest(RunsOfARoom):
             raise KeyError("mine")
         with self.assertRaisesRegex(KeyError, "mine"):
             pymonopose.reconstruct(self.images, self.model, progress=fail)
+
+    def test_a_refined_camera(self):
+        """As track_sequence --refine-camera: the camera, the poses and the verdict. A given one is tested against the map."""
+        wrong = pymonopose.Camera(self.model.width, self.model.height, *(1.15 * self.model.matrix[i, i] for i in (0, 1)),
+                                  *self.model.matrix[:2, 2])
+        folder = self.path("wrong")
+        os.makedirs(folder)
+        with open(self.camera) as given, open(os.path.join(folder, "camera.yaml"), "w") as file:
+            camera = yaml.safe_load(given)
+            camera["camera_matrix"]["data"] = wrong.matrix.ravel().tolist()
+            yaml.safe_dump(camera, file)
+        doubted = pymonopose.reconstruct(self.images, wrong)
+        self.assertEqual((doubted.verdict, doubted.calibration), ("not confirmed", "GIVEN"))
+        self.assertEqual(doubted.findings[-1]["kind"], "calibration")
+        self.assertEqual(doubted.camera.matrix[0, 0], wrong.matrix[0, 0])
+        calls = []
+        refined = pymonopose.reconstruct(self.images, wrong, refine_camera=True,
+                                         progress=lambda done, total: calls.append((done, total)))
+        self.assertEqual((refined.verdict, refined.calibration), ("confirmed", "REFINED"), refined.warnings)
+        self.assertLess(abs(refined.camera.matrix[0, 0] / self.model.matrix[0, 0] - 1), 0.01)
+        self.assertGreater(calls.count((1, len(self.names))), 1, "tracked several times")
+        tracked, _ = self.track("--images", self.images, "--camera", os.path.join(folder, "camera.yaml"), "--refine-camera")
+        expected = pymonopose.Camera.from_yaml(os.path.join(tracked, "camera_refined.yaml"))
+        numpy.testing.assert_allclose(refined.camera.matrix, expected.matrix, rtol=1e-9)
+        numpy.testing.assert_allclose(refined.camera.distortion, expected.distortion, atol=1e-9)
+        positions = numpy.array([[float(v) for v in row[1:4]] for row in rows(tracked, "trajectory.txt")])
+        numpy.testing.assert_allclose(refined.poses[:, :3, 3], positions, atol=1e-9)
+        # Ended in between: a result, which is not confirmed.
+        ended = pymonopose.reconstruct(self.images, wrong, refine_camera=True, progress=lambda done, total: done < total)
+        self.assertNotEqual(ended.verdict, "confirmed")
 
     def test_wrong_images(self):
         grey = self.arrays[0][..., 0]
