@@ -8,6 +8,7 @@ import unittest
 import numpy
 import rospy
 import rostest
+from nodelet.srv import NodeletLoad
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image
 
@@ -71,7 +72,9 @@ class CameraInfoTest(unittest.TestCase):
         self.assertEqual(first.state_name, "BOOTSTRAPPING", first.reason_text)
         second = self.camera.calibrate(250.0, lambda s: s.epoch > first.epoch)
         self.assertEqual(second.epoch, first.epoch + 1)
-        self.assertIsNotNone(self.heard("/tracker", "the calibration has changed"))
+        self.assertIsNotNone(self.log.wait_for(
+            lambda m: m.name == "/tracker" and m.level == Log.WARN and "the calibration has changed" in m.msg))
+        self.assertIsNotNone(self.heard("/tracker", "the calibration has changed", "fx 200", "fx 250", "~camera_info_source"))
         self.assertEqual(second.reason_name, "CALIBRATION_CHANGED", second.reason_text)
         for word in ("fx 200", "fx 250", "~camera_info_source"):
             self.assertIn(word, second.reason_text)
@@ -97,6 +100,45 @@ class CameraInfoTest(unittest.TestCase):
             status = camera.show()
             self.assertIs(status.rectified, rectified, tracker)
             self.assertIn("set to true" if topic == "image_raw" else topic, status.rectified_reason)
+
+    def load(self, name, topic, **parameters):
+        for key, value in parameters.items():
+            rospy.set_param(f"{name}/{key}", value)
+        rospy.wait_for_service("/manager/load_nodelet", feeding.TIMEOUT)
+        load = rospy.ServiceProxy("/manager/load_nodelet", NodeletLoad)
+        image = name.rpartition("/")[0] + "/image"
+        self.assertTrue(load(name, "mono_pose_tracker/TrackerNodelet", [image], [topic], [], "").success)
+
+    def test_5_the_console_names_the_choice_once(self):
+        """With its reason; and a setting that the topic's name contradicts."""
+        deadline = time.monotonic() + feeding.TIMEOUT
+        while not any(m.name == "/manager" for m in list(self.log.messages)) and time.monotonic() < deadline:
+            time.sleep(0.05)  # its first message shows that /rosout is connected
+        info = camera_info(200.0)
+        info.D = [-0.3, 0.1, 0, 0, 0]
+        cases = (("/by_name/tracker", "/by_name/image_rect", "auto", "the images are treated as rectified: rectified is auto", None),
+                 ("/against/tracker", "/against/image_raw", "true", "the images are treated as rectified: rectified is set to true",
+                  "rectified is set to true, but /against/image_raw is a topic name of raw images"),
+                 ("/as_raw/tracker", "/as_raw/image_rect", "false", "the images are treated as raw: rectified is set to false",
+                  "rectified is set to false, but /as_raw/image_rect is a topic name of rectified images"))
+        for name, topic, rectified, choice, contradiction in cases:
+            start = len(self.log.messages)
+            self.load(name, topic, rectified=rectified, publish_period=0.1)
+            camera = NoisyCamera(topic.rpartition("/")[0], name, topic.rpartition("/")[2])
+            camera.camera.set_calibration(info)
+            for _ in range(5):
+                camera.show()
+            if contradiction:
+                said = self.log.wait_for(lambda m: contradiction in m.msg, start)
+                self.assertIsNotNone(said, name)
+                self.assertEqual(said.level, Log.WARN)
+            said = self.log.wait_for(lambda m: choice in m.msg, start)
+            self.assertIsNotNone(said, name)
+            self.assertEqual(said.level, Log.INFO)
+            time.sleep(0.5)  # several publish_period
+            said = [m.msg for m in self.log.messages[start:] if m.name == "/manager"]
+            self.assertEqual(sum(choice in text for text in said), 1, said)
+            self.assertEqual(sum("is a topic name of" in text for text in said), 1 if contradiction else 0, said)
 
 
 if __name__ == "__main__":
