@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "common/formatted.h"
+#include "camera/size_mismatch.h"
 #include "features/marker.h"
 
 namespace mono_pose_tracker {
@@ -27,8 +27,8 @@ void FrameMaker::set_options(const SiftOptions& sift, const SegmentationOptions&
 bool FrameMaker::has_camera_size(const cv::Mat& image, FrameReport* report) const {
   if (image.cols == camera_.width() && image.rows == camera_.height()) return true;
   report->reason = Reason::kImageSizeMismatch;
-  report->reason_text = formatted("the image is %dx%d, the camera model is for %dx%d", image.cols, image.rows,
-                                  camera_.width(), camera_.height());
+  report->reason_text =
+      "the image " + size_mismatch_text(image.cols, image.rows, camera_.width(), camera_.height(), "");
   return false;
 }
 

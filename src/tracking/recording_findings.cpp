@@ -143,10 +143,19 @@ void report_unregistered(RecordingResult* result) {
   finding.k = static_cast<int>(finding.images.size());
   finding.n = static_cast<int>(result->frames_total);
   if (finding.k <= kMostShare * finding.n) return;
-  finding.text = formatted(
-      "%d of %d images have no pose, the longest gap is from %ld to %ld: dark, blurred, or too little "
-      "overlap with the others.",
-      finding.k, finding.n, static_cast<long>(last - longest + 1), static_cast<long>(last));
+  finding.text = formatted("%d of %d images have no pose, the longest gap is from %ld to %ld: ", finding.k,
+                           finding.n, static_cast<long>(last - longest + 1), static_cast<long>(last));
+  const auto unusable = static_cast<long>(result->frames_total - result->frames_with_features);
+  if (unusable >= finding.k) {
+    finding.text += "these images have no features, or not the size of the calibration.";
+  } else if (unusable > 0) {
+    finding.text += formatted(
+        "%ld of these have no features, or not the size of the calibration; the rest are dark or blurred, or "
+        "overlap too little.",
+        unusable);
+  } else {
+    finding.text += "dark, blurred, or too little overlap with the others.";
+  }
   result->maps.front().quality.add(std::move(finding));
 }
 

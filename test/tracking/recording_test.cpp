@@ -355,7 +355,23 @@ TEST_F(RecordingTest, ImagesWithoutAPoseAreTold) {
   const RecordingResult result = track(images, room_->camera);
   EXPECT_EQ(result.trajectory.size(), 16u);
   ASSERT_EQ(result.warnings.size(), 1u);
-  EXPECT_NE(result.warnings[0].find("2 of 18 images have no pose, the longest gap is from 16 to 17"),
+  EXPECT_EQ(
+      result.warnings[0],
+      "2 of 18 images have no pose, the longest gap is from 16 to 17: these images have no features, or "
+      "not the size of the calibration.");
+}
+
+TEST_F(RecordingTest, AnImageOfAnotherSizeIsNamedWithTheCause) {
+  std::vector<cv::Mat> images;
+  for (const SimulatedFrame& frame : room_->frames) images.push_back(frame.image);
+  cv::Mat upright;
+  cv::rotate(images[3], upright, cv::ROTATE_90_CLOCKWISE);
+  images[3] = images[4] = upright;
+  const RecordingResult result = track(images, room_->camera);
+  ASSERT_EQ(result.problems.size(), 2u);
+  EXPECT_NE(result.problems[0].find("width and height are swapped"), std::string::npos) << result.problems[0];
+  ASSERT_EQ(result.warnings.size(), 1u);
+  EXPECT_NE(result.warnings[0].find("from 3 to 4: these images have no features, or not the size"),
             std::string::npos)
       << result.warnings[0];
 }
