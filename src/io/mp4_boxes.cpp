@@ -68,4 +68,18 @@ bool is_trimmed_mp4(const std::string& path) {
   return find_edit_list(in, 0, size, 0, &is_whole) && is_whole;
 }
 
+bool lacks_mp4_index(const std::string& path) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  std::ifstream in(path, std::ios::binary);
+  if (error || !in) return false;
+  Box box = box_at(in, 0, size);
+  if (box.type != "ftyp") return false;
+  while (!box.type.empty()) {
+    if (box.type == "moov") return false;
+    box = box_at(in, box.end, size);
+  }
+  return true;
+}
+
 }  // namespace mono_pose_tracker

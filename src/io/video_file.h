@@ -11,6 +11,10 @@ namespace mono_pose_tracker {
 /// cannot read the file.
 bool open_as_recorded(const std::string& path, cv::VideoCapture* capture);
 
+/// The cause and what is expected, for a file of which open_as_recorded returned false. One line that
+/// continues the file's name and a colon.
+std::string cause_of_no_video(const std::string& path);
+
 /// What to tell of a video of which so many frames could be read and that announces so many (-1: none): empty
 /// unless clearly fewer could, as some containers only estimate how many there are.
 std::string problem_of_end(std::int64_t frames, std::int64_t announced);

@@ -36,8 +36,7 @@ class VideoFile : public ImageSource {
     if (!std::filesystem::is_regular_file(path, ignored)) {
       throw std::runtime_error(path + ": does not exist or is not a regular file: expected a video");
     }
-    if (!open_quietly(path))
-      throw std::runtime_error(path + ": cannot be opened as a video: expected a format that OpenCV reads");
+    if (!open_quietly(path)) throw std::runtime_error(path + ": " + cause_of_no_video(path));
     frames_per_second_ = capture_.get(cv::CAP_PROP_FPS);
     // Below one frame in a quarter of an hour it is no rate, and stamps would overflow one day.
     if (!(frames_per_second_ > 0.001) || !std::isfinite(frames_per_second_)) {
@@ -222,6 +221,14 @@ bool open_as_recorded(const std::string& path, cv::VideoCapture* capture) {
   capture->set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
 #endif
   return true;
+}
+
+std::string cause_of_no_video(const std::string& path) {
+  if (lacks_mp4_index(path)) {
+    return "cannot be opened as a video: its index (moov) is missing, because the recording was interrupted "
+           "or the file was copied in part; expected the whole file";
+  }
+  return "cannot be opened as a video: expected a format that OpenCV reads";
 }
 
 std::string problem_of_end(std::int64_t frames, std::int64_t announced) {

@@ -46,7 +46,7 @@ void Capture::open_video() {
   if (!std::filesystem::exists(path, ignored)) throw std::runtime_error("no such video: " + path);
   if (!std::filesystem::is_regular_file(path, ignored))
     throw std::runtime_error(path + " is not a regular file");
-  if (!open_as_recorded(path, &capture_)) throw std::runtime_error(path + " cannot be read as a video");
+  if (!open_as_recorded(path, &capture_)) throw std::runtime_error(path + ": " + cause_of_no_video(path));
   const double own = capture_.get(cv::CAP_PROP_FPS);
   rate_ = settings_.rate > 0 ? settings_.rate : own;
   if (!(rate_ >= kSlowestRate) || !std::isfinite(rate_)) {

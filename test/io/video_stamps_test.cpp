@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <stdexcept>
 
 #include "io/frame_stamps.h"
+#include "io/image_source.h"
 #include "io/mp4_boxes.h"
 #include "support/temporary_folder.h"
 
@@ -63,6 +65,26 @@ TEST(Mp4Boxes, AnEditListOfAWholeFileIsATrim) {
   EXPECT_FALSE(is_trimmed_mp4(folder.write("a.avi", "RIFF....AVI ")));
   EXPECT_FALSE(is_trimmed_mp4(folder.write("empty.mp4", "")));
   EXPECT_FALSE(is_trimmed_mp4(folder / "none.mp4"));
+}
+
+TEST(Mp4Boxes, AnMp4WithoutItsIndexIsNamed) {
+  TemporaryFolder folder;
+  const std::string data = box("ftyp", "isom") + box("mdat", std::string(100, 'x'));
+  const std::string whole = data + box("moov", box("trak", ""));
+  EXPECT_FALSE(lacks_mp4_index(folder.write("whole.mp4", whole)));
+  EXPECT_FALSE(lacks_mp4_index(folder.write("index_first.mp4", box("ftyp", "isom") + box("moov", ""))));
+  EXPECT_FALSE(lacks_mp4_index(folder.write("a.avi", "RIFF....AVI ")));
+  EXPECT_FALSE(lacks_mp4_index(folder / "none.mp4"));
+  EXPECT_TRUE(lacks_mp4_index(folder.write("no_index.mp4", data)));
+  const std::string cut = folder.write("cut.mp4", whole.substr(0, 60));
+  EXPECT_TRUE(lacks_mp4_index(cut));
+  try {
+    open_video(cut);
+    FAIL() << "cut";
+  } catch (const std::runtime_error& refused) {
+    EXPECT_NE(std::string(refused.what()).find("its index (moov) is missing"), std::string::npos)
+        << refused.what();
+  }
 }
 
 }  // namespace
