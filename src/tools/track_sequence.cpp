@@ -20,6 +20,7 @@
 #include "command_line.h"
 #include "common/formatted.h"
 #include "end_on_signals.h"
+#include "features/stereo_pair.h"
 #include "inputs.h"
 #include "looked_at_source.h"
 #include "mono_pose_tracker/common/status.h"
@@ -130,14 +131,17 @@ Calibration calibration_of(const Arguments& a, const LookedAtSource& source) {
   return calibration;
 }
 
-// The size of the first image that can be read must be the camera's.
-void check_first_image(const Arguments& a, const LookedAtSource& source, const Calibration& calibration) {
-  const CameraParameters& camera = calibration.camera;
+// The size of the first image that can be read must be the camera's, and it must be of one camera.
+void check_first_image(const Arguments& a, const LookedAtSource& source, Calibration* calibration) {
+  const CameraParameters& camera = calibration->camera;
   const SourceImage image = first_image(a, source);
-  if (image.image.cols == camera.width && image.image.rows == camera.height) return;
+  if (image.image.cols == camera.width && image.image.rows == camera.height) {
+    if (calibration->contradiction.empty()) calibration->contradiction = stereo_pair_text(image.image);
+    return;
+  }
   throw std::runtime_error(image.name + ": " +
                            size_mismatch_text(image.image.cols, image.image.rows, camera.width, camera.height,
-                                              calibration.size_origin));
+                                              calibration->size_origin));
 }
 
 // Checked before the work, not image by image.
@@ -492,7 +496,7 @@ int run(const Arguments& given) {
   make_tracker(options, calibration.camera, maps);  // refuses options before the work
   std::optional<MaskFolder> masks;
   if (!a.masks.empty()) recording.masks = &masks.emplace(a.masks);
-  check_first_image(a, source, calibration);
+  check_first_image(a, source, &calibration);
   check_background_image(options.segmentation, calibration.camera);
   check_outputs(a, options);
 

@@ -399,6 +399,16 @@ class TrackSequence(RunsOfARoom):
         self.assertEqual((figures["frames_total"], figures["frames_posed"]), (2, 2))
         self.expect_trajectory(["1.000000000", "1.100000000"], os.path.join(output, "trajectory.txt"))
 
+    def test_stereo_pairs_are_reported(self):
+        """Side by side, with a guess; the size of a calibration refuses them."""
+        os.makedirs(self.path("pairs"))
+        images = [cv2.imread(os.path.join(self.images, name)) for name in self.names]
+        for i in range(4):  # neighbouring images in place of a second camera
+            cv2.imwrite(self.path("pairs", "%d.png" % i), numpy.hstack([images[i], images[i + 1]]))
+        _, said = self.track("--images", self.path("pairs"), "--hfov", "70", status=None)
+        self.assertIn("the images look like stereo pairs (left and right halves show the same)", said)
+        self.assertNotIn("stereo pairs", self.track("--images", self.list_of(self.names[:3]), "--camera", self.camera)[1])
+
     def test_skipped_images_do_not_count_towards_two_images(self):
         thumbnail = self.path("thumbnail.png")
         cv2.imwrite(thumbnail, numpy.zeros((24, 32), numpy.uint8))
