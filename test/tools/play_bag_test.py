@@ -113,6 +113,15 @@ class BagsTest(unittest.TestCase):
         self.assertIn("sensor_msgs/CameraInfo", self.refusal(chosen, "/info"))
         self.assertIn("/axis/compressed, /both", self.refusal(chosen, "/none"))
 
+    def test_a_calibration_on_another_topic_is_named(self):
+        topics = {"/axis/compressed": play_bag.PACKED, "/axis/camera_info": play_bag.INFO, "/b/camera_info": play_bag.INFO}
+        said = play_bag.calibration_hint(topics, "/camera_info")
+        self.assertEqual(said, "the bag has no camera_info on /camera_info, but on /axis/camera_info, /b/camera_info: "
+                         "choose with camera_info_topic:=")
+        self.assertEqual(play_bag.calibration_hint(topics, "/axis/camera_info"), "")
+        self.assertEqual(play_bag.calibration_hint({"/axis/compressed": play_bag.PACKED}, "/camera_info"), "")
+        self.assertEqual(play_bag.calibration_hint(topics, ""), "")
+
 
 class Tests(SummaryTest, BagsTest):
     """All of them: unitrun takes one class."""
