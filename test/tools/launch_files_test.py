@@ -321,6 +321,18 @@ class LaunchFilesTest(unittest.TestCase):
         said = self.run_to_its_end("demo.launch", "rviz:=false", XDG_CACHE_HOME=self.folder + "/no_cache")
         self.assertIn("mono_pose_tracker/demo/sequence.bag: no such file", said)
 
+    def test_what_is_no_bag_ends_the_launch_with_its_cause(self):
+        for name, head, words in (("walk.mp4", b"\0\0\0\x20ftypisom", "is a video: camera.launch video:=FILE plays it"),
+                                  ("drive.mcap", b"\x89MCAP0\r\n", "is an MCAP file: rosbags-convert")):
+            path = os.path.join(self.folder, name)
+            with open(path, "wb") as file:
+                file.write(head + bytes(100))
+            said = self.run_to_its_end("bag.launch", "bag:=" + path, "rviz:=false")
+            self.assertEqual(said.count("play_bag: "), 1, said)
+            self.assertIn(f"play_bag: {path}: {words}", said)
+            self.assertNotIn("Traceback (most", said)
+            self.assertNotIn("process[", said, "nothing is started")
+
     def test_compressed_images_alone_and_a_guess_give_a_trajectory(self):
         """Live by one command, offline by another; the guess is off by 3 %."""
         folder = self.folder + "/alone"
