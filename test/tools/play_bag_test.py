@@ -113,6 +113,13 @@ class BagsTest(unittest.TestCase):
         self.assertIn("sensor_msgs/CameraInfo", self.refusal(chosen, "/info"))
         self.assertIn("/axis/compressed, /both", self.refusal(chosen, "/none"))
 
+    def test_the_chosen_transport_is_named(self):
+        self.assertEqual(play_bag.transport_note("/axis", "/axis/compressed", "compressed"),
+                         "the bag has no /axis but /axis/compressed: image_transport:=compressed")
+        for image in ("/axis/compressed", "axis/compressed"):
+            self.assertEqual(play_bag.transport_note("/axis/compressed", image, "compressed"),
+                             f"{image} holds compressed images: image_transport:=compressed")
+
     def test_a_calibration_on_another_topic_is_named(self):
         topics = {"/axis/compressed": play_bag.PACKED, "/axis/camera_info": play_bag.INFO, "/b/camera_info": play_bag.INFO}
         said = play_bag.calibration_hint(topics, "/camera_info")
