@@ -15,7 +15,9 @@ std::int64_t FrameStamps::next(double container_ms) {
   if (is_variable_) stamp_ns = has_time ? static_cast<std::int64_t>(std::llround(container_ms * 1e6)) : -1;
   if (stamp_ns <= last_ns_) {
     ++out_of_order_;
-    stamp_ns = last_ns_ + static_cast<std::int64_t>(std::llround(1e9 / fps_));
+    stamp_ns = last_ns_ + interval_ns_;
+  } else if (is_variable_ && last_ns_ >= 0) {
+    interval_ns_ = stamp_ns - last_ns_;
   }
   last_ns_ = stamp_ns;
   return stamp_ns;

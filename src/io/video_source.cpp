@@ -171,8 +171,8 @@ class VideoFile : public ImageSource {
     std::string problem = is_trimmed_mp4(path_) ? "" : problem_of_end(index_, size());
     if (stamps_->out_of_order() > 0) {
       problem += (problem.empty() ? "" : "; ") + std::to_string(stamps_->out_of_order()) +
-                 " frames have container time stamps that do not increase: their stamps are computed from "
-                 "the frame rate";
+                 " frames have container time stamps that do not increase: their stamps continue with the "
+                 "interval of the frames before";
     }
     SourceImage result;
     if (std::exchange(is_end_told_, true) || problem.empty()) return result;
