@@ -87,6 +87,18 @@ class InstalledTest(RunsOfARoom):
         scale = (found @ true) / (found @ found)
         self.assertLess(numpy.abs(scale * found - true).max(), 0.02 * true.max())
 
+    def test_a_catkin_package_gets_catkins_variables(self):
+        source = self.path("catkin_package")
+        os.makedirs(source)
+        with open(os.path.join(source, "CMakeLists.txt"), "w") as file:
+            file.write("cmake_minimum_required(VERSION 3.13)\nproject(other CXX)\nset(PYTHON_EXECUTABLE /usr/bin/python3)\n"
+                       "find_package(catkin REQUIRED COMPONENTS roscpp)\nfind_package(mono_pose_tracker REQUIRED)\n"
+                       'message(STATUS "has ${mono_pose_tracker_LIBRARIES}")\n')
+        done = run("cmake", "-S", source, "-B", self.path("other"),
+                   "-DCMAKE_PREFIX_PATH=" + self.prefix + ";" + os.environ.get("CMAKE_PREFIX_PATH", "").replace(":", ";"))
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn(f"has {self.prefix}/lib/libmono_pose_tracker.so;{self.prefix}/lib/libmono_pose_tracker_nodelets.so;", done.stdout)
+
     def test_the_programs_find_their_library(self):
         program = os.path.join(self.prefix, "lib", "mono_pose_tracker", "evaluate_trajectory")
         self.expect_no_ros(program)
