@@ -24,6 +24,7 @@
 #include "io/stamp.h"
 #include "ros/camera_info_conversion.h"
 #include "ros/image_conversion.h"
+#include "ros/topic_choice.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -111,9 +112,7 @@ std::string choose_image_topic(const std::string& path, const Bags& bags, const 
       if (same_topic(topic, name)) return topic;
     }
   }
-  throw std::runtime_error(path + ": " +
-                           (wanted.empty() ? "has no image topic" : "has no images on " + wanted) +
-                           ": expected one of its image topics: " + listed(topics));
+  throw std::runtime_error(path + ": " + why_no_image_topic(wanted, topics.size(), listed(topics)));
 }
 
 /// The camera's own name space, by image_transport's rules: /camera/image_raw/compressed -> /camera.

@@ -16,6 +16,7 @@
 #include "io/stamp.h"
 #include "ros/camera_info_conversion.h"
 #include "ros/image_conversion.h"
+#include "ros/topic_choice.h"
 #include "rosbag2_messages.h"
 #include "rosbag2_storage.h"
 
@@ -62,8 +63,7 @@ StoredTopic choose_ros2_topic(const std::string& path, const MessageStorage& sto
   if (!chosen && !wanted.empty()) chosen = topic_called(topics, wanted + kCompressedTopic);
   if (!chosen) {
     throw std::runtime_error(path + ": " +
-                             (wanted.empty() ? "has no image topic" : "has no images on " + wanted) +
-                             ": expected one of its image topics: " + names_of_topics(topics));
+                             why_no_image_topic(wanted, topics.size(), names_of_topics(topics)));
   }
   if (chosen->serialization != "cdr") {
     throw std::runtime_error(path + ": " + one_line(chosen->name) + " is serialised as '" +

@@ -269,8 +269,10 @@ TEST(BagImageSource, ErrorsNameTheFileAndTheTopicsThereAre) {
     expect_error([&] { open(path, topic); }, {"a.bag", std::string("no images on ") + topic,
                                               "/left/image_raw, /right/image_raw/compressed"});
   }
-  expect_error([&] { open(path, ""); }, {"a.bag", "no image topic", "/left/image_raw"});
+  expect_error([&] { open(path, ""); },
+               {"a.bag: has 2 image topics: choose one with --image-topic: /left/image_raw, /right"});
   const std::string empty = make_bag(folder / "empty.bag", [](rosbag::Bag&) {});
+  expect_error([&] { open(empty, ""); }, {"empty.bag: has no image topic"});
   expect_error([&] { open(empty, "/none"); }, {"empty.bag", "none"});
   expect_error([&] { open(folder / "missing.bag", "/none"); }, {"missing.bag", "is not a regular file"});
   expect_error([&] { open(folder.path(), "/none"); }, {folder.path(), "is not a regular file"});
