@@ -143,7 +143,7 @@ void read_compressed(const rosbag::MessageInstance& message, const GreyLevels& l
   result->stamp_ns = static_cast<std::int64_t>(image->header.stamp.toNSec());
   const DecodedImage decoded = decode_image(image->data, kMaxImagePixels, levels);
   result->image = decoded.image;
-  result->problem = decoded.problem;
+  result->problem = with_format(decoded.problem, image->format);
 }
 
 /// With all bits of its pixels; empty where it can't be read.

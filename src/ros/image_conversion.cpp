@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
+#include "common/one_line.h"
 #include "io/mask_image.h"
 
 namespace mono_pose_tracker {
@@ -174,13 +175,21 @@ ConvertedImage convert_mask(const sensor_msgs::ImageConstPtr& message) {
   return convert(message, mask_of_image);
 }
 
+std::string with_format(const std::string& problem, const std::string& format) {
+  constexpr std::size_t kMost = 40;  // characters quoted
+  if (problem.empty() || format.empty()) return problem;
+  return problem + "; its message states the format '" + one_line(format.substr(0, kMost)) + "'";
+}
+
 sensor_msgs::ImagePtr decode_image(const sensor_msgs::CompressedImage& message, std::uint64_t max_pixels) {
   DecodedImage decoded = decode_unchanged(message.data, max_pixels);
   const bool has_16_bits = decoded.image.depth() == CV_16U;
   if (decoded.problem.empty() && has_16_bits && decoded.image.channels() == 4)
     cv::cvtColor(decoded.image, decoded.image, cv::COLOR_BGRA2BGR);
   if (decoded.problem.empty() && !has_16_bits) decoded = to_8_bit(decoded.image);
-  if (!decoded.problem.empty()) throw std::runtime_error("the compressed image " + decoded.problem);
+  if (!decoded.problem.empty()) {
+    throw std::runtime_error("the compressed image " + with_format(decoded.problem, message.format));
+  }
   const bool is_grey = decoded.image.channels() == 1;
   const std::string encoding = has_16_bits ? (is_grey ? enc::MONO16 : enc::BGR16)
                                : is_grey   ? enc::MONO8

@@ -33,6 +33,10 @@ ConvertedImage convert_with_all_bits(const sensor_msgs::ImageConstPtr& message);
 /// Encodings as of images.
 ConvertedImage convert_mask(const sensor_msgs::ImageConstPtr& message);
 
+/// The problem of a compressed image that could not be decoded, with the format that its message states: a
+/// stream of video (h264) is no image. problem: empty stays empty.
+std::string with_format(const std::string& problem, const std::string& format);
+
 /// Decodes a compressed image into an image message (mono8, bgr8, mono16 or bgr16) with the same header; an
 /// orientation tag is ignored. Throws std::runtime_error, one line, on what cannot be decoded, is
 /// cut, or promises more than max_pixels.

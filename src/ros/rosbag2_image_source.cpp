@@ -108,10 +108,11 @@ ConvertedCamera camera_of_messages(MessageCursor& messages, bool rectified) {
 void decode_ros2_image(const StoredTopic& topic, const StoredMessage& message, const GreyLevels& levels,
                        SourceImage* result) {
   if (topic.type == kRos2Compressed) {
-    const DecodedImage decoded =
-        decode_image(read_ros2_compressed_image(message.data, &result->stamp_ns), kMaxImagePixels, levels);
+    std::string format;
+    const DecodedImage decoded = decode_image(
+        read_ros2_compressed_image(message.data, &result->stamp_ns, &format), kMaxImagePixels, levels);
     result->image = decoded.image;
-    result->problem = decoded.problem;
+    result->problem = with_format(decoded.problem, format);
     return;
   }
   const ConvertedImage converted = convert_image(read_ros2_image(message.data, &result->stamp_ns), levels);

@@ -31,10 +31,12 @@ sensor_msgs::ImagePtr read_ros2_image(std::string_view cdr, std::int64_t* stamp_
   return image;
 }
 
-std::vector<unsigned char> read_ros2_compressed_image(std::string_view cdr, std::int64_t* stamp_ns) {
+std::vector<unsigned char> read_ros2_compressed_image(std::string_view cdr, std::int64_t* stamp_ns,
+                                                      std::string* format) {
   CdrReader in(cdr);
   read_ros2_header(in, stamp_ns);
-  in.text();  // the format: the bytes say what they are
+  const auto stated = in.text();  // the bytes decide
+  if (format) *format = stated;
   const std::string_view data = in.octets();
   return {data.begin(), data.end()};
 }

@@ -4,6 +4,7 @@
 #include <sensor_msgs/Image.h>
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -16,8 +17,10 @@ namespace mono_pose_tracker {
 /// sensor_msgs/msg/Image.
 sensor_msgs::ImagePtr read_ros2_image(std::string_view cdr, std::int64_t* stamp_ns);
 
-/// sensor_msgs/msg/CompressedImage: the bytes of the image file.
-std::vector<unsigned char> read_ros2_compressed_image(std::string_view cdr, std::int64_t* stamp_ns);
+/// sensor_msgs/msg/CompressedImage: the bytes of the image file. format: what the message states; null: not
+/// wanted.
+std::vector<unsigned char> read_ros2_compressed_image(std::string_view cdr, std::int64_t* stamp_ns,
+                                                      std::string* format = nullptr);
 
 /// sensor_msgs/msg/CameraInfo.
 sensor_msgs::CameraInfo read_ros2_camera_info(std::string_view cdr, std::int64_t* stamp_ns);

@@ -8,6 +8,8 @@
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 
+#include "../support/expect_error.h"
+
 namespace mono_pose_tracker {
 namespace {
 
@@ -225,7 +227,9 @@ TEST(ImageConversion, CompressedImagesAreDecoded) {
   EXPECT_EQ(convert_image(image).image.at<cv::Vec3b>(3, 5), cv::Vec3b(1, 2, 3));
   EXPECT_THROW(decode_image(message, 23), std::runtime_error) << "it has 24 pixels";
   message.data.resize(10);
-  EXPECT_THROW(decode_image(message), std::runtime_error);
+  message.format = "h264\n";
+  expect_error([&] { decode_image(message); },
+               {"cannot be decoded", "its message states the format 'h264?'"});
 }
 
 // What libjpeg completes with grey, and calls a success.
