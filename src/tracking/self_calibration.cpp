@@ -26,7 +26,7 @@ constexpr double kSettledShiftPx = 1, kSettledChange = 0.003;
 // stabiliser's crop, zoom, binning or another camera's file are off by more.
 constexpr double kDoubtfulChange = 0.1, kDoubtfulSigmas = 10;
 constexpr int kLandmarksOfDoubt = 60;  // of each keyframe: enough to show such a change
-constexpr double kWrongGuess = 0.05;  // least change of a guessed focal length that is corrected
+constexpr double kWrongGuess = 0.05;   // least change of a guessed focal length that is corrected
 // A part of the recording contradicts the calibration only where it can determine it.
 constexpr double kTellingSigmas = 3, kLeastOfChange = 0.5;
 
