@@ -61,6 +61,7 @@ TEST(AbsolutePose, IsNearlyAsPreciseAsLeastSquaresOfTheInliers) {
     const TwoViewScene scene = make_scene(0.3, kPixel, seed);
     AbsolutePoseOptions options = default_options(seed);
     options.ransac.threshold = 2 * kPixel;
+    options.refined_within_noise = true;
     const auto report = estimate_absolute_pose(scene.bearings2, scene.points_in_first, options);
     ASSERT_TRUE(report.success);
     std::vector<Eigen::Vector3d> bearings, points;

@@ -12,6 +12,9 @@ struct AbsolutePoseOptions {
   RansacOptions ransac;        // threshold: angle in radians between bearing and point
   std::vector<float> quality;  // empty, or one value a match, smaller is better (PROSAC order)
   bool asks_outliers = false;  // that are near, where most is so far that it leaves open where the camera is
+  // The last refinement takes all matches that their noise explains, also beyond the threshold: as precise as
+  // least squares of the correct matches. Meant for exact points, not for those of a map that drifts.
+  bool refined_within_noise = false;
 };
 
 /// Without success (fewer than three matches of use, or no pose with a fourth inlier) the pose is the
