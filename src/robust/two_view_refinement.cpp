@@ -104,8 +104,8 @@ Equations linearize(const BearingPairs& pairs, const TwoViewModel& model, double
   Equations equations;
   const auto* sum = sums;
   const auto next = [&sum] {
-    const auto& of_lanes = *sum++;
-    return std::accumulate(std::begin(of_lanes), std::end(of_lanes), 0.0);
+    const auto& of_block = *sum++;
+    return std::accumulate(std::begin(of_block), std::end(of_block), 0.0);
   };
   for (int a = 0; a < 5; ++a) {
     for (int b = 0; b <= a; ++b) equations.information(a, b) = equations.information(b, a) = next();
