@@ -75,31 +75,19 @@ int unsupported_in(const std::vector<EdgeConsistency>& edges) {
 
 }  // namespace
 
-// Completes the map once no segment is inconsistent, as that takes the most time, and goes on where the
-// complete map has one.
 std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& consistency) {
   constexpr int kMaxRounds = 5;
   std::set<KeyframeId> removed;
   int before = std::numeric_limits<int>::max();
-  bool is_complete = false;
   for (int round = 0; round < kMaxRounds && !is_cancelled(); ++round) {
     const std::vector<EdgeConsistency> edges = edge_consistency(map_, view_graph(), consistency);
     // Another round must support at least an edge's number of additional matches.
     const int unsupported = unsupported_in(edges);
-    const bool is_better = unsupported <= before - consistency.min_inliers;
+    if (unsupported > before - consistency.min_inliers) break;
     before = unsupported;
-    if (is_better &&
-        correct_segments(inconsistent_segments(map_, edges, consistency), consistency, &removed)) {
-      adjust_to_graph();
-      is_complete = false;
-      continue;
-    }
-    if (is_complete) break;
-    complete();
-    is_complete = true;
-    before = std::numeric_limits<int>::max();
+    if (!correct_segments(inconsistent_segments(map_, edges, consistency), consistency, &removed)) break;
+    finish();
   }
-  if (!is_complete) complete();
   return removed;
 }
 

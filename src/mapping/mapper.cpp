@@ -303,7 +303,6 @@ void Mapper::adjust_window(KeyframeId newest, int waiting) {
 
 // Two rounds: better poses give more matches, and outliers found by the first run must not bias the second.
 void Mapper::complete() {
-  if (map_.keyframes().empty()) return;
   BundleOptions bundle = final_bundle();
   SimilarKeyframes found;
   for (const double tolerance : {kRoughTolerance, kFinalTolerance}) {
@@ -317,9 +316,6 @@ void Mapper::complete() {
     count(adjust_map(bundle, &map_));
     cull_observations(map_.landmark_ids());
   }
-  drop_two_view_landmarks();
-  renew_scale(0);
-  publish();
 }
 
 // Adjusts with a wide loss first, so that merged tracks have an effect before anything is culled. Returns
@@ -340,7 +336,7 @@ BundleOptions Mapper::final_bundle() const {
   return bundle;
 }
 
-void Mapper::adjust_to_graph() {
+void Mapper::finish() {
   if (map_.keyframes().empty()) return;
   exclude_static_overlay();
   // All shared tracks are kept, unlike in a growing map, and inconsistent ones are culled below. Dropping
@@ -350,12 +346,10 @@ void Mapper::adjust_to_graph() {
   if (!match_across_views(options_, overlapping, &view_graph(), &map_).empty())
     adjust_after_merging(final_bundle());
   retriangulate({});
-  publish();
-}
-
-void Mapper::finish() {
-  adjust_to_graph();
   complete();
+  drop_two_view_landmarks();
+  renew_scale(0);
+  publish();
 }
 
 // Two views cannot be inconsistent along the epipolar line: landmarks without a third view are dropped from

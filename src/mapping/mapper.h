@@ -80,10 +80,9 @@ class Mapper {
   /// unit; nothing: unchanged.
   void transform(const Sim3& new_from_map, std::optional<ScaleSource> scale_source);
 
-  /// Connects the view graph, merges tracks by its matches, replaces the landmarks by its tracks, and runs a
-  /// global bundle adjustment.
-  void adjust_to_graph();
-  /// The same, and completes the tracks between covisible keyframes.
+  /// Final optimisation of a recording: connects the view graph, merges tracks by its matches, replaces the
+  /// landmarks by its tracks, completes these between covisible keyframes, and runs global bundle
+  /// adjustments.
   void finish();
 
   /// The view graph of the recording, for all maps. It is created at the first call, with the options of that
@@ -92,9 +91,9 @@ class Mapper {
   /// Adds the edges of this map to the view graph: to earlier keyframes, covisible ones, similar ones, and
   /// overlapping pairs.
   void connect(const KeyframePairs& overlapping = {});
-  /// Global refinement against the view graph, in at most five rounds. Each moves inconsistent segments to
-  /// where the graph places them, or removes them, and adjusts the map to the graph again. Then the map is
-  /// completed. Returns the removed keyframes.
+  /// Global refinement of a finished map against the view graph, in at most five rounds. Each moves the most
+  /// inconsistent segment to where the graph places it, or else removes contradicted keyframes, and finishes
+  /// the map again. Returns the removed keyframes.
   std::set<KeyframeId> refine_with_graph(const GraphConsistencyOptions& consistency);
 
   /// Removes keyframes with wrong poses, and landmarks that only they observe. The first two keyframes stay,

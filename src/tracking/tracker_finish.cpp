@@ -29,21 +29,21 @@ bool Tracker::Impl::finish() {
     start_map();
   }
   if (!options_.localize_only) {
-    merge_and_adjust();
+    merge_and_finish();
   } else if (!others_.empty()) {
     resume_largest();
   }
   return true;
 }
 
-// Merges maps that can be aligned, and adjusts the largest to the view graph.
-void Tracker::Impl::merge_and_adjust() {
+// Merges maps that can be aligned; completes and adjusts the largest.
+void Tracker::Impl::merge_and_finish() {
   if (!others_.empty()) {
     worker_.mapper().join_rest();
     follow_mapper();
     resume_largest();
   }
-  worker_.mapper().adjust_to_graph();
+  worker_.mapper().finish();
   follow_mapper();
 }
 

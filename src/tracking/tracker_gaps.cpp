@@ -72,7 +72,7 @@ void Tracker::Impl::fill_gaps() {
   fill_its_gaps();
   if (!options_.localize_only) fill_gaps_in_other_maps();
   unregistered_.clear();
-  if (grown_) merge_and_adjust();
+  if (grown_) merge_and_finish();
 }
 
 bool Tracker::Impl::is_found(const RegistrationReport& registration) const {

@@ -146,7 +146,7 @@ class Tracker::Impl {
   TrackingMapPtr inactive_view(std::uint32_t map_id) const;
   bool accept(const Frame& frame, const TrackingMap& map, const RegistrationReport& registration,
               FrameReport* report);
-  void merge_and_adjust();
+  void merge_and_finish();
   void resume_largest();
   std::optional<Frame> make_frame_again(std::int64_t frame_index, std::int64_t stamp_ns,
                                         const PreparedImage& image, const cv::Mat& mask, FrameReport* report);
