@@ -61,7 +61,11 @@ struct SegmentPlacement {
   int only_map = 0, only_this = 0;                        // explained by one of the two places alone
   double p_value = 1;  // of so many for this one, were both as good (McNemar's exact test)
 
-  bool is_better(const GraphConsistencyOptions& options) const { return p_value < options.significance; }
+  /// It explains significantly more, and most of what contradicts the map: repeated structure has no one
+  /// place.
+  bool is_better(const GraphConsistencyOptions& options) const {
+    return p_value < options.significance && 2 * only_this > matches - by_map;
+  }
   /// The other keyframes' landmarks confirm the map's place: what contradicts it is repeated structure.
   bool confirms_map(const GraphConsistencyOptions& options) const {
     return !is_better(options) && 2 * by_map > matches;

@@ -91,9 +91,9 @@ class Mapper {
   /// Adds the edges of this map to the view graph: to earlier keyframes, covisible ones, similar ones, and
   /// overlapping pairs.
   void connect(const KeyframePairs& overlapping = {});
-  /// Global refinement of a finished map against the view graph, in at most five rounds. Each moves the most
-  /// inconsistent segment to where the graph places it, or else removes contradicted keyframes, and finishes
-  /// the map again. Returns the removed keyframes.
+  /// Global refinement of a finished map against the view graph, in at most five rounds. Each moves
+  /// inconsistent segments to where the graph places them, or removes them, and finishes the map again.
+  /// Returns the removed keyframes.
   std::set<KeyframeId> refine_with_graph(const GraphConsistencyOptions& consistency);
 
   /// Removes keyframes with wrong poses, and landmarks that only they observe. The first two keyframes stay,
