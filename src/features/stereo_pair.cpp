@@ -53,8 +53,7 @@ std::string stereo_pair_text(const cv::Mat& image, const StereoPairOptions& opti
   return std::string("the images look like stereo pairs (") +
          (is_wide ? "left and right halves" : "upper and lower halves") +
          " show the same): one camera is expected, and path and map are wrong otherwise. Crop the images of "
-         "one "
-         "camera";
+         "one camera";
 }
 
 }  // namespace mono_pose_tracker

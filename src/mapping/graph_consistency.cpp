@@ -36,9 +36,14 @@ bool is_of_map(const Keyframe& first, const Keyframe& second, const Match& m) {
          second.landmark_of_feature[m.second] != kNoLandmark;
 }
 
-bool is_seen_at(const Map& map, LandmarkId id, const Keyframe& keyframe, int feature, double limit_rad) {
-  const Eigen::Vector3d x_in_camera = keyframe.camera_from_map * map.landmark(id)->x_in_map;
+bool is_seen_at(const Map& map, LandmarkId id, const Keyframe& keyframe, const Rigid3& camera_from_map,
+                int feature, double limit_rad) {
+  const Eigen::Vector3d x_in_camera = camera_from_map * map.landmark(id)->x_in_map;
   return (x_in_camera.normalized() - keyframe.image->set.bearings[feature]).norm() < limit_rad;
+}
+
+bool is_seen_at(const Map& map, LandmarkId id, const Keyframe& keyframe, int feature, double limit_rad) {
+  return is_seen_at(map, id, keyframe, keyframe.camera_from_map, feature, limit_rad);
 }
 
 // Whether the landmarks that the two features observe are elsewhere in the other image: the poses may explain
@@ -141,9 +146,8 @@ std::set<MatchToRest> matches_to_rest(const Map& map, const ViewGraph& graph,
 }
 
 bool is_explained(const Map& map, const MatchToRest& match, const Rigid3& camera_from_map, double limit_rad) {
-  const Eigen::Vector3d x_in_camera = camera_from_map * map.landmark(match.landmark)->x_in_map,
-                        bearing = map.keyframe(match.keyframe)->image->set.bearings[match.feature];
-  return (x_in_camera.normalized() - bearing).norm() < limit_rad;
+  return is_seen_at(map, match.landmark, *map.keyframe(match.keyframe), camera_from_map, match.feature,
+                    limit_rad);
 }
 
 // Poses of the segment's keyframes at another place; none for those that matches do not determine.

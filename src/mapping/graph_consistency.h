@@ -76,8 +76,8 @@ struct SegmentPlacement {
 SegmentPlacement other_place(const Map& map, const ViewGraph& graph, const InconsistentSegment& segment,
                              const GraphConsistencyOptions& options);
 
-/// Moves the segment as one. Landmarks that both sides observe are split, and the paired ones merged. Returns
-/// how each keyframe of the map moved.
+/// Moves the segment as one, by rest_from_segment. Landmarks that both sides observe are split, and the
+/// paired ones merged. Returns how each keyframe of the map moved.
 std::map<KeyframeId, Sim3> move_segment(const InconsistentSegment& segment, const SegmentPlacement& place,
                                         Map* map);
 

@@ -139,8 +139,7 @@ class Map {
   /// Whether there are enough ids to merge the other map.
   bool has_ids_for(const Map& other) const;
   /// Merges another map, whose ids and frame indices grow by the returned offsets. No frame may be in both.
-  /// Duplicate landmarks stay until they are merged. Throws std::length_error where
-  /// has_ids_for is false.
+  /// Duplicate landmarks stay until they are merged. Throws std::length_error where has_ids_for is false.
   MergedIds merge(Map other, const Sim3& map_from_other);
   ScaleSource scale_source() const { return scale_source_; }
   void set_scale_source(ScaleSource source) { scale_source_ = source; }
