@@ -7,6 +7,7 @@
 #include <set>
 #include <tuple>
 
+#include "common/binomial_tail.h"
 #include "keyframe_landmarks.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
 #include "orientation_flip.h"
@@ -276,18 +277,6 @@ InconsistentSegment most_inconsistent(const std::vector<const Keyframe*>& in_tim
 }
 
 }  // namespace
-
-double binomial_tail(int k, int n, double probability) {
-  if (k <= 0) return 1;
-  if (k > n || probability <= 0) return 0;
-  if (probability >= 1) return 1;
-  double sum = 0;
-  for (int i = k; i <= n; ++i) {
-    sum += std::exp(std::lgamma(n + 1.0) - std::lgamma(i + 1.0) - std::lgamma(n - i + 1.0) +
-                    i * std::log(probability) + (n - i) * std::log1p(-probability));
-  }
-  return std::min(1.0, sum);
-}
 
 std::vector<EdgeConsistency> edge_consistency(const Map& map, const ViewGraph& graph,
                                               const GraphConsistencyOptions& options) {

@@ -90,7 +90,4 @@ struct ExplainedDifference {
 };
 ExplainedDifference compare_explained(const Map& before, const Map& after, const ViewGraph& graph);
 
-/// P(X >= k) of a binomial distribution of n trials; exact.
-double binomial_tail(int k, int n, double probability);
-
 }  // namespace mono_pose_tracker

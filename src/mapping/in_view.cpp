@@ -61,8 +61,9 @@ bool has_left_behind(const TrackingMap& map, const CameraModel& camera, const Ri
     if (at++ % step != 0) continue;
     const Eigen::Vector3d x_in_camera = camera_from_map * entry.second;
     ++asked;
-    in_view += is_in_view(camera, x_in_camera);
-    behind += x_in_camera.z() <= 0;
+    const bool is_visible = is_in_view(camera, x_in_camera);  // a fisheye lens may show z <= 0
+    in_view += is_visible;
+    behind += !is_visible && x_in_camera.z() <= 0;
   }
   return static_cast<double>(in_view) < kLeastShare * static_cast<double>(asked) &&
          static_cast<double>(behind) >= kLeastBehind * static_cast<double>(asked);

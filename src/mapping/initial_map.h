@@ -10,8 +10,8 @@
 namespace mono_pose_tracker {
 
 /// The first views and points of a map. The first view is the map's frame. The unit of length is arbitrary
-/// (the baseline of one image pair, as a rule). The mapper rescales it, so that the median depth of the first
-/// view's points is 1, or to metres.
+/// (the baseline of one image pair, as a rule). The mapper rescales it, so that the median distance of the
+/// first view's points is 1, or to metres.
 struct InitialMap {
   struct View {
     Frame frame;

@@ -86,15 +86,15 @@ void Mapper::begin(const InitialMap& initial, std::uint32_t epoch) {
     if (view.frame.unmasked) map_state_.unmasked[ids.back()] = view.frame.unmasked;
   }
   watch_static_background(initial);
-  std::vector<double> depths;
+  std::vector<double> distances;
   for (const InitialMap::Point& point : initial.points) {
     const LandmarkId l = map_.add_landmark(point.x_in_map);
     for (const auto& [view, feature] : point.observations) map_.add_observation(l, ids[view], feature);
-    depths.push_back((initial.views[0].camera_from_map * point.x_in_map).z());
+    distances.push_back((initial.views[0].camera_from_map * point.x_in_map).norm());
   }
-  const double median_depth = options_.scale.initial_median_depth;
-  map_.rescale((median_depth > 0 ? median_depth : 1) / median(depths));
-  if (median_depth > 0) map_.set_scale_source(ScaleSource::kInitialMedianDepth);
+  const double wanted = options_.scale.initial_median_depth;
+  map_.rescale((wanted > 0 ? wanted : 1) / median(distances));
+  if (wanted > 0) map_.set_scale_source(ScaleSource::kInitialMedianDepth);
   {
     const StageTimer timer(stages_, "map_match");
     for (const KeyframeId id : ids) separate_motions(id);

@@ -43,8 +43,8 @@ class Mapper {
   Mapper(const MapperOptions& options, const CameraModel& camera)
       : options_(options), camera_(camera), map_state_(options, camera) {}
 
-  /// Begins a map and drops all others. Its scale follows ScaleOptions; otherwise the median depth of the
-  /// first view's points is 1.
+  /// Begins a map and drops all others. Its scale follows ScaleOptions; otherwise the median distance of
+  /// the first view's points is 1.
   void initialize(const InitialMap& initial, std::uint32_t epoch);
   /// Begins a map in addition to the existing ones, which become inactive and are merged with it once they
   /// can be aligned. With a keyframe cap, inactive maps hold no more keyframes than it allows: the smallest

@@ -51,28 +51,17 @@ double PathPrecision::share() const {
   return length > 0 ? sigma / length : std::numeric_limits<double>::infinity();
 }
 
-double PathPrecision::uncertainty() const {
-  if (extent <= 0) return std::numeric_limits<double>::infinity();
-  return std::max(share() / kMostShare, sigma / (kMostOfExtent * extent));
-}
-
 PathPrecision path_precision(const Map& map) {
   const Keyframes in_time = keyframes_in_time(map);
   const std::size_t parts = (in_time.size() + kMostKeyframes - 1) / kMostKeyframes;
-  std::vector<PathPrecision> of_parts;
+  PathPrecision path{0, length_of(in_time), extent_of(in_time)};
   for (std::size_t part = 0; part < parts; ++part) {
     const auto at = [&](std::size_t i) {
       return in_time.begin() + static_cast<std::ptrdiff_t>(i * in_time.size() / parts);
     };
-    const Keyframes keyframes(at(part), at(part + 1));
-    of_parts.push_back({sigma_of(map, keyframes), length_of(keyframes), extent_of(keyframes)});
+    path.sigma = std::max(path.sigma, sigma_of(map, Keyframes(at(part), at(part + 1))));
   }
-  if (of_parts.empty()) return PathPrecision();
-  const auto middle = of_parts.begin() + static_cast<std::ptrdiff_t>((parts - 1) / 2);
-  std::nth_element(
-      of_parts.begin(), middle, of_parts.end(),
-      [](const PathPrecision& a, const PathPrecision& b) { return a.uncertainty() < b.uncertainty(); });
-  return *middle;
+  return path;
 }
 
 }  // namespace mono_pose_tracker

@@ -12,22 +12,13 @@ struct PathPrecision {
   double length = 0;  // from keyframe to keyframe in the order of time
   double extent = 0;  // of the keyframes about their centroid, root mean square
 
-  double share() const;
-
-  /// Three standard deviations are then 3 % of the path length. Right maps of whole recordings have a
-  /// thousandth.
-  static constexpr double kMostShare = 0.01;
-  /// Share of the extent. Noise moves a standing camera back and forth: the path gets long, but stays within
-  /// a sigma or two.
-  static constexpr double kMostOfExtent = 0.2;
-  double uncertainty() const;  // relative to the limit
-  bool is_known() const { return uncertainty() <= 1; }
+  double share() const;  // of the length; infinite for a path without a length
 };
 
 /// Computed from the joint covariance of all keyframes, in the frame and unit of their mean orientation,
 /// centroid and extent (optimization/keyframe_covariance.h). The time grows with the third power of the
-/// number of keyframes. More than 300 are evaluated in parts, in the order of time. The middle part counts
-/// (of two, the more precise), as one part may be constrained only by the others.
+/// number of keyframes. More than 300 are evaluated in parts, in the order of time: sigma is that of the
+/// least certain part, without what the others know of it.
 PathPrecision path_precision(const Map& map);
 
 }  // namespace mono_pose_tracker

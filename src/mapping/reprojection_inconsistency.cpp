@@ -3,7 +3,7 @@
 #include <iterator>
 #include <vector>
 
-#include "common/count_deviations.h"
+#include "common/binomial_tail.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/features/matching.h"
 #include "similar_feature.h"
@@ -14,9 +14,6 @@ namespace {
 
 // px at 640 px (image_scale): beyond noise, errors of the lens model and drift of a young pose.
 constexpr double kElsewhere = 6;
-// Fewer matches, or fewer inconsistent ones, are accidental: a repeated texture gives several wrong ones at
-// once.
-constexpr int kMinMatches = 30, kMinContradicting = 8;
 
 }  // namespace
 
@@ -39,14 +36,11 @@ ReprojectionInconsistency reprojection_inconsistency(const Map& map, const Keyfr
     result.contradicting +=
         !has_similar_feature_at(*second.image, first.image->set.descriptor(m.first), x_in_second, limit_px);
   }
-  const bool is_chance = result.matches < kMinMatches || result.contradicting < kMinContradicting;
-  if (is_chance) result.contradicting = 0;
   return result;
 }
 
-bool ReprojectionInconsistency::is_significant() const {
-  return share() >= kOfAWrongMap || (share() >= kMostOfARightMap &&
-                                     deviations_above(kOfARightMap, contradicting, matches) >= kDeviations);
+double ReprojectionInconsistency::p_value() const {
+  return binomial_tail(contradicting, matches, kMostOfARightMap);
 }
 
 ReprojectionInconsistency newest_inconsistency(const Map& map, const MatchOptions& matching) {

@@ -16,16 +16,10 @@ struct ReprojectionInconsistency {
   int matches = 0;                // number of landmark matches, by descriptors alone
   int contradicting = 0;          // matches far from the projected landmark in the second image
 
-  double share() const { return matches > 0 ? static_cast<double>(contradicting) / matches : 0; }
-
-  /// Shares of inconsistent matches. In a right map it is one in twenty at most, from wrong matches or moving
-  /// objects, and one in ten is rare. One in seven means that a part of the scene is misregistered, even if
-  /// each of its sides is consistent by itself.
-  static constexpr double kOfARightMap = 1.0 / 20, kMostOfARightMap = 1.0 / 10, kOfAWrongMap = 1.0 / 7;
-  /// Standard deviations of a count. The exact tail probability of the smallest significant count (8 of 56)
-  /// is 1 in 154.
-  static constexpr double kDeviations = 4;
-  bool is_significant() const;
+  /// The share in a right map is at most this, from wrong matches and moving objects.
+  static constexpr double kMostOfARightMap = 1.0 / 10;
+  /// Probability of as many contradicting matches in a right map (exact binomial tail).
+  double p_value() const;
 };
 
 /// The inconsistency of the landmarks of the first keyframe in the second. matches: between the features of

@@ -15,8 +15,13 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Chi-squared with 6 degrees of freedom: its median, and its value at p = 1e-3.
-constexpr double kMedianChi2 = 5.35, kChi2 = 22.46;
+constexpr double kMedianChi2 = 5.35;  // 6 degrees of freedom
+
+// Probability of at least this value; chi-squared, 6 degrees of freedom.
+double chi2_tail(double value) {
+  const double half = value / 2;
+  return std::exp(-half) * (1 + half + half * half / 2);
+}
 
 // Observations of a keyframe; bearings and sigmas in rad.
 struct KeyframeObservations {
@@ -207,23 +212,21 @@ RigidityReport check_rigidity(const Map& map, const RigidityOptions& options) {
   const double least_px =
       options.min_disagreement_px * image_scale(map.keyframes().begin()->second.image->camera);
   const std::size_t stretch = std::min<std::size_t>(options.stretch, witnesses.size());
-  double worst = 0;
+  const double tests = static_cast<double>(kSplits.size() * (witnesses.size() / stretch));
   for (std::size_t kind = 0; kind < kSplits.size(); ++kind) {
     for (auto begin = witnesses.begin(); witnesses.end() - begin >= static_cast<std::ptrdiff_t>(stretch);
          ++begin) {
       const Comparison usual = usual_of(kind, begin, begin + static_cast<std::ptrdiff_t>(stretch));
       const double distance = usual.mahalanobis2 / factor;
-      // The lesser of the two measures, each relative to its limit.
-      const double excess = std::min(distance / kChi2, usual.px / least_px);
-      if (!usual.is_known || excess <= worst) continue;
-      worst = excess;
-      report.is_rigid = excess < 1;
+      if (!usual.is_known || usual.px < least_px || distance <= report.mahalanobis2) continue;
       report.parts = kSplits[kind].name;
       report.mahalanobis2 = distance;
+      report.p_value = std::min(1.0, tests * chi2_tail(distance));
       report.disagreement_px = usual.px;
       report.frame_index = begin->frame_index;
     }
   }
+  report.is_rigid = report.p_value >= options.significance;
   return report;
 }
 

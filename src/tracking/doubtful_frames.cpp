@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "finished_maps.h"
-#include "mapping/path_precision.h"
+#include "mono_pose_tracker/quality/quality_report.h"
 
 namespace mono_pose_tracker {
 
@@ -25,7 +25,7 @@ bool may_distort_path(std::size_t doubtful, std::size_t registered) {
   if (registered == 0) return false;
   const auto n = static_cast<double>(registered), d = static_cast<double>(doubtful);
   // Relative to the path, of one step for each image: root mean square over all images.
-  return d > kMostShare * n || kSteps / n * std::sqrt(d / n) > PathPrecision::kMostShare;
+  return d > kMostShare * n || kSteps / n * std::sqrt(d / n) > QualityOptions().max_path_sigma;
 }
 
 }  // namespace mono_pose_tracker

@@ -26,6 +26,7 @@ void test_rigidity(std::size_t place, FinishedMap* map) {
   Finding finding;
   finding.kind = FindingKind::kNotRigid;
   finding.images = {rigidity.frame_index};
+  finding.p_value = rigidity.p_value;
   finding.text =
       name_of(place) +
       formatted(

@@ -113,7 +113,8 @@ std::vector<RegisteredImage> Tracker::Impl::seen_in(const FinishedMap& map) cons
 bool Tracker::Impl::is_consistent_whole(const FinishedMap& map) const {
   constexpr double kMostImages = 0.8, kMostMatches = 0.99;
   return !is_loaded(map) && map.explained.share() >= kMostMatches &&
-         static_cast<double>(map.trajectory.size()) >= kMostImages * static_cast<double>(next_index_);
+         static_cast<double>(map.trajectory.size()) >=
+             kMostImages * static_cast<double>(next_index_ - frames_excluded_);
 }
 
 // Images between the keyframes are compared only where the other object may be the wanted one.

@@ -40,7 +40,7 @@ FrameReport Tracker::Impl::process(std::int64_t stamp_ns, const PreparedImage& i
     }
     frame = make_frame(index, stamp_ns, image, segmentation, &report);
   }
-  if (!frame) ++frames_excluded_;
+  if (!frame || frame->image->size() == 0) ++frames_excluded_;
   if (frame) {
     if (state_ == State::kBootstrapping && options_.localize_only) {
       report.reason = Reason::kRelocalising;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <functional>
+
 #include "common/angles.h"
 #include "support/add_view.h"
 #include "support/synthetic_head.h"
@@ -66,6 +69,27 @@ TEST(StaysInView, AStreetThatIsDrivenThroughDoesNot) {
   EXPECT_FALSE(stays_in_view(map));
   EXPECT_TRUE(has_left_behind(view_of(map), synthetic_camera(), cameras_from_map.back()));
   EXPECT_FALSE(has_left_behind(view_of(map), synthetic_camera(), cameras_from_map.front()));
+}
+
+// A lens of 240 degrees shows points whose z is negative: they are not behind the camera.
+TEST(HasLeftBehind, NotWhatAFisheyeLensStillShows) {
+  CameraParameters parameters;
+  parameters.width = parameters.height = 1000;
+  parameters.fx = parameters.fy = 500 / (120 * kDegree);
+  parameters.cx = parameters.cy = 500;
+  parameters.distortion_model = "equidistant";
+  parameters.distortion = {0, 0, 0, 0};
+  const CameraModel fisheye = CameraModel(parameters);
+  const auto ring = [](const std::function<double(int)>& z) {
+    TrackingMap map;
+    for (int i = 0; i < 40; ++i) {
+      const double azimuth = 9 * i * kDegree;
+      map.landmarks.set(i, Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), z(i)));
+    }
+    return map;
+  };
+  EXPECT_FALSE(has_left_behind(ring([](int) { return -0.1; }), fisheye, Rigid3())) << "all is in view";
+  EXPECT_TRUE(has_left_behind(ring([](int i) { return i % 2 == 0 ? -0.1 : -2.0; }), fisheye, Rigid3()));
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ struct MappingOptions {
 /// first view's points is 1.
 struct ScaleOptions {
   double known_baseline = 0;                 // m between the first and the last view of the first map
-  double initial_median_depth = 0;           // m, of the first view's points
+  double initial_median_depth = 0;           // m, distance of the first view's points
   double marker_size = 0;                    // m: side of a square marker that two keyframes observe
   std::string marker_dictionary = "4x4_50";  // dictionary of the marker
   int marker_id = 0;
