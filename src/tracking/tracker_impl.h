@@ -178,7 +178,7 @@ class Tracker::Impl {
   std::vector<RegistrationEdge> edges_to(const Frame& frame, const TrackingMap& map,
                                          const std::vector<KeyframeId>& keyframes);
   std::optional<Rigid3> pose_by_landmarks(const TrackingMap& map, const std::vector<LandmarkPixel>& landmarks,
-                                          const Rigid3& initial) const;
+                                          const Rigid3& initial);
   bool agrees_with_graph(const std::vector<RegistrationEdge>& edges, const TrackingMap& map,
                          const Rigid3& camera_from_map);
   RegistrationReport register_image(const Frame& frame, const TrackingMap& map,

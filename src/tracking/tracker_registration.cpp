@@ -201,10 +201,10 @@ std::set<std::int64_t> Tracker::Impl::adjust_frames(const TrackingMap& map) {
   return outdated;
 }
 
-// None where the inliers are fewer than a pose needs, or than half of the landmarks.
+// None where the inliers are fewer than an edge of the view graph needs, or than half of the landmarks.
 std::optional<Rigid3> Tracker::Impl::pose_by_landmarks(const TrackingMap& map,
                                                        const std::vector<LandmarkPixel>& landmarks,
-                                                       const Rigid3& initial) const {
+                                                       const Rigid3& initial) {
   std::vector<Eigen::Vector3d> bearings, points;
   std::vector<double> sigmas;
   for (const LandmarkPixel& observed : landmarks) {
@@ -214,7 +214,7 @@ std::optional<Rigid3> Tracker::Impl::pose_by_landmarks(const TrackingMap& map,
     points.push_back(landmark->second);
     sigmas.push_back(observed.sigma_px / camera_.focal());
   }
-  const auto least = std::max<std::size_t>(options_.resection.min_inliers, landmarks.size() / 2);
+  const auto least = std::max<std::size_t>(view_graph().options().min_inliers, landmarks.size() / 2);
   if (points.size() < least) return std::nullopt;
   const MotionRefinementReport refined = refine_absolute_pose(bearings, points, sigmas, initial, {});
   if (!refined.converged) return std::nullopt;
