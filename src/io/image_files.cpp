@@ -167,12 +167,26 @@ struct ListReader {
       throw std::runtime_error("the time stamp " + first +
                                " is invalid: expected seconds, at most 4611686018, or whole nanoseconds");
     }
+    if (!is_stamp && add_path_first(line)) return;
     has_stamps_only |= is_stamp && rest == std::string::npos;
     if (!is_stamp) file.stamp_ns = static_cast<std::int64_t>(files.size()) * kSecond;
     if (!is_stamp) file.path = path_of(folder, line);
     if (is_stamp && rest != std::string::npos) file.path = path_of(folder, line.substr(rest));
     if (is_stamp && rest == std::string::npos) file.name = first;
     files.push_back(file);
+  }
+
+  /// A line whose time stamp follows the path; false: it is none.
+  bool add_path_first(const std::string& line) {
+    const std::size_t stamp = line.find_last_of(" \t,");
+    if (stamp == std::string::npos) return false;
+    const std::string path = line.substr(0, line.find_last_not_of(" \t,", stamp) + 1);
+    StampedFile file;
+    if (!has_image_extension(path) || !parse_stamp_of_any_unit(line.substr(stamp + 1), is_ns, &file.stamp_ns))
+      return false;
+    file.path = path_of(folder, path);
+    files.push_back(file);
+    return true;
   }
 };
 

@@ -134,6 +134,15 @@ TEST(ImageList, WholeNumbersTooLargeForSecondsAreOfASmallerUnit) {
             50000000);
 }
 
+TEST(ImageList, ATimeStampMayFollowItsPath) {
+  TemporaryFolder folder;
+  cv::imwrite(folder / "a 1.png", grey(1));
+  cv::imwrite(folder / "b.png", grey(2));
+  EXPECT_EQ(stamps_of(folder.write("list.txt", "a 1.png 5.5\nb.png\t6\n")),
+            (std::vector<std::int64_t>{5500000000, 6000000000}));
+  EXPECT_EQ(stamps_of(folder.write("list.txt", "a 1.png\nb.png\n")).size(), 2u) << "a name with a number";
+}
+
 TEST(ImageFolder, NamesThatAreTimesAreTheStampsCountsAreNot) {
   TemporaryFolder folder;
   const auto stamps = [&](const std::string& name, const std::vector<std::string>& files) {
