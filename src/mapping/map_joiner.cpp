@@ -93,6 +93,12 @@ std::array<ObservedPoint, 2> observations_of(const Map& map, LandmarkId id) {
   return {as_seen(landmark.observations.front()), as_seen(landmark.observations.back())};
 }
 
+RayToPoint ray_to_point(const Keyframe& keyframe, int feature, const Eigen::Vector3d& x_in_other,
+                        bool is_of_a) {
+  const ObservedPoint observation = observed_point(keyframe, feature, x_in_other);
+  return {is_of_a, static_cast<int>(keyframe.id), observation.center, observation.bearing, x_in_other};
+}
+
 std::vector<SimilarityMatch> paired_observations(const Map& map, const Map& other,
                                                  const std::vector<std::pair<LandmarkId, LandmarkId>>& same) {
   std::vector<SimilarityMatch> point_pairs;
@@ -115,6 +121,25 @@ std::optional<Sim3> similarity_of_points(const MapperOptions& options, const Map
   report = resolve_flip_by_depths(point_pairs, similarity, report);
   // Each point has two observations.
   if (!report.success || report.num_inliers < 2 * options.min_inliers) return std::nullopt;
+  return report.b_from_a;
+}
+
+// The similarity by which cameras of both maps observe landmarks of the other; by the common landmarks, where
+// they are enough, as rays alone leave two orientations of a small planar patch.
+std::optional<Sim3> similarity_of_rays(const MapperOptions& options, const Map& map, const Map& other,
+                                       const std::vector<RayToPoint>& rays,
+                                       const std::vector<std::pair<LandmarkId, LandmarkId>>& same) {
+  SimilarityOptions similarity;
+  similarity.ransac = options.ransac;
+  const SimilarityReport found = estimate_similarity_from_rays(rays, similarity);
+  // A common landmark has a ray in either direction.
+  if (!found.success || found.num_inliers < 2 * options.min_inliers) return std::nullopt;
+  const std::vector<SimilarityMatch> point_pairs = paired_observations(map, other, same);
+  SimilarityReport report = refine_similarity(point_pairs, similarity, found.b_from_a);
+  if (report.num_inliers < 2 * options.min_inliers) return found.b_from_a;
+  report = similarity_from_points(point_pairs, similarity, report);
+  report = resolve_flip_by_depths(point_pairs, similarity, report);
+  if (!report.success) return std::nullopt;
   return report.b_from_a;
 }
 
@@ -207,19 +232,31 @@ std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& 
     edges.emplace_back(node_of(*map.keyframe(own)), node_of(*other.keyframe(theirs)));
   graph->connect(edges);
   std::map<KeyframeId, std::map<int, LandmarkId>> found;  // by keyframe: (feature, landmark of the other map)
+  std::map<KeyframeId, std::map<int, LandmarkId>>
+      found_in_other;  // of the other's: (feature, landmark of this)
   std::set<std::pair<LandmarkId, LandmarkId>> paired;
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
     const Keyframe &own = *map.keyframe(keyframes[i].first), &theirs = *other.keyframe(keyframes[i].second);
     for (const auto& [feature, their_feature] : same_features(*graph, edges[i].first, edges[i].second)) {
       const LandmarkId own_id = own.landmark_of_feature[feature],
                        their_id = theirs.landmark_of_feature[their_feature];
+      if (own_id != kNoLandmark) found_in_other[theirs.id].emplace(their_feature, own_id);
       if (their_id == kNoLandmark) continue;
       if (own_id != kNoLandmark) paired.emplace(own_id, their_id);
       found[own.id].emplace(feature, their_id);
     }
   }
+  std::vector<RayToPoint> rays;
+  for (const auto& [id, matches] : found) {
+    for (const auto& [feature, landmark] : matches)
+      rays.push_back(ray_to_point(*map.keyframe(id), feature, other.landmark(landmark)->x_in_map, true));
+  }
+  for (const auto& [id, matches] : found_in_other) {
+    for (const auto& [feature, landmark] : matches)
+      rays.push_back(ray_to_point(*other.keyframe(id), feature, map.landmark(landmark)->x_in_map, false));
+  }
   const std::optional<Sim3> other_from_map =
-      similarity_of_points(options, map, other, {paired.begin(), paired.end()});
+      similarity_of_rays(options, map, other, rays, {paired.begin(), paired.end()});
   if (!other_from_map) return std::nullopt;
   MapAlignment alignment;
   alignment.other_from_map = *other_from_map;

@@ -5,9 +5,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <optional>
 #include <utility>
 
 #include "levenberg_marquardt.h"
+#include "mono_pose_tracker/robust/absolute_pose.h"
 #include "robust/ransac.h"
 #include "robust/sampler.h"
 #include "similarity_certainty.h"
@@ -186,12 +189,115 @@ class SimilarityEstimator {
 
 // Uncertainty from the angles, with the points assumed exact. The noise is estimated from the inliers; with
 // too few inliers half the threshold is used.
-Uncertainty by_angles(const std::vector<SimilarityMatch>& inliers, double threshold, const Sim3& b_from_a) {
-  const ObservationEquations equations = linearize(inliers, b_from_a, threshold);
+Uncertainty by_residuals(const ObservationEquations& equations, double threshold) {
   const int redundancy = equations.residuals - kSimilarityParameters;
   const double variance =
       redundancy > 2 * kSimilarityParameters ? equations.squares / redundancy : 0.25 * threshold * threshold;
   return uncertainty_of(variance * inverse_of(equations.information));
+}
+
+double squared_error(const RayToPoint& ray, const Sim3& b_from_a, const Sim3& a_from_b) {
+  ObservedPoint observation;
+  observation.center = ray.center;
+  observation.bearing = ray.bearing;
+  return squared_angle(observation, (ray.is_of_a ? a_from_b : b_from_a) * ray.x);
+}
+
+struct RayProblem {
+  const std::vector<RayToPoint>& rays;
+  double threshold;
+
+  RansacScore score(const Sim3& b_from_a, std::vector<char>* inliers = nullptr) const {
+    const Sim3 a_from_b = b_from_a.inverse();
+    const double limit = threshold * threshold;
+    RansacScore score;
+    score.cost = 0;
+    if (inliers) inliers->assign(rays.size(), 0);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const double error = squared_error(rays[i], b_from_a, a_from_b);
+      score.cost += std::min(error, limit);
+      score.num_inliers += error < limit;
+      if (inliers) (*inliers)[i] = error < limit;
+    }
+    return score;
+  }
+  double cost(const Sim3& b_from_a) const { return score(b_from_a).cost; }
+  ObservationEquations linearize(const Sim3& b_from_a) const {
+    const Sim3 a_from_b = b_from_a.inverse();
+    const Eigen::Matrix3d turn_to_a = a_from_b.scale * a_from_b.rotation.toRotationMatrix();
+    ObservationEquations equations;
+    for (const RayToPoint& ray : rays) {
+      if (squared_error(ray, b_from_a, a_from_b) >= threshold * threshold) continue;
+      ObservedPoint observation;
+      observation.center = ray.center;
+      observation.bearing = ray.bearing;
+      if (ray.is_of_a) {
+        equations.add(observation, a_from_b * ray.x, -turn_to_a * step_jacobian(ray.x), 0);
+      } else {
+        const Eigen::Vector3d x = b_from_a * ray.x;
+        equations.add(observation, x, step_jacobian(x), 0);
+      }
+    }
+    return equations;
+  }
+  Sim3 stepped(const Sim3& b_from_a, const SimilarityStep& step) const {
+    return mono_pose_tracker::stepped(b_from_a, step);
+  }
+};
+
+// The rays as seen from the map of the camera: own_from_other is determined but for its scale.
+std::optional<Sim3> with_scale_of(const RayToPoint& ray, bool is_of_own, const Rigid3& camera_from_other,
+                                  const Eigen::Vector3d& center) {
+  const Eigen::Matrix3d turn = camera_from_other.rotation_matrix();
+  // scale * far + near is along the ray's direction.
+  Eigen::Vector3d far, near, direction;
+  if (is_of_own) {
+    far = camera_from_other * ray.x;
+    near = center - ray.center;
+    direction = ray.bearing;
+  } else {
+    far = ray.x - center;
+    near = -(camera_from_other * ray.center);
+    direction = turn * ray.bearing;
+  }
+  const Eigen::Vector3d across = far.cross(direction);
+  double scale = -near.cross(direction).dot(across) / across.squaredNorm();
+  if (!is_of_own) scale = 1 / scale;
+  if (!std::isfinite(scale) || scale <= 0) return std::nullopt;
+  return Sim3(scale, camera_from_other.rotation, center + scale * camera_from_other.translation);
+}
+
+// The similarity of the least cost among those by the pose of a camera in the other map and another ray.
+std::optional<Sim3> best_by_cameras(const RayProblem& problem, const RansacOptions& ransac) {
+  constexpr std::size_t kScales = 50;  // tried for each camera
+  std::map<std::pair<bool, int>, std::vector<std::size_t>> of_camera;
+  for (std::size_t i = 0; i < problem.rays.size(); ++i)
+    of_camera[{problem.rays[i].is_of_a, problem.rays[i].camera}].push_back(i);
+  std::optional<Sim3> best;
+  double best_cost = std::numeric_limits<double>::infinity();
+  for (const auto& [camera, own] : of_camera) {
+    std::vector<Eigen::Vector3d> bearings, points;
+    for (const std::size_t i : own) {
+      bearings.push_back(problem.rays[i].bearing);
+      points.push_back(problem.rays[i].x);
+    }
+    AbsolutePoseOptions options;
+    options.ransac = ransac;
+    const AbsolutePoseReport pose = estimate_absolute_pose(bearings, points, options);
+    if (!pose.success) continue;
+    const std::size_t step = 1 + problem.rays.size() / kScales;
+    for (std::size_t i = 0; i < problem.rays.size(); i += step) {
+      const RayToPoint& ray = problem.rays[i];
+      if (ray.is_of_a == camera.first && ray.camera == camera.second) continue;
+      const std::optional<Sim3> own_from_other = with_scale_of(
+          ray, ray.is_of_a == camera.first, pose.camera_from_map, problem.rays[own.front()].center);
+      if (!own_from_other) continue;
+      const Sim3 b_from_a = camera.first ? own_from_other->inverse() : *own_from_other;
+      const double cost = problem.cost(b_from_a);
+      if (cost < best_cost) best_cost = cost, best = b_from_a;
+    }
+  }
+  return best;
 }
 
 // Least squares from this start.
@@ -215,8 +321,9 @@ SimilarityReport report_from(const UsableMatches& matches, const SimilarityOptio
   report.num_inliers = score.num_inliers;
   // Three matches fit some similarity nearly always: only a fourth says anything.
   if (score.num_inliers <= SimilarityEstimator::kSampleSize) return report;
-  judge(greater(by_angles(inliers, threshold, report.b_from_a), by_points(inliers, report.b_from_a)), options,
-        &report);
+  judge(greater(by_residuals(linearize(inliers, report.b_from_a, threshold), threshold),
+                by_points(inliers, report.b_from_a)),
+        options, &report);
   return report;
 }
 
@@ -236,6 +343,26 @@ SimilarityReport estimate_similarity(const std::vector<SimilarityMatch>& matches
   if (sampled.best.score.num_inliers <= SimilarityEstimator::kSampleSize) return none;
   SimilarityReport report = report_from(usable, options, sampled.best.model);
   report.iterations = sampled.iterations;
+  return report;
+}
+
+SimilarityReport estimate_similarity_from_rays(const std::vector<RayToPoint>& rays,
+                                               const SimilarityOptions& options) {
+  require_options(options);
+  SimilarityReport report;
+  report.inliers.assign(rays.size(), 0);
+  const RayProblem problem{rays, options.ransac.threshold};
+  const std::optional<Sim3> start = best_by_cameras(problem, options.ransac);
+  if (!start) return report;
+  report.b_from_a = *start;
+  levenberg_marquardt(problem, {kFinalIterations, 1e-9, 0}, &report.b_from_a);
+  const RansacScore score = problem.score(report.b_from_a, &report.inliers);
+  report.score = score.cost;
+  report.num_inliers = score.num_inliers;
+  const ObservationEquations equations = problem.linearize(report.b_from_a);
+  // Two residuals each: four rays determine a similarity.
+  if (equations.residuals <= kSimilarityParameters + 1) return report;
+  judge(by_residuals(equations, options.ransac.threshold), options, &report);
   return report;
 }
 

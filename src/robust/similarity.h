@@ -61,6 +61,22 @@ struct SimilarityReport {
 SimilarityReport estimate_similarity(const std::vector<SimilarityMatch>& matches,
                                      const SimilarityOptions& options);
 
+/// A camera of one map observes a point of the other.
+struct RayToPoint {
+  bool is_of_a = true;  // the camera is of map a, the point of b; else vice versa
+  int camera = -1;      // in its map
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();   // of the camera, in its map
+  Eigen::Vector3d bearing = Eigen::Vector3d::Zero();  // of the observation, in its map; unit length
+  Eigen::Vector3d x = Eigen::Vector3d::Zero();        // of the point, in the other map
+};
+
+/// Similarity between two maps whose cameras observe points of the other map, where few points are in both
+/// (pose and scale of a rig, as Ventura et al. 2014, A minimal solution to the generalized pose-and-scale
+/// problem; here by the absolute pose of each camera and the scale of one more ray). Residuals, inliers and
+/// success as above; a ray is an inlier by itself.
+SimilarityReport estimate_similarity_from_rays(const std::vector<RayToPoint>& rays,
+                                               const SimilarityOptions& options);
+
 /// Least squares alone, from an initial similarity.
 SimilarityReport refine_similarity(const std::vector<SimilarityMatch>& matches,
                                    const SimilarityOptions& options, const Sim3& start);

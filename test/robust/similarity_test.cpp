@@ -67,6 +67,58 @@ TwoMaps two_maps(int count, double outliers, double noise, Random& random,
   return maps;
 }
 
+// Each match as one ray, of either map in turn: no point is known in both.
+std::vector<RayToPoint> rays_of(const TwoMaps& maps) {
+  std::vector<RayToPoint> rays;
+  for (std::size_t i = 0; i < maps.matches.size(); ++i) {
+    const SimilarityMatch& m = maps.matches[i];
+    const bool is_of_a = i % 2 == 0;
+    const ObservedPoint &own = is_of_a ? m.in_a : m.in_b, &other = is_of_a ? m.in_b : m.in_a;
+    rays.push_back({is_of_a, static_cast<int>(i / 20), own.center, own.bearing, other.x});
+  }
+  return rays;
+}
+
+void expect_near(const Sim3& found, const Sim3& truth, double tolerance) {
+  EXPECT_NEAR(found.scale / truth.scale, 1, tolerance);
+  EXPECT_LT(found.rotation.angularDistance(truth.rotation), tolerance);
+  EXPECT_LT((found.translation - truth.translation).norm(), 10 * tolerance * (1 + truth.scale));
+}
+
+TEST(SimilarityFromRays, FindsTheTruthAmongOutliers) {
+  Random random(2);
+  for (int trial = 0; trial < 20; ++trial) {
+    const TwoMaps maps = two_maps(200, 0.5, 0, random);
+    const SimilarityReport report = estimate_similarity_from_rays(rays_of(maps), options());
+    ASSERT_TRUE(report.success) << trial;
+    expect_near(report.b_from_a, maps.b_from_a, 1e-6);
+    EXPECT_GE(report.num_inliers, 100);
+    EXPECT_LT(report.num_inliers, 120);
+  }
+}
+
+TEST(SimilarityFromRays, NoiseOfAPixel) {
+  Random random(3);
+  for (int trial = 0; trial < 20; ++trial) {
+    const TwoMaps maps = two_maps(200, 0.3, 0.5 * kPixelAngle, random);
+    const SimilarityReport report = estimate_similarity_from_rays(rays_of(maps), options());
+    ASSERT_TRUE(report.success) << trial;
+    expect_near(report.b_from_a, maps.b_from_a, 0.02);
+  }
+}
+
+// One camera determines its pose, but no scale between the maps.
+TEST(SimilarityFromRays, OneCameraHasNoScale) {
+  Random random(4);
+  const TwoMaps maps = two_maps(20, 0, 0, random);
+  std::vector<RayToPoint> rays;
+  for (const RayToPoint& ray : rays_of(maps)) {
+    if (ray.is_of_a) rays.push_back(ray);
+  }
+  EXPECT_FALSE(estimate_similarity_from_rays(rays, options()).success);
+  EXPECT_FALSE(estimate_similarity_from_rays({}, options()).success);
+}
+
 TEST(Similarity, FindsTheTruthAmongOutliers) {
   Random random(1);
   for (int trial = 0; trial < 20; ++trial) {
