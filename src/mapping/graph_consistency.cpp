@@ -156,22 +156,29 @@ using Poses = std::map<KeyframeId, Rigid3>;
 
 Poses move_as_one(const Map& map, const InconsistentSegment& segment, const std::set<MatchToRest>& matches,
                   const RansacOptions& ransac, int min_inliers, SegmentPlacement* place) {
-  std::vector<SimilarityMatch> paired;
-  std::vector<std::pair<LandmarkId, LandmarkId>> landmarks;
+  std::vector<RayToPoint> rays;
+  std::vector<std::pair<LandmarkId, LandmarkId>>
+      landmarks;  // that a pair of rays observes, one in each direction
   for (const MatchToRest& m : matches) {
     if (m.of_feature == kNoLandmark) continue;
-    paired.push_back(
-        {observed_point(*map.keyframe(m.keyframe), m.feature, map.landmark(m.of_feature)->x_in_map),
-         observed_point(*map.keyframe(m.of_rest), m.feature_of_rest, map.landmark(m.landmark)->x_in_map)});
     landmarks.emplace_back(m.of_feature, m.landmark);
+    rays.push_back(
+        ray_to_point(*map.keyframe(m.keyframe), m.feature, map.landmark(m.landmark)->x_in_map, true));
+    rays.push_back(ray_to_point(*map.keyframe(m.of_rest), m.feature_of_rest,
+                                map.landmark(m.of_feature)->x_in_map, false));
+  }
+  for (const MatchToRest& m : matches) {
+    if (m.of_feature != kNoLandmark) continue;
+    rays.push_back(
+        ray_to_point(*map.keyframe(m.keyframe), m.feature, map.landmark(m.landmark)->x_in_map, true));
   }
   SimilarityOptions options;
   options.ransac = ransac;
-  const SimilarityReport report = estimate_similarity(paired, options);
-  if (!report.success || report.num_inliers < min_inliers) return {};
+  const SimilarityReport report = estimate_similarity_from_rays(rays, options);
+  if (!report.success || report.num_inliers < 2 * min_inliers) return {};
   place->rest_from_segment = report.b_from_a;
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
-    if (report.inliers[i]) place->merged.push_back(landmarks[i]);
+    if (report.inliers[2 * i] && report.inliers[2 * i + 1]) place->merged.push_back(landmarks[i]);
   }
   Poses poses;
   for (const KeyframeId id : segment.keyframes)

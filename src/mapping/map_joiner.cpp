@@ -93,12 +93,6 @@ std::array<ObservedPoint, 2> observations_of(const Map& map, LandmarkId id) {
   return {as_seen(landmark.observations.front()), as_seen(landmark.observations.back())};
 }
 
-RayToPoint ray_to_point(const Keyframe& keyframe, int feature, const Eigen::Vector3d& x_in_other,
-                        bool is_of_a) {
-  const ObservedPoint observation = observed_point(keyframe, feature, x_in_other);
-  return {is_of_a, static_cast<int>(keyframe.id), observation.center, observation.bearing, x_in_other};
-}
-
 std::vector<SimilarityMatch> paired_observations(const Map& map, const Map& other,
                                                  const std::vector<std::pair<LandmarkId, LandmarkId>>& same) {
   std::vector<SimilarityMatch> point_pairs;

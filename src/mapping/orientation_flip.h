@@ -18,6 +18,14 @@ ObservedPoint observed_point(const Keyframe& keyframe, int feature, const Eigen:
   return observation;
 }
 
+// The observation of a point of the other map. is_of_a: the keyframe is of map a.
+template <typename Keyframe>
+RayToPoint ray_to_point(const Keyframe& keyframe, int feature, const Eigen::Vector3d& x_in_other,
+                        bool is_of_a) {
+  const ObservedPoint observation = observed_point(keyframe, feature, x_in_other);
+  return {is_of_a, static_cast<int>(keyframe.id), observation.center, observation.bearing, x_in_other};
+}
+
 // Resolves an orientation flip of a similarity that RANSAC found from viewing rays. Rays alone leave two
 // orientations of a small planar patch open. The similarity is refined from two initial values, the given one
 // and the alignment of the points; the solution with the lower cost is kept, with depths weighted by their
