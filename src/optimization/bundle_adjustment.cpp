@@ -1,14 +1,12 @@
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 
-#include <ceres/ceres.h>
-
 #include <algorithm>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 #include "bundle_cameras.h"
-#include "cancel_callback.h"
 #include "full_bundle.h"
 #include "optimization/point_adjustment.h"
 #include "reduced_solve.h"
@@ -64,22 +62,14 @@ BundleReport adjust_bundle(const BundleOptions& options, BundleProblem* problem)
                   [](const BundleCamera& c) { return c.constant; })) {
     return adjust_points(options, problem);
   }
-  BundleReport report;
   BundleProblem adjusted = usable_part(*problem);
-  if (adjusted.observations.empty()) return report;
+  if (adjusted.observations.empty()) return {};
   silence_solver_log();
   BundleCameras cameras(adjusted);
-  CancelCallback cancel(options.cancel);
-  ceres::Solver::Summary summary;
-  if (!solve_reduced(options, &cameras, &adjusted, &cancel, &summary))
-    summary = solve_in_full(options, &cameras, &adjusted, &cancel);
-  report.initial_cost = summary.initial_cost;
-  report.final_cost = summary.final_cost;
-  report.iterations = static_cast<int>(summary.iterations.size());
-  report.cancelled = cancel.cancelled();
+  const std::optional<BundleReport> reduced = solve_reduced(options, &cameras, &adjusted);
+  BundleReport report = reduced ? *reduced : solve_in_full(options, &cameras, &adjusted);
   for (const int i : cameras.free) adjusted.cameras[i].camera_from_map = cameras.pose(i);
-  report.usable =
-      summary.IsSolutionUsable() && report.final_cost <= report.initial_cost && is_finite(adjusted);
+  report.usable = report.usable && report.final_cost <= report.initial_cost && is_finite(adjusted);
   report.failed = !report.usable;
   if (report.failed) return report;
   problem->cameras = std::move(adjusted.cameras);

@@ -74,8 +74,7 @@ ceres::Problem::Options problem_options(ceres::EvaluationCallback* update) {
 
 }  // namespace
 
-ceres::Solver::Summary solve_in_full(const BundleOptions& options, BundleCameras* cameras,
-                                     BundleProblem* problem, CancelCallback* cancel) {
+BundleReport solve_in_full(const BundleOptions& options, BundleCameras* cameras, BundleProblem* problem) {
   CameraUpdate update(cameras->blocks, &cameras->states);
   std::unique_ptr<ceres::LossFunction> loss;
   if (options.loss_width > 0) loss = std::make_unique<ceres::CauchyLoss>(options.loss_width);
@@ -97,7 +96,8 @@ ceres::Solver::Summary solve_in_full(const BundleOptions& options, BundleCameras
     if (!std::binary_search(cameras->free.begin(), cameras->free.end(), static_cast<int>(i)))
       full.SetParameterBlockConstant(cameras->blocks[i].data());
   }
-  ceres::Solver::Options solver = solver_options(options, cancel);
+  CancelCallback cancel(options.cancel);
+  ceres::Solver::Options solver = solver_options(options, &cancel);
   // Below some 60 cameras the reduced camera matrix of a window is nearly full.
   solver.linear_solver_type = cameras->free.size() <= 60 ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
   solver.linear_solver_ordering.reset(ordering.release());
@@ -106,7 +106,13 @@ ceres::Solver::Summary solve_in_full(const BundleOptions& options, BundleCameras
 #endif
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &full, &summary);
-  return summary;
+  BundleReport report;
+  report.usable = summary.IsSolutionUsable();
+  report.initial_cost = summary.initial_cost;
+  report.final_cost = summary.final_cost;
+  report.iterations = static_cast<int>(summary.iterations.size());
+  report.cancelled = cancel.cancelled();
+  return report;
 }
 
 }  // namespace mono_pose_tracker

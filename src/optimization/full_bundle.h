@@ -1,16 +1,12 @@
 #pragma once
 
-#include <ceres/ceres.h>
-
 #include "bundle_cameras.h"
-#include "cancel_callback.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 
 namespace mono_pose_tracker {
 
 // Solves for cameras and points together, with Ceres' Schur complement. The result is written to the cameras'
 // blocks and the problem's points. All observations are used; there must be at least one.
-ceres::Solver::Summary solve_in_full(const BundleOptions& options, BundleCameras* cameras,
-                                     BundleProblem* problem, CancelCallback* cancel);
+BundleReport solve_in_full(const BundleOptions& options, BundleCameras* cameras, BundleProblem* problem);
 
 }  // namespace mono_pose_tracker

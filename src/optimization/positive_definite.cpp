@@ -4,10 +4,12 @@
 
 namespace mono_pose_tracker {
 
-std::optional<Eigen::MatrixXd> cholesky_factor(const Eigen::MatrixXd& a) {
-  const Eigen::LLT<Eigen::MatrixXd> llt(a);
+std::optional<Eigen::VectorXd> solve_positive(Eigen::MatrixXd a, const Eigen::VectorXd& b) {
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(a);
   if (llt.info() != Eigen::Success) return std::nullopt;
-  return Eigen::MatrixXd(llt.matrixL());
+  Eigen::VectorXd x = llt.solve(b);
+  if (!x.allFinite()) return std::nullopt;
+  return x;
 }
 
 std::optional<Eigen::MatrixXd> inverse_of_positive(const Eigen::MatrixXd& a) {

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "positive_definite.h"
-
 namespace mono_pose_tracker {
 
 namespace {
@@ -294,27 +292,22 @@ void ReducedBundle::to_parameters(Eigen::MatrixXd* information, Eigen::VectorXd*
   }
 }
 
-bool ReducedBundle::linearize(Eigen::MatrixXd* factor, Eigen::VectorXd* residual) {
+void ReducedBundle::linearize(Eigen::MatrixXd* information, Eigen::VectorXd* gradient) {
   accepted_ = candidate_;
   accepted_costs_ = candidate_costs_;
   accepted_parameters_ = candidate_parameters_;
   left_jacobians_.clear();
   for (const int camera : free_) left_jacobians_.push_back(cameras_[camera].left_jacobian);
   linearized_ = true;
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(parameters(), parameters());
-  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(parameters());
+  information->setZero(parameters(), parameters());
+  gradient->setZero(parameters());
   team_.for_runs(static_cast<int>(accepted_.size()), kRun, [this](int p) {
     if (begin_[p + 1] - begin_[p] >= 2) linearize_point(p);
   });
   const std::size_t worth = std::min(free_.size(), 1 + rays_.size() / kRaysPerPart);
   const int parts = std::clamp(team_.threads(), 1, std::max(1, static_cast<int>(worth)));
-  team_.for_each(parts, [&](int part) { fill({part, parts}, &information, &gradient); });
-  to_parameters(&information, &gradient);
-  std::optional<Eigen::MatrixXd> lower = cholesky_factor(information);
-  if (!lower) return false;
-  *factor = std::move(*lower);
-  *residual = factor->triangularView<Eigen::Lower>().solve(gradient);
-  return residual->allFinite();
+  team_.for_each(parts, [&](int part) { fill({part, parts}, information, gradient); });
+  to_parameters(information, gradient);
 }
 
 }  // namespace mono_pose_tracker

@@ -31,8 +31,8 @@ class ReducedBundle {
   double evaluate(const double* parameters);
 
   // Accepts the points of the last evaluation. A small change d of the parameters then costs g . d + d . S d
-  // / 2, with S = L L^T and g = L r; factor: L; residual: r. False if S is not positive definite.
-  bool linearize(Eigen::MatrixXd* factor, Eigen::VectorXd* residual);
+  // / 2; information: S, its lower triangle; gradient: g.
+  void linearize(Eigen::MatrixXd* information, Eigen::VectorXd* gradient);
 
   // As accepted.
   const std::vector<Eigen::Vector3d>& points() const { return accepted_; }
