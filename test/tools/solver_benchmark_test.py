@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""solver_benchmark beside PoseLib, which Debian does not have: its part is compiled here against PoseLib 3.0's public
+"""solver_benchmark with PoseLib, which Debian does not have: its part is compiled here against PoseLib 3.0's public
 signatures, so that it stays buildable (-DPoseLib_DIR=)."""
 import pathlib
 import subprocess
@@ -109,7 +109,7 @@ def compiled(definitions=()):
 
 
 class SolverBenchmark(unittest.TestCase):
-    def test_it_compiles_beside_poselib(self):
+    def test_it_compiles_with_poselib(self):
         self.assertIsNone(compiled(["-DMONO_POSE_TRACKER_WITH_POSELIB"]))
 
     def test_and_without_it(self):
