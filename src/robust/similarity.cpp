@@ -268,7 +268,8 @@ std::optional<Sim3> with_scale_of(const RayToPoint& ray, bool is_of_own, const R
 }
 
 // The similarity of the least cost among those by the pose of a camera in the other map and another ray.
-std::optional<Sim3> best_by_cameras(const RayProblem& problem, const RansacOptions& ransac) {
+// inliers: of all cameras, each with the pose that suits it best.
+std::optional<Sim3> best_by_cameras(const RayProblem& problem, const RansacOptions& ransac, int* inliers) {
   constexpr std::size_t kScales = 50;  // tried for each camera
   std::map<std::pair<bool, int>, std::vector<std::size_t>> of_camera;
   for (std::size_t i = 0; i < problem.rays.size(); ++i)
@@ -285,6 +286,7 @@ std::optional<Sim3> best_by_cameras(const RayProblem& problem, const RansacOptio
     options.ransac = ransac;
     const AbsolutePoseReport pose = estimate_absolute_pose(bearings, points, options);
     if (!pose.success) continue;
+    *inliers += pose.num_inliers;
     const std::size_t step = 1 + problem.rays.size() / kScales;
     for (std::size_t i = 0; i < problem.rays.size(); i += step) {
       const RayToPoint& ray = problem.rays[i];
@@ -352,7 +354,8 @@ SimilarityReport estimate_similarity_from_rays(const std::vector<RayToPoint>& ra
   SimilarityReport report;
   report.inliers.assign(rays.size(), 0);
   const RayProblem problem{rays, options.ransac.threshold};
-  const std::optional<Sim3> start = best_by_cameras(problem, options.ransac);
+  int inliers_one_by_one = 0;
+  const std::optional<Sim3> start = best_by_cameras(problem, options.ransac, &inliers_one_by_one);
   if (!start) return report;
   report.b_from_a = *start;
   levenberg_marquardt(problem, {kFinalIterations, 1e-9, 0}, &report.b_from_a);
@@ -360,8 +363,10 @@ SimilarityReport estimate_similarity_from_rays(const std::vector<RayToPoint>& ra
   report.score = score.cost;
   report.num_inliers = score.num_inliers;
   const ObservationEquations equations = problem.linearize(report.b_from_a);
-  // Two residuals each: four rays determine a similarity.
-  if (equations.residuals <= kSimilarityParameters + 1) return report;
+  // Two residuals each: four rays determine a similarity. Where the cameras agree on none, another may suit
+  // as well.
+  if (equations.residuals <= kSimilarityParameters + 1 || 2 * report.num_inliers < inliers_one_by_one)
+    return report;
   judge(by_residuals(equations, options.ransac.threshold), options, &report);
   return report;
 }

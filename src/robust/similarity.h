@@ -73,7 +73,8 @@ struct RayToPoint {
 /// Similarity between two maps whose cameras observe points of the other map, where few points are in both
 /// (pose and scale of a rig, as Ventura et al. 2014, A minimal solution to the generalized pose-and-scale
 /// problem; here by the absolute pose of each camera and the scale of one more ray). Residuals, inliers and
-/// success as above; a ray is an inlier by itself.
+/// success as above; a ray is an inlier by itself. No success either with less than half of the inliers that
+/// the cameras have with a pose of their own each: then they agree on none.
 SimilarityReport estimate_similarity_from_rays(const std::vector<RayToPoint>& rays,
                                                const SimilarityOptions& options);
 
