@@ -196,11 +196,15 @@ Uncertainty by_residuals(const ObservationEquations& equations, double threshold
   return uncertainty_of(variance * inverse_of(equations.information));
 }
 
-double squared_error(const RayToPoint& ray, const Sim3& b_from_a, const Sim3& a_from_b) {
+ObservedPoint observation_of(const RayToPoint& ray) {
   ObservedPoint observation;
   observation.center = ray.center;
   observation.bearing = ray.bearing;
-  return squared_angle(observation, (ray.is_of_a ? a_from_b : b_from_a) * ray.x);
+  return observation;
+}
+
+double squared_error(const RayToPoint& ray, const Sim3& b_from_a, const Sim3& a_from_b) {
+  return squared_angle(observation_of(ray), (ray.is_of_a ? a_from_b : b_from_a) * ray.x);
 }
 
 struct RayProblem {
@@ -228,14 +232,11 @@ struct RayProblem {
     ObservationEquations equations;
     for (const RayToPoint& ray : rays) {
       if (squared_error(ray, b_from_a, a_from_b) >= threshold * threshold) continue;
-      ObservedPoint observation;
-      observation.center = ray.center;
-      observation.bearing = ray.bearing;
       if (ray.is_of_a) {
-        equations.add(observation, a_from_b * ray.x, -turn_to_a * step_jacobian(ray.x), 0);
+        equations.add(observation_of(ray), a_from_b * ray.x, -turn_to_a * step_jacobian(ray.x), 0);
       } else {
         const Eigen::Vector3d x = b_from_a * ray.x;
-        equations.add(observation, x, step_jacobian(x), 0);
+        equations.add(observation_of(ray), x, step_jacobian(x), 0);
       }
     }
     return equations;
@@ -245,7 +246,9 @@ struct RayProblem {
   }
 };
 
-// The rays as seen from the map of the camera: own_from_other is determined but for its scale.
+// The pose of a camera in the other map determines own_from_other except for its scale, which follows from
+// one ray of another camera. camera_from_other: with the axes of the own map; center: of the camera, in the
+// own map. None where the scale is not positive.
 std::optional<Sim3> with_scale_of(const RayToPoint& ray, bool is_of_own, const Rigid3& camera_from_other,
                                   const Eigen::Vector3d& center) {
   const Eigen::Matrix3d turn = camera_from_other.rotation_matrix();
@@ -267,8 +270,8 @@ std::optional<Sim3> with_scale_of(const RayToPoint& ray, bool is_of_own, const R
   return Sim3(scale, camera_from_other.rotation, center + scale * camera_from_other.translation);
 }
 
-// The similarity of the least cost among those by the pose of a camera in the other map and another ray.
-// inliers: of all cameras, each with the pose that suits it best.
+// The similarity of the lowest cost among those from the pose of one camera and the scale of one ray.
+// inliers: the sum over the cameras, each with its own pose.
 std::optional<Sim3> best_by_cameras(const RayProblem& problem, const RansacOptions& ransac, int* inliers) {
   constexpr std::size_t kScales = 50;  // tried for each camera
   std::map<std::pair<bool, int>, std::vector<std::size_t>> of_camera;
@@ -363,8 +366,8 @@ SimilarityReport estimate_similarity_from_rays(const std::vector<RayToPoint>& ra
   report.score = score.cost;
   report.num_inliers = score.num_inliers;
   const ObservationEquations equations = problem.linearize(report.b_from_a);
-  // Two residuals each: four rays determine a similarity. Where the cameras agree on none, another may suit
-  // as well.
+  // Four rays of two residuals each determine a similarity. Cameras that do not agree on one are no evidence
+  // for it.
   if (equations.residuals <= kSimilarityParameters + 1 || 2 * report.num_inliers < inliers_one_by_one)
     return report;
   judge(by_residuals(equations, options.ransac.threshold), options, &report);

@@ -74,7 +74,7 @@ struct RayToPoint {
 /// (pose and scale of a rig, as Ventura et al. 2014, A minimal solution to the generalized pose-and-scale
 /// problem; here by the absolute pose of each camera and the scale of one more ray). Residuals, inliers and
 /// success as above; a ray is an inlier by itself. No success either with less than half of the inliers that
-/// the cameras have with a pose of their own each: then they agree on none.
+/// the cameras have when each has its own pose: then they do not agree on a similarity.
 SimilarityReport estimate_similarity_from_rays(const std::vector<RayToPoint>& rays,
                                                const SimilarityOptions& options);
 

@@ -124,11 +124,10 @@ TEST(PathPrecision, AVeryLargeMapIsAskedInParts) {
 // Half of a recording before a skyline: its positions are not known, however well those of the others are.
 TEST(PathPrecision, OfALargeMapTheLeastCertainPartCounts) {
   Random random(13);
-  SyntheticScene scene(skyline_points(30, 0, random), random);
-  const SyntheticScene room = box_scene(30, random);
+  const SyntheticScene room = box_scene(30, random), skyline(skyline_points(30, 0, random), random);
   const std::vector<Eigen::Vector3d> centers = sideways(400, 0.001);
   Map map;
-  for (const SyntheticScene* seen : {&room, static_cast<const SyntheticScene*>(&scene)}) {
+  for (const SyntheticScene* seen : {&room, &skyline}) {
     std::vector<LandmarkId> landmarks;
     for (const Eigen::Vector3d& x : seen->x_in_map) landmarks.push_back(map.add_landmark(x));
     const int begin = seen == &room ? 0 : 200;

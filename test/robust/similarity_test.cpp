@@ -119,6 +119,23 @@ TEST(SimilarityFromRays, OneCameraHasNoScale) {
   EXPECT_FALSE(estimate_similarity_from_rays({}, options()).success);
 }
 
+// Two of eight cameras agree on a similarity, and each of the others on its own.
+TEST(SimilarityFromRays, CamerasThatDisagreeGiveNone) {
+  Random random(5);
+  const TwoMaps maps = two_maps(40, 0, 0, random);
+  std::vector<RayToPoint> rays;
+  for (std::size_t i = 0; i < maps.matches.size(); ++i) {
+    const SimilarityMatch& m = maps.matches[i];
+    rays.push_back({true, static_cast<int>(i / 20), m.in_a.center, m.in_a.bearing, m.in_b.x});
+  }
+  EXPECT_TRUE(estimate_similarity_from_rays(rays, options()).success);
+  for (int camera = 2; camera < 8; ++camera) {
+    for (const SimilarityMatch& m : two_maps(20, 0, 0, random).matches)
+      rays.push_back({true, camera, m.in_a.center, m.in_a.bearing, m.in_b.x});
+  }
+  EXPECT_FALSE(estimate_similarity_from_rays(rays, options()).success);
+}
+
 TEST(Similarity, FindsTheTruthAmongOutliers) {
   Random random(1);
   for (int trial = 0; trial < 20; ++trial) {

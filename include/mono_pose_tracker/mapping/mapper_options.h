@@ -34,7 +34,7 @@ struct MappingOptions {
   }
 };
 
-/// Sources of a unit in metres, at most one of them (0: not known). Without any, the median depth of the
+/// Sources of a unit in metres, at most one of them (0: not known). Without any, the median distance of the
 /// first view's points is 1.
 struct ScaleOptions {
   double known_baseline = 0;                 // m between the first and the last view of the first map

@@ -55,8 +55,8 @@ class QualityReport {
 struct QualityOptions {
   double significance = 1e-3;    // of the consistency tests: expected false alarms a recording, so 1 in 1,000
   double max_path_sigma = 0.01;  // standard deviation of positions, share of the path: three are 3 %
-  double max_extent_sigma = 0.2;    // the same, share of the keyframes' extent: a camera at rest goes to and
-                                    // fro by noise, and its path gets long
+  double max_extent_sigma = 0.2;    // the same, share of the keyframes' extent: noise makes the path of a
+                                    // camera at rest long
   double min_registered = 2.0 / 3;  // share of the images that the first map must hold to be confirmed
 };
 
