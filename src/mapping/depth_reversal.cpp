@@ -13,7 +13,7 @@
 #include "common/median.h"
 #include "common/parallel.h"
 #include "common/so3.h"
-#include "mapping/independent_motion.h"
+#include "mapping/motion_segmentation.h"
 #include "optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
@@ -138,7 +138,8 @@ BundleOptions trial_of(int alternatives, const BundleOptions& bundle) {
 
 // Whether the rotations differ visibly, for a head or a bust.
 bool rotates_differently(double turn, double other) {
-  return turn >= IndependentMotion::kPlainly * other || other >= IndependentMotion::kPlainly * turn;
+  const double plainly = MotionSegmentationOptions().plainly_rotates;
+  return turn >= plainly * other || other >= plainly * turn;
 }
 
 // The map with every n-th landmark, where keyframes have far more observations than a comparison needs.

@@ -13,14 +13,10 @@
 #include "mapping/graph_consistency.h"
 #include "mapping/initial_map.h"
 #include "mapping/keyframe_candidate.h"
-#include "mapping/larger_object_watch.h"
 #include "mapping/loop_closer.h"
 #include "mapping/loop_finder.h"
 #include "mapping/map_joiner.h"
-#include "mapping/matches_in_time.h"
-#include "mapping/object_watch.h"
-#include "mapping/rigidity_watch.h"
-#include "mapping/static_background_watch.h"
+#include "mapping/motion_watch.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
@@ -136,10 +132,7 @@ class Mapper {
     // Unmasked features of keyframes that were inserted with masked ones.
     std::map<KeyframeId, ImageFeaturesPtr> unmasked;
     std::map<KeyframeId, std::vector<char>> excluded;  // flags of features with another motion
-    RigidityWatch watch;
-    LargerObjectWatch larger_object_watch;
-    ObjectWatch object_watch;
-    StaticBackgroundWatch static_background_watch;
+    MotionWatch watch;
     LoopFinder loop_finder;
     std::size_t asked_at = 0;      // number of keyframes at the last check of the beginning
     KeyframeId sought = -1;        // the last keyframe checked for a loop
@@ -212,7 +205,8 @@ class Mapper {
   void watch_static_background(const KeyframeCandidate& candidate);
   void report_doubt(TrackingMap* view) const;
   void watch_map_object();
-  void watch_object(KeyframeId before_id, KeyframeId newest_id, const PairMotions& pair);
+  void watch_pair(KeyframeId before_id, KeyframeId newest_id, const PairMotions* known);
+  MotionSegmentationOptions motion_options() const;
   void exclude(KeyframeId id, const std::vector<char>& features);
   bool is_excluded(KeyframeId id, int feature) const;
   void create_landmarks(KeyframeId newest, const std::vector<KeyframeId>& neighbors);

@@ -7,7 +7,7 @@
 #include "keyframe_landmarks.h"
 #include "mapping/in_view.h"
 #include "mapping/mapper.h"
-#include "mapping/second_motion.h"
+#include "mapping/motion_segmentation.h"
 #include "optimization/map_adjustment.h"
 #include "static_overlay.h"
 
@@ -45,9 +45,9 @@ void Mapper::separate_motions(KeyframeId id) {
     if (is_cancelled()) return;
     const RegisteredImage before = registered_image(*map_.keyframe(partner)),
                           newest = registered_image(*map_.keyframe(id));
-    const PairMotions pair = compare_motions(before, newest, options_.matching, options_.ransac);
+    const PairMotions pair = compare_motions(before, newest, motion_options());
     // Each pair once; the first views of a map are compared with later ones as well.
-    if (options_.watches_rigidity && partner < id) watch_object(partner, id, pair);
+    if (options_.watches_motions && partner < id) watch_pair(partner, id, &pair);
     const SecondMotion other = second_motion_in(pair, *before.image, *newest.image);
     if (other.of_first.empty() || is_most_of(*map_.keyframe(partner), other.of_first)) continue;
     exclude(partner, other.of_first);
@@ -66,14 +66,21 @@ void Mapper::exclude_static_overlay() {
   for (const auto& entry : map_.keyframes()) exclude_static_overlay(entry.first);
 }
 
+MotionSegmentationOptions Mapper::motion_options() const {
+  MotionSegmentationOptions options;
+  options.matching = options_.matching;
+  options.ransac = options_.ransac;
+  return options;
+}
+
 void Mapper::watch_static_background(const KeyframeCandidate& candidate) {
-  StaticBackgroundWatch& watch = map_state_.static_background_watch;
-  if (candidate.frame.is_masked) watch.reset();
-  if (!watch.watches() || is_cancelled()) return;
+  MotionWatch& watch = map_state_.watch;
+  if (candidate.frame.is_masked) watch.end_background();
+  if (!watch.checks_background() || is_cancelled()) return;
   const StageTimer timer(stages_, "map_background");
-  watch.note({candidate.frame.index, candidate.frame.image}, options_.matching, options_.separates_motions);
+  watch.add_image({candidate.frame.index, candidate.frame.image}, options_.separates_motions);
   // Static features of a camera that moves through a place are ego-vehicle features.
-  if (watch.found() && !options_.separates_motions && !stays_in_view(map_)) watch.reset();
+  if (watch.object() && !options_.separates_motions && !stays_in_view(map_)) watch.end_background();
 }
 
 // Where a mask excludes the static features there is nothing to separate.
@@ -84,24 +91,26 @@ void Mapper::watch_static_background(const InitialMap& initial) {
     if (view.frame.is_masked) return;
     images.push_back({view.frame.index, view.frame.image});
   }
-  map_state_.static_background_watch.begin(images, options_.matching);
+  map_state_.watch.begin(images, motion_options());
 }
 
-// Evaluates the unmasked features, including those excluded as another object's: the wrong object may have
-// been excluded.
-void Mapper::watch_object(KeyframeId before_id, KeyframeId newest_id, const PairMotions& pair) {
+// Compares the newest keyframe with one before it. Where the object that rotates is wanted, the unmasked
+// features are compared, including those excluded as another object's: the wrong object may have been
+// excluded. known: the motions of the masked features; null: unknown.
+void Mapper::watch_pair(KeyframeId before_id, KeyframeId newest_id, const PairMotions* known) {
   RegisteredImage before = registered_image(*map_.keyframe(before_id)),
                   newest = registered_image(*map_.keyframe(newest_id));
   const auto unmasked_before = map_state_.unmasked.find(before_id),
              unmasked_newest = map_state_.unmasked.find(newest_id);
-  if (unmasked_before == map_state_.unmasked.end() || unmasked_newest == map_state_.unmasked.end()) {
-    map_state_.object_watch.note(before, newest, pair);
-    return;
+  if (options_.separates_motions && unmasked_before != map_state_.unmasked.end() &&
+      unmasked_newest != map_state_.unmasked.end()) {
+    before.image = unmasked_before->second;
+    newest.image = unmasked_newest->second;
+    known = nullptr;
   }
-  before.image = unmasked_before->second;
-  newest.image = unmasked_newest->second;
-  map_state_.object_watch.note(before, newest,
-                               compare_motions(before, newest, options_.matching, options_.ransac));
+  map_state_.watch.add_pair(before, newest,
+                            known ? *known : compare_motions(before, newest, motion_options()),
+                            options_.separates_motions);
 }
 
 void Mapper::exclude(KeyframeId id, const std::vector<char>& features) {
@@ -120,25 +129,16 @@ bool Mapper::is_excluded(KeyframeId id, int feature) const {
   return found != map_state_.excluded.end() && found->second[feature] != 0;
 }
 
-// Checks that the map is of one rigid object and, where motions are not separated, of the largest.
+// Checks that the map is of the largest object. With separate_motions(), all pairs are watched already.
 void Mapper::watch_map_object() {
-  if (!options_.watches_rigidity) return;
-  map_state_.watch.ask(map_, options_.matching);
-  if (!options_.separates_motions)
-    map_state_.larger_object_watch.ask(map_, options_.matching, options_.ransac);
+  if (!options_.watches_motions || options_.separates_motions || map_.keyframes().size() < 2) return;
+  const auto newest = std::prev(map_.keyframes().end());
+  watch_pair(std::prev(newest)->first, newest->first, nullptr);
 }
 
 void Mapper::report_doubt(TrackingMap* view) const {
-  if (map_state_.static_background_watch.found()) {
-    view->turning_object = map_state_.static_background_watch.found();
-    view->doubt = "the map contains both a moving object and the static background";
-  } else if (map_state_.object_watch.found()) {
-    view->turning_object = map_state_.object_watch.found();
-    view->doubt = "the map is of an object that rotates less than another object in view";
-  } else {
-    view->doubt =
-        map_state_.watch.doubt().empty() ? map_state_.larger_object_watch.doubt() : map_state_.watch.doubt();
-  }
+  view->turning_object = map_state_.watch.object();
+  view->doubt = map_state_.watch.doubt();
 }
 
 }  // namespace mono_pose_tracker

@@ -21,7 +21,7 @@ MapperOptions unhurried(MapperOptions options) {
   options.mapping.bundle_seconds = std::numeric_limits<double>::max();
   options.mapping.window_landmarks = std::numeric_limits<int>::max();
   options.mapping.max_keyframes = 0;
-  options.watches_rigidity = options.tells_background = options.adjusts_all = false;
+  options.watches_motions = options.tells_background = options.adjusts_all = false;
   return options;
 }
 

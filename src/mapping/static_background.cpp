@@ -4,109 +4,30 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <opencv2/core.hpp>
-#include <utility>
-#include <vector>
 
 #include "common/median.h"
-#include "feature_tracks.h"
+#include "common/parallel.h"
 #include "mapping/image_sides.h"
 #include "match_shift.h"
+#include "track_votes.h"
 
 namespace mono_pose_tracker {
 
 namespace {
 
 // Distances between compared images: neighbours have most matches, distant ones show best what has moved.
-constexpr std::array<int, 5> kFartherApart = {2, 4, 8, 16, 32};
-// px at 640 px (image_scale). Up to the first limit a feature has kept its place, with noise, JPEG and a
-// vibrating tripod; from the second on it has moved.
-constexpr double kStillPx = 1, kMovedPx = 3;
-// Image pairs that show a track in its place: one or two may be wrong matches, as one match of five may be
-// wrong.
-constexpr int kMinStill = 3;
-constexpr int kStillPerMoved = 4;
-constexpr double kMinMovingFeatures = 25;  // fewer cannot make a map
-
-using Images = std::vector<SeenImage>;
-
-// Whether enough neighbouring images have enough static matches; most recordings fail this test.
-bool may_be_still(const Images& images, const MatchesInTime& in_time, const LeastStill& least) {
-  std::vector<double> still;
-  for (std::size_t k = 0; k < in_time.size(); ++k) {
-    int count = 0;
-    for (const Match& m : in_time[k]) count += shift_px(*images[k].image, *images[k + 1].image, m) < kStillPx;
-    still.push_back(count);
-  }
-  return median(std::move(still)) >= least.features;
-}
-
-// Counts for each track how often it kept its place and how often it left it.
-class Evidence {
- public:
-  explicit Evidence(const Images& images) : images_(images), tracks_(feature_counts(images)) {
-    for (const SeenImage& seen : images) of_feature_.emplace_back(seen.image->size());
-  }
-
-  void add(const MatchesInTime& matches, int apart) {
-    for (int k = 0; k < static_cast<int>(matches.size()); ++k) add(matches[k], k, k + apart);
-  }
-
-  void sum_over_tracks() {
-    for (const FeatureTrack& track : tracks_.all()) {
-      Count sum;
-      for (const auto& [image, feature] : track) {
-        sum.still += of_feature_[image][feature].still;
-        sum.moved += of_feature_[image][feature].moved;
-      }
-      for (const auto& [image, feature] : track) of_feature_[image][feature] = sum;
-    }
-  }
-
-  FeatureMotion side(std::size_t image, int feature) const {
-    const Count& count = of_feature_[image][feature];
-    if (count.moved > count.still) return FeatureMotion::kTurns;
-    const bool is_still = count.still >= kMinStill && count.still >= kStillPerMoved * count.moved;
-    return is_still ? FeatureMotion::kMovesOtherwise : FeatureMotion::kUnknown;
-  }
-
- private:
-  struct Count {
-    int still = 0, moved = 0;
-  };
-
-  void add(const std::vector<Match>& matches, int first, int second) {
-    std::vector<double> shifts;
-    for (const Match& m : matches)
-      shifts.push_back(shift_px(*images_[first].image, *images_[second].image, m));
-    const auto moved =
-        std::count_if(shifts.begin(), shifts.end(), [](double shift) { return shift > kMovedPx; });
-    // Without motion, static features are no evidence.
-    const bool tells = moved >= kMinMovingFeatures;
-    for (std::size_t i = 0; i < matches.size(); ++i) {
-      tracks_.join(first, matches[i].first, second, matches[i].second);
-      Count& count = of_feature_[first][matches[i].first];
-      count.still += tells && shifts[i] < kStillPx;
-      count.moved += shifts[i] > kMovedPx;
-    }
-  }
-
-  const Images& images_;
-  FeatureTracks tracks_;
-  std::vector<std::vector<Count>> of_feature_;
-};
+constexpr std::array<int, 6> kApart = {1, 2, 4, 8, 16, 32};
 
 // Shares of the images in which static features reach around the moving ones, and vice versa.
 struct SharesRound {
   double still = 0, moving = 0;
 };
 
-SharesRound shares_round(const Images& images, const std::vector<MotionTrack>& tracks) {
+SharesRound shares_round(const CameraModel& camera, const std::vector<MotionTrack>& tracks) {
   std::map<std::int64_t, std::array<std::vector<cv::Point2f>, 2>> places;  // static and moving, by image
   for (const MotionTrack& t : tracks) places[t.from_index][t.is_other].emplace_back(t.from.x(), t.from.y());
   if (places.empty()) return {};
-  const CameraModel& camera = images.front().image->camera;
   SharesRound shares;
   for (const auto& entry : places) {
     const auto& [still, moving] = entry.second;
@@ -117,52 +38,124 @@ SharesRound shares_round(const Images& images, const std::vector<MotionTrack>& t
   return {shares.still / count, shares.moving / count};
 }
 
+}  // namespace
+
+// Counts for each track how often it kept its place (pro) and how often it left it (contra).
+class StaticSegmentation::Votes {
+ public:
+  explicit Votes(const StaticSegmentation& all) : options_(all.options_), of_tracks_(all.images_) {
+    for (const int apart : kApart) {  // near images join tracks first
+      for (int k = 0; k + apart < all.size(); ++k) {
+        const auto matched = all.matches_.find({k, k + apart});
+        if (matched != all.matches_.end()) add(all.images_, matched->first, matched->second);
+      }
+    }
+    of_tracks_.sum_over_tracks();
+  }
+
+  FeatureMotion side(int image, int feature) const {
+    const TrackVotes::Count& count = of_tracks_.of(image, feature);
+    if (count.contra > count.pro) return FeatureMotion::kTurns;
+    const bool is_still =
+        count.pro >= options_.min_static_pairs && count.pro >= options_.static_per_moved * count.contra;
+    return is_still ? FeatureMotion::kMovesOtherwise : FeatureMotion::kUnknown;
+  }
+
+ private:
+  void add(const std::vector<SeenImage>& images, const std::pair<int, int>& pair,
+           const std::vector<Match>& matches) {
+    const auto [first, second] = pair;
+    std::vector<double> shifts;
+    for (const Match& m : matches) shifts.push_back(shift_px(*images[first].image, *images[second].image, m));
+    const auto moved =
+        std::count_if(shifts.begin(), shifts.end(), [&](double shift) { return shift > options_.moved_px; });
+    // Without motion, static features are no evidence.
+    const bool tells = moved >= options_.min_features;
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      of_tracks_.join(first, matches[i].first, second, matches[i].second);
+      of_tracks_.add(first, matches[i].first,
+                     {tells && shifts[i]<options_.static_px, shifts[i]> options_.moved_px});
+    }
+  }
+
+  const MotionSegmentationOptions& options_;
+  TrackVotes of_tracks_;
+};
+
+// Matches all images this far apart that are not matched yet.
+void StaticSegmentation::match(int apart) {
+  std::vector<int> unknown;
+  for (int k = 0; k + apart < size(); ++k) {
+    if (matches_.emplace(std::make_pair(k, k + apart), std::vector<Match>()).second) unknown.push_back(k);
+  }
+  std::vector<std::vector<Match>> matched(unknown.size());
+  parallel_for(static_cast<int>(unknown.size()), options_.threads, [&](int u) {
+    const SeenImage &first = images_[unknown[u]], &second = images_[unknown[u] + apart];
+    matched[u] = raw_matches(graph_, {first.frame_index, first.image}, {second.frame_index, second.image},
+                             options_.matching);
+  });
+  for (std::size_t u = 0; u < unknown.size(); ++u)
+    matches_[{unknown[u], unknown[u] + apart}] = std::move(matched[u]);
+}
+
+// Whether enough neighbouring images have enough static matches; most recordings fail this test.
+bool StaticSegmentation::may_exist(const LeastStill& least) const {
+  std::vector<double> still;
+  for (int k = 0; k + 1 < size(); ++k) {
+    const std::vector<Match>& matches = matches_.at({k, k + 1});
+    still.push_back(static_cast<double>(std::count_if(matches.begin(), matches.end(), [&](const Match& m) {
+      return shift_px(*images_[k].image, *images_[k + 1].image, m) < options_.static_px;
+    })));
+  }
+  return median(std::move(still)) >= least.features;
+}
+
 // Classifies the matches of neighbouring images that are certain.
-StaticBackground classify(const Images& images, const MatchesInTime& in_time, const Evidence& evidence,
-                          const LeastStill& least, bool object_turns) {
+StaticBackground StaticSegmentation::classify(const Votes& votes, const LeastStill& least,
+                                              bool object_turns) const {
   StaticBackground background;
-  for (std::size_t k = 0; k < images.size(); ++k) {
+  for (int k = 0; k < size(); ++k) {
     background.sides.emplace_back();
-    for (int f = 0; f < images[k].image->size(); ++f) background.sides[k].push_back(evidence.side(k, f));
+    for (int f = 0; f < images_[k].image->size(); ++f) background.sides[k].push_back(votes.side(k, f));
   }
   std::vector<double> still, moving, all;
-  for (std::size_t k = 0; k < in_time.size(); ++k) {
+  for (int k = 0; k + 1 < size(); ++k) {
     std::array<int, 2> count{};
-    for (const Match& m : in_time[k]) {
+    const std::vector<Match>& matches = matches_.at({k, k + 1});
+    for (const Match& m : matches) {
       const FeatureMotion side = background.sides[k][m.first];
       if (side == FeatureMotion::kUnknown) continue;
       const bool moves = side == FeatureMotion::kTurns;
       ++count[moves];
-      background.tracks.push_back({images[k].frame_index, images[k + 1].frame_index,
-                                   images[k].image->set.features[m.first].pixel,
-                                   images[k + 1].image->set.features[m.second].pixel, moves});
+      background.tracks.push_back({images_[k].frame_index, images_[k + 1].frame_index,
+                                   images_[k].image->set.features[m.first].pixel,
+                                   images_[k + 1].image->set.features[m.second].pixel, moves});
     }
     still.push_back(count[0]);
     moving.push_back(count[1]);
-    all.push_back(static_cast<double>(in_time[k].size()));
+    all.push_back(static_cast<double>(matches.size()));
   }
   const double median_still = median(std::move(still));
-  const SharesRound round = shares_round(images, background.tracks);
+  const SharesRound round = shares_round(images_.front().image->camera, background.tracks);
   background.exists =
       median_still >= least.features && median_still >= least.share * median(std::move(all)) &&
-      median(std::move(moving)) >= kMinMovingFeatures && (object_turns || round.moving <= 0.5);
+      median(std::move(moving)) >= options_.min_features && (object_turns || round.moving <= 0.5);
   background.reaches_round = round.still > 0.5;
   return background;
 }
 
-}  // namespace
+StaticBackground StaticSegmentation::find(const LeastStill& least, bool object_turns) {
+  match(kApart[0]);
+  if (!may_exist(least)) return {};
+  for (const int apart : kApart) match(apart);
+  return classify(Votes(*this), least, object_turns);
+}
 
-StaticBackground find_static_background(const std::vector<SeenImage>& images, const MatchesInTime& in_time,
-                                        const MatchOptions& matching, const LeastStill& least,
-                                        bool object_turns, int threads) {
-  if (!may_be_still(images, in_time, least)) return {};
-  Evidence evidence(images);
-  evidence.add(in_time, 1);
-  for (const int apart : kFartherApart) {
-    evidence.add(match_in_time(images, matching, threads, apart), apart);
-  }
-  evidence.sum_over_tracks();
-  return classify(images, in_time, evidence, least, object_turns);
+std::vector<SeenImage> images_in_time(const Map& map) {
+  std::vector<SeenImage> images;
+  for (const Keyframe* keyframe : keyframes_in_time(map))
+    images.push_back({keyframe->frame_index, keyframe->image});
+  return images;
 }
 
 }  // namespace mono_pose_tracker

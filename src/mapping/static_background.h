@@ -1,20 +1,20 @@
 #pragma once
 
+#include <cstdint>
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "map/turning_object.h"
-#include "mapping/independent_motion.h"
-#include "mapping/matches_in_time.h"
+#include "mapping/motion_segmentation.h"
+#include "mapping/view_graph.h"
 
 namespace mono_pose_tracker {
 
-/// Features that keep their pixel in the images of a recording while other features move: the room behind a
-/// head that rotates in front of a fixed camera. The moving object is then the one to be mapped.
-struct StaticBackground {
-  bool exists = false;
-  bool reaches_round = false;  // around the moving features in most images: it is no ego-vehicle structure
-  std::vector<MotionTrack> tracks;  // between consecutive images; is_other: of the moving object
-  std::vector<std::vector<FeatureMotion>> sides;  // of each image's features; kTurns: moving object
+/// An image of a recording.
+struct SeenImage {
+  std::int64_t frame_index = 0;
+  ImageFeaturesPtr image;
 };
 
 /// Limits for a static background: median number of features that keep their place between neighbouring
@@ -28,12 +28,50 @@ constexpr LeastStill kPlainlyStill{12, 0.08};
 /// bright, noisy wall, for example.
 constexpr LeastStill kFaintlyStill{5, 0.04};
 
-/// images: in the order of time. Each is matched with near and distant ones, and features are tested for a
-/// constant pixel. Ego-vehicle features are no background: the view reaches around them (not tested where
-/// object_turns: the object is known to be in front of the camera). in_time: matches of each image with the
-/// next. The result is the same for any number of threads.
-StaticBackground find_static_background(const std::vector<SeenImage>& images, const MatchesInTime& in_time,
-                                        const MatchOptions& matching, const LeastStill& least,
-                                        bool object_turns, int threads);
+/// Features that keep their pixel in the images of a recording while other features move: the room behind a
+/// head that rotates in front of a fixed camera. The moving object is then the one to be mapped.
+struct StaticBackground {
+  bool exists = false;
+  bool reaches_round = false;  // around the moving features in most images: it is no ego-vehicle structure
+  std::vector<MotionTrack> tracks;  // between consecutive images; is_other: of the moving object
+  std::vector<std::vector<FeatureMotion>> sides;  // of each image's features; kTurns: moving object
+};
+
+/// Labels features as static in the image or moving, by voting along their tracks. Live, images are added as
+/// they come; two images are matched once.
+///
+///     StaticSegmentation segmentation(options, &graph);
+///     for (const SeenImage& image : images) segmentation.add(image);
+///     if (segmentation.find(kPlainlyStill, false).exists) ...
+class StaticSegmentation {
+ public:
+  /// graph: where it has edges of the images, their matches are used; may be null. It must outlive this
+  /// object.
+  explicit StaticSegmentation(MotionSegmentationOptions options = {}, const ViewGraph* graph = nullptr)
+      : options_(std::move(options)), graph_(graph) {}
+
+  /// Images in the order of time.
+  void add(const SeenImage& image) { images_.push_back(image); }
+  int size() const { return static_cast<int>(images_.size()); }
+
+  /// Each image is compared with near and distant ones. Ego-vehicle features are no background: the view
+  /// reaches around them (not tested where object_turns: the object is known to be in front of the camera).
+  StaticBackground find(const LeastStill& least, bool object_turns);
+
+ private:
+  class Votes;
+
+  void match(int apart);
+  bool may_exist(const LeastStill& least) const;
+  StaticBackground classify(const Votes& votes, const LeastStill& least, bool object_turns) const;
+
+  MotionSegmentationOptions options_;
+  const ViewGraph* graph_;
+  std::vector<SeenImage> images_;
+  std::map<std::pair<int, int>, std::vector<Match>> matches_;  // of two images by their positions
+};
+
+/// The images of the map's keyframes, in the order of time.
+std::vector<SeenImage> images_in_time(const Map& map);
 
 }  // namespace mono_pose_tracker

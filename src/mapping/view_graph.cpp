@@ -190,4 +190,15 @@ TwoViewGeometry ViewGraph::compute(const Pair& pair) const {
   return geometry;
 }
 
+std::vector<Match> raw_matches(const ViewGraph* graph, const ViewGraph::Node& first,
+                               const ViewGraph::Node& second, const MatchOptions& matching) {
+  if (graph) {
+    const int a = graph->node_of(first.frame_index, first.image),
+              b = graph->node_of(second.frame_index, second.image);
+    const TwoViewGeometry* edge = a >= 0 && a < b ? graph->edge(a, b) : nullptr;
+    if (edge) return edge->matches;
+  }
+  return match_descriptors(first.image->set.descriptors, second.image->set.descriptors, matching);
+}
+
 }  // namespace mono_pose_tracker

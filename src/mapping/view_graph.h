@@ -99,4 +99,8 @@ class ViewGraph {
   std::map<Pair, TwoViewGeometry> edges_;
 };
 
+/// Raw matches of two images: of the graph's edge where it has one, otherwise computed. graph may be null.
+std::vector<Match> raw_matches(const ViewGraph* graph, const ViewGraph::Node& first,
+                               const ViewGraph::Node& second, const MatchOptions& matching);
+
 }  // namespace mono_pose_tracker

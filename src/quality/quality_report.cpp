@@ -148,8 +148,6 @@ const char* to_string(FindingKind kind) {
       return "depth_reversal";
     case FindingKind::kPlanarAmbiguity:
       return "planar_ambiguity";
-    case FindingKind::kNotRigid:
-      return "not_rigid";
     case FindingKind::kOtherObject:
       return "other_object";
     case FindingKind::kStaticBackground:

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "map/frame_poses.h"
-#include "mapping/independent_motion.h"
+#include "mapping/motion_segmentation.h"
 #include "mapping/path_precision.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/quality/quality_report.h"

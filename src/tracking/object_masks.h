@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "mapping/independent_motion.h"
+#include "mapping/motion_segmentation.h"
 #include "segmentation/object_points.h"
 
 namespace mono_pose_tracker {

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "feature_memory.h"
-#include "mapping/matches_in_time.h"
 #include "mapping/static_background.h"
 #include "object_masks.h"
 #include "recording_reader.h"
@@ -130,14 +129,11 @@ bool is_seen_enough(const RecordingResult& result, const RecordingResult& first)
   return is_right_of_its_object(result) && 2 * result.trajectory.size() >= first.trajectory.size();
 }
 
-// Whether the object plainly rotates farther than the first. A first map that contradicts itself may be of
-// different objects in different parts, and rotate as far as the wanted one there.
+// Whether the object plainly rotates farther than the first.
 bool is_of_rotating_object(const RecordingResult& result, const RecordingResult& first) {
   if (!result.tracked || !is_seen_enough(result, first)) return false;
-  const FinishedMap& before = first.maps.front();
-  const bool may_be_of_both = before.quality.has(FindingKind::kNotRigid) && is_confirmed(result);
   return rotation_before_cameras(result.maps.front().map) >=
-         (may_be_of_both ? 1 : IndependentMotion::kPlainly) * rotation_before_cameras(before.map);
+         MotionSegmentationOptions().plainly_rotates * rotation_before_cameras(first.maps.front().map);
 }
 
 // Where the map is of an object that rotates less than another one: tracks the recording again with masks of
@@ -165,13 +161,13 @@ bool switch_to_other_object(Attempts* attempts, Recording* recording, TrackedRec
 
 // The other object could be the wanted one.
 void report_smaller_object(double share, RecordingResult* result) {
-  if (share <= IndependentMotion::kComparable) return;
+  if (share <= MotionSegmentationOptions().comparable) return;
   result->maps.front().may_be_of_wrong_object = true;
   Finding finding;
   finding.kind = FindingKind::kOtherObject;
   finding.text =
       "Two rigid objects move, and the map is of the larger: " + std::to_string(std::lround(100 * share)) +
-      " % of the tracks move with the other and are excluded. Mask that one if it is wanted (--masks).";
+      " % of the matches move with the other and are excluded. Mask that one if it is wanted (--masks).";
   add_finding(std::move(finding), result);
 }
 
@@ -180,7 +176,7 @@ void report_smaller_object(double share, RecordingResult* result) {
 // kept, and the share of the smaller object is returned.
 std::optional<double> switch_to_larger_object(Attempts* attempts, Recording* recording,
                                               TrackedRecording* kept) {
-  constexpr double kPlainly = 1.2;  // minimum ratio of sizes, as in IndependentMotion::is_larger
+  constexpr double kPlainly = 1.2;  // minimum ratio of sizes, as in MotionEvidence::is_larger
   const double larger_share = kept->result.maps.front().independent_motion.share();
   if (recording->masks) return std::nullopt;
   Recording masked = within_other_object(*recording, kept->result);

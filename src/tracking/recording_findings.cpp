@@ -9,7 +9,6 @@
 #include "common/formatted.h"
 #include "doubtful_frames.h"
 #include "finished_maps.h"
-#include "mapping/rigidity_check.h"
 
 namespace mono_pose_tracker {
 
@@ -19,23 +18,6 @@ constexpr std::size_t kMostNumbers = 10;  // of images listed in a message
 
 std::string name_of(std::size_t map) { return map == 0 ? "" : "map_" + std::to_string(map + 1) + ": "; }
 
-// Disjoint parts of the landmarks give different poses.
-void test_rigidity(std::size_t place, FinishedMap* map) {
-  const RigidityReport rigidity = check_rigidity(map->map);
-  if (rigidity.is_rigid) return;
-  Finding finding;
-  finding.kind = FindingKind::kNotRigid;
-  finding.images = {rigidity.frame_index};
-  finding.p_value = rigidity.p_value;
-  finding.text =
-      name_of(place) +
-      formatted(
-          "From image %ld on, the poses from the %s landmarks differ by %.1f px: more than one "
-          "motion is in the map. Mask the object (--masks), or use config/object.yaml.",
-          static_cast<long>(rigidity.frame_index), rigidity.parts.c_str(), rigidity.disagreement_px);
-  map->quality.add(std::move(finding));
-}
-
 void report_other_object(FinishedMap* map) {
   const IndependentMotion& other = map->independent_motion;
   const auto percent = std::lround(100 * other.share());
@@ -44,20 +26,21 @@ void report_other_object(FinishedMap* map) {
   if (map->is_of_other_object) {
     finding.text = formatted(
         "Two rigid objects move, and it is not clear whether the map is of the turning one "
-        "(segmentation/body): %ld %% of the tracks move with the other. Mask the one that is wanted "
+        "(segmentation/body): %ld %% of the matches move with the other. Mask the one that is wanted "
         "(--masks).",
         percent);
   } else if (map->is_of_smaller_object) {
     finding.text = formatted(
-        "Two rigid objects move, and the map is of the smaller: %ld %% of the tracks move "
+        "Two rigid objects move, and the map is of the smaller: %ld %% of the matches move "
         "with the other. Mask the one that is wanted (--masks).",
         percent);
   } else if (other.is_comparable()) {
     finding.text = formatted(
-        "A second rigid motion explains %ld %% of the tracks, in %ld %% of the view: another object, or the "
-        "near part of the map is wrong. Mask the object that is wanted (--masks), or use segmentation/body: "
-        "turning (config/object.yaml).",
-        percent, std::lround(100 * other.share_of_view()));
+        "A second rigid motion explains %ld %% of the matches: another object, or the near part of the map "
+        "is "
+        "wrong. Mask the object that is wanted (--masks), or use segmentation/body: turning "
+        "(config/object.yaml).",
+        percent);
   } else {
     return;
   }
@@ -176,7 +159,6 @@ void add_findings(RecordingResult* result) {
   std::vector<FinishedMap>& maps = result->maps;
   spread_few_images(result);
   for (std::size_t i = 0; i < maps.size(); ++i) {
-    test_rigidity(i, &maps[i]);
     report_uncertain_images(result->doubtful, i, &maps[i]);
     report_small_map(i, &maps[i]);
   }

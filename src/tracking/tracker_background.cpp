@@ -27,13 +27,11 @@ bool Tracker::Impl::may_have_background() {
 
 // Tested for a map that stays in view. Where masks separated an object, the keyframes have no background
 // features.
-bool Tracker::Impl::shows_background(const TrackingMap& view, const Map& map,
-                                     const MatchesInTime& in_time) const {
+bool Tracker::Impl::shows_background(const TrackingMap& view, const Map& map) {
   if (!looks_for_background() || is_segmented_ || has_earlier_frames(view)) return false;
-  const StaticBackground background =
-      find_static_background(images_in_time(map), in_time, options_.matching, kPlainlyStill,
-                             options_.segmentation.wants_turning_object(), options_.threads);
-  return background.exists;
+  StaticSegmentation background(motion_options(), &view_graph());
+  for (const SeenImage& image : images_in_time(map)) background.add(image);
+  return background.find(kPlainlyStill, options_.segmentation.wants_turning_object()).exists;
 }
 
 ImageFeaturesPtr Tracker::Impl::features_of(const PreparedImage& image) {
@@ -45,9 +43,9 @@ ImageFeaturesPtr Tracker::Impl::features_of(const PreparedImage& image) {
 }
 
 StaticBackground Tracker::Impl::background_of(const std::vector<SeenImage>& images) const {
-  const MatchesInTime in_time = match_in_time(images, options_.matching, options_.threads);
-  return find_static_background(images, in_time, options_.matching, kFaintlyStill,
-                                options_.segmentation.wants_turning_object(), options_.threads);
+  StaticSegmentation background(motion_options());
+  for (const SeenImage& image : images) background.add(image);
+  return background.find(kFaintlyStill, options_.segmentation.wants_turning_object());
 }
 
 }  // namespace mono_pose_tracker

@@ -108,40 +108,36 @@ std::vector<RegisteredImage> Tracker::Impl::seen_in(const FinishedMap& map) cons
   return seen;
 }
 
-// Whether the map registers four fifths of the images and explains nearly all verified matches: only then may
-// far points behind the cameras be treated as noise.
-bool Tracker::Impl::is_consistent_whole(const FinishedMap& map) const {
-  constexpr double kMostImages = 0.8, kMostMatches = 0.99;
-  return !is_loaded(map) && map.explained.share() >= kMostMatches &&
-         static_cast<double>(map.trajectory.size()) >=
-             kMostImages * static_cast<double>(next_index_ - frames_excluded_);
+MotionSegmentationOptions Tracker::Impl::motion_options() const {
+  MotionSegmentationOptions options;
+  options.matching = options_.matching;
+  options.ransac = options_.ransac(camera_.focal());
+  options.threads = options_.threads;
+  return options;
 }
 
 // Images between the keyframes are compared only where the other object may be the wanted one.
-void Tracker::Impl::assess_independent_motion(bool camera_goes_through, FinishedMap* map) const {
-  const RansacOptions ransac = options_.ransac(camera_.focal());
+void Tracker::Impl::assess_independent_motion(FinishedMap* map) {
+  const MotionSegmentationOptions options = motion_options();
   if (!keeps_seen()) {
-    map->independent_motion =
-        sample_independent_motion(map->map, options_.matching, ransac, camera_goes_through,
-                                  is_consistent_whole(*map), options_.threads);
+    static_cast<MotionEvidence&>(map->independent_motion) =
+        sample_independent_motion(map->map, options, &view_graph());
     map->may_be_of_wrong_object = map->independent_motion.is_comparable();
     map->is_of_smaller_object = map->independent_motion.is_larger();
     if (map->is_of_smaller_object) {
-      map->independent_motion = find_independent_motion(map->map, {}, ComparedImages::kKeyframes,
-                                                        options_.matching, ransac, options_.threads);
+      map->independent_motion =
+          find_independent_motion(map->map, {}, ComparedImages::kKeyframes, options, &view_graph());
     }
     return;
   }
   const std::vector<RegisteredImage> seen = seen_in(*map);
-  IndependentMotion other = find_independent_motion(map->map, seen, ComparedImages::kKeyframes,
-                                                    options_.matching, ransac, options_.threads);
+  IndependentMotion other =
+      find_independent_motion(map->map, seen, ComparedImages::kKeyframes, options, &view_graph());
   map->is_of_other_object = other.may_exist() && !other.rotates_plainly_less();
   if (other.exists()) map->object_tracks = std::move(other.tracks);
-  map->independent_motion.matches = other.matches;
-  map->independent_motion.obeying = other.obeying;
   if (!map->is_of_other_object) return;  // independently moving features are excluded
-  map->independent_motion = find_independent_motion(map->map, seen, ComparedImages::kAllSeen,
-                                                    options_.matching, ransac, options_.threads);
+  map->independent_motion =
+      find_independent_motion(map->map, seen, ComparedImages::kAllSeen, options, &view_graph());
 }
 
 // The mapper's present map, not yet assessed.
@@ -156,11 +152,8 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.geometry_evidence = geometry_evidence(options_.bundle, options_.ransac(camera_.focal()), map.map);
   worker_.mapper().connect();
   map.explained = explained_matches(map.map, view_graph());
-  const bool camera_goes_through = goes_through(map.map);
-  map.shows_background =
-      !camera_goes_through &&
-      shows_background(view, map.map, known_matches_.of(map.map, options_.matching, options_.threads));
-  assess_independent_motion(camera_goes_through, &map);
+  map.shows_background = !goes_through(map.map) && shows_background(view, map.map);
+  assess_independent_motion(&map);
   return map;
 }
 

@@ -15,7 +15,6 @@
 #include "keyframe_policy.h"
 #include "map/frame_poses.h"
 #include "mapping/mapping_worker.h"
-#include "mapping/matches_in_time.h"
 #include "mapping/static_background.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "object_finder.h"
@@ -94,14 +93,14 @@ class Tracker::Impl {
   std::set<std::int64_t> refine_with_graph();
   ViewGraph& view_graph() { return worker_.mapper().view_graph(); }
   FinishedMap finished(const TrackingMap& view);
-  bool is_consistent_whole(const FinishedMap& map) const;
   void assess_map(std::size_t place, std::int64_t images, FinishedMap* map);
   std::vector<RegisteredImage> seen_in(const FinishedMap& map) const;
-  void assess_independent_motion(bool camera_goes_through, FinishedMap* map) const;
+  MotionSegmentationOptions motion_options() const;
+  void assess_independent_motion(FinishedMap* map);
   bool may_have_background();
   bool goes_through(const Map& map) const;
   void choose_masks(const Frame& frame, const TrackingMap& map, const Rigid3& camera_from_map);
-  bool shows_background(const TrackingMap& view, const Map& map, const MatchesInTime& in_time) const;
+  bool shows_background(const TrackingMap& view, const Map& map);
   bool looks_for_background() const {
     return options_.segmentation.is_automatic() && !options_.localize_only;
   }
@@ -248,7 +247,6 @@ class Tracker::Impl {
   std::map<std::uint32_t, std::uint32_t> times_corrected_;  // by map
   std::map<std::int64_t, Frame> unregistered_;              // of a finished recording
   SeenImages seen_;                                         // of registered images of a recording
-  KnownMatches known_matches_;                              // of the finished map's keyframes
   bool grown_ = false;                                      // whether the finished map has grown
   std::pair<std::uint32_t, std::uint64_t> reported_;        // map and correction of the last report
   std::uint32_t present_map_ = 0;                           // id of the map of reference_

@@ -1,4 +1,4 @@
-#include "mapping/second_motion.h"
+#include "mapping/motion_segmentation.h"
 
 #include <gtest/gtest.h>
 
@@ -49,10 +49,10 @@ class SecondMotionTest : public testing::Test {
     return keyframe;
   }
 
-  SecondMotion find(const Keyframe& first, const Keyframe& second,
-                    FarBehind far = FarBehind::kContradicts) const {
-    const PairMotions pair = compare_motions(registered_image(first), registered_image(second),
-                                             MatchOptions(), ransac_of_two_px(camera_), far);
+  SecondMotion find(const Keyframe& first, const Keyframe& second) const {
+    MotionSegmentationOptions options;
+    options.ransac = ransac_of_two_px(camera_);
+    const PairMotions pair = compare_motions(registered_image(first), registered_image(second), options);
     return second_motion_in(pair, *first.image, *second.image);
   }
 
@@ -100,17 +100,6 @@ TEST_F(SecondMotionTest, ThingsThatMoveEachItsOwnWayAreNone) {
     x += Eigen::Vector3d(random_.uniform(-0.5, 0.5), random_.uniform(-0.5, 0.5), 0);
   }
   EXPECT_TRUE(find(first, keyframe(5 * kDegree, Rigid3())).of_first.empty());
-}
-
-// A skyline behind the object, which is static next to it while the camera rotates by one degree.
-TEST_F(SecondMotionTest, WhatNoisePutsBehindTheCamerasMayBePassedOver) {
-  rest_ = SyntheticScene(box_between(200, {-200, -150, 450}, {200, 150, 600}, random_), random_);
-  const Rigid3 apart(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, 3));
-  const Rigid3 round(Eigen::Quaterniond(Eigen::AngleAxisd(1 * kDegree, Eigen::Vector3d::UnitY())),
-                     Eigen::Vector3d(0, 0, 3));
-  const Keyframe first = keyframe(0, apart), second = keyframe(1 * kDegree, round);
-  EXPECT_FALSE(find(first, second).of_first.empty());
-  EXPECT_TRUE(find(first, second, FarBehind::kIsNoise).of_first.empty());
 }
 
 }  // namespace

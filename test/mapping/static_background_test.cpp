@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "mapping/static_background_watch.h"
+#include "mapping/motion_watch.h"
 #include "support/two_objects.h"
 
 namespace mono_pose_tracker {
@@ -60,8 +60,11 @@ class StaticBackgroundTest : public testing::Test {
 
   StaticBackground find(const std::vector<SeenImage>& images, bool object_turns = false, int threads = 1,
                         const LeastStill& least = kPlainlyStill) const {
-    const MatchesInTime in_time = match_in_time(images, MatchOptions(), threads);
-    return find_static_background(images, in_time, MatchOptions(), least, object_turns, threads);
+    MotionSegmentationOptions options;
+    options.threads = threads;
+    StaticSegmentation segmentation(options);
+    for (const SeenImage& image : images) segmentation.add(image);
+    return segmentation.find(least, object_turns);
   }
 
   // Share of tracks assigned to the moving object, of the head's and of the rest.
@@ -163,43 +166,40 @@ TEST_F(StaticBackgroundTest, AMapsKeyframesTellItAsWell) {
   for (const SeenImage& seen : see_head(TwoObjects::camera_from_head, 100)) {
     map.add_keyframe(seen.frame_index, seen.frame_index, Rigid3(), seen.image);
   }
-  const MatchesInTime in_time = match_in_time(map, MatchOptions(), 1);
-  EXPECT_TRUE(
-      find_static_background(images_in_time(map), in_time, MatchOptions(), kPlainlyStill, false, 1).exists);
-  EXPECT_FALSE(
-      find_static_background(images_in_time(Map()), {}, MatchOptions(), kPlainlyStill, false, 1).exists);
+  EXPECT_TRUE(find(images_in_time(map)).exists);
+  EXPECT_FALSE(find(images_in_time(Map())).exists);
 }
 
 TEST_F(StaticBackgroundTest, KeyframesTellItAsTheyCome) {
   const std::vector<SeenImage> images = see_head(TwoObjects::camera_from_head, 100);
-  StaticBackgroundWatch watch;
-  watch.note(images[0], MatchOptions(), false);
-  EXPECT_FALSE(watch.found()) << "of a map that has begun elsewhere";
-  watch.begin({images[0], images[1]}, MatchOptions());
+  MotionWatch watch;
+  watch.add_image(images[0], false);
+  EXPECT_FALSE(watch.object()) << "of a map that has begun elsewhere";
+  watch.begin({images[0], images[1]}, {});
   for (std::size_t i = 2; i < images.size(); ++i) {
-    watch.note(images[i], MatchOptions(), false);
-    EXPECT_EQ(watch.found() != nullptr, i >= 8) << i;
+    watch.add_image(images[i], false);
+    EXPECT_EQ(watch.object() != nullptr, i >= 8) << i;
   }
-  EXPECT_EQ(watch.found()->image, images.back().image);
+  EXPECT_EQ(watch.object()->image, images.back().image);
   int right = 0, wrong = 0;
   for (int f = 0; f < images.back().image->size(); ++f) {
-    const FeatureMotion side = watch.found()->sides[f];
+    const FeatureMotion side = watch.object()->sides[f];
     if (side == FeatureMotion::kUnknown) continue;
     const bool is_head = f < of_one_.back();
     (is_head == (side == FeatureMotion::kTurns) ? right : wrong) += 1;
   }
   EXPECT_GT(right, 100);
   EXPECT_LT(20 * wrong, right);
-  watch.reset();
-  EXPECT_FALSE(watch.found());
+  watch.end_background();
+  EXPECT_FALSE(watch.object());
 }
 
 TEST_F(StaticBackgroundTest, ACameraThatMovesTellsNoneAsItGoes) {
-  StaticBackgroundWatch watch;
-  watch.begin({}, MatchOptions());
+  MotionWatch watch;
+  watch.begin({}, {});
   for (const SeenImage& image : see_head(TwoObjects::camera_from_head, 300, TwoObjects::camera_from_room)) {
-    watch.note(image, MatchOptions(), false);
-    EXPECT_FALSE(watch.found());
+    watch.add_image(image, false);
+    EXPECT_FALSE(watch.object());
   }
 }
 

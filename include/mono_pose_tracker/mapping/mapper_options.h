@@ -53,7 +53,7 @@ struct MapperOptions {
   BundleOptions bundle;
   RansacOptions ransac;            // threshold in radians
   int min_inliers = 15;            // of a pose that connects two keyframes
-  bool watches_rigidity = true;    // live; a recording is checked as a whole when it ends
+  bool watches_motions = true;     // live; a recording is checked as a whole when it ends
   bool separates_motions = false;  // excludes independently moving features
   bool tells_background = true;    // live; separates a static background where no mask does
   bool adjusts_all = true;         // live, now and then, in the background; a recording at its end

@@ -17,7 +17,6 @@ enum class FindingKind {
   kUncertainPath,        // test 2: positions of the keyframes
   kDepthReversal,        // an alternative hypothesis explains the images about as well
   kPlanarAmbiguity,
-  kNotRigid,     // more than one motion
   kOtherObject,  // another rigid object may be the one that is wanted
   kStaticBackground,
   kTwoViews,   // no third image has confirmed the map

@@ -1,4 +1,4 @@
-#include "mapping/object_watch.h"
+#include "mapping/motion_watch.h"
 
 #include <gtest/gtest.h>
 
@@ -7,28 +7,30 @@
 namespace mono_pose_tracker {
 namespace {
 
-class ObjectWatchTest : public testing::Test, protected TwoObjects {
+class MotionWatchTest : public testing::Test, protected TwoObjects {
  protected:
   // Passes each keyframe with the one before it. Returns the number of keyframes at which it was certain; 0:
   // never.
-  int watch(const Map& map) {
+  int watch(const Map& map, bool object_turns = true) {
+    MotionSegmentationOptions options;
+    options.ransac = ransac();
     for (int k = 1; k < kKeyframes; ++k) {
       const RegisteredImage before = registered_image(*map.keyframe(k - 1)),
                             newest = registered_image(*map.keyframe(k));
-      watch_.note(before, newest, compare_motions(before, newest, MatchOptions(), ransac()));
-      if (watch_.found()) return k + 1;
+      watch_.add_pair(before, newest, compare_motions(before, newest, options), object_turns);
+      if (!watch_.doubt().empty()) return k + 1;
     }
     return 0;
   }
 
-  ObjectWatch watch_;
+  MotionWatch watch_;
 };
 
-TEST_F(ObjectWatchTest, AHeadThatTurnsBeforeAMapOfTheRoomIsFound) {
+TEST_F(MotionWatchTest, AHeadThatTurnsBeforeAMapOfTheRoomIsFound) {
   const Map map = map_with(false, 100, 300);
   const int keyframes = watch(map);
   ASSERT_GT(keyframes, 3) << "one pair, or two, may be chance";
-  const TurningObject& object = *watch_.found();
+  const TurningObject& object = *watch_.object();
   const int newest = keyframes - 1;
   EXPECT_EQ(object.image, map.keyframe(newest)->image);
   int of_head = 0, of_room = 0, otherwise_of_head = 0;
@@ -43,18 +45,22 @@ TEST_F(ObjectWatchTest, AHeadThatTurnsBeforeAMapOfTheRoomIsFound) {
   EXPECT_LE(otherwise_of_head, 3);
 }
 
-TEST_F(ObjectWatchTest, TheRoomBehindAMapOfTheHeadIsNot) { EXPECT_EQ(watch(map_with(true, 150, 300)), 0); }
+TEST_F(MotionWatchTest, TheRoomBehindAMapOfTheHeadIsNot) { EXPECT_EQ(watch(map_with(true, 150, 300)), 0); }
 
-TEST_F(ObjectWatchTest, OneObjectHasNoOther) { EXPECT_EQ(watch(map_with(true, 200, 0)), 0); }
+TEST_F(MotionWatchTest, OneObjectHasNoOther) { EXPECT_EQ(watch(map_with(true, 200, 0)), 0); }
 
-TEST_F(ObjectWatchTest, FewerPointsThanAMapBeginsWithAreNoObject) {
+TEST_F(MotionWatchTest, FewerPointsThanAMapBeginsWithAreNoObject) {
   EXPECT_EQ(watch(map_with(false, 20, 300)), 0);
 }
 
-TEST_F(ObjectWatchTest, ForgetsWithTheMap) {
-  ASSERT_GT(watch(map_with(false, 60, 300)), 0);
-  watch_.reset();
-  EXPECT_EQ(watch_.found(), nullptr);
+TEST_F(MotionWatchTest, WhoWantsTheLargestHearsOfALargeObject) {
+  EXPECT_GT(watch(map_with(false, 250, 60), false), 3);
+  EXPECT_NE(watch_.doubt().find("of the points move as one"), std::string::npos) << watch_.doubt();
+  EXPECT_FALSE(watch_.object());
+}
+
+TEST_F(MotionWatchTest, ASmallObjectIsNoDoubt) {
+  EXPECT_EQ(watch(map_with(false, 60, 300), false), 0) << watch_.doubt();
 }
 
 }  // namespace
