@@ -21,8 +21,8 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Number of further keyframes tried for a second consistent match.
-constexpr int kSecondViews = 4;
+// Number of covisible keyframes that are located in another map with the newest one.
+constexpr int kOtherViews = 4;
 
 // Number of landmarks observed from both sides of the boundary: by keyframes before and from `first_new`.
 int points_across(const Map& map, KeyframeId first_new) {
@@ -82,15 +82,13 @@ JoinedMaps join_maps(const Map& older, const Map& newer, const MapAlignment& ali
   joined.map = older;
   joined.scale = alignment.other_from_map.scale;
   joined.added = joined.map.merge(newer, alignment.other_from_map);
-  for (const auto& [own, theirs] : same_landmarks(newer, alignment.map_matches)) {
+  for (const auto& [own, theirs] : same_landmarks(newer, alignment.found)) {
     joined.map.merge_landmarks(own + joined.added.landmarks, theirs);
   }
-  for (const MapMatch& map_match : alignment.map_matches) {
-    const KeyframeId keyframe = map_match.keyframe + joined.added.keyframes;
+  for (const auto& [id, matches] : alignment.found) {
+    const KeyframeId keyframe = id + joined.added.keyframes;
     joined.boundary.push_back(keyframe);
-    for (const auto& [feature, landmark] : map_match.location.matches) {
-      joined.map.add_observation(landmark, keyframe, feature);
-    }
+    for (const auto& [feature, landmark] : matches) joined.map.add_observation(landmark, keyframe, feature);
   }
   for (const auto& [old_id, new_id] : same_images(joined.map, joined.added.keyframes)) {
     unite(old_id, new_id, &joined.map);
@@ -201,17 +199,11 @@ void Mapper::forget_old_corrections() {
   if (known > kMost) corrections_.erase(corrections_.begin(), corrections_.end() - kMost);
 }
 
-// Locates the keyframe and a covisible one in the other map.
 std::optional<MapAlignment> Mapper::find_alignment(const InactiveMap& other, KeyframeId keyframe) const {
+  std::vector<KeyframeId> keyframes = neighbors(keyframe, kOtherViews);
+  keyframes.insert(keyframes.begin(), keyframe);
   for (const KeyframeId place : other.places->find(map_.keyframe(keyframe)->image->set, kBestPlaces)) {
-    const std::optional<MapMatch> first = match_keyframe(options_, map_, keyframe, other.map, place);
-    if (!first) continue;
-    for (const KeyframeId second : neighbors(keyframe, kSecondViews)) {
-      const std::optional<MapMatch> map_match = match_keyframe(options_, map_, second, other.map, place);
-      if (!map_match) continue;
-      if (std::optional<MapAlignment> alignment = align_maps(options_, map_, other.map, *first, *map_match))
-        return alignment;
-    }
+    if (auto alignment = align_maps(options_, map_, keyframes, other.map, place)) return alignment;
   }
   return std::nullopt;
 }
@@ -225,29 +217,12 @@ bool Mapper::join_where_aligned(KeyframeId newest) {
   return false;
 }
 
-// The present map is the older one (switched to, or loaded). The newer map is aligned from its own keyframes
-// at the matches, so that the older map's frame stays.
+// The present map is the older one (switched to, or loaded), and its frame stays.
 bool Mapper::join_newer(std::uint32_t inactive_id, const MapAlignment& alignment) {
-  constexpr std::size_t kTries = 4;
-  const Map& newer = inactive_.at(inactive_id).map;
-  std::map<KeyframeId, int> seen;
-  for (const MapMatch& map_match : alignment.map_matches) {
-    for (const auto& match : map_match.location.matches) {
-      for (const Observation& o : newer.landmark(match.second)->observations) ++seen[o.keyframe];
-    }
-  }
-  std::vector<std::pair<int, KeyframeId>> most;
-  most.reserve(seen.size());
-  for (const auto& [id, count] : seen) most.emplace_back(-count, id);
-  std::sort(most.begin(), most.end());
-  if (most.size() > kTries) most.resize(kTries);
   const std::uint32_t older = map_id_;
   const MapState previous_state = map_state_;  // restored where the merge fails
   resume(inactive_id, true, epoch_);
-  for (const auto& entry : most) {
-    const std::optional<MapAlignment> from_newer = find_alignment(inactive_.at(older), entry.second);
-    if (from_newer && join(older, *from_newer)) return true;
-  }
+  if (join(older, alignment.inverse())) return true;
   resume(older, true, epoch_);
   map_state_ = previous_state;
   return false;

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "mapping/keyframe_locator.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 #include "support/map_of_views.h"
 
@@ -20,37 +21,43 @@ class MapJoinerTest : public testing::Test {
   const Map other_ = map_from({way_.begin(), way_.begin() + 7});
 };
 
-TEST_F(MapJoinerTest, PointsOfKnownDepthTellTheScale) {
+TEST_F(MapJoinerTest, TheCamerasOfBothMapsDetermineTheAlignment) {
   Map map = map_from({way_.begin() + 5, way_.end()});
   map.rescale(3);
-  const std::optional<MapMatch> map_match = match_keyframe(options_, map, 1, other_, 6);
-  ASSERT_TRUE(map_match);
-  EXPECT_NEAR(std::log(3 * map_match->other_from_map.scale), 0, 0.05);
-  EXPECT_LT(map_match->log_scale_sigma, 0.1);
-}
-
-// Two views from nearly the same place fit a map of any scale: their scale is not used.
-TEST_F(MapJoinerTest, AllCommonLandmarksDetermineTheAlignment) {
-  Map map = map_from({way_.begin() + 5, way_.end()});
-  map.rescale(3);
-  std::vector<MapMatch> map_matches;
-  for (const KeyframeId keyframe : {0, 1}) {
-    const std::optional<MapMatch> map_match = match_keyframe(options_, map, keyframe, other_, 6);
-    ASSERT_TRUE(map_match);
-    map_matches.push_back(*map_match);
-  }
-  const Sim3 right = align_maps(options_, map, other_, map_matches[0], map_matches[1])->other_from_map;
-  EXPECT_NEAR(std::log(3 * right.scale), 0, 0.01);
-  constexpr double kTooLarge = 1.1;
-  const Eigen::Vector3d center = map.keyframe(0)->center_in_map();
-  for (MapMatch& map_match : map_matches)
-    map_match.other_from_map =
-        map_match.other_from_map * Sim3(kTooLarge, Eigen::Quaterniond::Identity(), (1 - kTooLarge) * center);
-  ASSERT_TRUE(map_matches_agree(map, other_, map_matches[0], map_matches[1]));
-  const std::optional<MapAlignment> alignment =
-      align_maps(options_, map, other_, map_matches[0], map_matches[1]);
+  const std::optional<MapAlignment> alignment = align_maps(options_, map, {0, 1}, other_, 6);
   ASSERT_TRUE(alignment);
   EXPECT_NEAR(std::log(3 * alignment->other_from_map.scale), 0, 0.01);
+  // Frame 5 of the way is in both maps.
+  const Eigen::Vector3d center = map.keyframe(0)->center_in_map();
+  EXPECT_LT((alignment->other_from_map * center - other_.keyframe(5)->center_in_map()).norm(), 0.02);
+  for (const auto& [id, matches] : alignment->found) {
+    for (const auto& [feature, landmark] : matches) {
+      const LandmarkId own = map.keyframe(id)->landmark_of_feature[feature];
+      if (own == kNoLandmark) continue;
+      EXPECT_LT(
+          (alignment->other_from_map * map.landmark(own)->x_in_map - other_.landmark(landmark)->x_in_map)
+              .norm(),
+          0.2);
+    }
+  }
+  EXPECT_FALSE(alignment->found_in_other.empty());
+}
+
+TEST_F(MapJoinerTest, TheInverseAlignsTheOtherWay) {
+  const Map map = map_from({way_.begin() + 5, way_.end()});
+  const std::optional<MapAlignment> alignment = align_maps(options_, map, {0, 1}, other_, 6);
+  ASSERT_TRUE(alignment);
+  const MapAlignment inverse = alignment->inverse();
+  const Eigen::Vector3d x(1, 2, 3);
+  EXPECT_LT((inverse.other_from_map * (alignment->other_from_map * x) - x).norm(), 1e-9);
+  EXPECT_EQ(inverse.found, alignment->found_in_other);
+  EXPECT_EQ(inverse.found_in_other, alignment->found);
+}
+
+TEST_F(MapJoinerTest, OneKeyframeAlignsNone) {
+  const Map map = map_from({way_.begin() + 5, way_.end()});
+  ASSERT_TRUE(locate(options_, other_, 6, *map.keyframe(1)->image).found);
+  EXPECT_FALSE(align_maps(options_, map, {1}, other_, 6));
 }
 
 // Two cameras in front of a wall, one from its left, one from its right: the common part is a strip at the
@@ -92,10 +99,7 @@ TEST_F(MapJoinerTest, AStripOfAWallIsNotTurnedOver) {
       return map;
     };
     const Map left = from_side(-1), right = from_side(1);
-    const std::optional<MapMatch> first = match_keyframe(options, right, 8, left, 8);
-    const std::optional<MapMatch> second = match_keyframe(options, right, 7, left, 8);
-    if (!first || !second) continue;
-    const std::optional<MapAlignment> alignment = align_maps(options, right, left, *first, *second);
+    const std::optional<MapAlignment> alignment = align_maps(options, right, {8, 7}, left, 8);
     if (!alignment) continue;
     ++met;
     EXPECT_LT(alignment->other_from_map.rotation.angularDistance(Eigen::Quaterniond::Identity()), 0.07)
@@ -104,25 +108,20 @@ TEST_F(MapJoinerTest, AStripOfAWallIsNotTurnedOver) {
   EXPECT_GE(met, 6);
 }
 
-TEST_F(MapJoinerTest, TooFewPointsThatBothHaveJoinNone) {
-  const Map map = map_from({way_.begin() + 5, way_.end()});
-  std::vector<MapMatch> map_matches;
-  for (const KeyframeId keyframe : {0, 1}) {
-    const std::optional<MapMatch> map_match = match_keyframe(options_, map, keyframe, other_, 6);
-    ASSERT_TRUE(map_match);
-    map_matches.push_back(*map_match);
-    map_matches.back().location.matches.resize(options_.min_inliers / 2);
-  }
-  EXPECT_FALSE(align_maps(options_, map, other_, map_matches[0], map_matches[1]));
-}
-
-TEST_F(MapJoinerTest, PointsWithoutParallaxTellNoScale) {
-  // A baseline from camera shake: 0.2 px of parallax.
+// A baseline from camera shake: 0.2 px of parallax.
+TEST_F(MapJoinerTest, CamerasDetermineTheScaleWherePointsDoNot) {
   std::vector<Rigid3> still;
   for (int k = 0; k < 5; ++k) still.push_back(camera_at({0.002 * k - 0.1, 0, 0}));
-  const Map map = map_from(still);
-  ASSERT_TRUE(locate(options_, other_, 5, *map.keyframe(1)->image).found);
-  EXPECT_FALSE(match_keyframe(options_, map, 1, other_, 5));
+  Map map = map_from(still);
+  Random random(5);
+  const Eigen::Vector3d center = map.keyframe(2)->center_in_map();
+  for (const LandmarkId l : map.landmark_ids()) {
+    const Eigen::Vector3d& x = map.landmark(l)->x_in_map;
+    map.set_position(l, center + std::exp(random.uniform(-1, 1)) * (x - center));
+  }
+  const std::optional<MapAlignment> alignment = align_maps(options_, map, {1, 2}, other_, 5);
+  ASSERT_TRUE(alignment);
+  EXPECT_NEAR(std::log(alignment->other_from_map.scale), 0, 0.1);
 }
 
 }  // namespace
