@@ -1,10 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
+#include <map>
 #include <utility>
 #include <vector>
 
-#include "map/tracking_map.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 
 namespace mono_pose_tracker {
@@ -24,7 +27,19 @@ constexpr double kMaxRotationDrift = 2 * kMaxDrift;
 
 /// Length of the path from one keyframe to the other, over the keyframes between them in time, in the map's
 /// unit. The order of time is not the order of ids in a merged map.
-double path_length_between(const TrackingMap& map, const KeyframeView& one, const KeyframeView& other);
+template <typename Keyframes, typename Keyframe>
+double path_length_between(const Keyframes& keyframes, const Keyframe& one, const Keyframe& other) {
+  const auto [first, last] = std::minmax(one.frame_index, other.frame_index);
+  std::map<std::int64_t, Eigen::Vector3d> centers;
+  for (const auto& [id, keyframe] : keyframes) {
+    if (keyframe.frame_index < first || keyframe.frame_index > last) continue;
+    centers[keyframe.frame_index] = keyframe.camera_from_map.inverse().translation;
+  }
+  double length = 0;
+  for (auto at = centers.begin(); at != centers.end() && std::next(at) != centers.end(); ++at)
+    length += (std::next(at)->second - at->second).norm();
+  return length;
+}
 
 /// Median distance in the image between expected and observed points, px. Each pair holds the expected and
 /// the observed point, in the camera's frame. The distance of points behind the camera is a million, and so

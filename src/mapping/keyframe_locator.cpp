@@ -45,17 +45,18 @@ bool refine(const MapperOptions& options, const std::vector<LandmarkCandidate>& 
 
 }  // namespace
 
-Location locate(const MapperOptions& options, const Map& map, KeyframeId place, const ImageFeatures& image) {
+Location locate(const MapperOptions& options, const Map& map, KeyframeId place, const ImageFeatures& image,
+                const std::unordered_set<LandmarkId>& excluded) {
   const CameraModel& camera = image.camera;
   Location location;
-  const AbsolutePoseReport pose = pose_by_descriptors(options, candidates_of(map, {place}), image);
+  const AbsolutePoseReport pose = pose_by_descriptors(options, candidates_of(map, {place}, excluded), image);
   if (!pose.success) return location;
   location.camera_from_map = pose.camera_from_map;
   std::vector<KeyframeId> local = {place};
   for (const auto& [id, shared] : map.covisible(place)) {
     if (static_cast<int>(local.size()) < kLocalKeyframes) local.push_back(id);
   }
-  const std::vector<LandmarkCandidate> candidates = candidates_of(map, local);
+  const std::vector<LandmarkCandidate> candidates = candidates_of(map, local, excluded);
   if (!refine(options, candidates, image, &location)) return location;
   std::vector<int> inliers;
   for (const auto& match : location.matches) inliers.push_back(match.first);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -20,7 +21,8 @@ struct Location {
 
 /// Registers an image at one place of a map (a keyframe and its covisible keyframes): descriptor matching,
 /// P3P RANSAC, guided matching, refinement. `found` means that the pose is supported (pose_support.h);
-/// callers should require a second consistent view.
-Location locate(const MapperOptions& options, const Map& map, KeyframeId place, const ImageFeatures& image);
+/// callers should require a second consistent view. excluded: landmarks that are not used.
+Location locate(const MapperOptions& options, const Map& map, KeyframeId place, const ImageFeatures& image,
+                const std::unordered_set<LandmarkId>& excluded = {});
 
 }  // namespace mono_pose_tracker

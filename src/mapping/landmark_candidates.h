@@ -10,11 +10,11 @@
 namespace mono_pose_tracker {
 
 // Candidates for the landmarks that the keyframes observe: one for each landmark, with the descriptor from
-// the first keyframe that observes it.
-inline std::vector<LandmarkCandidate> candidates_of(const Map& map,
-                                                    const std::vector<KeyframeId>& keyframes) {
+// the first keyframe that observes it. excluded: landmarks that are none.
+inline std::vector<LandmarkCandidate> candidates_of(const Map& map, const std::vector<KeyframeId>& keyframes,
+                                                    const std::unordered_set<LandmarkId>& excluded = {}) {
   std::vector<LandmarkCandidate> candidates;
-  std::unordered_set<LandmarkId> known;
+  std::unordered_set<LandmarkId> known = excluded;
   for (const KeyframeId id : keyframes) {
     const Keyframe& keyframe = *map.keyframe(id);
     const Eigen::Vector3d center = keyframe.center_in_map();

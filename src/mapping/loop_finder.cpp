@@ -24,20 +24,18 @@ constexpr double kMaxDisagreementPx = 10;
 constexpr int kMinCovisible = 15;
 
 // Keyframes of the map that are connected to this one.
-std::vector<KeyframeId> connected_to(const TrackingMap& map, KeyframeId keyframe) {
+std::vector<KeyframeId> connected_to(const Map& map, KeyframeId keyframe) {
   std::vector<KeyframeId> connected;
-  const auto found = map.keyframes.find(keyframe);
-  if (found == map.keyframes.end()) return connected;
-  const KeyframeView& view = found->second;
-  for (std::size_t i = 0; i < view.covisible.size() && view.shared_landmarks[i] >= kMinCovisible; ++i) {
-    connected.push_back(view.covisible[i]);
+  for (const auto& [id, shared] : map.covisible(keyframe)) {
+    if (shared < kMinCovisible) break;
+    connected.push_back(id);
   }
   return connected;
 }
 
 /// The keyframe and those connected to it directly or by one between: bundle adjustment corrects the drift
 /// among them.
-std::unordered_set<KeyframeId> near_in_map(const TrackingMap& map, KeyframeId keyframe) {
+std::unordered_set<KeyframeId> near_in_map(const Map& map, KeyframeId keyframe) {
   std::unordered_set<KeyframeId> near = {keyframe};
   for (const KeyframeId id : connected_to(map, keyframe)) {
     near.insert(id);
@@ -47,24 +45,19 @@ std::unordered_set<KeyframeId> near_in_map(const TrackingMap& map, KeyframeId ke
   return near;
 }
 
-bool is_covisible(const TrackingMap& map, KeyframeId a, KeyframeId b) {
-  if (a == b) return true;
-  const auto found = map.keyframes.find(a);
-  if (found == map.keyframes.end()) return false;
-  const std::vector<KeyframeId>& covisible = found->second.covisible;
-  return std::find(covisible.begin(), covisible.end(), b) != covisible.end();
+bool is_covisible(const Map& map, KeyframeId a, KeyframeId b) {
+  return a == b || map.shared(a, b) > 0;
 }
 
 double limit_px(const CameraModel& camera) { return kMaxDisagreementPx * image_scale(camera); }
 
 // Whether features that both loops match are mostly matched to points that the old place observes elsewhere:
 // similar structures, however close together.
-bool contradict(const TrackingMap& map, const LoopConstraint& first, const LoopConstraint& second) {
-  const KeyframeView& place = map.keyframes.at(first.from);
+bool contradict(const Map& map, const LoopConstraint& first, const LoopConstraint& second) {
+  const Keyframe& place = *map.keyframe(first.from);
   const auto pixel_of = [&](LandmarkId id, Eigen::Vector2d* pixel) {
-    const auto landmark = map.landmarks.find(id);
-    return landmark != map.landmarks.end() &&
-           place.image->camera.project(place.camera_from_map * landmark->second, pixel);
+    const Landmark* landmark = map.landmark(id);
+    return landmark && place.image->camera.project(place.camera_from_map * landmark->x_in_map, pixel);
   };
   const std::unordered_map<LandmarkId, LandmarkId> old_of(first.matches.begin(), first.matches.end());
   const double limit = limit_px(place.image->camera);
@@ -82,25 +75,24 @@ bool contradict(const TrackingMap& map, const LoopConstraint& first, const LoopC
 
 }  // namespace
 
-std::vector<KeyframeId> LoopFinder::candidates(const TrackingMap& map, const PlaceIndex& index,
+std::vector<KeyframeId> LoopFinder::candidates(const Map& map, const PlaceIndex& index,
                                                KeyframeId keyframe) const {
   const std::unordered_set<KeyframeId> near = near_in_map(map, keyframe);
   std::vector<KeyframeId> ids;
   for (const PlaceMatch& match :
-       index.query(map.keyframes.at(keyframe).image->set, kBestPlaces,
-                   [&](KeyframeId id) { return map.keyframes.count(id) > 0 && near.count(id) == 0; })) {
+       index.query(map.keyframe(keyframe)->image->set, kBestPlaces,
+                   [&](KeyframeId id) { return map.keyframe(id) && near.count(id) == 0; })) {
     ids.push_back(match.id);
   }
   return ids;
 }
 
-bool LoopFinder::agree(const TrackingMap& map, const LoopConstraint& first,
-                       const LoopConstraint& second) const {
+bool LoopFinder::agree(const Map& map, const LoopConstraint& first, const LoopConstraint& second) const {
   const double limit = limit_px(camera_);
   return loop_disagreement_px(map, first, second) < limit && loop_disagreement_px(map, second, first) < limit;
 }
 
-std::optional<LoopConstraint> LoopFinder::best_unambiguous(const TrackingMap& map,
+std::optional<LoopConstraint> LoopFinder::best_unambiguous(const Map& map,
                                                            std::vector<LoopConstraint> loops) const {
   if (loops.empty()) return std::nullopt;
   std::stable_sort(loops.begin(), loops.end(), [](const LoopConstraint& a, const LoopConstraint& b) {
@@ -118,8 +110,7 @@ std::optional<LoopConstraint> LoopFinder::best_unambiguous(const TrackingMap& ma
   return std::move(loops[0]);
 }
 
-std::optional<LoopConstraint> LoopFinder::find(const TrackingMap& map, const PlaceIndex& index,
-                                               KeyframeId keyframe) {
+std::optional<LoopConstraint> LoopFinder::find(const Map& map, const PlaceIndex& index, KeyframeId keyframe) {
   if (awaiting_ && ++waited_ > kMaxWait) awaiting_.reset();
   std::vector<LoopConstraint> loops;
   const std::vector<KeyframeId> places = candidates(map, index, keyframe);

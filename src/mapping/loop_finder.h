@@ -3,7 +3,6 @@
 #include <optional>
 #include <vector>
 
-#include "map/tracking_map.h"
 #include "mapping/loop_verifier.h"
 #include "mapping/place_index.h"
 #include "mono_pose_tracker/camera/camera_model.h"
@@ -22,18 +21,16 @@ class LoopFinder {
   /// Called with each new keyframe, in order, unless an earlier loop is still being closed. The index may
   /// hold keyframes that the map no longer has. The `matches` of a returned loop are those on which both
   /// keyframes agree.
-  std::optional<LoopConstraint> find(const TrackingMap& map, const PlaceIndex& index, KeyframeId keyframe);
+  std::optional<LoopConstraint> find(const Map& map, const PlaceIndex& index, KeyframeId keyframe);
   /// A loop that awaits its second keyframe continues to do so.
   void set_options(const MapperOptions& options) { options_ = options; }
   /// Drops the loop that awaits a second keyframe: the map was corrected or another one begun.
   void reset() { awaiting_.reset(); }
 
  private:
-  std::vector<KeyframeId> candidates(const TrackingMap& map, const PlaceIndex& index,
-                                     KeyframeId keyframe) const;
-  std::optional<LoopConstraint> best_unambiguous(const TrackingMap& map,
-                                                 std::vector<LoopConstraint> loops) const;
-  bool agree(const TrackingMap& map, const LoopConstraint& first, const LoopConstraint& second) const;
+  std::vector<KeyframeId> candidates(const Map& map, const PlaceIndex& index, KeyframeId keyframe) const;
+  std::optional<LoopConstraint> best_unambiguous(const Map& map, std::vector<LoopConstraint> loops) const;
+  bool agree(const Map& map, const LoopConstraint& first, const LoopConstraint& second) const;
 
   MapperOptions options_;
   CameraModel camera_;

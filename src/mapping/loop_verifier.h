@@ -4,9 +4,9 @@
 #include <utility>
 #include <vector>
 
-#include "map/tracking_map.h"
 #include "mapping/pose_support.h"
 #include "mono_pose_tracker/geometry/sim3.h"
+#include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/mapping/mapper_options.h"
 
 namespace mono_pose_tracker {
@@ -22,15 +22,14 @@ struct LoopConstraint {
   double drift = 0;  // displacement of the new keyframe, as a share of the path between the two
 };
 
-/// Compares a keyframe with an old place (a keyframe and those that share most landmarks with it): descriptor
-/// matching, RANSAC for a similarity over the common points, guided matching with all landmarks of the old
-/// place, the similarity again. Nothing when there are too few inliers, when too few of the expected
-/// landmarks are found (pose_support.h), or when the correction exceeds possible drift (kMaxDrift in
-/// aliased_places.h). An aliased place can pass; LoopFinder handles that.
-std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const TrackingMap& map,
-                                          KeyframeId keyframe, KeyframeId place);
+/// Locates a keyframe at an old place (keyframe_locator.h), without the landmarks that it observes already,
+/// and aligns its own landmarks with those found there (map_joiner.h). Nothing when it is not found, or when
+/// the correction exceeds possible drift (kMaxDrift in aliased_places.h). An aliased place can pass;
+/// LoopFinder handles that.
+std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const Map& map, KeyframeId keyframe,
+                                          KeyframeId place);
 
 /// Median error of the other loop's points under this loop's similarity, px in the other's old place.
-double loop_disagreement_px(const TrackingMap& map, const LoopConstraint& loop, const LoopConstraint& other);
+double loop_disagreement_px(const Map& map, const LoopConstraint& loop, const LoopConstraint& other);
 
 }  // namespace mono_pose_tracker

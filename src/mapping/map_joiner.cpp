@@ -65,13 +65,7 @@ std::optional<Sim3> similarity_of_rays(const MapperOptions& options, const Map& 
   const SimilarityReport found = estimate_similarity_from_rays(rays, similarity);
   // A common landmark has a ray in either direction.
   if (!found.success || found.num_inliers < 2 * options.min_inliers) return std::nullopt;
-  const std::vector<SimilarityMatch> point_pairs = paired_observations(map, other, same);
-  SimilarityReport report = refine_similarity(point_pairs, similarity, found.b_from_a);
-  if (report.num_inliers < 2 * options.min_inliers) return found.b_from_a;
-  report = similarity_from_points(point_pairs, similarity, report);
-  report = resolve_flip_by_depths(point_pairs, similarity, report);
-  if (!report.success) return std::nullopt;
-  return report.b_from_a;
+  return resolve_flip(paired_observations(map, other, same), similarity, found.b_from_a);
 }
 
 // Keyframe pairs of the two maps that may show the same place: nearest in time, and similar ones.
@@ -149,8 +143,8 @@ FoundLandmarks agreeing(const MapperOptions& options, const Map& map, const Map&
   return agreeing;
 }
 
-std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& map, const Map& other,
-                                       const FoundLandmarks& found, const FoundLandmarks& found_in_other) {
+std::optional<MapAlignment> align(const MapperOptions& options, const Map& map, const Map& other,
+                                  const FoundLandmarks& found, const FoundLandmarks& found_in_other) {
   const std::optional<Sim3> other_from_map = similarity_of_rays(
       options, map, other, rays_of(map, other, found, found_in_other), same_landmarks(map, found));
   if (!other_from_map) return std::nullopt;
@@ -165,20 +159,26 @@ std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& 
 std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& map,
                                        const std::vector<KeyframeId>& keyframes, const Map& other,
                                        KeyframeId place) {
-  FoundLandmarks found, found_in_other;
+  FoundLandmarks found;
   for (const KeyframeId id : keyframes) {
     const Location location = locate(options, other, place, *map.keyframe(id)->image);
     if (location.found) found[id] = {location.matches.begin(), location.matches.end()};
     if (found.empty()) return std::nullopt;
   }
   if (found.size() < 2) return std::nullopt;
+  return align_maps(options, map, other, std::move(found));
+}
+
+std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& map, const Map& other,
+                                       FoundLandmarks found) {
+  FoundLandmarks found_in_other;
   for (const auto& [own, theirs] : same_landmarks(map, found)) {
     for (const Observation& seen : map.landmark(own)->observations)
       found[seen.keyframe].emplace(seen.feature, theirs);
     for (const Observation& seen : other.landmark(theirs)->observations)
       found_in_other[seen.keyframe].emplace(seen.feature, own);
   }
-  return align_maps(options, map, other, found, found_in_other);
+  return align(options, map, other, found, found_in_other);
 }
 
 std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& map, const Map& other,
@@ -201,7 +201,7 @@ std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& 
       if (their_id != kNoLandmark) found[own.id].emplace(feature, their_id);
     }
   }
-  return align_maps(options, map, other, found, found_in_other);
+  return align(options, map, other, found, found_in_other);
 }
 
 std::vector<std::pair<LandmarkId, LandmarkId>> same_landmarks(const Map& map, const FoundLandmarks& found) {

@@ -24,6 +24,12 @@ struct MapAlignment {
   MapAlignment inverse() const { return {other_from_map.inverse(), found_in_other, found}; }
 };
 
+/// By landmarks of the other map that keyframes of `map` observe, and all keyframes that observe the same
+/// landmarks. Nothing where these do not determine a similarity (estimate_similarity_from_rays). The two may
+/// be one map, where it has some landmarks twice.
+std::optional<MapAlignment> align_maps(const MapperOptions& options, const Map& map, const Map& other,
+                                       FoundLandmarks found);
+
 /// By locating keyframes of `map` at a place of the other (a keyframe and those that share landmarks with
 /// it). The first of the keyframes and at least one more must be found there. Nothing when they and the
 /// keyframes that observe their landmarks do not determine a similarity (estimate_similarity_from_rays).

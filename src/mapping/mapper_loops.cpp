@@ -105,8 +105,7 @@ void Mapper::seek_loop() {
   // Tested twice, a keyframe would confirm itself.
   if (map_state_.closing || std::exchange(map_state_.sought, newest) == newest) return;
   const StageTimer timer(stages_, "loop_search");
-  const std::optional<LoopConstraint> loop =
-      map_state_.loop_finder.find(*tracking_map_, places_->index(), newest);
+  const std::optional<LoopConstraint> loop = map_state_.loop_finder.find(map_, places_->index(), newest);
   if (!loop) return;
   if (std::exchange(map_state_.adjusting, false)) ++map_state_.ticket;  // it would be of the drifted map
   map_state_.closing = true;

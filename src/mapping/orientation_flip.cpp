@@ -52,40 +52,27 @@ std::vector<SimilarityMatch> with_depth_noise(std::vector<SimilarityMatch> obser
   return observations;
 }
 
-using Refine = SimilarityReport (*)(const std::vector<SimilarityMatch>&, const SimilarityOptions&,
-                                    const Sim3&);
-
-// Refines from two initial values, the similarity and the alignment of its points, and returns the one with
-// the lower cost.
-SimilarityReport lower_cost_of(const std::vector<SimilarityMatch>& observations,
-                               const SimilarityOptions& options, const SimilarityReport& report,
-                               Refine refine) {
-  Sim3 start;
-  if (!fit_points(observations, report.inliers, &start)) return report;
-  const std::vector<SimilarityMatch> known =
-      with_depth_noise(observations, share_of_depth_noise(observations, start));
-  SimilarityReport as_it_was = refine(known, options, report.b_from_a),
-                   from_points = refine(known, options, start);
-  return from_points.score < as_it_was.score ? from_points : as_it_was;
+bool is_flipped(const SimilarityReport& one, const Sim3& other) {
+  constexpr double kMinFlip = 5 * kDegree;
+  return one.b_from_a.rotation.angularDistance(other.rotation) > kMinFlip;
 }
 
 }  // namespace
 
-SimilarityReport similarity_from_points(const std::vector<SimilarityMatch>& observations,
-                                        const SimilarityOptions& options, const SimilarityReport& by_angles) {
-  return lower_cost_of(observations, options, by_angles, refine_similarity);
-}
-
-bool is_flipped(const SimilarityReport& one, const SimilarityReport& other) {
-  constexpr double kMinFlip = 5 * kDegree;
-  return one.b_from_a.rotation.angularDistance(other.b_from_a.rotation) > kMinFlip;
-}
-
-SimilarityReport resolve_flip_by_depths(const std::vector<SimilarityMatch>& observations,
-                                        const SimilarityOptions& options, const SimilarityReport& found) {
-  if (!found.success) return found;
-  const SimilarityReport by_depths = lower_cost_of(observations, options, found, refine_similarity_by_depths);
-  return is_flipped(by_depths, found) ? by_depths : found;
+std::optional<Sim3> resolve_flip(const std::vector<SimilarityMatch>& observations,
+                                 const SimilarityOptions& options, const Sim3& found) {
+  Sim3 of_points;
+  if (!fit_points(observations, refine_similarity_by_depths(observations, options, found).inliers,
+                  &of_points))
+    return found;
+  const std::vector<SimilarityMatch> known =
+      with_depth_noise(observations, share_of_depth_noise(observations, of_points));
+  const SimilarityReport as_found = refine_similarity_by_depths(known, options, found),
+                         from_points = refine_similarity_by_depths(known, options, of_points);
+  const SimilarityReport& best = from_points.score < as_found.score ? from_points : as_found;
+  if (!is_flipped(best, found)) return found;
+  if (!best.success) return std::nullopt;
+  return best.b_from_a;
 }
 
 }  // namespace mono_pose_tracker

@@ -29,8 +29,8 @@ struct SimilarityMatch {
 
 struct SimilarityOptions {
   static constexpr double kThresholdSigmas = 3;
-  // threshold: angle in radians between a viewing ray and the other map's point, on both sides; it is
-  // kThresholdSigmas standard deviations
+  // threshold: angle in radians between a viewing ray and the other map's point; it is kThresholdSigmas
+  // standard deviations
   RansacOptions ransac;
   /// Largest standard deviation of the rotation about the worst axis (deg). It is large when all inliers lie
   /// near one line. A less certain rotation would distort a map more than drift does.
@@ -45,21 +45,10 @@ struct SimilarityReport {
   Sim3 b_from_a;
   double score = 0;  // MSAC, rad^2
   int num_inliers = 0;
-  std::vector<char> inliers;      // a flag a match
+  std::vector<char> inliers;      // a flag for each ray or match
   double rotation_sigma_deg = 0;  // standard deviation about the worst axis
   double scale_sigma = 0;         // relative
-  int iterations = 0;
 };
-
-/// Similarity between two maps from common points: RANSAC over triangles of points (Umeyama 1991), then least
-/// squares. Residuals are the angles between a viewing ray of one map and the point in the other map, in both
-/// directions. Depth, which is least certain, has little influence on them. If both maps have depth
-/// uncertainties, log depth residuals are added. (Angles alone leave two similarities for a patch of a wall
-/// that both maps observe from one side.) No success with three inliers or fewer, or when they do not
-/// determine the rotation or the scale (max_rotation_sigma_deg, max_scale_sigma). Throws
-/// std::invalid_argument on options out of range.
-SimilarityReport estimate_similarity(const std::vector<SimilarityMatch>& matches,
-                                     const SimilarityOptions& options);
 
 /// A camera of one map observes a point of the other.
 struct RayToPoint {
@@ -72,22 +61,20 @@ struct RayToPoint {
 
 /// Similarity between two maps whose cameras observe points of the other map, where few points are in both
 /// (pose and scale of a rig, as Ventura et al. 2014, A minimal solution to the generalized pose-and-scale
-/// problem; here by the absolute pose of each camera and the scale of one more ray). Residuals, inliers and
-/// success as above; a ray is an inlier by itself. No success either with less than half of the inliers that
-/// the cameras have when each has its own pose: then they do not agree on a similarity.
+/// problem; here by the absolute poses of the cameras with most rays and the scale of one more ray, then
+/// least squares). Residuals are the angles between the rays and the points. No success with three rays or
+/// fewer, when the rays do not determine the rotation or the scale (max_rotation_sigma_deg, max_scale_sigma),
+/// or with less than half of the inliers that the cameras have when each has its own pose: then they do not
+/// agree on a similarity. Throws std::invalid_argument on options out of range.
 SimilarityReport estimate_similarity_from_rays(const std::vector<RayToPoint>& rays,
                                                const SimilarityOptions& options);
 
-/// Least squares alone, from an initial similarity.
-SimilarityReport refine_similarity(const std::vector<SimilarityMatch>& matches,
-                                   const SimilarityOptions& options, const Sim3& start);
-
-/// Least squares weighted by covariance, including the depth uncertainty of both maps along their own viewing
-/// rays (Mahalanobis distance; total least squares). It determines the orientation of a patch of a wall that
-/// one map observes from its left and the other from its right. Each depth_sigma must be finite; matches of
-/// one point must be adjacent, as they share its errors. Inliers lie within the threshold's standard
-/// deviations in both directions; up to 6 % of the correct matches do not. No success with seven points or
-/// fewer, or where they do not determine the rotation or the scale.
+/// Least squares from an initial similarity, weighted by covariance, including the depth uncertainty of both
+/// maps along their own viewing rays (Mahalanobis distance; total least squares). It determines the
+/// orientation of a patch of a wall that one map observes from its left and the other from its right. Each
+/// depth_sigma must be finite; matches of one point must be adjacent, as they share its errors. Inliers lie
+/// within the threshold's standard deviations in both directions; up to 6 % of the correct matches do not. No
+/// success with seven points or fewer, or where they do not determine the rotation or the scale.
 SimilarityReport refine_similarity_by_depths(const std::vector<SimilarityMatch>& matches,
                                              const SimilarityOptions& options, const Sim3& start);
 

@@ -30,7 +30,8 @@ bool may_be_drift(const TrackingMap& map, const FoundPlace& a, const FoundPlace&
   const Rigid3 a_in_map = a.report.camera_from_map.inverse(), b_in_map = b.report.camera_from_map.inverse();
   if (a_in_map.rotation.angularDistance(b_in_map.rotation) > kMaxRotationDrift) return false;
   return (a_in_map.translation - b_in_map.translation).norm() <=
-         kMaxDrift * path_length_between(map, map.keyframes.at(a.keyframe), map.keyframes.at(b.keyframe));
+         kMaxDrift *
+             path_length_between(map.keyframes, map.keyframes.at(a.keyframe), map.keyframes.at(b.keyframe));
 }
 
 }  // namespace

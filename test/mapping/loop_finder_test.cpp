@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
-#include <set>
+#include <utility>
+#include <vector>
 
 #include "common/angles.h"
 #include "support/synthetic_views.h"
@@ -27,57 +29,43 @@ class DriftingMap {
   explicit DriftingMap(const SyntheticScene& scene) : scene_(scene) {}
 
   KeyframeId add(const Rigid3& camera_from_world, int stretch, const Sim3& map_from_world, Random& random) {
-    KeyframeView view;
-    view.id = static_cast<KeyframeId>(map.keyframes.size());
-    view.frame_index = next_frame++;
     std::vector<int> point_of;
-    view.image = synthetic_frame(scene_, camera, camera_from_world, 0.5, view.id, random, &point_of).image;
+    const ImageFeaturesPtr image =
+        synthetic_frame(scene_, camera, camera_from_world, 0.5, map.keyframes().size(), random, &point_of)
+            .image;
     const Rigid3 world_from_camera = camera_from_world.inverse();
-    view.camera_from_map = Rigid3(map_from_world.rotation * world_from_camera.rotation,
-                                  map_from_world * world_from_camera.translation)
-                               .inverse();
-    for (const int point : point_of) {
-      const LandmarkId id = stretch * kStretch + point;
-      if (map.landmarks.count(id) == 0) {
+    const KeyframeId id = map.add_keyframe(next_frame, next_frame,
+                                           Rigid3(map_from_world.rotation * world_from_camera.rotation,
+                                                  map_from_world * world_from_camera.translation)
+                                               .inverse(),
+                                           image);
+    ++next_frame;
+    for (std::size_t f = 0; f < point_of.size(); ++f) {
+      const auto [entry, is_new] = landmark_of_.try_emplace({stretch, point_of[f]}, kNoLandmark);
+      if (is_new) {
         // Depths are known to half a per cent.
-        const Eigen::Vector3d ray = scene_.x_in_map[point] - world_from_camera.translation;
-        map.landmarks.set(
-            id, map_from_world * (world_from_camera.translation + (1 + 0.005 * random.normal()) * ray));
+        const Eigen::Vector3d ray = scene_.x_in_map[point_of[f]] - world_from_camera.translation;
+        entry->second = map.add_landmark(
+            map_from_world * (world_from_camera.translation + (1 + 0.005 * random.normal()) * ray));
+        point_of_landmark_[entry->second] = point_of[f];
       }
-      view.landmark_of_feature.push_back(id);
+      map.add_observation(entry->second, id, static_cast<int>(f));
     }
-    for (KeyframeId id = 0; id < view.id; ++id) {
-      KeyframeView other = map.keyframes.at(id);
-      if (const int shared = shared_landmarks(other, view); shared > 15) {
-        other.covisible.push_back(view.id);
-        other.shared_landmarks.push_back(shared);
-        view.covisible.push_back(id);
-        view.shared_landmarks.push_back(shared);
-        map.keyframes.set(id, other);
-      }
-    }
-    index.add(view.id, view.image->set);
-    map.keyframes.set(view.id, view);
-    return view.id;
+    index.add(id, image->set);
+    return id;
   }
 
-  static int point_of(LandmarkId id) { return id % kStretch; }
+  int point_of(LandmarkId id) const { return point_of_landmark_.at(id); }
 
   const CameraModel camera = synthetic_camera();
-  TrackingMap map;
+  Map map;
   PlaceIndex index;
   std::int64_t next_frame = 0;
 
  private:
-  static constexpr int kStretch = 100000;
-
-  static int shared_landmarks(const KeyframeView& a, const KeyframeView& b) {
-    const std::set<LandmarkId> of_a(a.landmark_of_feature.begin(), a.landmark_of_feature.end());
-    return static_cast<int>(std::count_if(b.landmark_of_feature.begin(), b.landmark_of_feature.end(),
-                                          [&](LandmarkId id) { return of_a.count(id) > 0; }));
-  }
-
   const SyntheticScene& scene_;
+  std::map<std::pair<int, int>, LandmarkId> landmark_of_;  // by part of the path and point
+  std::map<LandmarkId, int> point_of_landmark_;
 };
 
 /// A round hall: the camera moves on a circle of 5 m and looks at a wall 4 m away, which is observed once on
@@ -136,16 +124,16 @@ TEST(LoopFinder, FindsARealRevisitWhenASecondKeyframeAgrees) {
   ASSERT_GE(loop->matches.size(), 100u);
   int right = 0;
   for (const auto& [in_new, in_old] : loop->matches) {
-    right += DriftingMap::point_of(in_new) == DriftingMap::point_of(in_old);
-    const Eigen::Vector3d corrected = loop->old_from_new * hall.world.map.landmarks.at(in_new);
-    EXPECT_LT((corrected - hall.world.map.landmarks.at(in_old)).norm(), 0.3);
+    right += hall.world.point_of(in_new) == hall.world.point_of(in_old);
+    const Eigen::Vector3d corrected = loop->old_from_new * hall.world.map.landmark(in_new)->x_in_map;
+    EXPECT_LT((corrected - hall.world.map.landmark(in_old)->x_in_map).norm(), 0.3);
   }
   EXPECT_GE(right, 0.99 * loop->matches.size());
   EXPECT_NEAR(loop->old_from_new.scale * hall.drifted.scale, 1, 0.01);
   const Eigen::Vector3d center(5 * std::sin(54 * kDegree), 0, 5 * std::cos(54 * kDegree));
   EXPECT_LT((loop->old_from_new * (hall.drifted * center) - center).norm(), 0.05);
   // The edge of the pose graph: pose of the new camera in the old one.
-  const Rigid3 old_camera = hall.world.map.keyframes.at(loop->from).camera_from_map;
+  const Rigid3 old_camera = hall.world.map.keyframe(loop->from)->camera_from_map;
   EXPECT_LT((loop->from_from_to.translation - old_camera * center).norm(), 0.05);
   EXPECT_LT(
       loop->from_from_to.rotation.angularDistance(old_camera.rotation * hall_camera(54).inverse().rotation),
@@ -231,8 +219,7 @@ TEST(LoopFinder, APosterSeenElsewhereIsNoPlace) {
   for (int degrees = 296; degrees <= 306; degrees += 5) {
     const KeyframeId keyframe = world.add(hall_camera(degrees), 1, drifted, random);
     EXPECT_FALSE(
-        world.index
-            .query(world.map.keyframes.at(keyframe).image->set, 1, [](KeyframeId id) { return id < 20; })
+        world.index.query(world.map.keyframe(keyframe)->image->set, 1, [](KeyframeId id) { return id < 20; })
             .empty());
     EXPECT_FALSE(finder.find(world.map, world.index, keyframe));
   }
@@ -334,7 +321,7 @@ TEST(LoopFinder, IdenticalDoorsAreNoLoop) {
     Corridor corridor(between);
     EXPECT_EQ(corridor.walk(), 0) << between << " points of its own between two doors";
     // There were similar places.
-    const KeyframeView& last = corridor.world.map.keyframes.rbegin()->second;
+    const Keyframe& last = corridor.world.map.keyframes().rbegin()->second;
     const auto similar =
         corridor.world.index.query(last.image->set, 1, [&](KeyframeId id) { return id < 30; });
     ASSERT_FALSE(similar.empty());
