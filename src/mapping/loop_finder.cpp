@@ -45,9 +45,7 @@ std::unordered_set<KeyframeId> near_in_map(const Map& map, KeyframeId keyframe) 
   return near;
 }
 
-bool is_covisible(const Map& map, KeyframeId a, KeyframeId b) {
-  return a == b || map.shared(a, b) > 0;
-}
+bool is_covisible(const Map& map, KeyframeId a, KeyframeId b) { return a == b || map.shared(a, b) > 0; }
 
 double limit_px(const CameraModel& camera) { return kMaxDisagreementPx * image_scale(camera); }
 
