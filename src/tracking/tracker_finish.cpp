@@ -207,7 +207,11 @@ FrameReport Tracker::Impl::register_image_again(std::int64_t frame_index, std::i
   const TrackingMapPtr map = worker_.latest();
   if (frame && map) {
     const RegistrationReport registration = register_again(*frame, *map);
-    if (registration.success) set_pose(*frame, *map, registration, Among::kAll, true);
+    if (registration.success) {
+      set_pose(*frame, *map, registration, Among::kAll, true);
+    } else {
+      frames_[map->map_id].erase(frame_index);
+    }
     describe(registration, &report);
   }
   finish_report(&report);

@@ -59,6 +59,25 @@ TEST(Tracker, PosesEveryImageOfARecording) {
   EXPECT_LT(newest.points.size(), all->points.size()) << "what it sees, not the whole map";
 }
 
+TEST(Tracker, AnImageThatTheFinishedMapDoesNotRegisterHasNoPose) {
+  Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
+  track_all(&tracker);
+  ASSERT_TRUE(tracker.finish());
+  const RegisteredFrame last = tracker.trajectory().back();
+  const auto is_registered = [&] {
+    const std::vector<RegisteredFrame> trajectory = tracker.trajectory();
+    return std::any_of(trajectory.begin(), trajectory.end(),
+                       [&](const RegisteredFrame& frame) { return frame.index == last.index; });
+  };
+  const SimulatedFrame& frame = room().frames[last.index];
+  EXPECT_TRUE(tracker.register_image_again(last.index, frame.stamp_ns, frame.image).map_from_camera);
+  EXPECT_TRUE(is_registered());
+  cv::Mat other;
+  cv::cvtColor(random_texture(frame.image.cols, frame.image.rows, 5), other, cv::COLOR_GRAY2BGR);
+  EXPECT_FALSE(tracker.register_image_again(last.index, frame.stamp_ns, other).map_from_camera);
+  EXPECT_FALSE(is_registered());
+}
+
 TEST(Tracker, TheFirstPoseSaysWhatTheMapWasBegunWith) {
   Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
   const std::vector<FrameReport> reports = track_all(&tracker);
