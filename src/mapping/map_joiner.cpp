@@ -65,7 +65,9 @@ std::optional<Sim3> similarity_of_rays(const MapperOptions& options, const Map& 
   const SimilarityReport found = estimate_similarity_from_rays(rays, similarity);
   // A common landmark has a ray in either direction.
   if (!found.success || found.num_inliers < 2 * options.min_inliers) return std::nullopt;
-  return resolve_flip(paired_observations(map, other, same), similarity, found.b_from_a);
+  // Each common point has two observations.
+  return resolve_flip(paired_observations(map, other, same), similarity, found.b_from_a,
+                      2 * options.min_inliers);
 }
 
 // Keyframe pairs of the two maps that may show the same place: nearest in time, and similar ones.

@@ -60,7 +60,7 @@ bool is_flipped(const SimilarityReport& one, const Sim3& other) {
 }  // namespace
 
 std::optional<Sim3> resolve_flip(const std::vector<SimilarityMatch>& observations,
-                                 const SimilarityOptions& options, const Sim3& found) {
+                                 const SimilarityOptions& options, const Sim3& found, int min_inliers) {
   Sim3 of_points;
   if (!fit_points(observations, refine_similarity_by_depths(observations, options, found).inliers,
                   &of_points))
@@ -70,9 +70,9 @@ std::optional<Sim3> resolve_flip(const std::vector<SimilarityMatch>& observation
   const SimilarityReport as_found = refine_similarity_by_depths(known, options, found),
                          from_points = refine_similarity_by_depths(known, options, of_points);
   const SimilarityReport& best = from_points.score < as_found.score ? from_points : as_found;
-  if (!is_flipped(best, found)) return found;
+  if (best.num_inliers < min_inliers) return found;
   if (!best.success) return std::nullopt;
-  return best.b_from_a;
+  return is_flipped(best, found) ? best.b_from_a : found;
 }
 
 }  // namespace mono_pose_tracker

@@ -30,9 +30,10 @@ RayToPoint ray_to_point(const Keyframe& keyframe, int feature, const Eigen::Vect
 // Resolves an orientation flip between two maps that view one planar patch: rays leave two orientations of it
 // open, 10 to 33 degrees apart for strips of a wall, and the angular error may favour the wrong one, as the
 // depth uncertainty of each map is lateral for the other. Returns the given similarity or, where it is
-// flipped, the one that the covariances of both maps favour; nothing where they leave it open. depth_sigma of
-// the observations: prior uncertainty up to a common factor.
+// flipped, the one that the covariances of both maps favour; nothing where the points leave it open. With
+// fewer inliers than min_inliers they decide nothing. depth_sigma of the observations: prior uncertainty up
+// to a common factor.
 std::optional<Sim3> resolve_flip(const std::vector<SimilarityMatch>& observations,
-                                 const SimilarityOptions& options, const Sim3& found);
+                                 const SimilarityOptions& options, const Sim3& found, int min_inliers);
 
 }  // namespace mono_pose_tracker
