@@ -50,6 +50,8 @@ std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const Ma
   loop.from_from_to = Sim3(map.keyframe(place)->camera_from_map) * loop.old_from_new *
                       Sim3(keyframe.camera_from_map.inverse());
   loop.matches = same_landmarks(map, alignment->found);
+  // A landmark has as many rays as keyframes observe it: these count as one.
+  if (static_cast<int>(loop.matches.size()) < options.min_inliers) return std::nullopt;
   loop.support = location.support;
   const std::optional<double> drift = drift_of(map, keyframe, loop);
   if (!drift) return std::nullopt;

@@ -7,7 +7,6 @@
 #include <set>
 #include <tuple>
 
-#include "common/median.h"
 #include "landmark_parallax.h"
 #include "mapping/keyframe_locator.h"
 #include "mono_pose_tracker/camera/camera_model.h"
@@ -22,7 +21,7 @@ namespace {
 constexpr double kKnownDepthPx = 4.2;
 constexpr double kKnownDepthSigma = 0.2;
 constexpr double kLeastParallax = 1e-6;  // rad: without parallax there is no depth
-// px at 640 px (image_scale): drift between the two keyframes in either map adds to the error of the matches.
+// px at 640 px (image_scale): drift between the keyframes in either map adds to the error of the matches.
 constexpr double kMaxDisagreement = 12;
 
 // kKnownDepthPx in rad.
@@ -63,7 +62,7 @@ std::optional<Sim3> similarity_of_rays(const MapperOptions& options, const Map& 
   SimilarityOptions similarity;
   similarity.ransac = options.ransac;
   const SimilarityReport found = estimate_similarity_from_rays(rays, similarity);
-  // A common landmark has a ray in either direction.
+  // A common landmark has at least one ray in either direction.
   if (!found.success || found.num_inliers < 2 * options.min_inliers) return std::nullopt;
   // Each common point has two observations.
   return resolve_flip(paired_observations(map, other, same), similarity, found.b_from_a,

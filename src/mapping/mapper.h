@@ -127,7 +127,9 @@ class Mapper {
 
   // State of the present map besides its content. It is reset when the present map changes.
   struct MapState {
-    MapState(const MapperOptions& options, const CameraModel& camera) : loop_finder(options, camera) {}
+    MapState(const MapperOptions& options, const CameraModel& camera)
+        : watch(motion_segmentation_options(options.matching, options.ransac, 1)),
+          loop_finder(options, camera) {}
 
     // Unmasked features of keyframes that were inserted with masked ones.
     std::map<KeyframeId, ImageFeaturesPtr> unmasked;

@@ -219,6 +219,7 @@ bool Mapper::join_where_aligned(KeyframeId newest) {
 
 // The present map is the older one (switched to, or loaded), and its frame stays.
 bool Mapper::join_newer(std::uint32_t inactive_id, const MapAlignment& alignment) {
+  if (alignment.found_in_other.empty()) return false;
   const std::uint32_t older = map_id_;
   const MapState previous_state = map_state_;  // restored where the merge fails
   resume(inactive_id, true, epoch_);

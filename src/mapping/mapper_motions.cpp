@@ -67,10 +67,7 @@ void Mapper::exclude_static_overlay() {
 }
 
 MotionSegmentationOptions Mapper::motion_options() const {
-  MotionSegmentationOptions options;
-  options.matching = options_.matching;
-  options.ransac = options_.ransac;
-  return options;
+  return motion_segmentation_options(options_.matching, options_.ransac, 1);
 }
 
 void Mapper::watch_static_background(const KeyframeCandidate& candidate) {
@@ -91,7 +88,7 @@ void Mapper::watch_static_background(const InitialMap& initial) {
     if (view.frame.is_masked) return;
     images.push_back({view.frame.index, view.frame.image});
   }
-  map_state_.watch.begin(images, motion_options());
+  map_state_.watch.begin(images);
 }
 
 // Compares the newest keyframe with one before it. Where the object that rotates is wanted, the unmasked

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -87,12 +88,14 @@ bool is_among_others(const PairMotions& pair, const std::vector<Feature>& featur
   return most_of_nearest(voters, std::move(known));
 }
 
-double rotation_between(const RegisteredImage& first, const RegisteredImage& second, const PairMotions& pair,
-                        ObeyedMotion motion, const MotionSegmentationOptions& options) {
+// None for fewer matches than determine it.
+std::optional<double> rotation_between(const RegisteredImage& first, const RegisteredImage& second,
+                                       const PairMotions& pair, ObeyedMotion motion,
+                                       const MotionSegmentationOptions& options) {
   const MatchedBearings of_motion(pair.matches, first.image->set, second.image->set,
                                   [&](std::size_t i) { return pair.obeyed[i] == motion; });
-  return of_motion.first.size() < options.min_rotating ? 0
-                                                       : rotation_in_view(of_motion.first, of_motion.second);
+  if (of_motion.first.size() < options.min_rotating) return std::nullopt;
+  return rotation_in_view(of_motion.first, of_motion.second);
 }
 
 // All images in the order of time, each once. `seen` has priority over a keyframe's own image, as features
@@ -166,16 +169,24 @@ void vote(const Pair& images, const PairMotions& pair, int against, TrackVotes* 
     const Match& m = pair.matches[i];
     votes->join(images.first, m.first, images.second, m.second);
     if (!pair.has_other || pair.obeyed[i] == ObeyedMotion::kBoth) continue;
-    const bool is_for = pair.obeyed[i] == ObeyedMotion::kObject;
-    const TrackVotes::Count count = {is_for, is_for                                   ? 0
-                                             : pair.obeyed[i] == ObeyedMotion::kOther ? against
-                                                                                      : 1};
+    TrackVotes::Count count{0, 1};
+    if (pair.obeyed[i] == ObeyedMotion::kObject) count = {1, 0};
+    if (pair.obeyed[i] == ObeyedMotion::kOther) count = {0, against};
     votes->add(images.first, m.first, count);
     votes->add(images.second, m.second, count);
   }
 }
 
 }  // namespace
+
+MotionSegmentationOptions motion_segmentation_options(const MatchOptions& matching,
+                                                      const RansacOptions& ransac, int threads) {
+  MotionSegmentationOptions options;
+  options.matching = matching;
+  options.ransac = ransac;
+  options.threads = threads;
+  return options;
+}
 
 PairMotions compare_motions(const RegisteredImage& first, const RegisteredImage& second,
                             const MotionSegmentationOptions& options, const ViewGraph* graph) {
@@ -234,8 +245,9 @@ MotionEvidence evidence_of(const RegisteredImage& first, const RegisteredImage& 
   if (!pair.has_other) return evidence;
   evidence.other_pairs = 1;
   evidence.of_other = std::count(pair.obeyed.begin(), pair.obeyed.end(), ObeyedMotion::kOther);
-  evidence.map_rotation = rotation_between(first, second, pair, ObeyedMotion::kObject, options);
-  evidence.other_rotation = rotation_between(first, second, pair, ObeyedMotion::kOther, options);
+  const auto of_map = rotation_between(first, second, pair, ObeyedMotion::kObject, options),
+             of_other = rotation_between(first, second, pair, ObeyedMotion::kOther, options);
+  if (of_map && of_other) evidence.map_rotation = *of_map, evidence.other_rotation = *of_other;
   return evidence;
 }
 

@@ -12,7 +12,7 @@ namespace mono_pose_tracker {
 
 class ViewGraph;
 
-/// All thresholds of the motion segmentation, live and at the end of a recording.
+/// Thresholds of the motion segmentation, live and at the end of a recording.
 struct MotionSegmentationOptions {
   MatchOptions matching;
   RansacOptions ransac;  // threshold in rad
@@ -39,7 +39,7 @@ struct MotionSegmentationOptions {
   double larger = 0.55;          // share from which it is larger, by more than wrong matches could cause
   double plainly_rotates = 1.5;  // ratio of rotations, which are accurate to a tenth or two
 
-  // Live: the newest pairs. An object that passes the camera within a few seconds is not to be mapped.
+  // Live: the newest pairs of keyframes.
   int newest_pairs = 12;
   int min_features = 25;          // of an object: fewer begin no map
   double least_rotation = 0.015;  // rad, in units of rotation_in_view: half a pixel at an object of 60 px
@@ -52,6 +52,9 @@ struct MotionSegmentationOptions {
   int first_keyframes = 9, last_keyframes = 12;  // live: size of a young map that is checked. In fewer images
                                                  // slow features seem static
 };
+
+MotionSegmentationOptions motion_segmentation_options(const MatchOptions& matching,
+                                                      const RansacOptions& ransac, int threads);
 
 /// The motion that a match obeys: that of the mapped object, the second one, both (by chance or because the
 /// match is uninformative), or neither.
@@ -77,8 +80,8 @@ inline RegisteredImage registered_image(const Keyframe& k) {
 
 /// Splits the raw matches of two images into motions. Matches that contradict the images' poses must agree on
 /// one rigid motion of their own; accidental matches do not. graph: where it has an edge of the two images,
-/// its matches are used; may be null. (A static background behind an object that rotates about a vertical
-/// axis hardly contradicts its motion in two views: see StaticSegmentation.)
+/// its matches are used; may be null. A static background behind an object that rotates about a vertical
+/// axis hardly contradicts its motion in two views: StaticSegmentation finds it.
 PairMotions compare_motions(const RegisteredImage& first, const RegisteredImage& second,
                             const MotionSegmentationOptions& options, const ViewGraph* graph = nullptr);
 
@@ -95,10 +98,11 @@ SecondMotion second_motion_in(const PairMotions& pair, const ImageFeatures& firs
 /// newest of a live one.
 struct MotionEvidence {
   int pairs = 0, other_pairs = 0;  // compared; with a second motion
-  long of_map = 0, of_other = 0;   // matches that obey only one of the two motions
-  /// Rotations of the two objects in front of the camera, summed (rotation_in_view, about a third of the
-  /// angle in rad). The displacement in the image is not used: the background of a hand-held camera moves far
-  /// and hardly rotates.
+  long of_map = 0, of_other = 0;   // matches that obey only the motion of one: of the map in all
+                                   // pairs, of the other object where there is one
+  /// Rotations of the two objects in front of the camera, summed over the pairs that tell both
+  /// (rotation_in_view, about a third of the angle in rad). The displacement in the image is not used: the
+  /// background of a hand-held camera moves far and hardly rotates.
   double map_rotation = 0, other_rotation = 0;
 
   MotionEvidence& operator+=(const MotionEvidence& more);

@@ -23,15 +23,15 @@ std::shared_ptr<const TurningObject> object_in(const RegisteredImage& image, con
 
 }  // namespace
 
-void MotionWatch::begin(const std::vector<SeenImage>& images, const MotionSegmentationOptions& options) {
-  *this = MotionWatch();
-  options_ = options;
+void MotionWatch::begin(const std::vector<SeenImage>& images) {
+  const MotionSegmentationOptions options = options_;
+  *this = MotionWatch(options);
   background_.emplace(options);
   for (const SeenImage& image : images) background_->add(image);
 }
 
 void MotionWatch::add_image(const SeenImage& newest, bool object_turns) {
-  constexpr std::ptrdiff_t kLeastStill = 5;  // features of the newest image: fewer do not delimit the object
+  constexpr std::ptrdiff_t kFewest = 5;  // features of the newest image: fewer do not delimit the object
   if (!background_) return;
   background_->add(newest);
   moving_.reset();
@@ -40,7 +40,7 @@ void MotionWatch::add_image(const SeenImage& newest, bool object_turns) {
   if (found.exists && (object_turns || found.reaches_round)) {
     const std::vector<FeatureMotion>& sides = found.sides.back();
     if (std::count(sides.begin(), sides.end(), FeatureMotion::kTurns) >= options_.min_features &&
-        std::count(sides.begin(), sides.end(), FeatureMotion::kMovesOtherwise) >= kLeastStill)
+        std::count(sides.begin(), sides.end(), FeatureMotion::kMovesOtherwise) >= kFewest)
       moving_ = std::make_shared<const TurningObject>(TurningObject{newest.image, sides});
   }
   if (background_->size() >= options_.last_keyframes) background_.reset();

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "map/turning_object.h"
@@ -15,15 +16,18 @@ namespace mono_pose_tracker {
 /// Judges the motions in a growing map as those of a finished one (MotionEvidence, StaticSegmentation), by
 /// its first and newest keyframes. Owned by the Mapper; used by its thread.
 ///
-///     watch.begin(images_of_the_first_view, options);
+///     MotionWatch watch(options);
+///     watch.begin(images_of_the_first_view);
 ///     watch.add_image(newest, object_turns);
 ///     watch.add_pair(before, newest, compare_motions(before, newest, options), object_turns);
 ///     if (watch.object()) ...
 class MotionWatch {
  public:
+  explicit MotionWatch(MotionSegmentationOptions options = {}) : options_(std::move(options)) {}
+
   /// A map begins with these unmasked images: the next ones are checked for a static background behind a
   /// moving object. A background found later does not end a map.
-  void begin(const std::vector<SeenImage>& images, const MotionSegmentationOptions& options);
+  void begin(const std::vector<SeenImage>& images);
   bool checks_background() const { return background_.has_value(); }
   void end_background() { background_.reset(), moving_.reset(); }
   /// An unmasked image has become a keyframe. object_turns: the object that rotates is wanted.

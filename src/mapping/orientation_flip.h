@@ -4,13 +4,13 @@
 #include <vector>
 
 #include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/map/map.h"
 #include "robust/similarity.h"
 
 namespace mono_pose_tracker {
 
 // The observation of a point by a feature of the keyframe.
-template <typename Keyframe>
-ObservedPoint observed_point(const Keyframe& keyframe, int feature, const Eigen::Vector3d& x_in_map) {
+inline ObservedPoint observed_point(const Keyframe& keyframe, int feature, const Eigen::Vector3d& x_in_map) {
   const Rigid3 map_from_camera = keyframe.camera_from_map.inverse();
   ObservedPoint observation;
   observation.x = x_in_map;
@@ -20,9 +20,8 @@ ObservedPoint observed_point(const Keyframe& keyframe, int feature, const Eigen:
 }
 
 // The observation of a point of the other map. is_of_a: the keyframe is of map a.
-template <typename Keyframe>
-RayToPoint ray_to_point(const Keyframe& keyframe, int feature, const Eigen::Vector3d& x_in_other,
-                        bool is_of_a) {
+inline RayToPoint ray_to_point(const Keyframe& keyframe, int feature, const Eigen::Vector3d& x_in_other,
+                               bool is_of_a) {
   const ObservedPoint observation = observed_point(keyframe, feature, x_in_other);
   return {is_of_a, static_cast<int>(keyframe.id), observation.center, observation.bearing, x_in_other};
 }

@@ -70,11 +70,12 @@ class StaticSegmentation::Votes {
     const auto moved =
         std::count_if(shifts.begin(), shifts.end(), [&](double shift) { return shift > options_.moved_px; });
     // Without motion, static features are no evidence.
-    const bool tells = moved >= options_.min_features;
+    const bool is_evidence = moved >= options_.min_features;
     for (std::size_t i = 0; i < matches.size(); ++i) {
+      const bool is_static = is_evidence && shifts[i] < options_.static_px;
+      const bool has_moved = shifts[i] > options_.moved_px;
       of_tracks_.join(first, matches[i].first, second, matches[i].second);
-      of_tracks_.add(first, matches[i].first,
-                     {tells && shifts[i]<options_.static_px, shifts[i]> options_.moved_px});
+      of_tracks_.add(first, matches[i].first, {is_static, has_moved});
     }
   }
 

@@ -1,9 +1,7 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <map>
-#include <string>
 #include <unordered_map>
 #include <utility>
 #include <vector>

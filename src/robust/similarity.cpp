@@ -91,7 +91,8 @@ struct RayProblem {
   }
 };
 
-// Noise is estimated from the inliers; with too few inliers half the threshold is used.
+// With the points assumed exact. Noise is estimated from the inliers; with too few inliers half the threshold
+// is used.
 Uncertainty by_residuals(const RayEquations& equations, double threshold) {
   const int redundancy = equations.residuals - kSimilarityParameters;
   const double variance =

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdlib>
-#include <iterator>
-#include <set>
 #include <utility>
 
 #include "finished_maps.h"
@@ -109,11 +107,7 @@ std::vector<RegisteredImage> Tracker::Impl::seen_in(const FinishedMap& map) cons
 }
 
 MotionSegmentationOptions Tracker::Impl::motion_options() const {
-  MotionSegmentationOptions options;
-  options.matching = options_.matching;
-  options.ransac = options_.ransac(camera_.focal());
-  options.threads = options_.threads;
-  return options;
+  return motion_segmentation_options(options_.matching, options_.ransac(camera_.focal()), options_.threads);
 }
 
 // Images between the keyframes are compared only where the other object may be the wanted one.
@@ -205,15 +199,16 @@ FrameReport Tracker::Impl::register_image_again(std::int64_t frame_index, std::i
   FrameReport report;
   const std::optional<Frame> frame = make_frame_again(frame_index, stamp_ns, image, mask, &report);
   const TrackingMapPtr map = worker_.latest();
+  RegistrationReport registration;
   if (frame && map) {
-    const RegistrationReport registration = register_again(*frame, *map);
-    if (registration.success) {
-      set_pose(*frame, *map, registration, Among::kAll, true);
-    } else {
-      frames_[map->map_id].erase(frame_index);
-    }
+    registration = register_again(*frame, *map);
+    if (registration.success) set_pose(*frame, *map, registration, Among::kAll, true);
     describe(registration, &report);
   }
+  const bool is_keyframe =
+      map && std::any_of(map->keyframes.begin(), map->keyframes.end(),
+                         [&](const auto& entry) { return entry.second.frame_index == frame_index; });
+  if (map && !registration.success && !is_keyframe) frames_[map->map_id].erase(frame_index);
   finish_report(&report);
   return report;
 }

@@ -175,7 +175,7 @@ TEST_F(StaticBackgroundTest, KeyframesTellItAsTheyCome) {
   MotionWatch watch;
   watch.add_image(images[0], false);
   EXPECT_FALSE(watch.object()) << "of a map that has begun elsewhere";
-  watch.begin({images[0], images[1]}, {});
+  watch.begin({images[0], images[1]});
   for (std::size_t i = 2; i < images.size(); ++i) {
     watch.add_image(images[i], false);
     EXPECT_EQ(watch.object() != nullptr, i >= 8) << i;
@@ -196,7 +196,7 @@ TEST_F(StaticBackgroundTest, KeyframesTellItAsTheyCome) {
 
 TEST_F(StaticBackgroundTest, ACameraThatMovesTellsNoneAsItGoes) {
   MotionWatch watch;
-  watch.begin({}, {});
+  watch.begin({});
   for (const SeenImage& image : see_head(TwoObjects::camera_from_head, 300, TwoObjects::camera_from_room)) {
     watch.add_image(image, false);
     EXPECT_FALSE(watch.object());

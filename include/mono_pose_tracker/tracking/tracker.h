@@ -129,7 +129,7 @@ class Tracker {
   /// when there is no map; the last report has the reason.
   bool finish();
   /// Registers an image in the finished map, wherever it was in the recording. The new pose replaces the
-  /// previous one in the trajectory; an image that is not registered has no pose any more.
+  /// previous one in the trajectory; an image that is not registered, and no keyframe, has no pose any more.
   FrameReport register_image_again(std::int64_t frame_index, std::int64_t stamp_ns,
                                    const PreparedImage& image, const cv::Mat& mask = cv::Mat());
   /// Stores an unregistered image for fill_gaps; the mask in the report is valid.
