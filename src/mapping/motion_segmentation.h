@@ -31,12 +31,13 @@ struct MotionSegmentationOptions {
   std::size_t min_rotating = 5;  // matches from which a rotation is estimated
 
   // All pairs.
-  int sampled_pairs = 30;        // of keyframes, where a sample is enough
-  double least_pairs = 0.25;     // share of the pairs that show an object; by chance one of a hundred does
-  double fewest_pairs = 0.1;     // the same where the object that rotates is sought: two objects with little
-  int min_pairs = 3;             // relative motion show it in few pairs, but in no fewer than these
-  double comparable = 0.25;      // share of the matches from which the other object may be the wanted one
-  double larger = 0.55;          // share from which it is larger, by more than wrong matches could cause
+  int sampled_pairs = 30;     // of keyframes, where a sample is enough
+  double least_pairs = 0.25;  // share of the pairs that show an object; by chance one of a hundred does
+  double fewest_pairs = 0.1;  // the same where the object that rotates is sought: two objects with little
+  int min_pairs = 3;          // relative motion show it in few pairs, but in no fewer than these
+  double comparable = 0.25;   // share where it is seen from which the other object may be the wanted one
+  double larger =
+      0.55;  // share of all matches from which it is larger, by more than wrong matches could cause
   double plainly_rotates = 1.5;  // ratio of rotations, which are accurate to a tenth or two
 
   // Live: the newest pairs of keyframes.
@@ -98,8 +99,8 @@ SecondMotion second_motion_in(const PairMotions& pair, const ImageFeatures& firs
 /// newest of a live one.
 struct MotionEvidence {
   int pairs = 0, other_pairs = 0;  // compared; with a second motion
-  long of_map = 0, of_other = 0;   // matches that obey only the motion of one: of the map in all
-                                   // pairs, of the other object where there is one
+  long of_map = 0, of_other = 0;   // matches that obey only the motion of one
+  long of_map_where_seen = 0;      // the part of of_map from pairs with a second motion
   /// Rotations of the two objects in front of the camera, summed over the pairs that tell both
   /// (rotation_in_view, about a third of the angle in rad). The displacement in the image is not used: the
   /// background of a hand-held camera moves far and hardly rotates.
@@ -114,11 +115,12 @@ struct MotionEvidence {
     return exists(options) ||
            (other_pairs >= options.min_pairs && other_pairs >= options.fewest_pairs * pairs);
   }
-  /// Share of the matches that obey only the other motion.
+  /// Share of the matches that obey only the other motion: of all pairs, and of those with both motions.
   double share() const;
+  double share_where_seen() const;
   /// Whether the other object could be the one that the user wants.
   bool is_comparable(const MotionSegmentationOptions& options = {}) const {
-    return exists(options) && share() > options.comparable;
+    return exists(options) && share_where_seen() > options.comparable;
   }
   bool is_larger(const MotionSegmentationOptions& options = {}) const {
     return exists(options) && share() > options.larger;

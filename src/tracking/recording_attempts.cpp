@@ -177,7 +177,7 @@ void report_smaller_object(double share, RecordingResult* result) {
 std::optional<double> switch_to_larger_object(Attempts* attempts, Recording* recording,
                                               TrackedRecording* kept) {
   constexpr double kPlainly = 1.2;  // minimum ratio of sizes, as in MotionEvidence::is_larger
-  const double larger_share = kept->result.maps.front().independent_motion.share();
+  const double larger_share = kept->result.maps.front().independent_motion.share_where_seen();
   if (recording->masks) return std::nullopt;
   Recording masked = within_other_object(*recording, kept->result);
   for (const double beginning : kBeginnings) {

@@ -51,6 +51,18 @@ TEST(MotionEvidence, ExistsWhereAFourthOfThePairsShowsIt) {
   EXPECT_EQ(evidence.pairs, 5);
 }
 
+// An object in a fourth of the pairs is not the larger one, however many matches it has there.
+TEST(MotionEvidence, AnObjectMustBeInViewToBeLarger) {
+  MotionEvidence alone{1, 0, 100}, both{1, 1, 40, 160, 40};
+  MotionEvidence all = both;
+  for (int pair = 0; pair < 3; ++pair) all += alone;
+  EXPECT_NEAR(all.share_where_seen(), 0.8, 1e-9);
+  EXPECT_NEAR(all.share(), 160.0 / 500, 1e-9);
+  EXPECT_TRUE(all.is_comparable());
+  EXPECT_FALSE(all.is_larger());
+  EXPECT_TRUE(both.is_larger());
+}
+
 TEST_F(IndependentMotionTest, ASampleTellsItAsWell) {
   const MotionEvidence sample = sample_independent_motion(map_with(true, 150, 200), options());
   EXPECT_EQ(sample.pairs, kKeyframes - 1);

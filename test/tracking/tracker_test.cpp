@@ -9,6 +9,7 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <thread>
 
 #include "mapping/mapping_worker.h"
@@ -63,19 +64,31 @@ TEST(Tracker, AnImageThatTheFinishedMapDoesNotRegisterHasNoPose) {
   Tracker tracker(TrackerOptions(), room().camera, Tracker::Mapping::kInline);
   track_all(&tracker);
   ASSERT_TRUE(tracker.finish());
-  const RegisteredFrame last = tracker.trajectory().back();
+  std::set<std::int64_t> of_keyframes;
+  for (const auto& entry : tracker.map().keyframes()) of_keyframes.insert(entry.second.frame_index);
+  const std::vector<RegisteredFrame> all = tracker.trajectory();
+  const auto between = std::find_if(all.rbegin(), all.rend(), [&](const RegisteredFrame& frame) {
+    return !of_keyframes.count(frame.index);
+  });
+  ASSERT_NE(between, all.rend());
+  const std::int64_t index = between->index;
   const auto is_registered = [&] {
     const std::vector<RegisteredFrame> trajectory = tracker.trajectory();
     return std::any_of(trajectory.begin(), trajectory.end(),
-                       [&](const RegisteredFrame& frame) { return frame.index == last.index; });
+                       [&](const RegisteredFrame& frame) { return frame.index == index; });
   };
-  const SimulatedFrame& frame = room().frames[last.index];
-  EXPECT_TRUE(tracker.register_image_again(last.index, frame.stamp_ns, frame.image).map_from_camera);
+  const SimulatedFrame& frame = room().frames[index];
+  EXPECT_TRUE(tracker.register_image_again(index, frame.stamp_ns, frame.image).map_from_camera);
   EXPECT_TRUE(is_registered());
   cv::Mat other;
   cv::cvtColor(random_texture(frame.image.cols, frame.image.rows, 5), other, cv::COLOR_GRAY2BGR);
-  EXPECT_FALSE(tracker.register_image_again(last.index, frame.stamp_ns, other).map_from_camera);
+  EXPECT_FALSE(tracker.register_image_again(index, frame.stamp_ns, other).map_from_camera);
   EXPECT_FALSE(is_registered());
+  const std::size_t left = tracker.trajectory().size();
+  const std::int64_t keyframe = *of_keyframes.rbegin();
+  EXPECT_FALSE(
+      tracker.register_image_again(keyframe, room().frames[keyframe].stamp_ns, other).map_from_camera);
+  EXPECT_EQ(tracker.trajectory().size(), left) << "the map still has the keyframe";
 }
 
 TEST(Tracker, TheFirstPoseSaysWhatTheMapWasBegunWith) {
