@@ -25,10 +25,10 @@ std::optional<double> drift_of(const Map& map, const Keyframe& keyframe, const L
   std::vector<double> distances;
   for (const auto& match : loop.matches)
     distances.push_back((map.landmark(match.first)->x_in_map - center).norm());
-  const double way = path_length_between(map.keyframes(), *map.keyframe(loop.from), keyframe);
+  const double path_length = path_length_between(map.keyframes(), *map.keyframe(loop.from), keyframe);
   const double moved = (loop.old_from_new * center - center).norm();
-  if (moved > kMaxDrift * way + kMaxDriftOfDepth * median(std::move(distances))) return std::nullopt;
-  return way > 0 ? moved / way : 0;
+  if (moved > kMaxDrift * path_length + kMaxDriftOfDepth * median(std::move(distances))) return std::nullopt;
+  return path_length > 0 ? moved / path_length : 0;
 }
 
 }  // namespace

@@ -23,9 +23,9 @@ struct LoopConstraint {
 };
 
 /// Locates a keyframe at an old place (keyframe_locator.h), without the landmarks that it observes already,
-/// and aligns its own landmarks with those found there (map_joiner.h). Nothing when it is not found, or when
-/// the correction exceeds possible drift (kMaxDrift in aliased_places.h). An aliased place can pass;
-/// LoopFinder handles that.
+/// and aligns its own landmarks with those found there (map_joiner.h). Nothing when it is not found, when
+/// fewer of its landmarks are found than a pose needs, or when the correction exceeds possible drift
+/// (kMaxDrift in aliased_places.h). An aliased place can pass; LoopFinder handles that.
 std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const Map& map, KeyframeId keyframe,
                                           KeyframeId place);
 

@@ -39,6 +39,7 @@ std::vector<char> agree_with(const std::vector<Match>& matches, const FeatureSet
 struct MatchedBearings {
   std::vector<Eigen::Vector3d> first, second;
 
+  MatchedBearings() = default;
   template <typename IsChosen>
   MatchedBearings(const std::vector<Match>& matches, const FeatureSet& set1, const FeatureSet& set2,
                   const IsChosen& is_chosen) {
@@ -63,8 +64,7 @@ RelativePoseReport fit_the_rest(const std::vector<Match>& matches, const std::ve
   RelativePoseReport report = estimate_relative_pose(rest.first, rest.second, pose);
   if (!report.success) return report;
   const RelativePoseHypothesis& best = report.hypotheses[0];
-  MatchedBearings members = rest;
-  members.first.clear(), members.second.clear();
+  MatchedBearings members;
   for (std::size_t i = 0; i < best.inliers.size(); ++i) {
     if (!best.inliers[i]) continue;
     members.first.push_back(rest.first[i]);
@@ -86,6 +86,10 @@ bool is_among_others(const PairMotions& pair, const std::vector<Feature>& featur
                        pair.obeyed[i] == ObeyedMotion::kOther);
   }
   return most_of_nearest(voters, std::move(known));
+}
+
+double share_of(long part, long rest) {
+  return part > 0 ? static_cast<double>(part) / static_cast<double>(part + rest) : 0;
 }
 
 // None for fewer matches than determine it.
@@ -233,14 +237,6 @@ MotionEvidence& MotionEvidence::operator+=(const MotionEvidence& more) {
   map_rotation += more.map_rotation, other_rotation += more.other_rotation;
   return *this;
 }
-
-namespace {
-
-double share_of(long part, long rest) {
-  return part > 0 ? static_cast<double>(part) / static_cast<double>(part + rest) : 0;
-}
-
-}  // namespace
 
 double MotionEvidence::share() const { return share_of(of_other, of_map); }
 

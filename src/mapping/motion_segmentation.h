@@ -29,20 +29,21 @@ struct MotionSegmentationOptions {
 
   std::size_t voters = 5;        // nearest features that vote on one that obeys both motions
   std::size_t min_rotating = 5;  // matches from which a rotation is estimated
+  int min_features = 25;         // of an object: fewer begin no map
 
   // All pairs.
   int sampled_pairs = 30;     // of keyframes, where a sample is enough
   double least_pairs = 0.25;  // share of the pairs that show an object; by chance one of a hundred does
-  double fewest_pairs = 0.1;  // the same where the object that rotates is sought: two objects with little
-  int min_pairs = 3;          // relative motion show it in few pairs, but in no fewer than these
-  double comparable = 0.25;   // share where it is seen from which the other object may be the wanted one
-  double larger =
-      0.55;  // share of all matches from which it is larger, by more than wrong matches could cause
+  // The same where the object that rotates is sought, and the minimum number: two objects with little
+  // relative motion show it in few pairs.
+  double fewest_pairs = 0.1;
+  int min_pairs = 3;
+  double comparable = 0.25;      // share where it is seen from which the other object may be the wanted one
+  double larger = 0.55;          // share of all matches from which it is larger: wrong matches cause less
   double plainly_rotates = 1.5;  // ratio of rotations, which are accurate to a tenth or two
 
   // Live: the newest pairs of keyframes.
   int newest_pairs = 12;
-  int min_features = 25;          // of an object: fewer begin no map
   double least_rotation = 0.015;  // rad, in units of rotation_in_view: half a pixel at an object of 60 px
 
   // Static background; lengths in px at 640 px (image_scale).
@@ -101,9 +102,9 @@ struct MotionEvidence {
   int pairs = 0, other_pairs = 0;  // compared; with a second motion
   long of_map = 0, of_other = 0;   // matches that obey only the motion of one
   long of_map_where_seen = 0;      // the part of of_map from pairs with a second motion
-  /// Rotations of the two objects in front of the camera, summed over the pairs that tell both
-  /// (rotation_in_view, about a third of the angle in rad). The displacement in the image is not used: the
-  /// background of a hand-held camera moves far and hardly rotates.
+  /// Rotations of the two objects in front of the camera, summed over the pairs that determine
+  /// both (rotation_in_view, about a third of the angle in rad). The displacement in the image is not used:
+  /// the background of a hand-held camera moves far and hardly rotates.
   double map_rotation = 0, other_rotation = 0;
 
   MotionEvidence& operator+=(const MotionEvidence& more);

@@ -49,7 +49,11 @@ void MotionWatch::add_image(const SeenImage& newest, bool object_turns) {
 void MotionWatch::add_pair(const RegisteredImage& before, const RegisteredImage& newest,
                            const PairMotions& pair, bool object_turns) {
   MotionEvidence now = evidence_of(before, newest, pair, options_);
-  if (now.of_other < options_.min_features) now = {1, 0, now.of_map};
+  if (now.of_other < options_.min_features) {
+    const long of_map = now.of_map;
+    now = MotionEvidence();
+    now.pairs = 1, now.of_map = of_map;
+  }
   newest_.push_back(now);
   if (static_cast<int>(newest_.size()) > options_.newest_pairs) newest_.pop_front();
   MotionEvidence all;

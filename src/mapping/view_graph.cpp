@@ -197,13 +197,7 @@ std::vector<Match> raw_matches(const ViewGraph* graph, const ViewGraph::Node& fi
               b = graph->node_of(second.frame_index, second.image);
     const TwoViewGeometry* edge =
         a >= 0 && b >= 0 && a != b ? graph->edge(std::min(a, b), std::max(a, b)) : nullptr;
-    if (edge) {
-      std::vector<Match> matches = edge->matches;
-      if (b < a) {
-        for (Match& m : matches) std::swap(m.first, m.second);
-      }
-      return matches;
-    }
+    if (edge) return a < b ? edge->matches : turned_round(edge->matches);
   }
   return match_descriptors(first.image->set.descriptors, second.image->set.descriptors, matching);
 }

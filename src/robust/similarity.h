@@ -15,7 +15,7 @@ struct ObservedPoint {
   Eigen::Vector3d x = Eigen::Vector3d::Zero();        // in the map
   Eigen::Vector3d center = Eigen::Vector3d::Zero();   // of the camera
   Eigen::Vector3d bearing = Eigen::Vector3d::Zero();  // of the observation; any norm
-  /// Relative standard deviation of its distance from the camera; infinite: the depth is not used.
+  /// Relative standard deviation of its distance from the camera; infinite: unknown.
   double depth_sigma = std::numeric_limits<double>::infinity();
 };
 

@@ -80,13 +80,13 @@ void read_again(const Recording& recording, const std::set<std::int64_t>& frames
       recording, result, tracker, [&](std::int64_t index) { return frames.count(index) > 0; }, use);
 }
 
-// Registers each image by itself. A frame is no longer doubtful when the finished map gives it a pose.
+// Registers each image by itself. The finished map gives it a pose that is not doubtful, or it has none.
 void register_images(const Recording& recording, const std::set<std::int64_t>& frames,
                      const FrameObserver& observer, Tracker* tracker, RecordingResult* result) {
   read_again(recording, frames, *tracker, *result, [&](const RecordingReader& reader) {
     const FrameReport report = tracker->register_image_again(reader.index(), reader.image().stamp_ns,
                                                              reader.prepared(), reader.mask());
-    if (report.map_from_camera) result->doubtful.erase(reader.index());
+    result->doubtful.erase(reader.index());
     observer(2, reader.index(), report);
   });
 }

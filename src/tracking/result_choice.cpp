@@ -7,6 +7,15 @@
 
 namespace mono_pose_tracker {
 
+namespace {
+
+// Confirmed; right, but perhaps of another object than the wanted one; wrong.
+int rank_of(const RecordingResult& result) {
+  return is_confirmed(result) ? 2 : is_right_of_its_object(result) ? 1 : 0;
+}
+
+}  // namespace
+
 bool is_confirmed(const RecordingResult& result) { return result.tracked && result.maps.front().confirmed(); }
 
 // A map of few landmarks may explain all of its matches: edges with few matches have less weight.
@@ -18,15 +27,6 @@ double score(const RecordingResult& result) {
       matches.edges > 0 ? static_cast<double>(matches.explained) / matches.edges : kEnough;
   return static_cast<double>(result.trajectory.size()) * matches.share() * std::min(1.0, per_edge / kEnough);
 }
-
-namespace {
-
-// Confirmed; right, but perhaps of another object than the wanted one; wrong.
-int rank_of(const RecordingResult& result) {
-  return is_confirmed(result) ? 2 : is_right_of_its_object(result) ? 1 : 0;
-}
-
-}  // namespace
 
 bool is_better(const RecordingResult& result, const RecordingResult& before) {
   constexpr double kMargin = 1.01;  // minimum ratio of scores for the later result

@@ -114,8 +114,7 @@ MotionSegmentationOptions Tracker::Impl::motion_options() const {
 void Tracker::Impl::assess_independent_motion(FinishedMap* map) {
   const MotionSegmentationOptions options = motion_options();
   if (!keeps_seen()) {
-    static_cast<MotionEvidence&>(map->independent_motion) =
-        sample_independent_motion(map->map, options, &view_graph());
+    map->independent_motion = {sample_independent_motion(map->map, options, &view_graph()), {}};
     map->may_be_of_wrong_object = map->independent_motion.is_comparable();
     map->is_of_smaller_object = map->independent_motion.is_larger();
     if (map->is_of_smaller_object) {
@@ -205,10 +204,10 @@ FrameReport Tracker::Impl::register_image_again(std::int64_t frame_index, std::i
     if (registration.success) set_pose(*frame, *map, registration, Among::kAll, true);
     describe(registration, &report);
   }
-  const bool is_keyframe =
-      map && std::any_of(map->keyframes.begin(), map->keyframes.end(),
-                         [&](const auto& entry) { return entry.second.frame_index == frame_index; });
-  if (map && !registration.success && !is_keyframe) frames_[map->map_id].erase(frame_index);
+  const auto is_this = [&](const auto& entry) { return entry.second.frame_index == frame_index; };
+  if (map && !registration.success && std::none_of(map->keyframes.begin(), map->keyframes.end(), is_this)) {
+    frames_[map->map_id].erase(frame_index);
+  }
   finish_report(&report);
   return report;
 }
