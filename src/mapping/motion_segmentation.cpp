@@ -88,10 +88,6 @@ bool is_among_others(const PairMotions& pair, const std::vector<Feature>& featur
   return most_of_nearest(voters, std::move(known));
 }
 
-double share_of(long part, long rest) {
-  return part > 0 ? static_cast<double>(part) / static_cast<double>(part + rest) : 0;
-}
-
 // None for fewer matches than determine it.
 std::optional<double> rotation_between(const RegisteredImage& first, const RegisteredImage& second,
                                        const PairMotions& pair, ObeyedMotion motion,
@@ -233,14 +229,13 @@ SecondMotion second_motion_in(const PairMotions& pair, const ImageFeatures& firs
 MotionEvidence& MotionEvidence::operator+=(const MotionEvidence& more) {
   pairs += more.pairs, other_pairs += more.other_pairs;
   of_map += more.of_map, of_other += more.of_other;
-  of_map_where_seen += more.of_map_where_seen;
   map_rotation += more.map_rotation, other_rotation += more.other_rotation;
   return *this;
 }
 
-double MotionEvidence::share() const { return share_of(of_other, of_map); }
-
-double MotionEvidence::share_where_seen() const { return share_of(of_other, of_map_where_seen); }
+double MotionEvidence::share() const {
+  return of_other > 0 ? static_cast<double>(of_other) / static_cast<double>(of_map + of_other) : 0;
+}
 
 MotionEvidence evidence_of(const RegisteredImage& first, const RegisteredImage& second,
                            const PairMotions& pair, const MotionSegmentationOptions& options) {
@@ -249,7 +244,6 @@ MotionEvidence evidence_of(const RegisteredImage& first, const RegisteredImage& 
   evidence.of_map = std::count(pair.obeyed.begin(), pair.obeyed.end(), ObeyedMotion::kObject);
   if (!pair.has_other) return evidence;
   evidence.other_pairs = 1;
-  evidence.of_map_where_seen = evidence.of_map;
   evidence.of_other = std::count(pair.obeyed.begin(), pair.obeyed.end(), ObeyedMotion::kOther);
   const auto of_map = rotation_between(first, second, pair, ObeyedMotion::kObject, options),
              of_other = rotation_between(first, second, pair, ObeyedMotion::kOther, options);

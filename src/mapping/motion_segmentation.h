@@ -38,8 +38,8 @@ struct MotionSegmentationOptions {
   // relative motion show it in few pairs.
   double fewest_pairs = 0.1;
   int min_pairs = 3;
-  double comparable = 0.25;      // share where it is seen from which the other object may be the wanted one
-  double larger = 0.55;          // share of all matches from which it is larger: wrong matches cause less
+  double comparable = 0.25;      // share of the matches from which the other object may be the wanted one
+  double larger = 0.55;          // share of the matches from which it is larger: wrong matches cause less
   double plainly_rotates = 1.5;  // ratio of rotations, which are accurate to a tenth or two
 
   // Live: the newest pairs of keyframes.
@@ -101,7 +101,6 @@ SecondMotion second_motion_in(const PairMotions& pair, const ImageFeatures& firs
 struct MotionEvidence {
   int pairs = 0, other_pairs = 0;  // compared; with a second motion
   long of_map = 0, of_other = 0;   // matches that obey only the motion of one
-  long of_map_where_seen = 0;      // the part of of_map from pairs with a second motion
   /// Rotations of the two objects in front of the camera, summed over the pairs that determine
   /// both (rotation_in_view, about a third of the angle in rad). The displacement in the image is not used:
   /// the background of a hand-held camera moves far and hardly rotates.
@@ -116,12 +115,12 @@ struct MotionEvidence {
     return exists(options) ||
            (other_pairs >= options.min_pairs && other_pairs >= options.fewest_pairs * pairs);
   }
-  /// Share of the matches that obey only the other motion: of all pairs, and of those with both motions.
+  /// Share of the matches of all pairs that obey only the other motion: where it is rarely in view, it is
+  /// small.
   double share() const;
-  double share_where_seen() const;
   /// Whether the other object could be the one that the user wants.
   bool is_comparable(const MotionSegmentationOptions& options = {}) const {
-    return exists(options) && share_where_seen() > options.comparable;
+    return exists(options) && share() > options.comparable;
   }
   bool is_larger(const MotionSegmentationOptions& options = {}) const {
     return exists(options) && share() > options.larger;

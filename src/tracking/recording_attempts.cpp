@@ -173,11 +173,11 @@ void report_smaller_object(double share, RecordingResult* result) {
 
 // Where the map is of an object smaller than the independent motion, and no masks choose one: tracks the
 // recording again with masks of the other object. If that is larger indeed, the result and its masks are
-// kept, and the share of the smaller object where both are seen is returned.
+// kept, and the share of the smaller object is returned.
 std::optional<double> switch_to_larger_object(Attempts* attempts, Recording* recording,
                                               TrackedRecording* kept) {
   constexpr double kPlainly = 1.2;  // minimum ratio of sizes, as in MotionEvidence::is_larger
-  const double larger_share = kept->result.maps.front().independent_motion.share_where_seen();
+  const double larger_share = kept->result.maps.front().independent_motion.share();
   if (recording->masks) return std::nullopt;
   Recording masked = within_other_object(*recording, kept->result);
   for (const double beginning : kBeginnings) {

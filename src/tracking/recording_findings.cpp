@@ -20,7 +20,7 @@ std::string name_of(std::size_t map) { return map == 0 ? "" : "map_" + std::to_s
 
 void report_other_object(FinishedMap* map) {
   const IndependentMotion& other = map->independent_motion;
-  const auto percent = std::lround(100 * other.share_where_seen());
+  const auto percent = std::lround(100 * other.share());
   Finding finding;
   finding.kind = FindingKind::kOtherObject;
   if (map->is_of_other_object) {

@@ -7,15 +7,6 @@
 
 namespace mono_pose_tracker {
 
-namespace {
-
-// Confirmed; right, but perhaps of another object than the wanted one; wrong.
-int rank_of(const RecordingResult& result) {
-  return is_confirmed(result) ? 2 : is_right_of_its_object(result) ? 1 : 0;
-}
-
-}  // namespace
-
 bool is_confirmed(const RecordingResult& result) { return result.tracked && result.maps.front().confirmed(); }
 
 // A map of few landmarks may explain all of its matches: edges with few matches have less weight.
@@ -31,9 +22,9 @@ double score(const RecordingResult& result) {
 bool is_better(const RecordingResult& result, const RecordingResult& before) {
   constexpr double kMargin = 1.01;  // minimum ratio of scores for the later result
   if (!result.tracked || !before.tracked) return result.tracked && !before.tracked;
-  const int rank = rank_of(result), rank_before = rank_of(before);
-  if (rank != rank_before)
-    return rank > rank_before ? is_most_of(result, before) : !is_most_of(before, result);
+  if (is_confirmed(result) != is_confirmed(before)) {
+    return is_confirmed(result) ? is_most_of(result, before) : !is_most_of(before, result);
+  }
   return score(result) > kMargin * score(before);
 }
 

@@ -9,8 +9,7 @@ namespace mono_pose_tracker {
 double score(const RecordingResult& result);
 
 // Whether the result replaces the previous one. A confirmed result replaces an unconfirmed one that does not
-// have far more images, and likewise one that is right of its object one that is not; otherwise the score
-// must be higher by a margin.
+// have far more images; otherwise the score must be higher by a margin.
 bool is_better(const RecordingResult& result, const RecordingResult& before);
 
 // Nothing disqualifies the result, except that another object may be the wanted one.

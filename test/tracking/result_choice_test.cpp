@@ -10,8 +10,7 @@ namespace {
 
 // An unconfirmed result. edges: of the view graph, each with this number of matches, of which so many are
 // explained.
-RecordingResult result_of(std::size_t images, int edges, int matches, int explained,
-                          FindingKind kind = FindingKind::kUncertainPath) {
+RecordingResult result_of(std::size_t images, int edges, int matches, int explained) {
   RecordingResult result;
   result.tracked = true;
   for (std::size_t i = 0; i < images; ++i) {
@@ -24,7 +23,7 @@ RecordingResult result_of(std::size_t images, int edges, int matches, int explai
   map.explained.all = edges * matches;
   map.explained.explained = edges * explained;
   Finding finding;
-  finding.kind = kind;
+  finding.kind = FindingKind::kUncertainPath;
   map.quality.add(finding);
   result.maps.push_back(map);
   return result;
@@ -47,16 +46,6 @@ TEST(ResultChoice, OneOfMoreImagesIsBetter) {
   EXPECT_TRUE(is_better(result_of(60, 300, 200, 190), result_of(40, 200, 200, 190)));
   EXPECT_FALSE(is_better(result_of(60, 300, 200, 190), result_of(60, 300, 200, 190)))
       << "the earlier one stays";
-}
-
-// A mixture of two objects has more images than either.
-TEST(ResultChoice, OneThatIsRightOfItsObjectIsBetter) {
-  const RecordingResult mixture = result_of(30, 100, 200, 190),
-                        right = result_of(25, 100, 200, 190, FindingKind::kOtherObject);
-  EXPECT_TRUE(is_better(right, mixture));
-  EXPECT_FALSE(is_better(mixture, right));
-  EXPECT_FALSE(is_better(result_of(15, 100, 200, 190, FindingKind::kOtherObject), mixture))
-      << "of half the images";
 }
 
 }  // namespace
