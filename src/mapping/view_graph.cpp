@@ -142,26 +142,23 @@ bool ViewGraph::fit_motion(const Pair& pair, int motion, TwoViewGeometry* geomet
   const Unexplained rest = unexplained(*geometry, first, second);
   const auto count = static_cast<int>(rest.match.size());
   if (count < options_.min_inliers) return false;
+  const int least =
+      motion == 1 ? options_.min_inliers
+                  : std::max(options_.min_inliers, static_cast<int>(options_.least_second_motion * count));
   RelativePoseOptions pose;
   pose.ransac = options_.ransac;
   pose.ransac.threshold = max_error_rad(pair);
   pose.ransac.seed += static_cast<std::uint64_t>(nodes_[pair.first].frame_index);
   pose.max_hypotheses = motion == 1 ? 2 : 1;
-  if (motion > 1) {
-    constexpr int kSampleSize = 5;
-    const auto members = static_cast<int>(options_.least_second_motion * count);
-    pose.ransac.max_iterations = static_cast<int>(std::min<double>(
-        pose.ransac.max_iterations,
-        std::ceil(ransac_iterations_needed(members, count, kSampleSize, pose.ransac.confidence))));
-    pose.ransac.min_iterations = std::min(pose.ransac.min_iterations, pose.ransac.max_iterations);
-  }
+  // A motion of fewer matches makes no edge.
+  constexpr int kSampleSize = 5;
+  const double needed = ransac_iterations_needed(least, count, kSampleSize, pose.ransac.confidence);
+  pose.ransac.max_iterations = static_cast<int>(std::clamp<double>(
+      std::ceil(needed), pose.ransac.min_iterations, pose.ransac.max_iterations));
   pose.quality = rest.quality;
   const RelativePoseReport report = estimate_relative_pose(rest.first, rest.second, pose);
   if (!report.success) return false;
   const RelativePoseHypothesis& best = report.hypotheses.front();
-  const int least =
-      motion == 1 ? options_.min_inliers
-                  : std::max(options_.min_inliers, static_cast<int>(options_.least_second_motion * count));
   if (best.num_inliers < least) return false;
   for (std::size_t i = 0; i < rest.match.size(); ++i) {
     if (best.inliers[i]) geometry->motion_of_match[rest.match[i]] = static_cast<std::uint8_t>(motion);
