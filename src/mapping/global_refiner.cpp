@@ -61,7 +61,7 @@ void Mapper::retriangulate(const GraphConsistencyOptions& consistency) {
   const FeatureTracks tracks =
       graph_tracks(map_, edge_consistency(map_, view_graph(), consistency), view_graph(), is_masked);
   replace_landmarks(tracks, options_.min_inliers, &map_);
-  adjust_after_merging(final_bundle());
+  adjust_after_merging();
   restore_if_better(std::move(as_it_was), consistency);
 }
 
@@ -85,15 +85,21 @@ std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& co
     const int unsupported = unsupported_in(edges);
     if (unsupported > before - consistency.min_inliers) break;
     before = unsupported;
-    if (!correct_segments(inconsistent_segments(map_, edges, consistency), consistency, &removed)) break;
-    finish();
+    const std::size_t keyframes = map_.keyframes().size();
+    if (correct_segments(inconsistent_segments(map_, edges, consistency), consistency, &removed)) {
+      finish();
+    } else if (map_.keyframes().size() < keyframes) {
+      settle();
+    } else {
+      break;
+    }
   }
   return removed;
 }
 
 // Moves segments to where the others' landmarks place them as one. Other segments that these landmarks do not
 // confirm are removed, unless these are more than half of the map: then something else is wrong, such as the
-// calibration. Returns whether the map was changed.
+// calibration. Returns whether any was moved.
 bool Mapper::correct_segments(const std::vector<InconsistentSegment>& segments,
                               const GraphConsistencyOptions& consistency, std::set<KeyframeId>* removed) {
   bool has_moved = false;
@@ -114,10 +120,10 @@ bool Mapper::correct_segments(const std::vector<InconsistentSegment>& segments,
     if (!map_.keyframe(id)) removed->insert(id);
   }
   if (has_moved) {
-    adjust_after_merging(final_bundle());
+    adjust_after_merging();
     cull_observations(map_.landmark_ids());
   }
-  return has_moved || map_.keyframes().size() < before;
+  return has_moved;
 }
 
 }  // namespace mono_pose_tracker

@@ -301,33 +301,27 @@ void Mapper::adjust_window(KeyframeId newest, int waiting) {
   if (waiting == 0) update_covariances(window);
 }
 
-// Two rounds: better poses give more matches, and outliers found by the first run must not bias the second.
-void Mapper::complete() {
-  BundleOptions bundle = final_bundle();
-  SimilarKeyframes found;
-  for (const double tolerance : {kRoughTolerance, kFinalTolerance}) {
-    for (const auto& entry : map_.keyframes()) {
-      const KeyframeId id = entry.first;
-      const std::vector<KeyframeId> near = neighbors(id, 2 * options_.mapping.matching_keyframes);
-      fuse(id, within_reach(id, &found));
-      create_landmarks(id, near);
-    }
-    bundle.function_tolerance = tolerance;
-    count(adjust_map(bundle, &map_));
-    cull_observations(map_.landmark_ids());
+// Extends all tracks and creates landmarks between covisible keyframes.
+void Mapper::complete(SimilarKeyframes* similar) {
+  for (const auto& entry : map_.keyframes()) {
+    const KeyframeId id = entry.first;
+    const std::vector<KeyframeId> near = neighbors(id, 2 * options_.mapping.matching_keyframes);
+    fuse(id, within_reach(id, similar));
+    create_landmarks(id, near);
   }
 }
 
-// Adjusts with a wide loss first, so that merged tracks have an effect before anything is culled. Returns
-// whether both adjustments were usable.
-bool Mapper::adjust_after_merging(const BundleOptions& bundle) {
-  bool is_usable = true;
-  for (const BundleOptions& pass : {with_wide_loss(bundle), bundle}) {
-    const BundleReport report = adjust_map(pass, &map_);
-    count(report);
-    is_usable = is_usable && report.usable;
-  }
-  return is_usable;
+// Adjusts the whole map, its poses by some of the landmarks.
+void Mapper::adjust_roughly(const BundleOptions& bundle) {
+  std::vector<KeyframeId> all;
+  for (const auto& entry : map_.keyframes()) all.push_back(entry.first);
+  count(adjust_keyframes(bundle, all, 0, kRoughLandmarks, &map_));
+}
+
+// Adjusts with a wide loss first, so that merged tracks have an effect before anything is culled.
+void Mapper::adjust_after_merging() {
+  const BundleOptions bundle = final_bundle();
+  for (const BundleOptions& pass : {with_wide_loss(bundle), bundle}) adjust_roughly(pass);
 }
 
 BundleOptions Mapper::final_bundle() const {
@@ -343,10 +337,26 @@ void Mapper::finish() {
   // them cost a recording with many gaps a tenth of its images.
   const KeyframePairs overlapping = overlapping_pairs(options_.bundle, map_);
   connect(overlapping);
-  if (!match_across_views(options_, overlapping, &view_graph(), &map_).empty())
-    adjust_after_merging(final_bundle());
+  if (!match_across_views(options_, overlapping, &view_graph(), &map_).empty()) adjust_after_merging();
   retriangulate({});
-  complete();
+  // Twice: better poses give more matches, and outliers found by the first adjustment must not bias the
+  // second.
+  SimilarKeyframes similar;
+  complete(&similar);
+  BundleOptions rough = final_bundle();
+  rough.function_tolerance = kRoughTolerance;
+  adjust_roughly(rough);
+  cull_observations(map_.landmark_ids());
+  complete(&similar);
+  settle();
+}
+
+// Adjusts the whole map to convergence.
+void Mapper::settle() {
+  BundleOptions bundle = final_bundle();
+  bundle.function_tolerance = kFinalTolerance;
+  count(adjust_map(bundle, &map_));
+  cull_observations(map_.landmark_ids());
   drop_two_view_landmarks();
   renew_scale(0);
   publish();

@@ -116,6 +116,7 @@ class Mapper {
   static constexpr double kReportedUnitChange = 0.01;
   // Iterations of a final adjustment, independent of the options: no image waits at the end of a recording.
   static constexpr int kFinalIterations = 50;
+  static constexpr int kRoughLandmarks = 200;  // of a keyframe, in adjustments that a final one follows
   static constexpr double kFinalTolerance = 1e-7;  // share of the cost, of the final adjustment
 
   // The source of a map's unit, to be evaluated again.
@@ -187,7 +188,8 @@ class Mapper {
                                                                   bool parts_were_apart);
   void take_over(const MergedAdjustment& result, KeyframeId newest);
   void adjust_globally(bool parts_were_apart);
-  void complete();
+  void complete(SimilarKeyframes* similar);
+  void settle();
   bool correct_segments(const std::vector<InconsistentSegment>& segments,
                         const GraphConsistencyOptions& consistency, std::set<KeyframeId>* removed);
   void count(const BundleReport& report) { failed_adjustments_ += report.failed; }
@@ -196,7 +198,8 @@ class Mapper {
   void forget_old_corrections();
   void match(KeyframeId id);
   void separate_motions(KeyframeId id);
-  bool adjust_after_merging(const BundleOptions& bundle);
+  void adjust_roughly(const BundleOptions& bundle);
+  void adjust_after_merging();
   BundleOptions final_bundle() const;
   void restore_if_better(Map as_it_was, const GraphConsistencyOptions& consistency);
   void retriangulate(const GraphConsistencyOptions& consistency);
