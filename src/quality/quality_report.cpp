@@ -1,10 +1,9 @@
 #include "mono_pose_tracker/quality/quality_report.h"
 
 #include "mapping/graph_consistency.h"
-#include "mapping/path_precision.h"
 #include "mapping/view_graph.h"
 #include "mono_pose_tracker/map/map.h"
-#include "quality/scale_cut.h"
+#include "quality/path_precision.h"
 
 #include <algorithm>
 #include <cmath>
@@ -51,7 +50,7 @@ void test_consistency(const MapEvidence& evidence, const QualityOptions& options
 
 // Test 2, lengths.
 void test_scale(const MapEvidence& evidence, const QualityOptions& options, QualityReport* report) {
-  const ScaleCut cut = weakest_scale_cut(*evidence.map);
+  const ScaleCut& cut = evidence.path->weakest;
   if (cut.path_sigma() <= options.max_path_sigma) return;
   Finding finding;
   finding.kind = FindingKind::kUncertainScale;
@@ -70,7 +69,7 @@ void test_scale(const MapEvidence& evidence, const QualityOptions& options, Qual
 
 // Test 2, positions.
 void test_path(const MapEvidence& evidence, const QualityOptions& options, QualityReport* report) {
-  const PathPrecision path = path_precision(*evidence.map);
+  const PathPrecision& path = *evidence.path;
   const bool is_known = path.length > 0 && path.sigma <= options.max_path_sigma * path.length &&
                         path.sigma <= options.max_extent_sigma * path.extent;
   if (is_known) return;
@@ -182,7 +181,7 @@ QualityReport assess(const MapEvidence& evidence, const QualityOptions& options)
   test_consistency(evidence, options, &report);
   test_alternatives(evidence, &report);
   // Two views, and a path of another run, have no information on this path.
-  if (evidence.rests_on_two_views || evidence.is_loaded) return report;
+  if (!evidence.path || evidence.rests_on_two_views || evidence.is_loaded) return report;
   test_scale(evidence, options, &report);
   test_path(evidence, options, &report);
   return report;

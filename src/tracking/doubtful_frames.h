@@ -15,7 +15,7 @@ std::vector<std::int64_t> doubtful_alone(const std::vector<RegisteredFrame>& tra
                                          const std::set<std::int64_t>& doubtful);
 
 // Whether this number of doubtful poses may distort the path by more than the uncertainty of a known path
-// (mapping/path_precision.h).
+// (quality/path_precision.h).
 bool may_distort_path(std::size_t doubtful, std::size_t registered);
 
 }  // namespace mono_pose_tracker

@@ -6,11 +6,10 @@
 
 #include "map/frame_poses.h"
 #include "mapping/motion_segmentation.h"
-#include "mapping/path_precision.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/quality/quality_report.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
-#include "quality/scale_cut.h"
+#include "quality/path_precision.h"
 
 namespace mono_pose_tracker {
 
@@ -20,6 +19,7 @@ struct FinishedMap {
   std::vector<RegisteredFrame> trajectory;
   RegisteredLandmarks registered;  // landmarks by which the images of the trajectory were registered
   Map map;
+  PathPrecision precision;
   std::shared_ptr<const MapSnapshot> snapshot;
   /// The findings about the map and the verdict.
   QualityReport quality;

@@ -140,6 +140,7 @@ FinishedMap Tracker::Impl::finished(const TrackingMap& view) {
   map.trajectory = trajectory_in(view, frames_[view.map_id]);
   map.registered = frames_[view.map_id].landmarks();
   map.map = worker_.mapper().map();
+  map.precision = path_precision(map.map);
   map.snapshot = snapshot_of(worker_.mapper().tracking_map());
   map.depth_evidence = depth_evidence(options_.bundle, map.map);
   map.geometry_evidence = geometry_evidence(options_.bundle, options_.ransac(camera_.focal()), map.map);
@@ -155,6 +156,7 @@ void Tracker::Impl::assess_map(std::size_t place, std::int64_t images, FinishedM
   MapEvidence evidence;
   evidence.map = &map->map;
   evidence.graph = &view_graph();
+  evidence.path = &map->precision;
   evidence.name = place == 0 ? "" : "map_" + std::to_string(place + 1);
   evidence.is_first = place == 0;
   evidence.is_loaded = is_loaded(*map) || options_.localize_only;

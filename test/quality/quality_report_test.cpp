@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/angles.h"
-#include "quality/scale_cut.h"
+#include "quality/path_precision.h"
 #include "support/add_view.h"
 #include "support/synthetic_views.h"
 
@@ -34,9 +34,10 @@ Map walk(int keyframes, int shared) {
   return map;
 }
 
-MapEvidence evidence_of(const Map& map) {
+MapEvidence evidence_of(const Map& map, const PathPrecision& path) {
   MapEvidence evidence;
   evidence.map = &map;
+  evidence.path = &path;
   evidence.registered = map.keyframes().size();
   evidence.images = static_cast<std::int64_t>(evidence.registered);
   return evidence;
@@ -44,21 +45,22 @@ MapEvidence evidence_of(const Map& map) {
 
 TEST(QualityReport, AMapOfOneSceneIsConfirmed) {
   const Map map = walk(12, 150);
-  const QualityReport report = assess(evidence_of(map), {});
+  const QualityReport report = assess(evidence_of(map, path_precision(map)), {});
   EXPECT_TRUE(report.confirmed());
   EXPECT_TRUE(report.findings().empty());
 }
 
 TEST(QualityReport, TwoHalvesWithoutCommonLandmarksAreNot) {
   const Map map = walk(12, 0);
-  const QualityReport report = assess(evidence_of(map), {});
+  const QualityReport report = assess(evidence_of(map, path_precision(map)), {});
   EXPECT_FALSE(report.confirmed());
   EXPECT_TRUE(report.has(FindingKind::kUncertainScale));
 }
 
 TEST(QualityReport, AMapOfFewImagesIsNot) {
   const Map map = walk(12, 150);
-  MapEvidence evidence = evidence_of(map);
+  const PathPrecision path = path_precision(map);
+  MapEvidence evidence = evidence_of(map, path);
   evidence.images = 40;
   const QualityReport report = assess(evidence, {});
   EXPECT_FALSE(report.confirmed());
@@ -69,16 +71,27 @@ TEST(QualityReport, AMapOfFewImagesIsNot) {
 
 TEST(QualityReport, ATwoViewMapIsNot) {
   const Map map = walk(12, 150);
-  MapEvidence evidence = evidence_of(map);
+  const PathPrecision path = path_precision(map);
+  MapEvidence evidence = evidence_of(map, path);
   evidence.rests_on_two_views = true;
   EXPECT_TRUE(assess(evidence, {}).has(FindingKind::kTwoViews));
 }
 
-TEST(ScaleCut, FewLandmarksCarryTheScaleLessExactly) {
-  const ScaleCut many = weakest_scale_cut(walk(12, 100)), few = weakest_scale_cut(walk(12, 10));
-  EXPECT_GT(few.log_scale_sigma, 2 * many.log_scale_sigma);
+// The scale of the second half is that of the first one's landmarks.
+TEST(PathPrecision, FewLandmarksCarryTheScaleLessExactly) {
+  const ScaleCut many = path_precision(walk(12, 100)).weakest, few = path_precision(walk(12, 10)).weakest;
+  EXPECT_GT(few.path_sigma(), 2 * many.path_sigma());
   EXPECT_EQ(few.frame_index, 6);
-  EXPECT_TRUE(std::isinf(weakest_scale_cut(walk(12, 0)).log_scale_sigma));
+  EXPECT_EQ(few.landmarks, 10);
+  EXPECT_TRUE(std::isinf(path_precision(walk(12, 0)).weakest.log_scale_sigma));
+}
+
+// Two last keyframes, each located by other landmarks of the rest, and both by none.
+TEST(PathPrecision, AKeyframeLocatedByLandmarksOfTheRestHasItsScale) {
+  Map map = walk(12, 150);
+  for (const LandmarkId l : map.landmark_ids()) map.remove_observation(l, l % 2 == 0 ? 10 : 11);
+  const PathPrecision path = path_precision(map);
+  EXPECT_LT(path.weakest.path_sigma(), QualityOptions().max_path_sigma);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 namespace mono_pose_tracker {
 
 class Map;
+struct PathPrecision;
 class ViewGraph;
 
 /// Findings about a map: evidence against it, or information on it.
@@ -62,8 +63,9 @@ struct QualityOptions {
 /// Input of the tests: data of a finished map. Images are counted by frame index.
 struct MapEvidence {
   const Map* map = nullptr;
-  const ViewGraph* graph = nullptr;  // null: no consistency test
-  std::string name;                  // "" for the first map, else such as "map_2"
+  const ViewGraph* graph = nullptr;     // null: no consistency test
+  const PathPrecision* path = nullptr;  // null: no test of its uncertainty
+  std::string name;                     // "" for the first map, else such as "map_2"
   bool is_first = true;
   bool is_loaded = false;  // it comes from a file: nothing is asked of its path
   bool rests_on_two_views = false;

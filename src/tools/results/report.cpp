@@ -33,8 +33,8 @@ MapStatistics map_statistics(const Map& map) {
 }
 
 // Null where nothing tells it.
-Json path_share(const Map& map) {
-  const double share = path_precision(map).share();
+Json path_share(const PathPrecision& precision) {
+  const double share = precision.share();
   return std::isfinite(share) ? Json(share) : Json();
 }
 
@@ -59,8 +59,8 @@ Json maps_summary(const RecordingResult& result) {
     maps.push_back({{"frames", map.trajectory.size()},
                     {"keyframes", map.map.keyframes().size()},
                     {"points", map.map.landmarks().size()},
-                    {"weakest_seam_points", weakest_scale_cut(map.map).landmarks},
-                    {"path_uncertainty_share", path_share(map.map)},
+                    {"weakest_seam_points", map.precision.weakest.landmarks},
+                    {"path_uncertainty_share", path_share(map.precision)},
                     {"contradicting_share", 1 - map.explained.share()},
                     {"verified_matches", map.explained.all},
                     {"confirmed", map.confirmed()}});

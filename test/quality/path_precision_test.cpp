@@ -1,4 +1,4 @@
-#include "mapping/path_precision.h"
+#include "quality/path_precision.h"
 
 #include <gtest/gtest.h>
 
