@@ -88,7 +88,7 @@ class Mapper {
   /// overlapping pairs.
   void connect(const KeyframePairs& overlapping = {});
   /// Global refinement of a finished map against the view graph, in at most five rounds. Each moves
-  /// inconsistent segments to where the graph places them, or removes them, and finishes the map again.
+  /// inconsistent segments to where the graph places them and finishes the map again, or removes them.
   /// Returns the removed keyframes.
   std::set<KeyframeId> refine_with_graph(const GraphConsistencyOptions& consistency);
 
