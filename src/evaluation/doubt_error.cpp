@@ -5,8 +5,8 @@
 #include <functional>
 #include <map>
 
-#include "common/angles.h"
-#include "common/median.h"
+#include "common/rotation.h"
+#include "common/statistics.h"
 #include "geometry/nearest_rotation.h"
 #include "mono_pose_tracker/geometry/sim3.h"
 

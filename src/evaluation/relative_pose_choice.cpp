@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "geometry/essential.h"
 
 namespace mono_pose_tracker {

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "geometry/nearest_rotation.h"
 #include "io/stamp.h"
 

@@ -2,7 +2,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "common/formatted.h"
+#include "common/text.h"
 #include "common/time_stamp.h"
 #include "io/plot.h"
 

@@ -1,14 +1,148 @@
-#include "mono_pose_tracker/features/matching.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 #include "common/function_clones.h"
 #include "descriptor_distances.h"
+#include "mono_pose_tracker/features/matching.h"
+
+#if defined(__x86_64__) && defined(__GNUC__)
+#include <immintrin.h>
+#define MPT_HAS_DOT_PRODUCTS 1
+#endif
 
 namespace mono_pose_tracker {
+
+namespace {
+
+constexpr int kSize = 128;       // of a descriptor
+constexpr int kPacketSize = 16;  // rows of a block that one instruction serves
+constexpr int kGroup = kPacketSize * kSize;
+
+#ifdef MPT_HAS_DOT_PRODUCTS
+#define MPT_DOT_PRODUCTS __attribute__((target("avx512f,avx512vnni")))
+
+// Four bytes of a row, in all elements of the packet.
+MPT_DOT_PRODUCTS __m512i broadcast_four(const std::int8_t* bytes) {
+  int four;
+  std::memcpy(&four, bytes, sizeof four);
+  return _mm512_set1_epi32(four);
+}
+
+// Of four rows of a, one after the other, with the rows of a block's groups.
+MPT_DOT_PRODUCTS void dot_products(const std::int8_t* a, const std::uint8_t* groups, int count, int* out) {
+  static_assert(DescriptorDistances::kRows == 4);
+  constexpr int kStep = DescriptorDistances::kBlock;
+  for (int g = 0; g < count; ++g) {
+    __m512i s0 = _mm512_setzero_si512(), s1 = s0, s2 = s0, s3 = s0;
+    for (int i = 0; i < kSize; i += 4) {
+      const __m512i b = _mm512_loadu_si512(groups + kGroup * g + kPacketSize * i);
+      s0 = _mm512_dpbusd_epi32(s0, b, broadcast_four(a + i));
+      s1 = _mm512_dpbusd_epi32(s1, b, broadcast_four(a + kSize + i));
+      s2 = _mm512_dpbusd_epi32(s2, b, broadcast_four(a + 2 * kSize + i));
+      s3 = _mm512_dpbusd_epi32(s3, b, broadcast_four(a + 3 * kSize + i));
+    }
+    int* to = out + kPacketSize * g;
+    _mm512_storeu_si512(to, s0);
+    _mm512_storeu_si512(to + kStep, s1);
+    _mm512_storeu_si512(to + 2 * kStep, s2);
+    _mm512_storeu_si512(to + 3 * kStep, s3);
+  }
+}
+#else
+void dot_products(const std::int8_t*, const std::uint8_t*, int, int*) {}
+#endif
+
+MPT_FUNCTION_CLONES void to_distances(int of_row, const int* of_block, int count, int* dot_products) {
+  for (int j = 0; j < count; ++j) {
+    dot_products[j] = of_row + of_block[j] - 2 * dot_products[j];
+  }
+}
+
+int rounded_up(int count, int step) { return (count + step - 1) / step * step; }
+
+}  // namespace
+
+// The 16-bit differences let the compiler use multiply-add pairs.
+MPT_FUNCTION_CLONES void distances2_to_rows(const std::uint8_t* a, const std::uint8_t* rows, std::size_t step,
+                                            int count, int* out) {
+  for (int r = 0; r < count; ++r) {
+    const std::uint8_t* b = rows + r * step;
+    int sum = 0;
+    for (int i = 0; i < kSize; ++i) {
+      const std::int16_t d = static_cast<std::int16_t>(a[i] - b[i]);
+      sum += static_cast<int>(d) * d;
+    }
+    out[r] = sum;
+  }
+}
+
+DescriptorDistances::Instructions DescriptorDistances::best_instructions() {
+#ifdef MPT_HAS_DOT_PRODUCTS
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vnni")) {
+    return Instructions::kDotProducts;
+  }
+#endif
+  return Instructions::kAny;
+}
+
+DescriptorDistances::DescriptorDistances(const cv::Mat& first, const cv::Mat& second,
+                                         Instructions instructions)
+    : first_(first), second_(second), instructions_(std::min(instructions, best_instructions())) {
+  if (instructions_ == Instructions::kDotProducts) pack_first();
+}
+
+void DescriptorDistances::pack_first() {
+  const int rows = rounded_up(first_.rows, kRows);
+  signed_first_.assign(static_cast<std::size_t>(rows) * kSize, 0);
+  first_terms_.assign(rows, 0);
+  for (int i = 0; i < first_.rows; ++i) {
+    const std::uint8_t* row = first_.ptr<std::uint8_t>(i);
+    std::int8_t* to = &signed_first_[static_cast<std::size_t>(i) * kSize];
+    for (int k = 0; k < kSize; ++k) {
+      to[k] = static_cast<std::int8_t>(row[k] - 128);
+      first_terms_[i] += row[k] * row[k];
+    }
+  }
+  block_bytes_.assign(kBlock * kSize, 0);
+  block_terms_.assign(kBlock, 0);
+}
+
+int DescriptorDistances::take_block(int begin) {
+  begin_ = begin;
+  count_ = std::min(kBlock, second_.rows - begin);
+  if (instructions_ == Instructions::kDotProducts) pack_block();
+  return count_;
+}
+
+void DescriptorDistances::pack_block() {
+  for (int j = 0; j < count_; ++j) {
+    const std::uint8_t* row = second_.ptr<std::uint8_t>(begin_ + j);
+    std::uint8_t* to = &block_bytes_[kGroup * (j / kPacketSize) + 4 * (j % kPacketSize)];
+    int term = 0;
+    for (int k = 0; k < kSize; ++k) term += row[k] * (row[k] - 2 * 128);
+    block_terms_[j] = term;
+    for (int k = 0; k < kSize; k += 4) std::memcpy(to + kPacketSize * k, row + k, 4);
+  }
+}
+
+void DescriptorDistances::find(int row, int* result) const {
+  if (instructions_ == Instructions::kDotProducts) {
+    const int count = rounded_up(count_, kPacketSize);  // of a block that is not full no more is written
+    dot_products(&signed_first_[static_cast<std::size_t>(row) * kSize], block_bytes_.data(),
+                 count / kPacketSize, result);
+    for (int r = 0; r < kRows; ++r) {
+      to_distances(first_terms_[row + r], block_terms_.data(), count, result + kBlock * r);
+    }
+    return;
+  }
+  for (int r = 0; r < std::min(kRows, first_.rows - row); ++r) {
+    distances2_to_rows(first_.ptr<std::uint8_t>(row + r), second_.ptr<std::uint8_t>(begin_), second_.step,
+                       count_, result + kBlock * r);
+  }
+}
 
 namespace {
 

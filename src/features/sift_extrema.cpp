@@ -6,8 +6,8 @@
 #include <opencv2/core.hpp>
 
 #include "common/function_clones.h"
-#include "sift_parallel.h"
-#include "sift_vector.h"
+#include "sift_plane.h"
+#include "sift_scale_space.h"
 
 namespace mono_pose_tracker {
 namespace {

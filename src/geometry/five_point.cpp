@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/so3.h"
+#include "common/rotation.h"
 #include "five_point_constraints.h"
 #include "five_point_elimination.h"
 #include "five_point_motion.h"

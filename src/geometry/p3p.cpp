@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "common/so3.h"
+#include "common/rotation.h"
 #include "geometry/polynomial_roots.h"
 
 namespace mono_pose_tracker {

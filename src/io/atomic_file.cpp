@@ -12,7 +12,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "common/system_error.h"
+#include "common/text.h"
 
 namespace mono_pose_tracker {
 

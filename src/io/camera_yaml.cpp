@@ -7,9 +7,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "camera/camera_matrix.h"
-#include "common/decimal.h"
-#include "common/one_line.h"
+#include "camera/camera_parameters.h"
+#include "common/text.h"
 #include "io/atomic_file.h"
 #include "io/yaml_file.h"
 #include "lower_case.h"

@@ -5,9 +5,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "common/angles.h"
-#include "common/decimal.h"
-#include "common/one_line.h"
+#include "common/rotation.h"
+#include "common/text.h"
 #include "io/text_file.h"
 
 namespace mono_pose_tracker {

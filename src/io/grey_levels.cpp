@@ -6,8 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "common/decimal.h"
-#include "common/formatted.h"
+#include "common/text.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -8,7 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "common/system_error.h"
+#include "common/text.h"
 #include "io/image_header.h"
 #include "jpeg_data.h"
 #include "lower_case.h"

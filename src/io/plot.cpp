@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "common/formatted.h"
+#include "common/text.h"
 #include "io/image_writing.h"
 
 namespace mono_pose_tracker {

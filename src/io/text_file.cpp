@@ -5,7 +5,7 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "common/system_error.h"
+#include "common/text.h"
 #include "read_whole.h"
 
 namespace mono_pose_tracker {

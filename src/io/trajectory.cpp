@@ -11,8 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "common/decimal.h"
-#include "common/system_error.h"
+#include "common/text.h"
 #include "io/atomic_file.h"
 #include "io/stamp.h"
 #include "io/text_file.h"

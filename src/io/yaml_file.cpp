@@ -8,7 +8,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "common/one_line.h"
+#include "common/text.h"
 #include "io/text_file.h"
 
 namespace mono_pose_tracker {

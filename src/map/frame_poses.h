@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "map/map_correction.h"
 #include "map/tracking_map.h"
 
 namespace mono_pose_tracker {

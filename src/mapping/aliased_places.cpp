@@ -1,6 +1,6 @@
 #include "mapping/aliased_places.h"
 
-#include "common/median.h"
+#include "common/statistics.h"
 
 namespace mono_pose_tracker {
 

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "alternative_map.h"
-#include "common/median.h"
-#include "common/parallel.h"
-#include "common/so3.h"
+#include "common/rotation.h"
+#include "common/statistics.h"
+#include "common/threads.h"
 #include "mapping/motion_segmentation.h"
 #include "optimization/map_adjustment.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "common/parallel.h"
+#include "common/threads.h"
 #include "epipolar_fan.h"
 #include "geometry/essential.h"
 

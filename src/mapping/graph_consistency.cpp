@@ -7,7 +7,7 @@
 #include <set>
 #include <tuple>
 
-#include "common/binomial_tail.h"
+#include "common/statistics.h"
 #include "keyframe_landmarks.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
 #include "orientation_flip.h"

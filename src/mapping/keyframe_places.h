@@ -3,7 +3,7 @@
 #include <shared_mutex>
 #include <vector>
 
-#include "map/place_finder.h"
+#include "map/tracking_map.h"
 #include "mapping/place_index.h"
 
 namespace mono_pose_tracker {

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/angles.h"
-#include "common/median.h"
+#include "common/rotation.h"
+#include "common/statistics.h"
 #include "optimization/map_adjustment.h"
 #include "optimization/pose_graph.h"
 

@@ -5,8 +5,8 @@
 #include <set>
 #include <utility>
 
-#include "common/angles.h"
-#include "common/median.h"
+#include "common/rotation.h"
+#include "common/statistics.h"
 #include "cross_view_matcher.h"
 #include "epipolar_matcher.h"
 #include "geometry/triangulation.h"

@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/pose_covariance.h"
+#include "common/rotation.h"
 #include "mapping/mapper.h"
-#include "optimization/keyframe_covariance.h"
+#include "optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
 

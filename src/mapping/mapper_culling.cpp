@@ -7,7 +7,7 @@
 #include <set>
 #include <vector>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "keyframe_landmarks.h"
 #include "landmark_parallax.h"
 #include "mapping/mapper.h"

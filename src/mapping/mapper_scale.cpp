@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "geometry/triangulation.h"
 #include "mapping/mapper.h"
 

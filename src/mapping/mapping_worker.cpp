@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-#include "common/thread_priority.h"
+#include "common/threads.h"
 
 namespace mono_pose_tracker {
 

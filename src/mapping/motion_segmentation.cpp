@@ -8,9 +8,8 @@
 #include <set>
 #include <utility>
 
-#include "common/median.h"
-#include "common/nearest_vote.h"
-#include "common/parallel.h"
+#include "common/statistics.h"
+#include "common/threads.h"
 #include "geometry/essential.h"
 #include "mapping/view_graph.h"
 #include "mono_pose_tracker/robust/relative_pose.h"

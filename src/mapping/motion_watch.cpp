@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/formatted.h"
+#include "common/text.h"
 
 namespace mono_pose_tracker {
 

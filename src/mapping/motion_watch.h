@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "map/turning_object.h"
+#include "map/tracking_map.h"
 #include "mapping/motion_segmentation.h"
 #include "mapping/static_background.h"
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "common/angles.h"
-#include "common/median.h"
+#include "common/rotation.h"
+#include "common/statistics.h"
 
 namespace mono_pose_tracker {
 

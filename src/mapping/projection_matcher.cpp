@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "mono_pose_tracker/features/feature_set.h"
 #include "mono_pose_tracker/features/matching.h"
 

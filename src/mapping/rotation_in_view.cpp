@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/median.h"
+#include "common/statistics.h"
 #include "geometry/nearest_rotation.h"
 
 namespace mono_pose_tracker {

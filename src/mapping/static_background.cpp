@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <opencv2/core.hpp>
 
-#include "common/median.h"
-#include "common/parallel.h"
+#include "common/statistics.h"
+#include "common/threads.h"
 #include "mapping/image_sides.h"
 #include "match_shift.h"
 #include "track_votes.h"

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <iterator>
 
-#include "common/median.h"
+#include "common/statistics.h"
 #include "geometry/triangulation.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/features/matching.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/parallel.h"
+#include "common/threads.h"
 #include "geometry/essential.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/robust/relative_pose.h"

@@ -6,12 +6,9 @@
 #include <string>
 #include <utility>
 
-#include "bundle_cameras.h"
-#include "full_bundle.h"
-#include "optimization/point_adjustment.h"
-#include "reduced_solve.h"
-#include "reprojection.h"
-#include "solver_log.h"
+#include "bundle_solvers.h"
+#include "ceres_solver.h"
+#include "reduced_bundle.h"
 
 namespace mono_pose_tracker {
 

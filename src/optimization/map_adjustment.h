@@ -1,11 +1,34 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <utility>
 #include <vector>
 
+#include "common/statistics.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 
 namespace mono_pose_tracker {
+
+// `loss_width` times the spread of the residuals, given by their norms in sigmas; unchanged without
+// residuals.
+inline double loss_width_by_spread(double loss_width, std::vector<double> lengths) {
+  if (lengths.empty()) return loss_width;
+  // Below a tenth of a pixel it is the features' own quantisation that speaks; above one, outliers.
+  return loss_width * std::clamp(sigma_of_lengths(std::move(lengths)), 0.1, 1.0);
+}
+
+// Keyframes that observe the landmarks but are not free: those with the most observations, sorted.
+std::vector<KeyframeId> fixed_keyframes(const Map& map, const std::vector<LandmarkId>& landmarks,
+                                        const std::vector<KeyframeId>& free, int max_fixed);
+
+// For each keyframe, at least two of its landmarks with the most observations: they connect the most views at
+// the lowest cost. Sorted.
+std::vector<LandmarkId> most_observed_landmarks(const Map& map, const std::vector<KeyframeId>& keyframes,
+                                                int max_of_keyframe);
 
 /// Feature `feature` of an image as an observation of point `point` by camera `camera`.
 BundleObservation make_observation(int camera, int point, const ImageFeatures& image, int feature);
@@ -28,5 +51,27 @@ BundleOptions with_wide_loss(BundleOptions options);
 /// Bundle adjustment of the whole map. The oldest keyframe stays fixed, and one coordinate of the farthest
 /// fixes the scale.
 BundleReport adjust_map(const BundleOptions& options, Map* map);
+
+/// Joint covariance of the poses of some keyframes.
+struct JointCovariance {
+  std::vector<KeyframeId> keyframes;
+  Eigen::MatrixXd covariance;  // six rows of each, in that order: of w, then v
+};
+
+/// Covariance of the poses of these keyframes after the adjustment: of the motion x' = exp(w) x + v in
+/// the camera's frame (map units and radians), marginal over points (Triggs et al. 1999, section 9). The noise is estimated from the residuals.
+///
+/// Other keyframes with the same points are held fixed, at most max_fixed of them; their own uncertainty is
+/// not included. With fewer than two of them nothing is fixed, and the covariance is relative to the
+/// keyframes' own centroid, orientation and size: errors that a common similarity would undo do not count.
+///
+/// At most max_landmarks of each keyframe are used, those with the most observations. Nothing unless there are
+/// more residuals than unknowns and these are determined.
+std::optional<JointCovariance> joint_keyframe_covariance(const std::vector<KeyframeId>& keyframes,
+                                                         int max_fixed, int max_landmarks, const Map& map);
+
+/// The covariance of each keyframe by itself, marginal over the others; order v, w. Empty for nothing.
+std::map<KeyframeId, Eigen::Matrix<double, 6, 6>> keyframe_covariances(
+    const std::vector<KeyframeId>& keyframes, int max_fixed, int max_landmarks, const Map& map);
 
 }  // namespace mono_pose_tracker

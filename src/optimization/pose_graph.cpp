@@ -8,9 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "cancel_callback.h"
-#include "solver_log.h"
-#include "solver_options.h"
+#include "ceres_solver.h"
 
 namespace mono_pose_tracker {
 

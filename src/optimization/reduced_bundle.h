@@ -2,12 +2,12 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <vector>
 
-#include "bundle_cameras.h"
-#include "common/thread_team.h"
+#include "bundle_solvers.h"
+#include "common/threads.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
-#include "reprojection.h"
 
 namespace mono_pose_tracker {
 
@@ -104,5 +104,11 @@ class ReducedBundle {
   std::unique_ptr<PoseTerm[]> pose_terms_;
   std::vector<Eigen::Matrix<double, 6, 1>> moved_;  // the free cameras, since
 };
+
+// Solves for the cameras with the points eliminated (ReducedBundle), with the loss. The result is written to
+// the cameras' blocks and the problem's points; all observations are used. Nothing, and nothing changed, if
+// the problem is unsuitable: too many free cameras, or residuals above noise.
+std::optional<BundleReport> solve_reduced(const BundleOptions& options, BundleCameras* cameras,
+                                          BundleProblem* problem);
 
 }  // namespace mono_pose_tracker

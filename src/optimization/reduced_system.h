@@ -1,10 +1,19 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <utility>
 #include <vector>
 
 namespace mono_pose_tracker {
+
+/// Decompositions of symmetric matrices of any size; nothing if not positive definite. In a file of its own
+/// because Eigen's products of dynamic matrices take seconds to compile in each file that uses them.
+
+/// x of A x = b; only the lower triangle of A is read.
+std::optional<Eigen::VectorXd> solve_positive(Eigen::MatrixXd a, const Eigen::VectorXd& b);
+
+std::optional<Eigen::MatrixXd> inverse_of_positive(const Eigen::MatrixXd& a);
 
 /// Normal equations of a bundle problem with its points eliminated (Schur complement): the information on
 /// poses and on parameters shared by all observations. The noise is estimated from the residuals as for an

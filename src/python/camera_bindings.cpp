@@ -10,7 +10,7 @@
 #include <stdexcept>
 
 #include "bindings.h"
-#include "camera/camera_guess.h"
+#include "camera/camera_parameters.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
 
 namespace mono_pose_tracker {

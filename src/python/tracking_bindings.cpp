@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "bindings.h"
-#include "common/start_threads.h"
+#include "common/threads.h"
 #include "io/image_decoding.h"
 #include "io/image_source.h"
 #include "io/mask_folder.h"

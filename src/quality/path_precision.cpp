@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "mapping/keyframe_landmarks.h"
-#include "optimization/keyframe_covariance.h"
+#include "optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
 

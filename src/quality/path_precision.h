@@ -30,7 +30,7 @@ struct PathPrecision {
 };
 
 /// Computed from the joint covariance of all keyframes, in the frame and unit of their mean orientation,
-/// centroid and extent (optimization/keyframe_covariance.h). The time grows with the third power of the
+/// centroid and extent (optimization/map_adjustment.h). The time grows with the third power of the
 /// number of keyframes. More than 300 are evaluated in parts, in the order of time, each of which overlaps
 /// with half of the next: sigma is that of the least certain part, without what the others know of it.
 PathPrecision path_precision(const Map& map);

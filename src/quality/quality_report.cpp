@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/formatted.h"
+#include "common/text.h"
 
 namespace mono_pose_tracker {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
-#include "common/median.h"
-#include "common/so3.h"
+#include "common/rotation.h"
+#include "common/statistics.h"
 
 namespace mono_pose_tracker {
 

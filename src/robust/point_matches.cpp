@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "common/function_clones.h"
-#include "common/so3.h"
+#include "common/rotation.h"
 #include "levenberg_marquardt.h"
 #include "mono_pose_tracker/common/rigid3.h"
 #include "robust/early_rejection.h"

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "mono_pose_tracker/geometry/five_point.h"
 #include "robust/accidental_matches.h"
 #include "robust/bearing_pairs.h"

@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
-#include "common/angles.h"
-#include "common/median.h"
+#include "common/rotation.h"
+#include "common/statistics.h"
 
 namespace mono_pose_tracker {
 

@@ -3,7 +3,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "common/so3.h"
+#include "common/rotation.h"
 #include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/geometry/sim3.h"
 

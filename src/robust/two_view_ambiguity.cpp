@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "common/function_clones.h"
-#include "common/so3.h"
+#include "common/rotation.h"
 #include "geometry/nearest_rotation.h"
 #include "robust/sampler.h"
 

@@ -11,7 +11,7 @@
 
 #include "common/function_clones.h"
 #include "common/random.h"
-#include "common/so3.h"
+#include "common/rotation.h"
 #include "levenberg_marquardt.h"
 #include "robust/noise_threshold.h"
 

@@ -17,9 +17,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "camera/rectification.h"
-#include "camera/same_camera.h"
-#include "common/one_line.h"
+#include "camera/camera_parameters.h"
+#include "common/text.h"
 #include "io/image_decoding.h"
 #include "io/stamp.h"
 #include "ros/camera_info_conversion.h"

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "camera/camera_matrix.h"
+#include "camera/camera_parameters.h"
 #include "io/yaml_file.h"
 #include "ros/paths.h"
 

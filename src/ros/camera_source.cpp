@@ -1,6 +1,6 @@
 #include "ros/camera_source.h"
 
-#include "camera/camera_guess.h"
+#include "camera/camera_parameters.h"
 
 namespace mono_pose_tracker {
 

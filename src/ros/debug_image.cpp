@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/formatted.h"
+#include "common/text.h"
 #include "tracking/load_governor.h"
 
 namespace mono_pose_tracker {

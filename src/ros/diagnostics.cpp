@@ -1,6 +1,6 @@
 #include "ros/diagnostics.h"
 
-#include "common/formatted.h"
+#include "common/text.h"
 
 namespace mono_pose_tracker {
 namespace {

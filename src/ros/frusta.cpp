@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/median.h"
+#include "common/statistics.h"
 #include "ros/messages.h"
 
 namespace mono_pose_tracker {

@@ -11,7 +11,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "common/one_line.h"
+#include "common/text.h"
 #include "io/mask_image.h"
 
 namespace mono_pose_tracker {

@@ -3,8 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "camera/same_camera.h"
-#include "camera/size_mismatch.h"
+#include "camera/camera_parameters.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "ros/image_conversion.h"
 

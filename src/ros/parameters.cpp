@@ -3,8 +3,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "camera/camera_guess.h"
-#include "camera/rectification.h"
+#include "camera/camera_parameters.h"
 #include "ros/camera_source.h"
 #include "ros/parameter_reader.h"
 #include "ros/paths.h"

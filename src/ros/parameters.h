@@ -20,7 +20,7 @@ struct NodeParameters {
   int max_image_pixels = static_cast<int>(kMaxImagePixels);  // compressed images that promise more: refused
   std::string grey_levels = "auto";                          // of images of 16 bits (GreyLevelChoice)
   double hfov = 0;  // degrees from left to right, to guess a camera from without a calibration; 0: no guess
-  std::string rectified = "auto";  // of the images: auto, true or false (camera/rectification.h)
+  std::string rectified = "auto";  // of the images: auto, true or false (decide_rectification)
 
   FrameOptions frames;
 

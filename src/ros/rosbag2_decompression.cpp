@@ -5,7 +5,7 @@
 #include <memory>
 #include <stdexcept>
 
-#include "common/one_line.h"
+#include "common/text.h"
 #include "rosbag2_storage.h"
 
 namespace mono_pose_tracker {

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "common/one_line.h"
+#include "common/text.h"
 #include "io/yaml_file.h"
 #include "ros/rosbag2_image_source.h"
 #include "rosbag2_storage.h"

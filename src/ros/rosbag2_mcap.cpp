@@ -8,8 +8,7 @@
 #include <string_view>
 #include <utility>
 
-#include "common/one_line.h"
-#include "common/system_error.h"
+#include "common/text.h"
 #include "rosbag2_storage.h"
 
 namespace mono_pose_tracker {

@@ -9,7 +9,7 @@
 #include <mutex>
 #include <string>
 
-#include "camera/rectification.h"
+#include "camera/camera_parameters.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 
 namespace mono_pose_tracker {

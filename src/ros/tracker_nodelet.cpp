@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "camera/rectification.h"
+#include "camera/camera_parameters.h"
 #include "ros/camera_info_conversion.h"
 #include "ros/guard.h"
 #include "ros/messages.h"

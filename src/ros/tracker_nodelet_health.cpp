@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "camera/rectification.h"
+#include "camera/camera_parameters.h"
 #include "ros/diagnostics.h"
 #include "ros/paths.h"
 #include "ros/tracker_nodelet.h"

@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <stdexcept>
 
-#include "common/system_error.h"
+#include "common/text.h"
 #include "io/atomic_file.h"
 #include "mono_pose_tracker/io/trajectory.h"
 

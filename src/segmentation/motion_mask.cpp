@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 
-#include "reduced_image.h"
-#include "segmentation/mask_cleaning.h"
+#include "background_model.h"
+#include "segmentation/object_outline.h"
 
 namespace mono_pose_tracker {
 

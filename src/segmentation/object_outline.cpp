@@ -5,11 +5,95 @@
 #include <cstddef>
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
+#include <utility>
+#include <vector>
 
-#include "reduced_image.h"
-#include "segmentation/mask_cleaning.h"
+#include "background_model.h"
+#include "common/statistics.h"
 
 namespace mono_pose_tracker {
+
+namespace {
+
+cv::Mat disc(int radius) {
+  return cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1});
+}
+
+// The largest components, with their holes filled.
+cv::Mat largest_filled(const cv::Mat& mask, int objects, double min_area_px) {
+  std::vector<std::vector<cv::Point>> contours;
+  cv::findContours(mask, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+  std::vector<std::pair<double, int>> by_area;
+  for (std::size_t i = 0; i < contours.size(); ++i) {
+    // A contour runs through the outer pixels' centres: half a pixel is outside it all round.
+    const double area = cv::contourArea(contours[i]) + 0.5 * static_cast<double>(contours[i].size()) + 1;
+    if (area >= min_area_px) by_area.emplace_back(-area, static_cast<int>(i));
+  }
+  std::sort(by_area.begin(), by_area.end());
+  if (static_cast<int>(by_area.size()) > objects) by_area.resize(objects);
+  cv::Mat kept = cv::Mat::zeros(mask.size(), CV_8UC1);
+  for (const auto& entry : by_area) cv::drawContours(kept, contours, entry.second, 255, cv::FILLED);
+  return kept;
+}
+
+}  // namespace
+
+void fill_holes(cv::Mat* mask) {
+  std::vector<std::vector<cv::Point>> contours;
+  cv::findContours(*mask, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+  cv::drawContours(*mask, contours, -1, 255, cv::FILLED);
+}
+
+cv::Mat clean_mask(const cv::Mat& raw, int opening_radius, int closing_radius, int objects,
+                   double min_area_px) {
+  // The border is replicated: objects often extend beyond the image.
+  const int pad = std::max(opening_radius, closing_radius) + 1;
+  cv::Mat mask;
+  cv::copyMakeBorder(raw, mask, pad, pad, pad, pad, cv::BORDER_REPLICATE);
+  if (opening_radius > 0) cv::morphologyEx(mask, mask, cv::MORPH_OPEN, disc(opening_radius));
+  if (closing_radius > 0) cv::morphologyEx(mask, mask, cv::MORPH_CLOSE, disc(closing_radius));
+  mask = mask(cv::Rect(pad, pad, raw.cols, raw.rows)).clone();
+  return largest_filled(mask, objects, min_area_px);
+}
+
+cv::Mat clearance_of(const cv::Mat& mask, double margin_px, double margin_scales, int scale_steps) {
+  cv::Mat distance;
+  cv::distanceTransform(mask, distance, cv::DIST_L2, cv::DIST_MASK_3);
+  cv::Mat clearance(mask.size(), CV_8UC1);
+  const auto steps = static_cast<float>(scale_steps / std::max(margin_scales, 1e-3));
+  const auto margin = static_cast<float>(margin_px);
+  for (int y = 0; y < mask.rows; ++y) {
+    const float* d = distance.ptr<float>(y);
+    auto* c = clearance.ptr<std::uint8_t>(y);
+    for (int x = 0; x < mask.cols; ++x) {
+      const float room = d[x] - margin;  // px; distances count from the centre of the nearest pixel outside
+      c[x] = room <= 0 ? 0 : static_cast<std::uint8_t>(std::min(255.f, room * steps + 0.5f));
+    }
+  }
+  return clearance;
+}
+
+cv::Mat1f distances_from(const std::vector<cv::Point2f>& points, const cv::Size& size) {
+  cv::Mat1b places(size, 255);
+  for (const cv::Point2f& p : points) {
+    const cv::Point pixel(static_cast<int>(std::lround(p.x)), static_cast<int>(std::lround(p.y)));
+    if (cv::Rect(cv::Point(), size).contains(pixel)) places(pixel) = 0;
+  }
+  if (cv::countNonZero(places) == static_cast<int>(places.total())) {
+    return cv::Mat1f(size, static_cast<float>(size.width + size.height));
+  }
+  cv::Mat1f distance;
+  cv::distanceTransform(places, distance, cv::DIST_L2, cv::DIST_MASK_5);
+  return distance;
+}
+
+float reach_of(const std::vector<cv::Point2f>& points) {
+  std::vector<double> x, y, away;
+  for (const cv::Point2f& p : points) x.push_back(p.x), y.push_back(p.y);
+  const double middle_x = median(std::move(x)), middle_y = median(std::move(y));
+  for (const cv::Point2f& p : points) away.push_back(std::hypot(p.x - middle_x, p.y - middle_y));
+  return static_cast<float>(median(std::move(away)) / 2);
+}
 
 namespace {
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "common/parallel.h"
+#include "common/threads.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "simulation/leaf_texture.h"
 

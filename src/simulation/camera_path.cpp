@@ -2,9 +2,8 @@
 
 #include <cmath>
 
-#include "common/angles.h"
 #include "common/random.h"
-#include "common/so3.h"
+#include "common/rotation.h"
 #include "simulation/wander.h"
 
 namespace mono_pose_tracker {

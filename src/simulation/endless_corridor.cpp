@@ -7,8 +7,8 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "common/angles.h"
 #include "common/random.h"
+#include "common/rotation.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "simulation/noise.h"
 

@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "simulation/camera_path.h"
 #include "simulation/simulated_sequence.h"
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "simulation/noise.h"
 
 namespace mono_pose_tracker {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "simulation/wander.h"
 #include "street_plan.h"
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/angles.h"
-#include "common/parallel.h"
+#include "common/rotation.h"
+#include "common/threads.h"
 #include "simulation/noise.h"
 
 namespace mono_pose_tracker {

@@ -1,8 +1,7 @@
 #include "simulation/head_stage.h"
 
-#include "common/angles.h"
 #include "common/random.h"
-#include "common/so3.h"
+#include "common/rotation.h"
 #include "simulation/camera_path.h"
 #include "simulation/composite_scene.h"
 #include "simulation/head_scene.h"

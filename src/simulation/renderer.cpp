@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "common/parallel.h"
+#include "common/threads.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "common/parallel.h"
 #include "common/random.h"
+#include "common/threads.h"
 
 namespace mono_pose_tracker {
 

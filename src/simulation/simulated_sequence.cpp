@@ -5,9 +5,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "common/angles.h"
 #include "common/random.h"
-#include "common/start_threads.h"
+#include "common/rotation.h"
+#include "common/threads.h"
 #include "common/time_stamp.h"
 #include "simulation/bonnet.h"
 #include "simulation/camera_path.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "common/parallel.h"
+#include "common/threads.h"
 #include "simulation/leaf_texture.h"
 #include "simulation/noise.h"
 

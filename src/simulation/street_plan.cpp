@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 
 namespace mono_pose_tracker {
 namespace {

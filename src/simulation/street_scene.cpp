@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/angles.h"
 #include "common/random.h"
+#include "common/rotation.h"
 #include "simulation/wander.h"
 
 namespace mono_pose_tracker {

@@ -11,9 +11,7 @@
 #include <vector>
 
 #include "common/begin_process.h"
-#include "common/decimal.h"
-#include "common/one_line.h"
-#include "common/system_error.h"
+#include "common/text.h"
 
 namespace mono_pose_tracker {
 

@@ -7,9 +7,8 @@
 #include <stdexcept>
 
 #include "command_line.h"
-#include "common/angles.h"
-#include "common/parallel.h"
-#include "common/start_threads.h"
+#include "common/rotation.h"
+#include "common/threads.h"
 #include "evaluation/relative_pose_choice.h"
 #include "geometry/essential.h"
 #include "io/atomic_file.h"

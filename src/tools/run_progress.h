@@ -15,8 +15,8 @@
 #include <thread>
 #include <vector>
 
-#include "common/formatted.h"
-#include "common/start_threads.h"
+#include "common/text.h"
+#include "common/threads.h"
 #include "mono_pose_tracker/common/status.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
 #include "tracking/run_estimate.h"

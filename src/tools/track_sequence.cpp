@@ -15,10 +15,9 @@
 #include <stdexcept>
 
 #include "bag_input.h"
-#include "camera/camera_guess.h"
-#include "camera/size_mismatch.h"
+#include "camera/camera_parameters.h"
 #include "command_line.h"
-#include "common/formatted.h"
+#include "common/text.h"
 #include "end_on_signals.h"
 #include "features/stereo_pair.h"
 #include "inputs.h"

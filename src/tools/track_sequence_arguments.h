@@ -6,10 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "camera/camera_guess.h"
-#include "camera/rectification.h"
+#include "camera/camera_parameters.h"
 #include "command_line.h"
-#include "common/start_threads.h"
+#include "common/threads.h"
 
 namespace mono_pose_tracker {
 

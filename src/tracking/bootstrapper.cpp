@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "common/angles.h"
-#include "common/formatted.h"
-#include "common/median.h"
+#include "common/rotation.h"
+#include "common/statistics.h"
+#include "common/text.h"
 #include "mapping/depth_reversal.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
 #include "view_hypothesis.h"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/formatted.h"
-#include "common/median.h"
+#include "common/statistics.h"
+#include "common/text.h"
 #include "tracking/bootstrapper.h"
 
 namespace mono_pose_tracker {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "camera/size_mismatch.h"
+#include "camera/camera_parameters.h"
 #include "features/marker.h"
 
 namespace mono_pose_tracker {

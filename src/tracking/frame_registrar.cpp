@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "aliased_place.h"
-#include "common/formatted.h"
-#include "common/pose_covariance.h"
+#include "common/rotation.h"
+#include "common/text.h"
 #include "mapping/landmark_pose.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"

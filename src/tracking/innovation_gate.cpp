@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/angles.h"
-#include "common/formatted.h"
+#include "common/rotation.h"
+#include "common/text.h"
 
 namespace mono_pose_tracker {
 

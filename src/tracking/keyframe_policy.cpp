@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/angles.h"
-#include "common/median.h"
+#include "common/rotation.h"
+#include "common/statistics.h"
 #include "geometry/triangulation.h"
 
 namespace mono_pose_tracker {

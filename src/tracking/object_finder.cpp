@@ -4,9 +4,9 @@
 #include <iterator>
 #include <limits>
 
-#include "common/median.h"
+#include "common/statistics.h"
 #include "mono_pose_tracker/camera/camera_model.h"
-#include "segmentation/mask_cleaning.h"
+#include "segmentation/object_outline.h"
 #include "tracking/background_image.h"
 
 namespace mono_pose_tracker {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "map/frame.h"
-#include "map/turning_object.h"
+#include "map/tracking_map.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 

@@ -4,7 +4,7 @@
 #include <iterator>
 #include <utility>
 
-#include "common/nearest_vote.h"
+#include "common/statistics.h"
 namespace mono_pose_tracker {
 
 namespace {

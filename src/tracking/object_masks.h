@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "mapping/motion_segmentation.h"
-#include "segmentation/object_points.h"
+#include "segmentation/object_outline.h"
 
 namespace mono_pose_tracker {
 

@@ -4,7 +4,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "common/median.h"
+#include "common/statistics.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 
 namespace mono_pose_tracker {

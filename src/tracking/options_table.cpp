@@ -12,8 +12,7 @@
 #include <stdexcept>
 #include <type_traits>
 
-#include "common/decimal.h"
-#include "common/one_line.h"
+#include "common/text.h"
 #include "features/marker.h"
 #include "io/yaml_file.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "common/formatted.h"
+#include "common/text.h"
 #include "doubtful_frames.h"
 #include "finished_maps.h"
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/prefetcher.h"
+#include "common/threads.h"
 #include "tracking/recording.h"
 
 namespace mono_pose_tracker {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "common/formatted.h"
+#include "common/text.h"
 
 namespace mono_pose_tracker {
 namespace {

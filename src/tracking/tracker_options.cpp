@@ -5,8 +5,8 @@
 #include <string>
 #include <utility>
 
-#include "common/start_threads.h"
-#include "features/sift_scale.h"
+#include "common/threads.h"
+#include "features/sift_scale_space.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 #include "options_for_images.h"
 #include "tracking/load_governor.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "common/median.h"
+#include "common/statistics.h"
 #include "geometry/essential.h"
 #include "mapping/image_sides.h"
 #include "mono_pose_tracker/camera/camera_model.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "common/median.h"
+#include "common/statistics.h"
 #include "geometry/triangulation.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
 #include "optimization/map_adjustment.h"

@@ -1,4 +1,4 @@
-#include "camera/calibrating_camera.h"
+#include "camera/distortion.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "camera/camera_matrix.h"
+#include "camera/camera_parameters.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "camera/same_camera.h"
+#include "camera/camera_parameters.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "camera/size_mismatch.h"
+#include "camera/camera_parameters.h"
 
 #include <gtest/gtest.h>
 

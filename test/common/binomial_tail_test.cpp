@@ -1,4 +1,4 @@
-#include "common/binomial_tail.h"
+#include "common/statistics.h"
 
 #include <gtest/gtest.h>
 

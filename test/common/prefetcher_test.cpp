@@ -1,4 +1,4 @@
-#include "common/prefetcher.h"
+#include "common/threads.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,6 @@
-#include "common/so3.h"
+#include "common/rotation.h"
 
 #include <gtest/gtest.h>
-
-#include "common/angles.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "common/thread_priority.h"
+#include "common/threads.h"
 
 #include <gtest/gtest.h>
 #include <pthread.h>

@@ -1,4 +1,4 @@
-#include "common/thread_team.h"
+#include "common/threads.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "features/sift_scale.h"
+#include "features/sift_scale_space.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "features/sift_sums.h"
+#include "features/sift_gaussian.h"
 
 #include <gtest/gtest.h>
 

@@ -12,7 +12,7 @@
 
 #include "common/opencv_version.h"
 #include "common/random.h"
-#include "features/sift_scale.h"
+#include "features/sift_scale_space.h"
 #include "support/random_texture.h"
 
 namespace mono_pose_tracker {

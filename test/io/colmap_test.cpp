@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "common/formatted.h"
+#include "common/text.h"
 #include "support/expect_error.h"
 #include "support/temporary_folder.h"
 

@@ -5,7 +5,7 @@
 #include <set>
 #include <vector>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 #include "support/add_view.h"
 #include "support/synthetic_views.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "support/add_view.h"
 #include "support/synthetic_head.h"
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

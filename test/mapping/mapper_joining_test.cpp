@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "common/median.h"
+#include "common/statistics.h"
 #include "mapping/mapper.h"
 #include "support/aligned_errors.h"
 #include "support/registered_candidate.h"

@@ -7,7 +7,7 @@
 #include <future>
 #include <thread>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "support/registered_candidate.h"
 #include "support/synthetic_views.h"
 #include "support/unhurried_options.h"

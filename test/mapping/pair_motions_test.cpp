@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

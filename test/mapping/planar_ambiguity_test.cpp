@@ -6,7 +6,7 @@
 #include <opencv2/calib3d.hpp>
 #include <vector>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "geometry/triangulation.h"
 #include "optimization/map_adjustment.h"
 #include "support/add_view.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "mapping/keyframe_landmarks.h"
 #include "optimization/map_adjustment.h"
 #include "support/add_view.h"

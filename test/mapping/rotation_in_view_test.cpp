@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "support/synthetic_head.h"
 
 namespace mono_pose_tracker {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "known_scene.h"
 
 namespace mono_pose_tracker {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "optimization/point_adjustment.h"
+#include "optimization/bundle_solvers.h"
 #include "support/bundle_scene.h"
 
 namespace mono_pose_tracker {

@@ -4,8 +4,7 @@
 
 #include <optional>
 
-#include "optimization/full_bundle.h"
-#include "optimization/reduced_solve.h"
+#include "optimization/bundle_solvers.h"
 #include "support/bundle_scene.h"
 
 namespace mono_pose_tracker {

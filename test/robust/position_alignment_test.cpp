@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "common/angles.h"
 #include "common/random.h"
+#include "common/rotation.h"
 
 namespace mono_pose_tracker {
 namespace {

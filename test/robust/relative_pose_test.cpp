@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "robust/two_view_refinement.h"
 #include "robust/two_view_scene.h"
 

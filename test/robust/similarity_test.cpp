@@ -6,7 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "simulation/two_view_problem.h"
 
 namespace mono_pose_tracker {

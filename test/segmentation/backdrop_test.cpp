@@ -1,4 +1,4 @@
-#include "segmentation/backdrop.h"
+#include "segmentation/segmenter.h"
 
 #include <gtest/gtest.h>
 

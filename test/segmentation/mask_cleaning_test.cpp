@@ -1,4 +1,4 @@
-#include "segmentation/mask_cleaning.h"
+#include "segmentation/object_outline.h"
 
 #include <gtest/gtest.h>
 

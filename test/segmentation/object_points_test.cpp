@@ -1,4 +1,4 @@
-#include "segmentation/object_points.h"
+#include "segmentation/object_outline.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/robust/ransac_options.h"
 #include "support/synthetic_views.h"

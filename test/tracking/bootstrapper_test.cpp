@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

@@ -6,7 +6,7 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

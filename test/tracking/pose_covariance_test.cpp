@@ -8,8 +8,8 @@
 #include <cstdlib>
 #include <vector>
 
-#include "common/median.h"
-#include "common/pose_covariance.h"
+#include "common/rotation.h"
+#include "common/statistics.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "simulation/simulated_sequence.h"
 

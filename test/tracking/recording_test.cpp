@@ -9,7 +9,7 @@
 #include <set>
 #include <vector>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "simulation/simulated_sequence.h"
 #include "support/random_texture.h"
 #include "support/recording_images.h"

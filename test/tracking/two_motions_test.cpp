@@ -6,7 +6,7 @@
 #include <cmath>
 #include <memory>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "support/synthetic_views.h"
 #include "tracking/bootstrapper.h"
 

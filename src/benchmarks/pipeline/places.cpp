@@ -9,8 +9,8 @@
 #include <optional>
 #include <stdexcept>
 
-#include "common/angles.h"
 #include "common/random.h"
+#include "common/rotation.h"
 #include "io/image_source.h"
 #include "io/mask_folder.h"
 #include "mapping/place_index.h"

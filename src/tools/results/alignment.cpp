@@ -9,9 +9,9 @@
 #include <string>
 #include <utility>
 
-#include "common/angles.h"
-#include "common/formatted.h"
-#include "common/median.h"
+#include "common/rotation.h"
+#include "common/statistics.h"
+#include "common/text.h"
 #include "geometry/nearest_rotation.h"
 
 namespace mono_pose_tracker {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "../written_files.h"
-#include "common/decimal.h"
+#include "common/text.h"
 #include "io/atomic_file.h"
 
 namespace mono_pose_tracker {

@@ -10,7 +10,7 @@
 
 #include "alignment.h"
 #include "colmap_model.h"
-#include "common/parallel.h"
+#include "common/threads.h"
 #include "io/atomic_file.h"
 #include "io/image_writing.h"
 #include "io/overview.h"

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "camera/rectification.h"
+#include "camera/camera_parameters.h"
 #include "mask_record.h"
 #include "mono_pose_tracker/common/status.h"
 #include "tracking/recording.h"

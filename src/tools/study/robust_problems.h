@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "robust_estimators.h"
 #include "simulation/two_view_problem.h"
 

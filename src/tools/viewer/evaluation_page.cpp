@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/formatted.h"
+#include "common/text.h"
 #include "io/stamp.h"
 
 namespace mono_pose_tracker {
