@@ -8,7 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "common/opencv_version.h"
+#include "common/toolchain.h"
 #include "io/image_source.h"
 #include "mono_pose_tracker/features/sift.h"
 #include "tools/command_line.h"

@@ -7,7 +7,7 @@
 #include <map>
 #include <string>
 
-#include "simulation/loop_study.h"
+#include "simulation/walk_studies.h"
 #include "tools/command_line.h"
 
 namespace {

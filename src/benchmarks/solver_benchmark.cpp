@@ -8,7 +8,7 @@
 
 #include "evaluation/relative_pose_choice.h"
 #include "geometry/essential.h"
-#include "simulation/two_view_problem.h"
+#include "simulation/solver_problems.h"
 #include "tools/command_line.h"
 #include "tools/study/minimal_solvers.h"
 #include "tools/study/robust_estimators.h"

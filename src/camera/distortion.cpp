@@ -9,7 +9,6 @@
 #include <vector>
 
 namespace mono_pose_tracker {
-
 namespace {
 
 // 0.06 degrees from the plane z = 0: no pinhole camera has a pixel there.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <cstdarg>
+#include <cstdio>
 #include <locale>
 #include <sstream>
 #include <string>
@@ -13,7 +15,18 @@
 namespace mono_pose_tracker {
 
 /// As std::printf writes it, however long; the compiler checks the arguments.
-std::string formatted(const char* format, ...) __attribute__((format(printf, 1, 2)));
+__attribute__((format(printf, 1, 2))) inline std::string formatted(const char* format, ...) {
+  std::va_list arguments, for_length;
+  va_start(arguments, format);
+  va_copy(for_length, arguments);
+  const int length = std::vsnprintf(nullptr, 0, format, for_length);
+  va_end(for_length);
+  std::string text(length > 0 ? length : 0, '\0');
+  // The string's own end takes the terminating zero.
+  if (length > 0) std::vsnprintf(text.data(), text.size() + 1, format, arguments);
+  va_end(arguments);
+  return text;
+}
 
 /// The text with a '?' for each control character, line ends among them: for messages that quote what others
 /// wrote.

@@ -14,7 +14,6 @@
 #endif
 
 namespace mono_pose_tracker {
-
 namespace {
 
 // Between two pieces of work: to wake a thread that sleeps takes as long.

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/opencv_version.h"
+#include "common/toolchain.h"
 #include "mono_pose_tracker/features/feature_set.h"
 #include "sift_descriptor.h"
 #include "sift_extrema.h"

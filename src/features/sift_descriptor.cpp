@@ -5,11 +5,10 @@
 #include <cstring>
 #include <opencv2/core.hpp>
 
-#include "common/function_clones.h"
+#include "common/toolchain.h"
 #include "sift_plane.h"
 
 namespace mono_pose_tracker {
-
 namespace {
 
 constexpr float kTwoPi = 6.2831853f;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
-#include "common/function_clones.h"
+#include "common/toolchain.h"
 #include "sift_plane.h"
 #include "sift_scale_space.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/function_clones.h"
+#include "common/toolchain.h"
 #include "sift_plane.h"
 
 #if defined(__x86_64__) && defined(__GNUC__)
@@ -18,7 +18,6 @@
 #define MPT_SIFT_INLINE __attribute__((always_inline)) inline
 
 namespace mono_pose_tracker {
-
 namespace {
 
 // Not by one template: attributes that depend on its argument may be ignored.

@@ -4,7 +4,6 @@
 #include <cmath>
 
 namespace mono_pose_tracker {
-
 namespace {
 
 // px that are searched. SIFT's time grows with them and leaves a frame of 33 ms on two cores the time for the

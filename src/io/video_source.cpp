@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/opencv_version.h"
 #include "common/pixel_hash.h"
+#include "common/toolchain.h"
 #include "frame_stamps.h"
 #include "io/image_decoding.h"
 #include "io/image_source.h"

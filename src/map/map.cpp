@@ -1,3 +1,5 @@
+#include "mono_pose_tracker/map/map.h"
+
 #include <algorithm>
 #include <limits>
 #include <optional>
@@ -6,11 +8,9 @@
 #include <string>
 #include <utility>
 
-#include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/map/map_views.h"
 
 namespace mono_pose_tracker {
-
 namespace {
 
 constexpr std::size_t kRemembered = 16;  // keyframes, whose own landmarks are asked for

@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <limits>
 
-#include "common/function_clones.h"
-#include "common/random.h"
+#include "common/statistics.h"
+#include "common/toolchain.h"
 #include "descriptor_mean.h"
 
 namespace mono_pose_tracker {

@@ -24,7 +24,6 @@
 #include "reduced_system.h"
 
 namespace mono_pose_tracker {
-
 namespace {
 
 // How this version of Ceres updates a pose block [qx qy qz qw tx ty tz]: by a left rotation vector w, q' =

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <ceres/ceres.h>
+#include <glog/logging.h>
 
 #include <functional>
+#include <mutex>
 
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 
@@ -27,7 +29,12 @@ class CancelCallback : public ceres::IterationCallback {
 // Ceres warns through glog about every step that it takes back, on standard error unless the program has set
 // up glog; SILENT does not affect these lines. Failed solves are visible in the report. This raises glog's
 // level to errors, once per process and only if the process has not chosen a level itself.
-void silence_solver_log();
+inline void silence_solver_log() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    if (FLAGS_minloglevel == google::GLOG_INFO) FLAGS_minloglevel = google::GLOG_ERROR;
+  });
+}
 
 // Beyond this radius damping adds less than 1e-8 to a diagonal. That is enough for a Cholesky decomposition
 // with unconstrained directions, which Ceres would otherwise report on the terminal, and does not slow

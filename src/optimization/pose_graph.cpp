@@ -11,7 +11,6 @@
 #include "ceres_solver.h"
 
 namespace mono_pose_tracker {
-
 namespace {
 
 // Parameters of a node: rotation vector (left, from the initial rotation), translation, log scale.

@@ -10,7 +10,6 @@
 #include "reduced_system.h"
 
 namespace mono_pose_tracker {
-
 namespace {
 
 // Smallest curvature ratio of the loss along a residual, for noise. The true ratio is negative beyond one

@@ -14,7 +14,6 @@
 #include "mono_pose_tracker/io/camera_yaml.h"
 
 namespace mono_pose_tracker {
-
 namespace {
 
 namespace fs = std::filesystem;

@@ -17,7 +17,6 @@
 #include "tracking/calibrated_recording.h"
 
 namespace mono_pose_tracker {
-
 namespace {
 
 /// An image of a list: a file, or pixels.

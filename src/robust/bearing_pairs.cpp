@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/function_clones.h"
+#include "common/toolchain.h"
 #include "shuffled_indices.h"
 
 namespace mono_pose_tracker {

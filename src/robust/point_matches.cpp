@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "common/function_clones.h"
 #include "common/rotation.h"
+#include "common/toolchain.h"
 #include "levenberg_marquardt.h"
 #include "mono_pose_tracker/common/rigid3.h"
 #include "robust/early_rejection.h"

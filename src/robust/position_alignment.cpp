@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "common/random.h"
 #include "common/rotation.h"
+#include "common/statistics.h"
 #include "robust/sampler.h"
 
 namespace mono_pose_tracker {

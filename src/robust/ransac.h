@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/random.h"
+#include "common/statistics.h"
 #include "mono_pose_tracker/robust/ransac_options.h"
 #include "robust/sampler.h"
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "common/random.h"
+#include "common/statistics.h"
 
 namespace mono_pose_tracker {
 

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/random.h"
+#include "common/statistics.h"
 
 namespace mono_pose_tracker {
 

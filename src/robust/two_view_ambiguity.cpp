@@ -4,8 +4,8 @@
 #include <array>
 #include <limits>
 
-#include "common/function_clones.h"
 #include "common/rotation.h"
+#include "common/toolchain.h"
 #include "geometry/nearest_rotation.h"
 #include "robust/sampler.h"
 

@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/function_clones.h"
-#include "common/random.h"
 #include "common/rotation.h"
+#include "common/statistics.h"
+#include "common/toolchain.h"
 #include "levenberg_marquardt.h"
 #include "robust/noise_threshold.h"
 

@@ -21,9 +21,8 @@
 #include "common/text.h"
 #include "io/image_decoding.h"
 #include "io/stamp.h"
-#include "ros/camera_info_conversion.h"
+#include "ros/camera_info.h"
 #include "ros/image_conversion.h"
-#include "ros/topic_choice.h"
 
 namespace mono_pose_tracker {
 namespace {

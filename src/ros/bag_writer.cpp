@@ -10,7 +10,7 @@
 #include <stdexcept>
 
 #include "io/stamp.h"
-#include "ros/camera_info_conversion.h"
+#include "ros/camera_info.h"
 
 namespace mono_pose_tracker {
 namespace {

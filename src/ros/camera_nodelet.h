@@ -9,14 +9,69 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <opencv2/core.hpp>
+#include <opencv2/videoio.hpp>
 #include <string>
 #include <thread>
 
-#include "ros/capture.h"
-#include "ros/log_throttle.h"
-#include "ros/wall_clock_updater.h"
+#include "ros/diagnostics.h"
+#include "ros/reporting.h"
 
 namespace mono_pose_tracker {
+
+/// Lowest rate [Hz]: an image in eleven days. At lower rates the interval would overflow the clock.
+constexpr double kSlowestRate = 1e-6;
+
+/// What to capture, and how.
+struct CaptureSettings {
+  std::string device = "/dev/video0";  // V4L2: a path, or the number at the end of it; or the URL of a stream
+  std::string video;                   // a video file in the device's place; empty: the device
+  bool loop = false;                   // the video, from its beginning again
+  int width = 0, height = 0;           // px, asked of the device; 0: its own
+  double rate = 0;                     // Hz, not below kSlowestRate; 0: the device's or the video's own
+  std::string pixel_format;            // MJPG, YUYV, ...: asked of the device; empty: its own
+};
+
+/// Images of a V4L2 device or of a video file. Used by one thread.
+class Capture {
+ public:
+  enum class Result { kImage, kEnd, kFailed };
+
+  explicit Capture(const CaptureSettings& settings) : settings_(settings) {}
+
+  /// Throws std::runtime_error, one line that says what is missing. The device may grant other settings than
+  /// requested.
+  void open();
+  void close() { capture_.release(); }
+
+  /// The next image (CV_8UC3, BGR). Blocks until the device has one; kFailed when it is gone, kEnd at the end
+  /// of a video.
+  Result read(cv::Mat* image);
+
+  /// Age of the last image [s]; 0 for a video.
+  double age_seconds() const;
+
+  /// Frame rate [Hz]; 0 when the device does not report it.
+  double rate() const { return rate_; }
+  bool is_video() const { return !settings_.video.empty(); }
+  const std::string& name() const { return is_video() ? settings_.video : settings_.device; }
+
+  /// Settings that the device granted in place of the requested ones, one line; empty: none differ.
+  std::string differences() const;
+
+ private:
+  void open_device();
+  void open_stream();
+  void open_video();
+
+  CaptureSettings settings_;
+  cv::VideoCapture capture_;
+  double rate_ = 0;
+};
+
+/// Seconds from a driver's stamp (of the monotonic clock, as V4L2 gives it) to now; 0 for stamps of another
+/// clock, which show as ages that no image has.
+double age_of_stamp(double stamp_seconds, double now_seconds);
 
 /// Publishes a V4L2 camera or a video file as ~image_raw and ~camera_info, for machines without a driver
 /// package. A missing or disconnected camera is reported on /diagnostics and opened again. One thread

@@ -7,7 +7,7 @@
 #include <limits>
 #include <type_traits>
 
-#include "ros/parameter_reader.h"
+#include "ros/parameters.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,5 +1,6 @@
 #include "ros/live_tracker.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -8,6 +9,37 @@
 #include "ros/image_conversion.h"
 
 namespace mono_pose_tracker {
+
+void MaskSource::put(const sensor_msgs::ImageConstPtr& mask) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    masks_.push_back(mask);
+    if (masks_.size() > kCapacity) masks_.pop_front();
+  }
+  arrived_.notify_all();
+}
+
+sensor_msgs::ImageConstPtr MaskSource::wait(const ros::Time& stamp, std::chrono::milliseconds timeout) {
+  sensor_msgs::ImageConstPtr found;
+  std::unique_lock<std::mutex> lock(mutex_);
+  arrived_.wait_for(lock, timeout, [&] {
+    const auto it = std::find_if(masks_.begin(), masks_.end(), [&](const sensor_msgs::ImageConstPtr& mask) {
+      return mask->header.stamp == stamp;
+    });
+    if (it != masks_.end()) found = *it;
+    return cancelled_ || found != nullptr;
+  });
+  return found;
+}
+
+void MaskSource::cancel() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    cancelled_ = true;
+  }
+  arrived_.notify_all();
+}
+
 namespace {
 
 // The first image waits this long for its camera_info, which drivers and bags send just after it.

@@ -3,22 +3,71 @@
 #include <sensor_msgs/Image.h>
 
 #include <chrono>
+#include <condition_variable>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "mono_pose_tracker/tracking/tracker.h"
-#include "ros/camera_source.h"
-#include "ros/drawn_map.h"
+#include "ros/camera_info.h"
 #include "ros/image_conversion.h"
-#include "ros/mask_source.h"
 #include "tracking/frame_period.h"
 #include "tracking/load_governor.h"
+#include "tracking/map_snapshot.h"
 
 namespace mono_pose_tracker {
+
+/// Keeps the newest masks until the images with their stamps are processed. May be called from any thread.
+class MaskSource {
+ public:
+  void put(const sensor_msgs::ImageConstPtr& mask);
+
+  /// The mask with this stamp; waits for it at most this long. Null when there is none.
+  sensor_msgs::ImageConstPtr wait(const ros::Time& stamp, std::chrono::milliseconds timeout);
+
+  /// Ends all waiting, now and later.
+  void cancel();
+
+ private:
+  // Masks that may wait for their images: a segmentation runs a few images ahead of the tracker at most.
+  static constexpr std::size_t kCapacity = 30;
+
+  std::mutex mutex_;  // guards what follows
+  std::condition_variable arrived_;
+  std::deque<sensor_msgs::ImageConstPtr> masks_;
+  bool cancelled_ = false;
+};
+
+/// A copy of the map for drawing, made once and on first use: copying takes time proportional to the size of
+/// the map, and often nobody subscribes. May be used from any thread.
+class DrawnMap {
+ public:
+  /// map: null while there is none.
+  explicit DrawnMap(TrackingMapPtr map) : map_(std::move(map)), newest_(newest_view_of(map_)) {}
+
+  bool has_points() const { return map_ && !map_->landmarks.empty(); }
+  const MapSnapshot& newest() const { return newest_; }
+  const MapSnapshot& all() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!all_) all_ = snapshot_of(map_);
+    return *all_;
+  }
+  bool is_copied() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return all_ != nullptr;
+  }
+
+ private:
+  const TrackingMapPtr map_;
+  const MapSnapshot newest_;
+  mutable std::mutex mutex_;  // guards what follows
+  mutable std::shared_ptr<const MapSnapshot> all_;
+};
 
 /// The data for drawing the present map.
 struct MapView {

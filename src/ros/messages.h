@@ -8,6 +8,8 @@
 #include <nav_msgs/Odometry.h>
 #include <ros/time.h>
 #include <sensor_msgs/PointCloud2.h>
+#include <std_msgs/Header.h>
+#include <visualization_msgs/MarkerArray.h>
 
 #include <cstdint>
 #include <optional>
@@ -15,10 +17,22 @@
 #include <vector>
 
 #include "mono_pose_tracker/camera/camera_model.h"
+#include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/tracking/frame_report.h"
-#include "ros/pose_estimate.h"
 
 namespace mono_pose_tracker {
+
+/// b_from_a with its covariance as ROS defines it: x y z, then rotations about the fixed axes of b.
+struct PoseEstimate {
+  Rigid3 b_from_a;
+  Matrix6d covariance = Matrix6d::Zero();
+};
+
+/// c_from_a, with c_from_b exact.
+PoseEstimate operator*(const Rigid3& c_from_b, const PoseEstimate& b_from_a);
+/// b_from_z, with a_from_z exact.
+PoseEstimate operator*(const PoseEstimate& b_from_a, const Rigid3& a_from_z);
+PoseEstimate inverse(const PoseEstimate& b_from_a);
 
 inline ros::Time to_ros_time(std::int64_t stamp_ns) {
   return ros::Time().fromNSec(static_cast<std::uint64_t>(stamp_ns));
@@ -54,5 +68,22 @@ geometry_msgs::TwistWithCovariance to_twist(const StampedEstimate& previous, con
 
 /// All of a report but the header and the node's own counts.
 TrackerStatus to_status(const FrameReport& report);
+
+/// Depth of the drawn frusta in map units: a tenth of the median depth of the landmarks visible in the newest
+/// keyframe, so that they have a useful size at any scale. 0.1 if there are none.
+double frustum_depth(const MapSnapshot& snapshot, const CameraParameters& camera);
+
+/// Keyframes that are distinguishable when drawn `depth` deep: the newest, and each older one that differs
+/// from all drawn ones by half a depth or 15 degrees. Their number is limited.
+std::vector<KeyframePose> thinned_keyframes(const std::vector<KeyframePose>& keyframes, double depth);
+
+/// One marker of line segments: the frustum of each keyframe, `depth` map units deep.
+visualization_msgs::MarkerArray to_keyframe_markers(const std_msgs::Header& header,
+                                                    const CameraParameters& camera,
+                                                    const std::vector<KeyframePose>& keyframes, double depth);
+
+/// The camera as it is now: a frustum with its upper side marked. Without a pose: the marker is taken away.
+visualization_msgs::Marker to_camera_marker(const std_msgs::Header& header, const CameraParameters& camera,
+                                            const Rigid3* map_from_camera, double depth);
 
 }  // namespace mono_pose_tracker

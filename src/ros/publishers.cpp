@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "common/time_stamp.h"
-#include "ros/frusta.h"
 #include "ros/messages.h"
 
 namespace mono_pose_tracker {

@@ -1,25 +1,154 @@
 #include "ros/rosbag2_image_source.h"
 
 #include <algorithm>
+#include <boost/make_shared.hpp>
+#include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <iomanip>
 #include <optional>
 #include <set>
 #include <sstream>
 #include <stdexcept>
+#include <string>
+#include <string_view>
 #include <utility>
 
 #include "camera/camera_parameters.h"
 #include "common/text.h"
 #include "io/image_decoding.h"
 #include "io/stamp.h"
-#include "ros/camera_info_conversion.h"
+#include "ros/bag_image_source.h"
+#include "ros/camera_info.h"
 #include "ros/image_conversion.h"
-#include "ros/topic_choice.h"
-#include "rosbag2_messages.h"
 #include "rosbag2_storage.h"
 
 namespace mono_pose_tracker {
+namespace {
+
+/// Reads plain CDR (the encoding of ROS 2 messages, OMG DDS-XTypes 7.4.1): values lie at multiples of their
+/// size behind the four bytes of the encapsulation header. Throws std::runtime_error, one line, at the end of
+/// the bytes and on another encapsulation.
+///
+///     CdrReader in(bytes);
+///     const std::uint32_t height = in.u32();
+///     const std::string encoding = in.text();
+class CdrReader {
+ public:
+  explicit CdrReader(std::string_view bytes) : bytes_(bytes) {
+    if (bytes.size() < kHeaderSize || bytes[0] != 0 || (bytes[1] != 0 && bytes[1] != 1)) {
+      throw std::runtime_error("is not encoded in plain CDR");
+    }
+    is_little_endian_ = bytes[1] == 1;
+  }
+
+  std::uint8_t u8() { return static_cast<std::uint8_t>(take(1)[0]); }
+  std::uint32_t u32() { return static_cast<std::uint32_t>(number(4)); }
+  std::int32_t i32() { return static_cast<std::int32_t>(u32()); }
+  double f64() {
+    const std::uint64_t bits = number(8);
+    double value = 0;
+    static_assert(sizeof value == sizeof bits);
+    std::memcpy(&value, &bits, sizeof value);
+    return value;
+  }
+  /// Without the zero at its end.
+  std::string text() {
+    std::string_view letters = take(u32());
+    if (!letters.empty() && letters.back() == '\0') letters.remove_suffix(1);
+    return std::string(letters);
+  }
+  /// The elements of a sequence of bytes.
+  std::string_view octets() { return take(u32()); }
+  /// The length of a sequence of elements of the given size; there is room for them in what is left.
+  std::uint32_t length(std::size_t element_size) {
+    const std::uint32_t count = u32();
+    if (count > (bytes_.size() - at_) / element_size) cut_short();
+    return count;
+  }
+
+ private:
+  static constexpr std::size_t kHeaderSize = 4;
+
+  [[noreturn]] static void cut_short() { throw std::runtime_error("is truncated"); }
+
+  std::string_view take(std::size_t size) {
+    if (size > bytes_.size() - at_) cut_short();
+    at_ += size;
+    return bytes_.substr(at_ - size, size);
+  }
+
+  std::uint64_t number(std::size_t size) {
+    const std::size_t beyond = (at_ - kHeaderSize) % size;
+    if (beyond > 0) take(size - beyond);
+    const std::string_view digits = take(size);
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+      const std::size_t place = is_little_endian_ ? i : size - 1 - i;
+      value |= std::uint64_t{static_cast<std::uint8_t>(digits[i])} << (8 * place);
+    }
+    return value;
+  }
+
+  std::string_view bytes_;
+  std::size_t at_ = kHeaderSize;
+  bool is_little_endian_ = true;
+};
+
+std::string read_ros2_header(CdrReader& in, std::int64_t* stamp_ns) {
+  const std::int64_t seconds = in.i32();
+  *stamp_ns = seconds * 1'000'000'000 + in.u32();
+  return in.text();
+}
+
+}  // namespace
+
+sensor_msgs::ImagePtr read_ros2_image(std::string_view cdr, std::int64_t* stamp_ns) {
+  CdrReader in(cdr);
+  const auto image = boost::make_shared<sensor_msgs::Image>();
+  image->header.frame_id = read_ros2_header(in, stamp_ns);
+  image->height = in.u32();
+  image->width = in.u32();
+  image->encoding = in.text();
+  image->is_bigendian = in.u8();
+  image->step = in.u32();
+  const std::string_view data = in.octets();
+  image->data.assign(data.begin(), data.end());
+  return image;
+}
+
+std::vector<unsigned char> read_ros2_compressed_image(std::string_view cdr, std::int64_t* stamp_ns,
+                                                      std::string* format) {
+  CdrReader in(cdr);
+  read_ros2_header(in, stamp_ns);
+  const auto stated = in.text();  // the bytes decide
+  if (format) *format = stated;
+  const std::string_view data = in.octets();
+  return {data.begin(), data.end()};
+}
+
+sensor_msgs::CameraInfo read_ros2_camera_info(std::string_view cdr, std::int64_t* stamp_ns) {
+  CdrReader in(cdr);
+  sensor_msgs::CameraInfo info;
+  info.header.frame_id = read_ros2_header(in, stamp_ns);
+  info.height = in.u32();
+  info.width = in.u32();
+  info.distortion_model = in.text();
+  info.D.resize(in.length(sizeof(double)));
+  for (double& value : info.D) value = in.f64();
+  for (double& value : info.K) value = in.f64();
+  for (double& value : info.R) value = in.f64();
+  for (double& value : info.P) value = in.f64();
+  info.binning_x = in.u32();
+  info.binning_y = in.u32();
+  info.roi.x_offset = in.u32();
+  info.roi.y_offset = in.u32();
+  info.roi.height = in.u32();
+  info.roi.width = in.u32();
+  info.roi.do_rectify = in.u8();
+  return info;
+}
+
 namespace {
 
 const char* const kRos2Image = "sensor_msgs/msg/Image";

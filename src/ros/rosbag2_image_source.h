@@ -1,14 +1,34 @@
 #pragma once
 
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "io/image_source.h"
 #include "mono_pose_tracker/camera/camera_model.h"
-#include "ros/camera_info_conversion.h"
+#include "ros/camera_info.h"
 
 namespace mono_pose_tracker {
+
+// Messages of ROS 2 in CDR. `stamp_ns` is header.stamp, which may be negative there; the header of the
+// message of ROS 1 stays empty but for its frame_id. Each throws std::runtime_error, one line, when the bytes
+// are none.
+
+/// sensor_msgs/msg/Image.
+sensor_msgs::ImagePtr read_ros2_image(std::string_view cdr, std::int64_t* stamp_ns);
+
+/// sensor_msgs/msg/CompressedImage: the bytes of the image file. format: what the message states; null: not
+/// wanted.
+std::vector<unsigned char> read_ros2_compressed_image(std::string_view cdr, std::int64_t* stamp_ns,
+                                                      std::string* format = nullptr);
+
+/// sensor_msgs/msg/CameraInfo.
+sensor_msgs::CameraInfo read_ros2_camera_info(std::string_view cdr, std::int64_t* stamp_ns);
 
 /// Whether the path is of a recording of ROS 2: a folder with metadata.yaml, .db3 or .mcap files, or such a
 /// file, by its extension or its first bytes.

@@ -12,7 +12,6 @@
 #include "rosbag2_storage.h"
 
 namespace mono_pose_tracker {
-
 namespace {
 
 constexpr char kMcapMagic[] = "\x89MCAP0\r\n";

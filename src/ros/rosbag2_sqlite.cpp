@@ -9,7 +9,6 @@
 #include "rosbag2_storage.h"
 
 namespace mono_pose_tracker {
-
 namespace {
 
 using Database = std::shared_ptr<sqlite3>;

@@ -3,15 +3,19 @@
 #include <image_transport/camera_common.h>
 
 #include <cstdio>
+#include <future>
+#include <memory>
 #include <pluginlib/class_list_macros.hpp>
 #include <stdexcept>
 #include <utility>
 
 #include "camera/camera_parameters.h"
-#include "ros/camera_info_conversion.h"
-#include "ros/guard.h"
+#include "mono_pose_tracker/io/map_file.h"
+#include "ros/camera_info.h"
+#include "ros/diagnostics.h"
 #include "ros/messages.h"
-#include "ros/paths.h"
+#include "ros/parameters.h"
+#include "ros/reporting.h"
 #include "tracking/background_image.h"
 
 namespace mono_pose_tracker {
@@ -382,6 +386,266 @@ void TrackerNodelet::publish_map() {
   if (publishers_->publish_map(view->epoch, view->map, view->camera.parameters())) {
     published_map_ = version;
   }
+}
+
+// Health checks: missing inputs, output errors, diagnostics.
+
+namespace {
+
+double seconds_since(StatusBoard::Clock::time_point then) {
+  return std::chrono::duration<double>(StatusBoard::Clock::now() - then).count();
+}
+
+// Advice if the topic is that of a transport instead of the images' own.
+std::string transport_hint(const std::string& topic) {
+  const auto slash = topic.rfind('/');
+  const std::string last = topic.substr(slash + 1);
+  if (slash == std::string::npos || (last != "compressed" && last != "theora" && last != "compressedDepth"))
+    return "";
+  return ": this is the topic of an image transport; give the base topic, image:=" + topic.substr(0, slash) +
+         " (in launch files image_topic:=), with image_transport:=" + last;
+}
+
+}  // namespace
+
+// Once, as soon as there is a calibration.
+void TrackerNodelet::check_calibration() {
+  if (is_calibration_checked_) return;
+  const std::optional<ConvertedCamera> camera = cameras_->wait(std::chrono::milliseconds(0));
+  if (!camera || camera->reason != Reason::kOk) return;
+  is_calibration_checked_ = true;
+  const std::string problem = rectification_contradiction(
+      parameters_.rectified, getNodeHandle().resolveName("image"), camera->has_distortion);
+  if (!problem.empty()) NODELET_WARN("%s", problem.c_str());
+  if (!camera->note.empty()) NODELET_INFO("calibration: %s", camera->note.c_str());
+}
+
+void TrackerNodelet::check_inputs() {
+  input_problem_.clear();
+  check_calibration();
+  if (seconds_since(board_->summary().last_arrival) > parameters_.input_timeout) {
+    const std::string topic = image_subscriber_.topic();
+    input_problem_ = "no image on " + topic;
+    if (image_subscriber_.publishers() > 0) {
+      input_problem_ += " although it is published";
+    } else if (board_->summary().last.frames_received > 0) {
+      input_problem_ += " any more: its publisher has gone";
+    } else {
+      const std::string hint = parameters_.image_transport == "raw" ? transport_hint(topic) : std::string();
+      input_problem_ += hint.empty() ? ": nobody publishes it (remap image, or set ~image_transport)" : hint;
+    }
+  } else if (!cameras_->has_calibration() && board_->summary().last.frames_received > 0) {
+    input_problem_ =
+        "no camera_info on " + camera_info_subscriber_.getTopic() + " for the images on " +
+        image_subscriber_.topic() +
+        ": publish it in the same namespace, or give a calibration file by ~camera_info_url. To calibrate: "
+        "rosrun camera_calibration cameracalibrator.py --size 8x6 --square 0.025 image:=" +
+        image_subscriber_.topic();
+    if (seconds_since(started_) < parameters_.input_timeout) return;
+  }
+  const bool has_no_clock = ros::Time::isSimTime() && ros::Time::now().isZero();
+  if (has_no_clock && seconds_since(started_) > parameters_.input_timeout && input_throttle_.due("clock")) {
+    NODELET_WARN(
+        "use_sim_time is true, but there is no time on /clock: a bag must be played with --clock, and with a "
+        "camera use_sim_time must be false (rosparam set use_sim_time false, then restart)");
+  }
+  if (!input_problem_.empty() && input_throttle_.due("input")) NODELET_WARN("%s", input_problem_.c_str());
+}
+
+void TrackerNodelet::check_outputs() {
+  if (!trajectory_) return;
+  trajectory_->retry();
+  if (trajectory_->renewals() > told_renewals_) {
+    told_renewals_ = trajectory_->renewals();
+    NODELET_WARN("%s was moved or removed: later poses are written to a new file",
+                 expand_path(parameters_.trajectory_file).c_str());
+  }
+  const std::string problem = trajectory_->problem();
+  if (problem.empty() && !output_problem_.empty()) NODELET_INFO("the trajectory file can be written again");
+  if (!problem.empty() && input_throttle_.due("output")) NODELET_ERROR("%s", problem.c_str());
+  output_problem_ = problem;
+}
+
+void TrackerNodelet::diagnose(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  const StatusBoard::Summary summary = board_->summary();
+  Health health;
+  health.last = summary.last;
+  health.seconds_since_image = seconds_since(summary.last_arrival);
+  health.frames_per_second = summary.frames_per_second;
+  health.input_problem = input_problem_;
+  health.output_problem = output_problem_;
+  health.calibration = describe_calibration();
+  health.recent_frames = summary.last.frames_received - diagnosed_.frames_received;
+  health.recent_drops = summary.last.frames_dropped - diagnosed_.frames_dropped;
+  diagnosed_ = summary.last;
+  health.memory = memory_use();
+  if (health.memory) {
+    health.bytes_per_keyframe = keyframe_memory_.bytes_per_keyframe(
+        health.memory->resident, summary.last.map_id, summary.last.keyframes);
+  }
+  {
+    const boost::recursive_mutex::scoped_lock lock(live_mutex_);
+    health.is_map_limited = live_options_.tracker.mapping.max_keyframes > 0;
+  }
+  fill_diagnostics(health, status);
+}
+
+std::string TrackerNodelet::describe_calibration() const {
+  const std::optional<ConvertedCamera> camera = cameras_->wait(std::chrono::milliseconds(0));
+  if (!camera || camera->reason != Reason::kOk) return "";
+  const CameraParameters& p = camera->parameters;
+  char text[96];
+  std::snprintf(text, sizeof text, "%dx%d, focal length %.1f px, from ", p.width, p.height, p.fx);
+  if (camera->source == CalibrationSource::kGuessed) return std::string(text) + "the guess ~hfov";
+  return text + (cameras_->is_calibrated_by_message() ? camera_info_subscriber_.getTopic()
+                                                      : parameters_.camera_info_url);
+}
+
+// Services.
+
+namespace {
+
+// Time for which a service waits for its turn between two images; an image takes some tens of milliseconds.
+constexpr std::chrono::seconds kServiceTimeout{10};
+
+std::string size_text(const std::vector<Map>& maps) {
+  std::size_t keyframes = 0, landmarks = 0;
+  for (const Map& map : maps) keyframes += map.keyframes().size(), landmarks += map.landmarks().size();
+  return std::to_string(keyframes) + " keyframes and " + std::to_string(landmarks) + " landmarks" +
+         (maps.size() > 1 ? " of " + std::to_string(maps.size()) + " maps" : "");
+}
+
+}  // namespace
+
+template <typename Result>
+Result TrackerNodelet::on_processing_thread(std::function<Result()> command) {
+  auto task = std::make_shared<std::packaged_task<Result()>>(std::move(command));
+  std::future<Result> result = task->get_future();
+  const char* const shuts_down = "the tracker is shutting down";
+  if (!slot_->post([task] { (*task)(); })) throw std::runtime_error(shuts_down);
+  task.reset();
+  if (result.wait_for(kServiceTimeout) != std::future_status::ready) {
+    throw std::runtime_error("the tracker is busy and did not process the call in time: call again");
+  }
+  try {
+    return result.get();
+  } catch (const std::future_error&) {  // the slot was closed and its commands dropped
+    throw std::runtime_error(shuts_down);
+  }
+}
+
+std::string TrackerNodelet::path_parameter(const std::string& name, const std::string& at_start) {
+  std::string path = at_start;
+  const ros::NodeHandle& handle = getPrivateNodeHandle();
+  if (handle.hasParam(name) && !handle.getParam(name, path)) {
+    throw std::runtime_error("~" + name + " is not a text: expected a path");
+  }
+  if (path.empty()) throw std::runtime_error("~" + name + " is empty: expected a path");
+  return expand_path(path);
+}
+
+std::string TrackerNodelet::path_to_replace(const std::string& name, const std::string& at_start) {
+  std::string path = path_parameter(name, at_start);
+  const std::string problem = one_file_problem(name, path, "trajectory_file", parameters_.trajectory_file);
+  if (!problem.empty()) throw std::runtime_error(problem);
+  return path;
+}
+
+// By a command, on the processing thread: what is known is of a map that is no more.
+void TrackerNodelet::drop_map() {
+  placement_->forget();
+  publishers_->drop_map();
+  board_->note(tracker_->state(), tracker_->epoch());
+}
+
+void TrackerNodelet::advertise_services() {
+  advertise("reset", [this] {
+    on_processing_thread<void>([this] {
+      tracker_->reset();
+      drop_map();
+    });
+    NODELET_WARN("reset by ~reset: the map is dropped, tracking restarts");
+    return std::string("the map is dropped");
+  });
+  advertise("pause", [this] {
+    paused_ = true;
+    slot_->post([this] { placement_->forget(); });
+    return std::string("paused: images are not tracked; call ~resume to continue");
+  });
+  advertise("resume", [this] {
+    slot_->post([this] { placement_->forget(); });  // what an image gave that was at work as ~pause came
+    paused_ = false;
+    return std::string("tracking continues");
+  });
+  advertise("save_trajectory", [this] {
+    const std::string path = path_to_replace("save_trajectory_path", parameters_.save_trajectory_path);
+    const std::vector<KeyframePose> poses = publishers_->trajectory();
+    write_tum_trajectory(path, poses);
+    return std::to_string(poses.size()) + " poses in " + path;
+  });
+  advertise_map_services();
+}
+
+void TrackerNodelet::advertise_map_services() {
+  // Files are written and read on the service's thread: images go on meanwhile.
+  advertise("save_map", [this] {
+    const std::string path = path_to_replace("map_path", parameters_.map_path);
+    const auto saved = on_processing_thread<SavedMaps>([this] { return tracker_->copy_maps(); });
+    write_map_file(path, saved);
+    return size_text(saved.maps) + " in " + path;
+  });
+  advertise("load_map", [this] {
+    const std::string path = path_parameter("map_path", parameters_.map_path);
+    const auto saved = std::make_shared<SavedMaps>(read_map_file(path, descriptor_kind(parameters_.tracker)));
+    const std::string size = size_text(saved->maps);
+    const bool loaded = on_processing_thread<bool>([this, saved] {
+      const bool is_loaded = tracker_->load_maps(std::move(*saved));
+      if (is_loaded) {
+        drop_map();
+      } else {
+        board_->note(tracker_->state(), tracker_->epoch());
+      }
+      return is_loaded;
+    });
+    const std::string what = size + " from " + path;
+    const std::string then =
+        loaded ? "the camera is lost until an image is relocalised in it" : "loaded when camera_info arrives";
+    NODELET_WARN("%s: %s", what.c_str(), then.c_str());
+    return what + "; " + then;
+  });
+}
+
+void TrackerNodelet::load_map_at_start() {
+  const std::string path = path_parameter("map_path", parameters_.map_path);
+  SavedMaps saved = read_map_file(path, descriptor_kind(parameters_.tracker));
+  NODELET_INFO("%s from %s: loaded when camera_info arrives", size_text(saved.maps).c_str(), path.c_str());
+  tracker_->load_maps(std::move(saved));
+}
+
+// Not on the nodelet's queue, because a service waiting for the tracker would delay images. Not on the
+// manager's thread pool either: a callback there keeps a nodelet alive while it is unloaded, but not its
+// other queue.
+ros::NodeHandle TrackerNodelet::service_handle() {
+  ros::NodeHandle handle(getPrivateNodeHandle());
+  handle.setCallbackQueue(&service_queue_);
+  return handle;
+}
+
+void TrackerNodelet::advertise(const std::string& name, Answer answer) {
+  using Request = std_srvs::Trigger::Request;
+  using Response = std_srvs::Trigger::Response;
+  services_.push_back(service_handle().advertiseService<Request, Response>(
+      name,
+      boost::function<bool(Request&, Response&)>([answer = std::move(answer)](Request&, Response& response) {
+        response.success = false;
+        guarded(
+            [&] {
+              response.message = answer();
+              response.success = true;
+            },
+            [&](const std::string& text) { response.message = text; });
+        return true;
+      })));
 }
 
 }  // namespace mono_pose_tracker

@@ -15,23 +15,19 @@
 #include <thread>
 #include <vector>
 
-#include "ros/camera_source.h"
+#include "ros/camera_info.h"
 #include "ros/debug_image.h"
-#include "ros/image_slot.h"
-#include "ros/image_subscriber.h"
+#include "ros/diagnostics.h"
+#include "ros/image_input.h"
 #include "ros/live_options.h"
 #include "ros/live_tracker.h"
-#include "ros/log_throttle.h"
 #include "ros/map_placement.h"
-#include "ros/mask_source.h"
-#include "ros/memory_use.h"
 #include "ros/output_frames.h"
 #include "ros/parameters.h"
 #include "ros/publishers.h"
+#include "ros/reporting.h"
 #include "ros/status_board.h"
-#include "ros/time_guard.h"
 #include "ros/trajectory_log.h"
-#include "ros/wall_clock_updater.h"
 
 namespace mono_pose_tracker {
 

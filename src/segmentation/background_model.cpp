@@ -6,7 +6,6 @@
 #include <opencv2/imgproc.hpp>
 
 namespace mono_pose_tracker {
-
 namespace {
 
 // Grey levels: lower limit of the noise. Sensors have 8 bits, and a few images may show no noise at all.

@@ -9,7 +9,6 @@
 #include "segmentation/object_outline.h"
 
 namespace mono_pose_tracker {
-
 namespace {
 
 // px of the reduced image: after this displacement most pixels of a fine texture have changed.

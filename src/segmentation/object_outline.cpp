@@ -12,7 +12,6 @@
 #include "common/statistics.h"
 
 namespace mono_pose_tracker {
-
 namespace {
 
 cv::Mat disc(int radius) {

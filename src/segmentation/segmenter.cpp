@@ -10,7 +10,6 @@
 #include "segmentation/object_outline.h"
 
 namespace mono_pose_tracker {
-
 namespace {
 
 using Histogram = std::array<double, 256>;

@@ -2,9 +2,8 @@
 
 #include <cmath>
 
-#include "common/random.h"
 #include "common/rotation.h"
-#include "simulation/wander.h"
+#include "common/statistics.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "common/rotation.h"
-#include "simulation/wander.h"
-#include "street_plan.h"
+#include "simulation/camera_path.h"
+#include "street_scene.h"
 
 namespace mono_pose_tracker {
 namespace {

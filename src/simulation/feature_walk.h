@@ -5,7 +5,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "common/random.h"
+#include "common/statistics.h"
 #include "map/frame.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/common/rigid3.h"

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "mono_pose_tracker/common/rigid3.h"
+#include "simulation/camera_path.h"
 #include "simulation/panel_scene.h"
-#include "simulation/sequence_options.h"
-#include "simulation/wander.h"
+#include "simulation/simulated_sequence.h"
 
 namespace mono_pose_tracker {
 

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "simulation/leaf_texture.h"
 #include "simulation/scene.h"
+#include "simulation/texture.h"
 
 namespace mono_pose_tracker {
 

@@ -13,7 +13,7 @@
 #include "geometry/essential.h"
 #include "io/atomic_file.h"
 #include "progress_bar.h"
-#include "simulation/two_view_problem.h"
+#include "simulation/solver_problems.h"
 #include "study/minimal_solvers.h"
 #include "study/robust_problems.h"
 #include "study/statistics.h"

@@ -6,7 +6,7 @@
 #include <limits>
 #include <opencv2/calib3d.hpp>
 
-#include "common/random.h"
+#include "common/statistics.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "common/random.h"
+#include "common/statistics.h"
 #include "mono_pose_tracker/geometry/sim3.h"
 #include "support/helix_walk.h"
 

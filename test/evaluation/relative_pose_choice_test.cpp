@@ -7,7 +7,7 @@
 #include <array>
 
 #include "geometry/essential.h"
-#include "simulation/two_view_problem.h"
+#include "simulation/solver_problems.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "common/random.h"
+#include "common/statistics.h"
 #include "support/expect_error.h"
 #include "support/helix_walk.h"
 

@@ -6,7 +6,7 @@
 #include <atomic>
 #include <cmath>
 
-#include "common/random.h"
+#include "common/statistics.h"
 #include "features/descriptor_distances.h"
 #include "mono_pose_tracker/features/feature_grid.h"
 

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <opencv2/imgproc.hpp>
 
-#include "common/opencv_version.h"
+#include "common/toolchain.h"
 #include "geometry/essential.h"
 #include "io/image_source.h"
 #include "mono_pose_tracker/features/matching.h"

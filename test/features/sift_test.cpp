@@ -10,8 +10,8 @@
 #include <set>
 #include <stdexcept>
 
-#include "common/opencv_version.h"
-#include "common/random.h"
+#include "common/statistics.h"
+#include "common/toolchain.h"
 #include "features/sift_scale_space.h"
 #include "support/random_texture.h"
 

@@ -4,7 +4,7 @@
 #include "fuzz_input.h"
 #include "fuzz_target.h"
 #include "mono_pose_tracker/camera/camera_model.h"
-#include "ros/camera_info_conversion.h"
+#include "ros/camera_info.h"
 
 using namespace mono_pose_tracker;
 

@@ -2,7 +2,7 @@
 #include <boost/make_shared.hpp>
 #include <cmath>
 
-#include "common/random.h"
+#include "common/statistics.h"
 #include "fuzz_input.h"
 #include "fuzz_target.h"
 #include "ros/live_tracker.h"

@@ -3,9 +3,9 @@
 
 #include "fuzz_input.h"
 #include "fuzz_target.h"
-#include "ros/camera_info_conversion.h"
+#include "ros/camera_info.h"
 #include "ros/image_conversion.h"
-#include "ros/rosbag2_messages.h"
+#include "ros/rosbag2_image_source.h"
 #include "ros/rosbag2_storage.h"
 
 using namespace mono_pose_tracker;

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "simulation/two_view_problem.h"
+#include "simulation/solver_problems.h"
 
 namespace mono_pose_tracker {
 namespace {

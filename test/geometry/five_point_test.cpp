@@ -8,7 +8,7 @@
 
 #include "geometry/essential.h"
 #include "geometry/five_point_motion.h"
-#include "simulation/two_view_problem.h"
+#include "simulation/solver_problems.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "simulation/pose_problem.h"
+#include "simulation/solver_problems.h"
 
 namespace mono_pose_tracker {
 namespace {

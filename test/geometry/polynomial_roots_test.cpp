@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "common/random.h"
+#include "common/statistics.h"
 
 namespace mono_pose_tracker {
 namespace {

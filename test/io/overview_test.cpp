@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "common/random.h"
+#include "common/statistics.h"
 #include "io/plot.h"
 #include "support/expect_error.h"
 #include "support/temporary_folder.h"

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "common/random.h"
+#include "common/statistics.h"
 #include "common/time_stamp.h"
 
 namespace mono_pose_tracker {

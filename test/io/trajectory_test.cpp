@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "common/random.h"
+#include "common/statistics.h"
 #include "support/expect_error.h"
 #include "support/temporary_folder.h"
 

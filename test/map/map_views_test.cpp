@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "common/random.h"
+#include "common/statistics.h"
 #include "mono_pose_tracker/map/map.h"
 
 namespace mono_pose_tracker {

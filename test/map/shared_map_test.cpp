@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-#include "common/random.h"
+#include "common/statistics.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -8,7 +8,7 @@
 #include <functional>
 #include <stdexcept>
 
-#include "common/random.h"
+#include "common/statistics.h"
 
 namespace mono_pose_tracker {
 namespace {

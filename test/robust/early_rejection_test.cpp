@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "common/random.h"
+#include "common/statistics.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "common/random.h"
+#include "common/statistics.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "common/random.h"
 #include "common/rotation.h"
+#include "common/statistics.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "common/rotation.h"
-#include "simulation/two_view_problem.h"
+#include "simulation/solver_problems.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -6,8 +6,8 @@
 #include <limits>
 #include <vector>
 
-#include "common/random.h"
 #include "common/rotation.h"
+#include "common/statistics.h"
 #include "mono_pose_tracker/common/rigid3.h"
 #include "robust/bearing_pairs.h"
 

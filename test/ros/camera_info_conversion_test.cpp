@@ -1,12 +1,10 @@
-#include "ros/camera_info_conversion.h"
+#include "ros/camera_info.h"
 
 #include <gtest/gtest.h>
 
 #include <boost/make_shared.hpp>
 #include <functional>
 #include <limits>
-
-#include "ros/camera_source.h"
 
 namespace mono_pose_tracker {
 namespace {

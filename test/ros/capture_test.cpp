@@ -1,4 +1,4 @@
-#include "ros/capture.h"
+#include "ros/camera_nodelet.h"
 
 #include <gtest/gtest.h>
 

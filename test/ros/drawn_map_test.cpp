@@ -1,4 +1,4 @@
-#include "ros/drawn_map.h"
+#include "ros/live_tracker.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "ros/frusta.h"
+#include "ros/messages.h"
 
 #include <gtest/gtest.h>
 

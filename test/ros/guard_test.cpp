@@ -1,4 +1,4 @@
-#include "ros/guard.h"
+#include "ros/reporting.h"
 
 #include <gtest/gtest.h>
 

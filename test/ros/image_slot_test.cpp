@@ -1,4 +1,4 @@
-#include "ros/image_slot.h"
+#include "ros/image_input.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <boost/make_shared.hpp>
 #include <limits>
 
-#include "ros/camera_info_conversion.h"
+#include "ros/camera_info.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -1,4 +1,4 @@
-#include "ros/mask_source.h"
+#include "ros/live_tracker.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "ros/memory_use.h"
+#include "ros/diagnostics.h"
 
 #include <gtest/gtest.h>
 

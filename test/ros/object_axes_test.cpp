@@ -1,4 +1,4 @@
-#include "ros/object_axes.h"
+#include "ros/debug_image.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "ros/object_centre.h"
+#include "ros/output_frames.h"
 
 #include <gtest/gtest.h>
 

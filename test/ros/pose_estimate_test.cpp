@@ -1,10 +1,10 @@
-#include "ros/pose_estimate.h"
+#include "ros/messages.h"
 
 #include <gtest/gtest.h>
 
 #include <functional>
 
-#include "common/random.h"
+#include "common/statistics.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -29,7 +29,7 @@ import reported_skips  # noqa: E402, F401
 TIMEOUT = 90  # s; software rendering on a busy machine
 NEEDED = ("xvfb-run", "import", "rviz")
 
-# As in config/tracker.rviz, red green blue; and of the frusta in src/ros/frusta.cpp.
+# As in config/tracker.rviz, red green blue; and of the frusta in src/ros/messages.cpp.
 BACKGROUND, FRUSTA, CAMERA = (24, 26, 32), (0, 153, 255), (255, 64, 64)
 
 

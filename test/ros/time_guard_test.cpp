@@ -1,4 +1,4 @@
-#include "ros/time_guard.h"
+#include "ros/image_input.h"
 
 #include <gtest/gtest.h>
 

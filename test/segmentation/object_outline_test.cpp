@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "common/random.h"
+#include "common/statistics.h"
 #include "segmentation/object_images.h"
 
 namespace mono_pose_tracker {

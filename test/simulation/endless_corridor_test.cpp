@@ -1,4 +1,4 @@
-#include "simulation/endless_corridor.h"
+#include "simulation/endless_room.h"
 
 #include <gtest/gtest.h>
 

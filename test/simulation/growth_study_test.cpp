@@ -1,4 +1,4 @@
-#include "simulation/growth_study.h"
+#include "simulation/walk_studies.h"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "simulation/head_shape.h"
+#include "simulation/head_scene.h"
 #include "simulation/simulated_sequence.h"
 #include "support/rendered_sequences.h"
 

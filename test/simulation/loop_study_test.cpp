@@ -1,4 +1,4 @@
-#include "simulation/loop_study.h"
+#include "simulation/walk_studies.h"
 
 #include <gtest/gtest.h>
 

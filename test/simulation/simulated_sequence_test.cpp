@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "mono_pose_tracker/features/sift.h"
-#include "simulation/head_shape.h"
+#include "simulation/head_scene.h"
 #include "support/rendered_sequences.h"
 
 namespace mono_pose_tracker {

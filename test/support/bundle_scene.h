@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 
-#include "common/random.h"
+#include "common/statistics.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 

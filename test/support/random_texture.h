@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 
-#include "common/random.h"
+#include "common/statistics.h"
 
 namespace mono_pose_tracker {
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "common/random.h"
+#include "common/statistics.h"
 #include "mono_pose_tracker/io/map_file.h"
 #include "support/synthetic_views.h"
 

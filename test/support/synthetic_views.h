@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "common/random.h"
+#include "common/statistics.h"
 #include "map/frame.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/common/rigid3.h"

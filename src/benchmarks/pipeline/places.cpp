@@ -9,8 +9,8 @@
 #include <optional>
 #include <stdexcept>
 
-#include "common/random.h"
 #include "common/rotation.h"
+#include "common/statistics.h"
 #include "io/image_source.h"
 #include "io/mask_folder.h"
 #include "mapping/place_index.h"
@@ -21,7 +21,7 @@
 #include "mono_pose_tracker/io/trajectory.h"
 #include "mono_pose_tracker/map/image_features.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
-#include "process_usage.h"
+#include "runs.h"
 #include "tools/time_statistics.h"
 
 namespace mono_pose_tracker {

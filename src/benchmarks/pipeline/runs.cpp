@@ -1,18 +1,189 @@
 #include "runs.h"
 
+#include <cv_bridge/cv_bridge.h>
 #include <malloc.h>
+#include <sensor_msgs/image_encodings.h>
+#include <time.h>
 
 #include <algorithm>
+#include <boost/make_shared.hpp>
+#include <fstream>
 #include <optional>
+#include <stdexcept>
+#include <string>
 
 #include "evaluation/doubt_error.h"
-#include "live_pipeline.h"
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
-#include "process_usage.h"
+#include "ros/camera_info.h"
+#include "ros/image_conversion.h"
 #include "tools/time_statistics.h"
 #include "tracking/recording.h"
 
 namespace mono_pose_tracker {
+namespace {
+
+class MemorySource : public ImageSource {
+ public:
+  explicit MemorySource(const DecodedSequence& sequence) : frames_(sequence.frames) {}
+
+  SourceImage next() override {
+    SourceImage image;
+    if (next_ == frames_.size()) return image;
+    const DecodedFrame& frame = frames_[next_++];
+    image.kind = SourceImage::Kind::kImage;
+    image.stamp_ns = frame.stamp_ns;
+    image.name = frame.name;
+    image.image = frame.image;
+    return image;
+  }
+  int size() const override { return static_cast<int>(frames_.size()); }
+
+ private:
+  const std::vector<DecodedFrame>& frames_;
+  std::size_t next_ = 0;
+};
+
+std::string size_text(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
+
+}  // namespace
+
+DecodedFrame make_decoded_frame(std::int64_t stamp_ns, const std::string& name, const cv::Mat& image) {
+  namespace enc = sensor_msgs::image_encodings;
+  std_msgs::Header header;
+  header.frame_id = "camera_optical";
+  header.stamp.fromNSec(static_cast<std::uint64_t>(stamp_ns));
+  DecodedFrame frame;
+  frame.stamp_ns = stamp_ns;
+  frame.name = name;
+  frame.message =
+      cv_bridge::CvImage(header, image.channels() == 1 ? enc::MONO8 : enc::BGR8, image).toImageMsg();
+  frame.image = convert_image(frame.message).image;
+  return frame;
+}
+
+DecodedSequence decode_images(const std::string& path, int max_frames, const CameraParameters& camera) {
+  DecodedSequence sequence;
+  const std::unique_ptr<ImageSource> source = open_images(path);
+  while (max_frames < 0 || static_cast<int>(sequence.frames.size()) < max_frames) {
+    const SourceImage next = source->next();
+    if (next.kind == SourceImage::Kind::kEnd) break;
+    if (next.kind == SourceImage::Kind::kSkipped) {
+      sequence.problems.push_back(next.problem);
+      continue;
+    }
+    if (next.image.cols != camera.width || next.image.rows != camera.height) {
+      const std::string problem = next.name + ": is " + size_text(next.image.cols, next.image.rows) +
+                                  ", the calibration is for " + size_text(camera.width, camera.height);
+      if (sequence.frames.empty()) throw std::runtime_error(problem);
+      sequence.problems.push_back(problem);
+      continue;
+    }
+    sequence.frames.push_back(make_decoded_frame(next.stamp_ns, next.name, next.image));
+  }
+  if (sequence.frames.empty()) {
+    throw std::runtime_error("no image could be read: " +
+                             (sequence.problems.empty() ? "there is none" : sequence.problems.front()));
+  }
+  return sequence;
+}
+
+std::unique_ptr<ImageSource> make_source(const DecodedSequence& sequence) {
+  return std::make_unique<MemorySource>(sequence);
+}
+
+namespace {
+
+double status_mb(const std::string& key) {
+  std::ifstream status("/proc/self/status");
+  std::string line;
+  while (std::getline(status, line)) {
+    if (line.rfind(key, 0) == 0) return std::stod(line.substr(key.size())) / 1024;  // given in kB
+  }
+  return 0;
+}
+
+double clock_ms(clockid_t clock) {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
+
+}  // namespace
+
+double resident_mb() { return status_mb("VmRSS:"); }
+
+double peak_resident_mb() { return status_mb("VmHWM:"); }
+
+void restart_peak() { std::ofstream("/proc/self/clear_refs") << "5"; }
+
+double thread_cpu_ms() { return clock_ms(CLOCK_THREAD_CPUTIME_ID); }
+
+double process_cpu_ms() { return clock_ms(CLOCK_PROCESS_CPUTIME_ID); }
+
+namespace {
+
+double ms_between(LivePipeline::Clock::time_point from, LivePipeline::Clock::time_point to) {
+  return std::chrono::duration<double, std::milli>(to - from).count();
+}
+
+}  // namespace
+
+LivePipeline::LivePipeline(const TrackerOptions& options, const CameraParameters& camera, Observer observer)
+    : tracker_(
+          options, cameras_, masks_, std::chrono::milliseconds(0), [] { return false; },
+          [](const std::string&, const std::string&) {}),
+      observer_(std::move(observer)) {
+  // As a driver sends it: a file would only be used once no message has come for a while.
+  cameras_.set_message(boost::make_shared<sensor_msgs::CameraInfo>(to_camera_info(camera)));
+  thread_ = std::thread([this] { run(); });
+}
+
+LivePipeline::~LivePipeline() {
+  slot_.close();
+  thread_.join();
+}
+
+void LivePipeline::put(const sensor_msgs::ImageConstPtr& image, std::optional<std::int64_t> due_ns) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++counts_.received;
+  }
+  const Clock::time_point arrival = Clock::now();
+  if (due_ns) tracker_.note_arrival(*due_ns, arrival);
+  if (!slot_.put({image, arrival, due_ns.has_value()})) return;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++counts_.dropped;
+  done_.notify_all();
+}
+
+void LivePipeline::wait() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  done_.wait(lock, [this] { return counts_.tracked + counts_.dropped == counts_.received; });
+}
+
+LivePipeline::Counts LivePipeline::counts() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return counts_;
+}
+
+std::vector<RegisteredFrame> LivePipeline::trajectory_on_final_map() {
+  tracker_.wait_for_mapping();
+  return tracker_.trajectory();
+}
+
+void LivePipeline::run() {
+  while (const std::optional<Frame> frame = slot_.take()) {
+    const Clock::time_point start = Clock::now();
+    const FrameReport report = tracker_.process(frame->image, frame->arrival);
+    const Clock::time_point end = Clock::now();
+    if (!frame->in_time) tracker_.wait_for_mapping();
+    observer_(report, ms_between(start, end), ms_between(frame->arrival, end));
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++counts_.tracked;
+    done_.notify_all();
+  }
+}
+
 namespace {
 
 using Clock = LivePipeline::Clock;

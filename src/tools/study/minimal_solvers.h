@@ -26,7 +26,7 @@
 #include "mono_pose_tracker/geometry/five_point.h"
 #include "mono_pose_tracker/geometry/p3p.h"
 #include "mono_pose_tracker/geometry/seven_point.h"
-#include "simulation/pose_problem.h"
+#include "simulation/solver_problems.h"
 
 namespace mono_pose_tracker {
 

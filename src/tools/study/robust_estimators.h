@@ -21,7 +21,7 @@
 #include <PoseLib/robust.h>
 #endif
 
-#include "common/opencv_version.h"
+#include "common/toolchain.h"
 #include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/robust/absolute_pose.h"
 #include "mono_pose_tracker/robust/relative_pose.h"
