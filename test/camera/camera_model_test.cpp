@@ -1,5 +1,3 @@
-#include "mono_pose_tracker/camera/camera_model.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +5,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "common/statistics.h"
+#include "mono_pose_tracker/camera/camera_model.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -276,5 +275,16 @@ TEST(CameraModel, CoefficientsBeyondAllBoundsGiveNoPixel) {
   EXPECT_FALSE(camera.project({0.5, 0.5, 1}, &pixel));
 }
 
+TEST(ImageScale, IsTheSameHoweverThePhoneIsHeld) {
+  EXPECT_DOUBLE_EQ(image_scale(1920, 1080), 3);
+  EXPECT_DOUBLE_EQ(image_scale(1080, 1920), 3);
+}
+
+TEST(ImageScale, DescriptorsHaveTheirSizeInPxHoweverSmallTheImageIs) {
+  EXPECT_DOUBLE_EQ(image_scale(640, 480), 1);
+  EXPECT_DOUBLE_EQ(image_scale(320, 240), 1);
+}
+
 }  // namespace
+
 }  // namespace mono_pose_tracker

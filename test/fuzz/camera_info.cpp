@@ -1,7 +1,6 @@
 // sensor_msgs/CameraInfo: what it is taken for must be a camera.
 #include <cmath>
 
-#include "fuzz_input.h"
 #include "fuzz_target.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "ros/camera_info.h"

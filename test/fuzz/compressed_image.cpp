@@ -1,7 +1,6 @@
 // sensor_msgs/CompressedImage: JPEG, PNG and whatever else OpenCV would decode.
 #include <stdexcept>
 
-#include "fuzz_input.h"
 #include "fuzz_target.h"
 #include "ros/image_conversion.h"
 

@@ -1,7 +1,6 @@
 // The list of track_sequence --images. What it names is not opened: it would be files of this machine.
 #include <stdexcept>
 
-#include "fuzz_input.h"
 #include "fuzz_target.h"
 #include "io/image_source.h"
 

@@ -1,7 +1,6 @@
 // sensor_msgs/Image as it comes off the wire: any field may contradict any other.
 #include <boost/make_shared.hpp>
 
-#include "fuzz_input.h"
 #include "fuzz_target.h"
 #include "ros/image_conversion.h"
 

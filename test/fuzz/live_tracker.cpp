@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "common/statistics.h"
-#include "fuzz_input.h"
 #include "fuzz_target.h"
 #include "ros/live_tracker.h"
 #include "simulation/simulated_sequence.h"

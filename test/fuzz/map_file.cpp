@@ -3,7 +3,6 @@
 #include <boost/crc.hpp>
 #include <stdexcept>
 
-#include "fuzz_input.h"
 #include "fuzz_target.h"
 #include "support/synthetic_map.h"
 #include "support/temporary_folder.h"

@@ -1,7 +1,6 @@
 // tracker.yaml: what is read must be in range.
 #include <stdexcept>
 
-#include "fuzz_input.h"
 #include "fuzz_target.h"
 #include "mono_pose_tracker/tracking/options_table.h"
 

@@ -1,7 +1,6 @@
 // Recordings of ROS 2: the first byte chooses an MCAP file, a database, or a message in CDR.
 #include <stdexcept>
 
-#include "fuzz_input.h"
 #include "fuzz_target.h"
 #include "ros/camera_info.h"
 #include "ros/image_conversion.h"

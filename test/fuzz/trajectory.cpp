@@ -2,7 +2,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "fuzz_input.h"
 #include "fuzz_target.h"
 #include "mono_pose_tracker/io/trajectory.h"
 

@@ -8,7 +8,7 @@
 #include "mapping/mapper.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
 #include "optimization/map_adjustment.h"
-#include "support/registered_candidate.h"
+#include "support/mapper_tests.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -7,7 +7,6 @@
 
 #include "common/rotation.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
-#include "support/add_view.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

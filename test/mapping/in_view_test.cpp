@@ -6,8 +6,7 @@
 #include <functional>
 
 #include "common/rotation.h"
-#include "support/add_view.h"
-#include "support/synthetic_head.h"
+#include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "support/add_view.h"
+#include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "mapping/keyframe_locator.h"
 #include "mono_pose_tracker/tracking/tracker_options.h"
-#include "support/map_of_views.h"
+#include "support/synthetic_map.h"
 
 namespace mono_pose_tracker {
 namespace {

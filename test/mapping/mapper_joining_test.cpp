@@ -8,10 +8,8 @@
 
 #include "common/statistics.h"
 #include "mapping/mapper.h"
-#include "support/aligned_errors.h"
-#include "support/registered_candidate.h"
+#include "support/mapper_tests.h"
 #include "support/synthetic_views.h"
-#include "support/unhurried_options.h"
 
 namespace mono_pose_tracker {
 namespace {

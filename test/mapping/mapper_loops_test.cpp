@@ -12,8 +12,7 @@
 #include "mapping/mapping_worker.h"
 #include "optimization/map_adjustment.h"
 #include "simulation/walk_studies.h"
-#include "support/aligned_errors.h"
-#include "support/registered_candidate.h"
+#include "support/mapper_tests.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "known_scene.h"
-#include "support/unhurried_options.h"
+#include "support/mapper_tests.h"
 
 namespace mono_pose_tracker {
 namespace {

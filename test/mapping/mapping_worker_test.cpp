@@ -8,9 +8,8 @@
 #include <thread>
 
 #include "common/rotation.h"
-#include "support/registered_candidate.h"
+#include "support/mapper_tests.h"
 #include "support/synthetic_views.h"
-#include "support/unhurried_options.h"
 
 namespace mono_pose_tracker {
 namespace {

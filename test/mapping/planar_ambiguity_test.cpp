@@ -9,7 +9,7 @@
 #include "common/rotation.h"
 #include "geometry/triangulation.h"
 #include "optimization/map_adjustment.h"
-#include "support/add_view.h"
+#include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -8,8 +8,7 @@
 #include "common/rotation.h"
 #include "mapping/keyframe_landmarks.h"
 #include "optimization/map_adjustment.h"
-#include "support/add_view.h"
-#include "support/synthetic_head.h"
+#include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "common/rotation.h"
-#include "support/synthetic_head.h"
+#include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
 namespace {

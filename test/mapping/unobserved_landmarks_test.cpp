@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <set>
 
-#include "support/map_of_views.h"
+#include "support/synthetic_map.h"
 
 namespace mono_pose_tracker {
 namespace {

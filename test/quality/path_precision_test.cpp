@@ -8,9 +8,7 @@
 #include "mono_pose_tracker/geometry/sim3.h"
 #include "mono_pose_tracker/quality/quality_report.h"
 #include "optimization/map_adjustment.h"
-#include "support/add_view.h"
-#include "support/aligned_errors.h"
-#include "support/skyline.h"
+#include "support/mapper_tests.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

@@ -5,9 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "common/angles.h"
+#include "common/rotation.h"
 #include "quality/path_precision.h"
-#include "support/add_view.h"
 #include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {

@@ -8,7 +8,7 @@
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 
-#include "../support/expect_error.h"
+#include "support/expect_error.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -9,9 +9,9 @@
 #include <csignal>
 #include <filesystem>
 
-#include "../support/expect_error.h"
-#include "../support/temporary_folder.h"
 #include "mono_pose_tracker/io/trajectory.h"
+#include "support/expect_error.h"
+#include "support/temporary_folder.h"
 
 namespace mono_pose_tracker {
 namespace {

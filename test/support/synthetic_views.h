@@ -1,16 +1,32 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <vector>
 
+#include "common/rotation.h"
 #include "common/statistics.h"
 #include "map/frame.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/common/rigid3.h"
+#include "mono_pose_tracker/map/map.h"
+#include "mono_pose_tracker/mapping/mapper_options.h"
 #include "mono_pose_tracker/robust/ransac_options.h"
 
 namespace mono_pose_tracker {
+
+/// A camera without distortion in round numbers, for projections by hand.
+inline CameraModel plain_camera() {
+  CameraParameters p;
+  p.width = 640;
+  p.height = 480;
+  p.fx = p.fy = 500;
+  p.cx = 320;
+  p.cy = 240;
+  return CameraModel(p);
+}
 
 inline CameraModel synthetic_camera() {
   CameraParameters parameters;
@@ -90,5 +106,61 @@ inline Rigid3 camera_at(const Eigen::Vector3d& center_in_map, double yaw = 0) {
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()));
   return {turn, -(turn * center_in_map)};
 }
+
+/// The front of a head of half a unit around the origin, with the face along -z. A view from 6 units is
+/// narrow.
+inline SyntheticScene synthetic_head(int points, Random& random) {
+  std::vector<Eigen::Vector3d> x_in_map;
+  for (int i = 0; i < points; ++i) {
+    const double azimuth = random.uniform(-1.3, 1.3), height = random.uniform(-0.6, 0.6);
+    x_in_map.emplace_back(0.5 * std::sin(azimuth), height, -0.5 * std::cos(azimuth));
+  }
+  return SyntheticScene(x_in_map, random);
+}
+
+/// A view from 6 units, rotated about a slightly tilted axis.
+inline Rigid3 before_turned_head(double angle_rad) {
+  const Eigen::Vector3d axis = Eigen::Vector3d(0.2, 1, 0).normalized();
+  return {Eigen::Quaterniond(Eigen::AngleAxisd(angle_rad, axis)), Eigen::Vector3d(0, 0, 6)};
+}
+
+/// Adds the k-th keyframe, a tenth of a second after the previous one. It observes each point as the landmark
+/// of that number.
+inline void add_view(const SyntheticScene& scene, const CameraModel& camera, const Rigid3& camera_from_map,
+                     double noise_px, int k, const std::vector<LandmarkId>& landmarks, Random& random,
+                     Map* map) {
+  std::vector<int> point_of;
+  const Frame frame = synthetic_frame(scene, camera, camera_from_map, noise_px, k, random, &point_of);
+  const KeyframeId id = map->add_keyframe(k, k * std::int64_t{100'000'000}, camera_from_map, frame.image);
+  for (std::size_t f = 0; f < point_of.size(); ++f) {
+    map->add_observation(landmarks[point_of[f]], id, static_cast<int>(f));
+  }
+}
+
+/// Points of a skyline at 3000 to 5000 units first, then points 2 to 5 units away.
+inline std::vector<Eigen::Vector3d> skyline_points(int far, int near, Random& random) {
+  std::vector<Eigen::Vector3d> x;
+  for (int i = 0; i < far + near; ++i) {
+    const double depth = i < far ? random.uniform(3000, 5000) : random.uniform(2, 5);
+    x.emplace_back(depth * random.uniform(-0.4, 0.4), depth * random.uniform(-0.3, 0.3), depth);
+  }
+  return x;
+}
+
+/// A camera that moves past such points, by 0.05 units and half a degree between views.
+struct SkylineWalk {
+  static constexpr int kViews = 10, kFarPoints = 80, kNearPoints = 120;
+  static constexpr double kStep = 0.05;
+
+  Random random{5};
+  CameraModel camera = synthetic_camera();
+  SyntheticScene scene{skyline_points(kFarPoints, kNearPoints, random), random};
+  MapperOptions options;
+  Map map;
+
+  SkylineWalk() { options.ransac = ransac_of_two_px(camera); }
+
+  static Rigid3 pose(int view) { return camera_at({kStep * view, 0, 0}, -0.5 * view * kDegree); }
+};
 
 }  // namespace mono_pose_tracker

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "support/plain_camera.h"
+#include "support/synthetic_views.h"
 #include "support/temporary_folder.h"
 
 namespace mono_pose_tracker {

@@ -4,7 +4,7 @@
 
 #include <initializer_list>
 
-#include "support/plain_camera.h"
+#include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
 namespace {

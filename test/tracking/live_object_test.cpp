@@ -3,7 +3,7 @@
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "simulation/simulated_sequence.h"
-#include "support/unhurried_options.h"
+#include "support/mapper_tests.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -4,7 +4,7 @@
 #include <functional>
 #include <utility>
 
-#include "support/recording_images.h"
+#include "support/simulated_room.h"
 #include "tools/looked_at_source.h"
 #include "tracking/recording.h"
 

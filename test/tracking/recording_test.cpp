@@ -12,7 +12,6 @@
 #include "common/rotation.h"
 #include "simulation/simulated_sequence.h"
 #include "support/random_texture.h"
-#include "support/recording_images.h"
 #include "support/simulated_room.h"
 
 namespace mono_pose_tracker {

@@ -7,10 +7,9 @@
 #include "mono_pose_tracker/evaluation/trajectory_error.h"
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "segmentation/segmenter.h"
-#include "support/add_view.h"
 #include "support/expect_error.h"
 #include "support/simulated_room.h"
-#include "support/synthetic_head.h"
+#include "support/synthetic_views.h"
 #include "support/temporary_folder.h"
 #include "tracking/finished_map.h"
 

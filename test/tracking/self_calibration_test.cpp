@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "mono_pose_tracker/tracking/tracker.h"
-#include "support/map_of_views.h"
 #include "support/simulated_room.h"
+#include "support/synthetic_map.h"
 
 namespace mono_pose_tracker {
 namespace {

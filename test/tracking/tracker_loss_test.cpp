@@ -6,7 +6,7 @@
 
 #include "mono_pose_tracker/tracking/tracker.h"
 #include "simulation/simulated_sequence.h"
-#include "support/tracked_room.h"
+#include "support/simulated_room.h"
 #include "tracking/finished_map.h"
 
 namespace mono_pose_tracker {

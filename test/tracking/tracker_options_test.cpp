@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "support/expect_error.h"
-#include "support/plain_camera.h"
+#include "support/synthetic_views.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -14,8 +14,8 @@
 
 #include "mapping/mapping_worker.h"
 #include "support/random_texture.h"
+#include "support/simulated_room.h"
 #include "support/temporary_folder.h"
-#include "support/tracked_room.h"
 #include "tracking/map_snapshot.h"
 
 namespace mono_pose_tracker {

@@ -1,10 +1,10 @@
-#include "ros/camera_info.h"
-
 #include <gtest/gtest.h>
 
 #include <boost/make_shared.hpp>
 #include <functional>
 #include <limits>
+
+#include "ros/camera_info.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -202,4 +202,5 @@ TEST(CameraInfoConversion, MissingFileIsNamed) {
 }
 
 }  // namespace
+
 }  // namespace mono_pose_tracker

@@ -1,5 +1,3 @@
-#include "ros/bag_image_source.h"
-
 #include <cv_bridge/cv_bridge.h>
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
@@ -7,12 +5,18 @@
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/image_encodings.h>
 #include <std_msgs/String.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <functional>
 #include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
 
-#include "../support/expect_error.h"
-#include "../support/temporary_folder.h"
+#include "mono_pose_tracker/camera/camera_model.h"
+#include "ros/bag_image_source.h"
+#include "ros/bag_writer.h"
+#include "support/expect_error.h"
+#include "support/temporary_folder.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -360,5 +364,36 @@ TEST(BagImageSource, ADamagedPartIsSkippedOrRefused) {
   EXPECT_GE(skipped, 1);
 }
 
+// The bag's own destructor throws then, which ended the process.
+TEST(BagWriter, AFullDiskIsAnError) {
+  EXPECT_THROW(
+      {
+        BagWriter bag("/dev/full", {});
+        for (int i = 0; i < 3; ++i) bag.write(1000 + i, cv::Mat(480, 640, CV_8UC3, cv::Scalar(1, 2, 3)));
+        bag.close();
+      },
+      std::runtime_error);
+}
+
+// The disk is full after a while: a file may not grow beyond a megabyte.
+TEST(BagWriter, ADiskThatIsFullAfterAWhileIsAnError) {
+  const TemporaryFolder folder;
+  rlimit before;
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit megabyte = {1 << 20, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &megabyte), 0);
+  EXPECT_THROW(
+      {
+        BagWriter bag(folder / "a.bag", {});
+        for (int i = 0; i < 3; ++i) bag.write(1000 + i, cv::Mat(480, 640, CV_8UC3, cv::Scalar(1, 2, 3)));
+        bag.close();
+      },
+      std::runtime_error);
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+}
+
 }  // namespace
+
 }  // namespace mono_pose_tracker

@@ -1,12 +1,22 @@
-#include "common/text.h"
-
 #include <gtest/gtest.h>
 
 #include <cstdint>
 #include <optional>
 
+#include "common/text.h"
+
 namespace mono_pose_tracker {
 namespace {
+
+TEST(Formatted, IsWhatPrintfWrites) {
+  EXPECT_EQ(formatted("%d of %s, %.1f %%", 3, "four", 75.0), "3 of four, 75.0 %");
+  EXPECT_EQ(formatted("%s", ""), "");
+}
+
+TEST(Formatted, NothingIsCutOff) {
+  const std::string name(5000, 'x');
+  EXPECT_EQ(formatted("<%s>", name.c_str()), "<" + name + ">");
+}
 
 template <typename T>
 std::optional<T> parsed(const std::string& text) {
@@ -40,4 +50,5 @@ TEST(Decimal, Reals) {
 }
 
 }  // namespace
+
 }  // namespace mono_pose_tracker
