@@ -111,8 +111,10 @@ std::string likely_cause(int width, int height, int camera_width, int camera_hei
   }
   const bool is_scaled = static_cast<long>(width) * camera_height == static_cast<long>(height) * camera_width;
   return is_scaled && camera_width > 0
-             ? formatted("; the image is the same view at %.4g times the size: calibrate at this size",
-                         static_cast<double>(width) / camera_width)
+             ? formatted(
+                   "; the image is the same view at %.4g times the size: calibrate at this "
+                   "size, or correct the stated size and binning",
+                   static_cast<double>(width) / camera_width)
              : "";
 }
 

@@ -79,6 +79,23 @@ std::string size_origin(const sensor_msgs::CameraInfo& info) {
   return text;
 }
 
+bool has_focal_length(const sensor_msgs::CameraInfo& info, bool rectified) {
+  return rectified ? info.P[0] > 0 && info.P[5] > 0 : info.K[0] > 0 && info.K[4] > 0;
+}
+
+/// Some drivers fill in K or P alone.
+std::string no_focal_length_text(const sensor_msgs::CameraInfo& info, bool rectified) {
+  const std::string begin = std::string("the camera is not calibrated: ") + (rectified ? "P" : "K") +
+                            " of its camera_info has no focal length";
+  if (has_focal_length(info, !rectified)) {
+    return begin + (rectified ? ", but K has. Set rectified to false if the images are raw"
+                              : ", but P has. Set rectified to true if the images are rectified");
+  }
+  return begin +
+         ". Calibrate it (rosrun camera_calibration cameracalibrator.py), or give a calibration file "
+         "(track_sequence: --camera; live: ~camera_info_url)";
+}
+
 CameraParameters camera_parameters(const sensor_msgs::CameraInfo& info, bool rectified) {
   const image_geometry::PinholeCameraModel model = linear_model(info);
   CameraParameters parameters;
@@ -98,14 +115,8 @@ CameraParameters camera_parameters(const sensor_msgs::CameraInfo& info, bool rec
 }  // namespace
 
 ConvertedCamera convert_camera_info(const sensor_msgs::CameraInfo& info, bool rectified) {
-  const char* matrix = rectified ? "P" : "K";
-  if (!(rectified ? info.P[0] > 0 && info.P[5] > 0 : info.K[0] > 0 && info.K[4] > 0)) {
-    return {{},
-            Reason::kUncalibrated,
-            std::string("the camera is not calibrated: ") + matrix +
-                " of its camera_info has no focal length. Calibrate it (rosrun camera_calibration "
-                "cameracalibrator.py), or give a calibration file by ~camera_info_url"};
-  }
+  if (!has_focal_length(info, rectified))
+    return {{}, Reason::kUncalibrated, no_focal_length_text(info, rectified)};
   try {
     ConvertedCamera camera;
     camera.note = check_matrix(info, rectified);

@@ -116,6 +116,8 @@ TEST(SizeMismatch, NamesBothSizesTheirOriginAndTheLikelyCause) {
   EXPECT_NE(size_mismatch_text(1280, 480, 640, 480, "").find("side by side"), std::string::npos);
   EXPECT_NE(size_mismatch_text(640, 960, 640, 480, "").find("one above the other"), std::string::npos);
   EXPECT_NE(size_mismatch_text(320, 240, 640, 480, "").find("0.5 times"), std::string::npos);
+  EXPECT_NE(size_mismatch_text(320, 240, 640, 480, "").find("correct the stated size and binning"),
+            std::string::npos);
   EXPECT_EQ(size_mismatch_text(600, 480, 640, 480, ""), "is 600x480, the calibration is for 640x480");
 }
 

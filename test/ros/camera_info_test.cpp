@@ -141,6 +141,18 @@ TEST(CameraInfoConversion, ZeroMatrixIsUncalibrated) {
 }
 
 // Numbers that no camera has must not throw: the message comes by a callback.
+// Some drivers fill in one of the two.
+TEST(CameraInfoConversion, TheOtherMatrixIsNamedWhereItHasAFocalLength) {
+  sensor_msgs::CameraInfo info = calibration();
+  info.K = {};
+  const ConvertedCamera raw = convert_camera_info(info, false);
+  EXPECT_EQ(raw.reason, Reason::kUncalibrated);
+  EXPECT_NE(raw.error.find("but P has. Set rectified to true"), std::string::npos) << raw.error;
+  info.P = {};
+  EXPECT_NE(convert_camera_info(info, false).error.find("track_sequence: --camera; live: ~camera_info_url"),
+            std::string::npos);
+}
+
 TEST(CameraInfoConversion, NonsenseIsUncalibrated) {
   const auto expect_refused = [](const std::function<void(sensor_msgs::CameraInfo*)>& change) {
     sensor_msgs::CameraInfo info = calibration();
