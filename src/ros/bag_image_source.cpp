@@ -40,35 +40,43 @@ bool same_topic(const std::string& a, const std::string& b) {
          a.compare(start(a), std::string::npos, b, start(b), std::string::npos) == 0;
 }
 
-/// Describes a path that is no bag of ROS 1, with advice; empty if unknown.
+/// Describes a path that is no bag of ROS 1, with advice; empty if it begins as one.
 std::string other_kind(const std::string& path) {
+  const std::string recorded = ": expected a bag that rosbag has recorded";
   const std::string convert =
       ": expected a bag of ROS 1; `rosbags-convert` (pip install rosbags) converts it";
   std::error_code ignored;
   if (std::filesystem::exists(std::filesystem::path(path) / "metadata.yaml", ignored)) {
     return "is a recording of ROS 2" + convert;
   }
-  std::string head(16, '\0');
-  std::ifstream(path, std::ios::binary).read(head.data(), static_cast<std::streamsize>(head.size()));
-  if (head.compare(0, 5, "\x89MCAP") == 0) return "is an MCAP file" + convert;
-  if (head.compare(0, 15, "SQLite format 3") == 0) return "is a recording of ROS 2 (SQLite)" + convert;
-  if (head.compare(4, 4, "ftyp") == 0 || head.compare(0, 4, "\x1a\x45\xdf\xa3") == 0) {
-    return "is a video: give it with --video";
+  if (!std::filesystem::is_regular_file(path, ignored)) {
+    return "does not exist or is not a regular file" + recorded;
   }
-  return "";
+  std::string head(16, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  if (file.gcount() == 0) return "is empty" + recorded;
+  const auto begins_with = [&](const std::string& mark) { return head.compare(0, mark.size(), mark) == 0; };
+  if (begins_with("#ROSBAG")) return "";
+  if (begins_with("\x89MCAP")) return "is an MCAP file" + convert;
+  if (begins_with("SQLite format 3")) return "is a recording of ROS 2 (SQLite)" + convert;
+  const bool is_video = head.compare(4, 4, "ftyp") == 0 || begins_with("\x1a\x45\xdf\xa3") ||
+                        begins_with("RIFF") || begins_with(std::string("\0\0\1\xba", 4)) || begins_with("G@");
+  return is_video ? "is a video: give it with --video" : "is not a bag" + recorded;
 }
 
 void open(const std::string& path, rosbag::Bag* bag) {
   const auto fail = [&](const std::string& problem) { throw std::runtime_error(path + ": " + problem); };
-  std::error_code ignored;
   const std::string other = other_kind(path);
   if (!other.empty()) fail(other);
-  if (!std::filesystem::is_regular_file(path, ignored))
-    fail("does not exist or is not a regular file: expected a bag");
   try {
     bag->open(path, rosbag::bagmode::Read);
   } catch (const rosbag::BagUnindexedException&) {
     fail("has no index (the recording was interrupted): expected a closed bag; `rosbag reindex` repairs it");
+  } catch (const rosbag::BagIOException&) {  // the index lies beyond the end
+    fail(
+        "ends too early (an incomplete copy?): expected a closed bag; copy it again, or `rosbag reindex` "
+        "repairs what is there");
   } catch (const std::exception& error) {
     fail("cannot be read as a bag (" + one_line(error.what()) + "): expected a bag of format 2.0");
   }
@@ -103,7 +111,10 @@ std::string listed(const std::set<std::string>& topics) {
 }
 
 std::string choose_image_topic(const std::string& path, const Bags& bags, const std::string& wanted) {
-  const std::set<std::string> topics = topics_of(bags, {"sensor_msgs/Image", "sensor_msgs/CompressedImage"});
+  std::set<std::string> topics;
+  for (const std::string& topic : topics_of(bags, {"sensor_msgs/Image", "sensor_msgs/CompressedImage"})) {
+    if (!is_depth_topic(topic)) topics.insert(topic);
+  }
   if (wanted.empty() && topics.size() == 1) return *topics.begin();
   for (const std::string& name : {wanted, wanted + kCompressed}) {
     for (const std::string& topic : topics) {
@@ -273,8 +284,7 @@ ConvertedCamera BagImageSource::read_calibration(const std::string& camera_info_
       fail(topic + ": " + one_line(error.what()));
     }
   }
-  fail("has no CameraInfo on " + wanted + ": expected one of its CameraInfo topics: " + listed(topics) +
-       "; or give --camera (a calibration file) or --hfov (a guess)");
+  fail(why_no_camera_info(wanted, topics.size(), listed(topics)));
   return {};
 }
 

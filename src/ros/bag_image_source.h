@@ -12,14 +12,32 @@
 
 namespace mono_pose_tracker {
 
+/// Whether the messages, of the type of compressed images, hold depth (image_transport's compressedDepth).
+inline bool is_depth_topic(const std::string& topic) {
+  const std::string end = "/compressedDepth";
+  return topic.size() >= end.size() && topic.compare(topic.size() - end.size(), end.size(), end) == 0;
+}
+
 /// Why no image topic of a recording is chosen, and what to do. One line that continues the recording's name
 /// and a colon. wanted: the topic that was asked for; empty: any. number, names: of the recording's image
 /// topics.
 inline std::string why_no_image_topic(const std::string& wanted, std::size_t number,
                                       const std::string& names) {
+  if (number == 0) {
+    return (wanted.empty() ? "has no image topic" : "has no images on " + wanted + ", nor any image topic") +
+           " (compressedDepth is ignored)";
+  }
   if (!wanted.empty()) return "has no images on " + wanted + ": expected one of its image topics: " + names;
-  if (number == 0) return "has no image topic";
   return "has " + std::to_string(number) + " image topics: choose one with --image-topic: " + names;
+}
+
+/// As why_no_image_topic, of CameraInfo.
+inline std::string why_no_camera_info(const std::string& wanted, std::size_t number,
+                                      const std::string& names) {
+  const std::string files = "--camera (a calibration file) or --hfov (a guess)";
+  if (number == 0) return "has no CameraInfo: give " + files;
+  return "has no CameraInfo on " + wanted + ": expected one of its CameraInfo topics: " + names +
+         "; or give " + files;
 }
 
 /// The images of one topic of a bag, or of several that were recorded one after the other (rosbag record

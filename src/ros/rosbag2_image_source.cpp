@@ -185,7 +185,10 @@ const StoredTopic* topic_called(const std::vector<StoredTopic>& topics, const st
 
 StoredTopic choose_ros2_topic(const std::string& path, const MessageStorage& storage,
                               const std::string& wanted) {
-  const std::vector<StoredTopic> topics = topics_of_types(storage, {kRos2Image, kRos2Compressed});
+  std::vector<StoredTopic> topics = topics_of_types(storage, {kRos2Image, kRos2Compressed});
+  topics.erase(std::remove_if(topics.begin(), topics.end(),
+                              [](const StoredTopic& topic) { return is_depth_topic(topic.name); }),
+               topics.end());
   const StoredTopic* chosen = wanted.empty() && topics.size() == 1 ? &topics.front() : nullptr;
   if (!chosen && !wanted.empty()) chosen = topic_called(topics, wanted);
   if (!chosen && !wanted.empty()) chosen = topic_called(topics, wanted + kCompressedTopic);
@@ -342,9 +345,8 @@ ConvertedCamera Rosbag2ImageSource::read_calibration(const std::string& camera_i
     topic = topic_called(topics, topic_.substr(0, topic_.rfind('/') + 1) + "camera_info");
   }
   if (!topic) {
-    throw std::runtime_error(path_ + ": has no CameraInfo on " + one_line(wanted) +
-                             ": expected one of its CameraInfo topics: " + names_of_topics(topics) +
-                             "; or give --camera (a calibration file) or --hfov (a guess)");
+    throw std::runtime_error(path_ + ": " +
+                             why_no_camera_info(one_line(wanted), topics.size(), names_of_topics(topics)));
   }
   try {
     return camera_of_messages(*bag_->storage->open(topic->name),

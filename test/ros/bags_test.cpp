@@ -281,8 +281,37 @@ TEST(BagImageSource, ErrorsNameTheFileAndTheTopicsThereAre) {
   expect_error([&] { open(folder / "missing.bag", "/none"); }, {"missing.bag", "is not a regular file"});
   expect_error([&] { open(folder.path(), "/none"); }, {folder.path(), "is not a regular file"});
   expect_error([&] { open(folder.write("text.bag", "this is no bag"), "/none"); },
-               {"text.bag", "expected a bag"});
-  expect_error([&] { open(folder.write("nothing.bag", ""), "/none"); }, {"nothing.bag", "expected a bag"});
+               {"text.bag: is not a bag: expected a bag"});
+  expect_error([&] { open(folder.write("nothing.bag", ""), "/none"); },
+               {"nothing.bag: is empty: expected a bag"});
+  expect_error([&] { open(folder.write("walk.ts", "G@ and more"), "/none"); }, {"walk.ts: is a video"});
+  const std::string whole = folder.read("a.bag");
+  expect_error([&] { open(folder.write("cut.bag", whole.substr(0, whole.size() - 100)), "/none"); },
+               {"cut.bag: ends too early", "`rosbag reindex`"});
+}
+
+// Depth has the type of compressed images, and the ending of image_transport's plugin.
+TEST(BagImageSource, CompressedDepthIsNoImageTopic) {
+  TemporaryFolder folder;
+  const auto write_depth = [](rosbag::Bag& bag) {
+    bag.write("/depth/image/compressedDepth", seconds(1), compressed_message(1, grey(1)));
+  };
+  const std::string both = make_bag(folder / "both.bag", [&](rosbag::Bag& bag) {
+    write_depth(bag);
+    bag.write("/cam/image_raw", seconds(1), image_message(1, grey(1), "mono8"));
+  });
+  EXPECT_EQ(BagImageSource(both, "").topic(), "/cam/image_raw");
+  EXPECT_EQ(BagImageSource(both, "").size(), 1);
+  const std::string depth = make_bag(folder / "depth.bag", write_depth);
+  expect_error([&] { BagImageSource source(depth, ""); }, {"depth.bag: has no image topic (compressedDepth"});
+}
+
+TEST(BagImageSource, ABagWithoutCameraInfoNeedsAFile) {
+  TemporaryFolder folder;
+  const std::string path = make_bag(folder / "a.bag", [](rosbag::Bag& bag) {
+    bag.write("/cam/image_raw", seconds(1), image_message(1, grey(1), "mono8"));
+  });
+  expect_error([&] { BagImageSource(path, "").read_camera(); }, {"a.bag: has no CameraInfo: give --camera"});
 }
 
 // rosbag record --split, given in any order: one recording; the calibration may be in the first alone.

@@ -88,14 +88,19 @@ class BagsTest(unittest.TestCase):
         for name, content, word in (("a.mcap", b"\x89MCAP0\r\n" + bytes(100), "MCAP"),
                                     ("a.db3", b"SQLite format 3\0" + bytes(100), "ROS 2"),
                                     ("a.mp4", b"\0\0\0\x20ftypisom" + bytes(100), "video"),
-                                    ("a.txt", b"hello", "cannot be read as a bag"), ("a.bag", b"", "cannot be read as a bag"),
-                                    ("b.bag", bytes(range(256)) * 10, "cannot be read as a bag")):
+                                    ("a.ts", b"G@" + bytes(100), "video"), ("a.txt", b"hello", "is not a bag: expected"),
+                                    ("a.bag", b"", "is empty: expected"), ("b.bag", bytes(range(256)) * 10, "is not a bag"),
+                                    ("c.bag", b"#ROSBAG V3.0\n" + bytes(100), "cannot be read as a bag")):
             path = self.file(name, content)
             said = self.refusal(play_bag.read_topics, [path])
             self.assertIn(path, said)
             self.assertIn(word, said)
         self.file("metadata.yaml")
         self.assertIn("ROS 2", self.refusal(play_bag.read_topics, [self.folder]))
+        whole = self.bag("whole.bag", [("/image", Image())])
+        with open(whole, "rb") as file:
+            cut = self.file("cut.bag", file.read()[:-100])
+        self.assertIn("copied in part): `rosbag reindex`", self.refusal(play_bag.read_topics, [cut]))
 
     def test_the_type_of_the_messages_decides_not_the_name(self):
         topics = {"/cam/image_raw": play_bag.PACKED, "/axis/compressed": play_bag.PACKED, "/raw": play_bag.RAW,
@@ -112,6 +117,8 @@ class BagsTest(unittest.TestCase):
         self.assertIn("compressed images", self.refusal(chosen, "/cam/image_raw", "raw"))
         self.assertIn("sensor_msgs/CameraInfo", self.refusal(chosen, "/info"))
         self.assertIn("/axis/compressed, /both", self.refusal(chosen, "/none"))
+        topics = {"/depth/compressedDepth": play_bag.PACKED}
+        self.assertIn("it has none", self.refusal(chosen, "/depth"))
 
     def test_the_chosen_transport_is_named(self):
         self.assertEqual(play_bag.transport_note("/axis", "/axis/compressed", "compressed"),
