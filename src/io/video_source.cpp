@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "coded_size.h"
+#include "common/opencv_version.h"
 #include "common/pixel_hash.h"
 #include "common/toolchain.h"
 #include "frame_stamps.h"
@@ -44,6 +46,7 @@ class VideoFile : public ImageSource {
                                ": has no frame rate: expected a video with a frame rate in its header");
     }
     stamps_.emplace(frames_per_second_);
+    sizes_.emplace(path);
   }
 
   SourceImage next() override {
@@ -104,7 +107,8 @@ class VideoFile : public ImageSource {
     if (!is_known()) {
       if (is_whole_) return {};
       if (has_sought_) open_again();  // times and pixels after a seek are not certain
-      const cv::Mat frame = go_to_index() ? decode() : cv::Mat();
+      const bool is_there = !sizes_->change_by(index_) && go_to_index();
+      const cv::Mat frame = is_there ? decode() : cv::Mat();
       is_whole_ = frame.empty();
       if (!is_whole_)
         known_.push_back({stamps_->next(capture_.get(cv::CAP_PROP_POS_MSEC)), pixel_hash(frame)});
@@ -168,7 +172,8 @@ class VideoFile : public ImageSource {
 
   /// Once before the end, what is missing.
   SourceImage end() {
-    std::string problem = is_trimmed_mp4(path_) ? "" : problem_of_end(index_, size());
+    std::string problem = sizes_->change();
+    if (problem.empty() && !is_trimmed_mp4(path_)) problem = problem_of_end(index_, size());
     if (stamps_->out_of_order() > 0) {
       problem += (problem.empty() ? "" : "; ") + std::to_string(stamps_->out_of_order()) +
                  " frames have container time stamps that do not increase: their stamps continue with the "
@@ -198,6 +203,7 @@ class VideoFile : public ImageSource {
   cv::VideoCapture capture_;
   double frames_per_second_ = 0;
   std::optional<FrameStamps> stamps_;
+  std::optional<CodedSizes> sizes_;
   std::vector<KnownFrame> known_;  // by index
   bool is_whole_ = false;          // the last known frame is the last of the video
   std::int64_t index_ = 0;         // of the next frame to be given out

@@ -53,6 +53,8 @@ void Capture::open_video() {
   if (!std::filesystem::is_regular_file(path, ignored))
     throw std::runtime_error(path + " is not a regular file");
   if (!open_as_recorded(path, &capture_)) throw std::runtime_error(path + ": " + cause_of_no_video(path));
+  sizes_.emplace(path);
+  frames_ = 0;
   const double own = capture_.get(cv::CAP_PROP_FPS);
   rate_ = settings_.rate > 0 ? settings_.rate : own;
   if (!(rate_ >= kSlowestRate) || !std::isfinite(rate_)) {
@@ -92,11 +94,19 @@ void Capture::open_device() {
   rate_ = capture_.get(cv::CAP_PROP_FPS);
 }
 
+bool Capture::read_frame(cv::Mat* image) {
+  if (is_video() && sizes_->change_by(frames_++)) {
+    note_ = sizes_->change();
+    return false;
+  }
+  return capture_.read(*image);
+}
+
 Capture::Result Capture::read(cv::Mat* image) {
-  bool read = capture_.read(*image);
+  bool read = read_frame(image);
   if (!read && is_video() && settings_.loop) {
     open_video();
-    read = capture_.read(*image);
+    read = read_frame(image);
     if (!read) return Result::kFailed;
   }
   if (!read || image->empty()) return is_video() ? Result::kEnd : Result::kFailed;
@@ -256,6 +266,8 @@ bool CameraNodelet::stream(Capture& capture) {
   while (wait_until(due)) {
     cv::Mat image;
     const Capture::Result result = capture.read(&image);
+    const std::string note = capture.take_note();
+    if (!note.empty()) NODELET_WARN("%s: %s", capture.name().c_str(), note.c_str());
     if (result == Capture::Result::kFailed) return false;
     if (result == Capture::Result::kEnd) {
       NODELET_INFO("%s has ended", capture.name().c_str());

@@ -11,9 +11,12 @@
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <opencv2/videoio.hpp>
+#include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 
+#include "io/coded_size.h"
 #include "ros/diagnostics.h"
 #include "ros/reporting.h"
 
@@ -48,6 +51,9 @@ class Capture {
   /// of a video.
   Result read(cv::Mat* image);
 
+  /// Problem of the video that the last images showed, one line; empty: none. It is given once.
+  std::string take_note() { return std::exchange(note_, ""); }
+
   /// Age of the last image [s]; 0 for a video.
   double age_seconds() const;
 
@@ -63,10 +69,14 @@ class Capture {
   void open_device();
   void open_stream();
   void open_video();
+  bool read_frame(cv::Mat* image);
 
   CaptureSettings settings_;
   cv::VideoCapture capture_;
   double rate_ = 0;
+  std::optional<CodedSizes> sizes_;  // of a video
+  std::int64_t frames_ = 0;          // of the video since it was opened
+  std::string note_;
 };
 
 /// Seconds from a driver's stamp (of the monotonic clock, as V4L2 gives it) to now; 0 for stamps of another
