@@ -2,6 +2,7 @@
 
 #include <image_transport/camera_common.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <future>
 #include <memory>
@@ -232,14 +233,14 @@ void TrackerNodelet::take_image(const sensor_msgs::ImageConstPtr& image) {
     verdict = TimeGuard::Verdict::kJumpedBack;
   }
   const std::string step_back = format_seconds(1e-9 * static_cast<double>(step_back_ns));
-  stale_in_a_row_ = verdict == TimeGuard::Verdict::kStale ? stale_in_a_row_ + 1 : 0;
-  // A single late image is normal; a stopped clock is an error.
-  constexpr int kFault = 10;
-  if (stale_in_a_row_ >= kFault && input_throttle_.due("stamps")) {
+  // A late image in ten is normal; a stopped clock, or images in another order than their stamps, are faults.
+  constexpr double kNormalShare = 0.1, kFault = 8.5;
+  excess_stale_ =
+      std::max(0.0, excess_stale_ + (verdict == TimeGuard::Verdict::kStale ? 1 : 0) - kNormalShare);
+  if (excess_stale_ >= kFault && input_throttle_.due("stamps")) {
     NODELET_WARN(
-        "the stamps of %d images in a row are no newer than the one before (%.3f s): they are not tracked; "
-        "%s",
-        stale_in_a_row_, header.stamp.toSec(),
+        "the stamps of many images are no newer than the one before (%.3f s): they are not tracked; %s",
+        header.stamp.toSec(),
         header.stamp.isZero()
             ? "the driver or the recorder leaves header.stamp empty (track_sequence --bag uses the "
               "time of recording instead)"

@@ -136,7 +136,7 @@ class TrackerNodelet : public nodelet::Nodelet {
   std::string input_problem_, output_problem_;
   bool is_calibration_checked_ = false;
   std::size_t told_renewals_ = 0;  // of the trajectory file
-  int stale_in_a_row_ = 0;         // images, up to the last
+  double excess_stale_ = 0;        // images beyond the normal share, up to the last
   TrackerStatus diagnosed_;        // as /diagnostics last told it
   KeyframeMemory keyframe_memory_;
   std::optional<MapVersion> published_map_;

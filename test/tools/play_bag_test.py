@@ -23,9 +23,9 @@ play_bag = importlib.util.module_from_spec(importlib.util.spec_from_loader("play
 loader.exec_module(play_bag)
 
 
-def summary(received, registered, dropped, reasons=()):
+def summary(received, registered, dropped, reasons=(), stale=0):
     answers = object.__new__(play_bag.Answers)  # nobody to listen to
-    answers.lost, answers.reasons = 0, collections.Counter(reasons)
+    answers.lost, answers.stale, answers.reasons = 0, stale, collections.Counter(reasons)
     answers.last = types.SimpleNamespace(frames_received=received, frames_posed=registered, frames_dropped=dropped,
                                          epoch=0, keyframes=5, landmarks=100)
     return answers.summary([])
@@ -41,6 +41,12 @@ class SummaryTest(unittest.TestCase):
         said = summary(120, 53, 30)
         self.assertIn("rate:=0.5", said)
         self.assertIn("track_sequence", said)
+
+    def test_stamps_that_do_not_increase_are_no_fault_of_the_machine(self):
+        said = summary(24, 4, 12, stale=12)
+        self.assertIn("12 images are dropped because their stamps are not newer", said)
+        self.assertNotIn("too slow", said)
+        self.assertIn("too slow", summary(24, 4, 16, stale=4))
 
     def test_none_registered_names_the_usual_reason(self):
         self.assertIn("LOW_PARALLAX", summary(60, 0, 2, ["LOW_PARALLAX: hardly moved"] * 3))
