@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/formatted.h"
 #include "io/image_decoding.h"
 #include "io/image_source.h"
 #include "io/stamp.h"
@@ -366,6 +367,25 @@ void look_at_first(const std::string& path, GreyLevelChoice* levels) {
     if (!image.empty() && image.depth() != CV_16U) return;
     levels->look_at(image);
   }
+}
+
+std::string mixed_bits_text(const std::string& path) {
+  const std::vector<StampedFile> files = named(files_of(path));
+  if (files.empty()) return "";
+  const auto bits_of = [&](std::size_t index) {
+    const cv::Mat image = read_unchanged(files[index].path).image;
+    return image.empty() ? 0 : static_cast<int>(8 * image.elemSize1());
+  };
+  const int first = bits_of(0);
+  for (const std::size_t other : {std::min<std::size_t>(1, files.size() - 1), files.size() - 1}) {
+    const int bits = first > 0 ? bits_of(other) : 0;
+    if (bits == 0 || bits == first) continue;
+    return formatted(
+        "%s has %d bits per channel and %s has %d: one of them may be a depth image, which cannot be "
+        "tracked. Give a folder or a list of the colour images",
+        files.front().name.c_str(), first, files[other].name.c_str(), bits);
+  }
+  return "";
 }
 
 std::vector<ImageFile> image_files(const std::string& path) {

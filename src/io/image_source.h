@@ -58,6 +58,10 @@ std::unique_ptr<ImageSource> open_image_list(const std::string& path);
 /// Looks at the first images of a folder or list that can be read, for their levels where they have 16 bits.
 void look_at_first(const std::string& path, GreyLevelChoice* levels);
 
+/// A warning where the first two images or the last one differ in the bits of a channel, as where the colour
+/// and depth images of one camera are together. One line; empty: they do not differ.
+std::string mixed_bits_text(const std::string& path);
+
 /// A folder or a list; levels: of images of 16 bits. Throws std::runtime_error, one line, when it is neither
 /// (it is read more than once, which a pipe can't be), and as those above.
 std::unique_ptr<ImageSource> open_images(const std::string& path, const GreyLevels& levels = {});

@@ -136,6 +136,8 @@ void check_first_image(const Arguments& a, const LookedAtSource& source, Calibra
   const SourceImage image = first_image(a, source);
   if (image.image.cols == camera.width && image.image.rows == camera.height) {
     if (calibration->contradiction.empty()) calibration->contradiction = stereo_pair_text(image.image);
+    if (calibration->contradiction.empty() && !a.images.empty())
+      calibration->contradiction = mixed_bits_text(a.images);
     return;
   }
   throw std::runtime_error(image.name + ": " +

@@ -22,6 +22,28 @@ using Kind = SourceImage::Kind;
 
 cv::Mat grey(int value) { return cv::Mat(4, 6, CV_8UC1, cv::Scalar(value)); }
 
+TEST(ImageFolder, ColourAndDepthInOneFolderAreNamed) {
+  const cv::Mat depth(4, 6, CV_16UC1, cv::Scalar(900));
+  TemporaryFolder folder, blocks, colour;
+  for (int i = 0; i < 3; ++i) {
+    const std::string number = std::to_string(i);
+    cv::imwrite(folder / (number + "_color.png"), grey(i));
+    cv::imwrite(folder / (number + "_depth.png"), depth);
+    cv::imwrite(blocks / ("color_" + number + ".png"), grey(i));
+    cv::imwrite(blocks / ("depth_" + number + ".png"), depth);
+    cv::imwrite(colour / (number + ".png"), grey(i));
+  }
+  EXPECT_NE(
+      mixed_bits_text(folder.path())
+          .find(
+              "0_color.png has 8 bits per channel and 0_depth.png has 16: one of them may be a depth image"),
+      std::string::npos);
+  EXPECT_NE(mixed_bits_text(blocks.path()).find("depth_2.png has 16"), std::string::npos);
+  EXPECT_EQ(mixed_bits_text(colour.path()), "");
+  cv::imwrite(folder / "one.png", depth);
+  EXPECT_EQ(mixed_bits_text(folder.write("one.txt", "one.png\n")), "");
+}
+
 TEST(ImageFolder, ImagesByNameStampedWithTheirIndex) {
   TemporaryFolder folder;
   cv::imwrite(folder / "b.png", grey(2));
