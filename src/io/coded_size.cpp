@@ -5,6 +5,7 @@
 
 #include "common/formatted.h"
 #include "common/opencv_version.h"
+#include "common/quiet_opencv.h"
 #include "image_header.h"
 
 namespace mono_pose_tracker {
@@ -167,6 +168,7 @@ cv::Size coded_size(const std::vector<unsigned char>& packet) {
 
 CodedSizes::CodedSizes(const std::string& path) {
 #if MONO_POSE_TRACKER_OPENCV_SINCE(4, 5)
+  const QuietOpenCv quiet;
   if (packets_.open(path, cv::CAP_FFMPEG) && !packets_.set(cv::CAP_PROP_FORMAT, -1)) packets_.release();
 #else
   static_cast<void>(path);

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <iomanip>
-#include <opencv2/core/utils/logger.hpp>
 #include <opencv2/videoio.hpp>
 #include <optional>
 #include <sstream>
@@ -14,7 +13,7 @@
 #include "coded_size.h"
 #include "common/opencv_version.h"
 #include "common/pixel_hash.h"
-#include "common/toolchain.h"
+#include "common/quiet_opencv.h"
 #include "frame_stamps.h"
 #include "io/image_decoding.h"
 #include "io/image_source.h"
@@ -38,7 +37,7 @@ class VideoFile : public ImageSource {
     if (!std::filesystem::is_regular_file(path, ignored)) {
       throw std::runtime_error(path + ": does not exist or is not a regular file: expected a video");
     }
-    if (!open_quietly(path)) throw std::runtime_error(path + ": " + cause_of_no_video(path));
+    if (!open_as_recorded(path, &capture_)) throw std::runtime_error(path + ": " + cause_of_no_video(path));
     frames_per_second_ = capture_.get(cv::CAP_PROP_FPS);
     // Below one frame in a quarter of an hour it is no rate, and stamps would overflow one day.
     if (!(frames_per_second_ > 0.001) || !std::isfinite(frames_per_second_)) {
@@ -167,7 +166,7 @@ class VideoFile : public ImageSource {
   void open_again() {
     position_ = 0;
     has_sought_ = false;
-    if (!open_quietly(path_)) throw std::runtime_error(path_ + ": can no longer be opened");
+    if (!open_as_recorded(path_, &capture_)) throw std::runtime_error(path_ + ": can no longer be opened");
   }
 
   /// Once before the end, what is missing.
@@ -184,15 +183,6 @@ class VideoFile : public ImageSource {
     result.kind = SourceImage::Kind::kSkipped;
     result.problem = path_ + ": " + problem;
     return result;
-  }
-
-  /// OpenCV logs each backend that cannot read the file, though the next one may.
-  bool open_quietly(const std::string& path) {
-    namespace logging = cv::utils::logging;
-    const logging::LogLevel level = logging::setLogLevel(logging::LOG_LEVEL_SILENT);
-    const bool opened = open_as_recorded(path, &capture_);
-    logging::setLogLevel(level);
-    return opened;
   }
 
   // Frames: key frames are at most so far apart by the default of x264. Up to there decoding takes no longer
@@ -217,6 +207,7 @@ class VideoFile : public ImageSource {
 
 bool open_as_recorded(const std::string& path, cv::VideoCapture* capture) {
   // Those that read files: others of OpenCV's look for cameras on the USB first, and leak what they find.
+  const QuietOpenCv quiet;
   const auto backends = {cv::CAP_FFMPEG, cv::CAP_GSTREAMER, cv::CAP_OPENCV_MJPEG};
   if (std::none_of(backends.begin(), backends.end(),
                    [&](int backend) { return capture->open(path, backend); })) {

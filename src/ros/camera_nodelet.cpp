@@ -13,6 +13,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "common/quiet_opencv.h"
 #include "io/video_file.h"
 #include "ros/camera_info.h"
 #include "ros/parameters.h"
@@ -65,6 +66,7 @@ void Capture::open_video() {
 
 void Capture::open_stream() {
   const std::string& url = settings_.device;
+  const QuietOpenCv quiet;
   if (!capture_.open(url, cv::CAP_FFMPEG) && !capture_.open(url, cv::CAP_GSTREAMER)) {
     throw std::runtime_error(url +
                              " cannot be opened by OpenCV: it does not respond, or this OpenCV does not "
@@ -267,7 +269,7 @@ bool CameraNodelet::stream(Capture& capture) {
     cv::Mat image;
     const Capture::Result result = capture.read(&image);
     const std::string note = capture.take_note();
-    if (!note.empty()) NODELET_WARN("%s: %s", capture.name().c_str(), note.c_str());
+    if (!note.empty() && throttle_.due("video")) NODELET_WARN("%s: %s", capture.name().c_str(), note.c_str());
     if (result == Capture::Result::kFailed) return false;
     if (result == Capture::Result::kEnd) {
       NODELET_INFO("%s has ended", capture.name().c_str());

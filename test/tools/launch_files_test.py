@@ -322,12 +322,13 @@ class LaunchFilesTest(unittest.TestCase):
         self.assertIn("mono_pose_tracker/demo/sequence.bag: no such file", said)
 
     def test_what_is_no_bag_ends_the_launch_with_its_cause(self):
-        for name, head, words in (("walk.mp4", b"\0\0\0\x20ftypisom", "is a video: camera.launch video:=FILE plays it"),
-                                  ("drive.mcap", b"\x89MCAP0\r\n", "is an MCAP file: rosbags-convert")):
+        for name, head, words, transport in (
+                ("walk.mp4", b"\0\0\0\x20ftypisom", "is a video: camera.launch video:=FILE plays it", "auto"),
+                ("drive.mcap", b"\x89MCAP0\r\n", "is an MCAP file: rosbags-convert", "raw")):
             path = os.path.join(self.folder, name)
             with open(path, "wb") as file:
                 file.write(head + bytes(100))
-            said = self.run_to_its_end("bag.launch", "bag:=" + path, "rviz:=false")
+            said = self.run_to_its_end("bag.launch", "bag:=" + path, "rviz:=false", "image_transport:=" + transport)
             self.assertEqual(said.count("play_bag: "), 1, said)
             self.assertIn(f"play_bag: {path}: {words}", said)
             self.assertNotIn("Traceback (most", said)
