@@ -125,6 +125,15 @@ std::string shortest(double value) {
   return out.str();
 }
 
+CameraParameters size_and_distortion(const Reader& reader) {
+  CameraParameters p;
+  p.width = reader.value<int>("image_width", "a whole number of pixels");
+  p.height = reader.value<int>("image_height", "a whole number of pixels");
+  p.distortion_model = reader.value<std::string>("distortion_model", "a name");
+  p.distortion = reader.matrix("distortion_coefficients");
+  return p;
+}
+
 void write_matrix(std::ostream& out, const std::string& key, int rows, const std::vector<double>& values) {
   out << key << ":\n  rows: " << rows << "\n  cols: " << values.size() / rows << "\n  data: [";
   for (std::size_t i = 0; i < values.size(); ++i) out << (i ? ", " : "") << shortest(values[i]);
@@ -137,10 +146,7 @@ CalibrationFile read_calibration_yaml(const std::string& path, bool rectified) {
   const Reader reader(path);
   CalibrationFile file;
   CameraParameters& p = file.camera;
-  p.width = reader.value<int>("image_width", "a whole number of pixels");
-  p.height = reader.value<int>("image_height", "a whole number of pixels");
-  p.distortion_model = reader.value<std::string>("distortion_model", "a name");
-  p.distortion = reader.matrix("distortion_coefficients");
+  p = size_and_distortion(reader);
   file.has_distortion =
       std::any_of(p.distortion.begin(), p.distortion.end(), [](double d) { return d != 0; });
   if (rectified) {
@@ -164,6 +170,13 @@ CalibrationFile read_calibration_yaml(const std::string& path, bool rectified) {
     reader.fail(in_terms_of_the_file(error.what(), key));
   }
   return file;
+}
+
+void require_calibration_keys(const std::string& path) {
+  const Reader reader(path);
+  size_and_distortion(reader);
+  for (const char* key : {"camera_matrix", "rectification_matrix"}) square_matrix(reader, key, 3);
+  square_matrix(reader, "projection_matrix", 4);
 }
 
 void write_camera_yaml(const std::string& path, const std::string& camera_name, const CameraParameters& p) {

@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "camera/camera_parameters.h"
-#include "io/yaml_file.h"
-#include "ros/parameters.h"
+#include "camera/camera_matrix.h"
+#include "mono_pose_tracker/io/camera_yaml.h"
+#include "ros/paths.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -159,7 +159,7 @@ sensor_msgs::CameraInfo load_camera_info(const std::string& url) {
     throw std::runtime_error("camera_info_url " + url + ": no such file: " + path);
   }
   if (path.size() > 4 && path.compare(path.size() - 4, 4, ".ini") != 0) {
-    read_yaml_file(path, "a calibration file written by camera_calibration");  // its parser knows no limits
+    require_calibration_keys(path);  // its parser knows no limits, and logs instead of saying what is missing
   }
   sensor_msgs::CameraInfo info;
   std::string name;

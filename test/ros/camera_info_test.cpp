@@ -3,8 +3,11 @@
 #include <boost/make_shared.hpp>
 #include <functional>
 #include <limits>
+#include <tuple>
 
-#include "ros/camera_info.h"
+#include "../support/expect_error.h"
+#include "../support/temporary_folder.h"
+#include "ros/camera_source.h"
 
 namespace mono_pose_tracker {
 namespace {
@@ -202,6 +205,26 @@ TEST(CameraInfoConversion, AMatrixOfNoSuchCameraIsRefused) {
   sensor_msgs::CameraInfo right_of_a_pair = calibration();
   right_of_a_pair.P[3] = -40;
   EXPECT_EQ(convert_camera_info(right_of_a_pair, true).reason, Reason::kOk);
+}
+
+// Kalibr's, OpenCV's and others' files are YAML as well.
+TEST(CameraInfoConversion, AFileOfAnotherProgramNamesTheMissingKey) {
+  TemporaryFolder folder;
+  const std::string camera =
+      "image_width: 640\nimage_height: 480\ncamera_name: a\ndistortion_model: plumb_bob\n"
+      "distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\n"
+      "camera_matrix: {rows: 3, cols: 3, data: [500, 0, 320, 0, 500, 240, 0, 0, 1]}\n"
+      "rectification_matrix: {rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\n";
+  const std::string projection =
+      "projection_matrix: {rows: 3, cols: 4, data: [500, 0, 320, 0, 0, 500, 240, 0, 0, 0, 1, 0]}\n";
+  EXPECT_EQ(load_camera_info(folder.write("whole.yaml", camera + projection)).width, 640);
+  for (const auto& [name, content, missing] :
+       {std::tuple("kalibr.yaml", std::string("cam0:\n  intrinsics: [500, 500, 320, 240]\n"), "image_width"),
+        std::tuple("part.yaml", camera, "projection_matrix")}) {
+    expect_error(
+        [&, file = folder.write(name, content)] { load_camera_info(file); },
+        {name, std::string("has no key ") + missing, "expected the YAML file that camera_calibration"});
+  }
 }
 
 TEST(CameraInfoConversion, MissingFileIsNamed) {

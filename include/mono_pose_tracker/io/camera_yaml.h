@@ -17,6 +17,10 @@ struct CalibrationFile {
 /// one line naming the file, the key, its value and what was expected.
 CalibrationFile read_calibration_yaml(const std::string& path, bool rectified);
 
+/// Throws as read_calibration_yaml where a key is missing or is not what camera_calibration writes for it.
+/// Does not ask whether the values are those of a camera.
+void require_calibration_keys(const std::string& path);
+
 /// The camera of the raw images.
 inline CameraParameters read_camera_yaml(const std::string& path) {
   return read_calibration_yaml(path, false).camera;
