@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 
-#include "common/formatted.h"
-#include "common/opencv_version.h"
 #include "common/quiet_opencv.h"
+#include "common/text.h"
+#include "common/toolchain.h"
 #include "image_header.h"
 
 namespace mono_pose_tracker {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/formatted.h"
+#include "common/text.h"
 #include "io/image_decoding.h"
 #include "io/image_source.h"
 #include "io/stamp.h"

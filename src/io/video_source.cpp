@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "coded_size.h"
-#include "common/opencv_version.h"
 #include "common/pixel_hash.h"
 #include "common/quiet_opencv.h"
+#include "common/toolchain.h"
 #include "frame_stamps.h"
 #include "io/image_decoding.h"
 #include "io/image_source.h"

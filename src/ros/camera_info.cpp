@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "camera/camera_matrix.h"
+#include "camera/camera_parameters.h"
 #include "mono_pose_tracker/io/camera_yaml.h"
-#include "ros/paths.h"
+#include "ros/parameters.h"
 
 namespace mono_pose_tracker {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "../support/expect_error.h"
 #include "../support/temporary_folder.h"
-#include "ros/camera_source.h"
+#include "ros/camera_info.h"
 
 namespace mono_pose_tracker {
 namespace {
