@@ -137,10 +137,7 @@ AbsolutePoseReport estimate_absolute_pose(const std::vector<Eigen::Vector3d>& be
   RansacScore score = score_camera_pose(matches, pose, threshold, kNoBound, &inliers);
   if (options.asks_outliers && !is_set(options.ransac.cancelled))
     explain_more(matches, threshold, &pose, &score, &inliers);
-  if (options.refined_within_noise) {
-    polish_camera_pose(matches, threshold, kFinalIterations, &pose);
-    score = score_camera_pose(matches, pose, threshold, kNoBound, &inliers);
-  }
+  if (options.refined_within_noise) polish_camera_pose(matches, threshold, kFinalIterations, &pose);
   report.success = true;
   report.camera_from_map = Rigid3(pose.rotation, pose.translation);
   report.camera_from_map.rotation.normalize();

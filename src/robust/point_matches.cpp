@@ -210,9 +210,11 @@ void refine_camera_pose(const PointMatches& matches, double threshold, int max_i
 }
 
 void polish_camera_pose(const PointMatches& matches, double threshold, int max_iterations, CameraPose* pose) {
-  const RansacScore score =
-      score_camera_pose(matches, *pose, threshold, std::numeric_limits<double>::infinity());
+  constexpr double kNoBound = std::numeric_limits<double>::infinity();
+  const RansacScore score = score_camera_pose(matches, *pose, threshold, kNoBound);
   const double wide = noise_threshold(score, matches.size(), threshold, 2, 6);
+  const int num_data = score_camera_pose(matches, *pose, wide, kNoBound).num_inliers;
+  if (!noise_explains(num_data - score.num_inliers, num_data, threshold, wide)) return;
   refine_camera_pose(matches, wide, max_iterations, pose);
 }
 

@@ -38,7 +38,8 @@ RansacScore score_camera_pose(const PointMatches& matches, const CameraPose& pos
 /// have no say in it. The truncated cost never grows.
 void refine_camera_pose(const PointMatches& matches, double threshold, int max_iterations, CameraPose* pose);
 
-/// refine_camera_pose with the threshold that the errors' noise suggests.
+/// refine_camera_pose with the threshold that the errors' noise suggests; leaves the pose, where matches
+/// beyond the threshold are more than noise explains.
 void polish_camera_pose(const PointMatches& matches, double threshold, int max_iterations, CameraPose* pose);
 
 }  // namespace mono_pose_tracker

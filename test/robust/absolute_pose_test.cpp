@@ -79,6 +79,40 @@ TEST(AbsolutePose, IsNearlyAsPreciseAsLeastSquaresOfTheInliers) {
   EXPECT_LT(found, 1.15 * optimal);
 }
 
+// A fifth of the points have drifted, to beyond the threshold, but less far than noise would reach.
+TEST(AbsolutePose, PointsThatDriftedHaveNoShare) {
+  double found = 0, within_threshold = 0;
+  for (int seed = 0; seed < 100; ++seed) {
+    TwoViewScene scene = make_scene(0, kPixel, seed);
+    const Rigid3& truth = scene.second_from_first;
+    const Eigen::Matrix3d drift = Eigen::AngleAxisd(3 * kPixel, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    for (int i = 0; i < 60; ++i) scene.bearings2[i] = drift * (truth * scene.points_in_first[i]).normalized();
+    AbsolutePoseOptions options = default_options(seed);
+    options.ransac.threshold = 2 * kPixel;
+    options.refined_within_noise = true;
+    const auto report = estimate_absolute_pose(scene.bearings2, scene.points_in_first, options);
+    options.refined_within_noise = false;
+    const auto narrow = estimate_absolute_pose(scene.bearings2, scene.points_in_first, options);
+    found += rotation_error(report.camera_from_map, truth);
+    within_threshold += rotation_error(narrow.camera_from_map, truth);
+  }
+  EXPECT_LT(found, 1.1 * within_threshold);
+}
+
+// The refined pose fits the matches within the threshold less well: it takes others, too.
+TEST(AbsolutePose, RefinementWithinNoiseLeavesScoreAndInliers) {
+  const TwoViewScene scene = make_scene(0.3, kPixel, 1);
+  AbsolutePoseOptions options = default_options();
+  options.ransac.threshold = 2 * kPixel;
+  options.refined_within_noise = true;
+  const auto refined = estimate_absolute_pose(scene.bearings2, scene.points_in_first, options);
+  options.refined_within_noise = false;
+  const auto narrow = estimate_absolute_pose(scene.bearings2, scene.points_in_first, options);
+  EXPECT_NE(refined.camera_from_map.translation, narrow.camera_from_map.translation);
+  EXPECT_EQ(refined.inliers, narrow.inliers);
+  EXPECT_EQ(refined.score, narrow.score);
+}
+
 // A railing before a skyline: seven of eight matches are so far that they leave open where the camera is, and
 // three of them are most samples.
 TEST(AbsolutePose, NearAndFarPointsAreExplainedTogether) {

@@ -12,8 +12,9 @@ struct AbsolutePoseOptions {
   RansacOptions ransac;        // threshold: angle in radians between bearing and point
   std::vector<float> quality;  // empty, or one value a match, smaller is better (PROSAC order)
   bool asks_outliers = false;  // that are near, where most is so far that it leaves open where the camera is
-  // The last refinement takes all matches that their noise explains, also beyond the threshold: as precise as
-  // least squares of the correct matches. Meant for exact points, not for those of a map that drifts.
+  // The pose is refined last with all matches that their noise explains, also beyond the threshold: as
+  // precise as least squares of the correct matches. Not where noise does not explain how many are beyond the
+  // threshold, as in a map that drifts. Score and inliers are those before.
   bool refined_within_noise = false;
 };
 
