@@ -26,7 +26,9 @@ class UniformSampler {
 };
 
 /// Samples from a growing set of the best data first, and finally as UniformSampler: PROSAC
-/// (Chum and Matas, "Matching with PROSAC", CVPR 2005).
+/// (Chum and Matas, "Matching with PROSAC", CVPR 2005). The paper also stops once enough of the best data
+/// agree. This shows that no other model has more of the best data, not of all data: a smaller motion whose
+/// data rank better would be chosen. Here the inlier ratio of all data decides.
 class ProsacSampler {
  public:
   /// quality: one value a datum, smaller is better, not a number counts as worst; at least sample_size of

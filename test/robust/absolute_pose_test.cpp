@@ -185,6 +185,32 @@ TEST(AbsolutePose, GoodMatchesFirstNeedFewerSamples) {
   EXPECT_LT(rotation_error(report.camera_from_map, scene.second_from_first), 0.3 * kDegree);
 }
 
+// Half as many matches agree on another motion and rank better: among the best they are the most, so that to
+// stop where the best agree would choose that motion.
+TEST(AbsolutePose, FindsTheMotionOfMostMatchesThoughAnotherRanksBetter) {
+  int right = 0;
+  for (int seed = 0; seed < 40; ++seed) {
+    TwoViewScene scene = make_scene(0.7, kPixel, seed);
+    Random random(seed);
+    const Rigid3 other(Eigen::Quaterniond(Eigen::AngleAxisd(0.15, Eigen::Vector3d::UnitY())),
+                       Eigen::Vector3d(0.2, 0.1, -0.2));
+    AbsolutePoseOptions options = default_options(seed);
+    for (std::size_t i = 0; i < scene.is_inlier.size(); ++i) {
+      const bool is_of_other = i < 45;
+      if (is_of_other) {
+        const Eigen::Vector3d y = other * (scene.second_from_first * scene.points_in_first[i]);
+        scene.bearings2[i] = add_noise(y.normalized(), kPixel, &random);
+      }
+      const double mean = is_of_other ? -1 : scene.is_inlier[i] ? 0 : 1.5;
+      options.quality.push_back(static_cast<float>(mean + random.normal()));
+    }
+    const auto report = estimate_absolute_pose(scene.bearings2, scene.points_in_first, options);
+    ASSERT_TRUE(report.success);
+    right += rotation_error(report.camera_from_map, scene.second_from_first) < kDegree;
+  }
+  EXPECT_GE(right, 39);
+}
+
 TEST(AbsolutePose, FailsWhereThereIsNoPose) {
   EXPECT_FALSE(estimate_absolute_pose({}, {}, default_options()).success);
   const TwoViewScene scene = make_scene(0, kPixel, 8);
