@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "common/random.h"
+#include "common/statistics.h"
 
 namespace mono_pose_tracker {
 namespace {
