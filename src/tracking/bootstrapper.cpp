@@ -65,12 +65,9 @@ RelativePoseReport relative_pose(const ViewSet& views, const TrackerOptions& opt
   return pose;
 }
 
-// Differences between two runs that converge to one minimum.
-constexpr double kSameRotation = 0.5 * kDegree, kSameTranslation = 5 * kDegree;
-
 // Grown hypotheses in the order of their cost, each geometry once.
 std::vector<ViewHypothesis> grow_all(const ViewSet& views, const RelativePoseReport& pose,
-                                     const TrackerOptions& options) {
+                                     const TrackerOptions& options, const BootstrapperLimits& limits) {
   std::vector<ViewHypothesis> grown;
   for (const RelativePoseHypothesis& h : pose.hypotheses) {
     grown.push_back(grow_hypothesis(views, h.second_from_first, h.inliers, options));
@@ -79,25 +76,19 @@ std::vector<ViewHypothesis> grow_all(const ViewSet& views, const RelativePoseRep
   std::vector<ViewHypothesis> distinct;
   for (ViewHypothesis& h : grown) {
     const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const ViewHypothesis& d) {
-      return is_same_geometry(d.cameras_from_map[1], h.cameras_from_map[1], kSameRotation, kSameTranslation);
+      return is_same_geometry(d.cameras_from_map[1], h.cameras_from_map[1], limits.same_rotation,
+                              limits.same_translation);
     });
     if (!known) distinct.push_back(std::move(h));
   }
   return distinct;
 }
 
-// Minimum evidence against the runner-up, in observations of average cost and in outliers; the smaller of the
-// two counts: the first with little noise, the second with much. Systematic errors (rolling shutter,
-// calibration, a few wrong matches) are shared by many observations and fit either geometry by chance. Of
-// maps begun with less evidence, of a phone's recording and a head's before a room, four in ten had the wrong
-// geometry, with more one in seventy.
-constexpr double kMinEvidence = 80, kMinEvidenceOut = 8;
-
 // Whether the cost of the runner-up is high enough. An object, like anything in a narrow view, hardly
 // separates its alternatives over time: its map is begun anyway and corrected as it grows
 // (mapping/depth_reversal.h).
 bool has_evidence(const ViewSet& views, const ViewHypothesis& best, const ViewHypothesis& alternative,
-                  const TrackerOptions& options) {
+                  const TrackerOptions& options, const BootstrapperLimits& limits) {
   const double more = alternative.cost - best.cost;
   if (options.bootstrap.min_evidence == 0) return true;
   if (more < options.bootstrap.min_evidence * best.cost) return false;
@@ -112,12 +103,12 @@ bool has_evidence(const ViewSet& views, const ViewHypothesis& best, const ViewHy
   if (is_narrow(bearings)) return true;
   const double usual = best.cost / static_cast<double>(observations);
   const double out = options.inlier_threshold_px * options.inlier_threshold_px;
-  return more >= std::min(kMinEvidence * usual, kMinEvidenceOut * out);
+  return more >= std::min(limits.min_evidence * usual, limits.min_evidence_outliers * out);
 }
 
 // Whether the best of the hypotheses is good enough for a map; the report has the reason if not.
 bool judge(const ViewSet& views, const std::vector<ViewHypothesis>& hypotheses, const TrackerOptions& options,
-           BootstrapReport* report) {
+           const BootstrapperLimits& bootstrapper, BootstrapReport* report) {
   const BootstrapOptions& limits = options.bootstrap;
   const ViewHypothesis& best = hypotheses[0];
   const double parallax = median_parallax(views, best);
@@ -137,7 +128,7 @@ bool judge(const ViewSet& views, const std::vector<ViewHypothesis>& hypotheses, 
     report->reason = Reason::kAwaitingConfirmation;
     report->text = formatted("a third view confirms %.0f %% of the points, %.0f %% needed",
                              100 * best.confirmed, 100 * limits.min_confirmed);
-  } else if (hypotheses.size() > 1 && !has_evidence(views, best, hypotheses[1], options)) {
+  } else if (hypotheses.size() > 1 && !has_evidence(views, best, hypotheses[1], options, bootstrapper)) {
     report->reason = Reason::kAmbiguousPose;
     report->text = formatted("an alternative geometry of the %d matches fits within %.1f %% of the best",
                              report->matches, 100 * (hypotheses[1].cost / best.cost - 1));
@@ -200,7 +191,6 @@ bool Bootstrapper::replace_reference() {
 // Whether the view has moved on and the remaining matches with the reference are mostly ego-vehicle features
 // or wrong.
 bool Bootstrapper::has_left_reference() const {
-  constexpr std::ptrdiff_t kGone = 4;  // times as many matches with the previous image
   if (candidates_.size() < 3 || !still_.empty()) return false;
   const double far = 2 * options_.bootstrap.min_parallax_px;
   const Candidate &newest = candidates_.back(), &before = candidates_[candidates_.size() - 2];
@@ -217,7 +207,7 @@ bool Bootstrapper::has_left_reference() const {
   const auto going_on = std::count_if(matches.begin(), matches.end(), [&](const Match& m) {
     return is_far(from.features[m.first], to.features[m.second]);
   });
-  return going_on >= options_.bootstrap.min_matches && going_on > kGone * far_of_reference;
+  return going_on >= options_.bootstrap.min_matches && going_on > limits_.left_reference * far_of_reference;
 }
 
 // Thins the frames of a camera at rest to every other one: third views do not need more.
@@ -319,8 +309,8 @@ BootstrapReport Bootstrapper::add(const Frame& frame) {
   const ViewSet views = collect(used, fixed, &frames);
   const RelativePoseReport pose = relative_pose(views, options_, &report);
   if (report.reason != Reason::kOk) return report;
-  const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_);
-  if (judge(views, hypotheses, options_, &report)) {
+  const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_, limits_);
+  if (judge(views, hypotheses, options_, limits_, &report)) {
     report.map = to_map(views, frames, hypotheses[0]);
     report.map->views.front().fixed = fixed;  // the reference is the oldest
     if (!still_.empty()) report_motions(&report);
@@ -352,11 +342,11 @@ BootstrapReport Bootstrapper::unconfirmed() const {
   const ViewSet views = collect({0, static_cast<int>(candidates_.size()) - 1}, {}, &frames);
   const RelativePoseReport pose = relative_pose(views, options_, &report);
   if (report.reason != Reason::kOk) return report;
-  const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_);
+  const std::vector<ViewHypothesis> hypotheses = grow_all(views, pose, options_, limits_);
   TrackerOptions two_view = options_;
   two_view.bootstrap.min_confirmed = 0;
   two_view.bootstrap.min_evidence = 0;
-  if (judge(views, hypotheses, two_view, &report)) {
+  if (judge(views, hypotheses, two_view, limits_, &report)) {
     report.map = to_map(views, frames, hypotheses[0]);
   }
   return report;

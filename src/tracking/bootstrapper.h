@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/angles.h"
 #include "map/frame.h"
 #include "mapping/initial_map.h"
 #include "mono_pose_tracker/camera/camera_model.h"
@@ -35,13 +36,34 @@ struct BootstrapReport {
   double moved_px = 0;
 };
 
+/// Thresholds of the Bootstrapper in addition to the user's BootstrapOptions.
+struct BootstrapperLimits {
+  TwoMotionsOptions two_motions;
+  int two_motions_frames = 3;  // consecutive frames that must show an object in front of a static background:
+                               // one may do so by chance
+  double still_camera = 0.9;   // share of static matches when the camera is at rest and nothing large moves
+  int left_reference = 4;      // the reference has left the view where the previous image has this many times
+                               // as many moving matches
+
+  // Differences between two runs that converge to one minimum, rad.
+  double same_rotation = 0.5 * kDegree, same_translation = 5 * kDegree;
+
+  // Minimum evidence against the runner-up, in observations of average cost and in outliers; the smaller of
+  // the two counts: the first with little noise, the second with much. Systematic errors (rolling shutter,
+  // calibration, a few wrong matches) are shared by many observations and fit either geometry by chance. Of
+  // maps begun with less evidence, of a phone's recording and a head's before a room, four in ten had the
+  // wrong geometry, with more one in seventy.
+  double min_evidence = 80, min_evidence_outliers = 8;
+};
+
 /// Makes the first map (paper, step 3): 5-point RANSAC between a reference frame and the newest one. A
 /// two-view geometry may have an alternative that fits as well (planar two-fold ambiguity, narrow views). All
 /// of them are kept until a third view decides.
 class Bootstrapper {
  public:
-  Bootstrapper(const TrackerOptions& options, const CameraModel& camera)
-      : options_(options), camera_(camera) {}
+  Bootstrapper(const TrackerOptions& options, const CameraModel& camera,
+               const BootstrapperLimits& limits = {})
+      : options_(options), camera_(camera), limits_(limits) {}
 
   /// The reason is kOk when the report holds a map.
   BootstrapReport add(const Frame& frame);
@@ -81,6 +103,7 @@ class Bootstrapper {
 
   TrackerOptions options_;
   CameraModel camera_;
+  BootstrapperLimits limits_;
   std::deque<Candidate> candidates_;  // the reference first
   int two_motions_seen_ = 0;          // consecutive frames
   bool view_reached_round_ = false;   // around the static features: they are ego-vehicle features

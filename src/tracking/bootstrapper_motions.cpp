@@ -9,15 +9,6 @@
 
 namespace mono_pose_tracker {
 
-namespace {
-
-// Consecutive frames that must show an object in front of a static background: one may do so by chance.
-constexpr int kTwoMotionsFrames = 3;
-// Share of static matches when the camera is at rest and nothing large moves.
-constexpr double kStillCamera = 0.9;
-
-}  // namespace
-
 // Reduces the candidate to the object's features, located by matches of these features of the reference.
 void Bootstrapper::keep_masked_features(const std::vector<int>& moved_of_reference,
                                         Candidate* candidate) const {
@@ -81,27 +72,28 @@ bool Bootstrapper::separate_motions(std::vector<char>* fixed, BootstrapReport* r
     separate_newest();
     return true;
   }
-  TwoMotions motions = find_two_motions(*candidates_.front().frame.image, *newest.frame.image,
-                                        newest.feature_of_reference, moved_between(), camera_, options_);
+  TwoMotions motions =
+      find_two_motions(*candidates_.front().frame.image, *newest.frame.image, newest.feature_of_reference,
+                       moved_between(), camera_, options_, limits_.two_motions);
   // When the camera moves on, only the centre of the first view is left in the newest.
   view_reached_round_ = view_reached_round_ || motions.is_ego_vehicle;
   if (motions.found && view_reached_round_) {
     motions.found = false;
     motions.is_ego_vehicle = true;
   }
-  camera_is_still_ = static_cast<double>(motions.still.size()) > kStillCamera * motions.matches;
+  camera_is_still_ = static_cast<double>(motions.still.size()) > limits_.still_camera * motions.matches;
   if (motions.is_ego_vehicle) {
     fixed->assign(candidates_.front().frame.image->size(), 0);
     for (const int f : motions.still_of_first) (*fixed)[f] = 1;
   }
   two_motions_seen_ = motions.found ? two_motions_seen_ + 1 : 0;
   report->matches = motions.matches;
-  if (two_motions_seen_ >= kTwoMotionsFrames && !segmentation.is_off()) {
+  if (two_motions_seen_ >= limits_.two_motions_frames && !segmentation.is_off()) {
     camera_is_still_ = false;  // a new object is in all later candidates
     begin_separation(motions);
     return true;
   }
-  if (two_motions_seen_ >= kTwoMotionsFrames) still_ = motions.still;
+  if (two_motions_seen_ >= limits_.two_motions_frames) still_ = motions.still;
   return is_one_motion(motions, report);
 }
 

@@ -14,30 +14,6 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Lengths are in px at 640 px (image_scale). Static features are found again within 0.3 px, in noisy images
-// within 0.5.
-constexpr double kStill = 0.5;
-// Up to this distance a feature is not the object's: with a moving camera, this ring has three times the
-// share of the disc.
-constexpr double kNearlyStill = 1.0;
-constexpr double kMinStillOfNearly = 0.7;
-// The mean of many static features is accurate to hundredths; a hand-held camera shakes by tenths at least.
-constexpr double kMaxMeanShift = 0.15;
-constexpr int kMinStill = 40;            // features; fewer are static by chance
-constexpr double kMinStillShare = 0.15;  // of all matches: fewer do not disturb a map of the rest
-constexpr double kMinRigid = 0.5;        // share of the moving matches, which include wrong ones
-// A plain wall and a pair of shoulders have few features, and move by a pixel. With so few static features,
-// the others must have moved several times that distance and left a gap: for a moving camera, all shifts up
-// to the median occur.
-constexpr double kFewStill = 1.0;
-constexpr double kNearlyFewStill = 2;
-constexpr int kMinFewStill = 12;  // features
-constexpr double kMinFewStillShare = 0.08;
-constexpr double kMinFewOfNearly = 0.6;
-constexpr double kMinFewMoved = 6;  // median
-// For the mean of a dozen shifts of up to a pixel.
-constexpr double kMaxFewMeanShift = 0.5;
-
 double distance2(const cv::Point2f& a, const Eigen::Vector2f& b) {
   const double dx = a.x - b.x(), dy = a.y - b.y();
   return dx * dx + dy * dy;
@@ -72,22 +48,23 @@ Shifts shifts_of(const std::vector<Eigen::Vector2f>& shifts, double still, doubl
 }
 
 // Many features that are static within the noise.
-bool are_many_still(const std::vector<Eigen::Vector2f>& shifts, double size) {
-  const Shifts s = shifts_of(shifts, kStill * size, kNearlyStill * size);
+bool are_many_still(const std::vector<Eigen::Vector2f>& shifts, double size, const TwoMotionsOptions& t) {
+  const Shifts s = shifts_of(shifts, t.still_px * size, t.nearly_still_px * size);
   const auto still = static_cast<double>(s.x.size());
-  return still >= kMinStill && still >= kMinStillShare * static_cast<double>(shifts.size()) &&
-         still >= kMinStillOfNearly * s.nearly &&
-         std::hypot(median(s.x), median(s.y)) <= kMaxMeanShift * size;
+  return still >= t.min_still && still >= t.min_still_share * static_cast<double>(shifts.size()) &&
+         still >= t.min_still_of_nearly * s.nearly &&
+         std::hypot(median(s.x), median(s.y)) <= t.max_mean_shift_px * size;
 }
 
 // A few nearly static features while the others are far away.
-bool are_few_still(const std::vector<Eigen::Vector2f>& shifts, double moved_px, double size) {
-  const Shifts s = shifts_of(shifts, kFewStill * size, kNearlyFewStill * size);
+bool are_few_still(const std::vector<Eigen::Vector2f>& shifts, double moved_px, double size,
+                   const TwoMotionsOptions& t) {
+  const Shifts s = shifts_of(shifts, t.few_still_px * size, t.nearly_few_still_px * size);
   const auto still = static_cast<double>(s.x.size());
-  return moved_px >= kMinFewMoved * size && still >= kMinFewStill &&
-         still >= kMinFewStillShare * static_cast<double>(shifts.size()) &&
-         still >= kMinFewOfNearly * s.nearly &&
-         std::hypot(median(s.x), median(s.y)) <= kMaxFewMeanShift * size;
+  return moved_px >= t.min_few_moved_px * size && still >= t.min_few_still &&
+         still >= t.min_few_still_share * static_cast<double>(shifts.size()) &&
+         still >= t.min_few_of_nearly * s.nearly &&
+         std::hypot(median(s.x), median(s.y)) <= t.max_few_mean_shift_px * size;
 }
 
 // Present pixels of the features that obey the motion, however small.
@@ -111,7 +88,8 @@ std::vector<cv::Point2f> moved_as(const ImageFeatures& first, const ImageFeature
 
 TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& second,
                             const std::vector<int>& second_of_first, const std::vector<char>& has_moved,
-                            const CameraModel& camera, const TrackerOptions& options) {
+                            const CameraModel& camera, const TrackerOptions& options,
+                            const TwoMotionsOptions& thresholds) {
   const double size = image_scale(camera);
   TwoMotions motions;
   std::vector<Eigen::Vector3d> bearings1, bearings2;
@@ -125,9 +103,10 @@ TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& sec
     const Eigen::Vector2f shift = to - first.set.features[f].pixel;
     const double length = shift.norm();
     // A feature that returned to its place was not static.
-    const bool came_back = !has_moved.empty() && has_moved[f] && length < kNearlyFewStill * size;
+    const bool came_back =
+        !has_moved.empty() && has_moved[f] && length < thresholds.nearly_few_still_px * size;
     if (!came_back) shifts.push_back(shift);
-    if (length < kFewStill * size) {
+    if (length < thresholds.few_still_px * size) {
       if (came_back) continue;
       motions.still.emplace_back(to.x(), to.y());
       motions.still_of_first.push_back(static_cast<int>(f));
@@ -140,7 +119,8 @@ TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& sec
   }
   motions.moved_px = median(moved);
   if (static_cast<int>(moved.size()) < options.bootstrap.min_landmarks ||
-      !(are_many_still(shifts, size) || are_few_still(shifts, motions.moved_px, size))) {
+      !(are_many_still(shifts, size, thresholds) ||
+        are_few_still(shifts, motions.moved_px, size, thresholds))) {
     return motions;
   }
   RelativePoseOptions pose_options;
@@ -148,11 +128,11 @@ TwoMotions find_two_motions(const ImageFeatures& first, const ImageFeatures& sec
   pose_options.without_accidental_matches = false;  // another object's matches are localised
   const RelativePoseReport pose = estimate_relative_pose(bearings1, bearings2, pose_options);
   motions.found = pose.success && pose.hypotheses[0].num_inliers >= options.bootstrap.min_landmarks &&
-                  pose.hypotheses[0].num_inliers >= kMinRigid * static_cast<double>(moved.size());
+                  pose.hypotheses[0].num_inliers >= thresholds.min_rigid * static_cast<double>(moved.size());
   if (!motions.found || options.segmentation.wants_turning_object()) return motions;
   const std::vector<cv::Point2f> rigid =
-      moved_as(first, second, second_of_first, pose.hypotheses[0].second_from_first, kFewStill * size,
-               pose_options.ransac.threshold);
+      moved_as(first, second, second_of_first, pose.hypotheses[0].second_from_first,
+               thresholds.few_still_px * size, pose_options.ransac.threshold);
   motions.is_ego_vehicle = reaches_round(rigid, motions.still, camera);
   motions.found = !motions.is_ego_vehicle;
   return motions;
