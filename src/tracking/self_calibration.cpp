@@ -9,27 +9,6 @@
 namespace mono_pose_tracker {
 namespace {
 
-// Enough keyframes to determine the focal length, where that is possible, and few enough to be tracked in
-// seconds.
-constexpr int kEarlyKeyframes = 25;
-// From 30 % off, two or three runs converge.
-constexpr int kMaxEarlyRuns = 5, kMaxRuns = 4;
-// The early runs need to be near only.
-constexpr double kNearChange = 0.01;
-// With few views the estimate oscillates by one per cent about the right camera; larger changes are not
-// converged.
-constexpr double kUnsettledChange = 0.02;  // of the focal length; of the image's longer side at its edge
-// Localisation error of a feature, and a third of the one per cent accuracy of a refined focal length.
-constexpr double kSettledShiftPx = 1, kSettledChange = 0.003;
-// On parts of recordings the images suggest focal lengths up to 6 % off a right calibration: rolling shutter
-// and unmodelled distortion affect all features in common, which the covariance does not contain. A
-// stabiliser's crop, zoom, binning or another camera's file are off by more.
-constexpr double kDoubtfulChange = 0.1, kDoubtfulSigmas = 10;
-constexpr int kLandmarksOfDoubt = 60;  // of each keyframe: enough to show such a change
-constexpr double kWrongGuess = 0.05;   // least change of a guessed focal length that is corrected
-// A part of the recording contradicts the calibration only where it can determine it.
-constexpr double kTellingSigmas = 3, kLeastOfChange = 0.5;
-
 CameraParameters with_focal(CameraParameters camera, double factor) {
   camera.fx *= factor;
   camera.fy *= factor;
@@ -63,24 +42,26 @@ Asked distortion_asked(const CameraRefinement& r) { return {r.distortion_asked_p
 
 // Whether all parts of the recording suggest the same change: a wrong camera does, a non-rigid object such as
 // a talking face does not.
-bool is_asked_by_all_parts(CameraRefinementOptions options, const CameraParameters& camera, const Map& map,
+bool is_asked_by_all_parts(CameraRefinementOptions options, const CalibrationDoubtOptions& limits,
+                           const CameraParameters& camera, const Map& map,
                            const std::function<Asked(const CameraRefinement&)>& asked_by, double change) {
   for (const double begin : {0.0, 0.25, 0.5}) {
     options.begin = begin;
     options.end = begin + 0.5;
     const Asked asked = asked_by(refine_camera(options, camera, map));
-    const bool tells = kTellingSigmas * asked.sigma < std::abs(change);
-    if (tells && asked.change / change < kLeastOfChange) return false;
+    const bool tells = limits.telling_sigmas * asked.sigma < std::abs(change);
+    if (tells && asked.change / change < limits.least_of_change) return false;
   }
   return true;
 }
 
 // Relative contradiction between images and focal length; 0 where there is none, or none that is significant.
-double contradiction(const CameraRefinementOptions& options, const CameraParameters& camera, const Map& map,
-                     const CameraRefinement& r, double least_change) {
+double contradiction(const CameraRefinementOptions& options, const CalibrationDoubtOptions& limits,
+                     const CameraParameters& camera, const Map& map, const CameraRefinement& r,
+                     double least_change) {
   const double change = change_asked(r);
-  const bool is_clear = std::abs(change) >= std::max(least_change, kDoubtfulSigmas * r.focal_sigma);
-  return is_clear && is_asked_by_all_parts(options, camera, map, focal_asked, change) ? change : 0;
+  const bool is_clear = std::abs(change) >= std::max(least_change, limits.min_focal_sigmas * r.focal_sigma);
+  return is_clear && is_asked_by_all_parts(options, limits, camera, map, focal_asked, change) ? change : 0;
 }
 
 // Displacement of the image corners by distortion, beyond that of the points half way to them [px]; 0 for a
@@ -96,21 +77,19 @@ double corner_distortion_px(const CameraModel& camera) {
   return (corner - center).norm() - 2 * (half - center).norm();
 }
 
-double least_distortion_px(const DistortionDoubtOptions& limits, const CameraParameters& camera) {
-  return limits.min_share * 0.5 * std::hypot(camera.width, camera.height);
+double least_distortion_px(const CalibrationDoubtOptions& limits, const CameraParameters& camera) {
+  return limits.min_distortion_share * 0.5 * std::hypot(camera.width, camera.height);
 }
 
-std::string doubt_of_distortion(const CameraRefinementOptions& options, const DistortionDoubtOptions& limits,
+std::string doubt_of_distortion(const CameraRefinementOptions& options, const CalibrationDoubtOptions& limits,
                                 const CameraParameters& camera, const Map& map, const CameraRefinement& r) {
   const double change = r.distortion_asked_px;
   if (!(std::abs(change) >=
-        std::max(least_distortion_px(limits, camera), limits.min_sigmas * r.distortion_sigma_px)))
+        std::max(least_distortion_px(limits, camera), limits.min_distortion_sigmas * r.distortion_sigma_px)))
     return "";
-  if (!is_asked_by_all_parts(options, camera, map, distortion_asked, change)) return "";
-  // Of the calibration's distortion, at most a third is left in rectified images.
-  constexpr double kLeftOfRectified = 1.0 / 3;
+  if (!is_asked_by_all_parts(options, limits, camera, map, distortion_asked, change)) return "";
   const double given = corner_distortion_px(CameraModel(camera));
-  const bool looks_rectified = std::abs(given + change) < kLeftOfRectified * std::abs(given);
+  const bool looks_rectified = std::abs(given + change) < limits.left_of_rectified * std::abs(given);
   return formatted(
              "the calibration does not fit the images, probably because of its distortion: it is off by %.0f "
              "px at the corners of the image. ",
@@ -123,13 +102,14 @@ std::string doubt_of_distortion(const CameraRefinementOptions& options, const Di
 class Calibrator {
  public:
   Calibrator(const CameraParameters& start, CalibrationSource source, const CameraRefinementOptions& options,
-             const TrackWithCamera& track)
+             const TrackWithCamera& track, const SelfCalibrationOptions& limits)
       : start_(start),
         source_(source),
         camera_(start),
         tracked_with_(start),
         options_(options),
-        track_(track) {}
+        track_(track),
+        limits_(limits) {}
 
   SelfCalibration run() {
     const bool is_found = approach();
@@ -204,14 +184,15 @@ class Calibrator {
     camera_ = with_focal(start_, factor);
     is_refined_ = false;
     Approach result;
-    for (int i = 0; i < kMaxEarlyRuns; ++i) {
-      const Map* map = track(kEarlyKeyframes);
+    for (int i = 0; i < limits_.max_early_runs; ++i) {
+      const Map* map = track(limits_.early_keyframes);
       if (!map) break;
       const CameraRefinement r = refine_camera(options_, camera_, *map);
       const double before = std::exchange(result.last_change, change_asked(r));
       result.has_map = true;
       // Parameters that the first map cannot determine are left to the whole recording.
-      result.is_settled = std::abs(result.last_change) < kNearChange || !(r.focal_observable || is_refined_);
+      result.is_settled =
+          std::abs(result.last_change) < limits_.near_change || !(r.focal_observable || is_refined_);
       const bool runs_away =
           before * result.last_change > 0 && std::abs(result.last_change) >= std::abs(before);
       if (is_cancelled() || !take(r) || result.is_settled || runs_away) break;
@@ -225,7 +206,7 @@ class Calibrator {
   SelfCalibration finish(bool is_found) {
     SelfCalibration result;
     double last_change = 0;
-    for (int i = 0; i < kMaxRuns; ++i) {
+    for (int i = 0; i < limits_.max_runs; ++i) {
       const Map* map = track(0);
       if (!map) {
         if (is_found && !is_cancelled())
@@ -239,24 +220,26 @@ class Calibrator {
         // last.)
         camera_ = start_;
         is_refined_ = false;
-        i = std::min(i, kMaxRuns - 2);
+        i = std::min(i, limits_.max_runs - 2);
         continue;
       }
-      if (!result.last.focal_observable && i + 1 < kMaxRuns && guess_anew(result.last, *map)) continue;
+      if (!result.last.focal_observable && i + 1 < limits_.max_runs && guess_anew(result.last, *map))
+        continue;
       if (!result.last.focal_observable) {
         result.warnings.push_back(not_observable(result.last));
         return result;
       }
       is_refined_ = true;
-      if (is_settled(result.last) || i + 1 == kMaxRuns) break;
+      if (is_settled(result.last) || i + 1 == limits_.max_runs) break;
       // With few views the estimate oscillates: a slightly long camera gives a map that suggests a slightly
       // short one, and vice versa.
       const bool turns_back = result.last.focal_change * last_change < 0;
       camera_ = turns_back ? between(camera_, result.last.camera) : result.last.camera;
       last_change = result.last.focal_change;
     }
-    result.is_near = std::abs(result.last.focal_change) < kUnsettledChange &&
-                     result.last.max_shift_px < kUnsettledChange * std::max(camera_.width, camera_.height);
+    result.is_near =
+        std::abs(result.last.focal_change) < limits_.unsettled_change &&
+        result.last.max_shift_px < limits_.unsettled_change * std::max(camera_.width, camera_.height);
     if (!is_settled(result.last)) result.warnings.push_back(not_settled(result.last, result.is_near));
     return result;
   }
@@ -265,14 +248,14 @@ class Calibrator {
   // contradict.
   bool guess_anew(const CameraRefinement& r, const Map& map) {
     if (source_ != CalibrationSource::kGuessed) return false;
-    const double change = contradiction(options_, camera_, map, r, kWrongGuess);
+    const double change = contradiction(options_, limits_.doubt, camera_, map, r, limits_.wrong_guess);
     if (change == 0 || is_cancelled()) return false;
     camera_ = with_focal(camera_, 1 + change);
     return true;
   }
 
-  static bool is_settled(const CameraRefinement& r) {
-    return std::abs(r.focal_change) < kSettledChange && r.max_shift_px < kSettledShiftPx;
+  bool is_settled(const CameraRefinement& r) const {
+    return std::abs(r.focal_change) < limits_.settled_change && r.max_shift_px < limits_.settled_shift_px;
   }
 
   static std::string not_settled(const CameraRefinement& r, bool is_near) {
@@ -303,6 +286,7 @@ class Calibrator {
   CameraParameters camera_, tracked_with_;
   const CameraRefinementOptions& options_;
   const TrackWithCamera& track_;
+  const SelfCalibrationOptions& limits_;
   bool is_refined_ = false;      // by an adjustment of the previous map
   bool was_refined_ = false;     // at the beginning of the last run
   bool is_interrupted_ = false;  // by a cancellation
@@ -312,21 +296,22 @@ class Calibrator {
 }  // namespace
 
 SelfCalibration calibrate_by_tracking(const CameraParameters& start, CalibrationSource source,
-                                      const CameraRefinementOptions& options, const TrackWithCamera& track) {
-  return Calibrator(start, source, options, track).run();
+                                      const CameraRefinementOptions& options, const TrackWithCamera& track,
+                                      const SelfCalibrationOptions& limits) {
+  return Calibrator(start, source, options, track, limits).run();
 }
 
 std::string doubt_of_calibration(const CameraRefinementOptions& options, const CameraParameters& camera,
-                                 const Map& map, const DistortionDoubtOptions& distortion) {
+                                 const Map& map, const CalibrationDoubtOptions& limits) {
   // Of all parameters together the images may ask for more than of the focal length alone.
   CameraRefinementOptions first = options;
-  first.least_focal_change = 0.5 * kDoubtfulChange;
-  first.max_landmarks = std::min(first.max_landmarks, kLandmarksOfDoubt);
-  first.least_distortion_px = least_distortion_px(distortion, camera);
+  first.least_focal_change = 0.5 * limits.min_focal_change;
+  first.max_landmarks = std::min(first.max_landmarks, limits.landmarks);
+  first.least_distortion_px = least_distortion_px(limits, camera);
   const CameraRefinement r = refine_camera(first, camera, map);
-  const std::string doubt = doubt_of_distortion(options, distortion, camera, map, r);
+  const std::string doubt = doubt_of_distortion(options, limits, camera, map, r);
   if (!doubt.empty()) return doubt;
-  const double change = contradiction(options, camera, map, r, kDoubtfulChange);
+  const double change = contradiction(options, limits, camera, map, r, limits.min_focal_change);
   if (change == 0) return "";
   return formatted(
       "the calibration is doubtful: the images fit a focal length of %.0f px better than the %.0f px that "
