@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <set>
 #include <vector>
 
@@ -9,6 +10,13 @@
 #include "mono_pose_tracker/mapping/mapper_options.h"
 
 namespace mono_pose_tracker {
+
+struct CrossViewOptions {
+  std::size_t sampled_landmarks = 40;  // of a keyframe, to estimate its overlap with another
+  double min_overlap = 0.4;            // share of these: below, too few matches would be left to confirm
+  std::size_t pairs_per_keyframe = 4;  // the most overlapping ones; the rest follows through shared landmarks
+  double min_view_cosine = 0.7;        // 45 degrees between the views: SIFT's matches grow few beyond
+};
 
 // A landmark that one keyframe observes, and the feature of another keyframe that shows the same point.
 struct SharedTrack {
@@ -27,8 +35,9 @@ std::vector<SharedTrack> shared_tracks_of(const std::vector<CandidateObservation
 using KeyframePairs = std::vector<std::pair<KeyframeId, KeyframeId>>;
 
 // Keyframe pairs whose views overlap by their poses, but which share few landmarks. Each keyframe is paired
-// with the four that overlap most. The newer keyframe of each pair is newer than `newer_than`.
-KeyframePairs overlapping_pairs(const BundleOptions& options, const Map& map, KeyframeId newer_than = -1);
+// with the few that overlap most. The newer keyframe of each pair is newer than `newer_than`.
+KeyframePairs overlapping_pairs(const BundleOptions& options, const Map& map, KeyframeId newer_than = -1,
+                                const CrossViewOptions& cross_view = {});
 
 // Merges the tracks of keyframes that view the same place but share few landmarks, because the map drifted
 // between their times. The pairs become edges of the view graph, and P3P RANSAC over the verified matches

@@ -12,10 +12,6 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Distance from the epipolar line to the centre of the decoy strip, in half widths. Features three half
-// widths off are no matches, whatever the errors of the poses.
-constexpr float kDecoyStrip = 4;
-
 // Relative margin of the searched range, for rounding.
 constexpr double kMargin = 1.001;
 
@@ -115,7 +111,7 @@ class Comparison {
         essential_(essential_matrix(second_from_first_)),
         free1_(features_without_landmark(first)),
         fan2_(*second.image, second_from_first_.translation, features_without_landmark(second),
-              -kMargin * options.max_error_rad, kMargin * (kDecoyStrip + 1) * options.max_error_rad) {
+              -kMargin * options.max_error_rad, kMargin * (options.decoy_strip + 1) * options.max_error_rad) {
     const double same_px = first.image->camera.focal() / second.image->camera.focal();
     for (const int f : free2()) scales2_.push_back(same_px * second.image->set.features[f].scale);
   }
@@ -156,7 +152,7 @@ class Comparison {
   void offer(std::size_t i, std::size_t j, float from_plane, BothStrips* found) const {
     const double limit = options_.max_error_rad;
     const bool is_on_line = std::abs(from_plane) <= limit;
-    if (!is_on_line && std::abs(from_plane - kDecoyStrip * limit) > limit) return;
+    if (!is_on_line && std::abs(from_plane - options_.decoy_strip * limit) > limit) return;
     const double scale1 = first_.image->set.features[free1_[i]].scale, scale2 = scales2_[j];
     if (scale1 > options_.max_scale_ratio * scale2 || scale2 > options_.max_scale_ratio * scale1) return;
     const int d2 = descriptor_distance2(first_.image->set.descriptor(free1_[i]),

@@ -8,18 +8,10 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr double kLeastShare = 2.0 / 3;
-// Limit where up to a third of the map may be misregistered.
-constexpr double kLeastIfSomeAreWrong = 0.5;
-
 bool is_in_view(const CameraModel& camera, const Eigen::Vector3d& x_in_camera) {
   Eigen::Vector2d pixel;
   return camera.project(x_in_camera, &pixel) && camera.in_image(pixel);
 }
-
-// Number of sampled landmarks, for a share accurate to one or two hundredths.
-constexpr std::size_t kMaxSampled = 1000;
-std::size_t step_of(std::size_t landmarks) { return 1 + landmarks / kMaxSampled; }
 
 std::vector<Eigen::Vector3d> positions_of(const Map& map, std::size_t step) {
   std::vector<Eigen::Vector3d> x_in_map;
@@ -38,23 +30,25 @@ double share_in_view(const std::vector<Eigen::Vector3d>& x_in_map, const Keyfram
 
 }  // namespace
 
-bool stays_in_view(const Map& map) {
+bool stays_in_view(const Map& map, const InViewOptions& options) {
   const std::vector<Eigen::Vector3d> x_in_map = positions_of(map, 1);
-  return std::all_of(map.keyframes().begin(), map.keyframes().end(),
-                     [&](const auto& entry) { return share_in_view(x_in_map, entry.second) >= kLeastShare; });
+  return std::all_of(map.keyframes().begin(), map.keyframes().end(), [&](const auto& entry) {
+    return share_in_view(x_in_map, entry.second) >= options.least_share;
+  });
 }
 
-bool mostly_stays_in_view(const Map& map) {
-  const std::vector<Eigen::Vector3d> x_in_map = positions_of(map, step_of(map.landmarks().size()));
+bool mostly_stays_in_view(const Map& map, const InViewOptions& options) {
+  const std::vector<Eigen::Vector3d> x_in_map =
+      positions_of(map, 1 + map.landmarks().size() / options.max_sampled);
   const auto staying = std::count_if(map.keyframes().begin(), map.keyframes().end(), [&](const auto& entry) {
-    return share_in_view(x_in_map, entry.second) >= kLeastIfSomeAreWrong;
+    return share_in_view(x_in_map, entry.second) >= options.least_if_some_wrong;
   });
   return 2 * staying > static_cast<std::ptrdiff_t>(map.keyframes().size());
 }
 
-bool has_left_behind(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map) {
-  constexpr double kLeastBehind = 0.05;  // more than a few wrong landmarks
-  const std::size_t step = step_of(map.landmarks.size());
+bool has_left_behind(const TrackingMap& map, const CameraModel& camera, const Rigid3& camera_from_map,
+                     const InViewOptions& options) {
+  const std::size_t step = 1 + map.landmarks.size() / options.max_sampled;
   std::size_t at = 0;
   std::ptrdiff_t asked = 0, in_view = 0, behind = 0;
   for (const auto& entry : map.landmarks) {
@@ -65,8 +59,8 @@ bool has_left_behind(const TrackingMap& map, const CameraModel& camera, const Ri
     in_view += is_visible;
     behind += !is_visible && x_in_camera.z() <= 0;
   }
-  return static_cast<double>(in_view) < kLeastShare * static_cast<double>(asked) &&
-         static_cast<double>(behind) >= kLeastBehind * static_cast<double>(asked);
+  return static_cast<double>(in_view) < options.least_share * static_cast<double>(asked) &&
+         static_cast<double>(behind) >= options.least_behind * static_cast<double>(asked);
 }
 
 }  // namespace mono_pose_tracker

@@ -10,9 +10,6 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// In standard deviations. The baseline, and with it all depths, is then uncertain by a fifth.
-constexpr double kMinSignificance = 5;
-
 // Number of landmarks after which the result is tested: mostly the first hundred suffice.
 constexpr std::size_t kTestAfter = 100;
 
@@ -69,7 +66,8 @@ class PoseInformation {
 
 }  // namespace
 
-bool is_baseline_known(const Map& map, const Keyframe& first, const Keyframe& second) {
+bool is_baseline_known(const Map& map, const Keyframe& first, const Keyframe& second,
+                       const KnownBaselineOptions& options) {
   const Eigen::Vector3d way = second.center_in_map() - first.center_in_map();
   const double length = way.norm();
   if (length <= 0) return false;
@@ -79,7 +77,8 @@ bool is_baseline_known(const Map& map, const Keyframe& first, const Keyframe& se
     of_first.add(kTestAfter);
     of_second.add(kTestAfter);
     const double variance = of_first.variance_along(way / length) + of_second.variance_along(way / length);
-    if (std::isfinite(variance) && length * length >= kMinSignificance * kMinSignificance * variance)
+    if (std::isfinite(variance) &&
+        length * length >= options.min_significance * options.min_significance * variance)
       return true;
     if (of_first.is_complete() && of_second.is_complete()) return false;
   }

@@ -7,13 +7,6 @@ namespace mono_pose_tracker {
 namespace {
 
 constexpr int kColumns = 8, kRows = 6;
-constexpr double kMinFound = 0.2;  // of the expected
-// From the first share of the landmarks in view on, any viewpoint is possible. Below it, no more than the
-// second number times the expectation may be found.
-constexpr double kMinFoundFromNear = 0.15, kMaxObliqueExcess = 2;
-constexpr int kFewFeatures = 150;    // with fewer, missing landmarks are no evidence
-constexpr double kMinSpread = 0.25;  // a quarter of the cells with features
-constexpr double kCorner = 0.125;
 
 int cell_of(const ImageFeatures& image, int feature, int width, int height) {
   const Eigen::Vector2f& pixel = image.set.features[feature].pixel;
@@ -38,15 +31,18 @@ PoseSupport pose_support(const ImageFeatures& image, int width, int height, cons
   return support;
 }
 
-bool is_supported(const PoseSupport& support, int min_inliers) {
-  const double most = std::max(support.features, kFewFeatures), expected = support.in_map.expected;
-  if (support.found < min_inliers || expected < min_inliers || support.spread < kMinSpread) return false;
+bool is_supported(const PoseSupport& support, int min_inliers, const PoseSupportOptions& options) {
+  const double most = std::max(support.features, options.few_features), expected = support.in_map.expected;
+  if (support.found < min_inliers || expected < min_inliers || support.spread < options.min_spread)
+    return false;
   const bool is_as_from_near =
-      support.found >= kMinFoundFromNear * std::min<double>(support.in_map.in_view, most);
-  return support.found >= kMinFound * std::min(expected, most) &&
-         (is_as_from_near || support.found <= kMaxObliqueExcess * expected);
+      support.found >= options.min_found_from_near * std::min<double>(support.in_map.in_view, most);
+  return support.found >= options.min_found * std::min(expected, most) &&
+         (is_as_from_near || support.found <= options.max_oblique_excess * expected);
 }
 
-bool is_confined_to_corner(const PoseSupport& support) { return support.spread < kCorner; }
+bool is_confined_to_corner(const PoseSupport& support, const PoseSupportOptions& options) {
+  return support.spread < options.corner;
+}
 
 }  // namespace mono_pose_tracker

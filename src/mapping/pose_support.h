@@ -8,6 +8,17 @@
 
 namespace mono_pose_tracker {
 
+/// When a pose has enough support. Shares are in [0, 1].
+struct PoseSupportOptions {
+  double min_found = 0.2;  // share of the expected landmarks
+  // From the first share of the landmarks in view on, any viewpoint is possible. Below it, no more than the
+  // second number times the expectation may be found.
+  double min_found_from_near = 0.15, max_oblique_excess = 2;
+  int few_features = 150;    // of the image: with fewer, missing landmarks are no evidence
+  double min_spread = 0.25;  // share of the cells with features
+  double corner = 0.125;     // the same, below which the inliers may be of a small object
+};
+
 /// Evidence for a pose that was not predicted: expected landmarks that were found, and their distribution
 /// over the image.
 struct PoseSupport {
@@ -28,10 +39,10 @@ PoseSupport pose_support(const ImageFeatures& image, int width, int height, cons
 /// is aliased where fewer landmarks are expected than a pose needs, as from behind. It is also aliased where
 /// the expectation is below 15 % of the landmarks in view, as at oblique views, and more than twice as many
 /// are found.
-bool is_supported(const PoseSupport& support, int min_inliers);
+bool is_supported(const PoseSupport& support, int min_inliers, const PoseSupportOptions& options = {});
 
 /// Whether the inliers lie in less than an eighth of the cells with features. The pose may then depend on a
 /// small independently moving object.
-bool is_confined_to_corner(const PoseSupport& support);
+bool is_confined_to_corner(const PoseSupport& support, const PoseSupportOptions& options = {});
 
 }  // namespace mono_pose_tracker

@@ -64,14 +64,8 @@ class Visibility {
 };
 
 // Relative probability that SIFT matches a landmark after the viewing direction has changed by the angle
-// (rad). Measured with wide steps between images (every second or third image of a bronze head, a temple and
-// a facade): 60 to 90 % within 5 degrees, and 60 % of that at 12, 40 % at 17, 20 % at 22, 10 % at 27, 2 to 4
-// % at 37. With small steps it is lower, as landmarks last observed from an oblique view were mostly lost
-// since.
-double known_again(double angle) {
-  constexpr double kSigma = 13 * kDegree;
-  return std::exp(-0.5 * angle * angle / (kSigma * kSigma));
-}
+// (rad).
+double known_again(double angle, double sigma) { return std::exp(-0.5 * angle * angle / (sigma * sigma)); }
 
 }  // namespace
 
@@ -111,15 +105,15 @@ std::vector<LandmarkMatch> match_by_projection(const std::vector<LandmarkCandida
 ExpectedFinds expected_finds(const std::vector<LandmarkCandidate>& candidates, const CameraModel& camera,
                              const Rigid3& camera_from_map, const ProjectionMatchOptions& options) {
   const Visibility visibility(camera, camera_from_map, options.max_view_angle_deg);
-  // Below a pixel a feature is lost in the sampling; beyond the largest octave there is none.
-  constexpr double kSmallest = 1, kLargest = 64;
+  const double sigma = options.known_again_sigma_deg * kDegree;
   ExpectedFinds finds;
   for (const LandmarkCandidate& c : candidates) {
     Eigen::Vector2d pixel;
     double scale;
-    if (!visibility.of(c, &pixel, &scale) || scale < kSmallest || scale > kLargest) continue;
+    if (!visibility.of(c, &pixel, &scale) || scale < options.min_scale_px || scale > options.max_scale_px)
+      continue;
     ++finds.in_view;
-    finds.expected += known_again(visibility.viewing_angle(c));
+    finds.expected += known_again(visibility.viewing_angle(c), sigma);
   }
   return finds;
 }

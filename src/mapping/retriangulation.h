@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <vector>
 
@@ -8,6 +9,13 @@
 #include "mono_pose_tracker/map/map.h"
 
 namespace mono_pose_tracker {
+
+struct RetriangulationOptions {
+  std::size_t min_views = 3;  // of a track: two can be inconsistent in one direction only
+  // px at 640 px (image_scale), reprojection error with the current poses. Wrong matches have tens of px;
+  // poses that are off by a degree or two displace right ones by several.
+  double max_error_px = 10;
+};
 
 /// Whether a feature is not part of the mapped object.
 using IsExcluded = std::function<bool(KeyframeId keyframe, int feature)>;
@@ -22,6 +30,7 @@ FeatureTracks graph_tracks(const Map& map, const std::vector<EdgeConsistency>& e
 /// errors are a few px at most. A landmark keeps its id where its features are on a track. Landmarks of
 /// keyframes with fewer than `min_landmarks` of these tracks stay as well. The map needs a bundle adjustment
 /// afterwards.
-void replace_landmarks(const FeatureTracks& tracks, int min_landmarks, Map* map);
+void replace_landmarks(const FeatureTracks& tracks, int min_landmarks, Map* map,
+                       const RetriangulationOptions& options = {});
 
 }  // namespace mono_pose_tracker

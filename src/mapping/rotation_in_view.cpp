@@ -20,15 +20,13 @@ std::vector<double> left_over(const std::vector<Eigen::Vector3d>& bearings1,
   return lengths;
 }
 
-// Residual motion after the rotation that explains most of it. Matches that move three times as far as the
-// median are ignored, as a few wrong ones move farther than all others together.
+// Residual motion after the rotation that explains most of it.
 std::vector<double> left_over_by_rotation(const std::vector<Eigen::Vector3d>& bearings1,
-                                          const std::vector<Eigen::Vector3d>& bearings2) {
-  constexpr int kRounds = 3;
-  constexpr double kFar = 3;
+                                          const std::vector<Eigen::Vector3d>& bearings2,
+                                          const RotationInViewOptions& options) {
   std::vector<double> lengths(bearings1.size(), 0);
-  for (int round = 0; round < kRounds; ++round) {
-    const double farthest = kFar * median(lengths);
+  for (int round = 0; round < options.rounds; ++round) {
+    const double farthest = options.far * median(lengths);
     Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
     for (std::size_t i = 0; i < bearings1.size(); ++i) {
       if (lengths[i] <= farthest) sum += bearings2[i] * bearings1[i].transpose();
@@ -41,13 +39,14 @@ std::vector<double> left_over_by_rotation(const std::vector<Eigen::Vector3d>& be
 }  // namespace
 
 double rotation_in_view(const std::vector<Eigen::Vector3d>& bearings1,
-                        const std::vector<Eigen::Vector3d>& bearings2) {
+                        const std::vector<Eigen::Vector3d>& bearings2, const RotationInViewOptions& options) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& b : bearings1) middle += b;
   middle.normalize();
   std::vector<double> away;
   for (const Eigen::Vector3d& b : bearings1) away.push_back((b - middle).norm());
-  return median(left_over_by_rotation(bearings1, bearings2)) / std::max(median(std::move(away)), 1e-6);
+  return median(left_over_by_rotation(bearings1, bearings2, options)) /
+         std::max(median(std::move(away)), 1e-6);
 }
 
 }  // namespace mono_pose_tracker

@@ -13,23 +13,12 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// px at 640 px (image_scale), median over the views: twice an inlier's error. Landmarks that keep their pixel
-// within 3 px because the camera hardly moves, keeps them centred or drives straight at them have only their
-// noise.
-constexpr double kNoPointPx = 4;
-// Earlier keyframes with a feature at the same pixel, minimum number and share: repeated patterns (tiles, a
-// carpet) have similar features at one pixel now and then. With two keyframes the rays would often intersect.
-constexpr std::size_t kMinEarlier = 3;
-constexpr double kMinEarlierShare = 0.5;
-constexpr int kMinFeatures = 12;  // in the newest keyframe: one or two are fixed by chance
-constexpr std::size_t kEarlier = 12;
-
 // The preceding keyframes at growing distances: fixed features are in all of them, tracked ones are not.
-std::vector<const Keyframe*> earlier_keyframes(const Map& map, KeyframeId newest) {
+std::vector<const Keyframe*> earlier_keyframes(const Map& map, KeyframeId newest, std::size_t max_compared) {
   std::vector<const Keyframe*> chosen;
   std::size_t back = 0, next = 1;
   for (auto k = std::make_reverse_iterator(map.keyframes().find(newest));
-       k != map.keyframes().rend() && chosen.size() < kEarlier; ++k) {
+       k != map.keyframes().rend() && chosen.size() < max_compared; ++k) {
     if (++back < next) continue;
     chosen.push_back(&k->second);
     next = back + 1 + back / 3;
@@ -37,11 +26,12 @@ std::vector<const Keyframe*> earlier_keyframes(const Map& map, KeyframeId newest
   return chosen;
 }
 
-int same_place(const MapperOptions& options, const Keyframe& newest, int feature, const Keyframe& earlier) {
+int same_place(const MapperOptions& options, double same_place_px, const Keyframe& newest, int feature,
+               const Keyframe& earlier) {
   const Feature& own = newest.image->set.features[feature];
   NearestTwo nearest;
   earlier.image->grid.visit_near(
-      own.pixel.cast<double>(), kSamePlacePx * image_scale(newest.image->camera), [&](int f) {
+      own.pixel.cast<double>(), same_place_px * image_scale(newest.image->camera), [&](int f) {
         nearest.offer(
             f, descriptor_distance2(newest.image->set.descriptor(feature), earlier.image->set.descriptor(f)));
       });
@@ -61,7 +51,7 @@ bool is_known(const FlaggedFeatures& known, const Sighting& sighting) {
 
 // Whether no point explains the features: the best one, or a far one where the rays do not intersect, has
 // large errors in most keyframes.
-bool is_no_point(const std::vector<Sighting>& seen) {
+bool is_no_point(const std::vector<Sighting>& seen, double no_point_px) {
   std::vector<Rigid3> cameras;
   std::vector<Eigen::Vector3d> bearings;
   for (const Sighting& s : seen) {
@@ -76,27 +66,28 @@ bool is_no_point(const std::vector<Sighting>& seen) {
     const Eigen::Vector3d x = is_near ? cameras[i] * x_in_map : cameras[i].rotation * direction;
     errors.push_back(reprojection_error(*seen[i].keyframe->image, seen[i].feature, x).norm());
   }
-  return median(std::move(errors)) > kNoPointPx * image_scale(seen[0].keyframe->image->camera);
+  return median(std::move(errors)) > no_point_px * image_scale(seen[0].keyframe->image->camera);
 }
 
 }  // namespace
 
 FlaggedFeatures find_static_overlay(const MapperOptions& options, const Map& map, KeyframeId newest_id,
-                                    const FlaggedFeatures& known) {
+                                    const FlaggedFeatures& known, const StaticOverlayOptions& overlay) {
   const Keyframe& newest = *map.keyframe(newest_id);
-  const std::vector<const Keyframe*> earlier = earlier_keyframes(map, newest_id);
+  const std::vector<const Keyframe*> earlier = earlier_keyframes(map, newest_id, overlay.max_compared);
   FlaggedFeatures fixed;
   int found = 0;
   for (int f = 0; f < newest.image->size(); ++f) {
     std::vector<Sighting> seen = {{&newest, f}};
     for (const Keyframe* keyframe : earlier) {
-      const int there = same_place(options, newest, f, *keyframe);
+      const int there = same_place(options, overlay.same_place_px, newest, f, *keyframe);
       if (there >= 0) seen.push_back({keyframe, there});
     }
     const std::size_t again = seen.size() - 1;
     const bool is_one =
         std::any_of(seen.begin() + 1, seen.end(), [&](const Sighting& s) { return is_known(known, s); });
-    if (!is_one && (again < kMinEarlier || again < kMinEarlierShare * earlier.size() || !is_no_point(seen))) {
+    if (!is_one && (again < overlay.min_earlier || again < overlay.min_earlier_share * earlier.size() ||
+                    !is_no_point(seen, overlay.no_point_px))) {
       continue;
     }
     ++found;
@@ -106,7 +97,7 @@ FlaggedFeatures find_static_overlay(const MapperOptions& options, const Map& map
       flags[s.feature] = 1;
     }
   }
-  return found >= kMinFeatures ? fixed : FlaggedFeatures();
+  return found >= overlay.min_features ? fixed : FlaggedFeatures();
 }
 
 }  // namespace mono_pose_tracker
