@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -11,6 +12,12 @@
 namespace mono_pose_tracker {
 
 class ViewGraph;
+
+/// Limits for a static background: median number of features that keep their place between neighbouring
+/// images, and their share of the matches. A rigid scene in front of a moving camera has none or two.
+struct LeastStill {
+  double features = 0, share = 0;
+};
 
 /// Thresholds of the motion segmentation, live and at the end of a recording.
 struct MotionSegmentationOptions {
@@ -51,6 +58,13 @@ struct MotionSegmentationOptions {
   double moved_px = 3;       // from it on a feature has moved
   int min_static_pairs = 3;  // image pairs that show a track in its place: one or two may be wrong matches
   int static_per_moved = 4;  // one match of five may be wrong
+  LeastStill plainly_static{12, 0.08};  // a background is certain
+  // Masking the static features is worth a try where a result is in doubt: only the shirt of a head before a
+  // bright, noisy wall, for example.
+  LeastStill faintly_static{5, 0.04};
+  // Distances between compared images: neighbours have most matches, distant ones show best what has moved.
+  std::array<int, 6> image_distances = {1, 2, 4, 8, 16, 32};
+  int min_static_features = 5;                   // live, of the newest image: fewer do not delimit the object
   int first_keyframes = 9, last_keyframes = 12;  // live: size of a young map that is checked. In fewer images
                                                  // slow features seem static
 };

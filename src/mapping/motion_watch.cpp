@@ -31,16 +31,16 @@ void MotionWatch::begin(const std::vector<SeenImage>& images) {
 }
 
 void MotionWatch::add_image(const SeenImage& newest, bool object_turns) {
-  constexpr std::ptrdiff_t kFewest = 5;  // features of the newest image: fewer do not delimit the object
   if (!background_) return;
   background_->add(newest);
   moving_.reset();
   if (background_->size() < options_.first_keyframes) return;
-  const StaticBackground found = background_->find(kPlainlyStill, object_turns);
+  const StaticBackground found = background_->find(options_.plainly_static, object_turns);
   if (found.exists && (object_turns || found.reaches_round)) {
     const std::vector<FeatureMotion>& sides = found.sides.back();
     if (std::count(sides.begin(), sides.end(), FeatureMotion::kTurns) >= options_.min_features &&
-        std::count(sides.begin(), sides.end(), FeatureMotion::kMovesOtherwise) >= kFewest)
+        std::count(sides.begin(), sides.end(), FeatureMotion::kMovesOtherwise) >=
+            options_.min_static_features)
       moving_ = std::make_shared<const TurningObject>(TurningObject{newest.image, sides});
   }
   if (background_->size() >= options_.last_keyframes) background_.reset();

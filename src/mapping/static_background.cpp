@@ -16,9 +16,6 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Distances between compared images: neighbours have most matches, distant ones show best what has moved.
-constexpr std::array<int, 6> kApart = {1, 2, 4, 8, 16, 32};
-
 // Shares of the images in which static features reach around the moving ones, and vice versa.
 struct SharesRound {
   double still = 0, moving = 0;
@@ -44,7 +41,7 @@ SharesRound shares_round(const CameraModel& camera, const std::vector<MotionTrac
 class StaticSegmentation::Votes {
  public:
   explicit Votes(const StaticSegmentation& all) : options_(all.options_), of_tracks_(all.images_) {
-    for (const int apart : kApart) {  // near images join tracks first
+    for (const int apart : options_.image_distances) {  // near images join tracks first
       for (int k = 0; k + apart < all.size(); ++k) {
         const auto matched = all.matches_.find({k, k + apart});
         if (matched != all.matches_.end()) add(all.images_, matched->first, matched->second);
@@ -146,9 +143,9 @@ StaticBackground StaticSegmentation::classify(const Votes& votes, const LeastSti
 }
 
 StaticBackground StaticSegmentation::find(const LeastStill& least, bool object_turns) {
-  match(kApart[0]);
+  match(options_.image_distances[0]);
   if (!may_exist(least)) return {};
-  for (const int apart : kApart) match(apart);
+  for (const int apart : options_.image_distances) match(apart);
   return classify(Votes(*this), least, object_turns);
 }
 

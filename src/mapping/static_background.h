@@ -17,17 +17,6 @@ struct SeenImage {
   ImageFeaturesPtr image;
 };
 
-/// Limits for a static background: median number of features that keep their place between neighbouring
-/// images, and their share of the matches. A rigid scene in front of a moving camera has none or two.
-struct LeastStill {
-  double features = 0, share = 0;
-};
-/// A background is certain.
-constexpr LeastStill kPlainlyStill{12, 0.08};
-/// Masking the static features is worth a try where a result is in doubt: only the shirt of a head before a
-/// bright, noisy wall, for example.
-constexpr LeastStill kFaintlyStill{5, 0.04};
-
 /// Features that keep their pixel in the images of a recording while other features move: the room behind a
 /// head that rotates in front of a fixed camera. The moving object is then the one to be mapped.
 struct StaticBackground {
@@ -42,7 +31,7 @@ struct StaticBackground {
 ///
 ///     StaticSegmentation segmentation(options, &graph);
 ///     for (const SeenImage& image : images) segmentation.add(image);
-///     if (segmentation.find(kPlainlyStill, false).exists) ...
+///     if (segmentation.find(options.plainly_static, false).exists) ...
 class StaticSegmentation {
  public:
   /// graph: where it has edges of the images, their matches are used; may be null. It must outlive this

@@ -29,9 +29,10 @@ bool Tracker::Impl::may_have_background() {
 // features.
 bool Tracker::Impl::shows_background(const TrackingMap& view, const Map& map) {
   if (!looks_for_background() || is_segmented_ || has_earlier_frames(view)) return false;
-  StaticSegmentation background(motion_options(), &view_graph());
+  const MotionSegmentationOptions options = motion_options();
+  StaticSegmentation background(options, &view_graph());
   for (const SeenImage& image : images_in_time(map)) background.add(image);
-  return background.find(kPlainlyStill, options_.segmentation.wants_turning_object()).exists;
+  return background.find(options.plainly_static, options_.segmentation.wants_turning_object()).exists;
 }
 
 ImageFeaturesPtr Tracker::Impl::features_of(const PreparedImage& image) {
@@ -43,9 +44,10 @@ ImageFeaturesPtr Tracker::Impl::features_of(const PreparedImage& image) {
 }
 
 StaticBackground Tracker::Impl::background_of(const std::vector<SeenImage>& images) const {
-  StaticSegmentation background(motion_options());
+  const MotionSegmentationOptions options = motion_options();
+  StaticSegmentation background(options);
   for (const SeenImage& image : images) background.add(image);
-  return background.find(kFaintlyStill, options_.segmentation.wants_turning_object());
+  return background.find(options.faintly_static, options_.segmentation.wants_turning_object());
 }
 
 }  // namespace mono_pose_tracker

@@ -59,7 +59,7 @@ class StaticBackgroundTest : public testing::Test {
   }
 
   StaticBackground find(const std::vector<SeenImage>& images, bool object_turns = false, int threads = 1,
-                        const LeastStill& least = kPlainlyStill) const {
+                        const LeastStill& least = MotionSegmentationOptions().plainly_static) const {
     MotionSegmentationOptions options;
     options.threads = threads;
     StaticSegmentation segmentation(options);
@@ -104,10 +104,10 @@ TEST_F(StaticBackgroundTest, AWallOfFewFeaturesIsEnough) {
 TEST_F(StaticBackgroundTest, AFewFeaturesAreAFaintOne) {
   const std::vector<SeenImage> few = see_head(TwoObjects::camera_from_head, 11);
   EXPECT_FALSE(find(few).exists);
-  EXPECT_TRUE(find(few, false, 1, kFaintlyStill).exists);
+  EXPECT_TRUE(find(few, false, 1, MotionSegmentationOptions().faintly_static).exists);
   const std::vector<SeenImage> moves =
       see_head(TwoObjects::camera_from_head, 300, TwoObjects::camera_from_room);
-  EXPECT_FALSE(find(moves, false, 1, kFaintlyStill).exists);
+  EXPECT_FALSE(find(moves, false, 1, MotionSegmentationOptions().faintly_static).exists);
 }
 
 TEST_F(StaticBackgroundTest, WhatComesBackToItsPlaceHasNotStoodThere) {
