@@ -1,21 +1,48 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 
 #include "keyframe_landmarks.h"
 
 namespace mono_pose_tracker {
 
-// Compares a map with an alternative hypothesis that explains its images about as well: both are adjusted,
-// and their costs decide.
+/// Compares a map with an alternative hypothesis that explains its images about as well (depth_reversal.h,
+/// planar_ambiguity.h): both are adjusted, and their costs decide. Margins are relative to the map's cost.
+struct AlternativeMapOptions {
+  double outlier_sigmas = 2.5;                    // at which an observation's cost is capped
+  int trial_iterations = 8, max_iterations = 25;  // of an adjustment: first ones, and the further ones
+  double far_higher_cost = 3;  // a cost higher by this factor after the first iterations is
+                               // not brought near by further ones
 
-constexpr double kOutlier = 2.5;  // sigmas, at which an observation's cost is capped
-constexpr int kTrialIterations = 8, kIterations = 25;
-// A cost higher by this factor after the first iterations is not brought near by further ones.
-constexpr double kFarHigherCost = 3;
+  // Below these margins the alternative is not ruled out. In a right map, an alternative that costs only a
+  // third more would leave every fourth unit of its cost unexplained by noise.
+  double min_depth_evidence = 1.0 / 3;
+  double min_geometry_evidence = 1.0 / 3;
 
-inline double cost_of(const Map& map) {
+  // Depth reversal.
+  double narrow = 0.15;   // rad, rms about the mean bearing: 8.6 degrees, below which a map may be reversed
+  double max_tilt = 1.4;  // rad: beyond, another side of the object is visible
+  std::array<double, 3> reversed_stretches = {1, 2.5, 6};  // of a reversed map: bundle adjustment finds the
+                                                           // right one from within a factor of two
+  std::array<double, 4> stretches = {0.4, 2.5, 6, 15};     // of a map that is not reversed
+  int max_stretched_rounds = 4;      // of adjustments: all maps of real heads and busts converge back in
+                                     // the first ones
+  int enough_of_keyframe = 60;       // observations that suffice to compare costs, twenty times as many
+                                     // as for a pose
+  std::size_t enough_of_map = 2000;  // observations, for a ratio of costs accurate to 3 %
+  double sampled_margin = 1.1;       // ratio of costs of samples, three times that
+
+  // Planar ambiguity.
+  int min_shared = 60;         // common landmarks of two keyframes: with fewer, an alternative fits by chance
+  int min_inliers = 15;        // of an absolute pose, as in the tracker
+  std::size_t beginning = 24;  // keyframes at the beginning that are compared: the others were registered
+                               // relative to these, and every alternative takes adjustments of them all
+};
+
+/// Sum of squared errors, each capped.
+inline double cost_of(const Map& map, double outlier_sigmas) {
   double cost = 0;
   for (const auto& entry : map.keyframes()) {
     const Keyframe& keyframe = entry.second;
@@ -23,7 +50,7 @@ inline double cost_of(const Map& map) {
       const Landmark* landmark = map.landmark(keyframe.landmark_of_feature[f]);
       if (!landmark) continue;
       const double error = error_px(keyframe, static_cast<int>(f), landmark->x_in_map);
-      cost += std::min(error * error, kOutlier * kOutlier);
+      cost += std::min(error * error, outlier_sigmas * outlier_sigmas);
     }
   }
   return cost;

@@ -2,34 +2,21 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <unordered_map>
 #include <vector>
 
-#include "alternative_map.h"
-#include "common/rotation.h"
-#include "common/statistics.h"
-#include "common/threads.h"
+#include "common/median.h"
+#include "common/parallel.h"
+#include "common/so3.h"
 #include "mapping/motion_segmentation.h"
 #include "optimization/map_adjustment.h"
 
 namespace mono_pose_tracker {
 
 namespace {
-
-// The stretch of a reversed map is arbitrary: bundle adjustment finds the right one from within a factor of
-// two.
-constexpr std::array<double, 3> kStretches = {1, 2.5, 6};
-constexpr double kMaxTilt = 1.4;  // rad: beyond, another side of the object is visible
-constexpr double kNarrow = 0.15;  // rad
-// Observations of a keyframe that suffice to compare costs, twenty times as many as for its pose; and of the
-// whole map, for a ratio of costs accurate to 3 %.
-constexpr int kEnoughOfKeyframe = 60;
-constexpr std::size_t kEnoughOfAll = 2000;
-constexpr double kSampled = 1.1;  // three times that
 
 Eigen::Vector3d middle_in(const Map& map, const Rigid3& camera_from_map) {
   std::vector<double> axis[3];
@@ -48,17 +35,17 @@ Eigen::Matrix3d about(double angle, const Eigen::Vector3d& axis) {
 enum class RotationSense { kReversed, kSame };
 
 // Keeps the rotation about the viewing axis and multiplies the tilt by `stretch`.
-Eigen::Matrix3d turned(const Eigen::Matrix3d& turn, RotationSense sense, double stretch) {
+Eigen::Matrix3d turned(const Eigen::Matrix3d& turn, RotationSense sense, double stretch, double max_tilt) {
   const double tilt = std::acos(std::clamp(turn(2, 2), -1.0, 1.0));
   if (tilt < 1e-5) return turn;  // its direction would be rounding noise
   const double after = std::atan2(turn(1, 2), turn(0, 2)), before = std::atan2(turn(2, 1), -turn(2, 0));
-  const double far = std::min(stretch * tilt, std::max(tilt, kMaxTilt));
+  const double far = std::min(stretch * tilt, std::max(tilt, max_tilt));
   return about(after, Eigen::Vector3d::UnitZ()) *
          about(sense == RotationSense::kReversed ? -far : far, Eigen::Vector3d::UnitY()) *
          about(before, Eigen::Vector3d::UnitZ());
 }
 
-void mistake_depth(RotationSense sense, double stretch, Map* map) {
+void mistake_depth(RotationSense sense, double stretch, double max_tilt, Map* map) {
   if (map->keyframes().empty()) return;
   const Rigid3 first_from_map = map->keyframes().begin()->second.camera_from_map;
   const Eigen::Vector3d middle = middle_in(*map, first_from_map);
@@ -76,7 +63,8 @@ void mistake_depth(RotationSense sense, double stretch, Map* map) {
     const Eigen::Vector3d middle_here = from_first * middle;
     const Eigen::Matrix3d align_here = rotation_between(middle_here.normalized(), Eigen::Vector3d::UnitZ());
     const Eigen::Matrix3d turn = align_here * from_first.rotation_matrix() * align_first.transpose();
-    const Eigen::Matrix3d rotation = align_here.transpose() * turned(turn, sense, stretch) * align_first;
+    const Eigen::Matrix3d rotation =
+        align_here.transpose() * turned(turn, sense, stretch, max_tilt) * align_first;
     poses.emplace_back(id, Rigid3(rotation, middle_here - rotation * middle) * first_from_map);
   }
   for (const auto& [id, pose] : poses) map->set_pose(id, pose);
@@ -84,17 +72,21 @@ void mistake_depth(RotationSense sense, double stretch, Map* map) {
 
 }  // namespace
 
-void reverse_depth(double stretch, Map* map) { mistake_depth(RotationSense::kReversed, stretch, map); }
+void reverse_depth(double stretch, Map* map, const AlternativeMapOptions& options) {
+  mistake_depth(RotationSense::kReversed, stretch, options.max_tilt, map);
+}
 
-void stretch_depth(double stretch, Map* map) { mistake_depth(RotationSense::kSame, stretch, map); }
+void stretch_depth(double stretch, Map* map, const AlternativeMapOptions& options) {
+  mistake_depth(RotationSense::kSame, stretch, options.max_tilt, map);
+}
 
-bool is_narrow(const std::vector<Eigen::Vector3d>& bearings) {
+bool is_narrow(const std::vector<Eigen::Vector3d>& bearings, const AlternativeMapOptions& options) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& bearing : bearings) sum += bearing;
   const Eigen::Vector3d middle = sum.normalized();
   double off2 = 0;
   for (const Eigen::Vector3d& bearing : bearings) off2 += (bearing - middle).squaredNorm();
-  return !bearings.empty() && std::sqrt(off2 / bearings.size()) < kNarrow;
+  return !bearings.empty() && std::sqrt(off2 / bearings.size()) < options.narrow;
 }
 
 namespace {
@@ -112,8 +104,8 @@ std::ptrdiff_t observations_in(const Map& map) {
 }  // namespace
 
 // Bearing of the centroid in each keyframe. A few of thousands suffice to detect a wide map.
-bool is_narrow(const Map& map) {
-  const double most = kNarrow * kNarrow * static_cast<double>(observations_in(map));
+bool is_narrow(const Map& map, const AlternativeMapOptions& options) {
+  const double most = options.narrow * options.narrow * static_cast<double>(observations_in(map));
   double sum = 0;
   for (const auto& [id, keyframe] : map.keyframes()) {
     const Eigen::Vector3d middle = middle_in(map, keyframe.camera_from_map).normalized();
@@ -129,10 +121,11 @@ bool is_narrow(const Map& map) {
 namespace {
 
 // Bundle options for one of several maps that are adjusted in parallel.
-BundleOptions trial_of(int alternatives, const BundleOptions& bundle) {
+BundleOptions trial_of(std::size_t alternatives, const BundleOptions& bundle, int iterations) {
   BundleOptions trial = bundle;
-  trial.max_iterations = kTrialIterations;
-  trial.own_threads = (bundle.own_threads + alternatives - 1) / alternatives;
+  trial.max_iterations = iterations;
+  const auto count = static_cast<int>(alternatives);
+  trial.own_threads = (bundle.own_threads + count - 1) / count;
   return trial;
 }
 
@@ -145,107 +138,110 @@ bool rotates_differently(double turn, double other) {
 // The map with every n-th landmark, where keyframes have far more observations than a comparison needs.
 // Keyframes with few observations keep all of them. The sample is adjusted as the alternatives are. Nothing
 // where no landmark would be dropped.
-std::optional<Map> sample_of(const BundleOptions& bundle, const Map& map) {
+std::optional<Map> sample_of(const BundleOptions& bundle, const AlternativeMapOptions& options,
+                             const Map& map) {
   std::unordered_map<KeyframeId, int> left;  // observations
   std::size_t all = 0;
   for (const auto& entry : map.landmarks()) {
     for (const Observation& o : entry.second.observations) ++left[o.keyframe], ++all;
   }
-  const std::size_t step = all / std::max(kEnoughOfAll, kEnoughOfKeyframe * map.keyframes().size());
+  const std::size_t step =
+      all / std::max(options.enough_of_map, options.enough_of_keyframe * map.keyframes().size());
   if (step < 2) return std::nullopt;
   Map sample = map;
   std::size_t i = 0;
   for (const LandmarkId l : map.landmark_ids()) {
     const std::vector<Observation>& seen = map.landmark(l)->observations;
     const bool is_needed = std::any_of(seen.begin(), seen.end(), [&](const Observation& o) {
-      return left[o.keyframe] <= kEnoughOfKeyframe;
+      return left[o.keyframe] <= options.enough_of_keyframe;
     });
     if (i++ % step == 0 || is_needed) continue;
     for (const Observation& o : seen) --left[o.keyframe];
     sample.remove_landmark(l);
   }
   BundleOptions settled = bundle;
-  settled.max_iterations = kIterations;
+  settled.max_iterations = options.max_iterations;
   adjust_map(settled, &sample);
   return sample;
 }
 
 // Cost of the stretched map; infinite where it converges to the map again, or nearly.
-double cost_when_stretched(BundleOptions trial, const Map& map, double cost, double stretch) {
-  // All maps of real heads and busts converge back in the first rounds; slower convergence takes longer.
-  constexpr int kRounds = 4;
+double cost_when_stretched(BundleOptions trial, const AlternativeMapOptions& options, const Map& map,
+                           double cost, double stretch) {
   const double own_rotation = rotation_before_cameras(map);
   Map alternative = map;
-  stretch_depth(stretch, &alternative);
+  stretch_depth(stretch, &alternative, options);
   double alternative_cost = 0;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < options.max_stretched_rounds; ++round) {
     adjust_map(trial, &alternative);
-    alternative_cost = cost_of(alternative);
-    if (alternative_cost > kFarHigherCost * cost ||
+    alternative_cost = cost_of(alternative, options.outlier_sigmas);
+    if (alternative_cost > options.far_higher_cost * cost ||
         !rotates_differently(rotation_before_cameras(alternative), own_rotation))
       return std::numeric_limits<double>::infinity();
-    trial.max_iterations = kIterations;
+    trial.max_iterations = options.max_iterations;
   }
   return alternative_cost;
 }
 
-double cheapest_when_stretched(const BundleOptions& bundle, const Map& map, double cost) {
-  constexpr std::array<double, 4> kTurns = {0.4, 2.5, 6, 15};  // times as far
-  constexpr int kNumAlternatives = static_cast<int>(kTurns.size());
-  const BundleOptions trial = trial_of(kNumAlternatives, bundle);
-  std::array<double, kNumAlternatives> costs;
-  parallel_for(kNumAlternatives, bundle.own_threads,
-               [&](int i) { costs[i] = cost_when_stretched(trial, map, cost, kTurns[i]); });
+double cheapest_when_stretched(const BundleOptions& bundle, const AlternativeMapOptions& options,
+                               const Map& map, double cost) {
+  const BundleOptions trial = trial_of(options.stretches.size(), bundle, options.trial_iterations);
+  std::vector<double> costs(options.stretches.size());
+  parallel_for(static_cast<int>(costs.size()), bundle.own_threads, [&](int i) {
+    costs[i] = cost_when_stretched(trial, options, map, cost, options.stretches[i]);
+  });
   return *std::min_element(costs.begin(), costs.end());
 }
 
 // The depth-reversed map with the lowest cost, adjusted as far as the comparison needs.
-Map cheapest_reversal(const BundleOptions& bundle, const Map& map, double cost, double* alternative_cost) {
-  constexpr int kNumAlternatives = static_cast<int>(kStretches.size());
-  BundleOptions trial = trial_of(kNumAlternatives, bundle);
-  std::array<Map, kNumAlternatives> alternatives;
-  std::array<double, kNumAlternatives> costs;
-  parallel_for(kNumAlternatives, bundle.own_threads, [&](int i) {
+Map cheapest_reversal(const BundleOptions& bundle, const AlternativeMapOptions& options, const Map& map,
+                      double cost, double* alternative_cost) {
+  const auto& stretches = options.reversed_stretches;
+  BundleOptions trial = trial_of(stretches.size(), bundle, options.trial_iterations);
+  std::vector<Map> alternatives(stretches.size());
+  std::vector<double> costs(stretches.size());
+  parallel_for(static_cast<int>(stretches.size()), bundle.own_threads, [&](int i) {
     alternatives[i] = map;
-    reverse_depth(kStretches[i], &alternatives[i]);
+    reverse_depth(stretches[i], &alternatives[i], options);
     adjust_map(trial, &alternatives[i]);
-    costs[i] = cost_of(alternatives[i]);
+    costs[i] = cost_of(alternatives[i], options.outlier_sigmas);
   });
   const auto cheapest = std::min_element(costs.begin(), costs.end());
   Map best = std::move(alternatives[cheapest - costs.begin()]);
   *alternative_cost = *cheapest;
-  if (*alternative_cost > kFarHigherCost * cost) return best;
+  if (*alternative_cost > options.far_higher_cost * cost) return best;
   trial.own_threads = bundle.own_threads;
-  trial.max_iterations = kIterations;
+  trial.max_iterations = options.max_iterations;
   adjust_map(trial, &best);
-  *alternative_cost = cost_of(best);
+  *alternative_cost = cost_of(best, options.outlier_sigmas);
   return best;
 }
 
 }  // namespace
 
-bool correct_depth_reversal(const BundleOptions& bundle, double min_evidence, Map* map) {
+bool correct_depth_reversal(const BundleOptions& bundle, double min_evidence, Map* map,
+                            const AlternativeMapOptions& options) {
   double alternative_cost = 0;
-  if (const std::optional<Map> sample = sample_of(bundle, *map)) {
-    const double cost = cost_of(*sample);
-    cheapest_reversal(bundle, *sample, cost, &alternative_cost);
-    if (alternative_cost * (1 + min_evidence) >= kSampled * cost) return false;
+  if (const std::optional<Map> sample = sample_of(bundle, options, *map)) {
+    const double cost = cost_of(*sample, options.outlier_sigmas);
+    cheapest_reversal(bundle, options, *sample, cost, &alternative_cost);
+    if (alternative_cost * (1 + min_evidence) >= options.sampled_margin * cost) return false;
   }
-  const double cost = cost_of(*map);
-  Map alternative = cheapest_reversal(bundle, *map, cost, &alternative_cost);
+  const double cost = cost_of(*map, options.outlier_sigmas);
+  Map alternative = cheapest_reversal(bundle, options, *map, cost, &alternative_cost);
   if (alternative_cost * (1 + min_evidence) >= cost) return false;
   *map = std::move(alternative);
   return true;
 }
 
-double depth_evidence(const BundleOptions& bundle, const Map& map) {
-  if (!is_narrow(map)) return std::numeric_limits<double>::infinity();
-  const std::optional<Map> sample = sample_of(bundle, map);
+double depth_evidence(const BundleOptions& bundle, const Map& map, const AlternativeMapOptions& options) {
+  if (!is_narrow(map, options)) return std::numeric_limits<double>::infinity();
+  const std::optional<Map> sample = sample_of(bundle, options, map);
   const Map& compared = sample ? *sample : map;
-  const double cost = cost_of(compared);
+  const double cost = cost_of(compared, options.outlier_sigmas);
   double alternative_cost = 0;
-  cheapest_reversal(bundle, compared, cost, &alternative_cost);
-  return std::min(alternative_cost, cheapest_when_stretched(bundle, compared, cost)) / cost - 1;
+  cheapest_reversal(bundle, options, compared, cost, &alternative_cost);
+  return std::min(alternative_cost, cheapest_when_stretched(bundle, options, compared, cost)) / cost - 1;
 }
 
 }  // namespace mono_pose_tracker

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "mapping/alternative_map.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 
@@ -12,32 +13,29 @@ namespace mono_pose_tracker {
 /// and opposite rotations (Necker reversal), and also when it is flatter and rotates farther (bas-relief
 /// ambiguity). Depths are relative to the centroid of the landmarks in the first keyframe. Rotations are
 /// multiplied by `stretch`, depths divided by it. The images agree up to perspective.
-void reverse_depth(double stretch, Map* map);
+void reverse_depth(double stretch, Map* map, const AlternativeMapOptions& options = {});
 
 /// The bas-relief transformation without the reversal: rotations are multiplied by `stretch`, depths divided
 /// by it.
-void stretch_depth(double stretch, Map* map);
+void stretch_depth(double stretch, Map* map, const AlternativeMapOptions& options = {});
 
 /// Whether unit bearings lie within 8.6 degrees (rms) of their mean.
-bool is_narrow(const std::vector<Eigen::Vector3d>& bearings);
+bool is_narrow(const std::vector<Eigen::Vector3d>& bearings, const AlternativeMapOptions& options = {});
 
 /// Whether the landmarks fill so little of the view that the map may have begun depth-reversed: less than 8.6
 /// degrees (rms) about their mean bearing.
-bool is_narrow(const Map& map);
+bool is_narrow(const Map& map, const AlternativeMapOptions& options = {});
 
 /// Adjusts depth-reversed maps of several stretches and takes the best of them when its cost is lower by
 /// min_evidence (share of the cost). Returns true when the map was replaced: its poses have changed.
-bool correct_depth_reversal(const BundleOptions& bundle, double min_evidence, Map* map);
+bool correct_depth_reversal(const BundleOptions& bundle, double min_evidence, Map* map,
+                            const AlternativeMapOptions& options = {});
 
 /// Relative cost margin of the map over the best depth-reversed map, and over stretched maps that rotate half
 /// as far again or less and keep their rotation when adjusted. Infinite where the map is not narrow, as it is
 /// then unambiguous. A map of one rigid object that has rotated far enough has a large margin. A map with
 /// wrong depths fits no better than its reversal or than a flatter map with larger rotations. A large map is
 /// compared by a sample of its landmarks.
-double depth_evidence(const BundleOptions& bundle, const Map& map);
-
-/// Below this margin the depths are ambiguous. In a right map, a reversal that costs only a third more would
-/// leave every fourth unit of its cost unexplained by noise.
-constexpr double kMinDepthEvidence = 1.0 / 3;
+double depth_evidence(const BundleOptions& bundle, const Map& map, const AlternativeMapOptions& options = {});
 
 }  // namespace mono_pose_tracker

@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "alternative_map.h"
 #include "geometry/triangulation.h"
 #include "keyframe_landmarks.h"
 #include "mapping/depth_reversal.h"
@@ -21,21 +20,13 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Common landmarks of the two keyframes: with fewer, an alternative fits by chance.
-constexpr int kMinShared = 60;
-constexpr int kMinInliers = 15;  // of an absolute pose, as in the tracker
-
-// Number of keyframes at the beginning that are compared: the others were registered relative to these, and
-// every alternative takes adjustments of them all.
-constexpr std::size_t kBeginning = 24;
-
 struct KeyframePair {
   const Keyframe* first = nullptr;
   const Keyframe* second = nullptr;
 };
 
 // The keyframes farthest apart in time with enough common landmarks.
-std::optional<KeyframePair> farthest_pair(const Map& map) {
+std::optional<KeyframePair> farthest_pair(const Map& map, int min_shared) {
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
   std::map<KeyframeId, std::size_t> place;
   for (std::size_t i = 0; i < in_time.size(); ++i) place[in_time[i]->id] = i;
@@ -43,7 +34,7 @@ std::optional<KeyframePair> farthest_pair(const Map& map) {
   std::size_t apart = 0;
   for (std::size_t i = 0; i < in_time.size(); ++i) {
     for (const auto& [other, shared] : map.covisible(in_time[i]->id)) {
-      if (shared < kMinShared) break;  // most first
+      if (shared < min_shared) break;  // most first
       const std::size_t j = place[other];
       if (j <= i + apart) continue;
       apart = j - i;
@@ -79,7 +70,10 @@ std::vector<RelativePoseHypothesis> geometries_of(const KeyframePair& pair, cons
 // Grows a map again from two of its keyframes with a given two-view geometry.
 class Regrowth {
  public:
-  Regrowth(const Map& map, const RansacOptions& ransac) : map_(map) { options_.ransac = ransac; }
+  Regrowth(const Map& map, const RansacOptions& ransac, int min_inliers)
+      : map_(map), min_inliers_(min_inliers) {
+    options_.ransac = ransac;
+  }
 
   // Nothing when a keyframe cannot be registered in it.
   std::optional<Map> grow(const KeyframePair& pair, const Rigid3& second_from_first) {
@@ -133,7 +127,7 @@ class Regrowth {
   // Registers the keyframe that observes most of the points.
   bool register_next() {
     const Keyframe* next = nullptr;
-    int most = kMinInliers - 1;
+    int most = min_inliers_ - 1;
     for (const auto& [id, keyframe] : map_.keyframes()) {
       if (poses_.count(id) > 0) continue;
       const int seen = points_observed_by(keyframe);
@@ -150,12 +144,13 @@ class Regrowth {
       points.push_back(point->second);
     }
     const AbsolutePoseReport report = estimate_absolute_pose(bearings, points, options_);
-    if (!report.success || report.num_inliers < kMinInliers) return false;
+    if (!report.success || report.num_inliers < min_inliers_) return false;
     place(next->id, report.camera_from_map);
     return true;
   }
 
   const Map& map_;
+  const int min_inliers_;
   AbsolutePoseOptions options_;
   std::map<KeyframeId, Rigid3> poses_;
   std::unordered_map<LandmarkId, Eigen::Vector3d> points_;
@@ -168,8 +163,9 @@ std::size_t count_observations(const Map& map) {
 }
 
 // Cost of this number of observations; those that are no longer in the map cost as much as an outlier.
-double cost_of(const Map& map, std::size_t observations) {
-  return cost_of(map) + kOutlier * kOutlier * static_cast<double>(observations - count_observations(map));
+double cost_of(const Map& map, std::size_t observations, double outlier_sigmas) {
+  return cost_of(map, outlier_sigmas) +
+         outlier_sigmas * outlier_sigmas * static_cast<double>(observations - count_observations(map));
 }
 
 bool is_same_geometry(const Rigid3& a, const Rigid3& b) {
@@ -178,11 +174,11 @@ bool is_same_geometry(const Rigid3& a, const Rigid3& b) {
 }
 
 // Landmarks left with a single keyframe are dropped.
-Map beginning_of(const Map& map) {
+Map beginning_of(const Map& map, std::size_t keyframes) {
   Map beginning = map;
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map);
-  if (in_time.size() <= kBeginning) return beginning;
-  for (std::size_t i = kBeginning; i < in_time.size(); ++i) {
+  if (in_time.size() <= keyframes) return beginning;
+  for (std::size_t i = keyframes; i < in_time.size(); ++i) {
     beginning.remove_keyframe(in_time[i]->id, in_time.front()->id);
   }
   for (const LandmarkId l : beginning.landmark_ids()) {
@@ -198,12 +194,13 @@ struct Alternative {
 
 // Adjusts the alternative map as far as a comparison needs. Returns false where its cost is far higher than
 // `most` or it converges to the map itself.
-bool adjust_alternative(BundleOptions bundle, const KeyframePair& pair, std::size_t observations, double most,
-                        Map* alternative) {
-  bundle.max_iterations = kTrialIterations;
+bool adjust_alternative(BundleOptions bundle, const AlternativeMapOptions& options, const KeyframePair& pair,
+                        std::size_t observations, double most, Map* alternative) {
+  bundle.max_iterations = options.trial_iterations;
   adjust_map(bundle, alternative);
-  if (cost_of(*alternative, observations) > kFarHigherCost * most) return false;
-  bundle.max_iterations = kIterations;
+  if (cost_of(*alternative, observations, options.outlier_sigmas) > options.far_higher_cost * most)
+    return false;
+  bundle.max_iterations = options.max_iterations;
   adjust_map(bundle, alternative);
   const KeyframePair now = {alternative->keyframe(pair.first->id), alternative->keyframe(pair.second->id)};
   return !is_same_geometry(relative_pose(now), relative_pose(pair));
@@ -211,42 +208,45 @@ bool adjust_alternative(BundleOptions bundle, const KeyframePair& pair, std::siz
 
 // The alternative with the lowest cost; none where no other geometry of the keyframes gives a map.
 std::optional<Alternative> best_alternative(const BundleOptions& bundle, const RansacOptions& ransac,
-                                            const Map& map) {
-  const std::optional<KeyframePair> pair = farthest_pair(map);
+                                            const AlternativeMapOptions& options, const Map& map) {
+  const std::optional<KeyframePair> pair = farthest_pair(map, options.min_shared);
   if (!pair) return std::nullopt;
   const std::size_t observations = count_observations(map);
-  const double cost = cost_of(map, observations);
+  const double cost = cost_of(map, observations, options.outlier_sigmas);
   std::optional<Alternative> best;
   for (const RelativePoseHypothesis& geometry : geometries_of(*pair, ransac)) {
     if (is_same_geometry(geometry.second_from_first, relative_pose(*pair))) continue;
-    std::optional<Map> grown = Regrowth(map, ransac).grow(*pair, geometry.second_from_first);
-    if (!grown || !adjust_alternative(bundle, *pair, observations, cost, &*grown)) continue;
-    const double alternative_cost = cost_of(*grown, observations);
+    std::optional<Map> grown =
+        Regrowth(map, ransac, options.min_inliers).grow(*pair, geometry.second_from_first);
+    if (!grown || !adjust_alternative(bundle, options, *pair, observations, cost, &*grown)) continue;
+    const double alternative_cost = cost_of(*grown, observations, options.outlier_sigmas);
     if (!best || alternative_cost < best->cost) best = Alternative{std::move(*grown), alternative_cost};
   }
   if (!best) return std::nullopt;
   Map itself = map;
   BundleOptions as_far = bundle;
-  as_far.max_iterations = kTrialIterations + kIterations;
+  as_far.max_iterations = options.trial_iterations + options.max_iterations;
   adjust_map(as_far, &itself);
-  best->cost /= std::min(cost, cost_of(itself, observations));
+  best->cost /= std::min(cost, cost_of(itself, observations, options.outlier_sigmas));
   return best;
 }
 
 }  // namespace
 
-bool correct_geometry(const BundleOptions& bundle, const RansacOptions& ransac, double min_evidence,
-                      Map* map) {
-  if (is_narrow(*map)) return false;
-  std::optional<Alternative> alternative = best_alternative(bundle, ransac, *map);
+bool correct_geometry(const BundleOptions& bundle, const RansacOptions& ransac, double min_evidence, Map* map,
+                      const AlternativeMapOptions& options) {
+  if (is_narrow(*map, options)) return false;
+  std::optional<Alternative> alternative = best_alternative(bundle, ransac, options, *map);
   if (!alternative || alternative->cost * (1 + min_evidence) >= 1) return false;
   *map = std::move(alternative->map);
   return true;
 }
 
-double geometry_evidence(const BundleOptions& bundle, const RansacOptions& ransac, const Map& map) {
-  if (is_narrow(map)) return std::numeric_limits<double>::infinity();
-  const std::optional<Alternative> alternative = best_alternative(bundle, ransac, beginning_of(map));
+double geometry_evidence(const BundleOptions& bundle, const RansacOptions& ransac, const Map& map,
+                         const AlternativeMapOptions& options) {
+  if (is_narrow(map, options)) return std::numeric_limits<double>::infinity();
+  const std::optional<Alternative> alternative =
+      best_alternative(bundle, ransac, options, beginning_of(map, options.beginning));
   return alternative ? alternative->cost - 1 : std::numeric_limits<double>::infinity();
 }
 

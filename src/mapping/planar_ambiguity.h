@@ -1,5 +1,6 @@
 #pragma once
 
+#include "mapping/alternative_map.h"
 #include "mono_pose_tracker/map/map.h"
 #include "mono_pose_tracker/optimization/bundle_adjustment.h"
 #include "mono_pose_tracker/robust/ransac_options.h"
@@ -15,14 +16,12 @@ namespace mono_pose_tracker {
 /// Takes the best alternative when its cost is lower by min_evidence (share of the cost). Returns true when
 /// the map was replaced: poses and landmarks have changed, and landmarks that the alternative cannot place
 /// are gone.
-bool correct_geometry(const BundleOptions& bundle, const RansacOptions& ransac, double min_evidence,
-                      Map* map);
+bool correct_geometry(const BundleOptions& bundle, const RansacOptions& ransac, double min_evidence, Map* map,
+                      const AlternativeMapOptions& options = {});
 
 /// Relative cost margin of the map's beginning over its best alternative; infinite where its keyframes have
 /// no alternative geometry.
-double geometry_evidence(const BundleOptions& bundle, const RansacOptions& ransac, const Map& map);
-
-/// Below this margin the geometry is ambiguous, as for depths (depth_reversal.h).
-constexpr double kMinGeometryEvidence = 1.0 / 3;
+double geometry_evidence(const BundleOptions& bundle, const RansacOptions& ransac, const Map& map,
+                         const AlternativeMapOptions& options = {});
 
 }  // namespace mono_pose_tracker

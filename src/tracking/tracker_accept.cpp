@@ -10,14 +10,6 @@
 
 namespace mono_pose_tracker {
 
-namespace {
-
-// Number of live frames whose poses are corrected with the map: eleven minutes at 30 Hz, as long as the
-// default ~path.
-constexpr std::size_t kMostLiveFrames = 20000;
-
-}  // namespace
-
 // Returns false after too many consecutive doubtful poses.
 bool Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const RegistrationReport& registration,
                            FrameReport* report) {
@@ -40,7 +32,7 @@ bool Tracker::Impl::accept(const Frame& frame, const TrackingMap& map, const Reg
   const FramePose pose = set_pose(frame, map, registration, Among::kNear);
   reference_ = pose.reference;
   camera_from_reference_ = pose.camera_from_reference;
-  if (pace_ == SearchPace::kLive) frames_[map.map_id].keep_newest(kMostLiveFrames);
+  if (pace_ == SearchPace::kLive) frames_[map.map_id].keep_newest(limits_.live_frames);
   if (motion_map_ == map.map_id) object_finder_.follow(frame, map, registration);
   if (object_follower_ && frame.unmasked) object_follower_->settle(pixels_of(frame, registration));
   const Overlap overlap = overlap_with(map, reference_, registration, camera_);
@@ -119,11 +111,10 @@ void Tracker::Impl::insert_keyframe(const Frame& frame, const TrackingMap& map, 
 // A single doubtful pose may be right, and so may the next. In a longer sequence each one predicted the next
 // and none was confirmed: the camera is elsewhere, and all of them are withdrawn.
 bool Tracker::Impl::withdraw_doubtful(const Frame& frame, const TrackingMap& map, FrameReport* report) {
-  constexpr std::size_t kMostInARow = 2;
   doubted_.push_back(frame.index);
   // Some images in between may have had no features.
   while (static_cast<int>(doubted_.size()) > innovation_gate_.in_a_row()) doubted_.pop_front();
-  if (doubted_.size() <= kMostInARow) return false;
+  if (doubted_.size() <= limits_.doubtful_in_a_row) return false;
   for (const std::int64_t index : doubted_) {
     if (const FramePose* pose = frames_[map.map_id].find(index))
       report->withdrawn_ns.push_back(pose->stamp_ns);

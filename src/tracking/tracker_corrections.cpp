@@ -8,10 +8,6 @@
 
 namespace mono_pose_tracker {
 
-// Relative change of lengths that matters: an object's place is accurate to 2 px at a hundred px or more from
-// its centroid.
-constexpr double kOtherLengths = 0.01;
-
 // Applies corrections of the map to everything stored by its ids or in its unit.
 void Tracker::Impl::apply_corrections(const TrackingMap& map) {
   for (const auto& correction : map.corrections) {
@@ -30,7 +26,7 @@ void Tracker::Impl::apply_corrections(const TrackingMap& map) {
       length_scale_ *= scale;
       if (correction->other_geometry) motion_.reset();
       if (correction->other_geometry || correction->into_map != correction->of_map ||
-          std::abs(scale - 1) > kOtherLengths) {
+          std::abs(scale - 1) > limits_.other_lengths) {
         object_finder_.forget_places();
       }
     }

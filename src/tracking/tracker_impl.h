@@ -14,6 +14,7 @@
 #include "innovation_gate.h"
 #include "keyframe_policy.h"
 #include "map/frame_poses.h"
+#include "mapping/alternative_map.h"
 #include "mapping/mapping_worker.h"
 #include "mapping/static_background.h"
 #include "mono_pose_tracker/tracking/tracker.h"
@@ -46,6 +47,20 @@ struct Tentative {
 inline bool has_earlier_frames(const TrackingMap& map) {
   return is_of_earlier_run(map.keyframes.begin()->second.frame_index);
 }
+
+// Thresholds of the Tracker in addition to the user's TrackerOptions.
+struct TrackerLimits {
+  AlternativeMapOptions alternatives;
+  std::size_t live_frames = 20000;    // whose poses are corrected with the map: eleven minutes at 30 Hz, as
+                                      // long as the default ~path
+  std::size_t doubtful_in_a_row = 2;  // poses; after more, all of them are withdrawn
+  int objects_left = 2;               // for a head, the shoulders below it and the room behind
+  double other_lengths = 0.01;  // relative change of lengths that matters: an object's place is accurate to 2
+                                // px at a hundred px or more from its centroid
+  // Edges of an image: keyframes nearest in time, before and after, and similar ones.
+  std::size_t edges_before = 3, edges_after = 3;
+  int similar_edges = 4;
+};
 
 // The states of a Tracker and the path of an image through them, in ten files: tracker_states.cpp and
 // tracker_accept.cpp track the camera, tracker_corrections.cpp applies the mapper's corrections,
@@ -211,6 +226,7 @@ class Tracker::Impl {
   int load_level_ = 0;
   TrackerOptions options_;  // given_options_ adapted to the camera's images
   const CameraModel camera_;
+  const TrackerLimits limits_;
   ObjectFinder object_finder_;
   FrameMaker frame_maker_;
   FrameRegistrar registrar_;

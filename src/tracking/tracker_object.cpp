@@ -18,8 +18,8 @@ Frame Tracker::Impl::followed(const Frame& frame, FrameReport* report) {
 // Drops a map of an object that rotates less than another one, or of its static background as well, and
 // begins a map of the other one. Returns false when the map continues.
 bool Tracker::Impl::switch_to_other_object(const TrackingMap& map, const Frame& frame, FrameReport* report) {
-  constexpr int kMostLeft = 2;  // for a head, the shoulders below it and the room behind
-  if (pace_ != SearchPace::kLive || !map.turning_object || objects_abandoned_ >= kMostLeft) return false;
+  if (pace_ != SearchPace::kLive || !map.turning_object || objects_abandoned_ >= limits_.objects_left)
+    return false;
   if (options_.localize_only || has_earlier_frames(map)) return false;
   const int left = objects_abandoned_ + 1;
   const bool begins_anew = others_.empty();

@@ -16,10 +16,6 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Keyframes nearest in time, before and after, and similar ones.
-constexpr std::size_t kBefore = 3, kAfter = 3;
-constexpr int kPlaces = 4;
-
 std::vector<KeyframeId> nearest_in_time(const TrackingMap& map, std::int64_t frame_index, std::size_t before,
                                         std::size_t after) {
   std::vector<std::pair<std::int64_t, KeyframeId>> earlier, later;
@@ -101,10 +97,11 @@ bool Tracker::Impl::agrees_with_graph(const std::vector<RegistrationEdge>& edges
 // verified matches of all edges to landmarks, followed by guided matching.
 RegistrationReport Tracker::Impl::register_image(const Frame& frame, const TrackingMap& map,
                                                  const std::optional<Prediction>& prediction) {
-  std::vector<KeyframeId> keyframes = nearest_in_time(map, frame.index, kBefore, kAfter);
+  std::vector<KeyframeId> keyframes =
+      nearest_in_time(map, frame.index, limits_.edges_before, limits_.edges_after);
   std::set<KeyframeId> known(keyframes.begin(), keyframes.end());
   for (const KeyframeId id :
-       map.places ? map.places->find(frame.image->set, kPlaces) : std::vector<KeyframeId>()) {
+       map.places ? map.places->find(frame.image->set, limits_.similar_edges) : std::vector<KeyframeId>()) {
     if (map.keyframes.count(id) && known.insert(id).second) keyframes.push_back(id);
   }
   const std::vector<RegistrationEdge> edges = edges_to(frame, map, keyframes);

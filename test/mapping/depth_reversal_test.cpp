@@ -105,7 +105,7 @@ TEST(DepthReversal, AStretchedMapTurnsFartherTheSameWay) {
 // right one.
 TEST(DepthReversal, EvidenceTellsARightMapFromAWrongOne) {
   const Map map = head_map(0.3);
-  EXPECT_GT(depth_evidence(BundleOptions(), map), kMinDepthEvidence);
+  EXPECT_GT(depth_evidence(BundleOptions(), map), AlternativeMapOptions().min_depth_evidence);
   Map reversed = map;
   reverse_depth(1, &reversed);
   EXPECT_LT(depth_evidence(BundleOptions(), reversed), 0);
@@ -118,7 +118,7 @@ TEST(DepthReversal, ALargeMapIsComparedAsASmallOne) {
   const KeyframeId last = map.keyframes().rbegin()->first;
   std::vector<LandmarkId> seen = landmarks_of(*map.keyframe(last));
   for (std::size_t i = 15; i < seen.size(); ++i) map.remove_observation(seen[i], last);
-  EXPECT_GT(depth_evidence(BundleOptions(), map), kMinDepthEvidence);
+  EXPECT_GT(depth_evidence(BundleOptions(), map), AlternativeMapOptions().min_depth_evidence);
   Map stays = map;
   EXPECT_FALSE(correct_depth_reversal(BundleOptions(), 0.05, &stays));
   reverse_depth(1, &map);
@@ -132,11 +132,11 @@ TEST(DepthReversal, EvidenceTellsAMapThatHardlyTurns) {
   Map map = map_of_short_tracks(0.1);
   const double truth = turned(map).norm();
   settle(&map);
-  EXPECT_GT(depth_evidence(BundleOptions(), map), kMinDepthEvidence);
+  EXPECT_GT(depth_evidence(BundleOptions(), map), AlternativeMapOptions().min_depth_evidence);
   stretch_depth(0.1, &map);
   settle(&map);
   ASSERT_LT(turned(map).norm(), 0.5 * truth);
-  EXPECT_LT(depth_evidence(BundleOptions(), map), kMinDepthEvidence);
+  EXPECT_LT(depth_evidence(BundleOptions(), map), AlternativeMapOptions().min_depth_evidence);
 }
 
 TEST(DepthReversal, ARightMapStaysAsItIs) {

@@ -122,7 +122,7 @@ TEST(PlanarAmbiguity, AMapOfTheSecondPlanarSolutionIsCorrected) {
   map.check();
   EXPECT_LT(turn_off(map), 0.5 * kDegree);
   EXPECT_LT(direction_off(map), 3 * kDegree);
-  EXPECT_GT(geometry_evidence(BundleOptions(), ransac(), map), kMinGeometryEvidence);
+  EXPECT_GT(geometry_evidence(BundleOptions(), ransac(), map), AlternativeMapOptions().min_geometry_evidence);
 }
 
 TEST(PlanarAmbiguity, ARightMapStaysAsItIs) {
@@ -131,7 +131,7 @@ TEST(PlanarAmbiguity, ARightMapStaysAsItIs) {
   const Rigid3 before = map.keyframe(kViews - 1)->camera_from_map;
   EXPECT_FALSE(correct_geometry(BundleOptions(), ransac(), kMinEvidence, &map));
   EXPECT_EQ(map.keyframe(kViews - 1)->camera_from_map.translation, before.translation);
-  EXPECT_GT(geometry_evidence(BundleOptions(), ransac(), map), kMinGeometryEvidence);
+  EXPECT_GT(geometry_evidence(BundleOptions(), ransac(), map), AlternativeMapOptions().min_geometry_evidence);
 }
 
 TEST(PlanarAmbiguity, AScenesDepthLeavesNoOther) {
