@@ -4,15 +4,11 @@
 #include <cmath>
 #include <utility>
 
-#include "common/rotation.h"
-#include "common/statistics.h"
+#include "common/median.h"
 
 namespace mono_pose_tracker {
 
 namespace {
-
-// Share of a distance by which a map may be bent between two of its views, however well each point is known.
-constexpr double kBend = 0.02;
 
 // Aligns the points themselves, without the rays: the half of the inliers with the lowest depth uncertainty.
 bool fit_points(const std::vector<SimilarityMatch>& observations, const std::vector<char>& inliers,
@@ -44,35 +40,36 @@ double share_of_depth_noise(const std::vector<SimilarityMatch>& observations, co
   return std::min(1.0, 1.48 * median(std::move(off)));
 }
 
-std::vector<SimilarityMatch> with_depth_noise(std::vector<SimilarityMatch> observations, double share) {
+std::vector<SimilarityMatch> with_depth_noise(std::vector<SimilarityMatch> observations, double share,
+                                              double bend) {
   for (SimilarityMatch& m : observations) {
-    m.in_a.depth_sigma = std::hypot(kBend, share * m.in_a.depth_sigma);
-    m.in_b.depth_sigma = std::hypot(kBend, share * m.in_b.depth_sigma);
+    m.in_a.depth_sigma = std::hypot(bend, share * m.in_a.depth_sigma);
+    m.in_b.depth_sigma = std::hypot(bend, share * m.in_b.depth_sigma);
   }
   return observations;
 }
 
-bool is_flipped(const SimilarityReport& one, const Sim3& other) {
-  constexpr double kMinFlip = 5 * kDegree;
-  return one.b_from_a.rotation.angularDistance(other.rotation) > kMinFlip;
+bool is_flipped(const SimilarityReport& one, const Sim3& other, double min_flip) {
+  return one.b_from_a.rotation.angularDistance(other.rotation) > min_flip;
 }
 
 }  // namespace
 
 std::optional<Sim3> resolve_flip(const std::vector<SimilarityMatch>& observations,
-                                 const SimilarityOptions& options, const Sim3& found, int min_inliers) {
+                                 const SimilarityOptions& options, const Sim3& found, int min_inliers,
+                                 const OrientationFlipOptions& flip) {
   Sim3 of_points;
   if (!fit_points(observations, refine_similarity_by_depths(observations, options, found).inliers,
                   &of_points))
     return found;
   const std::vector<SimilarityMatch> known =
-      with_depth_noise(observations, share_of_depth_noise(observations, of_points));
+      with_depth_noise(observations, share_of_depth_noise(observations, of_points), flip.bend);
   const SimilarityReport as_found = refine_similarity_by_depths(known, options, found),
                          from_points = refine_similarity_by_depths(known, options, of_points);
   const SimilarityReport& best = from_points.score < as_found.score ? from_points : as_found;
   if (best.num_inliers < min_inliers) return found;
   if (!best.success) return std::nullopt;
-  return is_flipped(best, found) ? best.b_from_a : found;
+  return is_flipped(best, found, flip.min_flip) ? best.b_from_a : found;
 }
 
 }  // namespace mono_pose_tracker

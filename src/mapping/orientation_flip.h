@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "common/angles.h"
 #include "mono_pose_tracker/common/rigid3.h"
 #include "mono_pose_tracker/map/map.h"
 #include "robust/similarity.h"
@@ -26,6 +27,12 @@ inline RayToPoint ray_to_point(const Keyframe& keyframe, int feature, const Eige
   return {is_of_a, static_cast<int>(keyframe.id), observation.center, observation.bearing, x_in_other};
 }
 
+struct OrientationFlipOptions {
+  double bend = 0.02;             // share of a distance by which a map may be bent between two of its views,
+                                  // however well each point is known
+  double min_flip = 5 * kDegree;  // rad, between the two orientations
+};
+
 // Resolves an orientation flip between two maps that view one planar patch: rays leave two orientations of it
 // open, 10 to 33 degrees apart for strips of a wall, and the angular error may favour the wrong one, as the
 // depth uncertainty of each map is lateral for the other. Returns the given similarity or, where it is
@@ -33,6 +40,7 @@ inline RayToPoint ray_to_point(const Keyframe& keyframe, int feature, const Eige
 // fewer inliers than min_inliers they decide nothing. depth_sigma of the observations: prior uncertainty up
 // to a common factor.
 std::optional<Sim3> resolve_flip(const std::vector<SimilarityMatch>& observations,
-                                 const SimilarityOptions& options, const Sim3& found, int min_inliers);
+                                 const SimilarityOptions& options, const Sim3& found, int min_inliers,
+                                 const OrientationFlipOptions& flip = {});
 
 }  // namespace mono_pose_tracker
