@@ -12,18 +12,20 @@
 
 namespace mono_pose_tracker {
 
-/// Share of the best place's inliers. An aliased place lacks the details of the right one. A place with more
-/// inliers than this cannot be told apart from the best.
-constexpr double kAliasedShare = 0.75;
-
-/// Share of the path length between two keyframes. Drift without a loss of tracking was a tenth at most in
-/// our measurements; the limit is three times that. An aliased place further on is off by the whole path
-/// length.
-constexpr double kMaxDrift = 0.3;
-/// Radians. A heading error that grows evenly along the path moves its end by half of that angle. Aliased
-/// places that the camera passed in the opposite direction, such as the two walls of a corridor, differ by
-/// far more.
-constexpr double kMaxRotationDrift = 2 * kMaxDrift;
+/// When two places show the same structure but are not one (perceptual aliasing), or cannot be told apart.
+struct AliasedPlaceOptions {
+  double aliased_share = 0.75;  // of the best place's inliers. An aliased place lacks the details of the
+                                // right one; a place with more inliers cannot be told apart from the best
+  double max_drift = 0.3;       // share of the path length between two keyframes. Drift without a loss of
+                                // tracking was a tenth at most in our measurements; the limit is three times
+                                // that. An aliased place further on is off by the whole path length
+  /// rad. A heading error that grows evenly along the path moves its end by half of that angle. Aliased
+  /// places that the camera passed in the opposite direction, such as the two walls of a corridor, differ by
+  /// far more.
+  double max_rotation_drift = 2 * max_drift;
+  double elsewhere_px = 10;  // at 640 px (image_scale), median: several times the disagreement of poses at
+                             // one and the same place
+};
 
 /// Length of the path from one keyframe to the other, over the keyframes between them in time, in the map's
 /// unit. The order of time is not the order of ids in a merged map.

@@ -6,29 +6,13 @@
 #include <utility>
 #include <vector>
 
-#include "common/rotation.h"
-#include "common/statistics.h"
+#include "common/median.h"
 #include "optimization/map_adjustment.h"
 #include "optimization/pose_graph.h"
 
 namespace mono_pose_tracker {
 
 namespace {
-
-// Edges from a keyframe to those with most common landmarks. More edges would make slow parts of the path too
-// stiff. The first edge is added for any number of common landmarks and keeps the graph connected.
-constexpr int kEdges = 4;
-// Minimum of common landmarks for a further edge: the default that a pose needs. Edges with fewer are stiffer
-// than their information, whatever resection/min_inliers is.
-constexpr int kMinShared = 15;
-
-// Standard deviations between two keyframes of one window, at the order of the drift between windows: a tenth
-// of a degree, a hundredth of scale, a hundredth of the path between them, and the depth times the rotation.
-constexpr double kTurnSigma = 0.1 * kDegree;
-constexpr double kScaleSigma = 0.01;
-// Weight of the loop edge against a chain of dozens of edges. The remaining error at the loop must be below
-// that of an observation, so that landmarks can be merged.
-constexpr double kLoopWeight = 10;
 
 double median_depth(const TrackingMap& map, const KeyframeView& keyframe) {
   std::vector<double> depths;
@@ -40,26 +24,29 @@ double median_depth(const TrackingMap& map, const KeyframeView& keyframe) {
   return median(std::move(depths));
 }
 
-PoseGraphEdge make_edge(int from, int to, const Sim3& measured, double depth, double weight) {
+PoseGraphEdge make_edge(int from, int to, const Sim3& measured, double depth, double weight,
+                        const LoopOptions& options) {
   PoseGraphEdge edge;
   edge.from = from;
   edge.to = to;
   edge.measured = measured;
-  const double shift_sigma = kScaleSigma * measured.translation.norm() + kTurnSigma * depth;
-  edge.turn_weight = weight / kTurnSigma;
+  const double shift_sigma =
+      options.scale_sigma * measured.translation.norm() + options.rotation_sigma * depth;
+  edge.turn_weight = weight / options.rotation_sigma;
   edge.shift_weight = weight / std::max(shift_sigma, 1e-9);
-  edge.scale_weight = weight / kScaleSigma;
+  edge.scale_weight = weight / options.scale_sigma;
   return edge;
 }
 
 // Pairs of strongly covisible keyframes, the older first.
-std::set<std::pair<KeyframeId, KeyframeId>> strongly_covisible_pairs(const TrackingMap& map) {
+std::set<std::pair<KeyframeId, KeyframeId>> strongly_covisible_pairs(const TrackingMap& map,
+                                                                     const LoopOptions& options) {
   std::set<std::pair<KeyframeId, KeyframeId>> pairs;
   for (const auto& [id, keyframe] : map.keyframes) {
     int edges = 0;
-    for (std::size_t i = 0; i < keyframe.covisible.size() && edges < kEdges; ++i) {
+    for (std::size_t i = 0; i < keyframe.covisible.size() && edges < options.edges; ++i) {
       const KeyframeId other = keyframe.covisible[i];
-      if (edges > 0 && keyframe.shared_landmarks[i] < kMinShared) break;
+      if (edges > 0 && keyframe.shared_landmarks[i] < options.min_shared) break;
       if (map.keyframes.count(other) == 0) continue;
       pairs.insert(std::minmax(id, other));
       ++edges;
@@ -75,24 +62,26 @@ Sim3 change_of(const Rigid3& camera_from_map, const Sim3& new_from_camera) {
 }  // namespace
 
 std::optional<KeyframeChanges> distribute_loop_correction(const TrackingMap& map, const LoopConstraint& loop,
-                                                          const std::function<bool()>& cancelled) {
+                                                          const std::function<bool()>& cancelled,
+                                                          const LoopOptions& options) {
   PoseGraph graph;
   std::map<KeyframeId, int> node_of;
   for (const auto& [id, keyframe] : map.keyframes) {
     node_of[id] = static_cast<int>(graph.nodes.size());
     graph.nodes.push_back({Sim3(keyframe.camera_from_map.inverse()), graph.nodes.empty()});
   }
-  for (const auto& [a, b] : strongly_covisible_pairs(map)) {
+  for (const auto& [a, b] : strongly_covisible_pairs(map, options)) {
     const KeyframeView &from = map.keyframes.at(a), &to = map.keyframes.at(b);
     graph.edges.push_back(make_edge(node_of.at(a), node_of.at(b),
                                     Sim3(from.camera_from_map * to.camera_from_map.inverse()),
-                                    median_depth(map, from), 1));
+                                    median_depth(map, from), 1, options));
   }
   graph.edges.push_back(make_edge(node_of.at(loop.from), node_of.at(loop.to), loop.from_from_to,
-                                  median_depth(map, map.keyframes.at(loop.from)), kLoopWeight));
-  PoseGraphOptions options;
-  options.cancel = cancelled;
-  const PoseGraphReport report = adjust_pose_graph(options, &graph);
+                                  median_depth(map, map.keyframes.at(loop.from)), options.loop_weight,
+                                  options));
+  PoseGraphOptions solver;
+  solver.cancel = cancelled;
+  const PoseGraphReport report = adjust_pose_graph(solver, &graph);
   if (!report.usable || report.cancelled) return std::nullopt;
   KeyframeChanges changes;
   for (const auto& [id, node] : node_of) {

@@ -28,7 +28,8 @@ using KeyframeChanges = std::map<KeyframeId, Sim3>;
 /// similarities, in which keyframes with many common landmarks keep their relative poses. The oldest keyframe
 /// stays. Nothing when the solver fails or is cancelled.
 std::optional<KeyframeChanges> distribute_loop_correction(const TrackingMap& map, const LoopConstraint& loop,
-                                                          const std::function<bool()>& cancelled);
+                                                          const std::function<bool()>& cancelled,
+                                                          const LoopOptions& options = {});
 
 /// Extends the corrections of some keyframes to the whole map. Another keyframe gets the correction of the
 /// keyframe with which it shares most landmarks, else of the one before it.

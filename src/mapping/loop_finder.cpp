@@ -4,8 +4,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include "common/threads.h"
-#include "mapping/aliased_places.h"
+#include "common/parallel.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "sorted_unique.h"
 
@@ -13,21 +12,11 @@ namespace mono_pose_tracker {
 
 namespace {
 
-constexpr int kMaxWait = 3;  // keyframes within which a second must agree; later ones have another view
-
-// px at 640 px (image_scale): twice an inlier's error for each of the two similarities, which are most
-// accurate near their own points, and the drift between the keyframes.
-constexpr double kMaxDisagreementPx = 10;
-
-// Common landmarks that connect two keyframes: the default that a pose needs. Fewer may be wrong merges,
-// which must not hide a loop. This does not follow MapperOptions::min_inliers.
-constexpr int kMinCovisible = 15;
-
 // Keyframes of the map that are connected to this one.
-std::vector<KeyframeId> connected_to(const Map& map, KeyframeId keyframe) {
+std::vector<KeyframeId> connected_to(const Map& map, KeyframeId keyframe, int min_covisible) {
   std::vector<KeyframeId> connected;
   for (const auto& [id, shared] : map.covisible(keyframe)) {
-    if (shared < kMinCovisible) break;
+    if (shared < min_covisible) break;
     connected.push_back(id);
   }
   return connected;
@@ -35,11 +24,11 @@ std::vector<KeyframeId> connected_to(const Map& map, KeyframeId keyframe) {
 
 /// The keyframe and those connected to it directly or by one between: bundle adjustment corrects the drift
 /// among them.
-std::unordered_set<KeyframeId> near_in_map(const Map& map, KeyframeId keyframe) {
+std::unordered_set<KeyframeId> near_in_map(const Map& map, KeyframeId keyframe, int min_covisible) {
   std::unordered_set<KeyframeId> near = {keyframe};
-  for (const KeyframeId id : connected_to(map, keyframe)) {
+  for (const KeyframeId id : connected_to(map, keyframe, min_covisible)) {
     near.insert(id);
-    const std::vector<KeyframeId> next = connected_to(map, id);
+    const std::vector<KeyframeId> next = connected_to(map, id, min_covisible);
     near.insert(next.begin(), next.end());
   }
   return near;
@@ -47,18 +36,17 @@ std::unordered_set<KeyframeId> near_in_map(const Map& map, KeyframeId keyframe) 
 
 bool is_covisible(const Map& map, KeyframeId a, KeyframeId b) { return a == b || map.shared(a, b) > 0; }
 
-double limit_px(const CameraModel& camera) { return kMaxDisagreementPx * image_scale(camera); }
-
 // Whether features that both loops match are mostly matched to points that the old place observes elsewhere:
 // similar structures, however close together.
-bool contradict(const Map& map, const LoopConstraint& first, const LoopConstraint& second) {
+bool contradict(const Map& map, const LoopConstraint& first, const LoopConstraint& second,
+                double max_disagreement_px) {
   const Keyframe& place = *map.keyframe(first.from);
   const auto pixel_of = [&](LandmarkId id, Eigen::Vector2d* pixel) {
     const Landmark* landmark = map.landmark(id);
     return landmark && place.image->camera.project(place.camera_from_map * landmark->x_in_map, pixel);
   };
   const std::unordered_map<LandmarkId, LandmarkId> old_of(first.matches.begin(), first.matches.end());
-  const double limit = limit_px(place.image->camera);
+  const double limit = max_disagreement_px * image_scale(place.image->camera);
   int both = 0, apart = 0;
   for (const auto& [in_new, in_old] : second.matches) {
     const auto other = old_of.find(in_new);
@@ -75,7 +63,7 @@ bool contradict(const Map& map, const LoopConstraint& first, const LoopConstrain
 
 std::vector<KeyframeId> LoopFinder::candidates(const Map& map, const PlaceIndex& index,
                                                KeyframeId keyframe) const {
-  const std::unordered_set<KeyframeId> near = near_in_map(map, keyframe);
+  const std::unordered_set<KeyframeId> near = near_in_map(map, keyframe, loops_.min_covisible);
   std::vector<KeyframeId> ids;
   for (const PlaceMatch& match :
        index.query(map.keyframe(keyframe)->image->set, kBestPlaces,
@@ -86,7 +74,7 @@ std::vector<KeyframeId> LoopFinder::candidates(const Map& map, const PlaceIndex&
 }
 
 bool LoopFinder::agree(const Map& map, const LoopConstraint& first, const LoopConstraint& second) const {
-  const double limit = limit_px(camera_);
+  const double limit = loops_.max_disagreement_px * image_scale(camera_);
   return loop_disagreement_px(map, first, second) < limit && loop_disagreement_px(map, second, first) < limit;
 }
 
@@ -97,11 +85,11 @@ std::optional<LoopConstraint> LoopFinder::best_unambiguous(const Map& map,
     return a.support.found > b.support.found;
   });
   for (std::size_t i = 1; i < loops.size(); ++i) {
-    if (loops[i].support.found <= kAliasedShare * loops[0].support.found) continue;
+    if (loops[i].support.found <= loops_.places.aliased_share * loops[0].support.found) continue;
     // Covisible keyframes are one place when their loops agree in the image: their similarities may differ
     // where the depths constrain the scale weakly. Those of two doors in a row do not agree.
     const bool is_ambiguous = is_covisible(map, loops[0].from, loops[i].from)
-                                  ? contradict(map, loops[0], loops[i])
+                                  ? contradict(map, loops[0], loops[i], loops_.max_disagreement_px)
                                   : !agree(map, loops[0], loops[i]);
     if (is_ambiguous) return std::nullopt;
   }
@@ -109,12 +97,12 @@ std::optional<LoopConstraint> LoopFinder::best_unambiguous(const Map& map,
 }
 
 std::optional<LoopConstraint> LoopFinder::find(const Map& map, const PlaceIndex& index, KeyframeId keyframe) {
-  if (awaiting_ && ++waited_ > kMaxWait) awaiting_.reset();
+  if (awaiting_ && ++waited_ > loops_.max_wait) awaiting_.reset();
   std::vector<LoopConstraint> loops;
   const std::vector<KeyframeId> places = candidates(map, index, keyframe);
   std::vector<std::optional<LoopConstraint>> verified(places.size());
   parallel_for(static_cast<int>(places.size()), options_.threads,
-               [&](int i) { verified[i] = verify_loop(options_, map, keyframe, places[i]); });
+               [&](int i) { verified[i] = verify_loop(options_, map, keyframe, places[i], loops_); });
   for (std::optional<LoopConstraint>& loop : verified) {
     if (loop) loops.push_back(std::move(*loop));
   }

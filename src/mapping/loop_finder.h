@@ -16,7 +16,8 @@ namespace mono_pose_tracker {
 /// One thread.
 class LoopFinder {
  public:
-  LoopFinder(const MapperOptions& options, const CameraModel& camera) : options_(options), camera_(camera) {}
+  LoopFinder(const MapperOptions& options, const CameraModel& camera, const LoopOptions& loops = {})
+      : options_(options), camera_(camera), loops_(loops) {}
 
   /// Called with each new keyframe, in order, unless an earlier loop is still being closed. The index may
   /// hold keyframes that the map no longer has. The `matches` of a returned loop are those on which both
@@ -34,6 +35,7 @@ class LoopFinder {
 
   MapperOptions options_;
   CameraModel camera_;
+  LoopOptions loops_;
   std::optional<LoopConstraint> awaiting_;  // a loop that needs a second keyframe
   int waited_ = 0;                          // keyframes since then
 };

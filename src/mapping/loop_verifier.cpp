@@ -5,8 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/statistics.h"
-#include "mapping/aliased_places.h"
+#include "common/median.h"
 #include "mapping/keyframe_locator.h"
 #include "mapping/map_joiner.h"
 
@@ -14,12 +13,11 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Share of the points' distance: drift that a rotation on the spot, with a path length of zero, may leave.
-constexpr double kMaxDriftOfDepth = 0.1;
-
 // Drift as a share of the path between the two keyframes; nothing when it exceeds the limit.
-std::optional<double> drift_of(const Map& map, const Keyframe& keyframe, const LoopConstraint& loop) {
-  if (loop.old_from_new.rotation.angularDistance(Eigen::Quaterniond::Identity()) > kMaxRotationDrift)
+std::optional<double> drift_of(const Map& map, const Keyframe& keyframe, const LoopConstraint& loop,
+                               const LoopOptions& loops) {
+  if (loop.old_from_new.rotation.angularDistance(Eigen::Quaterniond::Identity()) >
+      loops.places.max_rotation_drift)
     return std::nullopt;
   const Eigen::Vector3d center = keyframe.center_in_map();
   std::vector<double> distances;
@@ -27,14 +25,16 @@ std::optional<double> drift_of(const Map& map, const Keyframe& keyframe, const L
     distances.push_back((map.landmark(match.first)->x_in_map - center).norm());
   const double path_length = path_length_between(map.keyframes(), *map.keyframe(loop.from), keyframe);
   const double moved = (loop.old_from_new * center - center).norm();
-  if (moved > kMaxDrift * path_length + kMaxDriftOfDepth * median(std::move(distances))) return std::nullopt;
+  if (moved > loops.places.max_drift * path_length + loops.max_drift_of_depth * median(std::move(distances)))
+    return std::nullopt;
   return path_length > 0 ? moved / path_length : 0;
 }
 
 }  // namespace
 
 std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const Map& map,
-                                          KeyframeId keyframe_id, KeyframeId place) {
+                                          KeyframeId keyframe_id, KeyframeId place,
+                                          const LoopOptions& loops) {
   const Keyframe& keyframe = *map.keyframe(keyframe_id);
   const std::unordered_set<LandmarkId> own(keyframe.landmark_of_feature.begin(),
                                            keyframe.landmark_of_feature.end());
@@ -53,7 +53,7 @@ std::optional<LoopConstraint> verify_loop(const MapperOptions& options, const Ma
   // A landmark has as many rays as keyframes observe it: these count as one.
   if (static_cast<int>(loop.matches.size()) < options.min_inliers) return std::nullopt;
   loop.support = location.support;
-  const std::optional<double> drift = drift_of(map, keyframe, loop);
+  const std::optional<double> drift = drift_of(map, keyframe, loop, loops);
   if (!drift) return std::nullopt;
   loop.drift = *drift;
   return loop;

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "mapping/aliased_places.h"
 #include "tracking/frame_registrar.h"
 
 namespace mono_pose_tracker {
@@ -16,6 +17,6 @@ struct FoundPlace {
 // such as another door of a row. The frame cannot decide between them. Duplicated structure due to drift
 // counts as one place.
 bool has_alias(const TrackingMap& map, const CameraModel& camera, const std::vector<FoundPlace>& places,
-               const FoundPlace& best);
+               const FoundPlace& best, const AliasedPlaceOptions& options = {});
 
 }  // namespace mono_pose_tracker

@@ -16,10 +16,6 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Minimum ratio of second nearest to nearest distance for a predicted point: within a few per cent of the
-// image, similar features are rarer than in the whole image, for which the paper has 1.25.
-constexpr double kRatioWhereExpected = 1.1;
-
 std::string shortfall(int found, int needed, const char* what) {
   return formatted("%d %s, %d needed", found, what, needed);
 }
@@ -49,17 +45,14 @@ Matrix6d covariance_of_map_from_camera(const Matrix6d& of_camera_from_map, const
 
 // Adds the uncertainty of the reference keyframe in the map. All its points share it, so it is independent of
 // the frame's own matches.
-void add_uncertainty_of_map(const TrackingMap& map, KeyframeId reference, RegistrationReport* report) {
+void add_uncertainty_of_map(const TrackingMap& map, KeyframeId reference, double error_correlation,
+                            RegistrationReport* report) {
   const auto keyframe = map.keyframes.find(reference);
   const auto known = map.covariances.find(reference);
   if (!report->success || keyframe == map.keyframes.end() || known == map.covariances.end()) return;
-  // Errors of one point in near views are correlated (the same texture), as if each had an eighth of an
-  // independent one's information. Measured with ground truth on simulated rooms and heads
-  // (test/tracking/pose_covariance_test.cpp).
-  constexpr double kErrorCorrelation = 8;
   const Matrix6d carried = adjoint(report->camera_from_map * keyframe->second.camera_from_map.inverse());
   report->map_covariance = covariance_of_map_from_camera(
-      kErrorCorrelation * carried * known->second * carried.transpose(), report->camera_from_map);
+      error_correlation * carried * known->second * carried.transpose(), report->camera_from_map);
 }
 
 }  // namespace
@@ -183,7 +176,7 @@ RegistrationReport FrameRegistrar::by_prediction(const Frame& frame,
   guided.radius_px = options_.resection.search_radius * longer_side(camera_);
   guided.max_distance2 = stored_distance2(options_.mapping.max_descriptor_distance);
   guided.cancelled = options_.cancelled;
-  guided.min_ratio = kRatioWhereExpected;
+  guided.min_ratio = limits_.ratio_where_expected;
   return pose_from_matches(frame, candidates,
                            match_by_projection(candidates, *frame.image, camera_, predicted, guided));
 }
@@ -208,7 +201,7 @@ RegistrationReport FrameRegistrar::register_frame(const Frame& frame, const Trac
     report = by_descriptors(frame, candidates);
     if (report.success) refine(frame, candidates, &report);
   }
-  add_uncertainty_of_map(map, reference, &report);
+  add_uncertainty_of_map(map, reference, limits_.error_correlation, &report);
   return report;
 }
 
@@ -218,8 +211,8 @@ RegistrationReport FrameRegistrar::look_at_place(const Frame& frame, const Track
                                                  KeyframeId id) const {
   RegistrationReport report = by_descriptors(frame, candidates_of(map, {id}));
   if (report.success) refine(frame, local_candidates(map, id), &report);
-  add_uncertainty_of_map(map, id, &report);
-  if (report.success && !is_supported(report.support, options_.resection.min_inliers)) {
+  add_uncertainty_of_map(map, id, limits_.error_correlation, &report);
+  if (report.success && !is_supported(report.support, options_.resection.min_inliers, limits_.support)) {
     report.success = false;
     report.reason = Reason::kTooFewInliers;
     report.text = unsupported(report.support);
@@ -240,7 +233,7 @@ RegistrationReport FrameRegistrar::relocalize(const Frame& frame, const Tracking
   RegistrationReport report;
   report.text = "no keyframe is similar to the image";
   if (best) report = best->report;
-  if (report.success && has_alias(map, camera_, places, *best)) {
+  if (report.success && has_alias(map, camera_, places, *best, limits_.places)) {
     report.success = false;
     report.reason = Reason::kAmbiguousPose;
     report.text = "two poses in the map fit the image equally well";

@@ -6,6 +6,7 @@
 
 #include "map/frame.h"
 #include "map/tracking_map.h"
+#include "mapping/aliased_places.h"
 #include "mapping/pose_support.h"
 #include "mapping/projection_matcher.h"
 #include "mono_pose_tracker/camera/camera_model.h"
@@ -14,6 +15,19 @@
 #include "mono_pose_tracker/tracking/tracker_options.h"
 
 namespace mono_pose_tracker {
+
+/// Thresholds of the FrameRegistrar in addition to the user's TrackerOptions.
+struct FrameRegistrarOptions {
+  /// Minimum ratio of second nearest to nearest distance for a predicted point: within a few per cent of the
+  /// image, similar features are rarer than in the whole image, for which the paper has 1.25.
+  double ratio_where_expected = 1.1;
+  /// Errors of one point in near views are correlated (the same texture), as if each had an eighth of an
+  /// independent one's information. Measured with ground truth on simulated rooms and heads
+  /// (test/tracking/pose_covariance_test.cpp).
+  double error_correlation = 8;
+  PoseSupportOptions support;
+  AliasedPlaceOptions places;
+};
 
 struct RegistrationReport {
   bool success = false;
@@ -40,8 +54,9 @@ bool is_better(const RegistrationReport& a, const RegistrationReport& b);
 /// matching around the pose, robust motion-only refinement. Keeps no state between frames.
 class FrameRegistrar {
  public:
-  FrameRegistrar(const TrackerOptions& options, const CameraModel& camera)
-      : options_(options), camera_(camera) {}
+  FrameRegistrar(const TrackerOptions& options, const CameraModel& camera,
+                 const FrameRegistrarOptions& limits = {})
+      : options_(options), camera_(camera), limits_(limits) {}
 
   /// Registers against the landmarks of the reference keyframe and its covisible keyframes. The prediction
   /// only guides the matching; where there is none or it fails, descriptors alone decide.
@@ -70,6 +85,7 @@ class FrameRegistrar {
 
   TrackerOptions options_;
   CameraModel camera_;
+  FrameRegistrarOptions limits_;
 };
 
 }  // namespace mono_pose_tracker
