@@ -1,7 +1,6 @@
 // The part of the Mapper that compares the whole map with the view graph.
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -24,8 +23,6 @@ ViewGraph& Mapper::view_graph() {
 
 void Mapper::connect(const KeyframePairs& overlapping) {
   ViewGraph& graph = view_graph();
-  constexpr std::array<std::size_t, 6> kBefore = {1, 2, 3, 4, 6, 8};
-  constexpr int kCovisible = 4, kPlaces = 3;
   places_->follow(map_);
   const std::vector<const Keyframe*> in_time = keyframes_in_time(map_);
   std::vector<ViewGraph::Pair> pairs;
@@ -34,11 +31,12 @@ void Mapper::connect(const KeyframePairs& overlapping) {
     node[keyframe->id] = graph.add(keyframe->frame_index, keyframe->image);
   for (std::size_t k = 0; k < in_time.size(); ++k) {
     const KeyframeId id = in_time[k]->id;
-    for (const std::size_t before : kBefore) {
+    for (const std::size_t before : limits_.earlier) {
       if (k >= before) pairs.emplace_back(node.at(id), node.at(in_time[k - before]->id));
     }
-    for (const KeyframeId other : neighbors(id, kCovisible)) pairs.emplace_back(node.at(id), node.at(other));
-    for (const KeyframeId other : places_->find(in_time[k]->image->set, kPlaces + 1)) {
+    for (const KeyframeId other : neighbors(id, limits_.covisible))
+      pairs.emplace_back(node.at(id), node.at(other));
+    for (const KeyframeId other : places_->find(in_time[k]->image->set, limits_.similar + 1)) {
       if (node.count(other)) pairs.emplace_back(node.at(id), node.at(other));
     }
   }
@@ -76,10 +74,9 @@ int unsupported_in(const std::vector<EdgeConsistency>& edges) {
 }  // namespace
 
 std::set<KeyframeId> Mapper::refine_with_graph(const GraphConsistencyOptions& consistency) {
-  constexpr int kMaxRounds = 5;
   std::set<KeyframeId> removed;
   int before = std::numeric_limits<int>::max();
-  for (int round = 0; round < kMaxRounds && !is_cancelled(); ++round) {
+  for (int round = 0; round < consistency.max_rounds && !is_cancelled(); ++round) {
     const std::vector<EdgeConsistency> edges = edge_consistency(map_, view_graph(), consistency);
     // Another round must support at least an edge's number of additional matches.
     const int unsupported = unsupported_in(edges);

@@ -26,17 +26,12 @@ namespace {
 
 // Corrects a depth reversal (an object viewed from far away) or the second planar solution (a wall viewed
 // from near) of a young map. Returns whether the map was replaced.
-bool was_corrected(const MapperOptions& options, Map* map) {
-  // Share by which the alternative's cost must be lower. Where both are equally wrong the costs differ by
-  // less, and the map would oscillate between them.
-  constexpr double kMinEvidence = 0.1;
-  if (is_narrow(*map)) return correct_depth_reversal(options.window_bundle(), kMinEvidence, map);
-  return correct_geometry(options.window_bundle(), options.ransac, kMinEvidence, map);
+bool was_corrected(const MapperOptions& options, const MapperLimits& limits, Map* map) {
+  if (is_narrow(*map, limits.alternatives))
+    return correct_depth_reversal(options.window_bundle(), limits.min_correction, map, limits.alternatives);
+  return correct_geometry(options.window_bundle(), options.ransac, limits.min_correction, map,
+                          limits.alternatives);
 }
-
-// Cost tolerances of the two final bundle adjustments. The first need not converge, as more matches are found
-// and wrong ones culled after it; the second gives the result.
-constexpr double kRoughTolerance = 1e-5;
 
 // When the beginning is tested. A keyframe comes every two or three degrees of rotation: so every fifteen
 // degrees or so, up to sixty, where a reversal fits plainly worse. Each test takes several adjustments.
@@ -67,7 +62,7 @@ void Mapper::begin_additional(const InitialMap& initial, std::uint32_t epoch) {
 // The state of one map does not apply to another.
 void Mapper::reset_map_state() {
   const std::uint64_t ticket = map_state_.ticket + 1;
-  map_state_ = MapState(options_, camera_);
+  map_state_ = MapState(options_, camera_, limits_.loops);
   map_state_.ticket = ticket;
   covariances_ = KeyframeCovariances();
 }
@@ -177,8 +172,8 @@ void Mapper::correct_beginning() {
   const std::size_t keyframes = map_.keyframes().size();
   if (keyframes <= map_state_.asked_at || !is_due(keyframes) || is_cancelled()) return;
   map_state_.asked_at = keyframes;
-  if (was_corrected(options_, &map_)) report_corrected_beginning();
-  renew_scale(kReportedUnitChange);
+  if (was_corrected(options_, limits_, &map_)) report_corrected_beginning();
+  renew_scale(limits_.reported_unit_change);
 }
 
 void Mapper::report_corrected_beginning() {
@@ -193,11 +188,9 @@ void Mapper::report_corrected_beginning() {
 // Landmarks that may be in view of a keyframe; nothing: all. In a large map: landmarks of keyframes connected
 // to it directly or by one between, and of similar keyframes.
 std::optional<std::vector<LandmarkId>> Mapper::within_reach(KeyframeId id, SimilarKeyframes* known) const {
-  // Up to this size, testing all landmarks takes less than a tenth of the time of the window's adjustment.
-  constexpr std::size_t kLarge = 400;
   constexpr int kAll = std::numeric_limits<int>::max();
   const std::size_t keyframes = map_.keyframes().size();
-  if (keyframes <= kLarge) return std::nullopt;
+  if (keyframes <= limits_.large_map) return std::nullopt;
   const std::vector<KeyframeId> direct = neighbors(id, kAll);
   if (2 * direct.size() > keyframes) return std::nullopt;
   std::set<KeyframeId> near = {id};
@@ -315,7 +308,7 @@ void Mapper::complete(SimilarKeyframes* similar) {
 void Mapper::adjust_roughly(const BundleOptions& bundle) {
   std::vector<KeyframeId> all;
   for (const auto& entry : map_.keyframes()) all.push_back(entry.first);
-  count(adjust_keyframes(bundle, all, 0, kRoughLandmarks, &map_));
+  count(adjust_keyframes(bundle, all, 0, limits_.rough_landmarks, &map_));
 }
 
 // Adjusts with a wide loss first, so that merged tracks have an effect before anything is culled.
@@ -326,7 +319,7 @@ void Mapper::adjust_after_merging() {
 
 BundleOptions Mapper::final_bundle() const {
   BundleOptions bundle = options_.bundle;
-  bundle.max_iterations = kFinalIterations;
+  bundle.max_iterations = limits_.final_iterations;
   return bundle;
 }
 
@@ -335,7 +328,7 @@ void Mapper::finish() {
   exclude_static_overlay();
   // All shared tracks are kept, unlike in a growing map, and inconsistent ones are culled below. Dropping
   // them cost a recording with many gaps a tenth of its images.
-  const KeyframePairs overlapping = overlapping_pairs(options_.bundle, map_);
+  const KeyframePairs overlapping = overlapping_pairs(options_.bundle, map_, -1, limits_.cross_view);
   connect(overlapping);
   if (!match_across_views(options_, overlapping, &view_graph(), &map_).empty()) adjust_after_merging();
   retriangulate({});
@@ -344,7 +337,7 @@ void Mapper::finish() {
   SimilarKeyframes similar;
   complete(&similar);
   BundleOptions rough = final_bundle();
-  rough.function_tolerance = kRoughTolerance;
+  rough.function_tolerance = limits_.rough_tolerance;
   adjust_roughly(rough);
   cull_observations(map_.landmark_ids());
   complete(&similar);
@@ -354,7 +347,7 @@ void Mapper::finish() {
 // Adjusts the whole map to convergence.
 void Mapper::settle() {
   BundleOptions bundle = final_bundle();
-  bundle.function_tolerance = kFinalTolerance;
+  bundle.function_tolerance = limits_.final_tolerance;
   count(adjust_map(bundle, &map_));
   cull_observations(map_.landmark_ids());
   drop_two_view_landmarks();

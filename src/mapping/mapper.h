@@ -16,6 +16,7 @@
 #include "mapping/loop_closer.h"
 #include "mapping/loop_finder.h"
 #include "mapping/map_joiner.h"
+#include "mapping/mapper_limits.h"
 #include "mapping/motion_watch.h"
 #include "mono_pose_tracker/camera/camera_model.h"
 #include "mono_pose_tracker/map/map.h"
@@ -36,8 +37,8 @@ using BackgroundJob = std::function<std::function<void(Mapper&)>(const std::func
 /// TrackingMap that every change publishes. Not shared between threads.
 class Mapper {
  public:
-  Mapper(const MapperOptions& options, const CameraModel& camera)
-      : options_(options), camera_(camera), map_state_(options, camera) {}
+  Mapper(const MapperOptions& options, const CameraModel& camera, const MapperLimits& limits = {})
+      : options_(options), camera_(camera), limits_(limits), map_state_(options, camera, limits.loops) {}
 
   /// Begins a map and drops all others. Its scale follows ScaleOptions; otherwise the median distance of
   /// the first view's points is 1.
@@ -87,7 +88,7 @@ class Mapper {
   /// Adds the edges of this map to the view graph: to earlier keyframes, covisible ones, similar ones, and
   /// overlapping pairs.
   void connect(const KeyframePairs& overlapping = {});
-  /// Global refinement of a finished map against the view graph, in at most five rounds. Each moves
+  /// Global refinement of a finished map against the view graph, in a few rounds. Each moves
   /// inconsistent segments to where the graph places them and finishes the map again, or removes them.
   /// Returns the removed keyframes.
   std::set<KeyframeId> refine_with_graph(const GraphConsistencyOptions& consistency);
@@ -112,13 +113,6 @@ class Mapper {
  private:
   bool is_cancelled() const { return options_.bundle.is_cancelled(); }
 
-  // Relative change of a length. Smaller changes of the unit are not published.
-  static constexpr double kReportedUnitChange = 0.01;
-  // Iterations of a final adjustment, independent of the options: no image waits at the end of a recording.
-  static constexpr int kFinalIterations = 50;
-  static constexpr int kRoughLandmarks = 200;  // of a keyframe, in adjustments that a final one follows
-  static constexpr double kFinalTolerance = 1e-7;  // share of the cost, of the final adjustment
-
   // The source of a map's unit, to be evaluated again.
   struct UnitSource {
     // Bearings of the marker's corners in keyframes that observed it before the map had a scale.
@@ -128,9 +122,9 @@ class Mapper {
 
   // State of the present map besides its content. It is reset when the present map changes.
   struct MapState {
-    MapState(const MapperOptions& options, const CameraModel& camera)
+    MapState(const MapperOptions& options, const CameraModel& camera, const LoopOptions& loops)
         : watch(motion_segmentation_options(options.matching, options.ransac, 1)),
-          loop_finder(options, camera) {}
+          loop_finder(options, camera, loops) {}
 
     // Unmasked features of keyframes that were inserted with masked ones.
     std::map<KeyframeId, ImageFeaturesPtr> unmasked;
@@ -183,6 +177,7 @@ class Mapper {
   void fuse_sides(const std::vector<KeyframeId>& targets, const std::vector<KeyframeId>& others);
   struct MergedAdjustment;  // global adjustment of a snapshot after merging tracks
   static std::shared_ptr<const MergedAdjustment> merge_and_adjust(const MapperOptions& options,
+                                                                  const MapperLimits& limits,
                                                                   const Map& snapshot,
                                                                   KeyframeId merged_up_to,
                                                                   bool parts_were_apart);
@@ -239,6 +234,7 @@ class Mapper {
 
   MapperOptions options_;
   CameraModel camera_;
+  MapperLimits limits_;
   Map map_;
   MapState map_state_;
   UnitSource unit_;

@@ -14,11 +14,9 @@ namespace mono_pose_tracker {
 // The uncertainty within the window plus that of the fixed keyframe that constrains each one most. Errors of
 // fixed keyframes are common to all keyframes relative to them, and no number of points averages them out.
 void Mapper::update_covariances(const std::vector<KeyframeId>& window) {
-  // This number of landmarks constrains a pose about as well as all do: their noise shows in the frame's own
-  // residuals.
-  constexpr int kLandmarks = 200;
-  const auto found = keyframe_covariances(window, held_keyframes(options_.mapping.window_keyframes),
-                                          std::min(kLandmarks, options_.mapping.window_landmarks), map_);
+  const auto found =
+      keyframe_covariances(window, held_keyframes(options_.mapping.window_keyframes),
+                           std::min(limits_.covariance_landmarks, options_.mapping.window_landmarks), map_);
   KeyframeCovariances::Changes changes;
   for (const auto& [id, own] : found) {
     Eigen::Matrix<double, 6, 6> covariance = own;

@@ -16,39 +16,21 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Limit of a capped map: a keyframe each half second for twelve minutes, as long as the tracker keeps the
-// poses of frames at 30 Hz. Every snapshot has them all.
-constexpr std::size_t kMostRemovedKeyframes = 1500;
-
-// The search for the least useful keyframes takes time in proportion to the map, so that a fiftieth of a full
-// capped map is removed at once.
-constexpr std::size_t kRoomMadeAtOnce = 50;
-
-// A keyframe is redundant for a landmark that this number of other keyframes observe (Mur-Artal et al.,
-// ORB-SLAM, 2015).
-constexpr int kOthers = 3;
-// Two views cannot be inconsistent along the epipolar line. A landmark that two keyframes and none of this
-// number of later ones observe is more often a wrong match than not.
-constexpr KeyframeId kKeyframesToConfirm = 3;
-// Two keyframes define the map's frame; a third is needed for inconsistencies.
-constexpr std::size_t kFewestKeyframes = 3;
-
-// Share of the keyframe's landmarks for which it is redundant: at least kOthers others observe them on the
-// same scale or a finer one. 1 when it observes none.
-double redundant_share(const Map& map, const Keyframe& keyframe) {
-  constexpr float kSameScale = 1.26f;  // a layer of SIFT's three in an octave
+// Share of the keyframe's landmarks for which it is redundant: at least redundant_observers others observe
+// them on the same scale or a finer one. 1 when it observes none.
+double redundant_share(const MapperLimits& limits, const Map& map, const Keyframe& keyframe) {
   int all = 0, redundant = 0;
   for (std::size_t f = 0; f < keyframe.landmark_of_feature.size(); ++f) {
     const Landmark* landmark = map.landmark(keyframe.landmark_of_feature[f]);
     if (!landmark) continue;
     ++all;
-    const float coarsest = kSameScale * keyframe.image->set.features[f].scale;
+    const float coarsest = limits.same_scale * keyframe.image->set.features[f].scale;
     int others = 0;
     for (const Observation& o : landmark->observations) {
       others += o.keyframe != keyframe.id &&
                 map.keyframe(o.keyframe)->image->set.features[o.feature].scale <= coarsest;
     }
-    redundant += others >= kOthers;
+    redundant += others >= limits.redundant_observers;
   }
   return all == 0 ? 1 : static_cast<double>(redundant) / all;
 }
@@ -83,7 +65,7 @@ void Mapper::cull_observations(const std::vector<LandmarkId>& landmarks) {
 }
 
 void Mapper::cull_young_landmarks(KeyframeId newest) {
-  for (const LandmarkId l : map_.landmarks_created_by(newest - kKeyframesToConfirm)) {
+  for (const LandmarkId l : map_.landmarks_created_by(newest - limits_.keyframes_to_confirm)) {
     if (map_.landmark(l)->observations.size() == 2) map_.remove_landmark(l);
   }
 }
@@ -91,10 +73,11 @@ void Mapper::cull_young_landmarks(KeyframeId newest) {
 // Removes keyframes whose landmarks enough others observe.
 void Mapper::cull_keyframes(KeyframeId newest) {
   for (const KeyframeId id : neighbors(newest, options_.mapping.window_keyframes)) {
-    if (map_.keyframes().size() <= kFewestKeyframes || id == map_.keyframes().begin()->first) continue;
+    if (map_.keyframes().size() <= limits_.fewest_keyframes || id == map_.keyframes().begin()->first)
+      continue;
     const std::vector<LandmarkId> seen = landmarks_of(*map_.keyframe(id));
     const auto redundant = std::count_if(seen.begin(), seen.end(), [&](LandmarkId l) {
-      return map_.landmark(l)->observations.size() > static_cast<std::size_t>(kOthers);
+      return map_.landmark(l)->observations.size() > static_cast<std::size_t>(limits_.redundant_observers);
     });
     if (redundant < options_.mapping.redundant_overlap * seen.size()) continue;
     if (!neighbors(id, 1).empty()) remove_keyframe(id);
@@ -138,7 +121,7 @@ void Mapper::cap_keyframes(KeyframeId newest) {
   const auto most = static_cast<std::size_t>(options_.mapping.max_keyframes);
   if (most == 0) return;
   // Frames of the last minutes are stored relative to these.
-  map_.forget_removed_keyframes(kMostRemovedKeyframes);
+  map_.forget_removed_keyframes(limits_.removed_keyframes);
   if (map_.keyframes().size() <= most) return;
   std::set<KeyframeId> spared = {newest};
   // At most half of the cap: a map smaller than two windows must lose some of its window.
@@ -148,9 +131,9 @@ void Mapper::cap_keyframes(KeyframeId newest) {
   for (int i = 0; i < 2; ++i) spared.insert((first++)->first);
   std::map<KeyframeId, double> shares;
   for (const auto& [id, keyframe] : map_.keyframes()) {
-    if (!spared.count(id)) shares[id] = redundant_share(map_, keyframe);
+    if (!spared.count(id)) shares[id] = redundant_share(limits_, map_, keyframe);
   }
-  const std::size_t kept = most - most / kRoomMadeAtOnce;
+  const std::size_t kept = most - most / limits_.room_made_at_once;
   while (map_.keyframes().size() > kept && !shares.empty()) {
     const KeyframeId least_useful = most_redundant(shares);
     const auto affected = map_.covisible(least_useful);
@@ -158,7 +141,7 @@ void Mapper::cap_keyframes(KeyframeId newest) {
     shares.erase(least_useful);
     for (const auto& entry : affected) {
       const auto share = shares.find(entry.first);
-      if (share != shares.end()) share->second = redundant_share(map_, *map_.keyframe(entry.first));
+      if (share != shares.end()) share->second = redundant_share(limits_, map_, *map_.keyframe(entry.first));
     }
   }
 }

@@ -21,9 +21,6 @@ namespace mono_pose_tracker {
 
 namespace {
 
-// Number of covisible keyframes that are located in another map with the newest one.
-constexpr int kOtherViews = 4;
-
 // Number of landmarks observed from both sides of the boundary: by keyframes before and from `first_new`.
 int points_across(const Map& map, KeyframeId first_new) {
   int count = 0;
@@ -193,17 +190,17 @@ void Mapper::add_correction(MapCorrection correction) {
 // For endless runs. While no keyframes are inserted all corrections are kept: they may not have been read
 // yet.
 void Mapper::forget_old_corrections() {
-  // More than the number of waiting keyframes and delayed images.
-  constexpr std::ptrdiff_t kMost = 64;
+  const auto most = static_cast<std::ptrdiff_t>(limits_.kept_corrections);
   const auto known = static_cast<std::ptrdiff_t>(corrections_.size());
-  if (known > kMost) corrections_.erase(corrections_.begin(), corrections_.end() - kMost);
+  if (known > most) corrections_.erase(corrections_.begin(), corrections_.end() - most);
 }
 
 std::optional<MapAlignment> Mapper::find_alignment(const InactiveMap& other, KeyframeId keyframe) const {
-  std::vector<KeyframeId> keyframes = neighbors(keyframe, kOtherViews);
+  std::vector<KeyframeId> keyframes = neighbors(keyframe, limits_.other_views);
   keyframes.insert(keyframes.begin(), keyframe);
   for (const KeyframeId place : other.places->find(map_.keyframe(keyframe)->image->set, kBestPlaces)) {
-    if (auto alignment = align_maps(options_, map_, keyframes, other.map, place)) return alignment;
+    if (auto alignment = align_maps(options_, map_, keyframes, other.map, place, limits_.joiner))
+      return alignment;
   }
   return std::nullopt;
 }
@@ -352,7 +349,7 @@ bool Mapper::join_any(std::set<std::pair<std::uint32_t, std::uint32_t>>* apart) 
 bool Mapper::join_anywhere(std::uint32_t inactive_id) {
   const InactiveMap& kept = inactive_.at(inactive_id);
   const std::optional<MapAlignment> alignment =
-      align_maps(options_, map_, kept.map, *kept.places, &view_graph());
+      align_maps(options_, map_, kept.map, *kept.places, &view_graph(), limits_.joiner);
   return alignment && join(inactive_id, *alignment);
 }
 

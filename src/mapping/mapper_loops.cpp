@@ -44,6 +44,7 @@ struct Mapper::MergedAdjustment {
 // a recording: otherwise a map that returns to a place stays bent until then. Tracks that are inconsistent
 // after the adjustment are of another place, and the adjustment is repeated without them.
 std::shared_ptr<const Mapper::MergedAdjustment> Mapper::merge_and_adjust(const MapperOptions& options,
+                                                                         const MapperLimits& limits,
                                                                          const Map& snapshot,
                                                                          KeyframeId merged_up_to,
                                                                          bool parts_were_apart) {
@@ -51,8 +52,8 @@ std::shared_ptr<const Mapper::MergedAdjustment> Mapper::merge_and_adjust(const M
   std::vector<SharedTrack> tracks;
   ViewGraph graph(view_graph_options(options));
   if (options.adjusts_all)
-    tracks =
-        match_across_views(options, overlapping_pairs(options.bundle, merged, merged_up_to), &graph, &merged);
+    tracks = match_across_views(
+        options, overlapping_pairs(options.bundle, merged, merged_up_to, limits.cross_view), &graph, &merged);
   while (true) {
     auto solved =
         GlobalAdjustment::solve(options.bundle, snapshot, parts_were_apart || !tracks.empty(), &merged);
@@ -110,10 +111,10 @@ void Mapper::seek_loop() {
   if (std::exchange(map_state_.adjusting, false)) ++map_state_.ticket;  // it would be of the drifted map
   map_state_.closing = true;
   map_state_.background_job =
-      with_completion([loop = *loop, map = tracking_map_,
+      with_completion([loop = *loop, map = tracking_map_, loops = limits_.loops,
                        asked = options_.bundle.cancel](const std::function<bool()>& cancelled) {
-        const auto changes =
-            distribute_loop_correction(*map, loop, [&] { return cancelled() || (asked && asked()); });
+        const auto changes = distribute_loop_correction(
+            *map, loop, [&] { return cancelled() || (asked && asked()); }, loops);
         return [=](Mapper& mapper) { mapper.close_loop(loop, changes); };
       });
 }
@@ -177,11 +178,11 @@ void Mapper::adjust_now_and_then() {
 void Mapper::adjust_globally(bool parts_were_apart) {
   (parts_were_apart ? map_state_.closing : map_state_.adjusting) = true;
   map_state_.background_job =
-      with_completion([snapshot = map_, asked = options_, parts_were_apart,
+      with_completion([snapshot = map_, asked = options_, limits = limits_, parts_were_apart,
                        merged_up_to = map_state_.merged_up_to](const std::function<bool()>& cancelled) {
         MapperOptions options = asked;
         options.bundle.cancel = [&] { return cancelled() || asked.bundle.is_cancelled(); };
-        const auto result = merge_and_adjust(options, snapshot, merged_up_to, parts_were_apart);
+        const auto result = merge_and_adjust(options, limits, snapshot, merged_up_to, parts_were_apart);
         return [result, newest = snapshot.keyframes().rbegin()->first](Mapper& mapper) {
           if (result) mapper.take_over(*result, newest);
         };
@@ -200,7 +201,7 @@ void Mapper::take_over(const MergedAdjustment& result, KeyframeId newest) {
   map_state_.merged_up_to = newest;
   cull_observations(map_.landmark_ids());
   post_correction(all);
-  if (renew_scale(kReportedUnitChange)) publish();
+  if (renew_scale(limits_.reported_unit_change)) publish();
 }
 
 void Mapper::post_correction(const KeyframeChanges& changes) {

@@ -32,10 +32,8 @@ bool is_most_of(const Keyframe& keyframe, const std::vector<char>& features) {
 // Excludes features with a common motion other than the mapped object's, in the keyframe and one before it,
 // now and later.
 void Mapper::separate_motions(KeyframeId id) {
-  // Two neighbours, as the two motions may coincide in one of them.
-  constexpr int kPartners = 2;
   if (!options_.separates_motions) return;
-  std::vector<KeyframeId> partners = neighbors(id, kPartners);
+  std::vector<KeyframeId> partners = neighbors(id, limits_.motion_partners);
   const auto place = map_.keyframes().find(id);
   if (place != map_.keyframes().begin()) {
     const KeyframeId previous = std::prev(place)->first;
@@ -57,7 +55,8 @@ void Mapper::separate_motions(KeyframeId id) {
 
 // Excludes static overlay, even where it fits consecutive keyframes.
 void Mapper::exclude_static_overlay(KeyframeId id) {
-  for (const auto& [keyframe, features] : find_static_overlay(options_, map_, id, map_state_.excluded))
+  for (const auto& [keyframe, features] :
+       find_static_overlay(options_, map_, id, map_state_.excluded, limits_.overlay))
     exclude(keyframe, features);
 }
 

@@ -6,19 +6,12 @@
 #include <utility>
 #include <vector>
 
-#include "common/rotation.h"
 #include "geometry/triangulation.h"
 #include "mapping/mapper.h"
 
 namespace mono_pose_tracker {
 
 namespace {
-
-// Corners are accurate to about 0.3 px. At this parallax that is a depth error of 1 to 2 % at 600 px of focal
-// length.
-constexpr double kMarkerParallax = 2 * kDegree;
-// The marker is square: a larger deviation of its sides from their mean is due to a wrong corner.
-constexpr double kMaxSideDifference = 0.05;
 
 // The triangulated corners of a marker; none when the cameras do not determine them.
 std::vector<Eigen::Vector3d> marker_corners(const std::vector<Rigid3>& cameras_from_map,
@@ -44,10 +37,10 @@ double mean_side(const std::vector<Eigen::Vector3d>& corners) {
   return sum / 4;
 }
 
-bool is_square(const std::vector<Eigen::Vector3d>& corners) {
+bool is_square(const std::vector<Eigen::Vector3d>& corners, double max_side_difference) {
   const double mean = mean_side(corners);
   for (int c = 0; c < 4; ++c) {
-    if (std::abs(side(corners, c) - mean) > kMaxSideDifference * mean) return false;
+    if (std::abs(side(corners, c) - mean) > max_side_difference * mean) return false;
   }
   return true;
 }
@@ -120,8 +113,8 @@ std::optional<double> Mapper::metres_by_marker() const {
     markers.push_back(corners);
   }
   const std::vector<Eigen::Vector3d> corners = marker_corners(cameras_from_map, markers);
-  if (corners.empty() || !is_square(corners) ||
-      widest_parallax(cameras_from_map, corners[0]) < kMarkerParallax) {
+  if (corners.empty() || !is_square(corners, limits_.max_side_difference) ||
+      widest_parallax(cameras_from_map, corners[0]) < limits_.marker_parallax) {
     return std::nullopt;
   }
   return options_.scale.marker_size / mean_side(corners);
